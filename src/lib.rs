@@ -115,9 +115,9 @@ pub mod io {
     pub mod read {
         #[doc(inline)]
         pub use septet_io::read::{
-            AnyInput, CellFile, CellOptions, DomainFile, Format, InputError, Place, PointFile, Progress,
-            ReadOptions, UnknownFormatName, read, read_cells, read_cells_from, read_domain, read_from,
-            read_sizes,
+            AnyInput, CellFile, CellOptions, Column, DomainFile, Format, InputError, Place, PointFile,
+            Progress, ReadOptions, UnknownFormatName, read, read_cells, read_cells_from, read_domain,
+            read_from, read_sizes,
         };
     }
 
@@ -126,7 +126,7 @@ pub mod io {
         #[doc(inline)]
         pub use septet_io::write::{
             MshVersion, OutputError, OutputFormat, PointFormat, WriteOptions, check_output,
-            check_points_output, write, write_points, write_points_to,
+            check_points_output, write, write_points, write_points_to, write_to,
         };
     }
 }

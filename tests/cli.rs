@@ -13,6 +13,9 @@ use tempfile::TempDir;
 #[path = "cli/faults.rs"]
 mod faults;
 
+#[path = "cli/files.rs"]
+mod files;
+
 #[path = "cli/help.rs"]
 mod help;
 

@@ -104,7 +104,7 @@ fn write_all(directory: &Path, mesh: &Mesh) {
     let options = WriteOptions { with_owner: true, first_id: mesh.first_id, ..WriteOptions::default() };
     for extension in EXTENSIONS {
         let path = directory.join("mesh").with_extension(extension);
-        check_output(&path).unwrap();
+        check_output(&path, &options).unwrap();
         for file in write(&path, &view, &options, &mut |_, _| {}).unwrap() {
             assert!(fs::metadata(&file).unwrap().len() > 0, "{}", file.display());
         }

@@ -89,6 +89,7 @@ impl From<InputError> for Failure {
     fn from(error: InputError) -> Self {
         let code = match error {
             InputError::OutOfMemory { .. } => Code::Limit,
+            _ if error.is_usage() => Code::Usage,
             _ => Code::Input,
         };
         let mut failure = Failure::split(code, &error.to_string());
@@ -105,12 +106,10 @@ impl From<InputError> for Failure {
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
         let help = match &error {
-            OutputError::UnknownFormat { .. } => {
-                let message = error.to_string();
-                let failure = Failure::split(Code::Usage, &message);
-                let endings = failure.help.clone().unwrap_or_default();
-                return failure.help(format!("{endings}; ParaView opens .vtu"));
+            OutputError::UnknownFormat { .. } | OutputError::NotOneFile => {
+                return Failure::split(Code::Usage, &error.to_string());
             }
+            OutputError::TooLarge { .. } => return Failure::split(Code::Limit, &error.to_string()),
             OutputError::MissingDirectory { .. } => "create the directory, or choose another one",
             OutputError::IsDirectory { .. } => "give the name of a file in it",
             OutputError::NotWritable { .. } => "choose a directory that you can write to",

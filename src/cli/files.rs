@@ -3,7 +3,7 @@
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use septet_io::write::{OutputError, OutputFormat, check_output, check_text_output};
+use septet_io::write::{OutputError, OutputFormat, WriteOptions, check_output, check_text_output};
 
 use super::errors::{Code, Failure};
 
@@ -31,28 +31,45 @@ fn is_device(_path: &Path) -> bool {
 }
 
 /// Returns all files that are written for an output.
-fn files_of(path: &Path) -> Vec<PathBuf> {
-    match OutputFormat::of(path) {
-        Ok(OutputFormat::TetGen) => {
-            let set = ["node", "ele", "face", "edge", "neigh"];
-            set.iter().map(|e| path.with_extension(e)).chain([path.to_owned()]).collect()
-        }
-        _ => vec![path.to_owned()],
-    }
+fn files_of(path: &Path, options: &WriteOptions<'_>) -> Vec<PathBuf> {
+    options.format_of(path).map_or_else(|_| vec![path.to_owned()], |format| format.files(path))
 }
 
 /// Checks all outputs of a run before any work.
 ///
 /// `texts` are single files: report, tables, trace. A `-` among them is standard output.
 pub fn check(input: Option<&Path>, outputs: &[PathBuf], texts: &[&Path]) -> Result<(), Failure> {
+    check_as(input, outputs, &WriteOptions::default(), texts)
+}
+
+/// Checks all outputs of a run before any work, with the options that they are written with.
+///
+/// One `-` among the outputs and texts is standard output.
+pub fn check_as(
+    input: Option<&Path>,
+    outputs: &[PathBuf],
+    options: &WriteOptions<'_>,
+    texts: &[&Path],
+) -> Result<(), Failure> {
     let mut taken: Vec<(PathBuf, &Path)> = Vec::new();
     let input_identity = input.map(identity);
-    let texts = texts.iter().copied().filter(|t| t.as_os_str() != "-");
+    let is_stream = |path: &Path| path.as_os_str() == "-";
+    let streams = outputs.iter().map(PathBuf::as_path).filter(|o| is_stream(o));
+    if streams.clone().next().is_some()
+        && streams.chain(texts.iter().copied().filter(|t| is_stream(t))).count() > 1
+    {
+        let message = "two outputs go to standard output";
+        return Err(Failure::new(Code::Usage, message).help("write all but one of them to files"));
+    }
+    let texts = texts.iter().copied().filter(|t| !is_stream(t));
     for output in outputs {
         // An unknown format is a usage error, which is reported first.
-        OutputFormat::of(output)?;
+        if options.format_of(output)? == OutputFormat::TetGen && is_stream(output) {
+            return Err(OutputError::NotOneFile.into());
+        }
     }
-    let meshes = outputs.iter().map(|o| (o.as_path(), files_of(o)));
+    let files = outputs.iter().filter(|o| !is_stream(o));
+    let meshes = files.clone().map(|o| (o.as_path(), files_of(o, options)));
     for (output, files) in meshes.chain(texts.clone().map(|t| (t, vec![t.to_owned()]))) {
         let mut own: Vec<PathBuf> = files.iter().map(|f| identity(f)).collect();
         own.sort();
@@ -84,8 +101,8 @@ pub fn check(input: Option<&Path>, outputs: &[PathBuf], texts: &[&Path]) -> Resu
             taken.push((file, output));
         }
     }
-    for output in outputs {
-        check_output(output)?;
+    for output in files {
+        check_output(output, options)?;
     }
     for path in texts {
         check_text_output(path)?;

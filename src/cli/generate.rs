@@ -5,9 +5,12 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use septet_core::generate::{Kind, Request};
-use septet_io::write::{OutputError, WriteOptions, check_points_output, write_points, write_points_to};
+use septet_io::write::{
+    OutputError, PointFormat, WriteOptions, check_points_output, write_points, write_points_to,
+};
 
 use super::errors::Failure;
+use super::formats::point_format;
 use super::input;
 use super::options::{count, dimension, kind};
 use super::progress::Talk;
@@ -40,14 +43,20 @@ pub struct GenerateArgs {
     /// Lipschitz constant of the spacing of a graded set, between 0 and 1 [default: 0.25]
     #[arg(long, value_name = "L")]
     lipschitz: Option<f64>,
-    /// The file (.node .xyz .txt .csv .npy .off .ply .vtu .obj), `-` for text on standard output
+    /// Output file, `-` for standard output
+    ///
+    /// Formats: .node .xyz .txt .csv .npy .off .ply .vtu .vtk .obj, each also .gz.
     #[arg(short, long, value_name = "FILE", default_value = "-")]
     output: PathBuf,
+    /// Format of the points, independent of the file name; xyz by default for standard output
+    #[arg(long, value_name = "NAME", value_parser = point_format)]
+    format: Option<PointFormat>,
 }
 
 /// Generates a point set and writes it.
 pub fn run(args: &GenerateArgs, talk: &Talk) -> Result<(), Failure> {
-    let format = check_points_output(&args.output)?;
+    let options = WriteOptions { point_format: args.format, ..WriteOptions::default() };
+    let format = check_points_output(&args.output, &options)?;
     let request = Request {
         kind: args.kind,
         n: args.number,
@@ -56,7 +65,6 @@ pub fn run(args: &GenerateArgs, talk: &Talk) -> Result<(), Failure> {
         lipschitz: args.lipschitz,
     };
     let made = input::make(&request, talk)?;
-    let options = WriteOptions::default();
     let mut progress = |done: u64, total: u64| talk.stage("writing", done, Some(total));
     if args.output == Path::new("-") {
         let mut out = std::io::stdout().lock();

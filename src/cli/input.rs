@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use septet_core::generate::{Request, generate, parse_sample};
 use septet_core::model::Points;
-use septet_io::read::{ReadOptions, read};
+use septet_io::read::{Column, InputError, ReadOptions, read};
 
 use super::errors::{Code, Failure};
 use super::progress::Talk;
@@ -24,6 +24,8 @@ pub struct Loaded {
     pub source_index: Option<Vec<u64>>,
     /// First id of a `.node` file.
     pub first_id: u64,
+    /// Other columns of a text table, if they are kept.
+    pub columns: Vec<Column>,
     /// Measured time to read or generate the points, in seconds.
     pub seconds: f64,
 }
@@ -59,15 +61,24 @@ pub fn make(request: &Request, talk: &Talk) -> Result<Loaded, Failure> {
         skipped: 0,
         source_index: None,
         first_id: 0,
+        columns: Vec::new(),
         seconds: start.elapsed().as_secs_f64(),
     })
+}
+
+/// The failure for a file that cannot be read. If the name of a missing file describes a sample, the help says so.
+fn with_sample(error: InputError, path: &str) -> Failure {
+    let is_sample = matches!(error, InputError::Missing { .. }) && parse_sample(path).is_ok();
+    let failure = Failure::from(error);
+    if is_sample { failure.help(format!("for a generated sample, use sample:{path}")) } else { failure }
 }
 
 /// Reads points from a file or standard input.
 pub fn open(path: &str, options: &ReadOptions, talk: &Talk) -> Result<Loaded, Failure> {
     let start = Instant::now();
     talk.stage("reading", 0, None);
-    let file = read(Path::new(path), options, &mut |read, total| talk.stage("reading", read, total))?;
+    let read = read(Path::new(path), options, &mut |read, total| talk.stage("reading", read, total));
+    let file = read.map_err(|error| with_sample(error, path))?;
     talk.check();
     for note in &file.notes {
         talk.note(format!("note: {note}"));
@@ -81,6 +92,7 @@ pub fn open(path: &str, options: &ReadOptions, talk: &Talk) -> Result<Loaded, Fa
         skipped: file.skipped as u64,
         source_index: file.source_index,
         first_id: file.first_id,
+        columns: file.columns,
         seconds: start.elapsed().as_secs_f64(),
     })
 }

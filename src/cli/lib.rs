@@ -5,6 +5,7 @@ mod errors;
 mod excerpt;
 mod files;
 mod fit;
+mod formats;
 mod generate;
 mod input;
 mod instruments;

@@ -13,6 +13,7 @@ use septet_io::write::MshVersion;
 use septet_lab::trace::Detail;
 
 use super::errors::{Code, Failure};
+use super::formats::{FormatArgs, ReadArgs};
 
 /// Headings of options.
 pub const INPUT: &str = "Input";
@@ -75,12 +76,13 @@ pub struct SimulateArgs {
 pub struct RunArgs {
     /// Point file, `-` for standard input, or `sample:KIND:N` for a generated set
     ///
-    /// Files: .node .xyz .txt .csv .npy .off .ply .stl .obj .vtu .msh .mesh, each also .gz. The full form of a
-    /// sample is `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25]`.
+    /// Files: .node .xyz .txt .csv .npy .off .ply .stl .obj .vtu .vtk .msh .mesh, each also .gz. The full form
+    /// of a sample is `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25]`.
     pub input: String,
     /// Write the triangulation; may be given several times
     ///
-    /// Formats: .vtu .msh .msh22 .mesh .off .npy. One of .node .ele .face .edge .neigh writes all five files.
+    /// Formats: .vtu .vtk .msh .msh22 .mesh .off .stl .npy. One of .node .ele .face .edge .neigh writes all five
+    /// files. Each also .gz, and `-` for standard output.
     #[arg(short, long = "output", value_name = "OUT", help_heading = OUTPUT)]
     pub output: Vec<PathBuf>,
     /// Number of workers, or `leaves` for one per leaf of the partition tree [default: cores]
@@ -113,7 +115,14 @@ pub struct RunArgs {
     /// Dimension of the input; 2 keeps the first two coordinates
     #[arg(short, long = "dimension", value_name = "2|3", value_parser = dimension, help_heading = INPUT)]
     pub dimension: Option<usize>,
-    /// Write the owning worker and the home leaf of every cell (.vtu)
+    #[command(flatten)]
+    pub reading: ReadArgs,
+    /// Keep the other numeric columns of a text table as point data (.vtu .vtk)
+    #[arg(long, help_heading = INPUT, hide_short_help = true)]
+    pub keep_columns: bool,
+    #[command(flatten)]
+    pub writing: FormatArgs,
+    /// Write the owning worker and the home leaf of every cell (.vtu .vtk)
     #[arg(long, help_heading = OUTPUT, hide_short_help = true)]
     pub with_owner: bool,
     /// Version of files named .msh

@@ -8,11 +8,11 @@ use septet_core::generate::Kind;
 use septet_core::model::Points;
 use septet_core::{Config, simulate, triangulate};
 use septet_geometry::point::Point;
-use septet_io::read::ReadOptions;
 use septet_lab::baselines::{BaselineReport, incremental};
 
 use super::errors::{Code, Failure};
 use super::files;
+use super::formats::ReadArgs;
 use super::input::{self, Loaded};
 use super::options::{count, dimension, kind};
 use super::progress::Talk;
@@ -65,6 +65,8 @@ struct IncrementalArgs {
     /// Dimension of the input; 2 keeps the first two coordinates
     #[arg(short, long = "dimension", value_name = "2|3", value_parser = dimension)]
     dimension: Option<usize>,
+    #[command(flatten)]
+    reading: ReadArgs,
 }
 
 impl IncrementalArgs {
@@ -79,6 +81,7 @@ impl IncrementalArgs {
 
     fn load(&self, name: &str, talk: &Talk) -> Result<Loaded, Failure> {
         let sample = input::sample(name, self.dimension)?;
+        self.reading.check(sample.is_some())?;
         let is_file = sample.is_none() && name != "-";
         let texts: Vec<&Path> = self.json.as_deref().into_iter().collect();
         files::check(is_file.then(|| Path::new(name)), &[], &texts)?;
@@ -86,7 +89,7 @@ impl IncrementalArgs {
             return input::make(&request, talk);
         }
         let (dimension, skip_invalid) = (self.dimension, self.skip_invalid);
-        input::open(name, &ReadOptions { dimension, skip_invalid, ..ReadOptions::default() }, talk)
+        input::open(name, &self.reading.options(dimension, skip_invalid), talk)
     }
 }
 

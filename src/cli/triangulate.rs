@@ -9,11 +9,12 @@ use septet_core::run::memory::{admit, peak_rss, rss};
 use septet_core::{Config, Error, Run};
 use septet_geometry::range::RangeError;
 use septet_io::read::ReadOptions;
-use septet_io::write::{OutputFormat, WriteOptions, write};
+use septet_io::write::{OutputFormat, WriteOptions};
 use septet_lab::report::{Report, RunContext};
 
 use super::errors::{Code, Failure};
 use super::files;
+use super::formats::write_mesh;
 use super::input::{self, Loaded};
 use super::instruments::{Tables, check_trace, traced};
 use super::options::RunArgs;
@@ -33,14 +34,17 @@ pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Re
     let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
     let texts = args.json.iter().chain(&args.tracing.trace).map(PathBuf::as_path).chain(tables.paths());
     let texts: Vec<&Path> = texts.collect();
-    files::check(is_file.then(|| Path::new(&args.input)), &args.output, &texts)?;
+    args.reading.check(sample.is_some())?;
+    let written_as = WriteOptions { format: args.writing.format, ..WriteOptions::default() };
+    files::check_as(is_file.then(|| Path::new(&args.input)), &args.output, &written_as, &texts)?;
+    check_kept_columns(args, &written_as)?;
     let loaded = if let Some(request) = sample {
         // A sample that is too large is refused before it is generated.
         admit(&config, request.n, request.dimension, counted)?;
         input::make(&request, talk)?
     } else {
-        let (dimension, skip_invalid) = (args.dimension, args.skip_invalid);
-        let options = ReadOptions { dimension, skip_invalid, ..ReadOptions::default() };
+        let options = args.reading.options(args.dimension, args.skip_invalid);
+        let options = ReadOptions { keep_columns: args.keep_columns, ..options };
         input::open(&args.input, &options, talk)?
     };
     config.spacing = loaded.spacing;
@@ -79,6 +83,16 @@ pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Re
     print_report(args, &report, &files, talk)?;
     tables.print(&rendered);
     failure.map_or(Ok(()), Err)
+}
+
+/// Refuses `--keep-columns` if no output can hold the columns.
+fn check_kept_columns(args: &RunArgs, options: &WriteOptions<'_>) -> Result<(), Failure> {
+    let holds = |o: &PathBuf| matches!(options.format_of(o), Ok(OutputFormat::Vtu | OutputFormat::Vtk));
+    if args.keep_columns && !args.output.iter().any(holds) {
+        let message = "--keep-columns needs an output that holds data of points";
+        return Err(Failure::new(Code::Usage, message).help("add -o OUT.vtu or -o OUT.vtk"));
+    }
+    Ok(())
 }
 
 /// Writes the report as JSON and prints its summary.
@@ -135,24 +149,31 @@ pub fn place(error: Error, loaded: &Loaded, input: &str) -> Failure {
 }
 
 fn write_all(args: &RunArgs, run: &Run, loaded: &Loaded, talk: &Talk) -> Result<Vec<PathBuf>, Failure> {
-    let options =
-        WriteOptions { with_owner: args.with_owner, first_id: loaded.first_id, msh: args.msh_version.into() };
+    let options = WriteOptions {
+        format: args.writing.format,
+        with_owner: args.with_owner,
+        first_id: loaded.first_id,
+        msh: args.msh_version.into(),
+        point_data: &loaded.columns,
+        ..WriteOptions::default()
+    };
     let mut files = Vec::new();
     for output in &args.output {
         talk.check();
         let stage = format!("writing {}", output.display());
         let mut progress = |done: u64, total: u64| talk.stage(&stage, done, Some(total));
         let view = run.view(loaded.points.coordinates());
-        let written = match (&loaded.source_index, OutputFormat::of(output)?) {
+        let written = match (&loaded.source_index, options.format_of(output)?) {
             // The indices of a file of cells alone count all rows of the input, dropped ones included.
             (Some(source), OutputFormat::Npy) => {
                 let cells: Vec<u64> = view.cells.iter().map(|&v| source[v as usize]).collect();
                 let rows = loaded.points.len() + loaded.skipped as usize;
                 let coordinates = vec![0.0; rows * run.space];
                 let view = MeshView { cells: &cells, coordinates: &coordinates, ..view };
-                write(output, &view, &options, &mut progress)
+                let options = WriteOptions { point_data: &[], ..options };
+                write_mesh(output, &view, &options, &mut progress)
             }
-            _ => write(output, &view, &options, &mut progress),
+            _ => write_mesh(output, &view, &options, &mut progress),
         };
         files.extend(written?);
     }

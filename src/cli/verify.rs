@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use glam::DVec2;
 use septet_core::model::Points;
-use septet_io::read::{CellFile, CellOptions, ReadOptions, read_cells};
+use septet_io::read::{CellFile, CellOptions, read_cells};
 use septet_lab::report::VerifyReport;
 use septet_verify::{Report, Triangulation, VerifyOptions, verify};
 
 use super::errors::{Code, Failure};
 use super::files;
+use super::formats::ReadArgs;
 use super::input::{self, Loaded};
 use super::progress::Talk;
 use super::text::counted;
@@ -28,8 +29,10 @@ Examples:
 pub struct VerifyArgs {
     /// Points: any readable file, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25]`
     points: String,
-    /// Cells: .ele .vtu .msh .mesh .npy .off, each also .gz
+    /// Cells: .ele .vtu .vtk .msh .mesh .npy .off, each also .gz
     cells: PathBuf,
+    #[command(flatten)]
+    reading: ReadArgs,
     /// Require the symbolic perturbation of septet for ties
     #[arg(long)]
     perturbed: bool,
@@ -47,9 +50,11 @@ pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
         let json: Vec<&Path> = args.json.as_deref().into_iter().collect();
         files::check(Some(input), &[], &json)?;
     }
-    let loaded = match input::sample(&args.points, None)? {
+    let sample = input::sample(&args.points, None)?;
+    args.reading.check(sample.is_some())?;
+    let loaded = match sample {
         Some(request) => input::make(&request, talk)?,
-        None => input::open(&args.points, &ReadOptions::default(), talk)?,
+        None => input::open(&args.points, &args.reading.options(None, false), talk)?,
     };
     let (points, cells) = matched(args, loaded, talk)?;
     let mesh = Triangulation {

@@ -3,7 +3,9 @@
 /// Returns the candidate that differs from the word in at most one letter, or by two neighbouring letters in the other
 /// order. The first such candidate wins.
 pub(crate) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    candidates.into_iter().find(|candidate| !word.is_empty() && is_near(word.as_bytes(), candidate.as_bytes()))
+    candidates
+        .into_iter()
+        .find(|candidate| !word.is_empty() && is_near(word.as_bytes(), candidate.as_bytes()))
 }
 
 fn is_near(a: &[u8], b: &[u8]) -> bool {

@@ -1,16 +1,16 @@
-//! The sixth level: space is covered once.
+//! The sixth level: the cells cover space once.
 //!
 //! **Statement.** For one cell `t` and its interior point `x`: `x` lies in no other closed cell, and
 //! `t` lies on the inner side of the plane of every boundary facet.
 //!
-//! `x` is a quarter of a sum of four vertices (in the plane the last counts twice), so that it is
-//! dyadic, and exact in the integers of [`super::exact`] times four. In a triangulation of a convex
-//! region an interior point of a cell is in no other closed cell, and every cell is on the inner side
-//! of every facet, so that any cell serves. As `t` is not flat, `x` is then *strictly* inside of
-//! every boundary facet, which is what the theorem of [`super`] uses.
+//! **Choice of `x` and `t`.** `x` is a quarter of a sum of four vertices. In the plane, the last vertex counts twice. So `x`
+//! is dyadic, and four times `x` is exact in the integers of [`super::exact`]. In a triangulation of a convex region, an
+//! interior point of a cell is in no other closed cell, and every cell is on the inner side of every facet. So any cell can
+//! be `t`. Since `t` is not flat, `x` is *strictly* on the inner side of every boundary facet, as the theorem of [`super`]
+//! requires.
 //!
-//! **Work.** O(m) box comparisons; exact arithmetic for the cells whose box contains `x`, and O(1)
-//! filtered orientations per boundary facet.
+//! **Work.** O(m) comparisons of boxes, exact arithmetic for the cells whose box contains `x`, and O(1) filtered
+//! orientations per boundary facet.
 
 use std::array::from_fn;
 
@@ -22,7 +22,7 @@ use super::report::{Fault, Tally};
 use super::runner::Runner;
 use super::soup::Soup;
 
-/// The level `single cover`.
+/// Checks the level `single cover`.
 pub(super) fn check<const D: usize, const N: usize>(
     soup: &Soup<D, N>,
     boundary: &[u32],
@@ -62,13 +62,15 @@ pub(super) fn check<const D: usize, const N: usize>(
     tally
 }
 
-/// Weights of the vertices in four times the interior point.
+/// The weight of vertex `i` in four times the interior point.
 fn weight<const N: usize>(i: usize) -> u32 {
     if N == 3 && i == 2 { 2 } else { 1 }
 }
 
-/// A box around the interior point. Quarters are exact but for underflow, and the three additions
-/// err by at most `2^-53` of a partial sum each, which is at most four quarters of the largest.
+/// Returns a box around the interior point, as its lower and upper corner.
+///
+/// A quarter of a coordinate is exact unless it underflows. Each of the three additions has a relative error of at most
+/// `2^-53`. A partial sum is at most four quarters of the largest coordinate.
 fn enclosure<const D: usize, const N: usize>(corners: &[[f64; D]; N]) -> [[f64; D]; 2] {
     let middle: [f64; D] =
         from_fn(|k| (0..N).map(|i| corners[i][k] * 0.25 * f64::from(weight::<N>(i))).sum());
@@ -79,7 +81,7 @@ fn enclosure<const D: usize, const N: usize>(corners: &[[f64; D]; N]) -> [[f64; 
     [from_fn(|k| middle[k] - margin[k]), from_fn(|k| middle[k] + margin[k])]
 }
 
-/// Does the closed cell `other` (positive, or flat) contain the interior point of `corners`? Exact.
+/// Returns `true` if the closed cell `other`, positive or flat, contains the interior point of `corners`. Exact.
 fn covers<const D: usize, const N: usize>(other: &[[f64; D]; N], corners: &[[f64; D]; N]) -> bool {
     let whole = integers(&[*other, *corners].concat());
     let scaled = |i: usize| -> [BigInt; D] { from_fn(|k| &whole[i][k] * 4) };

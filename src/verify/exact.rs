@@ -1,25 +1,25 @@
 //! The determinants of the verifier, over any ring, and their exact signs.
 //!
-//! **Statement.** For points `p_0 .. p_d` of `R^d`, the orientation is `det(p_i - p_0)`, positive for
+//! **Statement.** For points `p_0 .. p_d` of `R^d`, the orientation is `det(p_i - p_0)`. It is positive for
 //! counter-clockwise triangles and for tetrahedra with `((p1-p0) x (p2-p0)) . (p3-p0) > 0`. For a
 //! positively oriented cell and a query `q`, the in-sphere form is the determinant of the rows
-//! `(p_i - q, |p_i - q|^2)`, its sign chosen so that it is positive exactly when `q` lies strictly
+//! `(p_i - q, |p_i - q|^2)`. Its sign is chosen so that it is positive if and only if `q` lies strictly
 //! inside the circumsphere.
 //!
-//! **Source.** The forms are classical (Guibas and Stolfi 1985). A finite `f64` is a dyadic integer
-//! `m 2^e`; multiplying all coordinates of one call by a common power of two makes them integers and
+//! **Source.** The forms are classical (Guibas and Stolfi 1985). A finite `f64` is a dyadic number
+//! `m 2^e`. Multiplying all coordinates of one call by a common power of two makes them integers, and
 //! multiplies a homogeneous form by a positive number.
 //!
-//! **Work.** O(1) ring operations. With differences below `2^b` the forms are sums of so few terms
-//! that [`bits`] bounds every partial sum: then `i64` or `i128` hold them without overflow; otherwise
-//! [`BigInt`] does, at any spread of exponents that `f64` allows (about 2,100 bits).
+//! **Work.** O(1) ring operations. If all differences are below `2^b`, [`bits`] bounds every partial sum of a form. If the
+//! bound allows, `i64` or `i128` hold the sums without overflow. Otherwise [`BigInt`] holds them, for any spread of
+//! exponents that `f64` allows (about 2,100 bits).
 
 use std::array::from_fn;
 use std::cmp::Ordering;
 
 use num_bigint::BigInt;
 
-/// What the determinants need of a number.
+/// The operations that the determinants use.
 pub(super) trait Ring: Clone {
     /// `self + other`.
     fn plus(&self, other: &Self) -> Self;
@@ -44,8 +44,8 @@ impl Ring for f64 {
     }
 }
 
-/// Machine integers: the caller has bounded every partial sum by [`bits`], so that wrapping never
-/// wraps; it only spares the check.
+/// Machine integers. The caller bounds every partial sum by [`bits`], so no operation overflows. The wrapping operations
+/// only avoid the overflow check.
 macro_rules! machine_ring {
     ($($int:ty),*) => {$(
         impl Ring for $int {
@@ -97,8 +97,10 @@ fn norm<R: Ring, const D: usize>(a: &[R; D]) -> R {
     if D == 2 { planar } else { planar.plus(&a[2].times(&a[2])) }
 }
 
-/// The form of `K` rows of differences: with `K = D` the orientation of the base point and the rows,
-/// with `K = D + 1` the in-sphere form of the rows' cell and the base point. `D` is 2 or 3.
+/// Returns the form of `K` rows of differences from a base point. `D` is 2 or 3.
+///
+/// For `K = D`, it is the orientation of the base point and the points of the rows. For `K = D + 1`, it is the in-sphere
+/// form of the cell of the rows and the base point.
 #[inline]
 pub(super) fn form<R: Ring, const D: usize, const K: usize>(rows: &[[R; D]; K]) -> R {
     match (D, K) {
@@ -122,8 +124,9 @@ pub(super) fn form<R: Ring, const D: usize, const K: usize>(rows: &[[R; D]; K]) 
     }
 }
 
-/// Degree of the form and the binary logarithm, rounded up, of the number of its monomials: 2, 6,
-/// 12 (three minors of two, times two squares) and 72 (four minors of six, times three squares).
+/// Returns the degree of the form, and the binary logarithm, rounded up, of the number of its monomials.
+///
+/// The numbers are 2, 6, 12 (three minors of two monomials, times two squares) and 72 (four minors of six, times three).
 const fn size(d: usize, k: usize) -> (u32, u32) {
     match (d, k) {
         (2, 2) => (2, 1),
@@ -133,13 +136,13 @@ const fn size(d: usize, k: usize) -> (u32, u32) {
     }
 }
 
-/// Every partial sum of the form is below `2^bits` if the differences are below `2^b` in size.
+/// Returns `bits` such that every partial sum of the form is below `2^bits` if all differences are below `2^b`.
 const fn bits(d: usize, k: usize, b: u32) -> u32 {
     let (degree, terms) = size(d, k);
     degree * b + terms
 }
 
-/// `x` as `m 2^e` with `m` odd, or `(0, 0)`. `x` is finite.
+/// Splits a finite `x` into `(m, e)` with `x = m 2^e` and `m` odd. Zero is `(0, 0)`.
 #[inline]
 fn split(x: f64) -> (i64, i32) {
     if x == 0.0 {
@@ -154,12 +157,12 @@ fn split(x: f64) -> (i64, i32) {
     (if raw >> 63 == 1 { -m } else { m }, e + shift as i32)
 }
 
-/// `2^k` for `k` in `-1022..=1023`.
+/// Returns `2^k` for `k` in `-1022..=1023`.
 pub(super) fn power_of_two(k: i32) -> f64 {
     f64::from_bits(((1023 + k) as u64) << 52)
 }
 
-/// The lowest exponent and the end of the highest bit over nonzero coordinates.
+/// Returns the lowest exponent, and the position after the highest bit, of all nonzero coordinates.
 #[inline]
 fn span(parts: impl Iterator<Item = (i64, i32)>) -> (i32, i32) {
     let mut low = i32::MAX;
@@ -194,7 +197,7 @@ pub(super) fn exact_sign<const D: usize, const K: usize>(
     let origin: [(i64, i32); D] = from_fn(|k| split(base[k]));
     let parts: [[(i64, i32); D]; K] = from_fn(|i| from_fn(|k| split(others[i][k])));
     let (low, high) = span(origin.iter().chain(parts.iter().flatten()).copied());
-    // i64 arithmetic: the span decides, so that no spread of exponents can overflow it.
+    // The span is computed in `i64`, so that no spread of exponents overflows it.
     if i64::from(high) - i64::from(low) > 62 {
         return wide_sign(base, others);
     }
@@ -211,7 +214,7 @@ pub(super) fn exact_sign<const D: usize, const K: usize>(
     }
 }
 
-/// The exact sign, at any spread of exponents.
+/// Returns the exact sign for any spread of exponents.
 #[cold]
 fn wide_sign<const D: usize, const K: usize>(base: &[f64; D], others: &[[f64; D]; K]) -> Ordering {
     let mut all = others.to_vec();

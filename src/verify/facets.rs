@@ -1,17 +1,17 @@
-//! Facets matched by their vertices, and the third level: manifold.
+//! The third level, manifold: facets are matched by their vertices.
 //!
-//! **Statement.** A facet has one cell or two, two lie on opposite sides of it; the cells at a vertex
-//! are connected through facets at it; in space the link of every vertex is a disc or a sphere.
+//! **Statement.** 1. A facet has one cell, or two on opposite sides. 2. The cells at a vertex are connected through facets
+//! at it. 3. In space, the link of every vertex is a disc or a sphere.
 //!
-//! **Why the Euler characteristic decides.** In a link every edge has one triangle or two, and its
-//! triangles are connected through edges. Take the link apart at pinched vertices: a connected
-//! surface with `b` boundary curves, of characteristic at most 2 (equal only for the sphere), at most
-//! 1 for `b >= 1` (equal only for the disc). Every pinch lowers the characteristic of the link by
-//! one. So 2 without boundary is a sphere, 1 with boundary a disc, and nothing else is. In the plane
-//! links are graphs of degree at most two: connected, they are paths or cycles.
+//! **Euler characteristic.** It decides 3. In a link, every edge has one triangle or two, and the triangles are connected
+//! through edges. Separate the link at pinched vertices. The result is a connected surface with `b` boundary curves. Its
+//! characteristic is at most 2, with equality only for the sphere. For `b >= 1`, it is at most 1, with equality only for
+//! the disc. Every pinch lowers the characteristic of the link by one. So a link without boundary is a sphere if and only
+//! if its characteristic is 2. A link with boundary is a disc if and only if its characteristic is 1. In the plane, links
+//! are graphs of degree at most two, and a connected one is a path or a cycle.
 //!
-//! **Work.** Facets are found at their smallest vertex and vertices one by one: O(s log s) for a star
-//! of s cells, in parallel over vertices. Memory: `2 N` words of 32 bits per cell.
+//! **Work.** A facet is found at its smallest vertex. O(s log s) for a star of s cells, in parallel over vertices.
+//! **Memory.** `2 N` words of 32 bits per cell.
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -19,12 +19,12 @@ use super::report::{Fault, Tally};
 use super::runner::Runner;
 use super::soup::Soup;
 
-/// The facet has one cell.
+/// The twin of a facet with one cell.
 pub(super) const BOUNDARY: u32 = u32::MAX;
-/// The facet has too many cells, or two on the same side: a fault of its own.
+/// The twin of a facet with more than two cells, or with two on the same side. It is reported as a fault.
 pub(super) const BROKEN: u32 = u32::MAX - 1;
 
-/// The cells at each vertex, ascending.
+/// The cells at each vertex, in ascending order.
 struct Stars {
     offsets: Vec<usize>,
     cells: Vec<u32>,
@@ -55,14 +55,14 @@ impl Stars {
     }
 }
 
-/// Facets are numbered `cell * N + slot`, the slot of the vertex opposite.
+/// The facets of all cells. The facet opposite to the vertex in `slot` has the number `cell * N + slot`.
 pub(super) struct Facets {
-    /// For each facet its twin, [`BOUNDARY`] or [`BROKEN`].
+    /// The twin of each facet: the same facet in the other cell, [`BOUNDARY`] or [`BROKEN`].
     pub twin: Vec<u32>,
 }
 
-/// Is the orientation that the positive cell induces on its facet opposite to `slot`, relative to
-/// the sorted vertices of the facet, odd?
+/// Returns `true` if the orientation that a positive cell induces on its facet opposite to `slot` is odd, relative to the
+/// sorted vertices of the facet.
 fn parity<const N: usize>(row: &[u32; N], slot: usize) -> bool {
     let mut odd = slot % 2 == 1;
     for i in (0..N).filter(|&i| i != slot) {
@@ -73,7 +73,7 @@ fn parity<const N: usize>(row: &[u32; N], slot: usize) -> bool {
     odd
 }
 
-/// The facets at `vertex` whose smallest vertex it is, as (the other vertices, number), sorted.
+/// Finds the facets whose smallest vertex is `vertex`, as pairs of the other vertices and the number, sorted.
 fn facets_at<const D: usize, const N: usize>(
     soup: &Soup<D, N>,
     star: &[u32],
@@ -102,7 +102,7 @@ fn facets_at<const D: usize, const N: usize>(
     found.sort_unstable();
 }
 
-/// Matches the facets of one group of equal vertices.
+/// Matches the facets of a group with the same vertices.
 fn match_group<const D: usize, const N: usize>(
     soup: &Soup<D, N>,
     group: &[([u32; 2], u32)],
@@ -138,7 +138,7 @@ fn match_group<const D: usize, const N: usize>(
 }
 
 impl Facets {
-    /// The level `manifold`.
+    /// Matches all facets and checks the level `manifold`.
     pub fn new<const D: usize, const N: usize>(soup: &Soup<D, N>, runner: &mut Runner<'_>) -> (Self, Tally) {
         let points = soup.points.len();
         let stars = Stars::new(points, &soup.cells);
@@ -163,18 +163,18 @@ impl Facets {
         (facets, tally)
     }
 
-    /// The numbers of the boundary facets, ascending.
+    /// Returns the numbers of the boundary facets, in ascending order.
     pub fn boundary(&self) -> Vec<u32> {
         let all = self.twin.iter().enumerate();
         all.filter(|&(_, &twin)| twin == BOUNDARY).map(|(facet, _)| facet as u32).collect()
     }
 
-    /// The number of facets with two cells.
+    /// Returns the number of facets with two cells.
     pub fn interior(&self) -> u64 {
         self.twin.iter().filter(|&&twin| twin < BROKEN).count() as u64 / 2
     }
 
-    /// Connectivity and characteristic of one link. Stars with a broken facet have their fault.
+    /// Checks that a star is connected, and the characteristic of its link. A star with a broken facet was reported before.
     fn check_star<const D: usize, const N: usize>(
         &self,
         soup: &Soup<D, N>,
@@ -218,7 +218,7 @@ impl Facets {
         if N == 4 {
             link.sort_unstable();
             link.dedup();
-            // Triangles f, edges (3 f + b) / 2.
+            // A link of f triangles with b boundary edges has (3 f + b) / 2 edges.
             let edges = usize::midpoint(3 * star.len(), boundary);
             let euler = link.len() as i64 - edges as i64 + star.len() as i64;
             if euler != if boundary == 0 { 2 } else { 1 } {
@@ -229,10 +229,13 @@ impl Facets {
     }
 }
 
-/// Buffers of the star check: which cells were seen, which are to be visited, the link's vertices.
+/// The buffers of the check of a star.
 #[derive(Default)]
 struct Scratch {
+    /// Whether a cell was seen.
     seen: Vec<bool>,
+    /// The cells to visit.
     stack: Vec<usize>,
+    /// The vertices of the link.
     link: Vec<u32>,
 }

@@ -1,12 +1,13 @@
 //! The fourth level: the boundary is closed and locally convex.
 //!
-//! **Statement.** Every ridge (a vertex in the plane, an edge in space) of a boundary facet lies in
-//! exactly two boundary facets, and the far vertex of the one is not strictly beyond the plane of the
-//! other: the ridges infinite|infinite of the lifted hull. Coplanar facets are allowed, and must not
-//! be folded onto each other. One of the two directions of the test suffices: both ask whether the
-//! angle between the facets, measured through the cells, exceeds 180 degrees.
+//! **Statement.** A *ridge* is a vertex in the plane and an edge in space. Every ridge of a boundary facet lies in exactly
+//! two boundary facets. The far vertex of one is not strictly beyond the plane of the other. These are the ridges
+//! infinite|infinite of the lifted hull. Coplanar facets are allowed, but must not be folded onto each other.
 //!
-//! **Work.** Sorting the ridges.
+//! One direction of the test suffices. Both directions decide whether the angle between the facets, measured through the
+//! cells, exceeds 180 degrees.
+//!
+//! **Work.** O(h log h) for h ridges: they are sorted.
 
 use std::cmp::Ordering;
 
@@ -17,10 +18,10 @@ use super::report::{Fault, Tally};
 use super::runner::Runner;
 use super::soup::Soup;
 
-/// A ridge in a boundary facet: its vertices, the facet, the far vertex of the facet.
+/// A ridge in a boundary facet: its vertices, the facet, and the far vertex of the facet.
 type Ridge = ([u32; 2], u32, u32);
 
-/// The ridges of one boundary facet. In the plane a ridge is a vertex, given twice.
+/// Returns the ridges of a boundary facet. In the plane, both vertices of a ridge are the same.
 fn ridges<const D: usize, const N: usize>(soup: &Soup<D, N>, facet: u32) -> impl Iterator<Item = Ridge> {
     let row = soup.cells[(facet / N as u32) as usize];
     let slot = facet as usize % N;
@@ -32,7 +33,7 @@ fn ridges<const D: usize, const N: usize>(soup: &Soup<D, N>, facet: u32) -> impl
     })
 }
 
-/// The level `hull`.
+/// Checks the level `hull`.
 pub(super) fn check<const D: usize, const N: usize>(
     soup: &Soup<D, N>,
     boundary: &[u32],
@@ -61,12 +62,12 @@ fn one_of(group: &[Ridge]) -> [u32; 2] {
     group.first().map_or([0, 0], |ridge| ridge.0)
 }
 
-/// The ridge's vertices as input indices.
+/// Returns the vertices of a ridge as input indices.
 fn named<const D: usize>(ridge: [u32; 2]) -> Vec<u64> {
     ridge[..D - 1].iter().map(|&v| v as u64).collect()
 }
 
-/// One ridge with its two boundary facets.
+/// Checks a ridge with two boundary facets.
 fn check_ridge<const D: usize, const N: usize>(
     soup: &Soup<D, N>,
     one: &Ridge,
@@ -84,7 +85,7 @@ fn check_ridge<const D: usize, const N: usize>(
     match side(other.2) {
         Ordering::Greater => {}
         Ordering::Less => tally.fault(Fault::Reflex { ridge, cells }),
-        // Coplanar: then the cells lie on the same side of the plane, or the facets are folded.
+        // Coplanar facets are folded unless their cells lie on the same side of the plane.
         Ordering::Equal => {
             if side(soup.cells[next as usize][inner]).is_lt() {
                 tally.fault(Fault::Folded { ridge, cells });

@@ -1,9 +1,8 @@
-//! An independent verifier of Delaunay triangulations, for septet's files and anybody's.
+//! An independent verifier of Delaunay triangulations, for the files of septet and of any other program.
 //!
-//! It shares no code with what builds triangulations: it has its own arithmetic (dyadic big
-//! integers behind its own `f64` filter, modules `exact` and
-//! `predicates`), and it trusts nothing but the
-//! coordinates and the list of cells.
+//! The verifier shares no code with the construction of triangulations. It has its own arithmetic: dyadic big integers
+//! behind its own `f64` filter (modules `exact` and `predicates`). Its only inputs are the coordinates and the list of
+//! cells.
 //!
 //! # Theorem
 //!
@@ -20,57 +19,52 @@
 //! 6. (`single cover`) for one cell `t` and one interior point `x` of it: `x` is in no other closed
 //!    cell, and strictly on the inner side of the hyperplane of every boundary facet.
 //!
-//! Then `K` is a Delaunay triangulation of `P`: a simplicial complex that covers the convex hull of
-//! `P` once, whose circumspheres contain no point of `P` in their interior. Conversely every Delaunay
-//! triangulation satisfies 1-6, with any `t`.
+//! Then `K` is a Delaunay triangulation of `P`. That is, `K` is a simplicial complex, it covers the convex hull of `P`
+//! once, and no circumsphere of a cell contains a point of `P` in its interior. Conversely, every Delaunay triangulation
+//! satisfies 1-6, with any `t`.
 //!
-//! **Source.** Local conditions alone do not suffice (a pentagram is locally convex everywhere); that
-//! one global query completes them is due to Mehlhorn et al., *Checking geometric programs* (1996),
-//! and Devillers, Liotta, Preparata and Tamassia (1998), for convex hulls. Applied to the lifted hull
-//! it asks for local convexity at all ridges, finite|finite (5), infinite|infinite (4), and
-//! finite|infinite. The last is no condition of its own: the vertical facet above a boundary facet
-//! meets the lifted cell, which is not vertical, at an angle below 180 degrees by 2 alone. The proof
-//! here is elementary, and uses the second clause of 6, which costs O(hull).
+//! **Source.** Local conditions alone do not suffice: a pentagram is locally convex everywhere. One global query completes
+//! them. For convex hulls, this is due to Mehlhorn et al., *Checking geometric programs* (1996), and to Devillers, Liotta,
+//! Preparata and Tamassia (1998). Applied to the lifted hull, their condition is local convexity at all ridges:
+//! finite|finite (5), infinite|infinite (4), and finite|infinite. The last condition follows from 2. The facet above a
+//! boundary facet is vertical, the lifted cell is not, and they meet at an angle below 180 degrees. The proof here is
+//! elementary. It uses the second clause of 6, which costs O(hull).
 //!
-//! **Proof.** *Cover.* From a point `y` inside a cell `s` walk straight towards `x`, from cell to cell
-//! through facets. For all `y` but a set of measure zero the segment misses all ridges: by 6 no ridge
-//! contains `x`, so that the cones from `x` over ridges have dimension `d - 1`. By 3 the walk goes on
-//! across every interior facet, and back the same way. It leaves through no boundary facet, for then
-//! `x` would be on its outer side. So it ends in a cell that contains `x`, and this is `t`. The walk
-//! back from `(x, t)` towards `y` is determined by `y`; so no other cell contains `y`. Hence cells
-//! have disjoint interiors, and their union `U` is star-shaped from `x`. A ray from `x` crosses one
-//! boundary facet and nothing after it (a walk back would cross that facet outwards); so the boundary
-//! facets, seen from `x`, tile the sphere of directions once.
+//! **Proof.** *Cover.* From a point `y` inside a cell `s`, walk straight towards `x`, from cell to cell through facets. By
+//! 6, no ridge contains `x`, so the cones from `x` over ridges have dimension `d - 1`. For all `y` except a set of measure
+//! zero, the segment therefore misses all ridges. By 3, the walk continues across every interior facet, and it can be
+//! reversed. It does not leave through a boundary facet, because `x` would then be on the outer side of that facet. So it
+//! ends in a cell that contains `x`, and this cell is `t`. The walk back from `(x, t)` towards `y` is determined by `y`. So
+//! no other cell contains `y`. Hence the cells have disjoint interiors, and their union `U` is star-shaped from `x`. A ray
+//! from `x` crosses one boundary facet and meets no cell after it, because a walk back would cross that facet outwards. So
+//! the boundary facets, seen from `x`, tile the sphere of directions once.
 //!
-//! *Convexity.* At a generic point of a boundary ridge its two facets lie, seen from `x`, on either
-//! side of the ridge (else they would overlap), and there `U` is the wedge below them, convex by 4.
-//! For generic points `y`, `z` of the boundary the plane through `x`, `y`, `z` misses all vertices
-//! (in the plane: take the plane itself) and cuts `U` in a star-shaped polygon with no angle above
-//! 180 degrees, which is convex. So `U` contains the segment `yz`, and by closure is convex. By 1 it
-//! is the convex hull of `P`.
+//! *Convexity.* Take a generic point of a boundary ridge. Its two facets lie on either side of the ridge, seen from `x`,
+//! because they would overlap otherwise. There, `U` is the wedge below the two facets, which is convex by 4. Let `y` and
+//! `z` be generic points of the boundary. In space, the plane through `x`, `y` and `z` misses all vertices. For `d` = 2,
+//! take the plane itself. This plane cuts `U` in a star-shaped polygon without an angle above 180 degrees. Such a polygon
+//! is convex. So `U` contains the segment `yz`, and by closure `U` is convex. By 1, it is the convex hull of `P`.
 //!
-//! *Heights.* Let `h` on each cell be the affine interpolation of `|p|^2` at its vertices. It agrees
-//! on the two sides of an interior facet, and by 5 is convex across it; all facets in the interior
-//! of `U` are interior facets. So `h` is convex along all segments but a set of measure zero, hence
-//! extends to a convex function on `U`, equal to `|p|^2` at every vertex. The affine function of a
-//! cell is at most `h`, so at most `|p|^2` at every point of `P`: its circumsphere is empty.
+//! *Heights.* On each cell, let `h` be the affine interpolation of `|p|^2` at its vertices. It agrees on the two sides of
+//! an interior facet, and by 5 it is convex across the facet. All facets in the interior of `U` are interior facets. So `h`
+//! is convex along all segments except a set of measure zero. Hence it extends to a convex function on `U`, equal to
+//! `|p|^2` at every vertex. The affine function of a cell is at most `h`, so it is at most `|p|^2` at every point of `P`.
+//! The circumsphere of the cell is therefore empty.
 //!
-//! *Face to face.* A point of `P` in a closed cell that is not its vertex would have `h` above
-//! `|p|^2`, by strict convexity. Two edges that cross at a point inside both would each have cells
-//! around them (a closed fan, or one between two boundary facets) that fill `U` near that point; no
-//! simplex has two crossing edges; so `U` would be covered twice. An edge that crosses the inside of
-//! a facet runs through one of its cells, which with its own cells covers a piece twice. QED.
+//! *Face to face.* Suppose that a closed cell contains a point of `P` that is not its vertex. By strict convexity, `h`
+//! would be above `|p|^2` there. Suppose that two edges cross at a point inside both. The cells around each edge form a
+//! closed fan, or a fan between two boundary facets, and fill `U` near that point. No simplex has two crossing edges, so
+//! `U` would be covered twice. Suppose that an edge crosses the inside of a facet. It runs through a cell of that facet,
+//! and that cell and the cells of the edge cover a part of `U` twice. QED.
 //!
-//! **Coplanar boundary facets** need no in-circle test in their plane: `h` is convex on `U`, so on
-//! the face of `U` in that plane, where it is the planar interpolation: planar Delaunay is implied.
+//! **Coplanar boundary facets** need no in-circle test in their plane. `h` is convex on `U`, so it is convex on the face of
+//! `U` in that plane. There, `h` is the planar interpolation, and the facets are a planar Delaunay triangulation.
 //!
-//! **With the perturbation** ([`VerifyOptions::perturbed`]) the same proof holds for heights
-//! `|p|^2 + e_p`, with *strict* convexity across each interior facet, since a tie is impossible: then
-//! `h` determines `K`, including the ties in coplanar boundary facets, so `K` is the one
-//! triangulation that the lexicographic perturbation selects.
+//! **With the perturbation** ([`VerifyOptions::perturbed`]), the same proof holds for the heights `|p|^2 + e_p`. Ties are
+//! impossible, so convexity across each interior facet is *strict*. Then `h` determines `K`, including the ties in coplanar
+//! boundary facets. So `K` is the one triangulation that the lexicographic perturbation selects.
 //!
-//! The remaining checks (links of vertices, folded facets) follow from 1-6; they are there to name
-//! the place of a fault.
+//! The other checks (links of vertices, folded facets) follow from 1-6. Their purpose is to locate a fault.
 //!
 //! **Work.** O(n log n + m log m) for m cells, mostly O(1) filtered predicates per facet.
 
@@ -99,15 +93,15 @@ use soup::Soup;
 pub const LEVELS: [&str; 6] =
     ["structure", "orientation", "manifold", "hull", "empty spheres", "single cover"];
 
-/// What to require.
+/// The requirements of a verification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct VerifyOptions {
-    /// Ties must be broken by the lexicographic perturbation, and the smallest index stand for
-    /// coincident points: the cells are those of septet's canonical triangulation.
+    /// Whether the cells must be those of the canonical triangulation of septet. The lexicographic perturbation then breaks
+    /// ties, and the smallest index represents coincident points.
     pub perturbed: bool,
-    /// The order of the vertices in a row does not matter; else every cell must be positive.
+    /// Whether the vertices of a cell may be in any order. Otherwise, every cell must be positively oriented.
     pub any_order: bool,
-    /// Number of threads; 0 for rayon's choice. The report does not depend on it.
+    /// The number of threads, or 0 for the default of rayon. The report does not depend on it.
     pub threads: usize,
 }
 
@@ -117,10 +111,10 @@ impl Default for VerifyOptions {
     }
 }
 
-/// Is the mesh a Delaunay triangulation of its points? Decided exactly, for any finite coordinates.
+/// Decides whether the mesh is a Delaunay triangulation of its points, exactly and for any finite coordinates.
 ///
-/// All levels run, unless `structure` fails: without it the others have no meaning, and say that they
-/// were stopped. `progress` is told the stage, and how many of how many items are done.
+/// If the level `structure` fails, the other levels have no meaning. They do not run, and [`LevelReport::stopped_by`] names
+/// it. Otherwise all levels run. `progress` receives the stage, the number of items done, and their total.
 pub fn verify(
     mesh: &Triangulation<'_>,
     options: &VerifyOptions,
@@ -157,10 +151,10 @@ pub fn verify(
     report
 }
 
-/// Why the arrays are no mesh, if they are none.
+/// Returns the reason why the arrays are not a mesh, or `None` if they are.
 fn misshapen(mesh: &Triangulation<'_>) -> Option<&'static str> {
     let d = mesh.dimension;
-    // Facets are numbered in 32 bits, two of their numbers are reserved.
+    // Facets have 32-bit numbers, and two of them are reserved.
     let most = (u32::MAX - 2) as usize;
     if d != 2 && d != 3 {
         Some("the dimension is neither 2 nor 3")
@@ -175,7 +169,7 @@ fn misshapen(mesh: &Triangulation<'_>) -> Option<&'static str> {
     }
 }
 
-/// The levels that were not reached.
+/// Adds the levels that did not run.
 fn stop(report: &mut Report) {
     for &name in &LEVELS[report.levels.len()..] {
         let mut level = Tally::default().level(name);
@@ -185,7 +179,7 @@ fn stop(report: &mut Report) {
     }
 }
 
-/// All levels of a well-shaped mesh.
+/// Runs all levels on arrays of consistent lengths.
 fn levels<const D: usize, const N: usize>(
     mesh: &Triangulation<'_>,
     options: VerifyOptions,

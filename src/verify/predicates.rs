@@ -2,11 +2,10 @@
 //!
 //! **Statement.** [`sign`] is the exact sign of the form of `others - base` (see [`super::exact`]).
 //!
-//! **The filter's bound.** Let `u = 2^-53` and let every rounded difference be at most `M_k` in size
-//! on axis `k`. An exact difference is its rounded value times `1 + d`, `|d| <= u` (a subtraction of
-//! floats cannot underflow inexactly). Expand the form into its monomials. Each passes, between the
-//! exact value and the computed one, at most so many factors `1 + d`: one for each difference in it,
-//! and one for each rounding on its way to the root of the expression:
+//! **Bound of the filter.** Let `u = 2^-53`, and let every rounded difference on axis `k` be at most `M_k` in size. An exact
+//! difference is its rounded value times `1 + d` with `|d| <= u`, because a subtraction of floats that underflows is exact.
+//! Expand the form into its monomials. The computed value of a monomial differs from the exact one by factors `1 + d`. There
+//! is one factor for each difference in it, and one for each rounding on its path to the root of the expression:
 //!
 //! | form | differences | roundings | monomials, each at most | sum, times u |
 //! |---|---|---|---|---|
@@ -15,19 +14,19 @@
 //! | orientation, space | 3 | 5: product, sum, product, 2 sums | 6 of `Mx My Mz` | 48 |
 //! | in-sphere | 5 | 12: square, 2 sums; 5 as above; product; 3 sums | 24 of `Mx My Mz L` | 408 |
 //!
-//! with `L = sum M_k^2` (the squares of one norm add up to at most `L`). The constants of [`bound`]
-//! are larger by at least 2 %, which pays for the terms in `u^2` and for the rounding of the bound.
-//! Underflow: all `M_k` are required to lie in `[2^-100, 2^100]`. Then nothing overflows, and a
-//! product of `j <= 5` differences that underflows errs by at most `2^-1075` times the other factors
-//! of its monomials: relative to the bound at most `2^-1075 / (u 2^(-100 j)) <= 2^-522`, which the
-//! 2 % pay for, too. What lies outside the range goes to the exact form. An axis with `M_k = 0` has
-//! only equal coordinates, and the form is exactly zero.
+//! Here `L = sum M_k^2`, and the squares of one norm add up to at most `L`. The constants of [`bound`] are larger by at
+//! least 2 %. This margin covers the terms in `u^2` and the rounding of the bound.
 //!
-//! **The tie rule** (Edelsbrunner and Muecke 1990; Devillers and Teillaud 2011). Heights `|p|^2` are
-//! raised by infinitesimals, the larger by orders the higher the point's lexicographic rank. The
-//! in-sphere form is linear in the heights, so the first point, by decreasing rank, whose derivative
-//! is not zero decides: for the query minus the orientation of the cell, for a vertex of the cell
-//! the orientation of the cell with the query in its place.
+//! **Underflow.** The filter requires all `M_k` to lie in `[2^-100, 2^100]`, so nothing overflows. A product of `j <= 5`
+//! differences that underflows has an error of at most `2^-1075` times the other factors of its monomials. Relative to the
+//! bound, this is at most `2^-1075 / (u 2^(-100 j)) <= 2^-522`, which the margin covers, too. Differences outside this range
+//! use the exact form. An axis with `M_k = 0` has only equal coordinates, and the form is exactly zero.
+//!
+//! **Tie rule** (Edelsbrunner and Muecke 1990; Devillers and Teillaud 2011). The heights `|p|^2` are raised by
+//! infinitesimals. A point of higher lexicographic rank has an infinitesimal that is larger by orders of magnitude. The
+//! in-sphere form is linear in the heights. So the first point by decreasing rank whose derivative is not zero decides. For
+//! the query, the derivative is minus the orientation of the cell. For a vertex of the cell, it is the orientation of the
+//! cell with the query instead of that vertex.
 
 use std::array::from_fn;
 use std::cmp::Ordering;
@@ -37,7 +36,7 @@ use super::exact::{exact_sign, form};
 /// The smallest and the largest difference that the filter admits: `2^-100` and `2^100`.
 const RANGE: (f64, f64) = (f64::from_bits((1023 - 100) << 52), f64::from_bits((1023 + 100) << 52));
 
-/// The constant of the bound: see the table above.
+/// Returns the constant of the bound, from the table above with its margin.
 const fn constant(d: usize, k: usize) -> f64 {
     let units = match (d, k) {
         (2, 2) => 9.0,
@@ -48,7 +47,7 @@ const fn constant(d: usize, k: usize) -> f64 {
     units * (f64::EPSILON / 2.0)
 }
 
-/// The error bound for differences of at most `largest` per axis.
+/// Returns the error bound for differences of at most `largest` per axis.
 #[inline]
 fn bound<const D: usize, const K: usize>(largest: &[f64; D]) -> f64 {
     let product: f64 = largest.iter().product();
@@ -56,8 +55,10 @@ fn bound<const D: usize, const K: usize>(largest: &[f64; D]) -> f64 {
     constant(D, K) * product * squares
 }
 
-/// The exact sign of the form of `others - base`: the orientation of `base, others` if `K = D`, the
-/// in-sphere form of the cell `others` and the query `base` if `K = D + 1`.
+/// Returns the exact sign of the form of `others - base`.
+///
+/// For `K = D`, this is the orientation of `base, others`. For `K = D + 1`, it is the in-sphere form of the cell `others`
+/// and the query `base`.
 #[inline]
 pub(super) fn sign<const D: usize, const K: usize>(base: &[f64; D], others: &[[f64; D]; K]) -> Ordering {
     let rows: [[f64; D]; K] = from_fn(|i| from_fn(|k| others[i][k] - base[k]));
@@ -78,14 +79,14 @@ pub(super) fn sign<const D: usize, const K: usize>(base: &[f64; D], others: &[[f
     exact_sign(base, others)
 }
 
-/// The orientation of a cell of `N = D + 1` points.
+/// Returns the orientation of a cell of `N = D + 1` points.
 #[inline]
 pub(super) fn orientation<const D: usize, const N: usize>(cell: &[[f64; D]; N]) -> Ordering {
     let others: [[f64; D]; D] = from_fn(|i| cell[i + 1]);
     sign(&cell[0], &others)
 }
 
-/// The orientation of the cell with `q` in the place of vertex `slot`.
+/// Returns the orientation of the cell with `q` instead of the vertex in `slot`.
 #[inline]
 pub(super) fn replaced<const D: usize, const N: usize>(
     cell: &[[f64; D]; N],
@@ -97,19 +98,19 @@ pub(super) fn replaced<const D: usize, const N: usize>(
     orientation(&cell)
 }
 
-/// The in-sphere sign: greater when `q` is strictly inside the sphere of the positive `cell`.
+/// Returns the in-sphere sign: greater if `q` is strictly inside the circumsphere of the positive `cell`.
 #[inline]
 pub(super) fn in_sphere<const D: usize, const N: usize>(cell: &[[f64; D]; N], q: &[f64; D]) -> Ordering {
     sign(q, cell)
 }
 
-/// Lexicographic order by coordinates; they are finite, and `-0.0` has become `0.0`.
+/// Returns the lexicographic order by coordinates, which are finite and never `-0.0`.
 #[inline]
 pub(super) fn lexicographic<const D: usize>(p: &[f64; D], q: &[f64; D]) -> Ordering {
     p.partial_cmp(q).unwrap_or(Ordering::Equal)
 }
 
-/// The perturbed in-sphere sign where the exact one is zero: is `q` inside?
+/// Returns `true` if `q` is inside the perturbed circumsphere. The exact in-sphere sign must be zero.
 pub(super) fn tie_inside<const D: usize, const N: usize>(cell: &[[f64; D]; N], q: &[f64; D]) -> bool {
     let mut slots: [usize; N] = from_fn(|i| i);
     slots.sort_unstable_by(|&i, &j| lexicographic(&cell[j], &cell[i]));
@@ -122,6 +123,6 @@ pub(super) fn tie_inside<const D: usize, const N: usize>(cell: &[[f64; D]; N], q
             decided => return decided.is_gt(),
         }
     }
-    // The query's turn: raising it puts it outside of a positively oriented cell.
+    // The query decides: raising it moves it outside the circumsphere of a positive cell.
     false
 }

@@ -1,28 +1,28 @@
-//! What the verifier found: levels, and typed faults that name cells and points.
+//! The report of a verification: its levels, and typed faults with their cells and points.
 
 use std::fmt;
 
 use serde::Serialize;
 
-/// How many faults of a level are kept.
+/// The largest number of faults that a level keeps.
 pub const KEPT: usize = 10;
 
-/// One fault. Cells are rows of the file, points and vertices input indices, both zero-based.
+/// A fault. Cells are rows of the file, points and vertices are input indices. Both are zero-based.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "fault", rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Fault {
-    /// The arrays do not describe a mesh at all.
+    /// The arrays do not describe a mesh.
     Shape {
-        /// What is wrong with them.
+        /// The contradiction.
         reason: &'static str,
     },
-    /// A coordinate is infinite or not a number.
+    /// A coordinate is infinite or NaN.
     NotFinite {
         /// The point.
         point: u64,
     },
-    /// A vertex index is no point.
+    /// A vertex index is not the index of a point.
     OutOfRange {
         /// The cell.
         cell: u64,
@@ -41,7 +41,7 @@ pub enum Fault {
         /// The two cells.
         cells: [u64; 2],
     },
-    /// A point is no vertex, and coincides with none.
+    /// A point is not a vertex and does not coincide with one.
     Unused {
         /// The point.
         point: u64,
@@ -51,32 +51,32 @@ pub enum Fault {
         /// The two points.
         points: [u64; 2],
     },
-    /// A vertex is not the smallest index of its coincident points (septet's convention).
+    /// A vertex is not the smallest index of its coincident points, as the canonical triangulation requires.
     NotRepresentative {
         /// The vertex.
         vertex: u64,
         /// The smallest index of a point that coincides with it.
         smallest: u64,
     },
-    /// There are no cells, though the points span the space.
+    /// There are no cells, although the points span the space.
     NoCells,
-    /// A cell of volume exactly zero.
+    /// The volume of a cell is exactly zero.
     Flat {
         /// The cell.
         cell: u64,
     },
-    /// A negatively oriented cell, where the order of a row was asked to matter.
+    /// A cell is negatively oriented, and the order of vertices is required to matter.
     Negative {
         /// The cell.
         cell: u64,
     },
-    /// A facet of more than two cells.
+    /// A facet has more than two cells.
     FacetOvershared {
         /// Its vertices.
         facet: Vec<u64>,
         /// The first of its cells.
         cells: Vec<u64>,
-        /// How many cells it has.
+        /// The number of its cells.
         count: u64,
     },
     /// The two cells of a facet lie on the same side of it.
@@ -90,14 +90,14 @@ pub enum Fault {
     PinchedVertex {
         /// The vertex.
         vertex: u64,
-        /// One cell of each of two parts.
+        /// One cell of each of two connected parts.
         cells: [u64; 2],
     },
     /// The link of a vertex is neither a disc nor a sphere.
     LinkNotADisc {
         /// The vertex.
         vertex: u64,
-        /// The link's Euler characteristic.
+        /// The Euler characteristic of the link.
         euler: i64,
         /// The number of boundary facets at the vertex.
         boundary: u64,
@@ -116,41 +116,41 @@ pub enum Fault {
         /// The cells of its two boundary facets.
         cells: [u64; 2],
     },
-    /// Two boundary facets are folded onto each other in one plane (or line).
+    /// Two boundary facets are folded onto each other, in one plane or line.
     Folded {
         /// The ridge between them.
         ridge: Vec<u64>,
-        /// Their cells.
+        /// The cells of the two facets.
         cells: [u64; 2],
     },
     /// The far vertex of a neighbour lies strictly inside the circumsphere of a cell.
     NotEmpty {
         /// The two cells.
         cells: [u64; 2],
-        /// The vertex of the second, inside the sphere of the first.
+        /// The vertex of the second cell that is inside the circumsphere of the first.
         vertex: u64,
     },
     /// Cospherical cells are not those of the lexicographic perturbation.
     TieBrokenOtherwise {
         /// The two cells.
         cells: [u64; 2],
-        /// The vertex of the second, inside the perturbed sphere of the first.
+        /// The vertex of the second cell that is inside the perturbed circumsphere of the first.
         vertex: u64,
     },
-    /// The interior point of one cell lies in another, too.
+    /// The interior point of a cell also lies in another cell.
     CoveredTwice {
-        /// The cell whose interior point was taken.
+        /// The cell of the interior point.
         cell: u64,
         /// The other cell.
         other: u64,
     },
-    /// A cell has a part on the outer side of a boundary facet.
+    /// A part of a cell is on the outer side of a boundary facet.
     BeyondBoundary {
         /// The cell.
         cell: u64,
         /// The cell of the boundary facet.
         other: u64,
-        /// The facet's vertices.
+        /// The vertices of the facet.
         facet: Vec<u64>,
     },
 }
@@ -170,22 +170,22 @@ impl fmt::Display for Fault {
                 write!(f, "cells {a} and {b} have the same vertices")
             }
             Fault::Unused { point } => {
-                write!(f, "point {point} is no vertex and coincides with none")
+                write!(f, "point {point} is not a vertex and coincides with none")
             }
             Fault::CoincidentVertices { points: [a, b] } => {
                 write!(f, "points {a} and {b} coincide, and both are vertices")
             }
             Fault::NotRepresentative { vertex, smallest } => {
-                write!(f, "vertex {vertex} coincides with point {smallest}, which should stand for it")
+                write!(f, "vertex {vertex} coincides with point {smallest}, which should represent it")
             }
-            Fault::NoCells => f.write_str("there are no cells, though the points span the space"),
+            Fault::NoCells => f.write_str("there are no cells, although the points span the space"),
             geometric => geometric.fmt_geometric(f),
         }
     }
 }
 
 impl Fault {
-    /// The faults of the levels `orientation` and `manifold`.
+    /// Formats the faults of the levels `orientation` and `manifold`.
     fn fmt_geometric(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Fault::Flat { cell } => write!(f, "cell {cell} is flat"),
@@ -208,7 +208,7 @@ impl Fault {
         }
     }
 
-    /// The faults of the levels after `manifold`.
+    /// Formats the faults of the levels after `manifold`.
     fn fmt_global(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Fault::OpenRidge { ridge, count } => {
@@ -221,17 +221,17 @@ impl Fault {
                 write!(f, "the boundary is folded at {ridge:?}, between cells {a} and {b}")
             }
             Fault::NotEmpty { cells: [a, b], vertex } => {
-                write!(f, "vertex {vertex} of cell {b} lies inside the sphere of cell {a}")
+                write!(f, "vertex {vertex} of cell {b} lies inside the circumsphere of cell {a}")
             }
             Fault::TieBrokenOtherwise { cells: [a, b], vertex } => write!(
                 f,
                 "cells {a} and {b} are cospherical and not those of the perturbation (vertex {vertex})"
             ),
             Fault::CoveredTwice { cell, other } => {
-                write!(f, "an interior point of cell {cell} lies in cell {other}, too")
+                write!(f, "an interior point of cell {cell} also lies in cell {other}")
             }
             Fault::BeyondBoundary { cell, other, facet } => {
-                write!(f, "cell {cell} reaches beyond the boundary facet {facet:?} of cell {other}")
+                write!(f, "cell {cell} crosses the boundary facet {facet:?} of cell {other}")
             }
             other => write!(f, "{other:?}"),
         }
@@ -243,16 +243,16 @@ impl Fault {
 pub struct LevelReport {
     /// `structure`, `orientation`, `manifold`, `hull`, `empty spheres` or `single cover`.
     pub name: &'static str,
-    /// The level ran and found no fault.
+    /// Whether the level ran and found no fault.
     pub passed: bool,
-    /// How many items were checked: points and cells; cells; facets and vertices; boundary ridges;
-    /// interior facets; cells and boundary facets.
+    /// The number of items checked. In the order of the levels, items are: points and cells; cells; facets and vertices;
+    /// boundary ridges; interior facets; cells and boundary facets.
     pub checked: u64,
     /// The first faults, at most [`KEPT`].
     pub faults: Vec<Fault>,
-    /// How many faults there are.
+    /// The number of all faults.
     pub fault_count: u64,
-    /// The earlier level whose failure kept this one from running.
+    /// The earlier level whose failure prevented this one, or `None` if it ran.
     pub stopped_by: Option<&'static str>,
 }
 
@@ -263,7 +263,7 @@ pub struct Report {
     pub levels: Vec<LevelReport>,
     /// 2 or 3.
     pub dimension: usize,
-    /// Was the lexicographic perturbation required?
+    /// Whether the lexicographic perturbation was required.
     pub perturbed: bool,
     /// Number of points.
     pub points: u64,
@@ -279,37 +279,37 @@ pub struct Report {
     pub vertices_used: u64,
     /// Number of points that coincide with a point of smaller index.
     pub duplicates: u64,
-    /// The dimension of the points' affine hull, -1 for no points.
+    /// The dimension of the affine hull of the points, or -1 without points.
     pub dimension_of_points: i32,
 }
 
 impl Report {
-    /// Did every level run, without a fault?
+    /// Returns `true` if every level ran without a fault.
     pub fn passed(&self) -> bool {
         self.levels.iter().all(|level| level.passed)
     }
 
-    /// The level of that name.
+    /// Returns the level of this name.
     pub fn level(&self, name: &str) -> Option<&LevelReport> {
         self.levels.iter().find(|level| level.name == name)
     }
 }
 
-/// Faults as they are found: the first few and how many.
+/// The faults found so far.
 #[derive(Debug, Default)]
 pub(super) struct Tally {
-    /// The first faults.
+    /// The first faults, at most [`KEPT`].
     pub faults: Vec<Fault>,
-    /// How many faults.
+    /// The number of all faults.
     pub count: u64,
-    /// How many items were checked.
+    /// The number of items checked.
     pub checked: u64,
-    /// How many of them were ties.
+    /// The number of ties among them.
     pub ties: u64,
 }
 
 impl Tally {
-    /// Notes one fault.
+    /// Adds a fault.
     pub fn fault(&mut self, fault: Fault) {
         self.count += 1;
         if self.faults.len() < KEPT {
@@ -317,7 +317,7 @@ impl Tally {
         }
     }
 
-    /// Appends what was found in later items.
+    /// Appends the result of later items.
     pub fn append(&mut self, later: Tally) {
         self.count += later.count;
         self.checked += later.checked;
@@ -326,7 +326,7 @@ impl Tally {
         self.faults.extend(later.faults.into_iter().take(room));
     }
 
-    /// The level's report.
+    /// Returns the report of the level.
     pub fn level(self, name: &'static str) -> LevelReport {
         LevelReport {
             name,

@@ -1,4 +1,4 @@
-//! Parallel loops whose outcome does not depend on the number of threads, with progress.
+//! Parallel loops with progress. Their result does not depend on the number of threads.
 
 use std::ops::Range;
 
@@ -7,9 +7,9 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::report::Tally;
 
-/// Items that one thread takes at a time; what they find is appended in order.
+/// The number of items that a thread processes at a time. Results are appended in the order of the items.
 const BLOCK: usize = 1 << 11;
-/// Blocks between two calls of the progress function.
+/// The number of blocks between two calls of the progress function.
 const BLOCKS: usize = 1 << 7;
 
 /// Threads and the progress function.
@@ -19,7 +19,7 @@ pub(super) struct Runner<'a> {
 }
 
 impl<'a> Runner<'a> {
-    /// `threads` of its own, or rayon's for 0 (or if they cannot be had).
+    /// Creates a pool of `threads`. For 0, or if the pool cannot be created, the global pool of rayon is used.
     pub fn new(threads: usize, progress: &'a mut dyn FnMut(&str, u64, u64)) -> Self {
         let pool = match threads {
             0 => None,
@@ -41,8 +41,8 @@ impl<'a> Runner<'a> {
         (self.progress)(stage, done as u64, total as u64);
     }
 
-    /// Runs `work` over blocks of `0..total`, and appends what it finds in the order of the items.
-    /// Every item counts as checked unless `work` is told to count by itself.
+    /// Runs `work` on blocks of `0..total` and appends the results in the order of the items. `work` counts the items that it
+    /// checks.
     pub fn each(
         &mut self,
         stage: &str,

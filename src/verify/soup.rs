@@ -1,8 +1,8 @@
-//! The mesh as the verifier holds it, and the first two levels: structure and orientation.
+//! The mesh in the memory of the verifier, and the first two levels: structure and orientation.
 //!
-//! Coordinates are copied with `-0.0` as `0.0`, and multiplied by a power of two that brings the
-//! largest near one, where that is exact for all of them: no sign changes, and the filter of
-//! [`super::predicates`] stays in its range at any unit of length.
+//! `-0.0` is copied as `0.0`. All coordinates are multiplied by a power of two that brings the largest near one, if this is
+//! exact for all of them. No sign of a determinant changes. The filter of [`super::predicates`] then stays in its range for
+//! any unit of length.
 
 use std::array::from_fn;
 use std::cmp::Ordering;
@@ -15,23 +15,23 @@ use super::report::{Fault, Tally};
 use super::runner::Runner;
 use crate::triangulation::Triangulation;
 
-/// Points and cells; `N = D + 1`.
+/// Points and cells that need not be a complex. `N` is `D + 1`.
 pub(super) struct Soup<const D: usize, const N: usize> {
     /// All points.
     pub points: Vec<[f64; D]>,
-    /// Vertices of the cells; from the level `orientation` on, positively oriented unless flat.
+    /// The vertices of the cells. After the level `orientation`, cells are positively oriented unless they are flat.
     pub cells: Vec<[u32; N]>,
-    /// The flat cells, ascending.
+    /// The flat cells, in ascending order.
     pub flat: Vec<u32>,
-    /// Is the point a vertex?
+    /// Whether a point is a vertex, for each point.
     pub used: Vec<bool>,
     /// Number of points that coincide with one of smaller index.
     pub duplicates: u64,
-    /// The dimension of the points' affine hull.
+    /// The dimension of the affine hull of the points.
     pub dimension: i32,
 }
 
-/// Multiplies all coordinates by a power of two, if that is exact and worth it.
+/// Multiplies all coordinates by a power of two if this is exact and the largest is outside `2^-60` to `2^60`.
 fn normalise(coordinates: &mut [f64]) {
     let largest = coordinates.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     let exponent = ((largest.to_bits() >> 52) & 0x7ff) as i32 - 1023;
@@ -50,7 +50,7 @@ fn normalise(coordinates: &mut [f64]) {
 }
 
 impl<const D: usize, const N: usize> Soup<D, N> {
-    /// The points and, if the indices allow it, the cells; faults of shape, range and repetition.
+    /// Copies the points, and the cells if their indices are valid. Returns the faults of coordinates and indices.
     pub fn load(mesh: &Triangulation<'_>, runner: &mut Runner<'_>) -> (Self, Tally) {
         let mut coordinates: Vec<f64> = mesh.coordinates.iter().map(|x| x + 0.0).collect();
         let count = coordinates.len() / D;
@@ -79,13 +79,13 @@ impl<const D: usize, const N: usize> Soup<D, N> {
         (Self { points, cells, flat: Vec::new(), used, duplicates: 0, dimension: -1 }, tally)
     }
 
-    /// The coordinates of a cell's vertices.
+    /// Returns the coordinates of the vertices of a cell.
     #[inline]
     pub fn corners(&self, cell: u32) -> [[f64; D]; N] {
         self.cells[cell as usize].map(|v| self.points[v as usize])
     }
 
-    /// The vertices of a facet, the one opposite to `slot`, as input indices.
+    /// Returns the vertices of the facet opposite to `slot` as sorted input indices.
     pub fn facet(&self, cell: u32, slot: usize) -> Vec<u64> {
         let row = self.cells[cell as usize];
         let mut facet: Vec<u64> = (0..N).filter(|&i| i != slot).map(|i| row[i] as u64).collect();
@@ -93,7 +93,7 @@ impl<const D: usize, const N: usize> Soup<D, N> {
         facet
     }
 
-    /// Is the cell flat?
+    /// Returns `true` if the cell is flat.
     #[inline]
     pub fn is_flat(&self, cell: u32) -> bool {
         !self.flat.is_empty() && self.flat.binary_search(&cell).is_ok()
@@ -125,7 +125,7 @@ impl<const D: usize, const N: usize> Soup<D, N> {
         tally
     }
 
-    /// Cells with the same vertices, by sorting.
+    /// Finds cells with the same vertices by sorting.
     fn repeated_cells(&self, runner: &Runner<'_>, tally: &mut Tally) {
         let sorted = runner.on_threads(|| {
             let mut rows: Vec<([u32; N], u32)> = (self.cells.par_iter().enumerate())
@@ -143,8 +143,8 @@ impl<const D: usize, const N: usize> Soup<D, N> {
         }
     }
 
-    /// The level `orientation`: no cell is flat, and (where the order of rows matters) none is
-    /// negative. Leaves all cells that are not flat positively oriented.
+    /// Checks the level `orientation`: no cell is flat, and none is negative unless any order is allowed. Afterwards, all
+    /// cells that are not flat are positively oriented.
     pub fn orient(&mut self, any_order: bool, runner: &mut Runner<'_>) -> Tally {
         let signs: Vec<Ordering> = runner.on_threads(|| {
             (0..self.cells.len() as u32).into_par_iter().map(|c| orientation(&self.corners(c))).collect()
@@ -170,7 +170,7 @@ impl<const D: usize, const N: usize> Soup<D, N> {
     }
 }
 
-/// Indices in range, no vertex twice.
+/// Checks that the indices of a cell are in range and distinct.
 fn check_row(cell: u64, row: &[u64], count: usize, tally: &mut Tally) {
     if let Some(&index) = row.iter().find(|&&v| v >= count as u64) {
         tally.fault(Fault::OutOfRange { cell, index });
@@ -181,7 +181,7 @@ fn check_row(cell: u64, row: &[u64], count: usize, tally: &mut Tally) {
     }
 }
 
-/// Coincident points, ascending by index: exactly one is a vertex.
+/// Checks that exactly one of a group of coincident points, in ascending order, is a vertex.
 fn check_group(group: &[u32], used: &[bool], perturbed: bool, tally: &mut Tally) {
     let smallest = group[0] as u64;
     let mut vertices = group.iter().filter(|&&i| used[i as usize]).map(|&i| i as u64);
@@ -195,8 +195,8 @@ fn check_group(group: &[u32], used: &[bool], perturbed: bool, tally: &mut Tally)
     }
 }
 
-/// The dimension of the affine hull, exactly: the first point in lexicographic order, the last, one
-/// off their line, one off their plane.
+/// Returns the exact dimension of the affine hull. `order` is lexicographic: its first and last point span a line if they
+/// differ, a point off their line a plane, and a point off that plane space.
 fn affine_dimension<const D: usize, const N: usize>(points: &[[f64; D]], order: &[u32]) -> i32 {
     let (Some(&first), Some(&last)) = (order.first(), order.last()) else {
         return -1;
@@ -221,7 +221,7 @@ fn affine_dimension<const D: usize, const N: usize>(points: &[[f64; D]], order: 
     if spanned { 3 } else { 2 }
 }
 
-/// Three points are collinear if their projections to all pairs of axes are.
+/// Returns `true` if three points are collinear: their projections to all pairs of axes are.
 fn collinear<const D: usize>(a: &[f64; D], b: &[f64; D], c: &[f64; D]) -> bool {
     let mut axes = (0..D).flat_map(|i| (0..i).map(move |j| [i, j]));
     axes.all(|pair| orientation(&[a, b, c].map(|p| pair.map(|k| p[k]))).is_eq())

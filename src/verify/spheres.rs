@@ -1,8 +1,8 @@
 //! The fifth level: every interior facet is locally Delaunay.
 //!
-//! **Statement.** The far vertex of the neighbour is not strictly inside the circumsphere of the
-//! cell: the ridges finite|finite of the lifted hull. The sign is the same from either side. Where it
-//! is zero and the perturbation is required, the perturbed sign must be outside, too.
+//! **Statement.** The far vertex of the neighbour is not strictly inside the circumsphere of the cell. These are the ridges
+//! finite|finite of the lifted hull. The sign is the same for either cell. If it is zero and the perturbation is required,
+//! the vertex must be outside the perturbed circumsphere.
 //!
 //! **Work.** O(1) per facet.
 
@@ -14,7 +14,7 @@ use super::report::{Fault, Tally};
 use super::runner::Runner;
 use super::soup::Soup;
 
-/// The level `empty spheres`.
+/// Checks the level `empty spheres`.
 pub(super) fn check<const D: usize, const N: usize>(
     soup: &Soup<D, N>,
     facets: &Facets,

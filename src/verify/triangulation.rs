@@ -1,6 +1,6 @@
-//! The verifier's input: points and cells as flat arrays, whoever made them.
+//! The input of the verifier: points and cells as flat arrays.
 
-/// Points and cells that claim to be a triangulation.
+/// Points and cells to be verified.
 #[derive(Clone, Copy, Debug)]
 pub struct Triangulation<'a> {
     /// 2 or 3.

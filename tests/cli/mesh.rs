@@ -143,7 +143,7 @@ fn options_that_cannot_be_are_refused() {
     place.file("f.txt", "0 0 0 1\n0 0 1 -1\n");
     place.fails("mesh cube.poly -o m.vtu --size-field f.txt", 3, &["f.txt", "line 2", "positive"]);
     place.file("f.txt", "0 0 1\n");
-    place.fails("mesh cube.poly -o m.vtu --size-field f.txt", 2, &["--size-field has 2", "the domain has 3"]);
+    place.fails("mesh cube.poly -o m.vtu --size-field f.txt", 3, &["--size-field has 2", "the domain has 3"]);
 }
 
 /// Surfaces of CGAL's demos and TetGen's example.

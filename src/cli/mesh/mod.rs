@@ -12,7 +12,7 @@ use septet_core::mesh::view::{DEFAULT_CELLS, MeshPicture};
 use septet_core::mesh::{Dimension, Keep, Made, MakeError, MeshError, MeshRequest, Promise, check, make_of};
 use septet_core::run::memory::peak_rss;
 use septet_io::read::{AnyInput, DomainFile, read_domain, read_sizes};
-use septet_io::write::{OutputFormat, WriteOptions, faces_path, write};
+use septet_io::write::{OutputFormat, WriteOptions, faces_path};
 use septet_lab::report::mesh::tables::TABLES;
 use septet_lab::report::mesh::{Judged, MeshContext, MeshReport, Seconds, feature_name, unscaled_measure};
 use septet_meshing::conformity::Conformity;
@@ -26,6 +26,7 @@ use tracing_subscriber::layer::Identity;
 
 use super::errors::{Code, Failure};
 use super::files::{self, write_text};
+use super::formats::write_mesh;
 use super::instruments::{Tables, check_trace, traced};
 use super::progress::Talk;
 use super::report::write_figures;
@@ -66,10 +67,11 @@ pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
 
 /// Checks that all output files can be written.
 fn outputs(args: &MeshArgs, tables: &Tables) -> Result<(), Failure> {
+    let options = WriteOptions { format: args.writing.format, ..WriteOptions::default() };
     let faces: Vec<PathBuf> = args
         .output
         .iter()
-        .filter(|o| matches!(OutputFormat::of(o), Ok(OutputFormat::Vtu)))
+        .filter(|o| o.as_os_str() != "-" && matches!(options.format_of(o), Ok(OutputFormat::Vtu)))
         .map(|o| faces_path(o))
         .collect();
     let texts = args.json.iter().chain(&args.tracing.trace).chain(&faces).map(PathBuf::as_path);
@@ -79,7 +81,7 @@ fn outputs(args: &MeshArgs, tables: &Tables) -> Result<(), Failure> {
     let node = Path::new(name.strip_suffix(".gz").unwrap_or(&name)).with_extension("node");
     let read = [Some(&args.domain), args.size_field.as_ref(), Some(&node).filter(|n| n.is_file())];
     for path in read.into_iter().flatten() {
-        files::check(Some(path), &args.output, &texts)?;
+        files::check_as(Some(path), &args.output, &options, &texts)?;
     }
     Ok(())
 }
@@ -251,15 +253,19 @@ impl Job<'_> {
 
     fn write<P: Triangulate>(&self, domain: &Domain<P>, mesh: &Mesh<P>) -> Result<Vec<PathBuf>, Failure> {
         let (args, talk) = (self.args, self.talk);
-        let options =
-            WriteOptions { with_owner: false, first_id: self.first_id, msh: args.msh_version.into() };
+        let options = WriteOptions {
+            format: args.writing.format,
+            first_id: self.first_id,
+            msh: args.msh_version.into(),
+            ..WriteOptions::default()
+        };
         let labelled = Labelled::of(domain, mesh);
         let mut files = Vec::new();
         for output in &args.output {
             talk.check();
             let stage = format!("writing {}", output.display());
             let mut progress = |done: u64, total: u64| talk.stage(&stage, done, Some(total));
-            files.extend(write(output, &labelled.view(), &options, &mut progress)?);
+            files.extend(write_mesh(output, &labelled.view(), &options, &mut progress)?);
         }
         Ok(files)
     }
@@ -269,8 +275,12 @@ impl From<MeshError> for Failure {
     fn from(error: MeshError) -> Self {
         match error {
             MeshError::Run(error) => error.into(),
-            MeshError::Dimension { .. } => Failure::new(Code::Usage, error.to_string())
-                .help("give rows of as many coordinates as the domain has, followed by a size"),
+            MeshError::Dimension { what, .. } => {
+                // The width of a size field is a property of its file.
+                let code = if what == "--size-field" { Code::Input } else { Code::Usage };
+                Failure::new(code, error.to_string())
+                    .help("give rows of as many coordinates as the domain has, followed by a size")
+            }
             MeshError::Size(error) => {
                 let code = match error {
                     SizeError::TooFine(_) => Code::Limit,

@@ -10,6 +10,7 @@ use septet_core::mesh::{
 };
 
 use crate::errors::{Code, Failure};
+use crate::formats::FormatArgs;
 use crate::options::{INPUT, MACHINE, MshArg, OUTPUT, REPORTS, TraceArgs, TransportArg, bytes, workers};
 
 const SIZES: &str = "Sizes and quality";
@@ -47,10 +48,12 @@ pub struct MeshArgs {
     pub check: bool,
     /// Write the mesh or its surface; may be given several times
     ///
-    /// Mesh: .vtu .msh .msh22 .mesh .npy; one of .node .ele .face .edge .neigh writes all five files. Surface:
-    /// .off .stl.
+    /// Mesh: .vtu .vtk .msh .msh22 .mesh .npy; one of .node .ele .face .edge .neigh writes all five files. Surface:
+    /// .off .stl. Each also .gz, and `-` for standard output.
     #[arg(short, long = "output", value_name = "OUT", help_heading = OUTPUT)]
     pub output: Vec<PathBuf>,
+    #[command(flatten)]
+    pub writing: FormatArgs,
     /// Treatment of the boundary [default: exact for .poly and .smesh, remesh for surfaces]
     #[arg(long, value_name = "MODE", value_enum, help_heading = BOUNDARY)]
     pub boundary: Option<BoundaryArg>,

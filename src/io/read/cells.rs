@@ -1,40 +1,40 @@
-//! Cell lists: rows of point indices, checked and made zero-based.
+//! Lists of cells: rows of point ids, which are checked and converted to zero-based indices.
 
 use super::error::{InputError, Place};
 use super::format::Format;
 use super::text::{Line, Lines, Source, integer};
 
-/// How to read a file of cells.
+/// The options for reading a file of cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CellOptions {
-    /// The format; by default the file's name or content tells.
+    /// The format. By default the name of the file determines it, or else its content.
     pub format: Option<Format>,
-    /// The id of the first point in an `.ele` file, 0 or 1, best taken from the `.node` file
-    /// (`PointFile::first_id`); by default the id of the first cell. Other formats know theirs.
+    /// The id of the first point in an `.ele` file: 0 or 1, as in the `.node` file (`PointFile::first_id`). By default, it is
+    /// the id of the first cell. Other formats define it.
     pub base: Option<u64>,
-    /// The number of points there are, so that indices can be checked; by default the number in
-    /// the file itself, if it holds points, else unchecked.
+    /// The number of points, for the check of the indices. By default it is the number of points in the file. Without points
+    /// in the file, indices are not checked.
     pub point_count: Option<u64>,
-    /// 2: take the triangles, 3: take the tetrahedra of a mesh; by default tetrahedra if there are
-    /// any. A list of the other kind is refused.
+    /// The cells of a mesh to read: 2 for triangles, 3 for tetrahedra. By default tetrahedra, if there are any. A list of the
+    /// other kind is an error.
     pub dimension: Option<usize>,
 }
 
 /// The cells of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CellFile {
-    /// 2 (triangles) or 3 (tetrahedra).
+    /// The dimension of the cells: 2 for triangles, 3 for tetrahedra.
     pub dimension: usize,
-    /// `dimension + 1` zero-based point indices per cell, cell after cell, in file order.
+    /// The cells in file order, each of `dimension + 1` zero-based point indices.
     pub cells: Vec<u64>,
-    /// The id the file gave to point 0.
+    /// The id of point 0 in the file.
     pub first_id: u64,
     /// Remarks for the user, one line each.
     pub notes: Vec<String>,
 }
 
 impl CellFile {
-    /// Number of cells.
+    /// Returns the number of cells.
     pub fn cell_count(&self) -> usize {
         self.cells.len() / (self.dimension + 1)
     }
@@ -46,7 +46,7 @@ pub(super) struct Indices<'a> {
     width: usize,
     /// The id of point 0.
     first: u64,
-    /// Number of points, where known.
+    /// The number of points, if it is known.
     limit: Option<u64>,
     pub flat: Vec<u64>,
 }
@@ -56,7 +56,7 @@ impl<'a> Indices<'a> {
         Indices { source, width, first, limit, flat: Vec::new() }
     }
 
-    /// Complete rows.
+    /// Returns the number of complete rows.
     pub fn rows(&self) -> u64 {
         (self.flat.len() / self.width) as u64
     }
@@ -71,13 +71,13 @@ impl<'a> Indices<'a> {
         Ok(())
     }
 
-    /// An id that is no point's.
+    /// Returns the error for an id without a point.
     pub fn out_of_range(&self, place: Place, value: i128) -> InputError {
         let (path, cell) = (self.source.path.to_owned(), self.rows());
         InputError::OutOfRangeIndex { path, place, cell, value, first: self.first, limit: self.limit }
     }
 
-    /// Adds one row from the next words; what follows them is left alone.
+    /// Adds one row from the next words. Later words are not read.
     pub fn push_words(
         &mut self,
         line: &Line<'_>,
@@ -90,13 +90,13 @@ impl<'a> Indices<'a> {
         Ok(())
     }
 
-    /// The result.
+    /// Returns the cells with these notes.
     pub fn finish(self, notes: Vec<String>) -> CellFile {
         CellFile { dimension: self.width - 1, cells: self.flat, first_id: self.first, notes }
     }
 }
 
-/// One point id of a cell of `width` points.
+/// Parses a point id of a cell of `width` points.
 pub(super) fn index(
     source: Source<'_>,
     line: &Line<'_>,
@@ -107,7 +107,7 @@ pub(super) fn index(
     integer(word).ok_or_else(|| source.bad_word(line, word, "a point id"))
 }
 
-/// TetGen and Triangle `.ele`: `cells corners attributes`, then `id a b c [d] …`.
+/// Reads an `.ele` file of `TetGen` or Triangle: `cells corners attributes`, then `id a b c [d] …`.
 pub(super) fn read_ele(source: Source<'_>, options: &CellOptions) -> Result<CellFile, InputError> {
     const HEADER: &str = "the header `cells corners attributes`";
     let mut lines = Lines::new(source.data);
@@ -135,12 +135,12 @@ pub(super) fn read_ele(source: Source<'_>, options: &CellOptions) -> Result<Cell
             first = id.unwrap_or(0);
             cells.first = options.base.unwrap_or(first);
         }
-        let due = first + cells.rows();
-        if id != Some(due) {
+        let expected_id = first + cells.rows();
+        if id != Some(expected_id) {
             return Err(source.bad_word(
                 &line,
                 word,
-                format!("the cell id {due}, ids rising by one from 0 or 1"),
+                format!("the cell id {expected_id}, ids rising by one from 0 or 1"),
             ));
         }
         cells.push_words(&line, &mut words)?;

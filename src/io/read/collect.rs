@@ -1,4 +1,4 @@
-//! Gathering points: finiteness, signed zeros, dropped rows, and memory in bounds.
+//! Collects the points of a file: checks that they are finite, replaces -0.0, counts dropped points, and bounds memory.
 
 use glam::{DVec2, DVec3};
 
@@ -12,18 +12,19 @@ pub(super) struct Collector<'a> {
     source: Source<'a>,
     points: Points,
     skip_invalid: bool,
-    /// Points met, dropped ones included.
+    /// The number of points read, including dropped ones.
     pub met: u64,
     skipped: usize,
-    /// Filled from the first dropped point on.
+    /// The index in the file of each point, filled when the first point is dropped.
     kept: Vec<u64>,
     pub notes: Vec<String>,
     pub first_id: u64,
 }
 
 impl<'a> Collector<'a> {
-    /// For points of `dimension` coordinates of which the options may ask for fewer. `announced`
-    /// points are believed only as far as `bytes` of file, at `least` bytes a point, can hold them.
+    /// Creates a collector of points with `dimension` coordinates, or fewer if the options ask for fewer.
+    ///
+    /// Reserves memory for the `announced` points, but not for more than `bytes` of file can hold, at `least` bytes per point.
     pub fn new(
         source: Source<'a>,
         options: &ReadOptions,
@@ -58,12 +59,12 @@ impl<'a> Collector<'a> {
         })
     }
 
-    /// Coordinates kept of each point: 2 or 3.
+    /// Returns the number of coordinates of each point: 2 or 3.
     pub fn dimension(&self) -> usize {
         self.points.dimension()
     }
 
-    /// Points that were added and not dropped.
+    /// Returns the number of points that were not dropped.
     pub fn len(&self) -> usize {
         self.points.len()
     }
@@ -80,7 +81,7 @@ impl<'a> Collector<'a> {
             let (path, index) = (self.source.path.to_owned(), self.met);
             return Err(InputError::NotFinite { path, place, index, value: *value });
         }
-        // Adding zero makes 0.0 of -0.0 and leaves every other number alone.
+        // Adding zero converts -0.0 to 0.0 and leaves other numbers unchanged.
         match &mut self.points {
             Points::Plane(points) => points.push(DVec2::new(at[0] + 0.0, at[1] + 0.0)),
             Points::Space(points) => points.push(DVec3::new(at[0] + 0.0, at[1] + 0.0, at[2] + 0.0)),
@@ -92,7 +93,7 @@ impl<'a> Collector<'a> {
         Ok(())
     }
 
-    /// Adds the point whose coordinates are the next words; what follows them is left alone.
+    /// Adds the point whose coordinates are the next words. Later words are not read.
     pub fn push_words(
         &mut self,
         line: &Line<'_>,
@@ -116,7 +117,7 @@ impl<'a> Collector<'a> {
         }
     }
 
-    /// A row whose number cannot be read: dropped where that is allowed.
+    /// Drops a row with an unreadable number, or returns an error if the options do not allow this.
     pub fn malformed(&mut self, line: &Line<'_>, word: &[u8]) -> Result<(), InputError> {
         if !self.skip_invalid {
             return Err(self.source.bad_word(line, word, NUMBER));
@@ -133,7 +134,7 @@ impl<'a> Collector<'a> {
         self.met += 1;
     }
 
-    /// A row with another number of coordinates.
+    /// Returns the error for a row with another number of coordinates.
     pub fn mixed(&self, place: Place, found: usize) -> InputError {
         InputError::MixedDimension {
             path: self.source.path.to_owned(),
@@ -143,7 +144,7 @@ impl<'a> Collector<'a> {
         }
     }
 
-    /// All announced points must have been met.
+    /// Checks that all announced points were read.
     pub fn complete(&self, place: Place, announced: u64) -> Result<(), InputError> {
         if self.met < announced {
             return Err(self.source.truncated(place, "points", announced, self.met));
@@ -151,7 +152,7 @@ impl<'a> Collector<'a> {
         Ok(())
     }
 
-    /// A line for the user if space was given but everything lies at z = 0.
+    /// Adds a note if the points have three coordinates and every z is 0.
     pub fn note_if_flat(&mut self) {
         if let Points::Space(points) = &self.points
             && !points.is_empty()
@@ -161,7 +162,7 @@ impl<'a> Collector<'a> {
         }
     }
 
-    /// The result.
+    /// Returns the points.
     pub fn finish(self) -> PointFile {
         PointFile {
             points: self.points,

@@ -63,7 +63,8 @@ pub(super) fn is_table(data: &[u8]) -> bool {
     const LINES: usize = 50;
     let head = &data[..data.len().min(4096)];
     let is_text = head.iter().all(|b| *b >= 0x20 || matches!(b, b'\t' | b'\n' | b'\r' | 0x0b | 0x0c));
-    let has_numbers = |line| Row::of(line, 16).fields.iter().filter(|field| number(field).is_some()).count() >= 2;
+    let has_numbers =
+        |line| Row::of(line, 16).fields.iter().filter(|field| number(field).is_some()).count() >= 2;
     is_text && (data.trim_ascii().is_empty() || Lines::new(data).take(LINES).any(has_numbers))
 }
 
@@ -71,8 +72,9 @@ impl<'a> Table<'a, '_> {
     fn read(mut self) -> Result<PointFile, InputError> {
         let mut reading: Option<(Collector<'a>, Selection)> = None;
         let mut width = usize::MAX;
+        let mut row = Row::of(Line { number: 0, text: b"" }, width);
         for line in Lines::new(self.source.data) {
-            let row = Row::of(line, width);
+            row.split(line, width);
             if row.fields.is_empty() {
                 continue;
             }
@@ -122,6 +124,11 @@ impl<'a> Table<'a, '_> {
         {
             let (path, place) = (self.source.path.to_owned(), count.line.place());
             return Err(InputError::UnsupportedDimension { path, place, found: 1 });
+        }
+        let is_text = row.fields.iter().all(|field| number(field).is_none());
+        let lacks_names = self.header.as_ref().is_some_and(|header| header.axes().is_none());
+        if is_text && lacks_names && self.options.columns.is_none() {
+            return Err(self.source.bad_line(&row.line, "a row of numbers"));
         }
         let place = row.line.place();
         Selection::of(self.source, place, self.header.as_ref(), &row.fields[..row.filled], self.options)
@@ -210,12 +217,13 @@ fn push<'a>(
     } else if is_positional && has_other_width {
         return Err(points.mixed(line.place(), found));
     } else {
-        let words = selection.axes[..dimension].iter().map(|&i| row.fields[i]);
-        let bad = row.fields.iter().take(dimension).find(|f| number(f).is_none());
-        match bad.filter(|_| is_positional && points.met == 0 && !options.skip_invalid) {
-            Some(word) => return Err(source.bad_word(line, word, advised(row, dimension))),
-            None => points.push_words(line, &mut { words })?,
+        // The advice on columns helps only in the first row.
+        let is_first = is_positional && points.met == 0 && !options.skip_invalid;
+        let mut first = row.fields.iter().take(if is_first { dimension } else { 0 });
+        if let Some(word) = first.find(|field| number(field).is_none()) {
+            return Err(source.bad_word(line, word, advised(row, dimension)));
         }
+        points.push_words(line, &mut selection.axes[..dimension].iter().map(|&i| row.fields[i]))?;
     }
     if points.len() > before {
         selection.keep(&row.fields);
@@ -230,24 +238,38 @@ fn advised(row: &Row<'_>, dimension: usize) -> String {
     if numbers.len() < dimension {
         return NUMBER.to_owned();
     }
-    format!("{NUMBER}; choose the columns of the coordinates, such as --columns {}", numbers[..dimension].join(","))
+    format!(
+        "{NUMBER}; choose the columns of the coordinates, such as --columns {}",
+        numbers[..dimension].join(",")
+    )
 }
 
 impl<'a> Row<'a> {
     /// Splits a line into at most `most` fields. A line without content has no fields.
     fn of(line: Line<'a>, most: usize) -> Self {
+        let mut row = Row { line, text: b"", separator: b' ', fields: Vec::new(), filled: 0 };
+        row.split(line, most);
+        row
+    }
+
+    /// Replaces the row by another line.
+    fn split(&mut self, line: Line<'a>, most: usize) {
         let Scan { text, separator, quoted } = scan(line.text);
-        let mut fields: Vec<&'a [u8]> = Vec::with_capacity(most.min(8));
+        (self.line, self.text, self.separator) = (line, text, separator);
+        let fields = &mut self.fields;
+        fields.clear();
+        self.filled = 0;
         if text.trim_ascii().is_empty() {
-        } else if quoted {
+            return;
+        }
+        if quoted {
             fields.extend(Quoted { rest: Some(text), separator }.take(most));
         } else if separator == b' ' {
             fields.extend(Line { number: 0, text }.words().take(most));
         } else {
             fields.extend(text.split(|b| *b == separator).map(<[u8]>::trim_ascii).take(most));
         }
-        let filled = fields.iter().rposition(|field| !field.is_empty()).map_or(0, |last| last + 1);
-        Row { line, text, separator, fields, filled }
+        self.filled = fields.iter().rposition(|field| !field.is_empty()).map_or(0, |last| last + 1);
     }
 }
 
@@ -270,7 +292,8 @@ impl<'a> Iterator for Quoted<'a> {
             }
         }
         let blanks = rest.len() - rest.trim_ascii_start().len();
-        let closing = rest[blanks..].strip_prefix(b"\"").and_then(|inner| inner.iter().position(|b| *b == b'"'));
+        let closing =
+            rest[blanks..].strip_prefix(b"\"").and_then(|inner| inner.iter().position(|b| *b == b'"'));
         let from = closing.map_or(0, |at| blanks + at + 2);
         let ends = |b: &u8| *b == self.separator || (self.separator == b' ' && b.is_ascii_whitespace());
         let end = rest[from..].iter().position(ends).map(|at| from + at);

@@ -61,7 +61,7 @@ pub enum InputError {
         source: std::io::Error,
     },
     /// Neither the name nor the content determines the format.
-    #[error("{}: unknown format; {advice}use one of {known}, or state the format with --input-format", shown(.path))]
+    #[error("{}: unknown format; {advice}use one of {known}", shown(.path))]
     UnknownFormat {
         /// The file.
         path: PathBuf,

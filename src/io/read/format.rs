@@ -3,8 +3,6 @@
 use std::path::Path;
 use std::str::FromStr;
 
-use super::columns;
-
 /// An input format of points, of cells, or of both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -56,17 +54,23 @@ const AMBIGUOUS: [&str; 6] = ["dat", "pts", "asc", "data", "tsv", "xy"];
 
 /// Extensions of formats that are not read, and the nearest format that is.
 const CONVERSIONS: [(&[&str], &str); 5] = [
-    (&["vtp", "vti", "vtr", "vts", "pvtu", "pvd", "xdmf", "xmf", "ex2", "exo"], "write .vtu with ParaView or meshio, or "),
+    (
+        &["vtp", "vti", "vtr", "vts", "pvtu", "pvd", "xdmf", "xmf", "ex2", "exo"],
+        "write .vtu with ParaView or meshio, or ",
+    ),
     (&["las", "laz", "pcd", "e57"], "convert the point cloud to .ply, or "),
-    (&["npz", "h5", "hdf5", "parquet", "feather", "mat", "fits", "pkl"], "save the array with numpy.save as .npy, or "),
+    (
+        &["npz", "h5", "hdf5", "parquet", "feather", "mat", "fits", "pkl"],
+        "save the array with numpy.save as .npy, or ",
+    ),
     (&["xls", "xlsx", "ods"], "export the sheet as .csv, or "),
     (&["poly", "smesh"], "give a domain to `septet mesh`, or "),
 ];
 
 impl Format {
     /// The formats that `read` accepts, for messages.
-    pub const POINTS: &'static str =
-        ".node .xyz .txt .csv .npy .off .ply .stl .obj .vtu .vtk .msh .mesh (each also with .gz)";
+    pub const POINTS: &'static str = ".node .xyz .txt .csv .npy .off .ply .stl .obj .vtu .vtk .msh .mesh (each also with .gz), or state the format with \
+         --input-format";
     /// The formats that `read_cells` accepts, for messages.
     pub const CELLS: &'static str = ".ele .vtu .vtk .msh .mesh .npy .off (each also with .gz)";
     /// The names of all formats.
@@ -83,15 +87,10 @@ impl Format {
         (extension.parse().ok(), zipped)
     }
 
-    /// Returns the format of points: by the name, else by the content. Standard input without a mark is a table.
-    pub(super) fn of_points(path: &Path, data: &[u8]) -> Option<Format> {
-        let is_table = || {
-            let (extension, _) = extension(path);
-            let is_ambiguous = extension.is_empty() || AMBIGUOUS.contains(&extension.as_str());
-            path.as_os_str() == "-" || (is_ambiguous && columns::is_table(data))
-        };
-        let known = Format::of_path(path).0.or_else(|| Format::of_content(data));
-        known.or_else(|| is_table().then_some(Format::Text))
+    /// Returns `true` if the content decides whether a file of this name is a table: `.dat`, no extension, and similar.
+    pub(super) fn may_be_table(path: &Path) -> bool {
+        let (extension, _) = extension(path);
+        extension.is_empty() || AMBIGUOUS.contains(&extension.as_str())
     }
 
     /// Returns the format that the first bytes determine.
@@ -121,7 +120,7 @@ impl Format {
     }
 }
 
-/// Returns the extension in lower case, without `.gz` and empty if there is none, and whether the name ends in `.gz`.
+/// Returns the extension before `.gz` in lower case, or an empty text, and whether the name ends in `.gz`.
 fn extension(path: &Path) -> (String, bool) {
     let name = path.file_name().map(|n| n.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let (stem, zipped) = name.strip_suffix(".gz").map_or((name.as_str(), false), |stem| (stem, true));
@@ -136,7 +135,8 @@ pub(super) fn advice(path: &Path) -> String {
         return (*advice).to_owned();
     }
     let known = EXTENSIONS.iter().flat_map(|(_, extensions)| extensions.iter().copied());
-    crate::spelling::nearest(&extension, known).map_or_else(String::new, |near| format!("rename it if it is a .{near} file, or "))
+    crate::spelling::nearest(&extension, known)
+        .map_or_else(String::new, |near| format!("rename it if it is a .{near} file, or "))
 }
 
 /// The name is not the name of a format.

@@ -57,6 +57,16 @@ impl Header {
         Some([Some(x), Some(y), z].into_iter().flatten().collect())
     }
 
+    /// The name of a column as data of the points: distinct, and not empty.
+    fn name_of_data(&self, position: usize) -> String {
+        let name = self.names[position].trim();
+        match self.names.iter().filter(|other| other.trim() == name).count() {
+            _ if name.is_empty() => format!("column_{}", position + 1),
+            1 => name.to_owned(),
+            _ => format!("{name}_{}", position + 1),
+        }
+    }
+
     fn names_an_axis(&self) -> bool {
         self.names.iter().any(|name| matches!(plain(name).as_str(), "x" | "y" | "z"))
     }
@@ -127,7 +137,7 @@ impl Selection {
         let width = header.map_or(row.len(), |header| header.names.len());
         let expected = if positional { axes.len() } else { width.max(row.len()) };
         let others = (0..width).filter(|i| options.keep_columns && !axes.contains(i));
-        let name = |i: usize| header.map_or_else(|| format!("column_{}", i + 1), |h| h.names[i].clone());
+        let name = |i: usize| header.map_or_else(|| format!("column_{}", i + 1), |h| h.name_of_data(i));
         let keeping = |i: usize| Keeping {
             position: i,
             column: Column { name: name(i), values: Vec::new() },
@@ -164,12 +174,13 @@ impl Selection {
     /// Returns the columns of numbers that were kept.
     pub fn into_kept(self) -> Kept {
         let (kept, text): (Vec<Keeping>, Vec<Keeping>) = self.kept.into_iter().partition(|k| k.is_numeric);
-        let notes = text.into_iter().map(|k| format!("column {} has text and is not kept", shown(&k.column.name)));
+        let notes =
+            text.into_iter().map(|k| format!("column {} has text and is not kept", shown(&k.column.name)));
         Kept { notes: notes.collect(), columns: kept.into_iter().map(|k| k.column).collect() }
     }
 }
 
-/// What a choice of columns depends on.
+/// The input of a choice of columns.
 struct Chooser<'a> {
     source: Source<'a>,
     place: Place,
@@ -194,7 +205,8 @@ impl Chooser<'_> {
         }
         let Some(header) = self.header else {
             let width = self.row.len();
-            let problem = format!("column {} is not one of 1 to {width}, and no header row names it", shown(name));
+            let problem =
+                format!("column {} is not one of 1 to {width}, and no header row names it", shown(name));
             return Err(self.error(problem));
         };
         let exact = header.names.iter().position(|n| n.trim() == name.trim());
@@ -211,7 +223,8 @@ impl Chooser<'_> {
         let dimension = self.options.dimension;
         if let Some(mut axes) = header.axes().filter(|axes| dimension.is_none_or(|d| d <= axes.len())) {
             axes.truncate(dimension.unwrap_or(3));
-            let mut note = format!("line {line} is taken as a header row: coordinates are {}", self.list(header, &axes));
+            let mut note =
+                format!("line {line} is taken as a header row: coordinates are {}", self.list(header, &axes));
             let others: Vec<usize> = (0..header.names.len()).filter(|i| !axes.contains(i)).collect();
             if !others.is_empty() && !self.options.keep_columns {
                 note += &format!("; columns {} are ignored", self.list(header, &others));
@@ -238,7 +251,8 @@ impl Chooser<'_> {
     }
 
     fn list(&self, header: &Header, positions: &[usize]) -> String {
-        let names = positions.iter().map(|&i| header.names.get(i).map_or_else(|| (i + 1).to_string(), |n| shown(n)));
+        let names =
+            positions.iter().map(|&i| header.names.get(i).map_or_else(|| (i + 1).to_string(), |n| shown(n)));
         names.collect::<Vec<_>>().join(", ")
     }
 

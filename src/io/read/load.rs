@@ -66,7 +66,8 @@ pub(super) fn load_from<R: Read>(
     progress: &mut Progress<'_>,
 ) -> Result<Vec<u8>, InputError> {
     let mut step = |read: u64, total: Option<u64>| progress(read, total);
-    let mut input = Counting { inner: reader, read: 0, reported: 0, total, progress: &mut step, failed: false };
+    let mut input =
+        Counting { inner: reader, read: 0, reported: 0, total, progress: &mut step, failed: false };
     let unreadable = |source| InputError::Unreadable { path: path.to_owned(), source };
     let mut head = Vec::new();
     input.by_ref().take(2).read_to_end(&mut head).map_err(unreadable)?;

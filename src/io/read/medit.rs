@@ -7,7 +7,7 @@ use super::mesh::{Kind, Mesh};
 use super::points::ReadOptions;
 use super::text::{Line, Lines, Source, Words, excerpt, number};
 
-/// Words with their lines; the format does not care for line ends.
+/// Words with their lines. The format ignores line ends.
 struct Tokens<'a> {
     source: Source<'a>,
     lines: Lines<'a>,
@@ -31,7 +31,7 @@ impl<'a> Tokens<'a> {
         }
     }
 
-    /// The next word, which must not open a section.
+    /// Returns the next word, or `None` if it begins a section.
     fn value(&mut self) -> Option<&'a [u8]> {
         let before = (self.line, self.words.clone(), self.lines.clone());
         let word = self.next()?;
@@ -47,7 +47,7 @@ impl<'a> Tokens<'a> {
         self.source.count(&self.line, word, what)
     }
 
-    /// The words of one row, the last of which, a reference number, is passed over.
+    /// Returns the words of a row without its reference number at the end.
     fn row(&mut self, width: usize) -> Option<[&'a [u8]; 4]> {
         let mut row = [b"".as_slice(); 4];
         for slot in &mut row[..width] {
@@ -58,12 +58,12 @@ impl<'a> Tokens<'a> {
     }
 }
 
-/// A name, and not a number such as `NaN`.
+/// Returns `true` for a keyword, and `false` for a number such as `NaN`.
 fn is_keyword(word: &[u8]) -> bool {
     word.first().is_some_and(u8::is_ascii_uppercase) && number(word).is_none()
 }
 
-/// The whole mesh.
+/// Reads the mesh.
 pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mesh<'a>, InputError> {
     let options = &ReadOptions { dimension: None, ..options.clone() };
     let mut tokens = Tokens::new(source);

@@ -1,4 +1,4 @@
-//! Files of points and cells together, seen as either.
+//! Files of points and cells, read as points or as cells.
 
 use super::cells::{CellFile, CellOptions, Indices};
 use super::collect::Collector;
@@ -13,14 +13,14 @@ pub(super) struct Mesh<'a> {
     pub points: Collector<'a>,
     pub triangles: Indices<'a>,
     pub tetrahedra: Indices<'a>,
-    /// The first cell that is neither triangle nor tetrahedron (nor point nor line), and its name.
+    /// The place and name of the first cell that is not a point, line, triangle or tetrahedron.
     pub other: Option<(Place, String)>,
 }
 
-/// The kinds of cell that matter.
+/// The kinds of cells that the readers distinguish.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// Points and lines: passed over.
+    /// Points and lines, which are ignored.
     Lower,
     Triangle,
     Tetrahedron,
@@ -28,14 +28,14 @@ pub(super) enum Kind {
 }
 
 impl<'a> Mesh<'a> {
-    /// A mesh of these points, its cells yet to come; `first` is the file's id of point 0.
+    /// Creates a mesh of these points without cells. `first` is the id of point 0 in the file.
     pub fn new(source: Source<'a>, points: Collector<'a>, first: u64) -> Self {
         let limit = Some(points.met);
         let list = |width| Indices::new(source, width, first, limit);
         Mesh { source, points, triangles: list(3), tetrahedra: list(4), other: None }
     }
 
-    /// The list a cell of this kind belongs to.
+    /// Returns the list of the cells of this kind.
     pub fn list(&mut self, kind: Kind) -> Option<&mut Indices<'a>> {
         match kind {
             Kind::Triangle => Some(&mut self.triangles),
@@ -44,7 +44,7 @@ impl<'a> Mesh<'a> {
         }
     }
 
-    /// The points; those of a triangle mesh at z = 0 are points of the plane.
+    /// Returns the points. If all cells are triangles and every z is 0, they are points of the plane.
     pub fn into_points(self, options: &ReadOptions) -> Result<PointFile, InputError> {
         let planar = self.triangles.rows() > 0 && self.tetrahedra.rows() == 0 && self.other.is_none();
         let mut file = self.points.finish();
@@ -62,7 +62,7 @@ impl<'a> Mesh<'a> {
         };
         if plane {
             if lifted > 0 {
-                file.notes.push(format!("z is dropped, though it is not 0 for {lifted} points"));
+                file.notes.push(format!("z is dropped, although it is not 0 for {lifted} points"));
             }
             file.points = Points::Plane(space.iter().map(|p| p.truncate()).collect());
         } else if lifted == 0 && !space.is_empty() {
@@ -71,26 +71,26 @@ impl<'a> Mesh<'a> {
         Ok(file)
     }
 
-    /// The cells: tetrahedra if there are any (or are asked for), else triangles.
+    /// Returns the cells: tetrahedra if there are any or the options ask for them, else triangles.
     pub fn into_cells(self, options: &CellOptions) -> Result<CellFile, InputError> {
         let solid = self.tetrahedra.rows() > 0;
         let dimension = options.dimension.unwrap_or(if solid || self.triangles.rows() == 0 { 3 } else { 2 });
         if let Some((place, what)) = self.other {
-            return Err(self.source.unsupported(
-                place,
-                what,
-                "only triangles and tetrahedra can be verified",
-            ));
+            return Err(self.source.unsupported(place, what, "give a mesh of triangles or tetrahedra"));
         }
         let mut notes = Vec::new();
         if dimension == 3 {
             if self.triangles.rows() > 0 {
-                notes.push(format!("{} triangles beside the tetrahedra are ignored", self.triangles.rows()));
+                notes.push(format!(
+                    "{} triangles are ignored: the mesh has tetrahedra",
+                    self.triangles.rows()
+                ));
             }
             return Ok(self.tetrahedra.finish(notes));
         }
         if solid {
-            notes.push(format!("{} tetrahedra beside the triangles are ignored", self.tetrahedra.rows()));
+            notes
+                .push(format!("{} tetrahedra are ignored: triangles were requested", self.tetrahedra.rows()));
         }
         Ok(self.triangles.finish(notes))
     }

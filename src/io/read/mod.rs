@@ -118,15 +118,27 @@ fn check_dimension(path: &Path, dimension: Option<usize>) -> Result<(), InputErr
     }
 }
 
+/// Returns the format of points: by the name, else by the content. Standard input is a table unless its content determines
+/// another format.
+fn format_of_points(path: &Path, data: &[u8]) -> Option<Format> {
+    let known = Format::of_path(path).0.or_else(|| Format::of_content(data));
+    let is_table = || path.as_os_str() == "-" || (Format::may_be_table(path) && columns::is_table(data));
+    known.or_else(|| is_table().then_some(Format::Text))
+}
+
 fn points(path: &Path, data: &[u8], options: &ReadOptions) -> Result<PointFile, InputError> {
     let source = Source { path, data };
-    let Some(format) = options.format.or_else(|| Format::of_points(path, data)) else {
+    let Some(format) = options.format.or_else(|| format_of_points(path, data)) else {
         let (path, advice) = (path.to_owned(), format::advice(path));
         return Err(InputError::UnknownFormat { path, advice, known: Format::POINTS });
     };
     if format != Format::Text && (options.columns.is_some() || options.keep_columns) {
         let what = format!("a choice of columns in a .{} file", format.name());
-        return Err(source.unsupported(Place::Whole, what, "use --columns and --keep-columns for text tables only"));
+        return Err(source.unsupported(
+            Place::Whole,
+            what,
+            "use --columns and --keep-columns for text tables only",
+        ));
     }
     match format {
         Format::Node => node::read(source, options),

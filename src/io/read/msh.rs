@@ -9,11 +9,11 @@ use super::mesh::{Kind, Mesh};
 use super::points::ReadOptions;
 use super::text::{Line, Lines, Source, integer};
 
-/// Node tags, and the zero-based index of each: its place in the section of nodes.
+/// Node tags, and the zero-based index of each: its position in the section of nodes.
 struct Tags {
     first: i64,
     count: u64,
-    /// None: the tags rise by one from the first.
+    /// The index of each tag. `None` if the tags increase by one from the first.
     map: Option<HashMap<i64, u64>>,
 }
 
@@ -25,7 +25,7 @@ impl Tags {
         Tags { first, count: tags.len() as u64, map: (!rising).then(map) }
     }
 
-    /// Have two nodes the same tag?
+    /// Returns `true` if two nodes have the same tag.
     fn doubled(&self) -> bool {
         self.map.as_ref().is_some_and(|map| (map.len() as u64) < self.count)
     }
@@ -48,7 +48,7 @@ struct Section<'a, 'b> {
 }
 
 impl<'a> Section<'a, '_> {
-    /// The next line, which must not close the section.
+    /// Returns the next line of the section. The end of the section is an error.
     fn line(&mut self, expected: u64, found: u64) -> Result<Line<'a>, InputError> {
         let line = self.lines.next_data().filter(|line| !line.text.trim_ascii().starts_with(b"$"));
         let place = Place::Line(self.lines.number());
@@ -71,7 +71,7 @@ impl<'a> Section<'a, '_> {
     }
 }
 
-/// The whole mesh.
+/// Reads the mesh.
 pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mesh<'a>, InputError> {
     let options = &ReadOptions { dimension: None, ..options.clone() };
     let mut lines = Lines::new(source.data);

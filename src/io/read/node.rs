@@ -1,11 +1,11 @@
-//! TetGen and Triangle `.node` points.
+//! `.node` files: points of `TetGen` and Triangle.
 
 use super::collect::Collector;
 use super::error::{InputError, Place};
 use super::points::{PointFile, ReadOptions};
 use super::text::{Lines, Source, integer};
 
-/// `count dimension [attributes [marker]]`, then `id x y [z] …` with ids rising by one from 0 or 1.
+/// Reads a head `count dimension [attributes [marker]]`, then rows `id x y [z] …`. Ids increase by one from 0 or 1.
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
     const HEADER: &str = "the header `points dimension attributes marker`";
     let mut lines = Lines::new(source.data);
@@ -32,12 +32,12 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
         if points.met == 0 && matches!(id, Some(0 | 1)) {
             points.first_id = id.unwrap_or(0);
         }
-        let due = points.first_id + points.met;
-        if id != Some(due) {
+        let expected_id = points.first_id + points.met;
+        if id != Some(expected_id) {
             let expected = if points.met == 0 {
                 "the point id 0 or 1".to_owned()
             } else {
-                format!("the point id {due}")
+                format!("the point id {expected_id}")
             };
             return Err(source.bad_word(&line, word, expected));
         }
@@ -51,7 +51,7 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
     if attributes > 0 || marker > 0 {
         points
             .notes
-            .push(format!("{attributes} attributes and {marker} boundary markers a point are ignored"));
+            .push(format!("{attributes} attributes and {marker} boundary markers per point are ignored"));
     }
     Ok(points.finish())
 }

@@ -1,8 +1,7 @@
 //! `NumPy` arrays of points and of cells.
 //!
-//! The header is read by hand. It is a dictionary of three known keys, and a general reader of
-//! Python literals recurses on nested brackets and trusts the shape: both are ways to bring a
-//! program down with a small hostile file.
+//! The header is a dictionary of three known keys, and this module parses only that. A general parser of Python literals
+//! recurses on nested brackets and does not check the shape. A small hostile file could then exhaust the stack or memory.
 
 use super::cells::{CellFile, CellOptions, Indices};
 use super::collect::Collector;
@@ -13,23 +12,23 @@ use super::sizes;
 use super::text::{Source, excerpt, integer};
 use septet_core::mesh::field::SizeField;
 
-/// A two-dimensional array in place.
+/// A two-dimensional array in the bytes of its file.
 struct Array<'a> {
     scalar: Scalar,
     rows: u64,
     columns: usize,
-    /// Column after column?
+    /// Whether columns are contiguous (Fortran order).
     fortran: bool,
-    /// Where the data begin.
+    /// The first byte of the data in the file.
     start: usize,
-    /// Just the data.
+    /// The bytes of the data.
     data: &'a [u8],
-    /// Bytes after the data.
+    /// The number of bytes after the data.
     surplus: usize,
 }
 
 impl Array<'_> {
-    /// The element's number in the data.
+    /// Returns the index of an element in the data.
     fn position(&self, row: usize, column: usize) -> usize {
         if self.fortran { column * self.rows as usize + row } else { row * self.columns + column }
     }
@@ -40,7 +39,7 @@ impl Array<'_> {
         &self.data[at..at + size]
     }
 
-    /// The element's first byte in the file.
+    /// Returns the first byte of an element in the file.
     fn offset(&self, row: usize, column: usize) -> usize {
         self.start + self.position(row, column) * self.scalar.size()
     }
@@ -86,7 +85,7 @@ fn open(source: Source<'_>) -> Result<Array<'_>, InputError> {
     Ok(array)
 }
 
-/// The header dictionary: `{'descr': '<f8', 'fortran_order': False, 'shape': (10, 3), }`.
+/// Parses the header dictionary: `{'descr': '<f8', 'fortran_order': False, 'shape': (10, 3), }`.
 fn header<'a>(source: Source<'_>, text: &[u8], offset: usize) -> Result<Array<'a>, InputError> {
     let wrong =
         |what: &'static str| source.malformed(offset, format!("\"{}\"", excerpt(text.trim_ascii())), what);
@@ -121,7 +120,7 @@ fn header<'a>(source: Source<'_>, text: &[u8], offset: usize) -> Result<Array<'a
     Ok(Array { scalar, rows, columns: columns as usize, fortran, start: 0, data: &[], surplus: 0 })
 }
 
-/// What follows the quoted key and its colon.
+/// Returns the text after a quoted key and its colon.
 fn value<'a>(text: &'a [u8], key: &[u8]) -> Option<&'a [u8]> {
     let quoted = |i: &usize| {
         let quote = text[*i];
@@ -153,7 +152,7 @@ fn unsupported_type(source: Source<'_>, offset: usize, what: &str) -> InputError
     source.unsupported(Place::Byte(offset as u64), what, advice)
 }
 
-/// Points: shape (n, 2) or (n, 3).
+/// Reads points: shape (n, 2) or (n, 3).
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
     let array = open(source)?;
     let place = Place::Byte(array.start as u64);
@@ -178,7 +177,7 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
         points.push(place, &at)?;
     }
     if rounded > 0 {
-        points.notes.push(format!("{rounded} whole numbers are too large for a double and were rounded"));
+        points.notes.push(format!("{rounded} integers are too large for a double and were rounded"));
     }
     if array.surplus > 0 {
         points.notes.push(format!("{} bytes after the array are ignored", array.surplus));
@@ -186,7 +185,7 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
     Ok(points.finish())
 }
 
-/// Cells: shape (m, 3) or (m, 4), whole numbers.
+/// Reads cells: integers of shape (m, 3) or (m, 4).
 pub(super) fn read_cells(source: Source<'_>, options: &CellOptions) -> Result<CellFile, InputError> {
     let array = open(source)?;
     let place = Place::Byte(array.start as u64);
@@ -207,7 +206,7 @@ pub(super) fn read_cells(source: Source<'_>, options: &CellOptions) -> Result<Ce
     Ok(cells.finish(Vec::new()))
 }
 
-/// Sizes at points: shape (n, 3) in the plane, (n, 4) in space.
+/// Reads sizes at points: shape (n, 3) in the plane, (n, 4) in space.
 pub(super) fn read_sizes(source: Source<'_>) -> Result<SizeField, InputError> {
     let array = open(source)?;
     if !(3..=4).contains(&array.columns) {

@@ -1,11 +1,11 @@
-//! Wavefront `.obj`: the `v` lines.
+//! Wavefront `.obj` files: the `v` lines.
 
 use super::collect::Collector;
 use super::error::{InputError, Place};
 use super::points::{PointFile, ReadOptions};
 use super::text::{Lines, Source};
 
-/// `v x y z …`; colours, weights and all other lines are passed over.
+/// Reads the lines `v x y z …`. Colours, weights and all other lines are ignored.
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
     let mut points = Collector::new(source, options, (Place::Whole, 3), (0, 0, 1))?;
     let mut lines = Lines::new(source.data);

@@ -1,4 +1,4 @@
-//! Geomview `.off`: vertices, and triangles as cells of the plane.
+//! Geomview `.off` files: vertices, and triangles as cells of the plane.
 
 use super::cells::{CellFile, Indices};
 use super::collect::Collector;
@@ -8,7 +8,7 @@ use super::points::{PointFile, ReadOptions};
 use super::signature::is_keyword;
 use super::text::{Line, Lines, NUMBER, Source, excerpt, number};
 
-/// Where the counts stand, and the numbers of vertices and faces.
+/// The line of the counts, and the numbers of vertices and faces.
 struct Header<'a> {
     line: Line<'a>,
     vertices: u64,
@@ -45,7 +45,7 @@ fn header<'a>(source: Source<'a>, lines: &mut Lines<'a>) -> Result<Header<'a>, I
     Ok(Header { line, vertices, faces })
 }
 
-/// The vertices.
+/// Reads the vertices.
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
     let mut lines = Lines::new(source.data);
     let header = header(source, &mut lines)?;
@@ -71,7 +71,7 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
     Ok(points.finish())
 }
 
-/// Passes over the vertices.
+/// Skips the vertices.
 fn skip_vertices<'a>(source: Source<'a>, lines: &mut Lines<'a>, vertices: u64) -> Result<(), InputError> {
     for found in 0..vertices {
         let Some(line) = lines.next_data() else {
@@ -84,7 +84,7 @@ fn skip_vertices<'a>(source: Source<'a>, lines: &mut Lines<'a>, vertices: u64) -
     Ok(())
 }
 
-/// The faces of any number of corners.
+/// Reads faces with any number of corners.
 pub(super) fn read_faces(source: Source<'_>) -> Result<Faces, InputError> {
     let mut lines = Lines::new(source.data);
     let header = header(source, &mut lines)?;
@@ -102,7 +102,7 @@ pub(super) fn read_faces(source: Source<'_>) -> Result<Faces, InputError> {
     Ok(faces)
 }
 
-/// The faces, all of which must be triangles.
+/// Reads the faces as cells. They must be triangles.
 pub(super) fn read_cells(source: Source<'_>) -> Result<CellFile, InputError> {
     let mut lines = Lines::new(source.data);
     let header = header(source, &mut lines)?;

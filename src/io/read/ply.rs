@@ -1,4 +1,4 @@
-//! Stanford `.ply`, ASCII and binary of both byte orders: the element `vertex`.
+//! Stanford `.ply` files, ASCII and binary of both byte orders: the element `vertex`.
 
 use super::collect::Collector;
 use super::error::{InputError, Place};
@@ -7,7 +7,7 @@ use super::points::{PointFile, ReadOptions};
 use super::scalar::{Endian, Scalar};
 use super::text::{Line, Lines, Source, integer};
 
-/// One property of an element: a number, or a list preceded by its length.
+/// A property of an element: a number, or a list after its length.
 struct Property<'a> {
     name: &'a [u8],
     list_length: Option<Scalar>,
@@ -16,19 +16,19 @@ struct Property<'a> {
 
 struct Element<'a> {
     name: &'a [u8],
-    /// The line of the header that declares it.
+    /// The line of its declaration in the header.
     line: u64,
     count: u64,
     properties: Vec<Property<'a>>,
 }
 
 struct Header<'a> {
-    /// None: ASCII.
+    /// The byte order, or `None` for ASCII.
     endian: Option<Endian>,
     elements: Vec<Element<'a>>,
 }
 
-/// The properties `x`, `y`, `z` (or `x`, `y`) of all vertices.
+/// Reads the properties `x`, `y`, `z` (or `x`, `y`) of all vertices.
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
     let mut lines = Lines::new(source.data);
     let header = header(source, &mut lines)?;
@@ -65,7 +65,7 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
     Ok(points.finish())
 }
 
-/// The lists `vertex_indices` (or `vertex_index`) of all faces.
+/// Reads the lists `vertex_indices` (or `vertex_index`) of all faces.
 pub(super) fn read_faces(source: Source<'_>) -> Result<Faces, InputError> {
     let mut lines = Lines::new(source.data);
     let header = header(source, &mut lines)?;
@@ -75,7 +75,7 @@ pub(super) fn read_faces(source: Source<'_>) -> Result<Faces, InputError> {
     let face = header.elements.iter().position(|e| e.name == b"face");
     let list = face.and_then(|i| header.elements[i].properties.iter().position(is_list));
     let (Some(at), Some(list)) = (face, list) else {
-        return Err(source.unsupported(place, "a PLY file without faces", "export the faces, too"));
+        return Err(source.unsupported(place, "a PLY file without faces", "export it with faces"));
     };
     let (before, face) = (&header.elements[..at], &header.elements[at]);
     let Some(endian) = header.endian else {
@@ -135,7 +135,7 @@ fn ascii_faces(
     Ok(faces)
 }
 
-/// Passes over the lines of elements.
+/// Skips the lines of elements.
 fn skip_lines(source: Source<'_>, lines: &mut Lines<'_>, before: &[Element<'_>]) -> Result<(), InputError> {
     for element in before.iter().filter(|e| !e.properties.is_empty()) {
         for found in 0..element.count {
@@ -204,7 +204,7 @@ fn property<'a>(source: Source<'_>, line: &Line<'a>, words: &[&'a [u8]]) -> Resu
     }
 }
 
-/// The places of `x`, `y` and, if present, `z` among the properties.
+/// Returns the positions of `x`, `y` and, if present, `z` among the properties.
 fn axes(source: Source<'_>, vertex: &Element<'_>) -> Result<Vec<usize>, InputError> {
     let find = |name: &[u8]| vertex.properties.iter().position(|p| p.name == name && p.list_length.is_none());
     let (Some(x), Some(y)) = (find(b"x"), find(b"y")) else {
@@ -218,7 +218,7 @@ fn axes(source: Source<'_>, vertex: &Element<'_>) -> Result<Vec<usize>, InputErr
     Ok([Some(x), Some(y), find(b"z")].into_iter().flatten().collect())
 }
 
-/// The smallest size of an element in a binary file.
+/// Returns the smallest size in bytes of an element in a binary file.
 fn least_bytes(element: &Element<'_>) -> usize {
     element.properties.iter().map(|p| p.list_length.unwrap_or(p.scalar).size()).sum()
 }
@@ -265,7 +265,7 @@ fn push_line(
     points.push_words(line, &mut found[..axes.len()].iter().copied())
 }
 
-/// A place in binary data.
+/// A position in binary data.
 struct Cursor<'a> {
     source: Source<'a>,
     offset: usize,
@@ -273,7 +273,7 @@ struct Cursor<'a> {
 }
 
 impl<'a> Cursor<'a> {
-    /// The next bytes, or none if fewer are left.
+    /// Returns the next bytes, or `None` if fewer are left.
     fn take(&mut self, bytes: usize) -> Option<&'a [u8]> {
         let end = self.offset.checked_add(bytes)?;
         let taken = self.source.data.get(self.offset..end)?;
@@ -281,7 +281,7 @@ impl<'a> Cursor<'a> {
         Some(taken)
     }
 
-    /// A number, or the length and items of a list.
+    /// Returns the bytes of a number, or of the items of a list.
     fn property(&mut self, property: &Property<'_>) -> Option<&'a [u8]> {
         let Some(length) = property.list_length else {
             return self.take(property.scalar.size());

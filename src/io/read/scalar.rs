@@ -1,6 +1,6 @@
-//! Numbers of binary files.
+//! Number types of binary files.
 
-/// Order of the bytes of a number.
+/// The order of the bytes of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Endian {
     Little,
@@ -23,7 +23,7 @@ pub(super) enum Scalar {
 }
 
 impl Scalar {
-    /// By the name in a PLY header.
+    /// Returns the type of a name in a PLY header.
     pub fn of_ply(name: &[u8]) -> Option<Scalar> {
         Some(match name {
             b"char" | b"int8" => Scalar::I8,
@@ -40,7 +40,7 @@ impl Scalar {
         })
     }
 
-    /// By the name in a VTK file.
+    /// Returns the type of a name in a VTK XML file.
     pub fn of_vtk(name: &str) -> Option<Scalar> {
         Some(match name {
             "Int8" => Scalar::I8,
@@ -57,7 +57,7 @@ impl Scalar {
         })
     }
 
-    /// The number type of a name in a legacy VTK file, in lower case.
+    /// Returns the type of a name, in lower case, in a legacy VTK file.
     pub fn of_legacy_vtk(name: &[u8]) -> Option<Scalar> {
         Some(match name {
             b"char" | b"signed_char" => Scalar::I8,
@@ -74,7 +74,7 @@ impl Scalar {
         })
     }
 
-    /// By the kind and size in a `NumPy` type, the byte order taken away.
+    /// Returns the type of a `NumPy` kind and size, without the byte order.
     pub fn of_numpy(name: &[u8]) -> Option<Scalar> {
         Some(match name {
             b"i1" => Scalar::I8,
@@ -91,7 +91,7 @@ impl Scalar {
         })
     }
 
-    /// Bytes of one number.
+    /// Returns the number of bytes of a number.
     pub fn size(self) -> usize {
         match self {
             Scalar::I8 | Scalar::U8 => 1,
@@ -105,7 +105,7 @@ impl Scalar {
         !matches!(self, Scalar::F32 | Scalar::F64)
     }
 
-    /// The bits of the number, the first `size` bytes of `bytes` (fewer count as zeros).
+    /// Returns the bits of a number: the first bytes of `bytes`. Missing bytes are zero.
     fn bits(self, bytes: &[u8], endian: Endian) -> u64 {
         let size = self.size().min(bytes.len());
         let mut all = [0; 8];
@@ -116,7 +116,7 @@ impl Scalar {
         u64::from_le_bytes(all)
     }
 
-    /// The number as a double.
+    /// Returns the number as a double.
     pub fn float(self, bytes: &[u8], endian: Endian) -> f64 {
         let bits = self.bits(bytes, endian);
         match self {
@@ -126,7 +126,7 @@ impl Scalar {
         }
     }
 
-    /// The number as a whole number, reals cut off.
+    /// Returns the number as an integer, rounded towards zero.
     pub fn integer(self, bytes: &[u8], endian: Endian) -> i128 {
         let bits = self.bits(bytes, endian);
         match self {
@@ -140,7 +140,7 @@ impl Scalar {
         }
     }
 
-    /// Is the number a whole number that no double equals?
+    /// Returns `true` if the number is an integer that a double cannot represent.
     pub fn rounds(self, bytes: &[u8], endian: Endian) -> bool {
         matches!(self, Scalar::I64 | Scalar::U64) && {
             let exact = self.integer(bytes, endian);

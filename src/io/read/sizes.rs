@@ -1,5 +1,5 @@
-//! Sizes at points: rows of `x y size` or `x y z size`, separated by blanks, commas or semicolons, a heading and
-//! comments (`#`, `%`) allowed; or an array of such rows (`.npy`).
+//! Sizes at points: a text table or a `.npy` array of rows `x y size` or `x y z size`. Fields of text are separated by
+//! blanks, commas or semicolons. A header row and comments (`#`, `%`) are allowed.
 
 use std::path::Path;
 
@@ -10,14 +10,14 @@ use super::text::{Line, Lines, NUMBER, Source, number};
 use super::{load, npy};
 use septet_core::mesh::field::SizeField;
 
-/// What a size must be, for messages.
+/// The requirement for a size, for messages.
 const SIZE: &str = "a size: a positive number";
 
-/// Reads sizes at points from a file, or from standard input if `path` is `-`; `.gz` is unpacked.
+/// Reads sizes at points from a file, or from standard input if `path` is `-`. Decompresses gzip.
 ///
 /// # Errors
-/// [`InputError`], if the file is missing or damaged, a row has another number of columns than the first, a number is not
-/// finite, or a size is not positive.
+/// [`InputError`] if the file is missing or damaged, or the number of columns varies. Also if a number is not finite or a
+/// size is not positive.
 pub fn read_sizes(path: &Path, progress: &mut Progress<'_>) -> Result<SizeField, InputError> {
     let (format, zipped) = Format::of_path(path);
     let data = load::load(path, zipped, progress)?;
@@ -28,13 +28,14 @@ pub fn read_sizes(path: &Path, progress: &mut Progress<'_>) -> Result<SizeField,
     match format {
         None | Some(Format::Text) => columns(source),
         Some(other) => {
-            let what = format!("a file of kind .{} as sizes at points", other.name());
+            let what = format!("a .{} file of sizes", other.name());
             Err(source.unsupported(Place::Whole, what, "give rows of `x y z size`: .txt, .csv or .npy"))
         }
     }
 }
 
-/// Adds a row of coordinates and a size; `blame` makes the error for a size or a coordinate that cannot be.
+/// Adds a row of coordinates and a size. `blame` creates the error for an invalid number, from its column and the
+/// requirement.
 pub(super) fn push(
     field: &mut SizeField,
     row: &[f64],
@@ -48,7 +49,7 @@ pub(super) fn push(
         return Err(blame(field.dimension, SIZE));
     }
     let mut point = [0.0; 3];
-    // Adding zero makes 0.0 of -0.0.
+    // Adding zero converts -0.0 to 0.0.
     point.iter_mut().zip(at).for_each(|(slot, c)| *slot = c + 0.0);
     field.rows.push((point, size));
     Ok(())
@@ -100,7 +101,7 @@ fn row(
     push(field, &numbers[..width], |at, expected| source.bad_word(line, words[at], expected))
 }
 
-/// The fields of a line: between semicolons, else between commas, else between blanks.
+/// Splits a line at semicolons, else at commas, else at blanks.
 fn split(text: &[u8]) -> Vec<&[u8]> {
     if text.trim_ascii().is_empty() {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! STL facets: their corners, welded where they agree exactly.
+//! STL files: facets, whose corners are merged if they are equal.
 
 use std::collections::HashMap;
 
@@ -9,22 +9,22 @@ use super::points::{PointFile, ReadOptions};
 use super::signature::{FACET, HEAD, announced, is_binary};
 use super::text::{Line, Lines, NUMBER, Source, number};
 
-/// The corners met so far, each kept once.
+/// The distinct corners read so far.
 struct Welder<'a> {
     points: Collector<'a>,
     seen: HashMap<[u64; 3], u32>,
     corners: u64,
-    /// The point of each corner, three for each facet.
+    /// The point of each corner, three per facet.
     facets: Vec<u32>,
 }
 
-/// The corners of all facets, each once, in order of first appearance; indices count them after
-/// welding, invalid corners one by one.
+/// Reads the distinct corners of all facets in the order of their first appearance. Indices count distinct corners, and each
+/// invalid corner separately.
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
     Ok(read_faces(source, options)?.0)
 }
 
-/// The same, and the facets.
+/// Reads the distinct corners and the facets.
 pub(super) fn read_faces(
     source: Source<'_>,
     options: &ReadOptions,
@@ -40,7 +40,7 @@ pub(super) fn read_faces(
         read_ascii(source, &mut welder)?;
     }
     let Welder { mut points, seen, corners, facets } = welder;
-    points.notes.push(format!("{corners} facet corners welded into {} points", seen.len()));
+    points.notes.push(format!("{corners} facet corners merged into {} points", seen.len()));
     points.note_if_flat();
     Ok((points.finish(), facets.chunks_exact(3).map(<[u32]>::to_vec).collect()))
 }
@@ -51,7 +51,7 @@ impl Welder<'_> {
         if self.points.dimension() == 2 {
             at[2] = 0.0;
         }
-        // Adding zero makes one key of both zeros.
+        // Adding zero gives both zeros the same key.
         if at.iter().all(|c| c.is_finite()) {
             let next = self.seen.len() as u32;
             let point = *self.seen.entry(at.map(|c| (c + 0.0).to_bits())).or_insert(next);
@@ -78,7 +78,7 @@ fn read_binary(source: Source<'_>, welder: &mut Welder<'_>) -> Result<(), InputE
         welder.points.notes.push(format!("{surplus} bytes after the last facet are ignored"));
     }
     for (i, facet) in facets.take(count as usize).enumerate() {
-        // Twelve floats: the normal, then three corners.
+        // Twelve floats: the normal and three corners.
         for (corner, bytes) in facet[12..48].chunks_exact(12).enumerate() {
             let mut at = [0.0; 3];
             for (c, b) in at.iter_mut().zip(bytes.chunks_exact(4)) {

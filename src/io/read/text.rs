@@ -1,20 +1,20 @@
-//! Lines, words and numbers of text files, and the errors that point at them.
+//! Lines, words and numbers of text files, and errors with their places.
 
 use std::path::Path;
 
 use super::error::{InputError, Place};
 
-/// The bytes of a file and its name.
+/// The bytes of a file and its path.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
     pub path: &'a Path,
     pub data: &'a [u8],
 }
 
-/// One line of text without its end.
+/// A line of text without its end.
 #[derive(Clone, Copy)]
 pub(super) struct Line<'a> {
-    /// From 1.
+    /// The number of the line, from 1.
     pub number: u64,
     pub text: &'a [u8],
 }
@@ -24,19 +24,19 @@ impl<'a> Line<'a> {
         Place::Line(self.number)
     }
 
-    /// The words, separated by blanks.
+    /// Returns the words, which blanks separate.
     pub fn words(&self) -> Words<'a> {
         Words { rest: self.text }
     }
 
-    /// The first word in lower case, for keywords; empty if there is none.
+    /// Returns the first word in lower case, or an empty text.
     pub fn keyword(&self) -> String {
         let word = self.words().next().unwrap_or_default();
         String::from_utf8_lossy(word).to_ascii_lowercase()
     }
 }
 
-/// Words of a line.
+/// The words of a line.
 #[derive(Clone)]
 pub(super) struct Words<'a> {
     rest: &'a [u8],
@@ -60,7 +60,7 @@ pub(super) fn is_blank(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t' | b'\x0b' | b'\x0c')
 }
 
-/// All lines of a text, ending in a line feed, a carriage return or both; a byte order mark is dropped.
+/// The lines of a text. They end in a line feed, a carriage return or both. A byte order mark is skipped.
 #[derive(Clone)]
 pub(super) struct Lines<'a> {
     rest: &'a [u8],
@@ -73,17 +73,17 @@ impl<'a> Lines<'a> {
         Lines { rest, number: 0 }
     }
 
-    /// The number of the last line given out.
+    /// Returns the number of the last line read.
     pub fn number(&self) -> u64 {
         self.number
     }
 
-    /// Bytes not yet given out.
+    /// Returns the bytes that were not read.
     pub fn rest(&self) -> &'a [u8] {
         self.rest
     }
 
-    /// The next line that is not blank, up to a `#`.
+    /// Returns the next line that is not blank, without a comment after `#`.
     pub fn next_data(&mut self) -> Option<Line<'a>> {
         loop {
             let mut line = self.next()?;
@@ -114,17 +114,17 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-/// A real number, exactly rounded: `1`, `-.5`, `1e-3`, also `nan` and `inf`; never `1,5`.
+/// Parses a real number with exact rounding: `1`, `-.5`, `1e-3`, `nan` or `inf`, but not `1,5`.
 pub(super) fn number(word: &[u8]) -> Option<f64> {
     std::str::from_utf8(word).ok()?.parse().ok()
 }
 
-/// A whole number.
+/// Parses an integer.
 pub(super) fn integer(word: &[u8]) -> Option<i64> {
     std::str::from_utf8(word).ok()?.parse().ok()
 }
 
-/// A field without the double or single quotes around it.
+/// Removes the double or single quotes around a field.
 pub(super) fn unquoted(field: &[u8]) -> &[u8] {
     match field {
         [b'"', inner @ .., b'"'] | [b'\'', inner @ .., b'\''] => inner.trim_ascii(),
@@ -132,11 +132,11 @@ pub(super) fn unquoted(field: &[u8]) -> &[u8] {
     }
 }
 
-/// What a number must look like, for messages.
+/// The requirement for a number, for messages.
 pub(super) const NUMBER: &str =
-    "a number with a decimal point (decimal commas and thousands marks are not read)";
+    "a number with a decimal point (decimal commas and thousands separators are not supported)";
 
-/// Words kept short and printable for messages.
+/// Shortens a text for messages and replaces control characters.
 pub(super) fn excerpt(text: &[u8]) -> String {
     const LONGEST: usize = 60;
     let short = &text[..text.len().min(LONGEST)];
@@ -149,7 +149,7 @@ pub(super) fn excerpt(text: &[u8]) -> String {
 }
 
 impl Source<'_> {
-    /// A whole line is wrong.
+    /// Returns the error for a line.
     pub fn bad_line(&self, line: &Line<'_>, expected: impl Into<String>) -> InputError {
         InputError::Syntax {
             path: self.path.to_owned(),
@@ -160,7 +160,7 @@ impl Source<'_> {
         }
     }
 
-    /// One word of a line is wrong; the word must be a part of the line.
+    /// Returns the error for a word, which must be a part of the line.
     pub fn bad_word(&self, line: &Line<'_>, word: &[u8], expected: impl Into<String>) -> InputError {
         let offset = (word.as_ptr() as usize).wrapping_sub(line.text.as_ptr() as usize);
         InputError::Syntax {
@@ -189,13 +189,13 @@ impl Source<'_> {
         InputError::Malformed { path: self.path.to_owned(), offset, found: found.into(), expected }
     }
 
-    /// The line of a byte.
+    /// Returns the line of a byte.
     pub fn line_at(&self, offset: usize) -> u64 {
         let before = &self.data[..offset.min(self.data.len())];
         before.split(|b| *b == b'\n').count() as u64
     }
 
-    /// Something at a byte of a text is wrong.
+    /// Returns the error for the text at a byte.
     pub fn bad_at(&self, offset: usize, text: impl Into<String>, expected: &str) -> InputError {
         InputError::Syntax {
             path: self.path.to_owned(),
@@ -206,7 +206,7 @@ impl Source<'_> {
         }
     }
 
-    /// The word as a count: zero or more.
+    /// Parses a count.
     pub fn count(&self, line: &Line<'_>, word: Option<&[u8]>, what: &str) -> Result<u64, InputError> {
         let word = word.ok_or_else(|| self.bad_line(line, what))?;
         integer(word).and_then(|n| u64::try_from(n).ok()).ok_or_else(|| self.bad_word(line, word, what))

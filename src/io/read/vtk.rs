@@ -51,7 +51,8 @@ pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mes
                 let count = cursor.count(offset, words.get(1))?;
                 let types = cursor.values(count, Scalar::I32, |s, b, e| s.integer(b, e) as i64, integer)?;
                 let cells = pending.take().filter(|cells| cells.ends.len() == types.values.len());
-                let cells = cells.ok_or_else(|| source.bad_at(offset, "CELL_TYPES", "as many types as CELLS"))?;
+                let cells =
+                    cells.ok_or_else(|| source.bad_at(offset, "CELL_TYPES", "as many types as CELLS"))?;
                 push(mesh, &cells, |i, nodes| kind_of_type(types.values[i], nodes))?;
             }
             ("POLYGONS", Some(mesh)) => {
@@ -77,7 +78,11 @@ pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mes
 /// Reads the four lines of the head.
 fn open(source: Source<'_>) -> Result<Cursor<'_>, InputError> {
     if !source.data.starts_with(b"# vtk DataFile") {
-        return Err(source.bad_at(0, excerpt(source.data.split(|b| *b == b'\n').next().unwrap_or_default()), "# vtk DataFile Version"));
+        return Err(source.bad_at(
+            0,
+            excerpt(source.data.split(|b| *b == b'\n').next().unwrap_or_default()),
+            "# vtk DataFile Version",
+        ));
     }
     let mut cursor = Cursor { source, at: 0, is_binary: false };
     cursor.line();
@@ -89,14 +94,17 @@ fn open(source: Source<'_>) -> Result<Cursor<'_>, InputError> {
         other => return Err(source.bad_at(offset, excerpt(other), "ASCII or BINARY")),
     };
     let (offset, words) = cursor.keyword().unwrap_or((source.data.len(), vec![b""]));
-    match (words[0].to_ascii_uppercase().as_slice(), words.get(1).map(|w| w.to_ascii_uppercase()).as_deref()) {
+    match (words[0].to_ascii_uppercase().as_slice(), words.get(1).map(|w| w.to_ascii_uppercase()).as_deref())
+    {
         (b"DATASET", Some(b"POLYDATA" | b"UNSTRUCTURED_GRID")) => Ok(cursor),
         (b"DATASET", Some(kind)) => {
             let what = format!("a VTK dataset of type {}", excerpt(kind));
             let advice = "save an unstructured grid or polygonal data";
             Err(source.unsupported(Place::Line(source.line_at(offset)), what, advice))
         }
-        (other, _) => Err(source.bad_at(offset, excerpt(other), "DATASET POLYDATA or DATASET UNSTRUCTURED_GRID")),
+        (other, _) => {
+            Err(source.bad_at(offset, excerpt(other), "DATASET POLYDATA or DATASET UNSTRUCTURED_GRID"))
+        }
     }
 }
 
@@ -144,11 +152,14 @@ impl<'a> Cursor<'a> {
     ) -> Result<Values<T>, InputError> {
         let (source, start) = (self.source, self.at);
         let rest = &source.data[start..];
-        let place = || if self.is_binary { Place::Byte(start as u64) } else { Place::Line(source.line_at(start)) };
+        let place =
+            || if self.is_binary { Place::Byte(start as u64) } else { Place::Line(source.line_at(start)) };
         if self.is_binary {
             let size = scalar.size();
-            let bytes = usize::try_from(count).ok().and_then(|n| n.checked_mul(size)).and_then(|n| rest.get(..n));
-            let bytes = bytes.ok_or_else(|| source.truncated(place(), "numbers", count, (rest.len() / size) as u64))?;
+            let bytes =
+                usize::try_from(count).ok().and_then(|n| n.checked_mul(size)).and_then(|n| rest.get(..n));
+            let bytes = bytes
+                .ok_or_else(|| source.truncated(place(), "numbers", count, (rest.len() / size) as u64))?;
             let values = bytes.chunks_exact(size).map(|b| from_bytes(scalar, b, Endian::Big)).collect();
             self.at += bytes.len();
             return Ok(Values { values, start, size });
@@ -197,14 +208,18 @@ impl<'a> Cursor<'a> {
         let place = Place::Line(source.line_at(offset));
         let first = self.count(offset, words.get(1))?;
         let second = self.count(offset, words.get(2))?;
-        let narrow = |scalar: Scalar, bytes: &[u8], endian| i64::try_from(scalar.integer(bytes, endian)).unwrap_or(i64::MAX);
+        let narrow = |scalar: Scalar, bytes: &[u8], endian| {
+            i64::try_from(scalar.integer(bytes, endian)).unwrap_or(i64::MAX)
+        };
         let before = self.at;
         if let Some((at, next)) = self.keyword()
             && next[0].eq_ignore_ascii_case(b"OFFSETS")
         {
             let scalar = self.scalar(at, next.get(1))?;
             let offsets = self.values(first, scalar, narrow, integer)?.values;
-            let Some((at, next)) = self.keyword().filter(|(_, next)| next[0].eq_ignore_ascii_case(b"CONNECTIVITY")) else {
+            let Some((at, next)) =
+                self.keyword().filter(|(_, next)| next[0].eq_ignore_ascii_case(b"CONNECTIVITY"))
+            else {
                 return Err(source.truncated(place, "sections CONNECTIVITY", 1, 0));
             };
             let scalar = self.scalar(at, next.get(1))?;
@@ -217,7 +232,9 @@ impl<'a> Cursor<'a> {
         let (mut ends, mut ids) = (Vec::new(), Vec::new());
         let mut rest = flat.as_slice();
         for found in 0..first {
-            let row = rest.split_first().and_then(|(count, rest)| rest.split_at_checked(usize::try_from(*count).ok()?));
+            let row = rest
+                .split_first()
+                .and_then(|(count, rest)| rest.split_at_checked(usize::try_from(*count).ok()?));
             let Some((row, tail)) = row else { return Err(source.truncated(place, "cells", first, found)) };
             ids.extend_from_slice(row);
             ends.push(ids.len() as u64);
@@ -234,7 +251,8 @@ impl<'a> Cursor<'a> {
         let source = self.source;
         let arrays = self.count(offset, words.get(2))?;
         for found in 0..arrays {
-            let missing = || source.truncated(Place::Line(source.line_at(offset)), "arrays of a field", arrays, found);
+            let missing =
+                || source.truncated(Place::Line(source.line_at(offset)), "arrays of a field", arrays, found);
             let (at, words) = self.keyword().ok_or_else(missing)?;
             let numbers = self.count(at, words.get(1))?.saturating_mul(self.count(at, words.get(2))?);
             if words.get(3).is_some_and(|kind| *kind == b"string") {
@@ -256,13 +274,17 @@ impl<'a> Cursor<'a> {
 }
 
 /// Adds cells to the lists of their kinds.
-fn push(mesh: &mut Mesh<'_>, cells: &CellArrays, kind: impl Fn(usize, usize) -> Kind) -> Result<(), InputError> {
+fn push(
+    mesh: &mut Mesh<'_>,
+    cells: &CellArrays,
+    kind: impl Fn(usize, usize) -> Kind,
+) -> Result<(), InputError> {
     let place = cells.place;
     let mut start = 0;
     for (i, &end) in cells.ends.iter().enumerate() {
         let nodes = usize::try_from(end).ok().and_then(|end| cells.ids.get(start..end));
-        let nodes =
-            nodes.ok_or_else(|| mesh.source.truncated(place, "point ids of cells", end, cells.ids.len() as u64))?;
+        let nodes = nodes
+            .ok_or_else(|| mesh.source.truncated(place, "point ids of cells", end, cells.ids.len() as u64))?;
         start += nodes.len();
         let kind = kind(i, nodes.len());
         if kind == Kind::Other {

@@ -1,5 +1,5 @@
-//! VTK XML unstructured grids, `.vtu`: one piece; inline ASCII or base64, or appended raw or
-//! base64; plain or compressed by zlib.
+//! VTK XML unstructured grids, `.vtu`, of one piece. Arrays are inline ASCII or base64, or appended raw or base64. Binary
+//! arrays may be compressed with zlib.
 
 mod arrays;
 mod base64;
@@ -15,7 +15,7 @@ use super::text::{Source, integer, number};
 use super::vtk::kind_of_type;
 use arrays::{Arrays, DataArray};
 
-/// The whole mesh.
+/// Reads the mesh.
 pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mesh<'a>, InputError> {
     let options = &ReadOptions { dimension: None, ..options.clone() };
     let grid = arrays::open(source)?;
@@ -54,7 +54,7 @@ fn read_points<'a>(grid: &Arrays<'a>, options: &ReadOptions) -> Result<Collector
     Ok(points)
 }
 
-/// The announced number of rows must be there.
+/// Checks the number of rows against the announced one. `over` is whether an incomplete row follows.
 fn agree(
     grid: &Arrays<'_>,
     array: &DataArray<'_>,
@@ -120,7 +120,7 @@ fn read_cells(grid: &Arrays<'_>, mesh: &mut Mesh<'_>) -> Result<(), InputError> 
     Ok(())
 }
 
-/// Numbers too large for any index become the largest, which no point has.
+/// Converts an index. A larger number becomes the largest `i64`, which is not the index of a point.
 fn narrow(value: i128) -> i64 {
     i64::try_from(value).unwrap_or(i64::MAX)
 }

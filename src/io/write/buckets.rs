@@ -1,18 +1,18 @@
-//! Counting sort into many small buckets.
+//! A counting sort into many small buckets.
 
 use rayon::prelude::*;
 
-/// Buckets per unit of parallel work.
+/// The number of buckets per unit of parallel work.
 const CHUNK: usize = 2048;
 
-/// Units worked on before their results are used; bounds the memory held.
+/// The number of units that are processed before their results are used. It bounds memory.
 const BATCH: usize = 64;
 
-/// An index stored in as few bytes as will do.
+/// An index of 32 or 64 bits.
 pub(super) trait Item: Copy + Ord + Default + Send + Sync {
-    /// Stores an index that is known to fit.
+    /// Converts an index that fits.
     fn narrow(value: u64) -> Self;
-    /// The index.
+    /// Returns the index.
     fn wide(self) -> u64;
 }
 
@@ -42,7 +42,8 @@ pub(super) struct Buckets<T> {
 }
 
 impl<T: Item> Buckets<T> {
-    /// Sorts what `source` shows its visitor, in two passes; items of a bucket keep their order.
+    /// Sorts the pairs of bucket and item that `source` passes to its visitor. `source` runs twice. Items of a bucket keep
+    /// their order.
     pub(super) fn fill(count: usize, source: impl Fn(&mut dyn FnMut(usize, u64))) -> Self {
         let mut starts = vec![0usize; count + 1];
         source(&mut |bucket, _| starts[bucket + 1] += 1);
@@ -60,7 +61,7 @@ impl<T: Item> Buckets<T> {
         Self { starts, items }
     }
 
-    /// The buckets in order.
+    /// Returns the buckets in order.
     pub(super) fn iter(&self) -> impl Iterator<Item = &[T]> {
         self.starts.windows(2).map(|w| &self.items[w[0]..w[1]])
     }
@@ -84,8 +85,8 @@ impl<T: Item> Buckets<T> {
         });
     }
 
-    /// Works on all buckets in parallel and hands the results on in the order of the buckets. The
-    /// error of the first bucket that has one is returned.
+    /// Calls `work` for all buckets in parallel, and `accept` with the results in the order of the buckets. Returns the error of
+    /// the first bucket that has one.
     pub(super) fn for_each_batch<R: Send, E: Send>(
         &self,
         work: impl Fn(&[T], &mut Vec<R>) -> Result<(), E> + Sync,

@@ -1,96 +1,120 @@
-//! What can go wrong while a file is written.
+//! Errors of the writers.
 
 use std::io;
 use std::path::PathBuf;
 
 use super::topology::TopologyError;
 
-/// Why an output could not be written. Every variant that concerns a file names it.
+/// A reason why an output cannot be written. A variant that concerns a file has its path.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum OutputError {
-    /// The extension of the file name stands for no format that can be written.
-    #[error("{}: unknown output format; known extensions are {known}", .path.display())]
+    /// The extension of the path is not one of a format that can be written here.
+    #[error("{}: unknown output format, {advice}; use one of {known} (each also with .gz), or state the format with --format", .path.display())]
     UnknownFormat {
-        /// The path asked for.
+        /// The path.
         path: PathBuf,
-        /// The extensions that are known, separated by blanks.
+        /// The nearest format.
+        advice: String,
+        /// The known extensions, separated by blanks.
         known: String,
     },
-    /// The directory that should hold the file does not exist, or is not a directory.
+    /// The format is a set of files, which one stream cannot hold.
+    #[error("a .node/.ele set has several files and cannot be written to a stream; choose another format")]
+    NotOneFile,
+    /// The mesh has more entries than the format can count.
+    #[error("{}: {entries} entries are too many for a .vtk file, which counts in 32 bits; write .vtu", .path.display())]
+    TooLarge {
+        /// The path.
+        path: PathBuf,
+        /// The number of entries.
+        entries: u64,
+    },
+    /// The directory of the file does not exist or is not a directory.
     #[error("{}: the directory {} does not exist", .path.display(), .directory.display())]
     MissingDirectory {
-        /// The path asked for.
+        /// The path.
         path: PathBuf,
-        /// The directory that is missing.
+        /// The directory.
         directory: PathBuf,
     },
-    /// There is a directory where the file should be.
+    /// The path is a directory.
     #[error("{}: is a directory", .path.display())]
     IsDirectory {
-        /// The path asked for.
+        /// The path.
         path: PathBuf,
     },
-    /// The file exists and is read-only, its directory takes no new files, or the name is not one of a file that could be
-    /// replaced.
+    /// The file is read-only, its directory takes no new files, or its name cannot be replaced by another file.
     #[error("{}: cannot be written: {source}", .path.display())]
     NotWritable {
-        /// The path asked for.
+        /// The path.
         path: PathBuf,
-        /// What stands in the way.
+        /// The error of the operating system.
         source: io::Error,
     },
-    /// Writing failed on the way, for instance because the disk is full.
+    /// Writing failed, for example because the disk is full.
     #[error("{}: {source}", .path.display())]
     Io {
-        /// The file being written.
+        /// The file.
         path: PathBuf,
-        /// What the operating system said.
+        /// The error of the operating system.
         source: io::Error,
     },
-    /// A stream supplied by the caller refused data.
+    /// A stream of the caller refused data.
     #[error("the output stream failed: {source}")]
     Stream {
-        /// What the stream said.
+        /// The error of the stream.
         source: io::Error,
     },
-    /// The cells do not form a mesh that has the facets or neighbours the format asks for.
+    /// The cells are not a manifold, and the format needs its facets or neighbours.
     #[error("{}: {source}", .path.display())]
     Topology {
-        /// The file being written.
+        /// The file.
         path: PathBuf,
-        /// What is wrong with the cells.
+        /// The fault of the cells.
         source: TopologyError,
     },
-    /// The arrays of the mesh do not fit together.
+    /// The arrays of the mesh have lengths or indices that contradict each other.
     #[error("the mesh is inconsistent: {reason}")]
     InvalidMesh {
-        /// What does not fit.
+        /// The contradiction.
         reason: String,
     },
     /// The first id of a `TetGen` file must be 0 or 1.
     #[error("the first id must be 0 or 1, not {first_id}")]
     FirstId {
-        /// The value asked for.
+        /// The requested id.
         first_id: u64,
     },
 }
 
-/// A failure inside a format writer, which does not know the name of its file.
+/// A failure in a format writer, which does not have the path of its file.
 #[derive(Debug)]
 pub(super) enum Fault {
     /// The sink refused data.
     Io(io::Error),
     /// The cells are not a manifold.
     Topology(TopologyError),
+    /// There are more entries than the format can count.
+    TooLarge(u64),
 }
 
 impl Fault {
-    /// Names the file.
+    /// Adds the path.
     pub(super) fn at(self, path: &std::path::Path) -> OutputError {
         let path = path.to_path_buf();
         match self {
             Fault::Io(source) => OutputError::Io { path, source },
             Fault::Topology(source) => OutputError::Topology { path, source },
+            Fault::TooLarge(entries) => OutputError::TooLarge { path, entries },
+        }
+    }
+
+    /// The error of a stream.
+    pub(super) fn of_stream(self) -> OutputError {
+        match self {
+            Fault::Io(source) => OutputError::Stream { source },
+            other => other.at(std::path::Path::new("-")),
         }
     }
 }

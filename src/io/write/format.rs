@@ -1,27 +1,33 @@
-//! Which format a file name stands for.
+//! Output formats, and how the name of a file determines one.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use super::error::OutputError;
+use super::names::{extension, siblings};
+use crate::read::UnknownFormatName;
 
 /// The version of a Gmsh file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum MshVersion {
-    /// 4.1, what Gmsh writes today.
+    /// 4.1, the default of current versions of Gmsh.
     #[default]
     V41,
-    /// 2.2, what most other programs read.
+    /// 2.2, which more programs read.
     V22,
 }
 
-/// A format for triangulations.
+/// A format of triangulations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum OutputFormat {
     /// `.vtu`, an unstructured grid of VTK.
     Vtu,
+    /// `.vtk`, an unstructured grid in a legacy file of VTK, binary.
+    Vtk,
     /// `.node`, `.ele`, `.face`, `.edge` and `.neigh`, the set of `TetGen` and Triangle.
     TetGen,
-    /// `.msh` of Gmsh; the version where the name fixes it (`.msh22`, `.msh2`, `.msh41`).
+    /// `.msh` of Gmsh, with the version if the name determines it (`.msh22`, `.msh2`, `.msh41`).
     Msh(Option<MshVersion>),
     /// `.mesh` of Medit.
     Medit,
@@ -33,21 +39,50 @@ pub enum OutputFormat {
     Stl,
 }
 
-/// The extensions of [`OutputFormat`], for messages.
-const MESH_EXTENSIONS: &str =
-    ".vtu .node .ele .face .edge .neigh .msh .msh22 .msh2 .msh41 .mesh .npy .off .stl";
+/// The extensions of [`OutputFormat`] without dots.
+const MESHES: &str = "vtu vtk node ele face edge neigh msh msh22 msh2 msh41 mesh npy off stl";
 
-/// The extensions of [`PointFormat`], for messages.
-const POINT_EXTENSIONS: &str = ".node .xyz .txt .csv .npy .off .ply .vtu .obj";
+/// The extensions of [`PointFormat`] without dots.
+const POINTS: &str = "node xyz txt csv npy off ply vtu vtk obj";
+
+/// Extensions of formats that are not written, and the nearest format that is.
+const NEAREST: [(&[&str], &str); 5] = [
+    (
+        &["vtp", "pvtu", "pvd", "xdmf", "xmf", "vti", "vtr", "vts", "ex2", "exo", "cgns"],
+        "write .vtu for ParaView",
+    ),
+    (&["npz", "h5", "hdf5", "parquet", "mat", "pkl"], "write .npy for NumPy"),
+    (&["obj", "ply", "3mf", "gltf", "glb", "dae"], "write .stl or .off for a surface"),
+    (&["bdf", "inp", "unv", "med", "cas"], "write .msh for meshio and Gmsh"),
+    (&["dat", "asc", "pts", "tsv"], "write .xyz or .csv for text"),
+];
 
 impl OutputFormat {
-    /// The format named by the extension of a path, in either case.
+    /// Returns the format of a path by its extension, in either case. `.gz` after it is ignored.
     ///
     /// # Errors
-    /// [`OutputError::UnknownFormat`] where the extension is missing or unknown.
+    /// [`OutputError::UnknownFormat`] if the extension is missing or unknown.
     pub fn of(path: &Path) -> Result<Self, OutputError> {
-        match extension(path).as_str() {
+        extension(path).parse().map_err(|_| unknown(path, MESHES))
+    }
+
+    /// Returns the files that this format writes under a path, without the faces of a mesh of a domain.
+    pub fn files(self, path: &Path) -> Vec<PathBuf> {
+        match self {
+            Self::TetGen => siblings(path).collect(),
+            _ => vec![path.to_owned()],
+        }
+    }
+}
+
+impl FromStr for OutputFormat {
+    type Err = UnknownFormatName;
+
+    /// Parses an extension without its dot, in either case.
+    fn from_str(name: &str) -> Result<Self, UnknownFormatName> {
+        match name.to_ascii_lowercase().as_str() {
             "vtu" => Ok(Self::Vtu),
+            "vtk" => Ok(Self::Vtk),
             "node" | "ele" | "face" | "edge" | "neigh" => Ok(Self::TetGen),
             "msh" => Ok(Self::Msh(None)),
             "msh22" | "msh2" => Ok(Self::Msh(Some(MshVersion::V22))),
@@ -56,44 +91,55 @@ impl OutputFormat {
             "npy" => Ok(Self::Npy),
             "off" => Ok(Self::Off),
             "stl" => Ok(Self::Stl),
-            _ => Err(unknown(path, MESH_EXTENSIONS)),
+            _ => Err(UnknownFormatName { known: MESHES }),
         }
     }
 }
 
-/// A format for point sets. Those that know only space (`Off`, `Ply`, `Vtu`, `Obj`) get z = 0 for
-/// points of the plane.
+/// A format of point sets. `Off`, `Ply`, `Vtu`, `Vtk` and `Obj` have three coordinates: points of the plane get z = 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum PointFormat {
     /// `.node` of `TetGen` and Triangle.
     Node,
     /// `.xyz` and `.txt`: one point per line, coordinates separated by blanks.
     Xyz,
-    /// `.csv`: one point per line, coordinates separated by commas, no heading.
+    /// `.csv`: one point per line, coordinates separated by commas, without a header row.
     Csv,
     /// `.npy`: an array of doubles, one row per point.
     Npy,
     /// `.off` without faces.
     Off,
-    /// `.ply`, binary, little endian, doubles.
+    /// `.ply`, binary, little-endian, doubles.
     Ply,
     /// `.vtu`, one vertex cell per point.
     Vtu,
+    /// `.vtk`, binary, one vertex cell per point.
+    Vtk,
     /// `.obj`, `v` lines only.
     Obj,
 }
 
 impl PointFormat {
-    /// The format named by the extension of a path, in either case. The path `-` (standard output)
-    /// stands for [`PointFormat::Xyz`].
+    /// Returns the format of a path by its extension, in either case. `.gz` after it is ignored. The path `-` (standard
+    /// output) is [`PointFormat::Xyz`].
     ///
     /// # Errors
-    /// [`OutputError::UnknownFormat`] where the extension is missing or unknown.
+    /// [`OutputError::UnknownFormat`] if the extension is missing or unknown.
     pub fn of(path: &Path) -> Result<Self, OutputError> {
         if path.as_os_str() == "-" {
             return Ok(Self::Xyz);
         }
-        match extension(path).as_str() {
+        extension(path).parse().map_err(|_| unknown(path, POINTS))
+    }
+}
+
+impl FromStr for PointFormat {
+    type Err = UnknownFormatName;
+
+    /// Parses an extension without its dot, in either case.
+    fn from_str(name: &str) -> Result<Self, UnknownFormatName> {
+        match name.to_ascii_lowercase().as_str() {
             "node" => Ok(Self::Node),
             "xyz" | "txt" => Ok(Self::Xyz),
             "csv" => Ok(Self::Csv),
@@ -101,20 +147,26 @@ impl PointFormat {
             "off" => Ok(Self::Off),
             "ply" => Ok(Self::Ply),
             "vtu" => Ok(Self::Vtu),
+            "vtk" => Ok(Self::Vtk),
             "obj" => Ok(Self::Obj),
-            _ => Err(unknown(path, POINT_EXTENSIONS)),
+            _ => Err(UnknownFormatName { known: POINTS }),
         }
     }
 }
 
-/// The extension in lower case, empty where there is none.
-fn extension(path: &Path) -> String {
-    let extension = path.extension().and_then(|e| e.to_str());
-    extension.unwrap_or_default().to_ascii_lowercase()
-}
-
 fn unknown(path: &Path, known: &str) -> OutputError {
-    OutputError::UnknownFormat { path: path.to_path_buf(), known: known.to_owned() }
+    let extension = extension(path);
+    let listed = known.split(' ').map(|name| format!(".{name}")).collect::<Vec<_>>().join(" ");
+    let nearest = NEAREST.iter().find(|(others, _)| others.contains(&extension.as_str()));
+    let advice = match nearest {
+        _ if path.as_os_str() == "-" => "standard output needs --format".to_owned(),
+        Some((_, advice)) => (*advice).to_owned(),
+        None => crate::spelling::nearest(&extension, known.split(' ')).map_or_else(
+            || "end the name in a known extension".to_owned(),
+            |near| format!("the nearest is .{near}"),
+        ),
+    };
+    OutputError::UnknownFormat { path: path.to_path_buf(), advice, known: listed }
 }
 
 #[cfg(test)]
@@ -122,34 +174,45 @@ mod tests {
     use super::*;
 
     #[test]
-    fn extensions_choose_formats() {
+    fn extensions_determine_formats() {
         let of = |name: &str| OutputFormat::of(Path::new(name)).unwrap();
         assert_eq!(of("a/b.VTU"), OutputFormat::Vtu);
+        assert_eq!(of("a/b.vtk.GZ"), OutputFormat::Vtk);
         assert_eq!(of("b.1.neigh"), OutputFormat::TetGen);
         assert_eq!(of("b.msh"), OutputFormat::Msh(None));
         assert_eq!(of("b.msh2"), OutputFormat::Msh(Some(MshVersion::V22)));
-        assert_eq!(of("b.msh22"), OutputFormat::Msh(Some(MshVersion::V22)));
+        assert_eq!(of("b.msh22.gz"), OutputFormat::Msh(Some(MshVersion::V22)));
         assert_eq!(of("b.msh41"), OutputFormat::Msh(Some(MshVersion::V41)));
         assert_eq!(PointFormat::of(Path::new("-")).unwrap(), PointFormat::Xyz);
-        assert_eq!(PointFormat::of(Path::new("p.txt")).unwrap(), PointFormat::Xyz);
+        assert_eq!(PointFormat::of(Path::new("p.txt.gz")).unwrap(), PointFormat::Xyz);
     }
 
     #[test]
-    fn unknown_extensions_name_the_known_ones() {
-        for name in ["mesh", ".vtu", "a.vtu.gz", "a.", "-", "a.xyz"] {
+    fn errors_list_the_known_extensions_and_the_nearest() {
+        for name in ["mesh", ".vtu", "a.zip.gz", "a.", "-", "a.xyz", ".gz"] {
             let error = OutputFormat::of(Path::new(name)).unwrap_err();
             assert!(error.to_string().contains(".msh22"), "{error}");
+        }
+        for (name, advice) in [
+            ("a.xdmf", "write .vtu for ParaView"),
+            ("a.vut", "the nearest is .vtu"),
+            ("a.npz", "write .npy"),
+            ("a.dat", "write .xyz"),
+            ("-", "--format"),
+        ] {
+            let error = OutputFormat::of(Path::new(name)).unwrap_err();
+            assert!(error.to_string().contains(advice), "{error}");
         }
         assert!(PointFormat::of(Path::new("a.mesh")).is_err());
     }
 
     #[test]
-    fn every_advertised_extension_is_accepted() {
-        for extension in MESH_EXTENSIONS.split(' ') {
-            assert!(OutputFormat::of(Path::new(&format!("a{extension}"))).is_ok());
+    fn every_listed_extension_is_accepted() {
+        for extension in MESHES.split(' ') {
+            assert!(OutputFormat::of(Path::new(&format!("a.{extension}"))).is_ok());
         }
-        for extension in POINT_EXTENSIONS.split(' ') {
-            assert!(PointFormat::of(Path::new(&format!("a{extension}"))).is_ok());
+        for extension in POINTS.split(' ') {
+            assert!(PointFormat::of(Path::new(&format!("a.{extension}.gz"))).is_ok());
         }
     }
 }

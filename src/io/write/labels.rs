@@ -1,8 +1,8 @@
-//! Do the labels of a mesh fit its cells and points?
+//! Checks that the labels of a mesh fit its cells and points.
 
 use septet_core::model::{Labels, MeshView, Patches};
 
-/// What does not fit.
+/// Returns an error with the contradiction, if there is one.
 pub(super) fn check(mesh: &MeshView<'_>, labels: &Labels) -> Result<(), String> {
     let (points, cells) = (mesh.point_count(), mesh.cell_count());
     let lengths = [
@@ -15,7 +15,7 @@ pub(super) fn check(mesh: &MeshView<'_>, labels: &Labels) -> Result<(), String> 
     ];
     for (what, found, expected) in lengths {
         if found != expected {
-            return Err(format!("{found} {what} where {expected} are due"));
+            return Err(format!("{found} {what} instead of {expected}"));
         }
     }
     patches("face", &labels.faces, mesh.dimension, points)?;

@@ -1,6 +1,8 @@
-//! `.mesh` of Medit: numbered from one, a reference behind every entity. Of a triangulation it is 0 for vertices, 1
-//! for cells and hull facets; of a mesh of a domain the marker of points, of triangles on facets and of edges on
-//! segments, and what names the region of cells, where that is whole, else the number of the component.
+//! `.mesh` files of Medit, with ids from 1. Every entity ends with a reference number.
+//!
+//! In a triangulation, references are 0 for vertices and 1 for cells and hull facets. In a mesh of a domain, points,
+//! triangles on facets and edges on segments have their markers. Cells have the attribute of their region if it is an
+//! integer, else the number of their component.
 
 use std::io::Write;
 

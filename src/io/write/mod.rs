@@ -1,7 +1,7 @@
 //! Writers of triangulations and point sets.
 //!
-//! A file appears under its name only when it is complete; the files of a set appear together. Devices and pipes are
-//! written to as they are. The bytes depend on the mesh and the options alone, not on the number of threads.
+//! A file appears under its name only when it is complete. The files of a set appear together. Devices and pipes receive the
+//! bytes directly. The bytes depend on the mesh and the options, and not on the number of threads.
 
 mod buckets;
 mod error;
@@ -10,6 +10,7 @@ mod labels;
 mod medit;
 mod msh;
 mod msh_labelled;
+mod names;
 mod npy;
 mod off;
 mod options;
@@ -21,9 +22,11 @@ pub mod stage;
 mod stl;
 mod tetgen;
 pub mod topology;
+mod vtk;
 mod vtu;
 mod vtu_faces;
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use septet_core::model::MeshView;
@@ -34,87 +37,74 @@ pub use options::WriteOptions;
 pub use points::{check_points_output, write_points, write_points_to};
 pub use quality::radius_edge_ratio;
 
+use error::Fault;
 use options::check_first_id;
 use records::Progress;
 use stage::Stage;
 
-/// Checks before any work starts that the path can be written and its extension is known.
+/// Checks that a triangulation can be written under this path, before any other work.
 ///
 /// # Errors
-/// An [`OutputError`] that tells what stands in the way.
-pub fn check_output(path: &Path) -> Result<OutputFormat, OutputError> {
-    let format = OutputFormat::of(path)?;
+/// An [`OutputError`] with the obstacle.
+pub fn check_output(path: &Path, options: &WriteOptions<'_>) -> Result<OutputFormat, OutputError> {
+    let format = options.format_of(path)?;
     stage::probe(path)?;
     if format == OutputFormat::TetGen {
-        for file in tetgen::siblings(path) {
+        for file in format.files(path) {
             stage::probe(&file)?;
         }
     }
     Ok(format)
 }
 
-/// Checks before any work starts that a file of text can be written under this path.
+/// Checks that a text file can be written under this path, before any other work.
 ///
 /// # Errors
-/// An [`OutputError`] that tells what stands in the way.
+/// An [`OutputError`] with the obstacle.
 pub fn check_text_output(path: &Path) -> Result<(), OutputError> {
     stage::probe(path)
 }
 
-/// Writes text (a report, a table) to a file that appears whole or not at all; to a device or a pipe as it is.
+/// Writes text, such as a report or a table, to a file. The file appears complete or not at all. A device or a pipe
+/// receives the text directly.
 ///
 /// # Errors
-/// An [`OutputError`]; a file that was there before remains as it was.
+/// An [`OutputError`]. An existing file then stays unchanged.
 pub fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
     let mut stage = Stage::default();
-    stage.write(path, |out| Ok(out.write_all(text.as_bytes())?))?;
+    stage.write_plain(path, |out| Ok(out.write_all(text.as_bytes())?))?;
     stage.commit().map(|_| ())
 }
 
-/// The second file of a `.vtu` of a mesh of a domain, which has its faces: `mesh.faces.vtu` beside `mesh.vtu`.
+/// Returns the path of the faces of a mesh of a domain: `mesh.faces.vtu` for `mesh.vtu`, next to it.
 pub fn faces_path(path: &Path) -> PathBuf {
-    path.with_extension("faces.vtu")
+    let (plain, zipped) = names::without_gz(path);
+    plain.with_extension(if zipped { "faces.vtu.gz" } else { "faces.vtu" })
 }
 
-/// Writes one output; returns the files written. Naming any one of `.node`, `.ele`, `.face`,
-/// `.edge` and `.neigh` writes the whole set beside it (in the plane there is no `.face`). A `.vtu` of a mesh with
-/// labels has its faces in a file of their own ([`faces_path`]).
+/// Writes a triangulation to a file and returns the files written.
 ///
-/// `progress` hears how many of how many records are done.
+/// The options or the extension determine the format. `.node`, `.ele`, `.face`, `.edge` and `.neigh` each stand for the
+/// whole set (in the plane without `.face`). A `.vtu` file of a mesh with labels has its faces in a second file
+/// ([`faces_path`]). A name that ends in `.gz` is compressed.
+///
+/// `progress` receives the number of records written and their total.
 ///
 /// # Errors
-/// An [`OutputError`]; the files that were there before remain as they were.
+/// An [`OutputError`]. Existing files then stay unchanged.
 pub fn write(
     path: &Path,
     mesh: &MeshView<'_>,
-    options: &WriteOptions,
+    options: &WriteOptions<'_>,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Vec<PathBuf>, OutputError> {
-    let format = OutputFormat::of(path)?;
-    check_mesh(mesh)?;
-    check_first_id(options.first_id)?;
-    let total = match format {
-        OutputFormat::Vtu => vtu::records(mesh),
-        OutputFormat::TetGen => tetgen::records(mesh),
-        OutputFormat::Npy | OutputFormat::Stl => mesh.cell_count() as u64,
-        OutputFormat::Msh(_) | OutputFormat::Medit | OutputFormat::Off => {
-            (mesh.point_count() + mesh.cell_count()) as u64
-        }
-    };
-    let mut progress = Progress::new(total, progress);
+    let format = options.format_of(path)?;
+    check_mesh(mesh, options)?;
+    let mut progress = Progress::new(records(format, mesh), progress);
     let mut stage = Stage::default();
     match format {
         OutputFormat::TetGen => tetgen::write(path, mesh, options, &mut stage, &mut progress)?,
-        _ => stage.write(path, |out| match format {
-            OutputFormat::Vtu => vtu::write(out, mesh, options, &mut progress),
-            OutputFormat::Msh(version) => {
-                msh::write(out, mesh, version.unwrap_or(options.msh), &mut progress)
-            }
-            OutputFormat::Medit => medit::write(out, mesh, &mut progress),
-            OutputFormat::Npy => npy::write_cells(out, mesh, &mut progress),
-            OutputFormat::Stl => stl::write(out, mesh, &mut progress),
-            OutputFormat::Off | OutputFormat::TetGen => off::write(out, mesh, &mut progress),
-        })?,
+        _ => stage.write(path, |out| write_body(out, format, mesh, options, &mut progress))?,
     }
     if let (OutputFormat::Vtu, Some(labels)) = (format, mesh.labels) {
         stage.write(&faces_path(path), |out| vtu_faces::write(out, mesh, labels, &mut progress))?;
@@ -124,8 +114,63 @@ pub fn write(
     Ok(files)
 }
 
-/// Do the arrays fit together?
-fn check_mesh(mesh: &MeshView<'_>) -> Result<(), OutputError> {
+/// Writes a triangulation to a stream, such as standard output. The options must state the format.
+///
+/// # Errors
+/// [`OutputError::Stream`] if the stream refuses data, [`OutputError::UnknownFormat`] without a format,
+/// [`OutputError::NotOneFile`] for a set of files.
+pub fn write_to(
+    writer: &mut dyn Write,
+    mesh: &MeshView<'_>,
+    options: &WriteOptions<'_>,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<(), OutputError> {
+    let format = options.format_of(Path::new("-"))?;
+    if format == OutputFormat::TetGen {
+        return Err(OutputError::NotOneFile);
+    }
+    check_mesh(mesh, options)?;
+    let mut progress = Progress::new(records(format, mesh), progress);
+    let written = write_body(writer, format, mesh, options, &mut progress);
+    written.and_then(|()| Ok(writer.flush()?)).map_err(Fault::of_stream)?;
+    progress.finish();
+    Ok(())
+}
+
+/// The number of records that are written.
+fn records(format: OutputFormat, mesh: &MeshView<'_>) -> u64 {
+    match format {
+        OutputFormat::Vtu | OutputFormat::Vtk => vtu::records(mesh),
+        OutputFormat::TetGen => tetgen::records(mesh),
+        OutputFormat::Npy | OutputFormat::Stl => mesh.cell_count() as u64,
+        OutputFormat::Msh(_) | OutputFormat::Medit | OutputFormat::Off => {
+            (mesh.point_count() + mesh.cell_count()) as u64
+        }
+    }
+}
+
+/// Writes a format that is a single file.
+fn write_body(
+    out: &mut dyn Write,
+    format: OutputFormat,
+    mesh: &MeshView<'_>,
+    options: &WriteOptions<'_>,
+    progress: &mut Progress<'_>,
+) -> Result<(), Fault> {
+    match format {
+        OutputFormat::Vtu => vtu::write(out, mesh, options, progress),
+        OutputFormat::Vtk => vtk::write(out, mesh, options, progress),
+        OutputFormat::Msh(version) => msh::write(out, mesh, version.unwrap_or(options.msh), progress),
+        OutputFormat::Medit => medit::write(out, mesh, progress),
+        OutputFormat::Npy => npy::write_cells(out, mesh, progress),
+        OutputFormat::Stl => stl::write(out, mesh, progress),
+        OutputFormat::Off | OutputFormat::TetGen => off::write(out, mesh, progress),
+    }
+}
+
+/// Checks that the arrays of the mesh and of the options fit together.
+fn check_mesh(mesh: &MeshView<'_>, options: &WriteOptions<'_>) -> Result<(), OutputError> {
+    check_first_id(options.first_id)?;
     let invalid = |reason: String| Err(OutputError::InvalidMesh { reason });
     let (dimension, length) = (mesh.dimension, mesh.coordinates.len());
     if !(2..=3).contains(&dimension) {
@@ -146,6 +191,10 @@ fn check_mesh(mesh: &MeshView<'_>) -> Result<(), OutputError> {
         {
             return invalid(format!("{length} {what} for {cells} cells"));
         }
+    }
+    let points = mesh.point_count();
+    if let Some(column) = options.point_data.iter().find(|column| column.values.len() != points) {
+        return invalid(format!("{} values of {} for {points} points", column.values.len(), column.name));
     }
     mesh.labels.map_or(Ok(()), |labels| labels::check(mesh, labels).or_else(invalid))
 }

@@ -1,8 +1,9 @@
-//! `.msh` of a mesh of a domain: entities are the domain's pieces, physical groups their markers.
+//! `.msh` files of a mesh of a domain. Entities are the elements of the domain, and physical groups are their markers.
 //!
-//! Segments are curves, facets surfaces, components volumes (in the plane: segments and surfaces), each with its number
-//! in the domain plus one as tag (components from 1 as they are). A piece whose marker, or a component whose name, is a positive whole
-//! number is in the physical group of that number; Gmsh reads signs of groups as directions.
+//! Segments are curves, facets are surfaces, and components are volumes. In the plane, segments are curves and components
+//! are surfaces. The tag of a segment or facet is its index in the domain plus one. The tag of a component is its number,
+//! from 1. If the marker of an element or the attribute of a component is a positive integer, it is the physical group. Other
+//! numbers are not groups, because Gmsh reads the sign of a group as a direction.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -12,16 +13,16 @@ use super::format::MshVersion;
 use super::records::{Progress, push_float, push_indices, push_integer, write_records};
 use septet_core::model::{Labels, MeshView};
 
-/// The element types of Gmsh by dimension: line, triangle, tetrahedron.
+/// The element types of Gmsh by dimension: line, triangle and tetrahedron.
 const TYPES: [u8; 4] = [15, 1, 2, 4];
 
-/// Elements of one dimension, their rows in groups of one entity each.
+/// Elements of one dimension, in groups of one entity each.
 pub(super) struct Group<'a> {
-    /// 1, 2 or 3.
+    /// The dimension of the elements: 1, 2 or 3.
     dimension: usize,
-    /// `dimension + 1` points a row.
+    /// The points of the elements, `dimension + 1` per row.
     vertices: &'a [u64],
-    /// Tag and physical group (0 for none) and rows of each entity, tags ascending.
+    /// The tag, the physical group (0 for none) and the rows of each entity. Tags are in ascending order.
     entities: BTreeMap<u32, (u64, Vec<usize>)>,
 }
 
@@ -44,7 +45,7 @@ fn physical(marker: f64) -> u64 {
     if marker.fract() == 0.0 && marker > 0.0 && marker <= f64::from(i32::MAX) { marker as u64 } else { 0 }
 }
 
-/// Curves, surfaces and volumes of a mesh; volumes none in the plane.
+/// Returns the curves, surfaces and volumes of a mesh. In the plane, there are no volumes.
 pub(super) fn groups<'a>(mesh: &MeshView<'a>, labels: &'a Labels) -> Vec<Group<'a>> {
     let of = |patches: &'a septet_core::model::Patches| {
         move |row: usize| (patches.of[row] + 1, physical(patches.markers[row] as f64))
@@ -59,7 +60,7 @@ pub(super) fn groups<'a>(mesh: &MeshView<'a>, labels: &'a Labels) -> Vec<Group<'
     groups
 }
 
-/// The section of entities of version 4.1.
+/// Writes the section of entities of version 4.1.
 pub(super) fn write_entities(
     out: &mut dyn Write,
     mesh: &MeshView<'_>,
@@ -90,7 +91,7 @@ pub(super) fn write_entities(
     Ok(())
 }
 
-/// The smallest and then the largest coordinates of points, three each; zeros where there are none.
+/// Returns the three smallest and then the three largest coordinates of points, or zeros without points.
 pub(super) fn bounding_box(mesh: &MeshView<'_>, points: impl Iterator<Item = u64>) -> [f64; 6] {
     let mut found = None;
     for v in points {
@@ -106,13 +107,13 @@ pub(super) fn bounding_box(mesh: &MeshView<'_>, points: impl Iterator<Item = u64
     [low[0], low[1], low[2], high[0], high[1], high[2]]
 }
 
-/// The dimension and tag of the entity that all nodes are written with.
+/// Returns the dimension and tag of the entity that has all nodes.
 pub(super) fn node_entity(mesh: &MeshView<'_>, groups: &[Group<'_>]) -> (usize, u32) {
     let cells = groups.iter().find(|g| g.dimension == mesh.dimension);
     (mesh.dimension, cells.and_then(|g| g.entities.keys().next().copied()).unwrap_or(1))
 }
 
-/// The section of elements.
+/// Writes the section of elements.
 pub(super) fn write_elements(
     out: &mut dyn Write,
     groups: &[Group<'_>],

@@ -1,4 +1,4 @@
-//! `.npy`: arrays of `NumPy`, version 1.0, C order.
+//! `.npy` files: arrays of `NumPy`, version 1.0, C order.
 
 use std::io::{self, Write};
 
@@ -6,7 +6,7 @@ use super::error::Fault;
 use super::records::{Progress, write_records};
 use septet_core::model::{MeshView, Points};
 
-/// Writes the cells, zero-based.
+/// Writes the cells with zero-based indices.
 pub(super) fn write_cells(
     out: &mut dyn Write,
     mesh: &MeshView<'_>,
@@ -38,7 +38,7 @@ pub(super) fn write_points(
     Ok(())
 }
 
-/// The head is filled up with blanks to a multiple of 64 bytes and ends with a new line.
+/// Writes the head. It is padded with blanks to a multiple of 64 bytes and ends with a line feed.
 fn write_head(out: &mut dyn Write, kind: &str, rows: usize, columns: usize) -> io::Result<()> {
     let mut text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({rows}, {columns}), }}");
     let blanks = 63 - (10 + text.len()) % 64;
@@ -59,7 +59,7 @@ mod tests {
     use super::*;
     use crate::read::{CellOptions, ReadOptions, read_cells_from, read_from};
 
-    /// What [`write_points`] writes.
+    /// Returns the bytes that [`write_points`] writes.
     fn points_file(points: &Points) -> Vec<u8> {
         let mut bytes = Vec::new();
         let mut report = |_, _| {};
@@ -67,7 +67,7 @@ mod tests {
         bytes
     }
 
-    /// What [`write_cells`] writes.
+    /// Returns the bytes that [`write_cells`] writes.
     fn cells_file(dimension: usize, cells: &[u64]) -> Vec<u8> {
         let (owner, home_leaf, labels) = (None, None, None);
         let mesh = MeshView { dimension, coordinates: &[], cells, owner, home_leaf, labels };
@@ -77,7 +77,7 @@ mod tests {
         bytes
     }
 
-    /// The array of format version 1.0 that `numpy.save` writes.
+    /// Returns the bytes that `numpy.save` writes in version 1.0.
     fn saved(kind: &str, shape: &str, data: &[u8]) -> Vec<u8> {
         let mut head = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}");
         while (11 + head.len()) % 64 != 0 {
@@ -91,7 +91,7 @@ mod tests {
         bytes
     }
 
-    /// Finite numbers; readers make 0.0 of -0.0.
+    /// Finite numbers other than -0.0, which readers convert to 0.0.
     fn coordinate() -> impl Strategy<Value = f64> {
         any::<u64>().prop_map(f64::from_bits).prop_filter("finite", |c| c.is_finite()).prop_map(|c| c + 0.0)
     }

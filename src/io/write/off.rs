@@ -1,5 +1,5 @@
-//! `.off`: in space the hull, oriented outward, with only its own points in the order of their
-//! indices; in the plane all points and triangles, z = 0.
+//! `.off` files. In space, they have the hull, oriented outward, and its points in the order of their indices. In the plane,
+//! they have all points and triangles, with z = 0.
 
 use std::io::Write;
 
@@ -26,7 +26,7 @@ pub(super) fn write(
     used.par_sort_unstable();
     used.dedup();
     hull.par_iter_mut().for_each(|vertex| {
-        // Every vertex of the hull is in the list of them.
+        // The search always succeeds, because the list has all vertices of the hull.
         *vertex = used.binary_search(vertex).map_or(0, |position| position as u64);
     });
     write_head(out, used.len(), hull.len() / 3)?;

@@ -1,18 +1,45 @@
-//! What may be chosen about a file besides its format.
+//! The options of the writers.
+
+use std::path::Path;
 
 use super::error::OutputError;
-use super::format::MshVersion;
+use super::format::{MshVersion, OutputFormat, PointFormat};
+use crate::read::Column;
 
-/// What may be chosen about a file besides its format.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct WriteOptions {
-    /// Write who owned each cell and its home leaf, where the mesh knows them (`.vtu` only).
+/// The options of the writers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WriteOptions<'a> {
+    /// The format of triangulations. By default the extension of the file determines it.
+    pub format: Option<OutputFormat>,
+    /// The format of point sets. By default the extension of the file determines it.
+    pub point_format: Option<PointFormat>,
+    /// Whether to write the owner and the home leaf of each cell, if the mesh has them (`.vtu` and `.vtk` only).
     pub with_owner: bool,
-    /// The id of the first point and of the first cell in the files of `TetGen`: 0 or 1, as in the
-    /// `.node` file the points came from.
+    /// The id of the first point and of the first cell in the files of `TetGen`: 0 or 1, as in the `.node` file of the
+    /// points.
     pub first_id: u64,
-    /// The version of a file named `.msh`.
+    /// The version of a `.msh` file whose extension does not determine it.
     pub msh: MshVersion,
+    /// Values at the points of a triangulation, one column per array (`.vtu` and `.vtk` only).
+    pub point_data: &'a [Column],
+}
+
+impl WriteOptions<'_> {
+    /// Returns the format of a triangulation under this path.
+    ///
+    /// # Errors
+    /// [`OutputError::UnknownFormat`] if neither the options nor the extension determine it.
+    pub fn format_of(&self, path: &Path) -> Result<OutputFormat, OutputError> {
+        self.format.map_or_else(|| OutputFormat::of(path), Ok)
+    }
+
+    /// Returns the format of a point set under this path.
+    ///
+    /// # Errors
+    /// [`OutputError::UnknownFormat`] if neither the options nor the extension determine it.
+    pub fn point_format_of(&self, path: &Path) -> Result<PointFormat, OutputError> {
+        self.point_format.map_or_else(|| PointFormat::of(path), Ok)
+    }
 }
 
 pub(super) fn check_first_id(first_id: u64) -> Result<(), OutputError> {

@@ -1,4 +1,4 @@
-//! Point sets in all their formats.
+//! Writers of point sets in all formats.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -8,38 +8,41 @@ use super::format::PointFormat;
 use super::options::{WriteOptions, check_first_id};
 use super::records::{Progress, push_point, write_records};
 use super::stage::{self, Stage};
-use super::{npy, off, tetgen, vtu};
+use super::{npy, off, tetgen, vtk, vtu};
 use septet_core::model::Points;
 
-/// Checks before any work starts that points can be written under this path. `-` is always good and
-/// means `.xyz` text for [`write_points_to`].
+/// Checks that points can be written under this path, before any other work. `-` is always accepted, and its format is
+/// `.xyz` text unless the options state another.
 ///
 /// # Errors
-/// An [`OutputError`] that tells what stands in the way.
-pub fn check_points_output(path: &Path) -> Result<PointFormat, OutputError> {
-    let format = PointFormat::of(path)?;
+/// An [`OutputError`] with the obstacle.
+pub fn check_points_output(path: &Path, options: &WriteOptions<'_>) -> Result<PointFormat, OutputError> {
+    let format = options.point_format_of(path)?;
     if path.as_os_str() != "-" {
         stage::probe(path)?;
     }
     Ok(format)
 }
 
-/// Writes points to a file in the format its name asks for; returns the file written.
+/// Writes points to a file in the format of its extension or of the options. Returns the file.
 ///
 /// # Errors
-/// An [`OutputError`]; a file that was there before remains as it was. The path `-` names no file
-/// and is refused as an unknown format.
+/// An [`OutputError`]. An existing file then stays unchanged. The path `-` is not a file and is refused.
 pub fn write_points(
     path: &Path,
     points: &Points,
-    options: &WriteOptions,
+    options: &WriteOptions<'_>,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Vec<PathBuf>, OutputError> {
-    let format = PointFormat::of(path)?;
+    let format = options.point_format_of(path)?;
     check_first_id(options.first_id)?;
     if path.as_os_str() == "-" {
-        let known = "those of files; standard output needs a writer".to_owned();
-        return Err(OutputError::UnknownFormat { path: path.to_path_buf(), known });
+        let advice = "standard output needs a stream".to_owned();
+        return Err(OutputError::UnknownFormat {
+            path: path.to_path_buf(),
+            advice,
+            known: "file names".to_owned(),
+        });
     }
     let mut progress = Progress::new(total(format, points), progress);
     let mut stage = Stage::default();
@@ -49,31 +52,32 @@ pub fn write_points(
     Ok(files)
 }
 
-/// Writes points to a stream, for instance standard output.
+/// Writes points to a stream, such as standard output.
 ///
 /// # Errors
-/// [`OutputError::Stream`] where the stream refuses data.
+/// [`OutputError::Stream`] if the stream refuses data.
 pub fn write_points_to(
     writer: &mut dyn Write,
     format: PointFormat,
     points: &Points,
-    options: &WriteOptions,
+    options: &WriteOptions<'_>,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<(), OutputError> {
     check_first_id(options.first_id)?;
     let mut progress = Progress::new(total(format, points), progress);
     let written = write_body(writer, format, points, options, &mut progress);
-    written.and_then(|()| Ok(writer.flush()?)).map_err(|fault| match fault {
-        Fault::Io(source) => OutputError::Stream { source },
-        other @ Fault::Topology(_) => other.at(Path::new("-")),
-    })?;
+    written.and_then(|()| Ok(writer.flush()?)).map_err(Fault::of_stream)?;
     progress.finish();
     Ok(())
 }
 
-/// How many records are written.
+/// Returns the number of records that are written.
 fn total(format: PointFormat, points: &Points) -> u64 {
-    let arrays = if format == PointFormat::Vtu { 5 } else { 1 };
+    let arrays = match format {
+        PointFormat::Vtu => 5,
+        PointFormat::Vtk => 3,
+        _ => 1,
+    };
     arrays * points.len() as u64
 }
 
@@ -81,7 +85,7 @@ fn write_body(
     out: &mut dyn Write,
     format: PointFormat,
     points: &Points,
-    options: &WriteOptions,
+    options: &WriteOptions<'_>,
     progress: &mut Progress<'_>,
 ) -> Result<(), Fault> {
     let (dimension, coordinates) = (points.dimension(), points.coordinates());
@@ -95,6 +99,7 @@ fn write_body(
         PointFormat::Npy => npy::write_points(out, points, progress),
         PointFormat::Off => off::write_points(out, points, progress),
         PointFormat::Vtu => vtu::write_points(out, points, progress),
+        PointFormat::Vtk => vtk::write_points(out, points, progress),
         PointFormat::Ply => write_ply(out, points, progress),
     }
 }

@@ -58,11 +58,11 @@ fn vtu_points_are_vertices() {
 fn files_equal_streams_and_empty_sets_are_written() {
     let directory = tempfile::tempdir().unwrap();
     let options = WriteOptions { first_id: 1, ..WriteOptions::default() };
-    let names = ["p.node", "p.xyz", "p.txt", "p.csv", "p.npy", "p.off", "p.ply", "p.vtu", "p.obj"];
+    let names = ["p.node", "p.xyz", "p.txt", "p.csv", "p.npy", "p.off", "p.ply", "p.vtu", "p.vtk", "p.obj"];
     for points in [plane(), space(), Points::Plane(vec![]), Points::Space(vec![])] {
         for name in names {
             let path = directory.path().join(name);
-            let format = check_points_output(&path).unwrap();
+            let format = check_points_output(&path, &options).unwrap();
             let mut last = (1, 0);
             let mut report = |done, total| last = (done, total);
             let files = write_points(&path, &points, &options, &mut report).unwrap();
@@ -76,12 +76,12 @@ fn files_equal_streams_and_empty_sets_are_written() {
 
 #[test]
 fn the_path_for_standard_output_is_no_file() {
-    assert_eq!(check_points_output(Path::new("-")).unwrap(), PointFormat::Xyz);
+    assert_eq!(check_points_output(Path::new("-"), &WriteOptions::default()).unwrap(), PointFormat::Xyz);
     let error = write_points(Path::new("-"), &plane(), &WriteOptions::default(), &mut |_, _| {});
     assert!(matches!(error, Err(OutputError::UnknownFormat { .. })));
 }
 
-/// A pipe whose reader has gone.
+/// A pipe without a reader.
 struct Broken;
 
 impl Write for Broken {

@@ -3,13 +3,13 @@
 use glam::{DVec2, DVec3};
 use septet_meshing::quality::angles::angles;
 
-/// Circumradius divided by the length of the shortest edge.
+/// Returns the circumradius divided by the length of the shortest edge. It is infinite if the cell is flat or has two equal
+/// vertices.
 ///
-/// The origin is moved to an end of the shortest edge and all lengths are divided by the largest
-/// coordinate difference, so neither large nor tiny meshes overflow. With u, v, w the edges from
-/// that origin, the circumradius of a tetrahedron is
-/// |u² (v × w) + v² (w × u) + w² (u × v)| / (2 |u · (v × w)|), that of a triangle
-/// |u| |v| |u − v| / (2 |u × v|). Infinite where the cell is flat or has two equal vertices.
+/// The origin is moved to an end of the shortest edge, and all lengths are divided by the largest coordinate difference.
+/// Large and tiny meshes therefore do not overflow. Let u, v, w be the edges from that origin. The circumradius of a
+/// tetrahedron is |u² (v × w) + v² (w × u) + w² (u × v)| / (2 |u · (v × w)|). The circumradius of a triangle is
+/// |u| |v| |u − v| / (2 |u × v|).
 pub fn radius_edge_ratio(dimension: usize, coordinates: &[f64], cell: &[u64]) -> f64 {
     let corners = cell.len().min(4);
     let mut points = [[0.0; 3]; 4];
@@ -19,7 +19,7 @@ pub fn radius_edge_ratio(dimension: usize, coordinates: &[f64], cell: &[u64]) ->
     }
     let points = &mut points[..corners];
     if points.iter().flatten().any(|c| c.abs() > f64::MAX / 4.0) {
-        // Differences could overflow; the ratio does not depend on the scale.
+        // Differences could overflow. The ratio does not depend on the scale.
         points.iter_mut().flatten().for_each(|c| *c /= 4.0);
     }
     let Some(origin) = shortest_edge_end(points) else {
@@ -39,7 +39,7 @@ pub fn radius_edge_ratio(dimension: usize, coordinates: &[f64], cell: &[u64]) ->
     if ratio.is_nan() { f64::INFINITY } else { ratio }
 }
 
-/// The smallest angle of a cell in degrees: dihedral, in the plane at a corner.
+/// Returns the smallest angle of a cell in degrees: dihedral in space, at a corner in the plane.
 pub(super) fn least_angle(dimension: usize, coordinates: &[f64], cell: &[u64]) -> f64 {
     let at = |&v: &u64| &coordinates[v as usize * dimension..][..dimension];
     let found = if dimension == 2 {
@@ -50,7 +50,7 @@ pub(super) fn least_angle(dimension: usize, coordinates: &[f64], cell: &[u64]) -
     found.into_iter().fold(f64::INFINITY, f64::min)
 }
 
-/// An end of the shortest edge; nothing where two points are equal.
+/// Returns an end of the shortest edge, or `None` if two points are equal.
 fn shortest_edge_end(points: &[[f64; 3]]) -> Option<usize> {
     let mut best = (0, f64::INFINITY);
     for i in 0..points.len() {
@@ -92,7 +92,7 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// The length, without overflow or underflow on the way.
+/// Returns the length, without intermediate overflow or underflow.
 fn norm(a: [f64; 3]) -> f64 {
     let scale = a.iter().fold(0.0f64, |m, c| m.max(c.abs()));
     if scale == 0.0 || !scale.is_finite() {
@@ -126,7 +126,7 @@ mod tests {
 
     #[test]
     fn a_short_edge_far_from_the_first_vertex_keeps_its_accuracy() {
-        // Right angle at the short edge: the hypotenuse is the diameter.
+        // The angle at the short edge is right, so the hypotenuse is the diameter.
         let points = [0.0, 0.0, 1.0, 0.0, 1.0, 1e-9];
         close(radius_edge_ratio(2, &points, &[0, 1, 2]), 0.5e9);
     }

@@ -1,16 +1,16 @@
-//! Streams of records: formatted in parallel, written in order.
+//! Streams of records, which are formatted in parallel and written in order.
 
 use std::io::{self, Write};
 
 use rayon::prelude::*;
 
-/// Records per unit of parallel work. Fixed, so that the bytes do not depend on the machine.
+/// The number of records per unit of parallel work. It is fixed, so that the bytes do not depend on the computer.
 const CHUNK: usize = 4096;
 
-/// Units formatted before they are written; bounds the memory held.
+/// The number of units that are formatted before they are written. It bounds memory.
 const BATCH: usize = 64;
 
-/// Counts what has been written and reports it.
+/// Counts the records written and reports the count.
 pub(super) struct Progress<'a> {
     done: u64,
     total: u64,
@@ -18,19 +18,19 @@ pub(super) struct Progress<'a> {
 }
 
 impl<'a> Progress<'a> {
-    /// Starts at nothing of `total`.
+    /// Starts at 0 of `total` records.
     pub(super) fn new(total: u64, report: &'a mut dyn FnMut(u64, u64)) -> Self {
         report(0, total);
         Self { done: 0, total, report }
     }
 
-    /// `count` more records are done.
+    /// Adds `count` records.
     pub(super) fn advance(&mut self, count: u64) {
         self.done = (self.done + count).min(self.total);
         (self.report)(self.done, self.total);
     }
 
-    /// All is done, also what an estimate of the total had too much.
+    /// Reports the total. The count may be lower if the total is an estimate.
     pub(super) fn finish(mut self) {
         let rest = self.total - self.done;
         if rest > 0 {
@@ -39,7 +39,7 @@ impl<'a> Progress<'a> {
     }
 }
 
-/// Writes records `0..count`; `format` appends one record to a buffer.
+/// Writes records `0..count`. `format` appends a record to a buffer.
 pub(super) fn write_records(
     out: &mut dyn Write,
     count: usize,
@@ -84,14 +84,13 @@ pub(super) fn push_integer(buffer: &mut Vec<u8>, mut value: u64) {
     buffer.extend_from_slice(&digits[start..]);
 }
 
-/// Appends a blank and a whole number of either sign.
+/// Appends a blank and a signed integer.
 pub(super) fn push_signed(buffer: &mut Vec<u8>, value: i64) {
     buffer.extend_from_slice(if value < 0 { b" -" } else { b" " });
     push_integer(buffer, value.unsigned_abs());
 }
 
-/// Appends the fewest decimal digits that read back as the same double; very small and very large
-/// numbers with an exponent.
+/// Appends the fewest decimal digits that read back as the same double. Very small and very large numbers have an exponent.
 pub(super) fn push_float(buffer: &mut Vec<u8>, value: f64) {
     let size = value.abs();
     // Writing to a vector cannot fail.
@@ -102,7 +101,7 @@ pub(super) fn push_float(buffer: &mut Vec<u8>, value: f64) {
     };
 }
 
-/// Appends the coordinates of a point, separated; a point of the plane gets z = 0 where `space`.
+/// Appends the coordinates of a point with a separator between them. If `space`, a point of the plane gets z = 0.
 pub(super) fn push_point(buffer: &mut Vec<u8>, point: &[f64], separator: u8, space: bool) {
     for (axis, &coordinate) in point.iter().enumerate() {
         if axis > 0 {
@@ -116,7 +115,7 @@ pub(super) fn push_point(buffer: &mut Vec<u8>, point: &[f64], separator: u8, spa
     }
 }
 
-/// Appends a blank and each index, raised by `base`.
+/// Appends each index plus `base`, after a blank.
 pub(super) fn push_indices(buffer: &mut Vec<u8>, indices: &[u64], base: u64) {
     for &index in indices {
         buffer.push(b' ');

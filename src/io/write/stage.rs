@@ -1,32 +1,36 @@
-//! Files that appear whole or not at all: written under a temporary name beside the target, renamed
-//! when all files of a set are complete, removed on every other way out.
+//! Files that appear complete or not at all. They are written under a temporary name next to the target. When all files of
+//! a set are complete, they are renamed. If anything fails, they are removed.
 //!
-//! Devices, pipes and the system's names of open files (`/dev/null`, `>(command)` of a shell, `/dev/stdout`) are opened
-//! and appended to: a file renamed over one would take its place. Opening a pipe waits for its reader.
+//! Special targets are devices, pipes and names of open files, such as `/dev/null`, `>(command)` of a shell and `/dev/stdout`.
+//! They are opened for appending, because a rename would replace them. Opening a pipe waits for its reader.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::error::{Fault, OutputError};
+use flate2::Compression;
+use flate2::write::GzEncoder;
 
-/// Distinguishes the temporary files of one process.
+use super::error::{Fault, OutputError};
+use super::names::without_gz;
+
+/// The number of the next temporary file of this process.
 static SERIAL: AtomicU64 = AtomicU64::new(0);
 
-/// How many temporary names to try before giving up on a directory full of leftovers.
+/// The number of temporary names to try in a directory.
 const ATTEMPTS: u32 = 1000;
 
-/// A set of files on the way to their names.
+/// A set of files before they are renamed.
 #[derive(Default)]
 pub struct Stage {
-    /// Temporary name and target of every complete file, in the order of writing; no temporary name for a special target.
+    /// The temporary name and the target of every file, in the order of writing. A special target has no temporary name.
     files: Vec<(Option<PathBuf>, PathBuf)>,
 }
 
 impl Stage {
-    /// Opens one file of the set, under a temporary name unless the target is special, for a caller that writes it bit
-    /// by bit and closes it before the set is committed.
+    /// Opens one file of the set, under a temporary name unless the target is special. The caller writes it and closes it
+    /// before the set is committed.
     pub fn open(&mut self, target: &Path) -> Result<File, OutputError> {
         if is_special(target) {
             let opened = OpenOptions::new().append(true).open(target);
@@ -39,8 +43,25 @@ impl Stage {
         Ok(file)
     }
 
-    /// Writes one file of the set as [`Stage::open`] has it.
+    /// Writes one file of the set. The bytes are compressed if its name ends in `.gz`.
     pub(in crate::write) fn write(
+        &mut self,
+        target: &Path,
+        body: impl FnOnce(&mut dyn Write) -> Result<(), Fault>,
+    ) -> Result<(), OutputError> {
+        if !without_gz(target).1 {
+            return self.write_plain(target, body);
+        }
+        self.write_plain(target, |out| {
+            let mut encoder = GzEncoder::new(out, Compression::default());
+            body(&mut encoder)?;
+            encoder.finish()?;
+            Ok(())
+        })
+    }
+
+    /// Writes one file of the set without compression.
+    pub(in crate::write) fn write_plain(
         &mut self,
         target: &Path,
         body: impl FnOnce(&mut dyn Write) -> Result<(), Fault>,
@@ -53,8 +74,8 @@ impl Stage {
         sync(&file).map_err(io_error)
     }
 
-    /// Gives all files their names, replacing earlier files of those names; returns the names. Where
-    /// one cannot be renamed, those already renamed are removed, so that no mixed set remains.
+    /// Renames all files to their targets, replaces existing files, and returns the targets. If a rename fails, the files
+    /// renamed before are removed, so that no incomplete set remains.
     pub fn commit(mut self) -> Result<Vec<PathBuf>, OutputError> {
         for (_, target) in &self.files {
             refuse_directory(target)?;
@@ -79,14 +100,14 @@ impl Stage {
 impl Drop for Stage {
     fn drop(&mut self) {
         for temporary in self.files.iter().filter_map(|(temporary, _)| temporary.as_ref()) {
-            // Nothing better can be done with a failure here.
+            // A failure cannot be reported here.
             let _ = fs::remove_file(temporary);
         }
     }
 }
 
-/// Checks that a file can be written under this name: creates and removes a temporary file beside it. A special target
-/// is not opened, since a pipe waits for its reader: only its permissions are checked.
+/// Checks that a file can be written under this name: creates and removes a temporary file next to it. A special target is
+/// not opened, because a pipe waits for its reader. Only its permissions are checked.
 pub fn probe(target: &Path) -> Result<(), OutputError> {
     refuse_directory(target)?;
     if let Ok(metadata) = fs::metadata(target) {
@@ -113,8 +134,7 @@ fn refuse_directory(target: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Whether there is something under this name that a rename must not replace: a device, a pipe, a socket, or a name that
-/// the system gives an open file.
+/// Returns `true` if a rename must not replace this target: a device, a pipe, a socket, or the name of an open file.
 fn is_special(target: &Path) -> bool {
     let of_system = |directory: PathBuf| directory == Path::new("/dev") || directory.starts_with("/proc");
     fs::metadata(target).is_ok_and(|found| {
@@ -122,7 +142,7 @@ fn is_special(target: &Path) -> bool {
     })
 }
 
-/// Waits until the bytes of a file are on the disk.
+/// Waits until the bytes of a file are on disk.
 pub fn sync(file: &File) -> io::Result<()> {
     if file.metadata()?.is_file() { file.sync_all() } else { Ok(()) }
 }
@@ -131,7 +151,7 @@ fn directory_of(path: &Path) -> &Path {
     path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// A new file in the directory of the target.
+/// Creates a temporary file in the directory of the target.
 fn create_beside(target: &Path) -> Result<(File, PathBuf), OutputError> {
     let path = || target.to_path_buf();
     let directory = directory_of(target);
@@ -168,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_shows_before_commit() {
+    fn files_appear_at_commit() {
         let directory = tempfile::tempdir().unwrap();
         let target = directory.path().join("a.off");
         fs::write(&target, "old").unwrap();
@@ -210,7 +230,7 @@ mod tests {
         assert!(names(directory.path()).is_empty());
     }
 
-    /// Two files of a set, written and not yet in place.
+    /// Writes two files of a set without renaming them.
     fn staged(directory: &Path) -> (Stage, PathBuf) {
         let (first, second) = (directory.join("a.node"), directory.join("a.ele"));
         let mut stage = Stage::default();
@@ -223,7 +243,7 @@ mod tests {
     fn a_failing_rename_leaves_no_mixed_set() {
         let directory = tempfile::tempdir().unwrap();
         let (stage, _) = staged(directory.path());
-        // The temporary of the second file vanishes: its rename must fail.
+        // Without the temporary file of the second, its rename must fail.
         fs::remove_file(stage.files[1].0.as_ref().unwrap()).unwrap();
         assert!(stage.commit().is_err());
         assert!(names(directory.path()).is_empty());
@@ -239,7 +259,7 @@ mod tests {
         assert_eq!(names(directory.path()), ["a.ele"]);
     }
 
-    /// A pipe under the name: what is written comes out of it, and it stays a pipe.
+    /// If the target is a pipe, its reader receives the bytes, and it stays a pipe.
     #[cfg(unix)]
     #[test]
     fn pipes_and_devices_are_written_to_and_stay() {
@@ -259,7 +279,7 @@ mod tests {
         assert_eq!(reader.join().unwrap(), b"through");
         assert!(fs::metadata(&pipe).unwrap().file_type().is_fifo());
         assert_eq!(names(directory.path()), ["a.off"]);
-        // Nor does a device go, whether the set is given up or complete.
+        // A device stays, too, whether or not the set is committed.
         let null = Path::new("/dev/null");
         probe(null).unwrap();
         for complete in [false, true] {
@@ -273,7 +293,7 @@ mod tests {
         }
     }
 
-    /// The name of a file that somebody has open: what is written follows what is there, and the name stays.
+    /// If the target is the name of an open file, the bytes are appended and the name stays.
     #[cfg(target_os = "linux")]
     #[test]
     fn open_files_are_appended_to() {
@@ -294,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn probing_finds_what_stands_in_the_way() {
+    fn probing_finds_obstacles() {
         let directory = tempfile::tempdir().unwrap();
         let at = |name: &str| directory.path().join(name);
         probe(&at("a.off")).unwrap();
@@ -312,7 +332,7 @@ mod tests {
         assert!(matches!(probe(&at("file")).unwrap_err(), OutputError::NotWritable { .. }));
     }
 
-    /// `/proc` takes no new files even from the superuser.
+    /// In `/proc`, even the superuser cannot create files.
     #[cfg(target_os = "linux")]
     #[test]
     fn an_unwritable_directory_is_refused() {

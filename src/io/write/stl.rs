@@ -1,5 +1,5 @@
-//! `.stl`, as text, so that coordinates read back to the last bit and corners that are one point stay one: in space the
-//! boundary, oriented outward; in the plane all triangles, z = 0.
+//! `.stl` files as text. Coordinates read back exactly, and equal corners stay equal. In space, they have the boundary,
+//! oriented outward. In the plane, they have all triangles, with z = 0.
 
 use std::io::Write;
 
@@ -44,12 +44,12 @@ pub(super) fn write(
     Ok(())
 }
 
-/// The unit normal, in single precision as readers keep it; zero where it cannot be told.
+/// Returns the unit normal in single precision, as readers keep it, or zero for a degenerate triangle.
 fn normal(corners: &[&[f64]]) -> [f64; 3] {
     let at = |i: usize| [0, 1, 2].map(|k| corners[i].get(k).copied().unwrap_or(0.0));
     let minus = |i: usize| [0, 1, 2].map(|k| at(i)[k] - at(0)[k]);
     let (u, v) = (minus(1), minus(2));
-    // Scaled, so that tiny triangles have normals, too.
+    // Scaling gives tiny triangles a normal.
     let unit = |u: [f64; 3]| {
         let size = u.iter().fold(0.0f64, |m, c| m.max(c.abs()));
         u.map(|c| c / size)

@@ -1,10 +1,10 @@
-//! `.node`, `.ele`, `.face`, `.edge` and `.neigh`: the set of `TetGen` in space and of Triangle in
-//! the plane.
+//! `.node`, `.ele`, `.face`, `.edge` and `.neigh` files: the set of `TetGen` in space and of Triangle in the plane.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::error::{Fault, OutputError};
+use super::names::member;
 use super::options::WriteOptions;
 use super::records::{
     Progress, push_float, push_indices, push_integer, push_point, push_signed, write_records,
@@ -13,23 +13,7 @@ use super::stage::Stage;
 use super::topology::{self, OUTSIDE};
 use septet_core::model::{Labels, MeshView};
 
-/// The extensions of the set.
-const EXTENSIONS: [&str; 5] = ["node", "ele", "face", "edge", "neigh"];
-
-/// The member of the set with an extension; the named path itself keeps its spelling.
-fn member(path: &Path, extension: &str) -> PathBuf {
-    match path.extension() {
-        Some(own) if own.eq_ignore_ascii_case(extension) => path.to_path_buf(),
-        _ => path.with_extension(extension),
-    }
-}
-
-/// All files of the set a path belongs to.
-pub(super) fn siblings(path: &Path) -> impl Iterator<Item = PathBuf> {
-    EXTENSIONS.iter().map(move |extension| member(path, extension))
-}
-
-/// How many records `write` reports; the number of edges is an estimate.
+/// Returns the number of records that `write` reports. The number of edges is an estimate.
 pub(super) fn records(mesh: &MeshView<'_>) -> u64 {
     (mesh.point_count() + 5 * mesh.cell_count()) as u64
 }
@@ -38,7 +22,7 @@ pub(super) fn records(mesh: &MeshView<'_>) -> u64 {
 pub(super) fn write(
     path: &Path,
     mesh: &MeshView<'_>,
-    options: &WriteOptions,
+    options: &WriteOptions<'_>,
     stage: &mut Stage,
     progress: &mut Progress<'_>,
 ) -> Result<(), OutputError> {
@@ -92,8 +76,8 @@ pub(super) fn write(
     })
 }
 
-/// Faces and edges of a mesh of a domain, with their markers: `.face` has the triangles on facets, `.edge` in
-/// space the edges on segments, in the plane all edges, those on no segment with marker 0.
+/// Writes the faces and edges of a mesh of a domain with their markers. `.face` has the triangles on facets. In space,
+/// `.edge` has the edges on segments. In the plane, it has all edges, and edges off the segments have marker 0.
 fn write_labelled(
     path: &Path,
     mesh: &MeshView<'_>,
@@ -129,10 +113,10 @@ fn write_labelled(
     })
 }
 
-/// Of each point a size and a marker.
+/// The size and the marker of each point.
 type Attributes<'a> = (&'a [f64], &'a [i64]);
 
-/// Writes a `.node` file: no attributes and no markers, or both: the size of each point, and its marker.
+/// Writes a `.node` file, either with the size of each point as its attribute and with its marker, or without both.
 pub(super) fn write_nodes(
     out: &mut dyn Write,
     dimension: usize,
@@ -158,7 +142,7 @@ pub(super) fn write_nodes(
     Ok(())
 }
 
-/// Writes a heading and numbered rows of indices, each with what `tail` appends.
+/// Writes a head and numbered rows of indices. `tail` appends to each row.
 fn write_rows(
     out: &mut dyn Write,
     head: &str,

@@ -1,8 +1,7 @@
-//! What the cells imply: neighbours, hull facets, edges.
+//! Neighbours, hull facets and edges of a list of cells.
 //!
-//! Facets and edges are sorted into one bucket per smallest vertex, so that memory stays near one
-//! index per facet or edge of a cell and buckets can be worked on in parallel. All results depend
-//! on the cells alone, not on the number of threads.
+//! Facets and edges are sorted into one bucket per smallest vertex. Memory stays near one index per facet or edge of a
+//! cell, and buckets are processed in parallel. Results depend on the cells only, and not on the number of threads.
 
 use rayon::prelude::*;
 
@@ -11,35 +10,35 @@ use super::buckets::{Buckets, Item};
 /// The neighbour of a facet on the hull.
 pub const OUTSIDE: u64 = u64::MAX;
 
-/// Why cells do not form a mesh.
+/// A reason why cells do not form a mesh.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TopologyError {
-    /// Only the plane and space have meshes.
+    /// The dimension is neither 2 nor 3.
     #[error("dimension {dimension} is neither 2 nor 3")]
     Dimension {
-        /// The dimension given.
+        /// The dimension.
         dimension: usize,
     },
-    /// The number of indices is no multiple of the number of vertices per cell.
+    /// The number of indices is not a multiple of the number of vertices per cell.
     #[error("{length} indices do not make whole cells")]
     PartialCell {
-        /// Number of indices.
+        /// The number of indices.
         length: usize,
     },
     /// A cell names a point that does not exist.
     #[error("cell {cell} has vertex {vertex}, but there are only {points} points")]
     VertexOutOfRange {
-        /// Row of the cell.
+        /// The row of the cell.
         cell: u64,
-        /// The index given.
+        /// The index.
         vertex: u64,
-        /// Number of points.
+        /// The number of points.
         points: u64,
     },
     /// A cell names a point twice.
     #[error("cell {cell} has vertex {vertex} twice")]
     RepeatedVertex {
-        /// Row of the cell.
+        /// The row of the cell.
         cell: u64,
         /// The vertex.
         vertex: u64,
@@ -47,17 +46,17 @@ pub enum TopologyError {
     /// A facet belongs to more than two cells.
     #[error("the facet {vertices:?} belongs to {count} cells")]
     CrowdedFacet {
-        /// Its vertices in increasing order.
+        /// The vertices of the facet in increasing order.
         vertices: Vec<u64>,
-        /// How many cells have it.
+        /// The number of its cells.
         count: usize,
     },
     /// Two cells lie on the same side of a common facet.
     #[error("cells {first} and {second} lie on the same side of the facet {vertices:?}")]
     SameSide {
-        /// Row of one cell.
+        /// The row of one cell.
         first: u64,
-        /// Row of the other cell.
+        /// The row of the other cell.
         second: u64,
         /// The vertices of the facet in increasing order.
         vertices: Vec<u64>,
@@ -67,24 +66,23 @@ pub enum TopologyError {
 /// The facets of a triangulation.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Adjacency {
-    /// For every cell and every i the row of the cell across the facet opposite vertex i, or
-    /// [`OUTSIDE`]. Empty where only the hull was asked for.
+    /// For every cell and every vertex `i` of it, the row of the cell across the facet opposite to `i`, or [`OUTSIDE`]. Empty if
+    /// only the hull was requested.
     pub neighbours: Vec<u64>,
-    /// The facets that belong to one cell only, `dimension` vertices each, in the order of their
-    /// sorted vertices. Triangles are oriented outward and begin with their smallest vertex; edges
-    /// of the plane are directed with the inside on the left.
+    /// The facets of one cell only, `dimension` vertices each, in the order of their sorted vertices. Triangles are oriented
+    /// outward and begin with their smallest vertex. Edges of the plane are directed with the inside on the left.
     pub hull: Vec<u64>,
 }
 
-/// Neighbours and hull.
+/// Returns the neighbours of all cells and the hull.
 ///
 /// # Errors
-/// A [`TopologyError`] where the cells are malformed or a facet has too many or inconsistent cells.
+/// A [`TopologyError`] if the cells are malformed, or a facet has too many or inconsistent cells.
 pub fn adjacency(dimension: usize, point_count: usize, cells: &[u64]) -> Result<Adjacency, TopologyError> {
     facets(dimension, point_count, cells, true)
 }
 
-/// The hull facets alone, as in [`Adjacency::hull`].
+/// Returns the hull facets, as in [`Adjacency::hull`].
 ///
 /// # Errors
 /// As for [`adjacency`].
@@ -92,10 +90,10 @@ pub fn hull(dimension: usize, point_count: usize, cells: &[u64]) -> Result<Vec<u
     Ok(facets(dimension, point_count, cells, false)?.hull)
 }
 
-/// All edges, smaller vertex first, sorted.
+/// Returns all edges, sorted, smaller vertex first.
 ///
 /// # Errors
-/// A [`TopologyError`] where the cells are malformed.
+/// A [`TopologyError`] if the cells are malformed.
 pub fn edges(dimension: usize, point_count: usize, cells: &[u64]) -> Result<Vec<[u64; 2]>, TopologyError> {
     check_cells(dimension, point_count, cells)?;
     if u32::try_from(point_count).is_ok() {
@@ -105,7 +103,7 @@ pub fn edges(dimension: usize, point_count: usize, cells: &[u64]) -> Result<Vec<
     }
 }
 
-/// The edges of hull facets, smaller vertex first, sorted.
+/// Returns the edges of hull facets, sorted, smaller vertex first.
 pub fn hull_edges(dimension: usize, hull: &[u64]) -> Vec<[u64; 2]> {
     let mut edges = Vec::with_capacity(hull.len());
     for facet in hull.chunks_exact(dimension) {
@@ -118,7 +116,7 @@ pub fn hull_edges(dimension: usize, hull: &[u64]) -> Vec<[u64; 2]> {
     edges
 }
 
-/// Are all indices in range and the vertices of each cell distinct?
+/// Checks that all indices are in range and the vertices of each cell are distinct.
 pub(super) fn check_cells(dimension: usize, point_count: usize, cells: &[u64]) -> Result<(), TopologyError> {
     if !(2..=3).contains(&dimension) {
         return Err(TopologyError::Dimension { dimension });
@@ -138,8 +136,8 @@ pub(super) fn check_cells(dimension: usize, point_count: usize, cells: &[u64]) -
     fault.map_or(Ok(()), Err)
 }
 
-/// The facet opposite vertex `i` of a positively oriented cell, seen from outside; an edge of the
-/// plane is filled up with [`OUTSIDE`].
+/// Returns the facet opposite to vertex `i` of a positively oriented cell, seen from outside. An edge of the plane is padded
+/// with [`OUTSIDE`].
 fn facet(cell: &[u64], i: usize) -> [u64; 3] {
     if cell.len() == 3 {
         return [cell[(i + 1) % 3], cell[(i + 2) % 3], OUTSIDE];
@@ -148,7 +146,7 @@ fn facet(cell: &[u64], i: usize) -> [u64; 3] {
     [cell[a], cell[b], cell[c]]
 }
 
-/// The vertices in increasing order, and whether an odd number of exchanges was needed.
+/// Returns the vertices in increasing order, and whether the permutation is odd.
 fn sorted([mut a, mut b, mut c]: [u64; 3]) -> ([u64; 3], bool) {
     let mut odd = false;
     let mut order = |x: &mut u64, y: &mut u64| {
@@ -177,7 +175,7 @@ fn facets(
     }
 }
 
-/// Facets are numbered like the entries of `cells`: that of an entry lies opposite its vertex.
+/// Facets have the numbers of the entries of `cells`. The facet of an entry is opposite to its vertex.
 fn facets_with<T: Item>(
     dimension: usize,
     point_count: usize,
@@ -214,8 +212,7 @@ fn facets_with<T: Item>(
     Ok(result)
 }
 
-/// Finds the entries of one bucket that are the same facet; appends pairs, hull facets with
-/// [`OUTSIDE`].
+/// Finds the entries of a bucket that are the same facet. Appends them as pairs, and a hull facet with [`OUTSIDE`].
 fn pair_up<T: Item>(
     dimension: usize,
     entries: &[T],

@@ -1,7 +1,7 @@
 use super::*;
 use septet_common::samples;
 
-/// Facets by brute force: sorted vertices and the cells that have them.
+/// Finds facets by brute force: sorted vertices and their cells.
 fn brute_facets(dimension: usize, cells: &[u64]) -> std::collections::BTreeMap<Vec<u64>, Vec<u64>> {
     let mut map = std::collections::BTreeMap::<Vec<u64>, Vec<u64>>::new();
     for (row, cell) in cells.chunks_exact(dimension + 1).enumerate() {

@@ -1,7 +1,7 @@
-//! `.vtu`: an unstructured grid of VTK, raw appended data.
+//! `.vtu` files: an unstructured grid of VTK with raw appended data.
 //!
-//! All sizes are known beforehand, so the XML head with the offsets comes first and the arrays
-//! stream behind it. Point sets of the plane get z = 0.
+//! All sizes are known in advance. So the XML head with the offsets comes first, and the arrays are streamed after it. Points
+//! of the plane get z = 0.
 
 use std::io::{self, Write};
 
@@ -12,13 +12,13 @@ use super::records::{Progress, write_records};
 use septet_core::model::{Labels, MeshView, Points};
 
 /// Cell types of VTK.
-const VERTEX: u8 = 1;
-const TRIANGLE: u8 = 5;
-const TETRAHEDRON: u8 = 10;
+pub(super) const VERTEX: u8 = 1;
+pub(super) const TRIANGLE: u8 = 5;
+pub(super) const TETRAHEDRON: u8 = 10;
 
 const CELL_DATA: &str = "CellData GlobalIds=\"GlobalCellIds\" Scalars=\"radius_edge_ratio\"";
 
-/// The part of the file an array belongs to.
+/// The section of the file that has an array.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Section {
     PointData,
@@ -29,21 +29,33 @@ pub(super) enum Section {
 
 pub(super) type Record<'a> = Box<dyn Fn(&mut Vec<u8>, usize) + Sync + 'a>;
 
-/// One array: how it is declared and what its records are.
+/// An array: its declaration and its records.
 pub(super) struct Array<'a> {
-    section: Section,
-    name: &'static str,
-    /// The type as VTK calls it.
-    kind: &'static str,
+    pub section: Section,
+    pub name: &'a str,
+    /// The name of the type in VTK.
+    pub kind: &'static str,
     /// Further XML attributes, with a leading blank.
     attributes: &'static str,
-    /// Number of records, and bytes per record.
-    count: usize,
+    /// The number of records.
+    pub count: usize,
+    /// The number of bytes per record.
     width: usize,
-    record: Record<'a>,
+    /// Appends a record in little-endian order.
+    pub record: Record<'a>,
 }
 
-/// How many records `write` reports, with owners or without.
+impl Array<'_> {
+    /// Returns `true` for the global ids of points or cells.
+    pub fn has_global_ids(&self) -> bool {
+        self.attributes == IDS
+    }
+}
+
+/// The attribute of an array of global ids.
+const IDS: &str = " IdType=\"1\"";
+
+/// Returns the number of records that `write` reports, without those of owners.
 pub(super) fn records(mesh: &MeshView<'_>) -> u64 {
     (2 * mesh.point_count() + 5 * mesh.cell_count()) as u64
 }
@@ -52,31 +64,19 @@ pub(super) fn records(mesh: &MeshView<'_>) -> u64 {
 pub(super) fn write(
     out: &mut dyn Write,
     mesh: &MeshView<'_>,
-    options: &WriteOptions,
+    options: &WriteOptions<'_>,
     progress: &mut Progress<'_>,
 ) -> Result<(), Fault> {
     let corners = mesh.dimension + 1;
     let (cells, count) = (mesh.cells, mesh.cell_count());
     let (dimension, coordinates) = (mesh.dimension, mesh.coordinates);
     let kind = if dimension == 3 { TETRAHEDRON } else { TRIANGLE };
-    let ratio: Record<'_> = Box::new(move |buffer, i| {
-        let cell = &cells[i * corners..(i + 1) * corners];
-        let ratio = radius_edge_ratio(dimension, coordinates, cell);
-        buffer.extend_from_slice(&ratio.to_le_bytes());
-    });
     let connectivity: Record<'_> = Box::new(move |buffer, i| {
         for vertex in &cells[i * corners..(i + 1) * corners] {
             buffer.extend_from_slice(&vertex.to_le_bytes());
         }
     });
-    let mut arrays = vec![point_ids(mesh.point_count()), cell_ids(count)];
-    arrays.push(cell_array(Section::CellData, "radius_edge_ratio", "Float64", (count, 8), ratio));
-    if options.with_owner {
-        arrays.extend(owners(mesh));
-    }
-    if let Some(labels) = mesh.labels {
-        arrays.extend(labelled(mesh, labels));
-    }
+    let mut arrays = data_arrays(mesh, options);
     arrays.push(points(dimension, coordinates));
     let width = 8 * corners;
     arrays.push(cell_array(Section::Cells, "connectivity", "Int64", (count, width), connectivity));
@@ -85,7 +85,33 @@ pub(super) fn write(
     Ok(head_and_arrays(out, data, (mesh.point_count(), count), &arrays, progress)?)
 }
 
-/// Writes points, each also a vertex cell.
+/// Returns the arrays of data of points and cells.
+pub(super) fn data_arrays<'a>(mesh: &MeshView<'a>, options: &WriteOptions<'a>) -> Vec<Array<'a>> {
+    let corners = mesh.dimension + 1;
+    let (cells, count) = (mesh.cells, mesh.cell_count());
+    let (dimension, coordinates) = (mesh.dimension, mesh.coordinates);
+    let ratio: Record<'a> = Box::new(move |buffer, i| {
+        let cell = &cells[i * corners..(i + 1) * corners];
+        let ratio = radius_edge_ratio(dimension, coordinates, cell);
+        buffer.extend_from_slice(&ratio.to_le_bytes());
+    });
+    let mut arrays = vec![point_ids(mesh.point_count())];
+    arrays.extend(options.point_data.iter().map(|column| {
+        let record: Record<'a> = Box::new(|b, i| b.extend_from_slice(&column.values[i].to_le_bytes()));
+        cell_array(Section::PointData, &column.name, "Float64", (column.values.len(), 8), record)
+    }));
+    arrays.push(cell_ids(count));
+    arrays.push(cell_array(Section::CellData, "radius_edge_ratio", "Float64", (count, 8), ratio));
+    if options.with_owner {
+        arrays.extend(owners(mesh));
+    }
+    if let Some(labels) = mesh.labels {
+        arrays.extend(labelled(mesh, labels));
+    }
+    arrays
+}
+
+/// Writes points, each also as a vertex cell.
 pub(super) fn write_points(
     out: &mut dyn Write,
     set: &Points,
@@ -102,7 +128,7 @@ pub(super) fn write_points(
 
 pub(super) fn cell_array<'a>(
     section: Section,
-    name: &'static str,
+    name: &'a str,
     kind: &'static str,
     (count, width): (usize, usize),
     record: Record<'a>,
@@ -112,8 +138,7 @@ pub(super) fn cell_array<'a>(
 
 fn ids(section: Section, name: &'static str, count: usize) -> Array<'static> {
     let record: Record<'_> = Box::new(|buffer, i| buffer.extend_from_slice(&(i as u64).to_le_bytes()));
-    let attributes = " IdType=\"1\"";
-    Array { section, name, kind: "Int64", attributes, count, width: 8, record }
+    Array { section, name, kind: "Int64", attributes: IDS, count, width: 8, record }
 }
 
 fn point_ids(count: usize) -> Array<'static> {
@@ -138,7 +163,7 @@ fn owners<'a>(mesh: &MeshView<'a>) -> Vec<Array<'a>> {
     arrays
 }
 
-/// What a mesh of a domain knows of its cells and points.
+/// Returns the arrays of the labels of a mesh of a domain.
 fn labelled<'a>(mesh: &MeshView<'a>, labels: &'a Labels) -> Vec<Array<'a>> {
     let (count, points) = (mesh.cell_count(), mesh.point_count());
     let (dimension, corners) = (mesh.dimension, mesh.dimension + 1);
@@ -178,7 +203,7 @@ pub(super) fn points(dimension: usize, coordinates: &[f64]) -> Array<'_> {
     Array { section: Section::Points, name, kind, attributes, count, width, record }
 }
 
-/// The offsets are those of the ends of the cells.
+/// Returns the arrays of offsets and types. The offset of a cell is its end.
 pub(super) fn offsets_and_types(count: usize, corners: usize, kind: u8) -> [Array<'static>; 2] {
     let end: Record<'_> = Box::new(move |buffer, i| {
         buffer.extend_from_slice(&((i as u64 + 1) * corners as u64).to_le_bytes());
@@ -189,7 +214,7 @@ pub(super) fn offsets_and_types(count: usize, corners: usize, kind: u8) -> [Arra
     ]
 }
 
-/// Writes a file of these arrays; `data` are the tags of point data and cell data, `points` and `cells` their numbers.
+/// Writes a file of these arrays. `data` are the tags of point data and cell data. `points` and `cells` are their numbers.
 pub(super) fn head_and_arrays(
     out: &mut dyn Write,
     data: [&str; 2],
@@ -205,7 +230,23 @@ pub(super) fn head_and_arrays(
     out.write_all(b"\n  </AppendedData>\n</VTKFile>\n")
 }
 
-/// Everything up to the underscore that begins the data.
+/// Escapes a name for an XML attribute. Control characters, which XML does not allow, become `?`.
+fn escaped(name: &str) -> String {
+    let mut escaped = String::with_capacity(name.len());
+    for c in name.chars() {
+        match c {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            c if c.is_control() => escaped.push('?'),
+            c => escaped.push(c),
+        }
+    }
+    escaped
+}
+
+/// Writes the head, up to the underscore before the data.
 fn write_head(
     out: &mut dyn Write,
     data: [&str; 2],
@@ -223,7 +264,7 @@ fn write_head(
     writeln!(out, "byte_order=\"LittleEndian\" header_type=\"UInt64\">")?;
     writeln!(out, "  <UnstructuredGrid>")?;
     writeln!(out, "    <Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">")?;
-    // The data follow in the order of the arrays, whatever sections they are in.
+    // The data follow in the order of the arrays, and not of the sections.
     let mut offset = 0;
     let place = |array: &Array<'_>| {
         let here = offset;
@@ -235,6 +276,7 @@ fn write_head(
         writeln!(out, "      <{tag}>")?;
         let own = arrays.iter().zip(&offsets).filter(|(array, _)| array.section == section);
         for (Array { name, kind, attributes, .. }, offset) in own {
+            let name = escaped(name);
             write!(out, "        <DataArray type=\"{kind}\"{attributes} Name=\"{name}\" ")?;
             writeln!(out, "format=\"appended\" offset=\"{offset}\"/>")?;
         }

@@ -1,5 +1,5 @@
-//! The faces of a mesh of a domain as a `.vtu` of their own: triangles on facets, in the plane edges on segments, with
-//! markers, the piece of the domain each is part of, and the components on its two sides (0 is the outside).
+//! The faces of a mesh of a domain as a second `.vtu` file: triangles on facets, or edges on segments in the plane. Each has
+//! its marker, the facet or segment that it is part of, and the components on its two sides. Component 0 is the outside.
 
 use std::io::Write;
 
@@ -12,7 +12,7 @@ use septet_core::model::{Labels, MeshView};
 const LINE: u8 = 3;
 const TRIANGLE: u8 = 5;
 
-/// Writes the faces with the points they have.
+/// Writes the faces and their points.
 pub(super) fn write(
     out: &mut dyn Write,
     mesh: &MeshView<'_>,
@@ -29,7 +29,7 @@ pub(super) fn write(
         .copied()
         .collect();
     let count = faces.len();
-    // Every vertex of a face is in the list of them.
+    // The search always succeeds, because the list has all vertices of the faces.
     let position = |v: &u64| used.binary_search(v).map_or(0, |at| at as u64);
     let global: Record<'_> = Box::new(|buffer, i| buffer.extend_from_slice(&used[i].to_le_bytes()));
     let marker: Record<'_> = Box::new(|buffer, i| buffer.extend_from_slice(&faces.markers[i].to_le_bytes()));

@@ -1,4 +1,4 @@
-//! Every planted fault is rejected, by the level that should see it.
+//! The verifier rejects every planted fault at the level that defines it.
 
 use super::fixtures::{Mesh, Numbers, brute, failed, kuhn};
 use crate::{Fault, VerifyOptions};
@@ -11,12 +11,12 @@ fn space() -> Mesh {
     brute(&Numbers(11).points::<3>(11, 1000))
 }
 
-/// Both, with their number of vertices per cell.
+/// A mesh of the plane and one of space, with their numbers of vertices per cell.
 fn both() -> [(Mesh, usize); 2] {
     [(plane(), 3), (space(), 4)]
 }
 
-/// The mesh without one cell.
+/// Returns the mesh without a cell.
 fn without(mesh: &Mesh, cell: usize) -> Mesh {
     let n = mesh.dimension + 1;
     let mut less = mesh.clone();
@@ -127,7 +127,7 @@ fn manifold() {
 fn holes_and_outlines() {
     for (mesh, n) in both() {
         for cell in 0..mesh.cells.len() / n {
-            // At the hull or inside, and also where a point loses its last cell.
+            // The cell is at the hull or inside, or the last cell of a point.
             let failed = without(&mesh, cell).failed();
             assert!(failed.contains(&"hull") || failed == ["structure"], "{failed:?}");
         }
@@ -168,7 +168,7 @@ fn an_edge_flip() {
             if failed == ["empty spheres"] {
                 flips += 1;
             } else {
-                // The two triangles formed no convex quadrilateral.
+                // The two triangles did not form a convex quadrilateral.
                 assert!(failed.contains(&"orientation"), "{failed:?}");
             }
         }
@@ -199,7 +199,7 @@ fn a_two_three_flip() {
             if failed == ["empty spheres"] {
                 flips += 1;
             } else {
-                // No convex union: a negative cell, or one that was there before.
+                // The union is not convex: a cell is negative, or existed before.
                 assert!(failed.contains(&"orientation") || failed == ["structure"], "{failed:?}");
             }
         }
@@ -213,7 +213,7 @@ const RING: [[f64; 2]; 5] =
 
 #[test]
 fn wound_twice() {
-    // Triangles that go twice round a point: locally all is well.
+    // Triangles that go twice around a point: every local condition holds.
     let mut points = RING.to_vec();
     points.push([0.0, 0.0]);
     let star: Vec<[u64; 3]> = (0..5).map(|i| [5, i, (i + 2) % 5]).collect();
@@ -222,7 +222,7 @@ fn wound_twice() {
     let report = star.verify(VerifyOptions::default());
     let counts = |fault: &&Fault| matches!(fault, Fault::CoveredTwice { .. });
     assert!(report.levels[5].faults.iter().any(|fault| counts(&fault)));
-    // Tetrahedra that go twice round an edge.
+    // Tetrahedra that go twice around an edge.
     let mut points: Vec<[f64; 3]> = RING.iter().map(|&[x, y]| [x, y, 0.0]).collect();
     points.extend([[0.0, 0.0, -100.0], [0.0, 0.0, 100.0]]);
     let star: Vec<[u64; 4]> = (0..5).map(|i| [5, 6, i, (i + 2) % 5]).collect();

@@ -27,18 +27,18 @@ impl Mesh {
         verify(&self.view(), &options, &mut |_, _, _| {})
     }
 
-    /// The levels that ran and failed, by default options.
+    /// Returns the levels that ran and failed with default options.
     pub fn failed(&self) -> Vec<&'static str> {
         failed(&self.verify(VerifyOptions::default()))
     }
 
-    /// The first fault of a level.
+    /// Returns the first fault of a level.
     pub fn fault(&self, level: &str) -> Fault {
         let report = self.verify(VerifyOptions::default());
         report.level(level).unwrap().faults[0].clone()
     }
 
-    /// The rows, each sorted, in order: the mesh as a set of simplices.
+    /// Returns the mesh as a set of simplices: sorted rows, in order.
     pub fn as_set(&self) -> Vec<Vec<u64>> {
         let sorted = |row: &[u64]| {
             let mut row = row.to_vec();
@@ -65,7 +65,7 @@ pub fn failed(report: &Report) -> Vec<&'static str> {
 
 pub const PERTURBED: VerifyOptions = VerifyOptions { perturbed: true, any_order: false, threads: 1 };
 
-/// A determinant by Laplace's rule.
+/// Returns a determinant by Laplace expansion.
 fn determinant(rows: &[Vec<BigInt>]) -> BigInt {
     let Some((first, rest)) = rows.split_first() else {
         return BigInt::from(1);
@@ -98,8 +98,8 @@ fn subsets(items: &[usize], k: usize) -> Vec<Vec<usize>> {
     all
 }
 
-/// The canonical Delaunay triangulation of few points: the lower hull of the heights
-/// `|p|^2 B^(n+1) + B^rank`, written out for a large `B`, by trying all simplices on all points.
+/// Returns the canonical Delaunay triangulation of a few points. It is the lower hull of the heights
+/// `|p|^2 B^(n+1) + B^rank` for a large `B`. All simplices are tested against all points.
 pub fn brute<const D: usize>(points: &[[f64; D]]) -> Mesh {
     let whole = integers(points);
     let n = points.len();
@@ -142,7 +142,7 @@ pub fn brute<const D: usize>(points: &[[f64; D]]) -> Mesh {
     Mesh { dimension: D, coordinates: points.as_flattened().to_vec(), cells }
 }
 
-/// A small generator of numbers (splitmix64).
+/// A small random number generator (splitmix64).
 pub struct Numbers(pub u64);
 
 impl Numbers {
@@ -158,7 +158,7 @@ impl Numbers {
         self.next() % end
     }
 
-    /// Points with integer coordinates below `end`.
+    /// Returns points with integer coordinates below `end`.
     pub fn points<const D: usize>(&mut self, count: usize, end: u64) -> Vec<[f64; D]> {
         (0..count).map(|_| std::array::from_fn(|_| self.below(end) as f64)).collect()
     }
@@ -192,8 +192,8 @@ pub fn kuhn(side: usize, place: impl FnMut([f64; 3]) -> [f64; 3]) -> Mesh {
     tiled(side, rows.as_flattened(), place)
 }
 
-/// The canonical triangulation of the cubic lattice: the perturbation knows no translation, so that
-/// it is that of one cube, repeated.
+/// The canonical triangulation of the cubic lattice. The perturbation does not depend on translation, so it is the
+/// triangulation of one cube, repeated.
 pub fn canonical_lattice(side: usize) -> Mesh {
     tiled(side, &brute(&cube()).cells, |p| p)
 }

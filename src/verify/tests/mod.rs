@@ -1,7 +1,7 @@
-//! The verifier accepts what is Delaunay and rejects every planted fault, at the level meant for it.
+//! The verifier accepts Delaunay triangulations, and rejects every planted fault at the level that defines it.
 //!
 //! The valid meshes come from a brute-force lower hull with explicit heights ([`fixtures::brute`]),
-//! which shares with the verifier nothing but the conversion of floats to integers.
+//! which shares only the conversion of floats to integers with the verifier.
 
 mod faults;
 mod fixtures;

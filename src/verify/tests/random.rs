@@ -1,4 +1,4 @@
-//! Random input: signs against big integers, and meshes that pass exactly if they are Delaunay.
+//! Random input: signs are compared with big integers, and a mesh passes if and only if it is Delaunay.
 
 use std::cmp::Ordering;
 
@@ -6,7 +6,7 @@ use super::fixtures::{Mesh, Numbers, PERTURBED, brute};
 use crate::exact::{Ring, exact_sign, form, integers, sign_of};
 use crate::predicates::sign;
 
-/// The sign in big integers, without any other path.
+/// Returns the sign in big integers, without a filter.
 fn big<const D: usize, const K: usize>(base: &[f64; D], others: &[[f64; D]; K]) -> Ordering {
     let mut all = others.to_vec();
     all.push(*base);
@@ -15,8 +15,8 @@ fn big<const D: usize, const K: usize>(base: &[f64; D], others: &[[f64; D]; K]) 
     sign_of(&form::<_, D, K>(&rows))
 }
 
-/// A point that is, with others of its unit, nearly or exactly degenerate: small integers times the
-/// unit, some moved by an ulp or by a tiny length.
+/// Returns a point with small integer coordinates times the unit, some moved by an ulp or by a tiny length. Such points
+/// are nearly or exactly degenerate.
 fn nearly<const D: usize>(unit: f64, numbers: &mut Numbers) -> [f64; D] {
     std::array::from_fn(|_| {
         let x = (numbers.below(4) as f64 - 1.0) * unit;
@@ -58,7 +58,7 @@ fn signs_are_exact() {
     assert!(counts.iter().all(|&count| count > 1000), "{counts:?}");
 }
 
-/// One random change of a mesh.
+/// Makes one random change to a mesh.
 fn mutate(mesh: &mut Mesh, numbers: &mut Numbers) {
     let n = mesh.dimension + 1;
     let points = (mesh.coordinates.len() / mesh.dimension) as u64;

@@ -1,4 +1,4 @@
-//! What is Delaunay is accepted.
+//! The verifier accepts Delaunay triangulations.
 
 use super::fixtures::{Mesh, Numbers, PERTURBED, brute, canonical_lattice, failed, kuhn};
 use crate::VerifyOptions;
@@ -35,7 +35,7 @@ fn lattices_are_canonical_in_one_way_only() {
     accepted(&brute(&cube));
     let report = brute(&cube).verify(PERTURBED);
     assert!(report.ties > 0 && report.hull_facets == 20, "{report:?}");
-    // The other diagonal of one square is Delaunay, too, and not canonical.
+    // The other diagonal of a square is also Delaunay, but not canonical.
     let points = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let both = [[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]].map(|cells| Mesh::new(&points, &cells));
     let canonical = brute(&points).as_set();
@@ -70,7 +70,7 @@ fn coincident_points_are_represented() {
     accepted(&mesh);
     let report = mesh.verify(PERTURBED);
     assert_eq!((report.duplicates, report.vertices_used, report.points), (3, 4, 7));
-    // Another representative is a triangulation, too, but not septet's.
+    // With another representative, the triangulation is valid but not canonical.
     let mut other = mesh.clone();
     other.cells.iter_mut().filter(|v| **v == 3).for_each(|v| *v = 6);
     assert_eq!(other.failed(), [""; 0]);
@@ -102,7 +102,7 @@ fn the_kuhn_lattice_is_delaunay_for_any_number_of_threads() {
     assert!(reports[0].passed(), "{:?}", reports[0]);
     assert_eq!((reports[0].cells, reports[0].hull_facets), (6 * 216, 6 * 2 * 36));
     assert!(reports.iter().all(|report| *report == reports[0]));
-    // Not the canonical one, though; that one passes in either mode.
+    // It is not the canonical triangulation, which passes in both modes.
     let canonical = VerifyOptions { any_order: true, ..PERTURBED };
     assert_eq!(failed(&mesh.verify(canonical)), ["empty spheres"]);
     accepted(&canonical_lattice(4));

@@ -1,4 +1,4 @@
-//! A domain as read, of the plane or of space.
+//! A domain of the plane or of space, as read.
 
 use glam::{DVec2, DVec3};
 use septet_meshing::input::Input;
@@ -6,19 +6,19 @@ use septet_meshing::input::Input;
 /// A domain in the plane or in space.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AnyInput {
-    /// Of the plane.
+    /// A domain in the plane.
     Plane(Input<DVec2>),
-    /// Of space.
+    /// A domain in space.
     Space(Input<DVec3>),
 }
 
 /// The domain of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DomainFile {
-    /// The domain as stated.
+    /// The domain as the file describes it.
     pub input: AnyInput,
     /// Remarks for the user, one line each.
     pub notes: Vec<String>,
-    /// The id the file gave to its first point (and so to its first facet), 0 or 1.
+    /// The id of the first point, and of the first facet, in the file: 0 or 1.
     pub first_id: u64,
 }

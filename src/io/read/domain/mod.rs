@@ -1,6 +1,6 @@
 //! Readers of domains: piecewise linear complexes and closed surfaces.
 //!
-//! What is read is what the file says; whether it is a domain, [`septet_meshing::check`] decides.
+//! The readers return the content of the file. [`septet_meshing::check`] decides whether it is a domain.
 
 mod any;
 mod poly;
@@ -17,14 +17,14 @@ use super::points::Progress;
 use super::text::Source;
 pub use any::{AnyInput, DomainFile};
 
-/// Endings of files of domains, for messages.
+/// The extensions of files of domains, for messages.
 pub const DOMAINS: &str = ".poly .smesh .stl .off .ply .obj (each also with .gz)";
 
-/// Reads a domain from a file, or from standard input if `path` is `-` (then it must be `.off`, `.ply` or
-/// `.stl`). A `.poly` or `.smesh` file without points takes them from the `.node` file of the same name.
+/// Reads a domain from a file, or from standard input if `path` is `-`. Standard input must be `.off`, `.ply` or `.stl`. If a
+/// `.poly` or `.smesh` file has no points, they are read from the `.node` file of the same name.
 ///
 /// # Errors
-/// [`InputError`], if the file is missing, of unknown format, or damaged, or names points that do not exist.
+/// [`InputError`] if the file is missing, of unknown format or damaged, or names points that do not exist.
 pub fn read_domain(path: &Path, progress: &mut Progress<'_>) -> Result<DomainFile, InputError> {
     let (format, zipped) = Format::of_path(path);
     let data = load::load(path, zipped, progress)?;
@@ -52,12 +52,12 @@ pub fn read_domain(path: &Path, progress: &mut Progress<'_>) -> Result<DomainFil
             surface::read(source, format)
         }
         Some(other) => {
-            let what = format!("a file of kind .{} as a domain", other.name());
-            Err(source.unsupported(Place::Whole, what, "a domain is .poly, .smesh, .stl, .off, .ply or .obj"))
+            let what = format!("a .{} file as a domain", other.name());
+            Err(source.unsupported(Place::Whole, what, "give a .poly, .smesh, .stl, .off, .ply or .obj file"))
         }
         None => {
-            let (path, advice) = (path.to_owned(), super::format::advice(path));
+            let (path, advice) = (path.to_owned(), String::new());
             Err(InputError::UnknownFormat { path, advice, known: DOMAINS })
-        },
+        }
     }
 }

@@ -1,7 +1,7 @@
-//! `.poly` of TetGen (space) and of Triangle (plane), and TetGen's `.smesh`.
+//! `.poly` files of `TetGen` (space) and Triangle (plane), and `.smesh` files of `TetGen`.
 //!
-//! Four parts: points (as in a `.node` file, or none and a `.node` file beside), then facets (in the plane:
-//! segments), holes, regions. Ids count from 0 or 1, as the first point does; comments begin with `#`.
+//! A file has four parts: points, facets (segments in the plane), holes, and regions. The points are as in a `.node` file,
+//! or in the `.node` file next to it. Ids start at 0 or 1, the id of the first point. Comments begin with `#`.
 
 use glam::{DVec2, DVec3};
 use septet_geometry::point::Point;
@@ -11,7 +11,7 @@ use super::super::error::{InputError, Place};
 use super::super::text::{Line, Lines, Source, Words, integer, number};
 use super::any::{AnyInput, DomainFile};
 
-/// How facets are listed.
+/// The form of the list of facets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Facets {
     /// `.poly`: polygons and holes.
@@ -22,7 +22,7 @@ pub enum Facets {
 
 const HEADER: &str = "the header `points dimension attributes marker`";
 
-/// The numbers of the first line: points, dimension, attributes, has markers.
+/// Reads the first line: the numbers of points, dimensions, attributes and markers.
 fn header(source: Source<'_>, lines: &mut Lines<'_>) -> Result<[u64; 4], InputError> {
     let line = lines.next_data().ok_or_else(|| source.truncated(Place::Line(1), "header line", 1, 0))?;
     let mut words = line.words();
@@ -40,12 +40,12 @@ fn header(source: Source<'_>, lines: &mut Lines<'_>) -> Result<[u64; 4], InputEr
     Ok([count, rest[0], rest[1], rest[2]])
 }
 
-/// Does the file leave its points to a `.node` file?
+/// Returns `true` if the points are in a `.node` file.
 pub fn wants_node(source: Source<'_>) -> Result<bool, InputError> {
     Ok(header(source, &mut Lines::new(source.data))?[0] == 0)
 }
 
-/// Reads a domain; `node` is the file of its points, if it has none itself.
+/// Reads a domain. `node` is the file of its points, if they are in another file.
 pub fn read(source: Source<'_>, node: Option<Source<'_>>, facets: Facets) -> Result<DomainFile, InputError> {
     let mut lines = Lines::new(source.data);
     let mut own = header(source, &mut lines)?;
@@ -70,14 +70,15 @@ pub fn read(source: Source<'_>, node: Option<Source<'_>>, facets: Facets) -> Res
     }
 }
 
-/// The points, with the id of the first.
+/// The points, and the id of the first.
 type Listed<P> = (Input<P>, u64);
 
 struct Reader<'a> {
     source: Source<'a>,
     lines: Lines<'a>,
-    /// The id of the first point, and how many there are.
+    /// The id of the first point.
     first: u64,
+    /// The number of points.
     count: u64,
 }
 
@@ -86,13 +87,14 @@ impl<'a> Reader<'a> {
         self.points(header)
     }
 
-    /// The next line of a list of `of` things of which `found` have been found.
+    /// Returns the next line of a list of `of` entries, after `found` of them.
     fn next(&mut self, what: &'static str, of: u64, found: u64) -> Result<Line<'a>, InputError> {
         let end = self.lines.number();
         self.lines.next_data().ok_or_else(|| self.source.truncated(Place::Line(end), what, of, found))
     }
 
-    /// The count at the head of a part; the words after it. `None` at the end of the file.
+    /// Reads the count at the start of a part. Returns it with its line and the words after it, or `None` at the end of the
+    /// file.
     fn part(&mut self, what: &str) -> Result<Option<(u64, Line<'a>, Words<'a>)>, InputError> {
         let Some(line) = self.lines.next_data() else { return Ok(None) };
         let mut words = line.words();
@@ -103,7 +105,7 @@ impl<'a> Reader<'a> {
     fn real(&self, line: &Line<'_>, word: Option<&[u8]>, what: &str) -> Result<f64, InputError> {
         let word = word.ok_or_else(|| self.source.bad_line(line, what))?;
         let value = number(word).filter(|v| v.is_finite());
-        // Adding zero makes 0.0 of -0.0.
+        // Adding zero converts -0.0 to 0.0.
         value.map(|v| v + 0.0).ok_or_else(|| self.source.bad_word(line, word, "a finite number"))
     }
 
@@ -115,7 +117,7 @@ impl<'a> Reader<'a> {
         Ok(p)
     }
 
-    /// A marker, 0 if there is none.
+    /// Parses a marker. A missing marker is 0.
     fn marker(&self, line: &Line<'_>, word: Option<&[u8]>) -> Result<i64, InputError> {
         word.map_or(Ok(0), |w| {
             integer(w).ok_or_else(|| self.source.bad_word(line, w, "a whole number, the marker"))
@@ -128,7 +130,7 @@ impl<'a> Reader<'a> {
             return Err(self.source.unsupported(
                 Place::Line(self.lines.number()),
                 format!("a domain of {count} points"),
-                "give between one point and four thousand million",
+                "give between 1 and 4294967295 points",
             ));
         }
         let (mut points, mut marks) = (Vec::new(), Vec::new());
@@ -153,7 +155,7 @@ impl<'a> Reader<'a> {
         Ok((Input { markers: marks, ..Input::new(Kind::Complex, points) }, self.first))
     }
 
-    /// Reads what follows the points.
+    /// Reads the parts after the points.
     fn finish<P: Point>(
         mut self,
         (mut input, first): Listed<P>,
@@ -171,7 +173,7 @@ impl<'a> Reader<'a> {
         Ok(DomainFile { input: any(input), notes: Vec::new(), first_id: first })
     }
 
-    /// A point id, from zero.
+    /// Parses a point id as a zero-based index.
     fn id(&self, line: &Line<'_>, word: &[u8]) -> Result<u32, InputError> {
         let id =
             integer(word).and_then(|id| u64::try_from(id).ok()).and_then(|id| id.checked_sub(self.first));
@@ -209,7 +211,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// `polygons [holes [marker]]`, then the polygons, then the holes.
+    /// Reads a facet: `polygons [holes [marker]]`, then the polygons, then the holes.
     fn facet(&mut self, line: Line<'a>) -> Result<InputFacet<DVec3>, InputError> {
         const FACET: &str = "a facet `polygons [holes [marker]]`";
         let mut words = line.words();
@@ -230,7 +232,7 @@ impl<'a> Reader<'a> {
         Ok(facet)
     }
 
-    /// `corners id id …`, which may go on in the next lines, and the marker that may follow.
+    /// Reads a polygon: `corners id id …`, which may continue on the next lines, and an optional marker.
     fn polygon(&mut self, mut line: Line<'a>) -> Result<(Vec<u32>, i64), InputError> {
         let mut words = line.words();
         let corners = self.source.count(&line, words.next(), "a polygon `corners id id …`")?;
@@ -264,7 +266,7 @@ impl<'a> Reader<'a> {
             let at = self.at(&line, &mut words)?;
             let attribute = self.real(&line, words.next(), REGION)?;
             let limit = words.next().map(|w| self.real(&line, Some(w), REGION)).transpose()?;
-            // Zero and negative limits are none.
+            // Zero and negative limits mean no limit.
             input.regions.push(Region { at, attribute, limit: limit.filter(|&l| l > 0.0) });
         }
         Ok(())

@@ -1,4 +1,4 @@
-//! Faces of `.off`, `.ply`, `.obj` and `.stl`, as closed surfaces of space.
+//! Closed surfaces in space: the faces of `.off`, `.ply`, `.obj` and `.stl` files.
 
 use septet_meshing::input::Input;
 
@@ -43,7 +43,7 @@ pub fn read(source: Source<'_>, format: Format) -> Result<DomainFile, InputError
     Ok(DomainFile { input, notes, first_id: first_id as u64 })
 }
 
-/// `f a b c …`, each `v`, `v/t`, `v//n` or `v/t/n`; negative ids count back from the last point.
+/// Reads the lines `f a b c …`. Each corner is `v`, `v/t`, `v//n` or `v/t/n`. Negative ids count back from the last point.
 fn read_obj(source: Source<'_>) -> Result<Faces, InputError> {
     let mut lines = Lines::new(source.data);
     let (mut points, mut faces) = (0i64, Vec::new());

@@ -12,7 +12,7 @@ use std::io::Write;
 
 use super::*;
 
-/// Writes files into a directory of their own and reads the first.
+/// Writes files into a new directory and reads the first.
 fn read(files: &[(&str, &[u8])]) -> Result<DomainFile, InputError> {
     let place = tempfile::tempdir().unwrap();
     for (name, content) in files {
@@ -35,7 +35,7 @@ fn plane(file: DomainFile) -> Input<DVec2> {
     }
 }
 
-/// The message of a file that is refused, without its directory.
+/// Returns the error message for a file.
 fn refused(name: &str, text: &str) -> String {
     match read(&[(name, text.as_bytes())]) {
         Ok(_) => panic!("{name} was read: {text}"),
@@ -46,7 +46,7 @@ fn refused(name: &str, text: &str) -> String {
 const POINTS: &str = "4 3 1 1\n1 0 0 0 9.5 3\n2 1 0 0 9.5 4\n3 0 1 0 9.5 5\n4 0 0 1 9.5 6\n";
 const REST: &str = "2 1\n2 1 7 # two polygons, a hole\n3 1 2\n3\n2 1 4\n1 0.25 0.25 0\n1\n3 1 2 4\n1\n1 2 2 2\n2\n1 .1 .1 .1 5 0.5\n2 .2 .2 .2 6 -1\n";
 
-/// The square's corners, one a line, each after a word.
+/// Returns the corners of the square, one per line, each after a word.
 fn listed(before: &str) -> String {
     let row = |p: &[f64; 3]| format!("{before}{} {} {}\n", p[0], p[1], p[2]);
     SQUARE.iter().map(row).collect::<Vec<_>>().concat()
@@ -67,7 +67,7 @@ fn poly_of_space() {
     let regions: Vec<_> = input.regions.iter().map(|r| (r.at.x, r.attribute, r.limit)).collect();
     assert_eq!(regions, [(0.1, 5.0, Some(0.5)), (0.2, 6.0, None)]);
 
-    // The points in a file beside; gzipped; without holes and regions.
+    // The points in another file, then gzip, then a file without holes and regions.
     let rest = format!("0 3 0 0\n{REST}");
     let beside = read(&[("a.poly", rest.as_bytes()), ("a.node", POINTS.as_bytes())]).unwrap();
     assert_eq!(space(beside), input);

@@ -28,7 +28,7 @@ fn npy_of_all_kinds() {
     let big = bad("a.npy", npy(&head(">f8"), &data));
     assert!(big.to_string().contains("big-endian"), "{big}");
     let large = bytes_of!(i64, to_le_bytes, [i64::MAX, 2, 3, 4, 5, 6]);
-    assert!(noted(&good("a.npy", npy(&head("<i8"), &large)).notes, "1 whole numbers"));
+    assert!(noted(&good("a.npy", npy(&head("<i8"), &large)).notes, "1 integers"));
     let mut version2 = b"\x93NUMPY\x02\x00".to_vec();
     version2.extend((fortran.len() as u32).to_le_bytes());
     version2.extend(fortran.as_bytes());
@@ -100,7 +100,7 @@ fn stl_that_begins_with_solid() {
     for head in [b"solid but binary".as_slice(), b"", b"\0"] {
         let file = good("a.stl", stl_binary(head));
         assert_eq!(space(&file), CORNERS);
-        assert!(noted(&file.notes, "welded into 4"));
+        assert!(noted(&file.notes, "merged into 4"));
     }
     let mut huge = stl_binary(b"x");
     huge[80..84].copy_from_slice(&u32::MAX.to_le_bytes());

@@ -36,9 +36,13 @@ fn nothing_is_an_empty_set() {
 fn a_header_row_and_further_columns_are_noted() {
     let file = good("a.csv", "\"x\",y,z,name\n1,2,3,here be text\n4,5,6,\n7,8,9\n");
     assert_eq!(space(&file).len(), 3);
-    assert!(noted(&file.notes, "line 1 is taken as a header"), "{:?}", file.notes);
-    assert!(noted(&file.notes, "columns after the first 3"));
-    assert_eq!(file.notes.len(), 2);
+    assert!(noted(
+        &file.notes,
+        "line 1 is taken as a header row: coordinates are x, y, z; columns name are ignored"
+    ));
+    assert_eq!(file.notes.len(), 1);
+    let file = good("a.csv", "1,2,3,here be text\n4,5,6,\n7,8,9\n");
+    assert!(noted(&file.notes, "columns after the first 3") && file.notes.len() == 1);
     assert_eq!(bad("a.csv", "x,y\na,b\n1,2\n").line(), Some(2));
 }
 
@@ -122,10 +126,10 @@ fn numbers_are_exact_and_zeros_positive() {
 }
 
 #[test]
-fn chemistry_files_are_recognised() {
+fn chemical_files_are_recognised() {
     let file = good("a.xyz", "2\nwater # 1\nO 0 0 0\nH 1.5 0 0 extra\n\n");
     assert_eq!(space(&file), [[0.0, 0.0, 0.0], [1.5, 0.0, 0.0]]);
-    assert!(noted(&file.notes, "chemistry"));
+    assert!(noted(&file.notes, "chemical"));
     assert_eq!(space(&good("a.xyz", "1\r\n\r\n8 0 0 1\r\n")), [[0.0, 0.0, 1.0]]);
     assert!(matches!(
         bad("a.xyz", "3\n\nO 0 0 0\nH 1 0 0\n"),

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::read::Format;
 
-const ALL: [Format; 11] = [
+const ALL: [Format; 12] = [
     Format::Node,
     Format::Text,
     Format::Npy,
@@ -16,6 +16,7 @@ const ALL: [Format; 11] = [
     Format::Stl,
     Format::Obj,
     Format::Vtu,
+    Format::Vtk,
     Format::Msh,
     Format::Medit,
     Format::Ele,
@@ -25,7 +26,8 @@ const ALL: [Format; 11] = [
 fn survive(format: Format, data: &[u8]) {
     for skip_invalid in [false, true] {
         for dimension in [None, Some(2), Some(3)] {
-            let result = parse("a", data, &ReadOptions { dimension, format: Some(format), skip_invalid });
+            let result =
+                parse("a", data, &ReadOptions { format: Some(format), ..with(dimension, skip_invalid) });
             if let Ok(file) = result {
                 assert!(file.points.coordinates().iter().all(|c| c.is_finite()));
                 assert_eq!(file.source_index.is_some(), file.skipped > 0);
@@ -58,6 +60,9 @@ fn samples() -> Vec<(Format, Vec<u8>)> {
         (Format::Vtu, vtu_raw(false)),
         (Format::Vtu, vtu_raw(true)),
         (Format::Vtu, vtu_inline("", "ascii", |_, text| text.to_owned()).into_bytes()),
+        (Format::Vtk, vtk::ascii("POLYDATA", "POLYGONS 1 4\n3 0 1 2\n").into()),
+        (Format::Vtk, vtk::binary()),
+        (Format::Vtk, vtk::VERSION_5.into()),
         (Format::Msh, MSH2.into()),
         (Format::Msh, MSH41.into()),
         (Format::Medit, MEDIT.into()),

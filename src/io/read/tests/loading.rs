@@ -72,7 +72,9 @@ fn names_of_formats() {
     assert_eq!("mesh".parse(), Ok(Format::Medit));
     assert!("dat".parse::<Format>().is_err());
     assert_eq!(Format::Text.name(), "xyz");
-    assert!(matches!(bad("a.dat", "1 2 3\n"), InputError::UnknownFormat { .. }));
+    assert_eq!(good("a.dat", "1 2 3\n").points.len(), 1);
+    assert!(matches!(bad("a.dat", "words alone\n"), InputError::UnknownFormat { .. }));
+    assert!(matches!(bad("a.foo", "1 2 3\n"), InputError::UnknownFormat { .. }));
     assert_eq!(good("a.dat", npy_f8()).points.len(), 4);
     assert_eq!(
         good_with("a.dat", "1 2 3\n", &ReadOptions { format: Some(Format::Text), ..PLAIN }).points.len(),
@@ -89,7 +91,7 @@ fn files_on_disk() {
     std::fs::write(folder.path().join("a.ele"), "1 3\n0 0 1 2\n").expect("written");
     let cells = read_cells(&folder.path().join("a.ele"), &CellOptions::default(), &mut |_, _| ());
     assert_eq!(cells.map(|c| c.cell_count()).ok(), Some(1));
-    assert!(matches!(read(folder.path(), &PLAIN, &mut |_, _| ()), Err(InputError::Unreadable { .. })));
+    assert!(matches!(read(folder.path(), &PLAIN, &mut |_, _| ()), Err(InputError::Directory { .. })));
     let missing = read(&PathBuf::from("no/such.xyz"), &PLAIN, &mut |_, _| ()).expect_err("missing");
     assert!(matches!(missing, InputError::Missing { .. }));
     assert_eq!((missing.line(), missing.path()), (None, Path::new("no/such.xyz")));

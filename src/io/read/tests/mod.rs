@@ -6,6 +6,8 @@ mod columns;
 mod hostile;
 mod loading;
 mod surfaces;
+mod tables;
+mod vtk;
 
 use std::path::Path;
 
@@ -13,12 +15,16 @@ use super::{CellFile, CellOptions, InputError, PointFile, ReadOptions, cell_list
 use septet_core::model::Points;
 
 /// Default options.
-const PLAIN: ReadOptions = ReadOptions { dimension: None, format: None, skip_invalid: false };
-/// Invalid points dropped.
-const SKIP: ReadOptions = ReadOptions { skip_invalid: true, ..PLAIN };
+const PLAIN: ReadOptions = with(None, false);
+/// Drops invalid points.
+const SKIP: ReadOptions = with(None, true);
 /// `-d 2` and `-d 3`.
-const TWO: ReadOptions = ReadOptions { dimension: Some(2), ..PLAIN };
-const THREE: ReadOptions = ReadOptions { dimension: Some(3), ..PLAIN };
+const TWO: ReadOptions = with(Some(2), false);
+const THREE: ReadOptions = with(Some(3), false);
+
+const fn with(dimension: Option<usize>, skip_invalid: bool) -> ReadOptions {
+    ReadOptions { dimension, format: None, skip_invalid, columns: None, keep_columns: false }
+}
 
 fn parse(name: &str, data: impl AsRef<[u8]>, options: &ReadOptions) -> Result<PointFile, InputError> {
     points(Path::new(name), data.as_ref(), options)

@@ -64,7 +64,7 @@ fn ply_ascii() {
 fn stl_and_obj() {
     let file = good("a.stl", STL_ASCII);
     assert_eq!(space(&file), CORNERS);
-    assert!(noted(&file.notes, "6 facet corners welded into 4 points"), "{:?}", file.notes);
+    assert!(noted(&file.notes, "6 facet corners merged into 4 points"), "{:?}", file.notes);
     assert!(matches!(bad("a.stl", &STL_ASCII[..STL_ASCII.len() - 12]), InputError::Truncated { .. }));
     assert_eq!(bad("a.stl", "solid\nfacet\nvertex 1 2\nendfacet\nendsolid").line(), Some(3));
     assert!(matches!(

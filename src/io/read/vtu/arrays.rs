@@ -1,11 +1,11 @@
-//! The arrays of a `.vtu` file: where they are and how they are stored.
+//! The arrays of a `.vtu` file: their places and encodings.
 
 use super::super::error::{InputError, Place};
 use super::super::scalar::{Endian, Scalar};
 use super::super::text::{Source, excerpt};
 use super::xml::{Tag, next_tag};
 
-/// How the numbers of an array are stored.
+/// The encoding of the numbers of an array.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Storage {
     Ascii,
@@ -13,27 +13,28 @@ pub(super) enum Storage {
     Appended(u64),
 }
 
-/// One array, not yet decoded.
+/// An array before decoding.
 pub(super) struct DataArray<'a> {
     pub scalar: Scalar,
-    /// Numbers per row.
+    /// The number of values per row.
     pub components: u64,
     pub storage: Storage,
-    /// What stands between its tags.
+    /// The text between its tags.
     pub text: &'a [u8],
-    /// Where it is declared, and on which line.
+    /// The byte of its opening tag.
     pub offset: usize,
+    /// The line of its opening tag, from 1.
     pub line: u64,
 }
 
-/// The appended data: after the underscore.
+/// The appended data, after the underscore.
 pub(super) struct Appended<'a> {
     pub raw: bool,
     pub data: &'a [u8],
     pub offset: usize,
 }
 
-/// The file's arrays that matter.
+/// The arrays of points and cells.
 pub(super) struct Arrays<'a> {
     pub source: Source<'a>,
     pub endian: Endian,
@@ -100,7 +101,12 @@ pub(super) fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
     }
 }
 
-/// The first tag of this name.
+/// Shortens the value of an attribute for messages.
+fn shown(value: &str) -> String {
+    excerpt(value.as_bytes())
+}
+
+/// Returns the first tag of this name.
 fn first_tag<'a>(data: &'a [u8], name: &[u8]) -> Option<Tag<'a>> {
     let mut tag = next_tag(data, 0)?;
     while tag.name != name {
@@ -112,12 +118,12 @@ fn first_tag<'a>(data: &'a [u8], name: &[u8]) -> Option<Tag<'a>> {
 fn root_of<'a>(source: Source<'a>, root: &Tag<'_>) -> Result<Arrays<'a>, InputError> {
     let place = Place::Line(source.line_at(root.start));
     if root.attribute("type") != Some("UnstructuredGrid") {
-        let what = format!("VTK data of type {}", root.attribute("type").unwrap_or_default());
+        let what = format!("VTK data of type {}", shown(root.attribute("type").unwrap_or_default()));
         return Err(source.unsupported(place, what, "save an unstructured grid (.vtu)"));
     }
     let compressor = root.attribute("compressor");
     if compressor.is_some_and(|c| c != "vtkZLibDataCompressor" && !c.is_empty()) {
-        let what = format!("compression by {}", compressor.unwrap_or_default());
+        let what = format!("compression by {}", shown(compressor.unwrap_or_default()));
         return Err(source.unsupported(place, what, "save it uncompressed or with zlib"));
     }
     Ok(Arrays {
@@ -141,7 +147,7 @@ fn attribute_count(source: Source<'_>, tag: &Tag<'_>, name: &'static str) -> Res
     value.and_then(|v| v.trim().parse().ok()).ok_or_else(|| source.bad_at(tag.start, shown(), "a count"))
 }
 
-/// The longest text directly inside an array, and where the array ends.
+/// Returns the longest text directly inside an array, and the end of the array.
 fn content<'a>(source: Source<'a>, opening: &Tag<'_>) -> Result<(&'a [u8], usize), InputError> {
     let (mut at, mut depth, mut text) = (opening.end, 0_usize, b"".as_slice());
     loop {
@@ -165,8 +171,8 @@ fn content<'a>(source: Source<'a>, opening: &Tag<'_>) -> Result<(&'a [u8], usize
 fn declared<'a>(source: Source<'_>, tag: &Tag<'_>, text: &'a [u8]) -> Result<DataArray<'a>, InputError> {
     let kind = tag.attribute("type").unwrap_or_default();
     let scalar = Scalar::of_vtk(kind);
-    let scalar =
-        scalar.ok_or_else(|| source.bad_at(tag.start, format!("type {kind}"), "a VTK number type"))?;
+    let scalar = scalar
+        .ok_or_else(|| source.bad_at(tag.start, format!("type {}", shown(kind)), "a VTK number type"))?;
     let components = match tag.attribute("NumberOfComponents") {
         Some(_) => attribute_count(source, tag, "NumberOfComponents")?,
         None => 1,
@@ -176,7 +182,11 @@ fn declared<'a>(source: Source<'_>, tag: &Tag<'_>, text: &'a [u8]) -> Result<Dat
         "binary" => Storage::Base64,
         "appended" => Storage::Appended(attribute_count(source, tag, "offset")?),
         other => {
-            return Err(source.bad_at(tag.start, format!("format {other}"), "ascii, binary or appended"));
+            return Err(source.bad_at(
+                tag.start,
+                format!("format {}", shown(other)),
+                "ascii, binary or appended",
+            ));
         }
     };
     Ok(DataArray { scalar, components, storage, text, offset: tag.start, line: source.line_at(tag.start) })
@@ -187,7 +197,7 @@ fn appended<'a>(source: Source<'a>, tag: &Tag<'_>) -> Result<Appended<'a>, Input
         Some("raw") => true,
         Some("base64") => false,
         other => {
-            let found = format!("encoding {}", other.unwrap_or_default());
+            let found = format!("encoding {}", shown(other.unwrap_or_default()));
             return Err(source.bad_at(tag.start, found, "raw or base64"));
         }
     };
@@ -205,7 +215,7 @@ fn appended<'a>(source: Source<'a>, tag: &Tag<'_>) -> Result<Appended<'a>, Input
 }
 
 impl DataArray<'_> {
-    /// The line that declares it.
+    /// Returns the line of its opening tag.
     pub fn place(&self) -> Place {
         Place::Line(self.line)
     }

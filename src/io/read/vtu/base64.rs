@@ -1,6 +1,6 @@
-//! Base64 as VTK writes it: several padded runs may follow each other.
+//! Base64 in the form of VTK files: several padded runs may follow one another.
 
-/// Decodes up to the first byte that is neither base64 nor blank. None: a run is cut short.
+/// Decodes the text up to the first byte that is neither base64 nor blank. Returns `None` if a run is incomplete.
 pub(super) fn decode(text: &[u8]) -> Option<Vec<u8>> {
     let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
     let mut quad = [0_u8; 4];

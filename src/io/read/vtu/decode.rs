@@ -1,4 +1,4 @@
-//! The numbers of an array: out of text, raw bytes, base64 and zlib.
+//! Decodes the numbers of an array from text, raw bytes, base64 and zlib.
 
 use std::borrow::Cow;
 use std::io::Read;
@@ -12,7 +12,7 @@ use super::arrays::{Arrays, DataArray, Storage};
 use super::base64;
 
 impl<'a> Arrays<'a> {
-    /// All numbers of an array.
+    /// Returns all numbers of an array.
     pub fn values<T>(
         &self,
         array: &DataArray<'a>,
@@ -40,8 +40,8 @@ impl<'a> Arrays<'a> {
         Ok(numbers.map(|b| from_bytes(array.scalar, b, self.endian)).collect())
     }
 
-    /// The place of one number of an array: its line or byte where it stands as it is, else the
-    /// line that declares the array.
+    /// Returns the place of a number of an array. It is a line or byte if the array is text or raw, else the line of the
+    /// opening tag of the array.
     pub fn locate(&self, array: &DataArray<'a>, element: usize) -> Place {
         let word = |text: &'a [u8]| {
             let mut words = text.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());
@@ -62,7 +62,7 @@ impl<'a> Arrays<'a> {
         }
     }
 
-    /// The bytes of an array without their counts, and where they begin.
+    /// Returns the bytes of an array without their counts, and the first byte of its data in the file.
     fn bytes(&self, array: &DataArray<'a>) -> Result<(Cow<'a, [u8]>, usize), InputError> {
         let source = self.source;
         let text = |text: &[u8], offset: usize| {
@@ -88,7 +88,7 @@ impl<'a> Arrays<'a> {
         Ok((taken, offset))
     }
 
-    /// A count, and what follows it.
+    /// Reads a count. Returns it with the bytes after it.
     fn count<'s>(&self, stored: &'s [u8], offset: usize) -> Result<(u64, &'s [u8]), InputError> {
         let scalar = if self.wide_header { Scalar::U64 } else { Scalar::U32 };
         let short = || self.short(offset, scalar.size() as u64, stored.len() as u64);
@@ -114,7 +114,7 @@ impl<'a> Arrays<'a> {
         })
     }
 
-    /// Blocks, each preceded in a table by its compressed length.
+    /// Decompresses blocks. A table before them has their compressed lengths.
     fn inflate(&self, stored: &[u8], offset: usize) -> Result<Vec<u8>, InputError> {
         let (blocks, rest) = self.count(stored, offset)?;
         let (block_size, rest) = self.count(rest, offset)?;

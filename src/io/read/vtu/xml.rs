@@ -1,21 +1,22 @@
-//! Tags and attributes: as much of XML as VTK files use. No entities are expanded.
+//! The subset of XML that VTK files use: tags and attributes, without entities.
 
-/// One tag.
+/// A tag.
 pub(super) struct Tag<'a> {
-    /// Without slash.
+    /// The name without a slash.
     pub name: &'a [u8],
     attributes: &'a [u8],
-    /// `</name>`?
+    /// Whether the tag is `</name>`.
     pub closing: bool,
-    /// `<name/>`?
+    /// Whether the tag is `<name/>`.
     pub empty: bool,
-    /// Where its `<` is, and the byte after its `>`.
+    /// The byte of its `<`.
     pub start: usize,
+    /// The byte after its `>`.
     pub end: usize,
 }
 
 impl<'a> Tag<'a> {
-    /// The value of an attribute, quotes taken away.
+    /// Returns the value of an attribute without quotes.
     pub fn attribute(&self, wanted: &str) -> Option<&'a str> {
         let mut rest = self.attributes;
         loop {
@@ -35,7 +36,7 @@ impl<'a> Tag<'a> {
     }
 }
 
-/// The next tag at or after `from`; comments and declarations are passed over.
+/// Returns the next tag at or after `from`. Comments and declarations are skipped.
 pub(super) fn next_tag(data: &[u8], mut from: usize) -> Option<Tag<'_>> {
     loop {
         let start = from + data.get(from..)?.iter().position(|b| *b == b'<')?;
@@ -50,7 +51,7 @@ pub(super) fn next_tag(data: &[u8], mut from: usize) -> Option<Tag<'_>> {
     }
 }
 
-/// The byte after the first `mark`.
+/// Returns the byte after the first `mark`.
 fn find(data: &[u8], mark: &[u8]) -> Option<usize> {
     data.windows(mark.len()).position(|w| w == mark).map(|at| at + mark.len())
 }

@@ -3,6 +3,7 @@
 mod binary;
 mod gmsh_and_medit;
 mod tetgen_and_off;
+mod vtk;
 
 use binary::vtu_arrays;
 use gmsh_and_medit::section;
@@ -13,14 +14,16 @@ use std::fs;
 use super::*;
 use septet_common::samples::{Sample, kuhn, no_cells, squares};
 
-const NAMES: [&str; 9] =
-    ["m.vtu", "m.node", "m.msh", "m.msh22", "m.msh41", "m.mesh", "m.npy", "m.off", "m.stl"];
+const NAMES: [&str; 11] = [
+    "m.vtu", "m.vtk", "m.vtk.gz", "m.node", "m.msh", "m.msh22", "m.msh41", "m.mesh", "m.npy", "m.off",
+    "m.stl",
+];
 
 /// Writes a mesh under a name in a fresh directory; returns all files found there.
-fn written(name: &str, sample: &Sample, options: &WriteOptions) -> HashMap<String, Vec<u8>> {
+fn written(name: &str, sample: &Sample, options: &WriteOptions<'_>) -> HashMap<String, Vec<u8>> {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join(name);
-    check_output(&path).unwrap();
+    check_output(&path, options).unwrap();
     let mut last = (0, 0);
     let files = write(&path, &sample.view(), options, &mut |done, total| {
         assert!(done >= last.0 && done <= total);
@@ -166,9 +169,9 @@ fn inconsistent_meshes_are_refused_before_anything_is_written() {
 fn check_output_looks_at_the_whole_set() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("m.ele");
-    assert_eq!(check_output(&path).unwrap(), OutputFormat::TetGen);
+    assert_eq!(check_output(&path, &WriteOptions::default()).unwrap(), OutputFormat::TetGen);
     fs::create_dir(directory.path().join("m.neigh")).unwrap();
-    let error = check_output(&path).unwrap_err();
+    let error = check_output(&path, &WriteOptions::default()).unwrap_err();
     assert!(error.to_string().contains("m.neigh"), "{error}");
     assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
 }

@@ -1,0 +1,92 @@
+//! Options for file formats, shared by the commands that read points or write triangulations.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use septet_core::model::MeshView;
+use septet_io::read::{Format, ReadOptions};
+use septet_io::write::{OutputError, OutputFormat, PointFormat, WriteOptions, write, write_to};
+
+use super::errors::{Code, Failure};
+use super::options::{INPUT, OUTPUT};
+
+/// Options of every command that reads points.
+#[derive(Debug, Args)]
+pub struct ReadArgs {
+    /// Columns of the coordinates in a text table
+    ///
+    /// Names of the header row, or numbers from 1. By default, columns named x, y and z are used, or the first columns
+    /// of a table without a header row.
+    #[arg(long, value_name = "X,Y[,Z]", value_delimiter = ',', help_heading = INPUT)]
+    columns: Option<Vec<String>>,
+    /// Format of the points, for standard input and unknown endings
+    ///
+    /// node, xyz, csv, npy, off, ply, stl, obj, vtu, vtk, msh or mesh.
+    #[arg(long, value_name = "NAME", value_parser = input_format, help_heading = INPUT, hide_short_help = true)]
+    input_format: Option<Format>,
+}
+
+impl ReadArgs {
+    /// Returns the options of the reader.
+    pub fn options(&self, dimension: Option<usize>, skip_invalid: bool) -> ReadOptions {
+        ReadOptions {
+            dimension,
+            format: self.input_format,
+            skip_invalid,
+            columns: self.columns.clone(),
+            keep_columns: false,
+        }
+    }
+
+    /// Refuses the options for a sample, which is not a file.
+    pub fn check(&self, is_sample: bool) -> Result<(), Failure> {
+        let given = [("--columns", self.columns.is_some()), ("--input-format", self.input_format.is_some())];
+        match given.iter().find(|(_, given)| is_sample && *given) {
+            Some((option, _)) => {
+                let message = format!("{option} applies to files, not to a generated sample");
+                Err(Failure::new(Code::Usage, message).help(format!("omit {option}, or give a file")))
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// Options of every command that writes a triangulation.
+#[derive(Debug, Args)]
+pub struct FormatArgs {
+    /// Format of all outputs, independent of their names; `-o -` needs it
+    ///
+    /// vtu, vtk, msh, msh22, mesh, off, stl, npy or ele.
+    #[arg(long, value_name = "NAME", value_parser = output_format, help_heading = OUTPUT, hide_short_help = true)]
+    pub format: Option<OutputFormat>,
+}
+
+/// Parses the name of a format of triangulations.
+pub fn output_format(name: &str) -> Result<OutputFormat, String> {
+    name.parse().map_err(|error: septet_io::read::UnknownFormatName| error.to_string())
+}
+
+/// Parses the name of a format of point sets.
+pub fn point_format(name: &str) -> Result<PointFormat, String> {
+    name.parse().map_err(|error: septet_io::read::UnknownFormatName| error.to_string())
+}
+
+fn input_format(name: &str) -> Result<Format, String> {
+    let parsed: Result<Format, _> = name.parse();
+    let parsed = parsed.map_err(|error| error.to_string())?;
+    if parsed == Format::Ele { Err("ele is a format of cells, not of points".to_owned()) } else { Ok(parsed) }
+}
+
+/// Writes a triangulation to a file, or to standard output for `-`. Returns the files written.
+pub fn write_mesh(
+    output: &Path,
+    view: &MeshView<'_>,
+    options: &WriteOptions<'_>,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<Vec<PathBuf>, OutputError> {
+    if output.as_os_str() == "-" {
+        write_to(&mut std::io::stdout().lock(), view, options, progress)?;
+        return Ok(Vec::new());
+    }
+    write(output, view, options, progress)
+}

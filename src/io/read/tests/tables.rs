@@ -1,0 +1,171 @@
+//! Text tables: columns by name, by number and by position, kept columns, counts, recognition by content.
+
+use super::*;
+
+fn columns(wanted: &[&str]) -> ReadOptions {
+    ReadOptions { columns: Some(wanted.iter().map(|&name| name.to_owned()).collect()), ..PLAIN }
+}
+
+fn refused(data: &str, options: &ReadOptions) -> String {
+    let error = bad_with("a.csv", data, options);
+    assert!(matches!(error, InputError::Columns { .. }) && error.is_usage(), "{error}");
+    error.to_string()
+}
+
+#[test]
+fn names_of_coordinates_select_their_columns() {
+    let want = vec![[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]];
+    for text in [
+        "x,y,z\n1,2,3\n4,5,6\n",
+        "z,y,x\n3,2,1\n6,5,4\n",
+        "id,x,y,z\n9,1,2,3\n8,4,5,6\n",
+        "name,x,y,z\nA,1,2,3\nB,4,5,6\n",
+        "\"X [m]\";'Y (m)';\"Z\";mass\n1;2;3;0\n4;5;6;0\n",
+        "# a comment\nid X[m] Y[m] Z[m]\n1 1 2 3\n2 4 5 6\n",
+        "x [m] y [m] z [m]\n1 2 3\n4 5 6\n",
+        ",x,y,z\n0,1,2,3\n1,4,5,6\n",
+        "\"note\",\"x\",\"y\",\"z\"\n\"a, b; # c\",\"1\",\"2\",\"3\"\n,4,\"5\",6\n",
+        "\"1\",\"2\",\"3\"\n\"4\",\"5\",\"6\"\n",
+    ] {
+        assert_eq!(space(&good("a.csv", text)), want, "{text}");
+    }
+    assert_eq!(plane(&good("a.csv", "value,y,x\n7,2,1\n")), [[1.0, 2.0]]);
+    assert_eq!(plane(&good_with("a.csv", "id,z,y,x\n7,3,2,1\n", &TWO)), [[1.0, 2.0]]);
+    let notes = good("a.csv", "id,x,y,z\n9,1,2,3\n").notes;
+    assert_eq!(notes, ["line 1 is taken as a header row: coordinates are x, y, z; columns id are ignored"]);
+}
+
+#[test]
+fn other_names_are_taken_in_order_only_if_they_are_unambiguous() {
+    let file = good("a.csv", "lon,lat\n1,2\n");
+    assert_eq!(plane(&file), [[1.0, 2.0]]);
+    assert!(
+        noted(&file.notes, "without x and y: coordinates are lon, lat, in this order"),
+        "{:?}",
+        file.notes
+    );
+    assert_eq!(space(&good("a.csv", "who,a,b,c\nme,1,2,3\n")), [[1.0, 2.0, 3.0]]);
+    assert_eq!(plane(&good("a.csv", ",lon,lat\n0,1,2\n")), [[1.0, 2.0]]);
+    for text in [
+        "id,ra,dec,z\n1,2,3,4\n",
+        "id,ra,dec\n1,2,3\n",
+        "ra,dec,z\n1,2,3\n",
+        "a,b,c,d\n1,2,3,4\n",
+        "x,x,y\n1,2,3\n",
+    ] {
+        let message = refused(text, &PLAIN);
+        assert!(message.contains("line 1") && message.contains("--columns"), "{message}");
+    }
+    let message = refused("id,ra,dec,z\n1,2,3,4\n", &PLAIN);
+    assert!(
+        message.contains("columns: id, ra, dec, z") && message.ends_with("--columns ra,dec,z"),
+        "{message}"
+    );
+    refused("x,y,w\n1,2,3\n", &THREE);
+    refused("a,b,c\n1,2,3\n", &TWO);
+}
+
+#[test]
+fn columns_are_chosen_by_name_and_by_number() {
+    let text = "id,RA (deg),dec,z\n1,2,3,4\n5,6,7,8\n";
+    let want = [[2.0, 3.0, 4.0], [6.0, 7.0, 8.0]];
+    for wanted in [["ra", "dec", "z"], ["RA (deg)", "Dec", "Z"], ["2", "3", "4"], ["2", "dec", "4"]] {
+        assert_eq!(space(&good_with("a.csv", text, &columns(&wanted))), want, "{wanted:?}");
+    }
+    assert_eq!(plane(&good_with("a.csv", text, &columns(&["4", "id"]))), [[4.0, 1.0], [8.0, 5.0]]);
+    assert_eq!(
+        plane(&good_with("a.txt", "A 1 2 3\nB 4 5 6\n", &columns(&["4", "2"]))),
+        [[3.0, 1.0], [6.0, 4.0]]
+    );
+    for (text, wanted, part) in [
+        (text, &["ra", "nothing"][..], "there is no column nothing"),
+        (text, &["ra"], "1 columns instead of two or three"),
+        (text, &["7", "1"], "there is no column 7"),
+        ("1 2 3\n", &["a", "b"], "not one of 1 to 3"),
+        ("a,a,b\n1,2,3\n", &["A", "b"], "more than one"),
+    ] {
+        let message = refused(text, &columns(wanted));
+        assert!(message.contains(part), "{message}");
+    }
+    let three = ReadOptions { dimension: Some(3), ..columns(&["1", "2"]) };
+    refused(text, &three);
+    let npy = columns(&["1", "2"]);
+    assert!(matches!(bad_with("a.npy", npy_f8(), &npy), InputError::Unsupported { .. }));
+}
+
+#[test]
+fn rows_of_a_named_table_have_its_columns() {
+    let error = bad("a.csv", "id,x,y,z\n1,2,3,4\n1,2,3\n");
+    assert!(error.line() == Some(3) && error.to_string().contains("at least 4 columns"), "{error}");
+    assert_eq!(bad("a.csv", "id,x,y,z\n1,2,3,\n").line(), Some(2));
+    let text = "x,w,y\n1,a,2\nnan,b,2\n3,c,oops\n4,d,5\n6,e,\n";
+    let file = good_with("a.csv", text, &SKIP);
+    assert_eq!((plane(&file), file.source_index), (vec![[1.0, 2.0], [4.0, 5.0]], Some(vec![0, 3])));
+    let error = bad("a.csv", "A,1,2,3\nB,4,5,6\n");
+    assert!(error.to_string().ends_with("such as --columns 2,3,4"), "{error}");
+}
+
+#[test]
+fn other_columns_are_kept() {
+    let keep = ReadOptions { keep_columns: true, ..SKIP };
+    let text = "id,x,name,y,id\n1,2,a,3,0.5\n4,nan,b,5,1\n6,7,c,8,\n";
+    let file = good_with("a.csv", text, &keep);
+    assert_eq!(plane(&file), [[2.0, 3.0], [7.0, 8.0]]);
+    let names: Vec<&str> = file.columns.iter().map(|c| c.name.as_str()).collect();
+    assert_eq!((names, &file.columns[0].values[..]), (vec!["id_1", "id_5"], &[1.0, 6.0][..]));
+    assert!(file.columns[1].values[0] == 0.5 && file.columns[1].values[1].is_nan());
+    assert!(noted(&file.notes, "column name has text and is not kept"), "{:?}", file.notes);
+    let bare = good_with("a.txt", "1 2 3 4 5\n6 7 8 9\n", &keep);
+    assert_eq!((bare.columns[0].name.as_str(), &bare.columns[0].values[..]), ("column_4", &[4.0, 9.0][..]));
+    assert!(bare.columns[1].values[1].is_nan() && bare.notes.is_empty(), "{:?}", bare.notes);
+    assert!(good("a.csv", text.replace("nan", "0")).columns.is_empty());
+}
+
+#[test]
+fn a_table_without_numbers_is_refused() {
+    for text in ["hello world\n", "hello\n", "a,b,c\n", "id,x\n"] {
+        let error = bad("a.xyz", text);
+        assert!(matches!(error, InputError::Syntax { line: 1, .. }), "{error}");
+    }
+    assert_eq!(bad("a.xyz", "hello world\nand more words\n").line(), Some(2));
+    for (text, dimension) in [("x,y,z\n", 3), ("y,x\n", 2), ("", 3)] {
+        let file = good("a.csv", text);
+        assert_eq!((file.points.len(), file.points.dimension()), (0, dimension), "{text:?}");
+    }
+}
+
+#[test]
+fn a_leading_count_is_checked() {
+    let file = good("a.pts", "2\n1 2 3\n4 5 6\n");
+    assert_eq!(space(&file), [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+    assert!(noted(&file.notes, "number of points"));
+    // Intensity and colours. The second line is a point and not the comment of a chemical file.
+    let scan = "3\n1 2 3 9 255 0 0\n4 5 6 9 255 0 0\n7 8 9 9 255 0 0\n";
+    assert_eq!(space(&good("a.pts", scan)), [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]]);
+    assert!(matches!(bad("a.pts", "3\n1 2 3\n4 5 6\n"), InputError::Truncated { expected: 3, found: 2, .. }));
+    assert_eq!(bad("a.pts", "1\n1 2 3\n4 5 6\n").line(), Some(3));
+    assert!(matches!(bad("a.xyz", "7\n"), InputError::UnsupportedDimension { found: 1, .. }));
+}
+
+#[test]
+fn tables_are_recognised_by_content() {
+    for name in ["a.dat", "a.pts", "a.asc", "points", "a.DAT", "fd/63"] {
+        assert_eq!(good(name, "# c\n1 2\n3 4\n").points.len(), 2, "{name}");
+        assert_eq!(good(name, "x,y\n1,2\n").points.len(), 1, "{name}");
+        assert_eq!(good(name, npy_f8()).points.len(), 4, "{name}");
+        for other in [b"words and words\n".as_slice(), b"\x7fELF\x01\x02", b"1 2\x00 3 4\n"] {
+            assert!(matches!(bad(name, other), InputError::UnknownFormat { .. }), "{name}");
+        }
+    }
+    for (name, advice) in [
+        ("a.vtp", "write .vtu"),
+        ("a.las", ".ply"),
+        ("a.cvs", "rename it if it is a .csv file"),
+        ("a.zzz", "use one of .node"),
+    ] {
+        let message = bad(name, "1 2 3\n").to_string();
+        assert!(message.contains(advice) && message.contains("--input-format"), "{message}");
+    }
+    let forced = ReadOptions { format: Some(crate::read::Format::Text), ..PLAIN };
+    assert_eq!(good_with("a.zzz", "1 2 3\n", &forced).points.len(), 1);
+}

@@ -1,0 +1,34 @@
+//! Names of output files: extensions, `.gz`, and the set of `TetGen`.
+
+use std::path::{Path, PathBuf};
+
+/// The extensions of the set of `TetGen`.
+const SET: [&str; 5] = ["node", "ele", "face", "edge", "neigh"];
+
+/// Returns the path without `.gz` at its end, in either case, and whether there was one.
+pub(super) fn without_gz(path: &Path) -> (&Path, bool) {
+    let is_gz = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
+    let name = path.to_str().filter(|_| is_gz);
+    name.map_or((path, false), |name| (Path::new(&name[..name.len() - 3]), true))
+}
+
+/// Returns the extension in lower case, without `.gz`, or an empty text.
+pub(super) fn extension(path: &Path) -> String {
+    let extension = without_gz(path).0.extension().and_then(|e| e.to_str());
+    extension.unwrap_or_default().to_ascii_lowercase()
+}
+
+/// Returns the file of the set with an extension. The named path itself keeps its spelling. `.gz` after it stays.
+pub(super) fn member(path: &Path, extension: &str) -> PathBuf {
+    let (plain, zipped) = without_gz(path);
+    match plain.extension() {
+        Some(own) if own.eq_ignore_ascii_case(extension) => path.to_path_buf(),
+        _ if zipped => plain.with_extension(format!("{extension}.gz")),
+        _ => plain.with_extension(extension),
+    }
+}
+
+/// Returns all files of the set of a path.
+pub(super) fn siblings(path: &Path) -> impl Iterator<Item = PathBuf> {
+    SET.iter().map(move |extension| member(path, extension))
+}

@@ -1,0 +1,129 @@
+//! Files as users name them: columns, formats, endings, compression, standard output.
+
+use std::fs;
+
+use super::{Place, code, stderr};
+
+const CATALOGUE: &str = "id,ra,dec,z\n7,0,0,0\n8,4,0,0\n9,0,4,0\n10,0,0,4\n11,1,1,1\n";
+
+#[test]
+fn a_header_row_is_obeyed_or_refused() {
+    let place = Place::new();
+    place.file("named.csv", "id,z,y,x\n9,0,0,0\n8,0,0,1\n7,0,1,0\n6,1,0,0\n");
+    let output = place.good("triangulate named.csv -o named.npy");
+    assert!(
+        stderr(&output).contains("coordinates are x, y, z; columns id are ignored"),
+        "{}",
+        stderr(&output)
+    );
+    place.file("plain.xyz", "0 0 0\n1 0 0\n0 1 0\n0 0 1\n");
+    place.good("verify plain.xyz named.npy --perturbed");
+    place.file("cat.csv", CATALOGUE);
+    let words = &["cat.csv, line 1", "id, ra, dec, z", "--columns ra,dec,z"];
+    place.fails("triangulate cat.csv -o cat.vtu", 2, words);
+    place.fails("simulate cat.csv", 2, words);
+    place.fails("rival incremental cat.csv", 2, words);
+    place.fails("verify cat.csv named.npy", 2, words);
+    for columns in ["ra,dec,z", "2,3,4", "RA,Dec,4"] {
+        place.good(&format!("triangulate cat.csv --columns {columns} -o cells.npy"));
+        place.good(&format!("verify cat.csv cells.npy --columns {columns} --perturbed"));
+    }
+    place.fails("triangulate cat.csv --columns ra,nothing", 2, &["no column nothing"]);
+    place.fails("triangulate sample:uniform:9 --columns x,y", 2, &["--columns", "sample"]);
+    place.fails("triangulate plain.npy --columns 1,2", 3, &["no such file"]);
+}
+
+#[test]
+fn a_file_of_words_alone_is_refused() {
+    let place = Place::new();
+    place.file("w.xyz", "hello world\n");
+    place.fails("triangulate w.xyz -o w.npy", 3, &["w.xyz, line 1", "hello world", "rows of numbers"]);
+    place.file("labels.csv", "A,1,2,3\nB,4,5,6\n");
+    place.fails("triangulate labels.csv", 3, &["labels.csv", "--columns 2,3,4"]);
+    place.file("quoted.csv", "\"1\",\"2\"\n\"3\",\"4\"\n\"5\",\"0\"\n");
+    place.good("triangulate quoted.csv -o q.npy");
+}
+
+#[test]
+fn other_columns_become_data_of_the_points() {
+    let place = Place::new();
+    place.file("cat.csv", CATALOGUE);
+    place.good("triangulate cat.csv --columns ra,dec,z --keep-columns -o cat.vtu -o cat.vtk -o plain.npy");
+    for file in ["cat.vtu", "cat.vtk"] {
+        let bytes = fs::read(place.path(file)).unwrap();
+        let ids = [7.0f64, 8.0, 9.0, 10.0, 11.0];
+        let little: Vec<u8> = ids.iter().flat_map(|id| id.to_le_bytes()).collect();
+        let big: Vec<u8> = ids.iter().flat_map(|id| id.to_be_bytes()).collect();
+        let wanted = if file == "cat.vtu" { little } else { big };
+        assert!(bytes.windows(wanted.len()).any(|w| w == wanted), "{file}");
+        place.good(&format!("verify {file} {file}"));
+    }
+    let words = &["--keep-columns", "-o OUT.vtu"];
+    place.fails("triangulate cat.csv --columns ra,dec,z --keep-columns -o cat.msh", 2, words);
+}
+
+#[test]
+fn formats_are_recognised_and_stated() {
+    let place = Place::new();
+    let square = "0 0\n1 0\n0 1\n1 1\n0.4 0.3\n";
+    for name in ["p.dat", "p.pts", "p.asc", "points"] {
+        place.file(name, square);
+        place.good(&format!("triangulate {name} -o a.vtk"));
+        place.good(&format!("verify {name} a.vtk --perturbed"));
+    }
+    place.file("p.foo", square);
+    place.fails("triangulate p.foo", 3, &["unknown format", ".vtk", "--input-format"]);
+    place.good("triangulate p.foo --input-format xyz -o b.npy");
+    place.good("verify p.foo b.npy --input-format txt");
+    place.fails("triangulate p.foo --input-format zzz", 2, &["--input-format", "vtu"]);
+    place.good("generate uniform -n 50 -o p.vtk");
+    place.good("triangulate p.vtk -o c.vtu.gz -o c.1.ele.gz -o c.npy");
+    for cells in ["c.vtu.gz", "c.1.ele.gz", "c.npy"] {
+        place.good(&format!("verify p.vtk {cells} --perturbed"));
+    }
+    assert!(place.path("c.1.node.gz").exists());
+    place.good("generate uniform -n 50 -o p.out --format csv");
+    assert!(fs::read_to_string(place.path("p.out")).unwrap().lines().all(|l| l.split(',').count() == 3));
+}
+
+#[test]
+fn errors_list_formats_and_name_the_nearest() {
+    let place = Place::new();
+    place.file("p.xyz", "0 0\n1 0\n0 1\n");
+    for (output, word) in [
+        ("a.xdmf", "write .vtu for ParaView"),
+        ("a.vut", "the nearest is .vtu"),
+        ("a", ".msh22"),
+        ("-", "--format"),
+    ] {
+        place.fails(&format!("triangulate p.xyz -o {output}"), 2, &["unknown output format", ".vtk", word]);
+    }
+    place.fails("triangulate p.xyz -o - --format ele", 2, &["several files"]);
+    place.fails("triangulate p.xyz -o - --format vtu --json -", 2, &["standard output"]);
+    place.fails("triangulate .", 3, &["is a directory", "name a file in it"]);
+    place.fails("triangulate uniform:100", 3, &["no such file", "sample:uniform:100"]);
+    place.file("scan.las", "LASF");
+    place.fails("triangulate scan.las", 3, &["convert the point cloud to .ply"]);
+}
+
+#[test]
+fn standard_output_receives_the_bytes_of_a_file() {
+    let place = Place::new();
+    place.good("triangulate sample:uniform:200 -o a.vtu");
+    let output = place.run("triangulate sample:uniform:200 -o - --format vtu");
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(output.stdout.starts_with(b"<?xml") && output.stdout == fs::read(place.path("a.vtu")).unwrap());
+    let domain = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/domains/good/map.poly");
+    let output = place.run(&format!("mesh {domain} --size 1 -o - --format vtk"));
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(output.stdout.starts_with(b"# vtk DataFile"));
+}
+
+#[test]
+fn a_size_field_of_the_wrong_width_is_a_fault_of_the_file() {
+    let place = Place::new();
+    let domain = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/domains/good/cube.poly");
+    place.file("plane.txt", "0 0 1\n").file("wide.txt", "0 0 0 0 0 1\n");
+    place.fails(&format!("mesh {domain} -o m.vtu --size-field plane.txt"), 3, &["--size-field has 2"]);
+    place.fails(&format!("mesh {domain} -o m.vtu --size-field wide.txt"), 3, &["wide.txt", "three or four"]);
+}
