@@ -211,7 +211,7 @@ fn impossible_options_are_exit_2() {
 fn outputs_that_would_overwrite_the_input_are_refused() {
     let place = Place::new();
     place.file("a.node", "4 2 0 0\n1 0 0\n2 1 0\n3 0 1\n4 1 1\n");
-    place.fails("triangulate a.node -o a.ele", 2, &["a.ele", "a.node", "set"]);
+    place.fails("triangulate a.node -o a.ele", 2, &["a.ele", "a.node", "all five files"]);
     place.fails("triangulate a.node -o ./a.node", 2, &["a.node"]);
     place.fails("triangulate a.node --json a.node", 2, &["a.node"]);
     place.good("triangulate a.node -o a.1.ele");

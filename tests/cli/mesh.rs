@@ -386,7 +386,7 @@ fn pictures_of_meshes_are_whole_or_not_there() {
     assert_eq!(report["view"]["cells"].as_u64(), Some(cells));
     let (limited, talk) = view(&format!("--view {}", cells - 1));
     assert_eq!(limited["view"], Value::Null);
-    let note = format!("no picture in the report: {cells} cells, more than --view {}", cells - 1);
+    let note = format!("no picture: the mesh has {cells} cells, --view allows {}", cells - 1);
     assert!(talk.contains(&note), "{talk}");
     assert_eq!(view(&format!("--view {cells}")).0["view"], report["view"]);
     let (none, talk) = view("--view 0");
