@@ -1,4 +1,4 @@
-//! The program as scripts see it: exit codes, what stands on which stream, what is left on disk.
+//! The program from the view of scripts: exit codes, streams, files on disk.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -15,6 +15,9 @@ mod faults;
 
 #[path = "cli/files.rs"]
 mod files;
+
+#[path = "cli/help.rs"]
+mod help;
 
 #[path = "cli/instruments.rs"]
 mod instruments;
@@ -36,6 +39,9 @@ mod scale;
 
 #[path = "cli/rival.rs"]
 mod rival;
+
+#[path = "cli/schema.rs"]
+mod schema;
 
 /// A directory of one test and the program run in it.
 struct Place(TempDir);
@@ -155,7 +161,7 @@ fn the_line_at_fault_is_shown() {
     place.file("nan.xyz", "0 0 0\n1 0 0\n0 nan 0\n0 0 1\n");
     let talk = stderr(&place.run("triangulate nan.xyz"));
     assert!(talk.starts_with("error:") && talk.contains("nan.xyz:3:1") && talk.contains("0 nan 0"), "{talk}");
-    assert!(!talk.contains('\x1b'), "colours although it is no terminal: {talk:?}");
+    assert!(!talk.contains('\x1b'), "colours without a terminal: {talk:?}");
     let talk = stderr(&place.run("triangulate nan.xyz --color always"));
     assert!(talk.contains('\x1b'));
 }
@@ -205,7 +211,7 @@ fn impossible_options_are_exit_2() {
 fn outputs_that_would_overwrite_the_input_are_refused() {
     let place = Place::new();
     place.file("a.node", "4 2 0 0\n1 0 0\n2 1 0\n3 0 1\n4 1 1\n");
-    place.fails("triangulate a.node -o a.ele", 2, &["a.ele", "a.node", "set"]);
+    place.fails("triangulate a.node -o a.ele", 2, &["a.ele", "a.node", "all five files"]);
     place.fails("triangulate a.node -o ./a.node", 2, &["a.node"]);
     place.fails("triangulate a.node --json a.node", 2, &["a.node"]);
     place.good("triangulate a.node -o a.1.ele");
@@ -282,7 +288,7 @@ fn points_come_from_standard_input_and_gzip() {
 }
 
 #[test]
-fn generate_feeds_triangulate() {
+fn generated_points_are_triangulated_from_standard_input() {
     let place = Place::new();
     let points = place.good("generate uniform -n 500 --seed 3");
     let output = place.feed("triangulate - -o a.npy", &points.stdout);

@@ -87,7 +87,7 @@ fn no_cells(dimension: usize) -> Mesh {
     Mesh { dimension, coordinates, cells: Vec::new(), first_id: 0 }
 }
 
-/// Writes the mesh in all formats, and what must be found in the files.
+/// Writes the mesh in all formats, and the expected contents of the files.
 fn write_all(directory: &Path, mesh: &Mesh) {
     fs::create_dir(directory).unwrap();
     let count = mesh.cells.len() / (mesh.dimension + 1);
@@ -204,7 +204,7 @@ const DOMAINS: [(&str, &str, &str); 11] = [
     ("../../data/example", "--size 0.6", "17.9375 20"),
 ];
 
-/// What the judge says of a mesh, and whether it is content.
+/// Returns the output of the judge for a mesh, and whether the mesh passes.
 fn judged(python: &OsString, domain: &Path, mesh: &Path, measure: &str) -> (bool, String) {
     judged_by("judge_mesh.py", python, domain, mesh, measure)
 }
@@ -268,7 +268,7 @@ fn meshes_of_scans_are_judged_by_another_program() {
     println!("hand.off: {}", said.trim());
 }
 
-/// A scan with a boundary made anew: as near to the scan as was asked for, with its handles. It has sheets closer than an eighth
+/// A scan with a remeshed boundary, which stays within the requested distance and has the same handles. It has sheets closer than an eighth
 /// of the size, which once were joined by a handle.
 #[test]
 #[ignore = "needs Python and the test data"]
@@ -289,7 +289,7 @@ fn remeshed_scans_are_judged_by_another_program() {
     assert!(!good && said.contains("is no face"), "{said}");
 }
 
-/// What is done to the text of a file.
+/// A change of the text of a file.
 type Spoiling = dyn Fn(&str) -> String;
 
 /// The judge would not let these pass.
@@ -320,7 +320,7 @@ fn spoilt_meshes_are_refused_by_the_other_program() {
     assert!(!judged(&python, &domain, &stem, "64.000001").0);
 }
 
-/// A table with one row less, and told so.
+/// A table with one row fewer, and with its new length.
 fn without(table: &str, row: usize) -> String {
     let mut lines: Vec<String> = table.lines().map(str::to_owned).collect();
     lines.remove(row);

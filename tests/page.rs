@@ -89,7 +89,7 @@ fn reports_of_meshes_without_a_picture_say_so() {
     good(place.path(), &format!("mesh {} --size 2 --json none.json --view 0", cube.display()));
     good(place.path(), "report none.json -o none.html");
     let html = fs::read_to_string(place.path().join("none.html")).unwrap();
-    assert!(html.contains("holds no picture of the mesh") && html.contains("--view N"));
+    assert!(html.contains("has no picture of the mesh") && html.contains("--view N"));
     assert!(!html.contains("<section id=\"mesh\"") && html.contains("<section id=\"mesh-quality\""));
     browse(place.path(), &[("none.html", None)]);
 }
@@ -142,7 +142,7 @@ fn reports_of_meshes_are_refused_by_field() {
         let field = format!("`{}`", list[1..].replace('/', "."));
         refused(&pop(list), &[&field, "entries, expected"]);
     }
-    refused(&set("/schema", "septet-mesh/9".into()), &["no run of septet", "septet-mesh/1"]);
+    refused(&set("/schema", "septet-mesh/9".into()), &["not a septet report", "septet-mesh/1"]);
 }
 
 #[test]
@@ -227,7 +227,7 @@ fn scripts_are_modules_that_parse() {
 }
 
 #[test]
-fn what_is_no_run_is_refused_by_name() {
+fn files_that_are_not_reports_are_refused_by_name() {
     let place = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| fs::write(place.path().join(name), text).unwrap();
     write("torn.json", "{\"schema\": \"septet-run/1\", ");
@@ -242,7 +242,7 @@ fn what_is_no_run_is_refused_by_name() {
         assert!(!place.path().join("x.html").exists());
     };
     refused("report torn.json -o x.html", "torn.json, line 1: not JSON");
-    refused("report other.json -o x.html", "no run of septet");
+    refused("report other.json -o x.html", "not a septet report");
     refused("report sweep.jsonl -o x.html", "sweep.jsonl, line 2");
     refused("report absent.json -o x.html", "absent.json");
     good(place.path(), "report script.jsonl -o x.html");

@@ -2,10 +2,10 @@
 //
 // Usage: cgal_large DIMENSION POINTS CELLS [general]
 //
-// POINTS and CELLS are .npy files as septet writes them (doubles; 64-bit indices). Every cell has to be positively
-// oriented, every facet in at most two cells and locally Delaunay, the volume CGAL's to 1e-9 (a double cover or a
-// hole shows), and the number of cells and of hull facets Euler's. With `general` (no ties among the points) the
-// cells have to be CGAL's own, one by one.
+// POINTS and CELLS are .npy files of septet (doubles; 64-bit indices). Every cell must be positively oriented. Every facet
+// must belong to at most two cells and be locally Delaunay. The volume must equal that of CGAL to 1e-9, which excludes
+// double covers and holes. The numbers of cells and hull facets must satisfy Euler's formula. With `general` (points
+// without ties) the cells must equal those of CGAL, one by one.
 #include <CGAL/Delaunay_triangulation_2.h>
 #include <CGAL/Delaunay_triangulation_3.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>

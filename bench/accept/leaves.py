@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Rounds, levels, depth, splits and separators of runs with one worker per leaf, against their bounds.
+"""Checks rounds, levels, depth, splits and separators of runs with one worker per leaf against their bounds.
 
     for e in 12 14 16 18 20; do septet simulate sample:uniform:$((2**e)) --workers leaves --json u-$e.json; done
     bench/accept/leaves.py u-*.json
 
-Prints a table in Markdown; exit code 4 if a bound is broken. |B_O| counts, on both sides, home points whose
-separator ball meets the separator; its bound 5 alpha n^(1-1/d) is for density graphs.
+Prints a Markdown table. Exit code 4 if a bound is violated. |B_O| is the number of owned points, on both sides, whose
+separator ball meets the separator. Its bound 5 alpha n^(1-1/d) applies to density graphs.
 """
 import json
 import math

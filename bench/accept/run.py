@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Every kind of input at full size: triangulated, verified by septet, checked by CGAL.
+"""Triangulates every kind of input at full size, verifies the results with septet and checks them with CGAL.
 
     bench/accept/run.py [--binary target/release/septet] [--only WORD] [--meshes DIRECTORY] [--markdown FILE]
 
-Needs numpy, g++ and libcgal-dev (`bash tests/run --setup`, then target/venv/bin/python). Everything it makes lies
-in target/accept. Exit code 4 if anything fails.
+Needs numpy, g++ and libcgal-dev (`bash tests/run --setup`, then target/venv/bin/python). All files are
+written to target/accept. Exit code 4 if a step fails.
 """
 import argparse
 import json

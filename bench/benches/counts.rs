@@ -1,7 +1,8 @@
-//! Instructions of the kernels, as a gate: `cargo bench -p septet-bench --bench counts` (needs valgrind and
-//! `gungraun-runner`; `tests/run` installs both). Sets and seeds are fixed and the loops use the registers that all
-//! x86-64 processors have, so that counts are the same on every machine but for the compiler. A kernel may take 5 % more
-//! than is written here; what makes it cheaper wants the figure lowered. Results are checked before they count.
+//! A gate on the instructions of the kernels: `cargo bench -p septet-bench --bench counts`.
+//!
+//! It needs valgrind and `gungraun-runner`, which `tests/run` installs. Sets and seeds are fixed, and the loops use the
+//! baseline registers of x86-64. Counts therefore depend on the compiler only. A kernel may need 5 % more instructions
+//! than the figures below. Lower the figure if a change makes a kernel cheaper. Results are checked before the counts.
 
 #![expect(missing_docs, reason = "macros make modules of functions")]
 
@@ -21,7 +22,7 @@ use septet_geometry::neighbourhood::nearest_in_blocks;
 use septet_geometry::point::{Point, dist2};
 use septet_geometry::simd::use_baseline_registers;
 
-/// At most 5 % more instructions than were counted.
+/// Allows 5 % more instructions than the recorded figure.
 fn at_most(counted: u64) -> LibraryBenchmarkConfig {
     let mut config = LibraryBenchmarkConfig::default();
     config.tool(Callgrind::default().hard_limits([(EventKind::Ir, counted / 100 * 105)]));
@@ -41,12 +42,12 @@ fn grid(side: u32) -> Vec<DVec3> {
     (0..side.pow(3)).map(|i| DVec3::from_array(at(i))).collect()
 }
 
-/// Points on a sphere, rounded.
+/// Points on a sphere, with rounded coordinates.
 fn sphere(n: usize) -> Vec<DVec3> {
     uniform::<DVec3>(n).into_iter().map(|p| (p * 2.0 - 1.0).normalize()).collect()
 }
 
-/// A thousand lists of the 84 nearest of 20,000 points.
+/// Lists of the 84 nearest neighbours of 1,000 among 20,000 points.
 fn lists() -> (Vec<DVec3>, Vec<Vec<u32>>) {
     let points: Vec<DVec3> = uniform(20_000);
     let near = |c: usize| {

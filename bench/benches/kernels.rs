@@ -1,6 +1,7 @@
-//! The sequential kernel on sets of every kind, in both dimensions:
-//! `cargo bench -p septet-bench --bench kernels`. Every result is verified before it is timed: all cells
-//! positive, every facet shared by two and locally Delaunay by the exact predicates.
+//! The sequential kernel on sets of every kind in both dimensions: `cargo bench -p septet-bench --bench kernels`.
+//!
+//! Every result is verified before it is timed. All cells are positively oriented; two cells share each facet, which is
+//! locally Delaunay by the exact predicates.
 
 use std::hint::black_box;
 
@@ -20,10 +21,10 @@ fn main() {
     divan::main();
 }
 
-/// Points of one set.
+/// The points of a set.
 const POINTS: usize = 20_000;
 
-/// Graded: at a distance of `u^4` from the origin, `u` uniform.
+/// Graded points at a distance of `u^4` from the origin, for uniform `u`.
 const SETS: [&str; 6] = ["uniform", "jittered", "graded", "sphere", "grid", "clusters"];
 
 fn cube<P: Point>(rng: &mut ChaCha8Rng) -> P {
@@ -68,7 +69,7 @@ fn points<P: Point>(set: &str) -> Vec<P> {
     }
 }
 
-/// The points of a finite cell.
+/// Returns the vertices of a finite cell.
 fn corners<P: Point>(points: &[P], cell: &P::Cell) -> Vec<P> {
     cell.as_ref().iter().map(|&v| points[v as usize]).collect()
 }
@@ -109,7 +110,7 @@ fn plane(bencher: Bencher, set: &str) {
     triangulate::<DVec2>(bencher, set);
 }
 
-/// The order of insertion alone; that it is a permutation is verified.
+/// Times the insertion order alone, after a check that it is a permutation.
 #[divan::bench]
 fn order_in_space(bencher: Bencher) {
     let points: Vec<DVec3> = points("uniform");
@@ -119,7 +120,7 @@ fn order_in_space(bencher: Bencher) {
     bencher.counter(ItemsCount::new(points.len())).bench(|| insertion_order(black_box(&points)));
 }
 
-/// Stars built of their candidates in one vector step each; their facets are those of the triangulation.
+/// Builds stars from their candidates. Their facets must be those of the triangulation.
 #[divan::bench(args = SETS)]
 fn stars(bencher: Bencher, set: &str) {
     const CANDIDATES: usize = 120;

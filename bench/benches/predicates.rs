@@ -1,5 +1,5 @@
-//! The predicates on calls that each stage decides, beside the expansions of `robust` alone:
-//! `cargo bench -p septet-bench --bench predicates`. Every batch's signs are compared before it is timed.
+//! The predicates on inputs that each stage decides, compared with the expansions of `robust`:
+//! `cargo bench -p septet-bench --bench predicates`. The signs of every batch are compared before it is timed.
 
 use std::hint::black_box;
 
@@ -15,11 +15,11 @@ fn main() {
     divan::main();
 }
 
-/// Calls of one batch.
+/// Number of calls in a batch.
 const CALLS: usize = 4096;
 
-/// Random; corners of integer cubes; the same times a tenth; near each other on a sphere; anywhere on a
-/// sphere; 24 bits on a sphere; on a sphere whose last places spread.
+/// Kinds of inputs: random points; corners of integer cubes; such corners scaled by 0.1; nearby points of a sphere;
+/// points of a sphere; points of a sphere with 24 bits; points of a sphere whose last bits spread.
 const SETS: [&str; 7] = ["random", "grid", "decimal", "near sphere", "sphere", "single", "spread"];
 
 type Call<P> = (Vec<P>, P);
@@ -57,7 +57,7 @@ fn points<P: Point>(set: &str, rng: &mut ChaCha8Rng) -> Vec<P> {
         "sphere" => direction(rng),
         "single" => mapped(direction(rng), |x| f64::from(x as f32)),
         _ => {
-            // Mirror images of one point, shifted to where last places are small.
+            // Mirror images of one point, translated so that the last bits are small.
             let p: P = direction(rng);
             mapped(p, |x| x * 2f64.powi(-30) + if rng.random() { 0.0 } else { 2f64.powi(-12) })
         }
@@ -72,7 +72,7 @@ fn points<P: Point>(set: &str, rng: &mut ChaCha8Rng) -> Vec<P> {
     points
 }
 
-/// Cells that are positive, and queries.
+/// Positively oriented cells, and query points.
 fn calls<P: Point>(set: &str) -> Vec<Call<P>> {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let mut calls = Vec::with_capacity(CALLS);
@@ -105,7 +105,7 @@ fn robust_in_circle((c, q): &Call<DVec2>) -> f64 {
     robust::incircle(planar(c[0]), planar(c[1]), planar(c[2]), planar(*q))
 }
 
-/// Where expansions say not zero, the stages say the same; a few calls at least are not zero.
+/// Checks that the stages agree with nonzero signs of the expansions, and that some signs are nonzero.
 fn compare<P: Point>(calls: &[Call<P>], expansion: impl Fn(&Call<P>) -> f64) {
     for call in calls {
         let sign = expansion(call);
@@ -141,7 +141,7 @@ fn in_circle_expansions(bencher: Bencher, set: &str) {
     time(bencher, &calls::<DVec2>(set), |call| robust_in_circle(call) > 0.0);
 }
 
-/// Flat cells, exactly or but for rounding: the query in place of a corner, on the plane of the others.
+/// Cells that are flat exactly or up to rounding: the query point replaces a vertex, in the plane of the others.
 fn flat(set: &str) -> Vec<[DVec3; 4]> {
     let on_plane = |(cell, _): &Call<DVec3>| {
         let [a, b, c] = [cell[0], cell[1], cell[2]];

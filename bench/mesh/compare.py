@@ -21,14 +21,14 @@ DOMAINS = {
     "l": ([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)], 3.0, 14.0),
 }
 PROGRAMS = ["septet", "septet-improve", "tetgen", "gmsh-delaunay", "gmsh-hxt"]
-# Above this load average no measurement starts.
+# Largest load average at which a measurement starts.
 QUIET = 3.0
-# A number of cells within this of the target is equal enough; sizes are corrected at most so often.
+# Relative tolerance for the number of cells, and largest number of corrections of the size.
 WITHIN, TRIES = 0.05, 6
 
 
 class Failed(Exception):
-    """A program ended with an error, or made no mesh."""
+    """A program failed or wrote no mesh."""
 
 
 def write_domain(name):
@@ -47,7 +47,7 @@ def write_domain(name):
 
 
 def run(command, limit):
-    """Standard output, wall seconds and peak resident bytes of one process of its own."""
+    """Runs a process. Returns its standard output, wall seconds and peak resident bytes."""
     timed = ["/usr/bin/env", "python3", "-c", WRAPPER, *map(str, command)]
     try:
         done = subprocess.run(timed, capture_output=True, text=True, timeout=limit, cwd=WORK)
@@ -84,7 +84,7 @@ def tables(stem):
 
 
 def mesh(program, domain, size, args):
-    """One mesh: points, cells, seconds of meshing as the program says, of the whole process, peak bytes."""
+    """Makes a mesh. Returns points, cells, seconds of meshing by the program, seconds of the process, and peak bytes."""
     poly = WORK / f"{domain}.poly"
     if program.startswith("septet"):
         out = WORK / "septet.ele"
@@ -108,7 +108,7 @@ def mesh(program, domain, size, args):
 
 
 def matched(program, domain, target, args):
-    """A mesh of about `target` cells: sizes are corrected by the cube root of the ratio."""
+    """Makes a mesh of about `target` cells. Sizes are corrected by the cube root of the ratio."""
     _, volume, area = DOMAINS[domain]
     size = (volume / target * 8.5) ** (1 / 3)
     for _ in range(TRIES):

@@ -1,4 +1,4 @@
-"""Is it a mesh of the domain, and how good? One measure for all programs, by NumPy alone."""
+"""Checks that a mesh fills its domain and measures its quality, for all programs, with NumPy only."""
 import numpy as np
 
 BLOCK = 200_000
@@ -9,7 +9,9 @@ class Wrong(Exception):
 
 
 def check(points, cells, volume, area):
-    """Every cell has a volume, facets have one cell or two, sums are the domain's to 1e-9. The cells, all positive."""
+    """Checks that cells have a volume, that facets have one or two cells, and that sums equal those of the domain to 1e-9.
+
+    Returns the cells with positive orientation."""
     a, b, c, d = (points[cells[:, i]] for i in range(4))
     sizes = np.einsum("ij,ij->i", b - a, np.cross(c - a, d - a)) / 6
     cells = cells.copy()
@@ -36,7 +38,7 @@ def check(points, cells, volume, area):
 
 
 def measure(points, cells):
-    """Percentiles of radius-edge ratios and the ends of the dihedral angles' histogram, in degrees."""
+    """Returns percentiles of radius-edge ratios, and the ends of the histogram of dihedral angles, in degrees."""
     parts = [block(points, cells[i:i + BLOCK]) for i in range(0, len(cells), BLOCK)]
     ratios, least, most = (np.concatenate(column) for column in zip(*parts))
     return {
@@ -67,7 +69,7 @@ def block(points, cells):
         k, l = (m for m in range(4) if m not in (i, j))
         edge = p[:, j] - p[:, i]
         m, n = np.cross(edge, p[:, k] - p[:, i]), np.cross(edge, p[:, l] - p[:, i])
-        # The angle between the two half planes at the edge.
+        # The angle between the two half-planes at the edge.
         sine = np.linalg.norm(np.cross(m, n), axis=1)
         angles.append(np.degrees(np.arctan2(sine, np.einsum("ij,ij->i", m, n))))
     return ratio, np.min(angles, axis=0), np.max(angles, axis=0)

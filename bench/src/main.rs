@@ -1,6 +1,7 @@
-//! Times generation, one run phase by phase, and the check of its result: `septet-bench KIND N
-//! [simulate|triangulate] [workers|leaves] [threads] [supergraph] [d] [verify|no]`. It exits with 2 if a word has no meaning
-//! in its place, with 1 if a run fails or its result is wrong.
+//! Times the generation of a set, the phases of one run, and the verification of its result.
+//!
+//! Usage: `septet-bench KIND N [simulate|triangulate] [workers|leaves] [threads] [supergraph] [d] [verify|no]`. The exit
+//! code is 2 if an argument is not valid, and 1 if the run fails or its result is wrong.
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -14,7 +15,7 @@ use septet_core::{Config, Run, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_verify::{Triangulation, VerifyOptions, verify};
 
-/// What ends the program.
+/// The error of the program.
 type Failure = Box<dyn Error>;
 
 fn main() -> ExitCode {
@@ -32,11 +33,11 @@ fn ended(failure: &dyn Error, code: u8) -> ExitCode {
     ExitCode::from(code)
 }
 
-/// What the words of the command line ask for.
-struct Setting {
-    /// The points, as they were asked for.
+/// The arguments.
+struct Arguments {
+    /// The sample, as text.
     spec: String,
-    /// The same, as they are made.
+    /// The parsed sample.
     sample: Request,
     config: Config,
     counted: bool,
@@ -44,11 +45,11 @@ struct Setting {
 }
 
 /// # Errors
-/// A word that has no meaning in its place.
-fn setting(words: &[String]) -> Result<Setting, Failure> {
+/// If an argument is not valid.
+fn setting(words: &[String]) -> Result<Arguments, Failure> {
     const WORDS: usize = 8;
     if let Some(more) = words.get(WORDS) {
-        return Err(format!("`{more}` is one word too many").into());
+        return Err(format!("`{more}`: too many arguments").into());
     }
     let word = |i: usize, default: &'static str| words.get(i).map_or(default, String::as_str);
     let dimension = one_of(word(6, "3"), &[("2", 2), ("3", 3)])?;
@@ -71,7 +72,7 @@ fn setting(words: &[String]) -> Result<Setting, Failure> {
         c.graph = graph;
     });
     config.check()?;
-    Ok(Setting {
+    Ok(Arguments {
         sample: parse_sample(&spec)?,
         spec,
         config,
@@ -81,18 +82,18 @@ fn setting(words: &[String]) -> Result<Setting, Failure> {
 }
 
 fn number<T: FromStr>(what: &str, word: &str) -> Result<T, Failure> {
-    word.parse().map_err(|_| format!("`{word}` is no number of {what}").into())
+    word.parse().map_err(|_| format!("`{word}`: expected a number of {what}").into())
 }
 
 fn one_of<T: Copy>(word: &str, all: &[(&str, T)]) -> Result<T, Failure> {
     let found = all.iter().find(|(name, _)| *name == word).map(|found| found.1);
     let names = || all.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
-    found.ok_or_else(|| format!("`{word}` is none of {}", names()).into())
+    found.ok_or_else(|| format!("`{word}`: expected one of {}", names()).into())
 }
 
 /// # Errors
-/// Points that cannot be made, a run that fails, a result that is wrong.
-fn timed(setting: &Setting) -> Result<(), Failure> {
+/// If generation or the run fails, or the result is wrong.
+fn timed(setting: &Arguments) -> Result<(), Failure> {
     let start = Instant::now();
     let set = generate(&setting.sample, &mut |_, _, _| {})?;
     println!("generate {:.2} s, {:?}", start.elapsed().as_secs_f64(), set.notes);
@@ -105,7 +106,7 @@ fn timed(setting: &Setting) -> Result<(), Failure> {
     }
 }
 
-fn report<P: Point>(points: &[P], config: &Config, setting: &Setting) -> Result<(), Failure> {
+fn report<P: Point>(points: &[P], config: &Config, setting: &Arguments) -> Result<(), Failure> {
     let run = if setting.counted { simulate(points, config) } else { triangulate(points, config) }?;
     if setting.check {
         let coordinates: &[f64] = bytemuck::cast_slice(points);

@@ -1,6 +1,8 @@
-//! `septet completions` and `septet man`: made from the same definitions as the parser.
+//! `septet completions` and `septet man`, generated from the definitions of the parser.
 
-use std::io::Write;
+use std::fs;
+use std::io::{ErrorKind, Write};
+use std::path::PathBuf;
 
 use clap::{Args, Command};
 use clap_complete::Shell;
@@ -25,9 +27,30 @@ pub fn run(args: &CompletionsArgs, mut program: Command) -> Result<(), Failure> 
     put(&script)
 }
 
-/// Writes the manual page to standard output: all subcommands on one page.
-pub fn man(program: Command) -> Result<(), Failure> {
-    put(&page(program).map_err(|e| broken(&e))?)
+/// Options of `septet man`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  septet man | man -l -
+  septet man --dir ~/.local/share/man/man1")]
+pub struct ManArgs {
+    /// Write a page for each command into this directory: septet.1, septet-mesh.1, ...
+    ///
+    /// The directory is created if it does not exist.
+    #[arg(long, value_name = "DIR")]
+    dir: Option<PathBuf>,
+}
+
+/// Writes a manual page per command into a directory, or one page with all commands to standard output.
+pub fn man(args: &ManArgs, program: Command) -> Result<(), Failure> {
+    let Some(directory) = &args.dir else {
+        return put(&page(program).map_err(|e| broken(&e))?);
+    };
+    let written = fs::create_dir_all(directory).and_then(|()| clap_mangen::generate_to(program, directory));
+    written.map_err(|e| {
+        Failure::new(Code::Failed, format!("{}: cannot be written: {e}", directory.display()))
+            .help("choose a directory that you can write to")
+    })
 }
 
 fn page(mut command: Command) -> std::io::Result<Vec<u8>> {
@@ -57,7 +80,10 @@ fn page(mut command: Command) -> std::io::Result<Vec<u8>> {
 
 fn put(bytes: &[u8]) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
-    out.write_all(bytes).and_then(|()| out.flush()).map_err(|e| broken(&e))
+    match out.write_all(bytes).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(broken(&error)),
+        _ => Ok(()),
+    }
 }
 
 fn broken(error: &std::io::Error) -> Failure {

@@ -1,4 +1,6 @@
-//! What went wrong, for people and for scripts: a message, what to do, the line at fault, an exit code.
+//! Failures of the program: a message, help, the line of the input at fault, and an exit code.
+
+use std::io::{ErrorKind, Write};
 
 use septet_core::config::ConfigError;
 use septet_core::generate::GenerateError;
@@ -8,16 +10,19 @@ use septet_protocol::transport::TransportError;
 
 use super::excerpt::Excerpt;
 use super::progress::Talk;
+use super::text::{bytes, printable};
 
 /// Exit codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Code {
+    /// The reader of standard output closed the pipe. The program ends silently.
+    ReaderGone = 0,
     /// The run failed, or an output cannot be written.
     Failed = 1,
-    /// Options that cannot be run.
+    /// The options are not valid.
     Usage = 2,
-    /// Bad input data.
+    /// The input data are not valid.
     Input = 3,
     /// A verification or claim failed.
     Rejected = 4,
@@ -29,7 +34,7 @@ pub enum Code {
     Interrupted = 130,
 }
 
-/// Why the program ends without a result.
+/// The failure of a command.
 #[derive(Debug)]
 pub struct Failure {
     /// The exit code.
@@ -40,23 +45,23 @@ pub struct Failure {
 }
 
 impl Failure {
-    /// A failure with a message of one sentence.
+    /// Creates a failure with a message of one sentence.
     pub fn new(code: Code, message: impl Into<String>) -> Self {
         Failure { code, message: message.into(), help: None, excerpt: None }
     }
 
-    /// Adds what to do.
+    /// Adds the next step for the user.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 
-    /// The first Ctrl-C.
+    /// The failure after the first Ctrl-C.
     pub fn interrupted() -> Self {
-        Failure::new(Code::Interrupted, "interrupted; no output was left half-written")
+        Failure::new(Code::Interrupted, "interrupted; no partial output was left")
     }
 
-    /// A message whose last clause says what to do.
+    /// Splits a message at its last semicolon: the clause after it becomes the help.
     fn split(code: Code, message: &str) -> Self {
         match message.rsplit_once("; ") {
             Some((what, help)) => Failure::new(code, what).help(help),
@@ -66,14 +71,17 @@ impl Failure {
 
     /// Writes the report to standard error.
     pub fn print(&self, talk: &Talk) {
-        eprintln!("{} {}", talk.paint("error:", "1;31"), self.message);
+        let mut text = format!("{} {}\n", talk.paint("error:", "1;31"), printable(&self.message));
         if let Some(excerpt) = &self.excerpt {
-            eprintln!("{}", excerpt.draw(talk));
+            text += &excerpt.draw(talk);
+            text.push('\n');
         }
         if let Some(help) = &self.help {
             let indent = if self.excerpt.is_some() { "  " } else { "" };
-            eprintln!("{indent}{} {help}", talk.paint("help:", "1;36"));
+            text += &format!("{indent}{} {}\n", talk.paint("help:", "1;36"), printable(help));
         }
+        // Nothing can be reported if standard error is closed.
+        let _ = std::io::stderr().write_all(text.as_bytes());
     }
 }
 
@@ -86,7 +94,7 @@ impl From<InputError> for Failure {
         };
         let mut failure = Failure::split(code, &error.to_string());
         if failure.help.is_none() && matches!(error, InputError::Syntax { .. }) {
-            failure.help = Some("correct the file, or say what it is by its ending".into());
+            failure.help = Some("correct the file, or give it the ending of its format".into());
         }
         if let Some(line) = error.line() {
             failure.excerpt = Excerpt::of(error.path(), line, error.column()).map(Box::new);
@@ -102,11 +110,14 @@ impl From<OutputError> for Failure {
                 return Failure::split(Code::Usage, &error.to_string());
             }
             OutputError::TooLarge { .. } => return Failure::split(Code::Limit, &error.to_string()),
-            OutputError::MissingDirectory { .. } => "create the directory first, or choose another",
-            OutputError::IsDirectory { .. } => "name a file in it",
-            OutputError::NotWritable { .. } => "choose a place where you may write",
-            OutputError::Io { .. } | OutputError::Stream { .. } => "is the disk full, or the reader gone?",
-            _ => "this is a fault of septet: please report it with the input",
+            OutputError::MissingDirectory { .. } => "create the directory, or choose another one",
+            OutputError::IsDirectory { .. } => "give the name of a file in it",
+            OutputError::NotWritable { .. } => "choose a directory that you can write to",
+            OutputError::Stream { source } if source.kind() == ErrorKind::BrokenPipe => {
+                return Failure::new(Code::ReaderGone, error.to_string());
+            }
+            OutputError::Io { .. } | OutputError::Stream { .. } => "check the free space on the disk",
+            _ => "this is a defect of septet: please report it with the input",
         };
         Failure::new(Code::Failed, error.to_string()).help(help)
     }
@@ -122,7 +133,7 @@ impl From<GenerateError> for Failure {
     fn from(error: GenerateError) -> Self {
         match error {
             GenerateError::TooMany { .. } => {
-                Failure::new(Code::Limit, error.to_string()).help("ask for fewer points")
+                Failure::new(Code::Limit, error.to_string()).help("reduce the number of points")
             }
             GenerateError::Machine(error) => error.into(),
             GenerateError::Incomplete { .. } => Failure::new(Code::Failed, error.to_string()),
@@ -140,12 +151,16 @@ impl From<septet_core::Error> for Failure {
             Error::Sites(error) => Failure::new(Code::Input, error.to_string()),
             Error::Memory { forecast, limit, points } => Failure::new(
                 Code::Limit,
-                format!("about {forecast} bytes would be needed for {points} points, the limit is {limit}"),
+                format!(
+                    "{points} points need about {} of memory ({forecast} bytes), the limit is {} ({limit} bytes)",
+                    bytes(forecast),
+                    bytes(limit)
+                ),
             )
-            .help("raise --max-memory, use fewer points, or a larger machine"),
+            .help("raise --max-memory, or reduce the number of points"),
             Error::Machine(TransportError::Stopped) | Error::Interrupted => Failure::interrupted(),
             Error::Machine(_) | Error::Start(_) => Failure::new(Code::Machine, error.to_string())
-                .help("run again with -v; if it repeats, report it with the input"),
+                .help("run it again with -v; if it fails again, please report it with the input"),
             Error::Piece { .. } | Error::Baseline(_) => Failure::new(Code::Limit, error.to_string()),
             Error::NotCertified { .. } => Failure::new(Code::Rejected, error.to_string()),
             _ => Failure::new(Code::Failed, error.to_string()),

@@ -1,4 +1,4 @@
-//! A few lines of a text file around a fault, drawn beneath an error.
+//! An excerpt of a text file around a defect, printed below an error.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -7,27 +7,28 @@ use std::path::Path;
 use flate2::read::MultiGzDecoder;
 
 use super::progress::Talk;
+use super::text::name;
 
-/// Longest part of a line that is shown, in characters.
+/// Largest number of characters of a line that are printed.
 const SHOWN: usize = 120;
 
-/// The line at fault with its neighbours.
+/// A line with a defect, with the line before and after it.
 #[derive(Debug)]
 pub struct Excerpt {
     /// The file.
     name: String,
-    /// Number of the line at fault, from 1.
+    /// Number of the line with the defect, from 1.
     line: usize,
-    /// The lines shown, by number.
+    /// The printed lines, with their numbers.
     lines: Vec<(usize, String)>,
-    /// Where the fault begins in its line, in characters.
+    /// Position of the defect in its line, in characters from 0.
     start: usize,
-    /// Characters at fault.
+    /// Length of the defect, in characters.
     length: usize,
 }
 
 impl Excerpt {
-    /// Reads the lines around `line` (from 1); none if the file is no longer there or has no such line.
+    /// Reads the lines around `line`, counted from 1. Returns `None` if the file or the line does not exist.
     pub fn of(path: &Path, line: u64, column: Option<u64>) -> Option<Self> {
         if path.as_os_str() == "-" {
             return None;
@@ -42,10 +43,10 @@ impl Excerpt {
         let lines: Vec<_> = (first..=line + 1).zip(raw.map(|raw| shown(&raw))).collect();
         let text = &lines.iter().find(|(number, _)| *number == line)?.1;
         let (start, length) = fault(text, column);
-        Some(Excerpt { name: path.display().to_string(), line, start, length, lines })
+        Some(Excerpt { name: name(path), line, start, length, lines })
     }
 
-    /// The lines with their numbers, and a mark beneath the fault.
+    /// Formats the lines with their numbers and a mark below the defect.
     pub fn draw(&self, talk: &Talk) -> String {
         let last = self.lines.last().map_or(self.line, |(number, _)| *number);
         let width = last.to_string().len();
@@ -63,7 +64,7 @@ impl Excerpt {
         rows.join("\n")
     }
 
-    /// The line under the fault, and the one that says what it means.
+    /// Returns the two lines of the mark below the defect.
     fn marks(&self) -> [String; 2] {
         let middle = self.length / 2;
         let indent = " ".repeat(self.start);
@@ -75,14 +76,14 @@ impl Excerpt {
     }
 }
 
-/// The beginning of a line, control characters as blanks.
+/// Returns the beginning of a line, with control characters replaced by blanks.
 fn shown(raw: &[u8]) -> String {
     let text = String::from_utf8_lossy(raw);
     let clean = text.chars().map(|c| if c.is_control() { ' ' } else { c });
     clean.take(SHOWN).collect::<String>().trim_end().to_owned()
 }
 
-/// Start and length in characters of the word at a column (in bytes, from 1), or of the whole line.
+/// Returns start and length, in characters, of the word at a column, or of the whole line. Columns count bytes from 1.
 fn fault(line: &str, column: Option<u64>) -> (usize, usize) {
     let within = column.map_or(0, |c| c.saturating_sub(1) as usize).min(line.len());
     let within = (0..=within).rev().find(|&i| line.is_char_boundary(i)).unwrap_or(0);

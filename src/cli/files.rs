@@ -1,13 +1,13 @@
-//! Which files a run writes: none twice, none over its input, and all of them possible before it starts.
+//! Checks of the output files before a run starts: none is written twice, none overwrites the input, all are writable.
 
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use septet_io::write::{OutputError, OutputFormat, WriteOptions, check_output, check_text_output};
 
 use super::errors::{Code, Failure};
 
-/// A name that is the same for the same file, however it is written.
+/// Returns the canonical path of a file, which may not exist yet.
 fn identity(path: &Path) -> PathBuf {
     if let Ok(real) = path.canonicalize() {
         return real;
@@ -30,14 +30,14 @@ fn is_device(_path: &Path) -> bool {
     false
 }
 
-/// All files that an output stands for.
+/// Returns all files that are written for an output.
 fn files_of(path: &Path, options: &WriteOptions<'_>) -> Vec<PathBuf> {
     options.format_of(path).map_or_else(|_| vec![path.to_owned()], |format| format.files(path))
 }
 
 /// Checks all outputs of a run before any work.
 ///
-/// `texts` are files of one piece (report, tables, trace); `-` among them is no file.
+/// `texts` are single files: report, tables, trace. A `-` among them is standard output.
 pub fn check(input: Option<&Path>, outputs: &[PathBuf], texts: &[&Path]) -> Result<(), Failure> {
     check_as(input, outputs, &WriteOptions::default(), texts)
 }
@@ -63,7 +63,7 @@ pub fn check_as(
     }
     let texts = texts.iter().copied().filter(|t| !is_stream(t));
     for output in outputs {
-        // A name that is no output at all is a matter of usage, and comes first.
+        // An unknown format is a usage error, which is reported first.
         if options.format_of(output)? == OutputFormat::TetGen && is_stream(output) {
             return Err(OutputError::NotOneFile.into());
         }
@@ -82,21 +82,21 @@ pub fn check_as(
                     input.unwrap_or(output).display()
                 );
                 let help = if files.len() > 1 {
-                    "naming one file of a .node/.ele/.face/.edge/.neigh set writes the whole set: choose another \
-                     name, such as one ending in .1.ele"
+                    "an output named .node, .ele, .face, .edge or .neigh writes all five files: choose another name, such \
+                     as one that ends in .1.ele"
                 } else {
                     "choose another name for the output"
                 };
                 return Err(Failure::new(Code::Usage, message).help(help));
             }
-            // A device takes what many write, one after the other.
+            // Several outputs can be written to a device, one after the other.
             if is_device(&file) {
                 continue;
             }
             if let Some((_, other)) = taken.iter().find(|(f, _)| *f == file) {
                 let message =
                     format!("outputs {} and {} would write the same file", other.display(), output.display());
-                return Err(Failure::new(Code::Usage, message).help("name every file once"));
+                return Err(Failure::new(Code::Usage, message).help("give each output a name of its own"));
             }
             taken.push((file, output));
         }
@@ -110,12 +110,20 @@ pub fn check_as(
     Ok(())
 }
 
-/// Writes text to a file that appears whole or not at all; `-` is standard output.
+/// Writes text to a file, which appears complete or not at all. `-` is standard output; a closed pipe there is no error.
 pub fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
     if path.as_os_str() == "-" {
         let mut out = std::io::stdout().lock();
         let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
-        return written.map_err(|source| OutputError::Stream { source });
+        return match written {
+            Err(source) if source.kind() != ErrorKind::BrokenPipe => Err(OutputError::Stream { source }),
+            _ => Ok(()),
+        };
     }
     septet_io::write::write_text(path, text)
+}
+
+/// Prints text to standard output.
+pub fn print(text: &str) -> Result<(), OutputError> {
+    write_text(Path::new("-"), text)
 }

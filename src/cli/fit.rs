@@ -1,53 +1,60 @@
 //! `septet fit`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use septet_lab::experiment::fit::{Abscissa, FitError, Key, MARGIN, Request, fit, speedup, speedup_table};
-use septet_lab::experiment::{Line, read_lines};
-use serde_json::json;
+use septet_lab::experiment::{JournalError, Line, read_lines};
+use septet_lab::report::SCHEMA;
+use septet_lab::report::mesh::MESH_SCHEMA;
+use serde_json::{Value, json};
 
 use super::errors::{Code, Failure};
 use super::files;
+use super::input;
 use super::progress::Talk;
+use super::text::counted;
 
 /// Options of `septet fit`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
+  septet fit runs.jsonl
   septet fit runs.jsonl -y levels
   septet fit runs.jsonl -y depth --phase partition
-  septet fit runs.jsonl -y level-depth --phase neighbours --margin 0.05 --resample 1000
+  septet fit runs.jsonl -y level-depth --phase neighbours --resample 1000
   septet fit runs.jsonl -y bytes --phase separator-sets --json -
   septet fit times.jsonl --speedup
 
-Counts: levels, leaves, attempts, edges, max-degree, replication, exchange-rounds; and with --phase: depth,
-depth-log-scan, work, rounds, messages, bytes, seconds, level-depth. Phases are fitted apart, and repair never
-with the paper's.")]
+Counts of a run: levels, leaves, attempts, edges, max-degree, replication, exchange-rounds. Counts of a phase, with \
+--phase: depth, depth-log-scan, work, rounds, messages, bytes, seconds, level-depth. The repair is fitted separately \
+from the phases of the paper.")]
 pub struct FitArgs {
     /// Files of `septet scale`
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// The count to fit
-    #[arg(short = 'y', value_name = "KEY", required_unless_present = "speedup")]
+    /// Count to fit; without it, list the counts of the files
+    #[arg(short = 'y', value_name = "KEY")]
     y: Option<String>,
-    /// What it is drawn against
+    /// Abscissa of the fit
     #[arg(short = 'x', value_name = "n|n/leaf", default_value = "n")]
     x: String,
-    /// The phase it is a count of; `paper` or `repair` for all of theirs
-    #[arg(long, value_name = "NAME")]
+    /// Phase of the count; `paper` or `repair` for the sum of their phases
+    #[arg(long, value_name = "NAME", requires = "y")]
     phase: Option<String>,
-    /// The growth that counts as none: with -y level-depth a share of the mean depth per doubling, else a share of
-    /// the mean over the whole range of sizes
+    /// Growth that counts as no growth
+    ///
+    /// With -y level-depth, it is a share of the mean depth per doubling of the size. Otherwise it is a share of the
+    /// mean over the whole range of sizes.
     #[arg(long, value_name = "SHARE", default_value_t = MARGIN, allow_negative_numbers = true)]
     margin: f64,
-    /// Draw the seeds again so many times, and say how often the verdict is the same
+    /// Number of bootstrap samples of the seeds; the report says how many give the same verdict
     #[arg(long, value_name = "TIMES", default_value_t = 0)]
     resample: u32,
-    /// Speed-up of timed runs, against the best serial run of the same points
+    /// Print the speed-up of timed runs over the best serial run on the same points
     #[arg(long, conflicts_with_all = ["y", "phase", "resample"])]
     speedup: bool,
-    /// Write the answer as JSON, `-` for standard output
+    /// Write the result as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
 }
@@ -56,11 +63,14 @@ pub struct FitArgs {
 pub fn run(args: &FitArgs, talk: &Talk) -> Result<(), Failure> {
     let mut lines: Vec<Line> = Vec::new();
     for file in &args.files {
-        let mut read = read_lines(file).map_err(|e| Failure::new(Code::Input, e.to_string()))?;
+        let mut read = read_lines(file).map_err(|error| unreadable(file, &error))?;
         if read.incomplete > 0 {
-            talk.note(format!("note: {}: an incomplete line at its end is ignored", file.display()));
+            talk.note(format!("note: {}: the incomplete last line is ignored", file.display()));
         }
         lines.append(&mut read.lines);
+    }
+    if args.y.is_none() && !args.speedup {
+        return Ok(files::print(&counts(&lines))?);
     }
     let (value, text) = if args.speedup {
         let rows = speedup(&lines)?;
@@ -76,18 +86,51 @@ pub fn run(args: &FitArgs, talk: &Talk) -> Result<(), Failure> {
         let report = fit(&lines, &request)?;
         (json!(report), report.text())
     };
-    let Some(path) = &args.json else {
-        print!("{text}");
-        return Ok(());
-    };
+    let Some(path) = &args.json else { return Ok(files::print(&text)?) };
     let mut written = serde_json::to_string_pretty(&value)
-        .map_err(|e| Failure::new(Code::Failed, format!("the answer cannot be written: {e}")))?;
+        .map_err(|e| Failure::new(Code::Failed, format!("the result cannot be written: {e}")))?;
     written.push('\n');
     files::write_text(path, &written)?;
     if path.as_os_str() != "-" {
-        print!("{text}");
+        files::print(&text)?;
     }
     Ok(())
+}
+
+/// The counts that can be fitted, with the command for one of them.
+fn counts(lines: &[Line]) -> String {
+    let mut phases: Vec<&str> = Vec::new();
+    for phase in lines.iter().flat_map(|line| &line.phases) {
+        if !phases.contains(&phase.name.as_str()) {
+            phases.push(&phase.name);
+        }
+    }
+    let runs = counted(lines.len() as u64, "run");
+    format!(
+        "{runs}. Choose a count with -y:\n  of a run:    levels, leaves, attempts, edges, max-degree, replication, \
+         exchange-rounds\n  of a phase:  depth, depth-log-scan, work, rounds, messages, bytes, seconds, level-depth; add \
+         --phase NAME\n  phases:      paper, repair, {}\n",
+        phases.join(", ")
+    )
+}
+
+/// The failure for a file that is not a sweep.
+fn unreadable(file: &Path, error: &JournalError) -> Failure {
+    match error {
+        JournalError::Io { source, .. } => input::unreadable(file, source),
+        _ if is_report(file) => {
+            let message = format!("{}: this is the report of one run, not a sweep", file.display());
+            Failure::new(Code::Input, message)
+                .help("`septet scale` writes sweeps; `septet report` shows one run")
+        }
+        _ => Failure::new(Code::Input, error.to_string()).help("give a file that `septet scale` wrote"),
+    }
+}
+
+/// Returns `true` if the file is one JSON object with the schema of a run or a mesh.
+fn is_report(file: &Path) -> bool {
+    let value = std::fs::read(file).ok().and_then(|text| serde_json::from_slice::<Value>(&text).ok());
+    value.is_some_and(|value| value["schema"] == SCHEMA || value["schema"] == MESH_SCHEMA)
 }
 
 impl From<FitError> for Failure {

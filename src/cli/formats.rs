@@ -1,4 +1,4 @@
-//! Options about the formats of files, shared by the commands that read points or write triangulations.
+//! Options for file formats, shared by the commands that read points or write triangulations.
 
 use std::path::{Path, PathBuf};
 
@@ -8,16 +8,21 @@ use septet_io::read::{Format, ReadOptions};
 use septet_io::write::{OutputError, OutputFormat, PointFormat, WriteOptions, write, write_to};
 
 use super::errors::{Code, Failure};
+use super::options::{INPUT, OUTPUT};
 
 /// Options of every command that reads points.
 #[derive(Debug, Args)]
 pub struct ReadArgs {
-    /// Columns of the coordinates in a text table: names of the header row, or numbers from 1 [default: x,y,z by name,
-    /// or the first columns of a table without a header row]
-    #[arg(long, value_name = "X,Y[,Z]", value_delimiter = ',')]
+    /// Columns of the coordinates in a text table
+    ///
+    /// Names of the header row, or numbers from 1. By default, columns named x, y and z are used, or the first columns
+    /// of a table without a header row.
+    #[arg(long, value_name = "X,Y[,Z]", value_delimiter = ',', help_heading = INPUT)]
     columns: Option<Vec<String>>,
-    /// Format of the points (node xyz csv npy off ply stl obj vtu vtk msh mesh), for standard input and unknown endings
-    #[arg(long, value_name = "NAME", value_parser = input_format)]
+    /// Format of the points, for standard input and unknown endings
+    ///
+    /// node, xyz, csv, npy, off, ply, stl, obj, vtu, vtk, msh or mesh.
+    #[arg(long, value_name = "NAME", value_parser = input_format, help_heading = INPUT, hide_short_help = true)]
     input_format: Option<Format>,
 }
 
@@ -39,7 +44,7 @@ impl ReadArgs {
         match given.iter().find(|(_, given)| is_sample && *given) {
             Some((option, _)) => {
                 let message = format!("{option} applies to files, not to a generated sample");
-                Err(Failure::new(Code::Usage, message).help(format!("leave {option} out, or name a file")))
+                Err(Failure::new(Code::Usage, message).help(format!("omit {option}, or give a file")))
             }
             None => Ok(()),
         }
@@ -49,8 +54,10 @@ impl ReadArgs {
 /// Options of every command that writes a triangulation.
 #[derive(Debug, Args)]
 pub struct FormatArgs {
-    /// Format of all outputs (vtu vtk msh msh22 mesh off stl npy ele), whatever their names; `-o -` needs it
-    #[arg(long, value_name = "NAME", value_parser = output_format)]
+    /// Format of all outputs, independent of their names; `-o -` needs it
+    ///
+    /// vtu, vtk, msh, msh22, mesh, off, stl, npy or ele.
+    #[arg(long, value_name = "NAME", value_parser = output_format, help_heading = OUTPUT, hide_short_help = true)]
     pub format: Option<OutputFormat>,
 }
 

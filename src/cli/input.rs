@@ -1,5 +1,6 @@
-//! Points from a file, from standard input, or made on the spot.
+//! Input points: read from a file or standard input, or generated.
 
+use std::io::ErrorKind;
 use std::path::Path;
 use std::time::Instant;
 
@@ -9,26 +10,27 @@ use septet_io::read::{Column, InputError, ReadOptions, read};
 
 use super::errors::{Code, Failure};
 use super::progress::Talk;
+use super::text::counted;
 
-/// The points of a run and what is known about them.
+/// The points of a run.
 pub struct Loaded {
     /// The points.
     pub points: Points,
     /// The Lipschitz constant of an f-spaced set.
     pub spacing: Option<f64>,
-    /// Points dropped while reading.
+    /// Number of points that were dropped while reading.
     pub skipped: u64,
-    /// Index in the file of each point, if any were dropped.
+    /// Index in the file of each point, if points were dropped.
     pub source_index: Option<Vec<u64>>,
     /// First id of a `.node` file.
     pub first_id: u64,
     /// Other columns of a text table, if they are kept.
     pub columns: Vec<Column>,
-    /// Measured seconds of reading or generating.
+    /// Measured time to read or generate the points, in seconds.
     pub seconds: f64,
 }
 
-/// The sample that an input stands for, if it is one. `-d` fills in the dimension.
+/// Returns the sample that an input describes, if it begins with `sample:`. `dimension` is the value of `-d`.
 pub fn sample(input: &str, dimension: Option<usize>) -> Result<Option<Request>, Failure> {
     let Some(spec) = input.strip_prefix("sample:") else { return Ok(None) };
     let mut request = parse_sample(spec)?;
@@ -36,17 +38,19 @@ pub fn sample(input: &str, dimension: Option<usize>) -> Result<Option<Request>, 
         let stated = spec.split(',').any(|part| part.trim().starts_with("d="));
         if stated && request.dimension != d {
             let message = format!("-d {d} contradicts {input}");
-            return Err(Failure::new(Code::Usage, message).help("leave one of them out"));
+            return Err(Failure::new(Code::Usage, message).help("give the dimension once"));
         }
         request.dimension = d;
     }
     Ok(Some(request))
 }
 
-/// Makes a sample.
+/// Generates a sample.
 pub fn make(request: &Request, talk: &Talk) -> Result<Loaded, Failure> {
     let start = Instant::now();
-    let made = generate(request, &mut |what, done, total| talk.stage(what, done, Some(total)))?;
+    let label = format!("generating {}", request.kind);
+    talk.stage(&label, 0, Some(request.n));
+    let made = generate(request, &mut |_, done, total| talk.stage(&label, done, Some(total)))?;
     talk.check();
     for note in &made.notes {
         talk.note(format!("note: {note}"));
@@ -72,6 +76,7 @@ fn with_sample(error: InputError, path: &str) -> Failure {
 /// Reads points from a file or standard input.
 pub fn open(path: &str, options: &ReadOptions, talk: &Talk) -> Result<Loaded, Failure> {
     let start = Instant::now();
+    talk.stage("reading", 0, None);
     let read = read(Path::new(path), options, &mut |read, total| talk.stage("reading", read, total));
     let file = read.map_err(|error| with_sample(error, path))?;
     talk.check();
@@ -79,8 +84,7 @@ pub fn open(path: &str, options: &ReadOptions, talk: &Talk) -> Result<Loaded, Fa
         talk.note(format!("note: {note}"));
     }
     if file.skipped > 0 {
-        let what = if file.skipped == 1 { "point" } else { "points" };
-        talk.note(format!("note: {} invalid {what} skipped", file.skipped));
+        talk.note(format!("note: {} skipped", counted(file.skipped as u64, "invalid point")));
     }
     Ok(Loaded {
         points: file.points,
@@ -91,4 +95,18 @@ pub fn open(path: &str, options: &ReadOptions, talk: &Talk) -> Result<Loaded, Fa
         columns: file.columns,
         seconds: start.elapsed().as_secs_f64(),
     })
+}
+
+/// Returns the failure for a file that cannot be read, in the words of the point readers.
+pub fn unreadable(path: &Path, error: &std::io::Error) -> Failure {
+    let name = path.display();
+    match error.kind() {
+        ErrorKind::NotFound => Failure::new(Code::Input, format!("{name}: no such file"))
+            .help("check the name and the directory"),
+        ErrorKind::IsADirectory => {
+            Failure::new(Code::Input, format!("{name}: is a directory")).help("give the name of a file in it")
+        }
+        _ => Failure::new(Code::Input, format!("{name}: cannot be read: {error}"))
+            .help("check the permissions of the file"),
+    }
 }

@@ -1,6 +1,7 @@
-//! What a run writes about itself while it goes on and after: the trace and the tables.
+//! The trace and the tables of a run.
 
 use std::ffi::OsStr;
+use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
 
@@ -13,21 +14,21 @@ use super::files::write_text;
 use super::options::TraceArgs;
 use super::progress::Talk;
 
-/// Where `--profile` goes.
+/// The destination of `--profile`.
 pub enum Tables {
-    /// Nowhere.
+    /// No tables.
     None,
-    /// Standard error, aligned.
+    /// Aligned tables on standard error.
     Print,
-    /// Files: path, format, and which table if not all.
+    /// Files, each with its path, its format, and the number of its table, or `None` for all tables.
     Files(Vec<(PathBuf, TableFormat, Option<usize>)>),
 }
 
-/// A report's tables in this format: all of them, or one.
+/// Formats all tables of a report, or one of them.
 type Render<'a> = &'a dyn Fn(TableFormat, Option<usize>) -> String;
 
 impl Tables {
-    /// What the option asks for. A name ending in `.csv` stands for a file of each table, by these names.
+    /// Returns the destination for the value of `--profile`. A name that ends in `.csv` gives a file for each table name.
     pub fn of(profile: Option<&Path>, names: &[&str]) -> Result<Self, Failure> {
         let Some(path) = profile else { return Ok(Tables::None) };
         let extension = path.extension().and_then(OsStr::to_str).map(str::to_lowercase);
@@ -41,13 +42,14 @@ impl Tables {
                 Ok(Tables::Files(names.iter().enumerate().map(of).collect()))
             }
             _ => {
-                let message = format!("{}: tables are written as .md or .csv", path.display());
-                Err(Failure::new(Code::Usage, message).help("--profile alone prints them"))
+                let message = format!("{}: unknown format of tables; .md and .csv are known", path.display());
+                Err(Failure::new(Code::Usage, message)
+                    .help("end the name in .md or .csv, or use --profile without a name to print the tables"))
             }
         }
     }
 
-    /// The files.
+    /// Returns the paths of the files.
     pub fn paths(&self) -> Vec<&Path> {
         match self {
             Tables::Files(files) => files.iter().map(|f| f.0.as_path()).collect(),
@@ -55,7 +57,7 @@ impl Tables {
         }
     }
 
-    /// Writes them, if they go to files; returns those.
+    /// Writes the tables to their files, if any, and returns the paths.
     pub fn write(&self, tables: Render<'_>) -> Result<Vec<PathBuf>, Failure> {
         if let Tables::Files(files) = self {
             for (path, format, which) in files {
@@ -65,29 +67,30 @@ impl Tables {
         Ok(self.paths().into_iter().map(Path::to_owned).collect())
     }
 
-    /// Prints them, if that is where they go.
+    /// Prints the tables, if their destination is standard error.
     pub fn print(&self, tables: Render<'_>) {
         if matches!(self, Tables::Print) {
-            eprint!("{}", tables(TableFormat::Text, None));
+            // Nothing can be reported if standard error is closed.
+            let _ = write!(std::io::stderr(), "{}", tables(TableFormat::Text, None));
         }
     }
 }
 
-/// Refuses a trace that cannot be.
+/// Checks the options of the trace.
 pub fn check_trace(args: &TraceArgs) -> Result<(), Failure> {
     match &args.trace {
         Some(path) if path.as_os_str() == "-" => {
-            Err(Failure::new(Code::Usage, "--trace needs the name of a file"))
+            Err(Failure::new(Code::Usage, "--trace cannot write to standard output").help("give a file name"))
         }
         Some(_) if !trace::is_compiled_in() => {
-            Err(Failure::new(Code::Usage, "this septet was built without tracing (feature `untraced`)"))
+            Err(Failure::new(Code::Usage, "this program was built without tracing (feature `untraced`)"))
         }
         _ => Ok(()),
     }
 }
 
-/// Does the work with logging set up, and a trace if one is asked for. However the work ends, the trace
-/// is finished: it shows how far the work came. Its name is added to `files`.
+/// Sets up logging and the trace, if any, and does the work. The trace is completed even if the work fails or panics.
+/// The path of the trace is added to `files`.
 pub fn traced<T>(
     args: &TraceArgs,
     talk: &Talk,

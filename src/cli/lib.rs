@@ -1,4 +1,4 @@
-//! Subcommands, exit codes, and what they share: options, progress, errors.
+//! septet-cli: the subcommands, exit codes, options, progress and errors of the program `septet`.
 
 mod completions;
 mod errors;
@@ -18,23 +18,39 @@ mod report;
 mod reproduce;
 mod rival;
 mod scale;
+mod schema;
+mod summary;
+mod text;
 mod threads;
 mod triangulate;
 mod verify;
 
+use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 
+use clap::error::{ContextKind, ContextValue};
 use clap::{ColorChoice, CommandFactory, FromArgMatches, Parser, Subcommand};
 use tracing_subscriber::layer::Identity;
 
 use errors::{Code, Failure};
 use progress::{Cancelled, Talk, TalkArgs};
+use text::{nearest, printable};
 
-/// Delaunay triangulation by sphere separators, density graphs and local convex hulls, on a counted
-/// message-passing machine.
+/// Compute exact Delaunay triangulations and meshes on a counted message-passing machine.
+///
+/// `septet triangulate` is the fast path. `septet simulate` runs the parallel algorithm of the paper (sphere
+/// separators, density graphs, local convex hulls) and counts its work, depth, rounds, messages and bytes. Both
+/// give the same bytes for any number of workers.
 #[derive(Debug, Parser)]
-#[command(name = "septet", version, propagate_version = true, after_help = AFTER_HELP)]
+#[command(
+    name = "septet",
+    version,
+    propagate_version = true,
+    max_term_width = 100,
+    after_help = EXAMPLES,
+    after_long_help = AFTER_HELP
+)]
 struct Cli {
     #[command(flatten)]
     talk: TalkArgs,
@@ -42,61 +58,71 @@ struct Cli {
     command: Command,
 }
 
+const EXAMPLES: &str = "\
+Examples:
+  septet triangulate points.node -o mesh.vtu
+  septet simulate sample:uniform:1e5 --workers leaves --profile
+  septet mesh part.stl --size 0.5 -o part.vtu
+
+`septet COMMAND --help` explains a command, `septet --help` lists the exit codes.";
+
 const AFTER_HELP: &str = "\
 Examples:
   septet triangulate points.node -o mesh.vtu
-  septet triangulate sample:well-spaced:100000 -o mesh.vtu --json -
+  septet triangulate sample:well-spaced:100000 -o mesh.vtu
   septet simulate sample:uniform:1e5 --workers leaves --profile
+  septet mesh part.stl --size 0.5 -o part.vtu
 
 Exit codes:
-  0    done
-  1    the run failed, or an output cannot be written (found before work starts)
-  2    usage: an option or a combination of options that cannot be run
-  3    bad input data
+  0    success
+  1    the run failed, or an output cannot be written
+  2    an option or a combination of options is not valid
+  3    the input data are not valid
   4    a verification or a claim failed
-  5    a limit was reached (memory, number of points)
+  5    a limit was reached: memory or number of points
   6    a worker or the transport failed
   130  interrupted
 
-Data goes to standard output, talk to standard error.";
+Data go to standard output, messages to standard error.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Triangulate points: exact, certified, and the same bytes for any number of workers.
+    /// Triangulate points: exact, certified, the same bytes for any number of workers.
     Triangulate(options::TriangulateArgs),
-    /// The same triangulation by the paper's recursion to its floor, with every count on.
+    /// Triangulate points by the algorithm of the paper and count everything.
     Simulate(options::SimulateArgs),
     /// Generate a point set.
     Generate(generate::GenerateArgs),
-    /// Make a mesh of a domain, or check the domain for it.
+    /// Mesh a domain, or check the domain.
     Mesh(mesh::MeshArgs),
-    /// Check any triangulation of any points in exact arithmetic.
+    /// Verify any Delaunay triangulation in exact arithmetic.
     Verify(verify::VerifyArgs),
-    /// What the machine would do with any number of workers, from the record of one run.
+    /// Predict rounds, messages and time for other numbers of workers.
     Predict(predict::PredictArgs),
-    /// Make one offline page of runs and meshes: pictures, tables, the partition or the mesh to turn and slice.
+    /// Create a self-contained HTML page from the reports of runs and meshes.
     Report(report::ReportArgs),
-    /// Run a sweep over sizes, kinds, workers and seeds, and keep the counts.
+    /// Run a sweep over sizes, kinds, workers and seeds, and record the counts.
     Scale(scale::ScaleArgs),
-    /// Judge how a count of a sweep grows: laws with intervals, curvature, flatness, a verdict.
+    /// Fit growth laws to the counts of a sweep.
     Fit(fit::FitArgs),
-    /// Count another algorithm on the same points, on the same ledger.
+    /// Count another algorithm on the same points, as a baseline.
     Rival(rival::RivalArgs),
-    /// Run the paper's claims as experiments: PASS or FAIL with figure, bound and seed.
+    /// Test the claims of the paper by experiments.
     Reproduce(reproduce::ReproduceArgs),
-    /// Write a completion script for a shell.
+    /// Print the JSON schema of a report.
+    Schema(schema::SchemaArgs),
+    /// Print a completion script for a shell.
     Completions(completions::CompletionsArgs),
-    /// Write the manual page.
-    #[command(after_help = "Examples:\n  septet man > septet.1\n  septet man | man -l -")]
-    Man,
+    /// Print the manual, or write a manual page for each command.
+    Man(completions::ManArgs),
 }
 
-/// Parses, runs, and turns what went wrong into a report and an exit code.
+/// Parses the arguments, runs the command, reports a failure and returns the exit code.
 pub fn main() -> ExitCode {
     let command = Cli::command().color(color_choice());
     let cli = match command.try_get_matches().and_then(|m| Cli::from_arg_matches(&m)) {
         Ok(cli) => cli,
-        Err(error) => error.exit(),
+        Err(error) => refuse(error),
     };
     let talk = Talk::new(&cli.talk);
     let outcome = catch_unwind(AssertUnwindSafe(|| run(cli.command, &talk)));
@@ -105,11 +131,43 @@ pub fn main() -> ExitCode {
         Ok(Ok(())) => return ExitCode::SUCCESS,
         Ok(Err(failure)) => failure,
         Err(payload) if payload.is::<Cancelled>() => Failure::interrupted(),
-        Err(_) => Failure::new(Code::Failed, "septet stopped at a fault of its own")
-            .help("please report the message above with the input"),
+        Err(_) => Failure::new(Code::Failed, "internal error")
+            .help("please report the message above together with the input"),
     };
-    failure.print(&talk);
+    if failure.code != Code::ReaderGone {
+        failure.print(&talk);
+    }
     ExitCode::from(failure.code as u8)
+}
+
+/// Prints a message of the parser and exits: the help, the version, or an error.
+fn refuse(mut error: clap::Error) -> ! {
+    if std::env::args_os().len() <= 1 {
+        let _ = writeln!(std::io::stderr(), "Try: septet triangulate sample:uniform:1e5 -o mesh.vtu\n");
+    }
+    let typed = match error.get(ContextKind::InvalidSubcommand) {
+        Some(ContextValue::String(typed)) => typed.clone(),
+        _ => String::new(),
+    };
+    if let Some(ContextValue::Strings(names)) = error.get(ContextKind::SuggestedSubcommand) {
+        let sorted = nearest(&typed, names.iter().map(String::as_str));
+        let sorted = sorted.into_iter().map(str::to_owned).collect();
+        error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(sorted));
+    }
+    // A name could hold escape sequences for the terminal.
+    let unsafe_text = |value: &ContextValue| match value {
+        ContextValue::String(text) if text.contains(char::is_control) => Some(printable(text)),
+        _ => None,
+    };
+    let escaped: Vec<_> = error.context().filter_map(|(kind, v)| Some((kind, unsafe_text(v)?))).collect();
+    if !escaped.is_empty() {
+        // The suggestions repeat the name.
+        error.remove(ContextKind::Suggested);
+    }
+    for (kind, text) in escaped {
+        error.insert(kind, ContextValue::String(text));
+    }
+    error.exit()
 }
 
 fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
@@ -126,17 +184,18 @@ fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
         Command::Rival(args) => logged(talk, || rival::run(&args, talk)),
         Command::Reproduce(args) => logged(talk, || reproduce::run(&args, talk)),
         Command::Completions(args) => completions::run(&args, Cli::command()),
-        Command::Man => completions::man(Cli::command()),
+        Command::Schema(args) => schema::run(&args),
+        Command::Man(args) => completions::man(&args, Cli::command()),
     }
 }
 
-/// What has no trace.
+/// Runs a command that writes no trace, with logging.
 fn logged(talk: &Talk, run: impl FnOnce() -> Result<(), Failure>) -> Result<(), Failure> {
     talk.log(None::<Identity>);
     run()
 }
 
-/// `--color` for the messages of the parser itself, which come before the options are known.
+/// Returns the value of `--color` for messages of the parser, which are printed before the options are parsed.
 fn color_choice() -> ColorChoice {
     let args: Vec<String> = std::env::args().collect();
     let value = args.iter().enumerate().find_map(|(i, a)| match a.strip_prefix("--color") {

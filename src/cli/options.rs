@@ -1,4 +1,4 @@
-//! Options of `triangulate` and `simulate`, and how they become a configuration.
+//! Options of `triangulate` and `simulate`, and their conversion into a configuration.
 
 use std::path::PathBuf;
 
@@ -15,14 +15,29 @@ use septet_lab::trace::Detail;
 use super::errors::{Code, Failure};
 use super::formats::{FormatArgs, ReadArgs};
 
+/// Headings of options.
+pub const INPUT: &str = "Input";
+pub const OUTPUT: &str = "Output";
+pub const REPORTS: &str = "Reports";
+pub const MACHINE: &str = "Machine";
+pub const GRAPH: &str = "Supergraph";
+
 /// Options of `septet triangulate`.
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(
+    after_help = "\
+Examples:
+  septet triangulate points.node -o mesh.vtu
+  septet triangulate sample:uniform:1e5,d=2 -o mesh.vtu
+
+`septet triangulate --help` lists all options.",
+    after_long_help = "\
 Examples:
   septet triangulate points.node -o mesh.vtu
   septet triangulate scan.ply.gz -o scan.1.ele --json report.json
-  septet triangulate sample:uniform:1e5,d=2 --workers 64 --transport sim --delivery-seed 3 --json -
-  gunzip -c points.csv.gz | septet triangulate - -o mesh.msh")]
+  septet triangulate sample:uniform:1e5,d=2 --workers 64 --json run.json
+  gunzip -c points.csv.gz | septet triangulate - -o mesh.msh"
+)]
 pub struct TriangulateArgs {
     #[command(flatten)]
     pub run: RunArgs,
@@ -30,73 +45,90 @@ pub struct TriangulateArgs {
 
 /// Options of `septet simulate`.
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(
+    after_help = "\
 Examples:
   septet simulate sample:well-spaced:65536 --workers leaves --profile
-  septet simulate points.npy --workers 64 --supergraph knn --k 10ln --json counts.json
-  septet simulate sample:uniform:1e5 --workers 16 --trace run.json --profile=run.md")]
+  septet simulate sample:uniform:1e5 --workers 64 --json run.json
+
+`septet simulate --help` lists all options.",
+    after_long_help = "\
+Examples:
+  septet simulate sample:well-spaced:65536 --workers leaves --profile
+  septet simulate points.npy --workers 64 --supergraph knn --k 10ln
+  septet simulate sample:uniform:1e5 --workers 64 --json run.json
+  septet simulate sample:uniform:1e5 --trace trace.json --profile=run.md"
+)]
 pub struct SimulateArgs {
     #[command(flatten)]
     pub run: RunArgs,
     #[command(flatten)]
     graph: GraphArgs,
-    /// Put the record of what leaves say to each other into the report, for `septet predict` (a second run,
-    /// unless there is one worker)
-    #[arg(long)]
+    /// Record the communication of the leaves in the report, for `septet predict`
+    ///
+    /// With more than one worker, a second run with one worker makes the record.
+    #[arg(long, help_heading = REPORTS, hide_short_help = true)]
     tasks: bool,
 }
 
-/// Options of both.
+/// Options of both commands.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// A point file (.node .xyz .txt .csv .npy .off .ply .stl .obj .vtu .vtk .msh .mesh, each also .gz), `-` for
-    /// standard input, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25]`
+    /// Point file, `-` for standard input, or `sample:KIND:N` for a generated set
+    ///
+    /// Files: .node .xyz .txt .csv .npy .off .ply .stl .obj .vtu .vtk .msh .mesh, each also .gz. The full form
+    /// of a sample is `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25]`.
     pub input: String,
-    /// Write the triangulation (.vtu .vtk .msh .msh22 .mesh .off .stl .npy, or one of .node .ele .face .edge .neigh
-    /// for the whole set, each also .gz), `-` for standard output; may be given several times
-    #[arg(short, long = "output", value_name = "OUT")]
+    /// Write the triangulation; may be given several times
+    ///
+    /// Formats: .vtu .vtk .msh .msh22 .mesh .off .stl .npy. One of .node .ele .face .edge .neigh writes all five
+    /// files. Each also .gz, and `-` for standard output.
+    #[arg(short, long = "output", value_name = "OUT", help_heading = OUTPUT)]
     pub output: Vec<PathBuf>,
     /// Number of workers, or `leaves` for one per leaf of the partition tree [default: cores]
-    #[arg(long, value_name = "P|leaves", value_parser = workers, allow_negative_numbers = true)]
+    #[arg(long, value_name = "P|leaves", value_parser = workers, allow_negative_numbers = true, help_heading = MACHINE)]
     pub workers: Option<Workers>,
-    /// Seed of every random draw
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    /// Seed of the random draws
+    #[arg(long, value_name = "S", default_value_t = 1, help_heading = MACHINE, hide_short_help = true)]
     pub seed: u64,
     #[command(flatten)]
     pub machine: MachineArgs,
     /// Write the report as JSON, `-` for standard output
-    #[arg(long, value_name = "FILE|-")]
+    #[arg(long, value_name = "FILE|-", help_heading = REPORTS)]
     pub json: Option<PathBuf>,
-    /// Points of the picture in the JSON report, at most 20000, 0 for none [default: 20000 in simulate, 0 in
-    /// triangulate]
-    #[arg(long, value_name = "N", value_parser = shown)]
+    /// Points of the picture in the JSON report
+    ///
+    /// At most 20000, 0 for none. [default: 20000 for simulate, 0 for triangulate]
+    #[arg(long, value_name = "N", value_parser = shown, help_heading = REPORTS, hide_short_help = true)]
     pub view: Option<u32>,
-    /// Print tables of phases, rounds and tree levels; with a name ending in .md write them as Markdown, in .csv
-    /// as three files (NAME.phases.csv, NAME.rounds.csv, NAME.levels.csv)
-    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
+    /// Print tables of phases, rounds and tree levels
+    ///
+    /// `--profile=NAME.md` writes Markdown instead. `--profile=NAME.csv` writes NAME.phases.csv, NAME.rounds.csv
+    /// and NAME.levels.csv.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-", help_heading = REPORTS)]
     pub profile: Option<PathBuf>,
     #[command(flatten)]
     pub tracing: TraceArgs,
-    /// Drop and count points that are not finite or not numbers, instead of refusing the file
-    #[arg(long)]
+    /// Drop points that are not finite or not numbers, instead of refusing the file
+    #[arg(long, help_heading = INPUT)]
     pub skip_invalid: bool,
-    /// Dimension of the input: 2 keeps the first two coordinates
-    #[arg(short, long = "dimension", value_name = "2|3", value_parser = dimension)]
+    /// Dimension of the input; 2 keeps the first two coordinates
+    #[arg(short, long = "dimension", value_name = "2|3", value_parser = dimension, help_heading = INPUT)]
     pub dimension: Option<usize>,
     #[command(flatten)]
     pub reading: ReadArgs,
-    /// Keep the other numeric columns of a text table as data of the points (.vtu .vtk)
-    #[arg(long)]
+    /// Keep the other numeric columns of a text table as point data (.vtu .vtk)
+    #[arg(long, help_heading = INPUT, hide_short_help = true)]
     pub keep_columns: bool,
     #[command(flatten)]
     pub writing: FormatArgs,
-    /// Write the owning worker and home leaf of every cell (.vtu .vtk)
-    #[arg(long)]
+    /// Write the owning worker and the home leaf of every cell (.vtu .vtk)
+    #[arg(long, help_heading = OUTPUT, hide_short_help = true)]
     pub with_owner: bool,
     /// Version of files named .msh
-    #[arg(long, value_name = "VERSION", value_enum, default_value_t = MshArg::V41)]
+    #[arg(long, value_name = "VERSION", value_enum, default_value_t = MshArg::V41, help_heading = OUTPUT, hide_short_help = true)]
     pub msh_version: MshArg,
-    /// Plant a fault in the machine (refuse:NODE[-NODE], refuse-draws:EVERY, spoil:RANK, die:RANK:PHASE): for tests
+    /// Plant a fault, for tests: refuse:NODE[-NODE], refuse-draws:EVERY, spoil:RANK, die:RANK:PHASE
     #[arg(long, hide = true, value_name = "FAULT")]
     pub fault: Option<Fault>,
 }
@@ -104,93 +136,104 @@ pub struct RunArgs {
 /// Options of a trace.
 #[derive(Debug, Args)]
 pub struct TraceArgs {
-    /// Write what every worker did when, as Chrome's JSON: open it with Perfetto (ui.perfetto.dev)
-    #[arg(long, value_name = "FILE")]
+    /// Write a timeline of all workers as a Chrome trace, for Perfetto (ui.perfetto.dev)
+    #[arg(long, value_name = "FILE", help_heading = REPORTS, hide_short_help = true)]
     pub trace: Option<PathBuf>,
-    /// How much the trace tells, each more than the one before [default: subproblem]
-    #[arg(long, value_name = "DETAIL", value_enum, requires = "trace")]
+    /// Detail of the trace; each level includes those before it [default: subproblem]
+    #[arg(long, value_name = "DETAIL", value_enum, requires = "trace", help_heading = REPORTS, hide_short_help = true)]
     pub trace_level: Option<DetailArg>,
 }
 
-/// Options of every command that runs the machine, but for what differs between runs of a sweep.
+/// Options of every command that runs the machine. The runs of a sweep share them.
 #[derive(Debug, Args)]
 pub struct MachineArgs {
-    /// Threads that run the workers [default: cores]
-    #[arg(long, value_name = "T")]
+    /// Number of threads that run the workers [default: cores]
+    #[arg(long, value_name = "T", help_heading = MACHINE)]
     pub threads: Option<usize>,
-    /// Vector registers of the inner loops: results are the same
-    #[arg(long, value_enum, default_value_t = RegistersArg::Widest)]
+    /// SIMD width of the inner loops; it does not change results
+    #[arg(long, value_enum, default_value_t = RegistersArg::Widest, help_heading = MACHINE, hide_short_help = true)]
     pub registers: RegistersArg,
-    /// What cuts subproblems: sphere separators, or k-d planes for comparison
-    #[arg(long, value_enum, default_value_t = PartitionArg::Sphere)]
+    /// Separators of the partition
+    #[arg(long, value_enum, default_value_t = PartitionArg::Sphere, help_heading = MACHINE, hide_short_help = true)]
     pub partition: PartitionArg,
-    /// Largest leaf of the partition tree, in points
-    #[arg(long, value_name = "M|auto", default_value = "auto", value_parser = leaf)]
+    /// Largest number of points in a leaf of the partition tree
+    #[arg(long, value_name = "M|auto", default_value = "auto", value_parser = leaf, help_heading = MACHINE, hide_short_help = true)]
     pub leaf: Leaf,
-    /// How messages travel: over channels between threads, or simulated on one thread
-    #[arg(long, value_enum, default_value_t = TransportArg::Channel)]
+    /// Transport of the messages
+    #[arg(long, value_enum, default_value_t = TransportArg::Channel, help_heading = MACHINE, hide_short_help = true)]
     pub transport: TransportArg,
-    /// Seed of the order of delivery (with --transport sim) [default: 0]
-    #[arg(long, value_name = "S")]
+    /// Seed of the order of delivery, with --transport sim [default: 0]
+    #[arg(long, value_name = "S", help_heading = MACHINE, hide_short_help = true)]
     pub delivery_seed: Option<u64>,
-    /// Refuse to start if more memory is expected; with K, M, G or T for powers of 1024
-    #[arg(long, value_name = "BYTES", value_parser = bytes)]
+    /// Refuse to start if the run is expected to need more memory
+    ///
+    /// K, M, G and T stand for powers of 1024, as in 2G.
+    #[arg(long, value_name = "BYTES", value_parser = bytes, help_heading = MACHINE, hide_short_help = true)]
     pub max_memory: Option<u64>,
 }
 
 /// Options of every command that counts the paper's recursion.
 #[derive(Debug, Args)]
 pub struct GraphArgs {
-    /// Supergraph of the Delaunay triangulation
-    #[arg(long, value_enum, default_value_t = GraphArg::Density)]
+    /// Graph that should contain all edges of the Delaunay triangulation
+    #[arg(long, value_enum, default_value_t = GraphArg::Density, help_heading = GRAPH)]
     pub supergraph: GraphArg,
-    /// alpha of a density or overlap graph, at least 1
-    #[arg(long, value_name = "A|auto", default_value = "auto", value_parser = alpha, allow_negative_numbers = true)]
+    /// Parameter alpha of a density or overlap graph, at least 1
+    #[arg(long, value_name = "A|auto", default_value = "auto", value_parser = alpha, allow_negative_numbers = true, help_heading = GRAPH)]
     pub alpha: Alpha,
-    /// k of a nearest-neighbour graph; `10ln` stands for ceil(10 ln n)
-    #[arg(long, value_name = "K|auto|Cln", default_value = "auto", value_parser = neighbours, allow_hyphen_values = true)]
+    /// Parameter k of a nearest-neighbour graph; `10ln` stands for ceil(10 ln n)
+    #[arg(long, value_name = "K|auto|Cln", default_value = "auto", value_parser = neighbours, allow_hyphen_values = true, help_heading = GRAPH)]
     pub k: Neighbours,
-    /// How separator points are shared: with both sides (the paper), the smaller one, or as ghosts
-    #[arg(long, value_enum, default_value_t = SetsArg::Ghost)]
+    /// Sharing of separator points
+    #[arg(long, value_enum, default_value_t = SetsArg::Ghost, help_heading = GRAPH, hide_short_help = true)]
     pub separator_sets: SetsArg,
-    /// How nearest-neighbour balls are corrected beyond separators: by one descent from the root, or naively,
-    /// node by node from the leaves up, for comparison
-    #[arg(long, value_enum, default_value_t = NeighboursArg::Descent)]
+    /// Correction of nearest-neighbour balls across separators
+    #[arg(long, value_enum, default_value_t = NeighboursArg::Descent, help_heading = GRAPH, hide_short_help = true)]
     pub neighbours: NeighboursArg,
 }
 
 /// `--supergraph`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum GraphArg {
+    /// The density graph of the paper
     Density,
+    /// Overlapping neighbour balls
     Overlap,
+    /// The k nearest neighbours
     Knn,
 }
 
 /// `--separator-sets`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum SetsArg {
+    /// Both sides receive them, as in the paper
     Both,
+    /// The smaller side receives them
     Smaller,
+    /// Both sides receive them as ghosts
     Ghost,
 }
 
 /// `--partition`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum PartitionArg {
+    /// Sphere separators, as in the paper
     Sphere,
+    /// K-d planes, as a baseline
     Kd,
 }
 
 /// `--neighbours`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum NeighboursArg {
+    /// One descent from the root
     Descent,
+    /// Bottom-up, node by node, as a baseline
     Naive,
 }
 
 impl NeighboursArg {
-    /// The correction of this name.
+    /// Returns the correction of this name.
     pub fn correction(self) -> Correction {
         match self {
             NeighboursArg::Descent => Correction::Descent,
@@ -202,24 +245,28 @@ impl NeighboursArg {
 /// `--transport`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum TransportArg {
+    /// Channels between threads
     Channel,
+    /// A simulator on one thread
     Sim,
 }
 
 /// `--registers`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum RegistersArg {
-    /// The widest that the processor has
+    /// The widest registers of the processor
     Widest,
-    /// Those that every processor of its kind has
+    /// The registers of every processor of the architecture
     Baseline,
 }
 
 /// `--msh-version`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum MshArg {
+    /// Legacy Gmsh files
     #[value(name = "2.2")]
     V22,
+    /// Current Gmsh files
     #[value(name = "4.1")]
     V41,
 }
@@ -236,13 +283,13 @@ impl From<MshArg> for MshVersion {
 /// `--trace-level`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum DetailArg {
-    /// The coordinator's phases
+    /// Phases of the coordinator
     Phase,
-    /// What each worker does in each round
+    /// Rounds of each worker
     Round,
     /// Messages and bytes in flight
     Message,
-    /// Steps at nodes of the partition tree
+    /// Steps at the nodes of the partition tree
     Subproblem,
 }
 
@@ -262,13 +309,15 @@ impl From<DetailArg> for Detail {
 pub struct Leaf(Option<u64>);
 
 impl MachineArgs {
-    /// The configuration these options ask for, with what they leave open by default.
+    /// Returns the configuration of these options, with defaults for the others.
     pub fn config(&self) -> Result<Config, Failure> {
         let base = Config::default();
         let threads = self.threads.unwrap_or(base.machine.threads);
         if self.delivery_seed.is_some() && self.transport == TransportArg::Channel {
-            let message = "--delivery-seed goes with --transport sim: channels deliver when they deliver";
-            return Err(Failure::new(Code::Usage, message).help("add --transport sim, or leave the seed out"));
+            let message = "--delivery-seed needs --transport sim: channels deliver in no fixed order";
+            return Err(
+                Failure::new(Code::Usage, message).help("add --transport sim, or omit --delivery-seed")
+            );
         }
         if self.registers == RegistersArg::Baseline {
             septet_geometry::simd::use_baseline_registers();
@@ -311,7 +360,7 @@ impl GraphArgs {
 }
 
 impl TriangulateArgs {
-    /// The configuration these options ask for.
+    /// Returns the checked configuration of these options.
     pub fn config(&self) -> Result<Config, Failure> {
         let config = self.run.config()?;
         config.check()?;
@@ -320,7 +369,7 @@ impl TriangulateArgs {
 }
 
 impl SimulateArgs {
-    /// The configuration these options ask for.
+    /// Returns the checked configuration of these options.
     pub fn config(&self) -> Result<Config, Failure> {
         let config = self.graph.extend(self.run.config()?)?.with(|c| c.keep.tasks = self.tasks);
         config.check()?;
@@ -341,7 +390,7 @@ impl RunArgs {
     }
 }
 
-/// A whole number, with an exponent if need be.
+/// Parses a whole number, which may have an exponent.
 pub fn count(text: &str) -> Result<u64, String> {
     let parsed = match text.split_once(['e', 'E']) {
         None => text.parse().ok(),
@@ -362,12 +411,12 @@ fn shown(text: &str) -> Result<u32, String> {
         .ok_or_else(|| format!("expected at most {MOST_POINTS} points"))
 }
 
-/// A kind of sets.
+/// Parses a kind of point sets.
 pub fn kind(text: &str) -> Result<Kind, String> {
     text.trim().parse().map_err(|e: GenerateError| e.to_string())
 }
 
-/// A number of workers, or `leaves`.
+/// Parses a number of workers, or `leaves`.
 pub fn workers(text: &str) -> Result<Workers, String> {
     match text {
         "leaves" => Ok(Workers::Leaves),
@@ -395,7 +444,7 @@ fn leaf(text: &str) -> Result<Leaf, String> {
     if text == "auto" { Ok(Leaf(None)) } else { count(text).map(|m| Leaf(Some(m))) }
 }
 
-/// 2 or 3.
+/// Parses a dimension.
 pub fn dimension(text: &str) -> Result<usize, String> {
     match text {
         "2" => Ok(2),
@@ -404,7 +453,7 @@ pub fn dimension(text: &str) -> Result<usize, String> {
     }
 }
 
-/// A number of bytes, with K, M, G or T for powers of 1024.
+/// Parses a number of bytes; K, M, G and T stand for powers of 1024.
 pub fn bytes(text: &str) -> Result<u64, String> {
     let text = text.strip_suffix(['B', 'b']).unwrap_or(text);
     let text = text.strip_suffix('i').unwrap_or(text);

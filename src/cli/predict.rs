@@ -10,38 +10,41 @@ use serde::{Deserialize, Serialize};
 
 use super::errors::{Code, Failure};
 use super::files;
+use super::input;
 use super::progress::Talk;
+use super::text::counted;
 
 /// Options of `septet predict`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Rounds, messages and bytes are those of a real run wherever the number of workers divides 4096.
+Rounds, messages and bytes equal those of a real run if the number of workers divides 4096.
 
 Examples:
   septet simulate sample:well-spaced:1e5 --workers 1 --tasks --json run.json
   septet predict run.json --workers 1..65536
-  septet predict run.json --workers 2,48,96 --latency 5e-6 --bandwidth 1e9 --json -
+  septet predict run.json --workers 2,48,96 --latency 5e-6 --bandwidth 1e9
   septet predict run.json --workers 2 --calibrate")]
 pub struct PredictArgs {
-    /// A report of `septet simulate --tasks --json`
+    /// Report of `septet simulate --tasks --json`
     run: PathBuf,
-    /// Numbers of workers: a list, or a range `a..b` of the powers of two times a that are at most b
+    /// Numbers of workers: a list, or a range `A..B` for A, 2A, 4A, ... up to B
     #[arg(long, value_name = "P,..|A..B", default_value = "1..65536", value_parser = worker_counts)]
     workers: Counts,
-    /// Seconds from one rank to another [default: 2e-6]
+    /// Latency of a message in seconds [default: 2e-6]
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     latency: Option<f64>,
-    /// Seconds a rank spends on a message [default: 1e-6]
+    /// Overhead of a message on its sender and receiver, in seconds [default: 1e-6]
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     overhead: Option<f64>,
-    /// Bytes a second between two ranks [default: 1e10]
+    /// Bandwidth between two ranks, in bytes per second [default: 1e10]
     #[arg(long, value_name = "BYTES", value_parser = positive)]
     bandwidth: Option<f64>,
-    /// Charged operations a second of one worker [default: 1e9]
+    /// Charged operations per second of one worker [default: 1e9]
     #[arg(long, value_name = "OPERATIONS", value_parser = positive)]
     rate: Option<f64>,
-    /// Measure this machine's channels, and take rates from the seconds of the run, which must be of one
-    /// worker; what is given explicitly stands
+    /// Measure the channels of this computer, and derive rates from the times of the run
+    ///
+    /// The run must have one worker. Explicit options take precedence.
     #[arg(long)]
     calibrate: bool,
     /// Write the predictions as JSON, `-` for standard output
@@ -49,7 +52,7 @@ pub struct PredictArgs {
     json: Option<PathBuf>,
 }
 
-/// Numbers of workers.
+/// A list of numbers of workers.
 #[derive(Clone, Debug)]
 struct Counts(Vec<u32>);
 
@@ -73,7 +76,7 @@ fn worker_counts(text: &str) -> Result<Counts, String> {
     if counts.is_empty() { Err(expected()) } else { Ok(Counts(counts)) }
 }
 
-/// The part of a run's report that is read.
+/// The fields of a run's report that a prediction needs.
 #[derive(Deserialize)]
 struct RunFile {
     schema: String,
@@ -109,12 +112,13 @@ struct PredictReport<'a> {
     communication_takes_over: Option<u32>,
 }
 
-/// Reads the record, predicts, prints.
+/// Reads the record of the tasks, predicts, and prints the predictions.
 pub fn run(args: &PredictArgs, talk: &Talk) -> Result<(), Failure> {
     let file = read(args)?;
     let log = file.tasks.as_ref().ok_or_else(|| {
-        let message = format!("{}: the report holds no record of tasks", args.run.display());
-        Failure::new(Code::Input, message).help("run `septet simulate ... --tasks --json FILE`")
+        let message = format!("{}: the report has no record of the tasks", args.run.display());
+        Failure::new(Code::Input, message)
+            .help("make the report with `septet simulate ... --tasks --json FILE`")
     })?;
     let hardware = hardware(args, &file)?;
     let mut predictions = Vec::new();
@@ -144,16 +148,16 @@ pub fn run(args: &PredictArgs, talk: &Talk) -> Result<(), Failure> {
     if args.json.as_ref().is_none_or(|path| path.as_os_str() != "-") {
         files::write_text("-".as_ref(), &table(&predictions, over))?;
     }
-    talk.note(format!("septet: {} points in {} leaves", log.population, log.leaves.len()));
+    let [points, leaves] = [counted(log.population, "point"), log.leaves.len().to_string()];
+    talk.note(format!("septet: {points}, leaves of the tree: {leaves}"));
     Ok(())
 }
 
 fn read(args: &PredictArgs) -> Result<RunFile, Failure> {
     let name = args.run.display();
-    let text = std::fs::read(&args.run)
-        .map_err(|e| Failure::new(Code::Input, format!("{name}: cannot be read: {e}")))?;
+    let text = std::fs::read(&args.run).map_err(|error| input::unreadable(&args.run, &error))?;
     let file: RunFile = serde_json::from_slice(&text)
-        .map_err(|e| Failure::new(Code::Input, format!("{name}: no report of a run: {e}")))?;
+        .map_err(|e| Failure::new(Code::Input, format!("{name}: not a report of a run: {e}")))?;
     if file.schema != septet_lab::report::SCHEMA {
         let message = format!("{name}: schema `{}`, expected `{}`", file.schema, septet_lab::report::SCHEMA);
         return Err(Failure::new(Code::Input, message));
@@ -165,8 +169,10 @@ fn hardware(args: &PredictArgs, file: &RunFile) -> Result<Hardware, Failure> {
     let mut hardware = Hardware::default();
     if args.calibrate {
         if file.machine.as_ref().is_none_or(|m| m.workers != 1) {
-            let message = "--calibrate needs a run with one worker: its seconds are those of the work";
-            return Err(Failure::new(Code::Usage, message).help("record it with --workers 1 --threads 1"));
+            let message = "--calibrate needs a run with one worker, whose time is the time of the work";
+            return Err(
+                Failure::new(Code::Usage, message).help("make the report with --workers 1 --threads 1")
+            );
         }
         let timed = |p: &Phase| Timed {
             name: p.name.clone(),
@@ -207,8 +213,8 @@ fn table(predictions: &[Prediction], over: Option<u32>) -> String {
         );
     }
     let _ = match over {
-        Some(p) => writeln!(out, "communication takes longer than computing from {p} workers on (BSP)"),
-        None => writeln!(out, "computing takes longer than communication at all of these (BSP)"),
+        Some(p) => writeln!(out, "communication takes longer than computation from {p} workers on (BSP)"),
+        None => writeln!(out, "computation takes longer than communication for all of these (BSP)"),
     };
     out
 }

@@ -1,6 +1,6 @@
-//! What a run says while it goes on: a bar, notes, log lines; and how it is interrupted.
+//! Messages of a running command: progress bar, notes, log lines; and its interruption.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write, stderr};
 use std::panic::resume_unwind;
 use std::sync::Arc;
 use std::sync::Mutex;
@@ -15,37 +15,46 @@ use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 use tracing_subscriber::{Layer, Registry};
 
-/// Options of every subcommand about what is said.
+use super::text::printable;
+
+/// Options of every subcommand for messages.
 #[derive(Debug, Args)]
 pub struct TalkArgs {
-    /// Say nothing but errors
-    #[arg(short, long, global = true, conflicts_with = "verbose", display_order = 100)]
+    /// Print errors only
+    #[arg(short, long, global = true, conflicts_with = "verbose", display_order = 100, help_heading = MESSAGES)]
     quiet: bool,
-    /// Log phases (-v), and more (-vv); `RUST_LOG` overrides
-    #[arg(short, long, global = true, action = clap::ArgAction::Count, display_order = 100)]
+    /// Log phases, and more if repeated
+    ///
+    /// The environment variable `RUST_LOG` overrides this option.
+    #[arg(short, long, global = true, action = clap::ArgAction::Count, display_order = 100, help_heading = MESSAGES)]
     verbose: u8,
-    /// Colours on standard error: on a terminal without `NO_COLOR`, always, or never
-    #[arg(long, global = true, value_name = "WHEN", default_value = "auto", display_order = 100)]
+    /// Use colours on standard error
+    #[arg(long, global = true, value_name = "WHEN", default_value = "auto", display_order = 100, help_heading = MESSAGES, hide_short_help = true)]
     color: When,
 }
 
-/// When to use colours.
+/// The heading of these options.
+const MESSAGES: &str = "Messages";
+
+/// Values of `--color`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum When {
+    /// On a terminal, unless `NO_COLOR` is set
     Auto,
+    /// In every case
     Always,
+    /// In no case
     Never,
 }
 
-/// The payload that ends work from within a progress callback: everything on the way is dropped, half-written
-/// files with it.
+/// The panic payload that ends a command from within a progress callback. Unwinding removes partial files.
 pub struct Cancelled;
 
-/// How the program speaks.
+/// The messages of the program.
 pub struct Talk {
     quiet: bool,
     color: bool,
-    /// What is logged unless `RUST_LOG` says otherwise.
+    /// The log filter without `RUST_LOG`.
     filter: Targets,
     bar: ProgressBar,
     /// Set by the first Ctrl-C.
@@ -55,7 +64,7 @@ pub struct Talk {
 impl Talk {
     /// Sets up the bar and the interrupt handler.
     pub fn new(args: &TalkArgs) -> Self {
-        let terminal = std::io::stderr().is_terminal();
+        let terminal = stderr().is_terminal();
         let color = match args.color {
             When::Always => true,
             When::Never => false,
@@ -69,7 +78,7 @@ impl Talk {
             _ => LevelFilter::TRACE,
         };
         let filter = Targets::new().with_default(level);
-        // The lines say which phase it is.
+        // The log lines name the phase, so that its span is not needed.
         let filter = if level == LevelFilter::INFO {
             filter.with_target("septet_lab::phase", LevelFilter::OFF)
         } else {
@@ -78,7 +87,8 @@ impl Talk {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
         if terminal && !args.quiet && args.verbose == 0 {
             bar.set_draw_target(ProgressDrawTarget::stderr_with_hz(10));
-            // Long steps say nothing: the clock goes on all the same.
+            bar.set_message("starting");
+            // The clock also runs during steps that report no progress.
             bar.enable_steady_tick(Duration::from_millis(100));
         }
         let template = if color {
@@ -91,21 +101,24 @@ impl Talk {
         }
         let cancel = Arc::new(AtomicBool::new(false));
         let (flag, quiet, shown) = (cancel.clone(), args.quiet, bar.clone());
-        // Without a handler the first Ctrl-C kills, which is no worse than no program at all.
+        // If no handler can be set, the first Ctrl-C kills the process.
         let _ = ctrlc::set_handler(move || {
             if flag.swap(true, Ordering::SeqCst) {
                 std::process::exit(130);
             }
             if !quiet {
                 shown.suspend(|| {
-                    eprintln!("interrupted: ending at the next step (once more to end at once)");
+                    let _ = writeln!(
+                        stderr(),
+                        "interrupted: stopping at the next step (press again to exit now)"
+                    );
                 });
             }
         });
         Talk { quiet: args.quiet, color, filter, bar, cancel }
     }
 
-    /// Sets up logging, and a trace if there is one; it can be done only once.
+    /// Sets up logging and the trace, if any. Only the first call has an effect.
     pub fn log<L>(&self, trace: Option<L>)
     where
         L: Layer<Registry> + Send + Sync,
@@ -113,36 +126,42 @@ impl Talk {
         let asked = std::env::var("RUST_LOG").ok().filter(|text| !text.is_empty());
         let filter: Targets = asked.and_then(|text| text.parse().ok()).unwrap_or_else(|| self.filter.clone());
         let lines = tracing_subscriber::fmt::layer().with_writer(std::io::stderr).with_ansi(self.color);
-        // A second subscriber cannot be there yet; if it were, it would serve as well.
+        // This fails only if a subscriber is already set.
         let _ = tracing_subscriber::registry().with(trace).with(lines.with_filter(filter)).try_init();
     }
 
-    /// Text in a colour, if there are colours.
+    /// Colours a text, if colours are on.
     pub fn paint(&self, text: &str, code: &str) -> String {
         if self.color { format!("\x1b[{code}m{text}\x1b[0m") } else { text.to_owned() }
     }
 
-    /// One line on standard error, unless quiet.
+    /// Prints a line to standard error, unless quiet. Control characters are escaped.
     pub fn note(&self, line: impl AsRef<str>) {
+        self.painted(printable(line.as_ref()));
+    }
+
+    /// Prints a line that holds colours to standard error, unless quiet.
+    pub fn painted(&self, line: impl AsRef<str>) {
         if !self.quiet {
-            self.bar.suspend(|| eprintln!("{}", line.as_ref()));
+            self.fault(line);
         }
     }
 
-    /// Writes something else while the bar stands aside.
+    /// Hides the bar while `write` runs.
     pub fn aside(&self, write: impl FnOnce()) {
         self.bar.suspend(write);
     }
 
-    /// One line on standard error, even if quiet: what is wrong with the input.
+    /// Prints a line about a defect of the input to standard error, even if quiet.
     pub fn fault(&self, line: impl AsRef<str>) {
-        self.bar.suspend(|| eprintln!("{}", line.as_ref()));
+        // Nothing can be reported if standard error is closed.
+        self.bar.suspend(|| drop(writeln!(stderr(), "{}", line.as_ref())));
     }
 
-    /// Shows how far a stage is, and ends the work here if it was interrupted.
+    /// Shows the progress of a stage. Ends the command if it was interrupted.
     pub fn stage(&self, name: &str, done: u64, total: Option<u64>) {
         self.check();
-        self.bar.set_message(name.to_owned());
+        self.bar.set_message(printable(name));
         if let Some(total) = total {
             self.bar.set_length(total.max(1));
             self.bar.set_position(done);
@@ -152,19 +171,19 @@ impl Talk {
         }
     }
 
-    /// Ends the work here if it was interrupted.
+    /// Ends the command if it was interrupted.
     pub fn check(&self) {
         if self.cancel.load(Ordering::Relaxed) {
             resume_unwind(Box::new(Cancelled));
         }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn clear(&self) {
         self.bar.finish_and_clear();
     }
 
-    /// The callback of a run: the bar, and a log line at the end of every phase.
+    /// Returns the progress callback of a run, which moves the bar and logs the end of every phase.
     pub fn phases(&self) -> ProgressFn {
         let bar = self.bar.clone();
         let last: Mutex<Option<(&'static str, Instant)>> = Mutex::new(None);
@@ -172,7 +191,7 @@ impl Talk {
             bar.set_length(p.position.1 as u64);
             bar.set_position(p.position.0 as u64);
             bar.set_message(match p.phase {
-                // What follows the last round is the canonical order of the cells.
+                // The cells are brought into canonical order after the last round.
                 "done" => "ordering cells".to_owned(),
                 phase => format!("{phase}, round {}", p.round),
             });

@@ -9,31 +9,36 @@ use clap::Args;
 
 use super::errors::{Code, Failure};
 use super::files;
+use super::input;
 use super::progress::Talk;
+use super::summary::{row, written};
+use super::text::{counted, name};
 
 /// Options of `septet report`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The first whole report gives the pictures of one run; runs of several sizes give the plots against the laws. The first
-report of a mesh gives the mesh, cut by a plane, if the report has a picture (`septet mesh --view`).
+The first report of a run gives the pictures. Runs of several sizes give plots of the counts with the growth laws. The \
+first report of a mesh gives the mesh with a cutting plane, if the report has a picture (`septet mesh --view`).
 
 Examples:
-  septet simulate sample:well-spaced:1e5 --workers 64 --json run.json && septet report run.json -o report.html
+  septet report run.json -o report.html
   septet report run.json runs.jsonl -o report.html --svg figures
-  septet mesh part.poly --json part.json && septet report part.json -o part.html")]
+  septet report part.json -o part.html
+
+The reports come from the option --json of `septet simulate` and `septet mesh`, sweeps from `septet scale`.")]
 pub struct ReportArgs {
-    /// Reports of runs and meshes (`--json`) or sweeps (one run a line), `-` for standard input
+    /// Reports of runs and meshes, or sweeps; `-` for standard input
     #[arg(required = true, value_name = "RUNS")]
     runs: Vec<PathBuf>,
-    /// The page, `-` for standard output
+    /// HTML page to write, `-` for standard output
     #[arg(short, long, value_name = "FILE.html|-", required_unless_present = "svg")]
     output: Option<PathBuf>,
-    /// Write every figure by itself as SVG into this directory
+    /// Write every figure as an SVG file into this directory
     #[arg(long, value_name = "DIR")]
     svg: Option<PathBuf>,
 }
 
-/// Reads the runs, writes the page.
+/// Reads the runs and writes the page.
 pub fn run(args: &ReportArgs, talk: &Talk) -> Result<(), Failure> {
     for input in &args.runs {
         let texts: Vec<&Path> = args.output.as_deref().into_iter().collect();
@@ -51,15 +56,14 @@ pub fn run(args: &ReportArgs, talk: &Talk) -> Result<(), Failure> {
             .html()
             .map_err(|e| Failure::new(Code::Failed, format!("the page cannot be written: {e}")))?;
         files::write_text(output, &html)?;
-        talk.note(format!("  wrote {} ({} bytes)", output.display(), html.len()));
+        written(std::slice::from_ref(output)).iter().for_each(|line| talk.note(line));
     }
     Ok(())
 }
 
 fn bad(error: &PageError) -> Failure {
-    Failure::new(Code::Input, error.to_string()).help(
-        "give what `septet simulate --json` or `septet mesh --json` wrote, or a sweep with one run a line",
-    )
+    Failure::new(Code::Input, error.to_string())
+        .help("give a file from `septet simulate --json`, `septet mesh --json` or `septet scale`")
 }
 
 fn text_of(path: &Path) -> Result<String, Failure> {
@@ -69,16 +73,19 @@ fn text_of(path: &Path) -> Result<String, Failure> {
     } else {
         fs::read_to_string(path)
     };
-    read.map_err(|e| Failure::new(Code::Input, format!("{}: {e}", path.display())))
+    read.map_err(|error| input::unreadable(path, &error))
 }
 
-/// Writes figures, each with its name, into a directory, which is made if there is none.
+/// Writes named figures into a directory, which is created if it does not exist.
 pub fn write_figures(figures: &[(String, String)], directory: &Path, talk: &Talk) -> Result<(), Failure> {
-    let failed = |e: std::io::Error| Failure::new(Code::Failed, format!("{}: {e}", directory.display()));
+    let failed = |e: std::io::Error| {
+        Failure::new(Code::Failed, format!("{}: cannot be created: {e}", directory.display()))
+    };
     fs::create_dir_all(directory).map_err(failed)?;
-    for (name, text) in figures {
-        files::write_text(&directory.join(name), text)?;
+    for (file, text) in figures {
+        files::write_text(&directory.join(file), text)?;
     }
-    talk.note(format!("  wrote {} figures to {}", figures.len(), directory.display()));
+    let number = counted(figures.len() as u64, "figure");
+    talk.note(row("wrote", format!("{number} in {}", name(directory))));
     Ok(())
 }

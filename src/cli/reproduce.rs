@@ -1,6 +1,5 @@
 //! `septet reproduce`.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -21,38 +20,38 @@ Examples:
   septet reproduce levels alpha --seed 7
   septet reproduce --full --json claims.json
 
-A verdict stands on figures that are measured on runs, each against a bound stated before. Where a sentence does not
-hold as it is printed, its figure is shown below the verdict on the form that the algorithm needs. Exit code 4 if a
+Each claim is tested by figures that are measured on runs and compared with fixed bounds. If a claim of the paper is \
+false as printed, the corrected claim is tested, and the figure of the printed one is shown below. Exit code 4 if a \
 claim fails.")]
 pub struct ReproduceArgs {
-    /// Claims to run; all if none is named
+    /// Claims to test [default: all]
     #[arg(value_name = "CLAIM")]
     claims: Vec<String>,
-    /// At sizes that take less than three minutes on two cores (the default)
+    /// Use small sizes: less than three minutes on two cores (the default)
     #[arg(long, conflicts_with = "full")]
     quick: bool,
-    /// To 2^24 points where the phase allows, and more seeds: hours
+    /// Use sizes of up to 2^24 points and more seeds: hours
     #[arg(long)]
     full: bool,
-    /// Explain each claim in two lines, and run none
+    /// Explain each claim in two lines, and test none
     #[arg(long)]
     list: bool,
-    /// The first seed, of sets and of runs
+    /// First seed of the sets and runs
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// How neighbour balls are corrected: with the naive one, the claims on their depth fail
+    /// Correction of neighbour balls; the claims on their depth fail for `naive`
     #[arg(long, value_enum, default_value_t = NeighboursArg::Descent)]
     neighbours: NeighboursArg,
-    /// Threads [default: cores]
+    /// Number of threads [default: cores]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..))]
     threads: Option<u32>,
-    /// Show all figures of every claim, not the telling one alone
+    /// Show all figures of every claim, not only the decisive one
     #[arg(long)]
     figures: bool,
     /// Write verdicts and all figures as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
-    /// Plant a fault in every machine: for tests
+    /// Plant a fault in every machine, for tests
     #[arg(long, value_name = "FAULT", hide = true)]
     fault: Option<Fault>,
 }
@@ -61,10 +60,8 @@ pub struct ReproduceArgs {
 pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
     let claims = select(&args.claims)?;
     if args.list {
-        for claim in &claims {
-            print!("{}", listed(claim));
-        }
-        return Ok(());
+        let text: String = claims.iter().map(|claim| listed(claim)).collect();
+        return Ok(files::print(&text)?);
     }
     let texts: Vec<&Path> = args.json.iter().map(PathBuf::as_path).collect();
     files::check(None, &[], &texts)?;
@@ -91,7 +88,7 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
     let failed = report.claims.iter().filter(|claim| !claim.passed).map(|claim| claim.name);
     let failed: Vec<&str> = failed.collect();
     Err(Failure::new(Code::Rejected, format!("claims that failed: {}", failed.join(", ")))
-        .help("`septet reproduce CLAIM --figures` shows all of a claim's figures"))
+        .help("`septet reproduce CLAIM --figures` shows all figures of a claim"))
 }
 
 fn judge(
@@ -104,9 +101,8 @@ fn judge(
     let show = |text: &str| {
         if table {
             talk.aside(|| {
-                let mut out = std::io::stdout().lock();
-                // A reader that is gone wants no more rows; the exit code is what is left to say.
-                let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+                // If the reader has closed the pipe, the exit code still tells the result.
+                let _ = files::print(text);
             });
         }
     };

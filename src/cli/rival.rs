@@ -16,6 +16,7 @@ use super::formats::ReadArgs;
 use super::input::{self, Loaded};
 use super::options::{count, dimension, kind};
 use super::progress::Talk;
+use super::text::counted;
 use super::triangulate::place;
 
 /// Options of `septet rival`.
@@ -27,41 +28,41 @@ pub struct RivalArgs {
 
 #[derive(Debug, Subcommand)]
 enum Which {
-    /// Parallel randomized incremental insertion (Blelloch, Gu, Shun and Sun 2020): dependence depth, work
+    /// Parallel randomized incremental insertion (Blelloch, Gu, Shun and Sun 2020): dependence depth and work
     Incremental(IncrementalArgs),
 }
 
 /// Options of `septet rival incremental`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The result is compared with septet's own, cell by cell; exit code 4 if they differ.
+The result is compared with that of septet, cell by cell. Exit code 4 if they differ.
 
 Examples:
   septet rival incremental -n 1e5 --kind uniform
   septet rival incremental points.npy --against --json rival.json")]
 struct IncrementalArgs {
-    /// A point file, `-` for standard input, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25]`
+    /// Point file, `-` for standard input, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25]`
     #[arg(required_unless_present = "kind")]
     input: Option<String>,
-    /// Insert a sample of this kind in the place of an input; needs -n
+    /// Kind of a generated set, instead of an input; needs -n
     #[arg(long, value_name = "KIND", value_parser = kind, conflicts_with = "input", requires = "number")]
     kind: Option<Kind>,
-    /// Number of points of the sample
+    /// Number of points of the generated set
     #[arg(short = 'n', long = "number", value_name = "N", value_parser = count, requires = "kind")]
     number: Option<u64>,
-    /// Seed of the order of insertion, of septet's draws, and of the sample that --kind asks for
+    /// Seed of the insertion order, of septet, and of the generated set
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Count septet's recursion on the same points, too
+    /// Also run `simulate` on the same points and print its counts
     #[arg(long)]
     against: bool,
     /// Write the counts as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
-    /// Drop and count points that are not finite or not numbers, instead of refusing the file
+    /// Drop points that are not finite or not numbers, instead of refusing the file
     #[arg(long)]
     skip_invalid: bool,
-    /// Dimension of the input: 2 keeps the first two coordinates
+    /// Dimension of the input; 2 keeps the first two coordinates
     #[arg(short, long = "dimension", value_name = "2|3", value_parser = dimension)]
     dimension: Option<usize>,
     #[command(flatten)]
@@ -69,7 +70,7 @@ struct IncrementalArgs {
 }
 
 impl IncrementalArgs {
-    /// The input by its name; a sample by its text.
+    /// Returns the name of the input file, or the text of the sample.
     fn name(&self) -> String {
         let sample = || {
             let (kind, n) = (self.kind?, self.number?);
@@ -92,7 +93,7 @@ impl IncrementalArgs {
     }
 }
 
-/// Runs the rival, septet beside it, and compares.
+/// Runs the baseline and septet on the same points and compares the cells.
 pub fn run(args: &RivalArgs, talk: &Talk) -> Result<(), Failure> {
     let Which::Incremental(args) = &args.rival;
     let name = args.name();
@@ -118,13 +119,15 @@ pub fn run(args: &RivalArgs, talk: &Talk) -> Result<(), Failure> {
     if args.json.as_ref().is_none_or(|path| path.as_os_str() != "-") {
         files::write_text("-".as_ref(), &table(&report))?;
     }
-    let cells = if report.space == 2 { "triangles" } else { "tetrahedra" };
-    talk.note(format!("septet: {} points, {} {cells} by insertion", report.points, report.simplices));
+    let cell = if report.space == 2 { "triangle" } else { "tetrahedron" };
+    let [points, cells] = [counted(report.points, "point"), counted(report.simplices, cell)];
+    talk.note(format!("septet: {points}, {cells} by insertion"));
     if report.same_cells {
         return Ok(());
     }
-    let message = "insertion and recursion do not give the same cells: a fault of septet";
-    Err(Failure::new(Code::Rejected, message).help("please report it with the input"))
+    let message = "insertion and septet give different cells";
+    Err(Failure::new(Code::Rejected, message)
+        .help("this is a defect of septet: please report it with the input"))
 }
 
 fn compare<P: Point>(
@@ -141,7 +144,7 @@ fn compare<P: Point>(
     Ok(BaselineReport::of(&rival, &run, name, args.seed))
 }
 
-/// Counts of the rival, and septet's beside them.
+/// Formats the counts of the baseline, with the counts of septet in further columns.
 fn table(report: &BaselineReport) -> String {
     let mut out = String::new();
     let rival = &report.incremental;
@@ -175,8 +178,10 @@ fn table(report: &BaselineReport) -> String {
     if let Some(septet) = &report.septet {
         let _ = writeln!(
             out,
-            "septet: {} levels, {} rounds of exchange, {} points gathered",
-            septet.levels, septet.exchange_rounds, septet.gathered
+            "septet: {}, {} of repair, {} gathered",
+            counted(septet.levels, "level"),
+            counted(septet.exchange_rounds, "round"),
+            counted(septet.gathered, "point")
         );
     }
     out

@@ -14,20 +14,22 @@ use septet_lab::experiment::{
 use super::errors::{Code, Failure};
 use super::options::{GraphArgs, MachineArgs, dimension, kind, workers};
 use super::progress::{Cancelled, Talk};
+use super::summary::row;
+use super::text::counted;
 
 /// Options of `septet scale`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  septet scale -n 2^10..2^16,per-octave=8 --kind well-spaced --workers leaves --seeds 20 -o runs.jsonl
-  septet scale -n 2^12..2^22 --kind uniform,clusters -d 2 --until neighbours -o tree.jsonl
+  septet scale -n 2^10..2^16,per-octave=8 --seeds 20 -o runs.jsonl
+  septet scale -n 2^12..2^22 -d 2 --until neighbours -o tree.jsonl
   septet scale -n 1e4 --workers 1,2,4,8 --weak -o weak.jsonl
   septet scale -n 1e5,1e6 --workers 1,2 --timed -o times.jsonl
 
-Each line of the output is a run and holds the command that makes it again. An interrupted sweep goes on where it
-stopped when the same command is given again.")]
+Each line of the output describes a run and contains the command that repeats it. To continue an interrupted sweep, \
+give the same command again.")]
 pub struct ScaleArgs {
-    /// Numbers of points: `1000,2e4`, `2^10..2^20`, `2^10..2^20,per-octave=8`
+    /// Numbers of points, such as `1000,2e4`, `2^10..2^20` or `2^10..2^20,per-octave=8`
     #[arg(short = 'n', long = "points", value_name = "SIZES", allow_hyphen_values = true)]
     sizes: String,
     /// Kinds of sets, separated by commas
@@ -39,29 +41,31 @@ pub struct ScaleArgs {
     /// Lipschitz constant of graded kinds
     #[arg(long, value_name = "L", allow_negative_numbers = true)]
     lipschitz: Option<f64>,
-    /// Numbers of workers, separated by commas; `leaves` is one for each leaf of the tree
+    /// Numbers of workers, separated by commas; `leaves` is one per leaf of the tree
     #[arg(long, value_name = "P|leaves,..", default_value = "leaves", value_delimiter = ',', value_parser = workers, allow_negative_numbers = true)]
     workers: Vec<Workers>,
-    /// The first seed, of the set and of the run
+    /// First seed of the sets and runs
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Number of seeds, one after the other
+    /// Number of consecutive seeds
     #[arg(long, value_name = "COUNT", default_value_t = 5)]
     seeds: u64,
-    /// The sizes count points a worker
+    /// Weak scaling: the sizes are points per worker
     #[arg(long)]
     weak: bool,
-    /// Also time `triangulate` on the same workers, and the serial kernel on the same points
+    /// Also time `triangulate` with the same workers, and the serial kernel, on the same points
     #[arg(long)]
     timed: bool,
-    /// Stop every run after this phase: the tree and the neighbours reach sizes that hulls do not
+    /// Stop every run after this phase
+    ///
+    /// It allows larger sets, because the local hulls are skipped.
     #[arg(long, value_name = "PHASE", value_enum)]
     until: Option<UntilArg>,
     #[command(flatten)]
     machine: MachineArgs,
     #[command(flatten)]
     graph: GraphArgs,
-    /// The file of lines; taken up where it ends if it holds the same sweep
+    /// Output file with a line per run; a file of the same sweep is continued
     #[arg(short, long = "output", value_name = "FILE")]
     output: PathBuf,
 }
@@ -69,7 +73,9 @@ pub struct ScaleArgs {
 /// `--until`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum UntilArg {
+    /// The partition tree
     Partition,
+    /// The nearest-neighbour balls
     Neighbours,
 }
 
@@ -107,12 +113,12 @@ pub fn run(args: &ScaleArgs, talk: &Talk) -> Result<(), Failure> {
     super::threads::limit_threads(sweep.config.machine.threads);
     let mut journal = Journal::open(&args.output, &sweep.words())?;
     if journal.dropped > 0 {
-        talk.note(format!("note: {} bytes of an incomplete line dropped", journal.dropped));
+        talk.note(format!("note: {} of an incomplete line dropped", counted(journal.dropped, "byte")));
     }
     let jobs = sweep.jobs();
     let done = journal.done();
     if done > 0 {
-        talk.note(format!("{done} of {} runs are there: going on", jobs.len()));
+        talk.note(format!("{done} of {} runs are in the file: continuing", jobs.len()));
     }
     let missing: Vec<&Job> =
         jobs.iter().filter(|job| !journal.has(job.program, &sweep.command(job))).collect();
@@ -124,12 +130,13 @@ pub fn run(args: &ScaleArgs, talk: &Talk) -> Result<(), Failure> {
     match made {
         Ok(()) => {
             synced?;
-            talk.note(format!("{there} runs in {file}"));
+            talk.note(format!("septet: {} in {file}", counted(there as u64, "run")));
+            talk.note(row("next", format!("septet fit {file} lists the counts that can be fitted")));
             Ok(())
         }
         Err(failure) if failure.code == Code::Interrupted => {
             let message = format!("interrupted; {there} of {} runs are in {file}", jobs.len());
-            Err(Failure::new(Code::Interrupted, message).help("the same command goes on from there"))
+            Err(Failure::new(Code::Interrupted, message).help("the same command continues the sweep"))
         }
         Err(failure) => Err(failure),
     }
@@ -154,7 +161,7 @@ fn all(sweep: &Sweep, jobs: &[&Job], journal: &mut Journal, talk: &Talk) -> Resu
     Ok(())
 }
 
-/// The making of a set is stopped by unwinding: here that is an ordinary end.
+/// Converts the unwinding that stops the generation of a set into a failure.
 fn stoppable(f: impl FnOnce() -> Result<Line, Failure>) -> Result<Line, Failure> {
     match catch_unwind(AssertUnwindSafe(f)) {
         Ok(result) => result,
@@ -163,13 +170,13 @@ fn stoppable(f: impl FnOnce() -> Result<Line, Failure>) -> Result<Line, Failure>
     }
 }
 
-/// What a run takes, in units that only their ratios matter of.
+/// The expected cost of a run, relative to other runs.
 fn cost(job: &Job) -> f64 {
     let n = job.request.n.max(2) as f64;
     n * n.log2() + 1000.0
 }
 
-/// The time left, once there is something to go by.
+/// Formats the estimated remaining time, or nothing in the first second.
 fn left(elapsed: f64, spent: f64, total: f64) -> String {
     if spent <= 0.0 || elapsed < 1.0 {
         return String::new();
@@ -191,12 +198,12 @@ impl From<SweepError> for Failure {
 impl From<JournalError> for Failure {
     fn from(error: JournalError) -> Self {
         let (code, help) = match &error {
-            JournalError::Line { .. } => (Code::Input, "take the line out, or choose another file"),
-            JournalError::NoSweep { .. } => (Code::Input, "only a sweep's own file is written to"),
+            JournalError::Line { .. } => (Code::Input, "delete the line, or choose another file"),
+            JournalError::NoSweep { .. } => (Code::Input, "choose another file: this one is not a sweep"),
             JournalError::OtherSweep { .. } | JournalError::OtherVersion { .. } => {
-                (Code::Usage, "choose another file; several can be fitted together")
+                (Code::Usage, "choose another file; `septet fit` accepts several files")
             }
-            _ => (Code::Failed, "choose a file that can be read and written"),
+            _ => (Code::Failed, "choose a file that you can read and write"),
         };
         Failure::new(code, error.to_string()).help(help)
     }
@@ -217,7 +224,7 @@ mod tests {
     use super::left;
 
     #[test]
-    fn the_time_left_is_that_of_the_work_left() {
+    fn the_remaining_time_is_proportional_to_the_remaining_work() {
         assert_eq!(left(10.0, 0.0, 100.0), "");
         assert_eq!(left(10.0, 50.0, 100.0), ", 10 s left");
         assert_eq!(left(100.0, 50.0, 100.0), ", 1:40 left");

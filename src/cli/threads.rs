@@ -1,6 +1,6 @@
 //! The number of threads of the process.
 
-/// Makes reading, preparing and writing keep to so many threads. Only the first call counts: it comes before any work.
+/// Limits the threads that read, prepare and write. Only the first call has an effect.
 pub(super) fn limit_threads(threads: usize) {
     let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
 }

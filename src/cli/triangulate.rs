@@ -19,6 +19,7 @@ use super::input::{self, Loaded};
 use super::instruments::{Tables, check_trace, traced};
 use super::options::RunArgs;
 use super::progress::Talk;
+use super::summary;
 
 /// The tables of a run, by the names of their files.
 const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
@@ -38,7 +39,7 @@ pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Re
     files::check_as(is_file.then(|| Path::new(&args.input)), &args.output, &written_as, &texts)?;
     check_kept_columns(args, &written_as)?;
     let loaded = if let Some(request) = sample {
-        // Too large a sample is refused before it is made.
+        // A sample that is too large is refused before it is generated.
         admit(&config, request.n, request.dimension, counted)?;
         input::make(&request, talk)?
     } else {
@@ -79,7 +80,7 @@ pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Re
     let report = Report::of(&run, &config, &setting);
     let rendered = |format, which| report.tables(format, which);
     files.extend(tables.write(&rendered)?);
-    tell(args, &report, &files, talk)?;
+    print_report(args, &report, &files, talk)?;
     tables.print(&rendered);
     failure.map_or(Ok(()), Err)
 }
@@ -94,8 +95,8 @@ fn check_kept_columns(args: &RunArgs, options: &WriteOptions<'_>) -> Result<(), 
     Ok(())
 }
 
-/// The report as JSON, and for people.
-fn tell(args: &RunArgs, report: &Report, files: &[PathBuf], talk: &Talk) -> Result<(), Failure> {
+/// Writes the report as JSON and prints its summary.
+fn print_report(args: &RunArgs, report: &Report, files: &[PathBuf], talk: &Talk) -> Result<(), Failure> {
     if let Some(path) = &args.json {
         let mut text = report
             .to_json()
@@ -103,19 +104,20 @@ fn tell(args: &RunArgs, report: &Report, files: &[PathBuf], talk: &Talk) -> Resu
         text.push('\n');
         files::write_text(path, &text)?;
     }
-    for line in report.summary() {
+    let is_sample = args.input.starts_with("sample:");
+    for line in summary::of_run(report, is_sample).into_iter().chain(summary::written(files)) {
         talk.note(line);
     }
     if report.dimension < report.space as isize {
         talk.note(format!("note: {}", report.flat_note()));
-    }
-    for file in files {
-        talk.note(format!("  wrote {}", file.display()));
+    } else if report.certificate == "passed" {
+        talk.note(summary::next_step(&args.input, &args.output, args.json.as_deref()));
     }
     Ok(())
 }
 
-/// A run whose certificate failed has counts to report: the run, and how it ended. Other errors are handed on.
+/// Returns a run whose certificate failed together with the failure, because its counts are reported. Other errors are
+/// returned.
 fn uncertified(error: Error) -> Result<(Run, Option<Failure>), Error> {
     let message = error.to_string();
     match error {
@@ -133,7 +135,7 @@ fn go(points: &Points, config: &Config, counted: bool) -> Result<Run, Error> {
     }
 }
 
-/// Says which file a point at fault is from, and where it stands there.
+/// Converts an error; one about points names the file and the positions of the points in it.
 pub fn place(error: Error, loaded: &Loaded, input: &str) -> Failure {
     let Error::Points(mut error) = error else { return error.into() };
     let at = |i: usize| loaded.source_index.as_ref().map_or(i, |s| s[i] as usize);
@@ -162,7 +164,7 @@ fn write_all(args: &RunArgs, run: &Run, loaded: &Loaded, talk: &Talk) -> Result<
         let mut progress = |done: u64, total: u64| talk.stage(&stage, done, Some(total));
         let view = run.view(loaded.points.coordinates());
         let written = match (&loaded.source_index, options.format_of(output)?) {
-            // A file of cells alone counts rows of the input, those that were dropped too.
+            // The indices of a file of cells alone count all rows of the input, dropped ones included.
             (Some(source), OutputFormat::Npy) => {
                 let cells: Vec<u64> = view.cells.iter().map(|&v| source[v as usize]).collect();
                 let rows = loaded.points.len() + loaded.skipped as usize;

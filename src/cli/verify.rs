@@ -14,28 +14,29 @@ use super::files;
 use super::formats::ReadArgs;
 use super::input::{self, Loaded};
 use super::progress::Talk;
+use super::text::counted;
 
 /// Options of `septet verify`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Levels: structure, orientation, manifold, hull, empty spheres, single cover. All of them together prove
-that the cells are a Delaunay triangulation of the points. Exit code 4 if they are not.
+Levels: structure, orientation, manifold, hull, empty spheres, single cover. Together they prove that the cells are a \
+Delaunay triangulation of the points. Exit code 4 if a level fails.
 
 Examples:
   septet verify points.node mesh.1.ele
   septet verify mesh.vtu mesh.vtu
   septet verify points.npy cells.npy --perturbed --json -")]
 pub struct VerifyArgs {
-    /// The points: any readable file, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25]`
+    /// Points: any readable file, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25]`
     points: String,
-    /// The cells: .ele .vtu .vtk .msh .mesh .npy .off, each also .gz
+    /// Cells: .ele .vtu .vtk .msh .mesh .npy .off, each also .gz
     cells: PathBuf,
     #[command(flatten)]
     reading: ReadArgs,
-    /// Require ties to be broken as septet breaks them
+    /// Require the symbolic perturbation of septet for ties
     #[arg(long)]
     perturbed: bool,
-    /// Threads [default: cores]
+    /// Number of threads [default: cores]
     #[arg(long, value_name = "T", default_value_t = 0, hide_default_value = true)]
     threads: usize,
     /// Write the report as JSON, `-` for standard output
@@ -43,7 +44,7 @@ pub struct VerifyArgs {
     json: Option<PathBuf>,
 }
 
-/// Reads, verifies, reports.
+/// Reads the triangulation, verifies it and prints a line per level.
 pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
     for input in [Path::new(&args.points), &args.cells] {
         let json: Vec<&Path> = args.json.as_deref().into_iter().collect();
@@ -79,12 +80,12 @@ pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
         "{} is not a Delaunay triangulation of {}{}",
         args.cells.display(),
         args.points,
-        if args.perturbed { ", ties broken by the perturbation" } else { "" }
+        if args.perturbed { " with the ties of septet" } else { "" }
     );
     Err(Failure::new(Code::Rejected, message))
 }
 
-/// The cells, with the points in their dimension.
+/// Reads the cells, and returns them with the points in the dimension of the cells.
 fn matched(args: &VerifyArgs, loaded: Loaded, talk: &Talk) -> Result<(Points, CellFile), Failure> {
     let is_node = Path::new(args.points.strip_suffix(".gz").unwrap_or(&args.points))
         .extension()
@@ -108,18 +109,17 @@ fn matched(args: &VerifyArgs, loaded: Loaded, talk: &Talk) -> Result<(Points, Ce
     }
     let points = match (cells.dimension, flat) {
         (2, Some(flat)) => {
-            talk.note("note: the cells are triangles and every z is 0: verified in the plane");
+            talk.note("note: the cells are triangles and every z is 0, so they are verified in the plane");
             flat
         }
         (2, None) if loaded.points.dimension() == 3 => {
             let message = format!(
-                "{} holds triangles, but the points of {} span three coordinates: triangles triangulate points of \
-                 the plane",
+                "{} contains triangles, but the points of {} have three coordinates",
                 args.cells.display(),
                 args.points
             );
             return Err(Failure::new(Code::Input, message).help(
-                "give the file of tetrahedra (an .off file in space is only the hull), or points with two coordinates",
+                "give a file of tetrahedra, or points with two coordinates; an .off file in space contains the hull only",
             ));
         }
         _ => loaded.points,
@@ -127,7 +127,7 @@ fn matched(args: &VerifyArgs, loaded: Loaded, talk: &Talk) -> Result<(Points, Ce
     Ok((points, cells))
 }
 
-/// Points of space that all lie at z = 0, as points of the plane.
+/// Converts points in space to points in the plane if all have z = 0.
 fn flattened(points: &Points) -> Option<Points> {
     match points {
         Points::Space(p) if p.iter().all(|p| p.z == 0.0) => {
@@ -141,10 +141,10 @@ fn print(report: &Report, args: &VerifyArgs, talk: &Talk) {
     for level in &report.levels {
         let state = match (level.passed, level.stopped_by) {
             (true, _) => talk.paint("ok", "32"),
-            (false, Some(earlier)) => format!("not reached, {earlier} failed"),
-            (false, None) => talk.paint(&format!("FAILED, {} faults", level.fault_count), "1;31"),
+            (false, Some(earlier)) => format!("not checked, {earlier} failed"),
+            (false, None) => talk.paint(&format!("FAILED, {}", counted(level.fault_count, "fault")), "1;31"),
         };
-        talk.note(format!("{:<14} {:>12} checked  {state}", level.name, level.checked));
+        talk.painted(format!("{:<14} {:>12} checked  {state}", level.name, level.checked));
         for fault in &level.faults {
             talk.note(format!("    {fault}"));
         }
@@ -155,14 +155,14 @@ fn print(report: &Report, args: &VerifyArgs, talk: &Talk) {
     }
     if report.passed() {
         talk.note(format!(
-            "septet: {} is a Delaunay triangulation of {}: {} cells, {} points, {} duplicates, {} hull facets, {} ties",
+            "septet: {} is a Delaunay triangulation of {}: {}, {}, {}, {}, {}",
             args.cells.display(),
             args.points,
-            report.cells,
-            report.points,
-            report.duplicates,
-            report.hull_facets,
-            report.ties
+            counted(report.cells, "cell"),
+            counted(report.points, "point"),
+            counted(report.duplicates, "duplicate"),
+            counted(report.hull_facets, "hull facet"),
+            counted(report.ties, "tie")
         ));
     }
 }

@@ -73,19 +73,15 @@ impl<P: Point> Met<P> {
 mod tests {
     use super::*;
     use glam::{DVec2, DVec3};
-
-    fn unit(seed: &mut u64) -> f64 {
-        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (*seed >> 11) as f64 / (1u64 << 53) as f64
-    }
+    use septet_geometry::hash::Draw;
 
     #[test]
     fn walls_apart_come_in_the_order_of_fractions() {
-        let (mut seed, mut apart) = (3, 0);
+        let (mut draw, mut apart) = (Draw::new(3), 0);
         for (from, to) in [(-2.0, 2.0), (2.0, -2.0)] {
             let line = Line::through(DVec3::new(0.01, 0.02, from), DVec3::new(-0.03, 0.05, to));
             let mut wall = |number| {
-                let (z, tilt) = (2.0 * unit(&mut seed) - 1.0, 0.3 * unit(&mut seed));
+                let (z, tilt) = (2.0 * draw.unit() - 1.0, 0.3 * draw.unit());
                 let corner = |x: f64, y: f64| DVec3::new(x, y, z + tilt * x);
                 Met::new(number, line, vec![corner(-0.5, -0.5), corner(0.5, -0.5), corner(0.0, 0.5)])
             };

@@ -19,7 +19,7 @@ fn files(directory: &str) -> Vec<PathBuf> {
     files
 }
 
-/// Exit code and what is said about a domain.
+/// Returns the exit code and the messages for a domain.
 fn check(path: &Path) -> (i32, String) {
     let output = Place::new().run(&format!("mesh {} --check", path.display()));
     assert!(output.stdout.is_empty());
@@ -36,7 +36,7 @@ fn good_domains_pass_and_are_summed_up() {
     }
     for name in ["cube.poly", "cube.off", "cube.obj", "cube.ply", "cube.stl", "cube-points.smesh"] {
         let talk = said(name);
-        assert!(talk.contains("8 points, 8 corners, 12 segments, 6 facets, 1 components"), "{talk}");
+        assert!(talk.contains("8 points, 8 corners, 12 segments, 6 facets, 1 component"), "{talk}");
         assert!(talk.contains("volume 64\n") && !talk.contains("degrees"), "{talk}");
     }
     assert!(said("two-regions.poly").contains("7 facets, 2 components, 2 regions"));
@@ -119,7 +119,7 @@ fn options_that_cannot_be_are_refused() {
         ("-o m.vtu --radius-edge 1", 2, &["above 1"]),
         ("-o m.vtu --radius-edge inf", 2, &["above 1"]),
         ("-o m.vtu --size 0", 2, &["positive length"]),
-        ("-o m.vtu --size 1 --min-size 2", 2, &["--min-size is above --size"]),
+        ("-o m.vtu --size 1 --min-size 2", 2, &["--min-size is larger than --size"]),
         ("-o m.vtu --min-size nan", 2, &["positive length"]),
         ("-o m.vtu --feature-angle 181", 2, &["0 to 180"]),
         ("-o m.vtu --boundary some", 2, &["exact", "remesh"]),
@@ -149,7 +149,7 @@ fn options_that_cannot_be_are_refused() {
 /// Surfaces of CGAL's demos and TetGen's example.
 #[test]
 #[ignore = "needs the test data"]
-fn real_domains() {
+fn surface_meshes_of_the_test_data_become_meshes() {
     for (name, expected, words) in [
         ("example.poly", 0, "28 corners, 44 segments, 22 facets, 2 components, 2 regions, volume 17.9375"),
         ("fandisk.off", 0, "6475 points"),
@@ -165,7 +165,7 @@ fn real_domains() {
     }
 }
 
-/// Facets that are coplanar but for rounding, in many planes: flat cells lie across them, on the hull and in notches.
+/// Facets that are coplanar up to rounding, in many planes. Flat cells lie across them, on the hull and in notches.
 #[test]
 #[ignore = "needs the test data"]
 fn a_rotor_is_the_same_for_one_and_three_workers() {
@@ -193,7 +193,7 @@ fn meshes_are_written_whole_and_reported() {
     let output = place.good(&format!("mesh a.poly --size 1 {outputs} --json m.json --svg figures"));
     assert!(output.stdout.is_empty());
     let talk = stderr(&output);
-    assert!(talk.contains("the mesh conforms") && talk.contains("wrote m.faces.vtu"), "{talk}");
+    assert!(talk.contains("the mesh conforms") && talk.contains(" m.faces.vtu ("), "{talk}");
     let expected = [
         "a.poly",
         "figures",
@@ -296,7 +296,7 @@ fn meshes_that_cannot_be_made_leave_nothing() {
     place.good("mesh cube.poly -o m.vtu --size 1 --max-memory 1G");
 }
 
-/// Surfaces are made anew unless they are to be kept; complexes are kept.
+/// Surfaces are remeshed by default, complexes are kept.
 #[test]
 fn surfaces_are_remeshed_by_default() {
     let place = Place::new();
@@ -331,7 +331,7 @@ fn surfaces_are_remeshed_by_default() {
 
 /// A mesh of the plane.
 #[test]
-fn maps_become_meshes() {
+fn planar_domains_become_meshes() {
     let place = Place::new();
     place.file("map.poly", fs::read(root("domains/good/map.poly")).unwrap());
     place.good("mesh map.poly --size 0.5 -o m.1.ele -o m.off --json -");
@@ -384,7 +384,7 @@ fn pictures_of_meshes_are_whole_or_not_there() {
     assert_eq!(report["view"]["cells"].as_u64(), Some(cells));
     let (limited, talk) = view(&format!("--view {}", cells - 1));
     assert_eq!(limited["view"], Value::Null);
-    let note = format!("no picture in the report: {cells} cells, more than --view {}", cells - 1);
+    let note = format!("no picture: the mesh has {cells} cells, --view allows {}", cells - 1);
     assert!(talk.contains(&note), "{talk}");
     assert_eq!(view(&format!("--view {cells}")).0["view"], report["view"]);
     let (none, talk) = view("--view 0");
@@ -467,7 +467,7 @@ fn tables_of_meshing_are_those_of_the_report() {
         assert_eq!(sum(&report["phases"], key), sum(&report["stages"], key), "{key}");
         assert_eq!(sum(&report["runs"], key), sum(&report["stages"], key), "{key}");
     }
-    // What a triangulation does not count is empty, not zero.
+    // Counts that a triangulation does not collect are empty, not zero.
     let counted = |task: &str| {
         let runs = report["runs"].as_array().unwrap().iter().filter(move |r| r["task"] == task);
         runs.map(|r| r["work"].is_u64() && r["depth"].is_u64()).collect::<Vec<bool>>()

@@ -19,7 +19,7 @@ fn a_recorded_run_is_predicted() {
     place.good("predict one.json --workers 48 --calibrate --json p.json");
     assert_eq!(place.json("p.json")["predictions"][0]["exact"], false);
 
-    place.fails("predict eight.json", 3, &["no record of tasks"]);
+    place.fails("predict eight.json", 3, &["no record of the tasks"]);
     place.fails("predict one.json --workers 0", 2, &["expected numbers such as"]);
     place.fails("predict missing.json", 3, &["missing.json"]);
     place.fails("simulate sample:uniform:100 --tasks --separator-sets both", 2, &["ghost"]);

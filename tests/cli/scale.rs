@@ -16,7 +16,7 @@ fn lines(place: &Place, name: &str) -> Vec<Value> {
     text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
-/// A line without what is measured, and without the sweep it belongs to.
+/// Returns a line without its measured values and without its sweep.
 fn counts(line: &Value) -> Value {
     let mut line = line.clone();
     for key in ["seconds", "sweep"] {
@@ -39,11 +39,11 @@ fn a_sweep_is_kept_taken_up_repeated_and_fitted() {
     // Nothing is run again.
     place.good(SWEEP);
     assert_eq!(fs::read_to_string(place.path("runs.jsonl")).unwrap(), whole);
-    // Torn in the middle of a line, the rest is made again.
+    // Cut in the middle of a line: the missing runs are repeated.
     let keep: usize = whole.lines().take(30).map(|l| l.len() + 1).sum();
     fs::write(place.path("runs.jsonl"), &whole[..keep + 100]).unwrap();
     let talk = stderr(&place.good(SWEEP));
-    assert!(talk.contains("torn") && talk.contains("30 of 40"), "{talk}");
+    assert!(talk.contains("incomplete line") && talk.contains("30 of 40"), "{talk}");
     let again = lines(&place, "runs.jsonl");
     assert_eq!(again.iter().map(counts).collect::<Vec<_>>(), all.iter().map(counts).collect::<Vec<_>>());
 
@@ -68,7 +68,11 @@ fn a_sweep_is_kept_taken_up_repeated_and_fitted() {
     assert_eq!(answer["series"].as_array().unwrap().len(), 2, "kinds apart, workers together");
     let rounds = place.good("fit runs.jsonl -y rounds --phase partition --json -");
     let rounds: Value = serde_json::from_slice(&rounds.stdout).unwrap();
-    assert_eq!(rounds["series"].as_array().unwrap().len(), 4, "rounds of other workers stand apart");
+    assert_eq!(
+        rounds["series"].as_array().unwrap().len(),
+        4,
+        "rounds of other numbers of workers are listed separately"
+    );
     place.good("fit runs.jsonl 3.jsonl -y level-depth --phase partition --margin 0.1");
     place.fails("fit runs.jsonl -y depth", 2, &["mixes", "--phase"]);
     place.fails("fit runs.jsonl -y speed", 2, &["no count `speed`", "levels"]);
@@ -94,7 +98,7 @@ fn impossible_sweeps_are_refused_before_a_file_is_made() {
         place.fails(line, 2, words);
     }
     place.fails("scale -n 100 -o none/a.jsonl", 1, &["none/a.jsonl"]);
-    // What is no sweep is not written over, torn lines or whole ones.
+    // A file that is not a sweep is not overwritten, whether its lines are complete or not.
     for text in ["precious notes", "precious notes\nand more", "{\"schema\":\"septet-fit/1\""] {
         fs::write(place.path("notes"), text).unwrap();
         place.fails("scale -n 100 -o notes", 3, &["notes"]);

@@ -1,10 +1,12 @@
-//! septet-common: what the tests of the whole system share, one program or another.
+//! septet-common: code that the test programs share.
 
 pub mod data;
 
 pub mod samples;
 
 pub mod sets;
+
+pub mod transports;
 
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
@@ -14,6 +16,7 @@ use septet_core::{Config, Run, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_protocol::ledger::Ledger;
 use septet_verify::{Triangulation, VerifyOptions, verify};
+use transports::Start;
 
 /// `workers` in the simulator.
 pub fn simulated(workers: Workers, delivery_seed: u64, leaf: u64) -> Config {
@@ -93,7 +96,7 @@ pub fn assert_verified<P: Point>(points: &[P], run: &Run) {
     assert_eq!(report.dimension_of_points, run.dimension as i32);
 }
 
-/// Triangulates and verifies; halos and seams must have told every worker all that its stars need.
+/// Triangulates and verifies. The ghost layer and the interface exchange must complete all stars.
 pub fn check<P: Point>(points: &[P], config: &Config) -> Run {
     let run = triangulate(points, config).unwrap_or_else(|e| panic!("{config:?}: {e}"));
     assert_verified(points, &run);
@@ -115,6 +118,23 @@ pub fn threaded(workers: Workers, threads: usize, leaf: u64) -> Config {
         c.machine.threads = threads;
         c.machine.leaf = Some(leaf);
         c.machine.transport = Transport::Channel;
+    })
+}
+
+/// Runs `simulate` (`counted`) or `triangulate` over a transport and verifies the result, like [`check`] and
+/// [`check_counted`].
+pub fn check_over<P: Point>(start: Start, points: &[P], config: &Config, counted: bool) -> Run {
+    let run = start.run(points, config, counted).unwrap_or_else(|e| panic!("{start:?}, {config:?}: {e}"));
+    assert_verified(points, &run);
+    assert!(counted || run.exchange_rounds == 0, "{start:?}, {config:?}: stars were incomplete");
+    run
+}
+
+/// The configuration with this number of workers and points per leaf.
+pub fn with_workers(workers: Workers, leaf: u64) -> Config {
+    base().with(|c| {
+        c.machine.workers = workers;
+        c.machine.leaf = Some(leaf);
     })
 }
 

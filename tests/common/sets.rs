@@ -3,51 +3,7 @@
 use glam::{DVec2, DVec3};
 use septet_core::generate::{Kind, Request, generate};
 use septet_core::model::Points;
-use septet_geometry::point::Point;
-
-/// Random numbers in `[0, 1)`.
-pub struct Draw(u64);
-
-impl Draw {
-    /// From a seed.
-    pub fn new(seed: u64) -> Self {
-        Draw(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x1234_5678_9abc_def1)
-    }
-
-    /// The next word (xorshift64*).
-    pub fn word(&mut self) -> u64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)
-    }
-
-    /// The next number.
-    pub fn unit(&mut self) -> f64 {
-        (self.word() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// Below `n`.
-    pub fn below(&mut self, n: usize) -> usize {
-        (self.word() >> 11) as usize % n
-    }
-
-    /// In random order.
-    pub fn shuffle<T>(&mut self, items: &mut [T]) {
-        for i in (1..items.len()).rev() {
-            items.swap(i, self.below(i + 1));
-        }
-    }
-
-    /// A point of the unit cube or square.
-    pub fn point<P: Point>(&mut self) -> P {
-        let mut p = P::splat(0.0);
-        for i in 0..P::DIM {
-            p.set_coord(i, self.unit());
-        }
-        p
-    }
-}
+pub use septet_geometry::hash::Draw;
 
 /// A generated set in either dimension.
 fn generated(kind: Kind, n: u64, dimension: usize, seed: u64) -> Points {

@@ -4,32 +4,25 @@
 mod meshes;
 
 use std::env;
-use std::io::{stdin, stdout};
+use std::io::stdout;
 use std::process::{Command, ExitCode};
 
 use glam::{DVec2, DVec3};
 pub use meshes::{MeshOrder, MeshOutcome, Shape, mesh};
 pub use septet_common::sets::Draw;
+use septet_common::transports::{Start, serve};
 use septet_core::config::{
     Alpha, Config, Correction, Graph, Neighbours, Partition, SeparatorSets, Transport, Until, Workers,
 };
 use septet_core::run::independent::independent;
-use septet_core::{Error, Run, count, run_on, simulate, triangulate};
+use septet_core::{Error, Run, count, simulate, triangulate};
 use septet_geometry::cost::Cost;
 use septet_geometry::point::Point;
 use septet_lab::baselines;
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::{Ledger, LinkKey, RoundKey, SenderKey, Total};
-use septet_protocol::transport::{Transport as Machine, TransportError};
-use septet_workers::config::WorkerConfig;
-use septet_workers::transport::pipe::{Pipes, serve_pipe};
 
 use crate::record::Row;
-
-/// The rank that this process is to be.
-pub const RANK: &str = "SEPTET_PIPE_RANK";
-const CONFIG: &str = "SEPTET_PIPE_CONFIG";
-const DIMENSION: &str = "SEPTET_PIPE_DIMENSION";
 
 /// Points, one coordinate after the other.
 #[derive(Clone, Debug)]
@@ -40,21 +33,21 @@ pub struct Cloud {
     pub coordinates: Vec<f64>,
 }
 
-/// How many workers.
+/// The number of workers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Crew {
-    /// So many.
+    /// This number.
     Of(u32),
-    /// One a leaf.
+    /// One per leaf.
     Leaves,
 }
 
-/// How messages travel.
+/// The transport of messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wire {
     /// Through the simulator, with this seed of the order of delivery.
     Sim(u64),
-    /// Over channels between so many threads.
+    /// Over channels between this number of threads.
     Threads(usize),
     /// Over pipes between processes.
     Pipes,
@@ -73,7 +66,7 @@ pub enum Supergraph {
     KnnLog(f64),
 }
 
-/// How separator points are shared.
+/// The sharing of separator points.
 #[derive(Clone, Copy, Debug)]
 pub enum Sharing {
     Ghost,
@@ -81,7 +74,7 @@ pub enum Sharing {
     Smaller,
 }
 
-/// What is asked of the machine.
+/// The options of a run.
 #[derive(Clone, Debug)]
 pub struct Order {
     pub crew: Crew,
@@ -89,21 +82,21 @@ pub struct Order {
     pub leaf: u64,
     pub supergraph: Supergraph,
     pub sharing: Sharing,
-    /// Cut by planes in place of spheres.
+    /// Whether k-d planes replace the spheres.
     pub planes: bool,
-    /// Correct balls from the leaves up.
+    /// Whether balls are corrected bottom-up.
     pub naive: bool,
     /// Rounds of exchange before points are gathered.
     pub cap: Option<u32>,
-    /// Points of the picture.
+    /// Number of points in the picture.
     pub picture: u32,
-    /// Record what leaves say to each other.
+    /// Whether the communication of the leaves is recorded.
     pub tasks: bool,
     /// A fault as text.
     pub fault: Option<&'static str>,
 }
 
-/// What a run gave.
+/// The result of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// In canonical order, by input index.
@@ -129,19 +122,10 @@ pub enum Last {
     Neighbours,
 }
 
-/// Runs one rank of a machine of processes.
-pub fn worker(rank: &str) -> ExitCode {
-    let rank = rank.parse().expect("a rank");
-    let config: WorkerConfig = env::var(CONFIG).expect("a configuration").parse().expect("a configuration");
-    let result = match env::var(DIMENSION).as_deref() {
-        Ok("2") => serve_pipe::<DVec2>(stdin(), stdout(), rank, config),
-        Ok("3") => serve_pipe::<DVec3>(stdin(), stdout(), rank, config),
-        other => panic!("dimension {other:?}"),
-    };
-    match result {
-        Ok(()) | Err(TransportError::Stopped) => ExitCode::SUCCESS,
-        Err(_) => ExitCode::FAILURE,
-    }
+/// Returns the exit code of a worker process, or `None` in the test's own process.
+pub fn worker() -> Option<ExitCode> {
+    let result = serve(stdout)?;
+    Some(if result.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 fn config(order: &Order) -> Config {
@@ -195,7 +179,7 @@ fn points<P: Point>(cloud: &Cloud) -> Vec<P> {
     cloud.coordinates.chunks_exact(P::DIM).map(P::from_coords).collect()
 }
 
-/// Triangulates, counted or not. An error is told by `None`: its words are not golden.
+/// Triangulates, counted or not. Returns `None` for an error, because its text is not golden.
 pub fn run(cloud: &Cloud, order: &Order, counted: bool) -> Option<Outcome> {
     match cloud.dimension {
         2 => run_in(&points::<DVec2>(cloud), order, counted),
@@ -203,10 +187,15 @@ pub fn run(cloud: &Cloud, order: &Order, counted: bool) -> Option<Outcome> {
     }
 }
 
+/// This program, whose `main` calls [`worker`].
+fn this_program() -> Command {
+    Command::new(env::current_exe().expect("this program"))
+}
+
 fn run_in<P: Point>(points: &[P], order: &Order, counted: bool) -> Option<Outcome> {
     let config = config(order);
     let run = match (order.wire, counted) {
-        (Wire::Pipes, _) => over_pipes(points, &config, counted),
+        (Wire::Pipes, _) => Start::Processes(this_program).run(points, &config, counted),
         (_, true) => simulate(points, &config),
         (_, false) => triangulate(points, &config),
     };
@@ -215,19 +204,6 @@ fn run_in<P: Point>(points: &[P], order: &Order, counted: bool) -> Option<Outcom
         Err(Error::NotCertified { .. } | Error::Machine(_)) => None,
         Err(error) => panic!("{order:?}: {error}"),
     }
-}
-
-fn over_pipes<P: Point>(points: &[P], config: &Config, counted: bool) -> Result<Run, Error> {
-    let program = env::current_exe().expect("this program");
-    run_on(points, config, counted, &mut |machine| {
-        let pipes = Pipes::launch(machine, &mut |machine, rank| {
-            let mut command = Command::new(&program);
-            command.env(RANK, rank.to_string()).env(CONFIG, machine.to_string());
-            command.env(DIMENSION, P::DIM.to_string());
-            command
-        })?;
-        Ok(Box::new(pipes) as Box<dyn Machine<P>>)
-    })
 }
 
 fn outcome(run: &Run) -> Outcome {

@@ -7,7 +7,7 @@ use crate::calls::Shape;
 /// A name, a domain, and a size that gives some hundreds of points.
 pub type Problem = (&'static str, Shape, f64);
 
-/// Closed surfaces: their boundary can be kept or made anew.
+/// Closed surfaces, whose boundary can be kept or remeshed.
 pub fn surfaces() -> Vec<Problem> {
     vec![
         ("cube", Shape::File("cube.off"), 0.8),
@@ -64,7 +64,7 @@ fn pyramid(corners: u32, height: f64) -> Shape {
     Shape::Surface { points, faces }
 }
 
-/// An octahedron whose triangles are divided in four so many times, new points pushed out to the sphere.
+/// An octahedron whose triangles are divided in four repeatedly; new points are moved to the sphere.
 fn octahedron(times: u32) -> Shape {
     let mut points =
         vec![[1., 0., 0.], [-1., 0., 0.], [0., 1., 0.], [0., -1., 0.], [0., 0., 1.], [0., 0., -1.]];

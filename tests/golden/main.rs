@@ -1,10 +1,10 @@
 //! Outputs and counts of some sixty cases, compared with files that are committed beside this program.
 //!
-//! `cargo test --test golden [-- FILTER]` runs the cases whose names contain FILTER and says which differ from
-//! `outputs.txt` and `counts.txt`, and where first. With `SEPTET_GOLDEN=write` it writes these files instead. Outputs
+//! `cargo test --test golden [-- FILTER]` runs the cases whose names contain FILTER and reports which differ from
+//! `outputs.txt` and `counts.txt`, with the first difference. With `SEPTET_GOLDEN=write` it writes these files instead. Outputs
 //! are hashes; counts are lines of the ledger, field by field, or sums and hashes by phase for the larger runs.
 //!
-//! This program is its own worker: with `SEPTET_PIPE_RANK` set it runs that rank and nothing else.
+//! This program is also its own worker process: with `SEPTET_PIPE_RANK` set, it runs that rank only.
 
 mod calls;
 mod cases;
@@ -21,10 +21,10 @@ use cases::Case;
 use record::Record;
 use store::Store;
 
-/// So many cases with refused draws must draw again in groups.
+/// Smallest number of cases with refused draws in which groups must draw again.
 const RETRYING: usize = 10;
 
-/// What the command line asks for.
+/// The options of the command line.
 struct Options {
     filter: Option<String>,
     list: bool,
@@ -47,8 +47,8 @@ impl Options {
 }
 
 fn main() -> ExitCode {
-    if let Ok(rank) = env::var(calls::RANK) {
-        return calls::worker(&rank);
+    if let Some(code) = calls::worker() {
+        return code;
     }
     let options = Options::read();
     let cases = cases::all();
@@ -93,7 +93,7 @@ fn run(selected: &[&Case], mut store: Store, options: &Options, of: usize) -> Ex
     if options.filter.is_none() {
         let names: Vec<&str> = selected.iter().map(|case| case.name.as_str()).collect();
         for name in store.retain(&names, options.write) {
-            println!("    {name} is in the golden files and is no case");
+            println!("    {name} is in the golden files but not among the cases");
             failed += 1;
         }
         if retrying < RETRYING {

@@ -1,4 +1,4 @@
-//! What a case leaves: lines of outputs and lines of counts.
+//! The record of a case: lines of outputs and lines of counts.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -82,7 +82,7 @@ impl Record {
         self.rows(run, &o.rows);
     }
 
-    /// All of a mesh, or that there is none.
+    /// Records a mesh, or that there is none.
     pub fn mesh(&mut self, run: &str, outcome: Option<&MeshOutcome>) {
         let Some(o) = outcome else { return self.say(run, "result", "error") };
         self.facts(run, &o.facts);

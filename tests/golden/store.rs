@@ -54,7 +54,7 @@ impl File {
         }
     }
 
-    /// The first line that differs, with what was found.
+    /// Returns the first line that differs, with the line found.
     fn difference(&self, case: &str, found: &[String]) -> Option<String> {
         let golden = self.of(case);
         let at = (0..golden.len().max(found.len())).find(|&i| golden.get(i) != found.get(i))?;
@@ -102,8 +102,8 @@ impl Store {
         self.counts.replace(case, &record.counts);
     }
 
-    /// Names in the files that are no cases. If the files are to be written, these are dropped and the others put in
-    /// order.
+    /// Returns the names in the files that are not cases. If the files are written, these are removed and the others are
+    /// sorted.
     pub fn retain(&mut self, names: &[&str], write: bool) -> Vec<String> {
         let mut unknown = Vec::new();
         for file in [&mut self.outputs, &mut self.counts] {

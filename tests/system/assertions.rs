@@ -1,4 +1,4 @@
-//! Assertions on counts hold where they should, and say what is wrong where they should not.
+//! Assertions on counts pass for valid counts, and describe the violation for others.
 
 use septet_core::config::Workers;
 use septet_core::generate::Kind;

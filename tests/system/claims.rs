@@ -78,7 +78,7 @@ fn every_claim_explains_itself() {
     assert!(names.len() >= 30);
     names.sort_unstable();
     names.dedup();
-    assert_eq!(names.len(), registry().count(), "names are told apart");
+    assert_eq!(names.len(), registry().count(), "names are distinct");
     for claim in registry() {
         let lines = claim.explained();
         assert!(lines.iter().all(|line| line.ends_with('.') && !line.contains('\n')), "{lines:?}");

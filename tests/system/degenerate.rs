@@ -1,7 +1,8 @@
 //! Inputs with ties, coincidences, few points and extreme coordinates.
 
 use crate::common::sets::{Draw, flat_grid, grid, plane, space};
-use crate::common::{base, check, check_counted, simulated, threaded, within};
+use crate::common::transports::{Start, each_transport};
+use crate::common::{base, check, check_counted, check_over, simulated, with_workers, within};
 use glam::{DMat3, DVec2, DVec3};
 use septet_core::config::Workers;
 use septet_core::generate::Kind;
@@ -11,6 +12,9 @@ use septet_geometry::range::RangeError;
 
 /// Seconds after which a run of a few points has hung.
 const PATIENCE: u64 = 60;
+
+/// The size of the largest small sets.
+const MOST_POINTS: usize = 9;
 
 fn small_sets() -> Vec<(String, Vec<DVec3>)> {
     let unit = |i: usize| DVec3::from_array(std::array::from_fn(|axis| f64::from(axis == i)));
@@ -40,7 +44,7 @@ fn small_sets() -> Vec<(String, Vec<DVec3>)> {
         ("four places", (0..9).map(|i| unit(i % 4)).collect()),
         ("random", random),
     ] {
-        for n in 0..=set.len().min(9) {
+        for n in 0..=set.len().min(MOST_POINTS) {
             all.push((format!("{name}, {n} points"), set[..n].to_vec()));
         }
     }
@@ -48,32 +52,37 @@ fn small_sets() -> Vec<(String, Vec<DVec3>)> {
 }
 
 /// A result that verifies, or no cells for a set that spans less.
-fn small<P: Point>(what: &str, points: &[P], reference: &mut Option<Run>) {
+fn small<P: Point>(what: &str, points: &[P]) {
+    let mut reference: Option<Run> = None;
     for workers in [1, 2, 3, 8, 64] {
-        for config in [simulated(Workers::Count(workers), 3, 2), threaded(Workers::Count(workers), 2, 2)] {
+        let config = with_workers(Workers::Count(workers), 2);
+        let mut same = |start: Start| {
             for counted in [false, true] {
-                let points = points.to_vec();
-                let of = config.clone();
-                let label = format!("{what}, counted {counted}, {config:?}");
-                let run = within(PATIENCE, &label, move || {
-                    if counted { check_counted(&points, &of) } else { check(&points, &of) }
-                });
+                let (points, of) = (points.to_vec(), config.clone());
+                let label = format!("{what}, {start:?}, counted {counted}, {config:?}");
+                let run = within(PATIENCE, &label, move || check_over(start, &points, &of, counted));
                 assert_eq!(run.dimension < P::DIM as isize, run.cell_count() == 0, "{label}");
                 let accounted = run.points.used + run.points.duplicates.len() as u64;
                 assert_eq!((accounted, run.points.refused.len()), (run.points.input, 0), "{label}");
                 let reference = reference.get_or_insert_with(|| run.clone());
                 assert_eq!(reference.cells(), run.cells(), "{label}");
             }
+        };
+        // The largest set of each kind, on every transport.
+        if workers == 3 && points.len() >= MOST_POINTS {
+            each_transport(same);
+        } else {
+            [Start::Sim(3), Start::Channel(2)].into_iter().for_each(&mut same);
         }
     }
 }
 
 #[test]
-fn few_points() {
+fn few_points_in_space_and_in_the_plane() {
     for (what, points) in small_sets() {
-        small(&what, &points, &mut None);
+        small(&what, &points);
         let flat: Vec<DVec2> = points.iter().map(|p| p.truncate()).collect();
-        small(&format!("{what}, plane"), &flat, &mut None);
+        small(&format!("{what}, plane"), &flat);
     }
 }
 
@@ -94,7 +103,7 @@ fn rotated(points: &[DVec3]) -> Vec<DVec3> {
 }
 
 #[test]
-fn lattices() {
+fn lattices_are_triangulated_without_a_fallback() {
     let run = tied("20^3", &grid([20, 20, 20], 1.0));
     // Cubes of five or six cells.
     assert!((5 * 6859..=6 * 6859).contains(&run.cell_count()), "{} cells", run.cell_count());
@@ -109,14 +118,14 @@ fn lattices() {
 }
 
 #[test]
-fn spheres() {
+fn spheres_are_triangulated_without_a_fallback() {
     tied("sphere", &space(Kind::Sphere, 4000, 1));
     tied("circle", &plane(Kind::Sphere, 4000, 1));
 }
 
-/// All pairs are neighbours, or almost: the exchange gives up and says so, or does not need to.
+/// Almost all pairs of points are neighbours.
 #[test]
-fn moment_curve() {
+fn cells_of_the_moment_curve_are_quadratic() {
     let run = within(PATIENCE, "moment curve", || check(&space(Kind::MomentCurve, 300, 0), &base()));
     assert_eq!(run.cell_count(), 298 * 297 / 2, "the cyclic polytope's lower hull");
 }
@@ -130,20 +139,20 @@ fn skew_lines(n: usize) -> Vec<DVec3> {
 }
 
 #[test]
-fn two_skew_lines() {
+fn cells_of_two_skew_lines_are_quadratic() {
     let run = within(PATIENCE, "skew lines", || check(&skew_lines(300), &base()));
     assert_eq!(run.cell_count(), 149 * 149);
 }
 
 #[test]
-fn two_skew_lines_counted() {
+fn cells_of_two_skew_lines_are_quadratic_in_simulate() {
     let sim = simulated(Workers::Count(5), 1, 60);
     let run = within(PATIENCE, "skew lines, counted", move || check_counted(&skew_lines(300), &sim));
     assert_eq!(run.cell_count(), 149 * 149);
 }
 
 #[test]
-fn scaled_and_moved() {
+fn cells_do_not_change_with_scale_and_position() {
     let points = space(Kind::Uniform, 1500, 4);
     let lattice = grid([9, 9, 9], 1.0);
     let flat = plane(Kind::Clusters, 1500, 4);
@@ -153,7 +162,7 @@ fn scaled_and_moved() {
         tied("plane", &flat).cells().to_vec(),
     );
     for exponent in [-398, 398] {
-        // In two steps: the factor itself may be out of range.
+        // In two steps, because the factor itself may be out of range.
         let factor = 2f64.powi(exponent);
         let scale = |p: &DVec3| *p * factor;
         let scaled: Vec<DVec3> = points.iter().map(scale).collect();
@@ -175,7 +184,7 @@ fn scaled_and_moved() {
 }
 
 #[test]
-fn coincident_points() {
+fn coincident_points_count_once() {
     let mut draw = Draw::new(5);
     let places = space(Kind::Uniform, 700, 4);
     let points: Vec<DVec3> = (0..2500).map(|_| places[draw.below(700)]).collect();
@@ -191,7 +200,7 @@ fn coincident_points() {
 }
 
 #[test]
-fn what_cannot_be_decided_is_refused_by_name() {
+fn points_out_of_range_are_refused_by_index() {
     let mut points = space(Kind::Uniform, 50, 4);
     points[7] = DVec3::new(1e-300, 0.5, 0.5);
     points[9] = DVec3::new(1e200, 0.5, 0.5);

@@ -1,26 +1,23 @@
-//! The same bytes for any number of workers and threads, any transport, order of input, supergraph and
-//! separator sets, by `triangulate` and by `simulate`.
+//! Results of `triangulate` and `simulate` are the same bytes for any number of workers and threads, any transport, order
+//! of input, supergraph and separator sets.
 
 use crate::common::sets::{Draw, plane, space};
+use crate::common::transports::{Start, each_transport};
 use crate::common::{
     assert_same_counts, assert_verified, base, check_counted, combinations, levels, simulated, threaded,
-    with_graph,
+    with_graph, with_workers,
 };
 use septet_core::config::{Alpha, GraphKind, Neighbours, Workers};
 use septet_core::generate::Kind;
 use septet_core::{Config, Run, simulate, triangulate};
 use septet_geometry::point::Point;
 
-const WORKERS: [Workers; 8] = [
-    Workers::Count(1),
-    Workers::Count(2),
-    Workers::Count(3),
-    Workers::Count(5),
-    Workers::Count(8),
-    Workers::Count(64),
-    Workers::Count(1000),
-    Workers::Leaves,
-];
+/// Runs over every transport; a process is started for each worker.
+const FEW_WORKERS: [u32; 3] = [1, 5, 8];
+
+/// Runs in one process.
+const OTHER_WORKERS: [Workers; 5] =
+    [Workers::Count(2), Workers::Count(3), Workers::Count(64), Workers::Count(1000), Workers::Leaves];
 
 const LEAF: u64 = 60;
 
@@ -31,28 +28,30 @@ fn reference<P: Point>(points: &[P]) -> Run {
     run
 }
 
-fn assert_equal<P: Point>(points: &[P], config: &Config, reference: &Run) {
+fn assert_equal<P: Point>(start: Start, points: &[P], config: &Config, reference: &Run) {
     for counted in [false, true] {
-        let run = if counted { simulate(points, config) } else { triangulate(points, config) };
-        let run = run.unwrap_or_else(|e| panic!("{config:?}, counted {counted}: {e}"));
-        assert!(run.cells() == reference.cells(), "{config:?}, counted {counted}: other cells");
-        assert_eq!(run.hull_facets, reference.hull_facets, "{config:?}, counted {counted}");
-        assert_eq!(run.points, reference.points, "{config:?}, counted {counted}");
-        assert_eq!(run.fallback, None, "{config:?}, counted {counted}");
+        let what = format!("{start:?}, {config:?}, counted {counted}");
+        let run = start.run(points, config, counted).unwrap_or_else(|e| panic!("{what}: {e}"));
+        assert!(run.cells() == reference.cells(), "{what}: other cells");
+        assert_eq!(run.hull_facets, reference.hull_facets, "{what}");
+        assert_eq!(run.points, reference.points, "{what}");
+        assert_eq!(run.fallback, None, "{what}");
     }
 }
 
 fn over_machines<P: Point>(points: &[P]) {
     let reference = reference(points);
-    for workers in WORKERS {
-        assert_equal(points, &threaded(workers, 2, LEAF), &reference);
-        assert_equal(points, &simulated(workers, 0, LEAF), &reference);
+    for workers in FEW_WORKERS {
+        let config = with_workers(Workers::Count(workers), LEAF);
+        each_transport(|start| assert_equal(start, points, &config, &reference));
     }
-    for workers in [Workers::Count(1), Workers::Count(5), Workers::Count(64)] {
-        assert_equal(points, &threaded(workers, 1, LEAF), &reference);
-        for delivery_seed in [1, 77] {
-            assert_equal(points, &simulated(workers, delivery_seed, LEAF), &reference);
+    for workers in OTHER_WORKERS {
+        for start in [Start::Channel(2), Start::Sim(0)] {
+            assert_equal(start, points, &with_workers(workers, LEAF), &reference);
         }
+    }
+    for start in [Start::Channel(1), Start::Sim(1), Start::Sim(77)] {
+        assert_equal(start, points, &with_workers(Workers::Count(64), LEAF), &reference);
     }
 }
 
@@ -66,8 +65,9 @@ fn over_graphs<P: Point>(points: &[P]) {
     choices.push((GraphKind::Knn, both, Alpha::Auto, Neighbours::Log(4.5)));
     choices.push((GraphKind::Knn, both, Alpha::Auto, Neighbours::Count(1)));
     for choice in choices {
-        for config in [simulated(Workers::Count(3), 5, LEAF), threaded(Workers::Count(64), 2, LEAF)] {
-            assert_equal(points, &with_graph(&config, choice), &reference);
+        for (start, workers) in [(Start::Sim(5), 3), (Start::Channel(2), 64)] {
+            let config = with_graph(&with_workers(Workers::Count(workers), LEAF), choice);
+            assert_equal(start, points, &config, &reference);
         }
     }
 }
@@ -82,12 +82,12 @@ fn over_trees<P: Point>(points: &[P]) {
                 c.machine.leaf = leaf;
                 c.machine.workers = Workers::Count(5);
             });
-            assert_equal(points, &config, &reference);
+            assert_equal(Start::Channel(2), points, &config, &reference);
         }
     }
 }
 
-/// The cells by places in `order`, as sorted sets.
+/// The cells by positions in `order`, as sorted sets.
 fn renamed(run: &Run, order: &[usize]) -> Vec<Vec<u64>> {
     let width = run.space + 1;
     let rename = |row: &[u64]| {
@@ -118,7 +118,7 @@ fn over_orders<P: Point>(points: &[P]) {
             assert_verified(&shuffled, &run);
             let counted = simulate(&shuffled, &config).unwrap();
             assert!(counted.cells() == run.cells(), "shuffled by {seed}, {workers} workers, counted");
-            // Tree, work and depth do not see the order of the input; the graph's hash sees the indices.
+            // Tree, work and depth do not depend on the order of the input. The hash of the graph depends on the indices.
             let mut ledger = counted.ledger;
             ledger.part.edge_hash = reference.ledger.part.edge_hash;
             assert_same_counts(&reference.ledger, &ledger, "shuffled");
@@ -127,48 +127,48 @@ fn over_orders<P: Point>(points: &[P]) {
 }
 
 #[test]
-fn machines_in_space() {
+fn machines_agree_on_uniform_points_in_space() {
     over_machines(&space(Kind::Uniform, 3000, 3));
 }
 
 #[test]
-fn machines_in_the_plane() {
+fn machines_agree_on_uniform_points_in_the_plane() {
     over_machines(&plane(Kind::Uniform, 4000, 3));
 }
 
 #[test]
-fn machines_on_a_grid() {
+fn machines_agree_on_a_grid() {
     over_machines(&space(Kind::Grid, 2744, 0));
 }
 
 #[test]
-fn machines_on_clusters_in_the_plane() {
+fn machines_agree_on_clusters_in_the_plane() {
     over_machines(&plane(Kind::Clusters, 4000, 3));
 }
 
 #[test]
-fn graphs_in_space() {
+fn supergraphs_give_the_same_cells_in_space() {
     over_graphs(&space(Kind::Uniform, 3000, 4));
 }
 
 #[test]
-fn graphs_on_a_lattice() {
+fn supergraphs_give_the_same_cells_on_a_lattice() {
     over_graphs(&space(Kind::Fcc, 2916, 4));
 }
 
 #[test]
-fn graphs_in_the_plane() {
+fn supergraphs_give_the_same_cells_in_the_plane() {
     over_graphs(&plane(Kind::GradedPoint, 4000, 4));
 }
 
 #[test]
-fn trees() {
+fn other_trees_give_the_same_cells() {
     over_trees(&space(Kind::Clusters, 5000, 8));
     over_trees(&plane(Kind::Grid, 4900, 8));
 }
 
 #[test]
-fn orders_of_the_input() {
+fn orders_of_the_input_give_the_same_cells() {
     over_orders(&space(Kind::WellSpaced, 5000, 2));
     over_orders(&space(Kind::Grid, 4096, 2));
     over_orders(&plane(Kind::Uniform, 6000, 2));

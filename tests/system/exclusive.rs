@@ -113,7 +113,7 @@ impl Memory {
         rank == COORDINATOR || self.home.get(&id) == Some(&rank) || self.copies.contains(&(rank, id))
     }
 
-    /// What a message reads where it is sent: the accesses that are not exclusive.
+    /// The reads of a message at its sender: the accesses that are not exclusive.
     fn read(&mut self, phase: Phase, m: &Message<DVec3>) -> Option<String> {
         let what = |why: &str, id: u64| Some(format!("{} {}: point {id} {why}", phase.name(), m.node.0));
         for batch in records(&m.body) {
@@ -121,7 +121,7 @@ impl Memory {
                 let mine = self.home.get(&id) == Some(&m.from);
                 match &m.body {
                     Body::Move(_) if !mine => return what("is given by another than its worker", id),
-                    // It is on its way, and nobody's until it arrives.
+                    // A message in flight belongs to no rank until it arrives.
                     Body::Move(_) => drop(self.home.remove(&id)),
                     Body::Ghosts(_) | Body::Items { .. } if !self.taken.insert((phase, m.node, id)) => {
                         return what("is taken twice", id);
@@ -134,7 +134,7 @@ impl Memory {
         None
     }
 
-    /// What it writes where it arrives.
+    /// The writes of a message at its receiver.
     fn write(&mut self, m: &Message<DVec3>) -> Option<String> {
         match &m.body {
             Body::Block(points) | Body::Move(points) => {

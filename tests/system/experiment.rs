@@ -127,7 +127,7 @@ fn a_sweep_goes_on_where_it_was_torn() {
     let other = Sweep { seeds: 3, ..sweep.clone() };
     let refused = Journal::open(&path, &other.words()).unwrap_err();
     assert!(matches!(refused, JournalError::OtherSweep { .. }), "{refused}");
-    assert_eq!(fs::read(&path).unwrap(), before, "a refused file is left alone");
+    assert_eq!(fs::read(&path).unwrap(), before, "a refused file does not change");
     let old = Line { version: "0.0.9".to_string(), ..all[0].clone() };
     for (broken, line) in [
         ("{}\n".to_string(), 1),
@@ -145,7 +145,7 @@ fn a_sweep_goes_on_where_it_was_torn() {
 }
 
 #[test]
-fn laws_are_told_apart_where_they_can_be() {
+fn growth_laws_are_distinguished_where_sizes_suffice() {
     use septet_lab::experiment::fit::Law;
     let is = |law| Verdict::Law { law };
     let log = |n: f64| n.log2();
@@ -168,7 +168,7 @@ fn laws_are_told_apart_where_they_can_be() {
 }
 
 #[test]
-fn what_does_not_grow_is_found_so_or_left_open() {
+fn constant_counts_are_found_constant_or_undecided() {
     use septet_lab::experiment::fit::Law;
     assert_eq!(said(&made(|_| 5.0, 3, 0.02)), Verdict::Flat);
     assert_eq!(said(&made(|_| 5.0, 3, 0.9)), Verdict::Unclear, "noise above the margin");
@@ -235,7 +235,7 @@ fn the_level_test_needs_its_margin() {
 }
 
 #[test]
-fn what_must_not_be_mixed_is_refused() {
+fn incompatible_runs_are_refused() {
     let lines = lines(&sweep("200,400", 1));
     let ask = |y, phase| fit(&lines, &Request::new(y, phase)).unwrap_err();
     for key in [Key::Depth, Key::Work, Key::Rounds, Key::Messages, Key::Bytes, Key::Seconds] {

@@ -81,21 +81,21 @@ fn choices() -> [(GraphKind, Alpha, Neighbours); 4] {
 const KINDS: [Kind; 4] = [Kind::Uniform, Kind::Grid, Kind::GradedPoint, Kind::Clusters];
 
 #[test]
-fn in_space() {
+fn supergraphs_have_the_edges_of_their_definition_in_space() {
     for kind in KINDS {
         compare(&space(kind, 2000, 3), &choices(), 80, kind.name());
     }
 }
 
 #[test]
-fn in_the_plane() {
+fn supergraphs_have_the_edges_of_their_definition_in_the_plane() {
     for kind in KINDS {
         compare(&plane(kind, 3000, 3), &choices(), 60, kind.name());
     }
 }
 
 #[test]
-fn twenty_thousand_points() {
+fn density_graphs_of_twenty_thousand_points_have_the_edges_of_their_definition() {
     compare(&space(Kind::Uniform, 20_000, 3), &choices()[..1], 1000, "uniform");
     compare(&plane(Kind::Uniform, 20_000, 3), &choices()[..1], 500, "uniform");
 }

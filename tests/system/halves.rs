@@ -11,7 +11,7 @@ use septet_geometry::point::Point;
 use septet_geometry::separator::bisection_samples;
 use septet_protocol::ids::NodeId;
 
-/// What is known of every subproblem that was split: its points, those inside, attempts, and the separator's hash.
+/// The facts of every split subproblem: its points, those inside, attempts, and the hash of the separator.
 fn splits<P: Point>(points: &[P], config: &Config) -> BTreeMap<NodeId, [u64; 4]> {
     let nodes = triangulate(points, config).unwrap().ledger.part.nodes;
     let inner = nodes.into_iter().filter(|(_, facts)| !facts.is_leaf());

@@ -268,7 +268,7 @@ fn work_is_the_same_for_each_level() {
     }
 }
 
-/// Sites far from 1, and sizes beyond what floats can square.
+/// Sites far from 1, and sizes whose squares overflow.
 #[test]
 fn the_scale_does_not_matter() {
     let points = space(Kind::Uniform, 400, 13);
@@ -287,14 +287,14 @@ fn the_scale_does_not_matter() {
     assert_eq!((run.members.len(), run.rounds()), (1, 1));
     let run = independent(&points, &vec![f64::MIN_POSITIVE; 400], 0, &config).unwrap();
     assert_eq!((run.members.len(), run.rounds()), (400, 1));
-    // The one small site conflicts with nobody, however large the others are.
+    // The only small site conflicts with no other site, however large the others are.
     let sizes: Vec<f64> = (0..400).map(|i| if i == 17 { 1e-200 } else { 1e200 }).collect();
     let run = independent(&points, &sizes, 0, &config).unwrap();
     assert!(run.members.len() == 2 && run.members.contains(&17));
 }
 
 #[test]
-fn what_has_no_graph_is_refused() {
+fn inputs_without_a_graph_are_refused() {
     let points = [DVec2::ZERO, DVec2::ONE, DVec2::new(-0.0, 0.0)];
     let refused = |points: &[DVec2], sizes: &[f64], fixed, config: &Config| {
         independent(points, sizes, fixed, config).map(|run| run.members).unwrap_err()

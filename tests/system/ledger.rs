@@ -1,7 +1,8 @@
-//! What is counted, and what it may depend on.
+//! The counts of the ledger and their dependence on workers, transport, input and configuration.
 
 use crate::common::sets::{plane, space};
-use crate::common::{assert_same_counts, combinations, simulated, threaded, with_graph};
+use crate::common::transports::{Start, each_transport};
+use crate::common::{assert_same_counts, combinations, simulated, threaded, with_graph, with_workers};
 use septet_core::config::Workers;
 use septet_core::generate::Kind;
 use septet_core::{Config, Run, simulate};
@@ -19,21 +20,27 @@ fn over_machines<P: Point>(points: &[P], choice: usize) {
     let choice = combinations(false)[choice];
     let reference = counted(points, &with_graph(&threaded(Workers::Count(1), 1, LEAF), choice));
     for workers in [2, 3, 5, 64, 1000].map(Workers::Count).into_iter().chain([Workers::Leaves]) {
-        let sim = counted(points, &with_graph(&simulated(workers, 4, LEAF), choice));
-        let what = format!("{choice:?}, {workers:?}");
-        assert_same_counts(&reference.ledger, &sim.ledger, &what);
+        let config = with_graph(&with_workers(workers, LEAF), choice);
+        let sim = Start::Sim(4).run(points, &config, true).unwrap();
+        assert_same_counts(&reference.ledger, &sim.ledger, &format!("{choice:?}, {workers:?}"));
         assert_counts!([&reference, &sim], same_counts());
         // Rounds, messages and bytes depend on the workers, but neither on transport nor on delivery.
-        let channel = counted(points, &with_graph(&threaded(workers, 2, LEAF), choice));
-        assert!(sim.ledger.part == channel.ledger.part, "{what}: rounds over a channel");
-        assert_eq!(sim.ledger.phases, channel.ledger.phases, "{what}");
-        let again = counted(points, &with_graph(&simulated(workers, 99, LEAF), choice));
-        assert!(sim.ledger.part == again.ledger.part, "{what}: rounds in another order of delivery");
+        let same_rounds = |start: Start| {
+            let what = format!("{choice:?}, {workers:?}, {start:?}");
+            let other = start.run(points, &config, true).unwrap_or_else(|e| panic!("{what}: {e}"));
+            assert!(sim.ledger.part == other.ledger.part, "{what}: other rounds");
+            assert_eq!(sim.ledger.phases, other.ledger.phases, "{what}");
+        };
+        match workers {
+            // A process is started for each worker.
+            Workers::Count(3 | 5) => each_transport(same_rounds),
+            _ => [Start::Channel(2), Start::Sim(99)].into_iter().for_each(same_rounds),
+        }
     }
 }
 
 #[test]
-fn machines_in_space() {
+fn machines_count_the_same_in_space() {
     let points = space(Kind::Uniform, 2000, 6);
     for choice in [0, 4] {
         over_machines(&points, choice);
@@ -41,7 +48,7 @@ fn machines_in_space() {
 }
 
 #[test]
-fn machines_in_the_plane() {
+fn machines_count_the_same_in_the_plane() {
     let points = plane(Kind::GradedPoint, 2500, 6);
     for choice in [1, 2, 3] {
         over_machines(&points, choice);
@@ -62,8 +69,8 @@ fn other_inputs_have_other_counts() {
     assert_ne!(reference.2, seeded.2, "another seed's tree");
     let leafy = count(1, &config.with(|c| c.machine.leaf = Some(120)));
     assert_ne!(reference.0, leafy.0, "another leaf");
-    assert_eq!(reference.1, leafy.1, "the graph is the set's");
-    assert_eq!(reference.1, seeded.1, "the graph is the set's");
+    assert_eq!(reference.1, leafy.1, "the graph depends on the set alone");
+    assert_eq!(reference.1, seeded.1, "the graph depends on the set alone");
 }
 
 fn depth_adds_up<P: Point>(points: &[P]) {
@@ -87,19 +94,19 @@ fn depth_adds_up<P: Point>(points: &[P]) {
 }
 
 #[test]
-fn critical_paths() {
+fn depths_on_the_critical_path_add_up() {
     depth_adds_up(&space(Kind::Uniform, 2000, 7));
     depth_adds_up(&plane(Kind::Clusters, 3000, 7));
 }
 
-/// Bytes into the coordinator that are neither reading nor merging: the root's samples and counts, and a
-/// summary and a certificate from every worker. Measured are 28 bytes a sample and 320 a worker.
+/// Bounds on the bytes to the coordinator outside loading and merging: the samples and counts of the root, and a summary
+/// and a certificate from each worker. Measured: 28 bytes per sample and 320 per worker.
 const BYTES_PER_SAMPLE: u64 = 40;
 const BYTES_PER_WORKER: u64 = 450;
 const SAMPLES: u64 = 400;
 
 #[test]
-fn the_coordinator_is_no_funnel() {
+fn the_coordinator_receives_few_control_bytes() {
     for n in [2000, 8000] {
         let points = space(Kind::Uniform, n, 8);
         for workers in [1, 2, 8, 64, 500] {
@@ -128,7 +135,7 @@ fn splits_are_balanced<P: Point>(points: &[P], what: &str) {
 }
 
 #[test]
-fn split_ratios() {
+fn separators_are_balanced() {
     use Kind::{Ball, Clusters, GradedPoint, Grid, Line, Slab, Sphere, Uniform, WellSpaced};
     for kind in [Ball, Clusters, Grid, GradedPoint, Line, Slab, Sphere, Uniform, WellSpaced] {
         splits_are_balanced(&space(kind, 3000, 9), kind.name());

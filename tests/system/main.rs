@@ -1,10 +1,12 @@
-//! The whole-system tests, one program: the machine's code is compiled once for all of them.
+//! Tests of the whole system in one program, so that the code of the machine is compiled once.
 //!
-//! `cargo test --release --test system equality::` runs one file's.
+//! `cargo test --release --test system equality::` runs the tests of one file.
 
 use septet_common as common;
 
 mod assertions;
+
+mod baselines;
 
 mod claims;
 
@@ -36,8 +38,8 @@ mod predict;
 
 mod proptest_small;
 
-mod rivals;
-
 mod real;
 
 mod scaling;
+
+mod transports;

@@ -22,7 +22,7 @@ const CONSTANTS: [f64; 4] = [0.06, 0.12, 0.25, 0.5];
 /// How far sums may be off, relative to the whole.
 const SUMS: f64 = 1e-9;
 
-/// What is asked for: a size, and two workers.
+/// Returns a request with a size and two workers.
 fn request(lipschitz: f64, size: Option<f64>) -> MeshRequest {
     MeshRequest {
         boundary: Some(mesh::Boundary::Exact),
@@ -158,75 +158,75 @@ fn judge(problem: &Problem, constants: &[f64]) {
 }
 
 #[test]
-fn a_cube() {
+fn a_mesh_keeps_its_promises_in_a_cube() {
     judge(&domains::cube(), &CONSTANTS);
 }
 
 #[test]
-fn an_l_shape() {
+fn a_mesh_keeps_its_promises_in_an_l_shape() {
     judge(&domains::l_shape(), &CONSTANTS);
 }
 
 #[test]
-fn a_cube_with_a_cubic_hole() {
+fn a_mesh_keeps_its_promises_in_a_cube_with_a_cubic_hole() {
     judge(&domains::cubic_hole(), &CONSTANTS);
 }
 
 #[test]
-fn a_cube_with_a_tunnel() {
+fn a_mesh_keeps_its_promises_in_a_cube_with_a_tunnel() {
     judge(&domains::tunnel(), &CONSTANTS);
 }
 
 #[test]
-fn two_regions_with_a_facet_between() {
+fn a_mesh_keeps_its_promises_in_two_regions_with_a_facet_between() {
     judge(&domains::two_regions(), &CONSTANTS);
 }
 
 #[test]
-fn dangling_pieces() {
+fn a_mesh_keeps_its_promises_in_dangling_pieces() {
     judge(&domains::dangling_squarely(), &CONSTANTS);
     judge(&domains::dangling(), &CONSTANTS);
 }
 
 #[test]
-fn a_slanted_box() {
+fn a_mesh_keeps_its_promises_in_a_slanted_box() {
     judge(&domains::slanted_box(), &CONSTANTS);
 }
 
 #[test]
-fn a_wedge_of_ten_degrees() {
+fn a_mesh_keeps_its_promises_in_a_wedge_of_ten_degrees() {
     judge(&domains::wedge(), &CONSTANTS);
 }
 
 #[test]
 #[ignore = "needs the test data"]
-fn the_example_of_tetgen() {
+fn a_mesh_keeps_its_promises_in_the_example_of_tetgen() {
     judge(&domains::example(), &[0.25, 0.5]);
 }
 
 #[test]
-fn an_airfoil_with_holes() {
+fn a_mesh_keeps_its_promises_in_an_airfoil_with_holes() {
     judge(&domains::airfoil(), &CONSTANTS);
 }
 
 #[test]
-fn a_map_with_regions() {
+fn a_mesh_keeps_its_promises_in_a_map_with_regions() {
     judge(&domains::map(), &CONSTANTS);
 }
 
 #[test]
-fn a_plate_with_square_holes() {
+fn a_mesh_keeps_its_promises_in_a_plate_with_square_holes() {
     judge(&domains::plate(), &CONSTANTS);
 }
 
 #[test]
-fn a_torus_of_triangles() {
+fn a_mesh_keeps_its_promises_in_a_torus_of_triangles() {
     judge(&domains::torus(), &[0.5]);
 }
 
 /// Figure 1: sizes fall towards a point or a line of the cube.
 #[test]
-fn singularities() {
+fn sizes_fall_towards_singularities() {
     use septet_core::mesh::{Shape, SingularityRequest};
     let problem = domains::cube();
     let AnyDomain::Space(domain) = &problem.domain else { unreachable!() };

@@ -96,7 +96,7 @@ fn by_cgal<P: Point>(points: &[P], general: bool, what: &str) {
 
 #[test]
 #[ignore = "needs Python with numpy and scipy"]
-fn qhull_agrees() {
+fn cells_agree_with_qhull() {
     // Not the clusters: Qhull's rounding is coarser than the smallest of them.
     for kind in [Kind::Uniform, Kind::Poisson, Kind::Ball, Kind::Jittered] {
         by_script("scipy_check.py", &space(kind, 5000, 21), kind.name());
@@ -106,7 +106,7 @@ fn qhull_agrees() {
 
 #[test]
 #[ignore = "needs Python with numpy and scipy"]
-fn exact_integers_agree() {
+fn cells_agree_with_exact_integer_arithmetic() {
     for kind in [Kind::Uniform, Kind::Grid, Kind::Fcc, Kind::Sphere, Kind::Slab, Kind::GradedPoint] {
         by_script("exact_check.py", &space(kind, 700, 22), kind.name());
         by_script("exact_check.py", &plane(kind, 1500, 22), kind.name());

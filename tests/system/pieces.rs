@@ -1,4 +1,4 @@
-//! The triangulation in memory: pieces whose adjacency is whole within and across.
+//! The triangulation in memory: the adjacency within and across pieces.
 
 use crate::common::sets::{plane, space};
 use crate::common::{check, threaded};
@@ -9,7 +9,7 @@ use septet_core::triangulate;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 
-fn adjacency_is_whole<P: Point>(points: &[P], workers: u32) {
+fn assert_symmetric_adjacency<P: Point>(points: &[P], workers: u32) {
     let config = threaded(Workers::Count(workers), 2, 40);
     let run = triangulate(points, &config).unwrap();
     let pieces = run.pieces().unwrap();
@@ -38,17 +38,17 @@ fn adjacency_is_whole<P: Point>(points: &[P], workers: u32) {
 }
 
 #[test]
-fn in_space() {
+fn adjacency_is_symmetric_in_space() {
     for workers in [1, 2, 5, 16] {
-        adjacency_is_whole(&space(Kind::Uniform, 3000, 4), workers);
-        adjacency_is_whole(&space(Kind::Grid, 1000, 4), workers);
+        assert_symmetric_adjacency(&space(Kind::Uniform, 3000, 4), workers);
+        assert_symmetric_adjacency(&space(Kind::Grid, 1000, 4), workers);
     }
 }
 
 #[test]
-fn in_the_plane() {
+fn adjacency_is_symmetric_in_the_plane() {
     for workers in [1, 2, 5, 16] {
-        adjacency_is_whole(&plane(Kind::Clusters, 3000, 4), workers);
+        assert_symmetric_adjacency(&plane(Kind::Clusters, 3000, 4), workers);
     }
 }
 
@@ -57,8 +57,8 @@ fn sent(run: &septet_core::Run, phase: Phase) -> u64 {
     run.ledger.phases.iter().filter(|p| p.phase == phase).map(|p| p.bytes).sum()
 }
 
-/// Seams send no more than so many bytes for each byte of halos: cells count as well, and pieces are small.
-fn halos_leave_little_to_the_seams<P: Point>(points: &[P], most: f64) {
+/// The interface exchange sends at most `most` bytes per byte of the ghost layer. Cells are included, and subdomains are small.
+fn assert_small_interface_exchange<P: Point>(points: &[P], most: f64) {
     let run = check(points, &threaded(Workers::Count(16), 2, 40));
     let (halo, seam) = (sent(&run, Phase::Halo), sent(&run, Phase::Seam));
     assert!(halo > 0 && seam > 0, "{halo} {seam}");
@@ -66,14 +66,14 @@ fn halos_leave_little_to_the_seams<P: Point>(points: &[P], most: f64) {
 }
 
 #[test]
-fn most_foreign_points_come_before_the_pieces_are_triangulated() {
-    halos_leave_little_to_the_seams(&space(Kind::Uniform, 40_000, 4), 1.25);
-    halos_leave_little_to_the_seams(&space(Kind::WellSpaced, 4_000, 4), 1.4);
-    halos_leave_little_to_the_seams(&plane(Kind::Uniform, 40_000, 4), 0.8);
+fn most_ghosts_arrive_before_subdomains_are_triangulated() {
+    assert_small_interface_exchange(&space(Kind::Uniform, 40_000, 4), 1.25);
+    assert_small_interface_exchange(&space(Kind::WellSpaced, 4_000, 4), 1.4);
+    assert_small_interface_exchange(&plane(Kind::Uniform, 40_000, 4), 0.8);
 }
 
 #[test]
-fn a_stray_point_does_not_send_everything_everywhere() {
+fn a_distant_outlier_does_not_enlarge_the_ghost_layers() {
     let config = threaded(Workers::Count(8), 2, 40);
     let mut points = space(Kind::Uniform, 40_000, 4);
     let usual = sent(&check(&points, &config), Phase::Halo);

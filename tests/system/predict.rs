@@ -36,7 +36,7 @@ fn compare<P: Point>(points: &[P], config: &Config, workers: &[u32]) {
 const P: [u32; 6] = [1, 2, 8, 16, 64, 512];
 
 #[test]
-fn equal_to_runs_in_space() {
+fn predictions_equal_runs_in_space() {
     for choice in combinations(false) {
         let config = with_graph(&simulated(Workers::Count(1), 7, 60), choice);
         if config.separator_sets == SeparatorSets::Ghost {
@@ -46,7 +46,7 @@ fn equal_to_runs_in_space() {
 }
 
 #[test]
-fn equal_to_runs_in_the_plane() {
+fn predictions_equal_runs_in_the_plane() {
     for choice in combinations(false) {
         let config = with_graph(&simulated(Workers::Count(1), 7, 50), choice);
         if config.separator_sets == SeparatorSets::Ghost {
@@ -56,7 +56,7 @@ fn equal_to_runs_in_the_plane() {
 }
 
 #[test]
-fn equal_where_points_tie_and_where_one_rank_holds_all() {
+fn predictions_equal_runs_with_ties_and_with_one_busy_rank() {
     let config = simulated(Workers::Count(1), 7, 60);
     compare(&space(Kind::Grid, 1728, 1), &config, &P);
     compare(&space(Kind::WellSpaced, 3000, 1), &config, &P);
@@ -64,14 +64,14 @@ fn equal_where_points_tie_and_where_one_rank_holds_all() {
 }
 
 #[test]
-fn equal_where_planes_cut() {
+fn predictions_equal_runs_with_separating_planes() {
     let config = simulated(Workers::Count(1), 7, 60).with(|c| c.partition = Partition::Kd);
     compare(&space(Kind::Uniform, 2000, 3), &config, &P);
     compare(&plane(Kind::Grid, 2500, 3), &config, &P);
 }
 
 #[test]
-fn a_record_beside_many_workers_is_the_record_of_one() {
+fn the_task_record_does_not_depend_on_the_workers() {
     let points = space(Kind::Uniform, 2000, 5);
     let config = simulated(Workers::Count(8), 7, 60).with(|c| c.keep.tasks = true);
     let beside = simulate(&points, &config).unwrap();
@@ -82,7 +82,7 @@ fn a_record_beside_many_workers_is_the_record_of_one() {
 
 /// Records that say less than they did, or more than can be, are refused.
 #[test]
-fn records_that_cannot_be_are_refused() {
+fn corrupt_task_records_are_refused() {
     let nearest = (GraphKind::Knn, SeparatorSets::Ghost, Alpha::Auto, Neighbours::Count(12));
     let config = with_graph(&simulated(Workers::Count(1), 7, 60), nearest);
     let config = config.with(|c| c.keep.tasks = true);

@@ -141,13 +141,13 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 150, ..ProptestConfig::default() })]
 
     #[test]
-    fn in_space(points in points(), workers in 1..9u32, leaf in 1..12u64, graph in 0..7usize) {
+    fn small_sets_agree_with_insertion_in_space(points in points(), workers in 1..9u32, leaf in 1..12u64, graph in 0..7usize) {
         let what = format!("{points:?}");
         within(PATIENCE, &what, move || agree(&points, workers, leaf, graph));
     }
 
     #[test]
-    fn in_the_plane(points in points(), workers in 1..9u32, leaf in 1..12u64, graph in 0..7usize) {
+    fn small_sets_agree_with_insertion_in_the_plane(points in points(), workers in 1..9u32, leaf in 1..12u64, graph in 0..7usize) {
         let flat: Vec<DVec2> = points.iter().map(|p| p.truncate()).collect();
         let what = format!("{flat:?}");
         within(PATIENCE, &what, move || agree(&flat, workers, leaf, graph));

@@ -21,7 +21,7 @@ fn one_and_five<P: Point>(name: &str, points: &[P]) {
 
 #[test]
 #[ignore = "needs the test data"]
-fn meshes_and_scans() {
+fn five_workers_triangulate_meshes_and_scans_like_one() {
     for (name, points) in data::all() {
         match points {
             Points::Plane(points) => one_and_five(&name, &points),

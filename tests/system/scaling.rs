@@ -82,21 +82,21 @@ fn grow<P: Point>(kind: Kind, make: fn(Kind, u64, u64) -> Vec<P>, leaf: u64) {
 }
 
 #[test]
-fn uniform_in_space() {
+fn counts_grow_as_claimed_on_uniform_sets_in_space() {
     grow(Kind::Uniform, space, 500);
 }
 
 #[test]
-fn well_spaced_in_space() {
+fn counts_grow_as_claimed_on_well_spaced_sets_in_space() {
     grow(Kind::WellSpaced, space, 500);
 }
 
 #[test]
-fn uniform_in_the_plane() {
+fn counts_grow_as_claimed_on_uniform_sets_in_the_plane() {
     grow(Kind::Uniform, plane, 250);
 }
 
 #[test]
-fn well_spaced_in_the_plane() {
+fn counts_grow_as_claimed_on_well_spaced_sets_in_the_plane() {
     grow(Kind::WellSpaced, plane, 250);
 }

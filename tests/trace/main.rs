@@ -106,7 +106,7 @@ fn assert_read_by_perfetto(path: &Path, run: &Run, exchanges: u64) {
     assert!(perfetto.shortest() >= 0);
 }
 
-/// Judges a trace of a run, which made so many exchanges.
+/// Judges a trace of a run, which made this number of exchanges.
 type Judge = fn(&Path, &Run, u64);
 
 #[test]
@@ -195,7 +195,7 @@ fn details_add_up_and_change_nothing() {
 }
 
 #[test]
-fn runs_are_told_apart() {
+fn traces_distinguish_runs() {
     let _alone = alone();
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("trace.json");
@@ -264,7 +264,7 @@ fn a_trace_finished_early_is_whole() {
     assert_eq!(seen.slices.values().sum::<u64>(), 2);
 }
 
-/// The foreign reader finds what is wrong, so that its silence means something.
+/// The foreign reader finds planted errors, so that a pass is significant.
 #[test]
 #[ignore = "needs Node.js and Perfetto's trace processor"]
 fn perfetto_refuses_torn_traces() {

@@ -9,10 +9,10 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// What the processor found.
+/// The findings of the processor.
 pub struct Found(Value);
 
-/// What it found in a good file.
+/// The findings for a valid file.
 pub fn read(path: &Path) -> Found {
     try_read(path).unwrap_or_else(|said| panic!("{}: {said}", path.display()))
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-/// What a trace holds.
+/// The contents of a trace.
 #[derive(Default)]
 pub struct Seen {
     /// Slices of each process and category.
@@ -44,7 +44,7 @@ pub fn read(path: &Path) -> Seen {
         reader.row(row);
     }
     assert!(reader.open.values().all(|depth| *depth == 0), "slices without an end");
-    // Rows of threads are not in one order, so ends may stand before beginnings.
+    // Rows of threads are not sorted, so ends may precede beginnings.
     for (id, ended) in &reader.ended {
         let (_, _, began) = reader.begun.get(id).unwrap_or_else(|| panic!("arrow {id} comes from nowhere"));
         assert!(ended > began, "arrow {id} goes back in time");

@@ -1,4 +1,4 @@
-"""The machine: what it is, whether it is quiet, and what else ran during a run."""
+"""The computer: its description, its load, and the other processes during a run."""
 import os
 import pathlib
 import platform
@@ -9,21 +9,21 @@ import time
 
 # The largest load average at which a measurement starts.
 QUIET = 0.5
-# Processors that others may use during a run before the run counts as disturbed.
+# A run counts as disturbed if other processes use more processors than this.
 DISTURBED = 0.1
-# Length of a look at the processors before a run, and the pause after one that found them busy, seconds.
+# Seconds of observation of the processors before a run, and of the pause after they were busy.
 GLANCE, PAUSE = 0.3, 2.0
-# What a run waits for the processors at least, seconds: others come and go in the hours that a measurement takes.
+# Smallest time in seconds that a run waits for idle processors. A measurement takes hours, and load varies.
 PATIENCE = 120
 TICK = os.sysconf("SC_CLK_TCK")
 
 
 class Busy(Exception):
-    """Others use the machine."""
+    """Other processes use the computer."""
 
 
 def busy_seconds():
-    """Processor seconds spent by anyone since the machine started, and taken by the host (Linux)."""
+    """Processor seconds of all processes since the start of the computer, and those taken by the host (Linux)."""
     counts = pathlib.Path("/proc/stat").read_text().split("\n")[0].split()
     user, nice, system, _, _, irq, softirq, steal = map(int, counts[1:9])
     return (user + nice + system + irq + softirq + steal) / TICK
@@ -36,7 +36,7 @@ def children_seconds():
 
 
 class Others:
-    """Processors that other processes used within the block: a number of processors, good to a few hundredths."""
+    """Measures how many processors other processes use within the block, to a few hundredths."""
 
     def __enter__(self):
         self.start, self.all, self.own = time.perf_counter(), busy_seconds(), children_seconds()
@@ -45,12 +45,12 @@ class Others:
     def __exit__(self, *_):
         self.seconds = time.perf_counter() - self.start
         used = busy_seconds() - self.all - (children_seconds() - self.own)
-        # The kernel counts in ticks, one or two of which may fall on either side.
+        # The kernel counts ticks, so that one or two may be assigned to the wrong side.
         self.processors = max(0.0, used - 2 / TICK) / self.seconds
 
 
 def start_quiet(wait, busy):
-    """Waits up to `wait` seconds for a load below QUIET; refuses otherwise, unless told not to mind."""
+    """Waits up to `wait` seconds for a load below QUIET. Otherwise raises an error, unless load is allowed."""
     end = time.monotonic() + wait
     while (load := os.getloadavg()[0]) > QUIET and not busy:
         if time.monotonic() > end:
@@ -60,7 +60,7 @@ def start_quiet(wait, busy):
 
 
 def settle(wait, busy):
-    """Before a single run: the load average remembers the runs before, so look at the processors instead."""
+    """Waits for idle processors before a run. The load average includes the runs before it, so it is not used here."""
     end = time.monotonic() + max(wait, PATIENCE)
     while not busy:
         with Others() as others:
@@ -80,7 +80,7 @@ def first_line(*command):
 
 
 def described():
-    """What belongs beside every figure."""
+    """Facts that accompany every figure."""
     info = pathlib.Path("/proc/cpuinfo").read_text().splitlines()
     model = next((line.split(":")[1].strip() for line in info if line.startswith("model name")), platform.machine())
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")

@@ -1,4 +1,4 @@
-"""Where things lie."""
+"""Paths of files and directories."""
 import pathlib
 
 HERE = pathlib.Path(__file__).resolve().parent.parent

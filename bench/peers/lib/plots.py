@@ -20,7 +20,7 @@ def style(program, order):
 
 
 def panels_of(rows):
-    """Rows by kind of set; only kinds with several sizes, unless no kind has."""
+    """Groups rows by kind of set. Kinds with one size are dropped, unless all have one size."""
     kinds = {}
     for row in rows:
         if not row["set"].startswith("scan-"):
@@ -59,7 +59,7 @@ def against_size(rows, path):
 
 
 def ratios(rows, path):
-    """Ratio to CGAL on one thread, a line for each set; bars from the least to the most."""
+    """Ratio to CGAL on one thread, a line for each set, with bars from the smallest to the largest."""
     rows = [row for row in rows if row.get("ratio")]
     if not rows:
         return

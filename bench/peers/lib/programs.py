@@ -1,4 +1,4 @@
-"""The programs that are measured, and how each is called."""
+"""The measured programs and their commands."""
 import dataclasses
 import json
 import pathlib
@@ -18,7 +18,7 @@ class Failed(Exception):
 
 
 class TooLong(Exception):
-    """A program was stopped at the limit."""
+    """A program was stopped at the time or memory limit."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Program:
     dimensions: tuple
     # A compiled driver's file, a Python driver's, or nothing for septet itself.
     driver: str = ""
-    # What to know where its cells are not those of the others.
+    # A note for sets on which its cells differ from those of the others.
     caveat: str = ""
 
     def command(self, points):
@@ -39,7 +39,7 @@ class Program:
 
     @property
     def missing(self):
-        """Why it cannot be run, or nothing."""
+        """Returns the reason why it cannot run, or None."""
         if not self.driver or self.driver.endswith(".py") or (places.WORK / "bin" / self.driver).exists():
             return ""
         said = places.WORK / "missing" / self.driver
@@ -65,7 +65,7 @@ BY_NAME = {program.name: program for program in ALL}
 
 
 def execute(command, limit):
-    """Standard output of a command."""
+    """Runs a command and returns its standard output."""
     command = [str(word) for word in command]
     try:
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=limit)
@@ -89,7 +89,7 @@ def triangulate(binary, points, pair, limit, *more):
 
 
 def run(program, binary, points, limit):
-    """Figures of one timed run; septet's own come without a hash, as its cells are not written."""
+    """Returns the figures of a timed run. Those of septet have no hash, because its cells are not written."""
     if program.driver:
         return json.loads(execute(program.command(points), limit))
     report = triangulate(binary, points, (program.threads, program.threads), limit)
@@ -99,7 +99,7 @@ def run(program, binary, points, limit):
 
 
 def septet_cells(binary, points, threads, limit):
-    """Number and hash of the cells that septet writes: a run of its own, as writing them needs memory."""
+    """Returns number and hash of the cells of septet, from a separate run, because writing them needs memory."""
     written = places.WORK / "cells.npy"
     try:
         triangulate(binary, points, (threads, threads), limit, "-o", written)
@@ -110,7 +110,7 @@ def septet_cells(binary, points, threads, limit):
 
 
 def parsed(text):
-    """Programs by name, with commas between; a name without a number of threads means all of that name."""
+    """Parses names of programs, separated by commas. A name without a number of threads means all its variants."""
     chosen = []
     for word in ALL if text == "all" else text.split(","):
         found = [word] if isinstance(word, Program) else [p for p in ALL if word in (p.name, re.sub(r"-\d$", "", p.name))]

@@ -1,4 +1,4 @@
-"""The measurement: every program on a set in turn, round after round, so that drift meets all alike."""
+"""The measurement: in each round, all programs run on a set in turn, so that drift affects all equally."""
 import signal
 import sys
 
@@ -35,7 +35,7 @@ def septet_checks(chosen, one, options):
 
 
 def until_stopped(work):
-    """Does the work; why it ended early, or nothing. What was measured until then is kept."""
+    """Runs the measurement. Returns the reason for an early end, or None. Earlier results are kept."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         work()
@@ -58,7 +58,7 @@ def measure(chosen, options, facts, runs, checks):
                 run = one_run(program, one, options) | {"round": number}
                 runs.append(run)
                 if "stopped" in run:
-                    # What took too long once would again.
+                    # A program that exceeded the limit once would exceed it again.
                     taking_part.remove(program)
                     say(f"{one.name}: {program.name}: {run['stopped']}")
                 else:

@@ -1,4 +1,4 @@
-"""The command `bench/peers/scaling`: what septet costs against the number of points, workers and threads, by phase."""
+"""The command `bench/peers/scaling`: the cost of septet by number of points, workers and threads, and by phase."""
 import csv
 import json
 import statistics
@@ -7,12 +7,12 @@ import sys
 from lib import machine, plots, programs, rounds, run, sets, tables, targets
 
 SIZES = "1e3,4e3,1.6e4,6.4e4,2.5e5,1e6,4e6,1.6e7"
-# Workers and threads; the last is the one that shows what many workers cost.
+# Workers and threads; the last pair shows the cost of many workers.
 PAIRS = [(1, 1), (2, 2), (64, 2)]
-# Sizes that 64 workers are shown at.
+# Sizes with 64 workers.
 MANY = range(100_000, 4_000_001)
-# Phases in which workers triangulate and prove what is theirs. All others are the machine: partition, messages, halos,
-# seams, the comparison of fingerprints, exchange, merging.
+# Phases in which workers triangulate their subdomains and certify stars. The others belong to the machine: partition,
+# ghost layer, interface exchange, comparison of fingerprints, splaying, merging.
 KERNEL = {"pieces", "certificate"}
 COLUMNS = ["set", "points", "workers", "threads", "runs", "disturbed", "seconds", "least", "most", "ns_per_point", "speed_up",
            "cells", "growth_bytes", "bytes_per_cell", "peak_bytes", "messages", "bytes", "machine_percent",
@@ -90,7 +90,7 @@ def simulate(options, simulation):
 
 
 def row(fact, pair, runs):
-    """One row for a set and a pair of workers and threads, of medians; nothing if that pair did not run."""
+    """Returns a row of medians for a set and a pair of workers and threads, or None if that pair did not run."""
     mine = [r for r in runs if r["set"] == fact["name"] and (r["workers"], r["threads"]) == pair]
     if not mine:
         return None
@@ -125,7 +125,7 @@ def folded(facts, runs):
 
 
 def faults(rows):
-    """Rows without figures, and sets whose number of cells depends on the workers."""
+    """Returns the rows without figures, and the sets whose number of cells depends on the workers."""
     found = [f"{one['set']}, {one['workers']} workers: {one['stopped']}" for one in rows if one["stopped"]]
     for name in dict.fromkeys(one["set"] for one in rows):
         counts = {one["cells"] for one in rows if one["set"] == name and one["runs"]}
@@ -135,7 +135,7 @@ def faults(rows):
 
 
 def judged(rows, simulation):
-    """The targets that this command shows; only for uniform points in space."""
+    """Returns the targets of this command, which are for uniform points in space."""
     found = {(one["set"], one["workers"]): one for one in rows if one["runs"]}
     large, small = found.get(("uniform-4e6", 2)), found.get(("uniform-1e6", 2))
     many, largest = found.get(("uniform-1e6", 64)), found.get(("uniform-1.6e7", 2))
@@ -172,7 +172,7 @@ def markdown(record):
     percent = lambda one, phase: f"{100 * one['phases'].get(phase, 0) / sum(one['phases'].values()):.1f}"
     share = [[one["points"], name(one)] + [percent(one, phase) for phase in phases] for one in rows]
     faults = "".join(f"**Fault:** {fault}.\n\n" for fault in record["faults"])
-    text = f"""# septet against points, workers and threads
+    text = f"""# septet by points, workers and threads
 
 {tables.described(record)}
 

@@ -13,7 +13,7 @@ import numpy as np
 from lib import places
 
 SEED = 1
-# What the table of all sets holds, in order.
+# The sets of the main table, in order.
 ALL = ["uniform-1e6", "uniform-4e6", "jittered-1e6", "radial-1e6", "well-spaced-1e6", "sphere-1e5", "grid-1e6", "clusters-1e6",
        "slab-1e6", "scan-bunny00", "scan-armadillo", "scan-camel", "uniform-1e6-2d", "grid-1e6-2d"]
 GROUPS = {
@@ -29,7 +29,7 @@ TIES = {"grid": "the corners of each cell lie on one sphere", "fcc": "the corner
 
 
 class Unknown(Exception):
-    """A name that no set has, or one that cannot be made."""
+    """The name of a set is unknown, or the set cannot be generated."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Set:
 
     @property
     def ties(self):
-        """Why ties occur, or nothing."""
+        """Returns the reason for ties, or None."""
         return TIES.get(self.kind, "")
 
     @property
@@ -56,7 +56,7 @@ class Set:
 
 
 def written(number):
-    """A number of points as names and labels have it: 1e6, 1.6e7, 12345."""
+    """Formats a number of points for names and labels: 1e6, 1.6e7, 12345."""
     for digits in (0, 1):
         text = f"{number:.{digits}e}".replace("e+0", "e").replace("e+", "e")
         if float(text) == number:
@@ -78,7 +78,7 @@ def named(name):
 
 
 def parsed(text):
-    """Sets from names and groups with commas between them, each once."""
+    """Parses names of sets and groups, separated by commas, without repetitions."""
     names = [name for word in text.split(",") for name in GROUPS.get(word, [word])]
     return list(dict.fromkeys(named(name) for name in names))
 
@@ -113,7 +113,7 @@ def scan(mesh):
 
 
 def make(one, binary):
-    """Makes the file, unless it is there."""
+    """Writes the file if it does not exist."""
     if one.path.exists():
         return
     one.path.parent.mkdir(parents=True, exist_ok=True)
@@ -131,7 +131,7 @@ def make(one, binary):
 
 
 def facts(one):
-    """What the record says of a set: its numbers, and a digest by which others can tell theirs is the same."""
+    """Returns the facts of a set: its numbers, and a digest that identifies its points."""
     with open(one.path, "rb") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()
     points = np.load(one.path, mmap_mode="r")

@@ -1,11 +1,11 @@
-"""Runs folded into one row for each set and program."""
+"""Summaries of the runs: a row for each set and program."""
 import statistics
 
 from lib import programs
 
 
 def agreement(program, fact, figures, reference):
-    """Whether the cells are those of the reference: a verdict, and the reason where it is not plain sameness."""
+    """Compares the cells with the reference. Returns a verdict, and the reason if they are not simply equal."""
     if figures["hash"] is None and program.driver:
         return "no cells to compare", program.caveat
     if reference is None:
@@ -13,7 +13,7 @@ def agreement(program, fact, figures, reference):
     if figures["hash"] == reference["hash"] and figures["cells"] == reference["cells"]:
         return "same cells", ""
     more = figures["cells"] - reference["cells"]
-    # septet breaks ties as CGAL does, by the lexicographic order of coordinates, so it has no such excuse.
+    # septet breaks ties like CGAL, by the lexicographic order of coordinates, so its cells must be equal.
     if fact["ties"] and not program.caveat and program.driver:
         ties = f"ties ({fact['ties']}) are broken by a rule of each program's own"
         return ("same count" if more == 0 else f"{more:+d} cells"), ties
@@ -21,7 +21,7 @@ def agreement(program, fact, figures, reference):
 
 
 def hashed(program, runs, check):
-    """Count and hash of a program's cells; None, and why, where its runs contradict each other or its check failed."""
+    """Returns count and hash of the cells of a program. If its runs differ or its check failed, returns None and a reason."""
     if program.driver:
         if len({(run["cells"], run["hash"]) for run in runs}) > 1:
             return None, "its runs differ from each other"
@@ -34,7 +34,7 @@ def hashed(program, runs, check):
 
 
 def row(program, fact, runs, check, reference):
-    """One row: figures are medians; `stopped` is why there are none, or no more."""
+    """Returns a row of medians. `stopped` is the reason for missing figures."""
     done = [run for run in runs if "stopped" not in run]
     stopped = next((run["stopped"] for run in runs if "stopped" in run), "")
     made = {"set": fact["name"], "label": fact["label"], "points": fact["points"], "program": program.name,
@@ -77,7 +77,7 @@ def folded(chosen, facts, runs, checks):
 
 
 def faults(rows):
-    """What may not be: septet's cells wrong, or not made, or those of an exact program not septet's without a reason."""
+    """Returns the errors: wrong or missing cells of septet, or unexplained differences of an exact program."""
     found = []
     for one in rows:
         program = programs.BY_NAME[one["program"]]

@@ -15,7 +15,7 @@ def number(value, form):
 
 
 def seconds(value):
-    """Three digits, whatever the size."""
+    """Formats a number with three digits."""
     if value is None:
         return "–"
     return f"{value:.{2 if value >= 1 else 3 if value >= 0.1 else 5}f}"
@@ -69,7 +69,7 @@ def all_rows(record):
 
 
 def notes(record):
-    """Versions, what was left out, and why cells differ where they do."""
+    """Lists versions, omitted programs, and the reasons for different cells."""
     lines = []
     versions = {row["program_label"]: row["version"] for row in record["rows"] if row["runs"]}
     lines.append("- Versions: " + "; ".join(f"{label}: {version}" for label, version in versions.items()) + ".")
@@ -87,7 +87,7 @@ def notes(record):
 
 def markdown(record):
     faults = "".join(f"**Fault:** {fault}.\n\n" for fault in record["faults"])
-    return f"""# septet beside other programs
+    return f"""# septet and other programs
 
 {described(record)}
 

@@ -1,8 +1,8 @@
-"""What septet is to reach, and whether a measurement shows it."""
+"""The targets of septet, and their comparison with a measurement."""
 from lib import programs, sets
 
-# Set, what the fastest program on two threads takes as far as was known before, what must be reached, what is aimed
-# at: as ratios to CGAL on one thread.
+# Set, time of the fastest program on two threads in earlier measurements, required time, aim: as ratios to CGAL on one
+# thread.
 RATIOS = [
     ("uniform-1e6", "HXT 0.30", 0.45, 0.25),
     ("uniform-4e6", "HXT 0.28", 0.42, 0.26),
@@ -15,7 +15,7 @@ RATIOS = [
 
 
 def judged(value, must, aim, more=False):
-    """Less is better, unless `aim` is above `must` or `more` says so."""
+    """Smaller is better, unless `aim` is above `must` or `more` is set."""
     sign = -1 if more or aim > must else 1
     if sign * value <= sign * aim:
         return "aim"
@@ -23,15 +23,15 @@ def judged(value, must, aim, more=False):
 
 
 def ratios(rows):
-    """The table of ratios; sets that were not measured stay in, without figures."""
+    """Returns the table of ratios. Sets without measurements have empty rows."""
     by_key = {(row["set"], row["program"]): row for row in rows if row["runs"]}
     table = []
     for name, known, must, aim in RATIOS:
         ours = by_key.get((name, programs.SEPTET[2]), {})
         reference = by_key.get((name, programs.REFERENCE), {})
-        rivals = [row for (of, program), row in by_key.items() if of == name and programs.BY_NAME[program].driver
+        peers = [row for (of, program), row in by_key.items() if of == name and programs.BY_NAME[program].driver
                   and not programs.BY_NAME[program].caveat and "ratio" in row]
-        fastest = min(rivals, key=lambda row: row["ratio"], default={})
+        fastest = min(peers, key=lambda row: row["ratio"], default={})
         ratio = ours.get("ratio")
         table.append({"set": name, "label": sets.named(name).label, "cgal_seconds": reference.get("seconds"),
                       "septet_seconds": ours.get("seconds"), "ratio": ratio, "fastest": fastest.get("program_label"),
@@ -42,7 +42,7 @@ def ratios(rows):
 
 
 def others(rows):
-    """The other targets that these runs show."""
+    """Returns the other targets of these runs."""
     by_key = {(row["set"], row["program"]): row for row in rows if row["runs"]}
     one, two = ({name: by_key.get((name, programs.SEPTET[threads])) for name in ("uniform-1e6", "uniform-4e6")}
                 for threads in (1, 2))

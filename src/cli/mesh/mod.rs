@@ -30,15 +30,17 @@ use super::formats::write_mesh;
 use super::instruments::{Tables, check_trace, traced};
 use super::progress::Talk;
 use super::report::write_figures;
+use super::summary::{row, written};
+use super::text::{self, counted};
 pub use options::MeshArgs;
 
-/// Small angles, pieces left out, and defects of a mesh that are listed.
+/// Largest number of listed small angles, ignored elements and defects of a mesh.
 const SHOWN: usize = 20;
 
-/// Worst cells that the report lists of each kind.
+/// Number of worst cells of each kind in the report.
 const WORST: usize = 10;
 
-/// Reads and checks; makes a mesh unless only a check is asked for.
+/// Reads and checks the domain, and meshes it unless `--check` is given.
 pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
     let start = Instant::now();
     let mut request = args.request()?;
@@ -63,7 +65,7 @@ pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
     }
 }
 
-/// Every file that is to be written can be.
+/// Checks that all output files can be written.
 fn outputs(args: &MeshArgs, tables: &Tables) -> Result<(), Failure> {
     let options = WriteOptions { format: args.writing.format, ..WriteOptions::default() };
     let faces: Vec<PathBuf> = args
@@ -74,7 +76,7 @@ fn outputs(args: &MeshArgs, tables: &Tables) -> Result<(), Failure> {
         .collect();
     let texts = args.json.iter().chain(&args.tracing.trace).chain(&faces).map(PathBuf::as_path);
     let texts: Vec<&Path> = texts.chain(tables.paths()).collect();
-    // The points of a .poly file may be in the .node file beside it.
+    // The points of a .poly file may be in a .node file of the same name.
     let name = args.domain.to_string_lossy();
     let node = Path::new(name.strip_suffix(".gz").unwrap_or(&name)).with_extension("node");
     let read = [Some(&args.domain), args.size_field.as_ref(), Some(&node).filter(|n| n.is_file())];
@@ -94,7 +96,7 @@ struct Job<'a> {
     talk: &'a Talk,
 }
 
-/// A mesh with its judgement, and the picture of it.
+/// A mesh with its quality and conformity, and its picture.
 struct Found<P: Triangulate> {
     made: Made<P>,
     picture: Option<MeshPicture>,
@@ -155,11 +157,11 @@ impl Job<'_> {
             run_log: &found.run_log,
             picture: picture.as_ref(),
         };
-        self.tell(&judged, &around, files)?;
+        self.finish(&judged, &around, files)?;
         broken.map_or(Ok(()), Err)
     }
 
-    /// Makes the mesh and judges it: one that does not conform is returned for its report.
+    /// Makes the mesh and measures it. A mesh that does not conform is also returned, for its report.
     fn found<P: Dimension>(&self, domain: &Domain<P>) -> Result<Found<P>, Failure> {
         let (args, talk) = (self.args, self.talk);
         let most = args.json.as_ref().map_or(0, |_| args.view.unwrap_or(DEFAULT_CELLS)) as usize;
@@ -168,7 +170,7 @@ impl Job<'_> {
             Err(MakeError::NotConforming(made)) => *made,
             Err(MakeError::Shapeless(conformity)) => {
                 let broken = self.broken(&conformity);
-                return Err(broken.unwrap_or_else(|| Failure::new(Code::Rejected, "the mesh has no shape")));
+                return Err(broken.unwrap_or_else(|| Failure::new(Code::Rejected, "the mesh is degenerate")));
             }
             Err(MakeError::Mesh(error)) => return Err(self.named(domain, error)),
             Err(error) => return Err(Failure::new(Code::Failed, error.to_string())),
@@ -177,13 +179,15 @@ impl Job<'_> {
         let owners = made.owners.take();
         let picture = (cells <= most).then(|| MeshPicture::of(domain, &made.mesh, &made.size, owners));
         if picture.is_none() && most > 0 {
-            talk.note(format!("note: no picture in the report: {cells} cells, more than --view {most}"));
+            talk.note(format!(
+                "note: the report has no picture: the mesh has {cells} cells, --view allows {most}"
+            ));
         }
         Ok(Found { made, picture })
     }
 
-    /// The report, the figures and the tables, and a few lines for people.
-    fn tell<P: Triangulate>(
+    /// Writes the report, the figures and the tables, and prints the summary.
+    fn finish<P: Triangulate>(
         &self,
         judged: &Judged<'_, P>,
         around: &MeshContext<'_>,
@@ -205,26 +209,31 @@ impl Job<'_> {
         for line in summary(judged) {
             talk.note(line);
         }
-        for file in files {
-            talk.note(format!("  wrote {}", file.display()));
+        let seconds =
+            [around.seconds.mesh_seconds, around.seconds.write_seconds, around.seconds.total_seconds];
+        let [mesh, write, total] = seconds.map(text::seconds);
+        talk.note(row("time", format!("mesh {mesh}, write {write}, total {total}")));
+        if let Some(peak) = around.peak_rss_bytes {
+            talk.note(row("memory", format!("{} at the peak", text::bytes(peak))));
         }
+        written(&files).iter().for_each(|line| talk.note(line));
         self.tables.print(&rendered);
         Ok(())
     }
 
-    /// The failure, with the features that it is about told by the ids of the file.
+    /// Prints the missing features by their ids in the file and returns the failure.
     fn named<P: Triangulate>(&self, domain: &Domain<P>, error: MeshError) -> Failure {
         if let MeshError::Missing { features } = &error {
             self.talk.clear();
             for &(feature, parts) in features.iter().take(SHOWN) {
                 let name = feature_name(domain, feature, self.first_id);
-                self.talk.fault(format!("{name}: {parts} parts cannot be kept"));
+                self.talk.fault(format!("{name}: {} cannot be recovered", counted(parts as u64, "part")));
             }
         }
         error.into()
     }
 
-    /// The failure that a mesh is which does not conform; its first defects are told.
+    /// Prints the first defects of a mesh that does not conform, and returns the failure. Returns `None` if it conforms.
     fn broken(&self, conformity: &Conformity) -> Option<Failure> {
         let defects = &conformity.defects;
         if defects.is_empty() {
@@ -234,10 +243,11 @@ impl Job<'_> {
         for defect in defects.iter().take(SHOWN) {
             self.talk.fault(format!("mesh: {defect}"));
         }
-        let message = format!("the mesh does not conform to its domain: {} defects", defects.len());
+        let number = counted(defects.len() as u64, "defect");
+        let message = format!("the mesh does not conform to its domain: {number}");
         Some(
             Failure::new(Code::Rejected, message)
-                .help("nothing was written; please report it with the input"),
+                .help("no mesh was written; please report this defect with the input"),
         )
     }
 
@@ -269,7 +279,7 @@ impl From<MeshError> for Failure {
                 // The width of a size field is a property of its file.
                 let code = if what == "--size-field" { Code::Input } else { Code::Usage };
                 Failure::new(code, error.to_string())
-                    .help("give as many coordinates as the domain has, and a size behind them")
+                    .help("give rows of as many coordinates as the domain has, followed by a size")
             }
             MeshError::Size(error) => {
                 let code = match error {
@@ -279,45 +289,43 @@ impl From<MeshError> for Failure {
                 Failure::new(code, error.to_string()).help("see `septet mesh --help`")
             }
             MeshError::Missing { .. } => Failure::new(Code::Rejected, error.to_string())
-                .help("`--check` lists the small angles of the domain; a smaller --size may help"),
+                .help("--check lists the small angles of the domain; a smaller --size may help"),
             MeshError::TooMany { .. } | MeshError::Memory { .. } => {
                 Failure::new(Code::Limit, error.to_string())
-                    .help("raise --max-memory, or ask for larger sizes (--size, --min-size)")
+                    .help("raise --max-memory, or increase --size or --min-size")
             }
-            error => {
-                Failure::new(Code::Failed, error.to_string()).help("--check says whether it is a domain")
-            }
+            error => Failure::new(Code::Failed, error.to_string()).help("--check checks the domain alone"),
         }
     }
 }
 
 fn refusal(args: &MeshArgs, defects: &[Defect]) -> Failure {
-    let count = defects.len();
-    let what = if count == 1 { "defect" } else { "defects" };
-    Failure::new(Code::Input, format!("{} has {count} {what}", args.domain.display()))
-        .help("mend the places listed above; ids are those of the file, facets in its order")
+    let number = counted(defects.len() as u64, "defect");
+    Failure::new(Code::Input, format!("{} has {number}", args.domain.display()))
+        .help("fix the defects listed above; ids are those of the file, facets are numbered in file order")
 }
 
-/// What `--check` says of a domain.
+/// Prints the result of `--check` for a valid domain.
 fn describe<P: Triangulate>(args: &MeshArgs, file: &DomainFile, domain: &Domain<P>, talk: &Talk) {
     let inside = domain.components.iter().filter(|c| c.inside).count();
     let regions = domain.components.iter().filter(|c| c.region.is_some()).count();
     talk.note(format!(
-        "septet: {} is a domain: {} points, {} corners, {} segments, {} facets, {inside} components, {regions} \
-         regions, {} {}",
+        "septet: {} is a domain: {}, {}, {}, {}, {}, {}, {} {}",
         args.domain.display(),
-        domain.points().len(),
-        domain.corners.len(),
-        domain.segments.len(),
-        domain.facets.len(),
+        counted(domain.points().len() as u64, "point"),
+        counted(domain.corners.len() as u64, "corner"),
+        counted(domain.segments.len() as u64, "segment"),
+        counted(domain.facets.len() as u64, "facet"),
+        counted(inside as u64, "component"),
+        counted(regions as u64, "region"),
         if P::DIM == 2 { "area" } else { "volume" },
         unscaled_measure(domain),
     ));
     for piece in domain.left_out.iter().take(SHOWN) {
-        talk.note(format!("note: {} lies outside the domain and is left out", piece.in_file(file.first_id)));
+        talk.note(format!("note: {} lies outside the domain and is ignored", piece.in_file(file.first_id)));
     }
     if domain.left_out.len() > SHOWN {
-        talk.note(format!("note: and {} more pieces that are left out", domain.left_out.len() - SHOWN));
+        talk.note(format!("note: {} more elements are ignored", domain.left_out.len() - SHOWN));
     }
     let small = domain.small_angles(90.0);
     for angle in small.iter().take(SHOWN) {
@@ -327,7 +335,7 @@ fn describe<P: Triangulate>(args: &MeshArgs, file: &DomainFile, domain: &Domain<
         talk.note(format!("{a} and {b}, {:.3} degrees, at {at}", angle.degrees()));
     }
     if small.len() > SHOWN {
-        talk.note(format!("and {} more angles below 90 degrees", small.len() - SHOWN));
+        talk.note(format!("{} more angles are below 90 degrees", small.len() - SHOWN));
     }
 }
 

@@ -1,4 +1,4 @@
-//! Options of `septet mesh`, and how they become a request.
+//! Options of `septet mesh`, and their conversion into a request.
 
 use std::path::PathBuf;
 
@@ -11,116 +11,144 @@ use septet_core::mesh::{
 
 use crate::errors::{Code, Failure};
 use crate::formats::FormatArgs;
-use crate::options::{MshArg, TraceArgs, TransportArg, bytes, workers};
+use crate::options::{INPUT, MACHINE, MshArg, OUTPUT, REPORTS, TraceArgs, TransportArg, bytes, workers};
+
+const SIZES: &str = "Sizes and quality";
+const BOUNDARY: &str = "Boundary";
 
 /// Options of `septet mesh`.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-A piecewise linear complex (.poly, .smesh) may have internal and dangling pieces; a surface (.stl .off .ply .obj)
-must be closed, and its faces are made anew unless --boundary exact keeps them. Exit code 3 and the list of all defects
-if the domain has any; 4 if the mesh does not conform to it.
+#[command(
+    after_help = "\
+Examples:
+  septet mesh part.poly --check
+  septet mesh part.poly -o part.vtu
+  septet mesh scan.stl --size 0.5 --improve -o scan.msh
+
+`septet mesh --help` lists all options.",
+    after_long_help = "\
+A piecewise linear complex (.poly, .smesh) may have internal and dangling segments and facets. A surface (.stl .off \
+.ply .obj) must be closed. It is remeshed, unless --boundary exact keeps its faces.
+
+Exit code 3: the domain has defects; all are listed. Exit code 4: the mesh does not conform to its domain.
 
 Examples:
   septet mesh part.poly --check
   septet mesh part.poly -o part.vtu --radius-edge 1.5
-  septet mesh part.poly --json part.json --view 100000 && septet report part.json -o part.html
-  septet mesh scan.stl --size 0.5 --max-distance 0.01 -o scan.msh --json -
+  septet mesh part.poly --json part.json --view 100000
+  septet mesh scan.stl --size 0.5 --max-distance 0.01 -o scan.msh
   septet mesh box.off --boundary exact -o box.vtu
-  septet mesh part.poly --size-field sizes.csv --min-size 0.01 -o part.1.ele -o part-surface.stl")]
+  septet mesh part.poly --size-field sizes.csv --min-size 0.01 -o part.1.ele"
+)]
 pub struct MeshArgs {
-    /// The domain: .poly .smesh .stl .off .ply .obj, each also .gz
+    /// Domain: .poly .smesh .stl .off .ply .obj, each also .gz
     pub domain: PathBuf,
-    /// Check the domain, and do no more
-    #[arg(long, conflicts_with_all = ["output", "json", "trace"])]
+    /// Check the domain only
+    #[arg(long, conflicts_with_all = ["output", "json", "trace"], help_heading = INPUT)]
     pub check: bool,
-    /// Write the mesh (.vtu .vtk .msh .msh22 .mesh .npy, or one of .node .ele .face .edge .neigh for the whole set) or its
-    /// surface (.off .stl), each also .gz, `-` for standard output; may be given several times
-    #[arg(short, long = "output", value_name = "OUT")]
+    /// Write the mesh or its surface; may be given several times
+    ///
+    /// Mesh: .vtu .vtk .msh .msh22 .mesh .npy; one of .node .ele .face .edge .neigh writes all five files. Surface:
+    /// .off .stl. Each also .gz, and `-` for standard output.
+    #[arg(short, long = "output", value_name = "OUT", help_heading = OUTPUT)]
     pub output: Vec<PathBuf>,
     #[command(flatten)]
     pub writing: FormatArgs,
-    /// Keep every segment and facet of the input, or corners and ridges of a surface alone
-    /// [default: exact for .poly and .smesh, remesh for surfaces]
-    #[arg(long, value_name = "MODE", value_enum)]
+    /// Treatment of the boundary [default: exact for .poly and .smesh, remesh for surfaces]
+    #[arg(long, value_name = "MODE", value_enum, help_heading = BOUNDARY)]
     pub boundary: Option<BoundaryArg>,
-    /// Largest distance of neighbouring points
-    #[arg(long, value_name = "H", value_parser = length)]
+    /// Largest distance between neighbouring points
+    #[arg(long, value_name = "H", value_parser = length, help_heading = SIZES)]
     pub size: Option<f64>,
-    /// Sizes at points, rows of `x y [z] size` (.txt .csv .npy, each also .gz, - for standard input)
-    #[arg(long, value_name = "FILE")]
+    /// Sizes at points, in rows of `x y [z] size`
+    ///
+    /// Formats: .txt .csv .npy, each also .gz, and `-` for standard input.
+    #[arg(long, value_name = "FILE", help_heading = SIZES, hide_short_help = true)]
     pub size_field: Option<PathBuf>,
-    /// Let sizes fall to --min-size at a place: `point`, `line`, or with coordinates, as in `point:0,0,1`
-    /// [default places: the middle of the box, its middle third along x]
-    #[arg(long, value_name = "point|line[:X,Y,..]", value_parser = singularity, requires = "min_size")]
+    /// Grade sizes down to --min-size at a point or on a line
+    ///
+    /// Coordinates follow a colon, as in `point:0,0,1`. The default point is the centre of the bounding box. The
+    /// default line is the middle third of the box along x.
+    #[arg(long, value_name = "point|line[:X,Y,..]", value_parser = singularity, requires = "min_size", help_heading = SIZES, hide_short_help = true)]
     pub singularity: Option<SingularityRequest>,
-    /// How fast sizes may grow, between 0 and 1; radius-edge ratios are at most 1/(1-L) [default: 0.5]
-    #[arg(long, value_name = "L", value_parser = lipschitz, conflicts_with = "radius_edge", allow_negative_numbers = true)]
+    /// Growth rate of sizes, between 0 and 1 [default: 0.5]
+    ///
+    /// Away from the boundary, radius-edge ratios are at most 1/(1-L).
+    #[arg(long, value_name = "L", value_parser = lipschitz, conflicts_with = "radius_edge", allow_negative_numbers = true, help_heading = SIZES, hide_short_help = true)]
     pub lipschitz: Option<f64>,
-    /// Largest radius-edge ratio away from the boundary, above 1: L = 1 - 1/B [default: 2]
-    #[arg(long, value_name = "B", value_parser = radius_edge, allow_negative_numbers = true)]
+    /// Largest radius-edge ratio away from the boundary, above 1 [default: 2]
+    ///
+    /// It sets the growth rate of sizes to L = 1 - 1/B.
+    #[arg(long, value_name = "B", value_parser = radius_edge, allow_negative_numbers = true, help_heading = SIZES)]
     pub radius_edge: Option<f64>,
-    /// Smallest distance of neighbouring points; it wins over everything else
-    #[arg(long, value_name = "H", value_parser = length, allow_negative_numbers = true)]
+    /// Smallest distance between neighbouring points; overrides every other size
+    #[arg(long, value_name = "H", value_parser = length, allow_negative_numbers = true, help_heading = SIZES)]
     pub min_size: Option<f64>,
-    /// Edges of a surface that turn by more degrees are ridges [default: 60]
-    #[arg(long, value_name = "DEG", value_parser = degrees, allow_negative_numbers = true)]
+    /// Angle in degrees above which an edge of a surface is a ridge [default: 60]
+    #[arg(long, value_name = "DEG", value_parser = degrees, allow_negative_numbers = true, help_heading = BOUNDARY, hide_short_help = true)]
     pub feature_angle: Option<f64>,
-    /// Largest distance between the boundary and the surface (with --boundary remesh)
-    /// [default: half the size, a tenth from the centres of faces]
-    #[arg(long, value_name = "D", value_parser = length, allow_negative_numbers = true)]
+    /// Largest distance between a surface and its remeshed boundary
+    ///
+    /// By default, refinement aims at a tenth of the local size at face centres, and the limit is half the size.
+    #[arg(long, value_name = "D", value_parser = length, allow_negative_numbers = true, help_heading = BOUNDARY)]
     pub max_distance: Option<f64>,
-    /// Remove slivers
-    #[arg(long)]
+    /// Remove slivers: cells with small dihedral angles
+    #[arg(long, help_heading = SIZES)]
     pub improve: bool,
     /// Number of workers, or `leaves` for one per leaf of the partition tree [default: cores]
-    #[arg(long, value_name = "P|leaves", value_parser = workers, allow_negative_numbers = true)]
+    #[arg(long, value_name = "P|leaves", value_parser = workers, allow_negative_numbers = true, help_heading = MACHINE)]
     pub workers: Option<Workers>,
-    /// Largest leaf of the partition trees of independent sets [default: 4000 in space, 2000 in the plane]
-    #[arg(long, value_name = "M")]
+    /// Largest leaf of the partition trees, in points [default: 4000 in space, 2000 in the plane]
+    #[arg(long, value_name = "M", help_heading = MACHINE, hide_short_help = true)]
     pub leaf: Option<u64>,
-    /// Threads that run the workers [default: cores]
-    #[arg(long, value_name = "T")]
+    /// Number of threads that run the workers [default: cores]
+    #[arg(long, value_name = "T", help_heading = MACHINE)]
     pub threads: Option<usize>,
-    /// Seed of every random draw
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    /// Seed of the random draws
+    #[arg(long, value_name = "S", default_value_t = 1, help_heading = MACHINE, hide_short_help = true)]
     pub seed: u64,
-    /// How messages travel: over channels between threads, or simulated on one thread
-    #[arg(long, value_enum, default_value_t = TransportArg::Channel)]
+    /// Transport of the messages
+    #[arg(long, value_enum, default_value_t = TransportArg::Channel, help_heading = MACHINE, hide_short_help = true)]
     pub transport: TransportArg,
-    /// Seed of the order of delivery (with --transport sim) [default: 0]
-    #[arg(long, value_name = "S")]
+    /// Seed of the order of delivery, with --transport sim [default: 0]
+    #[arg(long, value_name = "S", help_heading = MACHINE, hide_short_help = true)]
     pub delivery_seed: Option<u64>,
-    /// Refuse to start if more memory is expected; with K, M, G or T for powers of 1024. Without it a mesh
-    /// that is sure to need more than there is ends as soon as that is known
-    #[arg(long, value_name = "BYTES", value_parser = bytes)]
+    /// Refuse to start if the mesh is expected to need more memory
+    ///
+    /// K, M, G and T stand for powers of 1024, as in 2G. Without this option, the command stops when it finds that
+    /// the memory of the machine cannot suffice.
+    #[arg(long, value_name = "BYTES", value_parser = bytes, help_heading = MACHINE, hide_short_help = true)]
     pub max_memory: Option<u64>,
     /// Write the report as JSON, `-` for standard output
-    #[arg(long, value_name = "FILE|-")]
+    #[arg(long, value_name = "FILE|-", help_heading = REPORTS)]
     pub json: Option<PathBuf>,
-    /// Put a picture of the mesh into the report if it has at most N cells, for `septet report`; at most 200000, 0 for
-    /// none [default: 20000]
-    #[arg(long, value_name = "N", value_parser = shown, requires = "json")]
+    /// Largest number of cells for which the report holds a picture of the mesh
+    ///
+    /// `septet report` draws the picture. At most 200000, 0 for none. [default: 20000]
+    #[arg(long, value_name = "N", value_parser = shown, requires = "json", help_heading = REPORTS, hide_short_help = true)]
     pub view: Option<u32>,
-    /// Print tables of stages, of phases and of runs of the machine; with a name ending in .md write them as Markdown,
-    /// in .csv as three files (NAME.stages.csv, NAME.phases.csv, NAME.runs.csv)
-    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-", conflicts_with = "check")]
+    /// Print tables of stages, phases and runs of the machine
+    ///
+    /// `--profile=NAME.md` writes Markdown instead. `--profile=NAME.csv` writes NAME.stages.csv, NAME.phases.csv
+    /// and NAME.runs.csv.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-", conflicts_with = "check", help_heading = REPORTS, hide_short_help = true)]
     pub profile: Option<PathBuf>,
     #[command(flatten)]
     pub tracing: TraceArgs,
-    /// Write histograms of the mesh's quality as SVG into this directory
-    #[arg(long, value_name = "DIR", conflicts_with = "check")]
+    /// Write histograms of the mesh quality as SVG files into this directory
+    #[arg(long, value_name = "DIR", conflicts_with = "check", help_heading = REPORTS, hide_short_help = true)]
     pub svg: Option<PathBuf>,
     /// Version of files named .msh
-    #[arg(long, value_name = "VERSION", value_enum, default_value_t = MshArg::V41)]
+    #[arg(long, value_name = "VERSION", value_enum, default_value_t = MshArg::V41, help_heading = OUTPUT, hide_short_help = true)]
     pub msh_version: MshArg,
 }
 
 /// `--boundary`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum BoundaryArg {
-    /// Every segment and facet
+    /// Keep every segment and facet
     Exact,
-    /// Corners, and ridges above the feature angle
+    /// Keep corners and ridges, and resample the rest of the surface
     Remesh,
 }
 
@@ -134,23 +162,24 @@ impl From<BoundaryArg> for Boundary {
 }
 
 impl MeshArgs {
-    /// What is asked for; the size field has yet to be read.
+    /// Returns the request of these options, without the size field, which the caller reads.
     pub fn request(&self) -> Result<MeshRequest, Failure> {
         let usage = |message: &str, help: &str| Err(Failure::new(Code::Usage, message).help(help));
         if self.delivery_seed.is_some() && self.transport == TransportArg::Channel {
-            let message = "--delivery-seed goes with --transport sim: channels deliver when they deliver";
-            return usage(message, "add --transport sim, or leave the seed out");
+            let message = "--delivery-seed needs --transport sim: channels deliver in no fixed order";
+            return usage(message, "add --transport sim, or omit --delivery-seed");
         }
-        let told = self.json.is_some() || self.svg.is_some() || self.profile.is_some();
-        if !self.check && !told && self.output.is_empty() && self.tracing.trace.is_none() {
-            return usage("where is the mesh to go?", "give -o OUT, or --check to check the domain alone");
+        let is_reported = self.json.is_some() || self.svg.is_some() || self.profile.is_some();
+        if !self.check && !is_reported && self.output.is_empty() && self.tracing.trace.is_none() {
+            let message = "no output is given";
+            return usage(message, "use -o FILE or --json FILE, or --check to check the domain only");
         }
         if let (Some(size), Some(least)) = (self.size, self.min_size)
             && least > size
         {
             return usage(
-                "--min-size is above --size, and would win everywhere",
-                "give a smaller --min-size, or --size alone",
+                "--min-size is larger than --size and would override it everywhere",
+                "reduce --min-size, or omit it",
             );
         }
         if self.max_distance.is_some() && self.boundary == Some(BoundaryArg::Exact) {
@@ -185,19 +214,19 @@ impl MeshArgs {
     }
 }
 
-/// The most cells of a picture.
+/// Parses the largest number of cells of a picture.
 fn shown(text: &str) -> Result<u32, String> {
     let number: Option<u32> = text.parse().ok();
     number.filter(|&n| n <= MOST_CELLS).ok_or_else(|| format!("expected a number of at most {MOST_CELLS}"))
 }
 
-/// A boundary that is kept as it is has no distance from itself.
+/// Returns the failure for `--max-distance` with an exact boundary.
 pub fn exact_has_no_distance() -> Failure {
-    let message = "--max-distance goes with --boundary remesh: --boundary exact keeps the boundary itself";
-    Failure::new(Code::Usage, message).help("leave the distance out, or add --boundary remesh for a surface")
+    let message = "--max-distance needs --boundary remesh: --boundary exact keeps the boundary unchanged";
+    Failure::new(Code::Usage, message).help("omit --max-distance, or add --boundary remesh for a surface")
 }
 
-/// A number with a property.
+/// Parses a number that satisfies a condition.
 fn number(text: &str, expected: &str, good: impl Fn(f64) -> bool) -> Result<f64, String> {
     text.parse()
         .ok()
@@ -214,7 +243,7 @@ fn lipschitz(text: &str) -> Result<f64, String> {
 }
 
 fn radius_edge(text: &str) -> Result<f64, String> {
-    // L = 1 - 1/B has to lie strictly between 0 and 1, as rounded.
+    // L = 1 - 1/B must lie strictly between 0 and 1 after rounding.
     number(text, "a number above 1", |b| b > 1.0 && 1.0 - 1.0 / b > 0.0 && 1.0 - 1.0 / b < 1.0)
 }
 

@@ -1,4 +1,4 @@
-//! A mesh's quality for people: a few lines, and figures.
+//! The quality of a mesh for people: a summary and figures.
 
 use septet_geometry::point::Point;
 use septet_meshing::facet::Triangulate;
@@ -6,10 +6,12 @@ use septet_meshing::quality::histogram::Histogram;
 use septet_meshing::quality::{Quality, SLIVER_RATIO, SLIVERS};
 
 use crate::page::histograms::{Drawn, svg};
+use crate::summary::row;
+use crate::text::counted;
 use septet_core::mesh::Promise;
 use septet_lab::report::mesh::Judged;
 
-/// The histograms as figures: name of the file and text of each.
+/// Draws the histograms. Returns the file name and the SVG text of each.
 pub fn figures<P: Point>(quality: &Quality<P>, promise: Promise) -> Vec<(String, String)> {
     let mut all = vec![
         (Drawn::RadiusEdge, &quality.ratios),
@@ -26,59 +28,90 @@ pub fn figures<P: Point>(quality: &Quality<P>, promise: Promise) -> Vec<(String,
     all.into_iter().map(draw).collect()
 }
 
-/// A few lines for people: the promise and what came of it, the angles.
+/// Formats a few lines for people: conformity, quality with its bound, boundary, angles. A line about a weakness names
+/// the option that improves it.
 pub fn summary<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
-    let Judged { domain, request, mesh, quality, conformity, .. } = *judged;
-    let promise = Promise::of(request.lipschitz).free;
-    let promised =
-        if request.remeshes(domain) { String::new() } else { format!(" of {promise:.4} promised") };
-    let [free, near, above, outside] = &quality.places;
-    let angle = if P::DIM == 2 { "angles" } else { "dihedral angles" };
+    let Judged { mesh, conformity, .. } = *judged;
     let verdict = match conformity.defects.len() {
-        0 => "conforms".to_owned(),
-        1 => "has 1 defect".to_owned(),
-        n => format!("has {n} defects"),
+        0 => "conforms to its domain".to_owned(),
+        n => format!("has {}", counted(n as u64, "defect")),
     };
-    let mut lines = vec![
-        format!("septet: {} points, {} cells: the mesh {verdict}", mesh.points.len(), mesh.cells.len()),
+    let [points, cells] = [(mesh.points.len(), "point"), (mesh.cells.len(), "cell")];
+    let [points, cells] = [points, cells].map(|(number, noun)| counted(number as u64, noun));
+    let mut lines = vec![format!("septet: {points}, {cells}: the mesh {verdict}")];
+    lines.extend(radius_edge(judged));
+    lines.extend(surface(judged));
+    lines.extend(angles(judged));
+    lines
+}
+
+/// The radius-edge ratios by place of the circumcentre, and the bound.
+fn radius_edge<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
+    let Judged { domain, request, quality, .. } = *judged;
+    let [free, near, above, outside] = &quality.places;
+    let bound = Promise::of(request.lipschitz).free;
+    let bound = if request.remeshes(domain) { String::new() } else { format!(", bound {bound:.2}") };
+    let mut parts = Vec::new();
+    for (place, bound, at) in [
+        (free, bound.as_str(), "away from the boundary"),
+        (near, "", "near the boundary"),
+        (above, "", "at boundary triangles that are larger than the local size"),
+        (outside, "", "with circumcentres outside the domain"),
+    ] {
+        if place.cells > 0 {
+            let cells = counted(place.cells, "cell");
+            parts.push(format!("at most {:.2} {at} ({cells}{bound})", place.most.upper));
+        }
+    }
+    let labels = ["radius-edge", "", "", ""];
+    parts.iter().zip(labels).map(|(part, label)| row(label, part)).collect()
+}
+
+/// The distance between a surface and its remeshed boundary, and their differences.
+fn surface<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
+    let Some(deviation) = judged.conformity.deviation else { return Vec::new() };
+    let mut lines = vec![row(
+        "surface",
         format!(
-            "  radius-edge at most {:.4}{} ({} cells), {:.4} near the boundary ({} cells)",
-            free.most.upper, promised, free.cells, near.most.upper, near.cells
-        ),
-    ];
-    if let Some(deviation) = conformity.deviation {
-        lines.push(format!(
-            "  the boundary is up to {:.3e} from the surface, the surface's vertices up to {:.3e} from it",
+            "the boundary is at most {:.2e} from the surface, vertices of the surface {:.2e} from the boundary \
+             (--max-distance)",
             deviation.of_boundary, deviation.of_surface
-        ));
-        let [boundary, surface] = deviation.euler;
-        if boundary != surface {
-            lines.push(format!(
-                "  the boundary has Euler characteristic {boundary}, the surface {surface}: other handles, where sheets are close"
-            ));
-        }
-        if deviation.finer > 0 {
-            lines.push(format!(
-                "  {} edges of the boundary are below half the size: sheets as thin, ridges as close, or the distance need it",
-                deviation.finer
-            ));
-        }
+        ),
+    )];
+    let [boundary, surface] = deviation.euler;
+    if boundary != surface {
+        let text = format!(
+            "the Euler characteristic of the boundary is {boundary}, of the surface {surface}: thin sheets are joined; \
+             reduce --size"
+        );
+        lines.push(row("", text));
     }
-    if above.cells > 0 {
-        lines.push(format!(
-            "  {} cells above facets' triangles larger than the size, radius-edge at most {:.4}",
-            above.cells, above.most.upper
-        ));
+    if deviation.finer > 0 {
+        let edges = counted(deviation.finer, "boundary edge");
+        let text = format!(
+            "{edges} shorter than half the size, for thin sheets, close ridges or --max-distance; --min-size limits them"
+        );
+        lines.push(row("", text));
     }
-    if outside.cells > 0 {
-        lines.push(format!(
-            "  {} circumcentres outside, radius-edge at most {:.4}",
-            outside.cells, outside.most.upper
-        ));
+    lines
+}
+
+/// The range of the angles, and the slivers.
+fn angles<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
+    let quality = judged.quality;
+    let angle = if P::DIM == 2 { "angles" } else { "dihedral angles" };
+    let (limit, number) = (SLIVERS[1], quality.slivers[1]);
+    let mut lines = vec![row(
+        "angles",
+        format!("{angle} from {:.2} to {:.2} degrees", quality.angles.least, quality.angles.most),
+    )];
+    if P::DIM == 3 && number > 0 {
+        let help = if judged.request.improve { "" } else { "; --improve removes most of them" };
+        let slivers = counted(number, "sliver");
+        let text = format!(
+            "{slivers}: an angle below {limit} degrees and a radius-edge ratio below {SLIVER_RATIO}{help}"
+        );
+        lines.push(row("", text));
     }
-    lines.push(format!(
-        "  {angle} from {:.2} to {:.2} degrees; below {}: {} cells with radius-edge below {SLIVER_RATIO}",
-        quality.angles.least, quality.angles.most, SLIVERS[1], quality.slivers[1]
-    ));
     lines
 }

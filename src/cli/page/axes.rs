@@ -1,6 +1,6 @@
-//! Axes: where ticks stand and what they say.
+//! Axes: the positions and labels of ticks.
 
-/// A number with a prefix of the SI, or an exponent.
+/// Formats a number with an SI prefix or an exponent.
 pub(super) fn si(x: f64) -> String {
     let size = x.abs();
     let (value, unit) = match size {
@@ -16,7 +16,7 @@ pub(super) fn si(x: f64) -> String {
     if unit.is_empty() { text.to_owned() } else { format!("{text}\u{202f}{unit}") }
 }
 
-/// A whole number with its thousands apart.
+/// Formats a whole number in groups of three digits.
 pub(super) fn grouped(x: f64) -> String {
     let digits = format!("{:.0}", x.abs());
     let mut out = String::new();
@@ -40,7 +40,7 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// An axis that holds all values with a little room.
+    /// Returns an axis that contains all values with a small margin.
     pub(super) fn around(
         label: &str,
         log: bool,
@@ -65,7 +65,7 @@ impl Axis {
         Axis { label: label.to_owned(), log, low, high, pixels }
     }
 
-    /// The pixel of a value.
+    /// Returns the pixel of a value.
     pub(super) fn at(&self, value: f64) -> f64 {
         let part = if self.log {
             (value / self.low).ln() / (self.high / self.low).ln()
@@ -75,10 +75,10 @@ impl Axis {
         self.pixels.0 + part * (self.pixels.1 - self.pixels.0)
     }
 
-    /// Between three and eight values, round ones.
+    /// Returns three to eight round values.
     pub(super) fn ticks(&self) -> Vec<f64> {
         let logarithmic = if self.log { self.log_ticks() } else { Vec::new() };
-        // Within less than a factor of two the round values of a logarithmic axis are too few.
+        // A logarithmic axis over less than a factor of two has too few round values.
         if logarithmic.len() < 3 { self.linear_ticks() } else { logarithmic }
     }
 

@@ -1,4 +1,4 @@
-//! Bars: what proved the stars, and what each phase took.
+//! Bar charts: the proofs of the stars, and the cost of each phase.
 
 use serde_json::json;
 
@@ -7,7 +7,7 @@ use super::data::{RunData, number, text};
 use super::svg::Drawing;
 use super::{Figure, Table, Variant};
 
-/// How far the data is from the theorem: the stars by what proved them.
+/// Draws the number of stars by their proof, which shows how well the hypothesis of the theorem holds.
 pub(super) fn proofs(run: &RunData) -> Option<Figure> {
     let kinds = [
         ("hypothesis", "supergraph and certificate alone, as the paper supposes"),
@@ -36,14 +36,13 @@ pub(super) fn proofs(run: &RunData) -> Option<Figure> {
         table.rows.push(vec![json!(name), json!(count), json!(count / total)]);
     }
     let caption =
-        "How far this data is from the theorem: where the hypothesis holds no star needs the exchange. \
-                   Every star passed the certificate, whatever proved it."
+        "If the hypothesis of the theorem holds, no star needs the exchange. Every star passed the certificate."
             .to_owned();
     let variants = vec![Variant { name: String::new(), body: out, table }];
-    Some(Figure { id: "proofs", title: "What proved the stars", caption, variants })
+    Some(Figure { id: "proofs", title: "How each star was certified", caption, variants })
 }
 
-/// What is measured of a phase: key, name, unit.
+/// A measure of a phase: key, name, unit.
 const MEASURES: [(&str, &str, &str); 6] = [
     ("critical_depth", "critical path", "steps"),
     ("depth", "depth", "steps"),
@@ -53,14 +52,14 @@ const MEASURES: [(&str, &str, &str); 6] = [
     ("seconds", "time (measured)", "s"),
 ];
 
-/// What each phase took, measure by measure.
+/// Draws the cost of each phase, with a chart per measure.
 pub(super) fn phases(run: &RunData) -> Option<Figure> {
     let variants: Vec<Variant> = MEASURES.iter().filter_map(|m| phase_bars(run, m)).collect();
     let caption =
         "Steps, operations, messages and bytes are counts of the modelled machine; seconds are measured. \
-                   The paper's phases are filled, those of agreement and repair are hatched."
+                   Phases of the paper are filled, phases of agreement and repair are hatched."
             .to_owned();
-    (!variants.is_empty()).then_some(Figure { id: "phases", title: "Phase by phase", caption, variants })
+    (!variants.is_empty()).then_some(Figure { id: "phases", title: "Cost by phase", caption, variants })
 }
 
 fn phase_bars(run: &RunData, (key, name, unit): &(&str, &str, &str)) -> Option<Variant> {
@@ -77,7 +76,7 @@ fn phase_bars(run: &RunData, (key, name, unit): &(&str, &str, &str)) -> Option<V
     Some(Variant { name: (*name).to_owned(), body: bars(&rows, &label), table })
 }
 
-/// A bar each: its name, whether it is filled or hatched, its value.
+/// A bar: its name, whether it is filled or hatched, its value.
 pub(super) fn bars(rows: &[(&str, bool, f64)], label: &str) -> Drawing {
     let (left, right, step) = (130.0, 720.0, 22.0);
     let bottom = 12.0 + step * rows.len() as f64;

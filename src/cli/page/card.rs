@@ -1,4 +1,4 @@
-//! A card: one number with its name and a note.
+//! A card: a number with its name and a note.
 
 use crate::page::svg::escape;
 use std::fmt::Write;

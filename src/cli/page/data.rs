@@ -1,4 +1,4 @@
-//! Runs as they are read back: whole reports, or the lines of a sweep.
+//! Runs read from reports or from the lines of a sweep.
 
 use serde_json::Value;
 
@@ -7,16 +7,16 @@ use septet_lab::report::mesh::MESH_SCHEMA;
 use super::error::PageError;
 use super::mesh::{MeshData, read as read_mesh};
 
-/// One run.
+/// A run.
 #[derive(Clone, Debug)]
 pub struct RunData {
-    /// The file it comes from, with the line in a sweep.
+    /// Name of the file, with the line number in a sweep.
     pub name: String,
-    /// The object.
+    /// The JSON object.
     pub value: Value,
 }
 
-/// What a text may hold.
+/// An entry of an input text.
 #[derive(Clone, Debug)]
 pub(super) enum Entry {
     /// A run.
@@ -25,13 +25,13 @@ pub(super) enum Entry {
     Mesh(Box<MeshData>),
 }
 
-/// The runs or meshes in a text: one object, or one a line.
+/// Reads the runs and meshes of a text, which is one object or one object per line.
 pub(super) fn read(name: &str, text: &str) -> Result<Vec<Entry>, PageError> {
     let whole = serde_json::from_str::<Value>(text);
     if let Ok(value) = whole {
         return Ok(vec![entry(name.to_owned(), name, 1, value)?]);
     }
-    // A sweep has an object in its first line; what is no sweep is reported as the object that it is not.
+    // A sweep has an object in its first line. The error for other text is that of one object.
     let first = text.lines().find(|l| !l.trim().is_empty()).unwrap_or_default();
     if let (Err(error), Err(_)) = (&whole, serde_json::from_str::<Value>(first)) {
         return Err(PageError::Syntax { name: name.into(), line: error.line(), why: error.to_string() });
@@ -70,59 +70,59 @@ fn run(full: String, name: &str, line: usize, value: Value) -> Result<RunData, P
     Ok(RunData { name: full, value })
 }
 
-/// A phase of the rows of a list, as text.
+/// Returns the phase of a row.
 pub(super) fn text(value: &Value) -> &str {
     value.as_str().unwrap_or_default()
 }
 
-/// A number of a row; 0 where it is missing.
+/// Returns a number of a row, 0 if it is missing.
 pub(super) fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or(0.0)
 }
 
 impl RunData {
-    /// The value at a pointer, if it is a number.
+    /// Returns the number at a JSON pointer.
     pub(super) fn number(&self, pointer: &str) -> Option<f64> {
         self.value.pointer(pointer)?.as_f64()
     }
 
-    /// The rows at a pointer.
+    /// Returns the rows at a JSON pointer.
     pub(super) fn rows(&self, pointer: &str) -> &[Value] {
         self.value.pointer(pointer).and_then(Value::as_array).map_or(&[], Vec::as_slice)
     }
 
-    /// Is it a whole report, not the line of a sweep?
+    /// Returns `true` for a report, `false` for a line of a sweep.
     pub(super) fn is_whole(&self) -> bool {
         self.value["schema"] == septet_lab::report::SCHEMA && self.value["points"].is_object()
     }
 
-    /// Number of points.
+    /// Returns the number of points.
     pub(super) fn n(&self) -> Option<f64> {
         self.number("/n").or_else(|| self.number("/points/used")).filter(|&n| n > 1.0)
     }
 
-    /// Number of coordinates.
+    /// Returns the number of coordinates.
     pub(super) fn space(&self) -> f64 {
         ["/space", "/d", "/dimension"].iter().find_map(|p| self.number(p)).unwrap_or(3.0)
     }
 
-    /// Number of workers.
+    /// Returns the number of workers.
     pub(super) fn workers(&self) -> Option<f64> {
         self.number("/machine/workers").or_else(|| self.number("/workers"))
     }
 
-    /// Kind of the point set: a sample's, or the file's name.
+    /// Returns the kind of a generated set, or the name of a file.
     pub(super) fn kind(&self) -> String {
         let input = self.value.pointer("/parameters/input").or(self.value.get("input")).map_or("", text);
         let sample = input.strip_prefix("sample:").and_then(|s| s.split(':').next());
         self.value["kind"].as_str().or(sample).unwrap_or(input).to_owned()
     }
 
-    /// What tells runs of one kind apart that no law holds for together: everything asked for but size, seed and
+    /// Returns a text that is equal for runs that one law may describe: all options except size, seed and number of
     /// workers.
     pub(super) fn options(&self) -> Vec<String> {
         let word = |key: &str| {
-            // A report has the leaf that was settled on, and says if it was asked for.
+            // A report holds the leaf size that was used, and whether the user chose it.
             if key == "leaf" && self.value.pointer("/parameters/leaf_auto") == Some(&Value::Bool(true)) {
                 return None;
             }
@@ -147,7 +147,7 @@ impl RunData {
         defaults.iter().filter_map(named).collect()
     }
 
-    /// The number of workers as it was asked for: `leaves`, or a number.
+    /// Returns the requested number of workers, or `leaves`.
     pub(super) fn asked_workers(&self) -> String {
         let asked =
             self.value.pointer("/parameters/workers").or_else(|| self.value.pointer("/settings/workers"));
@@ -157,7 +157,7 @@ impl RunData {
         }
     }
 
-    /// A quantity of the whole machine, or the sum over the phases.
+    /// Returns a quantity of the machine, or its sum over the phases.
     pub(super) fn total(&self, key: &str) -> Option<f64> {
         let sum = || {
             let parts: Vec<f64> = self.rows("/phases").iter().filter_map(|p| p[key].as_f64()).collect();
@@ -166,12 +166,12 @@ impl RunData {
         self.number(&format!("/machine/{key}")).or_else(sum)
     }
 
-    /// A quantity of a phase.
+    /// Returns a quantity of a phase.
     pub(super) fn phase(&self, name: &str, key: &str) -> Option<f64> {
         self.rows("/phases").iter().find(|p| p["name"] == name)?[key].as_f64()
     }
 
-    /// Points that meet the root's separator.
+    /// Returns the number of points whose balls cross the separator of the root.
     pub(super) fn root_separator(&self) -> Option<f64> {
         let root = self.rows("/nodes").iter().find(|n| n["id"] == 1);
         root.map(|n| number(&n["crossing_inside"]) + number(&n["crossing_outside"]))

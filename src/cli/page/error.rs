@@ -1,53 +1,53 @@
-//! Why there is no page.
+//! Errors of the page.
 
 use thiserror::Error;
 
-/// Why there is no page.
+/// An input that cannot be shown.
 #[derive(Debug, Error)]
 pub enum PageError {
-    /// A text that is not JSON.
+    /// The text is not JSON.
     #[error("{name}, line {line}: not JSON ({why})")]
     Syntax {
-        /// The file.
+        /// Name of the file.
         name: String,
-        /// Its line, from 1.
+        /// Line number, from 1.
         line: usize,
-        /// What the parser says.
+        /// Message of the parser.
         why: String,
     },
-    /// JSON that is no run.
+    /// The JSON is not a report.
     #[error(
-        "{name}, line {line}: no run of septet (neither `schema` septet-run/1 or septet-mesh/1 nor `phases`)"
+        "{name}, line {line}: not a septet report (neither `schema` septet-run/1 or septet-mesh/1 nor `phases`)"
     )]
     NoRun {
-        /// The file.
+        /// Name of the file.
         name: String,
-        /// Its line, from 1.
+        /// Line number, from 1.
         line: usize,
     },
-    /// A run without what every run has.
-    #[error("{name}, line {line}: a run of septet without `{field}`")]
+    /// A required field is missing.
+    #[error("{name}, line {line}: the report has no field `{field}`")]
     Missing {
-        /// The file.
+        /// Name of the file.
         name: String,
-        /// Its line, from 1.
+        /// Line number, from 1.
         line: usize,
-        /// What is not there.
+        /// Name of the missing field.
         field: &'static str,
     },
-    /// A report of a mesh with a field that is not what it should be.
-    #[error("{name}, line {line}: not a mesh's report: `{field}`: {why}")]
+    /// A field of the report of a mesh is not valid.
+    #[error("{name}, line {line}: not the report of a mesh: `{field}`: {why}")]
     Field {
-        /// The file.
+        /// Name of the file.
         name: String,
-        /// Its line, from 1.
+        /// Line number, from 1.
         line: usize,
-        /// The field, by its path.
+        /// Path of the field.
         field: String,
-        /// What is wrong with it.
+        /// The reason.
         why: String,
     },
-    /// Nothing given.
-    #[error("no run to show")]
+    /// The input is empty.
+    #[error("the input contains no reports")]
     Empty,
 }

@@ -1,16 +1,16 @@
-//! Pictures with their captions and tables.
+//! Figures with captions and tables.
 
 use serde::Serialize;
 use serde_json::Value;
 
 use super::svg::Drawing;
 
-/// A table under a picture.
+/// The table of a figure.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Table {
-    /// Heads, with units.
+    /// Column heads with units.
     pub columns: Vec<String>,
-    /// One entry a column.
+    /// Rows with one entry per column.
     pub rows: Vec<Vec<Value>>,
 }
 
@@ -20,26 +20,26 @@ impl Table {
     }
 }
 
-/// One way to draw a figure: a phase, a measure.
+/// A variant of a figure, such as one phase or one measure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variant {
-    /// What tells it from the others.
+    /// Name of the variant.
     pub name: String,
-    /// The drawing, without its own style.
+    /// The drawing, without a style of its own.
     pub body: Drawing,
-    /// The numbers in it.
+    /// The numbers of the drawing.
     pub table: Table,
 }
 
-/// A picture with a caption.
+/// A figure with a caption.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
-    /// Name of its file.
+    /// File name without ending.
     pub id: &'static str,
-    /// Its heading.
+    /// The heading.
     pub title: &'static str,
-    /// What is to be seen.
+    /// The caption.
     pub caption: String,
-    /// At least one.
+    /// The variants, at least one.
     pub variants: Vec<Variant>,
 }

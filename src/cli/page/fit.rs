@@ -1,21 +1,21 @@
 //! A power law through measured points, with its interval.
 //!
-//! Ordinary least squares of `ln y` over `ln x`; the interval of the exponent is Student's at 95 %, for what a
-//! straight line in logarithms supposes.
+//! Ordinary least squares of `ln y` over `ln x`. The interval of the exponent is Student's at 95 %, if a
+//! straight line in logarithms is the right model.
 
 /// `y = c x^e`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PowerLaw {
     pub(super) coefficient: f64,
     pub(super) exponent: f64,
-    /// Half the width of the exponent's 95 % interval; none from fewer than three points.
+    /// Half the width of the 95 % interval of the exponent; `None` for fewer than three points.
     pub(super) margin: Option<f64>,
 }
 
-/// Student's t at 97.5 % by degrees of freedom 1..=10; then close to the normal's.
+/// Student's t at 97.5 % for 1 to 10 degrees of freedom; above, it is close to the normal quantile.
 const STUDENT: [f64; 10] = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228];
 
-/// Fits points with positive coordinates; none unless two abscissae differ.
+/// Fits points with positive coordinates. Returns `None` if all abscissae are equal.
 pub(super) fn power_law(points: &[(f64, f64)]) -> Option<PowerLaw> {
     let logs: Vec<(f64, f64)> =
         points.iter().filter(|p| p.0 > 0.0 && p.1 > 0.0).map(|p| (p.0.ln(), p.1.ln())).collect();
@@ -33,14 +33,14 @@ pub(super) fn power_law(points: &[(f64, f64)]) -> Option<PowerLaw> {
     Some(PowerLaw { coefficient: (my - exponent * mx).exp(), exponent, margin })
 }
 
-/// The coefficient of a law of known shape: the geometric mean of `y / law(x)`.
+/// Returns the coefficient of a law of known shape: the geometric mean of `y / law(x)`.
 pub(super) fn scaled(points: &[(f64, f64)], law: impl Fn(f64) -> f64) -> Option<f64> {
     let logs: Vec<f64> =
         points.iter().map(|&(x, y)| y / law(x)).filter(|r| *r > 0.0 && r.is_finite()).map(f64::ln).collect();
     (!logs.is_empty()).then(|| (logs.iter().sum::<f64>() / logs.len() as f64).exp())
 }
 
-/// The straight line `a + b x` of least squares; none unless two abscissae differ.
+/// Returns the least-squares line `a + b x`, or `None` if all abscissae are equal.
 pub(super) fn straight(points: &[(f64, f64)]) -> Option<(f64, f64)> {
     let n = points.len() as f64;
     let (mx, my) = (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
@@ -50,7 +50,7 @@ pub(super) fn straight(points: &[(f64, f64)]) -> Option<(f64, f64)> {
 }
 
 impl PowerLaw {
-    /// In words.
+    /// Describes the law in words.
     pub(super) fn words(&self) -> String {
         match self.margin {
             Some(margin) => format!("fitted exponent {:.2} ± {margin:.2}", self.exponent),
@@ -74,7 +74,7 @@ mod tests {
         assert!((scaled(&exact, |x| x.powf(0.66)).unwrap() - 3.0).abs() < 1e-9);
         let (a, b) = straight(&[(1.0, 5.0), (2.0, 7.0), (4.0, 11.0)]).unwrap();
         assert!((a - 3.0).abs() < 1e-9 && (b - 2.0).abs() < 1e-9);
-        // Steps of slope 1 and 3: the interval round 2 holds both.
+        // Steps of slope 1 and 3: the interval around 2 contains both.
         let noisy = [(1.0, 1.0), (2.0, 2.0), (4.0, 16.0)];
         let law = power_law(&noisy).unwrap();
         assert!((law.exponent - 2.0).abs() < 1e-9 && law.margin.unwrap() > 1.0);

@@ -1,4 +1,4 @@
-//! Who sent when, and who sent to whom.
+//! Heat maps of the traffic: by round and sender, by receiver and sender.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use super::{Figure, Table, Variant};
 const LEFT: f64 = 62.0;
 const RIGHT: f64 = 706.0;
 
-/// The name of a bin: the coordinator, a worker, or a range of workers.
+/// Names a bin: the coordinator, a worker, or a range of workers.
 fn bin_name(bins: &[Value], at: f64) -> String {
     let bin = &bins[(at as usize).min(bins.len().saturating_sub(1))];
     let (first, last) = (number(&bin["first"]), number(&bin["last"]));
@@ -23,7 +23,7 @@ fn bin_name(bins: &[Value], at: f64) -> String {
     }
 }
 
-/// Ticks of an axis of bins: at most nine of them, the coordinator's as `c`.
+/// Returns at most nine ticks of an axis of bins; `c` is the coordinator.
 fn bin_ticks(bins: &[Value]) -> Vec<(usize, String)> {
     let workers = bins.len().saturating_sub(1).max(1);
     let stride = [1, 2, 4, 8, 16, 32, 64, 128].into_iter().find(|s| workers / s <= 9).unwrap_or(128);
@@ -34,7 +34,7 @@ fn bin_ticks(bins: &[Value]) -> Vec<(usize, String)> {
     (0..bins.len()).filter(|i| i % stride == 0).map(|i| (i, name(i))).collect()
 }
 
-/// Phases along the rounds: name, first and last column.
+/// Returns the phases along the rounds: name, first and last column.
 fn spans(columns: &[(f64, String)]) -> Vec<(String, usize, usize)> {
     let mut spans: Vec<(String, usize, usize)> = Vec::new();
     for (i, (_, phase)) in columns.iter().enumerate() {
@@ -46,7 +46,7 @@ fn spans(columns: &[(f64, String)]) -> Vec<(String, usize, usize)> {
     spans
 }
 
-/// Rounds by worker.
+/// Draws the rounds by worker.
 pub(super) fn timeline(run: &RunData) -> Option<Figure> {
     let rows = run.rows("/timeline/rows");
     let mut columns: Vec<(f64, String)> =
@@ -58,8 +58,8 @@ pub(super) fn timeline(run: &RunData) -> Option<Figure> {
         .filter_map(|m| rounds(run, rows, &columns, *m))
         .collect();
     let caption =
-        "What each worker sent in each round. Rounds without messages are left out; the numbers below are \
-                   those of the machine. Row c is the coordinator."
+        "Messages and bytes by worker and round. Rounds without messages are omitted; the labels are the round numbers \
+                   of the machine. Row c is the coordinator."
             .to_owned();
     (!variants.is_empty()).then_some(Figure { id: "timeline", title: "Rounds by worker", caption, variants })
 }
@@ -137,7 +137,7 @@ fn worker_ticks(out: &mut Drawing, bins: &[Value], corner: (f64, f64), step: f64
     }
 }
 
-/// Senders by receivers, over all phases and phase by phase.
+/// Draws senders by receivers, for all phases together and for each phase.
 pub(super) fn traffic(run: &RunData) -> Option<Figure> {
     let rows = run.rows("/traffic/rows");
     let mut phases: Vec<&str> = Vec::new();
@@ -152,10 +152,10 @@ pub(super) fn traffic(run: &RunData) -> Option<Figure> {
         variants.extend(phases.iter().filter_map(|p| matrix(run, rows, Some(p), key, unit)));
     }
     let grouped = run.value.pointer("/traffic/grouped") == Some(&json!(true));
-    let bins = if grouped { " Workers stand in bins of contiguous ranks." } else { "" };
+    let bins = if grouped { " Each bin holds contiguous ranks." } else { "" };
     let caption = format!(
-        "Row: sender; column: receiver; c is the coordinator. A subproblem's group is a range of ranks, so the blocks \
-         on the diagonal are subtrees.{bins} Messages to oneself are not billed."
+        "Row: sender; column: receiver; c is the coordinator. The group of a subproblem is a range of ranks, so the blocks \
+         on the diagonal are subtrees.{bins} Messages of a rank to itself are not counted."
     );
     (!variants.is_empty()).then_some(Figure { id: "traffic", title: "Worker to worker", caption, variants })
 }

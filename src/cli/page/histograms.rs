@@ -1,4 +1,4 @@
-//! Histograms of a mesh's quality.
+//! Histograms of the quality of a mesh.
 
 use std::fmt::Write;
 
@@ -10,18 +10,18 @@ use super::Table;
 use super::axes::{Axis, grouped, si};
 use super::svg::Drawing;
 
-/// A histogram to draw.
+/// A histogram with its labels.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bars<'a> {
-    /// Its heading.
+    /// The heading.
     pub(crate) title: &'a str,
-    /// What is counted, with its unit.
+    /// Name and unit of the abscissa.
     pub(crate) label: &'a str,
-    /// What one count is, such as cells.
+    /// Name of the counted items, such as cells.
     pub(crate) of: &'a str,
-    /// The counts.
+    /// The counts by interval.
     pub(crate) histogram: &'a HistogramReport,
-    /// A bound to be marked.
+    /// A bound that the histogram marks.
     pub(crate) bound: Option<f64>,
 }
 
@@ -30,7 +30,7 @@ const RIGHT: f64 = 796.0;
 const TOP: f64 = 34.0;
 const BOTTOM: f64 = 274.0;
 
-/// What of a mesh is drawn as a histogram.
+/// A quantity of a mesh that has a histogram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Drawn {
     RadiusEdge,
@@ -42,7 +42,7 @@ pub(crate) enum Drawn {
 }
 
 impl Drawn {
-    /// The name of its file.
+    /// Returns the name of the file, without ending.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Drawn::RadiusEdge => "radius-edge",
@@ -54,7 +54,7 @@ impl Drawn {
         }
     }
 
-    /// The histogram with its heading; `bound` is that of radius-edge ratios.
+    /// Returns the histogram with its labels. `bound` is the bound on radius-edge ratios.
     pub(crate) fn bars(self, histogram: &HistogramReport, bound: f64) -> Bars<'_> {
         let cells = "cells";
         let of = |title, label, of, bound| Bars { title, label, of, histogram, bound };
@@ -75,7 +75,7 @@ impl Drawn {
     }
 }
 
-/// The counts as a table.
+/// Returns the counts as a table.
 pub(super) fn table(bars: &Bars<'_>) -> Table {
     let h = bars.histogram;
     let mut table = Table::new(&["from", "to", bars.of]);
@@ -90,7 +90,7 @@ pub(super) fn table(bars: &Bars<'_>) -> Table {
     table
 }
 
-/// A figure of its own.
+/// Returns the SVG text of a file.
 pub(crate) fn svg(bars: &Bars<'_>) -> String {
     draw(bars).alone(bars.title)
 }

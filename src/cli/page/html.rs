@@ -1,4 +1,4 @@
-//! The page's text: style, data and scripts in one file.
+//! The HTML text of the page, with style, data and scripts.
 
 use std::fmt::Write;
 
@@ -13,7 +13,7 @@ use super::{Figure, Page};
 
 const PAGE_STYLE: &str = include_str!("assets/page.css");
 
-/// Modules by the names they import each other by.
+/// The import map: the names of the script modules and their texts.
 const MODULES: [(&str, &str); 12] = [
     ("three", include_str!("assets/three/three.min.js")),
     ("septet/data", include_str!("assets/data.js")),
@@ -34,12 +34,12 @@ const SCENE: &str = include_str!("assets/scene.html");
 const MESH: &str = include_str!("assets/mesh.html");
 const LICENCE: &str = include_str!("assets/three/LICENSE");
 
-/// JSON that cannot end the element it stands in.
+/// Writes JSON that cannot close the surrounding script element.
 fn embedded(value: &Value) -> Result<String, serde_json::Error> {
     Ok(serde_json::to_string(value)?.replace('<', "\\u003c"))
 }
 
-/// A module as an address of its own text.
+/// Returns a module as a data URL.
 fn address(source: &str) -> String {
     let mut out = String::from("data:text/javascript;charset=utf-8,");
     for byte in source.bytes() {
@@ -123,7 +123,7 @@ pub(super) fn page(page: &Page) -> Result<String, serde_json::Error> {
     Ok(out)
 }
 
-/// The mesh as the script draws it.
+/// The data of a mesh for the script.
 fn picture(mesh: Option<&MeshData>) -> Value {
     let Some(mesh) = mesh else { return Value::Null };
     let mut value = json!(mesh.file.view);
@@ -219,10 +219,10 @@ fn section(figure: &Figure, out: &mut String) {
     );
 }
 
-/// At most so many runs, and so many meshes, are in the table.
+/// Largest number of runs, and of meshes, in the table.
 const MOST_RUNS: usize = 200;
 
-/// All runs with their parameters.
+/// The table of all runs with their parameters.
 fn runs_table(page: &Page, out: &mut String) {
     out.push_str(
         "<section id=\"runs\" class=\"plate\"><h2>Runs on this page</h2>\n<div class=\"rows\" tabindex=\"0\"",

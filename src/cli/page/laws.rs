@@ -1,4 +1,4 @@
-//! Several runs against the laws of the paper.
+//! Plots of several runs with the growth laws of the paper.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use super::levels::{Shape, with_law};
 use super::plot::{Plot, Series};
 use super::{Figure, Table, Variant};
 
-/// A law: what it says of n, and how it is written.
+/// A law: its function of n, and its formula.
 struct Law {
     shape: fn(n: f64, space: f64) -> f64,
     name: &'static str,
@@ -20,7 +20,7 @@ const LOG: Law = Law { shape: |n, _| n.log2(), name: "log₂ n", affine: true };
 const SURFACE: Law = Law { shape: |n, d| n.powf(1.0 - 1.0 / d), name: "n^(1−1/d)", affine: false };
 const LINEARITHMIC: Law = Law { shape: |n, _| n * n.log2(), name: "n log₂ n", affine: false };
 
-/// The figures of runs of at least two sizes.
+/// Draws runs of at least two sizes.
 pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
     let mut sizes: Vec<u64> = runs.iter().filter_map(RunData::n).map(|n| n as u64).collect();
     sizes.sort_unstable();
@@ -34,11 +34,11 @@ pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
     };
     let total = |key: &'static str| move |r: &RunData| r.total(key);
     let figures = [
-        one("law-depth", "Depth against its law", DEPTH, depth(runs)),
+        one("law-depth", "Depth and its law", DEPTH, depth(runs)),
         one(
             "law-levels",
             "Levels of the tree",
-            "Splits of at most a constant share make the number of levels logarithmic.",
+            "If each split leaves at most a constant fraction of the points on a side, the number of levels is logarithmic.",
             vec![variant(
                 runs,
                 "",
@@ -50,15 +50,15 @@ pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
         one(
             "law-separators",
             "Separators of the root",
-            "Points whose ball meets the root's separator, against the surface law.",
+            "Points whose ball crosses the separator of the root, with the surface law.",
             vec![variant(runs, "", "separator points", &RunData::root_separator, &SURFACE)],
         ),
         one(
             "law-traffic",
-            "Bytes and rounds against their laws",
-            "Bytes of the separator sets are those of the surfaces between workers: n^(1−1/d). Bytes of a move of all \
-             points, of the load and of the results grow with n: they are left out. Rounds are those of the recursion: \
-             logarithmic until every worker has its leaf.",
+            "Bytes and rounds with their laws",
+            "The bytes of the separator sets grow with the surfaces between workers, like n^(1−1/d). The bytes of moves, \
+             of loading and of results grow like n and are omitted. The rounds of the recursion are logarithmic until \
+             every worker has its leaf.",
             vec![
                 variant(
                     runs,
@@ -72,8 +72,8 @@ pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
         ),
         one(
             "law-work",
-            "Work against its law",
-            "Operations of the paper's phases.",
+            "Work and its law",
+            "Operations of the phases of the paper.",
             vec![variant(
                 runs,
                 "",
@@ -86,10 +86,10 @@ pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
     figures.into_iter().flatten().collect()
 }
 
-const DEPTH: &str = "Solid: the power law fitted to the marks; dashed: b log₂ n + a, by least \
-                     squares. A logarithm bends below every power on these axes.";
+const DEPTH: &str = "Solid: the power law fitted to the marks. Dashed: b log₂ n + a, by least squares. On these axes, a \
+                     logarithm bends below every power law.";
 
-/// The whole critical path, then the phases by themselves.
+/// Draws the whole critical path, then each phase.
 fn depth(runs: &[RunData]) -> Vec<Option<Variant>> {
     let whole = |r: &RunData| r.number("/machine/paper/depth").or_else(|| r.number("/depth"));
     let mut names: Vec<&str> = Vec::new();
@@ -106,7 +106,7 @@ fn depth(runs: &[RunData]) -> Vec<Option<Variant>> {
     all
 }
 
-/// One quantity against n: a series for all runs that asked for the same, but for size and seed.
+/// Plots a quantity against n, with a series for the runs that differ only in size and seed.
 fn variant(
     runs: &[RunData],
     name: &str,
@@ -143,7 +143,7 @@ fn variant(
     Some(Variant { name: name.to_owned(), body: plot.draw(), table })
 }
 
-/// Do runs differ in the number of workers that was asked for?
+/// Returns `true` if runs differ in the requested number of workers.
 fn varied(runs: &[RunData]) -> bool {
     runs.windows(2).any(|pair| pair[0].asked_workers() != pair[1].asked_workers())
 }

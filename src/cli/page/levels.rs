@@ -1,4 +1,4 @@
-//! The tree of one run, level by level and node by node.
+//! The partition tree of a run, by level and by node.
 
 use serde_json::json;
 
@@ -8,12 +8,12 @@ use super::fit::{power_law, scaled, straight};
 use super::plot::{Plot, Series};
 use super::{Figure, Table, Variant};
 
-/// The figures of the tree.
+/// Draws the tree.
 pub(super) fn figures(run: &RunData) -> Vec<Figure> {
     [depths(run), separators(run)].into_iter().flatten().collect()
 }
 
-/// Largest depth of a node of each level.
+/// Draws the largest depth of a node of each level.
 fn depths(run: &RunData) -> Option<Figure> {
     let levels = run.rows("/tree/by_level");
     let phases = ["partition", "neighbours", "merge"];
@@ -56,13 +56,13 @@ fn depths(run: &RunData) -> Option<Figure> {
         variants.push(Variant { name: "sizes".to_owned(), body: plot.draw(), table });
     }
     let caption =
-        "The paper's recursion takes O(1) steps a level at every size: flat lines, times O(log n) levels, \
-                   make O(log n) depth. The depth of a level is that of its deepest node."
+        "The recursion takes O(1) steps per level at every size, so the lines are flat. O(log n) levels give a \
+                   depth of O(log n). The depth of a level is the largest depth of its nodes."
             .to_owned();
-    (!variants.is_empty()).then_some(Figure { id: "levels", title: "Level by level", caption, variants })
+    (!variants.is_empty()).then_some(Figure { id: "levels", title: "Depth by level", caption, variants })
 }
 
-/// Separator sizes of all nodes against the law.
+/// Draws the separator sizes of all nodes with their law.
 fn separators(run: &RunData) -> Option<Figure> {
     let mut table = Table::new(&["node", "level", "points", "separator points", "kind"]);
     let mut marks = Vec::new();
@@ -98,14 +98,14 @@ fn separators(run: &RunData) -> Option<Figure> {
     Some(Figure { id: "separators", title: "Separator sizes", caption, variants })
 }
 
-/// A law to hold the marks against: `c of(x)`, or `a + b of(x)` where it is affine.
+/// A law for the marks: `c of(x)`, or `a + b of(x)` if it is affine.
 pub(super) struct Shape<'a> {
     pub(super) of: &'a dyn Fn(f64) -> f64,
     pub(super) affine: bool,
     pub(super) name: &'a str,
 }
 
-/// Marks with their fitted power law and the law as proved.
+/// Marks with the fitted power law and the proved law.
 pub(super) fn with_law(name: &str, marks: &[(f64, f64)], law: &Shape<'_>) -> Series {
     let low = marks.iter().map(|m| m.0).fold(f64::INFINITY, f64::min);
     let high = marks.iter().map(|m| m.0).fold(0.0, f64::max);
@@ -132,7 +132,7 @@ pub(super) fn with_law(name: &str, marks: &[(f64, f64)], law: &Shape<'_>) -> Ser
     series
 }
 
-/// Two significant digits or more.
+/// Formats a number with at least two significant digits.
 fn significant(c: f64) -> String {
     if c.abs() >= 1e6 {
         return si(c);

@@ -1,9 +1,9 @@
-//! One offline page from the reports of runs and meshes: pictures, the tables under them, the partition in space, and
-//! the mesh cut by a plane.
+//! A self-contained page from the reports of runs and meshes: figures, their tables, the partition in space, and
+//! the mesh with a cutting plane.
 //!
-//! [`Page::of`] takes the texts of reports (`--json`) and of sweeps (one object a line); [`Page::html`] is the
-//! page, [`Page::figures`] its figures alone. Figures are SVG made here; the page's scripts only choose among
-//! them, show tables and draw the sampled points. Nothing is loaded from anywhere.
+//! [`Page::of`] takes the texts of reports (`--json`) and of sweeps (one object per line). [`Page::html`] returns the
+//! page, [`Page::figures`] its figures. The figures are SVG. The scripts of the page only select
+//! figures, show tables and draw the sampled points. The page loads nothing from the network.
 
 mod axes;
 mod bars;
@@ -36,16 +36,16 @@ pub struct Page {
     /// Position of the run whose rounds, traffic and points are shown.
     shown: Option<usize>,
     figures: Vec<Figure>,
-    /// The first is shown.
+    /// The meshes, of which the first is shown.
     meshes: Vec<MeshData>,
     mesh_figures: Vec<Figure>,
 }
 
 impl Page {
-    /// The page of these texts, each with its name.
+    /// Creates the page of these texts, each with its name.
     ///
     /// # Errors
-    /// A text that holds no run.
+    /// If a text contains no report.
     pub fn of(texts: &[(String, String)]) -> Result<Page, PageError> {
         let (mut runs, mut meshes) = (Vec::new(), Vec::new());
         for (name, text) in texts {
@@ -73,10 +73,10 @@ impl Page {
         Ok(Page { runs, shown, figures, meshes, mesh_figures })
     }
 
-    /// The page as one file.
+    /// Returns the HTML text.
     ///
     /// # Errors
-    /// A number that JSON cannot say.
+    /// If a number cannot be written as JSON.
     pub fn html(&self) -> Result<String, serde_json::Error> {
         html::page(self)
     }
@@ -85,7 +85,7 @@ impl Page {
         self.figures.iter().chain(&self.mesh_figures)
     }
 
-    /// File name and text of every figure.
+    /// Returns the file name and the text of every figure.
     pub fn figures(&self) -> Vec<(String, String)> {
         let named = |figure: &Figure| {
             let single = figure.variants.len() == 1;
@@ -100,7 +100,7 @@ impl Page {
     }
 }
 
-/// Letters, digits and single hyphens.
+/// Reduces a name to letters, digits and single hyphens.
 fn slug(name: &str) -> String {
     let words = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty());
     words.map(str::to_ascii_lowercase).collect::<Vec<_>>().join("-")

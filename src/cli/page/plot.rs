@@ -1,20 +1,20 @@
-//! A plot of marks and lines over two axes, with its legend beside it.
+//! A plot of marks and lines over two axes, with a legend next to it.
 
 use super::axes::{Axis, si};
 use super::svg::Drawing;
 
-/// Marks, lines, or both, under one name.
+/// A series of marks, lines, or both.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Series {
     pub(super) name: String,
-    /// Lines under the name in the legend.
+    /// Further lines of the legend.
     pub(super) notes: Vec<String>,
     pub(super) marks: Vec<(f64, f64)>,
-    /// Marks joined in order.
+    /// Whether lines connect the marks in order.
     pub(super) joined: bool,
     /// The fitted law.
     pub(super) fit: Vec<(f64, f64)>,
-    /// The law as proved, dashed.
+    /// The proved law, dashed.
     pub(super) law: Vec<(f64, f64)>,
 }
 
@@ -59,7 +59,7 @@ impl Plot<'_> {
     }
 }
 
-/// Axes with ticks, grid and labels.
+/// Draws axes with ticks, grid and labels.
 fn frame(out: &mut Drawing, x: &Axis, y: &Axis) {
     for tick in x.ticks() {
         let at = x.at(tick);

@@ -1,8 +1,8 @@
-//! Drawings: elements as text, colours by class, so that a page's theme reaches them.
+//! SVG drawings: elements as text, with colours by class, so that the theme of the page applies.
 
 use std::fmt::Write;
 
-/// A drawing: its elements, and its size in units of a pixel.
+/// A drawing: its elements, and its size in pixels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Drawing {
     elements: String,
@@ -10,15 +10,15 @@ pub struct Drawing {
     height: f64,
 }
 
-/// The style of a drawing by itself; the page has the same classes and variables.
+/// The style of an SVG file; the page has the same classes and variables.
 pub(super) const STYLE: &str = include_str!("assets/figure.css");
 
-/// Text without markup.
+/// Escapes text for markup.
 pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// A coordinate: two digits are enough.
+/// Formats a coordinate with two decimals.
 pub(super) fn short(x: f64) -> String {
     let text = format!("{x:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
@@ -35,14 +35,14 @@ impl Drawing {
         self.elements.push('\n');
     }
 
-    /// Text at a place; `anchor` is start, middle or end.
+    /// Adds text at a position; `anchor` is start, middle or end.
     pub(super) fn text(&mut self, class: &str, at: (f64, f64), anchor: &str, text: &str) {
         let (x, y) = (short(at.0), short(at.1));
         let text = escape(text);
         self.raw(&format!(r#"<text class="{class}" x="{x}" y="{y}" text-anchor="{anchor}">{text}</text>"#));
     }
 
-    /// Text turned by a quarter to the left.
+    /// Adds text rotated by 90 degrees counter-clockwise.
     pub(super) fn upright(&mut self, class: &str, at: (f64, f64), anchor: &str, text: &str) {
         let (x, y) = (short(at.0), short(at.1));
         let text = escape(text);
@@ -69,7 +69,7 @@ impl Drawing {
         self.raw(&format!(r#"<path class="{class}" d="{d}"/>"#));
     }
 
-    /// A mark of one of four shapes, told apart without colour too.
+    /// Adds a mark. Its shape, one of four, distinguishes series without colour.
     pub(super) fn mark(&mut self, class: &str, shape: usize, at: (f64, f64), r: f64) {
         let [x, y] = [at.0, at.1].map(short);
         let s = short(r);
@@ -82,7 +82,7 @@ impl Drawing {
         self.raw(&format!(r#"<path class="{class}" d="{d}"/>"#));
     }
 
-    /// In a page: the page's style applies.
+    /// Returns the text for a page, whose style applies.
     pub(super) fn inline(&self, label: &str) -> String {
         let (w, h) = (short(self.width), short(self.height));
         format!(
@@ -92,7 +92,7 @@ impl Drawing {
         )
     }
 
-    /// As a file of its own.
+    /// Returns the text of an SVG file.
     pub(super) fn alone(&self, title: &str) -> String {
         let (w, h) = (short(self.width), short(self.height));
         format!(

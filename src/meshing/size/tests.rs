@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
+use septet_geometry::hash::Draw;
 
 use super::*;
 use crate::check;
@@ -47,15 +48,11 @@ pub(crate) fn slit() -> Domain<DVec2> {
 /// Points of the domain's bounding box, some of them on features.
 fn places<P: Space>(domain: &Domain<P>, count: usize) -> Vec<P> {
     let bounds = Features::new(domain).bounds();
-    let mut x = 0x9e37_79b9_7f4a_7c15u64;
-    let mut unit = || {
-        x = x.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (x >> 40) as f64 / (1u64 << 24) as f64
-    };
+    let mut draw = Draw::new(1);
     let mut all: Vec<P> = (0..count)
         .map(|_| {
             let mut p = bounds.low;
-            (0..P::DIM).for_each(|i| p.set_coord(i, p.coord(i) + unit() * bounds.extent().coord(i)));
+            (0..P::DIM).for_each(|i| p.set_coord(i, p.coord(i) + draw.unit() * bounds.extent().coord(i)));
             p
         })
         .collect();

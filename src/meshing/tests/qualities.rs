@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use num_bigint::BigInt;
+use septet_geometry::hash::Draw;
 
 use super::meshes::{kuhn, mesh_of};
 use super::shapes::cube;
@@ -102,18 +103,17 @@ fn squared(cell: &[DVec3; 4], shift: i32) -> (BigInt, BigInt) {
     (dot(&x, &x), BigInt::from(4) * &w * &w * shortest)
 }
 
-/// Numbers of 24 bits in a fixed sequence.
-fn draw(state: &mut u64) -> f64 {
-    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-    (*state >> 40) as f64 / f64::from(1 << 24)
+/// The next number in `[0, 1)` with 24 bits.
+fn number(draw: &mut Draw) -> f64 {
+    draw.below(1 << 24) as f64 / f64::from(1 << 24)
 }
 
 #[test]
 fn bounds_hold_and_decisions_are_exact() {
-    let mut state = 5;
+    let mut draw = Draw::new(5);
     let (mut open, mut checked) = (0, 0);
     for round in 0..400 {
-        let mut cell = [0; 4].map(|_| DVec3::new(draw(&mut state), draw(&mut state), draw(&mut state)));
+        let mut cell = [0; 4].map(|_| DVec3::new(number(&mut draw), number(&mut draw), number(&mut draw)));
         // Increasingly flat cells.
         let flatness = 2f64.powi(-(round % 30));
         for p in &mut cell {

@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec3};
 use proptest::prelude::*;
+use septet_geometry::hash::Draw;
 
 use super::shapes::{add_box, cube, cube_surface, facet, join, segment};
 use crate::check;
@@ -103,11 +104,7 @@ fn keys(
 /// A shuffle: the old position for each new one.
 fn shuffle(n: usize, seed: u64) -> Vec<u32> {
     let mut order: Vec<u32> = (0..n as u32).collect();
-    let mut x = seed | 1;
-    for i in (1..n).rev() {
-        x = x.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        order.swap(i, ((x >> 33) as usize) % (i + 1));
-    }
+    Draw::new(seed).shuffle(&mut order);
     order
 }
 

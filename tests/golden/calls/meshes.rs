@@ -25,13 +25,13 @@ pub enum Shape {
     Surface { points: Vec<[f64; 3]>, faces: Vec<Vec<u32>> },
 }
 
-/// What is asked of the mesher.
+/// The options of a mesh.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshOrder {
     pub workers: u32,
     pub wire: Wire,
     pub size: f64,
-    /// Make the boundary anew?
+    /// Whether the boundary is remeshed.
     pub remesh: bool,
     pub improve: bool,
 }
@@ -41,7 +41,7 @@ pub struct MeshOrder {
 pub struct MeshOutcome {
     /// Bits of coordinates and sizes.
     pub points: Vec<u64>,
-    /// What each point lies on.
+    /// The feature of each point.
     pub carriers: Vec<u64>,
     /// Cells and their regions.
     pub cells: Vec<u64>,
@@ -55,7 +55,7 @@ pub struct MeshOutcome {
     pub rows: Vec<Row>,
 }
 
-/// Makes a mesh and compares it with its domain. What cannot be made is `None`.
+/// Makes a mesh and compares it with its domain. Returns `None` if the mesh cannot be made.
 pub fn mesh(shape: &Shape, order: &MeshOrder) -> Option<MeshOutcome> {
     match shape {
         Shape::File(file) => {

@@ -1,4 +1,4 @@
-//! The program as scripts see it: files, reports without what is measured, exit codes.
+//! The program from the view of scripts: files, reports without measured values, exit codes.
 
 use std::fs;
 use std::path::PathBuf;
@@ -107,7 +107,7 @@ impl Place {
     }
 }
 
-/// Takes out what is measured.
+/// Removes the measured values.
 fn strip(value: &mut Value) {
     match value {
         Value::Object(map) => {
@@ -239,7 +239,7 @@ fn verify(record: &mut Record) {
             let line = format!("verify {sample} {name}.npy --perturbed --threads 2 --json {name}.json");
             place.code(record, &format!("{name}/good"), &line);
             place.report(record, &format!("{name}/good"), &format!("{name}.json"));
-            // Without its last cells it is no triangulation any more.
+            // Without its last cells the file is not a triangulation.
             let text = fs::read_to_string(place.path(&format!("{name}.ele"))).unwrap_or_default();
             let lines: Vec<&str> = text.lines().filter(|l| !l.starts_with('#')).collect();
             let head = lines.first().copied().unwrap_or_default().split_once(' ').unwrap_or_default();

@@ -12,7 +12,7 @@ pub struct Case {
     pub name: String,
     /// What it does.
     pub run: Box<dyn Fn(&mut Record)>,
-    /// Must some of its groups draw again?
+    /// Whether some of its groups must draw again.
     pub retries: bool,
 }
 

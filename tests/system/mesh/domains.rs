@@ -1,4 +1,4 @@
-//! Domains, and what is known of them by other means than the library's.
+//! Domains, with facts that are known without the library.
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ pub enum AnyDomain {
     Space(Domain<DVec3>),
 }
 
-/// What is known of a domain.
+/// The known facts of a domain.
 #[derive(Clone, Debug)]
 pub struct Known {
     /// Area or volume.
@@ -25,7 +25,7 @@ pub struct Known {
     pub boundary: Option<f64>,
     /// Components.
     pub regions: usize,
-    /// Do no features meet at less than 90 degrees?
+    /// Whether no features meet at less than 90 degrees.
     pub right_angles: bool,
 }
 
@@ -35,7 +35,7 @@ pub struct Problem {
     pub name: &'static str,
     /// The domain.
     pub domain: AnyDomain,
-    /// What is known of it.
+    /// The known facts.
     pub known: Known,
     /// The largest size.
     pub size: f64,

@@ -16,7 +16,7 @@ fn bits<P: Point>(mesh: &Mesh<P>) -> (Vec<u64>, Vec<u64>) {
     (coordinates.collect(), mesh.sizes.iter().map(|f| f.to_bits()).collect())
 }
 
-/// What of a stage may not depend on the machine.
+/// The part of a stage that does not depend on the machine.
 fn counts(stages: &[StageLine]) -> Vec<(&str, [u64; 4])> {
     let of = |s: &StageLine| [s.candidates, s.points, s.completion_rounds, s.set_rounds];
     stages.iter().map(|s| (s.name.as_str(), of(s))).collect()

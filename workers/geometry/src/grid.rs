@@ -152,12 +152,8 @@ pub fn graph_by_grid<P: Point>(
 mod tests {
     use super::*;
     use crate::graph::graph_direct;
+    use crate::hash::Draw;
     use glam::{DVec2, DVec3};
-
-    fn unit(seed: &mut u64) -> f64 {
-        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (*seed >> 11) as f64 / (1u64 << 53) as f64
-    }
 
     /// Compares with the lists of all pairs, and returns the number of pairs tested for each row.
     fn checked<P: Point>(points: &[P], radii2: &[f64], rows: usize) -> f64 {
@@ -177,18 +173,16 @@ mod tests {
 
     #[test]
     fn lists_are_those_of_all_pairs() {
-        let mut seed = 5;
+        let mut draw = Draw::new(5);
         for n in [0usize, 1, 2, 5, 40, 700] {
-            let mut random_point = || DVec3::new(unit(&mut seed), unit(&mut seed), unit(&mut seed));
+            let mut random_point = || DVec3::new(draw.unit(), draw.unit(), draw.unit());
             let cloud: Vec<DVec3> = (0..n).map(|_| random_point()).collect();
             let flat: Vec<DVec3> = cloud.iter().map(|p| DVec3::new(0.25, p.y, p.z)).collect();
             let line: Vec<DVec3> = cloud.iter().map(|p| DVec3::new(p.x, 2.0 * p.x, -p.x)).collect();
             let plane: Vec<DVec2> = cloud.iter().map(|p| DVec2::new(p.x, p.y * p.y)).collect();
             for size in [1e-3, 0.05, 0.3, 2.0, 1e200] {
                 let radii2: Vec<f64> = (0..n)
-                    .map(|i| {
-                        (size * size * (0.2 + unit(&mut seed))).min(f64::MAX) * f64::from(i as u32 % 3 + 1)
-                    })
+                    .map(|i| (size * size * (0.2 + draw.unit())).min(f64::MAX) * f64::from(i as u32 % 3 + 1))
                     .collect();
                 checked(&cloud, &radii2, n);
                 checked(&cloud, &radii2, n / 2);
@@ -201,10 +195,10 @@ mod tests {
 
     #[test]
     fn work_is_linear_where_balls_hold_a_constant_number() {
-        let mut seed = 6;
+        let mut draw = Draw::new(6);
         let works = [500usize, 4000].map(|n| {
             let points: Vec<DVec3> =
-                (0..n).map(|_| DVec3::new(unit(&mut seed), unit(&mut seed), unit(&mut seed))).collect();
+                (0..n).map(|_| DVec3::new(draw.unit(), draw.unit(), draw.unit())).collect();
             let r = 1.4 / (n as f64).cbrt();
             checked(&points, &vec![r * r; n], n)
         });

@@ -296,11 +296,7 @@ mod tests {
     /// Values of all magnitudes, evenly spread or not, with ties, zeros, infinities and NaN.
     #[test]
     fn the_kth_is_that_of_a_sorted_list() {
-        let mut seed = 1u64;
-        let mut random = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut draw = crate::hash::Draw::new(1);
         let scales = [1e-320, 1e-300, 1e-6, 1.0, 1e300];
         let spreads: [fn(f64) -> f64; 6] = [
             |x| x,
@@ -315,7 +311,7 @@ mod tests {
             for (scale, spread) in scales.into_iter().flat_map(|scale| spreads.map(|spread| (scale, spread)))
             {
                 for endless in [0, 1, len / 2] {
-                    let each = |i| if i < endless { f64::INFINITY } else { spread(random()) * scale };
+                    let each = |i| if i < endless { f64::INFINITY } else { spread(draw.unit()) * scale };
                     let distances2: Vec<f64> = (0..len).map(each).collect();
                     let mut sorted = distances2.clone();
                     sorted.sort_by(f64::total_cmp);

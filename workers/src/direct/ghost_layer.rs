@@ -271,21 +271,16 @@ fn send_batches<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, batches
 #[cfg(test)]
 mod tests {
     use glam::{DVec2, DVec3};
+    use septet_geometry::hash::Draw;
     use septet_geometry::incremental::insertion_order;
     use septet_geometry::separator::Separator;
 
     use super::*;
     use crate::direct::interface_cells::tests::{sets, shared, sphere};
 
-    fn unit(state: &mut u64) -> f64 {
-        *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (*state >> 11) as f64 / (1u64 << 53) as f64
-    }
-
     fn random<P: Point>(n: usize, seed: u64) -> Vec<P> {
-        let mut state = seed;
-        let mut draw = || P::from_coords(&[0; 3].map(|_: i32| unit(&mut state))[..P::DIM]);
-        let points: Vec<P> = (0..n).map(|_| draw()).collect();
+        let mut draw = Draw::new(seed);
+        let points: Vec<P> = (0..n).map(|_| draw.point()).collect();
         insertion_order(&points).into_iter().map(|i| points[i as usize]).collect()
     }
 

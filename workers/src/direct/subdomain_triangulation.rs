@@ -453,12 +453,11 @@ mod tests {
         let all = positions.len() as u32;
         let rounded = FirstCoordinates::new(&positions);
         let exact = |v: u32| positions.get(v as usize).map_or(f64::INFINITY, |x| x.coord(0));
-        let mut state = 5u64;
+        let mut draw = septet_geometry::hash::Draw::new(5);
         for _ in 0..20_000 {
             let mut cell = P::Cell::splat(INFINITE);
             for v in cell.as_mut() {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                let drawn = (state >> 33) as u32 % (all + 2);
+                let drawn = draw.below(all as usize + 2) as u32;
                 *v = if drawn < all { drawn } else { INFINITE };
             }
             let expected = smallest_vertex(&positions, cell.as_ref(), exact);

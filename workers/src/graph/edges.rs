@@ -3,6 +3,7 @@
 //! **Work.** O(1) for each end of an edge. The smaller end is unpredictable for a processor, so the code hashes both ends
 //! without a branch and masks one of them.
 
+use septet_geometry::hash::finalise;
 use septet_geometry::point::{Point, is_lex_smaller};
 use septet_protocol::ids::NodeId;
 
@@ -62,10 +63,7 @@ pub(crate) fn edges_of<P: Point>(
 #[inline]
 fn hash_of(pair: [u64; 2]) -> u64 {
     let (a, b) = (pair[0].min(pair[1]), pair[0].max(pair[1]));
-    let mut h = a.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ b.rotate_left(32);
-    h = (h ^ (h >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    h = (h ^ (h >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    h ^ (h >> 31)
+    finalise(a.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ b.rotate_left(32))
 }
 
 #[cfg(test)]

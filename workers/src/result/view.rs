@@ -7,6 +7,7 @@
 use std::collections::BTreeSet;
 
 use septet_geometry::cost::Sweep;
+use septet_geometry::hash::finalise;
 use septet_geometry::measure::Diameters;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Rank};
@@ -19,14 +20,8 @@ use crate::state::tree::{Split, Tree, join_bounds};
 
 /// Returns the hash of a point's coordinates that selects samples.
 pub fn shown_hash<P: Point>(x: P) -> u64 {
-    let mut h = 0x5E97_E75E_97E7_5E97u64;
-    for i in 0..P::DIM {
-        h ^= x.coord(i).to_bits();
-        h = (h ^ (h >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        h = (h ^ (h >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        h ^= h >> 31;
-    }
-    h
+    let bits = (0..P::DIM).map(|i| x.coord(i).to_bits());
+    bits.fold(0x5E97_E75E_97E7_5E97, |hash, bits| finalise(hash ^ bits))
 }
 
 /// Returns `true` if a point is in the sample of a set with `population` points. The expected size of the sample is five

@@ -1,4 +1,4 @@
-//! Reports of meshes as they are read back: what the page shows of them, and whether it fits together.
+//! Reports of meshes: the part that the page shows, and its consistency checks.
 
 use serde_json::Value;
 
@@ -7,12 +7,12 @@ use septet_lab::report::mesh::{MeshReport, StageReport};
 
 use super::super::error::PageError;
 
-/// One mesh.
+/// A mesh.
 #[derive(Clone, Debug)]
 pub(in crate::page) struct MeshData {
-    /// The file it comes from.
+    /// Name of the file.
     pub(in crate::page) name: String,
-    /// What its report says.
+    /// The report.
     pub(in crate::page) file: MeshReport,
 }
 
@@ -82,7 +82,7 @@ fn check_picture(file: &MeshReport, view: &MeshPicture) -> Result<(), Wrong> {
     below("region", &view.region, view.regions.len(), "regions")
 }
 
-/// Are all these positions in a list of that length?
+/// Returns `true` if all positions are below a length.
 fn below(field: &str, numbers: &[u32], length: usize, of: &str) -> Result<(), Wrong> {
     match numbers.iter().position(|&i| i as usize >= length) {
         None => Ok(()),
@@ -93,17 +93,17 @@ fn below(field: &str, numbers: &[u32], length: usize, of: &str) -> Result<(), Wr
 }
 
 impl MeshData {
-    /// What the machine took for all stages.
+    /// Returns the cost of all stages.
     pub(super) fn total(&self, of: impl Fn(&StageReport) -> u64) -> u64 {
         self.file.stages.iter().map(of).sum()
     }
 
-    /// Messages of all stages.
+    /// Returns the messages of all stages.
     pub(in crate::page) fn messages(&self) -> u64 {
         self.total(|t| t.messages)
     }
 
-    /// Bytes of all stages.
+    /// Returns the bytes of all stages.
     pub(in crate::page) fn bytes(&self) -> u64 {
         self.total(|t| t.bytes)
     }

@@ -1,4 +1,4 @@
-//! A mesh on the page: its figures with their tables, and its summary. The picture is the page's script's.
+//! A mesh on the page: its figures with their tables, and its summary. A script of the page draws the picture.
 
 mod data;
 mod summary;
@@ -15,7 +15,7 @@ use super::bars::bars;
 use super::histograms::{Drawn, draw, table};
 use super::{Figure, Table, Variant};
 
-/// The figures of a mesh.
+/// Draws the figures of a mesh.
 pub(super) fn figures(mesh: &MeshData) -> Vec<Figure> {
     let mut figures = vec![quality(mesh)];
     figures.extend(stages(&mesh.file.stages));
@@ -23,7 +23,7 @@ pub(super) fn figures(mesh: &MeshData) -> Vec<Figure> {
     figures
 }
 
-/// Histograms of what is promised and of what it is worth.
+/// Draws the histograms of the bounded quantities and of the quality.
 fn quality(mesh: &MeshData) -> Figure {
     let (q, space) = (&mesh.file.quality, mesh.file.domain.dimension == 3);
     let angle = if space { "dihedral angles" } else { "angles" };
@@ -43,17 +43,17 @@ fn quality(mesh: &MeshData) -> Figure {
         Variant { name, body: draw(&bars), table: table(&bars) }
     };
     let caption = format!(
-        "Cells whose circumcentres lie in the domain, away from its boundary, are promised a radius-edge ratio of at \
-         most {bound:.4}. Counts beyond the ends of an axis are told at them."
+        "If the circumcentre of a cell lies in the domain and away from the boundary, its radius-edge ratio is at most \
+         {bound:.4}. The first and last intervals include the counts beyond the axis."
     );
     let variants = all.into_iter().map(variant).collect();
     Figure { id: "mesh-quality", title: "Quality", caption, variants }
 }
 
-/// What is measured of a part of the run: name, unit, value.
+/// A measure of a part of the run: name, unit, value.
 type Measure<T> = (&'static str, &'static str, fn(&T) -> f64);
 
-/// What each stage made and took.
+/// Draws the points and the cost of each stage.
 fn stages(stages: &[StageReport]) -> Option<Figure> {
     let mut measures: Vec<Measure<StageReport>> = vec![
         ("points", "points", |s| s.points as f64),
@@ -79,17 +79,17 @@ fn stages(stages: &[StageReport]) -> Option<Figure> {
     }
     let variants = variants(stages, |s| s.name.clone(), &measures, &table);
     let caption =
-        "Points of segments, facets and the volume, one stage after the other. Rounds, messages, bytes, operations and \
-         steps are counts of the modelled machine over all its runs in the stage; seconds are measured."
+        "The stages mesh segments, facets and the volume in this order. Rounds, messages, bytes, operations and steps \
+         are counts of the modelled machine over all its runs in a stage; seconds are measured."
             .to_owned();
-    let title = "Meshing stage by stage";
+    let title = "Meshing by stage";
     (!variants.is_empty()).then_some(Figure { id: "mesh-stages", title, caption, variants })
 }
 
-/// What is told of stages and phases alike.
+/// The measures of both stages and phases.
 const TOOK: [&str; 6] = ["rounds", "messages", "bytes", "work", "depth", "seconds (measured)"];
 
-/// What the machine's phases took over all stages; the table has each stage by itself.
+/// Draws the cost of the phases, summed over all stages; the table lists each stage.
 fn phases(phases: &[PhaseLine]) -> Option<Figure> {
     let mut sums: Vec<PhaseLine> = Vec::new();
     let mut table = Table::new(&["stage", "phase", "runs"]);
@@ -113,9 +113,9 @@ fn phases(phases: &[PhaseLine]) -> Option<Figure> {
     ];
     let variants = variants(&sums, |p| p.phase.to_string(), &measures, &table);
     let caption = "The phases of the machine, summed over all its runs: independent sets of candidates, and \
-                   triangulations of the points so far, which count no operations. The table tells stages apart."
+                   triangulations of the current points, without operations. The table lists each stage."
         .to_owned();
-    let title = "Meshing phase by phase";
+    let title = "Meshing by phase";
     (!variants.is_empty()).then_some(Figure { id: "mesh-phases", title, caption, variants })
 }
 
@@ -131,7 +131,7 @@ fn add(sum: &mut PhaseLine, other: &PhaseLine) {
     sum.seconds += other.seconds;
 }
 
-/// A drawing for each measure that is not zero throughout.
+/// Draws each measure that has a value other than zero.
 fn variants<T>(
     parts: &[T],
     name: impl Fn(&T) -> String,

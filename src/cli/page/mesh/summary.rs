@@ -9,12 +9,12 @@ use super::super::axes::{grouped, si};
 use super::super::card::card;
 use super::data::MeshData;
 
-/// One line about a mesh.
+/// Describes a mesh in one line.
 pub(in crate::page) fn headline(mesh: &MeshData) -> String {
     format!("{} cells, {}", grouped(mesh.file.mesh.cells as f64), mesh.file.parameters.input)
 }
 
-/// The summary, and why there is no picture if there is none.
+/// Returns the summary, with the reason if there is no picture.
 pub(in crate::page) fn section(mesh: &MeshData, out: &mut String) {
     let file = &mesh.file;
     out.push_str("<section id=\"mesh-summary\" aria-label=\"Summary of the mesh\">\n<dl class=\"cards\">\n");
@@ -25,8 +25,8 @@ pub(in crate::page) fn section(mesh: &MeshData, out: &mut String) {
     if file.view.is_none() {
         let _ = writeln!(
             out,
-            "<p class=\"caption\">The report holds no picture of the mesh: `septet mesh --json FILE --view N` puts one \
-             into it, of at most {} cells; this mesh has {}.</p>",
+            "<p class=\"caption\">The report has no picture of the mesh. `septet mesh --json FILE --view N` adds one, for \
+             meshes of at most {} cells; this mesh has {}.</p>",
             grouped(f64::from(MOST_CELLS)),
             grouped(file.mesh.cells as f64)
         );
@@ -91,8 +91,8 @@ fn quality(mesh: &MeshData, out: &mut String) {
 fn promise(place: &PlaceReport) -> String {
     let cells = grouped(place.cells as f64);
     match place.promised {
-        Some(bound) => format!("at most {bound:.4} promised; {cells} cells, {} over it", place.over),
-        None => format!("nothing promised; {cells} cells"),
+        Some(bound) => format!("bound {bound:.4}; {cells} cells, {} above it", place.over),
+        None => format!("no bound; {cells} cells"),
     }
 }
 

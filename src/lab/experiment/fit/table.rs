@@ -72,9 +72,9 @@ impl Growth {
         for fit in &self.laws {
             let (a, b) = (interval(&fit.constant), interval(&fit.slope));
             let name = fit.law.name();
-            let (r, behind, p) = (fit.r_squared, fit.behind, fit.lack_of_fit);
-            let out_of = if rejects(p) { "  no" } else { "" };
-            line(out, &format!("  {name:<12} {a:<34} {b:<34} {r:>8.5} {behind:>8.1} {p:>9.1e}{out_of}"));
+            let (r, behind, p) = (fit.r_squared, fit.behind, p_value(fit.lack_of_fit));
+            let out_of = if rejects(fit.lack_of_fit) { "  no" } else { "" };
+            line(out, &format!("  {name:<12} {a:<34} {b:<34} {r:>8.5} {behind:>8.1} {p:>9}{out_of}"));
         }
         if let Some(exponent) = &self.exponent {
             line(out, &format!("  exponent of n: {}", interval(exponent)));
@@ -95,10 +95,10 @@ impl Growth {
         line(
             out,
             &format!(
-                "  quadratic term in log2 n: {}, p = {:.2e} ({bends} at 1 %); a term of {} would have been seen with \
+                "  quadratic term in log2 n: {}, p = {} ({bends} at 1 %); a term of {} would have been seen with \
                  a power of 95 %",
                 interval(&c.quadratic),
-                c.p,
+                p_value(c.p),
                 short(c.smallest_seen)
             ),
         );
@@ -111,6 +111,15 @@ impl Growth {
         if !c.bends && !hidden.is_empty() {
             line(out, &format!("  power too small to see the bend of: {}", hidden.join(", ")));
         }
+    }
+}
+
+/// Formats a p-value with two significant digits; below 0.001 with an exponent.
+fn p_value(p: f64) -> String {
+    match p {
+        p if p >= 0.1 => format!("{p:.2}"),
+        p if p >= 0.001 => format!("{p:.3}"),
+        p => format!("{p:.1e}"),
     }
 }
 
@@ -129,11 +138,11 @@ impl Equivalence {
         line(
             out,
             &format!(
-                "  margin, stated before: {} % of the mean = {} per doubling; p = {:.2e}; smallest margin that would \
+                "  margin, stated before: {} % of the mean = {} per doubling; p = {}; smallest margin that would \
                  pass: {} %",
                 short(100.0 * self.margin),
                 short(self.margin_steps),
-                self.p,
+                p_value(self.p),
                 short(100.0 * self.smallest_margin)
             ),
         );

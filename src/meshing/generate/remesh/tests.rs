@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
+use septet_geometry::hash::Draw;
 use septet_geometry::measure::{circumcentre, circumradius2};
 
 use super::{DEFAULT_PARTS, Options, SurfaceFeatures, remesh};
@@ -325,16 +326,10 @@ fn a_star() {
 /// Tetrahedra with random corners in a cube, restricted to those without an angle below 20 degrees.
 #[test]
 fn tetrahedra() {
-    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-    let mut unit = || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        (state >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let mut draw = Draw::new(1);
     let mut made = 0;
     while made < 10 {
-        let [a, b, c, d] = [(); 4].map(|()| DVec3::new(unit(), unit(), unit()));
+        let [a, b, c, d] = [(); 4].map(|()| draw.point::<DVec3>());
         let points = if (b - a).cross(c - a).dot(d - a) < 0.0 { [b, a, c, d] } else { [a, b, c, d] };
         let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]].map(|f| f.to_vec());
         let input = Input::surface(points.to_vec(), faces);

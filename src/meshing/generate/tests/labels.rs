@@ -4,6 +4,7 @@ use std::sync::LazyLock;
 
 use glam::{DMat3, DVec2, DVec3};
 use proptest::prelude::*;
+use septet_geometry::hash::Draw;
 use septet_geometry::point::{Point, Simplex};
 
 use super::{Shuffled, add_box, cube, facet, fans, is_sound, torus, turned};
@@ -72,25 +73,11 @@ fn labelled<P: Space>(domain: &Domain<P>, posed: &Posed<P>) -> (Vec<u32>, Faces<
     (labels.of, faces)
 }
 
-/// Returns a permutation that depends only on the seed.
-struct Orders(u64);
-
-impl Orders {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) as usize % n
-    }
-
-    fn shuffle<T>(&mut self, list: &mut [T]) {
-        (1..list.len()).rev().for_each(|i| list.swap(i, self.below(i + 1)));
-    }
-
-    /// The new index of each entry.
-    fn permutation(&mut self, n: usize) -> Vec<u32> {
-        let mut numbers: Vec<u32> = (0..n as u32).collect();
-        self.shuffle(&mut numbers);
-        numbers
-    }
+/// Returns a random permutation of `0..n`.
+fn permutation(draw: &mut Draw, n: usize) -> Vec<u32> {
+    let mut numbers: Vec<u32> = (0..n as u32).collect();
+    draw.shuffle(&mut numbers);
+    numbers
 }
 
 /// Permutes a list: entry `i` moves to `to[i]`.
@@ -103,9 +90,9 @@ fn moved<T: Clone>(list: &[T], to: &[u32]) -> Vec<T> {
 }
 
 /// Renumbers points and cells, and reorders subfacets and the vertices within rows.
-fn reordered<P: Space>(posed: &Posed<P>, orders: &mut Orders) -> (Posed<P>, Vec<u32>, Vec<u32>) {
-    let points = orders.permutation(posed.vertices.len());
-    let cells = orders.permutation(posed.delaunay.cells.len());
+fn reordered<P: Space>(posed: &Posed<P>, draw: &mut Draw) -> (Posed<P>, Vec<u32>, Vec<u32>) {
+    let points = permutation(draw, posed.vertices.len());
+    let cells = permutation(draw, posed.delaunay.cells.len());
     let renamed = |v: &mut u32| *v = points[*v as usize];
     let mut other = posed.clone();
     other.vertices = Vertices {
@@ -116,16 +103,16 @@ fn reordered<P: Space>(posed: &Posed<P>, orders: &mut Orders) -> (Posed<P>, Vec<
     other.chains.iter_mut().flatten().for_each(renamed);
     for (_, triangle) in &mut other.subfacets {
         triangle.iter_mut().for_each(renamed);
-        orders.shuffle(triangle);
+        draw.shuffle(triangle);
     }
-    orders.shuffle(&mut other.subfacets);
+    draw.shuffle(&mut other.subfacets);
     let Triangulation { cells: rows, neighbours } = &mut other.delaunay;
     for (row, across) in rows.iter_mut().zip(neighbours.iter_mut()) {
         row.as_mut().iter_mut().for_each(renamed);
         across.as_mut().iter_mut().filter(|j| **j != u32::MAX).for_each(|j| *j = cells[*j as usize]);
         // Rotations of three are even permutations.
         for _ in 0..3 {
-            let [first, turns] = [orders.below(P::Cell::LEN - 2), orders.below(3)];
+            let [first, turns] = [draw.below(P::Cell::LEN - 2), draw.below(3)];
             row.as_mut()[first..first + 3].rotate_left(turns);
             across.as_mut()[first..first + 3].rotate_left(turns);
         }
@@ -155,7 +142,7 @@ impl<P: Triangulate> Case<P> {
     }
 
     fn is_the_same_in_any_order(&self, seed: u64) -> Result<(), TestCaseError> {
-        let (other, points, cells) = reordered(&self.posed, &mut Orders(seed));
+        let (other, points, cells) = reordered(&self.posed, &mut Draw::new(seed));
         let (labels, faces) = labelled(&self.domain, &other);
         prop_assert!(labels == moved(&self.labels, &cells), "{}: other labels", self.name);
         let renamed = |&(f, mut face, [i, j]): &(u32, P::Facet, [u32; 2])| {

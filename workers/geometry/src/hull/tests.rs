@@ -82,11 +82,8 @@ fn stars_of_a_grid_match_brute_force() {
 
 #[test]
 fn stars_of_scattered_points_match_brute_force() {
-    let mut state = 7u64;
-    let mut next = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 40) as f64 / 1024.0
-    };
+    let mut draw = crate::hash::Draw::new(7);
+    let mut next = || draw.below(1 << 24) as f64 / 1024.0;
     let points: Vec<DVec3> = (0..14).map(|_| DVec3::new(next(), next(), next())).collect();
     check_stars(&points);
     let points: Vec<DVec2> = (0..20).map(|_| DVec2::new(next(), next())).collect();

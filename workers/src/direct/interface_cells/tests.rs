@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
+use septet_geometry::hash::Draw;
 use septet_geometry::incremental::insertion_order;
 use septet_geometry::separator::Separator;
 use septet_protocol::ids::NodeId;
@@ -32,18 +33,10 @@ pub(in crate::direct) fn shared<P: Point>(separator: Separator<P>, mine: usize, 
     Shared::new(group, Split::new(separator, boxes), [child; 2], mine, 1)
 }
 
-fn unit(state: &mut u64) -> f64 {
-    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-    (*state >> 11) as f64 / (1u64 << 53) as f64
-}
-
 /// Returns random points, points on a sphere, two distant clusters, and points of a grid.
 pub(in crate::direct) fn sets<P: Point>() -> Vec<Vec<P>> {
-    let mut state = 7;
-    let mut random = |map: &dyn Fn(P) -> P| -> Vec<P> {
-        let mut draw = || P::from_coords(&[0; 3].map(|_: i32| unit(&mut state))[..P::DIM]);
-        (0..600).map(|_| map(draw())).collect()
-    };
+    let mut draw = Draw::new(7);
+    let mut random = |map: &dyn Fn(P) -> P| -> Vec<P> { (0..600).map(|_| map(draw.point())).collect() };
     let half = P::splat(0.5);
     let on_sphere = |x: P| half + (x - half) * (0.4 / (x - half).norm2().sqrt());
     let clusters = |x: P| if x.coord(0) < 0.5 { x * 1e-3 } else { P::splat(0.7) + x * 1e-6 };
@@ -124,13 +117,13 @@ fn all_are_found<P: Point>() {
             else {
                 continue;
             };
-            let mut state = 5;
+            let mut draw = Draw::new(5);
             for most in [0.0, 0.3, 1.5] {
                 let margin = |x: &P| {
                     let clear = path.iter().map(|s| s.split().separator().clearance(*x));
                     let free = clear.fold(f64::INFINITY, f64::min);
                     // The free radius of some is unknown.
-                    let sent = most * unit(&mut state);
+                    let sent = most * draw.unit();
                     Margin { free: if sent > most / 2.0 { free } else { 0.0 }, sent }
                 };
                 let layer: Vec<Margin> = owned.iter().map(margin).collect();

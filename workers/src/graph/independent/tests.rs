@@ -2,6 +2,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use septet_geometry::graph::Supergraph;
+use septet_geometry::hash::Draw;
 use septet_geometry::point::dist2;
 
 use super::*;
@@ -140,14 +141,8 @@ const PHASES: [Phase; 6] =
     [Phase::Partition, Phase::Summaries, Phase::Sets, Phase::Graph, Phase::Independent, Phase::Collect];
 
 fn random(n: usize) -> Vec<DVec3> {
-    let mut state = 77u64;
-    let mut unit = || {
-        state ^= state >> 12;
-        state ^= state << 25;
-        state ^= state >> 27;
-        (state.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11) as f64 / (1u64 << 53) as f64
-    };
-    (0..n).map(|_| DVec3::new(unit(), unit(), unit())).collect()
+    let mut draw = Draw::new(77);
+    (0..n).map(|_| draw.point()).collect()
 }
 
 #[test]

@@ -2,6 +2,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 use septet_geometry::graph::Supergraph;
+use septet_geometry::hash::Draw;
 use septet_protocol::codec::Bulk;
 use septet_protocol::message::PointBatch;
 
@@ -14,14 +15,8 @@ use crate::programs::{coordinate, work};
 type Journal = BTreeMap<Rank, Vec<Option<Vec<Message<DVec3>>>>>;
 
 fn random(n: usize) -> Vec<DVec3> {
-    let mut state = 77u64;
-    let mut unit = || {
-        state ^= state >> 12;
-        state ^= state << 25;
-        state ^= state >> 27;
-        (state.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11) as f64 / (1u64 << 53) as f64
-    };
-    (0..n).map(|_| DVec3::new(unit(), unit(), unit())).collect()
+    let mut draw = Draw::new(77);
+    (0..n).map(|_| draw.point()).collect()
 }
 
 fn config(workers: u32, counted: bool) -> Arc<WorkerConfig> {

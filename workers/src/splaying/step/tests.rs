@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
+use septet_geometry::hash::Draw;
 use septet_geometry::point::dist2;
 use septet_geometry::predicates::in_sphere;
 use septet_protocol::ids::NodeId;
@@ -21,17 +22,9 @@ use crate::state::subdomain::{Subdomain, Subtree};
 use crate::state::table::Table;
 use crate::state::tree::{Leaf, bounds};
 
-fn cloud<P: Point>(count: usize, mut seed: u64) -> Vec<P> {
-    let mut unit = || {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (seed >> 11) as f64 / (1u64 << 53) as f64
-    };
-    let mut point = || {
-        let mut x = P::default();
-        (0..P::DIM).for_each(|k| x.set_coord(k, unit()));
-        x
-    };
-    (0..count).map(|_| point()).collect()
+fn cloud<P: Point>(count: usize, seed: u64) -> Vec<P> {
+    let mut draw = Draw::new(seed);
+    (0..count).map(|_| draw.point()).collect()
 }
 
 /// Returns the star of a point among candidates.

@@ -6,6 +6,7 @@ mod oracle;
 mod spheres;
 
 use crate::complex::INFINITE;
+use crate::hash::Draw;
 use crate::point::Point;
 use crate::predicates::Sign;
 use crate::predicates::orientation;
@@ -137,26 +138,6 @@ fn grid2(k: u32) -> Vec<DVec2> {
     (0..k * k).map(|i| DVec2::new((i % k).into(), (i / k).into())).collect()
 }
 
-/// A small generator for orders and coordinates.
-struct Lcg(u64);
-
-impl Lcg {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) as usize % n
-    }
-
-    fn unit(&mut self) -> f64 {
-        self.below(1 << 30) as f64 / f64::from(1u32 << 30)
-    }
-
-    fn shuffle<T>(&mut self, items: &mut [T]) {
-        for i in (1..items.len()).rev() {
-            items.swap(i, self.below(i + 1));
-        }
-    }
-}
-
 #[test]
 fn grids_agree_with_brute_force() {
     agrees_with_brute_force(&grid3(2));
@@ -211,7 +192,7 @@ fn a_grid_has_one_triangulation_in_every_order() {
     let volume: f64 =
         dt.cells().map(|c| DVec3::rounded_orientation(&c.map(|v| points[v as usize])).det / 6.0).sum();
     assert!((volume - 343.0).abs() < 1e-9);
-    let mut random = Lcg(1);
+    let mut random = Draw::new(1);
     for _ in 0..3 {
         let mut shuffled = points.clone();
         random.shuffle(&mut shuffled);
@@ -229,7 +210,7 @@ fn a_grid_has_one_triangulation_in_every_order() {
 
 #[test]
 fn random_points_satisfy_the_invariants() {
-    let mut random = Lcg(7);
+    let mut random = Draw::new(7);
     let points: Vec<DVec3> =
         (0..1500).map(|_| DVec3::new(random.unit(), random.unit(), random.unit())).collect();
     let dt = Incremental::new(points.clone()).unwrap();
@@ -329,7 +310,7 @@ fn points_without_owned_neighbours_are_skipped() {
 fn points_in_an_empty_region_do_not_all_search_the_same_cells() {
     // A ball of owned points and a shell of others, then further points on the far side of the shell. The latter are
     // not adjacent to owned points.
-    let mut random = Lcg(3);
+    let mut random = Draw::new(3);
     let mut in_box = |low: f64, size: f64| {
         DVec3::new(low + size * random.unit(), low + size * random.unit(), low + size * random.unit())
     };
@@ -400,7 +381,7 @@ proptest! {
         let mut points = distinct(
             rows.iter().map(|&(x, y, z)| DVec3::new(x.into(), y.into(), z.into())).collect(),
         );
-        Lcg(seed).shuffle(&mut points);
+        Draw::new(seed).shuffle(&mut points);
         match Incremental::build(points.clone(), None) {
             Ok(dt) => {
                 check(&dt);
@@ -421,7 +402,7 @@ proptest! {
     ) {
         let mut points =
             distinct(rows.iter().map(|&(x, y)| DVec2::new(x.into(), y.into())).collect());
-        Lcg(seed).shuffle(&mut points);
+        Draw::new(seed).shuffle(&mut points);
         match Incremental::build(points.clone(), None) {
             Ok(dt) => {
                 check(&dt);

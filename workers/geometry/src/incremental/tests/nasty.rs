@@ -21,17 +21,16 @@ pub(crate) const KINDS: [&str; 14] = [
     "single",
 ];
 
-fn cube<P: Point>(random: &mut Lcg) -> P {
-    let coords = [random.unit(), random.unit(), random.unit()];
-    P::from_coords(&coords[..P::DIM])
+fn cube<P: Point>(random: &mut Draw) -> P {
+    random.point()
 }
 
-fn node<P: Point>(random: &mut Lcg, side: usize) -> P {
+fn node<P: Point>(random: &mut Draw, side: usize) -> P {
     let coords = [0; 3].map(|_: i32| random.below(side) as f64);
     P::from_coords(&coords[..P::DIM])
 }
 
-fn direction<P: Point>(random: &mut Lcg) -> P {
+fn direction<P: Point>(random: &mut Draw) -> P {
     loop {
         let p = cube::<P>(random) - P::splat(0.5);
         if p.norm2() > 0.01 && p.norm2() < 0.25 {
@@ -48,7 +47,7 @@ fn each<P: Point>(mut p: P, f: impl Fn(usize, f64) -> f64) -> P {
 }
 
 /// A point of the set called `kind`.
-fn point<P: Point>(kind: &str, i: usize, random: &mut Lcg) -> P {
+fn point<P: Point>(kind: &str, i: usize, random: &mut Draw) -> P {
     match kind {
         "random" => cube(random),
         "grid" => node(random, 7),
@@ -75,7 +74,7 @@ fn point<P: Point>(kind: &str, i: usize, random: &mut Lcg) -> P {
 }
 
 pub(crate) fn set<P: Point>(kind: &str, n: usize, seed: u64) -> Vec<P> {
-    let mut random = Lcg(seed);
+    let mut random = Draw::new(seed);
     // Compression may produce a minus zero, which the order of coordinates excludes.
     let points = (0..n).map(|i| each(point::<P>(kind, i, &mut random), |_, x| x + 0.0)).collect();
     let mut points = distinct(points);

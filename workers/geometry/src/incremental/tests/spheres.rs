@@ -18,8 +18,8 @@ struct Said {
     asked: usize,
 }
 
-fn ask<P: Point>(random: &mut Lcg, offset: f64, size: f64, off: f64, said: &mut Said) {
-    let point = |random: &mut Lcg| {
+fn ask<P: Point>(random: &mut Draw, offset: f64, size: f64, off: f64, said: &mut Said) {
+    let point = |random: &mut Draw| {
         let coords = [random.unit() - 0.5, random.unit() - 0.5, random.unit() - 0.5];
         P::from_coords(&coords[..P::DIM]) * size + P::splat(offset)
     };
@@ -59,7 +59,7 @@ fn ask<P: Point>(random: &mut Lcg, offset: f64, size: f64, off: f64, said: &mut 
 }
 
 fn no_decided_sign_is_wrong<P: Point>() {
-    let mut random = Lcg(77);
+    let mut random = Draw::new(77);
     for offset in [0.0, 1e-3, 0.7, 40.0] {
         for size in [1.0, 1e-2, 1e-4, 1e-7] {
             // Errors are proportional to the distance from the origin, relative to the radius.
@@ -92,7 +92,7 @@ fn circles_of_the_plane_decide_nothing_wrong() {
 #[test]
 fn fine_sets_have_spheres() {
     for size in [1.0, 1e-3, 1e-6, 1e-9] {
-        let mut random = Lcg(4);
+        let mut random = Draw::new(4);
         let mut points: Vec<DVec2> =
             (0..300).map(|_| DVec2::new(random.unit(), random.unit()) * size).collect();
         points.push(DVec2::ONE);
@@ -107,7 +107,7 @@ fn fine_sets_have_spheres() {
 /// Every radius below a threshold satisfies the distance, and the threshold admits nearly all such radii. This holds at
 /// any scale, and for cells far smaller than the set.
 fn check_radius_thresholds<P: Point>() {
-    let mut random = Lcg(19);
+    let mut random = Draw::new(19);
     for size in [1e-300, 1e-20, 1.0, 1e20, 1e300] {
         let mut draw = || P::from_coords(&[0; 3].map(|_: i32| random.unit() * size)[..P::DIM]);
         let wide: Vec<P> = (0..400).map(|_| draw()).collect();

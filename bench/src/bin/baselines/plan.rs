@@ -1,4 +1,4 @@
-//! What is run: sizes, seeds, workers, kinds, dimensions.
+//! The plan of the runs: sizes, seeds, workers, kinds, dimensions.
 
 use std::error::Error;
 
@@ -7,22 +7,22 @@ use septet_core::config::{Transport, Workers};
 use septet_core::generate::{Generated, Kind, Request, generate};
 use septet_lab::experiment::parse_sizes;
 
-/// Sets to count, and on how many workers.
+/// The point sets, and the number of workers.
 pub struct Plan {
     /// Numbers of points.
     pub sizes: Vec<u64>,
-    /// Seeds, from 1 on.
+    /// Number of seeds, counted from 1.
     pub seeds: u64,
-    /// Workers of the machine.
+    /// Number of workers.
     pub workers: u32,
-    /// Kinds of sets, where kinds are compared.
+    /// Kinds of sets, for the comparison of separators.
     pub kinds: Vec<Kind>,
-    /// 2, 3 or both.
+    /// Dimensions: 2, 3 or both.
     pub dimensions: Vec<usize>,
 }
 
 impl Plan {
-    /// From words, in order; what is missing is by default.
+    /// Parses the arguments in order. Missing ones have defaults.
     pub fn parse(words: &[String]) -> Result<Self, Box<dyn Error>> {
         let word = |at: usize, default: &'static str| words.get(at).map_or(default, String::as_str);
         Ok(Plan {
@@ -37,7 +37,7 @@ impl Plan {
         })
     }
 
-    /// The sets of one kind, size and dimension, each with its seed and a machine to count them on.
+    /// Generates the sets of a kind, size and dimension, one per seed, each with its configuration.
     pub fn sets(
         &self,
         kind: Kind,
@@ -61,7 +61,7 @@ impl Plan {
     }
 }
 
-/// Tells on standard error what is at work.
-pub fn tell(what: &str, kind: Kind, n: u64, dimension: usize) {
+/// Announces a step on standard error.
+pub fn announce(what: &str, kind: Kind, n: u64, dimension: usize) {
     eprintln!("{what}: {kind}, {n} points, {dimension}D");
 }

@@ -1,5 +1,5 @@
-//! Rivals by their counts alone: spheres against k-d planes, one descent of all balls against the naive
-//! correction, the recursion against incremental insertion. Three tables, each as Markdown and CSV. See
+//! Compares the algorithm of the paper with baselines by counts: sphere separators with k-d planes, the descent with the
+//! bottom-up correction, the recursion with incremental insertion. Writes three tables as Markdown and CSV. See
 //! `bench/README.md`.
 
 mod correction;
@@ -14,7 +14,7 @@ use std::path::Path;
 use plan::Plan;
 use table::Table;
 
-const USAGE: &str = "rivals DIRECTORY [SIZES=2^12,2^14,2^16] [SEEDS=2] [WORKERS=16] \
+const USAGE: &str = "baselines DIRECTORY [SIZES=2^12,2^14,2^16] [SEEDS=2] [WORKERS=16] \
                      [KINDS=uniform,graded,clusters,slab,sphere] [DIMENSIONS=2,3]";
 
 fn main() -> Result<(), Box<dyn Error>> {

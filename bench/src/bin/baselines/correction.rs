@@ -1,4 +1,4 @@
-//! One descent of all balls against the naive correction, node by node.
+//! The descent of all balls from the root, compared with the bottom-up correction.
 
 use std::error::Error;
 
@@ -9,22 +9,22 @@ use septet_core::{Config, count};
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 
-use super::plan::{Plan, tell};
+use super::plan::{Plan, announce};
 use super::table::{Table, mean, whole};
 
-/// Small, so that the tree has levels at these sizes.
+/// Points per leaf, few enough for trees of several levels.
 const LEAF: u64 = 64;
 
 const NAMES: [&str; 9] =
     ["set", "d", "n", "correction", "levels", "depth", "depth / levels", "work", "rounds"];
 
-/// One row for each dimension, size and correction, of uniform sets. Counts are those of the phases probe (the
-/// descent's alone) and neighbours.
+/// Makes a row for each dimension, size and correction, on uniform sets. The counts are sums of the phases probe, which
+/// only the descent has, and neighbours.
 pub fn table(plan: &Plan) -> Result<Table, Box<dyn Error>> {
     let mut table = Table::new(&NAMES);
     for &dimension in &plan.dimensions {
         for &n in &plan.sizes {
-            tell("correction", Kind::Uniform, n, dimension);
+            announce("correction", Kind::Uniform, n, dimension);
             let sets = plan.sets(Kind::Uniform, n, dimension)?;
             for correction in [Correction::Descent, Correction::Naive] {
                 let mut sum = Sum::default();

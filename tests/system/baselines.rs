@@ -1,4 +1,4 @@
-//! Rivals of the paper's steps: other counts, the same triangulation.
+//! The baselines: other counts, the same triangulation.
 
 use std::collections::BTreeMap;
 
@@ -67,7 +67,7 @@ fn planes<P: Point>(points: &[P]) {
 }
 
 #[test]
-fn planes_in_space() {
+fn k_d_planes_give_the_same_cells_in_space() {
     planes(&space(Kind::Uniform, 1500, 3));
     planes(&space(Kind::Sphere, 800, 3));
 }
@@ -80,7 +80,7 @@ fn planes_through_grid_points() {
 }
 
 #[test]
-fn planes_in_the_plane() {
+fn k_d_planes_give_the_same_cells_in_the_plane() {
     planes(&plane(Kind::Clusters, 2000, 3));
 }
 
@@ -220,7 +220,7 @@ fn sweep(correction: Correction) -> Vec<Line> {
 
 /// In the plane, where log^(d/2) n is log n itself.
 #[test]
-fn the_fit_tells_the_naive_correction_from_the_descent() {
+fn the_fit_distinguishes_the_bottom_up_correction_from_the_descent() {
     let [naive, descent] = [Correction::Naive, Correction::Descent].map(sweep);
     let ask = |lines: &[Line], key| {
         let request = Request { x: Abscissa::PointsOverLeaf, ..Request::new(key, Some("neighbours")) };

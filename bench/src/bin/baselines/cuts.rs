@@ -1,4 +1,4 @@
-//! Spheres against k-d planes.
+//! Sphere separators, compared with k-d planes.
 
 use std::error::Error;
 
@@ -10,7 +10,7 @@ use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 
-use super::plan::{Plan, tell};
+use super::plan::{Plan, announce};
 use super::table::{Table, mean, whole};
 
 const NAMES: [&str; 21] = [
@@ -37,13 +37,13 @@ const NAMES: [&str; 21] = [
     "gathered",
 ];
 
-/// One row for each kind, dimension, size and cut.
+/// Makes a row for each kind, dimension, size and separator.
 pub fn table(plan: &Plan) -> Result<Table, Box<dyn Error>> {
     let mut table = Table::new(&NAMES);
     for &dimension in &plan.dimensions {
         for &kind in &plan.kinds {
             for &n in &plan.sizes {
-                tell("cuts", kind, n, dimension);
+                announce("cuts", kind, n, dimension);
                 both(&plan.sets(kind, n, dimension)?, kind, dimension, n, &mut table)?;
             }
         }
@@ -51,7 +51,7 @@ pub fn table(plan: &Plan) -> Result<Table, Box<dyn Error>> {
     Ok(table)
 }
 
-/// The rows of both cuts of the same sets, which must have the same cells.
+/// Makes the rows of both separators on the same sets, and checks that the cells are equal.
 fn both(
     sets: &[(Generated, Config)],
     kind: Kind,
@@ -74,12 +74,12 @@ fn both(
         table.push(counts.row(kind, dimension, n, partition));
     }
     if made[0] != made[1] {
-        return Err("the two cuts do not give the same cells".into());
+        return Err("the two separators give different cells".into());
     }
     Ok(())
 }
 
-/// Counts a run; its cells.
+/// Adds the counts of a run and returns its cells.
 fn count<P: Point>(
     points: &[P],
     config: &Config,
@@ -90,7 +90,7 @@ fn count<P: Point>(
     Ok(run.cells().to_vec())
 }
 
-/// What is compared, summed over the seeds; largest values are the largest over the seeds.
+/// The compared counts: sums over the seeds, and maxima over the seeds.
 #[derive(Default)]
 struct Counts {
     runs: u64,
@@ -126,7 +126,7 @@ impl Counts {
         self.points += run.points.used;
         self.depth += run.ledger.paper.depth;
         self.work += run.ledger.paper.work;
-        // Reading and collecting are the same for both.
+        // Loading and collecting are the same for both separators.
         let sent = run.ledger.phases.iter().filter(|p| !matches!(p.phase, Phase::Load | Phase::Collect));
         for phase in sent {
             self.rounds += phase.rounds;

@@ -1,4 +1,4 @@
-//! The recursion against incremental insertion.
+//! The recursion of the paper, compared with incremental insertion.
 
 use std::error::Error;
 
@@ -8,7 +8,7 @@ use septet_core::{Config, simulate};
 use septet_geometry::point::Point;
 use septet_lab::baselines::incremental;
 
-use super::plan::{Plan, tell};
+use super::plan::{Plan, announce};
 use super::table::{Table, mean, whole};
 
 const NAMES: [&str; 13] = [
@@ -27,16 +27,16 @@ const NAMES: [&str; 13] = [
     "insertion: n processors",
 ];
 
-/// Sets for which the recursion's theorem is stated, and sets for which it is not.
+/// Sets that satisfy the hypothesis of the theorem, and sets that do not.
 const KINDS: [Kind; 2] = [Kind::WellSpaced, Kind::Uniform];
 
-/// One row for each dimension, kind and size.
+/// Makes a row for each dimension, kind and size.
 pub fn table(plan: &Plan) -> Result<Table, Box<dyn Error>> {
     let mut table = Table::new(&NAMES);
     for &dimension in &plan.dimensions {
         for kind in KINDS {
             for &n in &plan.sizes {
-                tell("insertion", kind, n, dimension);
+                announce("insertion", kind, n, dimension);
                 let mut sum = Sum::default();
                 for (set, config) in &plan.sets(kind, n, dimension)? {
                     match &set.points {
@@ -61,22 +61,22 @@ struct Sum {
 impl Sum {
     fn add<P: Point>(&mut self, points: &[P], config: &Config) -> Result<(), Box<dyn Error>> {
         let run = simulate(points, config)?;
-        let rival = incremental(points, config)?;
-        if rival.cells != run.cells() {
-            return Err("insertion and recursion do not give the same cells".into());
+        let baseline = incremental(points, config)?;
+        if baseline.cells != run.cells() {
+            return Err("insertion and recursion give different cells".into());
         }
         let (paper, repair) = (&run.ledger.paper, &run.ledger.repair);
         let row = [
             paper.depth,
             repair.depth,
-            rival.clock.steps,
-            rival.clock.hashed,
-            rival.clock.chain,
+            baseline.clock.steps,
+            baseline.clock.hashed,
+            baseline.clock.chain,
             paper.work,
             repair.work,
-            rival.rounds.iter().map(|r| r.work).sum(),
+            baseline.rounds.iter().map(|r| r.work).sum(),
             paper.brent + repair.brent,
-            rival.brent,
+            baseline.brent,
         ];
         self.runs += 1;
         self.counts.iter_mut().zip(row).for_each(|(sum, count)| *sum += count);
@@ -85,7 +85,7 @@ impl Sum {
 
     fn row(&self, kind: Kind, dimension: usize, n: u64) -> Vec<String> {
         let mut row = vec![kind.to_string(), dimension.to_string(), n.to_string()];
-        // Chains are short: a tenth counts.
+        // Depths are small, so their means have a decimal.
         let shown = |(at, &sum): (usize, &u64)| {
             if at < 5 { mean(sum, self.runs) } else { whole(sum, self.runs) }
         };

@@ -1,0 +1,136 @@
+//! Text for people: plurals, sizes, durations, printable names.
+
+use std::fmt::Write;
+use std::path::Path;
+
+/// Formats a number with a noun in the singular or plural, such as `1 cell` and `2 cells`.
+pub fn counted(number: impl TryInto<u64>, noun: &str) -> String {
+    let number = number.try_into().unwrap_or(u64::MAX);
+    if number == 1 { format!("1 {noun}") } else { format!("{} {}", grouped(number), plural(noun)) }
+}
+
+fn plural(noun: &str) -> String {
+    match noun.rsplit_once(' ') {
+        Some((adjective, noun)) => format!("{adjective} {}", plural(noun)),
+        None => match noun {
+            "tetrahedron" => "tetrahedra".to_owned(),
+            "vertex" => "vertices".to_owned(),
+            "circumcentre" => "circumcentres".to_owned(),
+            _ => format!("{noun}s"),
+        },
+    }
+}
+
+/// Formats a number with a comma between groups of three digits.
+pub fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut out = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+/// Formats a number of bytes with three significant digits, such as `34.2 MB`.
+pub fn bytes(number: u64) -> String {
+    const UNITS: [&str; 5] = ["kB", "MB", "GB", "TB", "PB"];
+    if number < 1000 {
+        return counted(number, "byte");
+    }
+    let mut value = number as f64 / 1e3;
+    let mut unit = 0;
+    while value >= 999.5 && unit + 1 < UNITS.len() {
+        (value, unit) = (value / 1e3, unit + 1);
+    }
+    let digits = if value < 9.995 { 2 } else { usize::from(value < 99.95) };
+    format!("{value:.digits$} {}", UNITS[unit])
+}
+
+/// Formats a duration with the digits that matter.
+pub fn seconds(seconds: f64) -> String {
+    match seconds {
+        s if s < 0.1 => format!("{:.1} ms", s * 1e3),
+        s if s < 100.0 => format!("{s:.2} s"),
+        s => format!("{} min {:02} s", (s / 60.0) as u64, (s % 60.0) as u64),
+    }
+}
+
+/// Escapes control characters, which could change the state of a terminal. Line breaks and tabs stay.
+pub fn printable(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        if c.is_control() && !matches!(c, '\n' | '\t') {
+            let _ = write!(out, "{}", c.escape_default());
+        } else {
+            out.push(c);
+        }
+    }
+    out
+}
+
+/// A path with its control characters escaped, line breaks too.
+pub fn name(path: &Path) -> String {
+    printable(&path.display().to_string()).replace('\n', "\\n").replace('\t', "\\t")
+}
+
+/// Returns the names that are nearest to a mistyped one, the nearest first.
+pub fn nearest<'a>(typed: &str, names: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
+    let mut all: Vec<(usize, &str)> = names.into_iter().map(|name| (distance(typed, name), name)).collect();
+    all.sort_by_key(|&(distance, _)| distance);
+    all.into_iter().map(|(_, name)| name).collect()
+}
+
+/// The number of insertions, deletions, replacements and exchanges of neighbours between two words.
+fn distance(a: &str, b: &str) -> usize {
+    let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
+    let mut rows = vec![vec![0; b.len() + 1]; a.len() + 1];
+    for i in 0..=a.len() {
+        for j in 0..=b.len() {
+            if i == 0 || j == 0 {
+                rows[i][j] = i + j;
+                continue;
+            }
+            let replaced = rows[i - 1][j - 1] + usize::from(a[i - 1] != b[j - 1]);
+            rows[i][j] = replaced.min(rows[i - 1][j] + 1).min(rows[i][j - 1] + 1);
+            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
+                rows[i][j] = rows[i][j].min(rows[i - 2][j - 2] + 1);
+            }
+        }
+    }
+    rows[a.len()][b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nouns_agree_with_their_numbers() {
+        assert_eq!(counted(1u64, "tetrahedron"), "1 tetrahedron");
+        assert_eq!(counted(0u64, "worker"), "0 workers");
+        assert_eq!(counted(12_345usize, "tetrahedron"), "12,345 tetrahedra");
+        assert_eq!(counted(2u32, "hull facet"), "2 hull facets");
+    }
+
+    #[test]
+    fn sizes_have_three_digits() {
+        let all = [1, 999, 1000, 34_250_000, 999_600, 12_345_678_901].map(bytes);
+        assert_eq!(all, ["1 byte", "999 bytes", "1.00 kB", "34.2 MB", "1.00 MB", "12.3 GB"]);
+        assert_eq!([0.012, 3.14159, 125.0].map(seconds), ["12.0 ms", "3.14 s", "2 min 05 s"]);
+    }
+
+    #[test]
+    fn control_characters_are_escaped() {
+        assert_eq!(printable("a\x1b[31mb\tc\n"), "a\\u{1b}[31mb\tc\n");
+        assert_eq!(name(Path::new("a\nb\x07")), "a\\nb\\u{7}");
+    }
+
+    #[test]
+    fn the_nearest_name_comes_first() {
+        assert_eq!(nearest("triangluate", ["simulate", "rival", "triangulate"])[0], "triangulate");
+        assert_eq!(distance("mehs", "mesh"), 1);
+    }
+}

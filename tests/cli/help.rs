@@ -1,0 +1,143 @@
+//! Help, manual, errors of the parser, and text on terminals.
+
+use super::*;
+
+const COMMANDS: [&str; 14] = [
+    "triangulate",
+    "simulate",
+    "generate",
+    "mesh",
+    "verify",
+    "predict",
+    "report",
+    "scale",
+    "fit",
+    "rival incremental",
+    "reproduce",
+    "schema",
+    "completions",
+    "man",
+];
+
+/// The help of a command at a width of the terminal.
+fn help(place: &Place, command: &str, option: &str, columns: u32) -> String {
+    let mut run = place.command(&format!("{command} {option}"));
+    let output = run.env("COLUMNS", columns.to_string()).output().unwrap();
+    assert_eq!(code(&output), 0, "{command} {option}: {}", stderr(&output));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn help_fits_the_terminal_and_keeps_examples_whole() {
+    let place = Place::new();
+    for command in COMMANDS.into_iter().chain([""]) {
+        let wide = help(&place, command, "--help", 100);
+        for columns in [80, 100] {
+            let text = help(&place, command, "--help", columns);
+            let long = text.lines().find(|line| line.chars().count() > columns as usize);
+            // The usage and lists of values are not wrapped.
+            let long = long.filter(|line| !line.contains("Usage:") && !line.contains('|'));
+            assert_eq!(long, None, "{command} at {columns}");
+            let examples = |text: &str| {
+                let examples = text.lines().map(str::to_owned);
+                examples.filter(|l| l.starts_with("  septet ") || l.contains("| septet")).collect::<Vec<_>>()
+            };
+            assert_eq!(examples(&text), examples(&wide), "{command} at {columns}: broken examples");
+        }
+        assert!(wide.contains("Examples:"), "{command}: no examples");
+    }
+}
+
+#[test]
+fn the_short_help_lists_the_options_that_matter() {
+    let place = Place::new();
+    for command in ["triangulate", "simulate", "mesh"] {
+        let options = |text: &str| text.lines().filter(|l| l.trim_start().starts_with('-')).count();
+        let short = help(&place, command, "-h", 100);
+        let long = help(&place, command, "--help", 100);
+        assert!(options(&short) <= 18 && options(&short) < options(&long), "{command}: {short}");
+        for heading in ["Output:", "Machine:", "Reports:", "Messages:"] {
+            assert!(short.contains(heading) && long.contains(heading), "{command}: no {heading}");
+        }
+    }
+    assert_ne!(help(&place, "", "-h", 100), help(&place, "", "--help", 100));
+}
+
+#[test]
+fn the_nearest_command_is_named_first() {
+    let place = Place::new();
+    let talk = stderr(&place.run("triangluate a.xyz"));
+    let first = talk.split('\'').nth(3);
+    assert_eq!(first, Some("triangulate"), "{talk}");
+    assert!(stderr(&place.run("")).starts_with("Try: septet triangulate"));
+}
+
+#[test]
+fn a_manual_page_is_written_for_each_command() {
+    let place = Place::new();
+    place.good("man --dir pages");
+    for page in ["septet.1", "septet-mesh.1", "septet-rival-incremental.1", "septet-schema.1"] {
+        let text = fs::read_to_string(place.path("pages").join(page)).unwrap();
+        assert!(text.contains(".TH septet"), "{page}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_closed_pipe_is_silent() {
+    let place = Place::new();
+    for line in ["generate uniform -n 100000 -q", "reproduce --list", "man", "schema run", "--help"] {
+        let mut command = place.command(line);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(code(&output), 0, "{line}: {}", stderr(&output));
+        assert!(output.stderr.is_empty(), "{line}: {}", stderr(&output));
+    }
+}
+
+#[test]
+fn control_characters_in_names_do_not_reach_the_terminal() {
+    let place = Place::new();
+    for arguments in [
+        ["triangulate", "a\x1b]0;title\x07.xyz"],
+        ["\x1b[31mtriangulate", "a.xyz"],
+        ["triangulate", "--\x1b[31mred"],
+        ["report", "a\x1b[2Jb.json"],
+        ["mesh", "a\x1b[2Jb.poly"],
+    ] {
+        let output = place.command("").args(arguments).output().unwrap();
+        assert_ne!(code(&output), 0);
+        assert!(!stderr(&output).contains('\x1b'), "{arguments:?}: {:?}", stderr(&output));
+    }
+}
+
+#[test]
+fn the_first_summary_is_short_and_readable() {
+    let place = Place::new();
+    let output = place.good("triangulate sample:well-spaced:2000 -o mesh.vtu");
+    let talk = stderr(&output);
+    assert!(output.stdout.is_empty() && talk.lines().count() <= 45, "{talk}");
+    for words in
+        ["points, ", "tetrahedra", "hull facets", "generate ", "total ", "wrote", "mesh.vtu (", "ParaView"]
+    {
+        assert!(talk.contains(words), "no `{words}`: {talk}");
+    }
+    assert!(!talk.contains('{') && !talk.contains("read "), "{talk}");
+    place.file("four.xyz", "0 0 0\n1 0 0\n0 1 0\n0 0 1\n");
+    let talk = stderr(&place.good("triangulate four.xyz --workers 1"));
+    assert!(talk.contains("4 points, 1 tetrahedron, 4 hull facets") && talk.contains("1 worker,"), "{talk}");
+}
+
+#[test]
+fn errors_name_what_is_expected() {
+    let place = Place::new();
+    place.file("p.xyz", SQUARE).file("cube.poly", "");
+    place.fails("triangulate p.xyz -o a.vtx", 2, &[".vtu"]);
+    place.fails("mesh cube.poly", 2, &["no output is given", "-o FILE", "--check"]);
+    place.fails("report none.json -o a.html", 3, &["none.json: no such file", "help:"]);
+    place.fails("fit none.jsonl", 3, &["none.jsonl: no such file", "help:"]);
+    place.good("simulate p.xyz --json run.json");
+    place.fails("fit run.json -y levels", 3, &["the report of one run", "septet scale"]);
+    place.fails("fit run.json --phase hulls", 2, &["-y"]);
+}

@@ -1,0 +1,126 @@
+//! The transports of the machine, so that one list of cases runs over all of them.
+//!
+//! A worker process runs the program of the test itself, with [`RANK`] in its environment. A test program with a `main`
+//! of its own calls [`serve`] first. In a program of the test harness, the test [`WORKER_TEST`] calls it.
+
+use std::env;
+use std::fs::File;
+use std::io::{Write, stdin};
+use std::process::Command;
+
+use glam::{DVec2, DVec3};
+use septet_core::config::Transport;
+use septet_core::{Config, Error, Run, run_on, simulate, triangulate};
+use septet_geometry::point::Point;
+use septet_protocol::transport::TransportError;
+use septet_workers::config::WorkerConfig;
+use septet_workers::transport::pipe::{Pipes, serve_pipe};
+
+/// The environment variable that holds the rank of a worker process.
+pub const RANK: &str = "SEPTET_PIPE_RANK";
+const CONFIG: &str = "SEPTET_PIPE_CONFIG";
+const DIMENSION: &str = "SEPTET_PIPE_DIMENSION";
+
+/// The test that is a worker in a process of its own.
+pub const WORKER_TEST: &str = "transports::a_process_is_a_worker";
+
+/// Returns the command that starts a worker process, without its environment.
+pub type Program = fn() -> Command;
+
+/// A way to start the machine.
+#[derive(Clone, Copy, Debug)]
+pub enum Start {
+    /// Workers on this number of threads, with messages over channels.
+    Channel(usize),
+    /// All workers on one thread, with this seed of the order of delivery.
+    Sim(u64),
+    /// One process per worker, with messages over pipes.
+    Processes(Program),
+}
+
+impl Start {
+    /// Returns the configuration for this transport.
+    pub fn configure(self, config: &Config) -> Config {
+        config.clone().with(|c| match self {
+            Start::Channel(threads) => {
+                c.machine.threads = threads;
+                c.machine.transport = Transport::Channel;
+            }
+            Start::Sim(delivery_seed) => c.machine.transport = Transport::Sim { delivery_seed },
+            Start::Processes(_) => {}
+        })
+    }
+
+    /// Runs `simulate` (`counted`) or `triangulate` over this transport.
+    ///
+    /// # Errors
+    /// See [`Error`].
+    pub fn run<P: Point>(self, points: &[P], config: &Config, counted: bool) -> Result<Run, Error> {
+        let config = self.configure(config);
+        match self {
+            Start::Processes(program) => over_processes(points, &config, counted, program),
+            _ if counted => simulate(points, &config),
+            _ => triangulate(points, &config),
+        }
+    }
+}
+
+/// Calls `check` with each transport: channels with 1, 2 and 4 threads, the simulator with three orders of delivery, and,
+/// on Unix, processes that run [`WORKER_TEST`].
+pub fn each_transport(check: impl FnMut(Start)) {
+    let channels = [1, 2, 4].map(Start::Channel);
+    let orders = [0, 1, 77].map(Start::Sim);
+    let processes = cfg!(unix).then_some(Start::Processes(harness));
+    channels.into_iter().chain(orders).chain(processes).for_each(check);
+}
+
+/// The test harness prints to standard output, so that a worker there writes its messages to descriptor 3.
+fn harness() -> Command {
+    let mut command = Command::new("sh");
+    command.args(["-c", "exec \"$0\" \"$@\" 3>&1 >/dev/null"]).arg(env::current_exe().expect("this program"));
+    command.args([WORKER_TEST, "--exact", "--test-threads=1"]);
+    command
+}
+
+/// Returns the pipe to the coordinator of a worker that the test harness runs.
+///
+/// # Panics
+/// If descriptor 3 is not open.
+pub fn harness_output() -> File {
+    File::options().write(true).open("/dev/fd/3").expect("the pipe to the coordinator")
+}
+
+/// Runs on a machine whose workers are processes.
+fn over_processes<P: Point>(
+    points: &[P],
+    config: &Config,
+    counted: bool,
+    program: Program,
+) -> Result<Run, Error> {
+    run_on(points, config, counted, &mut |machine| {
+        let pipes = Pipes::launch(machine, &mut |machine, rank| {
+            let mut command = program();
+            command.env(RANK, rank.to_string()).env(CONFIG, machine.to_string());
+            command.env(DIMENSION, P::DIM.to_string());
+            command
+        })?;
+        Ok(Box::new(pipes) as Box<dyn septet_protocol::transport::Transport<P>>)
+    })
+}
+
+/// Runs the rank that the environment names until the run is over, and sends its messages to `output()`. Returns `None`
+/// if the environment names no rank.
+///
+/// # Panics
+/// If the environment names a rank and holds an invalid configuration.
+pub fn serve<W: Write + Send>(output: impl FnOnce() -> W) -> Option<Result<(), TransportError>> {
+    let rank = env::var(RANK).ok()?.parse().expect("a rank");
+    let config: WorkerConfig = env::var(CONFIG).expect("a configuration").parse().expect("a configuration");
+    let result = match env::var(DIMENSION).as_deref() {
+        Ok("2") => serve_pipe::<DVec2>(stdin(), output(), rank, config),
+        Ok("3") => serve_pipe::<DVec3>(stdin(), output(), rank, config),
+        other => panic!("dimension {other:?}"),
+    };
+    // The coordinator ends a run by closing its pipes.
+    Some(if matches!(result, Err(TransportError::Stopped)) { Ok(()) } else { result })
+}

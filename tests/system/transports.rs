@@ -1,0 +1,135 @@
+//! One list of runs over every transport: threads with channels, the simulator, processes with pipes.
+
+use std::process::{Command, exit};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use glam::DVec2;
+use septet_core::config::Workers;
+use septet_core::generate::Kind;
+use septet_core::{Config, Error, Run};
+use septet_geometry::point::Point;
+use septet_protocol::transport::TransportError;
+
+use crate::common::sets::{plane, space};
+use crate::common::transports::{Start, each_transport, harness_output, serve};
+use crate::common::{assert_same_counts, check_over, combinations, with_graph, with_workers};
+
+/// Serves a rank if another test started this process for it. Otherwise starts two such processes.
+#[test]
+fn a_process_is_a_worker() {
+    if let Some(result) = serve(harness_output) {
+        exit(i32::from(result.is_err()));
+    }
+    let points = plane(Kind::Uniform, 200, 5);
+    let mut started = 0;
+    each_transport(|start| {
+        if let Start::Processes(_) = start {
+            started += 1;
+            check_over(start, &points, &with_workers(Workers::Count(2), 60), true);
+        }
+    });
+    assert_eq!(started, u32::from(cfg!(unix)));
+}
+
+/// Everything in a result and its ledger that a transport could change.
+fn assert_same(expected: &Run, found: &Run, what: &str) {
+    assert!(expected.cells() == found.cells(), "{what}: other cells");
+    assert!(expected.graph == found.graph, "{what}: another graph");
+    assert_eq!(expected.owner(), found.owner(), "{what}");
+    assert_eq!(expected.home_leaf(), found.home_leaf(), "{what}");
+    assert_same_counts(&expected.ledger, &found.ledger, what);
+    assert_eq!(expected.ledger.phases, found.ledger.phases, "{what}");
+    assert!(expected.ledger.part == found.ledger.part, "{what}: other rounds");
+}
+
+fn over_transports<P: Point>(points: &[P], config: &Config) {
+    for counted in [false, true] {
+        let mut reference: Option<Run> = None;
+        each_transport(|start| {
+            let what = format!("{start:?}, counted {counted}, {config:?}");
+            let run = start.run(points, config, counted).unwrap_or_else(|e| panic!("{what}: {e}"));
+            assert_same(reference.get_or_insert_with(|| run.clone()), &run, &what);
+        });
+    }
+}
+
+#[test]
+fn results_and_ledgers_of_uniform_sets_are_equal() {
+    let points = space(Kind::Uniform, 3000, 5);
+    for (workers, graph) in [(1, 0), (3, 1), (8, 2), (5, 4), (3, 6)] {
+        let config = with_graph(&with_workers(Workers::Count(workers), 60), combinations(true)[graph]);
+        let config = config.with(|c| {
+            c.keep.graph = true;
+            c.keep.owner = true;
+        });
+        over_transports(&points, &config);
+    }
+}
+
+#[test]
+fn results_and_ledgers_in_the_plane_are_equal() {
+    over_transports(&plane(Kind::Clusters, 3000, 5), &with_workers(Workers::Count(4), 60));
+    over_transports(&plane(Kind::Grid, 900, 5), &with_workers(Workers::Leaves, 60));
+}
+
+/// A worker process that runs a shell script instead.
+#[cfg(unix)]
+fn shell(script: &str) -> Command {
+    let mut command = Command::new("sh");
+    command.args(["-c", script]);
+    command
+}
+
+/// The error of a run whose workers are this program.
+fn broken(program: fn() -> Command) -> Error {
+    let points: Vec<DVec2> = plane(Kind::Uniform, 200, 5);
+    let run = Start::Processes(program).run(&points, &with_workers(Workers::Count(2), 60), true);
+    run.err().unwrap_or_else(|| panic!("a run with broken workers ended well"))
+}
+
+#[cfg(unix)]
+#[test]
+fn a_process_that_ends_is_named() {
+    let error = broken(|| shell("exit 3"));
+    assert!(matches!(error, Error::Machine(TransportError::WorkerFailed { rank: 1, .. })), "{error}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_process_that_sends_garbage_is_named() {
+    let error = broken(|| shell(r"printf '\0\1\0\0\0\7\0\0\0'; exit 0"));
+    assert!(matches!(error, Error::Machine(TransportError::WorkerFailed { rank: 1, .. })), "{error}");
+}
+
+#[test]
+fn a_missing_program_is_a_failure_to_start() {
+    let error = broken(|| Command::new("/nonexistent/septet"));
+    assert!(matches!(error, Error::Start(_)), "{error}");
+}
+
+/// A rank that fails or panics ends a run with the same error over every transport.
+#[test]
+fn failures_of_ranks_are_equal() {
+    let points = plane(Kind::Uniform, 200, 5);
+    for fault in ["die:2:hulls", "panic:2:partition", "panic:1:collect"] {
+        let config = with_workers(Workers::Count(3), 20);
+        let config = config.with(|c| c.planted.fault = Some(fault.parse().unwrap()));
+        let mut reference: Option<String> = None;
+        each_transport(|start| {
+            let found = format!("{:?}", start.run(&points, &config, true).map(drop).unwrap_err());
+            assert_eq!(reference.get_or_insert_with(|| found.clone()), &found, "{fault}, {start:?}");
+        });
+    }
+}
+
+#[test]
+fn an_interrupt_ends_a_run_over_every_transport() {
+    let points = plane(Kind::Uniform, 200, 5);
+    let config = with_workers(Workers::Count(2), 60)
+        .with(|c| c.control.cancel = Some(Arc::new(AtomicBool::new(true))));
+    each_transport(|start| {
+        let run = start.run(&points, &config, true);
+        assert!(matches!(run, Err(Error::Interrupted)), "{start:?}");
+    });
+}
