@@ -101,9 +101,10 @@ pub(crate) async fn choice<P: Point>(
     }
     descent.land(cx);
     chosen.ok_or_else(|| {
-        let reason = match cx.is_coordinator() {
-            true => "not all workers reported their sampled stars",
-            false => "phase choice ended without a choice",
+        let reason = if cx.is_coordinator() {
+            "not all workers reported their sampled stars"
+        } else {
+            "phase choice ended without a choice"
         };
         TransportError::WorkerFailed { rank: cx.rank(), reason: reason.to_string() }
     })

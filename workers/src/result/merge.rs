@@ -115,9 +115,10 @@ pub(crate) async fn merge<P: Point>(
         outcome = take_outcome(cx).or(outcome);
     }
     let outcome = outcome.ok_or_else(|| {
-        let reason = match cx.is_coordinator() {
-            true => "not all results reached the root",
-            false => "it received no decision on the certificate",
+        let reason = if cx.is_coordinator() {
+            "not all results reached the root"
+        } else {
+            "it received no decision on the certificate"
         };
         TransportError::WorkerFailed { rank: cx.rank(), reason: reason.to_string() }
     })?;
