@@ -123,6 +123,7 @@ pub fn received<P: Point>(phase: Phase, messages: &[Message<P>]) {
 }
 
 /// The direction of a traced message.
+#[derive(Clone, Copy)]
 enum Direction {
     Sent,
     Received,
