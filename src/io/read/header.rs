@@ -57,6 +57,18 @@ impl Header {
         Some([Some(x), Some(y), z].into_iter().flatten().collect())
     }
 
+    /// The number of columns.
+    pub fn width(&self) -> usize {
+        self.names.len()
+    }
+
+    /// The positions of the coordinates and of the column `size`.
+    pub fn sizes(&self) -> Option<Vec<usize>> {
+        let mut positions = self.axes()?;
+        positions.push(self.position("size").ok()??);
+        Some(positions)
+    }
+
     /// The name of a column as data of the points: distinct, and not empty.
     fn name_of_data(&self, position: usize) -> String {
         let name = self.names[position].trim();

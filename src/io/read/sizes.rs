@@ -1,10 +1,12 @@
 //! Sizes at points: a text table or a `.npy` array of rows `x y size` or `x y z size`. Fields of text are separated by
-//! blanks, commas or semicolons. A header row and comments (`#`, `%`) are allowed.
+//! blanks, commas or semicolons. Comments begin with `#` or `%`. If a header row names `x`, `y`, optionally `z`, and `size`,
+//! the names select the columns.
 
 use std::path::Path;
 
 use super::error::{InputError, Place};
 use super::format::Format;
+use super::header::Header;
 use super::points::Progress;
 use super::text::{Line, Lines, NUMBER, Source, number};
 use super::{load, npy};
@@ -58,16 +60,27 @@ pub(super) fn push(
 fn columns(source: Source<'_>) -> Result<SizeField, InputError> {
     let mut field = SizeField::default();
     let mut headed = false;
+    // The positions of the named columns, and the width of the header row.
+    let mut by_name: Option<(Vec<usize>, usize)> = None;
     for line in Lines::new(source.data) {
         let end = line.text.iter().position(|b| matches!(b, b'#' | b'%')).unwrap_or(line.text.len());
-        let words = split(&line.text[..end]);
+        let mut words = split(&line.text[..end]);
         if words.is_empty() {
             continue;
         }
         let named = |w: &&[u8]| w.first().is_some_and(|b| b.is_ascii_alphabetic() || *b == b'"');
         if field.rows.is_empty() && !headed && words.iter().all(|w| named(w) && number(w).is_none()) {
+            let separated_by_blanks = !line.text[..end].contains(&b',') && !line.text[..end].contains(&b';');
             headed = true;
+            let header = Header::of(line.number, &words, separated_by_blanks);
+            by_name = header.sizes().map(|positions| (positions, header.width()));
             continue;
+        }
+        if let Some((positions, width)) = &by_name {
+            if words.len() != *width {
+                return Err(source.bad_line(&line, "the columns of the header row"));
+            }
+            words = positions.iter().map(|&i| words[i]).collect();
         }
         if field.rows.is_empty() {
             field.dimension = match words.len() {
@@ -129,6 +142,7 @@ mod tests {
             "1 2 3 0.5\n-4 0 1e3 0.25\n",
             "# sizes\nx,y,z,size\n1,2,3,0.5\n\n-4,-0.0,1e3,0.25 # here\n",
             "1;2; 3; .5\r\n-4\t;0;1000;0.25",
+            "id,Size [m],z,y,x\n7,0.5,3,2,1\n8,.25,1000,0,-4\n",
         ] {
             for name in ["f.txt", "f.csv", "f"] {
                 let field = read(name, text.as_bytes()).unwrap();
@@ -171,6 +185,7 @@ mod tests {
             ("1 2 3 nan\n", 1, "positive"),
             ("1 inf 3 1\n", 1, "finite"),
             ("x y z size\na b c d\n", 2, "a number"),
+            ("size x y\n1 2\n", 2, "columns of the header row"),
         ] {
             let error = read("f.txt", text.as_bytes()).unwrap_err();
             assert_eq!(error.line(), Some(line), "{error}");
