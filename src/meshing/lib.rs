@@ -3,6 +3,8 @@
 //!
 //! The crate has no input or output, threads, clock or unordered maps. Signs are exact. Distances and angles are
 //! rounded, and they decide nothing that a sign can decide.
+//!
+#![doc = include_str!("overview.md")]
 
 pub mod input;
 

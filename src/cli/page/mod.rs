@@ -4,6 +4,8 @@
 //! [`Page::of`] takes the texts of reports (`--json`) and of sweeps (one object per line). [`Page::html`] returns the
 //! page, [`Page::figures`] its figures. The figures are SVG. The scripts of the page only select
 //! figures, show tables and draw the sampled points. The page loads nothing from the network.
+//!
+#![doc = include_str!("overview.md")]
 
 mod axes;
 mod bars;

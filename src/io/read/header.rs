@@ -235,12 +235,13 @@ impl Chooser<'_> {
         let dimension = self.options.dimension;
         if let Some(mut axes) = header.axes().filter(|axes| dimension.is_none_or(|d| d <= axes.len())) {
             axes.truncate(dimension.unwrap_or(3));
-            let mut note =
-                format!("line {line} is taken as a header row: coordinates are {}", self.list(header, &axes));
             let others: Vec<usize> = (0..header.names.len()).filter(|i| !axes.contains(i)).collect();
-            if !others.is_empty() && !self.options.keep_columns {
-                note += &format!("; columns {} are ignored", self.list(header, &others));
-            }
+            let ignored = match others.is_empty() || self.options.keep_columns {
+                true => String::new(),
+                false => format!("; columns {} are ignored", list(header, &others)),
+            };
+            let taken = list(header, &axes);
+            let note = format!("line {line} is taken as a header row: coordinates are {taken}{ignored}");
             return Ok((axes, note));
         }
         let numbers = self.numbers();
@@ -250,7 +251,7 @@ impl Chooser<'_> {
         }
         let note = format!(
             "line {line} is taken as a header row without x and y: coordinates are {}, in this order",
-            self.list(header, &numbers)
+            list(header, &numbers)
         );
         Ok((numbers, note))
     }
@@ -260,12 +261,6 @@ impl Chooser<'_> {
         let is_index = |i: usize| i == 0 && self.header.is_some_and(|h| h.names[0].trim().is_empty());
         let is_number = |i: &usize| number(self.row[*i]).is_some() && !is_index(*i);
         (0..self.row.len()).filter(is_number).collect()
-    }
-
-    fn list(&self, header: &Header, positions: &[usize]) -> String {
-        let names =
-            positions.iter().map(|&i| header.names.get(i).map_or_else(|| (i + 1).to_string(), |n| shown(n)));
-        names.collect::<Vec<_>>().join(", ")
     }
 
     /// An error that lists the names of the columns and gives an example of a choice.
@@ -291,4 +286,10 @@ impl Chooser<'_> {
 /// A name, shortened and printable.
 fn shown(name: &str) -> String {
     excerpt(name.trim().as_bytes())
+}
+
+/// Lists columns by their names, or by their numbers from 1.
+fn list(header: &Header, positions: &[usize]) -> String {
+    let name = |&i: &usize| header.names.get(i).map_or_else(|| (i + 1).to_string(), |n| shown(n));
+    positions.iter().map(name).collect::<Vec<_>>().join(", ")
 }

@@ -20,7 +20,7 @@ struct Cursor<'a> {
 
 /// The values of one array, and the place of each.
 struct Values<T> {
-    values: Vec<T>,
+    items: Vec<T>,
     /// The first byte of the array. Binary values have `size` bytes each.
     start: usize,
     size: usize,
@@ -50,10 +50,10 @@ pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mes
             ("CELL_TYPES", Some(mesh)) => {
                 let count = cursor.count(offset, words.get(1))?;
                 let types = cursor.values(count, Scalar::I32, |s, b, e| s.integer(b, e) as i64, integer)?;
-                let cells = pending.take().filter(|cells| cells.ends.len() == types.values.len());
+                let cells = pending.take().filter(|cells| cells.ends.len() == types.items.len());
                 let cells =
                     cells.ok_or_else(|| source.bad_at(offset, "CELL_TYPES", "as many types as CELLS"))?;
-                push(mesh, &cells, |i, nodes| kind_of_type(types.values[i], nodes))?;
+                push(mesh, &cells, |i, nodes| kind_of_type(types.items[i], nodes))?;
             }
             ("POLYGONS", Some(mesh)) => {
                 let cells = cursor.cells(offset, &words)?;
@@ -162,7 +162,7 @@ impl<'a> Cursor<'a> {
                 .ok_or_else(|| source.truncated(place(), "numbers", count, (rest.len() / size) as u64))?;
             let values = bytes.chunks_exact(size).map(|b| from_bytes(scalar, b, Endian::Big)).collect();
             self.at += bytes.len();
-            return Ok(Values { values, start, size });
+            return Ok(Values { items: values, start, size });
         }
         let mut values = Vec::new();
         let mut at = start;
@@ -177,7 +177,7 @@ impl<'a> Cursor<'a> {
             at += word.len();
         }
         self.at = at;
-        Ok(Values { values, start, size: 0 })
+        Ok(Values { items: values, start, size: 0 })
     }
 
     /// `POINTS count type`, then three coordinates per point.
@@ -192,8 +192,8 @@ impl<'a> Cursor<'a> {
         let scalar = self.scalar(offset, words.get(2))?;
         let read = self.values(count.saturating_mul(3), scalar, Scalar::float, number)?;
         let line = Place::Line(source.line_at(offset));
-        let mut points = Collector::new(source, options, (line, 3), (count, read.values.len(), 3))?;
-        for (i, at) in read.values.chunks_exact(3).enumerate() {
+        let mut points = Collector::new(source, options, (line, 3), (count, read.items.len(), 3))?;
+        for (i, at) in read.items.chunks_exact(3).enumerate() {
             let axis = at.iter().position(|c| !c.is_finite()).unwrap_or(0);
             let byte = (read.start + (3 * i + axis) * read.size) as u64;
             let place = if self.is_binary { Place::Byte(byte) } else { line };
@@ -216,19 +216,19 @@ impl<'a> Cursor<'a> {
             && next[0].eq_ignore_ascii_case(b"OFFSETS")
         {
             let scalar = self.scalar(at, next.get(1))?;
-            let offsets = self.values(first, scalar, narrow, integer)?.values;
+            let offsets = self.values(first, scalar, narrow, integer)?.items;
             let Some((at, next)) =
                 self.keyword().filter(|(_, next)| next[0].eq_ignore_ascii_case(b"CONNECTIVITY"))
             else {
                 return Err(source.truncated(place, "sections CONNECTIVITY", 1, 0));
             };
             let scalar = self.scalar(at, next.get(1))?;
-            let ids = self.values(second, scalar, narrow, integer)?.values;
+            let ids = self.values(second, scalar, narrow, integer)?.items;
             let ends = offsets.iter().skip(1).map(|&end| u64::try_from(end).unwrap_or(u64::MAX)).collect();
             return Ok(CellArrays { ends, ids, place });
         }
         self.at = before;
-        let flat = self.values(second, Scalar::I32, narrow, integer)?.values;
+        let flat = self.values(second, Scalar::I32, narrow, integer)?.items;
         let (mut ends, mut ids) = (Vec::new(), Vec::new());
         let mut rest = flat.as_slice();
         for found in 0..first {

@@ -35,7 +35,9 @@ impl<P: Point> Region<P> {
             Body::Gather(points) => Some(std::mem::take(points)),
             _ => None,
         });
-        batches.iter_mut().for_each(|points| self.points.append(points));
+        for points in &mut batches {
+            self.points.append(points);
+        }
         if self.reports.complete(batches.len(), cx.config().workers) {
             let points = std::mem::take(&mut self.points);
             let members = members_of(&points);

@@ -136,7 +136,7 @@ impl SampleCounts {
         }
         let SampleStars { sampled, certified } = self.sum;
         let (supergraph, why) = choose(cx.config().graph.wanted, sampled, &certified, population);
-        cx.to_workers(|| Body::Choice(message::Choice(supergraph)));
+        cx.send_to_workers(|| Body::Choice(message::Choice(supergraph)));
         Some(Choice { supergraph: Some(supergraph), why: Some(why) })
     }
 }
@@ -185,7 +185,7 @@ fn report_samples<P: Point>(
     let certified = ALPHAS.map(|a| needed.iter().filter(|&&t| t <= a).count() as u64);
     let counts = SampleStars { sampled: needed.len() as u64, certified };
     if !cx.is_coordinator() {
-        cx.to_coordinator(Body::SampleStars(counts));
+        cx.send_to_coordinator(Body::SampleStars(counts));
     }
     None
 }

@@ -220,6 +220,6 @@ fn report_edges<P: Point>(
         edges.enter(leaf.id(), cx);
     }
     if !sent.is_empty() {
-        cx.to_coordinator(Body::Edges(Bulk(sent)));
+        cx.send_to_coordinator(Body::Edges(Bulk(sent)));
     }
 }

@@ -65,12 +65,12 @@ impl<P: Point> Context<P> {
     }
 
     /// Sends a body about the whole set to the coordinator.
-    pub(crate) fn to_coordinator(&mut self, body: Body<P>) {
+    pub(crate) fn send_to_coordinator(&mut self, body: Body<P>) {
         self.send(COORDINATOR, NodeId::ROOT, 0, body);
     }
 
     /// Sends the same body about the whole set from the coordinator to every worker.
-    pub(crate) fn to_workers(&mut self, mut body: impl FnMut() -> Body<P>) {
+    pub(crate) fn send_to_workers(&mut self, mut body: impl FnMut() -> Body<P>) {
         for rank in 1..=self.config().workers {
             self.send(rank, NodeId::ROOT, 0, body());
         }

@@ -45,7 +45,7 @@ pub(crate) async fn collect_selected<P: Point>(
 ) -> Result<Share<P>, TransportError> {
     cx.enter(Phase::Collect)?;
     if !cx.is_coordinator() {
-        cx.to_coordinator(selection.into_message(table, fixed));
+        cx.send_to_coordinator(selection.into_message(table, fixed));
     }
     collect(cx, share).await
 }
@@ -102,13 +102,13 @@ async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<S
 /// Sends the record of tasks, if there is one, and the ledger.
 fn send_ledger<P: Point>(cx: &mut Context<P>) {
     if let Some(log) = cx.finish_record() {
-        cx.to_coordinator(Body::Tasks(Box::new(log)));
+        cx.send_to_coordinator(Body::Tasks(Box::new(log)));
     }
     if let Some(fault) = cx.config().fault {
         fault.distort(cx.ledger_mut());
     }
     let words = cx.ledger().to_words();
-    cx.to_coordinator(Body::Ledger(Bulk(words)));
+    cx.send_to_coordinator(Body::Ledger(Bulk(words)));
 }
 
 /// Adds the radii and links that pictures show to a subdomain triangulation.
@@ -177,7 +177,7 @@ fn each_owned_cell<P: Point>(
 
 fn send_message<P: Point>(cx: &mut Context<P>, cells: Vec<u64>, leaves: Vec<u64>) {
     let body = Body::Cells { cells: Bulk(cells), leaves: Bulk(leaves) };
-    cx.to_coordinator(body);
+    cx.send_to_coordinator(body);
 }
 
 /// Sends the cells that belong to this rank, with their neighbours.
@@ -197,7 +197,7 @@ fn send_subdomain<P: Point>(
         rows: Bulk(rows),
         open: Bulk(open),
     };
-    cx.to_coordinator(body);
+    cx.send_to_coordinator(body);
 }
 
 /// Returns the cells that belong to this rank, from links. Matches facets to find neighbours. A facet without a match gets the

@@ -146,7 +146,7 @@ pub(crate) async fn merge<P: Point>(
         for (node, own) in root.map(|own| (NodeId::ROOT, own)).into_iter().chain(joined) {
             if node == NodeId::ROOT && cx.is_coordinator() {
                 let decision = judge(own, pass.population, pass.number);
-                cx.to_workers(|| Body::Outcome(decision));
+                cx.send_to_workers(|| Body::Outcome(decision));
                 (outcome, whole) = (Some(decision), own);
             } else {
                 send_up(cx, subdomain, node, own);

@@ -47,7 +47,7 @@ pub(crate) fn send_view<P: Point>(
     results.show_points(sample, &mut part);
     results.show_ghosts(ghosts, sample, &mut part);
     results.show_splits(cx.rank(), &mut part);
-    cx.to_coordinator(Body::View(Box::new(part)));
+    cx.send_to_coordinator(Body::View(Box::new(part)));
 }
 
 /// The sample: about `wanted` of `population` points.

@@ -42,7 +42,7 @@ pub(crate) async fn gather<P: Point>(
         agreement.disagreements().iter().map(|d| d.holder).collect()
     };
     if !cx.is_coordinator() {
-        cx.to_coordinator(Body::Gather(region(table, stars, &open)));
+        cx.send_to_coordinator(Body::Gather(region(table, stars, &open)));
     }
     let (mut gathered, mut whole) = (Vec::new(), Region::default());
     while cx.exchange().await? {

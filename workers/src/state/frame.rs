@@ -26,7 +26,7 @@ pub(crate) fn report<P: Point>(
         }
     }
     if !owned_points.is_empty() {
-        cx.to_coordinator(Body::Frame(owned_points));
+        cx.send_to_coordinator(Body::Frame(owned_points));
     }
 }
 
@@ -55,7 +55,7 @@ impl<P: Point> FrameOwners<P> {
             }
             if before <= P::DIM && self.reported.len() == P::DIM + 1 {
                 *frame = self.reported.clone();
-                cx.to_workers(|| Body::Frame(frame.clone()));
+                cx.send_to_workers(|| Body::Frame(frame.clone()));
             }
             return;
         }

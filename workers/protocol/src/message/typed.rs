@@ -197,6 +197,7 @@ mod tests {
     use super::*;
     use crate::codec::{decode, encode};
 
+    #[expect(clippy::needless_pass_by_value, reason = "callers write values")]
     fn travels_as<T: Encode + Decode<()> + Debug + PartialEq>(value: T, form: &impl Encode) {
         let bytes = encode(&value).unwrap();
         assert_eq!(bytes, encode(form).unwrap());
