@@ -68,7 +68,11 @@ fn a_sweep_is_kept_taken_up_repeated_and_fitted() {
     assert_eq!(answer["series"].as_array().unwrap().len(), 2, "kinds apart, workers together");
     let rounds = place.good("fit runs.jsonl -y rounds --phase partition --json -");
     let rounds: Value = serde_json::from_slice(&rounds.stdout).unwrap();
-    assert_eq!(rounds["series"].as_array().unwrap().len(), 4, "rounds of other numbers of workers are listed separately");
+    assert_eq!(
+        rounds["series"].as_array().unwrap().len(),
+        4,
+        "rounds of other numbers of workers are listed separately"
+    );
     place.good("fit runs.jsonl 3.jsonl -y level-depth --phase partition --margin 0.1");
     place.fails("fit runs.jsonl -y depth", 2, &["mixes", "--phase"]);
     place.fails("fit runs.jsonl -y speed", 2, &["no count `speed`", "levels"]);
