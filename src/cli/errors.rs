@@ -1,6 +1,7 @@
 //! Failures of the program: a message, help, the line of the input at fault, and an exit code.
 
-use std::io::{ErrorKind, Write};
+use std::fmt::Write as _;
+use std::io::{ErrorKind, Write as _};
 
 use septet_core::config::ConfigError;
 use septet_core::generate::GenerateError;
@@ -78,7 +79,7 @@ impl Failure {
         }
         if let Some(help) = &self.help {
             let indent = if self.excerpt.is_some() { "  " } else { "" };
-            text += &format!("{indent}{} {}\n", talk.paint("help:", "1;36"), printable(help));
+            let _ = writeln!(text, "{indent}{} {}", talk.paint("help:", "1;36"), printable(help));
         }
         // Nothing can be reported if standard error is closed.
         let _ = std::io::stderr().write_all(text.as_bytes());

@@ -79,7 +79,9 @@ pub fn run(args: &GenerateArgs, talk: &Talk) -> Result<(), Failure> {
     let number = counted(made.points.len() as u64, "point");
     talk.note(format!("septet: {number}, {} in {} dimensions", args.kind, args.dimension));
     if args.output != Path::new("-") {
-        written(std::slice::from_ref(&args.output)).iter().for_each(|line| talk.note(line));
+        for line in written(std::slice::from_ref(&args.output)) {
+            talk.note(line);
+        }
     }
     Ok(())
 }

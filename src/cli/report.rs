@@ -56,7 +56,9 @@ pub fn run(args: &ReportArgs, talk: &Talk) -> Result<(), Failure> {
             .html()
             .map_err(|e| Failure::new(Code::Failed, format!("the page cannot be written: {e}")))?;
         files::write_text(output, &html)?;
-        written(std::slice::from_ref(output)).iter().for_each(|line| talk.note(line));
+        for line in written(std::slice::from_ref(output)) {
+            talk.note(line);
+        }
     }
     Ok(())
 }

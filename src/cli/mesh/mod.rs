@@ -216,7 +216,9 @@ impl Job<'_> {
         if let Some(peak) = around.peak_rss_bytes {
             talk.note(row("memory", format!("{} at the peak", text::bytes(peak))));
         }
-        written(&files).iter().for_each(|line| talk.note(line));
+        for line in written(&files) {
+            talk.note(line);
+        }
         self.tables.print(&rendered);
         Ok(())
     }
