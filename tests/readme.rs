@@ -22,16 +22,16 @@ fn commands(readme: &str) -> Vec<String> {
 
 /// Files of the names that the commands read.
 fn inputs(septet: &str, folder: &Path) {
-    let points: String =
-        (0..60).map(|i| format!("{} {} {}\n", i * 37 % 61, i * 23 % 59, i * 11 % 53)).collect();
-    let rows: String = points.lines().map(|line| line.replace(' ', ",") + "\n").collect();
-    fs::write(folder.join("catalogue.csv"), rows).unwrap();
-    fs::write(folder.join("points.xyz"), points).unwrap();
+    let rows: Vec<_> = (0..60).map(|i| format!("{},{},{}", i * 37 % 61, i * 23 % 59, i * 11 % 53)).collect();
+    fs::write(folder.join("catalogue.csv"), rows.join("\n")).unwrap();
     let run = |line: &str| shell(septet, folder, line);
     run("septet generate uniform -n 200 -o points.node -q");
     run("septet generate uniform -n 200 -o scan.ply -q && gzip scan.ply");
-    fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/domains/cube.poly"), folder.join("part.poly"))
-        .unwrap();
+    fs::copy(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/domains/good/cube.poly"),
+        folder.join("part.poly"),
+    )
+    .unwrap();
 }
 
 /// Runs a line in a shell that finds `septet`.

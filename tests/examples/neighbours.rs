@@ -3,13 +3,13 @@
 use std::collections::BTreeSet;
 use std::error::Error;
 
-use septet::Points;
 use septet::generate::{generate, parse_sample};
+use septet::{Points, TriangulateOptions};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let sample = generate(&parse_sample("uniform:500")?, &mut |_, _, _| {})?;
     let Points::Space(points) = &sample.points else { return Err("a sample in space".into()) };
-    let run = septet::triangulate(points, &Default::default())?;
+    let run = septet::triangulate(points, &TriangulateOptions::default())?;
 
     // Rows of four input indices: two vertices of a cell are neighbours.
     let mut neighbours = vec![BTreeSet::<u64>::new(); points.len()];

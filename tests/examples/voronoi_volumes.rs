@@ -3,13 +3,13 @@
 use std::error::Error;
 
 use glam::DVec3;
-use septet::Points;
 use septet::generate::{generate, parse_sample};
+use septet::{Points, TriangulateOptions};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let sample = generate(&parse_sample("uniform:2000")?, &mut |_, _, _| {})?;
     let Points::Space(points) = &sample.points else { return Err("a sample in space".into()) };
-    let run = septet::triangulate(points, &Default::default())?;
+    let run = septet::triangulate(points, &TriangulateOptions::default())?;
 
     // The part of a vertex's Voronoi cell in a tetrahedron, by the corners of its dual.
     let mut volumes = vec![0.0; points.len()];

@@ -220,7 +220,9 @@ fn markdown(place: &Path, found: &mut Vec<(String, String)>) {
     if place.is_dir() {
         let mut entries: Vec<_> = fs::read_dir(place).unwrap().map(|entry| entry.unwrap().path()).collect();
         entries.sort();
-        entries.iter().for_each(|entry| markdown(entry, found));
+        for entry in &entries {
+            markdown(entry, found);
+        }
     } else if place.extension().is_some_and(|ending| ending == "md") {
         let name = place.strip_prefix(root()).unwrap().to_string_lossy().into_owned();
         found.push((name, fs::read_to_string(place).unwrap()));

@@ -47,7 +47,7 @@ fn long_functions(text: &str, most: usize) -> Vec<String> {
         let is_end = |line: &&str| {
             line.strip_prefix(indent).is_some_and(|l| l == "}" || l.starts_with(") ") && l.ends_with(';'))
         };
-        let len = lines[start..].iter().position(|line| is_end(line)).map_or(0, |len| len + 1);
+        let len = lines[start..].iter().position(is_end).map_or(0, |len| len + 1);
         if len >= most {
             let name = after.split(['(', '<']).next().unwrap_or("");
             found.push(format!("{name}: {len} lines"));

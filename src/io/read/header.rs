@@ -236,9 +236,10 @@ impl Chooser<'_> {
         if let Some(mut axes) = header.axes().filter(|axes| dimension.is_none_or(|d| d <= axes.len())) {
             axes.truncate(dimension.unwrap_or(3));
             let others: Vec<usize> = (0..header.names.len()).filter(|i| !axes.contains(i)).collect();
-            let ignored = match others.is_empty() || self.options.keep_columns {
-                true => String::new(),
-                false => format!("; columns {} are ignored", list(header, &others)),
+            let ignored = if others.is_empty() || self.options.keep_columns {
+                String::new()
+            } else {
+                format!("; columns {} are ignored", list(header, &others))
             };
             let taken = list(header, &axes);
             let note = format!("line {line} is taken as a header row: coordinates are {taken}{ignored}");

@@ -23,10 +23,10 @@ use crate::state::link_arena::LinkArena;
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 
-/// A neighbour entry of [`CellRows`]: the facet is on the hull.
+/// A neighbour entry of the rows of cells: the facet is on the hull.
 pub const HULL: u32 = u32::MAX;
 
-/// A neighbour entry of [`CellRows`]: the neighbour belongs to another worker. Indices of cells are smaller.
+/// A neighbour entry of the rows of cells: the neighbour belongs to another worker. Indices of cells are smaller.
 pub const SEAM: u32 = FIRST_MARK;
 
 /// The Delaunay triangulation of a worker's owned points and ghosts. The owned points are its first vertices, in the order
