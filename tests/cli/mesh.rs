@@ -89,7 +89,7 @@ fn each_defect_is_named_with_ids_and_place() {
         assert_eq!(talk.lines().count(), count + 2, "{name}: {talk}");
     }
     let (code, talk) = check(&root("domains/bad/no-such-point.off"));
-    assert!(code == 3 && talk.contains("refers to point 8"), "{talk}");
+    assert!(code == 3 && talk.contains("names point 8"), "{talk}");
 }
 
 #[test]
@@ -152,10 +152,10 @@ fn options_that_cannot_be_are_refused() {
 fn surface_meshes_of_the_test_data_become_meshes() {
     for (name, expected, words) in [
         ("example.poly", 0, "28 corners, 44 segments, 22 facets, 2 components, 2 regions, volume 17.9375"),
-        ("fandisk.off", 0, "6475 points"),
-        ("elephant.off", 0, "2775 points"),
+        ("fandisk.off", 0, "6,475 points"),
+        ("elephant.off", 0, "2,775 points"),
         ("rotor.off", 0, "600 points"),
-        ("rotor_small.off", 0, "2400 points"),
+        ("rotor_small.off", 0, "2,400 points"),
         ("camel.off", 3, "facet 2416 and facet 3411 intersect"),
     ] {
         let path = root("data").join(name);
@@ -291,7 +291,7 @@ fn meshes_that_cannot_be_made_leave_nothing() {
     place.fails(both, 2, &["--lipschitz", "--radius-edge"]);
     for size in ["0.1", "0.05"] {
         let line = format!("mesh cube.poly -o m.vtu --json m.json --size {size} --max-memory 100M");
-        place.fails(&line, 5, &["bytes would be needed", "--max-memory"]);
+        place.fails(&line, 5, &["bytes of memory", "--max-memory"]);
     }
     place.good("mesh cube.poly -o m.vtu --size 1 --max-memory 1G");
 }

@@ -15,7 +15,7 @@ fn incremental_insertion_is_counted_beside_septet() {
     for (input, dimension) in [("sample:uniform:2000", 3), ("sample:grid:900,d=2", 2)] {
         let output = place.good(&format!("rival incremental {input} --against --json r.json"));
         let table = String::from_utf8(output.stdout).unwrap();
-        for words in ["incremental", "its repair", "dependence depth", "in-sphere tests", "levels"] {
+        for words in ["incremental", "its repair", "dependence depth", "in-sphere tests", "level"] {
             assert!(table.contains(words), "{table}");
         }
         let report = place.json("r.json");

@@ -35,7 +35,7 @@ fn nothing_passes_where_there_is_nothing() {
     says(messages_per_worker(&line, "merges", 9.0, 99.0), &["messages of merges"]);
     says(bytes(&line, "merges", 1e9), &["bytes of merges"]);
     says(depth_of_levels(&line, "merges", 1000), &["in merges"]);
-    says(same_counts(&line), &["nothing to compare"]);
+    says(same_counts(&line), &["there is only one run"]);
     says(no_repair(&Vec::<Line>::new()), &["no run"]);
 }
 
