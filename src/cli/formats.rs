@@ -8,7 +8,7 @@ use septet_io::read::{Format, ReadOptions};
 use septet_io::write::{OutputError, OutputFormat, PointFormat, WriteOptions, write, write_to};
 
 use super::errors::{Code, Failure};
-use super::options::{INPUT, OUTPUT};
+use super::headings::{INPUT, OUTPUT};
 
 /// Options of every command that reads points.
 #[derive(Debug, Args)]

@@ -7,6 +7,7 @@ mod files;
 mod fit;
 mod formats;
 mod generate;
+mod headings;
 mod input;
 mod instruments;
 mod mesh;

@@ -14,13 +14,7 @@ use septet_lab::trace::Detail;
 
 use super::errors::{Code, Failure};
 use super::formats::{FormatArgs, ReadArgs};
-
-/// Headings of options.
-pub const INPUT: &str = "Input";
-pub const OUTPUT: &str = "Output";
-pub const REPORTS: &str = "Reports";
-pub const MACHINE: &str = "Machine";
-pub const GRAPH: &str = "Supergraph";
+use super::headings::{GRAPH, INPUT, MACHINE, OUTPUT, REPORTS};
 
 /// Options of `septet triangulate`.
 #[derive(Debug, Args)]

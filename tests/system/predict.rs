@@ -93,8 +93,8 @@ fn corrupt_task_records_are_refused() {
         change(&mut torn);
         predict(&torn, 8, &Hardware::default()).unwrap_err().to_string()
     };
-    assert!(refused(&|log| log.tellers.clear()).contains("an earlier septet"));
+    assert!(refused(&|log| log.tellers.clear()).contains("an earlier version"));
     assert!(refused(&|log| log.tellers[0].3 = u64::MAX).contains("more edges"));
     assert!(refused(&|log| log.reverse[0].2 = u64::MAX).contains("more edges"));
-    assert!(refused(&|log| log.tellers[0].2 = u32::MAX).contains("a leaf that is not there"));
+    assert!(refused(&|log| log.tellers[0].2 = u32::MAX).contains("a leaf that does not exist"));
 }

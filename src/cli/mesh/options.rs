@@ -11,7 +11,8 @@ use septet_core::mesh::{
 
 use crate::errors::{Code, Failure};
 use crate::formats::FormatArgs;
-use crate::options::{INPUT, MACHINE, MshArg, OUTPUT, REPORTS, TraceArgs, TransportArg, bytes, workers};
+use crate::headings::{INPUT, MACHINE, OUTPUT, REPORTS};
+use crate::options::{MshArg, TraceArgs, TransportArg, bytes, workers};
 
 const SIZES: &str = "Sizes and quality";
 const BOUNDARY: &str = "Boundary";

@@ -1,0 +1,16 @@
+//! Headings of groups of options in the help.
+
+/// Options of the input.
+pub const INPUT: &str = "Input";
+
+/// Options of the outputs.
+pub const OUTPUT: &str = "Output";
+
+/// Options of reports and tables.
+pub const REPORTS: &str = "Reports";
+
+/// Options of the machine.
+pub const MACHINE: &str = "Machine";
+
+/// Options of the supergraph.
+pub const GRAPH: &str = "Supergraph";
