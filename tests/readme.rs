@@ -1,6 +1,6 @@
 //! The commands of README run as a reader types them, in one folder, on small inputs of the names that they use.
 //!
-//! The build and the test command are left out: they are running.
+//! The build and the test command are left out, because they are running. The examples of the library run here too.
 
 use std::fs;
 use std::path::Path;
@@ -69,5 +69,22 @@ fn the_commands_of_readme_run() {
         ["mesh.vtu", "points.1.ele", "hull.off", "triangles.npy", "part.vtu", "report.html", "runs.jsonl"]
     {
         assert!(folder.path().join(file).exists(), "{file}");
+    }
+}
+
+/// The programs in tests/examples.
+const EXAMPLES: [&str; 7] =
+    ["triangulate", "neighbours", "voronoi_volumes", "verify", "counts", "trace", "mesh"];
+
+#[test]
+fn the_examples_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let programs = Path::new(env!("CARGO_BIN_EXE_septet")).parent().unwrap().join("examples");
+    for name in EXAMPLES {
+        let program = programs.join(name);
+        assert!(program.exists(), "{} is missing: run cargo build --examples", program.display());
+        let output = Command::new(program).env("TMPDIR", folder.path()).output().unwrap();
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "example {name} ended with {}:\n{errors}", output.status);
     }
 }
