@@ -62,6 +62,11 @@ impl Failure {
         Failure::new(Code::Interrupted, "interrupted; no partial output was left")
     }
 
+    /// The same failure, with the place in front of its message.
+    pub fn in_place(self, place: &str) -> Self {
+        Failure { message: format!("{place}: {}", self.message), ..self }
+    }
+
     /// Splits a message at its last semicolon: the clause after it becomes the help.
     fn split(code: Code, message: &str) -> Self {
         match message.rsplit_once("; ") {

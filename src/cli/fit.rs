@@ -73,7 +73,7 @@ pub fn run(args: &FitArgs, talk: &Talk) -> Result<(), Failure> {
         return Ok(files::print(&counts(&lines))?);
     }
     let (value, text) = if args.speedup {
-        let rows = speedup(&lines)?;
+        let rows = speedup(&lines).map_err(|error| in_files(&args.files, error))?;
         (json!({ "schema": "septet-speedup/1", "rows": rows }), speedup_table(&rows))
     } else {
         let request = Request {
@@ -83,7 +83,7 @@ pub fn run(args: &FitArgs, talk: &Talk) -> Result<(), Failure> {
             margin: args.margin,
             resamples: args.resample,
         };
-        let report = fit(&lines, &request)?;
+        let report = fit(&lines, &request).map_err(|error| in_files(&args.files, error))?;
         (json!(report), report.text())
     };
     let Some(path) = &args.json else { return Ok(files::print(&text)?) };
@@ -112,6 +112,12 @@ fn counts(lines: &[Line]) -> String {
          --phase NAME\n  phases:      paper, repair, {}\n",
         phases.join(", ")
     )
+}
+
+/// The failure of a fit, with the names of the files.
+fn in_files(files: &[PathBuf], error: FitError) -> Failure {
+    let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+    Failure::from(error).in_place(&names.join(", "))
 }
 
 /// The failure for a file that is not a sweep.

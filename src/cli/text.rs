@@ -58,8 +58,22 @@ pub fn seconds(seconds: f64) -> String {
     }
 }
 
-/// Escapes control characters, which could change the state of a terminal. Line breaks and tabs stay.
+/// Longest word of a message, in characters: corrupt files contain longer ones.
+const LONGEST_WORD: usize = 200;
+
+/// Shortens words that are too long for a message.
+fn shortened(text: &str) -> String {
+    let short = |word: &str| match word.char_indices().nth(LONGEST_WORD) {
+        Some((end, _)) => format!("{}...{}", &word[..end], &word[word.trim_end().len()..]),
+        None => word.to_string(),
+    };
+    text.split_inclusive(char::is_whitespace).map(short).collect()
+}
+
+/// Escapes control characters, which could change the state of a terminal, and shortens long words. Line breaks and tabs
+/// stay.
 pub fn printable(text: &str) -> String {
+    let text = shortened(text);
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         if c.is_control() && !matches!(c, '\n' | '\t') {

@@ -106,6 +106,24 @@ fn impossible_sweeps_are_refused_before_a_file_is_made() {
     }
 }
 
+/// A corrupt sweep is named, and its text is not quoted at length.
+#[test]
+fn errors_of_fits_name_the_file_and_stay_short() {
+    let place = Place::new();
+    place.good("scale -n 2^8..2^9 --kind uniform --workers leaves --seeds 1 -o r.jsonl -q");
+    let sweep = fs::read_to_string(place.path("r.jsonl")).unwrap();
+    let garbage = "(".repeat(5000);
+    place.file("kind.jsonl", sweep.replace("\"supergraph\":\"", &format!("\"supergraph\":\"{garbage}")));
+    place.file("line.jsonl", format!("{{\"n\":\"{garbage}\"}}\n"));
+    for (line, name) in
+        [("fit kind.jsonl -y rounds --phase merge", "kind.jsonl"), ("fit line.jsonl", "line.jsonl")]
+    {
+        place.fails(line, 3, &[name]);
+        let talk = stderr(&place.run(line));
+        assert!(talk.len() < 1500, "{} bytes", talk.len());
+    }
+}
+
 #[test]
 fn timed_sweeps_give_speed_up() {
     let place = Place::new();
