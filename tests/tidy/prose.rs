@@ -18,13 +18,14 @@ const MOST_MARKED: f64 = 0.02;
 const MOST_LONG: f64 = 0.05;
 
 /// The documents.
-const DOCUMENTS: [&str; 9] = [
+const DOCUMENTS: [&str; 10] = [
     "README.md",
     "ARCHITECTURE.md",
     "CHANGELOG.md",
     "bench/README.md",
     "bench/NOTEBOOK.md",
     ".github/CONTRIBUTING.md",
+    ".github/SECURITY.md",
     "src/guide",
     "workers/src",
     "src/meshing",
