@@ -39,7 +39,7 @@ pub(crate) fn take_record<P: Point>(
     Ok(tasks_of(collected.share, &recording, P::DIM))
 }
 
-/// Returns the record with the tree and the charges of the ledger; none if the run had to gather stars.
+/// Returns the record with the tree and the charges of the ledger, or `None` if the run gathered stars.
 fn tasks_of<P: Point>(share: Share<P>, machine: &WorkerConfig, dimension: usize) -> Option<TaskLog> {
     if share.certified.fallback.is_some() {
         return None;

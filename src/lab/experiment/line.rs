@@ -122,9 +122,9 @@ pub struct PhaseLine {
     pub rounds: u64,
     /// Number of operations.
     pub work: u64,
-    /// Longest chain within the phase, a scan counting one.
+    /// Longest chain within the phase, with each scan counted as 1.
     pub depth: u64,
-    /// Longest chain within the phase, a scan of m items counting `ceil(log2 m)`.
+    /// Longest chain within the phase, with a scan of m items counted as `ceil(log2 m)`.
     pub depth_log_scan: u64,
     /// Share in the longest chain of the run.
     pub critical_depth: u64,
@@ -141,9 +141,9 @@ pub struct PhaseLine {
 pub struct Spread {
     /// Number of operations.
     pub work: u64,
-    /// Longest chain, a scan counting one.
+    /// Longest chain, with each scan counted as 1.
     pub depth: u64,
-    /// Longest chain, a scan of m items counting `ceil(log2 m)`.
+    /// Longest chain, with a scan of m items counted as `ceil(log2 m)`.
     pub depth_log_scan: u64,
     /// Brent's bound on the steps with as many processors as points.
     pub brent: u64,

@@ -63,9 +63,9 @@ pub struct Report {
     pub tree: TreeReport,
     /// Every node of the tree, by id. Empty if not counted.
     pub nodes: Vec<NodeReport>,
-    /// The size of the supergraph; none if not counted.
+    /// The size of the supergraph. `None` if not counted.
     pub graph: Option<GraphReport>,
-    /// Sampled points and the tree, for pictures; none if not requested.
+    /// Sampled points and the tree, for pictures. `None` if not requested.
     pub view: Option<View>,
     /// Bytes received by the coordinator, without reading and merging.
     pub control_bytes: u64,
@@ -158,9 +158,9 @@ pub struct MachineReport {
 pub struct TotalReport {
     /// Number of operations.
     pub work: Option<u64>,
-    /// Steps on the longest chain, a scan counting one.
+    /// Steps on the longest chain, with each scan counted as 1.
     pub depth: Option<u64>,
-    /// Steps on the longest chain, a scan of m items counting `ceil(log2 m)`.
+    /// Steps on the longest chain, with a scan of m items counted as `ceil(log2 m)`.
     pub depth_log_scan: Option<u64>,
     /// Brent's bound on the steps with as many processors as points.
     pub brent: Option<u64>,

@@ -26,9 +26,9 @@ pub enum Key {
     Replication,
     /// Number of rounds of splaying.
     ExchangeRounds,
-    /// Longest chain of a phase, a scan counting one.
+    /// Longest chain of a phase, with each scan counted as 1.
     Depth,
-    /// Longest chain of a phase, a scan of m items counting `ceil(log2 m)`.
+    /// Longest chain of a phase, with a scan of m items counted as `ceil(log2 m)`.
     DepthLogScan,
     /// Operations of a phase.
     Work,
