@@ -18,7 +18,8 @@ use crate::run::transport::Start;
 /// The bit that distinguishes the name of a recording run from the name of the run that it records.
 const RECORDING: u64 = 1 << 62;
 
-/// Records the tasks in a run with one worker, if the machine is to record. The machine itself then no longer records.
+/// Records the tasks in a separate run with one worker, if the machine is configured to record. The main run then does
+/// not record.
 ///
 /// # Errors
 /// See [`Error`].

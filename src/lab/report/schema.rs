@@ -153,7 +153,7 @@ pub struct MachineReport {
     pub repair: TotalReport,
 }
 
-/// Work and depth of the model (an EREW PRAM with unit-time scans); none if not counted.
+/// Work and depth of the model (an EREW PRAM with unit-time scans). `None` if not counted.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct TotalReport {
     /// Number of operations.
@@ -175,7 +175,7 @@ pub struct PhaseReport {
     pub paper: bool,
     /// Number of rounds in which it sent messages.
     pub rounds: u64,
-    /// Number of operations; none if not counted.
+    /// Number of operations. `None` if not counted.
     pub work: Option<u64>,
     /// Longest chain within the phase.
     pub depth: Option<u64>,
@@ -273,11 +273,11 @@ pub struct LevelReport {
     pub largest_attempts: u64,
     /// Number of points whose balls meet a separator.
     pub separator_points: u64,
-    /// Largest depth of a node in the phase `partition`; none if not counted.
+    /// Largest depth of a node in the phase `partition`. `None` if not counted.
     pub partition_depth: Option<u64>,
-    /// Largest depth of a node in the phase `neighbours`; none if not counted.
+    /// Largest depth of a node in the phase `neighbours`. `None` if not counted.
     pub neighbours_depth: Option<u64>,
-    /// Largest depth of a node in the phase `merge`; none if not counted.
+    /// Largest depth of a node in the phase `merge`. `None` if not counted.
     pub merge_depth: Option<u64>,
 }
 

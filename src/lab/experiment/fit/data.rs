@@ -353,7 +353,7 @@ pub(crate) fn series_name(line: &Line, key: Key) -> String {
     parts.join(", ")
 }
 
-/// Returns the value of a line; none if the run stopped before it.
+/// Returns the value of a line. `None` if the run stopped before it.
 pub(super) fn value(line: &Line, request: &Request) -> Option<Value> {
     let tree = &line.tree;
     let splits = tree.nodes - tree.leaves;
