@@ -95,7 +95,7 @@ pub struct Labels {
     pub attributes: Vec<f64>,
     /// Triangles on facets (in the plane: edges on segments), oriented outward from their first cell.
     pub faces: Patches,
-    /// The components on the two sides of each face, with that of its first cell first; 0 is the outside.
+    /// For each face, the component of its first cell, then the component on the other side; 0 is the outside.
     pub sides: Vec<[u32; 2]>,
     /// Edges on segments; empty in the plane.
     pub edges: Patches,

@@ -111,11 +111,11 @@ pub struct BaselineReport {
 pub struct IncrementalReport {
     /// Number of operations.
     pub work: u64,
-    /// Vector steps on the longest chain of cells, a scan counting 1.
+    /// Vector steps on the longest chain of cells, with each scan counted as 1.
     pub depth: u64,
-    /// The same, with a scan of m items counting `ceil(log2 m)`.
+    /// The same, with a scan of m items counted as `ceil(log2 m)`.
     pub depth_log_scan: u64,
-    /// The same as `depth`, with a union of conflicts counting 1, as in a concurrent hash table.
+    /// The same as `depth`, but a union of conflicts counts as 1, as in a concurrent hash table.
     pub depth_hashed: u64,
     /// Brent's bound on the steps with as many processors as points.
     pub brent: u64,
@@ -164,9 +164,9 @@ pub struct SeptetReport {
 pub struct SeptetTotal {
     /// Number of operations.
     pub work: u64,
-    /// Longest chain of vector steps, a scan counting 1.
+    /// Longest chain of vector steps, with each scan counted as 1.
     pub depth: u64,
-    /// The same, with a scan of m items counting `ceil(log2 m)`.
+    /// The same, with a scan of m items counted as `ceil(log2 m)`.
     pub depth_log_scan: u64,
     /// Brent's bound on the steps with as many processors as points.
     pub brent: u64,

@@ -249,7 +249,7 @@ impl<P: Space> Features<P> {
     }
 }
 
-/// The search for two disjoint features among simplices visited in the order of their distance.
+/// A search for two disjoint features. It visits simplices in the order of their distance.
 #[derive(Clone, Debug, Default)]
 pub struct Search {
     /// The first visited simplex of each feature.

@@ -130,7 +130,7 @@ pub enum Fault {
         /// The vertex of the second cell that is inside the circumsphere of the first.
         vertex: u64,
     },
-    /// Cospherical cells are not those of the lexicographic perturbation.
+    /// Two cospherical cells are not those that the lexicographic perturbation determines.
     TieBrokenOtherwise {
         /// The two cells.
         cells: [u64; 2],
@@ -245,8 +245,8 @@ pub struct LevelReport {
     pub name: &'static str,
     /// Whether the level ran and found no fault.
     pub passed: bool,
-    /// The number of items checked. In the order of the levels, items are: points and cells; cells; facets and vertices;
-    /// boundary ridges; interior facets; cells and boundary facets.
+    /// The number of items checked. The items of the six levels are, in order: points and cells; cells; facets and
+    /// vertices; boundary ridges; interior facets; cells and boundary facets.
     pub checked: u64,
     /// The first faults, at most [`KEPT`].
     pub faults: Vec<Fault>,
@@ -317,7 +317,7 @@ impl Tally {
         }
     }
 
-    /// Appends the result of later items.
+    /// Appends the tally of later items.
     pub fn append(&mut self, later: Tally) {
         self.count += later.count;
         self.checked += later.checked;

@@ -181,7 +181,7 @@ fn check_row(cell: u64, row: &[u64], count: usize, tally: &mut Tally) {
     }
 }
 
-/// Checks that exactly one of a group of coincident points, in ascending order, is a vertex.
+/// Checks that exactly one point of a group of coincident points is a vertex. `group` is in ascending order.
 fn check_group(group: &[u32], used: &[bool], perturbed: bool, tally: &mut Tally) {
     let smallest = group[0] as u64;
     let mut vertices = group.iter().filter(|&&i| used[i as usize]).map(|&i| i as u64);
@@ -195,8 +195,9 @@ fn check_group(group: &[u32], used: &[bool], perturbed: bool, tally: &mut Tally)
     }
 }
 
-/// Returns the exact dimension of the affine hull. `order` is lexicographic: its first and last point span a line if they
-/// differ, a point off their line a plane, and a point off that plane space.
+/// Returns the exact dimension of the affine hull. `order` is lexicographic. If the first
+/// and the last point differ, they span a line. With a point off this line, they span a plane, and with a further point
+/// off this plane, they span space.
 fn affine_dimension<const D: usize, const N: usize>(points: &[[f64; D]], order: &[u32]) -> i32 {
     let (Some(&first), Some(&last)) = (order.first(), order.last()) else {
         return -1;

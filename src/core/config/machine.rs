@@ -46,7 +46,7 @@ impl Transport {
         }
     }
 
-    /// Returns the seed of the order of delivery; none for channels.
+    /// Returns the seed of the order of delivery. Returns `None` for channels.
     pub fn delivery_seed(self) -> Option<u64> {
         match self {
             Transport::Channel => None,

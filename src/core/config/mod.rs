@@ -80,7 +80,7 @@ impl Config {
     /// Checks the parameters that need no points.
     ///
     /// # Errors
-    /// The first parameter that is out of range or excludes another.
+    /// Returns an error for the first parameter that is out of range or that excludes another parameter.
     pub fn check(&self) -> Result<(), ConfigError> {
         self.check_machine()?;
         if self.keep.tasks && self.correction == Correction::Naive {

@@ -46,7 +46,7 @@ use super::unit::Unit;
 use crate::config::{Config, Workers};
 use crate::mesh::machine::Counted;
 
-/// The number of points that cells of 32 bits can index.
+/// The largest number of points for which 32 bits can index the cells.
 const MOST_POINTS: u64 = 1 << 26;
 
 /// The interval at which the callback of the caller runs while the generator works.

@@ -27,7 +27,7 @@ const BLOCK: usize = 1 << 14;
 pub struct Prepared<'a, P: Point> {
     /// Distinct points, scaled, in input order. They are borrowed if no point changed.
     pub positions: Cow<'a, [P]>,
-    /// Input index of each, the smallest among coincident points; none if these are 0, 1, 2, ...
+    /// Input index of each position, the smallest among coincident points. `None` if the indices are 0, 1, 2, ...
     ids: Option<Vec<u64>>,
     /// Coincident points: the index of each, and the smallest index with the same coordinates.
     pub duplicates: Vec<(u64, u64)>,
@@ -135,8 +135,8 @@ pub fn prepare<P: Point>(points: &[P], skip_invalid: bool) -> Result<Prepared<'_
     })
 }
 
-/// Returns the digits of all coordinates, if all are finite, and whether one of them is -0.0. The digits are an upper
-/// bound if this bound fits the exact range.
+/// Returns the digits of all coordinates, if all are finite, and whether one of them is -0.0. If
+/// `Digits::upper_bound` fits the exact range, it is returned instead of the exact digits.
 fn digits_of<P: Point>(points: &[P]) -> (Option<Digits>, bool) {
     let block = |points: &[P]| {
         let is_negative_zero = |x: f64| x.to_bits() == (-0.0f64).to_bits();

@@ -210,7 +210,7 @@ fn machine(request: &MeshRequest) -> Counted {
     }))
 }
 
-/// The number of points that cells of 32 bits can index.
+/// The largest number of points for which 32 bits can index the cells.
 const MOST_POINTS: u64 = 1 << 26;
 
 /// Bytes of memory per point of a mesh: measured peaks, rounded up.

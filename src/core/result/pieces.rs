@@ -91,8 +91,8 @@ impl Pieces {
         self.pieces.iter().all(|p| p.rows.is_empty())
     }
 
-    /// Returns the cell across the facet opposite the vertex in `slot` of a cell, as piece and cell; none across a hull
-    /// facet.
+    /// Returns the cell across the facet opposite the vertex in `slot` of a cell, as piece and cell. Returns `None`
+    /// for a hull facet.
     pub fn neighbour(&self, piece: u32, cell: u32, slot: usize) -> Option<(u32, u32)> {
         let own = &self.pieces[piece as usize];
         match own.rows[(2 * cell as usize + 1) * self.corners + slot] {

@@ -82,8 +82,8 @@ pub struct Run {
     pub graph: Option<Vec<(u64, u64)>>,
     /// Number of facets of the convex hull.
     pub hull_facets: u64,
-    /// Number of unchanged stars that a search of the ball of radius `alpha r` (`r_k` for nearest neighbours) around
-    /// their vertex would prove: the ball contains all their circumspheres.
+    /// Number of unchanged stars whose circumspheres all lie in the ball of radius `alpha r` (`r_k` for nearest
+    /// neighbours) around the vertex. A search of this ball would prove such a star.
     pub stars_local: u64,
     /// Number of stars that splaying changed.
     pub stars_repaired: u64,
@@ -144,8 +144,8 @@ impl Run {
         self.export.len()
     }
 
-    /// Returns the cells with their adjacency, as [`crate::triangulate`] leaves them in memory; none after
-    /// [`crate::simulate`].
+    /// Returns the cells with their adjacency, as [`crate::triangulate`] leaves them in memory. Returns `None`
+    /// after [`crate::simulate`].
     pub fn pieces(&self) -> Option<&Pieces> {
         self.export.pieces()
     }

@@ -35,7 +35,7 @@ pub struct RunCounts {
     pub phase_seconds: Vec<(Phase, f64)>,
     /// Measured seconds of the whole call.
     pub seconds: f64,
-    /// The result of the remaining phases; none if the run stopped before them.
+    /// The result of the remaining phases. `None` if the run stopped before them.
     pub end: Option<Ending>,
 }
 

@@ -18,7 +18,8 @@ use crate::run::transport::Start;
 /// The bit that distinguishes the name of a recording run from the name of the run that it records.
 const RECORDING: u64 = 1 << 62;
 
-/// Records the tasks in a run with one worker, if the machine is to record. The machine itself then no longer records.
+/// Records the tasks in a separate run with one worker, if the machine is configured to record. The main run then does
+/// not record.
 ///
 /// # Errors
 /// See [`Error`].
@@ -39,7 +40,7 @@ pub(crate) fn take_record<P: Point>(
     Ok(tasks_of(collected.share, &recording, P::DIM))
 }
 
-/// Returns the record with the tree and the charges of the ledger; none if the run had to gather stars.
+/// Returns the record with the tree and the charges of the ledger, or `None` if the run gathered stars.
 fn tasks_of<P: Point>(share: Share<P>, machine: &WorkerConfig, dimension: usize) -> Option<TaskLog> {
     if share.certified.fallback.is_some() {
         return None;

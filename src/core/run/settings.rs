@@ -180,7 +180,7 @@ impl Settings {
     }
 }
 
-/// Most points that one worker can triangulate at once, with room for uneven subdomains.
+/// The largest number of points that one worker can triangulate at once, with room for uneven subdomains.
 const MOST_IN_A_PIECE: u64 = 1 << 25;
 
 /// The bit that distinguishes the name of a planning run from the name of the run that it plans.

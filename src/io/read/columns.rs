@@ -231,7 +231,8 @@ fn push<'a>(
     Ok(())
 }
 
-/// The expectation for a word in the first row: a number, and the columns to choose if the row has enough numbers.
+/// Returns the expected content at a word in the first row: a number. If the row has enough numbers, the text also
+/// names the columns to choose.
 fn advised(row: &Row<'_>, dimension: usize) -> String {
     let numbers = row.fields.iter().enumerate().filter(|(_, f)| number(f).is_some());
     let numbers: Vec<String> = numbers.map(|(i, _)| (i + 1).to_string()).collect();

@@ -34,7 +34,8 @@ pub(super) fn is_header(fields: &[&[u8]]) -> bool {
 }
 
 impl Header {
-    /// The header of these fields. Between blanks, a unit in brackets is a field of its own and is left out.
+    /// Creates the header from these fields. If blanks separate the fields, a unit in brackets is a separate field and
+    /// is left out.
     pub fn of(line: u64, fields: &[&[u8]], separated_by_blanks: bool) -> Self {
         let is_unit = |f: &&&[u8]| separated_by_blanks && matches!(f.first(), Some(b'[' | b'(' | b'{'));
         let names = fields.iter().filter(|f| !is_unit(f));

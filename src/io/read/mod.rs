@@ -48,7 +48,7 @@ use text::Source;
 /// reads the vertices.
 ///
 /// # Errors
-/// [`InputError`] if the file is missing, of unknown format or damaged. Also if it has invalid points and `skip_invalid` is
+/// [`InputError`] if the file is missing, of unknown format or damaged, if it has invalid points and `skip_invalid` is
 /// not set, or if its columns are ambiguous.
 pub fn read(
     path: &Path,
@@ -80,8 +80,8 @@ pub fn read_from<R: Read>(
 /// Reads cells from a file, or from standard input if `path` is `-`.
 ///
 /// # Errors
-/// [`InputError`] if the file is missing, of unknown format or damaged. Also if it names points that do not exist, or has
-/// cells other than triangles and tetrahedra.
+/// [`InputError`] if the file is missing, of unknown format or damaged, if it names points that do not exist, or if it
+/// has cells other than triangles and tetrahedra.
 pub fn read_cells(
     path: &Path,
     options: &CellOptions,
@@ -118,8 +118,8 @@ fn check_dimension(path: &Path, dimension: Option<usize>) -> Result<(), InputErr
     }
 }
 
-/// Returns the format of points: by the name, else by the content. Standard input is a table unless its content determines
-/// another format.
+/// Returns the format of points: by the name, else by the content. Standard input is a table unless its content
+/// determines another format.
 fn format_of_points(path: &Path, data: &[u8]) -> Option<Format> {
     let known = Format::of_path(path).0.or_else(|| Format::of_content(data));
     let is_table = || path.as_os_str() == "-" || (Format::may_be_table(path) && columns::is_table(data));

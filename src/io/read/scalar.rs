@@ -74,7 +74,7 @@ impl Scalar {
         })
     }
 
-    /// Returns the type of a `NumPy` kind and size, without the byte order.
+    /// Returns the type that `NumPy` names by this kind and size, without the byte order.
     pub fn of_numpy(name: &[u8]) -> Option<Scalar> {
         Some(match name {
             b"i1" => Scalar::I8,

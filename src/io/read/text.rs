@@ -149,7 +149,7 @@ pub(super) fn excerpt(text: &[u8]) -> String {
 }
 
 impl Source<'_> {
-    /// Returns the error for a line.
+    /// Returns a syntax error at a line.
     pub fn bad_line(&self, line: &Line<'_>, expected: impl Into<String>) -> InputError {
         InputError::Syntax {
             path: self.path.to_owned(),
@@ -189,7 +189,7 @@ impl Source<'_> {
         InputError::Malformed { path: self.path.to_owned(), offset, found: found.into(), expected }
     }
 
-    /// Returns the line of a byte.
+    /// Returns the number of the line that contains a byte.
     pub fn line_at(&self, offset: usize) -> u64 {
         let before = &self.data[..offset.min(self.data.len())];
         before.split(|b| *b == b'\n').count() as u64

@@ -55,7 +55,7 @@ impl Figure {
         Figure { relation: Relation::AtLeast, ..Figure::at_most(what, on, seed, value, bound) }
     }
 
-    /// Marks the figure as one of the printed sentence.
+    /// Marks the figure as belonging to the printed sentence.
     pub(super) fn printed(self) -> Figure {
         Figure { as_printed: true, ..self }
     }

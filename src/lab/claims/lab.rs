@@ -161,7 +161,7 @@ impl<'a> Lab<'a> {
             c.machine.seed = seed;
             c.correction = self.options.correction;
             c.spacing = spacing;
-            // Sets without a known spacing use a fixed alpha, which is the default of sets with one.
+            // Sets with a known spacing use the default alpha. Sets without one use a fixed alpha.
             let alpha = if spacing.is_some() { Alpha::Auto } else { Alpha::Value(2.5) };
             c.graph = Graph::Density { alpha };
             c.planted.fault = self.options.fault;

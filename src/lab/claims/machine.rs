@@ -149,8 +149,8 @@ fn depth(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Compares a phase's depth over levels plus 1: the mean at the largest size over the mean at the smallest. Only runs
-/// that have the phase count. Returns `None` if no run has it.
+/// Compares a phase's depth over levels plus 1: the mean at the largest size over the mean at the smallest. Runs
+/// without the phase are ignored. Returns `None` if no run has it.
 pub(super) fn depth_over_levels(lines: &[Line], phase: &str, kind: &str) -> Option<Figure> {
     // Runs with a leaf that lacks neighbours have a probe phase, and others do not. Such a phase is judged in the runs
     // that have it.

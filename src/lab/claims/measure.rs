@@ -125,7 +125,7 @@ pub(super) fn shapes(points: &[X], cells: &[u64], d: usize) -> Vec<Shape> {
     cells.par_chunks_exact(d + 1).map(of).collect()
 }
 
-/// Returns the cells at each of `n` points.
+/// For each of `n` points, returns the cells that contain it as a vertex.
 pub(super) fn stars(n: usize, cells: &[u64], d: usize) -> Vec<Vec<u32>> {
     let mut stars = vec![Vec::new(); n];
     for (number, row) in (0u32..).zip(cells.chunks_exact(d + 1)) {

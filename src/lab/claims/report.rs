@@ -27,7 +27,7 @@ pub struct Judged {
     pub bound: &'static str,
     /// Whether there was a figure of the judged form and every such figure satisfied its bound.
     pub passed: bool,
-    /// Whether every figure of the printed form satisfied its bound; none if the printed form was judged.
+    /// Whether every figure of the printed form satisfied its bound. `None` if the printed form was judged.
     pub holds_as_printed: Option<bool>,
     /// All figures.
     pub figures: Vec<Figure>,

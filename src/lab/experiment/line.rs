@@ -52,11 +52,11 @@ pub struct Line {
     pub leaf: u64,
     /// The options as requested.
     pub settings: Settings,
-    /// The supergraph of the run, such as `density 2.5`; none if none was built.
+    /// The supergraph of the run, such as `density 2.5`. `None` if none was built.
     pub supergraph: Option<String>,
     /// The phases that occurred.
     pub phases: Vec<PhaseLine>,
-    /// Totals of the paper's phases; none if not counted.
+    /// Totals of the paper's phases. `None` if not counted.
     pub paper: Option<Spread>,
     /// Totals of the phases of agreement and repair.
     pub repair: Option<Spread>,
@@ -66,9 +66,9 @@ pub struct Line {
     pub levels: Vec<LevelLine>,
     /// Rounds in which messages were sent.
     pub rounds: Vec<RoundLine>,
-    /// Edges, largest degree and replication of the supergraph; none if none was built.
+    /// Edges, largest degree and replication of the supergraph. `None` if none was built.
     pub graph: Option<GraphLine>,
-    /// The result of a complete run; none if the run stopped early.
+    /// The result of a complete run. `None` if the run stopped early.
     pub end: Option<Ending>,
     /// Measured wall-clock seconds.
     pub seconds: f64,
@@ -122,9 +122,9 @@ pub struct PhaseLine {
     pub rounds: u64,
     /// Number of operations.
     pub work: u64,
-    /// Longest chain within the phase, a scan counting one.
+    /// Longest chain within the phase, with each scan counted as 1.
     pub depth: u64,
-    /// Longest chain within the phase, a scan of m items counting `ceil(log2 m)`.
+    /// Longest chain within the phase, with a scan of m items counted as `ceil(log2 m)`.
     pub depth_log_scan: u64,
     /// Share in the longest chain of the run.
     pub critical_depth: u64,
@@ -141,9 +141,9 @@ pub struct PhaseLine {
 pub struct Spread {
     /// Number of operations.
     pub work: u64,
-    /// Longest chain, a scan counting one.
+    /// Longest chain, with each scan counted as 1.
     pub depth: u64,
-    /// Longest chain, a scan of m items counting `ceil(log2 m)`.
+    /// Longest chain, with a scan of m items counted as `ceil(log2 m)`.
     pub depth_log_scan: u64,
     /// Brent's bound on the steps with as many processors as points.
     pub brent: u64,
@@ -170,7 +170,7 @@ pub struct TreeLine {
     pub attempts: u64,
     /// Larger side over all owned points of a node, the largest of all splits.
     pub largest_split_ratio: f64,
-    /// Points whose ball meets the separator over `m^(1 - 1/d)`, the largest of all splits; none if the run stopped
+    /// Points whose ball meets the separator over `m^(1 - 1/d)`, the largest of all splits. `None` if the run stopped
     /// before it counted them.
     pub largest_separator_ratio: Option<f64>,
 }
@@ -192,7 +192,7 @@ pub struct LevelLine {
     pub largest: u64,
     /// Number of attempts at separators.
     pub attempts: u64,
-    /// Number of points whose balls meet a separator; none if the run stopped before it counted them.
+    /// Number of points whose balls meet a separator. `None` if the run stopped before it counted them.
     pub separator_points: Option<u64>,
     /// Depth by phase, over the nodes that were split.
     pub depth: BTreeMap<String, DepthLine>,

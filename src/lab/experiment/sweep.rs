@@ -62,7 +62,7 @@ pub enum SweepError {
         "--timed compares triangulations, and --until stops before the triangulation; leave one of them out"
     )]
     TimedUntil,
-    /// Times are requested of the bottom-up correction, which exists for its counts only.
+    /// Times are requested for the bottom-up correction, which exists only for its counts.
     #[error(
         "--timed compares triangulations, and none uses the naive correction; leave out --timed or --neighbours"
     )]

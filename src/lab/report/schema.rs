@@ -63,9 +63,9 @@ pub struct Report {
     pub tree: TreeReport,
     /// Every node of the tree, by id. Empty if not counted.
     pub nodes: Vec<NodeReport>,
-    /// The size of the supergraph; none if not counted.
+    /// The size of the supergraph. `None` if not counted.
     pub graph: Option<GraphReport>,
-    /// Sampled points and the tree, for pictures; none if not requested.
+    /// Sampled points and the tree, for pictures. `None` if not requested.
     pub view: Option<View>,
     /// Bytes received by the coordinator, without reading and merging.
     pub control_bytes: u64,
@@ -153,14 +153,14 @@ pub struct MachineReport {
     pub repair: TotalReport,
 }
 
-/// Work and depth of the model (an EREW PRAM with unit-time scans); none if not counted.
+/// Work and depth of the model (an EREW PRAM with unit-time scans). `None` if not counted.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct TotalReport {
     /// Number of operations.
     pub work: Option<u64>,
-    /// Steps on the longest chain, a scan counting one.
+    /// Steps on the longest chain, with each scan counted as 1.
     pub depth: Option<u64>,
-    /// Steps on the longest chain, a scan of m items counting `ceil(log2 m)`.
+    /// Steps on the longest chain, with a scan of m items counted as `ceil(log2 m)`.
     pub depth_log_scan: Option<u64>,
     /// Brent's bound on the steps with as many processors as points.
     pub brent: Option<u64>,
@@ -175,7 +175,7 @@ pub struct PhaseReport {
     pub paper: bool,
     /// Number of rounds in which it sent messages.
     pub rounds: u64,
-    /// Number of operations; none if not counted.
+    /// Number of operations. `None` if not counted.
     pub work: Option<u64>,
     /// Longest chain within the phase.
     pub depth: Option<u64>,
@@ -273,11 +273,11 @@ pub struct LevelReport {
     pub largest_attempts: u64,
     /// Number of points whose balls meet a separator.
     pub separator_points: u64,
-    /// Largest depth of a node in the phase `partition`; none if not counted.
+    /// Largest depth of a node in the phase `partition`. `None` if not counted.
     pub partition_depth: Option<u64>,
-    /// Largest depth of a node in the phase `neighbours`; none if not counted.
+    /// Largest depth of a node in the phase `neighbours`. `None` if not counted.
     pub neighbours_depth: Option<u64>,
-    /// Largest depth of a node in the phase `merge`; none if not counted.
+    /// Largest depth of a node in the phase `merge`. `None` if not counted.
     pub merge_depth: Option<u64>,
 }
 

@@ -206,7 +206,8 @@ pub enum MeshDefect {
         /// The total required: one on boundary segments, otherwise one on each side.
         required: u32,
     },
-    /// The total area of the faces of a facet (in the plane: length on a segment) between two components is wrong.
+    /// The faces on a facet that separate two components have the wrong total area. In the plane, this is the total
+    /// length of the edges on a segment.
     #[error(
         "the faces on {feature:?} between components {components:?} have measure {found} instead of {expected}"
     )]

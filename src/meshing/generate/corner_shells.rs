@@ -145,7 +145,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     }
 
     /// Returns the vertices of a facet on a shell that are adjacent to a direction on either side, seen from the
-    /// corner. Each has a flag for vertices on segments.
+    /// corner. The flag of each is set if it lies on a segment.
     fn neighbours_on_shell(
         &self,
         f: u32,

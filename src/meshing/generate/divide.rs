@@ -19,7 +19,8 @@
 //! some cap through its other two vertices contains no vertex of the shell, whatever the radius of the shell. Its
 //! circumcentre lies in the balls of its own subsegments (at less than a right angle), or of others at the corner. If
 //! these were divided, all subsegments there would have to follow. The same subfacet would recur at half the size,
-//! without end. Points of the shell lie in no ball of a subsegment that ends at the corner and on the shell or inside.
+//! without end. Consider a subsegment from the corner to a point on the shell or inside it. Its ball contains no point
+//! of the shell.
 //! The parts of arcs are powers of two, counted from a segment, just as subsegments are counted from a corner, and for
 //! the same reason. Arcs are not made shorter than a 32nd of the radius. At that length, the obstacle lies nearer to
 //! the corner.

@@ -53,9 +53,9 @@
 //!      the ball. It lies in the ball over the chord, hence in that of the subsegment, and it contains c. QED.
 //!
 //! The mesh shows how much larger than f its subfacets are ([`crate::quality::balls`]). By `r <= sqrt(2) s` and
-//! `s <= f(m) + L s`, k is at most `sqrt(2) / (1 - L)`. Nothing is promised if `g L >= 1`. This is the case for (near)
-//! if L is at least 0.41, for (above) with any subfacet if L is at least 0.25, and for (above) with a known k if `k L`
-//! is at least 0.41.
+//! `s <= f(m) + L s`, k is at most `sqrt(2) / (1 - L)`. Nothing is promised if `g L >= 1`. For (near), this
+//! inequality holds if `L >= 0.41`. For (above) with any subfacet, it holds if `L >= 0.25`; for (above) with a known k,
+//! if `k L >= 0.41`.
 //!
 //! Two facts follow from the lemma of Ruppert and Shewchuk for angles of at least 90 degrees. Circumcentres lie in
 //! the domain, and points on one feature stay out of the balls on another. By the lemma, a projection onto a facet or

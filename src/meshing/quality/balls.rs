@@ -6,10 +6,11 @@
 //! - *above* if it lies only above faces with `r > f(m)`;
 //! - *free* if it lies in no ball.
 //!
-//! Among the faces of one facet whose balls contain the centre, it is above the face with the least power. The faces
-//! are Delaunay, so that face contains its foot. A centre on a ball up to rounding (`ROUNDING`) counts as inside. If
-//! features meet at less than 90 degrees, the generator keeps the points of the volume out of larger balls, which the
-//! mesh does not show. A centre within `f / (1 - L)` of a feature then also counts as near.
+//! If balls of one or more faces of a facet contain the centre, it is above the one of these faces with the least
+//! power. The faces are Delaunay, so this face contains the foot of the centre. A centre on a ball up to rounding
+//! (`ROUNDING`) counts as inside. If features meet at less than 90 degrees, the generator keeps the points of the
+//! volume out of larger balls, which the mesh does not show. A centre within `f / (1 - L)` of a feature then also
+//! counts as near.
 //!
 //! **Work and depth.** Two queries of a tree per cell, and the work of [`super::zones`].
 

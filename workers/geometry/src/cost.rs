@@ -54,7 +54,7 @@ impl Cost {
         self.work
     }
 
-    /// Length of the longest chain of vector steps, a scan counting 1.
+    /// Length of the longest chain of vector steps, with each scan counted as 1.
     pub fn depth(&self) -> u64 {
         self.depth
     }

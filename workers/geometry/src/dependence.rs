@@ -42,9 +42,9 @@ use crate::predicates::{Sign, in_sphere, orientation, raises_dimension};
 pub struct Clock {
     /// Number of cells: the dependence depth.
     pub chain: u64,
-    /// Vector steps, a scan counting 1.
+    /// Vector steps, with each scan counted as 1.
     pub steps: u64,
-    /// Vector steps, a scan of `m` items counting `ceil(log2 m)`.
+    /// Vector steps, with a scan of `m` items counted as `ceil(log2 m)`.
     pub log_scan: u64,
     /// Vector steps if uniting conflicts took one step, as with a concurrent hash table. The EREW machine has no such
     /// table.

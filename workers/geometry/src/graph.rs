@@ -8,8 +8,8 @@
 //! - The `k`-nearest-neighbour graph (Section 4.5) of balls that extend to the `k`-th neighbour has the edge iff
 //!   `|ij| <= max(r_i, r_j)`. Then one point is among the `k` nearest neighbours of the other, ties included.
 //!
-//! Each condition is evaluated by one expression, symmetric in `i` and `j`, everywhere: in the divide and conquer, in
-//! the direct construction and in tests. All of them therefore yield the same graph, edge by edge.
+//! The divide and conquer, the direct construction and the tests evaluate each condition by the same expression, which
+//! is symmetric in `i` and `j`. All of them therefore yield the same graph, edge by edge.
 //!
 //! **Work and depth.** Direct: `m^2` pairs, O(1) steps.
 

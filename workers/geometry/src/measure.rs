@@ -36,9 +36,9 @@ pub struct Diameters {
 }
 
 impl Diameters {
-    /// Returns `true` if no circumsphere has a diameter above the finite `length`. The cells are those of
-    /// `table[centre]` with the facets of `link`, all finite. Uses one division for each cell. Returns `false` if a
-    /// cell is flat.
+    /// Returns `true` if no circumsphere has a diameter above the finite `length`. Each cell
+    /// consists of `table[centre]` and a facet of `link`; all cells are finite. Uses one division for each cell.
+    /// Returns `false` if a cell is flat.
     pub fn are_at_most<P: Point>(
         &mut self,
         table: &[P],

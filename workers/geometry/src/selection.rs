@@ -33,8 +33,9 @@ pub struct NeighbourList {
     between: Vec<u64>,
 }
 
-/// Largest number of rounds that narrow the bounds, and the number of distances between them at which rounds end.
+/// Largest number of rounds that narrow the bounds.
 const ROUNDS: u32 = 6;
+/// Rounds end when at most this number of distances lies between the bounds.
 const FEW: usize = 2;
 
 impl NeighbourList {

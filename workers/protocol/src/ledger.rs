@@ -111,7 +111,7 @@ pub enum Role {
     Member,
     /// The leader of the group, which works between the steps of its members.
     Leader,
-    /// A member in the bottom-up correction of the balls of its ancestor at this level.
+    /// A member during the bottom-up correction of the balls of an ancestor: the ancestor at this level.
     Pass(u32),
 }
 
@@ -167,7 +167,7 @@ pub enum NodeKind {
 impl NodeKind {
     const ALL: [NodeKind; 3] = [NodeKind::Leaf, NodeKind::Sphere, NodeKind::Plane];
 
-    /// The number of the kind in words and records.
+    /// Returns the number that represents the kind in encoded words and in records.
     pub fn number(self) -> u64 {
         self as u64
     }
@@ -277,12 +277,12 @@ impl LedgerPart {
         })
     }
 
-    /// The facts of a node, for additions.
+    /// Returns the facts of a node, so that the caller can add to them.
     pub fn facts(&mut self, node: NodeId) -> &mut NodeFacts {
         self.nodes.entry(node).or_default()
     }
 
-    /// The counts of a round, for additions.
+    /// Returns the counts of a round, so that the caller can add to them.
     pub fn tally(&mut self, key: RoundKey) -> &mut RoundTally {
         self.rounds.entry(key).or_default()
     }

@@ -35,7 +35,7 @@ pub struct Message<P> {
     pub attempt: u32,
     /// The round in which the message was sent.
     pub round: u32,
-    /// The number of the message among those of its sender.
+    /// The sequence number that the sender assigned to the message.
     pub sequence: u32,
     /// The body.
     pub body: Body<P>,
@@ -343,7 +343,7 @@ pub enum Body<P> {
     Reverse {
         /// The points, without duplicates.
         points: PointBatch<P>,
-        /// Number of neighbours of each that the receiver owns.
+        /// For each point, the number of its neighbours that the receiver owns.
         counts: Bulk<u32>,
         /// The ids of these neighbours, point by point.
         targets: Bulk<u64>,

@@ -15,7 +15,7 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// The number in messages.
+    /// Returns the number that represents the outcome in messages.
     pub fn number(self) -> u8 {
         self as u8
     }

@@ -91,7 +91,7 @@ impl Fault {
         let centre = *samples.first()?;
         let mut distances: Vec<f64> = samples.iter().map(|&x| dist2(x, centre)).collect();
         distances.sort_unstable_by(f64::total_cmp);
-        // Halfway between the last sample inside and the first outside.
+        // The squared radius is midway between those of the last sample inside and of the first sample outside.
         let inside = (distances.len() / 20).max(1);
         let radius = (0.5 * (distances[inside - 1] + distances.get(inside)?)).sqrt();
         let mut words = [0.0; SEPARATOR_WORDS];

@@ -29,7 +29,7 @@ use crate::state::subdomain::{Entry, Shared, Subdomain, Way};
 use crate::state::table::Table;
 use crate::state::tree::{Split, Tree, owned_groups};
 
-/// Sends each owned point to the leaves that one of its edges may reach. Returns the ghosts of the own leaves.
+/// Sends each owned point to the leaves that one of its edges may reach. Returns the ghosts of this rank's leaves.
 pub(crate) async fn push_ghosts<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -92,7 +92,7 @@ struct GhostWalk<'a, P> {
 struct GhostCounts {
     /// For each shared node of the path.
     shared: Vec<Sweep>,
-    /// For each inner node of the own subtree.
+    /// For each inner node of this rank's subtree.
     local: Vec<Sweep>,
     /// The record of the nodes that points reach.
     reach: Reach,
@@ -163,7 +163,7 @@ fn reaches<P: Point>(rule: Supergraph, split: &Split<P>, side: usize, max2: f64,
 /// Points that leave this rank, by node and receiver.
 type Batches<P> = BTreeMap<(NodeId, Rank), PointBatch<P>>;
 
-/// The descent of all points, as one rank takes part in it.
+/// One rank's part in the descent of all points.
 struct GhostPush<'a, P> {
     subdomain: &'a Subdomain<P>,
     rule: Supergraph,

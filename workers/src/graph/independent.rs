@@ -65,7 +65,7 @@ enum State {
     Out,
 }
 
-/// The independent set, as one rank takes part in it.
+/// One rank's part in the selection of the independent set.
 #[derive(Debug, Default)]
 pub(crate) struct Selection {
     /// For each leaf, the neighbours of its owned points.

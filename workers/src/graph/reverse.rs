@@ -1,14 +1,14 @@
 //! The edges of a graph of nearest neighbours, from both ends.
 //!
-//! **Statement.** Two points are joined if one is among the nearest neighbours of the other. Each point knows its own
-//! nearest neighbours and announces itself to all of them. It then unites its list with the points that announced
-//! themselves to it. A list contains all points at most as far as its last one, so the distance shows whether a point is in
-//! the list.
+//! **Statement.** Two points are joined if one is among the nearest neighbours of the other. Each point has a list
+//! of its nearest neighbours and announces itself to all of them. It then unites its list with the points that
+//! announced themselves to it. A list contains every point that is at most as far away as its last point, so the
+//! distance shows whether a point is in the list.
 //!
 //! **Source.** Paper, Section 4.5.
 //!
-//! **Rounds.** One. **Work and depth.** One vector step over the lists to announce. A delivery to the leaves, a sort of the
-//! new edges, and one vector step over the points to unite.
+//! **Rounds.** One. **Work and depth.** One vector step over the lists to announce. A delivery to the leaves, a sort of
+//! the new edges, and one vector step over the points to unite.
 
 use std::collections::BTreeMap;
 
@@ -150,7 +150,8 @@ fn take_announcements<P: Point>(cx: &mut Context<P>) -> Vec<Announcement<P>> {
 }
 
 impl BothEnds {
-    /// Unites the edges from both ends, each edge once. Sorts the edges that are not in the lists by their owned points.
+    /// Unites the edges from both ends, each edge once. Sorts the edges that are not in the lists by their owned
+    /// points.
     pub(crate) fn unite<P: Point>(
         self,
         cx: &mut Context<P>,

@@ -12,7 +12,7 @@
 //! **Work and depth.** At a leaf, the pairs of its sample and its points. Then the descent (`crate::neighbours::descent`).
 //! The stars of the sample are not charged.
 //!
-//! **Rounds.** Those of the descent, one up and one down.
+//! **Rounds.** Those of the descent, one for the reports to the coordinator, and one for its choice.
 //!
 //! **Departures.** The paper leaves `alpha` open. The limits of a tenth (not a fifth) and of 48 neighbours (not 64) are
 //! measured (`bench/README.md`). Near a fifth, the stars that are not certified, and the stars that they disturb, cost more
@@ -149,7 +149,8 @@ fn balls_of_sample<P: Point>(
     table: &Table<P>,
     population: u64,
 ) -> Vec<Ball> {
-    // A sampler draws 400 points from its population. From two fifths of the points, that is the rate of 1000 from all.
+    // A sampler draws about 400 points from its population. With two fifths of the actual population, it draws at the
+    // rate of 1000 points from all.
     let sampler = Sampler::of(DrawKey { seed: cx.config().seed, node: 0, attempt: 0 }, population * 2 / 5);
     let positions = table.positions();
     let mut balls = Vec::new();

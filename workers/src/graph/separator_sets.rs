@@ -66,7 +66,7 @@ struct SetItem {
     origin: Option<Origin>,
     /// The number of searches for its neighbours that are not complete: here, and on the ranks to which it was sent.
     outstanding: u32,
-    /// Its neighbours in the own subtree. `None` before the search is complete.
+    /// Its neighbours in this rank's subtree. `None` before the search is complete.
     own: Option<Vec<u32>>,
     /// The lists that other ranks returned.
     returned: Vec<ReturnedList>,
@@ -124,11 +124,11 @@ struct Agenda {
     waiting: Vec<NodeId>,
     /// Nodes that wait one more step for their members, with the step in which the first members arrived.
     delayed: BTreeMap<NodeId, u32>,
-    /// Shared nodes whose sets are not divided. This rank solves them whole.
+    /// Shared nodes whose sets are not divided. This rank solves each as a whole.
     stopped: Vec<NodeId>,
 }
 
-/// The recursion, as one rank takes part in it. A rank may lead, count, solve and reply for several nodes in a round.
+/// One rank's part in the recursion. A rank may lead, count, solve and reply for several nodes in a round.
 struct Recursion<'a, P> {
     subdomain: &'a Subdomain<P>,
     table: &'a mut Table<P>,
@@ -357,7 +357,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         self.return_lists(cx);
     }
 
-    /// Finds the neighbours of each member of a set in the own subtree.
+    /// In this rank's subtree, finds the neighbours of each member of a set.
     fn solve(&mut self, cx: &mut Context<P>, tree: &Tree<P>, node: NodeId, members: &[u32]) -> Vec<Vec<u32>> {
         let Tree::Node(inner) = tree else { return self.solve_direct(cx, node, members) };
         let mut cost = Cost::ZERO;

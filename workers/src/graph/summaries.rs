@@ -66,7 +66,7 @@ fn join_children<P: Point>(cx: &mut Context<P>, group: &Group, both: [Summary<P>
     own
 }
 
-/// Summarises the own subtree. Returns its root and its summary, or `None` if this rank owns no point.
+/// Summarises this rank's subtree. Returns its root and its summary, or `None` if this rank owns no point.
 fn own_summary<P: Point>(
     cx: &mut Context<P>,
     subdomain: &mut Subdomain<P>,

@@ -40,7 +40,7 @@ impl Group {
         Group::new(self.node.child(side), child)
     }
 
-    /// Returns `true` if one rank takes the node whole.
+    /// Returns `true` if one rank takes the whole node.
     pub(crate) fn is_whole(&self) -> bool {
         self.child.ranks == 1 || self.child.leaf
     }
@@ -104,7 +104,7 @@ pub(crate) struct Rising<T> {
     pub(crate) value: T,
 }
 
-/// A reduction up the tree, as one leader takes part in it: values of children that wait for their siblings.
+/// One leader's part in a reduction up the tree: values of children that wait for their siblings.
 ///
 /// **Rounds.** One for each level of shared nodes.
 #[derive(Debug)]

@@ -89,12 +89,12 @@ impl<P: Point> Context<P> {
         self.ledger.charge(account, cost, items);
     }
 
-    /// The facts of a node in the ledger, for additions.
+    /// Returns the facts of a node in the ledger, so that the caller can add to them.
     pub fn facts(&mut self, node: NodeId) -> &mut NodeFacts {
         self.ledger.facts(node)
     }
 
-    /// The tally of a round of the current phase in the ledger, for additions.
+    /// Returns the tally of a round of the current phase in the ledger, so that the caller can add to it.
     pub fn tally(&mut self, round: u32) -> &mut RoundTally {
         self.ledger.tally(RoundKey { round, phase: self.phase })
     }

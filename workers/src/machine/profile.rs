@@ -91,7 +91,7 @@ pub fn run_span(config: &WorkerConfig, points: u64) -> EnteredSpan {
         .entered()
 }
 
-/// Enters the span of a phase, from the coordinator's first step in it to its first in the next.
+/// Enters the span of a phase, from the coordinator's first step in this phase to its first step in the next phase.
 pub fn phase_span(run: u64, phase: Phase) -> EnteredSpan {
     if phase == Phase::Done {
         return Span::none().entered();

@@ -143,7 +143,8 @@ impl Recorder {
         }
     }
 
-    /// Records edges of one point of leaf `from` that are sent to the leaves `to` of their other ends.
+    /// Records the edges of one point of leaf `from`. They are sent to the leaves of their other ends, which `to`
+    /// lists.
     pub(crate) fn reverse(&mut self, from: u32, to: &mut Vec<u32>) {
         to.sort_unstable();
         to.retain(|&leaf| leaf != from);

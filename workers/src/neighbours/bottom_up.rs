@@ -1,8 +1,8 @@
 //! The baseline of the descent: balls corrected node by node, from the leaves up.
 //!
-//! **Statement.** Assume that both children of a node know the nearest neighbours of their points within the child. The
-//! balls that cross the separator of the node then search the other side for nearer points, by a descent below that child.
-//! A node waits for its children.
+//! **Statement.** Assume that for both children of a node, the nearest neighbours of their points within the child are
+//! known. The balls that cross the separator of the node then search the other side for nearer points, by a descent
+//! below that child. A node waits for its children.
 //!
 //! **Source.** The divide and conquer that Frieze, Miller and Teng (1993) accelerate.
 //!
@@ -10,8 +10,8 @@
 //! The depth is O(log^2 n) in total. One descent of all balls from the root takes O(log n) and yields the same radii.
 //! No ball needs the punt: it has shrunk at lower nodes before it meets many leaves.
 //!
-//! **Rounds.** One pass of messages for each shared level, the deepest level first. With `h'` shared levels, a pass takes
-//! up to `2 h'` rounds.
+//! **Rounds.** One pass of messages for each shared level, the deepest level first. With `h'` shared levels, a pass
+//! takes up to `2 h'` rounds.
 
 use std::ops::Range;
 
@@ -33,14 +33,14 @@ use crate::state::tree::{Inner, Tree, leaf_number};
 
 const SEARCH: Search = Search { phase: Phase::Neighbours, wanted: 1, probe: false, own_leaf: true };
 
-/// The level at which the correction starts. A group loses at least one rank with each level, so no node below this level
-/// is shared.
+/// The level at which the correction starts. A group loses at least one rank with each level, so no node below this
+/// level is shared.
 pub(crate) fn first_level(config: &WorkerConfig) -> u32 {
     config.workers.saturating_sub(1).min(NodeId::DEEPEST)
 }
 
-/// Corrects the radii of all owned points, first at the nodes of the rank's own subtree, then at the shared nodes with one
-/// pass for each level.
+/// Corrects the radii of all owned points, first at the nodes of the rank's own subtree, then at the shared nodes with
+/// one pass for each level.
 pub(crate) async fn correct_bottom_up<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,

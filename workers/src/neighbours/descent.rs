@@ -104,7 +104,7 @@ struct QueryMessage<P> {
     batch: QueryBatch<P>,
 }
 
-/// A descent, as one rank takes part in it.
+/// One rank's part in a descent.
 #[derive(Debug)]
 pub(crate) struct Descent<'a, P: Point> {
     subdomain: &'a Subdomain<P>,

@@ -1,8 +1,8 @@
 //! The k nearest neighbours of all points (paper, Section 4.5): lists within each leaf, then the descent.
 //!
-//! **Statement.** A ball starts with the k nearest points of its leaf. Balls much larger than the median of their leaf
-//! probe first. Then all balls descend with the lists of their own leaves. A probe passes on only the radius, so a ball
-//! finds the points of its probe again and each leaf replies once.
+//! **Statement.** A ball starts with the k nearest points of its leaf. First, balls much
+//! larger than the median of their leaf send a probe. Then all balls descend with the lists of their own leaves. A
+//! probe passes on only the radius, so a ball finds the points of its probe again and each leaf replies once.
 //!
 //! **Work and depth.** All pairs of points within a leaf, and the descents. **Rounds.** Those of two descents.
 
@@ -22,8 +22,8 @@ use crate::neighbours::search::Search;
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 
-/// Finds the `k` nearest neighbours of each owned point. Stores the squared distance of the last one as the squared radius
-/// of the point.
+/// Finds the `k` nearest neighbours of each owned point. Stores the squared distance of the last one as the squared
+/// radius of the point.
 pub(crate) async fn nearest_lists<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,

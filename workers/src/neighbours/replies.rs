@@ -2,8 +2,8 @@
 //!
 //! **Statement.** Balls of one leaf travel together and find nearly the same points. For each leaf, a reply contains the
 //! points that the lists of its balls name, each once, and the lists as positions among them. It contains no distances:
-//! the receiver knows the centre, and all ranks compute distances by the same expression. The content of replies therefore
-//! depends on the leaves, not on their distribution over ranks.
+//! the receiver holds the centre, and all ranks compute distances by the same expression. The content of replies
+//! therefore depends on the leaves, not on their distribution over ranks.
 
 use septet_geometry::complex::NONE;
 use septet_geometry::lists::Lists;
@@ -31,7 +31,8 @@ pub(crate) struct ReceivedQueries {
 }
 
 impl ReceivedQueries {
-    /// Creates the record of a batch with the points found for each query. The lists of `outstanding` queries follow later.
+    /// Creates the record of a batch with the points found for each query. The lists of `outstanding` queries follow
+    /// later.
     pub(crate) fn of<P>(from: Rank, batch: QueryBatch<P>, found: Lists<u32>, outstanding: u32) -> Self {
         let list_of = (0..batch.slots.len() as u32).collect();
         let (slots, groups) = (batch.slots.0, batch.groups.0);

@@ -72,7 +72,7 @@ struct EnclosingBall<P> {
     ball: Enclosure<P>,
     /// For each shared node, whether the ball crosses its separator. `None` before the test.
     shared: Vec<Option<bool>>,
-    /// The same for each inner node of the own subtree.
+    /// For each inner node of this rank's subtree, as in `shared`.
     local: Vec<Option<bool>>,
 }
 
@@ -109,8 +109,8 @@ pub(crate) struct MovingBall<P> {
 
 /// Returns which children of the node `id` a ball visits.
 ///
-/// If the own leaf of the ball lies below, `enclosure` contains the balls of that leaf. The ball visits the far side only
-/// if the enclosure crosses the separator. `crosses` caches this test.
+/// If the leaf that owns the centre lies below, `enclosure` contains the balls of that leaf. The ball visits
+/// the far side only if the enclosure crosses the separator. `crosses` caches this test.
 fn sides<P: Point>(
     id: NodeId,
     split: &Split<P>,
@@ -141,7 +141,7 @@ fn sides<P: Point>(
 pub(crate) struct BallCounts {
     /// For each shared node of the path.
     pub(crate) shared: Vec<Visits>,
-    /// For each inner node of the own subtree.
+    /// For each inner node of this rank's subtree.
     pub(crate) local: Vec<Visits>,
     /// For each leaf.
     pub(crate) at_leaf: Vec<LeafVisits>,
@@ -195,13 +195,14 @@ impl<P: Point> BallWalk<'_, P> {
         self.counts
     }
 
-    /// Counts a ball at the inner node `number` of the own subtree. `both` is `true` if it continues to both children.
+    /// Counts a ball at the inner node `number` of this rank's subtree. `both` is `true` if it continues to both
+    /// children.
     pub(crate) fn visit_local(&mut self, number: usize, both: bool) {
         self.counts.local[number].visit(both);
     }
 
-    /// Follows a ball from position `start` of the path, then through the own subtree. Appends the ways out of the path to
-    /// `ways` and the points found to `found`.
+    /// Follows a ball from position `start` of the path, then through this rank's subtree. Appends the ways out of the
+    /// path to `ways` and the points found to `found`.
     pub(crate) fn follow(
         &mut self,
         start: usize,

@@ -230,7 +230,7 @@ fn descend<P: Point>(
     (groups[mine], kept)
 }
 
-/// Sends a share of a node to the rank that takes it whole.
+/// Sends a share of a node to the rank that takes the whole node.
 fn hand_over<P: Point>(cx: &mut Context<P>, group: &Group, points: PointBatch<P>) {
     // The holder always sends to itself, so it starts even if no other rank has points.
     if !points.is_empty() || group.child.first == cx.rank() {

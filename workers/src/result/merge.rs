@@ -73,7 +73,8 @@ pub(crate) struct Pass {
 }
 
 impl Pass {
-    /// Returns the phase to which merging is charged. After gathering, which the paper does not have, it is the certificate.
+    /// Returns the phase to which the pass is charged: merge for the first pass, the certificate for a pass after
+    /// gathering. The paper has no gathering.
     fn payer(self) -> Phase {
         if self.number > 0 { Phase::Certificate } else { Phase::Merge }
     }
@@ -83,8 +84,8 @@ impl Pass {
 #[derive(Debug, Default)]
 pub(crate) struct OwnedCells {
     count: u64,
-    /// For each owned point, bit `i` is set if the cell of facet `i` belongs to the point. Facets from the 65th on have no bit.
-    /// Empty for a subdomain triangulation.
+    /// For each owned point, bit `i` is set if the cell of facet `i` belongs to the point. Facets from the 65th on have
+    /// no bit. Empty for a subdomain triangulation.
     facets: Vec<u64>,
 }
 
@@ -94,7 +95,8 @@ impl OwnedCells {
         self.count
     }
 
-    /// Returns a bit for each of the first 64 facets in the link of an owned point, set if the cell belongs to the point.
+    /// Returns a bit for each of the first 64 facets in the link of an owned point, set if the cell belongs to the
+    /// point.
     pub(super) fn facets_of(&self, vertex: u32) -> u64 {
         self.facets[vertex as usize]
     }
@@ -109,8 +111,8 @@ pub(crate) struct MergedResult {
 }
 
 impl MergedResult {
-    /// Returns the decision of the coordinator, the cells that belong to this rank, and the merged result of all ranks. The
-    /// latter is empty except on the coordinator.
+    /// Returns the decision of the coordinator, the cells that belong to this rank, and the merged result of all ranks.
+    /// The latter is empty except on the coordinator.
     pub(crate) fn into_parts(self) -> (Outcome, OwnedCells, Merged) {
         (self.outcome, self.owned_cells, self.whole)
     }

@@ -23,7 +23,8 @@ use crate::stars::check::Agreement;
 use crate::stars::owned::Stars;
 use crate::state::table::Table;
 
-/// Sends the open vertices and their links to rank 0. Returns the neighbours of the owned ones among them.
+/// Sends the open vertices and their links to rank 0. For those that this rank
+/// owns, returns the neighbours that rank 0 finds.
 pub(crate) async fn gather<P: Point>(
     cx: &mut Context<P>,
     table: &mut Table<P>,

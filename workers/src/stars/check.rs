@@ -200,7 +200,7 @@ fn compare_within<P: Point>(
     Agreement { disagreements: view.locate(cx.pool(), leaves, vertex_sums), differing: 1 }
 }
 
-/// Records on request the pairs between every two leaves.
+/// Records the pairs between every two leaves, if the run keeps a record of tasks.
 fn record<P: Point>(cx: &mut Context<P>, leaves: &[Leaf<P>], view: StarsView<'_, P>) {
     let Some(recorder) = cx.recorder() else { return };
     let mut sums: BTreeMap<(u32, u32), PairSum> = BTreeMap::new();

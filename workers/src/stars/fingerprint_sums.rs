@@ -150,7 +150,7 @@ pub(crate) struct VertexSums {
 /// Number of sums per vertex.
 pub(super) const BUCKETS: usize = 4;
 
-/// Returns the index of the sum that has a cell.
+/// Returns the index of the sum to which a cell belongs.
 #[inline]
 pub(super) fn bucket_of(cell_hash: u128) -> usize {
     (cell_hash >> 64) as usize % BUCKETS
@@ -180,7 +180,7 @@ impl VertexSums {
         }
     }
 
-    /// Subtracts a pair in the star of its other vertex.
+    /// Subtracts a pair that the star of its other vertex contains.
     #[inline]
     pub(super) fn subtract(&self, smallest: u32, cell_hash: u128) {
         let sum = &self.sums[BUCKETS * smallest as usize + bucket_of(cell_hash)];
@@ -206,7 +206,7 @@ impl DifferingBuckets {
         self.0[(vertex as usize).min(self.0.len() - 1)]
     }
 
-    /// Returns `true` if the sum that has the cell is not zero.
+    /// Returns `true` if the sum to which the cell belongs is not zero.
     #[inline]
     pub(super) fn contain(&self, smallest: u32, cell_hash: u128) -> bool {
         self.of(smallest) >> bucket_of(cell_hash) & 1 != 0

@@ -76,7 +76,7 @@ impl Sums {
     }
 }
 
-/// A finite cell of a star, with what the sums need of it.
+/// A finite cell of a star, with the data that the sums need.
 struct StarCell<'a, P: Point> {
     facet: &'a P::Facet,
     smallest: u32,

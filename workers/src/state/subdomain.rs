@@ -18,7 +18,7 @@ pub struct Shared<P> {
     children: [Child; 2],
     /// The child whose group contains this rank: 0 is interior, 1 is exterior.
     mine: usize,
-    /// Whether this rank continues with that child. `false` if the child is a leaf that another rank holds.
+    /// Whether this rank continues with the child `mine`. `false` if the child is a leaf that another rank holds.
     goes_on: bool,
     /// The summaries of the children. `None` before phase summaries.
     summaries: Option<Box<[Summary<P>; 2]>>,
@@ -64,7 +64,7 @@ impl<P> Shared<P> {
         self.mine
     }
 
-    /// Whether this rank continues with that child. `false` if the child is a leaf that another rank holds.
+    /// Whether this rank continues with the child `mine`. `false` if the child is a leaf that another rank holds.
     #[inline]
     pub fn goes_on(&self) -> bool {
         self.goes_on
@@ -76,14 +76,14 @@ impl<P> Shared<P> {
         self.summaries.as_deref()
     }
 
-    /// Records that the group of this rank's child could not split it, so that its first rank holds the child whole.
+    /// Records that the group of this rank's child could not split it, so that its first rank holds the whole child.
     pub(crate) fn end_in_leaf(&mut self, rank: Rank) {
         self.children[self.mine].leaf = true;
         self.goes_on = self.children[self.mine].first == rank;
     }
 
     /// The member of a child's group to which member `rank` of this group sends: the member at the same relative
-    /// position, or the holder if one rank holds the child whole.
+    /// position, or the holder if one rank holds the whole child.
     pub fn member_below(&self, rank: Rank, side: usize) -> Rank {
         let child = &self.children[side];
         if child.leaf {
@@ -109,7 +109,7 @@ pub(crate) struct Way {
 pub(crate) enum Entry {
     /// On another rank, which holds the node because its group could not split it.
     Relay(Rank),
-    /// On this rank, from this position of the path. The length of the path stands for the own subtree.
+    /// On this rank, from this position of the path. The length of the path stands for this rank's subtree.
     Here(usize),
 }
 
@@ -117,7 +117,7 @@ pub(crate) enum Entry {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Unsplit {
     pub(crate) node: NodeId,
-    /// The rank that holds the node whole.
+    /// The rank that holds the whole node.
     pub(crate) holder: Rank,
 }
 
@@ -164,8 +164,8 @@ impl<P> Default for Subdomain<P> {
 }
 
 impl<P> Subdomain<P> {
-    /// Creates a subdomain from the path, its unsplit end if any, the own subtree and the shared nodes that the rank
-    /// leads.
+    /// Creates a subdomain from the path, its unsplit end if any, this rank's subtree and the shared nodes that the
+    /// rank leads.
     pub(crate) fn new(
         path: Vec<Shared<P>>,
         unsplit: Option<Unsplit>,
@@ -186,23 +186,23 @@ impl<P> Subdomain<P> {
         self.unsplit
     }
 
-    /// The root of the own subtree. `None` on a rank without points.
+    /// The root of this rank's subtree. `None` on a rank without points.
     #[inline]
     pub(crate) fn tree(&self) -> Option<&Tree<P>> {
         self.subtree.as_ref().map(|subtree| &subtree.tree)
     }
 
-    /// The root of the own subtree and its leaves, for the phase that summarises them.
+    /// The root of this rank's subtree and its leaves, for the phase that summarises them.
     pub(crate) fn tree_mut(&mut self) -> Option<(&mut Tree<P>, &mut [Leaf<P>])> {
         self.subtree.as_mut().map(|Subtree { tree, leaves, .. }| (tree, leaves.as_mut_slice()))
     }
 
-    /// The ids of the inner nodes of the own subtree, in preorder.
+    /// The ids of the inner nodes of this rank's subtree, in preorder.
     pub(crate) fn inner_ids(&self) -> &[NodeId] {
         self.subtree.as_ref().map_or(&[], |subtree| &subtree.inner_ids)
     }
 
-    /// The leaves of the own subtree, in the order of the tree.
+    /// The leaves of this rank's subtree, in the order of the tree.
     #[inline]
     pub(crate) fn leaves(&self) -> &[Leaf<P>] {
         self.subtree.as_ref().map_or(&[], |subtree| &subtree.leaves)
@@ -213,17 +213,17 @@ impl<P> Subdomain<P> {
         &self.led
     }
 
-    /// The root of the own subtree, or the root of the tree if this rank has no subtree.
+    /// The root of this rank's subtree, or the root of the tree if this rank has no subtree.
     pub(crate) fn root(&self) -> NodeId {
         self.subtree.as_ref().map_or(NodeId::ROOT, |subtree| subtree.root)
     }
 
-    /// The highest node of which this rank holds points: the first of the path, else the root of the own subtree.
+    /// The highest node of which this rank holds points: the first of the path, else the root of this rank's subtree.
     pub(crate) fn top(&self) -> Option<NodeId> {
         self.path.first().map(Shared::id).or(self.subtree.as_ref().map(|subtree| subtree.root))
     }
 
-    /// Whether `node` is the root of the own subtree.
+    /// Whether `node` is the root of this rank's subtree.
     pub(crate) fn holds(&self, node: NodeId) -> bool {
         self.subtree.as_ref().is_some_and(|subtree| subtree.root == node)
     }
@@ -253,10 +253,10 @@ impl<P> Subdomain<P> {
         }
     }
 
-    /// Follows the path with an item that goes down the tree, from the position `start`.
+    /// Follows an item down the path, from the position `start`.
     ///
-    /// `reach` returns which children of a node the item reaches. `leave` receives every way by which the item leaves
-    /// the path. Returns `true` if the item reaches the own subtree.
+    /// `reach` returns which children of a node the item reaches. `leave` receives every child at which the item leaves
+    /// the path. Returns `true` if the item reaches this rank's subtree.
     pub(crate) fn follow(
         &self,
         start: usize,

@@ -26,9 +26,9 @@ pub enum Key {
     Replication,
     /// Number of rounds of splaying.
     ExchangeRounds,
-    /// Longest chain of a phase, a scan counting one.
+    /// Longest chain of a phase, with each scan counted as 1.
     Depth,
-    /// Longest chain of a phase, a scan of m items counting `ceil(log2 m)`.
+    /// Longest chain of a phase, with a scan of m items counted as `ceil(log2 m)`.
     DepthLogScan,
     /// Operations of a phase.
     Work,
@@ -353,7 +353,7 @@ pub(crate) fn series_name(line: &Line, key: Key) -> String {
     parts.join(", ")
 }
 
-/// Returns the value of a line; none if the run stopped before it.
+/// Returns the value of a line. `None` if the run stopped before it.
 pub(super) fn value(line: &Line, request: &Request) -> Option<Value> {
     let tree = &line.tree;
     let splits = tree.nodes - tree.leaves;

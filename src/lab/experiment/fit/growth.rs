@@ -26,7 +26,7 @@ pub struct Growth {
     pub laws: Vec<LawFit>,
     /// The nested test.
     pub curvature: Curvature,
-    /// Slope of ln y against ln x; none if one of the y is not positive.
+    /// Slope of ln y against ln x. `None` if one of the y is not positive.
     pub exponent: Option<Interval>,
     /// Change over the range of sizes, as a share of the mean, with the 90 % interval of two one-sided tests.
     pub change: Interval,

@@ -7,8 +7,8 @@ use super::equivalence::Equivalence;
 use super::growth::{Growth, LawFit};
 use super::lack::rejects;
 
-/// Largest difference in Akaike's criterion to the best law at which a law remains possible: 2 ln 100. The best law is
-/// then less than a hundred times as likely.
+/// A law remains possible if its Akaike criterion exceeds that of the best law by at most this difference: 2 ln 100.
+/// The best law is then at most a hundred times as likely.
 pub(super) const APART: f64 = 9.210_340_371_976_182;
 
 /// Power of the test for curvature above which a law is excluded if the test found no curvature.

@@ -15,11 +15,11 @@ pub struct HistogramReport {
     pub below: u64,
     /// Number of values above.
     pub above: u64,
-    /// The smallest value; none if there are no values.
+    /// The smallest value. `None` if there are no values.
     pub least: Option<f64>,
-    /// The largest value; none if there are no values.
+    /// The largest value. `None` if there are no values.
     pub most: Option<f64>,
-    /// The mean; none if there are no values.
+    /// The mean. `None` if there are no values.
     pub mean: Option<f64>,
     /// Number of values in each bin.
     pub counts: Vec<u64>,

@@ -63,10 +63,10 @@ pub struct MeshReport {
     pub quality: QualityReport,
     /// The comparison with the domain.
     pub conformity: ConformityReport,
-    /// The distance from the surface; none unless it was remeshed.
+    /// The distance from the surface. `None` unless it was remeshed.
     #[serde(skip_deserializing)]
     pub deviation: Option<DeviationReport>,
-    /// The picture; none if not requested or too large.
+    /// The picture. `None` if not requested or too large.
     #[serde(default)]
     pub view: Option<MeshPicture>,
     /// Measured wall-clock seconds.
@@ -241,7 +241,7 @@ pub struct PlaceReport {
     pub cells: u64,
     /// The largest ratio.
     pub most: Interval,
-    /// The proved bound; none if there is none.
+    /// The proved bound. `None` if no bound is proved.
     pub promised: Option<f64>,
     /// Number of cells above the bound.
     pub over: u64,
@@ -299,7 +299,7 @@ pub struct QualityReport {
     pub largest_angles: HistogramReport,
     /// Edge lengths over sizes.
     pub length_over_size: HistogramReport,
-    /// Sizes over local feature sizes; none if these are unknown.
+    /// Sizes over local feature sizes. `None` if these are unknown.
     pub size_over_local_size: Option<HistogramReport>,
     /// Slivers by their smallest angle.
     #[serde(skip_deserializing)]

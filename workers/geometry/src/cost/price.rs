@@ -59,7 +59,7 @@ pub enum Primitive {
 pub struct Price {
     /// Number of elementary operations.
     pub work: u64,
-    /// Number of consecutive vector steps, a scan counting 1.
+    /// Number of consecutive vector steps, with each scan counted as 1.
     pub depth: u64,
     /// Number of scans among these steps.
     pub scans: u64,

@@ -90,7 +90,8 @@ type Lanes = [f32; LANES];
 #[derive(Clone, Copy, Debug)]
 struct Block {
     normal: [Lanes; 3],
-    /// Products with the normal below this threshold are certainly not beyond the plane. Infinite without a facet.
+    /// An image is certainly not beyond the plane if its product with the normal is below this threshold. Infinite
+    /// without a facet.
     low: Lanes,
 }
 
@@ -100,9 +101,10 @@ const EMPTY: Block = Block { normal: [[0.0; LANES]; 3], low: [f32::INFINITY; LAN
 #[derive(Clone, Copy, Debug)]
 struct Plane {
     normal: [f64; 3],
-    /// Products with the normal below this threshold are certainly not beyond the plane. Infinite without a facet.
+    /// An image is certainly not beyond the plane if its product with the normal is below this threshold. Infinite
+    /// without a facet.
     low: f64,
-    /// Products above this threshold are certainly beyond the plane.
+    /// An image is certainly beyond the plane if its product with the normal is above this threshold.
     high: f64,
 }
 

@@ -154,7 +154,7 @@ impl<P: Point> Incremental<P> {
 /// Stars up to this size need no allocation.
 const SHORT: usize = 128;
 
-/// A set of cells: a hash table of twice [`SHORT`] entries, and a tree for the rest.
+/// A set of cells: a hash table with twice [`SHORT`] entries, and a tree for the cells that are not in the table.
 struct CellSet {
     table: [u32; 2 * SHORT],
     len: usize,

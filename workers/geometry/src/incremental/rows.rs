@@ -92,7 +92,8 @@ impl<'a> RowIndices<'a> {
         RowIndices { kept, full, before, marks }
     }
 
-    /// The index of the cell in a slot. The first mark if it is not kept, and the second if it is exterior.
+    /// Returns the index of the cell in a slot. If the cell is not kept, returns a mark: the second if the cell is
+    /// exterior, otherwise the first.
     #[inline]
     fn index(&self, slot: u32) -> u32 {
         let full = self.full[(slot / u64::BITS) as usize];

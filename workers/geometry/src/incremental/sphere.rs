@@ -177,8 +177,8 @@ impl<P: Point> Frame<P> {
         f32::from_bits(sphere.as_ref()[P::DIM] & !(REMOVED | CLEARED))
     }
 
-    /// The largest rounded radius for which twice [`Frame::radius_bound`] is at most `across`; 0, which is not a stored
-    /// radius, if there is none. The margin covers the roundings of both.
+    /// The largest rounded radius for which twice [`Frame::radius_bound`] is at most `across`. It is 0 if there is no
+    /// such radius; no stored radius is 0. The margin covers the roundings of both.
     pub(super) fn radius_within(&self, across: f64) -> f32 {
         let margin = (2.0 * FAR * self.farthest + 2.0 * TINY) * (1.0 + SINGLE);
         let most = (0.5 * across * self.scale - margin) / (1.0 + 32.0 * SINGLE);

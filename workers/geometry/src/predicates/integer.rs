@@ -114,7 +114,7 @@ fn spare(rows: &[Row<1>; 4]) -> u32 {
 /// Computes the exact signs for a cell and a query whose differences are at most `reach`. Returns `None` if they need
 /// more than 126 bits.
 pub(super) fn conflict<P: Point>(cell: &[P], q: P, reach: f64) -> Option<Signs> {
-    // The compiler knows this length and unrolls loops over it.
+    // This length is known at compile time, so the compiler unrolls loops over it.
     let cell = &cell[..=P::DIM];
     let narrow = if P::DIM == 2 { 30 } else { 24 };
     let unit = quick_unit(&[q]).min(quick_unit(cell));

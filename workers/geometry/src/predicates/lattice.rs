@@ -1,7 +1,7 @@
 //! The lattice of a call: coordinates as multiples of one power of two.
 //!
 //! **Statement.** Every finite double is an integer times a power of two. Let `2^g` be the largest power of two that
-//! divides all coordinates of a call, and let `2^b` times that bound their differences. In units of `2^g`, all
+//! divides all coordinates of a call, and let `2^(g+b)` bound their differences. In units of `2^g`, all
 //! differences are integers with absolute values below `2^b`, for coordinates of any magnitude. Coordinates are
 //! computed modulo `2^w` with `w > b`. Their differences are then exact, even if the coordinates themselves do not fit.
 //! The unit does not change the sign of a determinant, and `b` determines its width ([`super::integer`]).

@@ -36,7 +36,8 @@ pub const SAMPLE_TARGET: u64 = 400;
 pub const TRIES: u64 = 10;
 /// Number of great circles in [`draw_bisecting`].
 const BISECTING_TRIES: u64 = 30;
-/// Larger sides below this fraction may all be halves: half plus two standard deviations for [`SAMPLE_TARGET`] samples.
+/// The samples cannot distinguish a larger side below this fraction from a half. It is one half plus two standard
+/// deviations for [`SAMPLE_TARGET`] samples.
 const ABOUT_HALF: f64 = 0.55;
 /// The `alpha` for which scores estimate the separator set.
 pub const SCORE_ALPHA: f64 = 2.5;

@@ -1,4 +1,4 @@
-//! Values that travel as number codes or as short arrays of words, with names in memory.
+//! Typed forms of values that messages encode as numbers or as short arrays of words.
 
 use bincode::de::{BorrowDecode, BorrowDecoder, Decoder};
 use bincode::enc::Encoder;
