@@ -131,7 +131,7 @@ impl From<OutputError> for Failure {
 
 impl From<ConfigError> for Failure {
     fn from(error: ConfigError) -> Self {
-        Failure::new(Code::Usage, error.to_string()).help("see `septet triangulate --help`")
+        Failure::new(Code::Usage, error.to_string()).help("see the options in the command's `--help`")
     }
 }
 

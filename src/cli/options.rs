@@ -202,7 +202,7 @@ pub enum GraphArg {
 pub enum SetsArg {
     /// Both sides receive them, as in the paper
     Both,
-    /// The smaller side receives them
+    /// Only the side with fewer of them sends its own to the other
     Smaller,
     /// Both sides receive them as ghosts
     Ghost,

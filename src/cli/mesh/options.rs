@@ -17,6 +17,34 @@ use crate::options::{MshArg, TraceArgs, TransportArg, bytes, workers};
 const SIZES: &str = "Sizes and quality";
 const BOUNDARY: &str = "Boundary";
 
+/// The options that a check of the domain does not use.
+const NOT_FOR_CHECKS: [&str; 24] = [
+    "output",
+    "format",
+    "msh_version",
+    "boundary",
+    "feature_angle",
+    "max_distance",
+    "size",
+    "size_field",
+    "singularity",
+    "lipschitz",
+    "radius_edge",
+    "min_size",
+    "improve",
+    "workers",
+    "leaf",
+    "threads",
+    "seed",
+    "transport",
+    "delivery_seed",
+    "max_memory",
+    "json",
+    "trace",
+    "trace_level",
+    "view",
+];
+
 /// Options of `septet mesh`.
 #[derive(Debug, Args)]
 #[command(
@@ -45,7 +73,7 @@ pub struct MeshArgs {
     /// Domain: .poly .smesh .stl .off .ply .obj, each also .gz
     pub domain: PathBuf,
     /// Check the domain only
-    #[arg(long, conflicts_with_all = ["output", "json", "trace"], help_heading = INPUT)]
+    #[arg(long, conflicts_with_all = NOT_FOR_CHECKS, help_heading = INPUT)]
     pub check: bool,
     /// Write the mesh or its surface; may be given several times
     ///

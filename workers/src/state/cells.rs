@@ -53,6 +53,7 @@ fn smallest_by_positions<P: Point>(positions: &[P], vertices: &[u32]) -> u32 {
 #[cfg(test)]
 mod tests {
     use glam::{DVec2, DVec3};
+    use septet_geometry::hash::Draw;
 
     use super::*;
 
@@ -73,12 +74,11 @@ mod tests {
     fn rounded_coordinates_find_the_smallest<P: Point>() {
         let positions = positions::<P>();
         let all = positions.len() as u32;
-        let mut state = 5u64;
+        let mut draw = Draw::new(5);
         for _ in 0..20_000 {
             let mut cell = P::Cell::splat(INFINITE);
             for v in cell.as_mut() {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                let drawn = (state >> 33) as u32 % (all + 2);
+                let drawn = draw.below(all as usize + 2) as u32;
                 *v = if drawn < all { drawn } else { INFINITE };
             }
             let expected = smallest_by_positions(&positions, cell.as_ref());
