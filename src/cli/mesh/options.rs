@@ -86,7 +86,7 @@ pub struct MeshArgs {
     /// Treatment of the boundary [default: exact for .poly and .smesh, remesh for surfaces]
     #[arg(long, value_name = "MODE", value_enum, help_heading = BOUNDARY)]
     pub boundary: Option<BoundaryArg>,
-    /// Largest distance between neighbouring points
+    /// Upper limit of the size; edges can be about twice as long
     #[arg(long, value_name = "H", value_parser = length, help_heading = SIZES)]
     pub size: Option<f64>,
     /// Sizes at points, in rows of `x y [z] size`
@@ -110,7 +110,7 @@ pub struct MeshArgs {
     /// It sets the growth rate of sizes to L = 1 - 1/B.
     #[arg(long, value_name = "B", value_parser = radius_edge, allow_negative_numbers = true, help_heading = SIZES)]
     pub radius_edge: Option<f64>,
-    /// Smallest distance between neighbouring points; overrides every other size
+    /// Lower limit of the size; overrides every other size
     #[arg(long, value_name = "H", value_parser = length, allow_negative_numbers = true, help_heading = SIZES)]
     pub min_size: Option<f64>,
     /// Angle in degrees above which an edge of a surface is a ridge [default: 60]
