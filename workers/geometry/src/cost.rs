@@ -13,10 +13,10 @@
 //! unless that loop is a primitive itself. There are two exceptions: [`Cost::from_parts`] decodes a cost, and the
 //! caller counts the items of a [`Sweep`].
 //!
-//! **Shared subproblems.** The clock belongs to a subproblem. If a group of workers shares it, every member charges its
-//! own share, and [`Cost::join`] merges the shares (sum of work, maximum depth). The ledger prices the scans over the
-//! number of items of the whole subproblem when it folds the shares ([`Cost::depth_log_scan`]). Hence no figure depends
-//! on the number of workers.
+//! **Shared subproblems.** Work and depth are charged to subproblems, not to workers. If a group of workers shares a
+//! subproblem, every member charges its own share, and [`Cost::join`] merges the shares (sum of work, maximum depth).
+//! The ledger prices the scans over the number of items of the whole subproblem when it folds the shares
+//! ([`Cost::depth_log_scan`]). Hence no count depends on the number of workers.
 
 mod index_sets;
 mod price;
@@ -69,7 +69,7 @@ impl Cost {
         self.depth + self.inner_log + self.additional_depth(items)
     }
 
-    /// Additional depth of the scans if each takes `ceil(log2 items)` steps, at least 1, in place of one.
+    /// Additional depth of the scans if each takes `ceil(log2 items)` steps, at least 1, instead of one.
     #[inline]
     fn additional_depth(&self, items: u64) -> u64 {
         self.scans * (sort_steps(items) - 1)
@@ -225,7 +225,7 @@ impl Cost {
     /// Reads `out[i] = items[index[i]]`. Reads are exclusive, so the indices must be distinct.
     ///
     /// # Errors
-    /// The first index that occurs twice.
+    /// Returns the first index that occurs twice.
     pub fn gather<T: Copy>(&mut self, items: &[T], index: &[u32]) -> Result<Vec<T>, usize> {
         self.pay(Primitive::VectorStep, index.len());
         let mut seen = vec![false; items.len()];
@@ -258,7 +258,7 @@ impl Cost {
         points.each_row(visitor);
     }
 
-    /// Starts a vector step whose items the caller visits one by one ([`Sweep::visit`]). It is free until it is
+    /// Starts a vector step whose items the caller visits one by one ([`Sweep::visit`]). It costs nothing until it is
     /// charged, for example by [`Cost::charge_sweep`].
     pub fn sweep(&self) -> Sweep {
         Sweep::default()
@@ -276,8 +276,8 @@ impl Cost {
         self.pay_nested(Primitive::Sweep, sweep.items() as usize);
     }
 
-    /// Charges the delivery of a finished sweep's items to their receivers, which drop the items that they hold
-    /// already. The items are sorted by receiver. A copy-scan brings each item what its receiver holds, and a
+    /// Charges the delivery of a finished sweep's items to their receivers, which drop the items that they already
+    /// hold. The items are sorted by receiver. A copy-scan copies the data of each receiver to its items, and a
     /// comparison and a pack follow.
     pub fn charge_delivery(&mut self, sweep: Sweep) {
         self.pay(Primitive::Delivery, sweep.items() as usize);

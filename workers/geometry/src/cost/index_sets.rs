@@ -1,6 +1,6 @@
 //! Sets and maps of small indices, in storage that is reused without clearing.
 
-/// A set of indices. Starting a new set takes O(1).
+/// A set of indices. Starting a new set takes O(1) time.
 #[derive(Clone, Debug, Default)]
 pub struct Marks {
     /// Number of the current set. An index belongs to the set if its mark equals this.

@@ -34,7 +34,7 @@ pub enum Primitive {
     Scan,
     /// The selected items, moved together.
     Pack,
-    /// Selected and other items, each moved together.
+    /// The selected items moved together, and the other items moved together.
     Split,
     /// One value copied to every item, then one operation on every item.
     BroadcastMap,
@@ -44,11 +44,11 @@ pub enum Primitive {
     Sweep,
     /// A stable sort.
     Sort,
-    /// A sort, and one item kept of each run of equal ones.
+    /// A sort that keeps one item of each run of equal items.
     Distinct,
-    /// Items sorted by receiver, and those that the receiver holds already dropped.
+    /// A sort of items by receiver that drops the items that the receiver already holds.
     Delivery,
-    /// A merge of two sorted lists. The items are those of both.
+    /// A merge of two sorted lists. The items of both lists count.
     Merge,
     /// A loop on one processor. The items are its iterations.
     Sequential,

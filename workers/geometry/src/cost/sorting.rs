@@ -1,8 +1,8 @@
 //! The primitives that sort, remove duplicates and merge.
 //!
 //! **Statement.** Some methods use an algorithm that is faster on a processor than the primitive that they charge. The
-//! results are those of the primitive. The charges are those of [`Primitive::Sort`], [`Primitive::Distinct`] and
-//! [`Primitive::Merge`].
+//! primitive would give the same results. The charges are the prices of [`Primitive::Sort`], [`Primitive::Distinct`]
+//! and [`Primitive::Merge`].
 
 use std::cmp::Ordering;
 
@@ -50,8 +50,8 @@ impl Cost {
         indices.truncate(len);
     }
 
-    /// Sorts the items by their positions, which are below `positions`, by counting; the sort is stable. Costs the same
-    /// as [`Cost::sort`].
+    /// Sorts the items by their positions, which are below `positions`, with a stable counting sort. Costs the same as
+    /// [`Cost::sort`].
     pub fn sort_by_position<T: Copy>(
         &mut self,
         items: &[T],
@@ -75,21 +75,21 @@ impl Cost {
         sorted
     }
 
-    /// Sorts the items and keeps one of each run of equal ones.
+    /// Sorts the items and keeps one item of each run of equal items.
     pub fn distinct<T>(&mut self, items: &mut Vec<T>, compare: impl FnMut(&T, &T) -> Ordering) {
         self.pay(Primitive::Distinct, items.len());
         sort_and_deduplicate(items, compare);
     }
 
-    /// Does the same as [`Cost::distinct`] for a list that is an item of a larger problem: its scan runs over its own
-    /// items.
+    /// Sorts and removes duplicates as [`Cost::distinct`] does, for a list that is an item of a larger problem: its
+    /// scan runs over its own items.
     pub fn distinct_nested<T>(&mut self, items: &mut Vec<T>, compare: impl FnMut(&T, &T) -> Ordering) {
         self.pay_nested(Primitive::Distinct, items.len());
         sort_and_deduplicate(items, compare);
     }
 
-    /// Keeps the first occurrence of each index, in the given order, by marks in `seen`, which has room for them. Costs
-    /// the same as [`Cost::distinct_nested`].
+    /// Keeps the first occurrence of each index, in the given order. `seen` must have room for the indices. Costs the
+    /// same as [`Cost::distinct_nested`].
     pub fn distinct_indices(&mut self, indices: &mut Vec<u32>, seen: &mut Marks) {
         self.pay_nested(Primitive::Distinct, indices.len());
         seen.clear();
@@ -106,8 +106,8 @@ impl Cost {
         distinct
     }
 
-    /// Merges two ascending lists of distinct items. The result is ascending, and states for every item whether it is
-    /// in both lists.
+    /// Merges two ascending lists of distinct items. The result is ascending, and each item comes with a flag: whether
+    /// it is in both lists.
     pub fn unite<T: Copy + Ord>(&mut self, a: &[T], b: &[T]) -> Vec<(T, bool)> {
         self.pay(Primitive::Merge, a.len() + b.len());
         let mut out = Vec::with_capacity(a.len().max(b.len()));
@@ -127,8 +127,8 @@ fn sort_and_deduplicate<T>(items: &mut Vec<T>, mut compare: impl FnMut(&T, &T) -
     items.dedup_by(|a, b| compare(a, b).is_eq());
 }
 
-/// Removes the items whose flag is not `stay` from an array, and returns them; does nothing to an empty array. Branches
-/// on the flags would be unpredictable, so each item is written to both lists, and only the list that it belongs to
+/// Removes the items whose flag is not `stay` from an array, and returns them. Does nothing to an empty array. Branches
+/// on the flags would be unpredictable, so each item is written to both lists, and only the list to which it belongs
 /// grows.
 pub(super) fn take_others<T: Copy>(flags: &[u8], stay: u8, items: &mut Vec<T>) -> Vec<T> {
     let Some(&first) = items.first() else { return Vec::new() };

@@ -100,7 +100,7 @@ fn paid(calls: &[(Primitive, usize)]) -> Cost {
     })
 }
 
-/// The same, with all scans over `items` items.
+/// The cost of consecutive calls of primitives whose scans all run over `items` items.
 fn paid_nested(calls: &[(Primitive, usize)], items: usize) -> Cost {
     let mut cost = paid(calls);
     let log = ceil_log2(items as u64).max(1) - 1;
@@ -227,7 +227,7 @@ fn sorting_is_logarithmic_and_stable() {
 #[test]
 fn sorting_by_keys_is_charged_as_a_sort() {
     for (n, digits) in [(0u64, 64), (1, 64), (31, 64), (97, 2), (1000, 4), (1000, 64)] {
-        // With few digits most keys differ in their last ones alone.
+        // If `digits` is small, most keys differ only in their last bits.
         let key = |i: u32| 1 << 62 | u64::from(i).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> (64 - digits);
         let order = |&a: &u32, &b: &u32| (key(a), a).cmp(&(key(b), b));
         let mut items: Vec<u32> = (0..n as u32).map(|i| i * 7919 % 503).collect();

@@ -1,8 +1,9 @@
 //! Construction of the link of a star: one sweep over its facets for each candidate.
 //!
-//! **Statement.** After each candidate, the link is that of the star among the candidates so far (see [`super`]).
+//! **Statement.** After each step, the link belongs to the star of the centre among the candidates so far (see
+//! [`super`]).
 //!
-//! **Work and depth.** Those of [`super`], plus a sort of the candidates.
+//! **Work and depth.** As in [`super`], plus a sort of the candidates.
 
 use super::candidate::{Candidate, candidate};
 use super::corners::{Cone, Corners};
@@ -19,12 +20,12 @@ use crate::simd::widest;
 pub struct StarBuilder<P: Point> {
     pub(super) link: Complex<P::Facet>,
     pub(super) planes: Planes,
-    /// Candidates by distance, and the number of those already taken into `points`.
+    /// Candidates by distance, and the number of candidates already moved to `points`.
     pub(super) order: Vec<u32>,
     taken: usize,
     keys: Vec<u64>,
     pub(super) centre: P,
-    /// Infinity, then the candidates taken, in order. Vertex `v` of the link is entry `v + 1`.
+    /// Infinity, then the candidates moved here, in order. Vertex `v` of the link is entry `v + 1`.
     pub(super) points: Vec<Candidate<P>>,
     /// Facets that the current candidate may conflict with.
     uncertain: Vec<u32>,
@@ -32,9 +33,9 @@ pub struct StarBuilder<P: Point> {
     cavity: Vec<u32>,
     /// For each facet, its side for the current candidate in rounded arithmetic.
     pub(super) sides: Vec<Side>,
-    /// For each facet of the link that [`StarBuilder::extend`] loaded, whether it was removed; and the removed ones in
-    /// order.
+    /// For each facet of the link that [`StarBuilder::extend`] loaded, whether it was removed.
     pub(super) loaded: Vec<bool>,
+    /// The removed facets of that link, in the order of their removal.
     pub(super) removed: Vec<u32>,
     /// Scratch: maps positions in the table to positions in `points`.
     pub(super) positions: Positions,
@@ -60,10 +61,11 @@ impl<P: Point> Default for StarBuilder<P> {
     }
 }
 
-/// Number of candidates taken together. After each batch, the construction ends if the rest is out of reach.
+/// Number of candidates in a batch. After each batch, the construction ends if the remaining candidates are out of
+/// reach.
 const BATCH: usize = 32;
 
-/// Number of candidates between two tests whether the rest is out of reach.
+/// Number of candidates between two tests of whether the remaining candidates are out of reach.
 const CHECK_INTERVAL: u32 = 4;
 
 impl<P: Point> StarBuilder<P> {
@@ -156,7 +158,7 @@ impl<P: Point> StarBuilder<P> {
             if q == self.points.len() && !more(self) {
                 break;
             }
-            // The batch may have contained only repetitions.
+            // All candidates of the batch may have been repetitions.
             let Some(p) = self.points.get(q) else { continue };
             sweep.visit();
             if raises_dimension(&basis[..=found], p.at) {
@@ -184,7 +186,8 @@ impl<P: Point> StarBuilder<P> {
         self.enter_created(longest);
     }
 
-    /// Adds the candidates that are not in `first` one by one, until the rest is out of reach of every facet.
+    /// Adds the candidates that are not in `first` one by one, until the remaining candidates are out of reach of every
+    /// facet.
     #[inline(always)]
     fn sweep_all(&mut self, first: P::Facet, more: &mut impl FnMut(&mut Self) -> bool, cost: &mut Cost) {
         let last = first.as_ref().iter().fold(0, |last, &q| q.max(last));
@@ -210,8 +213,8 @@ impl<P: Point> StarBuilder<P> {
         length * length
     }
 
-    /// Sweeps over the facets, and replaces the cavity if there is one. `checks_reach` charges the sweep also for the
-    /// test of each facet's reach.
+    /// Sweeps over the facets, and replaces the cavity if there is one. If `checks_reach` is set, the sweep is also
+    /// charged for the test of each facet's reach.
     #[inline(always)]
     pub(super) fn insert(&mut self, q: u32, checks_reach: bool, cost: &mut Cost) {
         let image = candidate(&self.points, q).image;

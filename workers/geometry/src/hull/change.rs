@@ -1,8 +1,8 @@
 //! Updating a star by further candidates.
 //!
-//! **Statement.** The hull of two sets of candidates is the hull of the first set's hull vertices and the second set.
-//! So a star that is known by its link need not be rebuilt. The link is loaded as a complex, and the other candidates
-//! are added as in [`super`].
+//! **Statement.** The hull of two sets of candidates is the hull of the first set's hull vertices and the second set. A
+//! star can therefore be updated from its link, without rebuilding it. The link is loaded as a complex, and the other
+//! candidates are added as in [`super`].
 //!
 //! **Work and depth.** For `l` facets and `m` further candidates, the link's vertices are found in O(log l) steps, and
 //! its facets and adjacency in O(1). Then each of the `m` candidates takes one sweep. Work O((l + m) log(l + m) + m l).
@@ -18,18 +18,18 @@ use crate::simd::widest;
 /// The effect of further candidates on a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extended {
-    /// The link is unchanged. Either no candidate conflicts, or none is new; in the latter case the link is not checked
-    /// to be closed.
+    /// The link is unchanged. Either no candidate conflicts, or none is new. In the latter case, the link was not
+    /// checked for closedness.
     Same,
     /// Facets were removed and created.
     Changed,
-    /// The link is empty, or it is not a closed complex and some candidate is new. Nothing was done.
+    /// The link is empty, or it is not a closed complex and some candidate is new. The star was not updated.
     Open,
 }
 
 impl<P: Point> StarBuilder<P> {
-    /// Builds the star of `table[centre]` among some candidates, of which its link is `link`, and the candidates
-    /// `added`. These are positions in `table` in any order; repetitions and the centre are ignored. If the link
+    /// Builds the star of `table[centre]` from its link among earlier candidates, `link`, and the new candidates
+    /// `added`. Candidates are positions in `table` in any order; repetitions and the centre are ignored. If the link
     /// changes, [`StarBuilder::facets`] then returns the facets that [`StarBuilder::build`] would produce.
     pub fn extend(
         &mut self,
@@ -102,8 +102,8 @@ impl<P: Point> StarBuilder<P> {
             *v = place.wrapping_sub(1);
         }
         cost.charge_nested_sweep(sweep);
-        // The machine enters all ridges and then looks all of them up. A processor does one or the other for each
-        // ridge.
+        // The counted machine enters all ridges and then looks up all of them. A processor either enters a ridge or
+        // looks it up.
         let mut joining = cost.sweep();
         joining.visit_lanes(2 * P::DIM * link.len());
         cost.charge_nested_sweep(joining);

@@ -1,9 +1,9 @@
 //! The star of a vertex as a local convex hull.
 //!
 //! **Statement** (paper, Lemmas 4.1 and 4.3). Lift the points to the paraboloid. Consider the convex hull, one
-//! dimension lower, of the rays from the lift of `p` to the other lifts. Its vertices are the edges at `p` of the lower
-//! hull, hence of the Delaunay triangulation. If the candidates include every Delaunay neighbour of `p`, the hull of
-//! the candidates is the star of `p`.
+//! dimension lower, of the rays from the lift of `p` to the other lifts. Its vertices correspond to the edges at `p` of
+//! the lower hull, and hence of the Delaunay triangulation. If the candidates include every Delaunay neighbour of `p`,
+//! the hull of the candidates is the star of `p`.
 //!
 //! The rays are not intersected with a hyperplane. The hull is stored as the *link* of `p`, a closed complex of facets
 //! with `DIM` vertices, in which the vertical ray is the infinite vertex. A candidate is added by replacing the facets
@@ -32,7 +32,7 @@
 //! Suppose that rounded arithmetic finds no conflict but leaves facets undecided. Then one exact test of the finite
 //! facet in 1, or one orientation for each infinite facet, decides. If there is a conflict, only undecided facets
 //! adjacent to the cavity are tested, while the cavity grows. Among cospherical points, rounded arithmetic decides no
-//! test. There this rule avoids an exact test for every facet.
+//! test. For such points, this rule saves testing every facet exactly.
 
 #![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 

@@ -8,13 +8,14 @@
 //! `n . k > g`.
 //!
 //! **Error bound.** Let `u = 2^-53`, `B = max(|a|, |b|)` and `C = max(|a|, |c|)`, with `a` as the base.
-//! 1. Images have relative errors of at most `8 u`: a difference 1, a squared length 5, a reciprocal and a product 1
-//!    each.
+//! 1. Images have relative errors of at most `8 u`: a difference contributes 1, a squared length 5, and a reciprocal
+//!    and a product 1 each.
 //! 2. So `b - a` and `c - a` have lengths of at most `2 B` and `2 C`, and errors of at most `18 u B` and `18 u C`.
 //! 3. The error of `n` is at most `84 u B C`, of which `12` is the rounding of the product.
-//! 4. The error of `n . a` is at most `(84 + 32 + 12) u B C |a|`. That of `n . k` is the same with `|k|` for `|a|`.
-//! 5. Hence the sign of `n . k - g` is certain beyond `136 u B C (|a| + |k|)`. This covers the rounding of the bound
-//!    and of its sum with `g`.
+//! 4. The error of `n . a` is at most `(84 + 32 + 12) u B C |a|`. The error of `n . k` has the same bound with `|k|`
+//!    instead of `|a|`.
+//! 5. Hence the sign of `n . k - g` is certain if its absolute value exceeds `136 u B C (|a| + |k|)`. This threshold
+//!    covers the rounding of the bound and of its sum with `g`.
 //!
 //! In the plane all errors are smaller, and `C = 1`.
 //!
@@ -24,9 +25,10 @@
 //! small for facets with one near and two distant vertices. The first facets are created before some nearer candidates
 //! are added. For these, the longest image of all replaces `|k|`.
 //!
-//! **Reach.** If `|n| |k| < g - bound`, no candidate from `k` on lies beyond: the facet is *out of reach*. If all
-//! facets are, the remaining candidates need no test. The square of the reach is a product that cannot overflow in the
-//! range of [`crate::range`], and it is reduced by more than its rounding.
+//! **Reach.** If `|n| |k| < g - bound`, neither `k` nor a later image lies beyond the facet: it is *out of reach*. If
+//! all facets are out of reach, the remaining candidates need no test. The *reach* of a facet is `(g - bound) / |n|`.
+//! Its square is a product that cannot overflow in the range of [`crate::range`], and it is reduced by more than its
+//! rounding.
 //!
 //! **Single precision first.** Let `v = 2^-24`. Round a normal and an image to single precision, and multiply them
 //! there. Each term passes five roundings, so the error of the product is at most `5 v |n| |k|`. Rounding the threshold
@@ -196,7 +198,8 @@ impl Planes {
         !self.reach2.iter().fold(false, |within, &reach2| within | (reach2 <= length2))
     }
 
-    /// Calls `f` for every facet that is not certainly clear of a candidate, with the side that is known.
+    /// Calls `f` for every facet that is not certainly clear of a candidate, with the candidate's side as far as it is
+    /// known.
     #[inline(always)]
     pub(super) fn each_uncertain<P: Point>(&self, image: &P, mut f: impl FnMut(u32, Side)) {
         let mut at = [0.0; 3];

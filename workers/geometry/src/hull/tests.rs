@@ -99,7 +99,7 @@ fn stars_of_points_on_a_sphere_match_brute_force() {
     let lattice: Vec<DVec3> = all.filter(|p| p.dot(*p) == 9.0).collect();
     assert_eq!(lattice.len(), 30);
     check_stars(&lattice);
-    // Rounded, and with some points inside, so that stars have conflicts of all kinds.
+    // The points are rounded, and some lie inside the sphere, so that stars have conflicts of all kinds.
     let turned = |p: &DVec3| DVec3::new(p.x + 0.3 * p.y, p.y - 0.3 * p.x, p.z * 1.09_f64.sqrt()) / 7.0;
     let mut rounded: Vec<DVec3> = lattice.iter().step_by(2).map(turned).collect();
     check_stars(&rounded);
@@ -205,7 +205,7 @@ fn check_extended_stars<P: Point>(n: usize) {
             builder.created_facets(&mut fresh);
             assert_eq!(set(&fresh), &new_set - &old_set, "{kind}: fresh facets of {v}");
             let gone: Vec<P::Facet> = builder.removed_facets().iter().map(|&at| old[at as usize]).collect();
-            assert_eq!(set(&gone), &old_set - &new_set, "{kind}: facets of {v} that are gone");
+            assert_eq!(set(&gone), &old_set - &new_set, "{kind}: removed facets of {v}");
             changed += gone.len();
             witnesses_of_removed(&points, v, &gone, &new, &mut witnesses);
         }
@@ -234,7 +234,7 @@ fn witnesses_of_removed<P: Point>(
         let inside = |q: &u32| !facet.as_ref().contains(q) && in_sphere(&corners, points[*q as usize]);
         let expected: Vec<u32> = around.iter().copied().filter(inside).collect();
         assert_eq!(found, expected, "cell {facet:?} of {v}");
-        assert!(!expected.is_empty(), "a cell that is gone has points against it");
+        assert!(!expected.is_empty(), "a removed cell has witnesses");
     }
 }
 

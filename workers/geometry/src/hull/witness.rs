@@ -1,11 +1,11 @@
 //! Points of a star tested against cells of its centre.
 //!
-//! **Statement.** A cell of the centre is the centre and a facet. A point lies in the circumsphere of the cell iff its
-//! inverse image lies beyond the plane of the facet (see [`super::planes`]). The images of a link's points are computed
-//! once and serve for all cells.
+//! **Statement.** A cell of the centre consists of the centre and a facet. A point lies in the circumsphere of the cell
+//! iff its inverse image lies beyond the plane of the facet (see [`super::planes`]). The images of a link's points are
+//! computed once and serve for all cells.
 //!
-//! **Work and depth.** A vector step over the points for each cell. The exact predicates decide if rounded arithmetic
-//! does not.
+//! **Work and depth.** Each cell takes one vector step over the points. The exact predicates decide if rounded
+//! arithmetic does not.
 
 use super::candidate::Candidate;
 use super::planes::{Planes, Side};

@@ -1,4 +1,4 @@
-//! Counts of calls by deciding stage, for experiments with the feature `stage-counts`.
+//! Counts of predicate calls by the stage that decides them, for experiments with the feature `stage-counts`.
 //!
 //! The counters are local to the thread and affect no result. Without the feature they do not exist.
 

@@ -22,8 +22,8 @@
 //! **Work.** At most 72 products (in-sphere). A product takes 1, 2 to 6, or 4 to 24 multiplications of limbs in the
 //! three widths.
 //!
-//! **Source.** The forms are those of stage 1. Levy, "Robustness and efficiency of geometric programs: the Predicate
-//! Construction Kit" (2016), also proposes fixed widths instead of expansions.
+//! **Source.** The determinants have the same forms as in stage 1. Levy, "Robustness and efficiency of geometric
+//! programs: the Predicate Construction Kit" (2016), also proposes fixed widths instead of expansions.
 
 use super::lattice::{integer, largest_unit, quick_integer, quick_unit, width};
 use super::sign::Sign;
@@ -105,7 +105,7 @@ fn in_sphere<const D: usize, const M: usize, const C: usize, const N: usize>(
     Signs { det, cofactors: [bcd.sign(), cda.sign().opposite(), dab.sign(), abc.sign().opposite()] }
 }
 
-/// Number of trailing zero bits common to all entries: the unit could be larger by this power of two.
+/// Number of trailing zero bits that all entries have. The unit could be larger by this power of two.
 #[inline]
 fn spare(rows: &[Row<1>; 4]) -> u32 {
     rows.as_flattened().iter().fold(1 << 63, |bits, x| bits | x.0[0]).trailing_zeros()

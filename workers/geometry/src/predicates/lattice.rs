@@ -15,7 +15,7 @@
 use super::wide::Int;
 use crate::point::Point;
 
-/// The exponent of the unit of zero: larger than all others.
+/// The exponent that represents zero; it is larger than all others.
 const NONE: i32 = 1 << 14;
 
 /// Returns the significand and the exponent of `x`: `|x| = significand * 2^exponent`.
@@ -64,8 +64,9 @@ pub(super) fn largest_unit<P: Point>(points: &[P]) -> i32 {
     lowest(points, lowest_bit)
 }
 
-/// The number of bits of differences up to `reach`, in units of `2^unit`: they lie below `2^width`. The rounding of
-/// `reach` does not matter, because an exact difference of at least a power of two is not rounded to a number below it.
+/// The number of bits of differences up to `reach`, in units of `2^unit`: the differences lie below `2^width`. The
+/// rounding of `reach` does not matter, because an exact difference of at least a power of two is not rounded to a
+/// number below it.
 #[inline]
 pub(super) fn width(reach: f64, unit: i32) -> i32 {
     (reach.to_bits() >> 52) as i32 - 1022 - unit
@@ -79,7 +80,7 @@ pub(super) fn integer<const D: usize>(x: f64, unit: i32) -> Int<D> {
     for (i, limb) in (0i32..).zip(&mut limbs) {
         *limb = shifted(significand, exponent - unit - 64 * i);
     }
-    // Negation in two's complement: invert all bits and add one, both by the sign.
+    // Negation in two's complement inverts all bits and adds one. Both steps depend on the sign bit.
     let negative = u64::from(x.is_sign_negative());
     let mut carry = negative;
     for limb in &mut limbs {

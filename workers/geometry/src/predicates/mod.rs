@@ -13,8 +13,8 @@
 //!
 //! **Work and depth.** O(1) each.
 //!
-//! The rank is the order of coordinates, so it needs no numbering and is the same on every worker. The side test is one
-//! function of lifted heights.
+//! The rank is the order of coordinates, so it needs no numbering and is the same on every worker. Every in-sphere test
+//! evaluates the same function of the lifted heights.
 //!
 //! **Stages.** No stage changes a sign. Each stage passes the calls that it cannot decide to the next one.
 //!
@@ -66,7 +66,7 @@ const EXACT_IN_SPHERE: [u64; 2] = [12, 9];
 #[cold]
 #[inline(never)]
 fn exact_orientation<P: Point>(cell: &[P]) -> Sign {
-    // Recomputed, because passing it would slow down the calls that the filter decides.
+    // The determinant is recomputed, because passing it would slow down the calls that the filter decides.
     let rounded = P::rounded_orientation(cell);
     if lattice::is_exact(cell, rounded.reach, EXACT_ORIENTATION[P::DIM - 2]) {
         count::orientation(Stage::Exact);
@@ -83,7 +83,7 @@ fn exact_orientation<P: Point>(cell: &[P]) -> Sign {
 /// Returns `true` if `q` lies inside the perturbed circumsphere of the positively oriented `cell`. The points must be
 /// distinct; then the perturbation breaks every tie.
 ///
-/// Not inlined: among the variables of a caller, the filter runs out of registers.
+/// Not inlined, because the filter would run out of registers among the variables of a caller.
 #[inline(never)]
 pub fn in_sphere<P: Point>(cell: &[P], q: P) -> bool {
     let cell = &cell[..=P::DIM];
@@ -150,7 +150,7 @@ pub fn lex_less<P: Point>(a: &P, b: &P) -> bool {
 
 /// Returns the dimension of the affine hull of `points` (`-1` for no points), and the positions of an affine frame of
 /// it. The frame starts with the lexicographically smallest point. Then each point that raises the dimension is added
-/// greedily, in lexicographic order. The set of its points does not depend on the order of `points`.
+/// greedily, in lexicographic order. The set of frame points does not depend on the order of `points`.
 pub fn affine_frame<P: Point>(points: &[P]) -> (isize, Vec<usize>) {
     let mut frame: Vec<usize> = Vec::with_capacity(P::DIM + 1);
     while frame.len() <= P::DIM {
@@ -163,10 +163,10 @@ pub fn affine_frame<P: Point>(points: &[P]) -> (isize, Vec<usize>) {
     (frame.len() as isize - 1, frame)
 }
 
-/// The lexicographically smallest of the `points` outside the affine hull of `basis`; the first one if several
-/// coincide.
+/// Returns the position of the lexicographically smallest of the `points` outside the affine hull of `basis`, and the
+/// first position if several coincide.
 pub fn smallest_outside<P: Point>(basis: &[P], points: &[P]) -> Option<usize> {
-    // The order is compared first, because few points are smaller than all before them.
+    // The order is compared first, because few points are smaller than all earlier ones.
     let mut next: Option<usize> = None;
     for (i, x) in points.iter().enumerate() {
         let smaller = next.is_none_or(|best| lex_cmp(x, &points[best]).is_lt());

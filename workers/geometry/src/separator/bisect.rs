@@ -2,17 +2,18 @@
 //!
 //! **Statement.** Let `f` be a separator's function. The surfaces `f = m` are concentric spheres or parallel planes.
 //! Let `m` be the median of `f` over `s` points drawn at random from a set, and let no values of `f` tie. Then each
-//! side has half of the set, with a standard deviation of `1 / (2 sqrt(s))` of the set (a binomial quantile).
+//! side has about half of the set. By the binomial distribution, the standard deviation of its fraction is
+//! `1 / (2 sqrt(s))`.
 //!
 //! **Purpose.** If every worker triangulates its subdomain directly, all of them wait for the largest subdomain. The
-//! samples from which a separator is drawn estimate the halves only to 0.025 of the set. [`bisection_samples`] is the
-//! number of samples that costs about as much as the waiting time that it saves.
+//! samples from which a separator is drawn locate the median only to within 0.025 of the set. [`bisection_samples`]
+//! gives the number of samples that minimises the sum of waiting time and sampling time.
 //!
 //! **Departures.** A moved sphere is not a great circle through the centrepoint, so the separator theorem does not
 //! apply. The sizes of its sides are counted, and the number of balls that it crosses is estimated as for any other
 //! surface ([`super::draw_bisecting`]). A moved surface must score less than the original. Bisection is used only if
-//! neither work nor depth is claimed. It is balanced for two equal groups of workers. Three workers get a half and two
-//! quarters, because the tree must not depend on the number of workers.
+//! neither work nor depth is claimed. Bisection balances the work of two equal groups of workers. Three workers get a
+//! half and two quarters, because the tree must not depend on the number of workers.
 //!
 //! **Work.** O(samples).
 
@@ -22,11 +23,12 @@ use crate::cost::Cost;
 use crate::point::Point;
 
 /// Number of samples divided by `n^(2/3)`, for a population of `n` points. With `s` samples, the larger side has
-/// `0.4 n / sqrt(s)` excess points on average. Each takes about 650 ns to triangulate, and a sample takes about 20 ns.
-/// The sum is smallest near this number.
+/// `0.4 n / sqrt(s)` excess points on average. An excess point takes about 650 ns to triangulate, and a sample takes
+/// about 20 ns to process. The total time is smallest near this factor.
 const SHARE: f64 = 4.0;
 
-/// Expected number of samples for the bisection of a subproblem of `population` points. Equal on every machine.
+/// Expected number of samples for the bisection of a subproblem of `population` points. The number is the same on every
+/// machine.
 pub fn bisection_samples(population: u64) -> u64 {
     let n = population.max(1) as f64;
     SAMPLE_TARGET.max((SHARE * n * root(1.0 / n, 3, &mut Cost::default())) as u64)
@@ -49,8 +51,8 @@ impl<P: Point> Separator<P> {
         (0..P::DIM).find(|&i| exact && self.b.coord(i) == 1.0)
     }
 
-    /// The concentric sphere or parallel plane at the median of some points. If no values tie, it bisects them. Returns
-    /// `None` if the surface is degenerate after rounding.
+    /// The concentric sphere or parallel plane at the median of some points. If no values of `f` tie, the surface
+    /// bisects the points. Returns `None` if the surface is degenerate after rounding.
     pub(super) fn moved_to_median(&self, points: impl Iterator<Item = P>) -> Option<Self> {
         if let Some(axis) = self.axis() {
             let [low, high] = median_pair(&mut points.map(|x| x.coord(axis)).collect::<Vec<f64>>())?;
@@ -98,7 +100,7 @@ mod tests {
         assert_eq!(median_pair(&mut [1.0, f64::INFINITY, 2.0, f64::INFINITY]), Some([2.0, f64::INFINITY]));
     }
 
-    /// The points of a set that belong to the samples of a draw.
+    /// The points of a set that are samples of a draw.
     fn samples_of<P: Point>(key: DrawKey, points: &[P]) -> Vec<P> {
         let n = points.len() as u64;
         let many = Sampler::with_target(key, n, bisection_samples(n));
@@ -178,8 +180,8 @@ mod tests {
         separators_stay_in_gaps::<DVec3>();
     }
 
-    /// For every set, the sides satisfy the bound and the separator can be encoded; with all points as samples, and
-    /// with some of them.
+    /// For every set, the sides satisfy the bound and the separator can be encoded, whether all points are samples or
+    /// only some.
     fn nasty_sets_are_split<P: Point>() {
         for (name, points) in nasty::<P>() {
             let n = points.len() as u64;
@@ -197,7 +199,7 @@ mod tests {
                         assert_eq!(Separator::from_array(&s.to_array()), Some(s), "{name}");
                     }
                 }
-                // Of two or three points, no sample may remain.
+                // A set of two or three points may have no samples.
                 assert!(
                     drawn_from_some == 20 || points.len() < 100 && population > n,
                     "{name}: {drawn_from_some}"
@@ -236,7 +238,7 @@ mod tests {
         assert!(planes > 0);
     }
 
-    /// A plane that was moved still cuts by comparison.
+    /// A moved plane still cuts by exact comparison.
     #[test]
     fn moved_planes_cut_exactly() {
         let at = [1.0, 1.0 + f64::EPSILON, 1.0 + 2.0 * f64::EPSILON, 7e22];

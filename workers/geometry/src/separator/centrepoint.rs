@@ -10,8 +10,8 @@
 //! **Work and depth.** Work `O(m)` and depth `O(log m)` for `m` samples in constant dimension. One iteration of the
 //! elimination processes one pivot.
 //!
-//! **Departures.** The leaves are not independent draws. They are whole random permutations of the samples, one after
-//! the other, so that every sample has the same weight.
+//! **Departures.** The leaves are not independent draws. They are random permutations of all samples, one after
+//! another, so that every sample has the same weight.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng;
@@ -27,7 +27,7 @@ const COLS: usize = ROWS + 1;
 const PIVOT_FLOOR: f64 = 1e-12;
 /// Largest distance between the two convex combinations of a Radon point.
 const AGREEMENT: f64 = 1e-6;
-/// Squared length from which a point is lifted to the pole.
+/// Points with at least this squared length are lifted to the pole.
 const POLE: f64 = 1e40;
 /// Smallest `1 - |z|^2` of a centrepoint `z` for which great circles are pulled back.
 const DEPTH_FLOOR: f64 = 1e-12;
@@ -97,9 +97,9 @@ fn radon_point<V: Vector>(group: &[(V, u32)], cost: &mut Cost) -> (V, u32) {
     }
 }
 
-/// Returns coefficients, not all zero, whose sum and whose weighted sum of the points are zero up to rounding. They are
-/// a null vector by Gauss-Jordan elimination with full pivoting. If the system has lower rank (coincident, collinear or
-/// coplanar points), it has several free columns, and the first is used.
+/// Returns coefficients, not all zero, whose sum and whose weighted sum of the points are zero up to rounding.
+/// Gauss-Jordan elimination with full pivoting computes them as a null vector. If the system has lower rank
+/// (coincident, collinear or coplanar points), it has several free columns, and the first is used.
 fn affine_dependence<V: Vector>(group: &[(V, u32)], cost: &mut Cost) -> [f64; COLS] {
     let (rows, cols) = (V::LEN + 1, V::LEN + 2);
     let mut m = [[0.0; COLS]; ROWS];
@@ -148,8 +148,8 @@ fn affine_dependence<V: Vector>(group: &[(V, u32)], cost: &mut Cost) -> [f64; CO
     out
 }
 
-/// Draws a unit vector, uniform on the sphere, by rejection from the cube. One vector step makes the trials, and one
-/// scan finds the first one inside the ball. Returns `None` if all trials fail (probability below `1e-5`).
+/// Draws a unit vector, uniform on the sphere, by rejection from the cube. One vector step draws the trial points, and
+/// one scan finds the first one inside the ball. Returns `None` if all trials fail (probability below `1e-5`).
 pub(super) fn unit_vector<V: Vector>(rng: &mut ChaCha8Rng, cost: &mut Cost) -> Option<V> {
     let trials = cost.map(&[(); 32], |()| {
         let mut v = V::splat(0.0);
@@ -182,7 +182,7 @@ pub(super) fn pull_back<P: Point>(origin: P, unit: f64, z: P::Lifted, n: P::Lift
     Separator::from_coefficients(origin, unit, vertical + constant, b, constant - vertical)
 }
 
-/// Returns `true` if the centrepoint is far enough inside the sphere for circles through it.
+/// Returns `true` if the centrepoint is far enough inside the sphere to pull back great circles.
 pub(super) fn has_room<V: Vector>(z: V) -> bool {
     1.0 - z.norm2() >= DEPTH_FLOOR
 }

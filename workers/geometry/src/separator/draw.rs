@@ -7,11 +7,12 @@
 //! **Estimator.** Let `q` be the fraction of sample balls that a surface crosses, where the ball of a sample extends to
 //! its nearest other sample. Let there be `m` samples of `n` points with the same density. Then nearest-neighbour
 //! distances of the points are `(m/n)^(1/d)` times those of the samples, and the crossing balls lie in a layer of that
-//! relative thickness. Hence the crossing fraction of the population at `alpha` is about `alpha q (m/n)^(1/d)`, and
-//! `|B_O| ~ alpha q m^(1/d) n^(1-1/d)`.
+//! relative thickness. Hence the crossing fraction of the population at `alpha` is about `alpha q (m/n)^(1/d)`, and the
+//! number of crossing balls is `|B_O| ~ alpha q m^(1/d) n^(1-1/d)`.
 //!
-//! **Score.** The larger side plus that estimate at [`SCORE_ALPHA`], both as fractions of the population: the larger
-//! child with its separator set. Lower scores are better, and ties go to the earlier draw.
+//! **Score.** The score of a surface is its larger side plus the crossing fraction at [`SCORE_ALPHA`], both as
+//! fractions of the population. It estimates the size of the larger child with its separator set. Lower scores are
+//! better, and ties go to the earlier draw.
 //!
 //! **Source.** Paper, Section 2; Miller, Teng, Thurston and Vavasis 1997 (see [`super`]).
 //!
@@ -42,7 +43,7 @@ const ABOUT_HALF: f64 = 0.55;
 /// The `alpha` for which scores estimate the separator set.
 pub const SCORE_ALPHA: f64 = 2.5;
 
-/// First random stream of the permutations. Great circles use the streams below it.
+/// The first random stream of the permutations; great circles use the streams below it.
 const SHUFFLE_STREAM: u64 = 1 << 32;
 
 /// The parameters of a draw besides the samples.
@@ -80,7 +81,7 @@ pub fn is_sample<P: Point>(key: DrawKey, population: u64, x: P) -> bool {
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {
     start: u64,
-    /// Points with hashes below this are samples. `None` if all points are.
+    /// Points with hashes below this are samples. `None` if every point is a sample.
     threshold: Option<u64>,
 }
 
@@ -186,8 +187,8 @@ impl<P: Point> Drawn<P> {
     }
 }
 
-/// Draws one separator from the samples, in any order, of a subproblem of `population` points. Depth `O(log samples)`
-/// for any population.
+/// Draws one separator from the samples of a subproblem of `population` points. The samples may be in any order. The
+/// depth is `O(log samples)` for any population.
 pub fn draw<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
     let mut own = Cost::ZERO;
     let drawn = draw_from(key, population, samples, None, &mut own);
@@ -200,11 +201,11 @@ pub fn draw<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut C
 /// Cuts by a plane instead of a sphere, as the baseline of [`draw`]. The plane is perpendicular to the longest side of
 /// the bounding box of the samples, at their median, as in k-d trees (Friedman, Bentley and Finkel 1977). Cutting the
 /// longest side avoids elongated boxes (Dickerson, Duncan and Goodrich 2000). Successive attempts for one subproblem
-/// use its axes in turn, the longest first.
+/// use the axes of the box in turn, the longest first.
 ///
 /// The plane lies half-way between two neighbouring samples that differ in that coordinate and split the samples best.
-/// A point on the plane is exterior, as for every plane. Nothing is scored, and no scoring is charged: depth
-/// `O(log samples)`, work `O(samples log samples)`.
+/// A point on the plane is exterior, as for every plane. The plane is not scored, and no scoring is charged. The depth
+/// is `O(log samples)`, and the work is `O(samples log samples)`.
 pub fn cut<P: Point>(key: DrawKey, samples: &[P], cost: &mut Cost) -> Drawn<P> {
     let mut own = Cost::ZERO;
     let drawn = cut_from(key, samples, &mut own);
@@ -244,12 +245,13 @@ fn cut_from<P: Point>(key: DrawKey, samples: &[P], cost: &mut Cost) -> Drawn<P> 
 /// moved to the median of the samples of [`Sampler::of`], and the best circle to the median of all samples. In each
 /// case the surface with the lower score is used (`super::bisect`).
 ///
-/// Work O(samples), in any order. The individual steps are not charged, because this function claims no depth.
+/// The samples may be in any order. The work is O(samples). The individual steps are not charged, because this function
+/// claims no depth.
 pub fn draw_bisecting<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
     draw_from(key, population, &draw_samples(key, population, samples), Some(samples), cost)
 }
 
-/// Cuts as [`cut`], with the plane moved to the median of all samples.
+/// Cuts as [`cut`] does, but moves the plane to the median of all samples.
 pub fn cut_at_median<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
     let mut few = draw_samples(key, population, samples);
     few.sort_unstable_by(lex_cmp);
@@ -265,7 +267,7 @@ fn draw_samples<P: Point>(key: DrawKey, population: u64, samples: &[P]) -> Vec<P
     samples.iter().copied().filter(|&x| sampler.accepts(x)).collect()
 }
 
-/// Implements [`draw`], or with `all` samples [`draw_bisecting`].
+/// Implements [`draw`] if `all` is `None`, and otherwise [`draw_bisecting`] with all samples.
 fn draw_from<P: Point>(
     key: DrawKey,
     population: u64,
@@ -323,8 +325,8 @@ fn sorted_axes<P: Point>(samples: &[P], cost: &mut Cost) -> Vec<Vec<f64>> {
     })
 }
 
-/// Location and scale of the samples. The origin has the median of each axis. The unit is the inverse of the largest
-/// power of two that is at most the median distance from the origin.
+/// Location and scale of the samples. The coordinates of the origin are the medians of the axes. The unit is the
+/// inverse of the largest power of two that is at most the median distance from the origin.
 struct Frame<P> {
     axes: Vec<Vec<f64>>,
     origin: P,
@@ -475,7 +477,7 @@ pub(super) fn root(x: f64, d: usize, cost: &mut Cost) -> f64 {
     })
 }
 
-/// The surface with the lowest score; the earliest among equals.
+/// Returns the surface with the lowest score, and the earliest of several.
 fn lowest<P: Point>(scored: &[Option<Scored<P>>], cost: &mut Cost) -> Option<Scored<P>> {
     cost.reduce(scored, None, |best: Option<Scored<P>>, next| match (best, next) {
         (Some(b), Some(n)) if n.score < b.score => Some(*n),
@@ -485,7 +487,7 @@ fn lowest<P: Point>(scored: &[Option<Scored<P>>], cost: &mut Cost) -> Option<Sco
 }
 
 /// For each axis, finds the best balanced cut between two different neighbouring coordinates, and returns the cut with
-/// the lowest score. It exists if two samples differ.
+/// the lowest score. Returns `None` if all samples coincide.
 fn best_plane<P: Point>(frame: &Frame<P>, scorer: &Scorer<P>, cost: &mut Cost) -> Option<Scored<P>> {
     let all_axes: Vec<usize> = (0..P::DIM).collect();
     let cuts = cost.map_nested(&all_axes, |&axis, own| {

@@ -16,15 +16,15 @@
 //! is about [`SAMPLE_TARGET`]). A side test or a crossing test: `O(1)`.
 //!
 //! **Departures.**
-//! - The frame of the samples has their coordinatewise median as its origin. Its unit is the power of two below the
-//!   median distance from the origin. With mean and extent instead, a few distant points would move all others close to
-//!   one point of the lift. Nothing depends on the scale of the input.
+//! - The frame of the samples has their coordinatewise median as its origin. Its unit is the largest power of two that
+//!   is at most their median distance from the origin. If the frame used mean and extent instead, a few distant points
+//!   would move all others close to one point of the lift. Nothing depends on the scale of the input.
 //! - The conformal map is never applied to points. The great circles of the mapped sphere correspond to the planes
 //!   through the centrepoint `z` of the lift. The circle with unit normal `n` is `w . (p - z) = 0` with
 //!   `w = s n + (n . z) z / (1 + s)` and `s = sqrt(1 - |z|^2)`. This formula combines the rotation of `z` to an axis
 //!   with the dilation by `sqrt((1-r)/(1+r))`, `r = |z|`.
-//! - Balance and size vary from circle to circle, so several great circles are drawn ([`TRIES`]) and scored on the
-//!   samples. A circle that violates [`split_bound`] on the samples is discarded.
+//! - The balance and the number of crossed balls vary from circle to circle, so several great circles are drawn
+//!   ([`TRIES`]) and scored on the samples. A circle that violates [`split_bound`] on the samples is discarded.
 //! - If the caller needs only a balanced bisection, circles may be moved away from the centrepoint
 //!   ([`draw_bisecting`]).
 //! - If no circle is admissible, an axis-aligned plane cuts the samples by exact comparison. This happens if the

@@ -89,7 +89,7 @@ impl<P: Point> Separator<P> {
     }
 
     /// Creates the surface with these coefficients in the frame `(origin, unit)`, scaled to unit gradient. Returns
-    /// `None` if, after rounding, they do not describe a sphere or plane with a margin.
+    /// `None` if the coefficients do not describe a sphere or plane, or if rounding prevents the scaling.
     pub(super) fn from_coefficients(origin: P, unit: f64, a: f64, b: P, c: f64) -> Option<Self> {
         let gradient = (b.norm2() - 4.0 * a * c).sqrt();
         if gradient > 0.0 && gradient < f64::INFINITY {
@@ -124,8 +124,8 @@ impl<P: Point> Separator<P> {
     /// Returns `true` if the closed ball may cross or touch `S`.
     ///
     /// **Guarantee.** Let `z` be any point whose distance from `x` is at most `radius`, up to 8 unit roundoffs in the
-    /// measurement of that distance. If `z` has another [`Separator::side`] than `x`, the function returns `true`. It
-    /// also returns `true` if the radius is infinite or NaN.
+    /// measurement of that distance. If `x` and `z` lie on different sides ([`Separator::side`]), the function returns
+    /// `true`. It also returns `true` if the radius is infinite or NaN.
     ///
     /// **Derivation.** Let `f` be the exact function of the stored coefficients, and `s` the sign of the computed value
     /// at `x`. Let `g = |grad f(y)|`, and let `rho` be the radius in local units.
@@ -155,7 +155,7 @@ impl<P: Point> Separator<P> {
         self.crosses_at(y, self.value(y), radius)
     }
 
-    /// Does the same for a ball given by its centre in local units and the value there.
+    /// Implements [`Separator::crosses`] for a ball whose centre is in local units, given the value at the centre.
     #[inline(always)]
     fn crosses_at(&self, y: P, value: f64, radius: f64) -> bool {
         let rho = radius * self.unit;
@@ -182,7 +182,7 @@ impl<P: Point> Separator<P> {
                 for &(x, radius) in balls {
                     let y = self.local(x);
                     let value = self.value(y);
-                    // At most the number of balls.
+                    // The sum never wraps, because it is at most the number of balls.
                     counts[0] = counts[0].wrapping_add(u64::from(value < 0.0));
                     counts[1] = counts[1].wrapping_add(u64::from(self.crosses_at(y, value, radius)));
                 }
@@ -203,7 +203,7 @@ impl<P: Point> Separator<P> {
                     let value = self.value(y);
                     let crosses = u64::from(self.crosses_at(y, value, radius));
                     let interior = u64::from(value < 0.0);
-                    // At most the number of balls.
+                    // The sum never wraps, because it is at most the number of balls.
                     crossing[0] = crossing[0].wrapping_add(crosses & interior);
                     crossing[1] = crossing[1].wrapping_add(crosses & !interior);
                 }

@@ -103,7 +103,7 @@ fn separator_sets_are_small() {
     separator_sizes("grid", &grid::<DVec3>(16));
 }
 
-/// Sample sets that defeat a careless separator.
+/// Sample sets that defeat a naive choice of separators.
 pub(super) fn nasty<P: Point>() -> Vec<(&'static str, Vec<P>)> {
     let base = uniform::<P>(400, 5);
     let map = |f: &dyn Fn(usize, f64) -> f64| -> Vec<P> {
@@ -163,7 +163,7 @@ fn coincident_samples_have_no_separator() {
     assert_eq!(drawn.kind, DrawKind::None { why: NoneReason::Coincident });
     let drawn = draw::<DVec2>(key(1), 9, &[], &mut Cost::default());
     assert_eq!((drawn.kind, drawn.separator), (DrawKind::None { why: NoneReason::NoSamples }, None));
-    // One point and a thousand distant ones: a plane, although no split is balanced.
+    // A thousand coincident points and one other point are cut by a plane, although no split is balanced.
     let mut lopsided = vec![DVec2::ONE; 1000];
     lopsided.push(DVec2::new(1.0, 1.0 + f64::EPSILON));
     let drawn = draw(key(1), 1001, &lopsided, &mut Cost::default());
@@ -248,7 +248,8 @@ fn direction<P: Point>(rng: &mut ChaCha8Rng) -> P {
 }
 
 /// Bisects from `x` towards `to`, down to the last float on the side of `x` and the first float beyond. The smallest
-/// ball that contains the latter must cross. In a well-conditioned place, a ball that ends well before it must not.
+/// ball that contains the latter must cross. If the coefficients are well conditioned, a ball that ends clearly before
+/// that float must not cross.
 fn check_segment<P: Point>(s: &Separator<P>, x: P, to: P) -> Option<f64> {
     let side = s.side(x);
     if s.side(to) == side {
@@ -280,7 +281,7 @@ fn crossings<P: Point>() {
             }
             _ => sphere::<P>(&mut rng, radius, far),
         };
-        // Elsewhere the coefficients lose digits. From inside, the path may lead through the centre.
+        // In other cases, the coefficients lose digits. A path that starts inside may lead through the centre.
         let well = far <= 1.0 && radius >= 0.3 && round % 7 != 1;
         // A small sphere too far from the frame has no coefficients.
         let Some(s) = s else { continue };
@@ -288,7 +289,7 @@ fn crossings<P: Point>() {
         let start = s.centre().map_or(origin, |c| c + direction::<P>(&mut rng) * s.radius().unwrap());
         for scale in [1.0, 1e-3, 1e-9, 1e-14] {
             let x = start + direction::<P>(&mut rng) * (scale * unit(&mut rng));
-            // Along the gradient, and in random directions.
+            // The starting points are in random directions, and the paths follow the gradient.
             let gradient = s.local(x) * (2.0 * s.a) + s.b;
             let step = gradient * (3.0 * scale / gradient.norm2().sqrt());
             for to in [x + step, x - step] {
@@ -358,8 +359,8 @@ fn malformed_encodings_are_rejected() {
     }
 }
 
-/// The longest side first, the others at the next attempts; cuts at the median; equal coordinates on one side; no
-/// charge for steps that only spheres need.
+/// The first attempt cuts the longest side at its median, and further attempts cut the other sides. Points with equal
+/// coordinates stay together. Steps that only spheres need are not charged.
 #[test]
 fn cuts_are_medians_of_the_longest_side() {
     let mut slab = uniform::<DVec3>(399, 4);
@@ -379,7 +380,7 @@ fn cuts_are_medians_of_the_longest_side() {
         draw(attempt(i as u32), 399, &slab, sphere);
         assert!(cost.depth() < 40 && 5 * cost.work() < sphere.work(), "{cost:?} {sphere:?}");
     }
-    // Three of four points on one plane: together they are one side.
+    // Three of every four points lie on one plane, so they form one side.
     let sheets: Vec<DVec2> =
         (0..40u8).map(|i| DVec2::new(f64::from(i % 4 / 3), f64::from(i) / 99.0)).collect();
     let drawn = cut(key(1), &sheets, &mut Cost::default());

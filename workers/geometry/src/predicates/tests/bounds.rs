@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use super::samples::{Kind, Samples};
 use super::*;
 
-/// Counts the signs that a filter gets wrong if its bound is multiplied by `scale`, for determinants near zero.
+/// Counts the wrong signs of a filter whose bound is multiplied by `scale`, for determinants near zero.
 fn wrong<P: Point>(calls: usize, scale: f64) -> (usize, usize) {
     let mut samples = Samples::new(3);
     let mut wrong = (0, 0);

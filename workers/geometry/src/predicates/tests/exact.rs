@@ -43,7 +43,7 @@ pub fn sign_of(x: &BigInt) -> Sign {
     }
 }
 
-/// The points' differences to `base`, row by row.
+/// The differences between the points and `base`, row by row.
 fn differences<P: Point>(points: &[P], base: &P) -> Vec<Vec<BigInt>> {
     let places = points.iter().chain([base]).flat_map(|p| (0..P::DIM).map(|i| p.coord(i)));
     let used = places.filter(|x| *x != 0.0).map(|x| i64::from((x.to_bits() >> 52) as u32 & 0x7ff));

@@ -97,7 +97,7 @@ fn check_determinants<P: Point, const D: usize>(bits: u32, conflict: fn(&[Row<D>
         largest = largest.max(det.bits());
         assert_eq!(conflict(&rows).det, exact::sign_of(&det), "{rows:?}");
     }
-    // The bounds are nearly attained: only the factor 72 (12) is not.
+    // The bounds are nearly attained, except for the factor 72 (in the plane, 12).
     assert!(largest > u64::from(bits) * (P::DIM as u64 + 2), "{largest}");
 }
 

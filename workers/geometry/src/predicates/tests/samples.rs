@@ -24,7 +24,7 @@ pub enum Kind {
     Decimal,
     /// Numbers of 24 bits.
     Single,
-    /// Near each other, with exponents spread over many values.
+    /// Points near each other, whose exponents spread over many values.
     Spread,
     /// Any exponents that the range admits.
     Wild,
