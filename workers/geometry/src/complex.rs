@@ -1,14 +1,14 @@
 //! The link of a vertex: a closed simplicial complex with adjacency that is updated by cavities. It stores no
 //! coordinates.
 //!
-//! **Statement.** The algorithm of Bowyer (1981) and Watson (1981), one dimension lower. When a point is added to a
-//! local hull, the facets of the link in conflict with it form a disc (in the plane, a path), the *cavity*. They are
-//! removed, and the point is connected to the cavity's boundary. Infinity is the vertex [`INFINITE`], so the complex is
-//! always closed, and hull facets need no special case.
+//! **Statement.** This is the algorithm of Bowyer (1981) and Watson (1981), one dimension lower. When a point is added
+//! to a local hull, the facets of the link in conflict with it form a disc (in the plane, a path), the *cavity*. They
+//! are removed, and the point is connected to the cavity's boundary. Infinity is the vertex [`INFINITE`], so the
+//! complex is always closed, and hull facets need no special case.
 //!
 //! **Work.** O(1) for each facet removed or created. The boundary of a cavity is a cycle of directed edges. Around the
 //! new point, a facet is followed by the facet whose edge starts where its own edge ends. A table indexed by that
-//! vertex finds it. In the plane there are two new facets, which are neighbours.
+//! vertex finds the next facet. In the plane there are two new facets, which are neighbours.
 
 use crate::point::Simplex;
 
@@ -19,7 +19,7 @@ pub const INFINITE: u32 = u32::MAX;
 pub const NONE: u32 = u32::MAX;
 
 /// Cells with two or three vertices, and a neighbour across the ridge opposite each vertex. A neighbour code is
-/// `cell << 2 | slot`, where `slot` is that of the opposite vertex in the neighbour.
+/// `cell << 2 | slot`, where `slot` is the slot of the opposite vertex in the neighbour.
 #[derive(Clone, Debug)]
 pub struct Complex<S> {
     cells: Vec<Cell<S>>,
@@ -114,14 +114,14 @@ impl<S: Simplex> Complex<S> {
 
     /// Loads the cells of a closed complex, which must be oriented consistently. Each cell gets the slot of its
     /// position. Across a ridge, the neighbour has the ridge in reverse (in the plane, the neighbour starts where this
-    /// cell ends). The first of both enters the ridge in a table, where the second finds it. Returns `false`, with an
-    /// unusable complex, if some ridge has only one cell.
+    /// cell ends). The first of the two cells enters the ridge in a table, and the second finds it there. Returns
+    /// `false`, with an unusable complex, if some ridge has only one cell.
     pub fn load(&mut self, cells: &[S]) -> bool {
         self.clear();
         assert!(cells.len() < 1 << 30, "more than 2^30 cells in one complex");
         let neighbours = S::splat(NONE);
         self.cells.extend(cells.iter().map(|&vertices| Cell { vertices, neighbours, is_live: true }));
-        // The table has at least as many slots as the cells have ridges, so at most half of them are in use.
+        // The table has at least as many slots as the cells have ridges, so at most half of its slots are in use.
         let places = (S::LEN * cells.len()).next_power_of_two();
         self.codes.clear();
         self.codes.resize(places, NONE);
@@ -204,8 +204,8 @@ impl<S: Simplex> Complex<S> {
     /// `is_inside` returns `true` for cells of the cavity.
     #[inline]
     pub fn replace(&mut self, vertex: u32, cavity: &[u32], is_inside: impl Fn(u32) -> bool) {
-        // A branch on boundary ridges would be unpredictable. Each ridge is written; the next overwrites it if it is
-        // interior.
+        // A branch on boundary ridges would be unpredictable. Instead, each ridge is written, and the next one
+        // overwrites an interior ridge.
         let room = S::LEN * cavity.len();
         if room > self.boundary.len() {
             self.boundary.resize(room, BoundaryRidge::NONE);
@@ -268,7 +268,7 @@ impl<S: Simplex> Complex<S> {
             own.is_live = true;
             let (cell, neighbours) = (own.vertices.as_mut(), own.neighbours.as_mut());
             (cell[slot], cell[1 - slot]) = (vertex, boundary.first);
-            // In the other cell the new vertex has the other slot, so its end has this one.
+            // In the other cell, the new vertex has the other slot, so the end of that cell has this slot.
             (neighbours[slot], neighbours[1 - slot]) = (boundary.outer, other << 2 | slot as u32);
             let outer = &mut self.cells[(boundary.outer >> 2) as usize];
             outer.neighbours.as_mut()[(boundary.outer & 3) as usize] = new << 2 | slot as u32;
@@ -293,12 +293,12 @@ impl<S: Simplex> Complex<S> {
         self.cells[b as usize].neighbours.as_mut()[slot_b] = a << 2 | slot_a as u32;
     }
 
-    /// Checks that neighbours are mutual and share all vertices except one. The orientation on the shared facet is not
-    /// checked here. For tests.
+    /// Checks that neighbours are mutual and share all vertices except one. For tests. The orientation on the shared
+    /// facet is not checked here.
     ///
     /// # Errors
     ///
-    /// The first inconsistent cell.
+    /// Describes the first inconsistent cell.
     pub fn check(&self) -> Result<(), String> {
         for cell in self.live_cells() {
             for slot in 0..S::LEN {

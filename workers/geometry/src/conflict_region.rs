@@ -2,8 +2,9 @@
 //!
 //! **Statement.** A point `q` conflicts with a finite cell iff it lies in the cell's closed circumball; on the sphere
 //! the perturbation decides. It conflicts with an infinite cell only if it lies in the closed half-space beyond the
-//! hull facet (Bowyer 1981, Watson 1981). A [`ConflictRegion`] contains that set in spite of rounding. Hence "does not
-//! meet" is certain. "Meets" may be wrong because of rounding, which costs time but never affects the result.
+//! hull facet (Bowyer 1981, Watson 1981). A [`ConflictRegion`] contains all conflicting points in spite of rounding.
+//! Hence "does not meet" is certain. "Meets" may be wrong because of rounding, which costs time but never affects the
+//! result.
 //!
 //! **Derivation.** Let `u = 2^-53`. The differences `e_i = p_i - p_0` have relative errors of at most `u`. The centre
 //! relative to `p_0` is `N / (2 D)`. Here `D` is the determinant of the `e_i`, and `N` is the sum of cofactors times
@@ -15,8 +16,8 @@
 //! 2. Let `m_k` be the largest `|e_ik|` and `S` the largest square. The absolute values of the `d!` terms add up to at
 //!    largest `A(D) = d! prod m_k` and `A(N_k) = d! S prod_(l /= k) m_l`.
 //! 3. Let `|D| > 64 u A(D)`. By 1 and 2, coordinate `k` of the centre has an error of at most
-//!    `20 u (A(N_k) + 2 |c_k| A(D)) / (2 (|D| - 20 u A(D)))`. To this come the roundings of a reciprocal, of a product
-//!    and of the sum with `p_0`.
+//!    `20 u (A(N_k) + 2 |c_k| A(D)) / (2 (|D| - 20 u A(D)))`. The roundings of a reciprocal, of a product and of the
+//!    sum with `p_0` add to this error.
 //! 4. With `64 u` instead of the last `20 u`, the bound grows by more than its own roundings.
 //!
 //! If `|D| <= 64 u A(D)`, the region is all of space.

@@ -36,7 +36,7 @@ pub trait PairVisitor {
     fn visit_lanes(&mut self, first: usize, distances2: &[f64; LANES], limit2: f64) -> f64 {
         one_by_one(distances2, limit2, |lane, d2| self.visit(first + lane, d2))
     }
-    /// Called after all columns of the row. If the limit was too small, discards the columns received and returns a
+    /// Called after the last column of the row. If the limit was too small, discards the columns received and returns a
     /// larger limit, with which the row is visited again.
     #[inline]
     fn retry(&mut self, _row: usize) -> Option<f64> {
@@ -46,7 +46,7 @@ pub trait PairVisitor {
     fn end(&mut self, row: usize);
 }
 
-/// Calls `near` for each distance within the limit. Each call returns the limit for the following ones.
+/// Calls `near` for each distance within the limit. Each call returns the limit for the following distances.
 #[inline(always)]
 pub(crate) fn one_by_one(
     distances2: &[f64; LANES],

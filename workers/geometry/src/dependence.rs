@@ -18,7 +18,7 @@
 //! **Work and depth.** O(n log n) expected in the plane, and wherever random samples have triangulations of linear
 //! size; otherwise O(n^2) in space. A chain has O(log n) cells. On the machine of [`crate::cost`], a halving merge
 //! unites the conflicts of a cell in O(log m) steps for m points. The steps of a chain are then O(log^2 n). With a
-//! concurrent hash table instead of the merge they are O(log n), and [`Clock::hashed`] counts those.
+//! concurrent hash table instead of the merge, a chain would take O(log n) steps, which [`Clock::hashed`] counts.
 //!
 //! **Departures.** The exterior is represented by a vertex, and the first affinely independent points are inserted
 //! first, instead of a bounding simplex. The second cell of a facet is found in a table. An access to the table counts
@@ -46,8 +46,8 @@ pub struct Clock {
     pub steps: u64,
     /// Vector steps, with a scan of `m` items counted as `ceil(log2 m)`.
     pub log_scan: u64,
-    /// Vector steps if uniting conflicts took one step, as with a concurrent hash table. The EREW machine has no such
-    /// table.
+    /// Number of vector steps if uniting conflicts took one step, as with a concurrent hash table. The EREW machine has
+    /// no such table.
     pub hashed: u64,
 }
 
@@ -83,7 +83,7 @@ pub struct Round {
     pub tests: u64,
     /// Number of elementary operations.
     pub work: u64,
-    /// Vector steps of the cell that took the most.
+    /// Vector steps of the slowest cell.
     pub steps: u64,
 }
 
@@ -112,7 +112,7 @@ impl<P: Point> Dependence<P> {
     /// Triangulates distinct points, inserted in an order drawn from the seed.
     ///
     /// # Errors
-    /// Points that coincide, that are not finite, that are too many, or that do not span the space.
+    /// Fails if points coincide or are not finite, if there are too many, or if they do not span the space.
     pub fn new(points: &[P], seed: u64) -> Result<Self, IncrementalError> {
         let (order, positions) = insertion(points, seed)?;
         let mut builder = Builder::new(&positions);
@@ -190,7 +190,7 @@ fn insertion<P: Point>(points: &[P], seed: u64) -> Result<(Vec<u32>, Vec<P>), In
     Ok((first, positions))
 }
 
-/// The limit of [`crate::incremental`].
+/// Largest number of points, as in [`crate::incremental`].
 const MOST_POINTS: usize = 1 << 26;
 
 /// A cell with facets that are not settled.
@@ -313,8 +313,8 @@ impl<'a, P: Point> Builder<'a, P> {
         next
     }
 
-    /// Returns the side of a facet that is replaced and the other side, or `None` if both cells remain or both are
-    /// removed.
+    /// Returns the side of a facet whose cell is replaced, then the other side. Returns `None` if both cells remain or
+    /// both are removed.
     fn replaced_side(&self, [a, b]: [Half; 2]) -> Option<(Half, Half)> {
         let pivot = |half: Half| self.cells[half.cell as usize].conflicts.first().copied();
         match (pivot(a), pivot(b)) {

@@ -3,15 +3,16 @@
 //! **Statement.** Let `B_i` be balls with radii `r_i`.
 //! - The `(alpha, k)`-overlap graph (paper, Definition 2.2) has the edge `ij` iff `B_i` meets `alpha B_j` and
 //!   `alpha B_i` meets `B_j`. For `alpha >= 1` this means `|ij| <= alpha min(r_i, r_j) + max(r_i, r_j)`.
-//! - The `alpha`-density graph (Section 4.2) of nearest-neighbour balls has the edge iff `|ij| <= alpha min(r_i, r_j)`.
-//!   The two-sided minimum is essential: with one-sided balls, the degree at a singularity is proportional to `n`.
-//! - The `k`-nearest-neighbour graph (Section 4.5) of balls that extend to the `k`-th neighbour has the edge iff
+//! - The `alpha`-density graph (Section 4.2) of nearest-neighbour balls has the edge `ij` iff
+//!   `|ij| <= alpha min(r_i, r_j)`. The two-sided minimum is essential: with one-sided balls, the degree at a
+//!   singularity is proportional to `n`.
+//! - The `k`-nearest-neighbour graph (Section 4.5) of balls that extend to the `k`-th neighbour has the edge `ij` iff
 //!   `|ij| <= max(r_i, r_j)`. Then one point is among the `k` nearest neighbours of the other, ties included.
 //!
 //! The divide and conquer, the direct construction and the tests evaluate each condition by the same expression, which
 //! is symmetric in `i` and `j`. All of them therefore yield the same graph, edge by edge.
 //!
-//! **Work and depth.** Direct: `m^2` pairs, O(1) steps.
+//! **Work and depth.** The direct construction tests `m^2` pairs in O(1) steps.
 
 use crate::coordinate_arrays::{CoordinateArrays, PairVisitor};
 use crate::cost::Cost;
@@ -40,7 +41,7 @@ pub enum Supergraph {
 
 impl Supergraph {
     /// Returns `true` if two points at squared distance `d2`, whose balls have squared radii `a2` and `b2`, form an
-    /// edge. Symmetric in the two.
+    /// edge. Symmetric in the two points.
     #[inline]
     pub fn joins(self, d2: f64, a2: f64, b2: f64) -> bool {
         match self {
@@ -82,7 +83,7 @@ impl Supergraph {
         }
     }
 
-    /// The neighbour to which the balls extend: the `k`-th, or the first.
+    /// The rank of the neighbour to which the balls extend: `k`, or 1.
     pub fn ball_order(self) -> usize {
         match self {
             Supergraph::Knn { k } => k as usize,
@@ -126,8 +127,8 @@ struct Edges {
     rule: Supergraph,
     rows: Vec<(f64, u32)>,
     cols: Vec<(f64, u32)>,
-    /// Largest squared radius of the columns. No edge of a row is longer than its reach into that ball, so one
-    /// comparison excludes most pairs.
+    /// Largest squared radius of the columns. No edge of a row is longer than the row's reach into a ball of this
+    /// radius, so one comparison excludes most pairs.
     largest2: f64,
     row: (f64, u32),
     limit2: f64,
@@ -199,7 +200,7 @@ mod tests {
 
     #[test]
     fn the_overlap_edge_that_one_sided_sets_lose() {
-        // A counterexample: the enlarged ball of the edge's inner endpoint does not cross the line.
+        // In this counterexample, the enlarged ball of the edge's inner endpoint does not cross the line.
         let rule = Supergraph::Overlap { alpha: 2.0 };
         let (i, j) = (1.05f64, 0.0f64);
         assert!(rule.joins((i - j) * (i - j), 0.05 * 0.05, 1.05 * 1.05));

@@ -1,10 +1,10 @@
 //! The graph neighbours of a leaf's points by a grid, for balls that are small relative to the leaf.
 //!
 //! **Statement.** An edge of `i` is no longer than `R_i`, its reach ([`Supergraph::reach`]) into the largest ball. The
-//! bounding box of the `m` members is divided into `m` to `2m` equal cells. Its longest side is always bisected first,
-//! so a flat or thin set has a flat or thin grid. All neighbours of `i` lie in the cells that meet the box of half side
-//! `R_i` around `i`. Each member of these cells is tested by the symmetric expression of the graph. The lists are
-//! therefore those of [`graph_direct`](crate::graph::graph_direct), edge by edge.
+//! bounding box of the `m` members is divided into `m` to `2m` equal cells. The longest side of a cell is always
+//! bisected first, so a flat or thin set has a flat or thin grid. All neighbours of `i` lie in the cells that meet the
+//! box of half side `R_i` around `i`. Each member of these cells is tested by the symmetric expression of the graph.
+//! The lists are therefore those of [`graph_direct`](crate::graph::graph_direct), edge by edge.
 //!
 //! *Rounding misses no neighbour.* Let `|x - y| <= R` for floats `x` and `y`. Then `x - R <= y`. Since `y` is a float
 //! and rounding is monotone, the rounded `x - R` is also at most `y`. The index of a cell is a monotone function of the
@@ -12,9 +12,9 @@
 //!
 //! **Source.** Cells of fixed size for near neighbours: Bentley, Stanat and Williams (1977).
 //!
-//! **Work and depth.** Work `O(m log m)` for sorting the members by cells, plus the members of the cells that are
-//! searched. This is O(1) for each point if the members are evenly spread at the scale of the balls, and never more
-//! than `m`. Depth `O(log m)` for the sort; all other phases take O(1) steps.
+//! **Work and depth.** Work `O(m log m)` for sorting the members by cells, plus the number of members in the searched
+//! cells. For each point, this number is O(1) if the members are evenly spread at the scale of the balls, and never
+//! more than `m`. The sort has depth `O(log m)`. All other phases take O(1) steps.
 
 use crate::cost::Cost;
 use crate::graph::Supergraph;
@@ -129,8 +129,8 @@ pub fn graph_by_grid<P: Point>(
     let (starts, _) = cost.scan(&counts);
 
     let mut lists = Lists::default();
-    // A branch on membership would be unpredictable. Each candidate is written; the next overwrites it if it is not a
-    // neighbour.
+    // A branch on membership would be unpredictable. Instead, each candidate is written, and the next one overwrites a
+    // candidate that is not a neighbour.
     let mut neighbours = vec![0; members.len() + 1];
     cost.map_nested(&members[..rows], |row, own| {
         let mut sweep = own.sweep();

@@ -1,5 +1,5 @@
-//! A 64-bit hash for samples, priorities and orders, which depend on the data and not on indices or workers, and the random
-//! generator of the tests.
+//! A 64-bit hash, and the random generator of the tests. Samples, priorities and orders use the hash, so they depend on
+//! the data and not on indices or workers.
 
 use crate::point::Point;
 

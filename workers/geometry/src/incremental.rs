@@ -7,8 +7,9 @@
 //! [`crate::predicates`] the others.
 //!
 //! **Work.** O(n log n) expected in the order of [`insertion_order`], for points whose random samples have
-//! triangulations of linear size. Sets in the plane always do. In space O(n^2) at worst, which is the size of the
-//! result. The order is biased random rounds along a curve (Amenta, Choi and Rote 2003).
+//! triangulations of linear size. Point sets in the plane always satisfy this condition. In space, the work is O(n^2)
+//! at worst, which is then also the size of the result. The order consists of biased random rounds, each along a curve
+//! (Amenta, Choi and Rote 2003).
 //!
 //! **Departures.** The exterior is represented by an infinite vertex, so a point outside the hull needs no special
 //! step. Points are stored in the order of their insertion, and new cells use the slots of those that they replace.

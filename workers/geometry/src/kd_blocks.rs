@@ -1,10 +1,10 @@
-//! Points in blocks of eight near each other, for searches that need only a few of many points.
+//! Points in blocks of eight nearby points, for searches that need only a few of many points.
 //!
 //! **Statement.** The set is bisected along the longest side of its bounding box until each part is one block (a k-d
 //! tree, Bentley 1975). The first half has a multiple of eight points. If the bounding box of a block is farther than
-//! the limit, no point of the block is within it. This holds in spite of rounding. The distance to a box is computed by
-//! the expression of [`dist2`](crate::point::dist2), from gaps that are no larger than the differences of coordinates,
-//! and rounding is monotone. The result is therefore that of all pairs, bit for bit.
+//! the limit, no point of the block is within the limit. This holds in spite of rounding: the distance to a box is
+//! computed by the expression of [`dist2`](crate::point::dist2), from gaps that are no larger than the differences of
+//! coordinates, and rounding is monotone. The result therefore equals that of a search over all pairs, bit for bit.
 //!
 //! **Work and depth.** The machine tests all pairs in one vector step, and its primitives charge for all of them
 //! ([`Cost::all_pairs_in_blocks`](crate::cost::Cost::all_pairs_in_blocks),
@@ -34,7 +34,7 @@ pub struct KdBlocks<P> {
     axes: [Vec<f64>; 3],
     /// Bounding boxes of the blocks, in groups of eight.
     boxes: Vec<Boxes>,
-    /// Bounding boxes of the groups, eight together.
+    /// Bounding boxes of the groups, again in groups of eight.
     groups: Vec<Boxes>,
     marker: PhantomData<P>,
 }
@@ -106,8 +106,8 @@ impl<P: Point> KdBlocks<P> {
         );
     }
 
-    /// Appends the points no farther than the limit, except those at `centre`. A point's position is its position in
-    /// the slice plus `start`.
+    /// Appends the points no farther than the limit, except those at `centre`. The position of a point in the list is
+    /// its position in the slice plus `start`.
     pub(crate) fn find_within(&self, centre: P, limit2: f64, start: u32, found: &mut NeighbourList) {
         let at = [0, 1, 2].map(|axis| if axis < P::DIM { centre.coord(axis) } else { 0.0 });
         let masks = Masks::default();
@@ -120,7 +120,7 @@ impl<P: Point> KdBlocks<P> {
                     limit2,
                     #[inline(always)]
                     |first, distances2, limit2| {
-                        // The last block has padding: its distances are NaN, and its positions 0.
+                        // The padding of the last block has NaN as distances and 0 as positions.
                         let numbers = self.order[first..].first_chunk().copied().unwrap_or_default();
                         found.take_lanes(
                             distances2,

@@ -1,6 +1,6 @@
 //! Measures of cells: circumradius, shortest edge and radius-edge ratio (paper, Section 1).
 //!
-//! The values are rounded. They serve reports and the choice of parameters, and never decide about the triangulation.
+//! The values are rounded. They serve reports and the choice of parameters, and never affect the triangulation.
 //!
 //! **Work and depth.** O(1) for each cell.
 
@@ -138,7 +138,7 @@ mod tests {
         assert!(!diameters.are_at_most(&[DVec2::ZERO, DVec2::X, DVec2::X * 2.0], 0, &[[1, 2]], 1e9));
         for unit in [1.0, 1e45, 1e-45] {
             let (t, width) = (t.map(|x| x * unit), 12f64.sqrt() * unit);
-            // Numbers of cells that fill registers exactly or not.
+            // These numbers of cells do or do not fill registers exactly.
             for cells in [1, 3, 4, 31, 32, 33, 70] {
                 let mut link = vec![[1, 2, 3]; cells];
                 assert!(diameters.are_at_most(&t, 0, &link, width * 1.0001));

@@ -9,7 +9,7 @@
 //! the distance of the radius is inside. Lists of nearest neighbours keep *all* points no farther than the `k`-th
 //! ([`crate::selection`]), so lists of parts can be merged in any order.
 //!
-//! **Work and depth.** Direct: `m^2` pairs, O(1) vector steps and segmented scans.
+//! **Work and depth.** The direct search tests `m^2` pairs in O(1) vector steps and segmented scans.
 
 #![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
@@ -96,9 +96,9 @@ pub fn nearest_direct<P: Point>(
     nearest.lists
 }
 
-/// Finds, for every point of a set, its `k` nearest neighbours, ties included, as [`nearest_direct`] of the set with
-/// itself. Lists are in the order of the slice from which the blocks were made. The first point of that slice has the
-/// table position `start`.
+/// Finds, for every point of a set, its `k` nearest neighbours, ties included, as [`nearest_direct`] does for the set
+/// with itself. Lists are in the order of the slice from which the blocks were made. The first point of that slice has
+/// the table position `start`.
 pub fn nearest_in_blocks<P: Point>(
     blocks: &KdBlocks<P>,
     start: u32,
@@ -124,7 +124,7 @@ pub fn nearest_in_blocks<P: Point>(
 /// If the rows are the columns, the list of one row bounds those of its neighbours. Let the list of a row have radius
 /// `r`, and let another row be at distance `d` from it. The ball of radius `r + d` around the second row contains as
 /// many other points as the ball of radius `r` around the first. Most rows have enough neighbours within little more
-/// than `r`. So a row that may be visited twice starts with that smaller limit.
+/// than `r`. So a row that may be visited twice starts with such a smaller limit.
 struct Nearest<'a> {
     k: usize,
     rows: &'a [u32],
@@ -260,7 +260,7 @@ impl PairVisitor for Nearest<'_> {
 }
 
 /// The largest number of balls (given by squared radii) that strictly contain one centre. It is a lower bound of the
-/// ply, within a constant factor of it. Takes O(n^2) time; for measurements.
+/// ply, within a constant factor of it. Takes O(n^2) time and is meant for measurements.
 pub fn ply_at_centres<P: Point>(points: &[P], radii2: &[f64]) -> usize {
     let inside = |&x: &P| points.iter().zip(radii2).filter(|&(&c, &r2)| dist2(x, c) < r2).count();
     points.iter().map(inside).max().unwrap_or(0)
@@ -273,7 +273,7 @@ mod tests {
     use super::*;
     use crate::incremental::tests::nasty::{KINDS, set};
 
-    /// Sorts all distances: the `k`-th squared distance, and the other points no farther.
+    /// Sorts all distances. Returns the `k`-th squared distance and the other points no farther.
     fn by_sorting<P: Point>(points: &[P], row: usize, k: usize) -> (f64, Vec<u32>) {
         let others = || (0..points.len()).filter(|&i| i != row);
         let mut all: Vec<f64> = others().map(|i| dist2(points[i], points[row])).collect();
@@ -339,7 +339,8 @@ mod tests {
         }
     }
 
-    /// All other points have one distance from the first. They are many more than a list holds before it is pruned.
+    /// All other points have the same distance from the first. There are many more of them than a list holds before it
+    /// is pruned.
     #[test]
     fn all_neighbours_at_one_distance_remain() {
         let whole = || (-10..=10).map(f64::from);

@@ -140,8 +140,8 @@ impl Coordinates for [f64; 3] {
 
 /// A point of the plane or of space: the only definition of a dimension.
 ///
-/// Predicates take slices because their arity depends on the dimension: a *cell* has `DIM + 1` points. The signs of
-/// these determinants are rounded; [`crate::predicates`] computes exact signs.
+/// Predicates take slices because their arity depends on the dimension: a *cell* has `DIM + 1` points. The determinants
+/// of this trait are rounded; [`crate::predicates`] computes their exact signs.
 pub trait Point: Vector + Pod + Default + sealed::Sealed {
     /// The dimension: 2 or 3.
     const DIM: usize;
@@ -243,7 +243,7 @@ impl Point for DVec3 {
 /// have been replaced by `0.0`.
 #[inline]
 pub fn lex_cmp<P: Point>(a: &P, b: &P) -> Ordering {
-    // In nearly all calls the first coordinates differ, and this comparison suffices. Equal ones go to the loop.
+    // In nearly all calls the first coordinates differ, and this comparison suffices. Equal coordinates go to the loop.
     let (x, y) = (a.coord(0), b.coord(0));
     if x < y {
         return Ordering::Less;
@@ -268,7 +268,7 @@ pub fn is_lex_smaller<P: Point>(a: &P, b: &P) -> bool {
     if x == y { lex_cmp(a, b).is_lt() } else { x < y }
 }
 
-/// Squared distance, by the only expression for distances. Symmetric in its arguments.
+/// Squared distance, by the one expression that computes distances everywhere. Symmetric in its arguments.
 #[inline]
 pub fn dist2<P: Point>(a: P, b: P) -> f64 {
     (a - b).norm2()

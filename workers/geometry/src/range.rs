@@ -11,7 +11,7 @@
 //!
 //! **Source.** Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates" (1997).
 //!
-//! **Work and depth.** O(1) for each coordinate; a reduction over the points.
+//! **Work and depth.** O(1) for each coordinate, and a reduction over the points.
 
 use thiserror::Error;
 
@@ -71,7 +71,7 @@ impl Digits {
     /// The digits of an empty set.
     pub const NONE: Digits = Digits { low: i32::MAX, high: i32::MIN };
 
-    /// Computes the digits of the coordinates of `points`. Returns `None` if one of them is not finite.
+    /// Computes the digits of the coordinates of `points`. Returns `None` if a coordinate is not finite.
     pub fn of<P: Point>(points: &[P]) -> Option<Self> {
         let (mut digits, mut finite) = (Digits::NONE, true);
         for p in points {
@@ -88,8 +88,8 @@ impl Digits {
         finite.then_some(digits)
     }
 
-    /// Computes a superset of these digits with one comparison for each coordinate: all digits that a coordinate of its
-    /// magnitude may use. Returns `None` if one of them is not finite.
+    /// Computes a superset of the digits of `points` with one comparison for each coordinate: all digits that a
+    /// coordinate of its magnitude may use. Returns `None` if a coordinate is not finite.
     pub fn upper_bound<P: Point>(points: &[P]) -> Option<Self> {
         let (mut least, mut most) = (u64::MAX, 0);
         for p in points {
@@ -115,7 +115,7 @@ impl Digits {
         self == Digits::NONE || (self.low >= LOWEST && self.high <= HIGHEST)
     }
 
-    /// Returns the smallest interval of digits that contains both.
+    /// Returns the smallest interval of digits that contains both sets.
     #[must_use]
     pub fn join(self, other: Digits) -> Self {
         Digits { low: self.low.min(other.low), high: self.high.max(other.high) }
@@ -125,8 +125,8 @@ impl Digits {
     /// `points`.
     ///
     /// # Errors
-    /// A spread of bits that no scaling brings into the range. The error names the first point with the lowest bit and
-    /// the last point with the highest bit.
+    /// Fails if no scaling brings the spread of bits into the range. The error names the first point with the lowest
+    /// bit and the last point with the highest bit.
     pub fn exponent<P: Point>(self, points: &[P]) -> Result<i32, RangeError> {
         if self.fits() {
             return Ok(0);
@@ -148,7 +148,7 @@ impl Digits {
 /// Checks that all coordinates are finite.
 ///
 /// # Errors
-/// The first coordinate that is not finite, with the position of its point.
+/// Returns the first coordinate that is not finite, with the position of its point.
 pub fn all_finite<P: Point>(points: &[P]) -> Result<(), RangeError> {
     for (index, p) in points.iter().enumerate() {
         if let Some(value) = (0..P::DIM).map(|i| p.coord(i)).find(|x| !x.is_finite()) {
@@ -158,10 +158,11 @@ pub fn all_finite<P: Point>(points: &[P]) -> Result<(), RangeError> {
     Ok(())
 }
 
-/// The exponent of the power of two that scales every coordinate into the exact range; 0 if they lie in it.
+/// The exponent of the power of two that scales every coordinate into the exact range; 0 if all coordinates already lie
+/// in it.
 ///
 /// # Errors
-/// A coordinate that is not finite, or a spread of bits that no scaling brings into the range.
+/// Fails if a coordinate is not finite, or if no scaling brings the spread of bits into the range.
 pub fn scale_exponent<P: Point>(points: &[P]) -> Result<i32, RangeError> {
     match Digits::of(points) {
         Some(digits) => digits.exponent(points),

@@ -4,10 +4,10 @@
 //! depend on the indices of tied points.
 //!
 //! The `k`-th squared distance is selected between a lower and an upper bound that converge. Each round counts the
-//! distances up to a value between the bounds, eight in one step. The value is the one that would leave `k` below it if
-//! distances were evenly spread (interpolation search, Peterson 1957). After a few rounds, quickselect (Hoare 1961)
-//! finds the `k`-th among the distances between the bounds. Without an instruction set that compares eight numbers in
-//! one step, quickselect runs on all distances.
+//! distances up to a value between the bounds, eight in one step. The value is chosen such that `k` distances would lie
+//! below it if they were evenly spread (interpolation search, Peterson 1957). After a few rounds, quickselect (Hoare
+//! 1961) finds the `k`-th among the distances between the bounds. Without an instruction set that compares eight
+//! numbers in one step, quickselect runs on all distances.
 //!
 //! **Work.** O(1) for each point added or tested; linear for the selection. The list keeps the order in which points
 //! were added, which may be that of blocks or of incoming replies. Callers sort the list or use it as a set.
@@ -269,7 +269,7 @@ mod tests {
     }
 
     fn the_nearest_are_those_of_a_sorted_list_with(masks: Masks) {
-        // One list for all cases, so that its storage was longer before.
+        // All cases share one list, whose storage was longer before.
         let mut list = NeighbourList { masks, ..NeighbourList::default() };
         fill(&mut list, 200);
         for count in 0..40 {
@@ -294,7 +294,7 @@ mod tests {
         }
     }
 
-    /// Values of all magnitudes, evenly spread or not, with ties, zeros, infinities and NaN.
+    /// The values have all magnitudes, are evenly spread or not, and include ties, zeros, infinities and NaN.
     #[test]
     fn the_kth_is_that_of_a_sorted_list() {
         let mut draw = crate::hash::Draw::new(1);
@@ -363,7 +363,7 @@ mod tests {
         assert_eq!(list.positions(), [9, 10, 13, 15, 17, 20, 23, 25, 27]);
         list.clear();
         assert!(list.is_empty() && list.positions().is_empty() && list.distances2().is_empty());
-        // More points than the list has room for.
+        // There are more points than the list has room for.
         for start in 0..100 {
             let positions = std::array::from_fn(|lane| start as u32 * 8 + lane as u32);
             list.take_lanes(

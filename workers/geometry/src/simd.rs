@@ -17,14 +17,14 @@ use pulp::{cast, x86::V4};
 
 static BASELINE: AtomicBool = AtomicBool::new(false);
 
-/// Restricts this process from now on to the registers of the baseline instruction set. Results are the same. This
-/// allows comparisons, and instruction counts that do not depend on the machine.
+/// Restricts this process from now on to the registers of the baseline instruction set. Results do not change. Use this
+/// function for comparisons, and for instruction counts that do not depend on the machine.
 pub fn use_baseline_registers() {
     BASELINE.store(true, Ordering::Relaxed);
 }
 
 /// Runs `f` compiled for the widest available registers. `f` and the functions that it calls benefit only if they are
-/// inlined, so both should be `#[inline(always)]`.
+/// inlined, so all of them should be `#[inline(always)]`.
 #[inline]
 pub(crate) fn widest<R>(f: impl FnOnce() -> R) -> R {
     if BASELINE.load(Ordering::Relaxed) { f() } else { Arch::new().dispatch(f) }
@@ -108,7 +108,7 @@ impl Masks {
     }
 
     /// Sorts distinct numbers in the storage that holds them. If [`Masks::can_count`] and there are at most 96 numbers,
-    /// it counts the smaller ones of each. Otherwise it uses a comparison sort.
+    /// it counts, for each number, the smaller ones. Otherwise it uses a comparison sort.
     pub(crate) fn sorted(self, numbers: &mut Vec<u64>) -> &[u64] {
         let len = numbers.len();
         if !self.can_count() || len > 96 {
@@ -153,7 +153,7 @@ impl Masks {
 }
 
 /// The loop form of [`Masks::pack`]. Instead of branching, it writes each number and advances only if the number is
-/// wanted. Not inlined, for the reason of [`at_most`].
+/// wanted. Not inlined, for the reason given at [`at_most`].
 #[inline(never)]
 fn pack(from: NamedLanes<'_>, wanted: Interval, to: NamedLanesMut<'_>) -> usize {
     let NamedLanesMut { numbers, names } = to;
@@ -175,7 +175,7 @@ fn at_most(lanes: &[f64; 8], limit: f64) -> u32 {
     bits.iter().fold(0, |all, bit| all | bit) as u32
 }
 
-/// The lanes that are not below their limits, as a bit mask. Not inlined, for the reason of [`at_most`].
+/// The lanes that are not below their limits, as a bit mask. Not inlined, for the reason given at [`at_most`].
 #[inline(never)]
 fn not_below(lanes: &[f32; 8], limits: &[f32; 8]) -> u32 {
     let bits: [u32; 8] = std::array::from_fn(|lane| if lanes[lane] < limits[lane] { 0 } else { 1 << lane });

@@ -26,7 +26,7 @@ fn check<P: Point>(points: &[P], seed: u64) -> Dependence<P> {
     }
     let infinite = kernel.complex().live_cells().filter(|&c| kernel.complex().infinite_slot(c).is_some());
     assert_eq!(baseline.hull_facets, infinite.count() as u64);
-    // A cell is created in the round after the later of its two old cells. So the longest chain is the number of rounds
+    // A cell is created in the round after its later old cell was created. So the longest chain is the number of rounds
     // that create cells.
     let making = baseline.rounds.iter().filter(|r| r.cells > 0).count() as u64;
     assert_eq!(baseline.clock.chain, making);

@@ -1,4 +1,4 @@
-//! One insertion: the cavity of a point is found, and its cells are replaced.
+//! One insertion: finding the cavity of a point and replacing its cells.
 //!
 //! **Statement** (Bowyer 1981, Watson 1981). The cells in conflict with a point form the *cavity*, a connected set
 //! whose boundary is a closed surface that is visible from the point. The new cells connect the point to the facets of
@@ -24,11 +24,11 @@ use crate::predicates::{conflicts_infinite, in_sphere};
 /// Cavities of evenly distributed points have fewer cells than this. An insertion with a larger cavity is always kept.
 const MANY: usize = 128;
 
-/// In the incidence table, the mark of a vertex that has an index on the current boundary.
+/// The mark, in the incidence table, of a vertex that has an index on the current boundary.
 const INDEXED: u32 = 1 << 31;
 
-/// The facet of a positive cell opposite `slot`, preceded by the code across it. A point inside and the facet form a
-/// positive cell.
+/// The facet of a positive cell opposite `slot`, preceded by the neighbour code across it ([`super::cells`]). A point
+/// inside and the facet form a positive cell.
 #[inline]
 fn facet<P: Point>(vertices: &P::Cell, slot: usize, code: u32) -> P::Cell {
     let from = match (P::DIM, slot) {
@@ -62,7 +62,8 @@ pub(super) fn conflicts<P: Point>(slots: &[Cell<P::Cell>], points: &[P], cell: u
     }
 }
 
-/// Decides a conflict that the spheres leave undecided. A cell without a conflict is marked, so that it is tested once.
+/// Decides a conflict that the spheres leave undecided. Marks a cell without a conflict, so that the cell is tested
+/// exactly only once.
 #[cold]
 fn conflicts_once<P: Point>(
     slots: &mut [Cell<P::Cell>],
@@ -119,7 +120,7 @@ impl<P: Point> Incremental<P> {
     }
 
     /// Finds the cells in conflict with `q`, a connected set, and the boundary of this set. A branch on conflicts would
-    /// be unpredictable, so each neighbour is written to both lists, and only the list that it belongs to grows.
+    /// be unpredictable, so each neighbour is written to both lists, and only the list to which it belongs grows.
     #[inline(never)]
     fn find_cavity(&mut self, q: P, query: &Query<P>, seed: u32) {
         let (slots, points) = (&mut self.cells.slots[..], &self.points[..]);

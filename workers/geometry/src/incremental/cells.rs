@@ -1,10 +1,10 @@
 //! The storage of a triangulation: one record for each cell, with all data that a search reads.
 //!
 //! A record has the cell's vertices, its neighbours and its rounded circumsphere ([`super::sphere`]): 48 bytes in
-//! space, 36 in the plane. A neighbour is a code `4 * cell + slot`, where `slot` is that of the opposite vertex in the
-//! neighbour. The neighbour's facet towards this cell is therefore known without a search. Two bits of the sphere's
-//! radius are marks, because its value does not need them. The sign is set in a cell that is free or is being removed.
-//! The last bit is set in a cell that the exact predicates found not to conflict with the current point.
+//! space, 36 in the plane. A neighbour is a code `4 * cell + slot`, where `slot` is the slot of the opposite vertex in
+//! the neighbour. The neighbour's facet towards this cell is therefore known without a search. Two bits of the sphere's
+//! radius serve as marks, because its value does not need them. The sign bit marks a cell that is free or is being
+//! removed. The last bit marks a cell that the exact predicates found not to conflict with the current point.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -187,11 +187,11 @@ impl<S: Simplex> Cells<S> {
         live.map(|(number, cell)| (number, cell.vertices(), cell.neighbours()))
     }
 
-    /// Checks that neighbours are mutual and share all vertices except one, and that no mark remains. For tests.
+    /// Checks, for tests, that neighbours are mutual and share all vertices except one, and that no mark remains.
     ///
     /// # Errors
     ///
-    /// The first inconsistent cell.
+    /// Describes the first inconsistent cell.
     pub fn check(&self) -> Result<(), String> {
         for cell in self.live_cells() {
             let radius = self.slots[cell as usize].radius();

@@ -2,12 +2,13 @@
 //!
 //! **Statement.** In a biased randomized insertion order, every point is in the last round with probability `1 - 1/8`,
 //! each remaining point is in the round before with probability `7/8`, and so on. For any order inside the rounds, the
-//! expected work is that of a random order. Along a space-filling curve, the walks are short as well.
+//! expected work is the same as for a random order. If every round follows a space-filling curve, the walks are short
+//! as well.
 //!
 //! **Curve.** The Hilbert curve is followed two levels at a time by a table of its orientations. An orientation has an
 //! entry corner `e` and an axis `d`. In this orientation, octant `l` (one bit for each axis) has the position `w` on
-//! the curve. Here `w` is the inverse Gray code of `l ^ e` with its bits rotated by `d + 1`. Inside that octant, the
-//! curve starts at the corner `e ^ entry(w)` rotated back, along the axis `d + turn(w) + 1`.
+//! the curve, where `w` is the inverse Gray code of `l ^ e` with its bits rotated by `d + 1`. Inside that octant, the
+//! curve starts at the corner `e ^ entry(w)` rotated back, and its axis is `d + turn(w) + 1`.
 //!
 //! **Source.** Rounds: Amenta, Choi and Rote, "Incremental constructions con BRIO" (2003). Curve: Hamilton and
 //! Rau-Chaplin, "Compact Hilbert indices" (2008).
@@ -59,7 +60,7 @@ fn by_key(keys: &[u64]) -> Vec<(u64, u32)> {
     for i in 1..ends.len() {
         ends[i] += ends[i - 1];
     }
-    // `ends` is used as the position of the next key of each bucket, and finally marks the end of the bucket.
+    // `ends` holds the position of the next key of each bucket, and finally the end of each bucket.
     let mut keyed = vec![(0, 0); keys.len()];
     for (&key, i) in keys.iter().zip(0u32..) {
         let next = &mut ends[(key >> shift) as usize];
@@ -171,7 +172,7 @@ const fn two_levels(n: u32) -> [u16; STATES * 64] {
     table
 }
 
-/// The same for one level: the position on the curve plus 8 times the orientation there.
+/// For each orientation and octant, the position on the curve plus 8 times the orientation there.
 const fn orientations(n: u32) -> [u8; STATES * 8] {
     let mut table = [0; STATES * 8];
     let mut state = 0;

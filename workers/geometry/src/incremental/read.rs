@@ -1,10 +1,11 @@
 //! Queries of a triangulation: cells, stars, links and nearest vertices.
 //!
 //! **Statement.** The cells of a star are connected by facets that contain the vertex, so a breadth-first search finds
-//! them. A vertex that is not nearest to a point has a Delaunay neighbour nearer to it, so a descent along edges ends
-//! at a nearest vertex.
+//! them. A vertex that is not nearest to a point has a Delaunay neighbour nearer to that point, so a descent along
+//! edges ends at a nearest vertex.
 //!
-//! **Work.** Linear in the size of the star; for the nearest vertex, in the sizes of the stars on the way.
+//! **Work.** A star query is linear in the size of the star. The search for a nearest vertex is linear in the total
+//! size of the stars on its way.
 
 use std::collections::BTreeSet;
 
@@ -48,9 +49,9 @@ impl<P: Point> Incremental<P> {
         corners(&self.points, self.cells.cell(cell))
     }
 
-    /// A ball that contains the circumball of a finite cell and is slightly larger: centre and squared radius. `None`
-    /// for infinite cells, and for cells that are too flat for a bound. Conflicts with such cells require the exact
-    /// predicates.
+    /// Returns the centre and the squared radius of a ball that contains the circumball of a finite cell and is
+    /// slightly larger. Returns `None` for infinite cells, and for cells that are too flat for a bound. Conflicts with
+    /// such cells require the exact predicates.
     pub fn ball(&self, cell: u32) -> Option<(P, f64)> {
         self.frame.ball(self.cells.slots[cell as usize].sphere())
     }
@@ -62,22 +63,22 @@ impl<P: Point> Incremental<P> {
     }
 
     /// An upper bound of the circumradius of a finite cell, computed without a square root. The circumball lies within
-    /// twice this distance of each vertex of the cell. NaN if [`Incremental::ball`] has no bound.
+    /// twice this distance of each vertex of the cell. NaN if [`Incremental::ball`] returns `None`.
     #[inline]
     pub fn radius_bound(&self, cell: u32) -> f64 {
         self.frame.radius_bound(self.cells.slots[cell as usize].sphere())
     }
 
     /// The radius of a finite cell's rounded sphere, in internal units, for comparison with
-    /// [`Incremental::radius_within`]. NaN if [`Incremental::ball`] has no bound.
+    /// [`Incremental::radius_within`]. NaN if [`Incremental::ball`] returns `None`.
     #[inline]
     pub fn rounded_radius(&self, cell: u32) -> f32 {
         Frame::<P>::rounded_radius(self.cells.slots[cell as usize].sphere())
     }
 
     /// A threshold for [`Incremental::rounded_radius`]. If a finite cell's radius is at most this, its circumball lies
-    /// within `across` of each of its vertices: twice its [`Incremental::radius_bound`] is at most `across`. The
-    /// threshold is 0, below every radius, if no radius satisfies this.
+    /// within `across` of each of its vertices: twice its [`Incremental::radius_bound`] is at most `across`. If no
+    /// radius satisfies this condition, the threshold is 0, which is below every radius.
     pub fn radius_within(&self, across: f64) -> f32 {
         self.frame.radius_within(across)
     }
@@ -133,7 +134,8 @@ impl<P: Point> Incremental<P> {
             best = corners.as_ref()[1];
         }
         let mut star = Vec::with_capacity(SHORT);
-        // If a vertex is not nearest to `q`, one of its neighbours is nearer. So the descent has no local minima.
+        // If a vertex is not nearest to `q`, one of its neighbours is nearer. So the descent cannot end in a local
+        // minimum.
         loop {
             let before = best;
             self.star(before, &mut star);

@@ -2,13 +2,13 @@
 //!
 //! **Statement.** The boundary of a cavity is a closed oriented surface (in the plane, a closed curve). Two of its
 //! facets that share a ridge traverse it in opposite directions. So if each facet is entered under its directed ridges,
-//! its neighbours are found under the reversed ones. In the plane a ridge is one vertex. With a fixed vertex 0 before
-//! or after it, it is directed as well.
+//! its neighbours are found under the reversed ones. In the plane a ridge is one vertex. A fixed vertex 0 before or
+//! after this vertex gives the ridge a direction as well.
 //!
 //! **Work.** One store and one load for each facet and ridge, if the boundary has fewer than [`SIDE`] vertices.
-//! Otherwise a sort of its ridges.
+//! Otherwise, a sort of its ridges.
 
-/// Number of boundary vertices that the table has room for, including the vertex 0.
+/// Number of boundary vertices for which the table has room, including the vertex 0.
 const SIDE: usize = 64;
 
 /// Pairs directed ridges. Reused for all cavities without clearing: a closed boundary reads only entries that it has

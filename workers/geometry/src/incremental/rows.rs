@@ -175,7 +175,7 @@ mod tests {
     use super::{KeptCells, RowIndices};
     use glam::DVec2;
 
-    /// Words of which all, some and no cells are kept, and an incomplete word.
+    /// Covers words of which all, some or no cells are kept, and an incomplete word.
     #[test]
     fn indices_count_the_kept_cells_before() {
         let is_kept = |slot: u32| match slot / 64 {

@@ -1,4 +1,4 @@
-//! Storage of one insertion: lists that are reused by the next one.
+//! Storage of one insertion: lists that the next insertion reuses.
 
 use super::ridges::Ridges;
 use super::sphere::Inverse;
@@ -15,9 +15,9 @@ pub(super) struct Scratch<P: Point> {
     /// The cells that the exact predicates found not to conflict.
     pub(super) cleared: Vec<u32>,
     pub(super) faces: List<Face<P::Cell>>,
-    /// The vertices of the boundary from 1 on, each with a new cell that contains it.
+    /// The vertices of the boundary, starting at index 1, each with a new cell that contains it.
     pub(super) boundary_vertices: List<(u32, u32)>,
-    /// The inverse images of the same vertices around the new one.
+    /// The images of these vertices under inversion around the new vertex.
     pub(super) around: Vec<Inverse<P>>,
     pub(super) ridges: Ridges,
 }
@@ -47,7 +47,8 @@ impl<P: Point> Default for Scratch<P> {
     }
 }
 
-/// A list without branches on insertion: every item is written at the end, and the length grows only if it is kept.
+/// A list without branches on insertion: every item is written at the end, and the length grows only if the item is
+/// kept.
 #[derive(Clone, Debug)]
 pub(super) struct List<T> {
     pub(super) items: Vec<T>,

@@ -7,12 +7,13 @@
 //!    vertices. With rounded spheres each step decreases a number, so the descent terminates. It may end in a wrong
 //!    cell, and it does not leave the hull.
 //! 2. *Walk.* A walk by exact orientations follows. It leaves a cell through any facet that separates the cell from the
-//!    point, and never returns to a cell. In every regular triangulation, cells are acyclic in front of any viewpoint
-//!    (Edelsbrunner 1990). This also holds under the perturbation of [`crate::predicates`].
+//!    point, and never returns to a cell. In every regular triangulation, the order of cells from front to back, seen
+//!    from any viewpoint, is acyclic (Edelsbrunner 1990). This fact also holds under the perturbation of
+//!    [`crate::predicates`].
 //!
 //! **Departures.** An insertion needs a cell in conflict with the point, not the cell that contains it, so the descent
-//! ends at the first cell in conflict. A point that coincides with a vertex lies inside no sphere. For it, the walk
-//! continues to the cell that contains it.
+//! ends at the first cell in conflict. A point that coincides with a vertex lies inside no sphere. For such a point,
+//! the walk continues to the cell that contains it.
 //!
 //! **Work.** Proportional to the number of cells visited.
 

@@ -2,9 +2,9 @@
 //!
 //! **Statement.** A cell stores the centre and the radius of its circumsphere in single precision. The coordinates have
 //! the median of the points as origin and a power of two as unit. A point lies inside if its distance from the rounded
-//! centre is below the rounded radius by more than the bound below. It lies outside if the distance is above by more
-//! than the bound. Otherwise the exact predicates decide. A cell may have no sphere, because it has the infinite vertex
-//! or is too flat for the bound. Its radius is then NaN, and neither test succeeds.
+//! centre is less than the rounded radius by more than the following bound. It lies outside if the distance exceeds the
+//! radius by more than the bound. Otherwise the exact predicates decide. A cell may have no sphere, because it has the
+//! infinite vertex or is too flat for the bound. Its radius is then NaN, and neither test succeeds.
 //!
 //! **Spheres.** Inversion in the unit sphere around a vertex maps the spheres through it to planes. Let `a, b, c` be
 //! the inverse images of the other vertices. Let `n = (b - a) x (c - a)` (in the plane, `b - a` rotated) and
@@ -20,15 +20,15 @@
 //! 3. A sphere is stored only if `|g| > 2^-18 L^3` (in the plane, `L^2`). Then `|n| >= |g| / L`, and `n / 2g` and its
 //!    length have errors of less than `2^-27 R = h R / 8`.
 //! 4. Rounding to single precision moves the centre by at most `h` times its distance from the origin. That distance is
-//!    at most `|x| + d` for a point `x` at distance `d` from the centre. Rounding changes the radius by at most `h` of
-//!    itself, or `3 h` with its last bit cleared. It changes `x` by at most `h |x|`.
+//!    at most `|x| + d` for a point `x` at distance `d` from the centre. Rounding changes the radius by a relative
+//!    error of at most `h`, or `3 h` if its last bit is cleared. It changes `x` by at most `h |x|`.
 //! 5. Let `d'` be the rounded distance, `r` the rounded radius and `t' = 2 h |x| + (4 + 1/4) h r`. If `x` is not
 //!    inside, `d' >= r - t'`. If `x` is not outside, `d' <= r + t'`. So it suffices that
 //!    `|d'^2 - r^2| > t' (2 r + t')`.
 //! 6. The comparison is computed in single precision. The errors are `3 h d'^2` and `h r^2` in the squares, and
-//!    `2 h (d'^2 + r^2)` in the sums. In total they are `8.02 h r^2` plus `13 h` of the bound.
-//! 7. Let `t = 2 (1 + 2^-10) h |x| + 10 h r`. If `t` replaces `t'`, the bound grows by more than `11 h r^2` and that
-//!    proportion, which covers both errors.
+//!    `2 h (d'^2 + r^2)` in the sums. In total they are at most `8.02 h r^2` plus `13 h` times the bound.
+//! 7. Let `t = 2 (1 + 2^-10) h |x| + 10 h r`. If `t` replaces `t'`, the bound grows by more than `11 h r^2` plus `13 h`
+//!    times itself, which covers both errors.
 //!
 //! A constant of `2^-140` covers coordinates that are subnormal in single precision. Only radii in `2^-50 .. 2^60` are
 //! stored, and only points within `2^40` of the origin are compared. So nothing overflows except distances to centres
@@ -36,8 +36,8 @@
 //!
 //! **Work.** O(1) for each sphere and each test.
 //!
-//! **Departures.** The median is that of a sample. Any origin is correct. An origin where points are dense makes the
-//! bound small where cells are small.
+//! **Departures.** The origin is the median of a sample. Any origin would be correct. An origin where points are dense
+//! makes the bound small where cells are small.
 
 use glam::Vec4;
 
@@ -90,8 +90,9 @@ pub(super) struct Frame<P> {
 /// A point in the form that is compared with spheres.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Query<P> {
-    /// The point in the coordinates of the spheres, and the same in single precision, padded with zeros.
+    /// The point in the coordinates of the spheres.
     at: P,
+    /// The point in single precision, padded with zeros.
     rounded: Vec4,
     /// The part of the bound that is independent of the sphere; NaN if the point is too far from the origin.
     slack: f32,
@@ -147,7 +148,7 @@ impl<P: Point> Frame<P> {
         }
         let exponent = (extent.to_bits() >> 52).clamp(1, 2045);
         let scale = f64::from_bits((2046 - exponent) << 52);
-        // Half the diagonal of the cube that contains all points, with a margin for rounding.
+        // This is half the diagonal of the cube that contains all points, with a margin for rounding.
         Frame { origin, scale, farthest: extent * scale * (P::DIM as f64).sqrt() * (1.0 + 1e-9) }
     }
 
@@ -231,7 +232,7 @@ impl<P: Point> Query<P> {
     pub(super) fn power(&self, cell: &Cell<P::Cell>) -> Power {
         let mut sphere = [0; 4];
         sphere[..=P::DIM].copy_from_slice(cell.sphere().as_ref());
-        // One vector operation: the radius follows the centre, where the query has a zero.
+        // One vector operation suffices: the radius follows the centre, and the query has a zero in its position.
         let sphere = Vec4::from_array(sphere.map(f32::from_bits));
         let x = sphere - self.rounded;
         let [a, b, c, d] = (x * x).to_array();
@@ -242,7 +243,7 @@ impl<P: Point> Query<P> {
     }
 
     /// Computes the rounded sphere through this point and those with the inverse images `ends`.
-    #[expect(clippy::needless_bitwise_bool, reason = "one branch for all four, of which none is foreseeable")]
+    #[expect(clippy::needless_bitwise_bool, reason = "one branch replaces four unpredictable ones")]
     #[inline]
     pub(super) fn sphere(&self, ends: [&Inverse<P>; 3]) -> P::Cell {
         let [a, b, c] = ends;

@@ -46,7 +46,8 @@ pub enum IncrementalError {
 pub struct Incremental<P: Point> {
     pub(super) points: Vec<P>,
     pub(super) cells: Cells<P::Cell>,
-    /// A cell of each vertex, at the vertex index plus 1; of infinity at 0. `NONE` before insertion.
+    /// One cell of each vertex, at the vertex index plus 1. Entry 0 is a cell of infinity. Entries are `NONE` before
+    /// the insertion.
     pub(super) incident: Vec<u32>,
     pub(super) last: u32,
     pub(super) frame: Frame<P>,
@@ -60,15 +61,17 @@ const MOST_POINTS: usize = 1 << 26;
 /// Half the number of cell indices. The margin suffices, because one insertion adds at most two cells for each vertex.
 const MOST_CELLS: u32 = 1 << 29;
 
-/// Number of insertions between two tests whether to stop.
+/// Number of insertions between two checks of whether to stop.
 pub const STOP_CHECK_INTERVAL: usize = 4096;
 
 impl<P: Point> Incremental<P> {
-    /// Triangulates `points`; vertex `i` is `points[i]`. Equal to [`Incremental::build`] with [`insertion_order`].
+    /// Triangulates `points`; vertex `i` is `points[i]`. Does the same as [`Incremental::build`] with
+    /// [`insertion_order`].
     ///
     /// # Errors
     ///
-    /// Any [`IncrementalError`]. If points coincide, the error names the first such point in the order of insertion.
+    /// Returns an [`IncrementalError`]. If points coincide, the error names the first such point in the order of
+    /// insertion.
     pub fn new(points: Vec<P>) -> Result<Self, IncrementalError> {
         let order = insertion_order(&points);
         Self::build(points, Some(&order))
@@ -80,17 +83,18 @@ impl<P: Point> Incremental<P> {
     ///
     /// # Errors
     ///
-    /// Any [`IncrementalError`]. If points coincide, the error names the first such point in the order of insertion.
+    /// Returns an [`IncrementalError`]. If points coincide, the error names the first such point in the order of
+    /// insertion.
     pub fn build(points: Vec<P>, order: Option<&[u32]>) -> Result<Self, IncrementalError> {
         Self::build_while(points, order, &mut || true)
     }
 
-    /// Does the same as [`Incremental::build`], and stops if `go_on`, called every [`STOP_CHECK_INTERVAL`] points,
-    /// returns `false`.
+    /// Triangulates as [`Incremental::build`] does, and stops when `go_on` returns `false`. It is called every
+    /// [`STOP_CHECK_INTERVAL`] points.
     ///
     /// # Errors
     ///
-    /// Those of [`Incremental::build`], and [`IncrementalError::Stopped`].
+    /// Returns the errors of [`Incremental::build`], or [`IncrementalError::Stopped`].
     pub fn build_while(
         mut points: Vec<P>,
         order: Option<&[u32]>,
@@ -118,7 +122,7 @@ impl<P: Point> Incremental<P> {
     ///
     /// # Errors
     ///
-    /// Those of [`Incremental::build_while`].
+    /// Returns the errors of [`Incremental::build_while`].
     pub fn build_in_place(
         mut points: Vec<P>,
         order: impl IntoIterator<Item = u32>,
@@ -212,15 +216,15 @@ impl<P: Point> Incremental<P> {
     ///
     /// # Errors
     ///
-    /// [`IncrementalError::Coincident`] with the vertex at the same coordinates; `NotFinite` and `TooMany`. The
+    /// Returns [`IncrementalError::Coincident`] with the vertex at the same coordinates, `NotFinite` or `TooMany`. The
     /// triangulation is then unchanged.
     pub fn insert(&mut self, p: P, hint: Option<u32>) -> Result<u32, IncrementalError> {
         let vertex = self.points.len() as u32;
         self.insert_if_adjacent(p, hint, INFINITE).map(|_| vertex)
     }
 
-    /// Inserts a point as [`Incremental::insert`], if a neighbour of the new vertex is below `bound` or its cavity has
-    /// very many cells. Otherwise nothing changes, and the result is `None`.
+    /// Inserts a point as [`Incremental::insert`] does, if a neighbour of the new vertex is below `bound` or the cavity
+    /// has more than 128 cells. Otherwise nothing changes, and the result is `None`.
     ///
     /// A point that is skipped never becomes a neighbour of a vertex below `bound`. Indeed, a Delaunay edge remains one
     /// when other points are removed, so the two would be neighbours now. Points with a large cavity are inserted
@@ -228,7 +232,7 @@ impl<P: Point> Incremental<P> {
     ///
     /// # Errors
     ///
-    /// Those of [`Incremental::insert`].
+    /// Returns the errors of [`Incremental::insert`].
     pub fn insert_if_adjacent(
         &mut self,
         p: P,
@@ -257,8 +261,8 @@ impl<P: Point> Incremental<P> {
     ///
     /// # Errors
     ///
-    /// `NotFinite` with the point's position in `points`, before any insertion. `TooMany` and `Stopped` after the
-    /// points before the failure were inserted.
+    /// Returns `NotFinite` with the point's position in `points`, before any insertion. Returns `TooMany` or `Stopped`
+    /// after inserting the points before the failure.
     pub fn insert_all(
         &mut self,
         points: &[P],
@@ -301,8 +305,8 @@ impl<P: Point> Incremental<P> {
     }
 }
 
-/// Number of cells reserved for each point: slightly more than random points need, as a whole number. Memory that is
-/// never written is not used.
+/// Number of cells reserved for each point: slightly more than random points need, as a whole number. Reserved memory
+/// that is never written is not used.
 fn expected_cells(dimension: usize) -> usize {
     if dimension == 2 { 2 } else { 7 }
 }

@@ -123,7 +123,7 @@ fn agrees_with_brute_force<P: Point>(points: &[P]) {
     let dt = Incremental::new(points.to_vec()).unwrap();
     check(&dt);
     assert_eq!(sorted_cells(&dt), brute_force(points));
-    // In the order of the slice: the first points may be coplanar, and the start must skip them.
+    // In the order of the slice, the first points may be coplanar, and the start must skip some of them.
     let dt = Incremental::build(points.to_vec(), None).unwrap();
     check(&dt);
     assert_eq!(sorted_cells(&dt), brute_force(points));
@@ -331,7 +331,7 @@ fn points_in_an_empty_region_do_not_all_search_the_same_cells() {
 
 #[test]
 fn a_star_of_many_cells_is_complete() {
-    // Points of a circle around a pole: the star of the pole contains all of them.
+    // All points of a circle around a pole are in the star of the pole.
     let mut points: Vec<DVec3> = Vec::new();
     for i in 0..200 {
         let t = f64::from(i) / 100.0 - 1.0;

@@ -60,14 +60,14 @@ fn point<P: Point>(kind: &str, i: usize, random: &mut Draw) -> P {
         "decimal" => each(node(random, 9), |_, x| x * 0.1),
         "sphere" => direction(random),
         "shells" => direction::<P>(random) * (1.0 + random.below(3) as f64),
-        // A quarter of the points lies outside the plane or the line.
+        // A quarter of the points lie outside the plane or the line.
         "plane" => {
             each(node(random, 12), |axis, x| if axis + 1 == P::DIM && !i.is_multiple_of(4) { 3.0 } else { x })
         }
         "line" => each(node(random, 40), |axis, x| if axis > 0 && !i.is_multiple_of(4) { 7.0 } else { x }),
         "clusters" => node::<P>(random, 3) + direction::<P>(random) * 1e-9 * random.unit(),
         "graded" => direction::<P>(random) * random.unit().powi(4),
-        // As small as the range of exact signs admits.
+        // Points as near to the origin as the range of exact signs admits.
         "steep" => direction::<P>(random) * random.unit().powi(40).max(1e-40),
         _ => each(cube(random), |_, x| f64::from(x as f32)),
     }
@@ -133,7 +133,7 @@ fn the_plane_is_sound_after_every_insertion() {
     holds_after_every_insertion::<DVec2>(60);
 }
 
-/// A batch has the same result as single insertions, and finds existing vertices.
+/// Inserting a batch has the same result as single insertions, and finds existing vertices.
 #[test]
 fn batches_are_added_along_the_curve() {
     for kind in KINDS {

@@ -1,5 +1,5 @@
-//! The same triangulation by the simplest algorithm. Every cell is tested against every point by the exact predicates
-//! alone, and sorting finds the boundary of a cavity. It shares no code with the kernel.
+//! The Delaunay triangulation by the simplest algorithm, which shares no code with the kernel. The exact predicates
+//! alone test every cell against every point, and sorting finds the boundary of a cavity.
 
 use crate::complex::INFINITE;
 use crate::point::Point;

@@ -13,7 +13,7 @@ use crate::predicates::orientation;
 #[derive(Debug, Default)]
 struct Said {
     decided: usize,
-    /// Undecided, where rounding without a bound would have been wrong.
+    /// Undecided tests that rounding without a bound would have decided wrongly.
     saved: usize,
     asked: usize,
 }
@@ -39,7 +39,8 @@ fn ask<P: Point>(random: &mut Draw, offset: f64, size: f64, off: f64, said: &mut
         return;
     }
     let cell = Cell::new(sphere, P::Cell::splat(0), P::Cell::splat(0));
-    // On the sphere, as accurately as its centre is known, then moved off it by `off` times the radius.
+    // The point is placed on the sphere, as accurately as its centre is known, and moved off it by at most `off / 2`
+    // radii.
     let (centre, _) = frame.ball(&sphere).unwrap();
     let rel = point(random) - P::splat(offset);
     let radius = crate::point::dist2(centre, corners[0]).sqrt();
@@ -104,8 +105,8 @@ fn fine_sets_have_spheres() {
     }
 }
 
-/// Every radius below a threshold satisfies the distance, and the threshold admits nearly all such radii. This holds at
-/// any scale, and for cells far smaller than the set.
+/// Every radius up to a threshold satisfies the distance bound, and the threshold admits nearly all such radii. This
+/// holds at any scale, and for cells far smaller than the set.
 fn check_radius_thresholds<P: Point>() {
     let mut random = Draw::new(19);
     for size in [1e-300, 1e-20, 1.0, 1e20, 1e300] {
@@ -120,7 +121,7 @@ fn check_radius_thresholds<P: Point>() {
             let holds = |part: f64| radius <= dt.radius_within(across * part);
             if across.is_nan() {
                 assert!(radius.is_nan());
-                // No threshold admits it.
+                // No threshold admits a cell without a sphere.
                 assert!([0.5, 1.0].iter().all(|&part| !holds(part)));
                 continue;
             }

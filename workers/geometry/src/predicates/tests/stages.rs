@@ -108,7 +108,8 @@ fn check_integers<P: Point>(cell: &[P], q: P, reach: f64, expected: Signs, decid
     }
 }
 
-/// The minimum number of calls that a kind must supply to a stage, in one of the dimensions, for a meaningful test.
+/// Checks all stages on calls of a kind, and counts the calls that each stage could decide: orientations, then in-sphere
+/// tests.
 fn check_kind<P: Point>(kind: Kind, calls: usize) -> (Decided, Decided) {
     let mut samples = Samples::new(11);
     let (mut orientations, mut in_spheres) = ([0; 6], [0; 6]);
@@ -120,6 +121,7 @@ fn check_kind<P: Point>(kind: Kind, calls: usize) -> (Decided, Decided) {
     (orientations, in_spheres)
 }
 
+/// Checks every kind. Each kind must supply enough calls to its stages for a meaningful test.
 fn check_kinds<P: Point>() {
     let calls = 1500;
     for kind in KINDS {
