@@ -21,7 +21,8 @@
 //! # Ok::<(), septet::Error>(())
 //! ```
 //!
-//! The algorithms are compiled in the crates below this one. A program that calls them does not compile them again.
+//! The crates that this one uses compile the algorithms. A program that calls the algorithms does not compile them
+//! again.
 
 #[doc(inline)]
 pub use septet_core::model::Points;
@@ -37,8 +38,8 @@ pub use septet_lab::assert_counts;
 /// Computes the Delaunay triangulation of `points`. The result is exact and certified. It is the same for every
 /// number of workers and threads and every transport.
 ///
-/// Coincident points count once (see [`Run::points`]). Points that span less than the space give no cells. Work and
-/// depth are not counted: see [`simulate`].
+/// Coincident points count once (see [`Run::points`]). If the points do not span the space, there are no cells. This
+/// function does not count work and depth; [`simulate`] does.
 ///
 /// # Errors
 /// See [`Error`].
@@ -46,7 +47,8 @@ pub fn triangulate<C: Coordinates>(points: &[C], options: &TriangulateOptions) -
     septet_core::triangulate(points, &options.config())
 }
 
-/// Computes the same triangulation by the paper's recursion down to the leaf size, and counts work and depth.
+/// Computes the Delaunay triangulation of `points` by the paper's recursion down to the leaf size, and counts work and
+/// depth.
 ///
 /// # Errors
 /// See [`Error`].
@@ -54,10 +56,11 @@ pub fn simulate<C: Coordinates>(points: &[C], options: &SimulateOptions) -> Resu
     septet_core::simulate(points, &options.config())
 }
 
-/// Computes a maximal independent set of the conflict graph of sites. The first `fixed` sites are in it from the start.
+/// Computes a maximal independent set of the conflict graph of sites. The first `fixed` sites are members from the
+/// start.
 ///
-/// Sites of sizes f and g conflict if their distance is less than both. The set is that of the greedy algorithm. It is
-/// the same for every number of workers and threads and every transport.
+/// Sites of sizes f and g conflict if their distance is less than both. The greedy algorithm selects the same set. The
+/// set is the same for every number of workers and threads and every transport.
 ///
 /// # Errors
 /// See [`Error`].
@@ -70,7 +73,7 @@ pub fn independent<C: Coordinates>(
     septet_core::independent(places, sizes, fixed, &options.config())
 }
 
-/// The groups that the option sets consist of.
+/// The groups of options that make up the option sets.
 pub mod options {
     #[doc(inline)]
     pub use septet_core::config::{
@@ -186,7 +189,7 @@ pub mod mesh {
         septet_core::mesh::make(input, &options.request())
     }
 
-    /// Makes a mesh as [`make`] does, of an input that has been checked.
+    /// Makes a mesh, as [`make`] does, of a domain whose input has already been checked.
     ///
     /// # Errors
     /// See [`MakeError`].
@@ -203,7 +206,7 @@ pub mod generate {
     };
 }
 
-/// Sweeps of runs, and the growth of their counts.
+/// Sweeps of runs, and fits of the growth of their counts.
 pub mod experiment {
     #[doc(inline)]
     pub use septet_lab::experiment::fit::{

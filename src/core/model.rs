@@ -42,7 +42,7 @@ impl Points {
     }
 }
 
-/// A triangulation as writers take it.
+/// A triangulation in the form that writers take.
 ///
 /// Cells are rows of `dimension + 1` zero-based indices of the input points, in canonical order. In space, the smallest
 /// index is first and the second smallest is second; the orientation decides the order of the other two. In the plane,
@@ -91,7 +91,7 @@ impl Patches {
 pub struct Labels {
     /// The component of the domain of each cell, from 1.
     pub regions: Vec<u32>,
-    /// The attribute of the region of each cell: the one of the input, if there is one.
+    /// The attribute of the region of each cell, from the input if it has one.
     pub attributes: Vec<f64>,
     /// Triangles on facets (in the plane: edges on segments), oriented outward from their first cell.
     pub faces: Patches,

@@ -143,7 +143,7 @@ pub struct Sizes {
     pub least: Option<f64>,
     /// Sizes at points.
     pub field: Option<SizeField>,
-    /// A place towards which sizes fall to the smallest one.
+    /// A point or segment towards which sizes decrease to the smallest size.
     pub singularity: Option<SingularityRequest>,
     /// The Lipschitz constant of the size function, between 0 and 1.
     pub lipschitz: f64,
@@ -161,13 +161,13 @@ impl Default for Sizes {
 pub struct MeshOptions {
     /// The machine.
     pub machine: Machine,
-    /// The part of the boundary that is kept; decided by the kind of the domain if none.
+    /// The part of the boundary that is kept; by default, the kind of the domain decides.
     pub boundary: Option<Boundary>,
     /// The sizes.
     pub sizes: Sizes,
     /// Edges whose faces turn by more than this angle, in degrees, are ridges.
     pub feature_angle: f64,
-    /// The largest distance between the boundary of a remeshed surface and the surface.
+    /// The largest distance between a surface and its remeshed boundary.
     pub max_distance: Option<f64>,
     /// Whether slivers are removed.
     pub improve: bool,

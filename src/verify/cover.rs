@@ -1,7 +1,7 @@
 //! The sixth level: the cells cover space once.
 //!
-//! **Statement.** For one cell `t` and its interior point `x`: `x` lies in no other closed cell, and
-//! `t` lies on the inner side of the plane of every boundary facet.
+//! **Statement.** There are a cell `t` and a point `x` inside it such that `x` lies in no other closed cell, and `t`
+//! lies on the inner side of the plane of every boundary facet.
 //!
 //! **Choice of `x` and `t`.** `x` is a quarter of a sum of four vertices. In the plane, the last vertex counts twice. So `x`
 //! is dyadic, and four times `x` is exact in the integers of [`super::exact`]. In a triangulation of a convex region, an

@@ -44,8 +44,8 @@ impl Ring for f64 {
     }
 }
 
-/// Machine integers. The caller bounds every partial sum by [`bits`], so no operation overflows. The wrapping operations
-/// only avoid the overflow check.
+/// Machine integers. The caller bounds every partial sum by [`bits`], so no operation overflows. Wrapping operations
+/// are used only because they need no overflow check.
 macro_rules! machine_ring {
     ($($int:ty),*) => {$(
         impl Ring for $int {
@@ -241,8 +241,8 @@ mod tests {
 
     #[test]
     fn the_widths_agree() {
-        // A unit cell whose last vertex is raised by what needs i64, i128, and BigInt from i64. The
-        // far corner of the cube lies on the sphere before, and inside of it after.
+        // The last vertex of a unit cell is raised by amounts that need `i64`, `i128` and `BigInt`. The far corner of
+        // the cube lies on the sphere before and inside it afterwards.
         let cell = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         for bits in [8, 20, 50] {
             let mut raised = cell;
@@ -251,7 +251,7 @@ mod tests {
             assert_eq!(exact_sign(&[1.0; 3], &raised), Ordering::Greater);
             assert_eq!(exact_sign(&[1.0, 1.0, 1.0 + 2f64.powi(-bits)], &raised), Ordering::Equal);
         }
-        // A spread of 1,950 bits: q is off the plane by the smallest of amounts.
+        // With a spread of 1,950 bits, the query is off the plane by a tiny amount.
         let (far, near) = (2f64.powi(950), 2f64.powi(-1000));
         let flat = [[far, 0.0, 0.0], [0.0, far, 0.0], [far, far, near]];
         assert_eq!(exact_sign(&[0.0; 3], &flat), Ordering::Greater);

@@ -1,7 +1,7 @@
 //! The third level, manifold: facets are matched by their vertices.
 //!
-//! **Statement.** 1. A facet has one cell, or two on opposite sides. 2. The cells at a vertex are connected through facets
-//! at it. 3. In space, the link of every vertex is a disc or a sphere.
+//! **Statement.** 1. A facet has one cell, or two on opposite sides. 2. The cells at a vertex are connected through
+//! facets at that vertex. 3. In space, the link of every vertex is a disc or a sphere.
 //!
 //! **Euler characteristic.** It decides 3. In a link, every edge has one triangle or two, and the triangles are connected
 //! through edges. Separate the link at pinched vertices. The result is a connected surface with `b` boundary curves. Its
@@ -10,8 +10,8 @@
 //! if its characteristic is 2. A link with boundary is a disc if and only if its characteristic is 1. In the plane, links
 //! are graphs of degree at most two, and a connected one is a path or a cycle.
 //!
-//! **Work.** A facet is found at its smallest vertex. O(s log s) for a star of s cells, in parallel over vertices.
-//! **Memory.** `2 N` words of 32 bits per cell.
+//! **Work.** Each facet is found at its smallest vertex. A star of s cells takes O(s log s), and vertices are processed
+//! in parallel. **Memory.** `2 N` words of 32 bits per cell.
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -73,7 +73,8 @@ fn parity<const N: usize>(row: &[u32; N], slot: usize) -> bool {
     odd
 }
 
-/// Finds the facets whose smallest vertex is `vertex`, as pairs of the other vertices and the number, sorted.
+/// Finds the facets whose smallest vertex is `vertex`. Returns sorted pairs of the other vertices and the number of the
+/// facet.
 fn facets_at<const D: usize, const N: usize>(
     soup: &Soup<D, N>,
     star: &[u32],
@@ -174,7 +175,8 @@ impl Facets {
         self.twin.iter().filter(|&&twin| twin < BROKEN).count() as u64 / 2
     }
 
-    /// Checks that a star is connected, and the characteristic of its link. A star with a broken facet was reported before.
+    /// Checks that a star is connected, and checks the Euler characteristic of its link. A broken facet in the star was
+    /// reported before.
     fn check_star<const D: usize, const N: usize>(
         &self,
         soup: &Soup<D, N>,

@@ -1,13 +1,14 @@
 //! The fourth level: the boundary is closed and locally convex.
 //!
-//! **Statement.** A *ridge* is a vertex in the plane and an edge in space. Every ridge of a boundary facet lies in exactly
-//! two boundary facets. The far vertex of one is not strictly beyond the plane of the other. These are the ridges
-//! infinite|infinite of the lifted hull. Coplanar facets are allowed, but must not be folded onto each other.
+//! **Statement.** A *ridge* is a vertex in the plane and an edge in space. Every ridge of a boundary facet lies in
+//! exactly two boundary facets. The far vertex of one is not strictly beyond the plane of the other. Ridges of the
+//! boundary correspond to the infinite|infinite ridges of the lifted hull ([`super`]). Coplanar facets are allowed, but
+//! must not be folded onto each other.
 //!
-//! One direction of the test suffices. Both directions decide whether the angle between the facets, measured through the
-//! cells, exceeds 180 degrees.
+//! One direction of the test suffices. Either direction decides whether the angle between the facets, measured through
+//! the cells, exceeds 180 degrees.
 //!
-//! **Work.** O(h log h) for h ridges: they are sorted.
+//! **Work.** O(h log h) for h ridges, because they are sorted.
 
 use std::cmp::Ordering;
 

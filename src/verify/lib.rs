@@ -23,12 +23,14 @@
 //! once, and no circumsphere of a cell contains a point of `P` in its interior. Conversely, every Delaunay triangulation
 //! satisfies 1-6, with any `t`.
 //!
-//! **Source.** Local conditions alone do not suffice: a pentagram is locally convex everywhere. One global query completes
-//! them. For convex hulls, this is due to Mehlhorn et al., *Checking geometric programs* (1996), and to Devillers, Liotta,
-//! Preparata and Tamassia (1998). Applied to the lifted hull, their condition is local convexity at all ridges:
-//! finite|finite (5), infinite|infinite (4), and finite|infinite. The last condition follows from 2. The facet above a
-//! boundary facet is vertical, the lifted cell is not, and they meet at an angle below 180 degrees. The proof here is
-//! elementary. It uses the second clause of 6, which costs O(hull).
+//! **Source.** Local conditions alone do not suffice: a pentagram is locally convex everywhere. One additional global
+//! query suffices. For convex hulls, this result is due to Mehlhorn et al., *Checking geometric programs* (1996), and
+//! to Devillers, Liotta, Preparata and Tamassia (1998). Applied to the lifted hull, their condition is local convexity
+//! at all ridges. A ridge lies between two finite facets (finite|finite, condition 5), between two infinite facets
+//! (infinite|infinite, condition 4), or between one of each (finite|infinite). Convexity at finite|infinite ridges
+//! follows from 2: the infinite facet above a boundary facet is vertical, the lifted cell is not, and the two meet at
+//! an angle below 180 degrees. The proof here is elementary. It uses the second clause of 6, whose check takes time
+//! linear in the size of the hull.
 //!
 //! **Proof.** *Cover.* From a point `y` inside a cell `s`, walk straight towards `x`, from cell to cell through facets. By
 //! 6, no ridge contains `x`, so the cones from `x` over ridges have dimension `d - 1`. For all `y` except a set of measure
@@ -39,11 +41,12 @@
 //! from `x` crosses one boundary facet and meets no cell after it, because a walk back would cross that facet outwards. So
 //! the boundary facets, seen from `x`, tile the sphere of directions once.
 //!
-//! *Convexity.* Take a generic point of a boundary ridge. Its two facets lie on either side of the ridge, seen from `x`,
-//! because they would overlap otherwise. There, `U` is the wedge below the two facets, which is convex by 4. Let `y` and
-//! `z` be generic points of the boundary. In space, the plane through `x`, `y` and `z` misses all vertices. For `d` = 2,
-//! take the plane itself. This plane cuts `U` in a star-shaped polygon without an angle above 180 degrees. Such a polygon
-//! is convex. So `U` contains the segment `yz`, and by closure `U` is convex. By 1, it is the convex hull of `P`.
+//! *Convexity.* Take a generic point of a boundary ridge. Its two facets lie on either side of the ridge, seen from
+//! `x`, because they would overlap otherwise. There, `U` is the wedge on the inner side of the two facets, which is
+//! convex by 4. Let `y` and `z` be generic points of the boundary. In space, the plane through `x`, `y` and `z` misses
+//! all vertices. For `d` = 2, take the plane itself. This plane cuts `U` in a star-shaped polygon without an angle
+//! above 180 degrees. Such a polygon is convex. So `U` contains the segment `yz`, and by closure `U` is convex. By 1,
+//! it is the convex hull of `P`.
 //!
 //! *Heights.* On each cell, let `h` be the affine interpolation of `|p|^2` at its vertices. It agrees on the two sides of
 //! an interior facet, and by 5 it is convex across the facet. All facets in the interior of `U` are interior facets. So `h`
@@ -113,8 +116,9 @@ impl Default for VerifyOptions {
 
 /// Decides whether the mesh is a Delaunay triangulation of its points, exactly and for any finite coordinates.
 ///
-/// If the level `structure` fails, the other levels have no meaning. They do not run, and [`LevelReport::stopped_by`] names
-/// it. Otherwise all levels run. `progress` receives the stage, the number of items done, and their total.
+/// If the level `structure` fails, the other levels have no meaning. They do not run, and their
+/// [`LevelReport::stopped_by`] names that level. Otherwise all levels run. `progress` receives the stage, the number of
+/// items done, and their total.
 pub fn verify(
     mesh: &Triangulation<'_>,
     options: &VerifyOptions,

@@ -17,15 +17,16 @@
 //! Here `L = sum M_k^2`, and the squares of one norm add up to at most `L`. The constants of [`bound`] are larger by at
 //! least 2 %. This margin covers the terms in `u^2` and the rounding of the bound.
 //!
-//! **Underflow.** The filter requires all `M_k` to lie in `[2^-100, 2^100]`, so nothing overflows. A product of `j <= 5`
-//! differences that underflows has an error of at most `2^-1075` times the other factors of its monomials. Relative to the
-//! bound, this is at most `2^-1075 / (u 2^(-100 j)) <= 2^-522`, which the margin covers, too. Differences outside this range
-//! use the exact form. An axis with `M_k = 0` has only equal coordinates, and the form is exactly zero.
+//! **Underflow.** The filter requires all `M_k` to lie in `[2^-100, 2^100]`, so nothing overflows. A product of
+//! `j <= 5` differences that underflows has an error of at most `2^-1075` times the other factors of its monomials.
+//! Relative to the bound, this is at most `2^-1075 / (u 2^(-100 j)) <= 2^-522`, which the margin also covers.
+//! Differences outside this range use the exact form. An axis with `M_k = 0` has only equal coordinates, and the form
+//! is exactly zero.
 //!
 //! **Tie rule** (Edelsbrunner and Muecke 1990; Devillers and Teillaud 2011). The heights `|p|^2` are raised by
 //! infinitesimals. A point of higher lexicographic rank has an infinitesimal that is larger by orders of magnitude. The
-//! in-sphere form is linear in the heights. So the first point by decreasing rank whose derivative is not zero decides. For
-//! the query, the derivative is minus the orientation of the cell. For a vertex of the cell, it is the orientation of the
+//! in-sphere form is linear in the heights. So the highest-ranked point whose derivative is not zero decides. For the
+//! query, the derivative is minus the orientation of the cell. For a vertex of the cell, it is the orientation of the
 //! cell with the query instead of that vertex.
 
 use std::array::from_fn;

@@ -51,7 +51,7 @@ pub enum Fault {
         /// The two points.
         points: [u64; 2],
     },
-    /// A vertex is not the smallest index of its coincident points, as the canonical triangulation requires.
+    /// A vertex does not have the smallest index of its coincident points, as the canonical triangulation requires.
     NotRepresentative {
         /// The vertex.
         vertex: u64,
@@ -65,7 +65,7 @@ pub enum Fault {
         /// The cell.
         cell: u64,
     },
-    /// A cell is negatively oriented, and the order of vertices is required to matter.
+    /// A cell is negatively oriented, although positive orientation is required.
     Negative {
         /// The cell.
         cell: u64,
@@ -86,7 +86,7 @@ pub enum Fault {
         /// The two cells.
         cells: [u64; 2],
     },
-    /// The cells at a vertex are not connected through facets at it.
+    /// The cells at a vertex are not connected through facets at that vertex.
     PinchedVertex {
         /// The vertex.
         vertex: u64,

@@ -1,4 +1,4 @@
-//! Parallel loops with progress. Their result does not depend on the number of threads.
+//! Parallel loops that report progress. Their results do not depend on the number of threads.
 
 use std::ops::Range;
 

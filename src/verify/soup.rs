@@ -1,8 +1,8 @@
 //! The mesh in the memory of the verifier, and the first two levels: structure and orientation.
 //!
-//! `-0.0` is copied as `0.0`. All coordinates are multiplied by a power of two that brings the largest near one, if this is
-//! exact for all of them. No sign of a determinant changes. The filter of [`super::predicates`] then stays in its range for
-//! any unit of length.
+//! `-0.0` is copied as `0.0`. If the largest coordinate is outside `2^-60` to `2^60`, all coordinates are multiplied by
+//! a power of two that brings it near one, provided that this is exact for all of them. The scaling changes no sign of
+//! a determinant. The filter of [`super::predicates`] then stays in its range for any unit of length.
 
 use std::array::from_fn;
 use std::cmp::Ordering;
@@ -23,7 +23,7 @@ pub(super) struct Soup<const D: usize, const N: usize> {
     pub cells: Vec<[u32; N]>,
     /// The flat cells, in ascending order.
     pub flat: Vec<u32>,
-    /// Whether a point is a vertex, for each point.
+    /// For each point, whether it is a vertex.
     pub used: Vec<bool>,
     /// Number of points that coincide with one of smaller index.
     pub duplicates: u64,
@@ -31,7 +31,8 @@ pub(super) struct Soup<const D: usize, const N: usize> {
     pub dimension: i32,
 }
 
-/// Multiplies all coordinates by a power of two if this is exact and the largest is outside `2^-60` to `2^60`.
+/// If the largest coordinate is outside `2^-60` to `2^60`, multiplies all coordinates by a power of two, provided that
+/// this is exact.
 fn normalise(coordinates: &mut [f64]) {
     let largest = coordinates.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     let exponent = ((largest.to_bits() >> 52) & 0x7ff) as i32 - 1023;
@@ -99,7 +100,7 @@ impl<const D: usize, const N: usize> Soup<D, N> {
         !self.flat.is_empty() && self.flat.binary_search(&cell).is_ok()
     }
 
-    /// The rest of the level `structure`: repeated cells, unused and coincident points.
+    /// Checks the rest of the level `structure`: repeated cells, unused points and coincident points.
     pub fn structure(&mut self, perturbed: bool, runner: &mut Runner<'_>) -> Tally {
         let mut tally = Tally::default();
         self.repeated_cells(runner, &mut tally);
@@ -195,9 +196,9 @@ fn check_group(group: &[u32], used: &[bool], perturbed: bool, tally: &mut Tally)
     }
 }
 
-/// Returns the exact dimension of the affine hull. `order` is lexicographic. If the first
-/// and the last point differ, they span a line. With a point off this line, they span a plane, and with a further point
-/// off this plane, they span space.
+/// Returns the exact dimension of the affine hull. `order` lists the points in lexicographic order. If the first and
+/// the last point differ, they span a line. With a point off this line, they span a plane, and with a further point off
+/// this plane, they span space.
 fn affine_dimension<const D: usize, const N: usize>(points: &[[f64; D]], order: &[u32]) -> i32 {
     let (Some(&first), Some(&last)) = (order.first(), order.last()) else {
         return -1;
@@ -222,7 +223,7 @@ fn affine_dimension<const D: usize, const N: usize>(points: &[[f64; D]], order: 
     if spanned { 3 } else { 2 }
 }
 
-/// Returns `true` if three points are collinear: their projections to all pairs of axes are.
+/// Returns `true` if three points are collinear, that is, if their projections to all pairs of axes are collinear.
 fn collinear<const D: usize>(a: &[f64; D], b: &[f64; D], c: &[f64; D]) -> bool {
     let mut axes = (0..D).flat_map(|i| (0..i).map(move |j| [i, j]));
     axes.all(|pair| orientation(&[a, b, c].map(|p| pair.map(|k| p[k]))).is_eq())

@@ -1,8 +1,9 @@
 //! The fifth level: every interior facet is locally Delaunay.
 //!
-//! **Statement.** The far vertex of the neighbour is not strictly inside the circumsphere of the cell. These are the ridges
-//! finite|finite of the lifted hull. The sign is the same for either cell. If it is zero and the perturbation is required,
-//! the vertex must be outside the perturbed circumsphere.
+//! **Statement.** For each cell and neighbour, the far vertex of the neighbour is not strictly inside the circumsphere
+//! of the cell. Interior facets correspond to the finite|finite ridges of the lifted hull ([`super`]). The sign is the
+//! same from either cell. If it is zero and the perturbation is required, the vertex must be outside the perturbed
+//! circumsphere.
 //!
 //! **Work.** O(1) per facet.
 

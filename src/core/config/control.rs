@@ -16,8 +16,8 @@ pub struct Keep {
     pub graph: bool,
     /// Whether the worker and the leaf of each cell are kept.
     pub owner: bool,
-    /// Whether the record of tasks is kept, for predictions (`septet_lab::predict`). [`crate::simulate`] only. The record
-    /// takes a run of its own, with one worker.
+    /// Whether the record of tasks is kept, for predictions (`septet_lab::predict`). [`crate::simulate`] only.
+    /// Recording takes a separate run with one worker.
     pub tasks: bool,
     /// Expected number of points in the picture of the result ([`crate::Run::picture`]); 0 for no picture, at most
     /// [`crate::result::view::MOST_POINTS`].

@@ -101,7 +101,7 @@ impl Graph {
     /// Returns the graph of a kind with the parameter that applies to it.
     ///
     /// # Errors
-    /// [`ConfigError::Unused`] if the parameter of another kind is given.
+    /// Returns [`ConfigError::Unused`] if the parameter of another kind is given.
     pub fn new(kind: GraphKind, alpha: Alpha, k: Neighbours) -> Result<Self, ConfigError> {
         let unused = |parameter| ConfigError::Unused { graph: kind.name(), parameter };
         match (kind, alpha, k) {

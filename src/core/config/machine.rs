@@ -67,10 +67,10 @@ pub struct Machine {
     pub transport: Transport,
     /// Seed of every random draw.
     pub seed: u64,
-    /// Name of the run in messages and traces; the seed if none. Runs that are traced into one file at the same time
-    /// need different names.
+    /// Name of the run in messages and traces; by default, the seed. Runs that are traced into one file at the same
+    /// time need different names.
     pub run: Option<u64>,
-    /// Largest leaf of the partition tree, in points; chosen by dimension and supergraph if none.
+    /// Largest leaf of the partition tree, in points; by default, the dimension and the supergraph decide.
     pub leaf: Option<u64>,
     /// Largest memory forecast that is accepted, in bytes.
     pub max_memory: Option<u64>,

@@ -59,8 +59,8 @@ impl<P: Point> Source<P> for Prepared<'_, P> {
         let n = self.positions.len() as u128;
         let share = |b: u32| (n * u128::from(b) / u128::from(blocks)) as usize;
         let range = share(block)..share(block + 1);
-        // A worker later owns about as many points as its block has, and then receives ghosts. The extra capacity is
-        // for the ghosts.
+        // A worker later owns about as many points as its block has. The extra capacity is for the ghosts that it then
+        // receives.
         let capacity = range.len() + range.len() / 8;
         let (mut ids, mut positions) = (Vec::with_capacity(capacity), Vec::with_capacity(capacity));
         ids.extend(self.ids(range.clone()));

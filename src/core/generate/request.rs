@@ -72,7 +72,7 @@ pub enum GenerateError {
     /// The kind has no Lipschitz constant.
     #[error("`{0}` does not use a lipschitz constant: only graded kinds do")]
     LipschitzUnused(Kind),
-    /// The kind cannot have as many points.
+    /// The kind cannot have that many points.
     #[error("{n} points are too many for `{kind}`: at most {limit}")]
     TooMany {
         /// The kind.

@@ -2,10 +2,10 @@
 //!
 //! **Statement.** A complete f-spaced set has about `sum over faces F of c_k * integral of f^-k over F` points. Here
 //! `k` is the dimension of `F`, and the constants `c_k` were measured. Bisection inverts this estimate. The measured
-//! size of a first, smaller set with the same slope corrects it. A set within 5 % of the request is accepted. After
-//! [`TRIALS`] trials, the closest set is accepted.
+//! size of a first, smaller set with the same slope corrects it. A set whose size is within 5 % of the request is
+//! accepted. After [`TRIALS`] trials, the closest set is accepted.
 //!
-//! **Work.** The generation of a set of n points per trial.
+//! **Work.** Each trial generates a set of n points.
 //!
 //! **Departures.** With a fixed slope L, a set graded to a point has only O(L^-d log(1/least)) points. For larger
 //! requests the slope is reduced. Then f is still L-Lipschitz. The result reports the slope that was used.
@@ -107,7 +107,7 @@ impl Family {
         }
     }
 
-    /// Returns the size function with an estimate of `wanted` points. Uses the given slope, if any.
+    /// Returns the size function with an estimate of `wanted` points. Uses the given slope, if there is one.
     fn sizing<P: Point>(&self, wanted: f64, slope: Option<f64>) -> Sizing {
         let centre = self.centre;
         if self.slope == 0.0 {

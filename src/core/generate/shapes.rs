@@ -45,7 +45,7 @@ pub(super) fn points<P: Point>(request: &Request) -> Vec<P> {
             let unit = 1.0 / n.saturating_sub(1).next_power_of_two() as f64;
             (0..n).map(|t| moment(t as f64 * unit)).collect()
         }
-        // The f-spaced kinds are generated elsewhere.
+        // The module `spaced` generates the f-spaced kinds.
         Kind::Uniform | Kind::WellSpaced | Kind::GradedPoint | Kind::GradedLine => many(&mut || draw.point()),
     }
 }

@@ -12,15 +12,15 @@
 //! 5. A cell whose centre lies in such a ball has `R <= g f(c)` with `g = sqrt(2) / (1 - L)`. If f is constant and the
 //!    centre is farther than 3 f from the other faces, g is 5/4.
 //!
-//! Edges everywhere stay within 1.25 times the bound of claim 3. This is measured, not proved: the maximum over 250
-//! sets was 1.18 times the bound.
+//! All Delaunay edges, including those near the boundary, stay within 1.25 times the bound of claim 3. This is
+//! measured, not proved: the maximum over 250 sets was 1.18 times the bound.
 //!
 //! **Why sizes need not be below the local feature size.** The sizes of a request are at most 1. The balls of
 //! subsegments and subfacets therefore have radii below 1 and do not reach faces that are disjoint from their own.
-//! Faces that meet their own face do so at right angles, where the lemmas of the generator hold for any size.
+//! Faces that meet their own face meet it at right angles, and then the lemmas of the generator hold for any size.
 //!
-//! **Work.** The runs of the generator: independent sets and triangulations on the machine, all of them `O(n log n)`.
-//! The set is the same for every number of workers and threads.
+//! **Work.** The generator computes independent sets and triangulations on the machine, each in `O(n log n)` work. The
+//! set is the same for every number of workers and threads.
 //!
 //! **Departures.** The generator runs in its own thread and sends its progress to the thread of the caller. If the
 //! caller's callback unwinds, the runs of the machine are cancelled.
@@ -108,7 +108,7 @@ pub(super) fn build<P: Unit>(
     let give_up = GiveUp(Arc::default());
     let config = machine(seed, Config::default().machine.threads, give_up.0.clone());
     let work = |points: Sender<u64>| {
-        // Runs over the points must not include the spans of their generation.
+        // Traces of later runs over the points must not include the spans of their generation.
         with_default(NoSubscriber::new(), || {
             set(&domain, sizing, seed, &mut Reporting { machine: Counted::new(config), points })
         })
@@ -121,7 +121,7 @@ pub(super) fn build<P: Unit>(
 }
 
 /// Runs `work` in its own thread and calls `progress` meanwhile. If `progress` unwinds, cancels the work and waits for
-/// it.
+/// its end.
 fn run_in_thread<T: Send>(
     work: impl FnOnce(Sender<u64>) -> T + Send,
     give_up: GiveUp,

@@ -14,7 +14,7 @@ struct Quality {
     free: usize,
     /// The largest `R / f(c)` over these cells, and over all.
     gap: [f64; 2],
-    /// The largest radius-edge ratio, in the same way.
+    /// The largest radius-edge ratio over these cells, and over all.
     ratio: [f64; 2],
     /// The largest `|uv| / min(nn_u, nn_v)` over Delaunay edges.
     alpha: f64,
@@ -208,7 +208,7 @@ fn lattices_are_exact() {
     };
     assert_eq!(curve[64], DVec3::new(0.5, 0.25, 0.125));
     let dt = Incremental::new(curve).unwrap();
-    // Every two points of the curve are neighbours, so each has n - 1.
+    // Every two points of the curve are neighbours, so each point has n - 1 neighbours.
     let mut star = Vec::new();
     dt.star(50, &mut star);
     let mut around: Vec<u32> = star.iter().flat_map(|&cell| *dt.complex().cell(cell)).collect();

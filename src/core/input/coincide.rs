@@ -15,7 +15,8 @@ use septet_workers::view::shown_hash;
 /// Number of points that are assigned to bins together.
 const BLOCK: usize = 1 << 15;
 
-/// Approximate number of points in a bin, and the largest number of bins. A block then has fewer counts than points.
+/// Approximate number of points in a bin, and the largest number of bins. With this limit, a block has fewer bins than
+/// points.
 const BIN: usize = 1 << 14;
 const MOST_BINS: usize = 1 << 12;
 
@@ -86,7 +87,7 @@ pub(crate) fn coincidences<P: Point>(points: &[P]) -> Vec<(u32, u32)> {
     by_bins(points, (points.len() / BIN).next_power_of_two().min(MOST_BINS).ilog2())
 }
 
-/// Does the same with `1 << bits` bins.
+/// Finds coincident points as [`coincidences`] does, with `1 << bits` bins.
 fn by_bins<P: Point>(points: &[P], bits: u32) -> Vec<(u32, u32)> {
     let blocks: Vec<Binned> = points
         .par_chunks(BLOCK)
@@ -128,7 +129,7 @@ mod tests {
 
     use super::*;
 
-    /// Returns the result by sorting all points.
+    /// Finds coincident points by sorting all points.
     fn expected(points: &[DVec3]) -> Vec<(u32, u32)> {
         let mut order: Vec<u32> = (0..points.len() as u32).collect();
         let compare = |a: &u32, b: &u32| lex_cmp(&points[*a as usize], &points[*b as usize]);
@@ -140,8 +141,8 @@ mod tests {
         all
     }
 
-    /// Point `i` has the coordinates of `i % distinct`. No points, a few, many and all coincide, in one bin and several, in
-    /// one block and several.
+    /// Point `i` has the coordinates of `i % distinct`. The cases have no, few, many or only coincident points, in one
+    /// or several bins and in one or several blocks.
     #[test]
     fn each_is_found_with_the_first() {
         for count in [0, 1, 2, 100, BLOCK - 1, BLOCK + 1, 3 * BIN + 7, 5 * BLOCK] {

@@ -3,8 +3,8 @@
 //! Coincident points are found, -0.0 becomes 0.0, and a power of two scales the coordinates into the exact range. A frame
 //! of affinely independent points spans the set.
 //!
-//! **Work and depth.** Vector steps over blocks of points, on all cores; coincidences as in [`crate::input::coincide`].
-//! Points that need no change are not copied.
+//! **Work and depth.** Vector steps over blocks of points, on all cores; coincident points are found as in
+//! [`crate::input::coincide`]. Points that need no change are not copied.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -37,7 +37,7 @@ pub struct Prepared<'a, P: Point> {
     pub(crate) exponent: i32,
     /// Dimension of the affine hull; -1 for no points.
     pub dimension: isize,
-    /// Positions (in `positions`) of affinely independent points that span it.
+    /// Positions (in `positions`) of affinely independent points that span the affine hull.
     pub(crate) frame: Vec<usize>,
     /// Squared radii of the balls of sites; empty if nearest neighbours define the balls.
     pub(crate) radii2: Vec<f64>,
@@ -58,7 +58,7 @@ impl<P: Point> Prepared<'_, P> {
         }
     }
 
-    /// Returns the `input` points by their use.
+    /// Returns how many of the `input` points are vertices, and which points are not.
     pub fn accounting(&self, input: usize) -> Accounting {
         Accounting {
             input: input as u64,
@@ -87,8 +87,8 @@ impl<P: Point> Prepared<'_, P> {
 /// Prepares points.
 ///
 /// # Errors
-/// A point that is not finite (unless skipped), or coordinates whose spread is too large for exact signs. The error has
-/// input indices.
+/// Fails if a point is not finite (unless such points are skipped), or if the spread of the coordinates is too large
+/// for exact signs. The error has input indices.
 pub fn prepare<P: Point>(points: &[P], skip_invalid: bool) -> Result<Prepared<'_, P>, Error> {
     let (mut digits, negative_zero) = digits_of(points);
     let (mut clean, mut ids) = (Cow::Borrowed(points), None);

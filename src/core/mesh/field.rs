@@ -18,7 +18,7 @@ impl SizeField {
     /// Converts the sizes to cones of a size function.
     ///
     /// # Errors
-    /// [`MeshError::Dimension`].
+    /// Returns [`MeshError::Dimension`].
     pub fn cones<P: Point>(&self) -> Result<Vec<Cone<P>>, MeshError> {
         if self.dimension != P::DIM {
             let what = "--size-field";

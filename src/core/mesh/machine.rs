@@ -1,7 +1,7 @@
 //! Implements the machine of the generator by runs of `septet`.
 //!
 //! An independent set is a run of [`crate::independent`], and a triangulation is a run of [`crate::triangulate`]. A
-//! facet with at most `LEAF` points is a leaf of a machine of its own. Such facets are triangulated locally and in
+//! facet with at most `LEAF` points would be a single leaf of its machine. Such facets are triangulated locally and in
 //! parallel.
 
 use std::time::Instant;

@@ -52,7 +52,7 @@ pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &Mes
 /// Builds the size function of a request.
 ///
 /// # Errors
-/// Sizes that are out of range or too fine.
+/// Fails if sizes are out of range or too fine.
 pub fn sizes<P: Triangulate>(
     domain: &Domain<P>,
     request: &MeshRequest,
@@ -129,11 +129,11 @@ struct Built<P: Triangulate> {
 
 /// Generates a mesh of a domain without checking it. [`make`] also compares it with the domain.
 ///
-/// The stage `improve` reports bad cells as candidates, moves as points, and sweeps as rounds of completion. The result
-/// is the same for every number of workers and threads and for every transport.
+/// The counts of the stage `improve` have a special meaning: candidates are bad cells, points are moves, and rounds of
+/// completion are sweeps. The result is the same for every number of workers and threads and for every transport.
 ///
 /// # Errors
-/// [`MeshError`].
+/// Returns [`MeshError`].
 pub fn generate<P: Triangulate>(
     domain: &Domain<P>,
     size: &SizeFunction<P>,
@@ -145,7 +145,7 @@ pub fn generate<P: Triangulate>(
 /// Generates a mesh with the log of the machine. Keeps the owners of cells if the mesh has at most `owned` cells.
 ///
 /// # Errors
-/// [`MeshError`].
+/// Returns [`MeshError`].
 fn build<P: Triangulate>(
     domain: &Domain<P>,
     size: &SizeFunction<P>,
@@ -202,7 +202,7 @@ fn build<P: Triangulate>(
     Ok(Built { mesh, stages, run_log, owners })
 }
 
-/// The machine of the runs. The memory limit is that of the mesh as a whole and not of each run.
+/// The machine of the runs. The memory limit applies to the mesh as a whole, not to each run.
 fn machine(request: &MeshRequest) -> Counted {
     Counted::new(Config::default().with(|config| {
         config.machine = Machine { max_memory: None, ..request.machine.clone() };

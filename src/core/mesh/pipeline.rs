@@ -18,7 +18,7 @@ use thiserror::Error;
 use super::run_log::RunLog;
 use super::{Built, MeshError, MeshRequest, assess, build, conform, sizes};
 
-/// The data of a mesh that the result keeps besides the mesh.
+/// Limits on the data that the result keeps besides the mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Keep {
     /// The largest number of cells for which the owners of cells are kept.
@@ -82,13 +82,13 @@ pub trait Dimension: Triangulate {
     /// Runs [`septet_meshing::check`] in this dimension.
     ///
     /// # Errors
-    /// The defects of the input.
+    /// Returns the defects of the input.
     fn check(input: &Input<Self>) -> Result<Domain<Self>, Vec<Defect>>;
 
     /// Runs [`make_of`] in this dimension.
     ///
     /// # Errors
-    /// [`MakeError`].
+    /// Returns [`MakeError`].
     fn make(domain: &Domain<Self>, request: &MeshRequest, keep: Keep) -> Result<Made<Self>, MakeError<Self>>;
 }
 
@@ -115,7 +115,7 @@ impl Dimension for DVec3 {
 /// Checks an input and returns the domain that it describes.
 ///
 /// # Errors
-/// Its defects.
+/// Returns the defects of the input.
 pub fn check<P: Dimension>(input: &Input<P>) -> Result<Domain<P>, Vec<Defect>> {
     P::check(input)
 }
@@ -124,7 +124,7 @@ pub fn check<P: Dimension>(input: &Input<P>) -> Result<Domain<P>, Vec<Defect>> {
 /// domain exactly. The result is the same for every number of workers and threads and for every transport.
 ///
 /// # Errors
-/// [`MakeError`].
+/// Returns [`MakeError`].
 pub fn make<P: Dimension>(input: &Input<P>, request: &MeshRequest) -> Result<Made<P>, MakeError<P>> {
     let domain = P::check(input).map_err(MakeError::Input)?;
     P::make(&domain, request, Keep::default())
@@ -133,7 +133,7 @@ pub fn make<P: Dimension>(input: &Input<P>, request: &MeshRequest) -> Result<Mad
 /// Runs [`make`] on a domain that is already checked.
 ///
 /// # Errors
-/// [`MakeError`].
+/// Returns [`MakeError`].
 pub fn make_of<P: Dimension>(
     domain: &Domain<P>,
     request: &MeshRequest,

@@ -79,10 +79,11 @@ pub struct MeshRequest {
     pub max_distance: Option<f64>,
     /// Whether slivers are removed.
     pub improve: bool,
-    /// The machine. Its leaf is that of the partition trees of independent sets. Without a memory limit, generation stops
-    /// once the mesh certainly needs more than the available memory.
+    /// The machine. Its leaf size applies to the partition trees of independent sets. Without a memory limit,
+    /// generation stops once the mesh certainly needs more than the available memory.
     pub machine: Machine,
-    /// Ends the next run of the machine with [`Error::Interrupted`](crate::Error::Interrupted) once it is true.
+    /// A flag that ends the next run of the machine with [`Error::Interrupted`](crate::Error::Interrupted) once it is
+    /// `true`.
     pub cancel: Option<Arc<AtomicBool>>,
 }
 
@@ -140,7 +141,7 @@ impl MeshRequest {
         if cancelled { Err(MeshError::Run(crate::Error::Interrupted)) } else { Ok(()) }
     }
 
-    /// Returns the part of the boundary that is kept of a domain of this kind.
+    /// Returns the part of the boundary that the mesh keeps for a domain of this kind.
     pub fn boundary_of(&self, kind: Kind) -> Boundary {
         self.boundary.unwrap_or_else(|| Boundary::of(kind))
     }
@@ -158,7 +159,7 @@ impl MeshRequest {
     /// Returns the options of the size function for this domain.
     ///
     /// # Errors
-    /// A field or a singularity of a different dimension.
+    /// Fails if a field or a singularity has a different dimension.
     pub fn size_options<P: Triangulate>(&self, domain: &Domain<P>) -> Result<SizeOptions<P>, MeshError> {
         let field = self.field.as_ref().map(SizeField::cones::<P>).transpose()?.unwrap_or_default();
         let singularities = match (&self.singularity, self.min_size) {

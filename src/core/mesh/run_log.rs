@@ -35,9 +35,10 @@ pub struct RunLine {
     pub levels: u32,
     /// Leaves of the tree.
     pub leaves: u64,
-    /// Points divided, summed over the split nodes. Equals the levels above the leaf of each point, summed over points.
+    /// Points divided, summed over the split nodes. Equals the number of levels above the leaf of a point, summed over
+    /// all points.
     pub divided: u64,
-    /// Points of the leaves with their ghosts, if the run has a graph.
+    /// Points of the leaves, including their ghosts, if the run has a graph.
     pub members: Option<u64>,
     /// Edges of the graph, if the run has one.
     pub edges: Option<u64>,

@@ -1,7 +1,8 @@
 //! The picture of a mesh: its points and cells, and the values that colour its cells.
 //!
-//! A picture shows the whole mesh or does not exist, because a subset of the cells would show gaps that the mesh does
-//! not have. Coordinates are rounded to 1e-7 of the extent of the mesh, and other numbers to six digits.
+//! A picture always shows the whole mesh. A mesh with too many cells has no picture, because a subset of the cells
+//! would show gaps that the mesh does not have. Coordinates are rounded to 1e-7 of the extent of the mesh, and other
+//! numbers to six digits.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,10 +17,10 @@ use septet_meshing::size::SizeFunction;
 
 use crate::result::view::Digits;
 
-/// The largest number of cells of a picture: about 12 MB of JSON.
+/// The largest number of cells that a picture may have: about 12 MB of JSON.
 pub const MOST_CELLS: u32 = 200_000;
 
-/// The default of the largest number of cells: about 1 MB of JSON.
+/// The default limit on the number of cells: about 1 MB of JSON.
 pub const DEFAULT_CELLS: u32 = 20_000;
 
 /// A mesh for drawing. Every list about cells has one entry per cell, in the order of the mesh.
@@ -35,15 +36,15 @@ pub struct MeshPicture {
     pub high: Vec<f64>,
     /// The coordinates of all points, in the unit of the file.
     pub positions: Vec<f64>,
-    /// The points of all cells, as positions from 0.
+    /// The points of all cells, as zero-based positions.
     pub corners: Vec<u32>,
-    /// Radius-edge ratios. Null if the bound is infinite because of rounding.
+    /// Radius-edge ratios. Null if rounding makes the ratio infinite.
     pub radius_edge: Vec<Option<f64>>,
     /// Smallest angles in degrees: dihedral angles in space, angles at corners in the plane.
     pub least_angle: Vec<f64>,
     /// The size function at the mean of the points, in the unit of the file.
     pub size: Vec<f64>,
-    /// Positions in `regions`.
+    /// The region of each cell, as a position in `regions`.
     pub region: Vec<u32>,
     /// The names of the regions, as in files.
     pub regions: Vec<f64>,

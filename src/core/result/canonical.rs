@@ -1,7 +1,7 @@
-//! The canonical order of cells. It is an export, and no phase counts it.
+//! The canonical order of cells, in which they are exported. No phase counts the sorting.
 //!
-//! A row starts with its smallest index, followed by the second smallest. The order of the last two (in the plane: of
-//! the second and third) keeps the orientation positive. Rows are sorted. The output therefore depends on the
+//! A row starts with its smallest index, followed by the second smallest. The order of the last two indices (in the
+//! plane, of the second and third) keeps the orientation positive. Rows are sorted. The output therefore depends on the
 //! triangulation only.
 
 use std::sync::OnceLock;
@@ -51,7 +51,7 @@ pub(crate) enum Store {
     Pieces(Pieces),
 }
 
-/// The cells of a run. They are brought into canonical order when they are first requested.
+/// The cells of a run. The first request brings them into canonical order.
 #[derive(Clone, Debug)]
 pub(crate) struct Export {
     space: usize,
@@ -61,7 +61,7 @@ pub(crate) struct Export {
 }
 
 impl Export {
-    /// Stores cells of `space + 1` vertices. `with_owner` is whether the owner of each cell is exported.
+    /// Stores cells of `space + 1` vertices. If `with_owner` is set, the owner of each cell is exported.
     pub(crate) fn new(space: usize, store: Store, with_owner: bool) -> Self {
         Export { space, store, with_owner, canonical: OnceLock::new() }
     }

@@ -1,8 +1,9 @@
 //! A triangulation in memory as the workers made it: one piece for each worker, with adjacency within and across pieces.
 //!
 //! A piece has local vertex indices of 32 bits and a table of their input indices. A cell is in the piece of the worker
-//! that owns its lexicographically smallest vertex. Canonical rows of 64-bit indices are an export (`Pieces::rows`).
-//! With the data needed to sort them, they take four times the memory of the pieces' own rows.
+//! that owns its lexicographically smallest vertex. Canonical rows of 64-bit indices are made only for export
+//! (`Pieces::rows`). With the data needed to sort them, canonical rows take four times the memory of the pieces' own
+//! rows.
 
 use rayon::prelude::*;
 use septet_workers::coordinator::PieceRows;
@@ -37,12 +38,12 @@ pub struct Pieces {
 type Open = ([u64; 3], u32, u32);
 
 impl Pieces {
-    /// Joins pieces, whose cells have `corners` vertices, across their interfaces. Returns `None`
+    /// Joins pieces across their interfaces. Their cells have `corners` vertices. Returns `None`
     /// - if three cells share a facet,
     /// - if the number of facets with one cell is not `hull_facets`, or
     /// - if a list of open cells does not ascend or contains an index that is not a cell.
     ///
-    /// A facet is not detected if neither of its cells is listed as open.
+    /// A facet between pieces is not detected if neither of its cells is listed as open.
     pub(crate) fn join(corners: usize, mut loose: Vec<PieceRows>, hull_facets: u64) -> Option<Self> {
         loose.sort_by_key(|l| l.owner);
         let facets = |(at, loose): (usize, &PieceRows)| open_facets(loose, corners, at as u32);
@@ -171,7 +172,7 @@ mod tests {
             let rows = [0, 1, 2].into_iter().chain(across).collect();
             PieceRows { owner, leaf: 1, ids, rows, open: open.to_vec() }
         });
-        // Not in the order of the owners.
+        // The order is not that of the owners.
         Pieces::join(3, loose.rev().collect(), 4)
     }
 

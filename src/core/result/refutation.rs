@@ -7,7 +7,7 @@ use thiserror::Error;
 #[non_exhaustive]
 #[error("{disagreements} disagreements, {minima} minima, {stars} of {points} stars")]
 pub struct Refutation {
-    /// Number of cells that a star lacks.
+    /// Number of cells missing from a star.
     pub disagreements: u64,
     /// Vertices without a smaller neighbour; 1 in a triangulation.
     pub minima: u64,

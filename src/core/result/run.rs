@@ -14,7 +14,7 @@ use crate::result::pieces::Pieces;
 use crate::result::refutation::Refutation;
 use crate::result::view::View;
 
-/// The input points by their use.
+/// The input points by their use: vertices, duplicates and dropped points.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Accounting {
@@ -38,7 +38,7 @@ pub struct Settled {
     pub leaf: u64,
     /// The supergraph, if the run built one.
     pub supergraph: Option<Supergraph>,
-    /// Why this supergraph.
+    /// The reason for choosing this supergraph.
     pub why: String,
     /// Whether the run split down to the leaf size and counted work and depth.
     pub counted: bool,
@@ -72,7 +72,7 @@ impl TrafficTotal {
 pub struct Run {
     /// Number of coordinates: 2 or 3.
     pub space: usize,
-    /// Dimension of the affine hull of the points; -1 for no points. Below `space` there are no cells.
+    /// Dimension of the affine hull of the points; -1 for no points. If it is less than `space`, there are no cells.
     pub dimension: isize,
     /// The input points by their use.
     pub points: Accounting,
@@ -89,7 +89,7 @@ pub struct Run {
     pub stars_repaired: u64,
     /// Number of rounds of splaying.
     pub exchange_rounds: u64,
-    /// Why and how many points were gathered, if splaying was cut short.
+    /// Why splaying was cut short, and how many points were then gathered.
     pub fallback: Option<(String, u64)>,
     /// The counts.
     pub ledger: Ledger,
@@ -152,8 +152,8 @@ impl Run {
 
     /// Returns the cells in canonical order: `space + 1` input indices per row.
     ///
-    /// The first call sorts the cells and keeps the rows: 32 bytes per tetrahedron in addition to the cells as the run
-    /// made them.
+    /// The first call sorts the cells and keeps the rows, which take 32 bytes per tetrahedron in addition to the cells
+    /// that the run made.
     pub fn cells(&self) -> &[u64] {
         &self.export.canonical().rows
     }
@@ -168,7 +168,7 @@ impl Run {
         self.export.canonical().leaf.as_deref()
     }
 
-    /// Returns the triangulation as writers take it, over the coordinates of the input.
+    /// Returns the triangulation in the form that writers take, with the coordinates of the input.
     pub fn view<'a>(&'a self, coordinates: &'a [f64]) -> MeshView<'a> {
         MeshView {
             dimension: self.space,

@@ -24,7 +24,7 @@ pub const MOST_SEPARATORS: usize = 4095;
 /// Largest number of (point, leaf) pairs of ghosts shown.
 pub const MOST_GHOSTS: usize = 80_000;
 
-/// A sampled set of points, one entry each, and the tree.
+/// The sampled points, one entry each, and the tree.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct View {
@@ -48,7 +48,7 @@ pub struct View {
     pub crossing: Vec<u64>,
     /// 1 if splaying changed the star, 2 if a ball of the known radius proves it, else 0.
     pub flags: Vec<u64>,
-    /// Points of which another leaf holds a ghost: positions in this sample.
+    /// Points of which another leaf holds a ghost, as positions in this sample.
     pub ghost: Vec<u32>,
     /// The leaf that holds each ghost: a position in `leaves`.
     pub ghost_leaf: Vec<u32>,
@@ -56,7 +56,7 @@ pub struct View {
     pub ghosts_omitted: u64,
     /// Separators, by node.
     pub separators: Vec<SeparatorView>,
-    /// Number of separators omitted, of deeper levels.
+    /// Number of separators omitted, which are at deeper levels.
     pub separators_omitted: u64,
 }
 
@@ -64,7 +64,7 @@ pub struct View {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct SeparatorView {
-    /// Path number of the node it splits.
+    /// Path number of the node that it splits.
     pub node: u64,
     /// Levels below the root.
     pub level: u32,
@@ -146,7 +146,8 @@ impl Album {
         }
     }
 
-    /// Returns the picture, of at most `most` points. Coordinates are divided by `2^exponent`, which gives those of the input.
+    /// Returns the picture, with at most `most` points. Coordinates are divided by `2^exponent`, which gives the input
+    /// coordinates.
     pub(crate) fn view<P: Point>(mut self, population: u64, most: u32, exponent: i32) -> View {
         self.points.sort_unstable_by_key(|e| (e.hash, e.id));
         self.points.truncate(most as usize);
@@ -189,12 +190,12 @@ impl Album {
     }
 }
 
-/// The rounding of a picture: to multiples of ten to the minus this.
+/// The number of decimal places to which the numbers of a picture are rounded.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Digits(i32);
 
 impl Digits {
-    /// Rounds to a number of digits below the leading digit of the extent.
+    /// Selects rounding to `digits` digits below the leading digit of the extent.
     pub(crate) fn of(extent: f64, digits: i32) -> Self {
         Digits(if extent > 0.0 { digits - extent.log10().floor() as i32 } else { 17 })
     }

@@ -79,7 +79,7 @@ impl From<Run> for RunCounts {
     }
 }
 
-/// Counts the paper's recursion, completely as [`simulate`] does, or up to [`Config::until`]. The tree and the
+/// Counts the paper's recursion, either completely, as [`simulate`] does, or up to [`Config::until`]. The tree and the
 /// neighbours take a fraction of the time and memory of a triangulation.
 ///
 /// # Errors
@@ -88,7 +88,7 @@ pub fn count<C: Coordinates>(points: &[C], config: &Config) -> Result<RunCounts,
     counted(C::points(points), config)
 }
 
-/// Counts in either dimension. It is compiled here, so that callers do not compile the machine.
+/// Counts a run in either dimension. It is compiled here, so that callers do not compile the machine.
 #[inline(never)]
 fn counted(points: PointSlice<'_>, config: &Config) -> Result<RunCounts, Error> {
     match points {

@@ -26,7 +26,7 @@ pub(crate) struct Times {
     pub(crate) machine: Instant,
 }
 
-/// Returns the result for points that span less than the space: no cells, and no run.
+/// Returns the result for points that do not span the space: there are no cells, and no machine runs.
 pub(crate) fn flat_result<P: Point>(
     input: usize,
     ready: &Prepared<'_, P>,
@@ -46,7 +46,7 @@ fn empty<P: Point>(input: usize, ready: &Prepared<'_, P>, settled: Settled) -> R
 /// Returns the reasons against the certificate, if there are any.
 ///
 /// # Errors
-/// If cells or ledgers are missing.
+/// Fails if cells or ledgers are missing.
 pub(crate) fn certify<P: Point>(
     collected: &Collected<P>,
     population: u64,
@@ -78,7 +78,7 @@ pub(crate) fn certify<P: Point>(
 /// Puts the result together.
 ///
 /// # Errors
-/// If the subdomain triangulations do not fit together.
+/// Fails if the subdomain triangulations do not fit together.
 pub(crate) fn finish<P: Point>(
     input: usize,
     ready: &Prepared<'_, P>,

@@ -5,8 +5,8 @@
 //! the density graph compares with `<=`. The squared radius of a site is therefore the float below its squared size,
 //! which turns `<=` into `<` without rounding.
 //!
-//! A run is that of [`crate::simulate`] with given radii: partition, summaries, separator sets by ghosts, and graph.
-//! Rounds of local priorities follow. The proofs are in the module `independent` of `septet_workers`.
+//! A run has the phases of [`crate::simulate`] with given radii: partition, summaries, separator sets by ghosts, and
+//! graph. Rounds of local priorities follow. The proofs are in the module `independent` of `septet_workers`.
 //!
 //! **Work and depth.** Those of the phases.
 
@@ -55,10 +55,11 @@ impl IndependentRun {
     }
 }
 
-/// Computes a maximal independent set of the conflict graph. The first `fixed` sites are in it from the start.
+/// Computes a maximal independent set of the conflict graph. The first `fixed` sites are members from the start.
 ///
-/// The set is that of the greedy algorithm in the order of [`septet_geometry::priority`]. It is the same for every
-/// number of workers and threads and every transport. A permutation of the sites selects the same sites.
+/// The greedy algorithm, in the order of [`septet_geometry::priority`], selects the same set. The set is the same for
+/// every number of workers and threads and every transport. Permuting the sites does not change which sites are
+/// selected.
 ///
 /// The supergraph, the separator sets, the correction and [`Config::keep`] are not used.
 ///
@@ -73,7 +74,7 @@ pub fn independent<C: Coordinates>(
     chosen(C::points(places), sizes, fixed, config)
 }
 
-/// Selects in either dimension. It is compiled here, so that callers do not compile the machine.
+/// Selects the set in either dimension. It is compiled here, so that callers do not compile the machine.
 #[inline(never)]
 fn chosen(
     places: PointSlice<'_>,
@@ -148,8 +149,8 @@ fn scaled<P: Point>(p: P, exponent: i32) -> P {
 
 /// Returns the largest float below the square, so that `d2 <= radius2` iff `d2 < size * size`.
 ///
-/// If the square overflows, this is the largest float, which no squared distance in the range exceeds. If it
-/// underflows to 0, this is 0, which is less than the squared distance of any two sites.
+/// If the square overflows, the result is the largest float, which no squared distance in the range exceeds. If it
+/// underflows to 0, the result is 0, which is less than the squared distance of any two sites.
 fn squared_radius(size: f64) -> f64 {
     (size * size).next_down().max(0.0)
 }

@@ -7,22 +7,22 @@ use crate::error::Error;
 /// rounded up.
 const BYTES_PER_POINT: [u64; 2] = [1100, 600];
 
-/// The same for `simulate`.
+/// Bytes per point of `simulate`, measured in the same way.
 const COUNTED_BYTES_PER_POINT: [u64; 2] = [10_000, 3_000];
 
 /// Bytes per site of `independent`, measured in the same way.
 const BYTES_PER_SITE: [u64; 2] = [700, 500];
 
-/// Returns the expected peak in bytes: the bytes of the points, and a constant.
+/// Returns the expected peak in bytes: a constant plus `bytes_per_point` for each point.
 fn forecast(points: u64, dimension: usize, bytes_per_point: [u64; 2]) -> u64 {
     points.saturating_mul(bytes_per_point[usize::from(dimension == 2)]).saturating_add(64 << 20)
 }
 
-/// Checks the expected peak of a run against the memory limit of the configuration. `counted` is whether the whole
+/// Checks the expected peak of a run against the memory limit of the configuration. `counted` states whether the whole
 /// recursion runs.
 ///
 /// # Errors
-/// [`Error::Memory`] with the forecast.
+/// Returns [`Error::Memory`] with the forecast.
 pub fn admit(config: &Config, points: u64, dimension: usize, counted: bool) -> Result<(), Error> {
     let row = if counted { COUNTED_BYTES_PER_POINT } else { BYTES_PER_POINT };
     compare(config, points, forecast(points, dimension, row))
@@ -31,7 +31,7 @@ pub fn admit(config: &Config, points: u64, dimension: usize, counted: bool) -> R
 /// Checks the expected peak of an independent set against the memory limit of the configuration.
 ///
 /// # Errors
-/// [`Error::Memory`] with the forecast.
+/// Returns [`Error::Memory`] with the forecast.
 pub(crate) fn admit_sites(config: &Config, sites: u64, dimension: usize) -> Result<(), Error> {
     compare(config, sites, forecast(sites, dimension, BYTES_PER_SITE))
 }

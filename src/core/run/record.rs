@@ -1,5 +1,5 @@
-//! The record of tasks, made in a run of its own. Recording takes time, and the seconds of the run itself calibrate
-//! predictions.
+//! The record of tasks, which a separate run makes. Recording takes time, and predictions are calibrated with the
+//! seconds of the main run.
 
 use std::sync::Arc;
 

@@ -1,7 +1,7 @@
-//! The settings of a run: the one place that decides them, from the configuration and the points.
+//! The settings of a run. This module alone decides them, from the configuration and the points.
 //!
-//! [`admit`] checks what the number of points decides. It runs before the points are prepared, so that a refused run
-//! allocates nothing. [`Settings::decide`] decides everything else.
+//! [`admit`] checks everything that depends only on the configuration and the number of points. It runs before the
+//! points are prepared, so that a refused run allocates nothing. [`Settings::decide`] decides everything else.
 
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ use crate::result::view::MOST_POINTS;
 use crate::run::memory;
 use crate::run::transport::Start;
 
-/// The product of a run.
+/// The purpose of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Goal {
     /// A triangulation by the direct path.
@@ -34,7 +34,7 @@ pub(crate) enum Goal {
     Simulation,
     /// The counts of the recursion up to a phase.
     Prefix(Until),
-    /// A maximal independent set. The first `fixed` sites are in it from the start.
+    /// A maximal independent set. The first `fixed` sites are members from the start.
     Independent {
         /// Number of these sites.
         fixed: u64,
@@ -62,7 +62,7 @@ impl Goal {
 /// Checks the configuration and the forecast of memory.
 ///
 /// # Errors
-/// A configuration that cannot run, or too many points for its memory limit.
+/// Fails if the configuration cannot run, or if there are too many points for its memory limit.
 pub(crate) fn admit(config: &Config, goal: Goal, points: u64, dimension: usize) -> Result<(), Error> {
     config.check()?;
     if config.until != goal.until() {
@@ -85,21 +85,22 @@ pub(crate) fn admit(config: &Config, goal: Goal, points: u64, dimension: usize) 
 pub(crate) struct Settings {
     /// The parameters that all ranks share.
     pub(crate) machine: WorkerConfig,
-    /// Why this supergraph; empty if the coordinator chooses it.
+    /// The reason for this supergraph; empty if the coordinator chooses it.
     pub(crate) why: String,
-    /// Number of leaves below each node, with one worker for each leaf; else empty.
+    /// Number of leaves below each node if every leaf has its own worker; otherwise empty.
     pub(crate) plan: Plan,
     /// Traffic of the run that made the plan.
     pub(crate) planning: Option<TrafficTotal>,
 }
 
 impl Settings {
-    /// Decides all settings of a run over these points. With [`Workers::Leaves`], this takes a run that grows the tree.
+    /// Decides all settings of a run over these points. With [`Workers::Leaves`], this requires a run that grows the
+    /// tree.
     ///
     /// Points that span less than the space need no machine: the settings then have no plan.
     ///
     /// # Errors
-    /// A k that the points do not allow, or a number of workers that is too large or too small for them.
+    /// Fails if the points do not allow k, or if the number of workers is too large or too small for them.
     pub(crate) fn decide<P: Point>(
         config: &Config,
         goal: Goal,
@@ -167,7 +168,7 @@ impl Settings {
         Ok(())
     }
 
-    /// Returns the settings as the result states them.
+    /// Returns the settings in the form that the result has.
     pub(crate) fn settled(&self, supergraph: Option<Supergraph>, why: String) -> Settled {
         let machine = &self.machine;
         Settled {
@@ -186,7 +187,7 @@ const MOST_IN_A_PIECE: u64 = 1 << 25;
 /// The bit that distinguishes the name of a planning run from the name of the run that it plans.
 const PLANNING: u64 = 1 << 63;
 
-/// The parameters that all ranks share, for one worker.
+/// Returns the parameters that all ranks share, for one worker.
 fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfig {
     let (counted, whole) = (goal.is_counted(), goal.until().is_none());
     let independent = goal.is_independent();
@@ -230,7 +231,7 @@ fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfi
 
 /// Largest leaf of an independent set, in the plane and in space. The search in a leaf takes linear time
 /// ([`septet_geometry::grid`]). A leaf may therefore be larger, and the tree lower, than in a search over all pairs.
-/// The points of larger leaves exceed the fast memory.
+/// The points of still larger leaves would exceed the fast memory.
 const LEAF_OF_SITES: [u64; 2] = [2000, 4000];
 
 /// Returns the smallest leaf that separator sets do not fill. It has about 1,000 points in space at alpha 2.5 and 500

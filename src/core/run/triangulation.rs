@@ -18,8 +18,8 @@ use crate::run::transport::{Start, started};
 /// Computes the Delaunay triangulation of `points`. The result is exact and certified. It is the same for every
 /// number of workers and threads and every transport.
 ///
-/// Coincident points count once (see [`Run::points`]). If the points do not span the space, there are no
-/// cells. Work and depth are not counted: see [`simulate`].
+/// Coincident points count once (see [`Run::points`]). If the points do not span the space, there are no cells. This
+/// function does not count work and depth; [`simulate`] does.
 ///
 /// # Errors
 /// See [`Error`].
@@ -27,7 +27,8 @@ pub fn triangulate<C: Coordinates>(points: &[C], config: &Config) -> Result<Run,
     run(C::points(points), config, false)
 }
 
-/// Computes the same triangulation by the paper's recursion down to the leaf size, and counts work and depth.
+/// Computes the Delaunay triangulation of `points` by the paper's recursion down to the leaf size, and counts work and
+/// depth.
 ///
 /// # Errors
 /// See [`Error`].
@@ -35,7 +36,8 @@ pub fn simulate<C: Coordinates>(points: &[C], config: &Config) -> Result<Run, Er
     run(C::points(points), config, true)
 }
 
-/// Runs both, in either dimension. It is compiled here, so that callers do not compile the machine.
+/// Runs [`simulate`] (`counted`) or [`triangulate`] in either dimension. It is compiled here, so that callers do not
+/// compile the machine.
 #[inline(never)]
 fn run(points: PointSlice<'_>, config: &Config, counted: bool) -> Result<Run, Error> {
     match points {

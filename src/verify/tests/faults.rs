@@ -55,7 +55,7 @@ fn structure() {
         let report = none.verify(VerifyOptions::default());
         assert!(report.levels[1..].iter().all(|l| l.stopped_by == Some("structure") && !l.passed));
     }
-    // A seam: two coincident points, each the vertex of one of the two halves of a square.
+    // A seam has two coincident points, each a vertex of one half of a square.
     let points = [[0.0, 0.0], [2.0, 0.0], [2.0, 3.0], [0.0, 2.0], [2.0, 3.0]];
     let seam = Mesh::new(&points, &[[0, 1, 2], [0, 4, 3]]);
     assert_eq!(seam.fault("structure"), Fault::CoincidentVertices { points: [2, 4] });
@@ -91,7 +91,8 @@ fn orientation() {
 
 #[test]
 fn manifold() {
-    // A third cell on an interior edge; two triangles at one vertex; two cells on the same side.
+    // The cases are a third cell on an interior edge, two triangles that share only a vertex, and two cells on the same
+    // side.
     let points = [[0.0, 0.0], [4.0, 0.0], [0.0, 4.0], [5.0, 5.0], [9.0, 9.0]];
     let third = Mesh::new(&points, &[[0, 1, 2], [1, 3, 2], [1, 4, 2]]);
     assert!(matches!(third.fault("manifold"), Fault::FacetOvershared { count: 3, .. }));
@@ -102,7 +103,7 @@ fn manifold() {
     let points = [[0.0, 0.0], [-3.0, 1.0], [-3.0, -1.0], [3.0, -1.0], [3.0, 1.0]];
     let bow = Mesh::new(&points, &[[0, 1, 2], [0, 3, 4]]);
     assert_eq!(bow.fault("manifold"), Fault::PinchedVertex { vertex: 0, cells: [0, 1] });
-    // Two tetrahedra at one edge; a belt of six around a point, whose link is an annulus.
+    // The cases are two tetrahedra that share only an edge, and a belt of six around a point, whose link is an annulus.
     let points = [
         [0.0, 0.0, -1.0],
         [0.0, 0.0, 1.0],
@@ -127,7 +128,7 @@ fn manifold() {
 fn holes_and_outlines() {
     for (mesh, n) in both() {
         for cell in 0..mesh.cells.len() / n {
-            // The cell is at the hull or inside, or the last cell of a point.
+            // The missing cell leaves a dent or a hole, or it was the only cell of a point.
             let failed = without(&mesh, cell).failed();
             assert!(failed.contains(&"hull") || failed == ["structure"], "{failed:?}");
         }
@@ -199,7 +200,7 @@ fn a_two_three_flip() {
             if failed == ["empty spheres"] {
                 flips += 1;
             } else {
-                // The union is not convex: a cell is negative, or existed before.
+                // If the union is not convex, a new cell is negative or existed before.
                 assert!(failed.contains(&"orientation") || failed == ["structure"], "{failed:?}");
             }
         }
@@ -207,7 +208,7 @@ fn a_two_three_flip() {
     assert!(flips > 4);
 }
 
-/// A regular pentagon, nearly.
+/// A nearly regular pentagon.
 const RING: [[f64; 2]; 5] =
     [[1000.0, 0.0], [309.0, 951.0], [-809.0, 588.0], [-809.0, -588.0], [309.0, -951.0]];
 
@@ -232,7 +233,7 @@ fn wound_twice() {
 #[test]
 fn two_components() {
     for (mesh, _) in both() {
-        // Far apart, on top of each other (a double cover), and one within the other's cell.
+        // The copies are far apart, on top of each other (a double cover), or one lies within a cell of the other.
         for (scale, shift) in [(1.0, 1e6), (1.0, 0.25), (1e-6, 500.0), (1e-6, 0.0)] {
             let mut other = mesh.clone();
             other.coordinates.iter_mut().for_each(|x| *x = *x * scale + shift);

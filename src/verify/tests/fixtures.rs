@@ -169,7 +169,7 @@ pub fn cube() -> Vec<[f64; 3]> {
     (0..8u32).map(|i| [i / 4, i / 2 % 2, i % 2].map(f64::from)).collect()
 }
 
-/// `side^3` cubes, each cut like the unit cube in `rows`. `place` moves points.
+/// Returns `side^3` cubes, each cut as `rows` cuts the unit cube. `place` moves the points.
 pub fn tiled(side: usize, rows: &[u64], mut place: impl FnMut([f64; 3]) -> [f64; 3]) -> Mesh {
     let triple = |i: usize, side: usize| [i / (side * side), i / side % side, i % side];
     let mut mesh = Mesh { dimension: 3, coordinates: Vec::new(), cells: Vec::new() };
@@ -186,7 +186,8 @@ pub fn tiled(side: usize, rows: &[u64], mut place: impl FnMut([f64; 3]) -> [f64;
     mesh
 }
 
-/// `side^3` cubes of six tetrahedra each around a diagonal (Kuhn), Delaunay for the cubic lattice.
+/// Returns `side^3` cubes, each cut into six tetrahedra around a diagonal (Kuhn). For the cubic lattice, this is a
+/// Delaunay triangulation.
 pub fn kuhn(side: usize, place: impl FnMut([f64; 3]) -> [f64; 3]) -> Mesh {
     let rows = [[0, 4, 6, 7], [0, 2, 3, 7], [0, 1, 5, 7], [0, 5, 4, 7], [0, 3, 1, 7], [0, 6, 2, 7]];
     tiled(side, rows.as_flattened(), place)

@@ -56,7 +56,7 @@ fn any_unit_of_length_and_any_spread() {
     }
     accepted(&brute(&scaled(&plane, [1e150, 1e-150])));
     accepted(&brute(&scaled(&space, [1e120, 1.0, 1e-120])));
-    // One cluster within another, 2,000 bits apart.
+    // One cluster lies within another, and their scales differ by 2,000 bits.
     let mut nested = scaled(&plane[..6], [1e300; 2]);
     nested.extend(scaled(&plane[6..], [1e-300; 2]));
     accepted(&brute(&nested));

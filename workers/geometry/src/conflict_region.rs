@@ -47,7 +47,7 @@ pub enum ConflictRegion<P> {
         anchor: P,
         /// Normal vector that points away from the hull.
         normal: P,
-        /// Bound of the error of each coordinate of the normal.
+        /// Bound on the error of each coordinate of the normal.
         slack: P,
     },
     /// All of space, for a cell that is too flat for a bound.

@@ -45,7 +45,7 @@ use glam::{DVec2, DVec3};
 pub struct Rounded {
     /// The rounded determinant. Its sign is exact if its absolute value is larger than `bound`.
     pub det: f64,
-    /// Bound of the error of `det`.
+    /// Bound on the error of `det`.
     pub bound: f64,
     /// The factors `o_i` of an in-sphere determinant `sum_i |p_i - q|^2 o_i`: the orientations of the cell with corner
     /// `i` replaced by the query.

@@ -51,7 +51,7 @@ impl Supergraph {
         }
     }
 
-    /// Upper bound of the length of an edge from a point with squared radius `r2` to a point of a set whose largest
+    /// Upper bound on the length of an edge from a point with squared radius `r2` to a point of a set whose largest
     /// squared radius is `max2`. Rounded up.
     pub fn reach(self, r2: f64, max2: f64) -> f64 {
         let up = 1.0 + 1e-12;

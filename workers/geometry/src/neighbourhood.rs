@@ -259,7 +259,7 @@ impl PairVisitor for Nearest<'_> {
     }
 }
 
-/// The largest number of balls (given by squared radii) that strictly contain one centre. It is a lower bound of the
+/// The largest number of balls (given by squared radii) that strictly contain one centre. It is a lower bound on the
 /// ply, within a constant factor of it. Takes O(n^2) time and is meant for measurements.
 pub fn ply_at_centres<P: Point>(points: &[P], radii2: &[f64]) -> usize {
     let inside = |&x: &P| points.iter().zip(radii2).filter(|&(&c, &r2)| dist2(x, c) < r2).count();

@@ -8,7 +8,8 @@ use septet_meshing::generate::Alone;
 use super::super::sizing::Centre;
 use super::*;
 
-/// One set by one processor without messages, by machines of one and three workers, and through the public function.
+/// Generates a set on one processor without messages, on machines of one and three workers, and through the public
+/// function. All four are equal.
 fn is_the_same_for_every_machine<P: Unit>(sizing: Sizing, seed: u64) -> usize {
     let domain = P::domain().unwrap();
     let alone: Vec<P> = set(&domain, sizing, seed, &mut Alone { seed }).unwrap();

@@ -62,7 +62,7 @@ impl<P: Point> Incremental<P> {
         self.frame.extent()
     }
 
-    /// An upper bound of the circumradius of a finite cell, computed without a square root. The circumball lies within
+    /// An upper bound on the circumradius of a finite cell, computed without a square root. The circumball lies within
     /// twice this distance of each vertex of the cell. NaN if [`Incremental::ball`] returns `None`.
     #[inline]
     pub fn radius_bound(&self, cell: u32) -> f64 {

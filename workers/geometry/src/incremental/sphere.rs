@@ -106,7 +106,7 @@ pub(super) struct Inverse<P> {
     length2: f64,
 }
 
-/// The power of a point with respect to a rounded sphere, and the bound of its error. Both are NaN for a cell without a
+/// The power of a point with respect to a rounded sphere, and the bound on its error. Both are NaN for a cell without a
 /// sphere, so that every comparison is false.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Power {
@@ -163,7 +163,7 @@ impl<P: Point> Frame<P> {
         self.farthest / self.scale
     }
 
-    /// An upper bound of the radius of a finite cell's ball; NaN without a sphere. The centre of the ball is at most a
+    /// An upper bound on the radius of a finite cell's ball; NaN without a sphere. The centre of the ball is at most a
     /// radius farther from the origin than a vertex. So the bound of [`Frame::ball`] plus a small multiple of the
     /// radius covers all roundings.
     #[inline]
