@@ -21,7 +21,7 @@
 //! # Ok::<(), septet::Error>(())
 //! ```
 //!
-//! The crates that this one uses compile the algorithms. A program that calls the algorithms does not compile them
+//! The algorithms are compiled in the crates on which this one depends. A program that calls them does not compile them
 //! again.
 
 #[doc(inline)]

@@ -129,7 +129,7 @@ fn run_in_thread<T: Send>(
 ) -> T {
     let (points, counts) = channel();
     thread::scope(|scope| {
-        // Dropped before the scope waits for its thread.
+        // This guard is dropped before the scope waits for its thread.
         let _give_up = give_up;
         let work = scope.spawn(move || work(points));
         let mut latest = 0;

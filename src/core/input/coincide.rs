@@ -15,9 +15,9 @@ use septet_workers::view::shown_hash;
 /// Number of points that are assigned to bins together.
 const BLOCK: usize = 1 << 15;
 
-/// Approximate number of points in a bin, and the largest number of bins. With this limit, a block has fewer bins than
-/// points.
+/// Approximate number of points in a bin.
 const BIN: usize = 1 << 14;
+/// Largest number of bins, so that a block has fewer bins than points.
 const MOST_BINS: usize = 1 << 12;
 
 /// Number of bits per point in the table of a bin.

@@ -127,8 +127,8 @@ impl Pieces {
     }
 }
 
-/// Returns the number of hull facets of the open cells of a piece, and all their facets that other pieces may share;
-/// `None` if the open cells do not ascend or one of them does not exist.
+/// Returns the number of hull facets of the open cells of a piece, and all their facets that other pieces may share.
+/// Returns `None` if the open cells do not ascend or one of them does not exist.
 fn open_facets(piece: &PieceRows, corners: usize, at: u32) -> Option<(u64, Vec<Open>)> {
     if !piece.open.is_sorted_by(|a, b| a < b) {
         return None;

@@ -234,8 +234,8 @@ fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfi
 /// The points of still larger leaves would exceed the fast memory.
 const LEAF_OF_SITES: [u64; 2] = [2000, 4000];
 
-/// Returns the smallest leaf that separator sets do not fill. It has about 1,000 points in space at alpha 2.5 and 500
-/// in the plane, and grows with the volume of the alpha-balls.
+/// Returns the smallest leaf size at which separator sets do not fill the leaves. Such a leaf has about 1,000 points in
+/// space at alpha 2.5 and 500 in the plane, and grows with the volume of the alpha-balls.
 fn leaf_size(dimension: usize, alpha: Option<f64>) -> u64 {
     let floor = if dimension == 3 { 1000.0 } else { 500.0 };
     let ratio = (alpha.unwrap_or(2.5) / 2.5).max(1.0);

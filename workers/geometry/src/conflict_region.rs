@@ -14,7 +14,7 @@
 //!    of its terms. The roundings are three for differences, five for the square, five for products and five for sums.
 //!    The bound includes second-order terms.
 //! 2. Let `m_k` be the largest `|e_ik|` and `S` the largest square. The absolute values of the `d!` terms add up to at
-//!    largest `A(D) = d! prod m_k` and `A(N_k) = d! S prod_(l /= k) m_l`.
+//!    most `A(D) = d! prod m_k` and `A(N_k) = d! S prod_(l /= k) m_l`.
 //! 3. Let `|D| > 64 u A(D)`. By 1 and 2, coordinate `k` of the centre has an error of at most
 //!    `20 u (A(N_k) + 2 |c_k| A(D)) / (2 (|D| - 20 u A(D)))`. The roundings of a reciprocal, of a product and of the
 //!    sum with `p_0` add to this error.

@@ -151,8 +151,8 @@ impl<P: Point> Dependence<P> {
     }
 }
 
-/// Draws a random order that starts with affinely independent points. Returns the indices and the points in this order,
-/// which is a function of the set and the seed, not of the numbering.
+/// Draws a random order that starts with affinely independent points. Returns the indices and the points in this order.
+/// The order is a function of the set and the seed, not of the numbering.
 fn insertion<P: Point>(points: &[P], seed: u64) -> Result<(Vec<u32>, Vec<P>), IncrementalError> {
     if points.len() > MOST_POINTS {
         return Err(IncrementalError::TooMany);

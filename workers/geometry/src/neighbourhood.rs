@@ -139,7 +139,7 @@ struct Nearest<'a> {
     /// Whether a row may start with a smaller limit. After such a start, `wider2` is the limit of its second visit.
     starts_small: bool,
     wider2: Option<f64>,
-    /// The column that is the current row; `u32::MAX` if there is none.
+    /// The column that is the current row, or `u32::MAX` if the row is not a column.
     own: u32,
     /// Neighbours found for the current row, as columns.
     found: NeighbourList,

@@ -138,7 +138,7 @@ impl Coordinates for [f64; 3] {
     }
 }
 
-/// A point of the plane or of space: the only definition of a dimension.
+/// A point of the plane or of space. Its implementations alone define the dimensions.
 ///
 /// Predicates take slices because their arity depends on the dimension: a *cell* has `DIM + 1` points. The determinants
 /// of this trait are rounded; [`crate::predicates`] computes their exact signs.

@@ -19,7 +19,7 @@ use crate::point::Point;
 
 /// Lowest admissible exponent of a set bit.
 pub const LOWEST: i32 = -214;
-/// Admissible exponent of a power of two above every coordinate.
+/// Highest admissible exponent of a power of two that exceeds every coordinate.
 pub const HIGHEST: i32 = 196;
 
 /// Why signs cannot be computed exactly.
@@ -96,7 +96,7 @@ impl Digits {
             for i in 0..P::DIM {
                 let size = p.coord(i).abs().to_bits();
                 most = most.max(size);
-                // Zero uses no digits. It becomes the largest number.
+                // Zero uses no digits. The subtraction turns it into the largest number.
                 least = least.min(size.wrapping_sub(1));
             }
         }

@@ -189,7 +189,7 @@ fn kth_between(all: &[[f64; LANES]], len: usize, k: usize, rounds: u32, between:
     let most = largest(all, f64::INFINITY);
     // `below` numbers are at most `low`; `within >= k` are at most `high`. No number is negative.
     let (mut low, mut below, mut high, mut within) = (-1.0, 0, most, len);
-    // The first value lies between the exact ones for points that are evenly spread in the plane and in space.
+    // The first value lies between the exact values for points that are evenly spread in the plane and in space.
     let part = k as f64 / len as f64;
     let mut middle = most * part * (1.5 - 0.5 * part);
     for _ in 0..rounds {

@@ -236,7 +236,7 @@ impl<P: Point> StarBuilder<P> {
             }
             let (sides, cavity) = (&self.sides, if undecided { &self.cavity } else { &self.uncertain });
             let conflicts = !cavity.is_empty();
-            // The facets that single precision left uncertain, and the ridges of the removed facets.
+            // Counts the facets that single precision left uncertain, and the ridges of the removed facets.
             sweep.visit_lanes(self.uncertain.len() + P::DIM * cavity.len());
             if conflicts {
                 for &facet in cavity {
@@ -257,7 +257,7 @@ impl<P: Point> StarBuilder<P> {
             }
             if conflicts {
                 self.enter_created(image.length);
-                // The planes of the new facets, and their ridges.
+                // Counts the planes of the new facets, and their ridges.
                 sweep.visit_lanes((1 + P::DIM) * self.link.created().len());
             }
         }

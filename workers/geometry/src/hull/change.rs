@@ -28,7 +28,7 @@ pub enum Extended {
 }
 
 impl<P: Point> StarBuilder<P> {
-    /// Builds the star of `table[centre]` from its link among earlier candidates, `link`, and the new candidates
+    /// Builds the star of `table[centre]` from `link`, its link among earlier candidates, and from the new candidates
     /// `added`. Candidates are positions in `table` in any order; repetitions and the centre are ignored. If the link
     /// changes, [`StarBuilder::facets`] then returns the facets that [`StarBuilder::build`] would produce.
     pub fn extend(

@@ -22,7 +22,7 @@
 //! 3. Few undecided facets need an exact test, as follows.
 //!
 //! **One exact test for each candidate.** Over the cone that the link spans, the lifted facets are the graph of a
-//! convex function, the maximum of their linear functions. This also holds under the perturbation. Let `q` be a
+//! convex function, namely the maximum of their linear functions. This also holds under the perturbation. Let `q` be a
 //! candidate.
 //! 1. *`q` lies in the cone.* Then `q` lies below the graph iff it lies below the facet whose own cone contains `q`. So
 //!    if that facet does not conflict, no facet does. If `q` lies on a common face of several cones, it is in all of

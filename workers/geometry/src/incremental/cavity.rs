@@ -27,8 +27,8 @@ const MANY: usize = 128;
 /// The mark, in the incidence table, of a vertex that has an index on the current boundary.
 const INDEXED: u32 = 1 << 31;
 
-/// The facet of a positive cell opposite `slot`, preceded by the neighbour code across it ([`super::cells`]). A point
-/// inside and the facet form a positive cell.
+/// The facet opposite `slot` of a positive cell, preceded by the neighbour code across this facet ([`super::cells`]). A
+/// point inside the cell and the facet, in this order, form a positive cell.
 #[inline]
 fn facet<P: Point>(vertices: &P::Cell, slot: usize, code: u32) -> P::Cell {
     let from = match (P::DIM, slot) {

@@ -44,9 +44,9 @@ pub fn insertion_order<P: Point>(points: &[P]) -> Vec<u32> {
     keyed.into_iter().map(|(_, i)| i).collect()
 }
 
-/// Number of points in a bucket if they are evenly spread along the curve, and largest number of bits of a bucket
-/// index.
+/// Number of points in a bucket if they are evenly spread along the curve.
 const BUCKET: usize = 64;
+/// Largest number of bits of a bucket index.
 const MOST_BUCKET_BITS: u32 = 16;
 
 /// Sorts the keys, each with its position.

@@ -36,8 +36,8 @@
 //!
 //! **Work.** O(1) for each sphere and each test.
 //!
-//! **Departures.** The origin is the median of a sample. Any origin would be correct. An origin where points are dense
-//! makes the bound small where cells are small.
+//! **Departures.** The origin is the median of a sample. Any origin would be correct. If the origin lies where points
+//! are dense, the bound is small where cells are small.
 
 use glam::Vec4;
 
@@ -57,18 +57,23 @@ pub(super) const NO_SPHERE: u32 = 0x7fc0_0000;
 /// Unit roundoff of single precision.
 const SINGLE: f64 = 1.0 / (1u32 << 24) as f64;
 
-/// The parts of the bound: proportional to the distance from the origin, proportional to the radius, and constant.
+/// The part of the bound that is proportional to the distance from the origin.
 const FAR: f64 = 2.0 * SINGLE * (1.0 + 1.0 / 1024.0);
+/// The part of the bound that is proportional to the radius.
 const WIDE: f32 = (10.0 * SINGLE) as f32;
+/// The constant part of the bound.
 const TINY: f64 = power_of_two(-140);
 
-/// The square of the smallest `|g|` of a stored sphere: relative to `L`, and absolute.
+/// The square of the smallest `|g|` of a stored sphere, relative to `L^3` (in the plane, `L^2`).
 const FLATTEST: f64 = power_of_two(-36);
+/// The square of the smallest `|g|` of a stored sphere.
 const LEAST: f64 = power_of_two(-600);
 
-/// Range of stored radii, and largest distance from the origin of compared points.
+/// Smallest stored radius.
 const SMALLEST: f64 = power_of_two(-50);
+/// Largest stored radius.
 const LARGEST: f64 = power_of_two(60);
+/// Largest distance of a compared point from the origin.
 const FARTHEST: f64 = power_of_two(40);
 
 const fn power_of_two(exponent: i64) -> f64 {

@@ -54,8 +54,8 @@ pub struct Incremental<P: Point> {
     pub(super) scratch: Scratch<P>,
 }
 
-/// Largest number of points. Random points in space have 6.8 cells each, so this number has fewer cells than
-/// [`MOST_CELLS`].
+/// Largest number of points. Random points in space have 6.8 cells each, so this number of points has fewer than
+/// [`MOST_CELLS`] cells.
 const MOST_POINTS: usize = 1 << 26;
 
 /// Half the number of cell indices. The margin suffices, because one insertion adds at most two cells for each vertex.

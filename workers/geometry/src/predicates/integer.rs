@@ -105,7 +105,7 @@ fn in_sphere<const D: usize, const M: usize, const C: usize, const N: usize>(
     Signs { det, cofactors: [bcd.sign(), cda.sign().opposite(), dab.sign(), abc.sign().opposite()] }
 }
 
-/// Number of trailing zero bits that all entries have. The unit could be larger by this power of two.
+/// Number of trailing zero bits that all entries have. The unit could be larger by two to the power of this number.
 #[inline]
 fn spare(rows: &[Row<1>; 4]) -> u32 {
     rows.as_flattened().iter().fold(1 << 63, |bits, x| bits | x.0[0]).trailing_zeros()

@@ -1,7 +1,7 @@
 //! Integers of a fixed number of 64-bit limbs, in two's complement, on the stack.
 //!
 //! **Statement.** All operations are exact modulo `2^(64 N)`. A result with absolute value below `2^(64 N - 1)` is
-//! therefore exact. The callers bound their results.
+//! therefore exact. The callers guarantee this bound.
 //!
 //! **Source.** Schoolbook multiplication (Knuth, *The Art of Computer Programming* 2, section 4.3.1, algorithm M). The
 //! product is unsigned and then corrected: a negative factor of `A` limbs with the unsigned value `a` has the value

@@ -22,7 +22,7 @@
 //! - The conformal map is never applied to points. The great circles of the mapped sphere correspond to the planes
 //!   through the centrepoint `z` of the lift. The circle with unit normal `n` is `w . (p - z) = 0` with
 //!   `w = s n + (n . z) z / (1 + s)` and `s = sqrt(1 - |z|^2)`. This formula combines the rotation of `z` to an axis
-//!   with the dilation by `sqrt((1-r)/(1+r))`, `r = |z|`.
+//!   with the dilation by `sqrt((1-r)/(1+r))`, where `r = |z|`.
 //! - The balance and the number of crossed balls vary from circle to circle, so several great circles are drawn
 //!   ([`TRIES`]) and scored on the samples. A circle that violates [`split_bound`] on the samples is discarded.
 //! - If the caller needs only a balanced bisection, circles may be moved away from the centrepoint
