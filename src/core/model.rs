@@ -68,7 +68,7 @@ pub struct MeshView<'a> {
 pub struct Patches {
     /// Point indices: two per row for edges, three for triangles.
     pub vertices: Vec<u64>,
-    /// The feature of the domain that each row lies on.
+    /// The feature of the domain on which each row lies.
     pub of: Vec<u32>,
     /// The marker of each row.
     pub markers: Vec<i64>,

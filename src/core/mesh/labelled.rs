@@ -76,8 +76,8 @@ fn inner_first<P: Point>(mesh: &Mesh<P>, face: &Face<P>) -> [u32; 2] {
     cells
 }
 
-/// Returns the points of a face such that its normal points out of a cell. In the plane, the cell lies on the left.
-/// Three points start with the smallest.
+/// Returns the vertices of a face in an order in which its normal points out of a cell. In the plane, the cell lies on
+/// the left. Of three vertices, the smallest comes first.
 fn outward<P: Point>(mesh: &Mesh<P>, face: &Face<P>, cell: u32) -> P::Facet {
     let Some(row) = mesh.cells.get(cell as usize) else { return face.vertices };
     let row = row.as_ref();

@@ -61,7 +61,7 @@ impl Clock {
         }
     }
 
-    /// Appends one cell to the chain: its `union` of conflicts, then the `rest` of its cost.
+    /// Appends one cell to the chain: first the cost of uniting its conflicts (`union`), then its other costs (`rest`).
     fn then(self, union: Cost, rest: Cost) -> Clock {
         Clock {
             chain: self.chain + 1,

@@ -217,7 +217,7 @@ fn divide<P: Point>(points: &[P], order: &mut [u32], keys: &mut Vec<u64>) {
         ordered & !position_bits | at
     }));
     keys.select_nth_unstable(half);
-    // Positions are replaced by the points at them.
+    // Each position is replaced by the point at that position.
     for key in keys.iter_mut() {
         *key = u64::from(order[(*key & position_bits) as usize]);
     }

@@ -168,7 +168,7 @@ fn pack(from: NamedLanes<'_>, wanted: Interval, to: NamedLanesMut<'_>) -> usize 
 }
 
 /// The lanes that are at most `limit`, as a bit mask. Not inlined: inside the loop that computes the lanes, it would
-/// make the compiler process eight scalars.
+/// make the compiler process the lanes as eight scalars.
 #[inline(never)]
 fn at_most(lanes: &[f64; 8], limit: f64) -> u32 {
     let bits: [u64; 8] = std::array::from_fn(|lane| if lanes[lane] <= limit { 1 << lane } else { 0 });

@@ -97,7 +97,7 @@ impl Cost {
     }
 
     /// Replaces each index by its position among the distinct indices, which are returned in the order of their first
-    /// occurrence. Costs the same as [`Cost::distinct_nested`], and a vector step that reads the positions.
+    /// occurrence. Costs the same as [`Cost::distinct_nested`] plus a vector step that reads the positions.
     pub fn relabel(&mut self, indices: &mut [u32], scratch: &mut Positions) -> Vec<u32> {
         let mut distinct = indices.to_vec();
         self.distinct_indices(&mut distinct, &mut scratch.marks);

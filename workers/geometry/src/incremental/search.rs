@@ -4,8 +4,8 @@
 //! function that is zero on their common facet. So the point lies on the side of the cell with the smaller power.
 //!
 //! 1. *Descent.* Moving to the neighbour with the smallest power is a visibility walk that reads no coordinates of
-//!    vertices. With rounded spheres each step decreases a number, so the descent terminates. It may end in a wrong
-//!    cell, and it does not leave the hull.
+//!    vertices. With rounded spheres, each step decreases the computed power, so the descent terminates. It may end in
+//!    a wrong cell, and it does not leave the hull.
 //! 2. *Walk.* A walk by exact orientations follows. It leaves a cell through any facet that separates the cell from the
 //!    point, and never returns to a cell. In every regular triangulation, the order of cells from front to back, seen
 //!    from any viewpoint, is acyclic (Edelsbrunner 1990). This fact also holds under the perturbation of
@@ -38,8 +38,8 @@ impl<P: Point> Incremental<P> {
         }
     }
 
-    /// Descends by powers from `start`. Returns a cell whose sphere certainly contains the point and `true`, or a cell
-    /// without a neighbour of smaller power and `false`.
+    /// Descends by powers from `start`. Returns a cell, and whether its sphere certainly contains the point. If not, no
+    /// neighbour of the cell has a smaller power.
     #[inline(never)]
     pub(super) fn descend(&self, query: &Query<P>, start: u32) -> (u32, bool) {
         let slots = &self.cells.slots[..];

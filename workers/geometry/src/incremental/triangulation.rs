@@ -117,8 +117,8 @@ impl<P: Point> Incremental<P> {
     }
 
     /// Triangulates `points` without copying them, in the given order of insertion (each index once). Vertex `i` is
-    /// `points[i]` from the start. This is efficient for orders that consist of a few runs of the points. Excess
-    /// capacity of `points` also reserves room in the triangulation, for points to be inserted later.
+    /// `points[i]` from the start. This is efficient for orders that consist of a few runs of consecutive points.
+    /// Excess capacity of `points` also reserves room in the triangulation, for points to be inserted later.
     ///
     /// # Errors
     ///

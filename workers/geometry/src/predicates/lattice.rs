@@ -65,8 +65,8 @@ pub(super) fn largest_unit<P: Point>(points: &[P]) -> i32 {
 }
 
 /// The number of bits of differences up to `reach`, in units of `2^unit`: the differences lie below `2^width`. The
-/// rounding of `reach` does not matter, because an exact difference of at least a power of two is not rounded to a
-/// number below it.
+/// rounding of `reach` does not matter: an exact difference that is at least a power of two never rounds to a number
+/// below that power.
 #[inline]
 pub(super) fn width(reach: f64, unit: i32) -> i32 {
     (reach.to_bits() >> 52) as i32 - 1022 - unit

@@ -97,8 +97,8 @@ fn radon_point<V: Vector>(group: &[(V, u32)], cost: &mut Cost) -> (V, u32) {
     }
 }
 
-/// Returns coefficients, not all zero, whose sum and whose weighted sum of the points are zero up to rounding.
-/// Gauss-Jordan elimination with full pivoting computes them as a null vector. If the system has lower rank
+/// Returns coefficients, not all zero, such that their sum and the sum of the points with these weights are zero up to
+/// rounding. Gauss-Jordan elimination with full pivoting computes them as a null vector. If the system has lower rank
 /// (coincident, collinear or coplanar points), it has several free columns, and the first is used.
 fn affine_dependence<V: Vector>(group: &[(V, u32)], cost: &mut Cost) -> [f64; COLS] {
     let (rows, cols) = (V::LEN + 1, V::LEN + 2);
