@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// A combination of parameters that cannot run.
+/// A combination of parameters with which no run is possible.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ConfigError {

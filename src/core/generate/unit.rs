@@ -7,7 +7,7 @@ use septet_meshing::domain::Domain;
 use septet_meshing::facet::Triangulate;
 use septet_meshing::input::{Input, InputFacet, InputSegment, Kind};
 
-/// A dimension with a unit cube.
+/// A dimension, with its unit square or cube as a domain.
 pub trait Unit: Triangulate {
     /// Returns the cube as an input, as a file would describe it.
     fn input() -> Input<Self>;

@@ -251,8 +251,8 @@ impl Cost {
         cols.each_row(rows, visitor);
     }
 
-    /// Visits all pairs of points of one set, at the cost of [`Cost::all_pairs`]. A processor tests only the pairs of a
-    /// point and the blocks within its limit.
+    /// Visits all pairs of points of one set, at the cost of [`Cost::all_pairs`]. A processor tests each point only
+    /// against the blocks within the limit of the point.
     pub fn all_pairs_in_blocks<P: Point>(&mut self, points: &KdBlocks<P>, visitor: &mut impl PairVisitor) {
         self.pay(Primitive::Pairs, points.len() * points.len());
         points.each_row(visitor);

@@ -267,7 +267,8 @@ impl<'a, P: Point> Builder<'a, P> {
         }
     }
 
-    /// Creates the first simplex and the infinite cells around it, and tests every other point against each.
+    /// Creates the first simplex and the infinite cells around it, and tests every other point against each of these
+    /// cells.
     fn start(&mut self) -> Vec<ReadyFacet> {
         let n = P::DIM + 1;
         let mut simplex = P::Cell::splat(0);

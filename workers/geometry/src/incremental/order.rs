@@ -6,9 +6,10 @@
 //! as well.
 //!
 //! **Curve.** The Hilbert curve is followed two levels at a time by a table of its orientations. An orientation has an
-//! entry corner `e` and an axis `d`. In this orientation, octant `l` (one bit for each axis) has the position `w` on
-//! the curve, where `w` is the inverse Gray code of `l ^ e` with its bits rotated by `d + 1`. Inside that octant, the
-//! curve starts at the corner `e ^ entry(w)` rotated back, and its axis is `d + turn(w) + 1`.
+//! entry corner `e` and an axis `d`. In this orientation, octant `l` (one bit for each axis) has a position `w` on the
+//! curve. To obtain `w`, rotate the bits of `l ^ e` right by `d + 1`, then take the inverse Gray code. Inside that
+//! octant, the curve has the entry corner `e ^ r` and the axis `d + turn(w) + 1`, where `r` is `entry(w)` rotated left
+//! by `d + 1`.
 //!
 //! **Source.** Rounds: Amenta, Choi and Rote, "Incremental constructions con BRIO" (2003). Curve: Hamilton and
 //! Rau-Chaplin, "Compact Hilbert indices" (2008).

@@ -74,7 +74,8 @@ impl Ridges {
         }
     }
 
-    /// The code of the new cell across the ridge of facet `k` opposite vertex `i`, after [`Ridges::pair`].
+    /// The code of the new cell across the ridge of facet `k` opposite vertex `i`. Requires an earlier call of
+    /// [`Ridges::pair`].
     pub(super) fn paired(&self, k: usize, i: usize) -> u32 {
         self.mates[k << 2 | i]
     }

@@ -466,7 +466,7 @@ impl<P: Point> Scorer<P> {
 }
 
 /// `x^(1/d)` for normal `0 < x <= 1`, by the four basic operations. Newton's method starts from the power of two above
-/// the root, which is less than 4 times too large. A fixed number of iterations therefore converges.
+/// the root, which is less than 4 times too large. A fixed number of iterations therefore suffices.
 pub(super) fn root(x: f64, d: usize, cost: &mut Cost) -> f64 {
     let degree = d as f64;
     let exponent = (x.to_bits() >> 52) as i64 - 1023;
