@@ -108,7 +108,7 @@ fn check_integers<P: Point>(cell: &[P], q: P, reach: f64, expected: Signs, decid
     }
 }
 
-/// Checks all stages on calls of a kind, and counts the calls that each stage could decide: orientations, then in-sphere
+/// Checks all stages on calls of a kind. Counts the calls that each stage could decide: orientations, then in-sphere
 /// tests.
 fn check_kind<P: Point>(kind: Kind, calls: usize) -> (Decided, Decided) {
     let mut samples = Samples::new(11);
