@@ -44,8 +44,8 @@ pub(super) struct InterfaceCells<'a, P: Point> {
     margins: &'a [Margin],
     /// For each owned point, the rounded radius up to which its cells cross no separator.
     limits: Vec<f32>,
-    /// For each owned point and level, the radius of a ball that crosses no separator; -1 if there is none, 0 before it
-    /// is computed.
+    /// For each owned point and level, the radius of a ball that crosses no separator; -1 if there is no such ball, 0
+    /// before the radius is computed.
     clearances: Vec<f64>,
 }
 

@@ -115,8 +115,8 @@ impl<P: Point> SubdomainTriangulation<P> {
         self.delaunay.rounded_radius(slot)
     }
 
-    /// Returns the largest rounded radius for which a circumball lies within the distance `across` of each vertex.
-    /// Returns 0, which is below every radius, if there is none.
+    /// Returns the largest rounded radius for which a circumball lies within the distance `across` of each vertex. If
+    /// there is no such radius, returns 0, which is below every radius.
     pub(super) fn radius_within(&self, across: f64) -> f32 {
         self.delaunay.radius_within(across)
     }

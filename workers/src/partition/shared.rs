@@ -420,7 +420,7 @@ pub(crate) struct Sides<P> {
     pub(crate) boxes: [Bounds<P>; 2],
 }
 
-/// Performs the steps of a member in an attempt: copies the separator to every point (a copy-scan), computes the side
+/// Performs the steps of a member in an attempt. Copies the separator to every point (a copy-scan), computes the side
 /// of every point (a vector step), and combines counts and boxes (a scan).
 pub(crate) fn sides_of<P: Point>(separator: &Separator<P>, points: &[P], cost: &mut Cost) -> Sides<P> {
     let sides = cost.map_with(separator, points, |s, &x| u8::from(s.side(x) == Side::Exterior));

@@ -36,7 +36,7 @@ pub(super) async fn simulate<P: Point>(
         let reason = "phase choice ended without a choice".to_string();
         return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
     };
-    // Graphs of k nearest neighbours do not use balls that extend to the nearest neighbour.
+    // Graphs of k nearest neighbours do not use nearest-neighbour balls.
     let k = if let Supergraph::Knn { k } = rule { Some(k) } else { None };
     if k.is_none() || cx.config().graph.correction == Correction::Naive {
         nearest_balls(cx, &subdomain, &mut table).await?;

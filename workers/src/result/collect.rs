@@ -111,7 +111,7 @@ fn send_ledger<P: Point>(cx: &mut Context<P>) {
     cx.send_to_coordinator(Body::Ledger(Bulk(words)));
 }
 
-/// Adds the radii and links that pictures show to a subdomain triangulation.
+/// Computes the radii and links of a subdomain triangulation, which pictures show.
 fn add_picture_data<P: Point>(table: &mut Table<P>, stars: &mut Stars<P>) {
     if let Some(triangulation) = stars.triangulation() {
         let radii2 = triangulation.nearest_edges();
@@ -133,7 +133,8 @@ fn send_cells<P: Point>(
     let (mut sent, all) = (0, owned_cells.count() as usize * (P::DIM + 1));
     for leaf in subdomain.leaves() {
         if cells.is_empty() {
-            // A message exceeds its limit by at most the cells of one leaf, which need far less than an eighth of it.
+            // A message exceeds its limit by at most the cells of one leaf. These need far less than an eighth of the
+            // limit.
             cells.reserve_exact((all - sent.min(all)).min(CELLS_PER_MESSAGE + CELLS_PER_MESSAGE / 8));
         }
         let before = cells.len();
