@@ -5,10 +5,10 @@
 //! vertex ([`crate::direct::ghost_layer`]). In that case every owned vertex was already sent to each worker whose
 //! region the circumball meets.
 //!
-//! **Filters.** A circumball lies within twice its radius of each vertex. A cell is skipped if this diameter is at most
-//! the clearance of an owned vertex ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)), or if
-//! it is at most a margin of each owned vertex. For each other cell, the conflict region is rounded outwards and
-//! tested.
+//! **Filters.** The diameter of a circumball bounds the distance from each vertex to every point of the ball. A cell is
+//! skipped if this diameter is at most the clearance of an owned vertex
+//! ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)), or if it is at most a margin of each
+//! owned vertex. For each other cell, the conflict region is rounded outwards and tested.
 //!
 //! **Work.** `O(n)`, in memory order. Each cell needs one comparison in single precision with the clearance of one of
 //! its vertices. Each cell near the interface needs another comparison per vertex. A walk along the interface would

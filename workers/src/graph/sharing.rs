@@ -113,7 +113,7 @@ pub(crate) fn set_rule(rule: SetRule, supergraph: Supergraph) -> SetRule {
     }
 }
 
-/// Decides on the sets of the nodes that this rank leads and whose counts have arrived.
+/// For each node that this rank leads, decides on the set of the node when the counts have arrived.
 pub(crate) fn lead<P: Point>(cx: &mut Context<P>, led: &[Group], rule: SetRule) {
     let mut sums: BTreeMap<NodeId, [u64; 4]> = BTreeMap::new();
     for (node, counts) in cx.take(|m: &mut Message<P>| match &mut m.body {
