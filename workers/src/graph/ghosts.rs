@@ -153,8 +153,8 @@ impl<'a, P: Point> GhostWalk<'a, P> {
     }
 }
 
-/// Returns `true` if a point may have an edge to an owned point of the child on `side`, whose largest squared radius is
-/// `max2`.
+/// Returns `true` if a point may have an edge to an owned point of the child on `side`. `max2` is the largest squared
+/// radius in that child.
 fn reaches<P: Point>(rule: Supergraph, split: &Split<P>, side: usize, max2: f64, x: &MovingPoint<P>) -> bool {
     let reach = rule.reach(x.radius2, max2);
     split.reaches(x.position, reach * reach * (1.0 + 1e-12), side)
