@@ -1,10 +1,10 @@
 //! Separator sets by the rule `ghost`: each point goes to every leaf that one of its edges may reach.
 //!
 //! **Statement.** Let `j` be a point with radius `r_j`, and let `R` be the largest radius in a subproblem. In the
-//! density and the overlap graph, an edge from `j` to an owned point of the subproblem has length at most `reach(r_j,
-//! R)` ([`Supergraph::reach`]). So `j` goes down to each child whose box and whose side of the separator both meet the
-//! ball of that radius around `j`. Every leaf then holds all graph neighbours of its owned points, and no reply is
-//! necessary. For the density graph, the radius is `alpha min(r_j, R)`. The minimum prevents the points at a
+//! density and the overlap graph, an edge between `j` and an owned point of the subproblem has length at most
+//! `reach(r_j, R)` ([`Supergraph::reach`]). So `j` goes down to each child whose box and whose side of the separator
+//! both meet the ball of that radius around `j`. Every leaf then holds all graph neighbours of its owned points, and no
+//! reply is necessary. For the density graph, the radius is `alpha min(r_j, R)`. The minimum prevents the points at a
 //! singularity of the density from going to every leaf.
 //!
 //! **Source.** Separator sets: paper, Section 4.3. **Departure.** The paper takes the points whose balls cross the

@@ -2,11 +2,11 @@
 //!
 //! **Statement.** A hash of the coordinates draws about a thousand points. Each sampled point searches the ball around
 //! it whose radius is six times the distance to the nearest point of its leaf. The points found include its nearest
-//! neighbour. They determine the star of the point. Let `r` be the distance to the nearest neighbour. The ball of
-//! radius `alpha r` certifies the star if and only if the star has no infinite facet and twice its largest circumradius
-//! is at most `alpha r`. The coordinator takes the first `alpha` of 2.5, 3, 4 and 6 for which at most 10 % of the
-//! sample are not certified. If there is no such `alpha`, it takes the graph of 48 nearest neighbours. The selection is
-//! independent of the number of workers.
+//! neighbour. A star of the sampled point is built from them. Let `r` be the distance to the nearest neighbour. The
+//! ball of radius `alpha r` certifies the star if and only if the star has no infinite facet and twice its largest
+//! circumradius is at most `alpha r`. The coordinator takes the first `alpha` of 2.5, 3, 4 and 6 for which at most 10 %
+//! of the sample are not certified. If there is no such `alpha`, it takes the graph of 48 nearest neighbours. The
+//! selection is independent of the number of workers.
 //!
 //! The phase precedes the nearest-neighbour balls, because only some supergraphs need them for all points.
 //!
