@@ -300,7 +300,8 @@ impl LedgerPart {
         tally
     }
 
-    /// Merges the part of another rank. Shares of one account are parallel: their work adds up, their depth does not.
+    /// Merges the part of another rank. Ranks work on one account in parallel: their work is added, their depth is
+    /// not.
     pub fn merge(&mut self, other: &LedgerPart) {
         for (key, tally) in &other.rounds {
             self.rounds.entry(*key).or_default().add(tally);
