@@ -1,7 +1,7 @@
 //! The quality of a mesh.
 //!
 //! **Statement.** The following is measured:
-//! - for every cell: its radius-edge ratio with certain bounds ([`ratio`]), its angles and its volume;
+//! - for every cell: guaranteed bounds of its radius-edge ratio ([`ratio`]), its angles and its volume;
 //! - for every edge: its length divided by the smaller size at its ends, and the slope of the size function along it;
 //! - for every point: its size divided by the local feature size;
 //! - in total: the number of points per unit of the integral of `dx / f^d`.
