@@ -293,8 +293,8 @@ pub fn closest_on_triangle<P: Point>(a: P, b: P, c: P, q: P) -> P {
     let nearer = |p: P, r: P| if (q - r).norm2() < (q - p).norm2() { r } else { p };
     let edges = [(b, c), (c, a)].map(|(s, t)| closest_on_segment(s, t, q));
     let best = edges.into_iter().fold(closest_on_segment(a, b, q), nearer);
-    // In a thin triangle, x and y may have large errors. The foot that they give still lies in the triangle, and the
-    // closest point of the edges is near.
+    // In a thin triangle, x and y may have large errors. The foot computed from them still lies in the triangle, and
+    // some point of an edge is almost as close as the closest point.
     if inside { nearer(best, foot) } else { best }
 }
 

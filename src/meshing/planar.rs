@@ -200,7 +200,8 @@ impl Planar {
     }
 
     /// Fills the polygon between an edge and a chain of vertices from `a` to `b` on its left. The triangle on the
-    /// edge is Delaunay. If the chain visits a vertex twice, this separates the part between the two visits.
+    /// edge is Delaunay. Therefore it separates the part of the chain between two visits of the same vertex from the
+    /// rest.
     fn fill(&mut self, chain: &[u32], a: u32, b: u32) {
         let mut stack = vec![(chain, a, b)];
         while let Some((chain, a, b)) = stack.pop() {

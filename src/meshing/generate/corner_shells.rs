@@ -1,9 +1,9 @@
 //! Corner shells, for corners at which divisions do not terminate.
 //!
 //! **Statement.** Let several facets meet at a corner within some ten degrees of each other, between segments more
-//! than 90 degrees apart. Then divisions reproduce the triangles at the corner at half the size: the circumcentre of
-//! a triangle lies in the ball of a subsegment that ends at the corner, so subsegments are halved. Corners v whose
-//! triangles are still missing after [`ENCLOSE_AFTER`] rounds are *enclosed*:
+//! than 90 degrees apart. Then divisions reproduce the triangles at the corner at half the size. The reason is that
+//! the circumcentre of a triangle lies in the ball of a subsegment that ends at the corner, so subsegments are
+//! halved. Corners v whose triangles are still missing after [`ENCLOSE_AFTER`] rounds are *enclosed*:
 //! 1. A permanent radius is chosen that is so small that shells do not meet.
 //! 2. Each segment at v receives a point on the shell, and points of facets inside the shell are removed.
 //! 3. From then on, points that would be placed inside the shell, or would divide a subsegment inside it, are placed on

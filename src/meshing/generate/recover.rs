@@ -15,10 +15,10 @@
 //! longer than its distance from the next segment. That distance is proportional to the distance from the corner.
 //! Lengths of subsegments are therefore bounded from below by lfs times a constant that depends on the angles.
 //!
-//! *Subfacets.* A circumcentre is inserted because a vertex v of another facet is no farther than the diameter. Facets
-//! without a common point have a positive distance. At angles of at least 90 degrees, v would lie in the ball of a
-//! subsegment between the facets. Radii are therefore bounded from below by the distance from the common corner or
-//! segment times the sine of the angle there.
+//! *Subfacets.* A circumcentre is inserted because the distance of a vertex v of another facet is at most the
+//! diameter. Facets without a common point have a positive distance. At angles of at least 90 degrees, v would lie in
+//! the ball of a subsegment between the facets. Radii are therefore bounded from below by the distance from the
+//! common corner or segment times the sine of the angle there.
 //!
 //! *Subfacets with an edge on the common segment.* They have a witness of some width at any angle. The sphere through
 //! a subsegment and one apex on each of two facets meets both planes in circumcircles, which are empty. Points may

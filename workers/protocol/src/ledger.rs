@@ -111,7 +111,7 @@ pub enum Role {
     Member,
     /// The leader of the group, which works between the steps of its members.
     Leader,
-    /// A member during the bottom-up correction of the balls of an ancestor: the ancestor at this level.
+    /// A member during the bottom-up correction of the balls of its ancestor at this level.
     Pass(u32),
 }
 

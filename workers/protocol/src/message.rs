@@ -165,7 +165,7 @@ pub enum Decision {
     Split([Child; 2]),
 }
 
-/// The summary of a subproblem after the neighbourhoods.
+/// The summary of a subproblem, once its neighbourhoods are known.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
 pub struct Summary<P> {
@@ -367,7 +367,7 @@ pub enum Body<P> {
     FingerprintList(Bulk<u64>),
     /// Proposals: cells in the star of one vertex, for the star of another.
     Propose {
-        /// The points of the cells and conflicts.
+        /// The points of the cells.
         points: PointBatch<P>,
         /// Positions in `points`, `d + 1` per cell: the vertex of the sender, the vertex of the receiver, the others.
         cells: Bulk<u32>,

@@ -35,8 +35,8 @@ pub struct TaskLog {
     pub first_blocks: Vec<Vec<(u32, u32)>>,
     /// The samples of each attempt at each node.
     pub samples: Vec<SampleRow>,
-    /// Balls or points that leave the path to their own leaf: phase, leaf, node that they reach, their number, entries of
-    /// the lists found there, and distinct points in these lists.
+    /// Balls or points that leave the path to their own leaf: phase, leaf, node reached, number of balls or points,
+    /// entries of the lists found there, and distinct points in these lists.
     pub reach: Vec<(u8, u32, u64, u64, u64, u64)>,
     /// Whether a sample chose the supergraph.
     pub chosen: bool,

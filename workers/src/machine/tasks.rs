@@ -13,8 +13,8 @@ use septet_protocol::tasks::{Said, SampleRow, TaskLog};
 /// Number of blocks of the input. The record is exact for machines whose number of workers divides this number.
 pub const BLOCKS: u32 = 4096;
 
-/// The counts for a leaf and a node that is not on the path to the leaf: the balls or points of the leaf that reach
-/// the node, the entries of the lists found there, and the distinct points in these lists.
+/// The counts for a leaf and a node that is not on the path to the leaf. They are the balls or points of the leaf
+/// that reach the node, the entries of the lists found there, and the distinct points in these lists.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reaching {
     balls: u64,

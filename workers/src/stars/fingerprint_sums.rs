@@ -130,7 +130,7 @@ impl RemoteSums {
         self.sum.add_pair(hash);
     }
 
-    /// Adds the last pairs.
+    /// Adds the pairs that are not in `sums` yet.
     pub(super) fn finish(self, sums: &mut Sums) {
         sums.add_remote(self.rank, self.sum);
     }

@@ -131,7 +131,7 @@ impl<P> Table<P> {
     /// The squared radii of owned points, for the phases that measure them.
     ///
     /// # Panics
-    /// If the table has no radii.
+    /// Panics if the table has no radii.
     pub(crate) fn owned_radii2_mut(&mut self) -> &mut [f64] {
         &mut self.radii2[..self.owned as usize]
     }

@@ -32,8 +32,8 @@ use crate::points::candidates::Name;
 use crate::points::conflicts::Site;
 use crate::space::Space;
 
-/// The largest distance of a mirrored vertex from the surface, relative to its distance from the chord, at which it is
-/// projected to the surface.
+/// The largest distance from the surface at which a mirrored vertex is projected to the surface, relative to its
+/// distance from the chord.
 const OFF: f64 = 0.2;
 
 /// The distance from another vertex below which a candidate is useless, relative to the distance from the chord.

@@ -122,8 +122,9 @@ impl<P: Space> Restricted<P> {
         found
     }
 
-    /// Returns the face of a cell opposite a vertex, if its dual edge crosses the surface. If rounding hides
-    /// the crossing and `always` is set, the point of the surface nearest to an end of the dual edge replaces it.
+    /// Returns the face of a cell opposite a vertex, if its dual edge crosses the surface. If rounding hides the
+    /// crossing and `always` is set, the point of the surface nearest to an end of the dual edge replaces the
+    /// crossing.
     fn face<M: Machine<P> + Sync>(
         &self,
         generator: &Generator<'_, P, M>,
