@@ -5,7 +5,7 @@
 //! 1. Two facets along a segment: the angle is their dihedral angle.
 //! 2. Two segments: it is the plane angle.
 //! 3. A segment and a facet: it is the angle between the segment and the plane of the facet if the projection of the
-//!    segment runs into the facet. Otherwise the smallest angle is that with a segment of the facet.
+//!    segment runs into the facet. Otherwise it is the smallest angle with a segment of the facet.
 //! 4. Two facets that meet only in a corner: their angle is not smaller than one of the angles above.
 //!
 //! **Work and depth.** All pairs at each corner and segment.
@@ -37,8 +37,8 @@ impl SmallAngle {
     }
 }
 
-/// The margin below the limit, as a difference of cosines. It keeps the right angles of a slanted box from being small
-/// because of rounded coordinates.
+/// The margin below the limit, as a difference of cosines. Without it, right angles of a slanted box could count as
+/// small because of rounded coordinates.
 const MARGIN: f64 = 1e-9;
 
 /// Returns the cosine of the angle between two vectors.
@@ -85,8 +85,8 @@ impl<P: Space> Domain<P> {
     }
 
     /// Returns the segments that are ridges, ascending. A segment is a ridge if its number of facets is not two, or
-    /// if its dihedral angle differs from 180 degrees by at least `feature_angle` (in degrees). Ridges are not joined
-    /// here.
+    /// if its dihedral angle differs from 180 degrees by at least `feature_angle` (in degrees). The ridges are not
+    /// joined into chains.
     pub fn ridges(&self, feature_angle: f64) -> Vec<u32> {
         let limit = -feature_angle.to_radians().cos();
         let is_ridge = |&s: &u32| match self.segments[s as usize].facets[..] {

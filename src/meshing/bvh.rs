@@ -11,7 +11,7 @@ use std::collections::BinaryHeap;
 
 use septet_geometry::point::Point;
 
-/// A closed box with sides along the axes. It is empty if some `low > high`.
+/// A closed box with sides along the axes. It is empty if `low > high` along some axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds<P> {
     /// Smallest coordinates.

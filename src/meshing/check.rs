@@ -4,8 +4,8 @@
 //! 1. Each element alone ([`crate::resolve`]).
 //! 2. Contacts between elements ([`crate::contact`]).
 //! 3. Whether a surface is a closed manifold ([`crate::manifold`]).
-//! 4. Without defects so far: the components of the complement of the walls ([`crate::sides`]), and the positions of
-//!    holes and regions.
+//! 4. If there is no defect so far, the components of the complement of the walls ([`crate::sides`]), and the
+//!    positions of holes and regions.
 //!
 //! [`Defect`] lists the defects of each kind of input.
 
@@ -23,7 +23,7 @@ use crate::sides::{Location, Sides};
 /// Checks an input and prepares its domain for meshing.
 ///
 /// # Errors
-/// All defects, in an order that depends only on the input. There is at least one.
+/// Returns all defects, in an order that depends only on the input. There is at least one.
 pub fn check<P: Triangulate>(input: &Input<P>) -> Result<Domain<P>, Vec<Defect>> {
     let (simplices, mut defects) = resolve(input);
     let Some(simplices) = simplices else { return Err(defects) };

@@ -2,10 +2,10 @@
 //!
 //! **Statement.** Along any axis, the point at which a line crosses a wall lies between the smallest and the largest
 //! coordinate of the corners. From one end of the line to the other, each coordinate is monotone. *Hence, if all
-//! coordinates of a wall along an axis precede those of another wall, the line crosses it first.* This compares input
-//! coordinates without rounding. If the ranges overlap, the fractions of [`crate::exact`] decide. Both criteria order
-//! the same points on the line, so they agree. Together they give one total order. Walls crossed at the same point are
-//! ordered by index.
+//! coordinates of one wall along an axis precede those of another, the line crosses that first wall first.* This
+//! compares input coordinates without rounding. If the ranges overlap, the fractions of [`crate::exact`] decide. Both
+//! criteria order the same points on the line, so they agree. Together they give one total order. Walls crossed at
+//! the same point are ordered by index.
 //!
 //! **Work and depth.** O(1) per comparison. Big integers are needed for walls with overlapping ranges, once per wall.
 

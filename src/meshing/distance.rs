@@ -124,8 +124,8 @@ impl<P: Space> Features<P> {
         Features { shapes: shapes(domain.points(), &items), all, corners, items, tree, whole: true }
     }
 
-    /// Builds features from named corners (one vertex) and chains of edges (several). Two are disjoint if they share no
-    /// end.
+    /// Builds features from corners (lists of one vertex) and chains of edges (lists of several vertices). Two
+    /// features are disjoint if they share no end.
     pub fn of_chains(domain: &Domain<P>, chains: Vec<(Feature, Vec<u32>)>) -> Self {
         let (mut all, mut corners, mut items) = (Vec::new(), Vec::new(), Vec::new());
         for (number, (feature, chain)) in (0u32..).zip(chains) {
@@ -293,8 +293,8 @@ pub fn closest_on_triangle<P: Point>(a: P, b: P, c: P, q: P) -> P {
     let nearer = |p: P, r: P| if (q - r).norm2() < (q - p).norm2() { r } else { p };
     let edges = [(b, c), (c, a)].map(|(s, t)| closest_on_segment(s, t, q));
     let best = edges.into_iter().fold(closest_on_segment(a, b, q), nearer);
-    // In a thin triangle, x and y may have large errors. The foot that they give still lies in the triangle, and the
-    // closest point of the edges is near.
+    // In a thin triangle, x and y may have large errors. The foot computed from them still lies in the triangle, and
+    // some point of an edge is almost as close as the closest point.
     if inside { nearer(best, foot) } else { best }
 }
 
@@ -312,7 +312,8 @@ mod tests {
     }
 
     proptest! {
-        /// No point of a fine grid in the triangle is nearer, and the point found is one of the triangle, thin ones too.
+        /// No point of a fine grid in the triangle is nearer. The point found lies in the triangle, even if the
+        /// triangle is thin.
         #[test]
         fn the_closest_point_of_a_triangle(
             corners in [place(), place(), place()], q in place(), flat in prop::option::of(1e-9..1e-2f64),
@@ -335,7 +336,7 @@ mod tests {
             }
         }
 
-        /// What is said to be beyond a distance is.
+        /// A simplex reported as beyond a distance is farther than that distance.
         #[test]
         fn is_beyond_is_certain(corners in [place(), place(), place()], len in 1usize..4, q in place(), far in 0.0..3.0f64) {
             let mut corners = corners;

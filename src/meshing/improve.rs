@@ -1,18 +1,18 @@
 //! Removal of slivers by moving vertices.
 //!
 //! **Statement.** The quality of a cell is the smallest sine of its angles (in space: dihedral angles), negative if
-//! the cell is inverted. While cells are below a target, each of their vertices in turn climbs. It tries a fixed set
-//! of directions with halving steps. It moves to the place at which the worst cell around it is best, if that
-//! improves on the current place.
+//! the cell is inverted. While cells are below a target, each of their vertices in turn searches for a better place.
+//! It tries a fixed set of directions with halving steps. It moves to the place at which the worst cell around it is
+//! best, if this place is better than the current one.
 //! - Cells and faces keep their vertices, so the mesh still conforms. Points on facets move in their plane. Corners and
 //!   points on segments do not move.
-//! - A vertex moves only if every cell around it stays positive by exact sign. No radius-edge ratio around it may rise
-//!   above the bound, or above the worst previous ratio there.
+//! - A vertex moves only if every cell around it stays positive by exact sign. No radius-edge ratio around it may
+//!   rise above the larger of the bound and the worst previous ratio there.
 //! - The mesh is no longer Delaunay where points have moved.
 //!
 //! **Source.** Freitag and Ollivier-Gooch (1997), optimisation-based smoothing; the sine after Klingner and Shewchuk
-//! (2007). **Departures.** A pattern search replaces the linear programs. It needs no gradients, and the objective has
-//! none at its maxima.
+//! (2007). **Departures.** A pattern search replaces the linear programs. It needs no gradients; the objective is not
+//! differentiable at its maxima.
 //!
 //! **Work and depth.** O(1) per sweep for each vertex of a bad cell, sequential, in the order of the cells.
 
@@ -181,7 +181,7 @@ fn directions<P: Point>() -> Vec<P> {
     found
 }
 
-/// Moves a vertex to a better place, if the search finds one. Returns whether it moved.
+/// Moves a vertex to a better place, if the search finds one. Returns `true` if it moved.
 fn climb<P: Space>(
     mesh: &mut Mesh<P>,
     stars: &Stars,

@@ -160,8 +160,8 @@ pub fn region_names<P: Space>(domain: &Domain<P>) -> Vec<f64> {
     domain.components.iter().map(&mut name).collect()
 }
 
-/// Returns the marker of each point: that of its carrier. A corner has the first marker other than 0 of the segments
-/// and then the facets that contain it.
+/// Returns the marker of each point, which is the marker of its carrier. A corner has the first marker other than 0
+/// of the segments and then the facets that contain it.
 pub fn point_markers<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>) -> Vec<i64> {
     let position = |v: u32| domain.corners.binary_search(&v).ok();
     let mut of_corner = vec![0; domain.corners.len()];

@@ -155,7 +155,8 @@ pub enum TooFine {
     },
 }
 
-/// Builds a tree. Maps the parents of a level to the decisions about their children, and takes these in order.
+/// Builds a tree. Maps the parents of a level to the decisions about their children, and applies the decisions in
+/// order.
 ///
 /// # Errors
 /// [`TooFine`], as soon as there are more than `limit` cells.

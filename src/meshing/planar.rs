@@ -1,10 +1,10 @@
 //! The constrained triangulation of a planar straight-line graph.
 //!
 //! **Statement.** Points and constraints of the plane are inserted one by one into the triangulation of a box around
-//! all of them. A constraint that is not an edge yet replaces the edges that it crosses. The polygons on its two sides
-//! are filled with the Delaunay triangles of their chains (Anglada 1997). Finally, triangles outside the graph are
-//! removed, and those that a path from a hole point reaches without crossing a constraint. The triangles serve exact
-//! tests and distances, not meshes. Not all of them are Delaunay.
+//! all of them. A constraint that is not an edge yet replaces the edges that it crosses. The polygons on its two
+//! sides are filled with the Delaunay triangles of their chains (Anglada 1997). Finally, the algorithm removes the
+//! triangles outside the graph and those that a path from a hole point reaches without crossing a constraint. The
+//! triangles serve exact tests and distances, not meshes. Not all of them are Delaunay.
 //!
 //! **Work and depth.** `O(m^2)` in the worst case for `m` points, sequential.
 //!
@@ -39,7 +39,7 @@ pub struct Planar {
     last: (u32, u32),
 }
 
-/// The error that two constraints cross without a common vertex.
+/// The error for two constraints that cross without a common vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Crossed;
 
@@ -199,8 +199,9 @@ impl Planar {
         Ok(end)
     }
 
-    /// Fills the polygon between an edge and a chain of vertices from `a` to `b` on its left. The triangle on the edge
-    /// is Delaunay, so the part of the chain between two visits of the same vertex is separated.
+    /// Fills the polygon between an edge and a chain of vertices from `a` to `b` on its left. The triangle on the
+    /// edge is Delaunay. Therefore it separates the part of the chain between two visits of the same vertex from the
+    /// rest.
     fn fill(&mut self, chain: &[u32], a: u32, b: u32) {
         let mut stack = vec![(chain, a, b)];
         while let Some((chain, a, b)) = stack.pop() {
@@ -228,8 +229,8 @@ impl Planar {
         self.barriers.as_ref().unwrap_or(&self.constraints).contains(&ascending([a, b]))
     }
 
-    /// Returns the triangles that are neither outside the graph nor in a hole, smallest vertex first, ascending.
-    /// Returns also the indices of hole points that lie on a constraint or outside the graph.
+    /// Returns the triangles that are neither outside the graph nor in a hole, smallest vertex first, ascending. Also
+    /// returns the indices of hole points that lie on a constraint or outside the graph.
     pub fn inside(&self, holes: &[DVec2]) -> (Vec<[u32; 3]>, Vec<usize>) {
         let mut gone = BTreeSet::new();
         self.flood(0, 1, &mut gone);

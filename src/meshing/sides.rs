@@ -8,10 +8,10 @@
 //! component.*
 //!
 //! *Proof.* Links never join different components. It remains to show that all sides of a component U are in one class.
-//! 1. Let S be a shell of U, oriented outwards. S is a cycle, so it has a winding number w. It is constant on U and 0
-//!    far away. It changes only where a line crosses a wall with one side in S. There it changes by 1, between its
-//!    value c on U and c - 1, because all sides of S face U. So w has only these two values. One of them is 0, so c is
-//!    0 or 1.
+//! 1. Let S be a shell of U, oriented outwards. S is a cycle, so it has a winding number w, which is constant on U
+//!    and 0 far away. Along a line, w changes only at a wall with one side in S. There it changes by 1, between its
+//!    value c on U and c - 1, because all sides of S face U. So w has only these two values. One of them is 0, so c
+//!    is 0 or 1.
 //! 2. The shells of U sum to the boundary of U. The winding number of this boundary is 1 on U if U is bounded, and 0
 //!    otherwise. So exactly one shell has c = 1 if U is bounded, and none if U is unbounded.
 //! 3. If a line leaves U through S, w becomes c - 1. The line returns to U only after w is c again, that is, through S.

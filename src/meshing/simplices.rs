@@ -73,7 +73,7 @@ impl<P: Space> Simplices<P> {
 pub struct Outline {
     /// The loops.
     pub loops: Vec<Vec<u32>>,
-    /// `None` for facets of segments and points only.
+    /// `None` for facets that consist only of segments and points.
     pub plane: Option<[u32; 3]>,
 }
 

@@ -4,9 +4,9 @@
 //! edges and walls is a simplicial complex iff no two of them meet outside a common face. For two triangles of space,
 //! it suffices to test every edge of one against the other.
 //!
-//! *Proof.* The intersection of two triangles is convex. If it leaves the common face, some extreme point of it does.
-//! This point lies on an edge of one of the triangles. An edge meets the other triangle beyond *its* common face with
-//! it iff it meets it beyond the common face of the two triangles. QED.
+//! *Proof.* The intersection of two triangles is convex. If it extends beyond the common face, some extreme point of
+//! it lies beyond this face. This point lies on an edge of one of the triangles. An edge meets the other triangle
+//! beyond *its* common face with it iff it meets it beyond the common face of the two triangles. QED.
 //!
 //! **Work and depth.** O(1) per pair.
 //!

@@ -31,7 +31,7 @@ pub enum Wanted {
 pub enum SetRule {
     /// The paper's rule: the separator points of both sides go to both children.
     Both,
-    /// The separator points of the side that has fewer go to the other child. Density graphs only.
+    /// The separator points of the side that has fewer of them go to the other child. Density graphs only.
     Smaller,
     /// Every point goes to each leaf that one of its edges can reach.
     Ghost,
@@ -126,7 +126,7 @@ pub struct Shown {
     pub record_tasks: bool,
 }
 
-/// Parameters of a run that every rank shares. They hold no point.
+/// Parameters of a run that all ranks share. They contain no points.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct WorkerConfig {
     /// Identifies the run in messages.
@@ -146,7 +146,7 @@ pub struct WorkerConfig {
     pub graph: GraphRules,
     /// The additional outputs of a run.
     pub shown: Shown,
-    /// The phase after which the run stops and collects the counts alone.
+    /// The phase after which the run stops and collects only the counts.
     pub until: Option<Phase>,
     /// Rounds of splaying before unresolved regions are gathered; `6 log2 n` if `None`.
     pub exchange_cap: Option<u32>,

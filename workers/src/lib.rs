@@ -1,8 +1,8 @@
-//! septet-workers: what a rank runs, and the machine that it runs on.
+//! septet-workers: the program of a rank, and the machine that runs it.
 //!
-//! Each rank is one async function over a [`machine::Context`]. It holds the points that it was sent,
-//! its place in the partition tree and the stars of its points, and no handle to anything else.
-//! Each folder is a room: the machine, what phases share, and the phases in the order of a run.
+//! Each rank is one async function over a [`machine::Context`]. It holds the points that it received, its place in
+//! the partition tree and the stars of its points. It has no handle to anything else. Each folder is a *room*, a
+//! group of modules: the machine, the data that phases share, or a part of a run.
 
 pub mod config;
 pub mod machine;

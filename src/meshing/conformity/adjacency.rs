@@ -19,7 +19,7 @@ struct Side<F> {
     inside: bool,
 }
 
-/// Sorts a simplex. Returns also whether the permutation was odd.
+/// Sorts a simplex. Also returns whether the permutation was odd.
 fn sorted<S: Simplex>(mut simplex: S) -> (S, bool) {
     let row = simplex.as_mut();
     let mut odd = false;
@@ -53,7 +53,7 @@ impl<P: Space> Checker<'_, P> {
         sides
     }
 
-    /// Checks parts 1 and 2 of the statement.
+    /// Checks parts 1 and 2 of the statement of [`super::check`].
     pub(super) fn faces(&mut self) {
         let mut faces: BTreeMap<P::Facet, u32> = BTreeMap::new();
         for (row, face) in self.mesh.faces.iter().enumerate() {

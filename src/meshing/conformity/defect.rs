@@ -203,7 +203,7 @@ pub enum MeshDefect {
         edge: [u32; 2],
         /// The numbers of faces on its left and on its right.
         sides: [u32; 2],
-        /// The total required: one on boundary segments, otherwise one on each side.
+        /// The total required: 1 on boundary segments, otherwise 2, one on each side.
         required: u32,
     },
     /// The faces on a facet that separate two components have the wrong total area. In the plane, this is the total

@@ -16,7 +16,7 @@ use crate::sides::Sets;
 use crate::space::{Space, ascending};
 use crate::sum::Sum;
 
-/// The default of the largest deviation, relative to the largest size at the corners of a face.
+/// The default limit of the deviation, relative to the largest size at the corners of a face.
 pub const LOOSE: f64 = 0.5;
 
 /// The tolerance for rounded distances, relative to the limit.
@@ -213,7 +213,7 @@ impl<P: Space> Checker<'_, P> {
         ridges
     }
 
-    /// Returns the next point along the ridges beyond one end of a segment if that end has no point.
+    /// Returns the next point along the ridges beyond one end of a segment, if that end has no point.
     fn beyond(&self, ridges: &Ridges, segment: u32, end: u32, covered: &mut BTreeSet<u32>) -> Option<u32> {
         let (mut from, mut v) = (segment, end);
         while !ridges.points.contains_key(&v) {
@@ -229,7 +229,7 @@ impl<P: Space> Checker<'_, P> {
             }
             (from, v) = (next, if v == a { b } else { a });
         }
-        // A point at the given end is the end of the segment itself.
+        // If the given end has a point, the segment ends there.
         if v == end { None } else { ridges.points.get(&v).copied() }
     }
 

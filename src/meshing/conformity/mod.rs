@@ -6,10 +6,11 @@
 //! 2. a facet of only one cell, or between two components, is a listed face, and a listed face is in exactly the cells
 //!    that it lists;
 //! 3. on each segment, the listed edges form a chain from corner to corner;
-//! 4. the faces on each facet, all oriented alike in a projection along an axis (exact signs), have each edge once in
-//!    each direction. They have each subsegment of the facet's boundary once. For each pair of components (or the
-//!    outside), their total area equals that of the domain's walls between the pair, to 1e-9 of the facet;
-//! 5. the cells of each component add up to its measure, to 1e-9 of it;
+//! 4. the faces on each facet are all oriented alike in a projection along an axis (exact signs). They have each
+//!    subsegment of the facet's boundary once, and every other edge once in each direction. For each pair of
+//!    components (or the outside), their total area equals the area of the domain's walls between the pair, to 1e-9
+//!    of the facet;
+//! 5. the measures of the cells of each component add up to the measure of the component, to 1e-9 of it;
 //! 6. corners have the positions of the domain, and points lie on their carriers to 1e-12 of the largest coordinate.
 //!    Cells use every point, rows are in canonical order, and markers are those of the domain.
 //!
@@ -17,7 +18,7 @@
 //!
 //! *Proof.*
 //! - *Facets.* By 4, the faces of a facet form a chain whose boundary is that of the facet. They therefore cover the
-//!   facet with a constant degree. By its area, the degree is one.
+//!   facet with a constant degree. Because the areas are equal, the degree is one.
 //! - *Cells.* By 1 and 2, the cells of a component form a chain whose boundary lies in faces on the walls. The degree
 //!   with which they cover space is therefore constant between walls. It is nowhere negative, because all cells are
 //!   positive. By 4, the boundary of the chain is that of the component. So the degree is one inside and zero

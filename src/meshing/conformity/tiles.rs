@@ -16,7 +16,8 @@ use crate::sum::Sum;
 /// Measures of the domain and the mesh, by the components on the two sides, ascending.
 type Measures = BTreeMap<[SideComponent; 2], [Sum; 2]>;
 
-/// Returns the length of an edge or the area of a triangle, from a normal of this length (or twice this length).
+/// Returns the length of an edge or the area of a triangle. The length of the normal is this length or twice this
+/// area.
 fn extent<P: Point>(corners: &[P]) -> f64 {
     let rel: Vec<P> = corners[1..].iter().map(|&c| c - corners[0]).collect();
     P::hull_normal(&rel).norm2().sqrt() / if P::DIM == 2 { 1.0 } else { 2.0 }
@@ -185,8 +186,8 @@ impl<P: Space> Checker<'_, P> {
         }
     }
 
-    /// Checks that the edges form a chain between the ends of the segment. Returns the point at which the chain breaks
-    /// as error.
+    /// Checks that the edges form a chain between the ends of the segment. The error is the point at which the chain
+    /// breaks.
     fn chain(&self, segment: u32, mut edges: Vec<[u32; 2]>) -> Result<(), Option<u32>> {
         let [a, b] = self.ends(segment);
         let along = |v: u32| (self.points[v as usize] - a).dot(b - a);

@@ -10,7 +10,7 @@
 //! same or in opposite directions. The direction determines which side of the face corresponds to which side of the
 //! wall.
 //!
-//! *Why the result depends on no order.*
+//! *Why the result does not depend on any order.*
 //! - A segment on the boundary of a facet has one wall of the facet, so directions alone decide there.
 //! - A segment inside a facet has two walls. Exact signs in the plane of the facet distinguish them.
 //! - Exact signs also decide whether a face overlaps an absent own face. Coordinates in a plane are a function of the
@@ -80,7 +80,8 @@ impl<F: Simplex> Barrier<F> {
 impl<F: Simplex> Part<F> {
     /// Returns the label on the side of a cell. The face of the cell has the order of [`facet_without`].
     pub(super) fn towards(&self, face: &F) -> Option<u32> {
-        // (vertex, face..) is positive. As many exchanges as the face has vertices move the vertex to the end.
+        // (vertex, face..) is positive. To move the vertex to the end takes as many exchanges as the face has
+        // vertices.
         let negative = (F::LEN % 2 == 1) != sorted(*face).1;
         self.labels[usize::from(negative)]
     }
@@ -295,7 +296,7 @@ fn directed(triangle: &[u32]) -> [[u32; 2]; 3] {
     [0, 1, 2].map(|i| [triangle[i], triangle[(i + 1) % 3]])
 }
 
-/// Sorts the vertices. Returns also whether the permutation was odd.
+/// Sorts the vertices. Also returns whether the permutation was odd.
 fn sorted<F: Simplex>(face: F) -> (F, bool) {
     let row = face.as_ref();
     let inversions = (0..row.len()).map(|i| row[i + 1..].iter().filter(|&&w| w < row[i]).count());

@@ -18,8 +18,8 @@
 //!    segment. At the segment, the domain determines the component.
 //! 5. Two components without the domain between them may form one class. Neither is inside. QED.
 //!
-//! *Why labels depend on no order.* Classes are the connected components of a graph. A label is the largest of the
-//! labels that the faces adjacent to a class give. By the proof, all of them are equal. The faces give labels by
+//! *Why labels do not depend on any order.* Classes are the connected components of a graph. A class receives the
+//! largest of the labels that its adjacent faces give. By the proof, all of these are equal. The faces give labels by
 //! directions along subsegments and by exact signs ([`super::barrier`]). No rounded point affects them. A flat cell
 //! across coplanar facets receives the label of its class, regardless of the side on which its centroid lies.
 //!

@@ -19,11 +19,10 @@
 //! some cap through its other two vertices contains no vertex of the shell, whatever the radius of the shell. Its
 //! circumcentre lies in the balls of its own subsegments (at less than a right angle), or of others at the corner. If
 //! these were divided, all subsegments there would have to follow. The same subfacet would recur at half the size,
-//! without end. Consider a subsegment from the corner to a point on the shell or inside it. Its ball contains no point
-//! of the shell.
-//! The parts of arcs are powers of two, counted from a segment, just as subsegments are counted from a corner, and for
-//! the same reason. Arcs are not made shorter than a 32nd of the radius. At that length, the obstacle lies nearer to
-//! the corner.
+//! without end. Consider a subsegment from the corner to a point on the shell or inside it. Its ball contains no
+//! point of the shell. Arcs are divided at powers of two from a segment, just as subsegments are divided at powers of
+//! two from a corner, and for the same reason. Arcs are not made shorter than a 32nd of the radius. At that length,
+//! the obstacle lies nearer to the corner.
 //!
 //! **Source.** Ruppert (1995), section 5; Chew (1993).
 

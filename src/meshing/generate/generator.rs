@@ -17,8 +17,8 @@ use crate::space::Space;
 pub(super) const COMPLETE: f64 = 1.0 - 1e-9;
 
 /// A cell is divided while its side exceeds this multiple of the size at its centre. Completion finds the remaining
-/// gaps. Sides of up to one size with two candidates per cell need as many rounds, points and cells, but several times
-/// the candidates.
+/// gaps. Sides of at most one size with two candidates per cell lead to as many rounds, points and cells, but need
+/// several times as many candidates.
 pub(super) const SIDE: f64 = 1.4;
 
 /// The number of candidates per cell.

@@ -27,8 +27,8 @@ pub trait Machine<P: Point> {
     fn stage(&mut self, _name: &'static str) {}
 
     /// Returns a maximal independent set of the conflict graph. It contains the first `fixed` sites, which the result
-    /// omits. Otherwise it is the greedy set of a random order that depends only on the positions. No two sites
-    /// coincide. Machines with the order of [`septet_geometry::priority`] return the same sets.
+    /// omits. The rest is the greedy set of a random order that depends only on the positions. No two of the given
+    /// sites may coincide. Machines with the order of [`septet_geometry::priority`] return the same sets.
     ///
     /// # Errors
     /// Errors of the machine.

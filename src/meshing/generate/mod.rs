@@ -59,7 +59,7 @@
 //!
 //! Two facts follow from the lemma of Ruppert and Shewchuk for angles of at least 90 degrees. Circumcentres lie in
 //! the domain, and points on one feature stay out of the balls on another. By the lemma, a projection onto a facet or
-//! line that leaves it crosses the ball of a subsegment of its boundary, which is empty.
+//! line that ends outside it crosses the ball of a subsegment of its boundary, and this ball is empty.
 //!
 //! **Source.** Section 5 of the paper; Ruppert (1995), Shewchuk (1998), Spielman, Teng and Ungor (2007).
 //!
@@ -73,9 +73,9 @@
 //!   circle may be inserted (`missing`). Its distance from the points is the radius of the circle, which may be below
 //!   f.
 //! - *Small angles.* If features meet at less than 90 degrees, two kinds of simplices are divided (`recover`),
-//!   although points then are closer than f. They are subsegments whose balls contain a point, and subfacets without
-//!   an empty ball of little more than their radius. The balls found in this way are closed to the points of the
-//!   volume. Claim 1 holds with these balls instead of the smallest ones.
+//!   although points then are closer than f. These are subsegments whose balls contain a point, and subfacets without
+//!   an empty ball whose radius is little larger than theirs. The balls found in this way are closed to the points of
+//!   the volume. Claim 1 holds with these balls instead of the smallest ones.
 //!
 //! **Rounds and work.** Each stage needs one independent set, then one per round of completion. Each triangulation and
 //! each set is a run of the [`Machine`].

@@ -1,14 +1,14 @@
 //! Off-centre points for circumcentres that lie in the balls of subsegments and subfacets.
 //!
-//! **Statement.** A circumcentre c in a ball cannot be inserted. The off-centre point x lies straight above c, seen
-//! from the subsegment or subfacet, where the ball ends. If x lies in another ball, the step is repeated, at most
-//! [`MOVES`] times. The point x is inserted if it keeps the distance f from all vertices. On facets, the balls are
-//! those of subsegments. In the volume, those of subfacets are added. If features meet at less than 90 degrees, the
-//! bounds do not hold anyway, and such circumcentres are skipped.
+//! **Statement.** A circumcentre c in a ball cannot be inserted. The off-centre point x lies straight above c, as
+//! seen from the subsegment or subfacet, on the boundary of the ball. If x lies in another ball, the step is
+//! repeated, at most [`MOVES`] times. The point x is inserted if it keeps the distance f (the size function) from all
+//! vertices. On facets, the balls are those of subsegments. In the volume, those of subfacets are added. If features
+//! meet at less than 90 degrees, the bounds do not hold anyway, and such circumcentres are skipped.
 //!
 //! *Benefit.* Let f be 1 everywhere. Let c lie at height h above a facet, far from the boundary of the facet. Let (m,
-//! r) be the ball of the subfacet that contains the foot q of c. Among the balls of the facet, it is the highest above
-//! q. It ends there at the height H with `H^2 = r^2 - |m - q|^2 <= 1`.
+//! r) be the ball of the subfacet that contains the foot q of c. Among the balls of the facet, this one is the
+//! highest above q. Its height there is H with `H^2 = r^2 - |m - q|^2 <= 1`.
 //! 1. Some corner of the subfacet has a squared distance of at most `h^2 + H^2` from c, as in the proof of the bounds
 //!    ([`super`]). Hence `R^2 <= h^2 + H^2`.
 //! 2. The point x is inserted unless `R <= 1 + H - h`.
@@ -73,8 +73,8 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         off_centre.into_iter().zip(free).filter_map(|(l, free)| free.then_some(l)).collect()
     }
 
-    /// Returns the ball of least power among those that contain the point. Returns also the foot of the point on the
-    /// line of the subsegment or the plane of the subfacet.
+    /// Returns the ball of least power among those that contain the point, and the foot of the point on the line of
+    /// the subsegment or the plane of the subfacet.
     fn lowest(&self, x: P, flats: &Subfeatures<'_>) -> Option<(Ball<P>, P)> {
         let at = |v: u32| self.vertices.points[v as usize];
         let power = |ball: &Ball<P>| dist2(ball.centre, x) - ball.radius2;

@@ -15,22 +15,22 @@
 //! longer than its distance from the next segment. That distance is proportional to the distance from the corner.
 //! Lengths of subsegments are therefore bounded from below by lfs times a constant that depends on the angles.
 //!
-//! *Subfacets.* A circumcentre is inserted because a vertex v of another facet is no farther than the diameter. Facets
-//! without a common point have a positive distance. At angles of at least 90 degrees, v would lie in the ball of a
-//! subsegment between the facets. Radii are therefore bounded from below by the distance from the common corner or
-//! segment times the sine of the angle there.
+//! *Subfacets.* A circumcentre is inserted because the distance of a vertex v of another facet is at most the
+//! diameter. Facets without a common point have a positive distance. At angles of at least 90 degrees, v would lie in
+//! the ball of a subsegment between the facets. Radii are therefore bounded from below by the distance from the
+//! common corner or segment times the sine of the angle there.
 //!
 //! *Subfacets with an edge on the common segment.* They have a witness of some width at any angle. The sphere through
-//! a subsegment and one apex on each of two facets meets both planes in circumcircles, which are empty. It is not
-//! proved that points do not approach the segment without end, because each row of subfacets may require a finer row
-//! next to it. At angles of some ten degrees they do not, below one degree they do. After [`PATIENT`] rounds, the
-//! width allowed for witnesses therefore grows with every round. In the limit this is the condition of the Delaunay
-//! triangulation itself. If recovery still does not end, the features are reported as an error.
+//! a subsegment and one apex on each of two facets meets both planes in circumcircles, which are empty. Points may
+//! approach the segment without end, because each row of subfacets may require a finer row next to it; no proof
+//! excludes this. At angles of about ten degrees they do not, but below one degree they do. After [`PATIENT`] rounds,
+//! the width allowed for witnesses therefore grows with every round. In the limit this is the condition of the
+//! Delaunay triangulation itself. If recovery still does not end, the features are reported as an error.
 //!
 //! *Corners.* Several facets may meet at one corner within some ten degrees of each other, between segments more than
-//! 90 degrees apart (folds and creases of scans). Then subfacets at the corner recur at half the size. Such corners are
-//! enclosed ([`super::corner_shells`]). No proof excludes that arcs of adjacent facets refine each other without end
-//! elsewhere.
+//! 90 degrees apart (folds and creases of scans). Then subfacets at the corner recur at half the size. Such corners
+//! are enclosed ([`super::corner_shells`]). Elsewhere, arcs of adjacent facets may refine each other without end; no
+//! proof excludes this.
 //!
 //! **Source.** Ruppert (1995), section 5; Shewchuk (1998; 2002); Cohen-Steiner, Colin de Verdiere and Yvinec (2004).
 

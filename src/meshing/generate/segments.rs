@@ -1,6 +1,6 @@
 //! Points on segments.
 //!
-//! **Statement.** The generator in one dimension:
+//! **Statement.** The generator works in one dimension:
 //! 1. Each segment is halved until its parts are at most [`SIDE`] times the size at their middle. Each part has a
 //!    constant number of candidates.
 //! 2. A maximal independent set of them is taken, with the corners fixed.

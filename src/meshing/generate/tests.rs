@@ -47,7 +47,7 @@ fn meshed<P: Space + crate::facet::Triangulate>(
     (domain, made)
 }
 
-/// The independent checks pass.
+/// Asserts that the independent checks pass.
 fn is_sound<P: Space>(domain: &Domain<P>, made: &Generated<P>) {
     let found = crate::conformity::check(domain, &made.clone().into_mesh(domain));
     assert!(found.is_clean(), "{found:?}");

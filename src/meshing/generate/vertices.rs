@@ -139,8 +139,8 @@ impl Holders {
     }
 }
 
-/// Groups facets (in the plane: segments) that meet and are coplanar up to rounding. Returns the first member of the
-/// group for each. A cell with all vertices on one group is flat up to rounding.
+/// Groups facets (in the plane: segments) that meet and are coplanar up to rounding. Returns, for each of them, the
+/// first member of its group. A cell with all vertices on one group is flat up to rounding.
 pub fn flat_groups<P: Space>(domain: &Domain<P>) -> Vec<u32> {
     let at = |v: u32| domain.points()[v as usize];
     let mut sets = Sets::new(if P::DIM == 2 { domain.segments.len() } else { domain.facets.len() });

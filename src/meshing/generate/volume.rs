@@ -89,9 +89,9 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         }
     }
 
-    /// Removes points of the volume around subsegments and subfacets that these points removed from the triangulation.
-    /// Only simplices whose own balls contain a vertex can be affected. Closes a ball to all further points that is
-    /// wider by a fifth.
+    /// Removes points of the volume from widened balls around missing subsegments and subfacets, which these points
+    /// forced out of the triangulation. Only simplices whose own balls contain a vertex can be affected. The balls
+    /// are wider by a fifth, or by more until they contain a point, and are closed to all further points.
     fn clear(&mut self, first: usize, missing: &MissingParts) -> Result<(), Failure<M::Error>> {
         let at = |v: u32| self.vertices.points[v as usize];
         let subsegments = missing.subsegments.iter().map(|&(_, [a, b])| {

@@ -101,7 +101,7 @@ impl<P: Point> Axis<P> {
         Ball { centre, radius2: self.small.radius2 + offset * offset }
     }
 
-    /// Excludes the balls that contain a vertex. Returns `true` if others remain.
+    /// Excludes the balls that contain the vertex `p`. Returns `true` if other balls remain.
     fn exclude(&mut self, p: P) -> bool {
         let from = p - self.small.centre;
         let height = self.normal.dot(from);

@@ -3,7 +3,7 @@
 //! **Statement.** In each round, every undecided vertex whose priority is smaller than those of all undecided
 //! neighbours joins the set. Its neighbours are excluded. Priorities are distinct, so the smallest undecided vertex
 //! joins and the algorithm terminates. The result is an independent set, and every excluded vertex has a neighbour in
-//! it. *The set is that of the greedy algorithm in the order of priorities.* By induction over that order, a vertex
+//! it. *The greedy algorithm in the order of priorities gives the same set.* By induction over that order, a vertex
 //! joins iff no neighbour of smaller priority joins. So only the number of rounds depends on the schedule.
 //!
 //! **Source.** Luby (1986). With fixed random priorities, the expected number of rounds is `O(log n)` (Fischer and

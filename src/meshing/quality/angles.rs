@@ -31,7 +31,7 @@ pub fn angles<P: Space>(cell: &[P]) -> Vec<f64> {
     found
 }
 
-/// Returns the angle with these multiples of its sine and cosine, by a common factor.
+/// Returns an angle, given its sine and cosine times a common positive factor.
 fn between(sine: f64, cosine: f64) -> f64 {
     sine.atan2(cosine).to_degrees()
 }

@@ -1,13 +1,13 @@
 //! The position of circumcentres relative to balls, as in the promise about radius-edge ratios.
 //!
-//! **Statement.** Every edge on a segment and every face on a facet has a smallest ball through its corners. A centre
-//! in the domain is
+//! **Statement.** Every edge on a segment and every face on a facet has a smallest ball through its corners. The
+//! circumcentre of a cell, if it lies in the domain, is
 //! - *near* if it lies in the ball of an edge, or above a face with `r <= f(m)`;
 //! - *above* if it lies only above faces with `r > f(m)`;
 //! - *free* if it lies in no ball.
 //!
-//! If balls of one or more faces of a facet contain the centre, it is above the one of these faces with the least
-//! power. The faces are Delaunay, so this face contains the foot of the centre. A centre on a ball up to rounding
+//! If balls of one or more faces of a facet contain the centre, it is above the face whose ball has the least power.
+//! The faces are Delaunay, so this face contains the foot of the centre. A centre on a ball up to rounding
 //! (`ROUNDING`) counts as inside. If features meet at less than 90 degrees, the generator keeps the points of the
 //! volume out of larger balls, which the mesh does not show. A centre within `f / (1 - L)` of a feature then also
 //! counts as near.

@@ -11,7 +11,7 @@ pub struct Histogram {
     pub counts: Vec<u64>,
     /// The number of values below the first bin.
     pub below: u64,
-    /// The number of values at or above the end of the last bin, or NaN.
+    /// The number of values that are NaN, or at or above the end of the last bin.
     pub above: u64,
     /// The smallest value.
     pub least: f64,

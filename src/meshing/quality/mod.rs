@@ -1,15 +1,16 @@
 //! The quality of a mesh.
 //!
 //! **Statement.** The following is measured:
-//! - for every cell: its radius-edge ratio with certain bounds ([`ratio`]), its angles and its volume;
+//! - for every cell: guaranteed bounds of its radius-edge ratio ([`ratio`]), its angles and its volume;
 //! - for every edge: its length divided by the smaller size at its ends, and the slope of the size function along it;
 //! - for every point: its size divided by the local feature size;
 //! - in total: the number of points per unit of the integral of `dx / f^d`.
 //!
-//! The promise `R/l <= B` depends on the position of the circumcentre ([`Place`]), so maxima and violations are counted
-//! per place. Whether a ratio exceeds its bound is decided exactly. All other values are rounded and decide nothing.
+//! The promise `R/l <= B` depends on the position of the circumcentre ([`Place`]), so maxima and violations are
+//! counted per place. The comparison of a ratio with its bound is exact. All other values are rounded, and no
+//! decision depends on them.
 //!
-//! **Work and depth.** O(1) per cell, a sort of the edges, and the functions of the caller. Sequential.
+//! **Work and depth.** O(1) per cell, a sort of the edges, and calls of the caller's functions. Sequential.
 
 pub mod angles;
 pub mod balls;

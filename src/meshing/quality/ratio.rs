@@ -1,4 +1,4 @@
-//! The radius-edge ratio with certain bounds.
+//! Guaranteed bounds of the radius-edge ratio.
 //!
 //! **Statement.** Let `e_1 .. e_d` be the edges from the first vertex of a cell. Let `v = sum_i |e_i|^2 n_i`, where
 //! `n_i` is the signed cross product of the other edges, and let `w` be their determinant. Then `R = |v| / (2 |w|)`.

@@ -1,9 +1,9 @@
 //! The place of circumcentres by their distance from features.
 //!
 //! **Statement.** A centre c in the domain is *near* its nearest feature if its distance from it is at most `zone`
-//! times f(c). It is *free* if the distance is larger. A centre that is not in the domain is *outside*. If the nearest
-//! feature is farther than the circumradius, the path from c to a vertex of the cell meets no wall, so c is in the
-//! domain like the cell. Otherwise c is located exactly.
+//! times f(c). It is *free* if the distance is larger. A centre that is not in the domain is *outside*. If the
+//! nearest feature is farther than the circumradius, the path from c to a vertex of the cell meets no wall, so c is
+//! in the domain, as the cell is. Otherwise c is located exactly.
 //!
 //! **Work and depth.** A query for the nearest feature per cell, and an exact location for some.
 

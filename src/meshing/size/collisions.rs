@@ -2,11 +2,12 @@
 //! function allows.
 //!
 //! **Statement.** Let two straight features meet at an angle t < 90 degrees in a place with the size `f0`. A point of
-//! one feature at distance u from the place has a distance of at least `u sin t` from the other feature. The size there
-//! is at most `f0 + L u`. Therefore points on the two features that are spaced by f cannot be closer than f beyond the
-//! distance `f0 / (sin t - L)`. Within it, they can. If `sin t <= L`, they can everywhere.
+//! one feature at distance u from the place has a distance of at least `u sin t` from the other feature. The size
+//! there is at most `f0 + L u`. Therefore, beyond the distance `f0 / (sin t - L)`, points on one feature cannot be
+//! closer than f to points on the other. Within this distance, they can be closer. If `sin t <= L`, they can be
+//! closer everywhere.
 //!
-//! **Work and depth.** That of [`Domain::small_angles`].
+//! **Work and depth.** See [`Domain::small_angles`].
 
 use super::SizeFunction;
 use crate::angles::SmallAngle;

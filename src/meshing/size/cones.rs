@@ -146,7 +146,7 @@ impl<P: Point> Cones<P> {
     /// Removes the cones whose tips lie above another cone. They are nowhere minimal.
     #[must_use]
     pub fn filtered(self, executor: &impl Executor) -> Self {
-        // The comparison is strict, so the last of a chain of cones stays.
+        // The comparison is strict. In a chain of cones, each above the next, the last cone therefore stays.
         let stays = |cones: &&[Cone<P>]| -> Vec<Cone<P>> {
             cones.iter().filter(|c| !self.any_below(c.at, c.size)).copied().collect()
         };

@@ -29,8 +29,8 @@
 //! `loss <= (1+L) / 3`, this gives `k >= 1.5 sqrt(d)`. So without drops, the tree is balanced ([`crate::octree`]). Then
 //! every leaf has `lfs` between `(k - sqrt(d)/2) s` and `(2 k + 1.5 sqrt(d)) s`.
 //!
-//! If features meet at an angle, lfs does not tend to zero along them, but points on the two come arbitrarily close.
-//! [`SizeFunction::collisions`] finds these places before any point is placed.
+//! If features meet at an angle, lfs does not tend to zero along them, but points on the two features can be
+//! arbitrarily close. [`SizeFunction::collisions`] finds these places before any point is placed.
 //!
 //! **Source.** Section 5 of the paper; Mitchell and Vavasis (2000), Ruppert (1995), Miller and Talmor (its \[14\]).
 //! **Departures.** A cell uses the data of its parent, not its neighbours. The inherited data suffice for the exact lfs
@@ -131,7 +131,7 @@ impl<P: Space> SizeFunction<P> {
     /// the statement applies only inside.
     ///
     /// # Errors
-    /// As for [`Self::new`].
+    /// See [`Self::new`].
     pub fn of_features(
         domain: &Domain<P>,
         features: &Features<P>,

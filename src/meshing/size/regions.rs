@@ -1,9 +1,9 @@
 //! Size limits of regions.
 //!
-//! **Statement.** A region with a limit V for the volume (in the plane: the area) of its cells has the size h, the side
-//! of the regular simplex of that measure. Cells then have about that measure. The limit is a target, not a bound.
-//! Outside the region K, the size may grow with the distance from it: `h + L dist(x, K)` is L-Lipschitz. The distance
-//! is 0 in K and otherwise that from the walls of K.
+//! **Statement.** A region with a limit V for the volume (in the plane: the area) of its cells has the size h, the
+//! side of the regular simplex of that measure. Cells then have about that measure. The limit is a target, not a
+//! bound. Outside the region K, the size may grow with the distance from it: `h + L dist(x, K)` is L-Lipschitz. The
+//! distance is 0 in K, and otherwise it is the distance from the walls of K.
 //!
 //! **Work and depth.** A point is located once. Then the nearest wall of each region is searched.
 

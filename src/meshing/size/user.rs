@@ -6,8 +6,8 @@
 //! `min(h, min_i (a_i + L |x - x_i|), min_j (b_j + L dist(x, S_j)))`. Each S is a point or a segment. Figure 1 of the
 //! paper shows points around a singularity.
 //!
-//! **Departures.** The field is not interpolated between its points. It should be as dense as its details. Its steps
-//! are smoothed to the slope L.
+//! **Departures.** The field is not interpolated between its points. It should be dense enough for its details. Its
+//! steps are smoothed to the slope L.
 
 use septet_geometry::point::Point;
 

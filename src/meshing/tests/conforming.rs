@@ -20,7 +20,7 @@ fn clean<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>) {
     assert_eq!(found.defects, []);
 }
 
-/// The cube of side 4 with a facet at half height, a dangling facet and segment, two regions.
+/// The cube of side 4 with a facet at half height, a dangling facet, a dangling segment and two regions.
 fn divided() -> Input<DVec3> {
     let mut input = cube();
     input.points.extend([[0., 0., 2.], [4., 0., 2.], [4., 4., 2.], [0., 4., 2.]].map(DVec3::from));

@@ -37,7 +37,7 @@ fn measured(promised: [Option<f64>; 3], zone: f64) -> Quality<DVec3> {
 #[test]
 fn a_lattice_has_the_known_numbers() {
     let q = measured([Some(0.8), None, None], 0.6);
-    // Paths along three axes: two right angles of 60, two of 45, the others of 90 degrees.
+    // Each cell is a path along the three axes. Its dihedral angles are 45, 60 and 90 degrees.
     let exact = 0.75f64.sqrt();
     assert!(q.ratios.least > exact - 1e-12 && q.ratios.most < exact + 1e-12);
     assert_eq!((q.ratios.total(), q.angles.total()), (384, 6 * 384));
@@ -151,13 +151,13 @@ fn bounds_hold_and_decisions_are_exact() {
 #[test]
 fn ratios_equal_to_the_bound_satisfy_it() {
     use glam::DVec2;
-    // Legs 3 and 4: the ratio is 2.5 / 3; legs 1 and 1: half the root of 2.
+    // With legs 3 and 4, the ratio is 2.5 / 3. With legs 1 and 1, it is half the root of 2.
     let right = |a: f64, b: f64| [DVec2::ZERO, DVec2::new(a, 0.0), DVec2::new(0.0, b)];
     assert!(
         at_most(&right(1.0, 1.0), 0.5f64.sqrt()) || !at_most(&right(1.0, 1.0), 0.5f64.sqrt().next_down())
     );
     assert!(!at_most(&right(3.0, 4.0), 2.5 / 3.0) || 2.5 / 3.0 * 3.0 >= 2.5);
-    // 1.25 exactly: legs 0.75 and ... a hypotenuse of 2.5 over a leg of 1 needs 2.29; take 8, 15, 17.
+    // The right triangle with sides 8, 15 and 17 has the ratio 17/16 exactly.
     let t = [DVec2::ZERO, DVec2::new(8.0, 0.0), DVec2::new(0.0, 15.0)];
     assert!(at_most(&t, 17.0 / 16.0) && !at_most(&t, (17.0f64 / 16.0).next_down()));
     assert!(!at_most(&[DVec2::ZERO, DVec2::X, DVec2::X * 2.0], 1e9));

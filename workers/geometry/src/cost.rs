@@ -70,7 +70,7 @@ impl Cost {
     }
 
     /// Additional depth of the scans if each takes `ceil(log2 items)` steps, at least 1, instead of one.
-    #[inline]
+    #[inline(always)]
     fn additional_depth(&self, items: u64) -> u64 {
         self.scans * (sort_steps(items) - 1)
     }
@@ -102,14 +102,14 @@ impl Cost {
     }
 
     /// Fixes the number of items of all scans so far. The problem can then become an item of a larger vector step.
-    #[inline]
+    #[inline(always)]
     pub fn close(&mut self, items: u64) {
         self.inner_log += self.additional_depth(items);
         self.scans = 0;
     }
 
     /// Charges one call of a primitive.
-    #[inline]
+    #[inline(always)]
     fn pay(&mut self, primitive: Primitive, items: usize) {
         let price = primitive.price(items as u64);
         self.work += price.work;
@@ -118,7 +118,7 @@ impl Cost {
     }
 
     /// Charges one call of a primitive that is an item of a larger problem: its scans run over its own items.
-    #[inline]
+    #[inline(always)]
     fn pay_nested(&mut self, primitive: Primitive, items: usize) {
         let mut inner = Cost::ZERO;
         inner.pay(primitive, items);
@@ -265,13 +265,13 @@ impl Cost {
     }
 
     /// Charges a finished sweep: one vector step, and one scan that collects its result.
-    #[inline]
+    #[inline(always)]
     pub fn charge_sweep(&mut self, sweep: Sweep) {
         self.pay(Primitive::Sweep, sweep.items() as usize);
     }
 
     /// Charges a finished sweep that is an item of a larger problem: its scan runs over its own items.
-    #[inline]
+    #[inline(always)]
     pub fn charge_nested_sweep(&mut self, sweep: Sweep) {
         self.pay_nested(Primitive::Sweep, sweep.items() as usize);
     }

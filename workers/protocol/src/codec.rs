@@ -6,7 +6,7 @@
 //!
 //! Decoding does not trust its input:
 //! 1. The length of the frame is checked first.
-//! 2. A limit holds for the total number of bytes.
+//! 2. The total number of bytes is limited.
 //! 3. Arrays are read in steps, so a hostile length cannot allocate memory without the bytes for it.
 //! 4. Trailing bytes are an error.
 
@@ -58,7 +58,7 @@ pub enum CodecError {
 /// Encodes a value.
 ///
 /// # Errors
-/// If the codec rejects the value, or if its bytes exceed the limit.
+/// Fails if the codec rejects the value, or if its bytes exceed the limit.
 pub fn encode<T: Encode>(value: &T) -> Result<Vec<u8>, CodecError> {
     Ok(bincode::encode_to_vec(value, layout())?)
 }
@@ -74,7 +74,7 @@ pub fn encoded_len<T: Encode>(value: &T) -> usize {
 /// Decodes a whole frame.
 ///
 /// # Errors
-/// If the frame is too long, malformed or longer than its message.
+/// Fails if the frame is too long, malformed or longer than its message.
 pub fn decode<T: Decode<()>>(bytes: &[u8]) -> Result<T, CodecError> {
     if bytes.len() > FRAME_LIMIT {
         return Err(CodecError::TooLong { bytes: bytes.len() });

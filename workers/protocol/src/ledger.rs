@@ -111,7 +111,7 @@ pub enum Role {
     Member,
     /// The leader of the group, which works between the steps of its members.
     Leader,
-    /// A member during the bottom-up correction of the balls of an ancestor: the ancestor at this level.
+    /// A member during the bottom-up correction of the balls of its ancestor at this level.
     Pass(u32),
 }
 
@@ -300,7 +300,8 @@ impl LedgerPart {
         tally
     }
 
-    /// Merges the part of another rank. Shares of one account are parallel: their work adds up, their depth does not.
+    /// Merges the part of another rank. Ranks work on one account in parallel: their work is added, their depth is
+    /// not.
     pub fn merge(&mut self, other: &LedgerPart) {
         for (key, tally) in &other.rounds {
             self.rounds.entry(*key).or_default().add(tally);

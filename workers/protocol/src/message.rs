@@ -50,7 +50,7 @@ impl<P: Pod> Message<P> {
     /// Encodes the message.
     ///
     /// # Errors
-    /// If the message is longer than a frame may be.
+    /// Fails if the message is longer than a frame may be.
     pub fn encode(&self) -> Result<Vec<u8>, CodecError> {
         codec::encode(self)
     }
@@ -58,7 +58,7 @@ impl<P: Pod> Message<P> {
     /// Decodes a message.
     ///
     /// # Errors
-    /// If the bytes are not exactly one message.
+    /// Fails if the bytes are not exactly one message.
     pub fn decode(bytes: &[u8]) -> Result<Self, CodecError> {
         codec::decode(bytes)
     }
@@ -165,7 +165,7 @@ pub enum Decision {
     Split([Child; 2]),
 }
 
-/// The summary of a subproblem after the neighbourhoods.
+/// The summary of a subproblem, once its neighbourhoods are known.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
 pub struct Summary<P> {
@@ -339,7 +339,7 @@ pub enum Body<P> {
         /// receiver does not need as a point. Empty if the receiver routes no cells.
         cells: Bulk<u32>,
     },
-    /// Points some of whose nearest neighbours the receiver owns: the other ends of edges.
+    /// Points with nearest neighbours that the receiver owns. These neighbours are the other ends of edges.
     Reverse {
         /// The points, without duplicates.
         points: PointBatch<P>,
@@ -367,7 +367,7 @@ pub enum Body<P> {
     FingerprintList(Bulk<u64>),
     /// Proposals: cells in the star of one vertex, for the star of another.
     Propose {
-        /// The points of the cells and conflicts.
+        /// The points of the cells.
         points: PointBatch<P>,
         /// Positions in `points`, `d + 1` per cell: the vertex of the sender, the vertex of the receiver, the others.
         cells: Bulk<u32>,
@@ -383,9 +383,9 @@ pub enum Body<P> {
         /// Positions in `points` of all these points.
         conflicts: Bulk<u32>,
     },
-    /// Points of the sender that joined the independent set, to the ranks that own neighbours of them.
+    /// Owner to the owners of neighbours: points that joined the independent set.
     Joined(Bulk<u64>),
-    /// Points of the sender that are excluded from the independent set, to the ranks that own neighbours of them.
+    /// Owner to the owners of neighbours: points that are excluded from the independent set.
     Left(Bulk<u64>),
     /// Leader to the leader of the parent: the merged result of the subproblem.
     Merged(Merged),

@@ -1,8 +1,9 @@
 //! The record of tasks: the messages between leaves, independent of the number of workers.
 //!
-//! **Statement.** Tree, neighbourhoods, graph and stars are functions of points, seed and parameters. The messages between
-//! two workers are therefore a sum over the pairs of their leaves. A [`TaskLog`] holds the terms of this sum. One worker
-//! that runs the whole tree counts them. The placement of a machine of `p` workers maps them to its messages.
+//! **Statement.** Tree, neighbourhoods, graph and stars are functions of points, seed and parameters. The messages
+//! between two workers are therefore a sum over the pairs of their leaves. A [`TaskLog`] holds the terms of this sum.
+//! One worker that runs the whole tree counts them. Given the placement of leaves on `p` workers, the terms determine
+//! the messages of that machine.
 //!
 //! A leaf is identified by its position in the tree, from the interior to the exterior. A node is identified by its path
 //! ([`crate::ids::NodeId`]). Blocks are equal shares of the input in its order.
@@ -34,17 +35,18 @@ pub struct TaskLog {
     pub first_blocks: Vec<Vec<(u32, u32)>>,
     /// The samples of each attempt at each node.
     pub samples: Vec<SampleRow>,
-    /// Balls or points that leave the path to their own leaf: phase, leaf, node that they reach, their number, entries of
-    /// the lists found there, and distinct points in these lists.
+    /// Balls or points that leave the path to their own leaf: phase, leaf, node reached, number of balls or points,
+    /// entries of the lists found there, and distinct points in these lists.
     pub reach: Vec<(u8, u32, u64, u64, u64, u64)>,
     /// Whether a sample chose the supergraph.
     pub chosen: bool,
     /// Edges of nearest neighbours that are sent to their other end: leaf, leaf of the other end, number.
     pub reverse: Vec<(u32, u32, u64)>,
-    /// Points that send these edges. For each point, take the leaves of the other ends in order. A row holds the leaf of
-    /// the point, one of these leaves, the leaf before it in this order, and the number of points. For the first leaf, the
-    /// leaf of the point is the one before it. The leaves of a worker are consecutive. So the number of workers that
-    /// receive a point is the number of rows whose leaf is on another worker than the leaf before it.
+    /// Points that send these edges. For each point, take the leaves of the other ends in order. A row holds the leaf
+    /// of the point, one of these leaves, the leaf before it in this order, and the number of points. For the first
+    /// leaf, the leaf of the point is the one before it. The leaves of a worker are consecutive. The number of
+    /// workers that receive a point is therefore the number of its rows whose leaf and preceding leaf are on
+    /// different workers.
     #[serde(default)]
     pub tellers: Vec<(u32, u32, u32, u64)>,
     /// Sums that two leaves must agree on: number of the check, both leaves, low and high half of the sum, pairs.

@@ -92,7 +92,7 @@ pub trait Transport<P> {
     /// Ends a round: sends the messages of the host's ranks, and returns the messages to them.
     ///
     /// # Errors
-    /// If this host's `state` is an error, if another host's state is one, or if the transport failed. The machine has
-    /// then ended.
+    /// Fails if the state of this host or of another is an error, or if the transport failed. The machine has then
+    /// ended.
     fn exchange(&mut self, outbox: Vec<Message<P>>, state: HostState) -> Result<Delivery<P>, TransportError>;
 }

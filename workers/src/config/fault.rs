@@ -14,20 +14,20 @@ use septet_protocol::transport::TransportError;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// One planted fault. As text: `refuse:2-3`, `refuse-draws:2`, `spoil:1`, `die:2:hulls`, `panic:2:hulls`, `halve-alpha`, `small-sphere`,
-/// `one-clock`, `free-loop`.
+/// One planted fault. Its text has one of the forms `refuse:2-3`, `refuse-draws:2`, `spoil:1`, `die:2:hulls`,
+/// `panic:2:hulls`, `halve-alpha`, `small-sphere`, `one-clock` and `free-loop`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Fault {
-    /// Leaders do not split the shared nodes with these paths. The lowest rank of the group holds such a node as a leaf,
-    /// and the other ranks of the group relay the messages about it.
+    /// Leaders do not split the shared nodes from `first` to `last`. The lowest rank of the group holds such a node
+    /// as a leaf, and the other ranks of the group relay the messages about it.
     RefuseSplit {
         /// The first node.
         first: NodeId,
         /// The last node.
         last: NodeId,
     },
-    /// One of `every` separators is rejected, by a hash of its node and attempt. So some nodes draw again while others
-    /// continue. With 1 every separator is rejected, and no node is split.
+    /// A hash of node and attempt rejects about one of `every` separators. Some nodes therefore draw again while
+    /// others continue. If `every` is 1, every separator is rejected and no node is split.
     RefuseDraws {
         /// The reciprocal of the share of rejected separators, at least 1.
         every: u32,
@@ -55,7 +55,7 @@ pub enum Fault {
     HalveAlpha,
     /// Every separator is a sphere around one sample that contains a twentieth of the points. It is always accepted.
     SmallSphere,
-    /// A worker has one clock for all its subproblems, so they wait for each other.
+    /// A worker has one clock for all its subproblems, so that they wait for each other.
     OneClock,
     /// The radii within leaves are charged one step per point, not one per pair.
     FreeLoop,
@@ -64,7 +64,7 @@ pub enum Fault {
 /// A text that is not the name of a fault.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
-    "`{0}` is no fault: expected refuse:NODE[-NODE], refuse-draws:EVERY, spoil:RANK, die:RANK:PHASE, \
+    "unknown fault `{0}`: expected refuse:NODE[-NODE], refuse-draws:EVERY, spoil:RANK, die:RANK:PHASE, \
      panic:RANK:PHASE, halve-alpha, small-sphere, one-clock or free-loop"
 )]
 pub struct FaultTextError(String);
@@ -102,7 +102,7 @@ impl Fault {
         Separator::from_array(&words)
     }
 
-    /// Returns `true` if the fault accepts the split, as it accepts any split without an empty side.
+    /// Returns `true` if the fault forces the split to be accepted: [`Fault::SmallSphere`], if no side is empty.
     pub(crate) fn accepts(self, inside: u64, outside: u64) -> bool {
         self == Fault::SmallSphere && inside > 0 && outside > 0
     }
@@ -126,13 +126,13 @@ impl Fault {
         for (account, Charge { cost, .. }) in ledger.charges.iter_mut().filter(of_phases) {
             let clock = clocks.entry((account.role, account.phase)).or_default();
             clock.then(*cost);
-            // A subproblem is over when the clock says so; its work is its own.
+            // The clock determines when a subproblem ends. The work of the subproblem is unchanged.
             let [_, depth, scans, inner_log] = clock.to_parts();
             *cost = Cost::from_parts([cost.work(), depth, scans, inner_log]);
         }
     }
 
-    /// Lets a worker fail or panic if the fault strikes it in this phase.
+    /// Makes a worker fail or panic if the fault strikes it in this phase.
     pub(crate) fn strike(self, worker: Rank, now: Phase) -> Result<(), TransportError> {
         match self {
             Fault::DieAt { rank, phase } if rank == worker && phase == now => {

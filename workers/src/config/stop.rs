@@ -5,7 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use septet_protocol::transport::TransportError;
 
-/// A flag that the caller of a machine may raise. Ranks check it in long steps and at every exchange, and end.
+/// A flag that the caller of a machine may raise. Ranks check it at every exchange and during long steps, and stop if
+/// it is raised.
 #[derive(Clone, Debug, Default)]
 pub struct Stop(Option<Arc<AtomicBool>>);
 

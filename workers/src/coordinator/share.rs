@@ -84,7 +84,7 @@ impl Certificate {
 pub struct Choice {
     /// The supergraph, if there is one.
     pub supergraph: Option<Supergraph>,
-    /// The reason of the choice, if the coordinator chose the supergraph.
+    /// The reason for the choice, if the coordinator chose the supergraph.
     pub why: Option<String>,
 }
 
@@ -141,7 +141,7 @@ impl<P: Point> Share<P> {
     /// Takes the results of a round.
     ///
     /// # Errors
-    /// If a worker's ledger does not decode.
+    /// Fails if a worker's ledger does not decode.
     pub(crate) fn receive(&mut self, cx: &mut Context<P>) -> Result<(), TransportError> {
         let with_leaves = cx.config().shown.with_leaves;
         let results = cx.take(|m| {

@@ -1,7 +1,7 @@
 //! The decision on a certificate.
 //!
-//! **Statement.** The stars form one triangulation if three clauses hold: every point has a star, all stars agree, and
-//! exactly one point has no lexicographically smaller neighbour. The proof is in `stars/proof.md`.
+//! **Statement.** The stars form one triangulation if three conditions hold: every point has a star, all stars agree,
+//! and exactly one point has no lexicographically smaller neighbour. The proof is in `stars/proof.md`.
 
 use septet_protocol::message::Merged;
 use septet_protocol::outcome::Outcome;

@@ -1,32 +1,34 @@
 //! The ghost layer: points near the interface, sent before any subdomain is triangulated.
 //!
-//! **Statement.** A worker *owns* the points of its subdomain; a *ghost* is its copy of a point that another worker owns.
-//! The *region* of a worker lies on its side of every separator on its path from the root of the tree. Each owned point
-//! `x` has a radius `r(x)` and is sent to every worker whose region may contain an owned point in the ball `B(x, r(x))`.
-//! Then:
+//! **Statement.** A worker *owns* the points of its subdomain. A *ghost* is its copy of a point that another worker
+//! owns. Each owned point `x` has a radius `r(x)`, and `B(x, r(x))` is its *halo ball*. The point is sent to every
+//! worker that may own a point in this ball. Then:
 //! 1. For any radii, the interface exchange completes the star of every owned point ([`crate::direct::interface`]).
-//! 2. That exchange may skip a cell if its circumball lies in `B(x, r(x))` for each owned vertex `x`.
-//! 3. A ball around `x` that crosses no separator may replace `B(x, r(x))` in 2. If it is larger, `x` is not sent.
+//! 2. That exchange may skip a cell if its circumball lies in the halo ball of each owned vertex.
+//! 3. A ball around `x` that crosses no separator may replace the halo ball of `x` in 2. If it is larger than the halo
+//!    ball, `x` is not sent.
 //!
-//! **Radii.** `r(x)` is [`WIDTH`] times the median distance between consecutive points of the insertion order, over [`RUN`]
-//! points. It follows the density in the dimension that the points span, and gaps between clusters do not affect it.
-//! Early insertion rounds are sparser: distances in a round of `m` out of `n` points are multiplied by `(m/n)^(1/d)`.
+//! **Radii.** A *run* is a sequence of [`RUN`] consecutive points in insertion order. The radius of its points is
+//! [`WIDTH`] times the median distance between consecutive points of the run. It follows the density in the dimension
+//! that the points span, and gaps between clusters do not affect it. Early insertion rounds are sparser, so distances
+//! in a round of `m` out of `n` points are multiplied by `(m/n)^(1/d)`.
 //!
-//! **Limit.** The Hilbert curve resolves some 20 bits per coordinate. Points in one cell of it, such as all points but a
-//! distant outlier, follow in lexicographic order, and their radii may be as large as the subdomain. A *layer* has
-//! `n^((d-1)/d)` points; a *shared level* is a tree level whose node several workers share. A worker that would send more
-//! than [`MOST`] layers per shared level sends none. The interface exchange then finds the missing ghosts.
+//! **Limit.** The insertion order follows a Hilbert curve, which resolves about 20 bits per coordinate. Points in one
+//! cell of the curve are in lexicographic order, and their radii may be as large as the subdomain. If there is a
+//! distant outlier, all other points may be in one cell. A *layer* has `n^((d-1)/d)` points. A *shared level* is a tree
+//! level whose node several workers share. A worker that would send more than [`MOST`] layers per shared level sends
+//! none. The interface exchange then finds the missing ghosts.
 //!
 //! **Purpose.** Without ghosts, a subdomain triangulation ends at its own convex hull. Ghosts that arrive later destroy
-//! hull cells, which also reveal little about neighbours. Most distributed meshers send ghost layers first (e.g. Peterka,
-//! Morozov and Phillips, "High-performance computation of distributed-memory parallel 3D Voronoi and Delaunay
-//! tessellation", 2014).
+//! the cells at this hull, and these cells reveal little about neighbours. Most distributed meshers send ghost layers
+//! first (e.g. Peterka, Morozov and Phillips, "High-performance computation of distributed-memory parallel 3D Voronoi
+//! and Delaunay tessellation", 2014).
 //!
 //! **Rounds.** At most one per shared level.
 //!
-//! **Work.** O(1) per owned point. One clearance
-//! ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)) per shared level for each run. If the run
-//! is near a separator, one clearance and one test for each of its points.
+//! **Work.** O(1) per owned point. For each run, one clearance
+//! ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)) per shared level. For each separator
+//! that is near the run, one clearance and one test for each of its points.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -46,24 +48,25 @@ use crate::state::table::Table;
 /// The radius of a halo ball, as a multiple of the distance between consecutive points.
 const WIDTH: f64 = 2.2;
 
-/// Number of consecutive points that share a radius.
+/// The number of consecutive points that share a radius.
 const RUN: usize = 32;
 
 /// The largest number of layers, of `n^((d-1)/d)` points each, that a worker sends per shared level.
 const MOST: f64 = 8.0;
 
-/// A run is near a separator if its clearance is below this multiple of its radius. Its points get separate margins.
+/// A run is near a separator if its clearance is below this multiple of its radius. The points of such a run get
+/// separate margins.
 const NEAR: f64 = 2.0;
 
 /// A factor that covers rounding: a ball of the reduced radius lies inside the exact one.
 const SURE: f64 = 1.0 - 1e-9;
 
-/// The balls around an owned point in which the interface exchange has nothing to find.
+/// The radii of two balls around an owned point. The interface exchange may skip cells that lie in either ball.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Margin {
     /// The radius of a ball that crosses no separator of the path.
     pub(super) free: f64,
-    /// The radius of a ball to which the point was sent, slightly reduced; 0 if no points were sent.
+    /// The radius of the point's halo ball, slightly reduced; 0 if the worker sent no points.
     pub(super) sent: f64,
 }
 
@@ -101,7 +104,7 @@ struct Balls<'a, P> {
     radius2: f64,
 }
 
-/// Points that leave the path, by the place where they leave it.
+/// Points that leave the path, keyed by the place at which they leave it.
 type Batches<P> = BTreeMap<Way, PointBatch<P>>;
 
 /// Divides points in insertion order into runs.
@@ -120,8 +123,8 @@ fn runs<P: Point>(positions: &[P]) -> Vec<Run> {
     runs
 }
 
-/// Returns the squared radius of the points of a run; `gaps2` is reused storage. A single point has radius 0: the
-/// interface exchange finds the ghosts that it needs.
+/// Returns the squared radius of the points of a run. `gaps2` is reused storage. A single point has radius 0, because
+/// the interface exchange finds the ghosts that it needs.
 fn radius2_of<P: Point>(run: &[P], scale2: f64, gaps2: &mut Vec<f64>) -> f64 {
     gaps2.clear();
     gaps2.extend(run.windows(2).map(|pair| dist2(pair[0], pair[1])));
@@ -133,15 +136,15 @@ fn radius2_of<P: Point>(run: &[P], scale2: f64, gaps2: &mut Vec<f64>) -> f64 {
     if radius2.is_finite() { radius2 } else { 0.0 }
 }
 
-/// Returns a centre of a run and the radius of a ball around it that contains the run.
+/// Returns a point of a run as its centre, and the radius of a ball around the centre that contains the run.
 fn around<P: Point>(run: &[P]) -> (P, f64) {
     let centre = run[run.len() / 2];
     let farthest2 = run.iter().fold(0.0, |most: f64, &x| most.max(dist2(x, centre)));
     (centre, farthest2.sqrt() / SURE)
 }
 
-/// Appends the margins of a run's points. Calls `send` with the level and the position in the run of each point whose ball
-/// may contain points beyond the separator of that level.
+/// Appends the margins of a run's points. Calls `send` with the level and the position in the run of each point whose
+/// ball may contain points beyond the separator of that level.
 fn add_margins<P: Point>(
     path: &[Shared<P>],
     balls: Balls<'_, P>,
@@ -175,8 +178,8 @@ fn add_margins<P: Point>(
     }
 }
 
-/// Sends owned points near the interface to the workers that their balls reach, and forwards points of other workers along
-/// the path. Returns the margins of the owned points and the ghosts that reach this subdomain.
+/// Sends owned points near the interface to the workers that their balls reach, and forwards points of other workers
+/// along the path. Returns the margins of the owned points and the ghosts that reach this subdomain.
 pub(crate) async fn ghost_layer<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -328,7 +331,8 @@ mod tests {
         assert!(radii(&huge).iter().all(|r| r.is_finite()));
     }
 
-    /// Free balls cross no separator, and every point whose ball reaches another subdomain is sent, for runs near and far.
+    /// For runs near separators and far from them, free balls cross no separator and every point whose ball reaches
+    /// another subdomain is sent.
     fn margins_and_sent_points_are_right<P: Point>() {
         let middle = P::splat(0.5);
         let mut aside = P::splat(0.3);

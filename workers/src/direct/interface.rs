@@ -1,32 +1,36 @@
 //! The interface exchange of `triangulate`, which completes the stars of all owned points.
 //!
-//! **Statement.** Let `P` be the set of all points and `DT(X)` the perturbed, hence generic, Delaunay triangulation of `X`.
-//! The *conflict region* of a cell is its closed circumball, or the closed half-space beyond its hull facet. It contains
-//! every point in conflict with the cell ([`septet_geometry::conflict_region::ConflictRegion`]). Let a worker own the
-//! points `B` and hold any ghosts `G`. Suppose that every worker sends each `b` in its `B` to each worker whose region meets
+//! **Statement.** Let `P` be the set of all points and `DT(X)` the perturbed, hence generic, Delaunay triangulation of
+//! `X`. The *conflict region* of a cell is its closed circumball, or the closed half-space beyond its hull facet. It
+//! contains every point in conflict with the cell ([`septet_geometry::conflict_region::ConflictRegion`]). The *region*
+//! of a worker lies on its side of every separator on its path from the root of the tree. Let a worker own the points
+//! `B` and hold any ghosts `G`. Suppose that every worker sends each `b` in its `B` to each worker whose region meets
 //! the conflict region of a cell of `b` in `DT(B + G)`. Then:
 //! 1. Every worker holds all neighbours in `DT(P)` of its owned points.
 //! 2. In the triangulation of the points that it holds, each owned point has the same star as in `DT(P)`.
 //!
-//! *Proof of 1.* Let `ab` be an edge of `DT(P)`, `b` in `B`, and `a` owned by another worker `W`. It suffices to show that
-//! `a` lies in the conflict region of a cell of `b`. The point `a` also lies in the region of `W`, so the two regions meet
-//! and `b` is sent to `W`. Removing other points preserves a Delaunay edge, so `ab` is an edge of `DT(B + G + a)`.
+//! *Proof of 1.* Let `ab` be an edge of `DT(P)`, `b` in `B`, and `a` owned by another worker `W`. It suffices to show
+//! that `a` lies in the conflict region of a cell of `b`. The point `a` also lies in the region of `W`, so the two
+//! regions meet and `b` is sent to `W`. A Delaunay edge persists if other points are removed, so `ab` is an edge of
+//! `DT(B + G + a)`.
 //! - *`a` is in `G`.* Then `ab` is an edge of a cell of `DT(B + G)`. Its conflict region is closed and contains `a`.
 //! - *`a` is not in `G`.* Then inserting `a` makes it adjacent to `b`. So `a` conflicts with a cell of `b`.
 //!
-//! *Proof of 2.* A vertex and its neighbours in `DT(P)` determine its star. Further points do not change it. QED.
+//! *Proof of 2.* A vertex and its neighbours in `DT(P)` determine its star. Further points do not change this star.
+//! QED.
 //!
-//! One exchange therefore suffices for any `G`. With the ghost layer as `G` ([`crate::direct::ghost_layer`]), most cells of
-//! a subdomain are those of `DT(P)`. Few conflict regions extend beyond the halo balls of their vertices, and a vertex was
-//! already sent to every worker that its halo ball meets. A ghost that arrives now is skipped if it would have no owned
-//! neighbour ([`SubdomainTriangulation::add`] has an exception for large cavities).
+//! One exchange therefore suffices for any `G`. With the ghost layer as `G` ([`crate::direct::ghost_layer`]), most
+//! cells of a subdomain triangulation are also cells of `DT(P)`. Few conflict regions extend beyond the halo balls of
+//! their vertices, and a vertex was already sent to every worker that its halo ball meets. A ghost that arrives in this
+//! exchange is skipped if it would have no owned neighbour ([`SubdomainTriangulation::add`] has an exception for large
+//! cavities).
 //!
 //! **Rounds.** At most one per shared level.
 //!
-//! **Work.** One clearance per level for each vertex at the interface
-//! ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)). One test per level for each cell that the
-//! clearance of its vertex does not exclude. The insertion of the late ghosts, which are `O(n^(1-1/d))` for well-spaced
-//! sets.
+//! **Work.** For each vertex at the interface, one clearance per level
+//! ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)). For each cell that the clearance of
+//! its vertex does not exclude, one test per level. In addition, the insertion of the late ghosts; well-spaced sets
+//! have `O(n^(1-1/d))` of them.
 //!
 //! The certificate does not rely on this proof.
 
@@ -49,11 +53,11 @@ use crate::state::ghosts::Ghosts;
 use crate::state::subdomain::{Entry, Shared, Subdomain, Way};
 use crate::state::table::{IdHasher, Table};
 
-/// Points of a message, and the cells because of which they are sent.
+/// The points of a message, and the cells that require them.
 struct CellBatch<P> {
     points: PointBatch<P>,
-    /// `d + 1` entries per cell: an index in `points`, or [`INFINITE`]. An index with the mark [`SHAPE_ONLY`] is a vertex that
-    /// only defines the cell.
+    /// `d + 1` entries per cell, each an index in `points` or [`INFINITE`]. An index with the mark [`SHAPE_ONLY`] is a
+    /// vertex that only defines the cell.
     cells: Vec<u32>,
 }
 
@@ -75,14 +79,15 @@ const SHAPE_ONLY: u32 = 1 << 31;
 /// The points and cells of a batch that go to one receiver.
 struct Parcel<P> {
     batch: CellBatch<P>,
-    /// The index in `batch` of each point of the source, [`OMITTED`], or [`INFINITE`] before the point is considered.
+    /// For each point of the source, its index in `batch`, or [`OMITTED`], or [`INFINITE`] before the point is
+    /// considered.
     indices: Vec<u32>,
 }
 
-/// The index of a point that the receiver already got in another message.
+/// The index of a point that was already sent to the receiver in another message.
 const OMITTED: u32 = INFINITE - 1;
 
-/// The parcels, by the place where they leave the path.
+/// The parcels, keyed by the place at which they leave the path.
 type Parcels<P> = BTreeMap<Way, Parcel<P>>;
 
 impl<P: Point> Parcel<P> {
@@ -91,7 +96,7 @@ impl<P: Point> Parcel<P> {
         Parcel { batch: CellBatch::default(), indices: vec![INFINITE; source.points.len()] }
     }
 
-    /// Adds point `at` of the source unless the parcel has it. Returns its index in the parcel.
+    /// Adds point `at` of the source unless the parcel already contains it. Returns its index in the parcel.
     fn add_point(&mut self, source: &PointBatch<P>, at: u32) -> u32 {
         let (i, points) = (at as usize, &mut self.batch.points);
         let index = &mut self.indices[i];
@@ -115,8 +120,8 @@ impl<P: Point> Parcel<P> {
     }
 }
 
-/// Sends the vertices of cells that extend beyond the ghost layer to the workers whose regions these cells reach. Returns
-/// the ghosts that arrived, as local indices.
+/// Sends the vertices of cells that extend beyond the ghost layer to the workers whose regions these cells reach.
+/// Returns the ghosts that arrived, as local indices.
 pub(crate) async fn interface<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -181,10 +186,10 @@ fn take_batches<P: Point>(cx: &mut Context<P>) -> Vec<(NodeId, CellBatch<P>)> {
     })
 }
 
-/// The points of a batch that belong in this rank's subdomain.
+/// The points of a batch that this rank keeps as ghosts.
 enum Arrivals {
     All,
-    /// Whether each point does.
+    /// Whether each point is kept.
     Some(Vec<bool>),
 }
 
@@ -197,14 +202,15 @@ impl Arrivals {
     }
 }
 
-/// Sends points along the path of this rank, each at most once to a single receiver.
+/// Sends points along the path of this rank. If one rank holds a child, it sends each point to that rank at most once.
 struct Router<'a, P> {
     subdomain: &'a Subdomain<P>,
     /// The keys ([`sent_key`]) of points sent to children that one rank holds.
     sent: HashSet<u64, BuildHasherDefault<IdHasher>>,
 }
 
-/// Returns the key of a point that leaves the path at `way`. A path has at most 64 levels.
+/// Returns the key of a point that leaves the path at `way`. A path has at most 64 levels, so level and side fit into
+/// seven bits.
 fn sent_key(id: u64, way: Way) -> u64 {
     id << 7 | (way.level << 1 | way.side) as u64
 }
@@ -237,8 +243,7 @@ impl<P: Point> Router<'_, P> {
         self.send_parcels(cx, parcels);
     }
 
-    /// Forwards the cells of a batch from position `start` of the path. Returns the points that belong in this rank's
-    /// subdomain.
+    /// Forwards the cells of a batch from position `start` of the path. Returns the points that this rank keeps.
     fn forward(&mut self, cx: &mut Context<P>, batch: &CellBatch<P>, start: usize) -> Arrivals {
         if start == self.subdomain.path().len() && batch.cells.is_empty() {
             return Arrivals::All;
@@ -270,7 +275,7 @@ impl<P: Point> Router<'_, P> {
     }
 
     /// Adds a cell of `batch` to the parcel that leaves the path at `way`. If one rank holds that child, adds only the
-    /// points that it has not been sent.
+    /// points that have not been sent to the rank.
     fn pack(&mut self, batch: &CellBatch<P>, cell: &P::Cell, way: Way, parcels: &mut Parcels<P>) {
         let child = self.subdomain.path()[way.level].children()[way.side];
         let parcel = parcels.entry(way).or_insert_with(|| Parcel::new(batch));

@@ -1,16 +1,18 @@
 //! The cells of a subdomain triangulation that cross the interface.
 //!
-//! **Statement.** Let a cell have an owned vertex, and let its conflict region meet the other side of a separator of the path.
-//! Then [`InterfaceCells::scan`] returns the cell, unless its circumball lies in the halo ball of each owned vertex
-//! ([`crate::direct::ghost_layer`]). In that case every owned vertex was already sent to each worker that the circumball meets.
+//! **Statement.** Let a cell have an owned vertex, and let its conflict region meet the other side of a separator of
+//! the path. Then [`InterfaceCells::scan`] returns the cell, unless its circumball lies in the halo ball of each owned
+//! vertex ([`crate::direct::ghost_layer`]). In that case every owned vertex was already sent to each worker whose
+//! region the circumball meets.
 //!
-//! **Filters.** A circumball lies within twice its radius of each vertex. A cell is skipped if this diameter is at most the
-//! clearance of an owned vertex ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)), or if it is at
-//! most a margin of each owned vertex. The conflict regions of the other cells are tested, rounded outwards.
+//! **Filters.** The diameter of a circumball bounds the distance from each vertex to every point of the ball. A cell is
+//! skipped if this diameter is at most the clearance of an owned vertex
+//! ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)), or if it is at most a margin of each
+//! owned vertex. For each other cell, the conflict region is rounded outwards and tested.
 //!
-//! **Work.** `O(n)`, in the order of memory. One comparison in single precision for each cell, with the clearance of one of
-//! its vertices. One more for each vertex of the cells near the interface. A walk along the interface would visit
-//! `O(n^(1-1/d))` cells, but in no order of memory.
+//! **Work.** `O(n)`, in memory order. Each cell needs one comparison in single precision with the clearance of one of
+//! its vertices. Each cell near the interface needs another comparison per vertex. A walk along the interface would
+//! visit only `O(n^(1-1/d))` cells, but not in memory order.
 
 use septet_geometry::conflict_region::ConflictRegion;
 use septet_geometry::point::Point;
@@ -42,8 +44,8 @@ pub(super) struct InterfaceCells<'a, P: Point> {
     margins: &'a [Margin],
     /// For each owned point, the rounded radius up to which its cells cross no separator.
     limits: Vec<f32>,
-    /// For each owned point and level, the radius of a ball that crosses no separator; -1 if there is none, 0 before it is
-    /// computed.
+    /// For each owned point and level, the radius of a ball that crosses no separator; -1 if there is no such ball, 0
+    /// before the radius is computed.
     clearances: Vec<f64>,
 }
 
@@ -51,7 +53,7 @@ fn side_of(side: usize) -> Side {
     if side == 0 { Side::Interior } else { Side::Exterior }
 }
 
-/// Returns `true` if a conflict region may contain an owned point of that child.
+/// Returns `true` if a conflict region may contain an owned point of the child on `side`.
 pub(super) fn reaches<P: Point>(split: &Split<P>, region: &ConflictRegion<P>, side: usize) -> bool {
     let (low, high) = split.boxes()[side];
     region.meets(split.separator(), side_of(side), low, high)
@@ -86,14 +88,14 @@ impl<'a, P: Point> InterfaceCells<'a, P> {
         found
     }
 
-    /// Returns `true` if the clearance of the owned vertex `v` shows that the circumball of the cell in `slot` crosses no
-    /// separator. Returns `false` if the radius is NaN.
+    /// Returns `true` if the clearance of the owned vertex `v` shows that the circumball of the cell in `slot` crosses
+    /// no separator. Returns `false` if the radius is NaN.
     #[inline]
     fn is_clear(&self, slot: u32, v: u32) -> bool {
         self.triangulation.rounded_radius(slot) <= self.limits[v as usize]
     }
 
-    /// Tests a cell with the owned vertex `v` by its conflict region.
+    /// Tests the conflict region of a cell with the owned vertex `v`. Returns the cell if its vertices must be sent.
     fn examine(&mut self, slot: u32, v: u32) -> Option<Outgoing<P::Cell>> {
         let cell = self.triangulation.to_local(self.triangulation.vertices(slot));
         let region = self.triangulation.conflict_region(slot, &cell, self.positions);
@@ -115,8 +117,8 @@ impl<'a, P: Point> InterfaceCells<'a, P> {
         (levels != 0).then_some(Outgoing { cell, levels, sent })
     }
 
-    /// Returns a bit for each owned vertex of a cell whose margins are smaller than `across`, the diameter of the
-    /// circumball. The other owned vertices have been sent to every worker that the circumball meets.
+    /// Returns a bit for each owned vertex whose margins are both smaller than `across`, the diameter of the cell's
+    /// circumball. The other owned vertices have been sent to every worker whose region the circumball meets.
     #[inline]
     fn outside_margins(&self, across: f64, cell: &P::Cell) -> u8 {
         let is_inside = |v: u32| {
@@ -131,7 +133,7 @@ impl<'a, P: Point> InterfaceCells<'a, P> {
     fn near_levels(&mut self, across: f64, v: u32) -> u64 {
         let levels = self.path.len();
         if levels == 1 {
-            // The margin of `v` has shown that the ball is near some separator, and there is one only.
+            // The margin of `v` has shown that the ball is near some separator, and there is only one.
             return 1;
         }
         let clearances = &mut self.clearances[v as usize * levels..][..levels];

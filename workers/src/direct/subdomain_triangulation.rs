@@ -1,8 +1,8 @@
-//! The triangulation of a worker's subdomain, computed at once in `triangulate`.
+//! The triangulation of a worker's subdomain, which `triangulate` computes as a whole.
 //!
-//! The stars of all owned points come from one triangulation. Cells whose vertices are all owned therefore agree by
-//! construction, and workers must agree only on the cells between them. Links are extracted only if stars have to be
-//! compared or changed one by one.
+//! The stars of all owned points come from one triangulation. They therefore agree on each cell whose vertices are all
+//! owned. Workers have to agree only on cells with vertices of several workers. Links are extracted only if stars have
+//! to be compared or changed one by one.
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::conflict_region::ConflictRegion;
@@ -23,14 +23,15 @@ use crate::state::link_arena::LinkArena;
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 
-/// A neighbour entry of the rows of cells: the facet is on the hull.
+/// A neighbour entry in the rows of cells, which marks a facet on the hull.
 pub const HULL: u32 = u32::MAX;
 
-/// A neighbour entry of the rows of cells: the neighbour belongs to another worker. Indices of cells are smaller.
+/// A neighbour entry in the rows of cells, which marks a neighbour that belongs to another worker. All cell indices are
+/// smaller.
 pub const SEAM: u32 = FIRST_MARK;
 
-/// The Delaunay triangulation of a worker's owned points and ghosts. The owned points are its first vertices, in the order
-/// of their local indices.
+/// The Delaunay triangulation of a worker's owned points and ghosts. The owned points are its first vertices, in the
+/// order of their local indices.
 #[derive(Debug)]
 pub(crate) struct SubdomainTriangulation<P: Point> {
     delaunay: Incremental<P>,
@@ -38,7 +39,7 @@ pub(crate) struct SubdomainTriangulation<P: Point> {
     ghosts: Vec<u32>,
     /// Number of owned points.
     owned: u32,
-    /// The cells that belong to this worker; empty before the scan.
+    /// The cells that belong to this worker; empty before [`SubdomainTriangulation::scan`].
     kept: KeptCells,
     /// The counts of the owned stars; zero before the scan.
     merged: Merged,
@@ -47,20 +48,20 @@ pub(crate) struct SubdomainTriangulation<P: Point> {
 /// The cells that belong to a worker.
 #[derive(Debug)]
 pub(crate) struct CellRows {
-    /// `2 (d + 1)` entries per cell: the vertices as local indices, then the neighbour opposite to each, which is a cell
-    /// index, [`HULL`] or [`SEAM`].
+    /// `2 (d + 1)` entries per cell: the vertices as local indices, then the neighbour opposite to each, which is a
+    /// cell index, [`HULL`] or [`SEAM`].
     pub(crate) rows: Vec<u32>,
     /// The indices of the cells with an entry [`HULL`] or [`SEAM`].
     pub(crate) open: Vec<u32>,
 }
 
-/// A bit of an owned vertex: a finite cell is known.
+/// This bit of an owned vertex is set when a finite cell of the vertex has been found.
 const HAS_CELL: u8 = 1;
 
-/// A bit of an owned vertex: a lexicographically smaller neighbour is known.
+/// This bit of an owned vertex is set when a lexicographically smaller neighbour has been found.
 const HAS_SMALLER: u8 = 2;
 
-/// Adds the bits that a cell implies for its vertices. `finite` is [`HAS_CELL`] if the cell is finite, otherwise 0.
+/// Sets the bits that a cell implies for its vertices. `finite` is [`HAS_CELL`] if the cell is finite, otherwise 0.
 fn note_vertices(vertices: &[u32], smallest: u32, finite: u8, seen: &mut [u8]) {
     for &v in vertices {
         if let Some(seen) = seen.get_mut(v as usize) {
@@ -70,9 +71,9 @@ fn note_vertices(vertices: &[u32], smallest: u32, finite: u8, seen: &mut [u8]) {
 }
 
 impl<P: Point> SubdomainTriangulation<P> {
-    /// Triangulates the owned points, which have the indices below `owned` in insertion order, and those of `others` that are
-    /// ghosts. `others` are distinct local indices; `more` is the number of further points to reserve memory for. Returns
-    /// `None` if all points lie in a plane, if there are too many, or if the run is stopped.
+    /// Triangulates the owned points and the ghosts among `others`. The owned points have the indices below `owned`, in
+    /// insertion order. `others` are distinct local indices, and `more` is the number of further points to reserve
+    /// memory for. Returns `None` if all points lie in a plane, if there are too many, or if the run is stopped.
     pub(super) fn new(positions: &[P], owned: u32, others: &[u32], more: usize, stop: &Stop) -> Option<Self> {
         let unordered: Vec<u32> = others.iter().copied().filter(|&v| v >= owned).collect();
         let at: Vec<P> = unordered.iter().map(|&v| positions[v as usize]).collect();
@@ -86,9 +87,9 @@ impl<P: Point> SubdomainTriangulation<P> {
         Some(SubdomainTriangulation { delaunay, ghosts, owned, kept, merged })
     }
 
-    /// Inserts late ghosts, given as local indices. Skips a ghost that would have no owned neighbour, because later points
-    /// cannot give it one. The exception is a ghost with a large cavity ([`Incremental::insert_if_adjacent`]). Ghosts that are
-    /// vertices already change nothing. Returns early if the run is stopped.
+    /// Inserts late ghosts, given as local indices. Skips a ghost that would have no owned neighbour, because later
+    /// points cannot give it one. The exception is a ghost with a large cavity ([`Incremental::insert_if_adjacent`]). A
+    /// ghost that is already a vertex changes nothing. Returns early if the run is stopped.
     pub(super) fn add(&mut self, ghosts: &[u32], positions: &[P], stop: &Stop) {
         let points: Vec<P> = ghosts.iter().map(|&g| positions[g as usize]).collect();
         for (count, i) in insertion_order(&points).into_iter().enumerate() {
@@ -114,8 +115,8 @@ impl<P: Point> SubdomainTriangulation<P> {
         self.delaunay.rounded_radius(slot)
     }
 
-    /// Returns the largest rounded radius for which a circumball lies within the distance `across` of each vertex. Returns 0,
-    /// which is below every radius, if there is none.
+    /// Returns the largest rounded radius for which a circumball lies within the distance `across` of each vertex. If
+    /// there is no such radius, returns 0, which is below every radius.
     pub(super) fn radius_within(&self, across: f64) -> f32 {
         self.delaunay.radius_within(across)
     }
@@ -125,8 +126,8 @@ impl<P: Point> SubdomainTriangulation<P> {
         self.delaunay.complex().slots()
     }
 
-    /// Calls `f` with every cell that has an owned vertex: its slot, and its vertices as local indices. Infinite cells have
-    /// the vertex [`INFINITE`].
+    /// Calls `f` with the slot and the vertices of every cell that has an owned vertex. Vertices are local indices.
+    /// Infinite cells have the vertex [`INFINITE`].
     pub(super) fn each_cell(&self, mut f: impl FnMut(u32, &P::Cell)) {
         for (slot, cell, _) in self.delaunay.complex().entries() {
             let ghosts = cell.as_ref().iter().filter(|&&v| v >= self.owned).count();
@@ -138,8 +139,8 @@ impl<P: Point> SubdomainTriangulation<P> {
         }
     }
 
-    /// Returns the first owned vertex of the cell in a slot. Returns `None` for a removed cell and for a cell without owned
-    /// vertices.
+    /// Returns the first owned vertex of the cell in a slot. Returns `None` for a removed cell and for a cell without
+    /// owned vertices.
     #[inline]
     pub(super) fn owned_vertex(&self, slot: u32) -> Option<u32> {
         let cells = self.delaunay.complex();
@@ -147,8 +148,8 @@ impl<P: Point> SubdomainTriangulation<P> {
         first.filter(|_| cells.is_live(slot))
     }
 
-    /// Returns the vertices of the cell in a slot as the kernel numbers them. These are the local indices of owned vertices;
-    /// [`SubdomainTriangulation::to_local`] converts the others.
+    /// Returns the vertices of the cell in a slot as the kernel numbers them. These are the local indices of owned
+    /// vertices; [`SubdomainTriangulation::to_local`] converts the others.
     #[inline]
     pub(super) fn vertices(&self, slot: u32) -> &P::Cell {
         self.delaunay.complex().cell(slot)
@@ -163,8 +164,8 @@ impl<P: Point> SubdomainTriangulation<P> {
         local
     }
 
-    /// Returns a region that contains every point in conflict with a cell, given by its slot and local indices. Uses the
-    /// kernel's rounded sphere, which is already known, if it is hardly larger than the exact one.
+    /// Returns a region that contains every point in conflict with a cell, given by its slot and local indices. The
+    /// kernel already knows a rounded sphere, which is used if it is hardly larger than the exact one.
     pub(super) fn conflict_region(&self, slot: u32, cell: &P::Cell, positions: &[P]) -> ConflictRegion<P> {
         if self.radius_bound(slot) > self.delaunay.extent() / FINEST
             && let Some((centre, radius2)) = self.delaunay.ball(slot)
@@ -174,9 +175,9 @@ impl<P: Point> SubdomainTriangulation<P> {
         conflict_region::<P>(cell, |v| positions[v as usize])
     }
 
-    /// Scans all cells once. Counts what the owned stars contribute to the merged result, and finds the cells that belong to
-    /// this worker: those whose smallest vertex is owned. Calls `mixed` with each finite cell that has owned vertices and
-    /// ghosts, as local indices, and with its smallest vertex.
+    /// Scans all cells once. Counts the contribution of the owned stars to the merged result. Finds the cells that
+    /// belong to this worker, which are those whose smallest vertex is owned. Calls `mixed` with each finite cell that
+    /// has both owned vertices and ghosts, and with its smallest vertex, all as local indices.
     pub(crate) fn scan(&mut self, positions: &[P], mixed: impl FnMut(&P::Cell, u32)) {
         let firsts = FirstCoordinates::new(positions);
         let mut kept = KeptCells::of(self.slots());
@@ -205,7 +206,8 @@ impl<P: Point> SubdomainTriangulation<P> {
         let cells = self.delaunay.complex();
         let mut others = Vec::new();
         for word in 0..self.slots().div_ceil(u64::BITS) {
-            // Both bits of all vertices are known for nearly every cell. Such a cell is owned and sets no new bit.
+            // For nearly every cell, both bits of all vertices are already set. Such a cell has only owned vertices and
+            // sets no new bit.
             let (live, known) = self.delaunay.masks(word as usize, |cell| {
                 let bits = |v: u32| seen[v.min(self.owned) as usize];
                 let both = HAS_CELL | HAS_SMALLER;
@@ -227,8 +229,8 @@ impl<P: Point> SubdomainTriangulation<P> {
         others
     }
 
-    /// Scans the cells in the slots `others`, which have a vertex that is not owned. Returns the number of hull facets that
-    /// belong to this worker.
+    /// Scans the cells in the slots `others`, which have a vertex that is not owned. Returns the number of hull facets
+    /// that belong to this worker.
     fn scan_interface(
         &self,
         others: &[u32],
@@ -314,12 +316,12 @@ impl<P: Point> SubdomainTriangulation<P> {
     }
 }
 
-/// The number of late ghosts to reserve memory for, as a multiple of `n^((d-1)/d)` for `n` owned points. Random points need
-/// slightly less. Reserved memory costs nothing before it is written.
+/// The number of late ghosts to reserve memory for, as a multiple of `n^((d-1)/d)` for `n` owned points. Random points
+/// need slightly less. Reserved memory costs nothing before it is written.
 const LAYERS: f64 = 4.0;
 
-/// Triangulates the owned points and the ghosts that arrived. Returns no triangulation if there are no owned points, or if
-/// they and the frame lie in a plane.
+/// Triangulates the owned points and the ghosts that arrived. Returns no triangulation if there are no owned points, or
+/// if they and the frame lie in a plane.
 pub(crate) async fn triangulate_subdomain<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -339,8 +341,8 @@ pub(crate) async fn triangulate_subdomain<P: Point>(
         };
         triangulation = triangulate(table.positions(), &ghosts);
         if triangulation.is_none() {
-            // The points may lie in a plane. The frame spans the space, and its points are input points, so they may be in
-            // any star.
+            // The points may lie in a plane. The frame spans the space, and its points are input points, so they may be
+            // in any star.
             let frame = table.intern_all(frame);
             ghosts.extend(frame.into_iter().filter(|&v| v >= owned));
             ghosts.sort_unstable();
@@ -359,12 +361,12 @@ fn late_ghosts<P: Point>(owned: u32) -> usize {
     (LAYERS * layer) as usize
 }
 
-/// The kernel stores spheres in single precision, relative to its extent. For radii above the extent over this number, the
-/// stored sphere is larger than the exact one by at most a thousandth.
+/// The kernel stores spheres in single precision, relative to its extent. For radii above the extent divided by this
+/// number, the stored sphere is larger than the exact one by at most a thousandth.
 const FINEST: f64 = 4096.0;
 
-/// Merges two sequences of points, which are in insertion order and divided at `half`: rounds in ascending order, and
-/// within a round the first sequence before the second. Returns indices of points.
+/// Merges two sequences of points, each in insertion order; the second begins at `half`. Rounds ascend, and within a
+/// round the first sequence precedes the second. Returns the indices of the points in the merged order.
 fn in_rounds<P: Point>(points: &[P], half: usize) -> impl Iterator<Item = u32> + use<P> {
     let mut parts = Vec::new();
     let (mut first, mut second) = points.split_at(half);
@@ -389,8 +391,8 @@ pub(super) fn round_len<P: Point>(points: &[P]) -> usize {
     points.partition_point(|p| insertion_round(p) <= round).max(1)
 }
 
-/// The first coordinates of points, relative to the first point's and in single precision. Rounding preserves their order,
-/// and most of them fit into the caches of a core.
+/// The first coordinates of points, relative to that of the first point and in single precision. Rounding preserves
+/// their order, and most of them fit into the caches of a core.
 struct FirstCoordinates<'a, P> {
     positions: &'a [P],
     rounded: Vec<f32>,
@@ -411,7 +413,8 @@ impl<'a, P: Point> FirstCoordinates<'a, P> {
     }
 }
 
-/// Returns a region that contains every point in conflict with a cell. `corner` returns the position of a finite vertex.
+/// Returns a region that contains every point in conflict with a cell. `corner` returns the position of a finite
+/// vertex.
 pub(super) fn conflict_region<P: Point>(cell: &P::Cell, corner: impl Fn(u32) -> P) -> ConflictRegion<P> {
     let mut corners = [P::default(); 4];
     let mut infinite = None;
@@ -425,8 +428,8 @@ pub(super) fn conflict_region<P: Point>(cell: &P::Cell, corner: impl Fn(u32) -> 
     let Some(slot) = infinite else {
         return ConflictRegion::of_cell(&corners[..=P::DIM]);
     };
-    // The cell would be positive with a point beyond the hull facet in place of infinity. Moving that vertex to the end
-    // needs an even permutation.
+    // The cell would be positively oriented if a point beyond the hull facet replaced infinity. Moving that vertex to
+    // the end needs an even permutation.
     corners.swap(slot, P::DIM);
     if slot != P::DIM {
         corners.swap(0, 1);

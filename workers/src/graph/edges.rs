@@ -1,7 +1,7 @@
 //! The number and the hash of a supergraph's edges. Each edge counts once, at its lexicographically smaller end.
 //!
-//! **Work.** O(1) for each end of an edge. The smaller end is unpredictable for a processor, so the code hashes both ends
-//! without a branch and masks one of them.
+//! **Work.** O(1) for each end of an edge. The smaller end is unpredictable for a processor, so the code hashes an edge
+//! at both ends without a branch and masks one of the hashes.
 
 use septet_geometry::hash::finalise;
 use septet_geometry::point::{Point, is_lex_smaller};
@@ -43,7 +43,7 @@ impl Edges {
     }
 }
 
-/// The edges of an owned point: the ids of their ends, and whether they count at this end.
+/// Returns the edges of an owned point: the ids of their ends, and whether they count at this end.
 #[inline]
 pub(crate) fn edges_of<P: Point>(
     table: &Table<P>,
@@ -74,7 +74,7 @@ mod tests {
 
     #[test]
     fn each_edge_counts_at_its_smaller_end() {
-        // The second and the third point differ in their last coordinates only.
+        // The second and the third point differ only in their last coordinates.
         let positions =
             vec![DVec2::new(2.0, 0.0), DVec2::new(1.0, 5.0), DVec2::new(1.0, 4.0), DVec2::new(3.0, 0.0)];
         let table = Table::of_owned(vec![10, 11, 12, 13], positions, 0);

@@ -1,11 +1,11 @@
 //! Separator sets by the rule `ghost`: each point goes to every leaf that one of its edges may reach.
 //!
-//! **Statement.** Let `j` be a point with radius `r_j`, and let `R` be the largest radius in a subproblem. In the density and
-//! the overlap graph, an edge from `j` to an owned point of the subproblem has length at most `reach(r_j, R)`
-//! ([`Supergraph::reach`]). So `j` goes down to each child whose box and whose side of the separator meet the ball around
-//! `j` of that radius. Every leaf then holds all graph neighbours of its owned points, and no reply is necessary. For the
-//! density graph, the radius is `alpha min(r_j, R)`. The minimum prevents the points of a singularity from going to every
-//! leaf.
+//! **Statement.** Let `j` be a point with radius `r_j`, and let `R` be the largest radius in a subproblem. In the
+//! density and the overlap graph, an edge between `j` and an owned point of the subproblem has length at most
+//! `reach(r_j, R)` ([`Supergraph::reach`]). So `j` goes down to each child whose box and whose side of the separator
+//! both meet the ball of that radius around `j`. Every leaf then holds all graph neighbours of its owned points, and no
+//! reply is necessary. For the density graph, the radius is `alpha min(r_j, R)`. The minimum prevents the points at a
+//! singularity of the density from going to every leaf.
 //!
 //! **Source.** Separator sets: paper, Section 4.3. **Departure.** The paper takes the points whose balls cross the
 //! separator. Here, a point goes to a side if one of its edges may reach that side.
@@ -55,7 +55,7 @@ pub(crate) async fn push_ghosts<P: Point>(
 struct MovingPoint<P> {
     position: P,
     radius2: f64,
-    /// The leaf that owns the point, while it lies below the current node.
+    /// The leaf that owns the point, if it lies below the current node.
     own_leaf: Option<NodeId>,
 }
 
@@ -153,8 +153,8 @@ impl<'a, P: Point> GhostWalk<'a, P> {
     }
 }
 
-/// Returns `true` if a point may have an edge to an owned point of the child on `side`, whose largest squared radius is
-/// `max2`.
+/// Returns `true` if a point may have an edge to an owned point of the child on `side`. `max2` is the largest squared
+/// radius in that child.
 fn reaches<P: Point>(rule: Supergraph, split: &Split<P>, side: usize, max2: f64, x: &MovingPoint<P>) -> bool {
     let reach = rule.reach(x.radius2, max2);
     split.reaches(x.position, reach * reach * (1.0 + 1e-12), side)
@@ -242,7 +242,7 @@ impl<'a, P: Point> GhostPush<'a, P> {
         }
     }
 
-    /// Adds a point to the ghosts of the leaves that it reaches, and to the batches that leave.
+    /// Adds a point to the ghosts of the leaves that it reaches, and to the batches that leave this rank.
     fn place(&mut self, own: Rank, table: &Table<P>, point: u32, routes: Routes, batches: &mut Batches<P>) {
         for leaf in routes.leaves {
             self.ghosts.push(leaf, point);

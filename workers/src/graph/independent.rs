@@ -1,36 +1,38 @@
 //! A maximal independent set of the conflict graph, by rounds of local priorities.
 //!
 //! **Statement** (paper, Section 5: "obtain a maximal independent set of the graph"). The conflict graph is the density
-//! graph with alpha 1 of the radii in the input. Some points are in the set from the start ([`crate::config::Task`]), and
-//! their neighbours are out. In each round:
+//! graph with alpha 1 for the radii in the input. Some points are in the set from the start ([`crate::config::Task`]),
+//! and their neighbours are out. In each round:
 //! 1. Every undecided point whose priority is smaller than those of all its undecided neighbours joins the set.
-//! 2. Its neighbours are out.
+//! 2. The neighbours of each point that joins are out.
 //!
-//! Priorities are a total order ([`priority`]), so the smallest undecided point joins and the rounds end. Every point that is
-//! out is then adjacent to a point of the set. *The set is that of the greedy algorithm in the order of priorities.* Proof:
-//! by induction over that order, a point joins if and only if no neighbour of smaller priority joins. QED. The set and the
-//! number of rounds are therefore functions of the points, the radii and the seed.
+//! Priorities are a total order ([`priority`]), so the undecided point of smallest priority joins and the rounds end.
+//! Every point that is out is then adjacent to a point of the set. *The greedy algorithm in the order of priorities
+//! yields the same set.* Proof: by induction over that order, a point joins if and only if no neighbour of smaller
+//! priority joins. QED. The set and the number of rounds are therefore functions of the points, the radii and the seed.
 //!
-//! **Source.** Luby (1986). Blelloch, Fineman and Shun (2012): if the order is random and fixed before the first round, the
-//! number of rounds is `O(log^2 n)` with high probability. Fischer and Noever (2018) show `O(log n)`.
+//! **Source.** Luby (1986). Blelloch, Fineman and Shun (2012): if the order is random and fixed before the first round,
+//! the number of rounds is `O(log^2 n)` with high probability. Fischer and Noever (2018) show `O(log n)`.
 //!
-//! **Messages.** *Ghosts are symmetric.* The expression for edges is symmetric, and a leaf holds all neighbours of its owned
-//! points ([`crate::graph::ghosts`]). If `u` is a ghost and a neighbour of `v`, then `v` is a ghost at the owner of `u`,
-//! which the table names. When a point joins or leaves, its rank informs the owners of its undecided ghosts.
+//! **Messages.** *Ghosts are symmetric.* The expression for edges is symmetric, and a leaf holds all neighbours of its
+//! owned points ([`crate::graph::ghosts`]). If `u` is a ghost and a neighbour of an owned point `v`, then `v` is a
+//! ghost on the rank that owns `u`. The table names that rank. When a point joins or leaves, its rank informs the
+//! owners of its undecided ghosts.
 //!
-//! **Rounds of the machine.** One for the neighbours of the points that are in from the start. Then two for each round of
-//! the set, independent of the number of workers: the points that join and the points that leave.
+//! **Rounds of the machine.** One for the neighbours of the points that are in from the start. Then two for each round
+//! of the algorithm: one for the points that join, and one for the points that leave. The number of rounds does not
+//! depend on the number of workers.
 //!
-//! **Work and depth.** In each round, a point that is undecided at its start reads its list four times. The first two reads
-//! decide whether it joins and inform its neighbours. The other two do the same for leaving. A pack removes decided points
-//! from the list of a leaf. The work is the number of edges of undecided points. The depth is constant for each round.
-//! Exclusive reads need a copy of a neighbour's state at each end of an edge. Informing the neighbours is the copy-scan that
-//! fills these copies. All leaves proceed in lockstep. A leaf with undecided points was charged for every earlier round, so
-//! the longest leaf is the longest chain.
+//! **Work and depth.** A point that is undecided at the start of a round reads its list four times in the round. The
+//! first two reads decide whether it joins and inform its neighbours. The other two do the same for leaving. A pack
+//! removes decided points from the list of a leaf. The work is the number of edges of undecided points. The depth of
+//! each round is constant. Exclusive reads need a copy of a neighbour's state at each end of an edge. The step that
+//! informs the neighbours is the copy-scan that fills these copies. All leaves proceed in lockstep. A leaf with
+//! undecided points was charged for every earlier round, so the leaf that takes the most rounds is the longest chain.
 //!
-//! **Departures.** Candidates are adjacent if they are closer than the *smaller* of their sizes (ARCHITECTURE, The paper, as
-//! read). The graph uses `<=`. The caller makes the comparison strict: its squared radius is the largest float below the
-//! squared size.
+//! **Departures.** Candidates are adjacent if they are closer than the *smaller* of their sizes ("The paper, as read"
+//! in ARCHITECTURE.md). The graph uses `<=`. The caller makes the comparison strict by passing the largest float below
+//! the squared size as the squared radius.
 
 use std::collections::BTreeMap;
 
@@ -155,8 +157,8 @@ fn conflicts_of_leaves<P: Point>(
     graphs
 }
 
-/// Runs rounds of local priorities until no rank has an undecided point. In the first half of a round, points that precede
-/// all their undecided neighbours join. In the second half, the neighbours of points in the set leave.
+/// Runs rounds of local priorities until no rank has an undecided point. In the first half of a round, points that
+/// precede all their undecided neighbours join. In the second half, the neighbours of points in the set leave.
 pub(crate) async fn independent<P: Point>(
     cx: &mut Context<P>,
     leaves: &[Leaf<P>],
@@ -198,7 +200,7 @@ impl Selection {
         selection
     }
 
-    /// Whether an owned point is undecided.
+    /// Returns `true` if an owned point is undecided.
     pub(crate) fn is_pending(&self) -> bool {
         self.open.iter().any(|open| !open.is_empty())
     }
@@ -260,8 +262,8 @@ impl Selection {
         self.settle(cx, points, halves, State::Out);
     }
 
-    /// Runs half a round in each leaf with undecided points. `rule` returns which of them get the state `decision`. The
-    /// second half also packs the points that remain undecided.
+    /// Runs half a round in each leaf with undecided points. `rule` returns, for each undecided point, whether it gets
+    /// the state `decision`. The second half also packs the points that remain undecided.
     fn half<P: Point>(
         &self,
         cx: &Context<P>,
@@ -333,7 +335,7 @@ impl Selection {
 }
 
 impl Selection {
-    /// The message to rank 0: the owned points that joined, and the number of undecided points in each round.
+    /// Returns the message to rank 0: the owned points that joined, and the number of undecided points in each round.
     pub(crate) fn into_message<P: Point>(self, table: &Table<P>, fixed: u64) -> Body<P> {
         let owned = table.owned_ids().iter().zip(&self.states);
         let members = owned.filter(|&(&id, &state)| state == State::In && id >= fixed).map(|(&id, _)| id);

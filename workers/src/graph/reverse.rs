@@ -7,8 +7,8 @@
 //!
 //! **Source.** Paper, Section 4.5.
 //!
-//! **Rounds.** One. **Work and depth.** One vector step over the lists to announce. A delivery to the leaves, a sort of
-//! the new edges, and one vector step over the points to unite.
+//! **Rounds.** One. **Work and depth.** Announcing takes one vector step over the lists. Uniting takes a delivery to
+//! the leaves, a sort of the new edges, and one vector step over the points.
 
 use std::collections::BTreeMap;
 
@@ -46,7 +46,7 @@ struct Edge {
 struct AnnouncedEdges {
     /// For each owned point, the index of its leaf.
     leaf_of: Vec<u32>,
-    /// The edges whose other end is not in the list of the owned point.
+    /// The announced edges whose other end is not in the list of the owned point.
     new: Vec<Edge>,
     /// For each leaf, the number of edges announced to its points.
     at_leaf: Vec<Sweep>,
@@ -150,7 +150,7 @@ fn take_announcements<P: Point>(cx: &mut Context<P>) -> Vec<Announcement<P>> {
 }
 
 impl BothEnds {
-    /// Unites the edges from both ends, each edge once. Sorts the edges that are not in the lists by their owned
+    /// Unites the edges from both ends, each edge once. Edges that are not in the lists are sorted by their owned
     /// points.
     pub(crate) fn unite<P: Point>(
         self,
@@ -161,7 +161,7 @@ impl BothEnds {
         let BothEnds { nearest, announced } = self;
         let nearest = nearest.by_owned(table.owned_len());
         let items = nearest.iter().map(|list| list.len()).sum::<usize>() + announced.new.len();
-        // The delivery to the leaves. The order within each leaf is charged below.
+        // Delivers the edges to the leaves. The sort within each leaf is charged below.
         let mut new = vec![Vec::new(); subdomain.leaves().len()];
         for edge in announced.new {
             new[announced.leaf_of[edge.point as usize] as usize].push(edge);

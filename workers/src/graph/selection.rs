@@ -1,22 +1,23 @@
-//! The selection of the supergraph by a sample of stars, if the user gives none.
+//! Selects the supergraph by a sample of stars if the user specifies no supergraph.
 //!
-//! **Statement.** A hash of the coordinates draws about a thousand points. Each sampled point searches the ball of six times
-//! the distance to the nearest point of its leaf. The points found include its nearest neighbour. A star is built from
-//! them. Let `r` be the distance to the nearest neighbour. The ball of radius `alpha r` certifies the star if and only if the
-//! star has no infinite facet and twice its largest circumradius is at most `alpha r`. The coordinator takes the first
-//! `alpha` of 2.5, 3, 4 and 6 for which at most 10 % of the sample are not certified. If there is none, it takes 48 nearest
-//! neighbours. The selection is independent of the number of workers.
+//! **Statement.** A hash of the coordinates draws about a thousand points. Each sampled point searches the ball around
+//! it whose radius is six times the distance to the nearest point of its leaf. The points found include its nearest
+//! neighbour. A star of the sampled point is built from them. Let `r` be the distance to the nearest neighbour. The
+//! ball of radius `alpha r` certifies the star if and only if the star has no infinite facet and twice its largest
+//! circumradius is at most `alpha r`. The coordinator takes the first `alpha` of 2.5, 3, 4 and 6 for which at most 10 %
+//! of the sample are not certified. If there is no such `alpha`, it takes the graph of 48 nearest neighbours. The
+//! selection is independent of the number of workers.
 //!
 //! The phase precedes the nearest-neighbour balls, because only some supergraphs need them for all points.
 //!
-//! **Work and depth.** At a leaf, the pairs of its sample and its points. Then the descent (`crate::neighbours::descent`).
-//! The stars of the sample are not charged.
+//! **Work and depth.** At a leaf, the pairs of a sampled point and a point of the leaf. Then the descent
+//! (`crate::neighbours::descent`). The stars of the sample are not charged.
 //!
 //! **Rounds.** Those of the descent, one for the reports to the coordinator, and one for its choice.
 //!
-//! **Departures.** The paper leaves `alpha` open. The limits of a tenth (not a fifth) and of 48 neighbours (not 64) are
-//! measured (`bench/README.md`). Near a fifth, the stars that are not certified, and the stars that they disturb, cost more
-//! than lists of neighbours. Splaying is cheap, so shorter lists pay.
+//! **Departures.** The paper leaves `alpha` open. Measurements (`bench/README.md`) gave the limits of a tenth (not a
+//! fifth) and of 48 neighbours (not 64). Near a fifth, the uncertified stars and the stars that they disturb cost more
+//! than lists of neighbours. Splaying is cheap, so shorter lists are better.
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::Cost;
@@ -45,7 +46,7 @@ use crate::state::table::Table;
 /// The candidates for alpha, in the order of preference.
 pub const ALPHAS: [f64; 4] = [2.5, 3.0, 4.0, 6.0];
 
-/// The share of sampled stars that may stay without a local certificate.
+/// The share of sampled stars that may remain without a local certificate.
 pub const UNCERTIFIED_SHARE: f64 = 0.1;
 
 /// The number of nearest neighbours if no alpha suffices.
@@ -54,8 +55,8 @@ pub const FALLBACK_K: u32 = 48;
 /// The largest number of points that a sampled star searches for.
 const MOST_CANDIDATES: u32 = 500;
 
-/// Selects the supergraph from the size of the sample and the number of stars that each alpha certifies. Returns it with
-/// the reason.
+/// Selects the supergraph from the size of the sample and the number of stars that each alpha certifies. Returns it
+/// with the reason.
 pub fn choose(wanted: Wanted, sample: u64, certified: &[u64], population: u64) -> (Supergraph, String) {
     for (alpha, &good) in ALPHAS.into_iter().zip(certified) {
         let uncertified = sample - good.min(sample);
@@ -75,7 +76,7 @@ pub fn choose(wanted: Wanted, sample: u64, certified: &[u64], population: u64) -
 }
 
 /// Chooses the supergraph. Each worker samples stars and reports how many of them each alpha certifies. The coordinator
-/// sums the reports and broadcasts the supergraph. Only its result contains the reason.
+/// sums the reports and broadcasts the supergraph. Only the coordinator's result contains the reason.
 pub(crate) async fn choice<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -141,16 +142,16 @@ impl SampleCounts {
     }
 }
 
-/// Samples owned points. The radius of a sampled ball is six times the distance to the nearest point of the leaf, which is
-/// at least the distance to the nearest point of all. It is infinite if the leaf contains no other point.
+/// Samples owned points. The radius of a sampled ball is six times the distance to the nearest point of the leaf, which
+/// is at least the distance to the nearest point of all. It is infinite if the leaf contains no other point.
 fn balls_of_sample<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &Table<P>,
     population: u64,
 ) -> Vec<Ball> {
-    // A sampler draws about 400 points from its population. With two fifths of the actual population, it draws at the
-    // rate of 1000 points from all.
+    // A sampler draws about 400 points from its population. Given two fifths of the actual population, it draws about
+    // 1000 points from all points.
     let sampler = Sampler::of(DrawKey { seed: cx.config().seed, node: 0, attempt: 0 }, population * 2 / 5);
     let positions = table.positions();
     let mut balls = Vec::new();
@@ -191,7 +192,7 @@ fn report_samples<P: Point>(
     None
 }
 
-/// For each sampled star, the smallest alpha that certifies it. Infinite if the searched ball is too small.
+/// Returns, for each sampled star, the smallest alpha that certifies it, or infinity if the searched ball is too small.
 fn needed_alphas<P: Point>(table: &Table<P>, samples: &[Ball], sampled: &CompletedLists) -> Vec<f64> {
     let mut builder = StarBuilder::default();
     let mut facets: Vec<P::Facet> = Vec::new();

@@ -1,16 +1,17 @@
-//! Separator sets by the recursion of the paper, and the union of the graphs that it returns.
+//! Separator sets by the recursion of the paper, and the union of the graphs that the recursion returns.
 //!
-//! **Statement** (paper, Section 4.3). The separator of a node divides the set of the node. The points whose balls cross the
-//! separator, `P_O`, belong to the sets of both children (rule `both`). The graph of the node is the union of the graphs of
-//! its children, without multiple edges. For the density graph, the crossing points of one side suffice (rule `smaller`),
-//! because *both* ends of every edge that crosses are in `P_O`. The balls are always the global ones.
+//! **Statement** (paper, Section 4.3). The separator of a node divides the set of the node. The points whose balls
+//! cross the separator, `P_O`, belong to the sets of both children (rule `both`). The graph of the node is the union of
+//! the graphs of its children, without multiple edges. For the density graph, the crossing points of one side suffice
+//! (rule `smaller`), because *both* ends of every edge that crosses are in `P_O`. All balls have the global radii.
 //!
-//! **Departure.** The recursion follows the separators of the partition tree, which were drawn for the owned points alone. It
-//! stops if the set of the larger child would contain more than 93 % of the set of its parent. There, all pairs are compared.
+//! **Departure.** The recursion follows the separators of the partition tree, which were drawn for the owned points
+//! alone. It stops if the set of the larger child would contain more than 93 % of the set of its parent. In such a set,
+//! all pairs are compared.
 //!
 //! **Rounds.** Three for each shared level on the way down (counts, decision, points), and one on the way up.
 //!
-//! **Work and depth.** O(1) steps for each level. At the bottom all pairs of a set, in O(1) steps.
+//! **Work and depth.** O(1) steps for each level. At the bottom, all pairs of each set, in O(1) steps.
 
 use std::collections::BTreeMap;
 
@@ -50,7 +51,7 @@ pub(crate) async fn set_recursion<P: Point>(
     Ok(recursion.finish(cx))
 }
 
-/// The item of another rank to which a list returns.
+/// The origin of an item that another rank sent. The list of the item returns there.
 #[derive(Clone, Copy, Debug)]
 struct Origin {
     rank: Rank,
@@ -64,7 +65,7 @@ struct SetItem {
     point: u32,
     /// The sender. `None` for an owned point.
     origin: Option<Origin>,
-    /// The number of searches for its neighbours that are not complete: here, and on the ranks to which it was sent.
+    /// The number of incomplete searches for its neighbours, here and on the ranks to which it was sent.
     outstanding: u32,
     /// Its neighbours in this rank's subtree. `None` before the search is complete.
     own: Option<Vec<u32>>,
@@ -106,7 +107,7 @@ struct Receiver {
     rank: Rank,
 }
 
-/// Items that arrive, or the end of this rank's own wait for them.
+/// Items that arrive, or the end of this rank's wait for items.
 struct Arrival<P> {
     from: Rank,
     node: NodeId,
@@ -118,7 +119,7 @@ struct Arrival<P> {
 struct Agenda {
     /// The number of rounds since the phase began.
     step: u32,
-    /// Nodes to count or to solve in this step.
+    /// Nodes whose sets are counted or solved in this step.
     ready: Vec<NodeId>,
     /// Nodes whose members other ranks send in this step. They are handled in the next step.
     waiting: Vec<NodeId>,
@@ -136,13 +137,13 @@ struct Recursion<'a, P> {
     rule: SetRule,
     agenda: Agenda,
     items: Vec<SetItem>,
-    /// The items that were sent. A returned list names its item by the index here.
+    /// The items that were sent. A returned list names its item by its index here.
     sent: Vec<SentItem>,
     /// For each node, the cost of uniting the lists of its children.
     unions: BTreeMap<NodeId, Cost>,
     /// For each node, the members of its set on this rank.
     members: BTreeMap<NodeId, Vec<u32>>,
-    /// For each node, the points that went to both children.
+    /// For each node, the points whose balls cross its separator.
     replicated: BTreeMap<NodeId, Sweep>,
 }
 
@@ -171,7 +172,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         }
     }
 
-    /// Whether this rank handles a node in the next step.
+    /// Returns `true` if this rank handles a node in the next step.
     fn is_pending(&self) -> bool {
         !self.agenda.ready.is_empty() || !self.agenda.waiting.is_empty()
     }
@@ -208,7 +209,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         }
     }
 
-    /// The side of an item at a split, and whether its ball crosses the separator.
+    /// Returns the side of an item at a split, and whether its ball crosses the separator.
     fn place(&self, split: &Split<P>, item: u32) -> Place {
         let point = self.items[item as usize].point as usize;
         let (x, radius2) = (self.table.positions()[point], self.table.radii2()[point]);
@@ -225,7 +226,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         cx.send(shared.leader(), shared.id(), 0, Body::SetCounts(counts_of(sum)));
     }
 
-    /// Counts the members on each side, and the members on each side whose balls cross.
+    /// Counts the members on each side, and the members on each side whose balls cross the separator.
     fn count_members(&self, split: &Split<P>, members: &[u32], cost: &mut Cost) -> [u64; 4] {
         let places = cost.map(members, |&i| self.place(split, i));
         cost.reduce(&places, [0u64; 4], |mut sum, place| {
@@ -235,7 +236,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         })
     }
 
-    /// Sends this rank's share of a set that is not divided to the lowest rank, which solves the set.
+    /// Ends the division of a set: sends this rank's share of the set to the lowest rank of the group, which solves it.
     fn stop(&mut self, cx: &mut Context<P>, shared: &Shared<P>, members: Vec<u32>) {
         let (node, holder) = (shared.id(), shared.first());
         if cx.rank() == holder {
@@ -340,7 +341,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         }
     }
 
-    /// Solves a set that this rank holds whole. Returns the lists of other ranks' items.
+    /// Solves a set that this rank holds alone, and returns the lists of other ranks' items to them.
     fn solve_set(&mut self, cx: &mut Context<P>, node: NodeId) {
         let members = self.members.remove(&node).unwrap_or_default();
         for &item in &members {
@@ -357,7 +358,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         self.return_lists(cx);
     }
 
-    /// In this rank's subtree, finds the neighbours of each member of a set.
+    /// Finds the neighbours of each member of a set by the recursion in this rank's subtree.
     fn solve(&mut self, cx: &mut Context<P>, tree: &Tree<P>, node: NodeId, members: &[u32]) -> Vec<Vec<u32>> {
         let Tree::Node(inner) = tree else { return self.solve_direct(cx, node, members) };
         let mut cost = Cost::ZERO;
@@ -396,7 +397,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         united.collect()
     }
 
-    /// Finds the neighbours of each member of a set by all pairs.
+    /// Finds the neighbours of each member of a set by comparing all pairs.
     fn solve_direct(&mut self, cx: &mut Context<P>, node: NodeId, members: &[u32]) -> Vec<Vec<u32>> {
         let (positions, radii2) = (self.table.positions(), self.table.radii2());
         let at = |i: u32| positions[self.items[i as usize].point as usize];
@@ -435,7 +436,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         }
     }
 
-    /// Receives the lists of items that were sent.
+    /// Receives the lists of the items that this rank sent.
     fn take_lists(&mut self, cx: &mut Context<P>) {
         let received = cx.take(|m: &mut Message<P>| match &mut m.body {
             Body::Lists(batch) => Some(std::mem::take(batch)),
@@ -459,7 +460,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         self.return_lists(cx);
     }
 
-    /// Unites the lists of all leaves to the graph neighbours of the owned points. Charges the unions.
+    /// Unites the lists of all leaves into the graph neighbours of the owned points, and charges the unions.
     fn finish(self, cx: &mut Context<P>) -> Lists<u32> {
         let Recursion { table, items, mut unions, replicated, .. } = self;
         for (node, sweep) in replicated {
@@ -499,7 +500,7 @@ impl SetItem {
         SetItem { point, origin, outstanding: 1, own: None, returned: Vec::new() }
     }
 
-    /// Unites its lists to its neighbours in the graph of the set, node by node from the lowest up.
+    /// Unites the lists of the item into its neighbours in the graph of the set, node by node from the lowest up.
     fn united(&mut self, unions: &mut BTreeMap<NodeId, Cost>) -> Vec<u32> {
         let mut lists = std::mem::take(&mut self.returned);
         lists.sort_by_key(|list| std::cmp::Reverse(list.node.level()));

@@ -1,8 +1,8 @@
 //! The decision on how the children of a node share its set.
 //!
-//! **Statement** (paper, Section 4.3). See `crate::graph::separator_sets`. The leader of a shared node sums the counts of the
-//! members of its group. It decides which crossing points go to both children, or that the set is not divided, and sends
-//! the decision to the members.
+//! **Statement** (paper, Section 4.3; see also `crate::graph::separator_sets`). The leader of a shared node sums the
+//! counts of the members of its group. It decides which crossing points go to both children, or that the set is not
+//! divided, and sends the decision to the members.
 
 use std::collections::BTreeMap;
 
@@ -36,7 +36,7 @@ pub(crate) enum Crossing {
 }
 
 impl Crossing {
-    /// Whether a point at this position belongs to the set of a child.
+    /// Returns `true` if a point at this position belongs to the set of `child`.
     pub(crate) fn sends(self, place: Place, child: usize) -> bool {
         let crosses = match self {
             Crossing::Both => true,
@@ -57,7 +57,8 @@ pub(crate) enum Sharing {
 }
 
 impl Sharing {
-    /// Decides from the numbers of interior points, exterior points, crossing interior points and crossing exterior points.
+    /// Decides from the numbers of interior points, exterior points, crossing interior points and crossing exterior
+    /// points.
     pub(crate) fn decide(sum: [u64; 4], rule: SetRule) -> Self {
         let [inside, outside, crossing_inside, crossing_outside] = sum;
         let (crossing, children) = match rule {
@@ -98,12 +99,13 @@ impl From<SetDecision> for Sharing {
     }
 }
 
-/// The message of a member's counts.
+/// Returns the message with a member's counts.
 pub(crate) fn counts_of([inside, outside, crossing_inside, crossing_outside]: [u64; 4]) -> SetCounts {
     SetCounts { inside, outside, crossing_inside, crossing_outside }
 }
 
-/// The rule for a supergraph. Rule `smaller` is valid for the density graph only, so other graphs use rule `both` instead.
+/// Returns the rule for a supergraph. Rule `smaller` is valid for the density graph only, so other graphs use rule
+/// `both` instead.
 pub(crate) fn set_rule(rule: SetRule, supergraph: Supergraph) -> SetRule {
     match (rule, supergraph) {
         (SetRule::Smaller, Supergraph::Knn { .. } | Supergraph::Overlap { .. }) => SetRule::Both,
@@ -111,7 +113,7 @@ pub(crate) fn set_rule(rule: SetRule, supergraph: Supergraph) -> SetRule {
     }
 }
 
-/// Decides on the sets of the nodes that this rank leads and whose counts have arrived.
+/// For each node that this rank leads, decides on the set of the node when the counts have arrived.
 pub(crate) fn lead<P: Point>(cx: &mut Context<P>, led: &[Group], rule: SetRule) {
     let mut sums: BTreeMap<NodeId, [u64; 4]> = BTreeMap::new();
     for (node, counts) in cx.take(|m: &mut Message<P>| match &mut m.body {

@@ -1,7 +1,7 @@
-//! The summary of each subproblem: the largest radius and the lexicographically smallest point of its owned points.
+//! The summary of each subproblem: the largest radius and the lexicographically smallest point among its owned points.
 //!
-//! **Statement.** Summaries go up the tree. The leader of a node joins the summaries of the children and sends both to the
-//! members of its group. The radii prune the separator sets. The smallest points seed the stars.
+//! **Statement.** Summaries go up the tree. The leader of a node joins the summaries of the two children and sends both
+//! summaries to the members of its group. The radii prune the separator sets. The smallest points seed the stars.
 //!
 //! **Rounds.** One for each shared level on the way up. The members receive the summaries one round after their leader.
 //! **Work and depth.** A reduction over the points of each leaf, and
@@ -55,7 +55,7 @@ pub(crate) async fn summaries<P: Point>(
     Ok(())
 }
 
-/// Joins the summaries of a node's children, and sends both to the members of the node's group.
+/// Joins the summaries of a node's children, and sends both summaries to the members of the node's group.
 fn join_children<P: Point>(cx: &mut Context<P>, group: &Group, both: [Summary<P>; 2]) -> Summary<P> {
     let _span = cx.site().subproblem(Phase::Summaries, group.node, "join summaries", group.child.population);
     let mut cost = Cost::ZERO;
@@ -66,7 +66,8 @@ fn join_children<P: Point>(cx: &mut Context<P>, group: &Group, both: [Summary<P>
     own
 }
 
-/// Summarises this rank's subtree. Returns its root and its summary, or `None` if this rank owns no point.
+/// Summarises this rank's subtree. Returns the root and the summary of the subtree, or `None` if this rank owns no
+/// point.
 fn own_summary<P: Point>(
     cx: &mut Context<P>,
     subdomain: &mut Subdomain<P>,
@@ -115,7 +116,7 @@ struct Extremes {
     smallest: u32,
 }
 
-/// Summarises a subtree. Stores the summaries of children at inner nodes.
+/// Summarises a subtree. Stores in each inner node the summaries of its children.
 fn summarise<P: Point>(
     tree: &mut Tree<P>,
     leaves: &[Leaf<P>],
@@ -144,7 +145,7 @@ fn summarise<P: Point>(
                     best.smallest
                 },
             });
-            // A leader's reduction over two children charges the same two items.
+            // A leader charges the same reduction over two children.
             charges.push(Charged { node: inner.id(), cost, items: 0 });
             joined
         }

@@ -1,14 +1,14 @@
 //! The supergraph of a rank's owned points: separator sets, then the graph within them.
 //!
-//! **Statement** (paper, Sections 4.3 to 4.5). The supergraph joins each point to every point that may be its neighbour in
-//! the Delaunay triangulation. Each rank finds the edges of its owned points by one of three rules.
+//! **Statement** (paper, Sections 4.3 to 4.5). The supergraph joins each point to every point that may be its neighbour
+//! in the Delaunay triangulation. Each rank finds the edges of its owned points by one of three rules.
 //! 1. *Ghosts* ([`crate::graph::ghosts`]): points go to the leaves that their edges may reach.
-//! 2. *Reverse edges* ([`crate::graph::reverse`]), for graphs of nearest neighbours: points announce themselves to their
-//!    nearest neighbours.
+//! 2. *Reverse edges* ([`crate::graph::reverse`]), for graphs of nearest neighbours: points announce themselves to
+//!    their nearest neighbours.
 //! 3. *Sets* ([`crate::graph::separator_sets`]): the recursion of the paper.
 //!
-//! **Rounds.** Those of the rule, and one to collect the edges. **Work and depth.** By rule 1, all pairs of a leaf's owned
-//! points with its members.
+//! **Rounds.** Those of the rule, and one to collect the edges. **Work and depth.** By rule 1, all pairs of an owned
+//! point and a member of the same leaf.
 
 use std::ops::Range;
 
@@ -39,7 +39,7 @@ use crate::state::tree::{GROUP, Leaf, Split, Tree};
 pub(crate) struct Graph {
     /// The neighbours of each owned point.
     neighbours: Lists<u32>,
-    /// The ghosts of each leaf, by rule 1. Empty by the other rules.
+    /// The ghosts of each leaf under rule 1. Empty under the other rules.
     ghosts: Ghosts,
     /// All edges, as pairs of ids. Empty except on the coordinator of a run that collects them.
     edges: Vec<u64>,
@@ -51,13 +51,14 @@ impl Graph {
         std::mem::take(&mut self.edges)
     }
 
-    /// The neighbours of each owned point, and the ghosts of each leaf.
+    /// Returns the neighbours of each owned point, and the ghosts of each leaf.
     pub(crate) fn into_parts(self) -> (Lists<u32>, Ghosts) {
         (self.neighbours, self.ghosts)
     }
 }
 
-/// Finds the supergraph of the owned points. `nearest` contains their nearest neighbours, for graphs of nearest neighbours.
+/// Finds the supergraph of the owned points. For graphs of nearest neighbours, `nearest` contains the nearest
+/// neighbours of these points.
 pub(crate) async fn supergraph<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -103,7 +104,8 @@ fn take_edges<P: Point>(cx: &mut Context<P>) -> impl Iterator<Item = u64> + use<
     parts.into_iter().flatten()
 }
 
-/// Counts the balls of owned points that cross each separator above them. The owned points below a node are consecutive.
+/// Counts the balls of owned points that cross each separator above them. The owned points below a node are
+/// consecutive.
 pub(crate) fn count_crossings<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,

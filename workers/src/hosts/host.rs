@@ -51,7 +51,7 @@ impl<P: Point> Host<P> {
     /// they send.
     ///
     /// # Errors
-    /// The error of the first rank that fails, or a message to a rank of another host.
+    /// Returns the error of the first rank that fails, or an error if a message is for a rank of another host.
     pub fn turn(&mut self, delivery: Delivery<P>) -> Result<Vec<Message<P>>, TransportError> {
         self.round += 1;
         let first = self.ranks.first().map_or(0, Running::rank);
@@ -82,8 +82,8 @@ impl<P: Point> Host<P> {
     }
 }
 
-/// Runs the ranks of a host until they are done, with one exchange per round. An error of a rank ends the round like
-/// messages do: it goes to the transport as the state of the host.
+/// Runs the ranks of a host until they are done, with one exchange per round. An error of a rank also ends the round:
+/// the host passes it to the transport as its state.
 ///
 /// # Errors
 /// The first error of the machine.

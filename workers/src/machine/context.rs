@@ -1,8 +1,9 @@
 //! The machine as a rank sees it: one future per rank, one exchange per round.
 //!
-//! A rank is an `async fn`. It computes, queues messages with [`Context::send`], and awaits [`Context::exchange`]. The
-//! exchange delivers the messages of the round. If no rank sent any, it returns `false`, and the phase is over on all
-//! ranks. A host polls its ranks in turn, and each runs until its next exchange. No other executor and no waker exist.
+//! A rank is an `async fn`. It computes, queues messages with [`Context::send`], and awaits [`Context::exchange`].
+//! The exchange delivers the messages of the round. If no rank sent any, it returns `false`, and the phase is over on
+//! all ranks. A host polls its ranks in turn, and each runs until its next exchange. There is no other executor and
+//! no waker.
 
 use std::cell::RefCell;
 use std::future::{Future, poll_fn};
@@ -132,7 +133,7 @@ impl<P: Point> Context<P> {
     /// Begins a phase.
     ///
     /// # Errors
-    /// If a planted fault strikes.
+    /// Fails if a planted fault strikes.
     #[inline(never)] // `bench/work-instructions` counts from entry to entry.
     pub fn enter(&mut self, phase: Phase) -> Result<(), TransportError> {
         self.phase = phase;
@@ -152,11 +153,12 @@ impl<P: Point> Context<P> {
         self.out.send(to, node, attempt, body);
     }
 
-    /// Ends the round. Returns `false` if no rank sent a message or had more to do: the phase is over on all ranks.
+    /// Ends the round. Returns `false` if no rank sent a message or had more to do, which ends the phase on all
+    /// ranks.
     ///
     /// # Errors
-    /// If the phase left a message of the last round, if a message belongs to another run or rank, or if the run is
-    /// interrupted.
+    /// Fails if the phase did not take a message of the last round, if a message belongs to another run or rank, or
+    /// if the run is interrupted.
     pub async fn exchange(&mut self) -> Result<bool, TransportError> {
         self.exchange_if(false).await
     }
@@ -189,12 +191,12 @@ impl<P: Point> Context<P> {
     /// Ends a round of a dialogue, in which some rank must have sent a message.
     ///
     /// # Errors
-    /// If no rank has sent one. See [`Context::exchange`] for other errors.
+    /// Fails if no rank has sent a message. See [`Context::exchange`] for other errors.
     pub async fn next_round(&mut self) -> Result<(), TransportError> {
         if self.exchange().await? {
             return Ok(());
         }
-        let reason = format!("nothing was said in the middle of phase {}", self.phase.name());
+        let reason = format!("no rank sent a message in the middle of phase {}", self.phase.name());
         Err(TransportError::WorkerFailed { rank: self.rank, reason })
     }
 
@@ -214,7 +216,7 @@ impl<P: Point> Context<P> {
     /// Takes the only message of a kind.
     ///
     /// # Errors
-    /// If the number of messages of that kind is not one.
+    /// Fails if the number of messages of that kind is not one.
     pub fn take_one<T>(
         &mut self,
         kind: impl FnMut(&mut Message<P>) -> Option<T>,
@@ -223,7 +225,7 @@ impl<P: Point> Context<P> {
         let count = all.len();
         all.pop().filter(|_| count == 1).ok_or_else(|| TransportError::WorkerFailed {
             rank: self.rank,
-            reason: format!("{count} messages in phase {} where there is one", self.phase.name()),
+            reason: format!("{count} messages instead of one in phase {}", self.phase.name()),
         })
     }
 
@@ -318,7 +320,7 @@ impl<'a, P: Point, T> Running<'a, P, T> {
     /// Runs the rank until its next exchange. Returns the messages that it sends.
     ///
     /// # Errors
-    /// The error of the rank. A panic of the rank is an error, too. A rank that failed must not run again.
+    /// Returns the error of the rank, or an error that reports its panic. A rank that failed must not run again.
     pub fn step(&mut self) -> Result<Vec<Message<P>>, TransportError> {
         if self.result.is_none()
             && let Poll::Ready(result) = self.poll()?
@@ -329,7 +331,7 @@ impl<'a, P: Point, T> Running<'a, P, T> {
         Ok(std::mem::take(&mut self.mailbox.borrow_mut().sent))
     }
 
-    /// Polls the program. This is the only place where programs of ranks run, so it catches their panics.
+    /// Polls the program. The programs of ranks run only here, so their panics are caught here.
     fn poll(&mut self) -> Result<Poll<Result<T, TransportError>>, TransportError> {
         let program = &mut self.program;
         let poll = || program.as_mut().poll(&mut task::Context::from_waker(Waker::noop()));

@@ -1,8 +1,8 @@
 //! Traces of a run: `tracing` spans and events, which cost nothing without a subscriber.
 //!
-//! This module reads no clock and writes nothing. The caller's subscriber does both (that of `septet::trace` writes
-//! Chrome's JSON). Every span and event carries the fields that identify it, so none depends on its parents. There are
-//! four targets, from coarse to fine:
+//! This module reads no clock and writes no output. The caller's subscriber does both; the subscriber of
+//! `septet::trace` writes Chrome's JSON. Every span and event carries the fields that identify it, so none depends on
+//! its parents. There are four targets, from coarse to fine:
 //!
 //! | target | level | span or event | fields |
 //! |---|---|---|---|
@@ -99,7 +99,8 @@ pub fn phase_span(run: u64, phase: Phase) -> EnteredSpan {
     tracing::info_span!(target: PHASE, "phase", run, phase = phase.name()).entered()
 }
 
-/// Enters the span of a stage of a task such as a mesh. It contains the runs of the stage, which have this number.
+/// Enters the span of a stage of a task such as a mesh. The span contains the runs of the stage, and `run` is their
+/// common number.
 pub fn stage_span(run: u64, stage: &str) -> EnteredSpan {
     tracing::info_span!(target: PHASE, "stage", run, phase = stage).entered()
 }

@@ -10,11 +10,11 @@ use septet_geometry::separator::{DrawKey, is_sample};
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::tasks::{Said, SampleRow, TaskLog};
 
-/// Number of blocks of the input. The record is exact for machines whose number of workers divides it.
+/// Number of blocks of the input. The record is exact for machines whose number of workers divides this number.
 pub const BLOCKS: u32 = 4096;
 
-/// Balls or points of a leaf that reach a node outside the path to their leaf, entries of the lists found there, and the
-/// distinct points in these lists.
+/// The counts for a leaf and a node that is not on the path to the leaf. They are the balls or points of the leaf
+/// that reach the node, the entries of the lists found there, and the distinct points in these lists.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reaching {
     balls: u64,
@@ -30,10 +30,10 @@ impl Reaching {
     }
 }
 
-/// The balls and points that reached nodes, by leaf and node.
+/// The counts of the balls and points that reached nodes, by leaf and node.
 pub(crate) type Reached = BTreeMap<(u32, NodeId), Reaching>;
 
-/// Step of splaying, whether it is an objection, leaf of the sender, leaf of the receiver.
+/// The step of splaying, whether the message is an objection, the leaf of the sender, and the leaf of the receiver.
 type Announcements = (u32, bool, u32, u32);
 
 /// The nodes that one walk of balls reached. Empty unless the run records tasks.
@@ -143,8 +143,8 @@ impl Recorder {
         }
     }
 
-    /// Records the edges of one point of leaf `from`. They are sent to the leaves of their other ends, which `to`
-    /// lists.
+    /// Records the edges of one point of leaf `from`, which are sent to the leaves of their other ends. `to` lists
+    /// these leaves.
     pub(crate) fn reverse(&mut self, from: u32, to: &mut Vec<u32>) {
         to.sort_unstable();
         to.retain(|&leaf| leaf != from);

@@ -1,11 +1,11 @@
 //! Nearest-neighbour balls of all points (paper, Section 4.3): radii within each leaf, then the descent.
 //!
-//! **Statement.** The initial radius of a ball is the distance to the nearest other point of its leaf. A ball much larger
-//! than the median of its leaf probes first. Then all balls descend ([`crate::neighbours::descent`]). The final radius is
-//! the distance to the nearest point found. The baseline corrects the balls bottom-up instead
-//! ([`crate::neighbours::bottom_up`]).
+//! **Statement.** The initial radius of a ball is the distance to the nearest other point of its leaf. A ball much
+//! larger than the median ball of its leaf probes first. Then all balls descend. Both steps are defined in
+//! [`crate::neighbours::descent`]. The final radius is the distance to the nearest point found. The baseline corrects
+//! the balls bottom-up instead ([`crate::neighbours::bottom_up`]).
 //!
-//! **Work and depth.** All pairs of points within a leaf, and the descent.
+//! **Work and depth.** All pairs of points within each leaf, and the descents.
 //!
 //! **Rounds.** None for the radii within leaves. Then those of two descents, or those of the baseline's passes.
 
@@ -25,7 +25,7 @@ use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 use crate::state::tree::Leaf;
 
-/// A ball probes first if its radius exceeds this multiple of the median of its leaf.
+/// A ball probes first if its radius exceeds this multiple of the median radius in its leaf.
 const PUNT_RADIUS: f64 = 4.0;
 
 /// Finds the nearest neighbour of each owned point. Stores the squared distance as the squared radius of the point.
@@ -84,7 +84,7 @@ pub(crate) fn all_balls<P>(leaves: &[Leaf<P>], radii2: &[f64]) -> Vec<Ball> {
     balls_above(leaves, radii2, |_| f64::NEG_INFINITY)
 }
 
-/// Returns the balls that probe: those much larger than the median of their leaf.
+/// Returns the balls that probe: those much larger than the median ball of their leaf.
 pub(crate) fn large_balls<P>(leaves: &[Leaf<P>], radii2: &[f64]) -> Vec<Ball> {
     balls_above(leaves, radii2, punt_limit)
 }
@@ -104,7 +104,7 @@ fn balls_above<P>(leaves: &[Leaf<P>], radii2: &[f64], limit2: impl Fn(&[f64]) ->
     balls
 }
 
-/// The squared radius above which a ball probes, from the squared radii of its leaf.
+/// Returns the squared radius above which a ball probes, given the squared radii in its leaf.
 fn punt_limit(radii2: &[f64]) -> f64 {
     if radii2.is_empty() {
         return f64::INFINITY;

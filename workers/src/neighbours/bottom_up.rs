@@ -1,14 +1,15 @@
 //! The baseline of the descent: balls corrected node by node, from the leaves up.
 //!
-//! **Statement.** Assume that for both children of a node, the nearest neighbours of their points within the child are
-//! known. The balls that cross the separator of the node then search the other side for nearer points, by a descent
-//! below that child. A node waits for its children.
+//! **Statement.** Assume that for each child of a node, the nearest neighbours of its points within the child are
+//! known. The balls that cross the separator of the node then search for nearer points on the other side, by a descent
+//! from the child on that side. A node waits for its children.
 //!
-//! **Source.** The divide and conquer that Frieze, Miller and Teng (1993) accelerate.
+//! **Source.** The divide-and-conquer algorithm that Frieze, Miller and Teng (1993) accelerate.
 //!
-//! **Work and depth.** A node of height `h` needs a descent of up to `h` levels, one node after another on the way up.
-//! The depth is O(log^2 n) in total. One descent of all balls from the root takes O(log n) and yields the same radii.
-//! No ball needs the punt: it has shrunk at lower nodes before it meets many leaves.
+//! **Work and depth.** A node of height `h` needs a descent of up to `h` levels. The nodes on the way up follow one
+//! after another. The depth is O(log^2 n) in total. One descent of all balls from the root takes O(log n) and yields
+//! the same radii. Balls do not need the punt ([`crate::neighbours::descent`]), because they have shrunk at lower nodes
+//! before they meet many leaves.
 //!
 //! **Rounds.** One pass of messages for each shared level, the deepest level first. With `h'` shared levels, a pass
 //! takes up to `2 h'` rounds.
@@ -33,8 +34,8 @@ use crate::state::tree::{Inner, Tree, leaf_number};
 
 const SEARCH: Search = Search { phase: Phase::Neighbours, wanted: 1, probe: false, own_leaf: true };
 
-/// The level at which the correction starts. A group loses at least one rank with each level, so no node below this
-/// level is shared.
+/// Returns the level at which the correction starts. A group loses at least one rank with each level, so no node below
+/// this level is shared.
 pub(crate) fn first_level(config: &WorkerConfig) -> u32 {
     config.workers.saturating_sub(1).min(NodeId::DEEPEST)
 }
@@ -64,7 +65,7 @@ pub(crate) async fn correct_bottom_up<P: Point>(
     Ok(())
 }
 
-/// Sends the balls that cross the shared node of a level to the other side of the node.
+/// Sends the balls that cross the separator of the shared node at `level` to the other side of the separator.
 fn cross<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,

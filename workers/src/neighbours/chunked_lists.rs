@@ -1,10 +1,10 @@
-//! Many lists that grow part by part. Received blocks are stored unchanged, and no list has an allocation of its own.
+//! Lists that grow part by part and share their storage. Received blocks are stored unchanged.
 
 use std::ops::Range;
 
 use septet_geometry::complex::NONE;
 
-/// A list: its first and its last run.
+/// A list, represented by its first and its last run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ListChain {
     first: u32,
@@ -39,7 +39,7 @@ impl ChunkedLists {
         self.runs.reserve(runs);
     }
 
-    /// The index that the next block gets.
+    /// Returns the index of the block that is added next.
     pub(crate) fn next_block(&self) -> u32 {
         self.blocks.len() as u32
     }
@@ -49,7 +49,7 @@ impl ChunkedLists {
         self.blocks.push(block);
     }
 
-    /// Appends a run of a block to a list. The block may be the next one to be added.
+    /// Appends a run of a block to a list. The block may be the one that is added next.
     pub(crate) fn add(&mut self, chain: &mut ListChain, block: u32, run: Range<usize>) {
         if run.is_empty() {
             return;
@@ -63,7 +63,7 @@ impl ChunkedLists {
         chain.last = at;
     }
 
-    /// The parts of a list, in the order in which they were appended.
+    /// Returns the parts of a list, in the order in which they were appended.
     pub(crate) fn parts(&self, chain: ListChain) -> impl Iterator<Item = &[u32]> {
         let mut at = chain.first;
         std::iter::from_fn(move || {

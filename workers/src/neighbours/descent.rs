@@ -1,28 +1,28 @@
 //! The descent: balls of all ranks search for points, down the partition tree and back.
 //!
-//! **Statement** (paper, Section 4.3). Each ball starts with the points found in its own leaf. All balls descend from the
-//! root together. A ball that crosses a separator continues on both sides, as two replicas. A leaf replies with its points
-//! inside the ball. The replies of the replicas are combined on the way up. Together with the construction of the tree,
-//! this makes three passes over the `h` levels, `3 h` steps in total.
+//! **Statement** (paper, Section 4.3). Each ball starts with the points found in its own leaf. All balls descend from
+//! the root together. A ball that crosses a separator continues on both sides, as two replicas. A leaf replies with
+//! those of its points that lie inside the ball. The replies of the replicas are combined on the way up. The
+//! construction of the tree, the way down and the way up are three passes over the `h` levels, `3 h` steps in total.
 //!
 //! **Source.** Frieze, Miller and Teng (1993).
 //!
 //! **Departures.**
-//! 1. Frieze, Miller and Teng correct the balls bottom-up, level by level. One descent of all balls needs no recursion over
-//!    heights. The bottom-up correction takes O(log^2 n) depth.
-//! 2. A ball much larger than the median of its leaf *probes* first (the punt). At each node on the way to its own leaf, a
-//!    probe visits one leaf beyond the separator: the one whose region contains the centre. The probe shrinks the ball,
-//!    which then descends.
-//! 3. Besides the separator, the box of a child's owned points prunes the child.
+//! 1. Frieze, Miller and Teng correct the balls bottom-up, level by level. One descent of all balls needs no recursion
+//!    over heights. The bottom-up correction takes O(log^2 n) depth.
+//! 2. A ball much larger than the median of its leaf *probes* first (the punt). At each separator that it crosses on
+//!    the way to its own leaf, a probe also visits one leaf beyond the separator. At each node below, the side of the
+//!    ball's centre determines the way to this leaf. The probe shrinks the ball, which then descends.
+//! 3. A ball that crosses a separator still skips a child if it misses the box of the child's owned points.
 //!
-//! **Rounds.** A replica takes one message for each group that it enters on the way down, and one on the way back. The
-//! phase takes at most twice as many rounds as there are shared levels.
+//! **Rounds.** A replica needs one message for each group that it enters on the way down, and one message for each on
+//! the way back. The phase takes at most twice as many rounds as there are shared levels.
 //!
-//! **Messages.** In one round, a rank may receive queries about several nodes and replies to several batches. The phase is
-//! therefore a loop over one [`Descent`], which keeps track of both.
+//! **Messages.** In one round, a rank may receive queries about several nodes and replies to several batches. The phase
+//! is therefore a loop over one [`Descent`], which keeps track of both.
 //!
-//! **Work and depth.** At each node, one vector step over its balls on the way down and one over its replicated balls on
-//! the way up. At a leaf, one vector step over the pairs of balls and points, and one segmented scan.
+//! **Work and depth.** At each node, one vector step over its balls on the way down and one over its replicated balls
+//! on the way up. At a leaf, one vector step over the pairs of balls and points, and one segmented scan.
 
 #[cfg(test)]
 mod tests;
@@ -55,7 +55,7 @@ use crate::state::table::Table;
 /// The number of balls that one task walks.
 const GROUP: usize = 2048;
 
-/// Sends balls down the tree and returns their complete lists. The caller has entered the phase.
+/// Sends balls down the tree and returns their complete lists. The caller must have entered the phase.
 pub(crate) async fn descend<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -82,7 +82,7 @@ enum Origin {
 #[derive(Clone, Debug)]
 pub(crate) struct Pending<P> {
     origin: Origin,
-    /// The number of replies that are missing.
+    /// The number of replies that have not arrived.
     outstanding: u32,
     centre: P,
     radius2: f64,
@@ -91,7 +91,7 @@ pub(crate) struct Pending<P> {
 }
 
 impl<P> Pending<P> {
-    /// Creates the record of an owned point's ball, without points found.
+    /// Creates the record of an owned point's ball that has not found any points.
     pub(crate) fn of_owned(point: u32, centre: P, radius2: f64) -> Self {
         Pending { origin: Origin::Owned(point), outstanding: 0, centre, radius2, list: ListChain::EMPTY }
     }
@@ -113,11 +113,11 @@ pub(crate) struct Descent<'a, P: Point> {
     search: Search,
     /// Balls that left this rank. Replies name them by their index.
     pending: Vec<Pending<P>>,
-    /// The points that pending balls found so far.
+    /// The points that pending balls have found so far.
     chains: ChunkedLists,
     /// The queries received from other ranks.
     received: Vec<ReceivedQueries>,
-    /// [`NONE`] for each point of the table, between replies.
+    /// A mark for each point of the table. All marks are [`NONE`] between replies.
     marks: Vec<u32>,
     /// The complete lists of owned points.
     complete: CompletedLists,
@@ -142,7 +142,7 @@ impl<'a, P: Point> Descent<'a, P> {
         }
     }
 
-    /// The complete lists of owned points.
+    /// Returns the complete lists of owned points.
     pub(crate) fn complete(&self) -> &CompletedLists {
         &self.complete
     }
@@ -152,8 +152,8 @@ impl<'a, P: Point> Descent<'a, P> {
         self.tallies.visit(node, both);
     }
 
-    /// Sends the balls of owned points down the tree. `known` contains, for each leaf, the nearest points within the leaf.
-    /// It is `None` if they were not searched.
+    /// Sends the balls of owned points down the tree. `known` contains, for each leaf, the nearest points of its points
+    /// within the leaf. It is `None` if they were not searched.
     pub(crate) fn launch(
         &mut self,
         cx: &mut Context<P>,
@@ -167,7 +167,7 @@ impl<'a, P: Point> Descent<'a, P> {
         let input = LaunchInput { known, largest2: &largest2 };
         let space = SearchSpace { recorded: cx.is_recording(), ..self.space(table) };
         let walked = cx.map(&groups, |group| walk_balls(space, search, group, input));
-        // The capacity allows for the balls of other ranks, too.
+        // The capacity also allows for the balls of other ranks.
         let leaving: usize = walked.iter().map(|walked| walked.leaving.len()).sum();
         self.pending.reserve(2 * leaving);
         self.chains.reserve(4 * leaving);
@@ -180,7 +180,7 @@ impl<'a, P: Point> Descent<'a, P> {
             }
             self.forward_group(&mut router, table, leaving, group);
         }
-        // The last part receives the lists of the balls that leave.
+        // The last part receives the lists of the balls that leave the path.
         self.complete.add_part(Part::with_capacity(leaving, leaving * search.wanted as usize));
         router.send(cx);
     }
@@ -212,8 +212,8 @@ impl<'a, P: Point> Descent<'a, P> {
         self.chains.add_block(leaving.into_found().into_items());
     }
 
-    /// Forwards a ball by its ways out of the path, and keeps it until the replies arrive. `group` is equal for the
-    /// consecutive balls of one leaf.
+    /// Forwards a ball along its ways out of the path, and keeps it until the replies arrive. Consecutive balls of one
+    /// leaf have the same `group`.
     pub(crate) fn forward(
         &mut self,
         router: &mut QueryRouter<P>,
@@ -254,11 +254,10 @@ impl<'a, P: Point> Descent<'a, P> {
         self.complete
     }
 
-    /// Handles the queries of other ranks and the replies to own queries. Leaves a message in the context if its arrays
-    /// are inconsistent or if it belongs to another search.
+    /// Handles the queries of other ranks and the replies to this rank's queries. Leaves a message in the context if
+    /// its arrays are inconsistent or if it belongs to another search.
     ///
-    /// # Errors
-    /// If a reply names a query that waits for none.
+    /// # Errors Fails if a reply names a query that does not wait for a reply.
     pub(crate) fn receive(
         &mut self,
         cx: &mut Context<P>,
@@ -318,7 +317,7 @@ impl<'a, P: Point> Descent<'a, P> {
         let index = self.received.len() as u32;
         let mut groups =
             (0u64..).zip(&batch.groups.0).flat_map(|(at, &n)| std::iter::repeat_n(at, n as usize));
-        // The points found by the balls that leave.
+        // The points found by the balls that leave the path.
         let (block, mut numbers) = (self.chains.next_block(), Vec::new());
         let mut outstanding = 0;
         for WalkedBall { ball, found, ways } in walked.iter() {
@@ -362,7 +361,7 @@ impl<'a, P: Point> Descent<'a, P> {
         walked
     }
 
-    /// Relays queries about a node that its group could not split to the rank that holds the node.
+    /// Relays queries to the rank that holds their node, because the group of the node could not split it.
     fn relay(&mut self, cx: &mut Context<P>, message: QueryMessage<P>, holder: Rank) {
         let QueryMessage { from, node, batch } = message;
         let mut relayed = batch.clone();
@@ -383,11 +382,11 @@ impl<'a, P: Point> Descent<'a, P> {
         cx.send(holder, node, 0, Body::Query(relayed));
     }
 
-    /// Adds the lists of a reply to the pending balls. The lists become local indices within their received storage.
-    /// Returns `None` if the reply names a query that waits for none.
+    /// Adds the lists of a reply to the pending balls. Converts the lists to local indices in their received storage.
+    /// Returns `None` if the reply names a query that does not wait for a reply.
     fn on_reply(&mut self, table: &mut Table<P>, batch: ReplyBatch<P>) -> Option<()> {
         let ReplyBatch { slots, counts, groups, sizes, places, points } = batch;
-        // A reply contains no owned points: a rank sends balls only to nodes of which it owns no points.
+        // A reply contains no owned points, because a rank sends balls only to nodes in which it owns no points.
         let each = points.ids.iter().zip(&points.positions.0).zip(&points.owners.0);
         let numbers: Vec<u32> = each.map(|((&id, &x), &owner)| table.receive(id, x, owner).0).collect();
         let (mut places, mut counted) = (places.0, counts.iter());

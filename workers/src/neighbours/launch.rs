@@ -1,4 +1,4 @@
-//! The first walk of the balls of owned points, through the part of the tree that their own rank holds.
+//! The first walk of the balls of owned points, through the part of the tree that their rank holds.
 
 use septet_geometry::lists::Lists;
 use septet_geometry::neighbourhood::NearestLists;
@@ -11,7 +11,7 @@ use crate::neighbours::walk::{BallCounts, MovingBall, SearchSpace};
 use crate::state::subdomain::Way;
 use crate::state::tree::Leaf;
 
-/// Balls with the points that they found and the ways by which they leave the path.
+/// Balls after a walk, with the points that they found and the ways by which they leave the path.
 #[derive(Default)]
 pub(crate) struct WalkedBalls {
     balls: Vec<u32>,
@@ -30,19 +30,19 @@ pub(crate) struct WalkedBall<'a> {
 }
 
 impl WalkedBalls {
-    /// Adds a ball by its index.
+    /// Adds the ball with the index `ball`.
     pub(crate) fn push(&mut self, ball: usize, found: impl IntoIterator<Item = u32>, ways: &[Way]) {
         self.balls.push(ball as u32);
         self.found.push(found);
         self.ways.push(ways.iter().copied());
     }
 
-    /// The number of balls.
+    /// Returns the number of balls.
     pub(crate) fn len(&self) -> usize {
         self.balls.len()
     }
 
-    /// The balls, in the order in which they were added.
+    /// Returns the balls, in the order in which they were added.
     pub(crate) fn iter(&self) -> impl Iterator<Item = WalkedBall<'_>> {
         let lists = self.found.iter().zip(self.ways.iter());
         self.balls.iter().zip(lists).map(|(&ball, (found, ways))| WalkedBall {
@@ -52,7 +52,7 @@ impl WalkedBalls {
         })
     }
 
-    /// The points found, one list for each ball.
+    /// Returns the points found, one list for each ball.
     pub(crate) fn into_found(self) -> Lists<u32> {
         self.found
     }
@@ -60,7 +60,7 @@ impl WalkedBalls {
 
 /// A group of balls after their first walk.
 pub(crate) struct WalkedGroup {
-    /// The complete lists of balls that do not leave.
+    /// The complete lists of the balls that do not leave the path.
     pub(crate) complete: Part,
     /// The balls that leave the path, by their indices in the group.
     pub(crate) leaving: WalkedBalls,
@@ -70,7 +70,7 @@ pub(crate) struct WalkedGroup {
 /// The input of a first walk.
 #[derive(Clone, Copy)]
 pub(crate) struct LaunchInput<'a> {
-    /// For each leaf, the nearest points within the leaf. `None` if they were not searched.
+    /// For each leaf, the nearest points of its points within the leaf. `None` if they were not searched.
     pub(crate) known: Option<&'a [NearestLists]>,
     /// For each leaf, the largest squared radius of its balls.
     pub(crate) largest2: &'a [f64],
@@ -86,7 +86,7 @@ pub(crate) fn largest_balls<P>(leaves: &[Leaf<P>], balls: &[Ball]) -> Vec<f64> {
     largest2
 }
 
-/// Walks a group of balls.
+/// Walks a group of balls through the part of the tree that this rank holds.
 pub(crate) fn walk_balls<P: Point>(
     space: SearchSpace<P>,
     search: Search,
@@ -116,7 +116,7 @@ pub(crate) fn walk_balls<P: Point>(
             && ways.is_empty()
             && kth2 <= ball.radius2
         {
-            // The list of its own leaf is complete.
+            // The list from the ball's own leaf is already complete.
             complete.push(ball.point, kth2, list.iter().copied());
             continue;
         }

@@ -1,10 +1,11 @@
 //! The k nearest neighbours of all points (paper, Section 4.5): lists within each leaf, then the descent.
 //!
-//! **Statement.** A ball starts with the k nearest points of its leaf. First, balls much
-//! larger than the median of their leaf send a probe. Then all balls descend with the lists of their own leaves. A
-//! probe passes on only the radius, so a ball finds the points of its probe again and each leaf replies once.
+//! **Statement.** A ball starts with the k nearest points of its leaf. Balls much larger than the median ball of their
+//! leaf probe first. Then all balls descend with the lists of their own leaves ([`crate::neighbours::descent`]). A
+//! probe passes on only the radius that it found. The descent finds the points of the probe again, so each leaf
+//! contributes to a list once.
 //!
-//! **Work and depth.** All pairs of points within a leaf, and the descents. **Rounds.** Those of two descents.
+//! **Work and depth.** All pairs of points within each leaf, and the descents. **Rounds.** Those of two descents.
 
 use septet_geometry::cost::Cost;
 use septet_geometry::kd_blocks::KdBlocks;
@@ -53,15 +54,15 @@ pub(crate) async fn nearest_lists<P: Point>(
     Ok(complete)
 }
 
-/// The owned points of each leaf.
+/// The owned points of each leaf, and their nearest points within it.
 struct LeafLists<P> {
     /// The points, in blocks.
     blocks: Vec<KdBlocks<P>>,
-    /// The `k` nearest of each point within the leaf.
+    /// For each leaf, the `k` nearest points of each of its points within the leaf.
     nearest: Vec<NearestLists>,
 }
 
-/// Finds the `k` nearest within each leaf.
+/// Finds the `k` nearest points of each owned point within its leaf.
 fn leaf_lists<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,

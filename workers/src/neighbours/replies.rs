@@ -1,9 +1,9 @@
-//! Replies to the queries of other ranks: lists of points, with each point once for all balls of one leaf.
+//! Replies to the queries of other ranks. A reply contains each point once for all balls of one leaf.
 //!
-//! **Statement.** Balls of one leaf travel together and find nearly the same points. For each leaf, a reply contains the
-//! points that the lists of its balls name, each once, and the lists as positions among them. It contains no distances:
-//! the receiver holds the centre, and all ranks compute distances by the same expression. The content of replies
-//! therefore depends on the leaves, not on their distribution over ranks.
+//! **Statement.** Balls of one leaf travel together and find nearly the same points. For each leaf, a reply contains
+//! the points in the lists of its balls, each point once, and the lists as positions among these points. It contains no
+//! distances, because the receiver holds the centre and all ranks compute distances by the same expression. The content
+//! of replies therefore depends on the leaves, not on their distribution over ranks.
 
 use septet_geometry::complex::NONE;
 use septet_geometry::lists::Lists;
@@ -14,7 +14,7 @@ use septet_protocol::message::{QueryBatch, ReplyBatch};
 
 use crate::state::table::Table;
 
-/// The queries of one message. One message answers all of them, when the last list is complete.
+/// The queries of one message. When the last list is complete, one message answers them all.
 #[derive(Clone, Debug)]
 pub(crate) struct ReceivedQueries {
     from: Rank,
@@ -24,34 +24,34 @@ pub(crate) struct ReceivedQueries {
     slots: Vec<u32>,
     /// The number of queries of each group.
     groups: Vec<u32>,
-    /// The lists that were complete at once, in the order of the queries, then those that were completed later.
+    /// The lists found on this rank, in the order of the queries, then the lists that were completed later.
     lists: Lists<u32>,
     /// For each query, the index of its list.
     list_of: Vec<u32>,
 }
 
 impl ReceivedQueries {
-    /// Creates the record of a batch with the points found for each query. The lists of `outstanding` queries follow
-    /// later.
+    /// Creates the record of a batch with the points found for each query. The complete lists of `outstanding` queries
+    /// follow later.
     pub(crate) fn of<P>(from: Rank, batch: QueryBatch<P>, found: Lists<u32>, outstanding: u32) -> Self {
         let list_of = (0..batch.slots.len() as u32).collect();
         let (slots, groups) = (batch.slots.0, batch.groups.0);
         ReceivedQueries { from, outstanding, slots, groups, lists: found, list_of }
     }
 
-    /// The sender.
+    /// Returns the sender.
     pub(crate) fn from(&self) -> Rank {
         self.from
     }
 
-    /// Stores the list of an outstanding query, by the position of the query in the batch.
+    /// Stores the complete list of the outstanding query at position `query` of the batch.
     pub(crate) fn complete(&mut self, query: u32, list: impl IntoIterator<Item = u32>) {
         self.outstanding -= 1;
         self.list_of[query as usize] = self.lists.len() as u32;
         self.lists.push(list);
     }
 
-    /// Returns `true` if all lists are complete and the reply was not taken.
+    /// Returns `true` if all lists are complete and the reply has not been taken.
     pub(crate) fn is_complete(&self) -> bool {
         self.outstanding == 0 && !self.slots.is_empty()
     }

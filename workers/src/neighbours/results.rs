@@ -32,14 +32,14 @@ impl Part {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nearest<'a> {
     pub(crate) point: u32,
-    /// The squared distance of the last point wanted, infinite if there are fewer points.
+    /// The squared distance to the last point wanted; infinite if the list has fewer points.
     pub(crate) kth2: f64,
     /// The nearest points.
     pub(crate) list: &'a [u32],
 }
 
 impl CompletedLists {
-    /// The number of lists.
+    /// Returns the number of lists.
     pub(crate) fn len(&self) -> usize {
         self.parts.iter().map(|part| part.points.len()).sum()
     }
@@ -59,13 +59,13 @@ impl CompletedLists {
         }
     }
 
-    /// The lists, in the order of completion.
+    /// Returns the lists, in the order of completion.
     pub(crate) fn iter(&self) -> impl Iterator<Item = Nearest<'_>> {
         let numbered = self.parts.iter().flat_map(|part| part.points.iter().zip(part.nearest.iter()));
         numbered.map(|(&point, (kth2, list))| Nearest { point, kth2, list })
     }
 
-    /// Lowers the squared radii of owned points to the distances that their balls found.
+    /// Lowers the squared radii of owned points to the squared distances that their balls found.
     pub(crate) fn shrink(&self, radii2: &mut [f64]) {
         for nearest in self.iter() {
             let radius2 = &mut radii2[nearest.point as usize];
@@ -73,7 +73,8 @@ impl CompletedLists {
         }
     }
 
-    /// For each of the owned points `0..owned_len`, the nearest points. Empty for points without a list.
+    /// Returns the nearest points of each of the owned points `0..owned_len`. A point without a list has an empty
+    /// slice.
     pub(crate) fn by_owned(&self, owned_len: u32) -> Vec<&[u32]> {
         let mut lists = vec![&[][..]; owned_len as usize];
         for nearest in self.iter() {

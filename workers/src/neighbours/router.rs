@@ -24,13 +24,13 @@ struct OutgoingBatch<P> {
     last_group: u64,
 }
 
-/// A ball that leaves this rank.
+/// A replica of a ball, which leaves this rank.
 pub(crate) struct Replica<P> {
     /// The sender's index of the ball, which the replies name.
     pub(crate) slot: u32,
     pub(crate) centre: P,
     pub(crate) radius2: f64,
-    /// Equal for the consecutive balls of one leaf.
+    /// The group of the ball. Consecutive balls of one leaf have the same group.
     pub(crate) group: u64,
 }
 

@@ -5,11 +5,12 @@ use septet_protocol::ids::Phase;
 /// The parameters of one search, equal on all ranks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Search {
-    /// The phase that pays for the search.
+    /// The phase to which the search is charged.
     pub(crate) phase: Phase,
-    /// The number of nearest points, ties included.
+    /// The number of nearest points to find. Points that tie with the last one are also kept.
     pub(crate) wanted: u32,
-    /// Whether the balls probe (the punt): beyond each separator on the way to its own leaf, a ball visits one leaf only.
+    /// Whether the balls probe (the punt): beyond each separator on the way to its own leaf, a ball visits one leaf
+    /// only.
     pub(crate) probe: bool,
     /// Whether a ball also searches its own leaf.
     pub(crate) own_leaf: bool,

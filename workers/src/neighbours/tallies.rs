@@ -15,7 +15,7 @@ use crate::state::subdomain::{Shared, Subdomain};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tallies {
     inner: BTreeMap<NodeId, Visits>,
-    /// For each leaf, the pairs of balls and points.
+    /// For each leaf, the pairs of a ball and a point.
     pairs: BTreeMap<NodeId, Sweep>,
 }
 
@@ -32,7 +32,7 @@ impl Tallies {
         self.inner.entry(node).or_default().visit(both);
     }
 
-    /// Adds the counts of a walk. Adds the visits of leaves to the ledger.
+    /// Adds the counts of a walk, and enters the visits of leaves in the ledger.
     pub(crate) fn add<P: Point>(
         &mut self,
         cx: &mut Context<P>,
@@ -61,7 +61,7 @@ impl Tallies {
         }
     }
 
-    /// The charge of each node.
+    /// Returns the charge of each node.
     pub(crate) fn into_charges(self) -> impl Iterator<Item = NodeCharge> {
         let inner = self.inner.into_iter().map(|(node, Visits { down, both })| {
             let (mut cost, items) = (Cost::ZERO, down.items());

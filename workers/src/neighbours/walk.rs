@@ -1,4 +1,4 @@
-//! Balls on the way through the part of the tree that one rank holds: its path of shared nodes and its own subtree.
+//! Balls on their way through the part of the tree that one rank holds: its path of shared nodes and its own subtree.
 
 use septet_geometry::coordinate_arrays::CoordinateArrays;
 use septet_geometry::cost::Sweep;
@@ -66,13 +66,13 @@ struct Enclosure<P> {
     radius: f64,
 }
 
-/// A ball that contains all balls of one leaf, and which separators it crosses. If it does not cross a separator, none of
-/// the balls does. Each node is tested once.
+/// A ball that contains all balls of one leaf, and the separators that it crosses. If it does not cross a separator,
+/// the balls of the leaf do not cross it either. Each node is tested once.
 struct EnclosingBall<P> {
     ball: Enclosure<P>,
     /// For each shared node, whether the ball crosses its separator. `None` before the test.
     shared: Vec<Option<bool>>,
-    /// For each inner node of this rank's subtree, as in `shared`.
+    /// For each inner node of this rank's subtree, whether the ball crosses its separator. `None` before the test.
     local: Vec<Option<bool>>,
 }
 
@@ -103,13 +103,13 @@ fn enclosure<P: Point>((low, high): Bounds<P>, largest2: f64) -> Enclosure<P> {
 pub(crate) struct MovingBall<P> {
     pub(crate) centre: P,
     pub(crate) radius2: f64,
-    /// The leaf that owns the centre, while it lies below the current node.
+    /// The leaf that owns the centre, if it lies below the current node.
     pub(crate) own_leaf: Option<NodeId>,
 }
 
-/// Returns which children of the node `id` a ball visits.
+/// Returns, for each child of the node `id`, whether a ball visits it.
 ///
-/// If the leaf that owns the centre lies below, `enclosure` contains the balls of that leaf. The ball visits
+/// If the leaf that owns the centre lies below the node, `enclosure` contains the balls of that leaf. The ball visits
 /// the far side only if the enclosure crosses the separator. `crosses` caches this test.
 fn sides<P: Point>(
     id: NodeId,
@@ -152,9 +152,9 @@ pub(crate) struct BallCounts {
 /// The balls that visited an inner node.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Visits {
-    /// All of them.
+    /// All balls that visited the node.
     pub(crate) down: Sweep,
-    /// Those that continued to both children.
+    /// The balls that continued to both children.
     pub(crate) both: Sweep,
 }
 
@@ -177,14 +177,14 @@ impl Visits {
 /// The balls that visited a leaf.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LeafVisits {
-    /// The pairs of balls and points of the leaf.
+    /// The pairs of a ball and a point of the leaf.
     pub(crate) pairs: Sweep,
     /// The number of balls.
     pub(crate) visits: u64,
 }
 
 impl<P: Point> BallWalk<'_, P> {
-    /// Prepares for the balls of a leaf, of squared radius at most `largest2`.
+    /// Prepares the walk for the balls of a leaf, whose squared radii are at most `largest2`.
     pub(crate) fn start(&mut self, leaf: usize, largest2: f64) {
         self.counts.reach.start(leaf);
         self.enclosing.enter(self.subdomain.leaves()[leaf].bounds(), largest2);
@@ -309,7 +309,7 @@ mod tests {
     #[test]
     fn the_enclosure_of_a_leaf_excludes_no_ball_that_visits_the_far_side() {
         let far = 2f64.powi(52);
-        // The rounded centre of the flat leaf is farther from the cuts, by as much as its balls extend beyond them.
+        // Rounding moves the centre of the flat leaf away from the cuts, by as much as its balls extend beyond them.
         let mut went = 0;
         for (width, height, cut) in [(32, 32, 31), (32, 1, 33)]
             .into_iter()

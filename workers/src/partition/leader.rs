@@ -1,7 +1,7 @@
-//! The leader of a shared subproblem: it collects samples and counts, draws separators and decides.
+//! The leader of a shared subproblem: it collects samples and counts, draws separators, and decides on the split.
 //!
-//! The lowest rank of a group leads it; the coordinator leads the root. A leader acts when a round has delivered the
-//! messages of all its members, which the round model guarantees.
+//! The lowest rank of a group leads it; the coordinator leads the root. A leader acts at the end of a round. The round
+//! model guarantees that the messages of all its members have then arrived.
 
 use std::collections::BTreeMap;
 
@@ -21,13 +21,13 @@ use crate::machine::context::Context;
 use crate::state::subdomain::Group;
 use crate::state::tree::join_bounds;
 
-/// The largest number of separators drawn for a subproblem. After that many rejections it is not split.
+/// The largest number of separators drawn for a subproblem. If all of them are rejected, the subproblem is not split.
 pub const MAX_ATTEMPTS: u32 = 8;
 
-/// The plan of the placement: numbers of leaves below nodes.
+/// A plan for the placement of nodes on ranks: the number of leaves below each node.
 pub type Plan = BTreeMap<NodeId, u32>;
 
-/// The hash of a separator in the facts of its node.
+/// Returns the hash of a separator, which the facts of its node contain.
 pub fn separator_hash<P: Point>(separator: &Separator<P>) -> u64 {
     let mut h = 0u64;
     for word in separator.to_array() {
@@ -41,7 +41,7 @@ pub fn separator_hash<P: Point>(separator: &Separator<P>) -> u64 {
 pub struct Draw<P> {
     /// The separator, if one was found.
     pub separator: Option<Separator<P>>,
-    /// The form of a node that it splits.
+    /// The kind of node that the separator makes; a leaf if there is no separator.
     pub kind: NodeKind,
 }
 
@@ -56,7 +56,8 @@ impl<P> From<Drawn<P>> for Draw<P> {
     }
 }
 
-/// Draws a separator from samples in any order. Charges the closed cost.
+/// Draws a separator from samples, which may be in any order. Closes the cost of the draw ([`Cost::close`]) and adds it
+/// to `cost`.
 pub fn draw_from<P: Point>(
     config: &WorkerConfig,
     node: NodeId,
@@ -68,7 +69,8 @@ pub fn draw_from<P: Point>(
     let key = DrawKey { seed: config.seed, node: node.0, attempt };
     let mut own = Cost::ZERO;
     if !config.tree.balanced || config.fault.is_some() {
-        // Draws and planted separators must not depend on the order of arrival. Bisecting draws sort the samples themselves.
+        // Draws and planted separators must not depend on the order of arrival. Bisecting draws sort the samples
+        // themselves.
         samples.sort_unstable_by(lex_cmp);
     }
     let mut drawn = match (config.tree.partition, config.tree.balanced) {
@@ -85,7 +87,8 @@ pub fn draw_from<P: Point>(
     drawn.into()
 }
 
-/// Returns `true` if both sides have points and the larger side is within the bound.
+/// Returns `true` if both sides have points and the larger side is within [`split_bound`], or if a planted fault
+/// accepts the split.
 pub fn acceptable<P: Point>(config: &WorkerConfig, inside: u64, outside: u64) -> bool {
     if config.fault.is_some_and(|fault| fault.accepts(inside, outside)) {
         return true;
@@ -99,12 +102,12 @@ pub fn refused(config: &WorkerConfig, node: NodeId, attempt: u32) -> bool {
     config.fault.is_some_and(|fault| fault.refuses_draw(node, attempt))
 }
 
-/// Will a child of this population be split further?
+/// Returns `true` if a node of this population is a leaf and is not split further.
 pub fn is_leaf(config: &WorkerConfig, node: NodeId, population: u64) -> bool {
     population <= config.tree.leaf || node.level() >= NodeId::DEEPEST
 }
 
-/// Draws a separator from the samples that arrived for an attempt at a node. Sends it to the members.
+/// Draws a separator from the samples that arrived for an attempt at a node, and sends it to the members.
 pub(crate) fn draw<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32) -> Draw<P> {
     let samples = cx.take(|m| match &mut m.body {
         Body::Samples(points) => Some((m.round, std::mem::take(&mut points.0))),
@@ -174,7 +177,8 @@ pub(crate) fn judge<P: Point>(
     decision
 }
 
-/// Divides the group in proportion to the planned leaves of the children, or to their points if there is no plan.
+/// Divides the ranks of a group between the children in proportion to their planned leaves, or to their points if there
+/// is no plan.
 fn place(group: &Group, population: [u64; 2], plan: &Plan, config: &WorkerConfig) -> [Child; 2] {
     let ids = [group.node.child(0), group.node.child(1)];
     let planned = |i: usize| plan.get(&ids[i]).map(|&l| u64::from(l));
@@ -209,8 +213,8 @@ fn send_plan<P: Point>(cx: &mut Context<P>, node: NodeId, children: &[Child; 2],
     }
 }
 
-/// Returns how many of at least two ranks go to the interior child, in proportion to the children's weights. Each child
-/// gets at least one.
+/// Returns the number of ranks for the interior child, in proportion to the children's weights. There are at least two
+/// `ranks`, and each child gets at least one.
 pub fn divide(ranks: u32, weight: [u64; 2]) -> u32 {
     let [a, b] = weight.map(u128::from);
     let total = (a + b).max(1);
@@ -218,7 +222,7 @@ pub fn divide(ranks: u32, weight: [u64; 2]) -> u32 {
     (rounded as u32).clamp(1, ranks - 1)
 }
 
-/// The separator in a [`Body::Sphere`], if it contains one.
+/// Returns the separator that a [`Body::Sphere`] contains, if any.
 pub fn separator_of<P: Point>(words: &[f64]) -> Option<Separator<P>> {
     let words: &[f64; SEPARATOR_WORDS] = words.try_into().ok()?;
     Separator::from_array(words)
@@ -231,7 +235,7 @@ pub(crate) struct Accepted<'a, P> {
     pub(crate) separator: &'a Separator<P>,
 }
 
-/// Enters the facts of a node that one rank holds whole. They have the form of a leader's facts.
+/// Records the facts of a node that one rank holds alone, in the form in which leaders record those of shared nodes.
 pub(crate) fn enter_facts<P: Point>(
     facts: &mut NodeFacts,
     population: u64,

@@ -22,7 +22,7 @@ pub(crate) struct Grown<P> {
     pub(crate) tree: Vec<Sketch<P>>,
     pub(crate) charges: Vec<(NodeId, Cost, u64)>,
     pub(crate) facts: LedgerPart,
-    /// Samples by block, if the run records tasks.
+    /// The samples of each attempt by block, if the run records tasks.
     pub(crate) samples: Vec<SampleRow>,
 }
 
@@ -56,7 +56,7 @@ pub(crate) struct Builder<'a, P> {
 }
 
 impl<P: Point> Builder<'_, P> {
-    /// Splits a node and its children, in parallel if the worker has more than one core.
+    /// Splits a node and its descendants, in parallel if the worker has more than one core.
     pub(crate) fn grow(&self, node: NodeId, members: Vec<u32>, pool: &crate::config::Pool) -> Grown<P> {
         match pool {
             Some(pool) => pool.install(|| self.grow_here(node, members, true)),
@@ -88,7 +88,7 @@ impl<P: Point> Builder<'_, P> {
         grown
     }
 
-    /// Splits a node with the steps of the members and the leader of a shared node.
+    /// Splits a node by the steps that the members and the leader of a shared node take.
     fn split(
         &self,
         node: NodeId,

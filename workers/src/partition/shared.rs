@@ -1,17 +1,18 @@
-//! The partition tree: shared nodes in rounds of messages, and the subtree of each worker without messages.
+//! Builds the partition tree: shared nodes are split in rounds of messages, the subtree of each worker without
+//! messages.
 //!
-//! **Statement** (paper, Section 4.3, step 2, with `<= ((d+1)/(d+2) + eps) n` for the sides). A random sphere splits the
-//! points. Both sides are split in the same way, down to the smallest leaves. The tree is a function of points, seed and
-//! parameters. Samples, spheres and their acceptance do not depend on the number of workers. For `triangulate`, separators
-//! bisect ([`septet_geometry::separator::draw_bisecting`]).
+//! **Statement** (paper, Section 4.3, step 2, with `<= ((d+1)/(d+2) + eps) n` for the sides). A random sphere splits
+//! the points. Both sides are split in the same way until they are small enough to be leaves. The tree is a function of
+//! points, seed and parameters. Samples, spheres and their acceptance do not depend on the number of workers. For
+//! `triangulate`, separators bisect the points ([`septet_geometry::separator::draw_bisecting`]).
 //!
-//! **Rounds.** Four per level:
+//! **Rounds.** Four for each attempt at a level:
 //! 1. Members send samples to the leader.
 //! 2. The leader sends the sphere to the members.
 //! 3. Members send counts to the leader.
 //! 4. The leader sends its decision. In the same step, members move the points and send the samples of the children.
 //!
-//! **Work and depth.** O(m) and O(1) for each attempt at a node of `m` points, plus the draw.
+//! **Work and depth.** O(m) work and O(1) depth for each attempt at a node of `m` points, plus the cost of the draw.
 
 use septet_geometry::cost::Cost;
 use septet_geometry::incremental::insertion_order;
@@ -43,7 +44,7 @@ pub(crate) struct Input<P> {
     pub(crate) block: PointBatch<P>,
 }
 
-/// Distributes the points of `source`, if this rank has one. Waits for the input of this rank.
+/// Distributes the points of `source`, if this rank has one, and receives the input of this rank.
 pub(crate) async fn load<P: Point>(
     cx: &mut Context<P>,
     source: Option<&dyn Source<P>>,
@@ -72,11 +73,10 @@ pub(crate) async fn load<P: Point>(
     Ok(input)
 }
 
-/// Splits the points of all ranks until each rank has its own. Returns the place of the rank in the tree, and the table
-/// of its owned points.
+/// Splits the points of all ranks until each rank has its subdomain. Returns the subdomain and the table of its points.
 ///
-/// A rank that leads a group without being a member of it has no share of the points: the coordinator at the root. Its
-/// part ends with the agreement on that node.
+/// The coordinator leads the root's group without being a member of it, so it has no share of the points. Its part ends
+/// when the group has agreed on the root.
 pub(crate) async fn partition<P: Point>(
     cx: &mut Context<P>,
     population: u64,
@@ -144,8 +144,8 @@ struct Part<P> {
     sides: Vec<u8>,
 }
 
-/// Attempts at a node, four rounds each, until its leader accepts a separator or gives up. Members have sent their samples
-/// for the first attempt. Returns `None` if the node is not split.
+/// Makes attempts at a node, of four rounds each, until its leader accepts a separator or gives up. The members have
+/// already sent their samples for the first attempt. Returns `None` if the node is not split.
 async fn agree<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
@@ -154,22 +154,22 @@ async fn agree<P: Point>(
 ) -> Result<Option<Agreed<P>>, TransportError> {
     let leads = cx.rank() == group.leader;
     for attempt in 0.. {
-        // To the leader: samples. To the members, before the first attempt: the points that move here.
+        // The leader receives samples. Before the first attempt, members also receive the points that move to them.
         cx.next_round().await?;
         if let Some(points) = &mut share {
             **points = united(std::mem::take(*points), take_moves(cx));
         }
         let drawn = leads.then(|| draw(cx, group, attempt));
-        // To the members: the separator.
+        // The members receive the separator.
         cx.next_round().await?;
         let counted = match &share {
             Some(points) => count_sides(cx, group, attempt, points)?,
             None => None,
         };
-        // To the leader: the numbers of points on both sides.
+        // The leader receives the numbers of points on both sides.
         cx.next_round().await?;
         let decision = drawn.map(|drawn| judge(cx, group, attempt, drawn, plan));
-        // To the members: the decision.
+        // The members receive the decision.
         cx.next_round().await?;
         let Some(points) = &share else {
             match decision {
@@ -195,7 +195,8 @@ async fn agree<P: Point>(
     Ok(None)
 }
 
-/// Moves the points to the children's groups and sends the children's samples. Returns this rank's group and its share.
+/// Moves the points to the children's groups and sends the children's samples. Returns the child's group that contains
+/// this rank, and the rank's share of its points.
 fn descend<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
@@ -230,7 +231,7 @@ fn descend<P: Point>(
     (groups[mine], kept)
 }
 
-/// Sends a share of a node to the rank that takes the whole node.
+/// Sends this rank's share of a node to the rank that takes the whole node.
 fn hand_over<P: Point>(cx: &mut Context<P>, group: &Group, points: PointBatch<P>) {
     // The holder always sends to itself, so it starts even if no other rank has points.
     if !points.is_empty() || group.child.first == cx.rank() {
@@ -238,25 +239,27 @@ fn hand_over<P: Point>(cx: &mut Context<P>, group: &Group, points: PointBatch<P>
     }
 }
 
-/// Sends the samples among this rank's share of a node to the node's leader.
+/// Sends the samples in this rank's share of a node to the node's leader.
 fn send_samples<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32, points: &PointBatch<P>) {
     let mut cost = Cost::ZERO;
     let key = DrawKey { seed: cx.config().seed, node: group.node.0, attempt };
     let sampler = cx.config().sampler(key, group.child.population);
     let samples = cost.pack(&points.positions, |&x| sampler.accepts(x));
-    // Members before and after a move both charge this step: only the count step states the items.
+    // Members charge this step both before and after points move, so only the count of the sides states the number of
+    // items.
     cx.charge(Account::member(Phase::Partition, group.node), cost, 0);
     cx.contribute(group, attempt, Body::Samples(Bulk(samples)));
 }
 
-/// The sides of a member's share at a separator.
+/// A separator, and the sides of a member's points.
 struct Counted<P> {
     separator: Separator<P>,
     /// The side of each point.
     sides: Vec<u8>,
 }
 
-/// Counts this rank's points on both sides of the separator that the leader sent. Returns `None` if it sent none.
+/// Counts this rank's points on both sides of the separator that the leader sent. Returns `None` if the leader found no
+/// separator.
 fn count_sides<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
@@ -300,12 +303,13 @@ fn take_plan<P: Point>(cx: &mut Context<P>) -> Plan {
 /// The subtree that a rank holds, and its owned points.
 type Owned<P> = (Subtree<P>, Table<P>);
 
-/// Takes a node whole and splits it down to the smallest leaves. If its group was `refused` a split, it is one leaf.
+/// Splits a node that this rank holds alone, down to the leaves. If the node was `refused` a split while a group shared
+/// it, it becomes one leaf.
 fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: &PointBatch<P>) -> Owned<P> {
     let builder = Builder { config: cx.config(), site: cx.site(), positions: &points.positions };
     let everyone: Vec<u32> = (0..points.len() as u32).collect();
     let mut grown = Grown::default();
-    // The group has made all attempts at a node that it could not split.
+    // The group has already made all attempts at this node.
     if refused {
         grown.leaves.push((node, everyone));
         grown.tree.push(Sketch::Leaf);
@@ -331,12 +335,12 @@ fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: &Poi
     settle(cx, node, points, &grown.leaves, grown.tree)
 }
 
-/// Numbers the owned points of a rank that triangulates them at once. Points are in the order of insertion, so neighbours
+/// Numbers the owned points of a rank that triangulates them as a whole. Points are in insertion order, so neighbours
 /// are close in memory.
 fn keep_whole<P: Point>(cx: &mut Context<P>, node: NodeId, points: PointBatch<P>) -> Owned<P> {
     let PointBatch { ids: Bulk(mut ids), positions: Bulk(mut positions), .. } = points;
     let order = insertion_order(&positions);
-    // The copy is freed, so the points of the triangulation can use its memory.
+    // `permute` frees its copy, so the points of the triangulation can use that memory.
     permute(&mut ids, &order);
     permute(&mut positions, &order);
     drop(order);
@@ -389,14 +393,14 @@ fn permute<T: Copy>(items: &mut [T], order: &[u32]) {
     items.copy_from_slice(&permuted);
 }
 
-/// Unites batches of points in transit.
+/// Appends `batches` of points in transit to `own`.
 fn united<P: Copy>(mut own: PointBatch<P>, mut batches: Vec<PointBatch<P>>) -> PointBatch<P> {
     if own.is_empty() && !batches.is_empty() {
         own = batches.remove(0);
     }
     let more: usize = batches.iter().map(PointBatch::len).sum();
     if own.positions.capacity() - own.positions.len() < more {
-        // The batch grows, with spare capacity for ghosts.
+        // An eighth of the points is spare capacity for ghosts.
         let room = more + (own.len() + more) / 8;
         own.ids.reserve_exact(room);
         own.positions.reserve_exact(room);
@@ -409,15 +413,15 @@ fn united<P: Copy>(mut own: PointBatch<P>, mut batches: Vec<PointBatch<P>>) -> P
     own
 }
 
-/// The sides of points, the number of points inside, and the boxes of both sides.
+/// The side of each point, the number of points inside the separator, and the boxes of both sides.
 pub(crate) struct Sides<P> {
     pub(crate) of: Vec<u8>,
     pub(crate) inside: u64,
     pub(crate) boxes: [Bounds<P>; 2],
 }
 
-/// The steps of a member in an attempt: the separator to every point (a copy-scan), the side of every point (a vector
-/// step), counts and boxes (a scan).
+/// Performs the steps of a member in an attempt. Copies the separator to every point (a copy-scan), computes the side
+/// of every point (a vector step), and combines counts and boxes (a scan).
 pub(crate) fn sides_of<P: Point>(separator: &Separator<P>, points: &[P], cost: &mut Cost) -> Sides<P> {
     let sides = cost.map_with(separator, points, |s, &x| u8::from(s.side(x) == Side::Exterior));
     let mut inside = 0;
@@ -452,7 +456,7 @@ fn more(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// Splits a batch by sides. The points of side `stay` keep its memory.
+/// Splits a batch by the sides of its points. The points on side `stay` remain in the memory of the batch.
 fn split_batch<P: Point>(
     mut points: PointBatch<P>,
     sides: &[u8],
@@ -466,7 +470,7 @@ fn split_batch<P: Point>(
     if stay == 0 { [points, gone] } else { [gone, points] }
 }
 
-/// A subtree in preorder.
+/// A node of a subtree that is listed in preorder.
 pub(crate) enum Sketch<P> {
     Leaf,
     Inner(Box<Split<P>>),

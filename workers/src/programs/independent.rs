@@ -11,7 +11,7 @@ use crate::graph::summaries::summaries;
 use crate::machine::context::Context;
 use crate::result::collect::collect_selected;
 
-/// The conflict graph of the sites, whose radii are part of the input, then rounds of local priorities.
+/// Builds the conflict graph of the sites, whose radii are part of the input. Then runs rounds of local priorities.
 pub(super) async fn independent_set<P: Point>(
     cx: &mut Context<P>,
     Ground { mut subdomain, mut table, mut frame, .. }: Ground<P>,

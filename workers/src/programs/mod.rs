@@ -1,7 +1,7 @@
 //! The program of every rank: one async function for each task, with a line for each phase.
 //!
-//! The coordinator runs the same functions with an empty table and an empty place in the tree. It leads the root, and
-//! phases ask [`Context::is_coordinator`] where it has a duty of its own ([`crate::coordinator`]).
+//! The coordinator runs the same functions with an empty table and an empty place in the tree. It leads the root.
+//! Phases in which it has a duty of its own ask [`Context::is_coordinator`] ([`crate::coordinator`]).
 
 mod ground;
 mod independent;
@@ -23,7 +23,7 @@ use independent::independent_set;
 use simulate::simulate;
 use triangulate::triangulate;
 
-/// The program of the coordinator. Returns the result of the run.
+/// Runs the program of the coordinator and returns the result of the run.
 ///
 /// # Errors
 /// See [`Context::exchange`].
@@ -35,13 +35,14 @@ pub async fn coordinate<P: Point>(
     run(cx, Some(source), plan).await
 }
 
-/// The program of a worker.
+/// Runs the program of a worker.
 pub(crate) async fn work<P: Point>(cx: Context<P>) -> Result<(), TransportError> {
     run(cx, None, Plan::new()).await.map(drop)
 }
 
-/// The program of every rank: its block of the points, its place in the tree, then the task. The coordinator has a source
-/// of points, and a plan of the placement if there is one. Only its result is complete.
+/// Runs the program of every rank: the rank receives its block of the points, finds its place in the tree, and runs its
+/// task. The coordinator has a source of points, and a plan of the placement if there is one. Only the coordinator's
+/// result is complete.
 async fn run<P: Point>(
     mut cx: Context<P>,
     source: Option<&dyn Source<P>>,

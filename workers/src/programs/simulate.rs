@@ -18,7 +18,7 @@ use crate::result::certify::{Instance, certify};
 use crate::result::collect::{collect_cells, collect_counts};
 use crate::stars::hulls::local_hulls;
 
-/// Nearest-neighbour balls, the supergraph in separator sets, local hulls, the certificate, the cells.
+/// Computes nearest-neighbour balls, the supergraph in separator sets, local hulls, the certificate and the cells.
 pub(super) async fn simulate<P: Point>(
     cx: &mut Context<P>,
     Ground { mut subdomain, mut table, mut frame, population }: Ground<P>,
@@ -36,7 +36,7 @@ pub(super) async fn simulate<P: Point>(
         let reason = "phase choice ended without a choice".to_string();
         return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
     };
-    // Graphs of k nearest neighbours do not use the balls to the nearest one.
+    // Graphs of k nearest neighbours do not use nearest-neighbour balls.
     let k = if let Supergraph::Knn { k } = rule { Some(k) } else { None };
     if k.is_none() || cx.config().graph.correction == Correction::Naive {
         nearest_balls(cx, &subdomain, &mut table).await?;

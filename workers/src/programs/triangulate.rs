@@ -1,4 +1,4 @@
-//! The direct path: each worker triangulates its subdomain at once.
+//! The direct path: each worker triangulates its subdomain as a whole.
 
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
@@ -15,10 +15,10 @@ use crate::result::certify::{Instance, certify};
 use crate::result::collect::collect_cells;
 use crate::stars::owned::Stars;
 
-/// The supergraph whose crossings pictures show if the run does not use one.
+/// The supergraph whose crossings pictures show if the run does not use a supergraph.
 const SHOWN: Supergraph = Supergraph::Density { alpha: 2.5 };
 
-/// The ghost layer, the subdomain triangulation, the interfaces, the certificate, the cells.
+/// Computes the ghost layer, the subdomain triangulation, the interface exchange, the certificate and the cells.
 pub(super) async fn triangulate<P: Point>(
     cx: &mut Context<P>,
     Ground { subdomain, mut table, mut frame, population }: Ground<P>,

@@ -1,4 +1,4 @@
-//! Check, splaying and certificate, until rank 0 decides that the result passes or fails.
+//! Checks, splays and certifies the stars until rank 0 decides that the result passes or fails.
 
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
@@ -15,10 +15,10 @@ use crate::stars::owned::{Stars, StarsView};
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 
-/// Properties of the run that every rank has.
+/// Properties of the run that are equal on all ranks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Instance {
-    /// Number of points of all ranks.
+    /// The number of points of all ranks.
     pub(crate) population: u64,
     /// The supergraph of the stars.
     pub(crate) supergraph: Supergraph,
@@ -55,8 +55,8 @@ impl Certified {
     }
 }
 
-/// Checks, splays and certifies the stars. If the certificate does not pass, gathers the open regions and repeats, until the
-/// decision of the coordinator is final.
+/// Checks, splays and certifies the stars. If the certificate does not pass, gathers the open regions and repeats these
+/// steps until the decision of the coordinator is final.
 pub(crate) async fn certify<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,

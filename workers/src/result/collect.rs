@@ -23,7 +23,7 @@ use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 use crate::state::tree::Leaf;
 
-/// The number of indices at which a message of cells is sent.
+/// A message of cells is sent when it contains at least this number of indices.
 pub const CELLS_PER_MESSAGE: usize = 1 << 20;
 
 /// Collects the ledgers only.
@@ -78,8 +78,8 @@ pub(crate) async fn collect_cells<P: Point>(
     collect(cx, share).await
 }
 
-/// Sends the ledger to the coordinator after the results before it are billed. The coordinator takes all results. Returns
-/// the complete result on the coordinator.
+/// Sends the ledger to the coordinator after the messages with results have been billed. The coordinator receives all
+/// results and ledgers. Only the coordinator returns a complete result.
 async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<Share<P>, TransportError> {
     cx.exchange_if(true).await?;
     if cx.is_coordinator() {
@@ -111,7 +111,7 @@ fn send_ledger<P: Point>(cx: &mut Context<P>) {
     cx.send_to_coordinator(Body::Ledger(Bulk(words)));
 }
 
-/// Adds the radii and links that pictures show to a subdomain triangulation.
+/// Computes the radii and links of a subdomain triangulation, which pictures show.
 fn add_picture_data<P: Point>(table: &mut Table<P>, stars: &mut Stars<P>) {
     if let Some(triangulation) = stars.triangulation() {
         let radii2 = triangulation.nearest_edges();
@@ -133,7 +133,8 @@ fn send_cells<P: Point>(
     let (mut sent, all) = (0, owned_cells.count() as usize * (P::DIM + 1));
     for leaf in subdomain.leaves() {
         if cells.is_empty() {
-            // A message exceeds its limit by at most the cells of one leaf, which need far less than an eighth of it.
+            // A message exceeds its limit by at most the cells of one leaf. These need far less than an eighth of the
+            // limit.
             cells.reserve_exact((all - sent.min(all)).min(CELLS_PER_MESSAGE + CELLS_PER_MESSAGE / 8));
         }
         let before = cells.len();
@@ -200,8 +201,8 @@ fn send_subdomain<P: Point>(
     cx.send_to_coordinator(body);
 }
 
-/// Returns the cells that belong to this rank, from links. Matches facets to find neighbours. A facet without a match gets the
-/// entry [`SEAM`], although it may be on the hull.
+/// Returns the cells that belong to this rank, from links. Matches facets to find neighbours. A facet without a match
+/// gets the entry [`SEAM`], although it may be on the hull.
 fn rows_of_links<P: Point>(view: StarsView<'_, P>) -> CellRows {
     let table = view.table();
     let mut cells = Vec::new();

@@ -1,9 +1,9 @@
 //! Merges the results of all subproblems up the tree.
 //!
-//! **Statement.** A cell belongs to its lexicographically smallest vertex, so the cells of the leaves are disjoint and their
-//! union has every cell. The merged result of a subproblem consists of counts, among them those of the certificate's
-//! conditions. It goes from children to parents. Rank 0 decides on the result of the root. The cells themselves are sent once
-//! ([`crate::result::collect`]).
+//! **Statement.** A cell belongs to its lexicographically smallest vertex, so the leaves have disjoint sets of cells
+//! and the union of these sets contains every cell. The merged result of a subproblem consists of counts, among them
+//! those of the certificate's conditions. Results go from children to parents. Rank 0 decides on the result of the
+//! root. The cells themselves are sent once ([`crate::result::collect`]).
 //!
 //! **Rounds.** One for each level of shared nodes, and one for the decision.
 //!
@@ -64,16 +64,16 @@ impl<'a, P: Point> Results<'a, P> {
 /// One pass of splaying and certificate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pass {
-    /// The number of passes before.
+    /// The number of earlier passes.
     pub(crate) number: u32,
     /// The last round of splaying in which this rank sent a message; 0 if it sent none.
     pub(crate) rounds: u32,
-    /// Number of points of all ranks.
+    /// The number of points of all ranks.
     pub(crate) population: u64,
 }
 
 impl Pass {
-    /// Returns the phase to which the pass is charged: merge for the first pass, the certificate for a pass after
+    /// Returns the phase to which the pass is charged: `merge` for the first pass, `certificate` for a pass after
     /// gathering. The paper has no gathering.
     fn payer(self) -> Phase {
         if self.number > 0 { Phase::Certificate } else { Phase::Merge }
@@ -141,7 +141,7 @@ pub(crate) async fn merge<P: Point>(
     let (mut reduction, mut outcome, mut whole) = (Reduction::default(), None, Merged::default());
     while cx.exchange().await? {
         let arrived = take_merged(cx);
-        // The result of a root that one rank holds needs no combination.
+        // If one rank holds the root, its result is already complete.
         let root = arrived.iter().find(|rising| rising.node == NodeId::ROOT).map(|rising| rising.value);
         let joined = reduction
             .join(subdomain.led(), arrived, |group, both, sent| join_results(cx, pass, group, both, sent));
@@ -200,7 +200,7 @@ fn merge_leaves<P: Point>(
     merged.into_iter().map(|m| m.0).collect()
 }
 
-/// Merges the results of the leaves up the subtree of this rank. Returns `None` if it has no subtree.
+/// Merges the results of the leaves up the subtree of this rank. Returns `None` if the rank has no subtree.
 fn merge_subtree<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -275,7 +275,7 @@ fn join_results<P: Point>(
     own
 }
 
-/// The decision of the coordinator, if it arrived.
+/// Returns the decision of the coordinator, if it has arrived.
 fn take_outcome<P: Point>(cx: &mut Context<P>) -> Option<Outcome> {
     let outcomes = cx.take(|m: &mut Message<P>| match m.body {
         Body::Outcome(outcome) => Some(outcome),
@@ -373,7 +373,7 @@ mod tests {
         }
     }
 
-    /// The corners of the unit cube and infinity: many first coordinates are equal.
+    /// The points are the corners of the unit cube and infinity, so many first coordinates are equal.
     #[test]
     fn facets_in_space() {
         let points: Vec<DVec3> =

@@ -1,8 +1,8 @@
 //! The data of a rank for pictures: sampled points, and the splits that it reports.
 //!
-//! Ranks send it on request only. It is traffic of an instrument: the ledger does not bill it, and no result of the run
-//! depends on it. A hash of the coordinates decides whether a point is in the sample, so the sample is the same for every
-//! number of ranks.
+//! Ranks send these data only on request. The data are traffic of an instrument: the ledger does not bill them, and no
+//! result of the run depends on them. A hash of the coordinates decides whether a point is in the sample, so the sample
+//! is the same for every number of ranks.
 
 use std::collections::BTreeSet;
 
@@ -18,14 +18,14 @@ use crate::result::merge::Results;
 use crate::state::ghosts::Ghosts;
 use crate::state::tree::{Split, Tree, join_bounds};
 
-/// Returns the hash of a point's coordinates that selects samples.
+/// Returns the hash of a point's coordinates, which selects samples.
 pub fn shown_hash<P: Point>(x: P) -> u64 {
     let bits = (0..P::DIM).map(|i| x.coord(i).to_bits());
     bits.fold(0x5E97_E75E_97E7_5E97, |hash, bits| finalise(hash ^ bits))
 }
 
-/// Returns `true` if a point is in the sample of a set with `population` points. The expected size of the sample is five
-/// standard deviations below `wanted`, so that the sample rarely has to be truncated.
+/// Returns `true` if a point is in the sample of a set with `population` points. The expected size of the sample is
+/// five standard deviations below `wanted`, so that the sample rarely has to be truncated.
 pub fn is_shown<P: Point>(population: u64, wanted: u32, x: P) -> bool {
     let wanted = f64::from(wanted);
     if population as f64 <= wanted {
@@ -83,8 +83,8 @@ impl<P: Point> Results<'_, P> {
         }
     }
 
-    /// Returns a word whose bit `l` is set if the separator ball of an owned point crosses the separator of its ancestor at
-    /// level `l`.
+    /// Returns a word whose bit `l` is set if the separator ball of an owned point crosses the separator of its
+    /// ancestor at level `l`.
     fn crossed_levels(&self, vertex: u32, leaf: NodeId) -> u64 {
         let x = self.position(vertex);
         let radius = self.separator_radius(vertex);
@@ -114,7 +114,7 @@ impl<P: Point> Results<'_, P> {
         }
     }
 
-    /// Adds the splits of this rank's own subtree, and those of shared nodes whose lowest rank it is.
+    /// Adds the splits of this rank's own subtree, and the splits of the shared nodes of which it is the lowest rank.
     fn show_splits(&self, rank: Rank, part: &mut ViewPart<P>) {
         for shared in self.subdomain().path().iter().filter(|s| s.first() == rank) {
             show_split(shared.id(), shared.split(), part);

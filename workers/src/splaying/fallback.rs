@@ -1,9 +1,10 @@
 //! Rank 0 gathers and triangulates the region that splaying leaves open.
 //!
-//! **Statement.** A vertex is *open* if its star has a cell that another star lacks. If gathering the open vertices did not
-//! suffice in an earlier pass, all vertices are open. Rank 0 triangulates the *region*: the open vertices and the vertices of
-//! their links. It returns to each open vertex its neighbours in this triangulation. Splaying then continues with these
-//! neighbours as candidates, and proposes the cells that other stars lack ([`crate::splaying::splay`]).
+//! **Statement.** A vertex is *open* if its star has a cell that another star lacks. If gathering the open vertices
+//! did not suffice in an earlier pass, all vertices count as open. Rank 0 triangulates the *region*: the open
+//! vertices and the vertices of their links. It returns to each open vertex its neighbours in this triangulation.
+//! Splaying then continues with these neighbours as candidates, and proposes the cells that other stars lack
+//! ([`crate::splaying::splay`]).
 //!
 //! **Rounds.** Two: the region to rank 0, the neighbours back.
 
@@ -23,8 +24,8 @@ use crate::stars::check::Agreement;
 use crate::stars::owned::Stars;
 use crate::state::table::Table;
 
-/// Sends the open vertices and their links to rank 0. For those that this rank
-/// owns, returns the neighbours that rank 0 finds.
+/// Sends the open vertices and their links to rank 0. Returns the neighbours that rank 0 finds for the open vertices
+/// of this rank.
 pub(crate) async fn gather<P: Point>(
     cx: &mut Context<P>,
     table: &mut Table<P>,

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-/// A cell that the star of `to` may lack. Both vertices are vertices of the cell.
+/// A cell that the star of `to` may lack. Both `to` and `from` are vertices of the cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Proposal<C> {
     /// The receiver.
@@ -13,7 +13,7 @@ pub(super) struct Proposal<C> {
     pub(super) from: u32,
 }
 
-/// A cell that is not Delaunay. Both vertices are vertices of the cell.
+/// A cell that is not Delaunay. Both `to` and `from` are vertices of the cell.
 #[derive(Clone, Debug)]
 pub(super) struct Objection<C> {
     /// The receiver.
@@ -40,7 +40,7 @@ impl<C> Default for Objections<C> {
 }
 
 impl<C: Copy + Ord> Objections<C> {
-    /// Returns `true` if there are none.
+    /// Returns `true` if there are no objections.
     pub(super) fn is_empty(&self) -> bool {
         self.list.is_empty()
     }

@@ -8,15 +8,15 @@
 //!    with it.
 //! 3. A star that has a cell to which another star objects adds the returned points to its candidates.
 //!
-//! Then the steps end ([`crate::splaying`] has the proofs). If every vertex except the smallest has a lexicographically smaller
-//! candidate, they end in the Delaunay triangulation.
+//! With these rules, the steps end ([`crate::splaying`] has the proofs). If every vertex except the smallest has a
+//! lexicographically smaller candidate, they end in the Delaunay triangulation.
 //!
 //! **Source.** Shewchuk, "Star splaying: an algorithm for repairing Delaunay triangulations and convex hulls" (2005).
 //!
-//! **Receivers.** All stars agree on a cell if and only if the star of its smallest vertex agrees with the star of each other
-//! vertex. Therefore a star sends what it gains or loses to the smallest vertex of the cell only, or to all others if its own
-//! vertex is the smallest. It skips stars that sent it the same in the same step. If no star sends anything, before the limit
-//! of rounds is reached, all stars agree.
+//! **Receivers.** All stars agree on a cell if and only if the star of its smallest vertex agrees with the star of
+//! each other vertex. Therefore a star reports a gained or lost cell only to the smallest vertex of the cell or, if
+//! its own vertex is the smallest, to all other vertices. It skips stars that sent it the same report in the same
+//! step. If no star sends a message before the limit of rounds is reached, all stars agree.
 //!
 //! **After gathering.** The stars receive the gathered points as candidates. They also propose the cells of the last check that
 //! they still have.
@@ -24,7 +24,7 @@
 //! **Rounds.** None if the paper's hypothesis holds; about `0.6 log2 n` on uniform sets (measured). After `6 log2 n` rounds,
 //! rank 0 gathers the open regions ([`crate::splaying::fallback`]). This limits time; correctness does not depend on it.
 //!
-//! **Work and depth.** Those of the steps of all stars ([`crate::splaying::step`]), in parallel.
+//! **Work and depth.** All stars perform their steps in parallel. [`crate::splaying::step`] has the cost of one.
 //!
 //! **Departure.** All stars step together, whether they are on one rank or on several. The messages of a step do not depend on
 //! the owners of the stars. Work and depth are therefore independent of the number of ranks. One step takes one round.
@@ -97,8 +97,8 @@ fn proposal<P: Point>(stars: &Stars<P>, of: &Disagreement) -> Option<Proposal<P:
     Some(Proposal { to: of.other, cell: in_order::<P>(&cell), from: of.holder })
 }
 
-/// Lets each star process its pending messages. Returns the messages for the changes, and those cells of `found` that their
-/// stars still have.
+/// Processes the pending messages of each star. Returns the messages that result from the changes, and the proposals
+/// in `found` whose cells their senders' stars still have.
 fn step<P: Point>(
     cx: &mut Context<P>,
     leaves: &[Leaf<P>],

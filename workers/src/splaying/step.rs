@@ -5,10 +5,10 @@
 //! link by these points (`hull::change`). Then it sends the cells that it gained, and objections to those that it lost. It
 //! rejects a proposed cell that it still lacks, with witnesses: the points of its link in the circumsphere of the cell.
 //!
-//! **Work and depth.** Let a star with `l` facets receive `m` cells, add `q` points and change by `c` facets. It sorts the
-//! cells. It sweeps over the link for each cell and each point. It sweeps over its points for each cell that it rejects or
-//! lost. It sweeps over its messages for each of these cells and each that it gained. That is O((m + q) l + m log m + c m) work
-//! and O(m + q + c) depth.
+//! **Work and depth.** Let a star with `l` facets receive `m` cells, add `q` points and change by `c` facets. It
+//! sorts the cells. It sweeps over the link for each cell and each point. It sweeps over its points for each cell
+//! that it rejects or lost. It sweeps over its messages for each of these cells and for each gained cell. This takes
+//! O((m + q) l + m log m + c m) work and O(m + q + c) depth.
 
 #[cfg(test)]
 mod tests;
@@ -212,8 +212,8 @@ impl<'a, P: Point> StarStep<'a, P> {
         }
     }
 
-    /// Builds the link from the old link's points and the collected points. This handles stars without a link, and after
-    /// gathering also links with holes.
+    /// Builds the link from the old link's points and the collected points. This handles stars without a link and,
+    /// after gathering, links with holes.
     fn rebuild_link(&mut self) {
         let (vertex, old) = (self.inbox.vertex, self.old_link());
         let positions = self.view.table().positions();
@@ -292,8 +292,8 @@ fn receivers<P: Point>(view: StarsView<'_, P>, vertex: u32, cell: &P::Cell) -> i
     cell.as_ref().iter().copied().filter(move |&v| is_receiver(v))
 }
 
-/// Returns the messages about one cell, from messages sorted by cell. Charges a comparison with every message, because the
-/// model compares them in one step; the processor searches.
+/// Returns the messages about one cell, from messages sorted by cell. Charges a comparison with every message,
+/// because the model compares all of them in one step. The code uses a binary search.
 fn with_cell<'a, T, C: Ord>(
     messages: &'a [T],
     cell: &C,

@@ -9,11 +9,11 @@
 //!
 //! [`crate::result::merge`] counts the stars with a finite cell and the vertices without a smaller neighbour.
 //!
-//! **Pairs.** All stars agree on a cell if and only if the star of its smallest vertex agrees with the star of each other vertex.
-//! It therefore suffices to check the pairs (smallest vertex, other vertex). Every rank sums a 128-bit hash of the cell over the
-//! pairs in its own stars. One sum has the pairs in the stars of smallest vertices, the other has the pairs in the stars of the
-//! other vertices. The two sums over pairs of owned vertices must be equal. The sums that two ranks have of the pairs between
-//! them must be equal, too.
+//! **Pairs.** All stars agree on a cell if and only if the star of its smallest vertex agrees with the star of each
+//! other vertex. It therefore suffices to check the pairs (smallest vertex, other vertex). Every rank sums a 128-bit
+//! hash of the cell over the pairs in its own stars. One sum covers the pairs in the stars of smallest vertices, the
+//! other covers the pairs in the stars of the other vertices. The two sums over pairs of owned vertices must be
+//! equal. For the pairs between two ranks, the sums of both ranks must be equal as well.
 //!
 //! *Equal sums imply agreement, except for collisions.* In the difference of the two sums, the hash of each cell has a
 //! coefficient `c`. If the star of the smallest vertex has the cell, it adds 1 for each other vertex that the sums cover. If the

@@ -70,13 +70,13 @@ impl<P: Point> Matches<'_, P> {
         self.differing.contain(smallest, hash)
     }
 
-    /// Returns the cells in the star of `vertex` that the star of their smallest vertex, another owned one, lacks. Counts the
-    /// cells that it has.
+    /// Returns the cells in the star of `vertex` that are missing from the star of their smallest vertex, if that is
+    /// another owned vertex. Counts the cells that are not missing.
     fn missing_at_smallest(&self, vertex: u32) -> Vec<Disagreement> {
         let stars = self.view.stars();
         let mut found = Vec::new();
         for (facet, link) in (stars.start(vertex)..).zip(stars.link(vertex)) {
-            // Most sums are zero. The smallest vertex is computed only if the sums of some vertex are not.
+            // Most sums are zero. The smallest vertex is computed only if some vertex has a sum that is not zero.
             if link.as_ref().iter().fold(0, |any, &v| any | self.differing.of(v)) == 0 {
                 continue;
             }
@@ -95,7 +95,7 @@ impl<P: Point> Matches<'_, P> {
         found
     }
 
-    /// Returns the cells with the smallest vertex `vertex` in its star that the stars of other owned vertices lack.
+    /// Returns the cells whose smallest vertex is `vertex`, with the other owned vertices whose stars lack them.
     fn missing_at_others(&self, vertex: u32) -> Vec<Disagreement> {
         let (stars, table) = (self.view.stars(), self.view.table());
         let mut found = Vec::new();

@@ -130,7 +130,7 @@ impl RemoteSums {
         self.sum.add_pair(hash);
     }
 
-    /// Adds the last pairs.
+    /// Adds the pairs that are not in `sums` yet.
     pub(super) fn finish(self, sums: &mut Sums) {
         sums.add_remote(self.rank, self.sum);
     }
@@ -243,7 +243,7 @@ pub(super) fn point_hash<P: Point>(id: u64, x: P) -> u128 {
     mix(h)
 }
 
-/// Mixes 128 bits. The multiplier is that of the 128-bit PCG family.
+/// Mixes 128 bits. The multiplier comes from the 128-bit PCG generators.
 pub(super) fn mix(h: u128) -> u128 {
     let h = (h ^ (h >> 67)).wrapping_mul(0x2360_ED05_1FC6_5DA4_4385_DF64_9FCC_F645);
     let h = (h ^ (h >> 59)).wrapping_mul(0x2360_ED05_1FC6_5DA4_4385_DF64_9FCC_F645);

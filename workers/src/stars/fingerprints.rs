@@ -11,7 +11,8 @@ use crate::stars::owned::StarsView;
 use crate::state::cells::{finite_cell, smallest_vertex, star_cell};
 use crate::state::table::Table;
 
-/// For each point of a table, its hash and its first coordinate. They follow the table on request.
+/// For each point of a table, its hash and its first coordinate. [`VertexHashes::extend`] adds the new points of the
+/// table.
 #[derive(Debug, Default)]
 pub(crate) struct VertexHashes {
     hashes: Vec<u128>,
@@ -32,8 +33,8 @@ impl VertexHashes {
         mix(vertices.iter().fold(0u128, |sum, &v| sum.wrapping_add(self.hashes[v as usize])))
     }
 
-    /// Returns the key of a pair in lists of fingerprints. Both hashes are mixed, so their difference is as well distributed
-    /// as they are.
+    /// Returns the key of a pair in lists of fingerprints. Both hashes are mixed, so their difference is as well
+    /// distributed as the hashes themselves.
     pub(super) fn list_key(&self, cell_hash: u128, other: u32) -> u64 {
         (cell_hash ^ self.hashes[other as usize]) as u64
     }

@@ -1,8 +1,8 @@
 //! Local hulls: the star of every owned point from its neighbours in the supergraph.
 //!
-//! **Statement** (paper, Lemma 4.1). If the supergraph contains the Delaunay triangulation, the local hull of each point and
-//! its graph neighbours is its star. The program does not assume this. Stars may disagree; splaying then exchanges the missing
-//! cells ([`crate::stars::check`], [`crate::splaying::splay`]).
+//! **Statement** (paper, Lemma 4.1). If the supergraph contains the Delaunay triangulation, the star of each point is
+//! the local hull of the point and its graph neighbours. The program does not assume this. Stars may disagree;
+//! splaying then exchanges the missing cells ([`crate::stars::check`], [`crate::splaying::splay`]).
 //!
 //! **Candidates.** Every star except that of the smallest point starts with a lexicographically smaller candidate. For the
 //! first point of a leaf, this is the smallest point of the nearest ancestor that has a smaller point. For other points, it is

@@ -85,7 +85,7 @@ impl<P: Point> Stars<P> {
         &self.hashes
     }
 
-    /// Reserves memory for links, and for what splaying appends to them.
+    /// Reserves memory for links and for the facets that splaying appends.
     pub(super) fn reserve(&mut self, links: usize) {
         let facets = links * usual_facets(P::DIM);
         self.links.reserve(links, facets + facets / 2);

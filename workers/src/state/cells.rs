@@ -27,8 +27,9 @@ pub(crate) fn in_order<P: Point>(cell: &P::Cell) -> P::Cell {
 
 /// Returns the lexicographically smallest finite vertex of a cell, or [`INFINITE`] if there is none.
 ///
-/// `first` maps a vertex to its first coordinate, or to a rounded one, and [`INFINITE`] to infinity. Rounding preserves the
-/// order except for ties. If no two compared values are equal, they decide; otherwise the positions do.
+/// `first` maps a vertex to its first coordinate, or to a rounded one, and [`INFINITE`] to infinity. Rounding
+/// preserves the order except for ties. If the compared values all differ, they decide; otherwise the positions
+/// decide.
 #[inline]
 pub(crate) fn smallest_vertex<P: Point, C: PartialOrd + Copy>(
     positions: &[P],
@@ -57,7 +58,7 @@ mod tests {
 
     use super::*;
 
-    /// Coordinates that rounding makes equal, equal ones, zeros of both signs, and values beyond single precision.
+    /// Coordinates that are equal, or equal after rounding, zeros of both signs, and values beyond single precision.
     fn positions<P: Point>() -> Vec<P> {
         let near = |k: u32| 1.0 + f64::from(k) * f64::EPSILON;
         let firsts =

@@ -25,7 +25,7 @@ pub struct Shared<P> {
 }
 
 impl<P> Shared<P> {
-    /// Creates the shared node of `group`, as `rank` sees it in the group of the child `mine`.
+    /// Creates the shared node of `group` on the path of `rank`, which belongs to the group of the child `mine`.
     pub(crate) fn new(group: Group, split: Split<P>, children: [Child; 2], mine: usize, rank: Rank) -> Self {
         let goes_on = !children[mine].leaf || children[mine].first == rank;
         Shared { group, split, children, mine, goes_on, summaries: None }
@@ -76,7 +76,8 @@ impl<P> Shared<P> {
         self.summaries.as_deref()
     }
 
-    /// Records that the group of this rank's child could not split it, so that its first rank holds the whole child.
+    /// Records that this rank's child could not be split, so that the first rank of the child's group holds all of
+    /// it.
     pub(crate) fn end_in_leaf(&mut self, rank: Rank) {
         self.children[self.mine].leaf = true;
         self.goes_on = self.children[self.mine].first == rank;
@@ -149,7 +150,7 @@ impl<P> Subtree<P> {
 pub(crate) struct Subdomain<P> {
     /// The shared nodes, from the root down.
     path: Vec<Shared<P>>,
-    /// The end of the path, if the group there could not split its node.
+    /// The node at the end of the path, if its group could not split it.
     unsplit: Option<Unsplit>,
     /// `None` on a rank without points.
     subtree: Option<Subtree<P>>,
@@ -181,7 +182,7 @@ impl<P> Subdomain<P> {
         &self.path
     }
 
-    /// The end of the path, if the group there could not split its node.
+    /// The node at the end of the path, if its group could not split it.
     pub(crate) fn unsplit(&self) -> Option<Unsplit> {
         self.unsplit
     }
@@ -235,7 +236,7 @@ impl<P> Subdomain<P> {
         }
     }
 
-    /// The position of a node on the path, or the length of the path.
+    /// The position of a node on the path, or the length of the path if the node is not on it.
     pub(crate) fn position(&self, node: NodeId) -> usize {
         self.path.iter().position(|shared| shared.id() == node).unwrap_or(self.path.len())
     }
@@ -276,7 +277,7 @@ impl<P> Subdomain<P> {
         true
     }
 
-    /// The node and the rank to which an item goes that leaves the path by `way`.
+    /// The node and the rank to which an item is sent if it leaves the path by `way`.
     pub(crate) fn beyond(&self, way: Way, own: Rank) -> (NodeId, Rank) {
         let shared = &self.path[way.level];
         (shared.id().child(way.side), shared.member_below(own, way.side))

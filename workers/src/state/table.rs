@@ -1,8 +1,9 @@
 //! The points that a rank holds: its owned points, followed by ghosts.
 //!
-//! A point's index in the table is its local index: owned points come first, each ghost gets the next index when it first
-//! arrives. Indices never change. Each phase that receives ghosts adds them with `intern`, `receive` or `arrive`, and each
-//! phase that measures balls stores radii with `owned_radii2_mut`. Nothing else in a table changes after partitioning.
+//! A point's position in the table is its *local index*. Owned points come first, and each ghost gets the next free
+//! index when it first arrives. Indices never change. Each phase that receives ghosts adds them with `intern`,
+//! `receive` or `arrive`, and each phase that measures balls stores radii with `owned_radii2_mut`. Nothing else in a
+//! table changes after partitioning.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
@@ -130,7 +131,7 @@ impl<P> Table<P> {
     /// The squared radii of owned points, for the phases that measure them.
     ///
     /// # Panics
-    /// If the table has no radii.
+    /// Panics if the table has no radii.
     pub(crate) fn owned_radii2_mut(&mut self) -> &mut [f64] {
         &mut self.radii2[..self.owned as usize]
     }
@@ -149,7 +150,8 @@ impl<P: Point> Table<P> {
         Table { owned: n as u32, positions, ids, owners, radii2, ..Table::default() }
     }
 
-    /// Creates a table of owned points without radii. The capacity of `positions` is reserved for ghosts, too.
+    /// Creates a table of owned points without radii. The spare capacity of `positions`, which is for ghosts, is
+    /// reserved in the column of owners as well.
     pub fn of_whole(ids: Vec<u64>, positions: Vec<P>, rank: Rank) -> Self {
         let mut owners = Vec::with_capacity(positions.capacity());
         owners.resize(ids.len(), rank);

@@ -12,7 +12,7 @@ use septet_protocol::ids::NodeId;
 #[derive(Clone, Debug)]
 pub struct Split<P> {
     separator: Separator<P>,
-    /// Of the interior and the exterior child.
+    /// The boxes of the interior and the exterior child's owned points.
     boxes: [Bounds<P>; 2],
 }
 

@@ -1,10 +1,10 @@
 //! Recovery of ridge chords that are not edges of the boundary.
 //!
-//! **Statement.** The Voronoi cell of a chord is a polygon in its bisecting plane. There, the surface is a wedge of two
-//! rays that start near the midpoint of the chord. The chord is an edge of the boundary iff the polygon has corners on
-//! both sides of the wedge. Otherwise both rays leave through one edge of the polygon. This edge is dual to a face (p,
-//! q, x) and crosses the surface an even number of times. The following candidates recover the chord. The first that
-//! applies is used:
+//! **Statement.** The Voronoi cell of a chord with the ends p and q is a polygon in its bisecting plane. There, the
+//! surface is a wedge of two rays that start near the midpoint of the chord. The chord is an edge of the boundary iff
+//! the polygon has corners on both sides of the wedge. Otherwise both rays leave through one edge of the polygon.
+//! This edge is dual to a face (p, q, x) and crosses the surface an even number of times. The following candidates
+//! recover the chord. The first that applies is used:
 //! 1. *Insertion.* The point s at which the ray farther from x leaves. It must not lie in the ball of a chord.
 //! 2. *Mirroring.* The vertex x, rotated around the chord to the side of s. The polygon edges of x and its mirror image
 //!    are symmetric about the plane that bisects the wedge. They therefore meet in this plane, however narrow the wedge
@@ -32,8 +32,8 @@ use crate::points::candidates::Name;
 use crate::points::conflicts::Site;
 use crate::space::Space;
 
-/// The largest distance of a mirrored vertex from the surface, relative to its distance from the chord, at which it is
-/// projected to the surface.
+/// The largest distance from the surface at which a mirrored vertex is projected to the surface, relative to its
+/// distance from the chord.
 const OFF: f64 = 0.2;
 
 /// The distance from another vertex below which a candidate is useless, relative to the distance from the chord.

@@ -3,8 +3,9 @@
 //! **Statement.** A *ridge* is a chain of segments whose facets turn by more than the feature angle. A chain ends at
 //! corners. A corner is a vertex at which
 //! 1. the number of such segments is not two,
-//! 2. the chain turns by more than the feature angle at once, or
-//! 3. the angle to the first segment of the chain exceeds the feature angle (at most 90 degrees).
+//! 2. the chain turns there by more than the feature angle, or
+//! 3. the angle between the next segment and the first segment since the last corner exceeds the feature angle,
+//!    clamped to 30 to 90 degrees.
 //!
 //! A closed chain therefore has at least three corners, and no ridge returns to itself. The local feature size of
 //! ridges and corners depends on their bends.

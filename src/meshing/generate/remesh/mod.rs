@@ -7,8 +7,8 @@
 //! edge of a face meet the surface in s. The *surface ball* of the face has its centre in s, passes through the corners
 //! of the face, and contains no vertex. When the refinement ends,
 //!
-//! 1. every surface ball has a radius of at most f(s). The corners of its face lie on the surface, and the distance
-//!    of its centre from s is at most the requested distance;
+//! 1. every surface ball has a radius of at most f(s), where f is the size function. The corners of its face lie on
+//!    the surface, and the distance of its centre from s is at most the requested distance;
 //! 2. every edge of the boundary has two faces, and every vertex on the surface has one fan of faces, so the boundary
 //!    is a 2-manifold. It has the Euler characteristic of the surface, or balls were divided down to the limit of
 //!    `thin_sheets`;
@@ -27,15 +27,15 @@
 //! **Departures.**
 //! - *Order.* The surface is refined before the volume is sampled, so that points of the volume stay out of the surface
 //!   balls.
-//! - *Spacing.* If 1 to 4 require it (ridges and sheets closer than f), points are closer than f. f bounds radii from
-//!   above everywhere. It bounds the spacing from below only where the surface permits it.
+//! - *Spacing.* If 1 to 4 require it (ridges and sheets closer than f), points are closer than f. The function f
+//!   bounds radii from above everywhere. It bounds the spacing from below only where the surface permits it.
 //! - *No weights.* Weights do not protect the ridges. At ridges that meet at small angles, the refinement may not end.
 //!   The number of rounds is therefore limited, and the features are reported.
 //! - *Failures.* Remeshing fails if a ridge runs at a few degrees next to another one, so that the two are closer to
 //!   each other than the length of their chords. Examples are the fold of a scan, or a mouth or ear that was closed.
 //!   Faces then span the fold and are turned against the surface at s. The other side of the fold blocks the points
-//!   inserted at s, which cause the next ones some tenth of a size apart, in any number of rounds. `--feature-angle`
-//!   keeps fewer ridges, and `--boundary exact` keeps all triangles.
+//!   inserted at s. These points cause further ones, some tenth of a size apart, however many rounds there are.
+//!   `--feature-angle` keeps fewer ridges, and `--boundary exact` keeps all triangles.
 //!
 //! **Rounds and work.** As for [`super::generate`]. A round of completion locates all circumcentres.
 

@@ -37,11 +37,11 @@ const ROUNDS: u32 = 150;
 const TURN: f64 = 0.5;
 const TURNED: f64 = 0.02;
 
-/// The size below which a fault is not refined further, relative to the diagonal of the surface. The cause is ridges or
-/// sheets that meet at small angles.
+/// The size below which a fault is not refined further, relative to the diagonal of the surface. Ridges or sheets
+/// that meet at small angles cause such faults.
 const SMALLEST: f64 = 1e-6;
 
-/// The limit for the refinement of a boundary with wrong handles: the number of vertices, relative to that of the
+/// The limit for the refinement of a boundary with a wrong number of handles: the number of vertices, relative to the
 /// first such boundary without other faults.
 const MORE: usize = 2;
 

@@ -20,7 +20,7 @@ pub(super) struct Refinement<'a, P: Space, M> {
     pub(super) thinnest: f64,
     /// The Euler characteristic of the surface.
     pub(super) euler: i64,
-    /// The number of vertices of the first boundary without other faults than wrong handles.
+    /// The number of vertices of the first boundary whose only fault is a wrong number of handles.
     pub(super) whole: Option<usize>,
     pub(super) chords: Vec<Chord<P>>,
     /// The chords that end at each corner.

@@ -1,10 +1,10 @@
 //! The restricted Delaunay triangulation.
 //!
-//! **Statement.** A cell belongs to the component of the domain that contains its circumcentre. The location is exact,
-//! and an infinite circumcentre lies outside. A cell that is flat up to rounding may have its circumcentre anywhere
-//! between those of its neighbours. It counts as outside if that is possible. Faces of the boundary lie between cells
-//! of different components, or between a component and the outside. The dual edge of such a face meets the surface. It
-//! is the segment between the circumcentres, or the ray that leaves the hull.
+//! **Statement.** A cell belongs to the component of the domain that contains its circumcentre. The location is
+//! exact, and an infinite circumcentre lies outside. A cell that is flat up to rounding may have its circumcentre
+//! anywhere between those of its neighbours. Such a cell counts as outside if possible. Faces of the boundary lie
+//! between cells of different components, or between a component and the outside. The dual edge of such a face meets
+//! the surface. It is the segment between the circumcentres, or the ray that leaves the hull.
 
 use septet_geometry::incremental::facet_without;
 use septet_geometry::measure::circumcentre;
@@ -122,8 +122,9 @@ impl<P: Space> Restricted<P> {
         found
     }
 
-    /// Returns the face of a cell opposite a vertex, if its dual edge crosses the surface. If rounding hides
-    /// the crossing and `always` is set, the point of the surface nearest to an end of the dual edge replaces it.
+    /// Returns the face of a cell opposite a vertex, if its dual edge crosses the surface. If rounding hides the
+    /// crossing and `always` is set, the point of the surface nearest to an end of the dual edge replaces the
+    /// crossing.
     fn face<M: Machine<P> + Sync>(
         &self,
         generator: &Generator<'_, P, M>,
@@ -261,9 +262,10 @@ fn heights<P: Space>(face: [P; 3], apex: P, axis: P, ball: &Ball<P>, far: f64) -
     [if is_above == (power > 0.0) { far } else { -far }; 2]
 }
 
-/// Returns the circumcentre of a flat cell, and its label. If its corners are cocircular up to rounding, the centre is
-/// next to that of the circle, on the outer side if possible. Then no flat cell stays on the boundary. Otherwise the
-/// centre is far away. It always stays between the circumcentres of the neighbours below and above.
+/// Returns the circumcentre of a flat cell, and its label. If its corners are cocircular up to rounding, the
+/// circumcentre is placed next to the centre of the circle, on the outer side if possible. Then no flat cell stays on
+/// the boundary. Otherwise the circumcentre is far away. It always stays between the circumcentres of the neighbours
+/// below and above.
 fn flattened<P: Space, M: Machine<P> + Sync>(
     generator: &Generator<'_, P, M>,
     delaunay: &Triangulation<P::Cell>,

@@ -41,7 +41,7 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
         }
     }
 
-    /// Returns `true` if a chord is too long, or its midpoint is too far from that of the ridge.
+    /// Returns `true` if a chord is too long, or its midpoint is too far from the midpoint of its part of the ridge.
     fn is_coarse(&self, chord: &Chord<P>) -> bool {
         let radius = chord.ball.radius2.sqrt();
         let sizes = chord.ends.map(|v| self.generator.vertices.sizes[v as usize]);

@@ -202,7 +202,7 @@ fn shells_in_shells() {
     is_sound(&found, 8, 0.04, 22.0);
 }
 
-/// Shells far smaller than the requested size are still present.
+/// Shells far smaller than the requested size are still present in the mesh.
 #[test]
 fn small_shells() {
     let small = sphere(2);

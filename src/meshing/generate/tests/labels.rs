@@ -1,4 +1,4 @@
-//! Labels of cells give their components and depend on no order.
+//! Tests that labels give the components of cells and do not depend on any order.
 
 use std::sync::LazyLock;
 

@@ -88,7 +88,7 @@ impl Price {
 
 impl Primitive {
     /// The price of one call over `items` items.
-    #[inline]
+    #[inline(always)]
     pub const fn price(self, items: u64) -> Price {
         match self {
             Primitive::VectorStep => Price::of_steps(items, 1, 0),

@@ -16,7 +16,7 @@ pub struct QueryBatch<P> {
     pub centres: Bulk<P>,
     /// Squared radii.
     pub radii2: Bulk<f64>,
-    /// Lengths of runs of queries that belong to one leaf.
+    /// Lengths of the runs of consecutive queries that belong to one leaf.
     pub groups: Bulk<u32>,
     /// Whether a query follows only the side of its centre (the punt). If not, it follows both sides that the ball reaches.
     pub probe: bool,

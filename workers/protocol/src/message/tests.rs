@@ -47,7 +47,7 @@ fn encoded_len_is_exact_and_messages_round_trip() {
     }
 }
 
-/// Every array that is one too short or too long is found.
+/// The checks detect every array that is one entry too short or too long.
 #[test]
 fn batches_of_queries_and_answers_fit_together_or_not() {
     let query = QueryBatch::<[f64; 3]> {

@@ -1,4 +1,4 @@
-//! The filters skip no cell that must be sent.
+//! Tests that the filters do not skip a cell that must be sent.
 
 use std::collections::HashMap;
 
@@ -60,7 +60,7 @@ fn beyond<P: Point>(region: &ConflictRegion<P>, larger: f64, cell: &P::Cell, mar
     cell.as_ref().iter().enumerate().fold(0, |sent, (i, v)| sent | u8::from(!is_inside(v)) << i)
 }
 
-/// Compares with a test of all cells by their own conflict regions. Returns the number of outgoing cells.
+/// Compares the scan with a test of the conflict region of every cell. Returns the number of outgoing cells.
 fn compare<P: Point>(
     path: &[Shared<P>],
     triangulation: &SubdomainTriangulation<P>,
@@ -107,7 +107,7 @@ fn all_are_found<P: Point>() {
         let is_owned = |x: &&P| path.iter().all(|s| s.split().side(**x) == s.mine());
         let owned: Vec<P> = points.iter().filter(is_owned).copied().collect();
         let owned: Vec<P> = insertion_order(&owned).into_iter().map(|i| owned[i as usize]).collect();
-        // Ghosts, with empty, small and large halo balls.
+        // Every ninth point of the other workers is a ghost.
         let ghosts: Vec<P> = points.iter().filter(|x| !is_owned(x)).copied().step_by(9).collect();
         let all: Vec<P> = owned.iter().chain(&ghosts).copied().collect();
         let others: Vec<u32> = (owned.len() as u32..all.len() as u32).collect();
@@ -122,7 +122,7 @@ fn all_are_found<P: Point>() {
                 let margin = |x: &P| {
                     let clear = path.iter().map(|s| s.split().separator().clearance(*x));
                     let free = clear.fold(f64::INFINITY, f64::min);
-                    // The free radius of some is unknown.
+                    // Halo balls are empty, small or large. The free radius of some points is 0.
                     let sent = most * draw.unit();
                     Margin { free: if sent > most / 2.0 { free } else { 0.0 }, sent }
                 };

@@ -25,14 +25,14 @@ fn config(fixed: u64, leaf: u64, workers: u32) -> Arc<WorkerConfig> {
     Arc::new(config)
 }
 
-/// The set that the workers send, the phases of the run, and the number of steps in phase independent.
+/// The set that the workers send, the phases of the run, and the number of steps in phase `independent`.
 #[derive(Default)]
 struct Outcome {
     members: Vec<u64>,
     undecided: Vec<u64>,
     phases: Vec<Phase>,
     steps: u32,
-    /// The number of messages in phase independent.
+    /// The number of messages in phase `independent`.
     messages: usize,
     ledger: LedgerPart,
 }
@@ -58,7 +58,7 @@ impl<P: Point> Source<P> for Sites<'_, P> {
     }
 }
 
-/// Runs a machine without a transport. It delivers messages unchanged, in reverse order.
+/// Runs a machine without a transport. Messages arrive unchanged, in reverse order.
 fn run<P: Point>(points: &[P], radii2: &[f64], config: &Arc<WorkerConfig>) -> Outcome {
     let sites = Sites(points, radii2);
     let mut first =
@@ -93,7 +93,7 @@ fn run<P: Point>(points: &[P], radii2: &[f64], config: &Arc<WorkerConfig>) -> Ou
     Outcome { members, undecided, phases, steps, messages, ledger: share.counted.ledger }
 }
 
-/// The set of the greedy algorithm, by all pairs of points.
+/// Returns the set of the greedy algorithm, which compares all pairs of points.
 fn greedy<P: Point>(points: &[P], radii2: &[f64], fixed: usize) -> Vec<u64> {
     let mut order: Vec<usize> = (fixed..points.len()).collect();
     let key = |i: usize| (priority(5, points[i]), points[i]);
@@ -121,8 +121,8 @@ fn checked<P: Point>(points: &[P], radii2: &[f64], what: &str) {
             assert_eq!(outcome.members, expected, "{what}");
             assert_eq!(outcome.undecided, one.undecided, "{what}");
             assert!(outcome.undecided.windows(2).all(|w| w[1] < w[0]), "{what}: {:?}", outcome.undecided);
-            // Two steps for each round. One more before, if decisions on fixed points were sent. One more after, if points
-            // left last.
+            // Each round takes two steps. One step precedes them if decisions on fixed points were sent. One step
+            // follows if the last decisions were that points leave.
             let (steps, rounds) = (outcome.steps as usize, 2 * outcome.undecided.len());
             assert!((rounds..=rounds + 2).contains(&steps), "{what}: {steps} steps, {:?}", outcome.undecided);
             assert_eq!(outcome.ledger.edge_hash, one.ledger.edge_hash, "{what}");

@@ -1,8 +1,8 @@
-//! Workers in threads. Every message goes through the channel of its receiver: buffers move, and their length is billed.
-//! The workers share the available threads. A host with more than one core maps its leaves over them.
+//! Workers in threads. Every message goes through the channel of its receiver: buffers move, and their length is
+//! billed. The workers share the available threads. A host with more than one core processes its leaves in parallel.
 //!
 //! A round ends at a barrier that combines the states of the hosts. The machine cannot deadlock:
-//! 1. Sends never block, because channels are unbounded. The messages of a round bound their length.
+//! 1. Sends never block, because channels are unbounded. A channel never holds more than the messages of a round.
 //! 2. Receives never wait. All messages of a round are in their channels when the barrier opens.
 //! 3. A host that fails opens the barrier with its error.
 
@@ -31,7 +31,7 @@ struct Round {
     number: u64,
     waiting: usize,
     active: bool,
-    /// Whether the round that was completed last was active.
+    /// Whether the last completed round was active.
     last: bool,
     failed: Option<TransportError>,
 }
@@ -121,7 +121,7 @@ impl<P: Point> Transport<P> for End<P> {
 
 impl<P> Drop for End<P> {
     fn drop(&mut self) {
-        // Ranks do not unwind through their host. If the host itself does, it must not block the others.
+        // A panic of a rank does not unwind its host. If the host itself panics, it must not block the other hosts.
         if std::thread::panicking() {
             self.barrier.fail(TransportError::Stopped);
         }
@@ -179,7 +179,8 @@ impl<P: Point> Channel<P> {
     }
 }
 
-/// The threads of a host, which its workers share. The first hosts get the remaining threads.
+/// The threads of a host, which its workers share. If the threads do not divide evenly, the first hosts get one more
+/// each.
 fn pool(threads: usize, hosts: usize, host: usize, listener: &Dispatch) -> std::io::Result<Pool> {
     let own = threads / hosts + usize::from(host < threads % hosts);
     if own < 2 {

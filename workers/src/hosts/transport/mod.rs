@@ -32,7 +32,7 @@ pub enum TransportKind {
 /// Starts the workers of a machine. Returns the coordinator's end of the transport. Dropping it ends the workers.
 ///
 /// # Errors
-/// If threads cannot be started.
+/// Fails if threads cannot be started.
 pub fn launch<P: Point>(
     kind: TransportKind,
     config: &Arc<WorkerConfig>,

@@ -1,9 +1,9 @@
 //! Workers as processes: one rank each, with every message as bytes through its standard input and output.
 //!
-//! In a round, every worker writes its state and its frames. The coordinator's process reads one worker after the other,
-//! adds its own frames, and writes to each worker the frames for its rank and whether the machine was active. A worker
-//! writes all, then reads all; the coordinator reads all, then writes all. So no order of processes can deadlock.
-//! Integers are little-endian.
+//! In a round, every worker writes its state and its frames. The coordinator's process reads one worker after the
+//! other, adds its own frames, and writes to each worker the frames for its rank and whether the machine was active.
+//! A worker writes everything, then reads everything; the coordinator reads everything, then writes everything. The
+//! processes therefore cannot deadlock in any order. Integers are little-endian.
 //!
 //! | from a worker | to a worker |
 //! |---|---|
@@ -95,7 +95,7 @@ impl Pipes {
     /// program must call [`serve_pipe`] with the same parameters and rank.
     ///
     /// # Errors
-    /// If a process cannot be started.
+    /// Fails if a process cannot be started.
     pub fn launch(
         config: &Arc<WorkerConfig>,
         command: &mut dyn FnMut(&WorkerConfig, Rank) -> Command,
@@ -174,7 +174,7 @@ impl Drop for Pipes {
             process.input = None;
         }
         for process in &mut self.children {
-            // A process ends when its input is closed, unless it is busy. It is killed in any case.
+            // A process ends when its input is closed, unless it is busy. Kill it in either case.
             let _ = process.child.kill();
             let _ = process.child.wait();
         }

@@ -55,7 +55,8 @@ fn worker(config: &Arc<WorkerConfig>, rank: Rank) -> Running<'static, DVec3> {
     Running::start(rank, config.clone(), None, work::<DVec3>)
 }
 
-/// Runs the machine until rank 0 is done; returns what every rank was delivered, and what each sent in each round.
+/// Runs the machine until rank 0 is done. Returns the messages that every rank received, and those that each sent in
+/// each round.
 fn run(config: &Arc<WorkerConfig>, points: &Points) -> (Journal, Vec<Vec<Message<DVec3>>>) {
     let mut root = first(config, points);
     let mut ranks: Vec<_> = (1..=config.workers).map(|rank| worker(config, rank)).collect();
@@ -86,7 +87,8 @@ fn run(config: &Arc<WorkerConfig>, points: &Points) -> (Journal, Vec<Vec<Message
     (journal, sent)
 }
 
-/// Rebuilds a rank that is lost in round `lost`, and compares what it sends from there on with what it sent before.
+/// Rebuilds a rank that is lost in round `lost`, and compares its messages from that round on with those of the
+/// original.
 fn rebuild<T>(
     mut rebuilt: Running<'_, DVec3, T>,
     deliveries: &[Option<Vec<Message<DVec3>>>],
@@ -105,8 +107,8 @@ fn rebuild<T>(
     }
 }
 
-/// Every rank, rank 0 too, that is lost in any round of a whole run is rebuilt from its deliveries, and goes on as it
-/// would have.
+/// Any rank, including rank 0, can be lost in any round of a run. Rebuilt from its deliveries, it continues as
+/// before.
 #[test]
 fn a_rank_is_rebuilt_from_its_journal() {
     let points = Points(random(500));
@@ -125,7 +127,7 @@ fn a_rank_is_rebuilt_from_its_journal() {
     }
 }
 
-/// What belongs to another phase is refused; a dialogue in which nobody speaks is an error, and no hang.
+/// A message of another phase is refused. A dialogue in which no rank sends a message is an error and does not hang.
 #[test]
 fn what_has_no_place_is_refused() {
     let config = config(2, false);
@@ -146,13 +148,13 @@ fn what_has_no_place_is_refused() {
     let late = deliver(vec![start(), None, Some(vec![Body::Block(PointBatch::default())])]);
     assert_eq!(late, "bad message from rank 2: it has no place in phase partition");
     let silent = deliver(vec![start(), None, Some(vec![]), None]);
-    assert_eq!(silent, "worker 1 failed: nothing was said in the middle of phase partition");
+    assert_eq!(silent, "worker 1 failed: no rank sent a message in the middle of phase partition");
     let twice = Body::Sphere(Bulk(vec![]));
     let twice = deliver(vec![start(), None, Some(vec![]), Some(vec![twice.clone(), twice])]);
-    assert_eq!(twice, "worker 1 failed: 2 messages in phase partition where there is one");
+    assert_eq!(twice, "worker 1 failed: 2 messages instead of one in phase partition");
 }
 
-/// The memory of a rank beside its points: all phases share the room of the largest.
+/// The memory of a rank apart from its points. All phases share the space of the largest.
 #[test]
 fn futures_are_small() {
     let all = |cx: Context<DVec3>| async move {

@@ -1,4 +1,4 @@
-//! Replies of two ranks to one ball, and inconsistent replies.
+//! Tests of replies from two ranks to one ball, and of inconsistent replies.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -13,7 +13,7 @@ use super::*;
 use crate::config::WorkerConfig;
 use crate::machine::context::Running;
 
-/// Points of another rank at these positions on the first axis.
+/// Returns points of another rank at the positions `xs` on the first axis.
 fn points(xs: &[u64]) -> PointBatch<DVec2> {
     let mut points = PointBatch::default();
     for &x in xs {
@@ -25,8 +25,8 @@ fn points(xs: &[u64]) -> PointBatch<DVec2> {
 /// A point, the squared radius of its list, and the ids of its list.
 type Found = (u32, f64, Vec<u64>);
 
-/// Runs a rank that owns a point at the origin, whose ball waits for two replies. The rank receives these messages in one
-/// round. Returns its lists.
+/// Runs a rank that owns a point at the origin, whose ball waits for two replies. The rank receives the messages
+/// `bodies` in one round. Returns the lists of the rank.
 fn receive(bodies: Vec<Body<DVec2>>) -> Result<Vec<Found>, TransportError> {
     let config = Arc::new(WorkerConfig::plain());
     let run = config.run;
@@ -67,7 +67,8 @@ async fn waiting(mut cx: Context<DVec2>, lists: Rc<RefCell<Vec<Found>>>) -> Resu
     Ok(())
 }
 
-/// Two replies to the ball. In the first, the list belongs to the second group. The ball keeps the three nearest of both.
+/// Returns two replies to the ball. In the first, the list belongs to the second group. The ball keeps the three
+/// nearest points of both replies.
 fn replies() -> [ReplyBatch<DVec2>; 2] {
     let first = ReplyBatch {
         slots: Bulk(vec![0]),
@@ -117,7 +118,7 @@ fn a_query_of_another_search_is_refused() {
     }
 }
 
-/// One slot is unused, the other has received all its replies.
+/// Slot 7 is unused, and slot 0 has received all its replies.
 #[test]
 fn a_reply_to_no_query_is_refused() {
     for slot in [0, 7] {
