@@ -240,7 +240,7 @@ pub struct TreeReport {
     pub planes: u64,
     /// Larger side over all owned points of a node; the largest value of all nodes.
     pub largest_split_ratio: Option<f64>,
-    /// The same ratio, the mean.
+    /// Mean of the ratio, over all nodes.
     pub mean_split_ratio: Option<f64>,
     /// Largest number of attempts at a separator.
     pub largest_attempts: u64,
@@ -249,7 +249,7 @@ pub struct TreeReport {
     /// Points whose ball meets the separator over `m^(1 - 1/d)`, with m the owned points of the node; the largest
     /// value of all nodes.
     pub largest_separator_ratio: Option<f64>,
-    /// The same ratio, the mean.
+    /// Mean of the ratio, over all nodes.
     pub mean_separator_ratio: Option<f64>,
     /// The levels, beginning with the root.
     pub by_level: Vec<LevelReport>,
