@@ -1,6 +1,7 @@
 //! Columns of a text table: the names in its header row, and the columns that hold the coordinates.
 //!
-//! **Selection.** Names are compared without case, quotes and units in brackets. The first rule that applies decides:
+//! **Selection.** The comparison of names ignores case, quotes and units in brackets. The first rule that applies
+//! decides:
 //! 1. `--columns` names two or three columns, or gives their numbers from 1.
 //! 2. The header row names `x`, `y` and `z`, or `x` and `y` alone.
 //! 3. The header row names none of `x`, `y`, `z` and no column of ids, and the first row has exactly as many numbers as

@@ -21,7 +21,7 @@ pub struct ReadOptions {
     pub skip_invalid: bool,
     /// The columns of the coordinates in a text table: two or three names, or numbers from 1.
     ///
-    /// Names need a header row. They are compared without case, quotes and units in brackets. By default, the reader
+    /// Names need a header row. Their comparison ignores case, quotes and units in brackets. By default, the reader
     /// takes the columns `x`, `y` and `z`, or the first columns if there is no header row.
     pub columns: Option<Vec<String>>,
     /// Whether to keep the other numeric columns of a text table as [`PointFile::columns`].

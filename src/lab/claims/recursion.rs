@@ -39,7 +39,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Twice the edges of the 2-overlap graph over n, for evenly and unevenly dense sets, from all pairs; \
                      the machine's graph must have as many edges",
-        bound: "2 ply (alpha + 2)^d: each edge is charged to its smaller ball; growth by 1.5 from n to 4n (a quadratic sum: 4)",
+        bound: "2 ply (alpha + 2)^d: each edge is charged to its smaller ball; growth by 1.5 from n to 4n (a quadratic sum grows by 4)",
         judge: subproblems,
     },
 ];

@@ -217,8 +217,8 @@ fn with_graph(lab: &mut Lab, of: &(Sample, Rc<Specimen>), graph: Claimed) -> Res
     }
 }
 
-/// Returns, for each point, the levels at which the machine has it in the separator set; `None` if the picture of the
-/// run does not show all points. A picture is ordered by a hash of the coordinates.
+/// Returns, for each point, the levels at which the machine has it in the separator set. Returns `None` if the
+/// picture of the run does not show all points. A picture is ordered by a hash of the coordinates.
 fn sets_of(run: &Run, points: &[X], d: usize) -> Option<Vec<u64>> {
     let view = run.picture.as_ref()?;
     let hash =

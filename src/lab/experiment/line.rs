@@ -237,7 +237,7 @@ pub struct GraphLine {
     pub edges: u64,
     /// Largest degree.
     pub max_degree: u64,
-    /// Points held by all leaves over points.
+    /// Sum of the sizes of all leaves, divided by the number of points.
     pub replication: f64,
 }
 

@@ -318,7 +318,7 @@ pub struct GraphReport {
     pub max_degree: u64,
     /// Mean degree.
     pub mean_degree: f64,
-    /// Points held by all leaves, over points.
+    /// Sum of the sizes of all leaves, divided by the number of points.
     pub replication: f64,
 }
 

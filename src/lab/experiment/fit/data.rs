@@ -17,13 +17,13 @@ pub enum Key {
     Levels,
     /// Number of leaves of the tree.
     Leaves,
-    /// Attempts at separators per split, the mean.
+    /// Mean number of attempts at a separator per split.
     Attempts,
     /// Number of edges of the supergraph.
     Edges,
     /// Largest degree of the supergraph.
     MaxDegree,
-    /// Points held by all leaves, over points.
+    /// Sum of the sizes of all leaves, divided by the number of points.
     Replication,
     /// Number of rounds of splaying.
     ExchangeRounds,
@@ -103,11 +103,11 @@ impl FromStr for Key {
 /// The abscissa of a count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub enum Abscissa {
-    /// Distinct points.
+    /// The number of distinct points.
     #[default]
     #[serde(rename = "n")]
     Points,
-    /// Points over the largest leaf.
+    /// The number of distinct points divided by the size of the largest leaf.
     #[serde(rename = "n/leaf")]
     PointsOverLeaf,
 }

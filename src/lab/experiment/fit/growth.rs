@@ -108,7 +108,7 @@ pub(super) struct How {
     pub(super) margin: f64,
 }
 
-/// Fits all laws and decides between them; `None` for too few sizes.
+/// Fits all laws and decides between them. Returns `None` for too few sizes.
 pub(super) fn growth(values: &[Value], how: How) -> Option<(Growth, Verdict)> {
     let How { dimension, relative, margin } = how;
     let table = by_size(values);

@@ -30,7 +30,7 @@ pub struct Curvature {
     pub critical: f64,
 }
 
-/// Tests the quadratic term; `None` for fewer than 4 distinct x.
+/// Tests the quadratic term. Returns `None` for fewer than 4 distinct x.
 ///
 /// Powers approximate the distribution of t under an alternative by a shifted central one. At 10 degrees of freedom,
 /// the error is below one percent.
