@@ -18,7 +18,7 @@ import numpy as np
 
 HERE = pathlib.Path(__file__).resolve().parent
 WORK = HERE.parent.parent / "target" / "accept" / str(os.getpid())
-# Sets without ties (but for those with probability zero): CGAL has to give the same cells.
+# Sets without ties, except with probability zero. CGAL must give the same cells.
 GENERAL = {"uniform", "poisson", "ball", "clusters", "slab", "line", "jittered"}
 MAY_FALL_BACK = {"moment-curve 300", "skew-lines 300"}
 
@@ -125,7 +125,7 @@ def main():
         if callable(make):
             make(points)
         else:
-            # The vertices as septet reads them, for CGAL to read as well.
+            # CGAL also reads the vertices as septet reads them.
             read = run([options.binary, "-q", "triangulate", make, "-o", WORK / "read.node"], WORK / "log.txt")
             if read.returncode == 0:
                 table = np.loadtxt(WORK / "read.node", skiprows=1, comments="#", ndmin=2)

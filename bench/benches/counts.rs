@@ -2,7 +2,8 @@
 //!
 //! It needs valgrind and `gungraun-runner`, which `tests/run` installs. Sets and seeds are fixed, and the loops use the
 //! baseline registers of x86-64. Counts therefore depend on the compiler only. A kernel may need 5 % more instructions
-//! than the figures below. Lower the figure if a change makes a kernel cheaper. Results are checked before the counts.
+//! than the figures below. Lower the figure if a change makes a kernel cheaper. The benchmark checks the results before
+//! it counts.
 
 #![expect(missing_docs, reason = "macros make modules of functions")]
 

@@ -21,7 +21,7 @@ fn main() {
     divan::main();
 }
 
-/// The points of a set.
+/// The number of points of a set.
 const POINTS: usize = 20_000;
 
 /// Graded points at a distance of `u^4` from the origin, for uniform `u`.

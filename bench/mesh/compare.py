@@ -93,7 +93,7 @@ def mesh(program, domain, size, args):
         said, wall, peak = run(command, args.limit)
         return *tables(WORK / "septet"), json.loads(said)["seconds"]["mesh_seconds"], wall, peak
     if program == "tetgen":
-        # The largest volume is that of the regular tetrahedron of this edge.
+        # The largest volume is the volume of the regular tetrahedron with this edge.
         volume = size**3 / (6 * 2**0.5)
         said, wall, peak = run(["tetgen", f"-pq1.414/14a{volume:.12f}", poly.name], args.limit)
         found = re.search(r"Total running seconds:\s*([0-9.]+)", said)

@@ -9,7 +9,7 @@ class Wrong(Exception):
 
 
 def check(points, cells, volume, area):
-    """Checks that cells have a volume, that facets have one or two cells, and that sums equal those of the domain to 1e-9.
+    """Checks that cells have a volume, that facets have one or two cells, and that volume and boundary equal those of the domain to 1e-9.
 
     Returns the cells with positive orientation."""
     a, b, c, d = (points[cells[:, i]] for i in range(4))

@@ -57,12 +57,12 @@ impl Failure {
         self
     }
 
-    /// The failure after the first Ctrl-C.
+    /// Returns the failure after the first Ctrl-C.
     pub fn interrupted() -> Self {
         Failure::new(Code::Interrupted, "interrupted; no partial output was left")
     }
 
-    /// The same failure, with the place in front of its message.
+    /// Puts the place in front of the message.
     pub fn in_place(self, place: &str) -> Self {
         Failure { message: format!("{place}: {}", self.message), ..self }
     }

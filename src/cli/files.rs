@@ -37,14 +37,14 @@ fn files_of(path: &Path, options: &WriteOptions<'_>) -> Vec<PathBuf> {
 
 /// Checks all outputs of a run before any work.
 ///
-/// `texts` are single files: report, tables, trace. A `-` among them is standard output.
+/// `texts` are single files: report, tables, trace. `-` is standard output.
 pub fn check(input: Option<&Path>, outputs: &[PathBuf], texts: &[&Path]) -> Result<(), Failure> {
     check_as(input, outputs, &WriteOptions::default(), texts)
 }
 
 /// Checks all outputs of a run before any work, with the options that they are written with.
 ///
-/// One `-` among the outputs and texts is standard output.
+/// If an output is `-`, no other output and no text may be `-`.
 pub fn check_as(
     input: Option<&Path>,
     outputs: &[PathBuf],
@@ -63,7 +63,7 @@ pub fn check_as(
     }
     let texts = texts.iter().copied().filter(|t| !is_stream(t));
     for output in outputs {
-        // An unknown format is a usage error, which is reported first.
+        // An unknown format is a usage error, and usage errors are reported first.
         if options.format_of(output)? == OutputFormat::TetGen && is_stream(output) {
             return Err(OutputError::NotOneFile.into());
         }
@@ -110,7 +110,8 @@ pub fn check_as(
     Ok(())
 }
 
-/// Writes text to a file, which appears complete or not at all. `-` is standard output; a closed pipe there is no error.
+/// Writes text to a file, which appears complete or not at all. `-` is standard output; a closed pipe there is no
+/// error.
 pub fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
     if path.as_os_str() == "-" {
         let mut out = std::io::stdout().lock();

@@ -42,7 +42,7 @@ pub struct FitArgs {
     /// Phase of the count; `paper` or `repair` for the sum of their phases
     #[arg(long, value_name = "NAME", requires = "y")]
     phase: Option<String>,
-    /// Growth that counts as no growth
+    /// Largest change that does not count as growth
     ///
     /// With -y level-depth, it is a share of the mean depth per doubling of the size. Otherwise it is a share of the
     /// mean over the whole range of sizes.
@@ -97,7 +97,7 @@ pub fn run(args: &FitArgs, talk: &Talk) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The counts that can be fitted, with the command for one of them.
+/// Lists the counts that can be fitted, with the command for one of them.
 fn counts(lines: &[Line]) -> String {
     let mut phases: Vec<&str> = Vec::new();
     for phase in lines.iter().flat_map(|line| &line.phases) {
@@ -114,13 +114,13 @@ fn counts(lines: &[Line]) -> String {
     )
 }
 
-/// The failure of a fit, with the names of the files.
+/// Returns the failure of a fit, with the names of the files.
 fn in_files(files: &[PathBuf], error: FitError) -> Failure {
     let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
     Failure::from(error).in_place(&names.join(", "))
 }
 
-/// The failure for a file that is not a sweep.
+/// Returns the failure for a file that is not a sweep.
 fn unreadable(file: &Path, error: &JournalError) -> Failure {
     match error {
         JournalError::Io { source, .. } => input::unreadable(file, source),

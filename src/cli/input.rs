@@ -66,7 +66,8 @@ pub fn make(request: &Request, talk: &Talk) -> Result<Loaded, Failure> {
     })
 }
 
-/// The failure for a file that cannot be read. If the name of a missing file describes a sample, the help says so.
+/// Returns the failure for a file that cannot be read. If the name of a missing file describes a sample, the help
+/// gives the correct form.
 fn with_sample(error: InputError, path: &str) -> Failure {
     let is_sample = matches!(error, InputError::Missing { .. }) && parse_sample(path).is_ok();
     let failure = Failure::from(error);

@@ -28,7 +28,8 @@ pub enum Tables {
 type Render<'a> = &'a dyn Fn(TableFormat, Option<usize>) -> String;
 
 impl Tables {
-    /// Returns the destination for the value of `--profile`. A name that ends in `.csv` gives a file for each table name.
+    /// Returns the destination for the value of `--profile`. A name that ends in `.csv` gives a file for each table
+    /// name.
     pub fn of(profile: Option<&Path>, names: &[&str]) -> Result<Self, Failure> {
         let Some(path) = profile else { return Ok(Tables::None) };
         let extension = path.extension().and_then(OsStr::to_str).map(str::to_lowercase);
@@ -57,7 +58,7 @@ impl Tables {
         }
     }
 
-    /// Writes the tables to their files, if any, and returns the paths.
+    /// Writes the tables to their files, if there are any, and returns the paths.
     pub fn write(&self, tables: Render<'_>) -> Result<Vec<PathBuf>, Failure> {
         if let Tables::Files(files) = self {
             for (path, format, which) in files {
@@ -67,7 +68,7 @@ impl Tables {
         Ok(self.paths().into_iter().map(Path::to_owned).collect())
     }
 
-    /// Prints the tables, if their destination is standard error.
+    /// Prints the tables if their destination is standard error.
     pub fn print(&self, tables: Render<'_>) {
         if matches!(self, Tables::Print) {
             // Nothing can be reported if standard error is closed.

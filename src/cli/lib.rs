@@ -1,4 +1,4 @@
-//! septet-cli: the subcommands, exit codes, options, progress and errors of the program `septet`.
+//! septet-cli: the subcommands, options, progress messages, errors and exit codes of the program `septet`.
 
 mod completions;
 mod errors;

@@ -1,4 +1,4 @@
-//! Messages of a running command: progress bar, notes, log lines; and its interruption.
+//! The progress bar, notes and log lines of a running command, and its interruption.
 
 use std::io::{IsTerminal, Write, stderr};
 use std::panic::resume_unwind;
@@ -78,7 +78,7 @@ impl Talk {
             _ => LevelFilter::TRACE,
         };
         let filter = Targets::new().with_default(level);
-        // The log lines name the phase, so that its span is not needed.
+        // The log lines name the phase, so its span is not needed.
         let filter = if level == LevelFilter::INFO {
             filter.with_target("septet_lab::phase", LevelFilter::OFF)
         } else {
@@ -130,7 +130,7 @@ impl Talk {
         let _ = tracing_subscriber::registry().with(trace).with(lines.with_filter(filter)).try_init();
     }
 
-    /// Colours a text, if colours are on.
+    /// Colours a text if colours are on.
     pub fn paint(&self, text: &str, code: &str) -> String {
         if self.color { format!("\x1b[{code}m{text}\x1b[0m") } else { text.to_owned() }
     }
@@ -140,7 +140,7 @@ impl Talk {
         self.painted(printable(line.as_ref()));
     }
 
-    /// Prints a line that holds colours to standard error, unless quiet.
+    /// Prints a line that contains colours to standard error, unless quiet.
     pub fn painted(&self, line: impl AsRef<str>) {
         if !self.quiet {
             self.fault(line);

@@ -33,7 +33,7 @@ pub struct ReproduceArgs {
     /// Use sizes of up to 2^24 points and more seeds: hours
     #[arg(long)]
     full: bool,
-    /// Explain each claim in two lines, and test none
+    /// Explain each claim in two lines, without testing it
     #[arg(long)]
     list: bool,
     /// First seed of the sets and runs
@@ -101,7 +101,7 @@ fn judge(
     let show = |text: &str| {
         if table {
             talk.aside(|| {
-                // If the reader has closed the pipe, the exit code still tells the result.
+                // If the reader has closed the pipe, the exit code still gives the result.
                 let _ = files::print(text);
             });
         }

@@ -170,7 +170,7 @@ fn stoppable(f: impl FnOnce() -> Result<Line, Failure>) -> Result<Line, Failure>
     }
 }
 
-/// The expected cost of a run, relative to other runs.
+/// Returns the expected cost of a run relative to other runs.
 fn cost(job: &Job) -> f64 {
     let n = job.request.n.max(2) as f64;
     n * n.log2() + 1000.0

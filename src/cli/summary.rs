@@ -23,7 +23,7 @@ pub fn written(files: &[PathBuf]) -> Vec<String> {
     files.iter().map(line).collect()
 }
 
-/// Formats the summary of a run. `is_sample`: whether its points were generated.
+/// Formats the summary of a run. `is_sample` is `true` if its points were generated.
 pub fn of_run(report: &Report, is_sample: bool) -> Vec<String> {
     let cell = if report.space == 2 { "triangle" } else { "tetrahedron" };
     let mut lines = vec![format!(
@@ -50,7 +50,7 @@ pub fn of_run(report: &Report, is_sample: bool) -> Vec<String> {
     lines
 }
 
-/// The points of the input that are not vertices.
+/// Counts the points of the input that are not vertices.
 fn set_aside(report: &Report) -> Option<String> {
     let p = &report.points;
     let duplicate =
@@ -60,7 +60,7 @@ fn set_aside(report: &Report) -> Option<String> {
     (!both.is_empty()).then(|| row("left out", both.join(", ")))
 }
 
-/// The graph, the repair and the traffic of the machine.
+/// Describes the graph, the repair and the traffic of the machine.
 fn machine(report: &Report) -> Vec<String> {
     let mut lines = Vec::new();
     if report.supergraph.kind != "none" {
@@ -97,12 +97,12 @@ fn machine(report: &Report) -> Vec<String> {
     lines
 }
 
-/// The choices for comparison that differ from the paper.
+/// Describes the baselines in use, which replace steps of the paper for comparison.
 fn baselines(report: &Report) -> Option<String> {
     let p = &report.parameters;
     let cut = (p.partition != Partition::Sphere.name()).then_some("k-d planes separate subproblems");
     let naive =
-        (p.neighbours != Correction::Descent.name()).then_some("balls are corrected naively, bottom-up");
+        (p.neighbours != Correction::Descent.name()).then_some("balls are corrected bottom-up, node by node");
     let both: Vec<&str> = cut.into_iter().chain(naive).collect();
     (!both.is_empty()).then(|| row("baseline", both.join(", ")))
 }

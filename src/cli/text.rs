@@ -58,7 +58,7 @@ pub fn seconds(seconds: f64) -> String {
     }
 }
 
-/// Longest word of a message, in characters: corrupt files contain longer ones.
+/// Length of the longest word in a message, in characters. Words of corrupt files can be longer.
 const LONGEST_WORD: usize = 200;
 
 /// Shortens words that are too long for a message.
@@ -70,8 +70,8 @@ fn shortened(text: &str) -> String {
     text.split_inclusive(char::is_whitespace).map(short).collect()
 }
 
-/// Escapes control characters, which could change the state of a terminal, and shortens long words. Line breaks and tabs
-/// stay.
+/// Escapes control characters, which could change the state of a terminal, and shortens long words. Line breaks and
+/// tabs stay.
 pub fn printable(text: &str) -> String {
     let text = shortened(text);
     let mut out = String::with_capacity(text.len());
@@ -85,7 +85,7 @@ pub fn printable(text: &str) -> String {
     out
 }
 
-/// A path with its control characters escaped, line breaks too.
+/// Returns a path with all control characters escaped, including line breaks.
 pub fn name(path: &Path) -> String {
     printable(&path.display().to_string()).replace('\n', "\\n").replace('\t', "\\t")
 }
@@ -97,7 +97,8 @@ pub fn nearest<'a>(typed: &str, names: impl IntoIterator<Item = &'a str>) -> Vec
     all.into_iter().map(|(_, name)| name).collect()
 }
 
-/// The number of insertions, deletions, replacements and exchanges of neighbours between two words.
+/// Returns the number of insertions, deletions, replacements and swaps of adjacent letters that convert one
+/// word into the other.
 fn distance(a: &str, b: &str) -> usize {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
     let mut rows = vec![vec![0; b.len() + 1]; a.len() + 1];

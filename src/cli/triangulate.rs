@@ -116,8 +116,8 @@ fn print_report(args: &RunArgs, report: &Report, files: &[PathBuf], talk: &Talk)
     Ok(())
 }
 
-/// Returns a run whose certificate failed together with the failure, because its counts are reported. Other errors are
-/// returned.
+/// Returns a run whose certificate failed, together with the failure, because its counts are reported. Other errors
+/// are returned as they are.
 fn uncertified(error: Error) -> Result<(Run, Option<Failure>), Error> {
     let message = error.to_string();
     match error {
@@ -135,7 +135,7 @@ fn go(points: &Points, config: &Config, counted: bool) -> Result<Run, Error> {
     }
 }
 
-/// Converts an error; one about points names the file and the positions of the points in it.
+/// Converts an error. An error about points names the file and the positions of the points in it.
 pub fn place(error: Error, loaded: &Loaded, input: &str) -> Failure {
     let Error::Points(mut error) = error else { return error.into() };
     let at = |i: usize| loaded.source_index.as_ref().map_or(i, |s| s[i] as usize);
@@ -164,7 +164,7 @@ fn write_all(args: &RunArgs, run: &Run, loaded: &Loaded, talk: &Talk) -> Result<
         let mut progress = |done: u64, total: u64| talk.stage(&stage, done, Some(total));
         let view = run.view(loaded.points.coordinates());
         let written = match (&loaded.source_index, options.format_of(output)?) {
-            // The indices of a file of cells alone count all rows of the input, dropped ones included.
+            // In a file that has only cells, indices count all rows of the input, including dropped ones.
             (Some(source), OutputFormat::Npy) => {
                 let cells: Vec<u64> = view.cells.iter().map(|&v| source[v as usize]).collect();
                 let rows = loaded.points.len() + loaded.skipped as usize;

@@ -1,7 +1,6 @@
 //! The known word with the nearest spelling.
 
-/// Returns the candidate that differs from the word in at most one letter, or by two neighbouring letters in the other
-/// order. The first such candidate wins.
+/// Returns the first candidate that differs from the word in at most one letter, or by a swap of two adjacent letters.
 pub(crate) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     candidates
         .into_iter()

@@ -1,5 +1,5 @@
-//! The baseline of incremental insertion: parallel randomized incremental insertion ([`septet_geometry::dependence`])
-//! on the same points, counted with the primitives of the same ledger. It exists for comparison only, and its code is
+//! A baseline: parallel randomized incremental insertion ([`septet_geometry::dependence`]). It runs on the same
+//! points as septet, and the primitives of the same ledger count it. It exists for comparison only, and its code is
 //! sequential.
 
 use std::time::Instant;
@@ -113,7 +113,7 @@ pub struct IncrementalReport {
     pub work: u64,
     /// Vector steps on the longest chain of cells, with each scan counted as 1.
     pub depth: u64,
-    /// The same, with a scan of m items counted as `ceil(log2 m)`.
+    /// `depth` with a scan of m items counted as `ceil(log2 m)`.
     pub depth_log_scan: u64,
     /// The same as `depth`, but a union of conflicts counts as 1, as in a concurrent hash table.
     pub depth_hashed: u64,
@@ -132,7 +132,7 @@ pub struct IncrementalReport {
 /// One round of insertions.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct BaselineRound {
-    /// Number of facets that are final.
+    /// Number of facets that became final.
     pub facets: u64,
     /// Number of cells made.
     pub cells: u64,
@@ -166,7 +166,7 @@ pub struct SeptetTotal {
     pub work: u64,
     /// Longest chain of vector steps, with each scan counted as 1.
     pub depth: u64,
-    /// The same, with a scan of m items counted as `ceil(log2 m)`.
+    /// `depth` with a scan of m items counted as `ceil(log2 m)`.
     pub depth_log_scan: u64,
     /// Brent's bound on the steps with as many processors as points.
     pub brent: u64,

@@ -18,10 +18,10 @@ const FILES: [&str; 10] = [
     "example.node",
 ];
 
-/// The vertices of all files.
+/// Returns the vertices of all files.
 ///
 /// # Panics
-/// If one is missing.
+/// Panics if a file is missing.
 pub fn all() -> Vec<(String, Points)> {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data");
     let vertices = |name: &str| {

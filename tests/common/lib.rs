@@ -18,7 +18,7 @@ use septet_protocol::ledger::Ledger;
 use septet_verify::{Triangulation, VerifyOptions, verify};
 use transports::Start;
 
-/// `workers` in the simulator.
+/// Returns the configuration of `workers` in the simulator.
 pub fn simulated(workers: Workers, delivery_seed: u64, leaf: u64) -> Config {
     base().with(|c| {
         c.machine.workers = workers;
@@ -27,7 +27,7 @@ pub fn simulated(workers: Workers, delivery_seed: u64, leaf: u64) -> Config {
     })
 }
 
-/// The defaults, free of the number of cores.
+/// Returns the default configuration, independent of the number of cores.
 pub fn base() -> Config {
     Config::default().with(|c| {
         c.machine.workers = Workers::Count(2);
@@ -36,7 +36,8 @@ pub fn base() -> Config {
     })
 }
 
-/// The supergraphs with the rules for separator sets that are valid for them; `auto` or fixed parameters.
+/// Returns the supergraphs with the rules for separator sets that are valid for them. Their parameters are
+/// `auto` or fixed.
 pub fn combinations(auto: bool) -> Vec<(GraphKind, SeparatorSets, Alpha, Neighbours)> {
     use SeparatorSets::{Both, Ghost, Smaller};
     let alpha = if auto { Alpha::Auto } else { Alpha::Value(2.5) };
@@ -52,7 +53,7 @@ pub fn combinations(auto: bool) -> Vec<(GraphKind, SeparatorSets, Alpha, Neighbo
     all
 }
 
-/// The configuration with another supergraph.
+/// Returns the configuration with another supergraph.
 pub fn with_graph(config: &Config, choice: (GraphKind, SeparatorSets, Alpha, Neighbours)) -> Config {
     let (graph, sets, alpha, k) = choice;
     config.clone().with(|c| {
@@ -61,7 +62,7 @@ pub fn with_graph(config: &Config, choice: (GraphKind, SeparatorSets, Alpha, Nei
     })
 }
 
-/// Panics unless everything that may not depend on workers or transport is equal.
+/// Panics unless all counts that must not depend on workers or transport are equal.
 pub fn assert_same_counts(a: &Ledger, b: &Ledger, what: &str) {
     for (key, charge) in &a.part.charges {
         assert_eq!(Some(charge), b.part.charges.get(key), "{what}: charge {key:?}");
@@ -77,12 +78,12 @@ pub fn assert_same_counts(a: &Ledger, b: &Ledger, what: &str) {
     assert_eq!(a.critical_path, b.critical_path, "{what}: critical path");
 }
 
-/// The coordinates of points, one after the other.
+/// Returns the coordinates of points, one after the other.
 pub fn coordinates<P: Point>(points: &[P]) -> Vec<f64> {
     points.iter().flat_map(|p| (0..P::DIM).map(|i| p.coord(i)).collect::<Vec<_>>()).collect()
 }
 
-/// Panics unless the cells are septet's canonical triangulation, by exact arithmetic of its own.
+/// Panics unless the independent verifier finds that the cells are septet's canonical triangulation.
 pub fn assert_verified<P: Point>(points: &[P], run: &Run) {
     let coordinates = coordinates(points);
     let options = VerifyOptions { perturbed: true, any_order: false, ..VerifyOptions::default() };
@@ -111,7 +112,7 @@ pub fn check_counted<P: Point>(points: &[P], config: &Config) -> Run {
     run
 }
 
-/// `workers` in `threads` threads.
+/// Returns the configuration of `workers` on `threads` threads.
 pub fn threaded(workers: Workers, threads: usize, leaf: u64) -> Config {
     base().with(|c| {
         c.machine.workers = workers;
@@ -130,7 +131,7 @@ pub fn check_over<P: Point>(start: Start, points: &[P], config: &Config, counted
     run
 }
 
-/// The configuration with this number of workers and points per leaf.
+/// Returns the configuration with this number of workers and points per leaf.
 pub fn with_workers(workers: Workers, leaf: u64) -> Config {
     base().with(|c| {
         c.machine.workers = workers;
@@ -138,12 +139,12 @@ pub fn with_workers(workers: Workers, leaf: u64) -> Config {
     })
 }
 
-/// Levels below the root.
+/// Returns the number of levels below the root.
 pub fn levels(ledger: &Ledger) -> u32 {
     ledger.part.nodes.keys().map(|node| node.level()).max().unwrap_or(0)
 }
 
-/// Runs `f`, and panics if it takes longer than any run of its size may.
+/// Runs `f`, and panics if it takes longer than this number of seconds.
 pub fn within<T: Send + 'static>(seconds: u64, what: &str, f: impl FnOnce() -> T + Send + 'static) -> T {
     let (done, result) = channel();
     let thread = std::thread::spawn(move || {

@@ -6,13 +6,13 @@ use septet_core::model::MeshView;
 pub struct Sample {
     /// 2 or 3.
     pub dimension: usize,
-    /// Of all points.
+    /// The coordinates of all points.
     pub coordinates: Vec<f64>,
-    /// Point indices.
+    /// The cells, as point indices.
     pub cells: Vec<u64>,
-    /// A worker for each cell.
+    /// The owner of each cell: a worker.
     pub owner: Vec<u32>,
-    /// A leaf for each cell.
+    /// The home leaf of each cell.
     pub home_leaf: Vec<u64>,
 }
 
@@ -24,7 +24,7 @@ impl Sample {
         Self { dimension, coordinates, cells: rows.concat(), owner, home_leaf }
     }
 
-    /// The mesh as writers take it.
+    /// Returns the mesh in the form that writers accept.
     pub fn view(&self) -> MeshView<'_> {
         MeshView {
             dimension: self.dimension,
@@ -37,7 +37,7 @@ impl Sample {
     }
 }
 
-/// The unit cube as k x k x k cubes of six tetrahedra each.
+/// Returns the unit cube as k x k x k cubes of six tetrahedra each.
 pub fn kuhn(k: u64) -> Sample {
     let at = |x: u64, y: u64, z: u64| x + (k + 1) * (y + (k + 1) * z);
     let mut coordinates = Vec::new();
@@ -66,7 +66,7 @@ fn lattice(k: u64) -> impl Iterator<Item = (u64, u64, u64)> {
     (0..k).flat_map(move |a| (0..k).flat_map(move |b| (0..k).map(move |c| (a, b, c))))
 }
 
-/// The unit square as k x k squares of two triangles each.
+/// Returns the unit square as k x k squares of two triangles each.
 pub fn squares(k: u64) -> Sample {
     let at = |x: u64, y: u64| x + (k + 1) * y;
     let mut coordinates = Vec::new();
@@ -85,7 +85,7 @@ pub fn squares(k: u64) -> Sample {
     Sample::new(2, coordinates, rows)
 }
 
-/// Points without cells.
+/// Returns points without cells.
 pub fn no_cells(dimension: usize, points: usize) -> Sample {
     let coordinates = (0..points * dimension).map(|i| i as f64 / 8.0).collect();
     Sample::new(dimension, coordinates, Vec::new())

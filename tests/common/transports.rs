@@ -21,7 +21,7 @@ pub const RANK: &str = "SEPTET_PIPE_RANK";
 const CONFIG: &str = "SEPTET_PIPE_CONFIG";
 const DIMENSION: &str = "SEPTET_PIPE_DIMENSION";
 
-/// The test that is a worker in a process of its own.
+/// The test that runs a worker in a process of its own.
 pub const WORKER_TEST: &str = "transports::a_process_is_a_worker";
 
 /// Returns the command that starts a worker process, without its environment.
@@ -65,8 +65,8 @@ impl Start {
     }
 }
 
-/// Calls `check` with each transport: channels with 1, 2 and 4 threads, the simulator with three orders of delivery, and,
-/// on Unix, processes that run [`WORKER_TEST`].
+/// Calls `check` with each transport: channels with 1, 2 and 4 threads, the simulator with three orders of delivery,
+/// and, on Unix, processes that run [`WORKER_TEST`].
 pub fn each_transport(check: impl FnMut(Start)) {
     let channels = [1, 2, 4].map(Start::Channel);
     let orders = [0, 1, 77].map(Start::Sim);
@@ -74,7 +74,7 @@ pub fn each_transport(check: impl FnMut(Start)) {
     channels.into_iter().chain(orders).chain(processes).for_each(check);
 }
 
-/// The test harness prints to standard output, so that a worker there writes its messages to descriptor 3.
+/// The test harness prints to standard output, so a worker under it writes its messages to descriptor 3.
 fn harness() -> Command {
     let mut command = Command::new("sh");
     command.args(["-c", "exec \"$0\" \"$@\" 3>&1 >/dev/null"]).arg(env::current_exe().expect("this program"));

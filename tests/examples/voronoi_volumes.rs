@@ -11,7 +11,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let Points::Space(points) = &sample.points else { return Err("a sample in space".into()) };
     let run = septet::triangulate(points, &TriangulateOptions::default())?;
 
-    // The part of a vertex's Voronoi cell in a tetrahedron, by the corners of its dual.
+    // To the volume of each of its vertices, a tetrahedron adds its part of the Voronoi cell of this vertex.
     let mut volumes = vec![0.0; points.len()];
     for cell in run.cells().chunks_exact(4) {
         let corners = [0, 1, 2, 3].map(|i| points[cell[i] as usize]);
@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             volumes[cell[v] as usize] += dual_volume(&corners, v, centre);
         }
     }
-    // Parts add up to the tetrahedra, so all volumes add up to the hull's.
+    // The parts add up to the tetrahedra, so all volumes add up to the volume of the hull.
     let hull: f64 =
         run.cells().chunks_exact(4).map(|cell| volume([0, 1, 2, 3].map(|i| points[cell[i] as usize]))).sum();
     let all: f64 = volumes.iter().sum();
@@ -33,7 +33,7 @@ fn volume([a, b, c, d]: [DVec3; 4]) -> f64 {
     (b - a).dot((c - a).cross(d - a)) / 6.0
 }
 
-/// The centre of the sphere through four points.
+/// Returns the centre of the sphere through four points.
 fn circumcentre(&[a, b, c, d]: &[DVec3; 4]) -> DVec3 {
     let [u, v, w] = [b - a, c - a, d - a];
     let up =
@@ -41,15 +41,15 @@ fn circumcentre(&[a, b, c, d]: &[DVec3; 4]) -> DVec3 {
     a + up / (2.0 * u.dot(v.cross(w)))
 }
 
-/// The centre of the circle through three points.
+/// Returns the centre of the circle through three points.
 fn triangle_centre(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
     let (u, v) = (b - a, c - a);
     let n = u.cross(v);
     a + (n.cross(u) * v.length_squared() + v.cross(n) * u.length_squared()) / (2.0 * n.length_squared())
 }
 
-/// The signed volume of the part of a tetrahedron that belongs to the Voronoi cell of its corner `v`: a sum over the flags
-/// (edge, triangle) at the corner.
+/// Returns the signed volume of the part of a tetrahedron that belongs to the Voronoi cell of its corner `v`: a sum
+/// over the flags (edge, triangle) at the corner.
 fn dual_volume(corners: &[DVec3; 4], v: usize, centre: DVec3) -> f64 {
     let at = corners[v];
     let others: Vec<usize> = (0..4).filter(|&i| i != v).collect();

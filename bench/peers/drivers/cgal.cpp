@@ -1,5 +1,5 @@
 // CGAL: Delaunay_triangulation_3 with Compact_location (its default) and its own spatially sorted insertion of a range;
-// Delaunay_triangulation_2 in the plane. With CGAL_LINKED_WITH_TBB the same in space with Parallel_tag and a lock grid.
+// Delaunay_triangulation_2 in the plane. With CGAL_LINKED_WITH_TBB, it uses Parallel_tag and a lock grid in space.
 #include <CGAL/Delaunay_triangulation_2.h>
 #include <CGAL/Delaunay_triangulation_3.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>

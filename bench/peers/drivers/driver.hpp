@@ -1,7 +1,7 @@
-// What every driver shares: reading the points, the clock, resident memory, the hash of the cells, the answer.
+// The common code of all drivers: reading the points, the clock, resident memory, the hash of the cells, the output.
 //
 // A driver is called as `driver POINTS.npy THREADS`, reads the points, times one call of its library, and prints one
-// object of JSON. Wall and processor seconds are those of the call alone; `rss_peak` is the largest resident memory
+// object of JSON. Wall and processor seconds are measured during the call only; `rss_peak` is the largest resident memory
 // between the end of reading and the end of the call.
 //
 // The hash is the sum modulo 2^64 over all finite cells of a mix of the cell's corners, where a corner is a mix of the
@@ -83,7 +83,7 @@ struct Measured {
     std::uint64_t before, peak;
 };
 
-// Times one call, with the peak of resident memory set back before it.
+// Times one call. The peak of resident memory is reset before it.
 template <class F> Measured measure(F call) {
     std::ofstream("/proc/self/clear_refs") << "5";
     Measured m{};
@@ -105,7 +105,7 @@ inline std::uint64_t mix(std::uint64_t x) {
     return x ^ (x >> 31);
 }
 
-// One corner; `coordinate(i)` for each axis.
+// The hash of one corner. `coordinate(i)` returns the coordinate of axis i.
 template <class F> std::uint64_t corner(std::size_t dimension, F coordinate) {
     std::uint64_t h = dimension;
     for (std::size_t i = 0; i < dimension; ++i) {
@@ -129,7 +129,7 @@ template <std::size_t N> struct Cells {
     }
 };
 
-// The answer. Without cells (`hashed` false) `count` is what the library counts.
+// The output. If no cells were hashed (`hashed` is false), `count` is the count of the library.
 inline void answer(const Measured& m, std::uint64_t count, std::uint64_t hash, bool hashed, const std::string& version) {
     std::printf("{\"seconds\": %.6f, \"processor_seconds\": %.6f, \"rss_before\": %" PRIu64 ", \"rss_peak\": %" PRIu64
                 ", \"cells\": %" PRIu64 ", ",

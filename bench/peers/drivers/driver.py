@@ -1,4 +1,4 @@
-"""What the drivers in Python share, as driver.hpp for those in C++: clock, resident memory, hash of the cells, answer."""
+"""The common code of the drivers in Python, as in driver.hpp for C++: clock, resident memory, hash of the cells, output."""
 import json
 import pathlib
 import resource
@@ -20,7 +20,7 @@ def mix(x):
 
 
 def corners(points):
-    """One hash for each row of coordinates, -0 counting as 0."""
+    """Returns a hash for each row of coordinates. -0 counts as 0."""
     bits = (points + 0.0).view(np.uint64)
     hashes = np.full(len(points), points.shape[1], dtype=np.uint64)
     for axis in range(points.shape[1]):
@@ -55,7 +55,7 @@ def processor():
 
 
 def measure(call):
-    """Times one call, with the peak of resident memory set back before it; what it returns, and the figures."""
+    """Times one call, with the peak of resident memory reset before it. Returns the result of the call and the figures."""
     pathlib.Path("/proc/self/clear_refs").write_text("5")
     before, used, start = memory("VmRSS"), processor(), time.perf_counter()
     result = call()
@@ -65,7 +65,7 @@ def measure(call):
 
 
 def points():
-    """The points that the command line names; one thread is all that these drivers offer."""
+    """Returns the points of the command line. These drivers have one thread only."""
     if len(sys.argv) != 3 or sys.argv[2] != "1":
         raise SystemExit("usage: driver POINTS.npy 1")
     return np.load(sys.argv[1])

@@ -1,4 +1,4 @@
-"""Gmsh's own Delaunay of bare points, gmsh.algorithm of its Python package; the time includes copying into NumPy arrays."""
+"""Gmsh's Delaunay triangulation of points: gmsh.algorithm of its Python package. The time includes copying into NumPy arrays."""
 import gmsh
 import numpy as np
 

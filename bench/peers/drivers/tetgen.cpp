@@ -1,4 +1,4 @@
-// TetGen as a library: points to tetrahedra (its answer is a copy of them), without its list of faces.
+// TetGen as a library: tetrahedra from points, with its copy of the result, without its list of faces.
 #include <tetgen.h>
 
 #include "driver.hpp"

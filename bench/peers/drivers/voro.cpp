@@ -1,12 +1,12 @@
 // Voro++: all Voronoi cells with their neighbours, cut by the bounding box. There are no tetrahedra to compare; the
-// number of cells is the answer.
+// driver reports the number of cells.
 #include <voro++.hh>
 
 #include <cmath>
 
 #include "driver.hpp"
 
-// Points for each block of Voro++'s grid, its own recommendation.
+// Points for each block of Voro++'s grid, as Voro++ recommends.
 constexpr double PER_BLOCK = 5.6;
 
 int main(int argc, char** argv) {
@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
             low[axis] = std::min(low[axis], points[i][axis]);
             high[axis] = std::max(high[axis], points[i][axis]);
         }
-        // Points on the box's face would be outside of it.
+        // Points on a face of the box would be outside of it.
         double margin = 1e-9 * (high[axis] - low[axis]) + 1e-300;
         low[axis] -= margin;
         high[axis] += margin;

@@ -22,7 +22,7 @@ def one_run(program, one, options):
 
 
 def septet_checks(chosen, one, options):
-    """Cells of septet on a set, by program: not timed."""
+    """Returns the cells of septet on a set, by program, from runs that are not timed."""
     checks = {}
     for program in chosen:
         if not program.driver and one.dimension in program.dimensions:

@@ -76,7 +76,7 @@ fn outputs(args: &MeshArgs, tables: &Tables) -> Result<(), Failure> {
         .collect();
     let texts = args.json.iter().chain(&args.tracing.trace).chain(&faces).map(PathBuf::as_path);
     let texts: Vec<&Path> = texts.chain(tables.paths()).collect();
-    // The points of a .poly file may be in a .node file of the same name.
+    // A .poly file may have its points in a .node file of the same name.
     let name = args.domain.to_string_lossy();
     let node = Path::new(name.strip_suffix(".gz").unwrap_or(&name)).with_extension("node");
     let read = [Some(&args.domain), args.size_field.as_ref(), Some(&node).filter(|n| n.is_file())];
@@ -235,7 +235,8 @@ impl Job<'_> {
         error.into()
     }
 
-    /// Prints the first defects of a mesh that does not conform, and returns the failure. Returns `None` if it conforms.
+    /// Prints the first defects of a mesh that does not conform, and returns the failure. Returns `None` if it
+    /// conforms.
     fn broken(&self, conformity: &Conformity) -> Option<Failure> {
         let defects = &conformity.defects;
         if defects.is_empty() {

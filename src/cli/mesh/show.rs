@@ -28,8 +28,8 @@ pub fn figures<P: Point>(quality: &Quality<P>, promise: Promise) -> Vec<(String,
     all.into_iter().map(draw).collect()
 }
 
-/// Formats a few lines for people: conformity, quality with its bound, boundary, angles. A line about a weakness names
-/// the option that improves it.
+/// Formats a few lines for people, on conformity, quality with its bound, boundary and angles. A line about a weakness
+/// names the option that improves it.
 pub fn summary<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
     let Judged { mesh, conformity, .. } = *judged;
     let verdict = match conformity.defects.len() {
@@ -45,7 +45,7 @@ pub fn summary<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
     lines
 }
 
-/// The radius-edge ratios by place of the circumcentre, and the bound.
+/// Describes the radius-edge ratios by place of the circumcentre, and the bound.
 fn radius_edge<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
     let Judged { domain, request, quality, .. } = *judged;
     let [free, near, above, outside] = &quality.places;
@@ -67,7 +67,7 @@ fn radius_edge<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
     parts.iter().zip(labels).map(|(part, label)| row(label, part)).collect()
 }
 
-/// The distance between a surface and its remeshed boundary, and their differences.
+/// Describes the distance between a surface and its remeshed boundary, and other differences.
 fn surface<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
     let Some(deviation) = judged.conformity.deviation else { return Vec::new() };
     let mut lines = vec![row(
@@ -96,7 +96,7 @@ fn surface<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
     lines
 }
 
-/// The range of the angles, and the slivers.
+/// Describes the range of the angles, and the slivers.
 fn angles<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
     let quality = judged.quality;
     let angle = if P::DIM == 2 { "angles" } else { "dihedral angles" };

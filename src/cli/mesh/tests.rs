@@ -49,7 +49,7 @@ fn cube() -> Domain<DVec3> {
     septet_meshing::check(&input).unwrap()
 }
 
-/// Do all points lie in the flat box of these?
+/// Returns `true` if all points lie in the bounding box of the corners, which may be flat.
 fn holds(corners: &[DVec3], points: &[DVec3]) -> bool {
     let low = corners.iter().fold(DVec3::INFINITY, |m, &p| m.min(p));
     let high = corners.iter().fold(DVec3::NEG_INFINITY, |m, &p| m.max(p));
@@ -62,7 +62,7 @@ fn segment_of(domain: &Domain<DVec3>, points: &[DVec3]) -> Option<u32> {
 }
 
 fn facet_of(domain: &Domain<DVec3>, points: &[DVec3]) -> Option<u32> {
-    // The corners of side facets lie in one plane along an axis: their box is flat.
+    // The corners of a side facet lie in a plane that is normal to an axis, so their bounding box is flat.
     let corners = |f: &septet_meshing::domain::Facet| -> Vec<DVec3> {
         f.corners.iter().map(|&v| domain.points()[v as usize]).collect()
     };
@@ -140,7 +140,7 @@ fn request() -> MeshRequest {
     }
 }
 
-/// Writes a mesh under this name and hands the directory on.
+/// Writes a mesh under this name and returns the directory.
 fn written(name: &str) -> tempfile::TempDir {
     let domain = cube();
     let mesh = lattice(&domain);
@@ -156,7 +156,7 @@ fn text(place: &tempfile::TempDir, name: &str) -> String {
     fs::read_to_string(place.path().join(name)).unwrap()
 }
 
-/// The last word of each line but the first, counted.
+/// Counts the last words of all lines but the first.
 fn last_words(text: &str) -> std::collections::BTreeMap<i64, usize> {
     let mut counts = std::collections::BTreeMap::new();
     for line in text.lines().skip(1) {
@@ -214,11 +214,11 @@ fn the_files_of_tetgen_have_markers() {
     assert_eq!(text(&place, "m.1.face").lines().next(), Some("56 1"));
     assert_eq!(last_words(&text(&place, "m.1.ele")), [(3, 24), (7, 24)].into());
     assert!(text(&place, "m.1.ele").starts_with("48 4 1\n"));
-    // Two pieces along each of 12 horizontal edges, one along each of 8 vertical ones.
+    // There are two subsegments on each of the 12 horizontal edges and one on each of the 8 vertical edges.
     assert_eq!(last_words(&text(&place, "m.1.edge")), [(0, 32)].into());
     let node = text(&place, "m.1.node");
     assert!(node.starts_with("27 3 1 1\n1 0 0 0 0.5 "), "{node}");
-    // The middles of facets have their facets' markers.
+    // The point in the middle of a facet has the marker of the facet.
     let marker = |p: &str| node.lines().find(|l| l.contains(p)).and_then(|l| l.rsplit(' ').next()).unwrap();
     assert_eq!([marker(" 0.5 0.5 0 0.5"), marker(" 0.5 0.5 0.5 0.5")], ["10", "16"]);
 }
@@ -228,7 +228,7 @@ fn gmsh_and_medit_have_groups() {
     let place = written("m.msh");
     let msh = text(&place, "m.msh");
     assert!(msh.contains("$Entities\n0 20 7 2\n"), "{msh}");
-    // Facet 0 of the file with its box and its group.
+    // Facet 0 of the file, with its bounding box and its group.
     let surface = |marker: i64| msh.lines().any(|l| l.ends_with(&format!(" 1 {marker} 0")));
     assert!((10..17).all(surface) && surface(3) && surface(7));
     assert!(msh.contains("$Elements\n29 136 1 136\n"), "{msh}");
@@ -271,7 +271,7 @@ fn vtu_has_arrays_and_faces() {
     let faces = faces_path(Path::new("m.vtu"));
     let faces = head(faces.to_str().unwrap());
     assert!(faces.contains("NumberOfPoints=\"27\" NumberOfCells=\"56\""), "{faces}");
-    // The arrays are where the head says.
+    // The arrays are at the offsets that the head gives.
     let bytes = fs::read(place.path().join("m.vtu")).unwrap();
     let word = |name: &str, i: usize| {
         let line = cells.lines().find(|l| l.contains(&format!("Name=\"{name}\""))).unwrap();
@@ -284,13 +284,13 @@ fn vtu_has_arrays_and_faces() {
     };
     assert_eq!(f64::from_bits(word("size", 8 * 5)), 0.5);
     assert!(f64::from_bits(word("attribute", 0)) == 7.0 && f64::from_bits(word("attribute", 8 * 47)) == 3.0);
-    // The first point is a corner, the middle one on a facet.
+    // The first point is a corner, and the middle one lies on a facet.
     assert_eq!(word("carrier_dimension", 0) as u32, 0);
     assert_eq!(word("carrier_dimension", 4 * 13) as u32, 2);
     let mut angles: Vec<f64> = (0..48).map(|i| f64::from_bits(word("least_angle", 8 * i))).collect();
     angles.sort_by(f64::total_cmp);
     assert!(angles[0] > 44.9 && angles[47] < 45.1, "{angles:?}");
-    // A reader takes them as triangles.
+    // A reader reads the faces as triangles.
     let path = place.path().join("m.faces.vtu");
     let read = read_points(&path, &ReadOptions::default(), &mut |_, _| {}).unwrap();
     assert!(matches!(read.points, Points::Space(p) if p.len() == 27));
@@ -369,7 +369,7 @@ fn the_report_says_what_was_found() {
     let counted = json["quality"]["radius_edge"]["counts"].as_array().unwrap();
     assert_eq!(counted.iter().map(|c| c.as_u64().unwrap()).sum::<u64>(), 48);
     let counts = [0, 1, 2, 3].map(|i| json["radius_edge"][i]["cells"].as_u64().unwrap());
-    // The cubes' middles lie in the balls of faces, whose radii are larger than the sizes there.
+    // The centres of the cubes lie in the balls of faces, whose radii are larger than the sizes there.
     assert_eq!(counts, [0, 0, 48, 0]);
     assert!(json["features"][0]["feature"].as_str().unwrap().contains(' '));
     let carried = json["radius_edge"][2]["worst"][0]["vertices"][0][1].as_str().unwrap();
@@ -416,7 +416,7 @@ fn a_mesh_ends_when_it_is_cancelled() {
     assert!(matches!(made, Err(MeshError::Run(septet_core::Error::Interrupted))), "{made:?}");
 }
 
-/// What a mesh may need is known before any point is placed.
+/// The memory that a mesh may need is estimated before any point is inserted.
 #[test]
 fn a_mesh_that_is_too_fine_is_refused() {
     let domain = cube();

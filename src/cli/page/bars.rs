@@ -7,12 +7,12 @@ use super::data::{RunData, number, text};
 use super::svg::Drawing;
 use super::{Figure, Table, Variant};
 
-/// Draws the number of stars by their proof, which shows how well the hypothesis of the theorem holds.
+/// Draws the numbers of stars by their proof. They show how well the hypothesis of the theorem holds.
 pub(super) fn proofs(run: &RunData) -> Option<Figure> {
     let kinds = [
-        ("hypothesis", "supergraph and certificate alone, as the paper supposes"),
-        ("local_radius", "a ball of the known radius would prove them"),
-        ("exchange", "changed by the exchange between stars"),
+        ("hypothesis", "supergraph and certificate alone, as the paper assumes"),
+        ("local_radius", "a ball of the known radius would suffice"),
+        ("exchange", "changed by star splaying"),
     ];
     let counts = kinds.map(|(key, _)| run.number(&format!("/how_proved/{key}")).unwrap_or(0.0));
     let total: f64 = counts.iter().sum();
@@ -36,7 +36,7 @@ pub(super) fn proofs(run: &RunData) -> Option<Figure> {
         table.rows.push(vec![json!(name), json!(count), json!(count / total)]);
     }
     let caption =
-        "If the hypothesis of the theorem holds, no star needs the exchange. Every star passed the certificate."
+        "If the hypothesis of the theorem holds, splaying changes no star. Every star passed the certificate."
             .to_owned();
     let variants = vec![Variant { name: String::new(), body: out, table }];
     Some(Figure { id: "proofs", title: "How each star was certified", caption, variants })

@@ -31,7 +31,7 @@ pub(super) fn read(name: &str, text: &str) -> Result<Vec<Entry>, PageError> {
     if let Ok(value) = whole {
         return Ok(vec![entry(name.to_owned(), name, 1, value)?]);
     }
-    // A sweep has an object in its first line. The error for other text is that of one object.
+    // The first line of a sweep is an object. If it is not, the error is about the text as one object.
     let first = text.lines().find(|l| !l.trim().is_empty()).unwrap_or_default();
     if let (Err(error), Err(_)) = (&whole, serde_json::from_str::<Value>(first)) {
         return Err(PageError::Syntax { name: name.into(), line: error.line(), why: error.to_string() });
@@ -70,7 +70,7 @@ fn run(full: String, name: &str, line: usize, value: Value) -> Result<RunData, P
     Ok(RunData { name: full, value })
 }
 
-/// Returns the phase of a row.
+/// Returns the text of a row's field, empty if it is missing.
 pub(super) fn text(value: &Value) -> &str {
     value.as_str().unwrap_or_default()
 }
@@ -118,8 +118,7 @@ impl RunData {
         self.value["kind"].as_str().or(sample).unwrap_or(input).to_owned()
     }
 
-    /// Returns a text that is equal for runs that one law may describe: all options except size, seed and number of
-    /// workers.
+    /// Returns all options except size, seed and number of workers. Runs with equal options may follow one law.
     pub(super) fn options(&self) -> Vec<String> {
         let word = |key: &str| {
             // A report holds the leaf size that was used, and whether the user chose it.

@@ -25,7 +25,7 @@ impl Table {
 pub struct Variant {
     /// Name of the variant.
     pub name: String,
-    /// The drawing, without a style of its own.
+    /// The drawing, without a style.
     pub body: Drawing,
     /// The numbers of the drawing.
     pub table: Table,

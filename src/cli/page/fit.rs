@@ -1,7 +1,7 @@
 //! A power law through measured points, with its interval.
 //!
-//! Ordinary least squares of `ln y` over `ln x`. The interval of the exponent is Student's at 95 %, if a
-//! straight line in logarithms is the right model.
+//! The fit is ordinary least squares of `ln y` over `ln x`. The exponent has Student's 95 % interval, which
+//! assumes that a straight line in logarithms is the right model.
 
 /// `y = c x^e`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,7 +12,7 @@ pub(super) struct PowerLaw {
     pub(super) margin: Option<f64>,
 }
 
-/// Student's t at 97.5 % for 1 to 10 degrees of freedom; above, it is close to the normal quantile.
+/// Student's t at 97.5 % for 1 to 10 degrees of freedom. Above 10, it is close to the normal quantile.
 const STUDENT: [f64; 10] = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228];
 
 /// Fits points with positive coordinates. Returns `None` if all abscissae are equal.

@@ -137,7 +137,7 @@ fn worker_ticks(out: &mut Drawing, bins: &[Value], corner: (f64, f64), step: f64
     }
 }
 
-/// Draws senders by receivers, for all phases together and for each phase.
+/// Draws the traffic by sender and receiver, for all phases together and for each phase.
 pub(super) fn traffic(run: &RunData) -> Option<Figure> {
     let rows = run.rows("/traffic/rows");
     let mut phases: Vec<&str> = Vec::new();

@@ -13,7 +13,7 @@ use super::{Figure, Page};
 
 const PAGE_STYLE: &str = include_str!("assets/page.css");
 
-/// The import map: the names of the script modules and their texts.
+/// The names of the script modules and their texts, for the import map.
 const MODULES: [(&str, &str); 12] = [
     ("three", include_str!("assets/three/three.min.js")),
     ("septet/data", include_str!("assets/data.js")),
@@ -123,7 +123,7 @@ pub(super) fn page(page: &Page) -> Result<String, serde_json::Error> {
     Ok(out)
 }
 
-/// The data of a mesh for the script.
+/// Returns the data of a mesh for the script.
 fn picture(mesh: Option<&MeshData>) -> Value {
     let Some(mesh) = mesh else { return Value::Null };
     let mut value = json!(mesh.file.view);
@@ -178,7 +178,7 @@ fn summary(run: &RunData, out: &mut String) {
         format!("{} messages, {}B", say("/machine/messages"), si(get("/machine/bytes").unwrap_or(0.0)));
     card(out, "workers", &say("/machine/workers"), &machine);
     let cut = if word("/parameters/partition") == "kd" { ", cut by k-d planes" } else { "" };
-    let naive = if word("/parameters/neighbours") == "naive" { ", balls corrected naively" } else { "" };
+    let naive = if word("/parameters/neighbours") == "naive" { ", balls corrected bottom-up" } else { "" };
     let tree = format!("{} levels of the tree{cut}{naive}", say("/tree/levels"));
     card(out, "rounds", &say("/machine/rounds"), &tree);
     if let Some(depth) = get("/machine/paper/depth") {

@@ -9,7 +9,7 @@ use super::levels::{Shape, with_law};
 use super::plot::{Plot, Series};
 use super::{Figure, Table, Variant};
 
-/// A law: its function of n, and its formula.
+/// A law, as a function of n and as a formula.
 struct Law {
     shape: fn(n: f64, space: f64) -> f64,
     name: &'static str,

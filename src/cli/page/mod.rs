@@ -47,7 +47,7 @@ impl Page {
     /// Creates the page of these texts, each with its name.
     ///
     /// # Errors
-    /// If a text contains no report.
+    /// Fails if a text contains no report.
     pub fn of(texts: &[(String, String)]) -> Result<Page, PageError> {
         let (mut runs, mut meshes) = (Vec::new(), Vec::new());
         for (name, text) in texts {
@@ -78,7 +78,7 @@ impl Page {
     /// Returns the HTML text.
     ///
     /// # Errors
-    /// If a number cannot be written as JSON.
+    /// Fails if a number cannot be written as JSON.
     pub fn html(&self) -> Result<String, serde_json::Error> {
         html::page(self)
     }

@@ -9,14 +9,15 @@ use super::text::{Line, Lines, Source, integer};
 pub struct CellOptions {
     /// The format. By default the name of the file determines it, or else its content.
     pub format: Option<Format>,
-    /// The id of the first point in an `.ele` file: 0 or 1, as in the `.node` file (`PointFile::first_id`). By default, it is
-    /// the id of the first cell. Other formats define it.
+    /// The id of the first point in an `.ele` file: 0 or 1, as in the `.node` file (`PointFile::first_id`). By default,
+    /// it is the id of the first cell. Other formats fix this id.
     pub base: Option<u64>,
-    /// The number of points, for the check of the indices. By default it is the number of points in the file. Without points
-    /// in the file, indices are not checked.
+    /// The number of points, which bounds the indices. By default, it is the number of points in the file. If the file
+    /// has no points, indices are not checked.
     pub point_count: Option<u64>,
-    /// The cells of a mesh to read: 2 for triangles, 3 for tetrahedra. By default tetrahedra, if there are any. A list of the
-    /// other kind is an error.
+    /// The dimension of the cells to read: 2 for triangles, 3 for tetrahedra. By default, tetrahedra are read if there
+    /// are any, otherwise triangles. From a mesh (`.vtu`, `.vtk`, `.msh`, `.mesh`), only cells of this dimension are
+    /// read. A plain list of cells of the other dimension is an error.
     pub dimension: Option<usize>,
 }
 
@@ -71,13 +72,13 @@ impl<'a> Indices<'a> {
         Ok(())
     }
 
-    /// Returns the error for an id without a point.
+    /// Returns the error for an id that no point has.
     pub fn out_of_range(&self, place: Place, value: i128) -> InputError {
         let (path, cell) = (self.source.path.to_owned(), self.rows());
         InputError::OutOfRangeIndex { path, place, cell, value, first: self.first, limit: self.limit }
     }
 
-    /// Adds one row from the next words. Later words are not read.
+    /// Adds one row from the next words of a line. Later words are not read.
     pub fn push_words(
         &mut self,
         line: &Line<'_>,

@@ -22,9 +22,10 @@ pub(super) struct Collector<'a> {
 }
 
 impl<'a> Collector<'a> {
-    /// Creates a collector of points with `dimension` coordinates, or fewer if the options ask for fewer.
+    /// Creates a collector of points with `dimension` coordinates, or fewer if the options request fewer.
     ///
-    /// Reserves memory for the `announced` points, but not for more than `bytes` of file can hold, at `least` bytes per point.
+    /// It reserves memory for the `announced` points, but for no more points than `bytes` bytes of the file can hold at
+    /// `least` bytes each.
     pub fn new(
         source: Source<'a>,
         options: &ReadOptions,
@@ -134,7 +135,7 @@ impl<'a> Collector<'a> {
         self.met += 1;
     }
 
-    /// Returns the error for a row with another number of coordinates.
+    /// Returns the error for a row with a different number of coordinates.
     pub fn mixed(&self, place: Place, found: usize) -> InputError {
         InputError::MixedDimension {
             path: self.source.path.to_owned(),

@@ -1,13 +1,14 @@
 //! Text tables of points: `.xyz`, `.txt`, `.csv`, standard input, and files that are recognised by their content.
 //!
-//! **Rows.** A line is a point. Fields are separated by semicolons, else by commas, else by blanks. A field may be quoted.
-//! `#`, `%` and `//` begin a comment at the start of a field. Blank lines are skipped.
+//! **Rows.** A line is a point. A line with a semicolon is split at semicolons, otherwise at commas if it has any,
+//! otherwise at blanks. A field may be quoted. A `#`, `%` or `//` at the start of a field begins a comment. Blank lines
+//! are skipped.
 //!
 //! **Columns.** A header row selects the columns of the coordinates ([`super::header`]). Without one, the first three
 //! columns are the coordinates, or the first two if there are only two.
 //!
-//! **Counts.** A first line with a single integer is the number of points (`.pts`). A count, a comment and rows of an
-//! element and three numbers are a chemical `.xyz` file.
+//! **Counts.** A first line with a single integer is the number of points (`.pts`). A count, a comment line, and rows
+//! of an element and three numbers form a chemical `.xyz` file.
 
 use super::collect::Collector;
 use super::error::{InputError, Place};
@@ -21,7 +22,7 @@ struct Row<'a> {
     /// The line without its comment.
     text: &'a [u8],
     separator: u8,
-    /// Fields without blanks and quotes, at most as many as were asked for.
+    /// The fields without surrounding blanks and quotes, at most as many as were requested.
     fields: Vec<&'a [u8]>,
     /// The number of fields up to the last one that is not empty.
     filled: usize,
@@ -58,7 +59,8 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
     Table { source, options, header: None, announced: None, extra: None }.read()
 }
 
-/// Returns `true` if the bytes are text without control characters, and empty or with two numbers in one of the first lines.
+/// Returns `true` if the bytes are text without control characters that is empty or has two numbers in one of the first
+/// lines.
 pub(super) fn is_table(data: &[u8]) -> bool {
     const LINES: usize = 50;
     let head = &data[..data.len().min(4096)];
@@ -172,7 +174,8 @@ impl<'a> Table<'a, '_> {
         Ok(file)
     }
 
-    /// A table without rows of numbers is an empty set, unless its only line has words other than names of coordinates.
+    /// Returns an empty set for a table without rows of numbers, or an error if its only line is a count or does not
+    /// name the coordinates.
     fn without_rows(self) -> Result<PointFile, InputError> {
         if let Some((row, _)) = &self.announced {
             let (path, place) = (self.source.path.to_owned(), row.line.place());
@@ -208,7 +211,8 @@ fn push<'a>(
     let has_other_width = options.dimension.is_none() && found.min(3) != dimension;
     let last = selection.axes[..dimension].iter().copied().max().unwrap_or(0);
     if found <= last {
-        // An empty last field is a missing number. A missing field is a row of another kind.
+        // If the last required field is empty, its number is missing. If there is no such field, the row is
+        // too short.
         match row.fields.get(last) {
             Some(empty) => points.malformed(line, empty)?,
             None if is_positional => return Err(points.mixed(line.place(), found)),
@@ -231,8 +235,8 @@ fn push<'a>(
     Ok(())
 }
 
-/// Returns the expected content at a word in the first row: a number. If the row has enough numbers, the text also
-/// names the columns to choose.
+/// Returns the text about the content that a field of the first row should have: a number. If the row has enough
+/// numbers, the text also names columns to choose.
 fn advised(row: &Row<'_>, dimension: usize) -> String {
     let numbers = row.fields.iter().enumerate().filter(|(_, f)| number(f).is_some());
     let numbers: Vec<String> = numbers.map(|(i, _)| (i + 1).to_string()).collect();
@@ -274,7 +278,7 @@ impl<'a> Row<'a> {
     }
 }
 
-/// Fields of a line with quotes: separators within quotes belong to the field.
+/// The fields of a line with quotes. Separators within quotes belong to the field.
 struct Quoted<'a> {
     /// `None` after the last field.
     rest: Option<&'a [u8]>,
@@ -335,7 +339,8 @@ fn scan(text: &[u8]) -> Scan<'_> {
     Scan { text: &text[..end], separator, quoted }
 }
 
-/// Refuses a row such as `1,5, 2,5, 3,5`, which would pass as six columns: commas with and without blanks.
+/// Refuses a row with blanks after some of its commas only, such as `1,5, 2,5, 3,5`, which would pass as six
+/// columns.
 fn refuse_decimal_commas(source: Source<'_>, row: &Row<'_>) -> Result<(), InputError> {
     let text = row.text;
     let glued = text.windows(3).any(|w| w[0].is_ascii_digit() && w[1] == b',' && w[2].is_ascii_digit());
@@ -349,7 +354,8 @@ fn refuse_decimal_commas(source: Source<'_>, row: &Row<'_>) -> Result<(), InputE
 
 /// Returns the number of atoms of a chemical file: a count, a comment, then rows of an element and three numbers.
 ///
-/// A second line of as many numbers as the third line has words is a point, and the file is a table with a count.
+/// If the second line has as many numbers as the third line has words, it is a point, and the file is a table
+/// with a count.
 fn chemistry(source: Source<'_>) -> Option<u64> {
     let mut lines = Lines::new(source.data);
     let mut words = lines.next()?.words();

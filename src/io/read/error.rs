@@ -65,7 +65,7 @@ pub enum InputError {
     UnknownFormat {
         /// The file.
         path: PathBuf,
-        /// The nearest format and how to get a file of it, or nothing.
+        /// The nearest format and how to convert the file to it. May be empty.
         advice: String,
         /// The formats that can be read here.
         known: &'static str,
@@ -277,7 +277,8 @@ impl InputError {
         }
     }
 
-    /// Returns `true` if other options can read the file, so that the call is at fault and not the file.
+    /// Returns `true` if the file can be read with other options. The fault is then in the call and not in
+    /// the file.
     pub fn is_usage(&self) -> bool {
         matches!(self, Self::Columns { .. })
     }

@@ -87,7 +87,8 @@ impl Format {
         (extension.parse().ok(), zipped)
     }
 
-    /// Returns `true` if the content decides whether a file of this name is a table: `.dat`, no extension, and similar.
+    /// Returns `true` if only the content shows whether a file of this name is a table, for example for `.dat` or no
+    /// extension.
     pub(super) fn may_be_table(path: &Path) -> bool {
         let (extension, _) = extension(path);
         extension.is_empty() || AMBIGUOUS.contains(&extension.as_str())

@@ -1,10 +1,12 @@
 //! Columns of a text table: the names in its header row, and the columns that hold the coordinates.
 //!
-//! **Selection.** Names are compared without case, quotes and units in brackets. The first rule that applies decides:
+//! **Selection.** The comparison of names ignores case, quotes and units in brackets. The first rule that applies
+//! decides:
 //! 1. `--columns` names two or three columns, or gives their numbers from 1.
 //! 2. The header row names `x`, `y` and `z`, or `x` and `y` alone.
-//! 3. The header row names none of `x`, `y`, `z` and no column of ids, and the first row has exactly as many numbers as the
-//!    dimension. These columns are taken in order, with a note. A first column without a name is an index and not counted.
+//! 3. The header row names none of `x`, `y`, `z` and no column of ids, and the first row has exactly as many numbers as
+//!    the dimension. These columns are taken in order, with a note. A first column without a name is taken as an index
+//!    and not counted.
 //! 4. Without a header row, the first columns are taken.
 //!
 //! Otherwise the columns are ambiguous, and the reader returns an error that lists the names.
@@ -13,7 +15,7 @@ use super::error::{InputError, Place};
 use super::points::{Column, ReadOptions};
 use super::text::{Source, excerpt, number, unquoted};
 
-/// Names of columns that count points.
+/// Names of columns that hold ids of points.
 const IDS: [&str; 8] = ["id", "ids", "index", "idx", "nr", "no", "number", "label"];
 
 /// The names of the columns of a table.
@@ -24,8 +26,8 @@ pub(super) struct Header {
     names: Vec<String>,
 }
 
-/// Returns `true` if the row has names: no number among its first fields, and a letter, quote or underscore at the start
-/// of the first field. A damaged number in the first row is therefore not taken for a name.
+/// Returns `true` if the row is a header: none of its first fields is a number, and the first one begins with a letter,
+/// quote or underscore. A damaged number in the first row is therefore not taken for a name.
 pub(super) fn is_header(fields: &[&[u8]]) -> bool {
     let begins_as_name = |b: &u8| b.is_ascii_alphabetic() || *b >= 0x80 || matches!(b, b'"' | b'_' | b'\'');
     let first = fields.iter().find(|field| !field.is_empty());
@@ -70,7 +72,7 @@ impl Header {
         Some(positions)
     }
 
-    /// The name of a column as data of the points: distinct, and not empty.
+    /// The name of a column as point data. It is not empty, and it differs from the other names.
     fn name_of_data(&self, position: usize) -> String {
         let name = self.names[position].trim();
         match self.names.iter().filter(|other| other.trim() == name).count() {
@@ -164,7 +166,7 @@ impl Selection {
         self.positional
     }
 
-    /// The number of fields of a row that are needed.
+    /// The number of leading fields of a row that the reader needs.
     pub fn width(&self) -> usize {
         let last = self.axes.iter().chain(self.kept.iter().map(|k| &k.position)).max();
         (last.map_or(0, |last| last + 1)).max(self.expected).max(3)
@@ -203,7 +205,7 @@ struct Chooser<'a> {
 }
 
 impl Chooser<'_> {
-    /// The columns that the options name or number.
+    /// The columns that the options select by name or number.
     fn wanted(&self, wanted: &[String]) -> Result<Vec<usize>, InputError> {
         if !(2..=3).contains(&wanted.len()) || self.options.dimension.is_some_and(|d| d != wanted.len()) {
             let expected = self.options.dimension.map_or("two or three".to_owned(), |d| d.to_string());
@@ -230,7 +232,7 @@ impl Chooser<'_> {
         }
     }
 
-    /// The columns by the header row, and a note on the choice.
+    /// The columns that the header row selects, and a note on the choice.
     fn named(&self, header: &Header) -> Result<(Vec<usize>, String), InputError> {
         let line = header.line;
         let dimension = self.options.dimension;
@@ -258,7 +260,7 @@ impl Chooser<'_> {
         Ok((numbers, note))
     }
 
-    /// The positions of numbers in the first row, but not of an index without a name.
+    /// The positions of numbers in the first row, except that of an index without a name.
     fn numbers(&self) -> Vec<usize> {
         let is_index = |i: usize| i == 0 && self.header.is_some_and(|h| h.names[0].trim().is_empty());
         let is_number = |i: &usize| number(self.row[*i]).is_some() && !is_index(*i);

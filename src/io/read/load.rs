@@ -20,7 +20,7 @@ struct Counting<'a, R> {
     reported: u64,
     total: Option<u64>,
     progress: &'a mut Progress<'a>,
-    /// Whether the reader itself failed, and not the decoder that reads from it.
+    /// Whether the reader failed, rather than the decoder that reads from it.
     failed: bool,
 }
 
@@ -57,7 +57,8 @@ pub(super) fn load(path: &Path, zipped: bool, progress: &mut Progress<'_>) -> Re
     load_from(file, path, total, zipped, progress)
 }
 
-/// Returns all bytes of a reader. Decompresses data that begin as gzip. If `zipped`, other data are an error.
+/// Returns all bytes of a reader. Decompresses data that begin as gzip. If `zipped` is set, data that do not
+/// are an error.
 pub(super) fn load_from<R: Read>(
     reader: R,
     path: &Path,
@@ -110,7 +111,7 @@ fn drain<R: Read>(reader: &mut R, data: &mut Vec<u8>, path: &Path) -> Result<(),
 
 fn reserve(data: &mut Vec<u8>, bytes: u64, path: &Path) -> Result<(), InputError> {
     let out_of_memory = || InputError::OutOfMemory { path: path.to_owned(), bytes };
-    // One more step, so that the read that finds the end does not reallocate.
+    // One extra step keeps the last read, which finds the end, from reallocating.
     let wanted = usize::try_from(bytes).map_err(|_| out_of_memory())?.saturating_add(STEP);
     data.try_reserve(wanted).map_err(|_| out_of_memory())
 }

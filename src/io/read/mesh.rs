@@ -71,7 +71,8 @@ impl<'a> Mesh<'a> {
         Ok(file)
     }
 
-    /// Returns the cells: tetrahedra if there are any or the options ask for them, else triangles.
+    /// Returns the cells of the requested dimension. By default, it returns tetrahedra if there are any,
+    /// otherwise triangles.
     pub fn into_cells(self, options: &CellOptions) -> Result<CellFile, InputError> {
         let solid = self.tetrahedra.rows() > 0;
         let dimension = options.dimension.unwrap_or(if solid || self.triangles.rows() == 0 { 3 } else { 2 });

@@ -1,8 +1,8 @@
 //! Readers of files of points, cells, domains and sizes.
 //!
 //! A reader takes the whole file as bytes. It checks every announced count against the size of the file. It returns the
-//! content of the file, or an [`InputError`] with the file, the place and a remedy. A reader prints nothing, and a note
-//! reports everything that it ignores.
+//! content of the file, or an [`InputError`] with the file, the place and a remedy. A reader does not print. Notes
+//! report everything that it ignores.
 
 mod cells;
 mod collect;
@@ -48,8 +48,8 @@ use text::Source;
 /// reads the vertices.
 ///
 /// # Errors
-/// [`InputError`] if the file is missing, of unknown format or damaged, if it has invalid points and `skip_invalid` is
-/// not set, or if its columns are ambiguous.
+/// Returns [`InputError`] if the file is missing, of unknown format or damaged, if it has invalid points and
+/// `skip_invalid` is not set, or if its columns are ambiguous.
 pub fn read(
     path: &Path,
     options: &ReadOptions,
@@ -64,7 +64,7 @@ pub fn read(
 /// [`read`]. `total` is the size in bytes, if it is known.
 ///
 /// # Errors
-/// As for [`read`].
+/// See [`read`].
 pub fn read_from<R: Read>(
     reader: R,
     name: &Path,
@@ -80,8 +80,8 @@ pub fn read_from<R: Read>(
 /// Reads cells from a file, or from standard input if `path` is `-`.
 ///
 /// # Errors
-/// [`InputError`] if the file is missing, of unknown format or damaged, if it names points that do not exist, or if it
-/// has cells other than triangles and tetrahedra.
+/// Returns [`InputError`] if the file is missing, of unknown format or damaged, if it names points that do not exist,
+/// or if it has cells other than triangles and tetrahedra.
 pub fn read_cells(
     path: &Path,
     options: &CellOptions,
@@ -95,7 +95,7 @@ pub fn read_cells(
 /// Reads cells from any reader. `name` and `total` are as in [`read_from`].
 ///
 /// # Errors
-/// As for [`read_cells`].
+/// See [`read_cells`].
 pub fn read_cells_from<R: Read>(
     reader: R,
     name: &Path,
@@ -118,8 +118,8 @@ fn check_dimension(path: &Path, dimension: Option<usize>) -> Result<(), InputErr
     }
 }
 
-/// Returns the format of points: by the name, else by the content. Standard input is a table unless its content
-/// determines another format.
+/// Returns the format of a file of points by its name, or else by its content. Standard input is a table unless
+/// its content determines another format.
 fn format_of_points(path: &Path, data: &[u8]) -> Option<Format> {
     let known = Format::of_path(path).0.or_else(|| Format::of_content(data));
     let is_table = || path.as_os_str() == "-" || (Format::may_be_table(path) && columns::is_table(data));

@@ -1,7 +1,8 @@
 //! `NumPy` arrays of points and of cells.
 //!
-//! The header is a dictionary of three known keys, and this module parses only that. A general parser of Python literals
-//! recurses on nested brackets and does not check the shape. A small hostile file could then exhaust the stack or memory.
+//! The header is a dictionary of three known keys, and this module parses nothing more general. A general parser of
+//! Python literals would recurse on nested brackets and would not check the shape, so a small hostile file could
+//! exhaust the stack or memory.
 
 use super::cells::{CellFile, CellOptions, Indices};
 use super::collect::Collector;

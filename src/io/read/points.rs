@@ -12,7 +12,8 @@ pub type Progress<'a> = dyn FnMut(u64, Option<u64>) + 'a;
 /// The options for reading a file of points.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ReadOptions {
-    /// The number of coordinates per point. 2 keeps the first two, 3 requires three. By default the file determines it.
+    /// The number of coordinates per point: 2 keeps the first two, 3 requires three. By default, the file determines
+    /// it.
     pub dimension: Option<usize>,
     /// The format. By default the name of the file determines it, or else its content.
     pub format: Option<Format>,
@@ -20,8 +21,8 @@ pub struct ReadOptions {
     pub skip_invalid: bool,
     /// The columns of the coordinates in a text table: two or three names, or numbers from 1.
     ///
-    /// Names need a header row. They are compared without case, quotes and units in brackets. By default the columns `x`,
-    /// `y` and `z` are read. Without a header row, the first columns are read.
+    /// Names need a header row. Their comparison ignores case, quotes and units in brackets. By default, the reader
+    /// takes the columns `x`, `y` and `z`, or the first columns if there is no header row.
     pub columns: Option<Vec<String>>,
     /// Whether to keep the other numeric columns of a text table as [`PointFile::columns`].
     pub keep_columns: bool,

@@ -1,6 +1,6 @@
 //! Sizes at points: a text table or a `.npy` array of rows `x y size` or `x y z size`. Fields of text are separated by
-//! blanks, commas or semicolons. Comments begin with `#` or `%`. If a header row names `x`, `y`, optionally `z`, and `size`,
-//! the names select the columns.
+//! blanks, commas or semicolons. Comments begin with `#` or `%`. If a header row names `x`, `y`, optionally `z`, and
+//! `size`, the names select the columns.
 
 use std::path::Path;
 
@@ -12,13 +12,13 @@ use super::text::{Line, Lines, NUMBER, Source, number};
 use super::{load, npy};
 use septet_core::mesh::field::SizeField;
 
-/// The requirement for a size, for messages.
+/// The description of a valid size in messages.
 const SIZE: &str = "a size: a positive number";
 
 /// Reads sizes at points from a file, or from standard input if `path` is `-`. Decompresses gzip.
 ///
 /// # Errors
-/// [`InputError`] if the file is missing or damaged, or the number of columns varies. Also if a number is not finite or a
+/// Returns [`InputError`] if the file is missing or damaged, the number of columns varies, a number is not finite, or a
 /// size is not positive.
 pub fn read_sizes(path: &Path, progress: &mut Progress<'_>) -> Result<SizeField, InputError> {
     let (format, zipped) = Format::of_path(path);
@@ -114,7 +114,7 @@ fn row(
     push(field, &numbers[..width], |at, expected| source.bad_word(line, words[at], expected))
 }
 
-/// Splits a line at semicolons, else at commas, else at blanks.
+/// Splits a line at semicolons if it has any, otherwise at commas, otherwise at blanks.
 fn split(text: &[u8]) -> Vec<&[u8]> {
     if text.trim_ascii().is_empty() {
         return Vec::new();

@@ -18,8 +18,8 @@ struct Welder<'a> {
     facets: Vec<u32>,
 }
 
-/// Reads the distinct corners of all facets in the order of their first appearance. Indices count distinct corners, and each
-/// invalid corner separately.
+/// Reads the distinct corners of all facets in the order of their first appearance. Indices count distinct corners, and
+/// each invalid corner separately.
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
     Ok(read_faces(source, options)?.0)
 }

@@ -132,7 +132,7 @@ pub(super) fn unquoted(field: &[u8]) -> &[u8] {
     }
 }
 
-/// The requirement for a number, for messages.
+/// The description of a valid number in messages.
 pub(super) const NUMBER: &str =
     "a number with a decimal point (decimal commas and thousands separators are not supported)";
 

@@ -1,8 +1,8 @@
 //! Legacy VTK files, `.vtk`, ASCII and binary, versions up to 5.1: polygonal data and unstructured grids.
 //!
-//! The keywords are text lines. Binary arrays are big-endian and begin right after the line of their keyword. The cells of
-//! version 5.1 are an array of offsets and an array of point ids. Older versions have rows of a count and ids.
-//! The readers stop at the data of points and cells, which follow the geometry.
+//! The keywords are text lines. Binary arrays are big-endian and begin right after the line of their keyword. The cells
+//! of version 5.1 are an array of offsets and an array of point ids. Older versions have rows of a count and ids. The
+//! readers stop at the point data and cell data, which follow the geometry.
 
 use super::collect::Collector;
 use super::error::{InputError, Place};
@@ -109,7 +109,7 @@ fn open(source: Source<'_>) -> Result<Cursor<'_>, InputError> {
 }
 
 impl<'a> Cursor<'a> {
-    /// The next line, without its end.
+    /// Returns the next line, without its end.
     fn line(&mut self) -> &'a [u8] {
         let rest = &self.source.data[self.at..];
         let end = rest.iter().position(|b| *b == b'\n');
@@ -117,7 +117,7 @@ impl<'a> Cursor<'a> {
         rest[..end.unwrap_or(rest.len())].trim_ascii_end()
     }
 
-    /// The offset and the words of the next line that is not blank. `None` at the end of the file.
+    /// Returns the offset and the words of the next line that is not blank, or `None` at the end of the file.
     fn keyword(&mut self) -> Option<(usize, Vec<&'a [u8]>)> {
         while self.at < self.source.data.len() {
             let offset = self.at;
@@ -180,7 +180,7 @@ impl<'a> Cursor<'a> {
         Ok(Values { items: values, start, size: 0 })
     }
 
-    /// `POINTS count type`, then three coordinates per point.
+    /// Reads `POINTS count type`, then three coordinates per point.
     fn points(
         &mut self,
         offset: usize,
@@ -202,7 +202,8 @@ impl<'a> Cursor<'a> {
         Ok(points)
     }
 
-    /// The lists of point ids after a keyword: rows of a count and ids, or the two arrays of version 5.1.
+    /// Reads the lists of point ids after a keyword: rows of a count and ids, or the two arrays of version
+    /// 5.1.
     fn cells(&mut self, offset: usize, words: &[&[u8]]) -> Result<CellArrays, InputError> {
         let source = self.source;
         let place = Place::Line(source.line_at(offset));
@@ -299,7 +300,7 @@ fn push(
     Ok(())
 }
 
-/// The kind of a cell by its VTK type and its number of points.
+/// Returns the kind of a cell by its VTK type and its number of points.
 pub(super) fn kind_of_type(vtk: i64, nodes: usize) -> Kind {
     match (vtk, nodes) {
         (1..=4, _) => Kind::Lower,

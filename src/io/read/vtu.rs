@@ -1,5 +1,5 @@
-//! VTK XML unstructured grids, `.vtu`, of one piece. Arrays are inline ASCII or base64, or appended raw or base64. Binary
-//! arrays may be compressed with zlib.
+//! VTK XML unstructured grids, `.vtu`, of one piece. Arrays are inline ASCII or base64, or appended raw or base64.
+//! Binary arrays may be compressed with zlib.
 
 mod arrays;
 mod base64;
@@ -54,7 +54,7 @@ fn read_points<'a>(grid: &Arrays<'a>, options: &ReadOptions) -> Result<Collector
     Ok(points)
 }
 
-/// Checks the number of rows against the announced one. `over` is whether an incomplete row follows.
+/// Checks the number of rows against the announced one. `over` is `true` if an incomplete row follows.
 fn agree(
     grid: &Arrays<'_>,
     array: &DataArray<'_>,
@@ -120,7 +120,7 @@ fn read_cells(grid: &Arrays<'_>, mesh: &mut Mesh<'_>) -> Result<(), InputError> 
     Ok(())
 }
 
-/// Converts an index. A larger number becomes the largest `i64`, which is not the index of a point.
+/// Converts an index. A number out of range becomes the largest `i64`, which is not the index of a point.
 fn narrow(value: i128) -> i64 {
     i64::try_from(value).unwrap_or(i64::MAX)
 }

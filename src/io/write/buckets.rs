@@ -42,8 +42,8 @@ pub(super) struct Buckets<T> {
 }
 
 impl<T: Item> Buckets<T> {
-    /// Sorts the pairs of bucket and item that `source` passes to its visitor. `source` runs twice. Items of a bucket keep
-    /// their order.
+    /// Sorts the pairs of bucket and item that `source` passes to its visitor. `source` runs twice. Items of a bucket
+    /// keep their order.
     pub(super) fn fill(count: usize, source: impl Fn(&mut dyn FnMut(usize, u64))) -> Self {
         let mut starts = vec![0usize; count + 1];
         source(&mut |bucket, _| starts[bucket + 1] += 1);
@@ -85,8 +85,8 @@ impl<T: Item> Buckets<T> {
         });
     }
 
-    /// Calls `work` for all buckets in parallel, and `accept` with the results in the order of the buckets. Returns the error of
-    /// the first bucket that has one.
+    /// Calls `work` for all buckets in parallel, and `accept` with the results in the order of the buckets. Returns the
+    /// error of the first bucket that has one.
     pub(super) fn for_each_batch<R: Send, E: Send>(
         &self,
         work: impl Fn(&[T], &mut Vec<R>) -> Result<(), E> + Sync,

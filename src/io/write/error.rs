@@ -9,7 +9,7 @@ use super::topology::TopologyError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
-    /// The extension of the path is not one of a format that can be written here.
+    /// The extension of the path does not belong to a format that can be written here.
     #[error("{}: unknown output format, {advice}; use one of {known} (each also with .gz), or state the format with --format", .path.display())]
     UnknownFormat {
         /// The path.
@@ -44,7 +44,7 @@ pub enum OutputError {
         /// The path.
         path: PathBuf,
     },
-    /// The file is read-only, its directory takes no new files, or its name cannot be replaced by another file.
+    /// The file is read-only, its directory accepts no new files, or another file cannot take its name.
     #[error("{}: cannot be written: {source}", .path.display())]
     NotWritable {
         /// The path.
@@ -66,7 +66,7 @@ pub enum OutputError {
         /// The error of the stream.
         source: io::Error,
     },
-    /// The cells are not a manifold, and the format needs its facets or neighbours.
+    /// The format needs facets or neighbours, but the cells do not form a manifold.
     #[error("{}: {source}", .path.display())]
     Topology {
         /// The file.
@@ -93,7 +93,7 @@ pub enum OutputError {
 pub(super) enum Fault {
     /// The sink refused data.
     Io(io::Error),
-    /// The cells are not a manifold.
+    /// The cells do not form a manifold.
     Topology(TopologyError),
     /// There are more entries than the format can count.
     TooLarge(u64),

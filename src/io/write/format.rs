@@ -61,7 +61,7 @@ impl OutputFormat {
     /// Returns the format of a path by its extension, in either case. `.gz` after it is ignored.
     ///
     /// # Errors
-    /// [`OutputError::UnknownFormat`] if the extension is missing or unknown.
+    /// Returns [`OutputError::UnknownFormat`] if the extension is missing or unknown.
     pub fn of(path: &Path) -> Result<Self, OutputError> {
         extension(path).parse().map_err(|_| unknown(path, MESHES))
     }
@@ -125,7 +125,7 @@ impl PointFormat {
     /// output) is [`PointFormat::Xyz`].
     ///
     /// # Errors
-    /// [`OutputError::UnknownFormat`] if the extension is missing or unknown.
+    /// Returns [`OutputError::UnknownFormat`] if the extension is missing or unknown.
     pub fn of(path: &Path) -> Result<Self, OutputError> {
         if path.as_os_str() == "-" {
             return Ok(Self::Xyz);

@@ -1,7 +1,7 @@
 //! Writers of triangulations and point sets.
 //!
-//! A file appears under its name only when it is complete. The files of a set appear together. Devices and pipes receive the
-//! bytes directly. The bytes depend on the mesh and the options, and not on the number of threads.
+//! A file appears under its name only when it is complete. The files of a set appear together. Devices and pipes
+//! receive the bytes directly. The bytes depend on the mesh and the options, and not on the number of threads.
 
 mod buckets;
 mod error;
@@ -45,7 +45,7 @@ use stage::Stage;
 /// Checks that a triangulation can be written under this path, before any other work.
 ///
 /// # Errors
-/// An [`OutputError`] with the obstacle.
+/// Returns an [`OutputError`] that names the obstacle.
 pub fn check_output(path: &Path, options: &WriteOptions<'_>) -> Result<OutputFormat, OutputError> {
     let format = options.format_of(path)?;
     stage::probe(path)?;
@@ -60,7 +60,7 @@ pub fn check_output(path: &Path, options: &WriteOptions<'_>) -> Result<OutputFor
 /// Checks that a text file can be written under this path, before any other work.
 ///
 /// # Errors
-/// An [`OutputError`] with the obstacle.
+/// Returns an [`OutputError`] that names the obstacle.
 pub fn check_text_output(path: &Path) -> Result<(), OutputError> {
     stage::probe(path)
 }
@@ -69,7 +69,7 @@ pub fn check_text_output(path: &Path) -> Result<(), OutputError> {
 /// receives the text directly.
 ///
 /// # Errors
-/// An [`OutputError`]. An existing file then stays unchanged.
+/// Returns an [`OutputError`] if writing fails. An existing file then stays unchanged.
 pub fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
     let mut stage = Stage::default();
     stage.write_plain(path, |out| Ok(out.write_all(text.as_bytes())?))?;
@@ -91,7 +91,7 @@ pub fn faces_path(path: &Path) -> PathBuf {
 /// `progress` receives the number of records written and their total.
 ///
 /// # Errors
-/// An [`OutputError`]. Existing files then stay unchanged.
+/// Returns an [`OutputError`] if writing fails. Existing files then stay unchanged.
 pub fn write(
     path: &Path,
     mesh: &MeshView<'_>,
@@ -117,7 +117,7 @@ pub fn write(
 /// Writes a triangulation to a stream, such as standard output. The options must state the format.
 ///
 /// # Errors
-/// [`OutputError::Stream`] if the stream refuses data, [`OutputError::UnknownFormat`] without a format,
+/// Returns [`OutputError::Stream`] if the stream refuses data, [`OutputError::UnknownFormat`] without a format,
 /// [`OutputError::NotOneFile`] for a set of files.
 pub fn write_to(
     writer: &mut dyn Write,
@@ -137,7 +137,7 @@ pub fn write_to(
     Ok(())
 }
 
-/// The number of records that are written.
+/// Returns the number of records that are written.
 fn records(format: OutputFormat, mesh: &MeshView<'_>) -> u64 {
     match format {
         OutputFormat::Vtu | OutputFormat::Vtk => vtu::records(mesh),
@@ -149,7 +149,7 @@ fn records(format: OutputFormat, mesh: &MeshView<'_>) -> u64 {
     }
 }
 
-/// Writes a format that is a single file.
+/// Writes a triangulation in a format that is a single file.
 fn write_body(
     out: &mut dyn Write,
     format: OutputFormat,

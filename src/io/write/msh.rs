@@ -1,5 +1,5 @@
-//! `.msh` files of Gmsh, text, versions 4.1 and 2.2. A triangulation is one entity of the dimension of the mesh, with tag 1
-//! and physical group 1. For meshes of domains see `msh_labelled`.
+//! `.msh` files of Gmsh, text, versions 4.1 and 2.2. A triangulation is one entity of the dimension of the mesh, with
+//! tag 1 and physical group 1. For meshes of domains see `msh_labelled`.
 
 use std::io::Write;
 

@@ -1,9 +1,9 @@
 //! `.msh` files of a mesh of a domain. Entities are the elements of the domain, and physical groups are their markers.
 //!
-//! Segments are curves, facets are surfaces, and components are volumes. In the plane, segments are curves and components
-//! are surfaces. The tag of a segment or facet is its index in the domain plus one. The tag of a component is its number,
-//! from 1. If the marker of an element or the attribute of a component is a positive integer, it is the physical group. Other
-//! numbers are not groups, because Gmsh reads the sign of a group as a direction.
+//! Segments are curves, facets are surfaces, and components are volumes. In the plane, segments are curves and
+//! components are surfaces. The tag of a segment or facet is its index in the domain plus one. The tag of a component
+//! is its number, from 1. If the marker of an element or the attribute of a component is a positive integer, it is the
+//! physical group. Other numbers are not groups, because Gmsh reads the sign of a group as a direction.
 
 use std::collections::BTreeMap;
 use std::io::Write;

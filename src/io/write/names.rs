@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 /// The extensions of the set of `TetGen`.
 const SET: [&str; 5] = ["node", "ele", "face", "edge", "neigh"];
 
-/// Returns the path without `.gz` at its end, in either case, and whether there was one.
+/// Returns the path without a final `.gz`, in either case, and whether there was one.
 pub(super) fn without_gz(path: &Path) -> (&Path, bool) {
     let is_gz = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
     let name = path.to_str().filter(|_| is_gz);
@@ -18,7 +18,8 @@ pub(super) fn extension(path: &Path) -> String {
     extension.unwrap_or_default().to_ascii_lowercase()
 }
 
-/// Returns the file of the set with an extension. The named path itself keeps its spelling. `.gz` after it stays.
+/// Returns the file of the set with this extension. A path that already has the extension keeps its spelling. A
+/// final `.gz` is kept.
 pub(super) fn member(path: &Path, extension: &str) -> PathBuf {
     let (plain, zipped) = without_gz(path);
     match plain.extension() {

@@ -1,5 +1,5 @@
-//! `.off` files. In space, they have the hull, oriented outward, and its points in the order of their indices. In the plane,
-//! they have all points and triangles, with z = 0.
+//! `.off` files. In space, they hold the hull, oriented outward, and its points in the order of their indices. In the
+//! plane, they hold all points and triangles, with z = 0.
 
 use std::io::Write;
 

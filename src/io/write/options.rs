@@ -28,7 +28,7 @@ impl WriteOptions<'_> {
     /// Returns the format of a triangulation under this path.
     ///
     /// # Errors
-    /// [`OutputError::UnknownFormat`] if neither the options nor the extension determine it.
+    /// Returns [`OutputError::UnknownFormat`] if neither the options nor the extension determine it.
     pub fn format_of(&self, path: &Path) -> Result<OutputFormat, OutputError> {
         self.format.map_or_else(|| OutputFormat::of(path), Ok)
     }
@@ -36,7 +36,7 @@ impl WriteOptions<'_> {
     /// Returns the format of a point set under this path.
     ///
     /// # Errors
-    /// [`OutputError::UnknownFormat`] if neither the options nor the extension determine it.
+    /// Returns [`OutputError::UnknownFormat`] if neither the options nor the extension determine it.
     pub fn point_format_of(&self, path: &Path) -> Result<PointFormat, OutputError> {
         self.point_format.map_or_else(|| PointFormat::of(path), Ok)
     }

@@ -15,7 +15,7 @@ use septet_core::model::Points;
 /// `.xyz` text unless the options state another.
 ///
 /// # Errors
-/// An [`OutputError`] with the obstacle.
+/// Returns an [`OutputError`] that names the obstacle.
 pub fn check_points_output(path: &Path, options: &WriteOptions<'_>) -> Result<PointFormat, OutputError> {
     let format = options.point_format_of(path)?;
     if path.as_os_str() != "-" {
@@ -27,7 +27,8 @@ pub fn check_points_output(path: &Path, options: &WriteOptions<'_>) -> Result<Po
 /// Writes points to a file in the format of its extension or of the options. Returns the file.
 ///
 /// # Errors
-/// An [`OutputError`]. An existing file then stays unchanged. The path `-` is not a file and is refused.
+/// Returns an [`OutputError`] if writing fails. An existing file then stays unchanged. The path `-` is refused, because
+/// it is not a file.
 pub fn write_points(
     path: &Path,
     points: &Points,
@@ -55,7 +56,7 @@ pub fn write_points(
 /// Writes points to a stream, such as standard output.
 ///
 /// # Errors
-/// [`OutputError::Stream`] if the stream refuses data.
+/// Returns [`OutputError::Stream`] if the stream refuses data.
 pub fn write_points_to(
     writer: &mut dyn Write,
     format: PointFormat,

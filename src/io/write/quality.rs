@@ -3,12 +3,13 @@
 use glam::{DVec2, DVec3};
 use septet_meshing::quality::angles::angles;
 
-/// Returns the circumradius divided by the length of the shortest edge. It is infinite if the cell is flat or has two equal
-/// vertices.
+/// Returns the circumradius divided by the length of the shortest edge. It is infinite if the cell is flat or has two
+/// equal vertices.
 ///
-/// The origin is moved to an end of the shortest edge, and all lengths are divided by the largest coordinate difference.
-/// Large and tiny meshes therefore do not overflow. Let u, v, w be the edges from that origin. The circumradius of a
-/// tetrahedron is |u² (v × w) + v² (w × u) + w² (u × v)| / (2 |u · (v × w)|). The circumradius of a triangle is
+/// The origin is moved to an end of the shortest edge, and all lengths are divided by the largest coordinate
+/// difference. Large and tiny meshes therefore do not overflow. Let u, v, w be the edges from that origin. The
+/// circumradius of a tetrahedron is |u² (v × w) + v² (w × u) + w² (u × v)| / (2 |u · (v × w)|). The circumradius of a
+/// triangle is
 /// |u| |v| |u − v| / (2 |u × v|).
 pub fn radius_edge_ratio(dimension: usize, coordinates: &[f64], cell: &[u64]) -> f64 {
     let corners = cell.len().min(4);

@@ -18,7 +18,7 @@ pub(super) struct Progress<'a> {
 }
 
 impl<'a> Progress<'a> {
-    /// Starts at 0 of `total` records.
+    /// Starts a count at 0 of `total` records.
     pub(super) fn new(total: u64, report: &'a mut dyn FnMut(u64, u64)) -> Self {
         report(0, total);
         Self { done: 0, total, report }
@@ -90,7 +90,8 @@ pub(super) fn push_signed(buffer: &mut Vec<u8>, value: i64) {
     push_integer(buffer, value.unsigned_abs());
 }
 
-/// Appends the fewest decimal digits that read back as the same double. Very small and very large numbers have an exponent.
+/// Appends the fewest decimal digits that read back as the same double. Very small and very large numbers have an
+/// exponent.
 pub(super) fn push_float(buffer: &mut Vec<u8>, value: f64) {
     let size = value.abs();
     // Writing to a vector cannot fail.

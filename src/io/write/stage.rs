@@ -1,8 +1,9 @@
-//! Files that appear complete or not at all. They are written under a temporary name next to the target. When all files of
-//! a set are complete, they are renamed. If anything fails, they are removed.
+//! Files that appear complete or not at all. They are written under a temporary name next to the target. When all files
+//! of a set are complete, they are renamed. If anything fails, they are removed.
 //!
-//! Special targets are devices, pipes and names of open files, such as `/dev/null`, `>(command)` of a shell and `/dev/stdout`.
-//! They are opened for appending, because a rename would replace them. Opening a pipe waits for its reader.
+//! Special targets are devices, pipes and names of open files, such as `/dev/null`, `>(command)` of a shell and
+//! `/dev/stdout`. They are opened for appending, because a rename would replace them. Opening a pipe waits for its
+//! reader.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, ErrorKind, Write};
@@ -24,13 +25,14 @@ const ATTEMPTS: u32 = 1000;
 /// A set of files before they are renamed.
 #[derive(Default)]
 pub struct Stage {
-    /// The temporary name and the target of every file, in the order of writing. A special target has no temporary name.
+    /// The temporary name and the target of every file, in the order of writing. A special target has no temporary
+    /// name.
     files: Vec<(Option<PathBuf>, PathBuf)>,
 }
 
 impl Stage {
-    /// Opens one file of the set, under a temporary name unless the target is special. The caller writes it and closes it
-    /// before the set is committed.
+    /// Opens one file of the set, under a temporary name unless the target is special. The caller writes it and closes
+    /// it before the set is committed.
     pub fn open(&mut self, target: &Path) -> Result<File, OutputError> {
         if is_special(target) {
             let opened = OpenOptions::new().append(true).open(target);
@@ -74,8 +76,8 @@ impl Stage {
         sync(&file).map_err(io_error)
     }
 
-    /// Renames all files to their targets, replaces existing files, and returns the targets. If a rename fails, the files
-    /// renamed before are removed, so that no incomplete set remains.
+    /// Renames all files to their targets, replaces existing files, and returns the targets. If a rename fails, the
+    /// files renamed before are removed, so that no incomplete set remains.
     pub fn commit(mut self) -> Result<Vec<PathBuf>, OutputError> {
         for (_, target) in &self.files {
             refuse_directory(target)?;
@@ -106,8 +108,8 @@ impl Drop for Stage {
     }
 }
 
-/// Checks that a file can be written under this name: creates and removes a temporary file next to it. A special target is
-/// not opened, because a pipe waits for its reader. Only its permissions are checked.
+/// Checks that a file can be written under this name: creates and removes a temporary file next to it. A special target
+/// is not opened, because a pipe waits for its reader. Only its permissions are checked.
 pub fn probe(target: &Path) -> Result<(), OutputError> {
     refuse_directory(target)?;
     if let Ok(metadata) = fs::metadata(target) {
@@ -243,7 +245,7 @@ mod tests {
     fn a_failing_rename_leaves_no_mixed_set() {
         let directory = tempfile::tempdir().unwrap();
         let (stage, _) = staged(directory.path());
-        // Without the temporary file of the second, its rename must fail.
+        // The temporary file of the second target is removed, so its rename must fail.
         fs::remove_file(stage.files[1].0.as_ref().unwrap()).unwrap();
         assert!(stage.commit().is_err());
         assert!(names(directory.path()).is_empty());
@@ -279,7 +281,7 @@ mod tests {
         assert_eq!(reader.join().unwrap(), b"through");
         assert!(fs::metadata(&pipe).unwrap().file_type().is_fifo());
         assert_eq!(names(directory.path()), ["a.off"]);
-        // A device stays, too, whether or not the set is committed.
+        // A device also stays, whether or not the set is committed.
         let null = Path::new("/dev/null");
         probe(null).unwrap();
         for complete in [false, true] {

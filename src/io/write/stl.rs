@@ -1,5 +1,5 @@
-//! `.stl` files as text. Coordinates read back exactly, and equal corners stay equal. In space, they have the boundary,
-//! oriented outward. In the plane, they have all triangles, with z = 0.
+//! `.stl` files as text. Coordinates read back exactly, and equal corners stay equal. In space, the files hold the
+//! boundary, oriented outward. In the plane, they hold all triangles, with z = 0.
 
 use std::io::Write;
 

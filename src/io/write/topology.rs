@@ -1,7 +1,7 @@
 //! Neighbours, hull facets and edges of a list of cells.
 //!
 //! Facets and edges are sorted into one bucket per smallest vertex. Memory stays near one index per facet or edge of a
-//! cell, and buckets are processed in parallel. Results depend on the cells only, and not on the number of threads.
+//! cell, and buckets are processed in parallel. Results depend on the cells, and not on the number of threads.
 
 use rayon::prelude::*;
 
@@ -66,18 +66,19 @@ pub enum TopologyError {
 /// The facets of a triangulation.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Adjacency {
-    /// For every cell and every vertex `i` of it, the row of the cell across the facet opposite to `i`, or [`OUTSIDE`]. Empty if
-    /// only the hull was requested.
+    /// For every cell and every vertex `i` of it, the row of the cell across the facet opposite to `i`, or [`OUTSIDE`].
+    /// Empty if only the hull was requested.
     pub neighbours: Vec<u64>,
-    /// The facets of one cell only, `dimension` vertices each, in the order of their sorted vertices. Triangles are oriented
-    /// outward and begin with their smallest vertex. Edges of the plane are directed with the inside on the left.
+    /// The facets of one cell only, `dimension` vertices each, in the order of their sorted vertices. Triangles are
+    /// oriented outward and begin with their smallest vertex. Edges of the plane are directed with the inside on the
+    /// left.
     pub hull: Vec<u64>,
 }
 
 /// Returns the neighbours of all cells and the hull.
 ///
 /// # Errors
-/// A [`TopologyError`] if the cells are malformed, or a facet has too many or inconsistent cells.
+/// Returns a [`TopologyError`] if the cells are malformed, or a facet has too many or inconsistent cells.
 pub fn adjacency(dimension: usize, point_count: usize, cells: &[u64]) -> Result<Adjacency, TopologyError> {
     facets(dimension, point_count, cells, true)
 }
@@ -85,7 +86,7 @@ pub fn adjacency(dimension: usize, point_count: usize, cells: &[u64]) -> Result<
 /// Returns the hull facets, as in [`Adjacency::hull`].
 ///
 /// # Errors
-/// As for [`adjacency`].
+/// See [`adjacency`].
 pub fn hull(dimension: usize, point_count: usize, cells: &[u64]) -> Result<Vec<u64>, TopologyError> {
     Ok(facets(dimension, point_count, cells, false)?.hull)
 }
@@ -93,7 +94,7 @@ pub fn hull(dimension: usize, point_count: usize, cells: &[u64]) -> Result<Vec<u
 /// Returns all edges, sorted, smaller vertex first.
 ///
 /// # Errors
-/// A [`TopologyError`] if the cells are malformed.
+/// Returns a [`TopologyError`] if the cells are malformed.
 pub fn edges(dimension: usize, point_count: usize, cells: &[u64]) -> Result<Vec<[u64; 2]>, TopologyError> {
     check_cells(dimension, point_count, cells)?;
     if u32::try_from(point_count).is_ok() {
@@ -136,8 +137,8 @@ pub(super) fn check_cells(dimension: usize, point_count: usize, cells: &[u64]) -
     fault.map_or(Ok(()), Err)
 }
 
-/// Returns the facet opposite to vertex `i` of a positively oriented cell, seen from outside. An edge of the plane is padded
-/// with [`OUTSIDE`].
+/// Returns the facet opposite to vertex `i` of a positively oriented cell, seen from outside. An edge of the plane is
+/// padded with [`OUTSIDE`].
 fn facet(cell: &[u64], i: usize) -> [u64; 3] {
     if cell.len() == 3 {
         return [cell[(i + 1) % 3], cell[(i + 2) % 3], OUTSIDE];
@@ -175,7 +176,8 @@ fn facets(
     }
 }
 
-/// Facets have the numbers of the entries of `cells`. The facet of an entry is opposite to its vertex.
+/// Every entry of `cells` is a vertex of a cell. The facet opposite to this vertex has the index of the
+/// entry.
 fn facets_with<T: Item>(
     dimension: usize,
     point_count: usize,

@@ -1,7 +1,7 @@
 //! `.vtk`: a legacy file of VTK, version 3.0, binary, an unstructured grid.
 //!
-//! All programs that read VTK read this version. Its arrays are big-endian, and cells have 32-bit indices. The data of
-//! points and cells are those of a `.vtu` file, without its global ids.
+//! All programs that read VTK read this version. Its arrays are big-endian, and cells have 32-bit indices. Point data
+//! and cell data are as in a `.vtu` file, without the global ids.
 
 use std::io::{self, Write};
 
@@ -78,7 +78,7 @@ fn write_grid(
     Ok(write_data(out, Section::CellData, count, arrays, progress)?)
 }
 
-/// Writes the data of points or of cells as a field of arrays.
+/// Writes point data or cell data as a field of arrays.
 fn write_data(
     out: &mut dyn Write,
     section: Section,
@@ -111,7 +111,7 @@ fn write_array(out: &mut dyn Write, array: &Array<'_>, progress: &mut Progress<'
     writeln!(out)
 }
 
-/// The legacy name of a type of `.vtu` arrays.
+/// Returns the legacy name of a type of `.vtu` arrays.
 fn type_name(kind: &str) -> &'static str {
     match kind {
         "Float64" => "double",
@@ -122,7 +122,8 @@ fn type_name(kind: &str) -> &'static str {
     }
 }
 
-/// A name without blanks and control characters: VTK encodes them as `%` and two hexadecimal digits.
+/// Returns a name in which blanks and control characters are encoded as `%` and two hexadecimal digits, as
+/// VTK does.
 fn encoded(name: &str) -> String {
     let byte = |b: u8| match b {
         b'%' | b'"' | 0..=b' ' | 0x7f.. => format!("%{b:02X}"),

@@ -1,7 +1,7 @@
 //! `.vtu` files: an unstructured grid of VTK with raw appended data.
 //!
-//! All sizes are known in advance. So the XML head with the offsets comes first, and the arrays are streamed after it. Points
-//! of the plane get z = 0.
+//! All sizes are known in advance, so the XML head with the offsets comes first and the arrays are streamed after it.
+//! Points of the plane get z = 0.
 
 use std::io::{self, Write};
 
@@ -55,7 +55,7 @@ impl Array<'_> {
 /// The attribute of an array of global ids.
 const IDS: &str = " IdType=\"1\"";
 
-/// Returns the number of records that `write` reports, without those of owners.
+/// Returns the number of records that `write` reports, without the records of owners.
 pub(super) fn records(mesh: &MeshView<'_>) -> u64 {
     (2 * mesh.point_count() + 5 * mesh.cell_count()) as u64
 }
@@ -85,7 +85,7 @@ pub(super) fn write(
     Ok(head_and_arrays(out, data, (mesh.point_count(), count), &arrays, progress)?)
 }
 
-/// Returns the arrays of data of points and cells.
+/// Returns the arrays of point data and cell data.
 pub(super) fn data_arrays<'a>(mesh: &MeshView<'a>, options: &WriteOptions<'a>) -> Vec<Array<'a>> {
     let corners = mesh.dimension + 1;
     let (cells, count) = (mesh.cells, mesh.cell_count());
@@ -214,7 +214,8 @@ pub(super) fn offsets_and_types(count: usize, corners: usize, kind: u8) -> [Arra
     ]
 }
 
-/// Writes a file of these arrays. `data` are the tags of point data and cell data. `points` and `cells` are their numbers.
+/// Writes a file of these arrays. `data` are the tags of point data and cell data. `points` and `cells` are the numbers
+/// of points and cells.
 pub(super) fn head_and_arrays(
     out: &mut dyn Write,
     data: [&str; 2],
@@ -264,7 +265,7 @@ fn write_head(
     writeln!(out, "byte_order=\"LittleEndian\" header_type=\"UInt64\">")?;
     writeln!(out, "  <UnstructuredGrid>")?;
     writeln!(out, "    <Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">")?;
-    // The data follow in the order of the arrays, and not of the sections.
+    // The data follow in the order of the arrays, not in that of the sections.
     let mut offset = 0;
     let place = |array: &Array<'_>| {
         let here = offset;

@@ -34,8 +34,8 @@ impl Row {
     }
 }
 
-/// Counts that exceed their bound. As text: the count and its bound, the table, the fit if there is one, and the first
-/// round that exceeds the bound.
+/// Counts that exceed their bound. The text of the error has the count and its bound, the table, the fit if there is
+/// one, and the first round that exceeds the bound.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub struct Broken {

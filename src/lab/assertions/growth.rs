@@ -6,7 +6,7 @@ use crate::experiment::{DepthLine, LevelLine, Line, RoundLine};
 use super::broken::{Broken, describe, nothing, short};
 use super::counts::HasCounts;
 
-/// Returns the fit, or a check that fails because the fit is not determined.
+/// Returns the fit, or the error of a check whose runs do not determine the fit.
 fn answered(lines: &[Line], request: &Request) -> Result<FitReport, Broken> {
     if lines.is_empty() {
         return Err(nothing(request.y.name()));
@@ -36,8 +36,8 @@ fn broken(what: String, lines: &[Line], report: FitReport) -> Broken {
     Broken { what, table: Vec::new(), fit: Some(Box::new(report)), first }
 }
 
-/// Returns, for the largest run, the first level whose mean depth differs from the mean of all by more than the
-/// margin.
+/// Returns, for the largest run, the first level whose mean depth differs from the mean of all levels by more
+/// than the margin.
 fn first_level(lines: &[Line], phase: &str, margin: f64) -> Option<String> {
     let run = lines.iter().max_by_key(|line| line.n)?;
     let mean = |depth: &DepthLine| depth.sum as f64 / depth.nodes.max(1) as f64;
@@ -57,7 +57,7 @@ fn first_level(lines: &[Line], phase: &str, margin: f64) -> Option<String> {
 /// doubling.
 ///
 /// # Errors
-/// If a series is not flat, or has too few levels or seeds for a decision.
+/// Fails if a series is not flat, or has too few levels or seeds for a decision.
 pub fn level_depth_flat(counted: &impl HasCounts, phase: &str, margin: f64) -> Result<(), Broken> {
     let lines = counted.lines();
     let report = answered(&lines, &Request { margin, ..Request::new(Key::LevelDepth, Some(phase)) })?;
@@ -74,7 +74,7 @@ pub fn level_depth_flat(counted: &impl HasCounts, phase: &str, margin: f64) -> R
 /// Checks that the count grows like this law and that the sizes distinguish it from all others, in every series.
 ///
 /// # Errors
-/// If the verdict is another one, or these runs do not determine the growth.
+/// Fails if the verdict is different, or these runs do not determine the growth.
 pub fn grows_like(counted: &impl HasCounts, request: &Request, law: Law) -> Result<(), Broken> {
     let lines = counted.lines();
     let report = answered(&lines, request)?;
@@ -85,11 +85,11 @@ pub fn grows_like(counted: &impl HasCounts, request: &Request, law: Law) -> Resu
     }
 }
 
-/// Checks that the exponent of n in the count is at most `most`, in every series. The upper end of its 95 % interval
-/// counts.
+/// Checks that the exponent of n in the count is at most `most`, in every series. The check compares the upper end
+/// of its 95 % interval.
 ///
 /// # Errors
-/// If the exponent is larger, or these runs do not determine it.
+/// Fails if the exponent is larger, or these runs do not determine it.
 pub fn exponent(counted: &impl HasCounts, request: &Request, most: f64) -> Result<(), Broken> {
     let lines = counted.lines();
     let report = answered(&lines, request)?;
@@ -104,11 +104,11 @@ pub fn exponent(counted: &impl HasCounts, request: &Request, most: f64) -> Resul
     Err(broken(what, &lines, report))
 }
 
-/// Checks that the bytes of a phase on a fixed number of workers grow like the surface of a separator. The exponent of
-/// n, with its 95 % interval, must be at most `1 - 1/d + slack`.
+/// Checks that the bytes of a phase on a fixed number of workers grow like the surface of a separator. The upper end
+/// of the 95 % interval of the exponent of n must be at most `1 - 1/d + slack`.
 ///
 /// # Errors
-/// If the exponent is larger, or these runs do not determine it.
+/// Fails if the exponent is larger, or these runs do not determine it.
 pub fn surface_bytes(counted: &impl HasCounts, phase: &str, slack: f64) -> Result<(), Broken> {
     let lines = counted.lines();
     let dimension = lines.iter().map(|line| line.dimension).min().unwrap_or(3) as f64;

@@ -1,4 +1,4 @@
-//! Assertions on counts, for tests: on depth, levels, rounds, merged results, traffic and growth.
+//! Assertions for tests on the counts of runs: depth, levels, rounds, merged results, traffic and growth.
 //!
 //! A check is a function of counts (a `Run`, `RunCounts`, a `Line` of a sweep, or several of them) and of a bound that
 //! the test states. If the counts exceed the bound, it returns [`Broken`] with a table of all runs and the first round
@@ -44,7 +44,7 @@
 //! assert_counts!(run, rounds("merge", 0.0, 2.0));
 //! ```
 //!
-//! Checks of growth need the sizes and seeds of lines. Make the lines with [`crate::experiment::Runner`], read them
+//! Checks of growth need lines with sizes and seeds. Make the lines with [`crate::experiment::Runner`], read them
 //! with [`crate::experiment::read_lines`], or set `Line::seed`.
 
 mod broken;

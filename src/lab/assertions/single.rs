@@ -1,4 +1,5 @@
-//! Checks of single runs. Each run must satisfy the bound. A phase that a run does not have fails the check.
+//! Checks of single runs. Each run must satisfy the bound. A check of a phase fails if a run does not have
+//! this phase.
 
 use crate::experiment::fit::{Key, Request};
 use crate::experiment::{LevelLine, Line, RoundLine};
@@ -18,7 +19,7 @@ fn law(slope: f64, constant: f64) -> String {
 /// Checks that the partition tree has at most `slope log2 n + constant` levels below the root.
 ///
 /// # Errors
-/// If a run has more.
+/// Fails if a run has more.
 pub fn levels(counted: &impl HasCounts, slope: f64, constant: f64) -> Result<(), Broken> {
     tree_levels(&counted.lines(), &law(slope, constant), |line| logarithm(line.n as f64, slope, constant))
 }
@@ -26,7 +27,7 @@ pub fn levels(counted: &impl HasCounts, slope: f64, constant: f64) -> Result<(),
 /// Checks that the partition tree has at most `slope log2(n / leaf) + constant` levels below the root.
 ///
 /// # Errors
-/// If a run has more.
+/// Fails if a run has more.
 pub fn levels_over_leaf(counted: &impl HasCounts, slope: f64, constant: f64) -> Result<(), Broken> {
     let text = law(slope, constant).replace("log2 n", "log2(n/leaf)");
     tree_levels(&counted.lines(), &text, |line| {
@@ -47,7 +48,7 @@ fn tree_levels(lines: &[Line], text: &str, bound: impl Fn(&Line) -> f64) -> Resu
 /// Checks that the depth of every subproblem in this phase is at most `most`, at every level and size.
 ///
 /// # Errors
-/// If a level has a larger depth.
+/// Fails if a level has a larger depth.
 pub fn depth_of_levels(counted: &impl HasCounts, phase: &str, most: u64) -> Result<(), Broken> {
     let of_level = |level: &LevelLine| level.depth.get(phase).map_or(0, |depth| depth.largest);
     let count = |line: &Line| {
@@ -68,7 +69,7 @@ pub fn depth_of_levels(counted: &impl HasCounts, phase: &str, most: u64) -> Resu
 /// Checks that the phase sends messages in at most `slope log2 n + constant` rounds.
 ///
 /// # Errors
-/// If a run has more such rounds.
+/// Fails if a run has more such rounds.
 pub fn rounds(counted: &impl HasCounts, phase: &str, slope: f64, constant: f64) -> Result<(), Broken> {
     let count = |line: &Line| {
         let rounds = line.phase(phase).map_or(f64::NAN, |p| p.rounds as f64);
@@ -87,7 +88,7 @@ pub fn rounds(counted: &impl HasCounts, phase: &str, slope: f64, constant: f64) 
 /// results must be the number of leaves minus one.
 ///
 /// # Errors
-/// If a run has more such rounds, or another number of merged results.
+/// Fails if a run has more such rounds, or another number of merged results.
 pub fn merges(counted: &impl HasCounts, slope: f64, constant: f64) -> Result<(), Broken> {
     let lines = counted.lines();
     let merging = |line: &Line| line.rounds.iter().filter(|r| r.merged > 0).cloned().collect::<Vec<_>>();
@@ -111,7 +112,7 @@ pub fn merges(counted: &impl HasCounts, slope: f64, constant: f64) -> Result<(),
 /// Checks that the phase sends at most `slope log2 n + constant` messages per worker.
 ///
 /// # Errors
-/// If a run sends more.
+/// Fails if a run sends more.
 pub fn messages_per_worker(
     counted: &impl HasCounts,
     phase: &str,
@@ -126,14 +127,14 @@ pub fn messages_per_worker(
         beyond(line, phase, bound * f64::from(line.workers.max(1)), |round| round.messages)
     };
     let question = Request::new(Key::Messages, Some(phase));
-    let what = format!("messages of {phase} a worker");
+    let what = format!("messages of {phase} per worker");
     compare(&counted.lines(), &what, &law(slope, constant), count, Some(&question), first)
 }
 
 /// Checks that the phase sends at most `factor n^(1 - 1/d)` bytes, the surface of one separator.
 ///
 /// # Errors
-/// If a run sends more.
+/// Fails if a run sends more.
 pub fn bytes(counted: &impl HasCounts, phase: &str, factor: f64) -> Result<(), Broken> {
     let count = |line: &Line| {
         let surface = (line.n as f64).powf(1.0 - 1.0 / line.dimension as f64);
@@ -155,11 +156,11 @@ fn beyond(line: &Line, phase: &str, bound: f64, of: impl Fn(&RoundLine) -> u64) 
     line.rounds.iter().filter(|r| r.phase == phase).find(over).map(describe)
 }
 
-/// Checks that no star changed after the local hulls, and that nothing was splayed or gathered. The supergraph then
-/// contained the triangulation.
+/// Checks that no star changed after the local hulls, that there was no splaying, and that no points were gathered.
+/// The supergraph then contained the triangulation.
 ///
 /// # Errors
-/// If a run repaired stars, or stopped before that phase.
+/// Fails if a run repaired stars, or stopped before that phase.
 pub fn no_repair(counted: &impl HasCounts) -> Result<(), Broken> {
     let count = |line: &Line| {
         let end = line.end.map(|end| end.exchange_rounds + end.stars_repaired + end.gathered);
@@ -173,11 +174,11 @@ pub fn no_repair(counted: &impl HasCounts) -> Result<(), Broken> {
     compare(&counted.lines(), what, "none", count, Some(&question), first)
 }
 
-/// Checks that everything that does not depend on workers is equal in all runs: tree, levels, graph, and the work and
+/// Checks that all counts that do not depend on workers are equal in all runs: tree, levels, graph, and the work and
 /// depth of every phase.
 ///
 /// # Errors
-/// If two runs differ. The error names the difference.
+/// Fails if two runs differ. The error names the difference.
 pub fn same_counts(counted: &impl HasCounts) -> Result<(), Broken> {
     let lines = counted.lines();
     let Some((reference, others)) = lines.split_first() else { return Err(nothing("same counts")) };

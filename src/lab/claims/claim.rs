@@ -17,7 +17,7 @@ pub enum Reading {
     AsRead {
         /// The reading.
         instead: &'static str,
-        /// The reason against the printed sentence.
+        /// The reason for not judging the printed sentence.
         because: &'static str,
     },
 }

@@ -5,7 +5,7 @@ use thiserror::Error;
 use crate::experiment::RunError;
 use crate::experiment::fit::FitError;
 
-/// Why a claim could not be judged.
+/// A reason why a claim could not be judged.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ClaimError {

@@ -6,8 +6,7 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Extent {
-    /// A third of the quick sizes and fewer sets. It tests the claims themselves, and the command line does not offer
-    /// it.
+    /// A third of the quick sizes and fewer sets. Tests of the claims use it, and the command line does not offer it.
     Brief,
     /// Less than three minutes on two cores.
     #[default]

@@ -29,7 +29,7 @@ pub struct Figure {
     /// The bound.
     pub bound: f64,
     /// Whether the figure belongs to the printed sentence of a claim that is judged by another reading. Such a figure
-    /// is reported and not judged.
+    /// is reported but not judged.
     pub as_printed: bool,
 }
 

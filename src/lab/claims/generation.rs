@@ -1,7 +1,7 @@
 //! Section 5: points for meshes, generated for the unit cube and square.
 //!
-//! Sizes fall with slope L from the largest one to a tenth of it in the middle. Both are below the local feature size,
-//! so f is known in advance. Circumspheres and sizes are recomputed.
+//! From the middle, sizes grow with slope L from a tenth of the largest size up to the largest size. All sizes are
+//! below the local feature size, so f is known in advance. Circumspheres and sizes are recomputed.
 
 use glam::{DVec2, DVec3};
 use septet_geometry::point::Simplex;
@@ -29,7 +29,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsRead {
             instead: "distances of at least min(f(P), f(Q)) in Definition 5.2, and cells with circumcentres farther than \
                       sqrt(2) times the largest f from the boundary",
-            because: "as printed, all points are close together; and a centre beyond the boundary, or in a ball that \
+            because: "the printed definition bounds distances from above; and a centre beyond the boundary, or in a ball that \
                       protects it, cannot be added",
         },
         experiment: "Generated points of a square and a cube, L = 0.12, 0.25, 0.5: the largest R/l, over 1/(1-L)",
@@ -53,8 +53,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "the point set's density is bounded by the size function",
         reading: Reading::AsPrinted,
         experiment: "Points over the integral of dx/f^d, over the cells, at two sizes a factor of two apart",
-        bound: "2^d (2+2L)^d / v_d, v_d the unit ball: balls of radius f/(2+L) around points are disjoint, and a corner keeps \
-                1/2^d of its own; growth by 1.25 from one size to the other",
+        bound: "2^d (2+2L)^d / v_d, v_d the volume of the unit ball: balls of radius f/(2+L) around points are disjoint, and at \
+                least 1/2^d of each lies in the domain; growth by 1.25 from one size to the other",
         judge: density,
     },
     Claim {
@@ -65,7 +65,7 @@ pub(super) const CLAIMS: &[Claim] = &[
             instead: "in at most log2 m + 2 rounds of local priorities for m candidates",
             because: "no number of rounds is given",
         },
-        experiment: "Rounds of the set that took most, less log2 of its candidates, over all stages of the same sets",
+        experiment: "Rounds minus log2 of the candidates, for the independent set with most rounds, over all stages of the same sets",
         bound: "2: for a random order, the rounds of the greedy set grow like log m (Fischer and Noever 2018)",
         judge: rounds,
     },

@@ -19,7 +19,7 @@ pub(super) const CLAIMS: &[Claim] = &[
             instead: "of DG_alpha(P) with alpha = 1.25 * 2(1+L)/(1-L) for f-spaced sets",
             because: "the constant of Theorem 3.2 is too large to use",
         },
-        experiment: "Edges of the triangulation that are not in the machine's graph; on f-spaced sets",
+        experiment: "Edges of the triangulation that are not in the machine's graph, on f-spaced sets",
         bound: "0: the formula is proved in the interior and observed at boundaries",
         judge: subgraph,
     },
@@ -38,7 +38,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         name: "local-hulls",
         source: "Lemmas 4.1 and 4.3",
-        statement: "the hull of a vertex' graph neighbours gives the vertex' star in DT(P)",
+        statement: "the hull of a vertex's graph neighbours gives the vertex's star in DT(P)",
         reading: Reading::AsPrinted,
         experiment: "Stars that splaying changed, rounds of splaying and points gathered, on f-spaced sets",
         bound: "0, by the lemma if the graph contains DT(P)",
@@ -49,7 +49,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Lemma 4.1",
         statement: "from G with degrees up to D_2, DT(P) takes O(T_CH(D_2)) with n processors, whatever n",
         reading: Reading::AsPrinted,
-        experiment: "Depth of the hulls' phase over the largest degree of the graph, over sizes",
+        experiment: "Depth of the phase of the hulls over the largest degree of the graph, at several sizes",
         bound: "4 steps per neighbour: a step and a scan for each neighbour tested against the link, and as many again for the \
                 sort and the insertions",
         judge: hulls_depth,

@@ -1,4 +1,4 @@
-//! The sets and runs that claims share. Each is made once.
+//! The sets and runs that claims share. Each one is made only once.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -91,7 +91,7 @@ impl Specimen {
     }
 }
 
-/// The laboratory: it makes sets and runs, and keeps them.
+/// The laboratory, which makes sets and runs and keeps them.
 pub struct Lab<'a> {
     /// The parameters of the experiments.
     pub options: LabOptions,
@@ -130,7 +130,7 @@ impl<'a> Lab<'a> {
         if self.options.extent == Extent::Full { full } else { quick }
     }
 
-    /// Returns a number of points for the extent; a third of the quick one if brief.
+    /// Returns the number of points for the extent. For the brief extent, it is a third of the quick number.
     pub(super) fn size(&self, quick: u64, full: u64) -> u64 {
         if self.brief() { quick / 3 } else { self.by_extent(quick, full) }
     }
@@ -200,7 +200,8 @@ impl<'a> Lab<'a> {
         })
     }
 
-    /// Returns the lines of runs over sets, one for each sample and seed. They are made once for a name.
+    /// Returns the lines of runs over sets, one for each sample and seed. Lines of the same name are made
+    /// only once.
     pub(super) fn lines(
         &mut self,
         name: &str,

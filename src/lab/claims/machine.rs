@@ -37,7 +37,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         name: "free-of-workers",
         source: "Theorem 4.4",
-        statement: "time with n processors is the algorithm's: work and depth do not know the machine",
+        statement: "time with n processors is a property of the algorithm: work and depth do not depend on the machine",
         reading: Reading::AsPrinted,
         experiment: "Tree, graph, work and depth of every phase with 1, 3 and 16 workers and with one per leaf",
         bound: "0 runs that differ",
@@ -149,11 +149,11 @@ fn depth(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Compares a phase's depth over levels plus 1: the mean at the largest size over the mean at the smallest. Runs
-/// without the phase are ignored. Returns `None` if no run has it.
+/// Compares the quotient of a phase's depth and the levels plus 1 at two sizes: its mean at the largest size
+/// over its mean at the smallest. Runs without the phase are ignored. Returns `None` if no run has it.
 pub(super) fn depth_over_levels(lines: &[Line], phase: &str, kind: &str) -> Option<Figure> {
-    // Runs with a leaf that lacks neighbours have a probe phase, and others do not. Such a phase is judged in the runs
-    // that have it.
+    // Only runs with a leaf that has too few neighbours have a probe phase. Such a phase is judged in the runs that
+    // have it.
     let depth = |line: &Line| line.phase(phase).map_or(0, |p| p.depth);
     let of = |line: &Line| depth(line) as f64 / (f64::from(line.tree.levels) + 1.0);
     let there = || lines.iter().filter(|line| depth(line) > 0);

@@ -52,7 +52,7 @@ pub fn registry() -> impl Iterator<Item = &'static Claim> {
 /// Returns the claims of these names, in the paper's order; all claims if there are no names.
 ///
 /// # Errors
-/// If no claim has one of the names.
+/// Fails if no claim has one of the names.
 pub fn select(names: &[String]) -> Result<Vec<&'static Claim>, ClaimError> {
     if let Some(name) = names.iter().find(|name| registry().all(|claim| claim.name != **name)) {
         return Err(ClaimError::Unknown { name: name.clone() });

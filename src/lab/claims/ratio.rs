@@ -37,8 +37,8 @@ pub(super) const CLAIMS: &[Claim] = &[
             because: "the proof's constant D^K has hundreds of digits",
         },
         experiment: "Longest edge over nearest neighbour, at vertices with all circumcentres free, farther than f/(1-L) \
-                     from the boundary, and at all",
-        bound: "2(1+L)/(1-L) in the interior, a theorem; 1.25 times that at all, an observation with 6 % to spare",
+                     from the boundary, and at all vertices",
+        bound: "2(1+L)/(1-L) in the interior, a theorem; 1.25 times that at all vertices, observed with 6 % to spare",
         judge: alpha,
     },
     Claim {

@@ -15,7 +15,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Lemma 4.5",
         statement: "the graph computed by the divide and conquer is the alpha-density graph of P",
         reading: Reading::AsPrinted,
-        experiment: "Edges in the machine's graph or in the graph by definition, over all pairs, and not in both; sets both, \
+        experiment: "Edges in only one of the machine's graph and the graph by definition over all pairs; separator sets both, \
                      smaller and ghost, alpha of the set's spacing",
         bound: "0, a theorem if radii are global",
         judge: exact,
@@ -28,7 +28,7 @@ pub(super) const CLAIMS: &[Claim] = &[
             instead: "down to a floor of 1,000 points in space and 500 in the plane at alpha 2.5",
             because: "with leaves of a few dozen points, separator sets contain nearly all points of a subproblem",
         },
-        experiment: "Points of all leaves over points, sets both, at growing n; as printed with a floor of 100",
+        experiment: "Points of all leaves over points, separator sets both, at growing n; as printed with a floor of 100",
         bound: "8: 6.1 at 70,000 and 7.5 at 700,000 points, measured in space; as printed, growth by 1.1 from n to 4n",
         judge: replication,
     },
@@ -38,8 +38,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "a k-overlap graph has O(n) edges: the local hulls' sizes have a linear sum",
         reading: Reading::AsPrinted,
         experiment: "Twice the edges of the 2-overlap graph over n, for evenly and unevenly dense sets, from all pairs; \
-                     that the machine's has as many",
-        bound: "2 ply (alpha + 2)^d: each edge is charged to its smaller ball; growth by 1.5 from n to 4n (a quadratic sum: 4)",
+                     the machine's graph must have as many edges",
+        bound: "2 ply (alpha + 2)^d: each edge is charged to its smaller ball; growth by 1.5 from n to 4n (a quadratic sum grows by 4)",
         judge: subproblems,
     },
 ];

@@ -97,7 +97,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 2, Section 4.2",
         statement: "nearest-neighbour balls are a k-ply system for a constant k",
         reading: Reading::AsPrinted,
-        experiment: "Balls that contain a place strictly inside, at places halfway between neighbours and near the rims of balls",
+        experiment: "Balls that contain a place strictly inside, for places halfway between neighbours and near the rims of balls",
         bound: "5 in the plane, 12 in space: from a common place, any two centres are more than 60 degrees apart",
         judge: plies,
     },
@@ -106,7 +106,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 2, Section 4.4",
         statement: "a ball's alpha-fold meets a bounded number of balls that are not smaller",
         reading: Reading::AsPrinted,
-        experiment: "For every ball, neighbours in the alpha-overlap graph whose radius is not smaller; the largest number",
+        experiment: "Neighbours of a ball in the alpha-overlap graph whose radius is not smaller; the largest number of all balls",
         bound: "ply (alpha + 2)^d: each contains a ball of the smaller radius within alpha + 2 radii",
         judge: overlaps,
     },
@@ -217,8 +217,8 @@ fn with_graph(lab: &mut Lab, of: &(Sample, Rc<Specimen>), graph: Claimed) -> Res
     }
 }
 
-/// Returns, for each point, the levels at which the machine has it in the separator set; `None` if the picture of the
-/// run does not show all points. A picture is ordered by a hash of the coordinates.
+/// Returns, for each point, the levels at which the machine has it in the separator set. Returns `None` if the
+/// picture of the run does not show all points. A picture is ordered by a hash of the coordinates.
 fn sets_of(run: &Run, points: &[X], d: usize) -> Option<Vec<u64>> {
     let view = run.picture.as_ref()?;
     let hash =

@@ -1,8 +1,8 @@
 //! The file of a sweep, which keeps complete lines only.
 //!
 //! A run appends its line in one write. An interruption can leave an incomplete line at the end of the file. The next
-//! sweep drops it if it begins as lines do. Everything else is refused, and the file stays unchanged: a complete line
-//! that is not a run, or a run of another sweep.
+//! sweep drops this part if it begins like a line. A complete line that is not a run, or a run of another sweep, is
+//! refused, and the file stays unchanged.
 
 use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions};
@@ -40,9 +40,9 @@ pub enum JournalError {
     OtherSweep {
         /// The file.
         path: PathBuf,
-        /// The words of the sweep in the file.
+        /// The words that identify the sweep in the file.
         there: String,
-        /// The words of the requested sweep.
+        /// The words that identify the requested sweep.
         asked: String,
     },
     /// The file is not a sweep. Its content would be lost.
@@ -80,7 +80,7 @@ pub struct Lines {
 /// Reads the complete lines of a sweep.
 ///
 /// # Errors
-/// If the file cannot be read, or a complete line is not a run.
+/// Fails if the file cannot be read, or a complete line is not a run.
 pub fn read_lines(path: &Path) -> Result<Lines, JournalError> {
     let io_error = |source| JournalError::Io { path: path.to_path_buf(), source };
     let mut reader = BufReader::new(File::open(path).map_err(io_error)?);
@@ -125,7 +125,7 @@ impl Journal {
     /// Opens the file of the sweep with these words. It may be new or interrupted.
     ///
     /// # Errors
-    /// If the file cannot be read or written, is not a sweep, or belongs to another sweep or version.
+    /// Fails if the file cannot be read or written, is not a sweep, or belongs to another sweep or version.
     pub fn open(path: &Path, words: &str) -> Result<Journal, JournalError> {
         let io_error = |source| JournalError::Io { path: path.to_path_buf(), source };
         let there = if path.exists() { read_lines(path)? } else { Lines::default() };
@@ -163,7 +163,7 @@ impl Journal {
     /// Appends a run. After an error, the file ends with the previous line.
     ///
     /// # Errors
-    /// If the line cannot be written completely.
+    /// Fails if the line cannot be written completely.
     pub fn append(&mut self, line: &Line) -> Result<(), JournalError> {
         let written = serde_json::to_vec(line).map_err(io::Error::other).and_then(|mut bytes| {
             bytes.push(b'\n');
@@ -187,7 +187,7 @@ impl Journal {
     /// Waits until the lines are on the disk.
     ///
     /// # Errors
-    /// If the system cannot confirm this.
+    /// Fails if the system cannot confirm this.
     pub fn sync(&self) -> Result<(), JournalError> {
         self.file.sync_all().map_err(|source| JournalError::Io { path: self.path.clone(), source })
     }

@@ -30,7 +30,7 @@ pub struct Line {
     pub schema: String,
     /// Version of septet.
     pub version: String,
-    /// The words of the sweep that the run belongs to; empty for a single run.
+    /// The words that identify the sweep of the run; empty for a single run.
     pub sweep: String,
     /// The command that repeats this run alone; empty for a run of the library.
     pub command: String,
@@ -79,7 +79,7 @@ pub struct Line {
 pub struct Settings {
     /// A number, or `leaves`.
     pub workers: String,
-    /// Whether the size is that of each worker.
+    /// Whether the size is the number of points per worker.
     pub weak: bool,
     /// Number of threads that ran the workers.
     pub threads: usize,
@@ -126,7 +126,7 @@ pub struct PhaseLine {
     pub depth: u64,
     /// Longest chain within the phase, with a scan of m items counted as `ceil(log2 m)`.
     pub depth_log_scan: u64,
-    /// Share in the longest chain of the run.
+    /// Steps of the phase on the longest chain of the run.
     pub critical_depth: u64,
     /// Number of messages.
     pub messages: u64,
@@ -168,10 +168,10 @@ pub struct TreeLine {
     pub planes: u64,
     /// Number of attempts at separators, over all splits.
     pub attempts: u64,
-    /// Larger side over all owned points of a node, the largest of all splits.
+    /// Larger side over all owned points of the node; the largest value of all splits.
     pub largest_split_ratio: f64,
-    /// Points whose ball meets the separator over `m^(1 - 1/d)`, the largest of all splits. `None` if the run stopped
-    /// before it counted them.
+    /// Points whose ball meets the separator over `m^(1 - 1/d)` for m owned points; the largest value of all splits.
+    /// `None` if the run stopped before it counted them.
     pub largest_separator_ratio: Option<f64>,
 }
 
@@ -237,7 +237,7 @@ pub struct GraphLine {
     pub edges: u64,
     /// Largest degree.
     pub max_degree: u64,
-    /// Points held by all leaves over points.
+    /// Sum of the sizes of all leaves, divided by the number of points.
     pub replication: f64,
 }
 

@@ -17,7 +17,7 @@ use super::line::{Line, Program, SCHEMA, Settings, TreeLine};
 use super::measure::{of_counts, of_run};
 use super::sweep::{Job, Sweep};
 
-/// Why a run of a sweep has no line.
+/// A reason why a run of a sweep has no line.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RunError {
@@ -80,7 +80,7 @@ fn made<P: Point>(points: &[P], program: Program, config: &Config) -> Result<Lin
         Program::Simulate => of_counts(&count(points, config)?),
         Program::Triangulate => {
             let run = triangulate(points, config)?;
-            // The seconds exclude the canonical order of the output, as for the serial kernel.
+            // The seconds exclude the canonical ordering of the output, as for the serial kernel.
             Line { seconds: run.triangulate_seconds, ..of_run(&run) }
         }
         Program::Serial => serial(points)?,

@@ -22,7 +22,7 @@ const MOST: usize = 10_000;
 /// repetitions.
 ///
 /// # Errors
-/// If a part cannot be parsed, or a range descends or starts at 0. The error names the part.
+/// Fails if a part cannot be parsed, or a range descends or starts at 0. The error names the part.
 pub fn parse_sizes(text: &str) -> Result<Vec<u64>, SizesError> {
     let fail = |reason: String| SizesError { text: text.to_string(), reason };
     let (mut ranges, mut sizes, mut steps) = (Vec::new(), Vec::new(), 1u32);

@@ -46,7 +46,8 @@ pub enum SweepError {
         /// Sizes, kinds, workers or seeds.
         what: &'static str,
     },
-    /// A number of points per worker is given together with one worker per leaf. Neither is known before the run.
+    /// The sizes count points per worker, but there is one worker per leaf. The numbers of workers and of points
+    /// are then unknown before the run.
     #[error("--weak needs numbers of workers: the number of `leaves` is unknown before the run")]
     WeakLeaves,
     /// There are more points than indices.
@@ -57,7 +58,7 @@ pub enum SweepError {
         /// Number of workers.
         workers: u32,
     },
-    /// Times are requested of runs that do not triangulate.
+    /// Times are requested for runs that do not triangulate.
     #[error(
         "--timed compares triangulations, and --until stops before the triangulation; leave one of them out"
     )]

@@ -10,8 +10,8 @@ use septet_protocol::ids::{Phase, Rank};
 
 use super::machine::Replay;
 
-/// Number of balls, of entries that they find, and of points that these name: by the leaf of the balls, for a group
-/// that they reach.
+/// For a group, by the leaf of the balls that reach it: the numbers of balls, of entries that they find, and of
+/// points in these entries.
 type Reaching = BTreeMap<u32, [u64; 3]>;
 
 /// A batch in transit.

@@ -23,7 +23,7 @@ pub enum PredictError {
         /// Number of points of the node.
         population: u64,
     },
-    /// There are no workers, or more workers than ranks.
+    /// The number of workers is 0, or exceeds the number of ranks that a machine can have.
     #[error("cannot predict {workers} workers: the number must be from 1 to {most}")]
     Workers {
         /// The requested number.

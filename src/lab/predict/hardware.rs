@@ -22,7 +22,8 @@ pub struct Hardware {
 }
 
 impl Default for Hardware {
-    /// Returns a current cluster: 2 us and 10 GB/s between nodes, 1 us per message, 1e9 operations per second.
+    /// Returns typical figures of a current cluster: 2 us and 10 GB/s between nodes, 1 us per message, 1e9
+    /// operations per second.
     fn default() -> Self {
         Hardware {
             latency: 2e-6,

@@ -52,7 +52,7 @@ pub struct Prediction {
     pub messages: u64,
     /// Bytes of all messages.
     pub bytes: u64,
-    /// Bytes over the bytes of `n^(1-1/d) p^(1/d)` point records, the surface of p subdomains.
+    /// Bytes over the size of `n^(1-1/d) p^(1/d)` point records, which is the surface of p subdomains.
     pub surface_ratio: f64,
     /// Charged work of the busiest worker, summed over the phases.
     pub busiest_work: u64,
@@ -62,7 +62,7 @@ pub struct Prediction {
     pub bsp: Seconds,
     /// Seconds by `LogGP`.
     pub loggp: Seconds,
-    /// Phase by phase.
+    /// The predictions for each phase.
     pub phases: Vec<PhasePrediction>,
 }
 
@@ -157,8 +157,8 @@ fn check(log: &TaskLog) -> Result<(), PredictError> {
     Ok(())
 }
 
-/// Returns the work of every rank by phase: that of a subtree for its holder, that of a shared node divided among its
-/// group.
+/// Returns the work of every rank by phase. The holder of a subtree does its work, and a group divides the work of a
+/// shared node.
 fn work_by_rank(log: &TaskLog, place: &Placement) -> BTreeMap<u8, BTreeMap<Rank, u64>> {
     let shared: BTreeMap<u64, (Rank, u32)> =
         place.groups.iter().filter(|g| !g.whole).map(|g| (g.node.0, (g.first, g.ranks))).collect();

@@ -133,7 +133,8 @@ impl Replay<'_> {
         }
         for &(from, to, before, number) in &self.log.tellers {
             let holder = &self.place.holder;
-            // The own leaf of a point precedes the first of its other leaves, and nothing is sent to it.
+            // The leaf that owns a point precedes the first of its other leaves, and the point is not sent to
+            // it.
             if before == from || holder[before as usize] != holder[to as usize] {
                 sent.entry(self.ranks(from, to)).or_default().1 += number;
             }
@@ -145,7 +146,7 @@ impl Replay<'_> {
         }
     }
 
-    /// Replays fingerprints, and the lists that follow if the sums of two ranks differ.
+    /// Replays the fingerprints, and the lists that follow if the sums of two ranks differ.
     fn agreement(&mut self, check: u32, phase: Phase) {
         let mut sums: BTreeMap<(Rank, Rank), (u128, u64)> = BTreeMap::new();
         for &(_, from, to, low, high, pairs) in self.log.agreement.iter().filter(|row| row.0 == check) {

@@ -1,4 +1,4 @@
-//! From a run to its report.
+//! Converts a run into its report.
 
 use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::Phase;

@@ -94,7 +94,7 @@ impl Report {
     /// Returns the report as JSON.
     ///
     /// # Errors
-    /// If a number has no JSON form. A report has no such number.
+    /// Fails if a number has no JSON form. A report has no such number.
     pub fn to_json(&self) -> Result<String, serde_json::Error> {
         rows(self)
     }

@@ -51,7 +51,7 @@ pub struct Parameters {
     pub with_owner: bool,
     /// Number of points requested for the picture.
     pub view: u32,
-    /// Rounds of splaying before a fallback; none for `6 log2 n`.
+    /// Rounds of splaying before a fallback. `None` for `6 log2 n`.
     pub exchange_cap: Option<u32>,
 }
 

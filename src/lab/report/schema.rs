@@ -21,7 +21,7 @@ pub struct Report {
     pub schema: &'static str,
     /// Version of septet.
     pub version: &'static str,
-    /// Every option.
+    /// Every option of the run.
     pub parameters: Parameters,
     /// Seed of every random draw.
     pub seed: u64,
@@ -47,11 +47,11 @@ pub struct Report {
     pub how_proved: HowProved,
     /// Totals of the machine.
     pub machine: MachineReport,
-    /// Traffic of the run that counts the leaves for `--workers leaves`; not in the totals.
+    /// Traffic of the run that counts the leaves for `--workers leaves`. The totals do not include it.
     pub plan: Option<TrafficTotal>,
     /// The phases in order.
     pub phases: Vec<PhaseReport>,
-    /// The longest chain of subproblems; depths add up to `machine.paper.depth`. Empty if not counted.
+    /// The longest chain of subproblems. Its depths add up to `machine.paper.depth`. Empty if not counted.
     pub critical_path: Vec<PathReport>,
     /// The rounds in order.
     pub rounds: Vec<RoundReport>,
@@ -85,11 +85,11 @@ pub struct Report {
 pub struct SupergraphReport {
     /// `density`, `overlap`, `knn`, or `none`.
     pub kind: &'static str,
-    /// alpha, if it has one.
+    /// alpha, if the graph has one.
     pub alpha: Option<f64>,
-    /// k, if it has one.
+    /// k, if the graph has one.
     pub k: Option<u32>,
-    /// Why this supergraph.
+    /// The reason for the choice of this supergraph.
     pub why: String,
 }
 
@@ -179,7 +179,7 @@ pub struct PhaseReport {
     pub work: Option<u64>,
     /// Longest chain within the phase.
     pub depth: Option<u64>,
-    /// Share of the critical path.
+    /// Steps of the phase on the critical path.
     pub critical_depth: Option<u64>,
     /// Number of messages.
     pub messages: u64,
@@ -225,7 +225,7 @@ pub struct RoundReport {
     pub separators: u64,
 }
 
-/// The partition tree. Ratios are none if no node was split.
+/// The partition tree. Ratios are `None` if no node was split.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct TreeReport {
     /// Number of levels below the root; 0 for a single leaf.
@@ -238,17 +238,18 @@ pub struct TreeReport {
     pub spheres: u64,
     /// Number of nodes split by a plane.
     pub planes: u64,
-    /// Larger side over all owned points of a node, the largest of all nodes.
+    /// Larger side over all owned points of a node; the largest value of all nodes.
     pub largest_split_ratio: Option<f64>,
-    /// The same ratio, the mean.
+    /// Mean of the ratio, over all nodes.
     pub mean_split_ratio: Option<f64>,
     /// Largest number of attempts at a separator.
     pub largest_attempts: u64,
     /// Mean number of attempts.
     pub mean_attempts: Option<f64>,
-    /// Points whose ball meets the separator over `m^(1 - 1/d)`, with m the owned points of the node; the largest.
+    /// Points whose ball meets the separator over `m^(1 - 1/d)`, with m the owned points of the node; the largest
+    /// value of all nodes.
     pub largest_separator_ratio: Option<f64>,
-    /// The same ratio, the mean.
+    /// Mean of the ratio, over all nodes.
     pub mean_separator_ratio: Option<f64>,
     /// The levels, beginning with the root.
     pub by_level: Vec<LevelReport>,
@@ -317,7 +318,7 @@ pub struct GraphReport {
     pub max_degree: u64,
     /// Mean degree.
     pub mean_degree: f64,
-    /// Points held by all leaves, over points.
+    /// Sum of the sizes of all leaves, divided by the number of points.
     pub replication: f64,
 }
 

@@ -12,7 +12,8 @@ pub enum TableFormat {
     Text,
     /// Markdown tables under headings.
     Markdown,
-    /// RFC 4180 with one header row and no totals; empty if not counted. A file has one table.
+    /// CSV as in RFC 4180, with one header row and no totals. An entry that was not counted is empty. A file
+    /// has one table.
     Csv,
 }
 
@@ -152,7 +153,8 @@ impl Table {
 }
 
 impl Report {
-    /// Returns the tables of `--profile`: phases, rounds and tree levels; all of them, or the one with this number.
+    /// Returns the tables of `--profile` (phases, rounds and tree levels): all of them, or the one with this
+    /// number.
     pub fn tables(&self, format: TableFormat, which: Option<usize>) -> String {
         let mut out = String::new();
         if format == TableFormat::Markdown {

@@ -1,8 +1,8 @@
 //! The path of trace rows to the file: a clock, a buffer for each thread, and the state that all threads share.
 //!
 //! A thread writes rows into its own buffer, so they are in the order of their times. It flushes the buffer to the
-//! file when it is full. Counters and arrows need an order among threads. Their rows are made under one lock, which
-//! only messages and steps take. Locks are nested in the order thread, shared, processes, file.
+//! file when it is full. Counters and arrows need an order among threads, so their rows are made under one lock.
+//! Only messages and steps take it. Locks are nested in the order thread, shared, processes, file.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};

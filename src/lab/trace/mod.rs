@@ -12,8 +12,8 @@
 //! - Counters at the coordinator: bytes and messages in flight, and tree nodes that steps are currently at.
 //!
 //! There are no globals: the caller installs the layer for all threads or for a scope. `tracing` itself keeps one
-//! global. While the only subscriber is that of a scope, an event may be lost if another thread without a subscriber
-//! reaches it first. Do not run untraced work at the same time as a scope that traces.
+//! global. While only a scope has a subscriber, an event may be lost if another thread without a subscriber reaches
+//! it first. Do not run untraced work at the same time as a scope that traces.
 //!
 //! ```
 //! use septet::{simulate, trace};
@@ -94,7 +94,7 @@ pub fn is_compiled_in() -> bool {
 /// Checks whether a trace can be written under this name.
 ///
 /// # Errors
-/// An [`OutputError`] with the reason, if it cannot.
+/// Returns an [`OutputError`] with the reason if it cannot.
 pub fn check(path: &Path) -> Result<(), OutputError> {
     probe(path)
 }
@@ -110,7 +110,7 @@ pub struct TraceFile {
 /// Returns a layer that writes to a file, and the handle that finishes the file.
 ///
 /// # Errors
-/// If the file cannot be created next to `path`.
+/// Fails if the file cannot be created next to `path`.
 pub fn layer<S>(
     path: &Path,
     detail: Detail,

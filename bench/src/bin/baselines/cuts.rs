@@ -90,7 +90,7 @@ fn count<P: Point>(
     Ok(run.cells().to_vec())
 }
 
-/// The compared counts: sums over the seeds, and maxima over the seeds.
+/// The compared counts: sums and maxima over the seeds.
 #[derive(Default)]
 struct Counts {
     runs: u64,

@@ -85,7 +85,7 @@ impl Sum {
 
     fn row(&self, kind: Kind, dimension: usize, n: u64) -> Vec<String> {
         let mut row = vec![kind.to_string(), dimension.to_string(), n.to_string()];
-        // Depths are small, so their means have a decimal.
+        // Depths are small, so their means have one decimal.
         let shown = |(at, &sum): (usize, &u64)| {
             if at < 5 { mean(sum, self.runs) } else { whole(sum, self.runs) }
         };

@@ -1,5 +1,5 @@
-//! Compares the algorithm of the paper with baselines by counts: sphere separators with k-d planes, the descent with the
-//! bottom-up correction, the recursion with incremental insertion. Writes three tables as Markdown and CSV. See
+//! Compares the algorithm of the paper with baselines by counts: sphere separators with k-d planes, the descent with
+//! the bottom-up correction, the recursion with incremental insertion. Writes three tables as Markdown and CSV. See
 //! `bench/README.md`.
 
 mod correction;

@@ -1,4 +1,4 @@
-// A camera that turns round the set's centre: by pointer, wheel and keys. Plane sets are seen from above.
+// A camera that turns around the centre of the set by pointer, wheel and keys. Sets of the plane are seen from above.
 import { OrthographicCamera, Vector3 } from 'three';
 
 const START = { turn: 0.65, tilt: 0.42, zoom: 1, x: 0, y: 0 };
@@ -59,7 +59,7 @@ export class Camera {
         return new Vector3(Math.cos(tilt) * Math.sin(turn), -Math.cos(tilt) * Math.cos(turn), Math.sin(tilt));
     }
 
-    /** Sets the eye for a picture of this shape. */
+    /** Sets the eye for a picture of this width and height. */
     look(width, height) {
         const { zoom, x, y, turn, tilt } = this.place;
         const [h, w] = [this.flat ? 0.62 : 0.88, (this.flat ? 0.62 : 0.88) * (width / height)];

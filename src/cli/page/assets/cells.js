@@ -1,4 +1,4 @@
-// The cells of a mesh on one side of a plane: the faces that are seen of them, in the colours of their cells.
+// The cells of a mesh on one side of a plane. Their visible faces are drawn in the colours of the cells.
 import { BufferAttribute, BufferGeometry, DoubleSide, GLSL3, Mesh, ShaderMaterial } from 'three';
 
 const vertexShader = `
@@ -38,19 +38,19 @@ void main() {
     vec3 width = fwidth(weights);
     vec3 near = smoothstep(vec3(0.0), 1.3 * width, weights);
     float edge = 1.0 - min(near.x, min(near.y, near.z));
-    // Faces of a few pixels would be nothing but edges.
+    // A face of a few pixels would consist of edges only.
     float room = 1.0 - smoothstep(0.12, 0.45, max(width.x, max(width.y, width.z)));
     colour = vec4(mix(lit, line, 0.75 * edges * room * edge), 1.0);
 }`;
 
-/** Three numbers, ascending, written at a place. */
+/** Writes three numbers at a position, in ascending order. */
 function writeSorted(out, at, a, b, c) {
     out[at] = Math.min(a, b, c);
     out[at + 2] = Math.max(a, b, c);
     out[at + 1] = a + b + c - out[at] - out[at + 2];
 }
 
-/** The cell across the face opposite each corner of each tetrahedron; -1 where there is none. */
+/** For each corner of each tetrahedron, returns the cell across the opposite face, or -1 if there is none. */
 export function neighboursOf(corners) {
     const faces = corners.length;
     const across = new Int32Array(faces).fill(-1);
@@ -60,7 +60,7 @@ export function neighboursOf(corners) {
         const [a, b, c] = [1, 2, 3].map((k) => corners[cell + ((f + k) % 4)]);
         writeSorted(keys, 3 * f, a, b, c);
     }
-    // A table of faces that have not met their like, with open addressing.
+    // A hash table, with open addressing, of the faces whose other cell has not been found.
     const size = 2 ** Math.ceil(Math.log2(2 * faces + 2));
     const table = new Int32Array(size).fill(-1);
     for (let f = 0; f < faces; f += 1) {
@@ -84,7 +84,7 @@ export function neighboursOf(corners) {
     return across;
 }
 
-/** The means of the cells' points, three numbers a cell, in the unit of the file. */
+/** Returns the mean of the points of each cell, three numbers per cell, in the unit of the file. */
 export function centresOf(mesh) {
     const { dimension: d, cells, corners, positions } = mesh;
     const centres = new Float64Array(3 * cells);
@@ -116,7 +116,7 @@ export class CellLayer {
         this.across = d === 3 ? neighboursOf(this.corners) : null;
         this.kept = new Uint8Array(this.count).fill(1);
         this.tints = new Float32Array(3 * this.count);
-        // Faces that are seen: cell and corner opposite in one number, cells of the plane as they are.
+        // The visible faces. Each is one number for its cell and the opposite corner, or, in the plane, its cell.
         this.faces = new Uint32Array(0);
         this.drawn = 0;
         this.capacity = 0;
@@ -131,13 +131,13 @@ export class CellLayer {
         this.object.frustumCulled = false;
     }
 
-    /** The height of a cell's centre along a direction. */
+    /** Returns the height of a cell's centre along a direction. */
     height(cell, normal) {
         const at = 3 * cell;
         return normal[0] * this.centres[at] + normal[1] * this.centres[at + 1] + normal[2] * this.centres[at + 2];
     }
 
-    /** The least and the largest height. */
+    /** Returns the smallest and the largest height. */
     range(normal) {
         let [low, high] = [Infinity, -Infinity];
         for (let c = 0; c < this.count; c += 1) {
@@ -148,7 +148,7 @@ export class CellLayer {
         return [low, high];
     }
 
-    /** Keeps the cells at heights of at most this (at least, if turned over); all of them without a plane. */
+    /** Keeps the cells below the plane (above it if `over` is set), or all cells if there is no plane. */
     cut(plane) {
         for (let c = 0; c < this.count; c += 1) {
             const above = plane && this.height(c, plane.normal) - plane.offset;
@@ -158,7 +158,7 @@ export class CellLayer {
         this.build();
     }
 
-    /** The faces of kept cells that no kept cell lies behind. */
+    /** Finds the faces of kept cells that do not belong to another kept cell. */
     find() {
         const { kept, across, d } = this;
         const most = d === 3 ? 4 * this.count : this.count;

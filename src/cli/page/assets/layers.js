@@ -1,10 +1,10 @@
-// Layers of the partition's picture. A layer has an `object` to draw and `update(state)`; a new kind of picture of it is
-// another layer in the list that the scene is given.
+// Layers of the picture of the partition. A layer has an `object` to draw and a function `update(state)`. A new kind of
+// picture is one more layer in the list of the scene.
 import { BufferAttribute, BufferGeometry, Color, GLSL3, LineBasicMaterial, LineSegments, Points, ShaderMaterial } from 'three';
 import { ancestor, bit } from 'septet/data';
 import { Surfaces, coefficients, path, value } from 'septet/surfaces';
 
-// Distinguishable colours for many owners: hues by the golden angle at three lightnesses.
+// The palette of Wong. `many` gives distinguishable colours for many owners: hues by the golden angle, three lightnesses.
 const WONG = { light: ['#0072b2', '#e69f00', '#d55e00', '#009e73'], dark: ['#4aa8e0', '#f0b429', '#f0763a', '#2bbd93'] };
 
 export function wong(i, dark) {
@@ -126,7 +126,7 @@ export class PointLayer {
     }
 }
 
-/** Separator entries in the picture's coordinates. */
+/** Returns the separators in the picture's coordinates. */
 export function entriesOf(view, frame) {
     const local = (x, i) => ((x ?? 0) - (frame.centre[i] ?? 0)) / frame.size;
     const corner = (c) => [0, 1, 2].map((i) => (i < c.length ? local(c[i], i) : 0));
@@ -159,7 +159,7 @@ export class SurfaceLayer {
 
 const STEPS = 720;
 
-/** Separators of the plane: circles and lines, kept where they lie in their node. */
+/** Separators of the plane: the parts of circles and lines that lie in their node. */
 export class CurveLayer {
     constructor(view, frame) {
         const entries = entriesOf(view, frame);
@@ -167,7 +167,7 @@ export class CurveLayer {
         this.object = new LineSegments(new BufferGeometry(), new LineBasicMaterial());
     }
 
-    /** Pairs of neighbouring places on a surface within its node's box. */
+    /** Returns pairs of adjacent places on a surface within the box of its node. */
     trace(entry) {
         const { a, b, c } = entry.surface;
         const above = path(entry.node, this.all);
@@ -175,7 +175,7 @@ export class CurveLayer {
             && y >= entry.low[1] - 0.004 && y <= entry.high[1] + 0.004
             && above.every((s) => value(s.surface, [x, y, 0]) * s.side >= 0);
         const places = [];
-        // By columns and by rows: each finds the parts that are not steep in its direction.
+        // One pass goes by columns and one by rows. Each finds the parts that are not steep in its direction.
         for (const k of [0, 1]) {
             const [u, v] = k === 0 ? [b[0], b[1]] : [b[1], b[0]];
             const roots = (x) => {
@@ -217,7 +217,7 @@ export class CurveLayer {
     }
 }
 
-/** The box of the set. */
+/** The bounding box of the set. */
 export class BoxLayer {
     constructor(view, frame) {
         const half = [0, 1, 2].map((i) => ((view.high[i] ?? 0) - (view.low[i] ?? 0)) / 2 / frame.size);

@@ -4,7 +4,7 @@ import { tie } from 'septet/tables';
 
 startTheme(document.getElementById('theme'));
 
-// Figures with variants: the choice shows one drawing and its table.
+// In a figure with variants, the choice shows one drawing and its table.
 for (const details of document.querySelectorAll('details[data-table]')) {
     const id = details.dataset.table;
     if (!tables[id]) {

@@ -1,4 +1,4 @@
-// The mesh: cells on one side of a plane, the controls beside them, and the table of what is kept.
+// The mesh: the cells on one side of a plane, the controls next to them, and the table of the kept cells.
 import { Color, Vector3 } from 'three';
 import { mesh } from 'septet/data';
 import { isDark, onTheme } from 'septet/theme';
@@ -11,7 +11,7 @@ import { scalesOf, short } from 'septet/scales';
 const get = (id) => document.getElementById(`mesh-${id}`);
 const AXES = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
 
-/** The plane's normal before it is turned, and the two directions that it is turned towards. */
+/** Returns the plane's normal before it is turned, and the two directions towards which it turns. */
 function directions(axis, camera) {
     if (axis === 'view') {
         const { turn } = camera.place;
@@ -43,7 +43,7 @@ class Picture extends Stage {
         return this.scales[get('colour').value];
     }
 
-    /** Where the controls put the plane; none if they say so. */
+    /** Returns the plane that the controls select, or `null` without a plane. */
     plane() {
         const axis = get('axis').value;
         if (axis === '') {
@@ -63,7 +63,7 @@ class Picture extends Stage {
         return { normal, offset, over: get('over').checked };
     }
 
-    /** Cuts anew if the plane has moved. */
+    /** Cuts the mesh again if the plane has moved. */
     prepare() {
         const plane = this.plane();
         const key = JSON.stringify(plane);
@@ -73,12 +73,12 @@ class Picture extends Stage {
             this.say(plane);
             this.refreshTable?.();
         }
-        // Light from above the eye.
+        // The light comes from above the eye.
         const light = this.camera.direction().add(new Vector3(0.3, -0.4, 0.6)).normalize();
         this.cells.uniforms.light.value = light.toArray();
     }
 
-    /** Colours anew. */
+    /** Updates the colours. */
     update() {
         const dark = isDark();
         this.scale.paint(this.cells.tints, dark);
@@ -102,7 +102,7 @@ class Picture extends Stage {
     }
 }
 
-/** The cells that are kept. */
+/** Returns the table of the kept cells. */
 function table(picture) {
     const d = mesh.dimension;
     const names = ['x', 'y', 'z'].slice(0, d).map((x) => `${x} of the centre`);

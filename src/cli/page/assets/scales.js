@@ -1,4 +1,4 @@
-// Colours of cells by what is known of them, and the key that says which colour is which number.
+// Colours of cells by their quantities and names, and the keys that explain the colours.
 import { Color } from 'three';
 import { many } from 'septet/layers';
 
@@ -6,16 +6,16 @@ const STEPS = {
     light: ['#fdf5cf', '#e3eab1', '#b9dba6', '#85c8a6', '#4fb0aa', '#2a93ac', '#2172a3', '#27508d', '#252c67'],
     dark: ['#1d2b4f', '#213f74', '#215a8c', '#207797', '#2c9499', '#4fb093', '#86c989', '#c3de88', '#fdf3a6'],
 };
-// Beyond this ratio of the largest to the least a scale is logarithmic.
+// Above this ratio of the largest to the smallest value, a scale is logarithmic.
 const WIDE = 20;
 const MOST_NAMED = 12;
 
-/** A number as the key says it. */
+/** Formats a number for the key. */
 export function short(x) {
     return String(Number(x.toPrecision(4)));
 }
 
-/** Colours of numbers between two ends. */
+/** Colours of numbers on a scale between the smallest and the largest. */
 class Numbers {
     constructor(values, unit, maybeLog) {
         this.values = values;
@@ -26,12 +26,12 @@ class Numbers {
         this.log = maybeLog && this.low > 0 && this.high / this.low > WIDE;
     }
 
-    /** The value at a part of the scale. */
+    /** Returns the value at a position of the scale, from 0 to 1. */
     value(part) {
         return this.log ? this.low * (this.high / this.low) ** part : this.low + part * (this.high - this.low);
     }
 
-    /** The part of the scale of a value; what is not known stands at its end. */
+    /** Returns the position of a value on the scale, from 0 to 1. An unknown value is at its end. */
     part(value) {
         if (value === null || this.high === this.low) {
             return value === null ? 1 : 0;
@@ -72,7 +72,7 @@ class Numbers {
         return [scale];
     }
 
-    /** What the kept cells have. */
+    /** Describes the range of the values of the kept cells. */
     say(kept) {
         let [low, high] = [Infinity, -Infinity];
         this.values.forEach((value, i) => {
@@ -85,7 +85,7 @@ class Numbers {
     }
 }
 
-/** Colours of names. */
+/** Colours of names, such as regions and workers. */
 class Names {
     constructor(values, name, all) {
         this.values = values;
@@ -132,7 +132,7 @@ class Names {
     }
 }
 
-/** The scale of each thing that cells can be coloured by. */
+/** Returns the scale of each quantity by which cells can be coloured. */
 export function scalesOf(mesh) {
     const angle = mesh.dimension === 3 ? 'smallest dihedral angle' : 'smallest angle';
     return {

@@ -1,4 +1,4 @@
-// The partition: layers, the controls beside them, and the loop that draws when something changed.
+// The partition: its layers, the controls next to them, and the table of the points.
 import { Matrix4, Vector3, Vector4 } from 'three';
 import { bit, space, view } from 'septet/data';
 import { isDark, onTheme } from 'septet/theme';
@@ -26,7 +26,7 @@ class Picture extends Stage {
         }
     }
 
-    /** Reads the controls and lets every layer follow. */
+    /** Reads the controls and updates every layer. */
     update() {
         const on = (id) => get(id).checked;
         this.state = {
@@ -71,14 +71,14 @@ function say(picture) {
         + `in their separator sets (of ${view.of} points)`;
 }
 
-/** The key of the colours in use. */
+/** Shows the key of the colours in use. */
 function key(state) {
     const names = {
         side: [['inside', wong(0, state.dark)], ['outside', wong(1, state.dark)]],
         owner: [], node: [],
         proof: [['hypothesis', wong(0, state.dark)], ['local radius', wong(1, state.dark)], ['exchange', wong(2, state.dark)]],
     }[state.colour];
-    const ghosts = [['home points of the leaf', wong(0, state.dark)], ['its ghosts', wong(1, state.dark)]];
+    const ghosts = [['owned points of the leaf', wong(0, state.dark)], ['its ghosts', wong(1, state.dark)]];
     const rows = state.ghosts ? ghosts : [...names, ...(state.repaired ? [['repaired star', wong(2, state.dark)]] : [])];
     get('key').replaceChildren(...rows.map(([name, colour]) => {
         const item = document.createElement('li');
@@ -90,7 +90,7 @@ function key(state) {
     }));
 }
 
-/** Leaves in the order of their points on the screen's list, those with ghosts first. */
+/** Fills the list of the leaves with ghosts, in the order of their positions. */
 function fillLeaves(picture) {
     const leaves = [...picture.points.ghosts.keys()].sort((a, b) => a - b);
     get('leaf').replaceChildren(...leaves.map((leaf) => {

@@ -1,11 +1,11 @@
-// What pictures in space share: a canvas, a camera that turns, and a loop that draws when something changed.
+// The common part of all pictures: a canvas, a camera that turns, and a loop that draws after a change.
 import { ColorManagement, LinearSRGBColorSpace, Scene, WebGLRenderer } from 'three';
 import { Camera } from 'septet/camera';
 
-// Shaders here write the colours that the style sheet names, as they are.
+// The shaders write colours as the style sheet gives them, without conversion.
 ColorManagement.enabled = false;
 
-/** Centre and size of a box: a picture's coordinates lie in a unit cube round 0. */
+/** Returns the centre and the size of a box. They map the picture to a unit cube around 0. */
 export function frameOf(low, high) {
     const centre = [0, 1, 2].map((i) => ((low[i] ?? 0) + (high[i] ?? 0)) / 2);
     const size = Math.max(...low.map((l, i) => high[i] - l)) || 1;
@@ -13,7 +13,7 @@ export function frameOf(low, high) {
 }
 
 export class Stage {
-    /** `before(width, height)` is called when the camera stands and nothing is drawn yet. */
+    /** `before(width, height)` is called after the camera is set and before the scene is drawn. */
     constructor(canvas, flat, before) {
         this.canvas = canvas;
         this.before = before;
@@ -50,7 +50,7 @@ export class Stage {
         this.renderer.render(this.scene, this.camera.eye);
     }
 
-    /** Ties the buttons that every picture has. */
+    /** Connects the buttons that every picture has. */
     buttons({ reset, turn, png }, name) {
         reset.addEventListener('click', () => this.camera.reset());
         turn.addEventListener('click', () => {
@@ -67,7 +67,7 @@ export class Stage {
         });
     }
 
-    /** Ties keys to the camera, and to what else they do. */
+    /** Connects keys to the camera and to the actions in `more`. */
     keys(more) {
         const { camera } = this;
         const acts = {

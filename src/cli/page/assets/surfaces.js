@@ -1,9 +1,9 @@
-// Separators drawn exactly: each fragment of a node's box finds where its ray meets the surface
-// a |x|^2 + b . x + c = 0, and keeps the place if it lies on the node's side of every separator above.
+// Draws separators exactly. Each fragment of a node's box finds the place where its ray meets the surface a |x|^2 + b
+// . x + c = 0, and keeps it if it lies on the node's side of every separator above the node.
 import { BackSide, BoxGeometry, Color, GLSL3, Group, Mesh, ShaderMaterial, Vector3, Vector4 } from 'three';
 
 const MOST_ABOVE = 24;
-// Beyond this many diameters of the set a sphere is drawn as its tangent plane.
+// A sphere whose radius is larger than this many diameters of the set is drawn as its tangent plane.
 const FLAT = 1e4;
 
 const vertexShader = `
@@ -63,7 +63,7 @@ void main() {
     gl_FragDepth = 0.5 * p.z / p.w + 0.5;
 }`;
 
-/** The coefficients of a separator in the picture's coordinates; positive outside of its interior. */
+/** Returns the coefficients of a separator in the picture's coordinates. Its function is positive outside the interior. */
 export function coefficients(separator, frame) {
     const v = separator.vector;
     const at = (i) => (v[i] ?? 0);
@@ -85,13 +85,13 @@ export function coefficients(separator, frame) {
     return { a: scale, b: centre.map((x) => -2 * x * scale), c };
 }
 
-/** The value of the surface's function. */
+/** Returns the value of a surface's function at a place. */
 export function value(s, x) {
     const dot = (u, w) => u[0] * w[0] + u[1] * w[1] + u[2] * w[2];
     return s.a * dot(x, x) + dot(s.b, x) + s.c;
 }
 
-/** The separators above a node, with the sign of the side that the node lies on. */
+/** Returns the separators above a node, each with the sign of the side on which the node lies. */
 export function path(node, all) {
     const found = [];
     for (let at = node; at > 1; at = Math.floor(at / 2)) {
@@ -103,7 +103,7 @@ export function path(node, all) {
     return found;
 }
 
-/** One drawn separator. */
+/** Returns the mesh that draws one separator. */
 function mesh(entry, all, shared, flat) {
     const above = path(entry.node, all).slice(-MOST_ABOVE);
     const pad = (list, empty) => [...list, ...Array(MOST_ABOVE - list.length).fill(empty)];
@@ -133,7 +133,7 @@ function mesh(entry, all, shared, flat) {
     return box;
 }
 
-/** All drawn separators, made when first shown. */
+/** All separators. The mesh of each is made when it is first shown. */
 export class Surfaces {
     constructor(entries, shared, flat) {
         this.group = new Group();
@@ -142,7 +142,7 @@ export class Surfaces {
         this.all = new Map(entries.map((entry) => [entry.node, entry]));
     }
 
-    /** Shows those that `tint` has a colour and an opacity for. */
+    /** Shows the separators for which `tint` returns a colour and an opacity. */
     show(tint) {
         for (const entry of this.all.values()) {
             const shown = tint(entry);

@@ -1,7 +1,7 @@
-// Tables under the pictures, made when they are opened; whole tables as CSV.
+// Tables under the pictures, which are made when they are opened, and complete tables as CSV.
 const MOST_ROWS = 500;
 
-/** One cell of CSV: quoted where it must be. */
+/** Formats a value for CSV, with quotes if it needs them. */
 function quoted(value) {
     const text = value === null || value === undefined ? '' : String(value);
     return /[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
@@ -46,7 +46,7 @@ function download(name, text) {
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
 
-/** Ties a table to its place; `current` gives the table of what is shown. Returns what refreshes it. */
+/** Shows the table that `current` returns in its place. Returns a function that refreshes it. */
 export function tie(details, current) {
     const place = details.querySelector('.rows');
     const refresh = () => {

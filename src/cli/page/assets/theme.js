@@ -1,4 +1,4 @@
-// Light, dark, or what the system prefers. Listeners are told of every change.
+// The theme: light, dark, or the preference of the system. Listeners are called after every change.
 const states = ['system', 'light', 'dark'];
 const listeners = [];
 const system = window.matchMedia('(prefers-color-scheme: dark)');

@@ -16,7 +16,7 @@ pub(in crate::page) struct MeshData {
     pub(in crate::page) file: MeshReport,
 }
 
-/// A field that is not what it should be.
+/// The path of an invalid field, and the reason.
 type Wrong = (String, String);
 
 /// Reads a report.

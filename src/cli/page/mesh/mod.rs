@@ -23,7 +23,7 @@ pub(super) fn figures(mesh: &MeshData) -> Vec<Figure> {
     figures
 }
 
-/// Draws the histograms of the bounded quantities and of the quality.
+/// Draws the histograms of the bounded quantities and of the quality of the cells.
 fn quality(mesh: &MeshData) -> Figure {
     let (q, space) = (&mesh.file.quality, mesh.file.domain.dimension == 3);
     let angle = if space { "dihedral angles" } else { "angles" };

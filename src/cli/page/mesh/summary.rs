@@ -1,4 +1,4 @@
-//! A mesh in a few numbers.
+//! The summary of a mesh in a few numbers.
 
 use std::fmt::Write;
 

@@ -1,7 +1,7 @@
 //! `.poly` files of `TetGen` (space) and Triangle (plane), and `.smesh` files of `TetGen`.
 //!
-//! A file has four parts: points, facets (segments in the plane), holes, and regions. The points are as in a `.node` file,
-//! or in the `.node` file next to it. Ids start at 0 or 1, the id of the first point. Comments begin with `#`.
+//! A file has four parts: points, facets (segments in the plane), holes, and regions. The points are as in a `.node`
+//! file, or in the `.node` file next to it. Ids start at 0 or 1, the id of the first point. Comments begin with `#`.
 
 use glam::{DVec2, DVec3};
 use septet_geometry::point::Point;
@@ -93,8 +93,8 @@ impl<'a> Reader<'a> {
         self.lines.next_data().ok_or_else(|| self.source.truncated(Place::Line(end), what, of, found))
     }
 
-    /// Reads the count at the start of a part. Returns it with its line and the words after it, or `None` at the end of the
-    /// file.
+    /// Reads the count at the start of a part. Returns it with its line and the words after it, or `None` at the end of
+    /// the file.
     fn part(&mut self, what: &str) -> Result<Option<(u64, Line<'a>, Words<'a>)>, InputError> {
         let Some(line) = self.lines.next_data() else { return Ok(None) };
         let mut words = line.words();

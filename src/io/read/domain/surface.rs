@@ -43,7 +43,8 @@ pub fn read(source: Source<'_>, format: Format) -> Result<DomainFile, InputError
     Ok(DomainFile { input, notes, first_id: first_id as u64 })
 }
 
-/// Reads the lines `f a b c …`. Each corner is `v`, `v/t`, `v//n` or `v/t/n`. Negative ids count back from the last point.
+/// Reads the lines `f a b c …`. Each corner is `v`, `v/t`, `v//n` or `v/t/n`. Negative ids count back from the last
+/// point.
 fn read_obj(source: Source<'_>) -> Result<Faces, InputError> {
     let mut lines = Lines::new(source.data);
     let (mut points, mut faces) = (0i64, Vec::new());

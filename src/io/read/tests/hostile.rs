@@ -1,4 +1,4 @@
-//! Cut, flipped and random bytes: errors, never panics.
+//! Truncated, flipped and random bytes, which must cause errors and never panics.
 
 use std::fmt::Write as _;
 
@@ -22,7 +22,7 @@ const ALL: [Format; 12] = [
     Format::Ele,
 ];
 
-/// Reads in every way; only panics (and hanging) are failures.
+/// Reads the data in every way. Only a panic or a hang is a failure.
 fn survive(format: Format, data: &[u8]) {
     for skip_invalid in [false, true] {
         for dimension in [None, Some(2), Some(3)] {
@@ -43,7 +43,7 @@ fn survive(format: Format, data: &[u8]) {
     }
 }
 
-/// A sound file of each format.
+/// Returns a valid file of each format.
 fn samples() -> Vec<(Format, Vec<u8>)> {
     vec![
         (Format::Node, b"2 3 1 1\n1 0 0 0 5 1\n2 1 2 3 5 1\n".to_vec()),
@@ -79,7 +79,7 @@ fn every_truncation_is_survived() {
     }
 }
 
-/// Files whose size is announced: every cut before the last point's last byte is noticed.
+/// In files that announce their size, every cut before the last byte of the last point is noticed.
 #[test]
 fn truncations_of_binary_files_are_noticed() {
     for (name, data, needed) in [

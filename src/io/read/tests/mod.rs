@@ -187,7 +187,7 @@ fn vtu_raw(wide: bool) -> Vec<u8> {
     file
 }
 
-/// The same with the arrays in place, written by a function of their bytes and numbers.
+/// Returns the same mesh with inline arrays, which a function of their bytes and numbers writes.
 fn vtu_inline(root: &str, format: &str, mut write: impl FnMut(&[u8], &str) -> String) -> String {
     let flat = CORNERS.concat();
     let points = write(&bytes_of!(f64, to_le_bytes, flat), "0 0 0 1 0 0\n0 1 0 0.25 0.5 -2");

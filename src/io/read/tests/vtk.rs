@@ -77,7 +77,7 @@ fn damaged_files_are_refused() {
         bad("a.vtk", grid.replacen(from, to, 1));
     }
     let whole = binary();
-    // Points without cells are a file, too.
+    // A file may have points and no cells.
     let cells = whole.windows(6).position(|w| w == b"\nCELLS").unwrap();
     for cut in (0..cells).chain(cells + 2..whole.len() - 1) {
         bad("a.vtk", &whole[..cut]);

@@ -1,4 +1,4 @@
-//! Base64 in the form of VTK files: several padded runs may follow one another.
+//! Base64 as in VTK files, which may have several padded runs in a row.
 
 /// Decodes the text up to the first byte that is neither base64 nor blank. Returns `None` if a run is incomplete.
 pub(super) fn decode(text: &[u8]) -> Option<Vec<u8>> {

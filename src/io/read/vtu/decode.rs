@@ -40,8 +40,8 @@ impl<'a> Arrays<'a> {
         Ok(numbers.map(|b| from_bytes(array.scalar, b, self.endian)).collect())
     }
 
-    /// Returns the place of a number of an array. It is a line or byte if the array is text or raw, else the line of the
-    /// opening tag of the array.
+    /// Returns the place of a number of an array. It is a line or byte if the array is text or raw, else the line of
+    /// the opening tag of the array.
     pub fn locate(&self, array: &DataArray<'a>, element: usize) -> Place {
         let word = |text: &'a [u8]| {
             let mut words = text.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());

@@ -62,7 +62,7 @@ fn vtu_holds_owners_where_asked_for() {
     assert_eq!(arrays["owner"], owner);
     assert_eq!(words(&arrays["home_leaf"]), sample.home_leaf);
     let ratios = words(&arrays["radius_edge_ratio"]);
-    // A Kuhn tetrahedron has the diagonal of the cube as diameter of its sphere.
+    // The diagonal of the cube is a diameter of the circumsphere of a Kuhn tetrahedron.
     let expected = 0.75f64.sqrt();
     assert!(ratios.iter().all(|r| (f64::from_bits(*r) - expected).abs() < 1e-15));
 }

@@ -126,7 +126,7 @@ fn bytes_do_not_depend_on_the_number_of_threads() {
 fn failures_leave_the_old_files_alone() {
     let directory = tempfile::tempdir().unwrap();
     let mut sample = squares(1);
-    // The same triangle twice: no neighbours can be given.
+    // The same triangle occurs twice, so neighbours are not defined.
     sample.cells = vec![0, 1, 3, 0, 1, 3];
     for name in ["m.node", "m.mesh"] {
         fs::write(directory.path().join(name), "old").unwrap();

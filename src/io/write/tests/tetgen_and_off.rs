@@ -65,7 +65,7 @@ fn in_the_plane_there_is_no_face_file() {
 fn off_holds_the_hull_in_space() {
     let bytes = one("m.off", &kuhn(2));
     let lines = text(&bytes);
-    // 26 of the 27 points: not the centre, index 13.
+    // The hull has 26 of the 27 points, all but the centre, whose index is 13.
     assert_eq!(lines[..2], ["OFF", "26 48 0"]);
     assert_eq!(lines[2 + 12], "0 0.5 0.5");
     assert_eq!(lines[2 + 13], "1 0.5 0.5");

@@ -78,7 +78,7 @@ fn streams_receive_the_bytes_of_files() {
         let mut bytes = Vec::new();
         write_to(&mut bytes, &sample.view(), &options, &mut |_, _| {}).unwrap();
         assert_eq!(bytes, one(&format!("m.{name}"), &sample), "{name}");
-        // The options decide over the extension.
+        // The format in the options overrides the extension.
         assert_eq!(written("m.unknown", &sample, &options)["m.unknown"], bytes, "{name}");
     }
     let set = WriteOptions { format: Some(OutputFormat::TetGen), ..WriteOptions::default() };

@@ -1,4 +1,5 @@
-//! From lines to numbers: the count, the abscissa, the selection of runs, and the checks against mixtures.
+//! Converts lines to numbers: the count, the abscissa, the selection of runs, and the checks against
+//! mixtures.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::str::FromStr;
@@ -16,13 +17,13 @@ pub enum Key {
     Levels,
     /// Number of leaves of the tree.
     Leaves,
-    /// Attempts at separators per split, the mean.
+    /// Mean number of attempts at a separator per split.
     Attempts,
     /// Number of edges of the supergraph.
     Edges,
     /// Largest degree of the supergraph.
     MaxDegree,
-    /// Points held by all leaves, over points.
+    /// Sum of the sizes of all leaves, divided by the number of points.
     Replication,
     /// Number of rounds of splaying.
     ExchangeRounds,
@@ -102,11 +103,11 @@ impl FromStr for Key {
 /// The abscissa of a count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub enum Abscissa {
-    /// Distinct points.
+    /// The number of distinct points.
     #[default]
     #[serde(rename = "n")]
     Points,
-    /// Points over the largest leaf.
+    /// The number of distinct points divided by the size of the largest leaf.
     #[serde(rename = "n/leaf")]
     PointsOverLeaf,
 }
@@ -123,9 +124,9 @@ impl FromStr for Abscissa {
     }
 }
 
-/// The default margin of the equivalence tests: 5 % of the mean. For depth by level, it is a share per doubling; for
-/// growth, a share over the range of sizes. A count proportional to log n has 7 % or more per doubling over n = 2^10
-/// to 2^20.
+/// The default margin of the equivalence tests: 5 % of the mean. For depth by level, it limits the change per
+/// doubling. For growth, it limits the change over the range of sizes. A count proportional to log n has 7 % or more
+/// per doubling over n = 2^10 to 2^20.
 pub const MARGIN: f64 = 0.05;
 
 /// A request for a fit.
@@ -247,7 +248,7 @@ pub enum FitError {
         /// The count.
         key: &'static str,
     },
-    /// Speed-up is requested of runs that were not timed.
+    /// Speed-up is requested for runs that were not timed.
     #[error("no line is a timed triangulation; make some with `septet scale --timed`")]
     NotTimed,
     /// Speed-up is requested without the serial run to compare with.
@@ -305,7 +306,7 @@ pub(super) fn check(lines: &[Line], request: &Request) -> Result<(), FitError> {
 }
 
 /// Groups lines that belong to one curve. Lines of a group differ in size and seed only. Workers may differ if the
-/// count does not depend on them. Of lines that do not differ otherwise, one is kept.
+/// count does not depend on them. Of several lines with the same size and seed, one is kept.
 pub(super) fn series(lines: &[Line], request: &Request) -> BTreeMap<String, Vec<Line>> {
     let mut series: BTreeMap<String, Vec<Line>> = BTreeMap::new();
     let mut seen: BTreeSet<(String, u64, u64)> = BTreeSet::new();
@@ -353,7 +354,7 @@ pub(crate) fn series_name(line: &Line, key: Key) -> String {
     parts.join(", ")
 }
 
-/// Returns the value of a line. `None` if the run stopped before it.
+/// Returns the value of a line, or `None` if the run stopped before it.
 pub(super) fn value(line: &Line, request: &Request) -> Option<Value> {
     let tree = &line.tree;
     let splits = tree.nodes - tree.leaves;
@@ -381,7 +382,7 @@ fn of_phase(line: &Line, request: &Request) -> Option<f64> {
     let name = request.phase.as_deref()?;
     let group = match name {
         "paper" => Some(line.paper?),
-        // A run without disagreement has a certificate too.
+        // A run in which no stars disagree still has a certificate.
         "repair" => Some(line.repair?),
         _ => None,
     };

@@ -181,8 +181,8 @@ mod tests {
         }
     }
 
-    /// With 2 degrees of freedom above, P(F > f) is `(1 + 2 f / n)^(-n/2)`. With 1, it is the two-sided probability of
-    /// t.
+    /// With 2 degrees of freedom in the numerator, P(F > f) is `(1 + 2 f / n)^(-n/2)`. With 1 degree, it is the
+    /// two-sided probability of t.
     #[test]
     fn tails_of_f() {
         for n in [1.0, 2.0, 9.0, 60.0, 999.0] {

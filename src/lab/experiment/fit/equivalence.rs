@@ -21,7 +21,8 @@ pub struct Equivalence {
     pub margin: f64,
     /// The margin in steps.
     pub margin_steps: f64,
-    /// Probability of the data if the slope were at the nearer end of the margin: the larger one of the two tests.
+    /// The larger p-value of the two tests: the probability of the data if the slope were at the nearer end of the
+    /// margin.
     pub p: f64,
     /// Whether the depth is flat: p is below 5 %.
     pub flat: bool,
@@ -67,7 +68,7 @@ pub(super) fn equivalence(levels: &[LevelRow], margin: f64) -> Option<Equivalenc
         if error > 0.0 {
             return t_above(freedom, distance / error);
         }
-        // A count without any depth cannot depend on the size.
+        // If all depths are 0, they cannot depend on the size.
         f64::from(u8::from(distance < 0.0 || (distance == 0.0 && mean != 0.0)))
     };
     let p = beyond(steps - value).max(beyond(steps + value));

@@ -28,9 +28,9 @@ pub struct Growth {
     pub curvature: Curvature,
     /// Slope of ln y against ln x. `None` if one of the y is not positive.
     pub exponent: Option<Interval>,
-    /// Change over the range of sizes, as a share of the mean, with the 90 % interval of two one-sided tests.
+    /// Change over the range of sizes as a share of the mean, with the 90 % interval of two one-sided tests.
     pub change: Interval,
-    /// The margin of the request: a smaller change counts as none.
+    /// The margin of the request. A smaller change does not count as growth.
     pub margin: f64,
 }
 
@@ -65,7 +65,7 @@ pub struct LawFit {
     pub lack_of_fit: f64,
     /// Akaike's criterion minus that of the best law.
     pub behind: f64,
-    /// Quadratic term in log2 x of the law's own values.
+    /// Quadratic term in log2 x of the values of the fitted law.
     pub bend: f64,
     /// Probability that the nested test finds a quadratic term of that size in data with this error.
     pub power: f64,
@@ -104,11 +104,11 @@ pub(super) struct How {
     pub(super) dimension: usize,
     /// Whether rows are weighted by 1 / y^2.
     pub(super) relative: bool,
-    /// Largest change over the range of sizes that counts as none, as a share of the mean.
+    /// Largest change over the range of sizes that does not count as growth, as a share of the mean.
     pub(super) margin: f64,
 }
 
-/// Fits all laws and decides between them; `None` for too few sizes.
+/// Fits all laws and decides between them. Returns `None` for too few sizes.
 pub(super) fn growth(values: &[Value], how: How) -> Option<(Growth, Verdict)> {
     let How { dimension, relative, margin } = how;
     let table = by_size(values);

@@ -55,7 +55,7 @@ fn columns(rows: &[Row], of: impl Fn(f64) -> Vec<f64>) -> Vec<Observation> {
 /// determined.
 fn against(law: &Fit, reference: &[Observation], rows: &[Row]) -> f64 {
     let Some(better) = least_squares(reference) else { return 1.0 };
-    // A smaller residual is rounding.
+    // Any smaller residual is due to rounding.
     let rounding = 1e-24 * rows.iter().map(|r| r.2 * r.1 * r.1).sum::<f64>();
     let more = law.freedom - better.freedom;
     if law.rss <= better.rss.max(rounding) || more <= 0.0 {

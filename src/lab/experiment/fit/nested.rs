@@ -30,7 +30,7 @@ pub struct Curvature {
     pub critical: f64,
 }
 
-/// Tests the quadratic term; `None` for fewer than 4 distinct x.
+/// Tests the quadratic term. Returns `None` for fewer than 4 distinct x.
 ///
 /// Powers approximate the distribution of t under an alternative by a shifted central one. At 10 degrees of freedom,
 /// the error is below one percent.
@@ -69,8 +69,8 @@ fn parabola(rows: &[(f64, f64, f64)]) -> Option<Fit> {
 }
 
 impl Curvature {
-    /// Returns the quadratic term of a law's own values at these x, and the probability that the test finds a
-    /// curvature of that size in data with this error.
+    /// Returns the quadratic term of the values of the fitted law at these x, and the probability that the
+    /// test finds a curvature of that size in data with this error.
     pub(super) fn power_against(&self, rows: &[(f64, f64, f64)]) -> (f64, f64) {
         let Some(fit) = parabola(rows) else { return (0.0, 0.0) };
         let bend = fit.coefficients[2].value;

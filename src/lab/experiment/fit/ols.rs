@@ -71,7 +71,8 @@ impl Fit {
     }
 }
 
-/// Fits; `None` if the columns do not determine the coefficients or no observation remains for the error.
+/// Returns the fit, or `None` if the columns do not determine the coefficients or no observation remains for
+/// the error.
 pub fn least_squares(rows: &[Observation]) -> Option<Fit> {
     let width = rows.first()?.columns.len() + 1;
     let freedom = rows.len().checked_sub(width).filter(|&f| f > 0)? as f64;

@@ -1,6 +1,6 @@
 //! Resampling of the seeds, which estimates the reliability of a verdict.
 //!
-//! **Statement.** Each repetition draws, at every size, as many runs as there are, with replacement, and decides
+//! **Statement.** Each repetition draws with replacement, at every size, as many runs as the data have, and decides
 //! again. For levels, it draws from all runs together. The share of repetitions that agree with the data estimates the
 //! power of the test at these sizes with these numbers of seeds (Efron 1979).
 

@@ -1,4 +1,4 @@
-//! Speed-up against the best serial program. It is never against the parallel program on one worker.
+//! Speed-up over the best serial program, and never over the parallel program on one worker.
 
 use std::collections::BTreeMap;
 
@@ -46,8 +46,8 @@ fn set_of(line: &Line) -> Set {
 /// Computes the speed-up of every timed run, by set size, workers and threads.
 ///
 /// # Errors
-/// [`FitError::NoSerial`] if the points of a timed run have no serial run in these lines; [`FitError::NotTimed`] if
-/// there is no timed run.
+/// Returns [`FitError::NoSerial`] if the points of a timed run have no serial run in these lines;
+/// [`FitError::NotTimed`] if there is no timed run.
 pub fn speedup(lines: &[Line]) -> Result<Vec<SpeedupRow>, FitError> {
     let mut serial: BTreeMap<Set, f64> = BTreeMap::new();
     for line in lines.iter().filter(|line| line.program == Program::Serial) {

@@ -120,8 +120,8 @@ impl Verdict {
 }
 
 impl Growth {
-    /// Returns `true` if an equivalence test finds no growth. If the means bend, which a straight line does not see,
-    /// their spread must be within the margin as well.
+    /// Returns `true` if an equivalence test finds no growth. If the means bend, which a straight line does not
+    /// show, their spread must also be within the margin.
     fn is_flat(&self) -> bool {
         let straight = self.change.low.abs().max(self.change.high.abs()) < self.margin;
         let means = || self.table.iter().map(|row| row.mean);

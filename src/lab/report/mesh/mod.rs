@@ -1,7 +1,8 @@
 //! The report of `septet mesh`: a documented, versioned schema.
 //!
-//! Numbers of features are positions in the domain, and their names have the ids of the file. Fields whose names end
-//! in `seconds`, and `bytes` of memory, are measured and do not repeat. All other fields do.
+//! The number of a feature is its position in the domain, and its name contains its id in the file. Fields whose
+//! names end in `seconds`, and `bytes` of memory, are measured and do not repeat. All other fields repeat
+//! exactly.
 
 use std::path::PathBuf;
 
@@ -115,7 +116,7 @@ impl MeshReport {
     /// Returns the report as JSON.
     ///
     /// # Errors
-    /// If a number has no JSON form. A report has no such number.
+    /// Fails if a number has no JSON form. A report has no such number.
     pub fn to_json(&self) -> Result<String, serde_json::Error> {
         crate::report::json::rows(self)
     }
@@ -187,7 +188,7 @@ fn domain_report<P: Triangulate>(domain: &Domain<P>) -> DomainReport {
 
 /// Returns the area or volume of a domain in the unit of the file.
 pub fn unscaled_measure<P: Triangulate>(domain: &Domain<P>) -> f64 {
-    // One scaling per dimension keeps the factor a power of two in range.
+    // Scaling once per dimension keeps the factor, a power of two, in range.
     let mut measure = P::splat(domain.measure());
     for _ in 0..P::DIM {
         measure = septet_geometry::range::scale(measure, -domain.simplices.exponent);

@@ -126,7 +126,7 @@ pub struct ParameterReport {
     /// Largest leaf of the partition trees.
     #[serde(skip_deserializing)]
     pub leaf: Option<u64>,
-    /// Number of workers; none for one per leaf.
+    /// Number of workers. `None` for one per leaf.
     pub workers: Option<u32>,
     /// Number of threads that run the workers.
     #[serde(skip_deserializing)]
