@@ -1,4 +1,4 @@
-//! The known word with the nearest spelling.
+//! Spelling suggestions: the known word nearest to an unknown one.
 
 /// Returns the first candidate that differs from the word in at most one letter, or by a swap of two adjacent letters.
 pub(crate) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {

@@ -7,7 +7,7 @@ use super::text::{Line, Lines, Source, integer};
 /// The options for reading a file of cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CellOptions {
-    /// The format. By default the name of the file determines it, or else its content.
+    /// The format. By default, the file name determines it, or the content if the name does not.
     pub format: Option<Format>,
     /// The id of the first point in an `.ele` file: 0 or 1, as in the `.node` file (`PointFile::first_id`). By default,
     /// it is the id of the first cell. Other formats fix this id.
@@ -30,7 +30,7 @@ pub struct CellFile {
     pub cells: Vec<u64>,
     /// The id of point 0 in the file.
     pub first_id: u64,
-    /// Remarks for the user, one line each.
+    /// Notes for the user, one line each.
     pub notes: Vec<String>,
 }
 
@@ -91,13 +91,13 @@ impl<'a> Indices<'a> {
         Ok(())
     }
 
-    /// Returns the cells with these notes.
+    /// Returns the cells together with `notes`.
     pub fn finish(self, notes: Vec<String>) -> CellFile {
         CellFile { dimension: self.width - 1, cells: self.flat, first_id: self.first, notes }
     }
 }
 
-/// Parses a point id of a cell of `width` points.
+/// Parses one of the point ids of a cell with `width` points.
 pub(super) fn index(
     source: Source<'_>,
     line: &Line<'_>,
@@ -141,7 +141,7 @@ pub(super) fn read_ele(source: Source<'_>, options: &CellOptions) -> Result<Cell
             return Err(source.bad_word(
                 &line,
                 word,
-                format!("the cell id {expected_id}, ids rising by one from 0 or 1"),
+                format!("the cell id {expected_id}, ids consecutive from 0 or 1"),
             ));
         }
         cells.push_words(&line, &mut words)?;

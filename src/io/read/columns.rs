@@ -1,14 +1,14 @@
 //! Text tables of points: `.xyz`, `.txt`, `.csv`, standard input, and files that are recognised by their content.
 //!
-//! **Rows.** A line is a point. A line with a semicolon is split at semicolons, otherwise at commas if it has any,
-//! otherwise at blanks. A field may be quoted. A `#`, `%` or `//` at the start of a field begins a comment. Blank lines
-//! are skipped.
+//! **Rows.** A line is a point. A line is split at semicolons if it has any, otherwise at commas if it has any,
+//! otherwise at whitespace. A field may be quoted. A `#`, `%` or `//` at the start of a field begins a comment. Blank
+//! lines are skipped.
 //!
 //! **Columns.** A header row selects the columns of the coordinates ([`super::header`]). Without one, the first three
 //! columns are the coordinates, or the first two if there are only two.
 //!
-//! **Counts.** A first line with a single integer is the number of points (`.pts`). A count, a comment line, and rows
-//! of an element and three numbers form a chemical `.xyz` file.
+//! **Counts.** If the first line is a single integer, it is the number of points (`.pts`). In a chemical `.xyz` file,
+//! a count and a comment line come first, and each further row has an element and three numbers.
 
 use super::collect::Collector;
 use super::error::{InputError, Place};
@@ -22,25 +22,25 @@ struct Row<'a> {
     /// The line without its comment.
     text: &'a [u8],
     separator: u8,
-    /// The fields without surrounding blanks and quotes, at most as many as were requested.
+    /// The fields without surrounding whitespace and quotes, at most as many as were requested.
     fields: Vec<&'a [u8]>,
-    /// The number of fields up to the last one that is not empty.
+    /// The number of fields up to the last nonempty one.
     filled: usize,
 }
 
-/// A line as [`scan`] finds it.
+/// The result of [`scan`] for a line.
 struct Scan<'a> {
     text: &'a [u8],
     separator: u8,
     quoted: bool,
 }
 
-/// The state of a reader of one table.
+/// A reader of one table.
 struct Table<'a, 'o> {
     source: Source<'a>,
     options: &'o ReadOptions,
     header: Option<Header>,
-    /// The line of a leading count of points, and the count.
+    /// The line that gives the number of points before the first row, and that number.
     announced: Option<(Row<'a>, u64)>,
     /// The first line with more fields than the coordinates need.
     extra: Option<u64>,
@@ -59,8 +59,8 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
     Table { source, options, header: None, announced: None, extra: None }.read()
 }
 
-/// Returns `true` if the bytes are text without control characters that is empty or has two numbers in one of the first
-/// lines.
+/// Returns `true` if the bytes are text without control characters, and the text is empty or has two numbers in one of
+/// its first lines.
 pub(super) fn is_table(data: &[u8]) -> bool {
     const LINES: usize = 50;
     let head = &data[..data.len().min(4096)];
@@ -105,7 +105,7 @@ impl<'a> Table<'a, '_> {
         }
     }
 
-    /// Returns `true` if the row is a header row or a count, and keeps it.
+    /// Returns `true` and stores the row if it is a header row or a count.
     fn is_before_points(&mut self, row: &Row<'a>) -> bool {
         if self.header.is_none() && self.announced.is_none() && is_header(&row.fields) {
             self.header = Some(Header::of(row.line.number, &row.fields, row.separator == b' '));
@@ -119,7 +119,7 @@ impl<'a> Table<'a, '_> {
         count.is_some()
     }
 
-    /// Selects the columns by the header row, the options and the first row of numbers.
+    /// Selects the columns from the header row, the options and the first row of numbers.
     fn select(&self, row: &Row<'a>) -> Result<Selection, InputError> {
         if let Some((count, _)) = &self.announced
             && row.filled < 2
@@ -174,8 +174,8 @@ impl<'a> Table<'a, '_> {
         Ok(file)
     }
 
-    /// Returns an empty set for a table without rows of numbers, or an error if its only line is a count or does not
-    /// name the coordinates.
+    /// Returns an empty set for a table without rows of numbers. It is an error if the only line is a count or does
+    /// not name the coordinates.
     fn without_rows(self) -> Result<PointFile, InputError> {
         if let Some((row, _)) = &self.announced {
             let (path, place) = (self.source.path.to_owned(), row.line.place());
@@ -235,8 +235,8 @@ fn push<'a>(
     Ok(())
 }
 
-/// Returns the text about the content that a field of the first row should have: a number. If the row has enough
-/// numbers, the text also names columns to choose.
+/// Returns the "expected" part of the error for a field of the first row that is not a number. If the row has enough
+/// numbers, the text also suggests columns to choose.
 fn advised(row: &Row<'_>, dimension: usize) -> String {
     let numbers = row.fields.iter().enumerate().filter(|(_, f)| number(f).is_some());
     let numbers: Vec<String> = numbers.map(|(i, _)| (i + 1).to_string()).collect();
@@ -250,14 +250,14 @@ fn advised(row: &Row<'_>, dimension: usize) -> String {
 }
 
 impl<'a> Row<'a> {
-    /// Splits a line into at most `most` fields. A line without content has no fields.
+    /// Splits a line into at most `most` fields. An empty line has no fields.
     fn of(line: Line<'a>, most: usize) -> Self {
         let mut row = Row { line, text: b"", separator: b' ', fields: Vec::new(), filled: 0 };
         row.split(line, most);
         row
     }
 
-    /// Replaces the row by another line.
+    /// Replaces the row with the fields of another line.
     fn split(&mut self, line: Line<'a>, most: usize) {
         let Scan { text, separator, quoted } = scan(line.text);
         (self.line, self.text, self.separator) = (line, text, separator);
@@ -278,7 +278,7 @@ impl<'a> Row<'a> {
     }
 }
 
-/// The fields of a line with quotes. Separators within quotes belong to the field.
+/// An iterator over the fields of a line with quoted fields. Separators within quotes belong to the field.
 struct Quoted<'a> {
     /// `None` after the last field.
     rest: Option<&'a [u8]>,
@@ -307,7 +307,7 @@ impl<'a> Iterator for Quoted<'a> {
     }
 }
 
-/// Finds the end of the content, the separator, and whether a field is quoted.
+/// Finds where the content of a line ends, which separator it uses, and whether any field is quoted.
 fn scan(text: &[u8]) -> Scan<'_> {
     let (mut semicolon, mut comma, mut fresh) = (false, false, true);
     let (mut quoted, mut inside) = (false, false);
@@ -339,8 +339,8 @@ fn scan(text: &[u8]) -> Scan<'_> {
     Scan { text: &text[..end], separator, quoted }
 }
 
-/// Refuses a row with blanks after some of its commas only, such as `1,5, 2,5, 3,5`, which would pass as six
-/// columns.
+/// Refuses a row with spaces after some of its commas but not after all, such as `1,5, 2,5, 3,5`. It would otherwise
+/// be read as six columns.
 fn refuse_decimal_commas(source: Source<'_>, row: &Row<'_>) -> Result<(), InputError> {
     let text = row.text;
     let glued = text.windows(3).any(|w| w[0].is_ascii_digit() && w[1] == b',' && w[2].is_ascii_digit());

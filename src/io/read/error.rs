@@ -1,16 +1,16 @@
-//! Errors of the readers. Each message gives the file, the place, the fault and a remedy.
+//! Errors of the readers. Each message gives the file, the location, the problem and a remedy.
 //!
 //! The remedy follows the last semicolon of a message.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// A place in a file.
+/// A location in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// A line of a text file, from 1.
+    /// A 1-based line number in a text file.
     Line(u64),
-    /// A byte of a binary file, from 0, after decompression.
+    /// A 0-based byte offset in a binary file, after decompression.
     Byte(u64),
     /// The file as a whole.
     Whole,
@@ -28,7 +28,7 @@ impl fmt::Display for Place {
 
 /// A reason why a file of points, cells, sizes or a domain cannot be read.
 ///
-/// `path` is the file, or `-` for standard input. `place` is the line or byte of the fault.
+/// `path` is the file, or `-` for standard input. `place` is the line or byte at which the error occurs.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum InputError {
@@ -75,7 +75,7 @@ pub enum InputError {
     Unsupported {
         /// The file.
         path: PathBuf,
-        /// The place of the content.
+        /// The location of the unsupported content.
         place: Place,
         /// The kind of content.
         what: String,
@@ -87,11 +87,11 @@ pub enum InputError {
     Syntax {
         /// The file.
         path: PathBuf,
-        /// The line, from 1.
+        /// The 1-based line number.
         line: u64,
-        /// The column in bytes, from 1, if one word is at fault.
+        /// The 1-based column in bytes, if the error concerns a single word.
         column: Option<u64>,
-        /// The text at fault, shortened.
+        /// The offending text, shortened.
         text: String,
         /// The text that the format requires.
         expected: String,
@@ -101,9 +101,9 @@ pub enum InputError {
     Malformed {
         /// The file.
         path: PathBuf,
-        /// The byte, from 0, after decompression.
+        /// The 0-based byte offset, after decompression.
         offset: u64,
-        /// The content at fault.
+        /// The offending content.
         found: String,
         /// The content that the format requires.
         expected: &'static str,
@@ -127,7 +127,7 @@ pub enum InputError {
     NotFinite {
         /// The file.
         path: PathBuf,
-        /// The place of the coordinate.
+        /// The location of the coordinate.
         place: Place,
         /// The zero-based index of the point in the file.
         index: u64,
@@ -139,7 +139,7 @@ pub enum InputError {
     Truncated {
         /// The file.
         path: PathBuf,
-        /// The place of the count, or the end of the file.
+        /// The location of the count, or the end of the file.
         place: Place,
         /// The announced number.
         expected: u64,
@@ -177,17 +177,17 @@ pub enum InputError {
     UnsupportedDimension {
         /// The file.
         path: PathBuf,
-        /// The place of the dimension, or the first row.
+        /// The location of the dimension, or the first row.
         place: Place,
         /// The dimension of the file, or the requested one.
         found: u64,
     },
-    /// A cell has the id of a point that does not exist.
+    /// A cell refers to a point that does not exist.
     #[error("{}{place}: cell {cell} (from 0) names point {value}; point ids start at {first}{}; check that the points belong to these cells", shown(.path), of_points(*.limit))]
     OutOfRangeIndex {
         /// The file.
         path: PathBuf,
-        /// The place of the id.
+        /// The location of the id.
         place: Place,
         /// The zero-based index of the cell in the file.
         cell: u64,
@@ -209,7 +209,7 @@ pub enum InputError {
 }
 
 impl InputError {
-    /// Returns the file at fault, or `-` for standard input.
+    /// Returns the offending file, or `-` for standard input.
     pub fn path(&self) -> &Path {
         match self {
             Self::Missing { path }
@@ -231,7 +231,7 @@ impl InputError {
         }
     }
 
-    /// Returns the same error with a more precise place.
+    /// Returns the error with a more precise location.
     pub(super) fn at(mut self, better: Place) -> Self {
         if let Self::NotFinite { place, .. } | Self::OutOfRangeIndex { place, .. } = &mut self {
             *place = better;
@@ -239,7 +239,7 @@ impl InputError {
         self
     }
 
-    /// Returns the place of the fault in the file.
+    /// Returns the location of the error in the file.
     pub fn place(&self) -> Place {
         match self {
             Self::Missing { .. }
@@ -261,7 +261,7 @@ impl InputError {
         }
     }
 
-    /// Returns the line at fault, from 1, if the file is text and one line is at fault.
+    /// Returns the 1-based number of the offending line, if the file is text and the error concerns a single line.
     pub fn line(&self) -> Option<u64> {
         match self.place() {
             Place::Line(line) => Some(line),
@@ -269,7 +269,7 @@ impl InputError {
         }
     }
 
-    /// Returns the column at fault in bytes, from 1, if one word is at fault.
+    /// Returns the 1-based column of the offending word in bytes, if the error concerns a single word.
     pub fn column(&self) -> Option<u64> {
         match self {
             Self::Syntax { column, .. } => *column,
@@ -277,14 +277,13 @@ impl InputError {
         }
     }
 
-    /// Returns `true` if the file can be read with other options. The fault is then in the call and not in
-    /// the file.
+    /// Returns `true` if the file can be read with other options, so that the call is at fault and not the file.
     pub fn is_usage(&self) -> bool {
         matches!(self, Self::Columns { .. })
     }
 }
 
-/// The name of the file for messages.
+/// Formats the name of the file for messages.
 fn shown(path: &Path) -> String {
     if path.as_os_str() == "-" { "standard input".to_owned() } else { path.display().to_string() }
 }
@@ -297,7 +296,7 @@ fn of_points(limit: Option<u64>) -> String {
     limit.map_or_else(String::new, |limit| format!(" and there are {limit} points"))
 }
 
-/// The names of the columns for messages.
+/// Formats the names of the columns for messages.
 fn listed(names: &[String]) -> String {
     const MOST: usize = 20;
     let shown = names[..names.len().min(MOST)].join(", ");

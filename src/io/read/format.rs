@@ -1,4 +1,4 @@
-//! Input formats, and how the name or the content of a file determines one.
+//! Input formats, and how they are detected from the name or content of a file.
 
 use std::path::Path;
 use std::str::FromStr;
@@ -49,7 +49,7 @@ const EXTENSIONS: [(Format, &[&str]); 12] = [
     (Format::Ele, &["ele"]),
 ];
 
-/// Extensions that many programs use for text tables. The content of the file decides.
+/// Extensions that many programs use for text tables and for other files. The content of the file decides.
 const AMBIGUOUS: [&str; 6] = ["dat", "pts", "asc", "data", "tsv", "xy"];
 
 /// Extensions of formats that are not read, and the nearest format that is.
@@ -81,20 +81,20 @@ impl Format {
         EXTENSIONS.iter().find(|(format, _)| *format == self).map_or("", |(_, extensions)| extensions[0])
     }
 
-    /// Returns the format that the name of a file determines, and whether the name ends in `.gz`.
+    /// Returns the format given by the extension of a file name, and whether the name ends in `.gz`.
     pub(super) fn of_path(path: &Path) -> (Option<Format>, bool) {
         let (extension, zipped) = extension(path);
         (extension.parse().ok(), zipped)
     }
 
-    /// Returns `true` if only the content shows whether a file of this name is a table, for example for `.dat` or no
-    /// extension.
+    /// Returns `true` if the name does not show whether the file is a table: its extension is ambiguous, such as
+    /// `.dat`, or missing.
     pub(super) fn may_be_table(path: &Path) -> bool {
         let (extension, _) = extension(path);
         extension.is_empty() || AMBIGUOUS.contains(&extension.as_str())
     }
 
-    /// Returns the format that the first bytes determine.
+    /// Returns the format that the first bytes identify.
     pub(super) fn of_content(data: &[u8]) -> Option<Format> {
         if data.starts_with(b"\x93NUMPY") {
             return Some(Format::Npy);
@@ -121,7 +121,7 @@ impl Format {
     }
 }
 
-/// Returns the extension before `.gz` in lower case, or an empty text, and whether the name ends in `.gz`.
+/// Returns the extension before `.gz` in lower case, or an empty string, and whether the name ends in `.gz`.
 fn extension(path: &Path) -> (String, bool) {
     let name = path.file_name().map(|n| n.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let (stem, zipped) = name.strip_suffix(".gz").map_or((name.as_str(), false), |stem| (stem, true));
@@ -140,11 +140,11 @@ pub(super) fn advice(path: &Path) -> String {
         .map_or_else(String::new, |near| format!("rename it if it is a .{near} file, or "))
 }
 
-/// The name is not the name of a format.
+/// The error for an unknown format name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected one of {known}")]
 pub struct UnknownFormatName {
-    /// The names of the formats, separated by blanks.
+    /// The names of the formats, separated by spaces.
     pub known: &'static str,
 }
 

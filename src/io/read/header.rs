@@ -1,13 +1,13 @@
-//! Columns of a text table: the names in its header row, and the columns that hold the coordinates.
+//! The header row of a text table, and the selection of the columns that hold the coordinates.
 //!
-//! **Selection.** The comparison of names ignores case, quotes and units in brackets. The first rule that applies
-//! decides:
-//! 1. `--columns` names two or three columns, or gives their numbers from 1.
+//! **Selection.** Names are compared without regard to case, quotes or units in brackets. The first rule that applies
+//! selects the columns:
+//! 1. `--columns` gives two or three columns by name or by 1-based number.
 //! 2. The header row names `x`, `y` and `z`, or `x` and `y` alone.
-//! 3. The header row names none of `x`, `y`, `z` and no column of ids, and the first row has exactly as many numbers as
-//!    the dimension. These columns are taken in order, with a note. A first column without a name is taken as an index
-//!    and not counted.
-//! 4. Without a header row, the first columns are taken.
+//! 3. The header row contains neither `x`, `y` or `z` nor the name of an id column, and the first row has exactly as
+//!    many numbers as the dimension. The columns with numbers are used in order, and a note says so. An unnamed first
+//!    column is treated as an index and not counted.
+//! 4. If there is no header row, the first columns are used.
 //!
 //! Otherwise the columns are ambiguous, and the reader returns an error that lists the names.
 
@@ -15,19 +15,19 @@ use super::error::{InputError, Place};
 use super::points::{Column, ReadOptions};
 use super::text::{Source, excerpt, number, unquoted};
 
-/// Names of columns that hold ids of points.
+/// Names of columns that hold point ids.
 const IDS: [&str; 8] = ["id", "ids", "index", "idx", "nr", "no", "number", "label"];
 
 /// The names of the columns of a table.
 pub(super) struct Header {
-    /// The number of the line, from 1.
+    /// The 1-based line number.
     pub line: u64,
-    /// Names without quotes, as written.
+    /// The names as written, without quotes.
     names: Vec<String>,
 }
 
 /// Returns `true` if the row is a header: none of its first fields is a number, and the first one begins with a letter,
-/// quote or underscore. A damaged number in the first row is therefore not taken for a name.
+/// quote or underscore. A damaged number in the first row is therefore not mistaken for a name.
 pub(super) fn is_header(fields: &[&[u8]]) -> bool {
     let begins_as_name = |b: &u8| b.is_ascii_alphabetic() || *b >= 0x80 || matches!(b, b'"' | b'_' | b'\'');
     let first = fields.iter().find(|field| !field.is_empty());
@@ -36,15 +36,15 @@ pub(super) fn is_header(fields: &[&[u8]]) -> bool {
 }
 
 impl Header {
-    /// Creates the header from these fields. If blanks separate the fields, a unit in brackets is a separate field and
-    /// is left out.
+    /// Creates a header from the fields of its row. If the fields are separated by whitespace, a unit in brackets
+    /// forms a separate field and is omitted.
     pub fn of(line: u64, fields: &[&[u8]], separated_by_blanks: bool) -> Self {
         let is_unit = |f: &&&[u8]| separated_by_blanks && matches!(f.first(), Some(b'[' | b'(' | b'{'));
         let names = fields.iter().filter(|f| !is_unit(f));
         Header { line, names: names.map(|f| String::from_utf8_lossy(unquoted(f)).into_owned()).collect() }
     }
 
-    /// The position of the only column of this name; `Err` if there are several.
+    /// Returns the position of the column with this name, or `Err` if several columns have it.
     fn position(&self, name: &str) -> Result<Option<usize>, ()> {
         let mut found = (0..self.names.len()).filter(|&i| plain(&self.names[i]) == name);
         match (found.next(), found.next()) {
@@ -53,26 +53,26 @@ impl Header {
         }
     }
 
-    /// The positions of `x`, `y` and `z`, or of `x` and `y` if there is no `z`.
+    /// Returns the positions of `x`, `y` and `z`, or of `x` and `y` if there is no `z`.
     pub fn axes(&self) -> Option<Vec<usize>> {
         let axis = |name| self.position(name).ok();
         let (x, y, z) = (axis("x")??, axis("y")??, axis("z")?);
         Some([Some(x), Some(y), z].into_iter().flatten().collect())
     }
 
-    /// The number of columns.
+    /// Returns the number of columns.
     pub fn width(&self) -> usize {
         self.names.len()
     }
 
-    /// The positions of the coordinates and of the column `size`.
+    /// Returns the positions of the coordinates and of the column `size`.
     pub fn sizes(&self) -> Option<Vec<usize>> {
         let mut positions = self.axes()?;
         positions.push(self.position("size").ok()??);
         Some(positions)
     }
 
-    /// The name of a column as point data. It is not empty, and it differs from the other names.
+    /// Returns the name of a column for point data. The name is not empty and is unique.
     fn name_of_data(&self, position: usize) -> String {
         let name = self.names[position].trim();
         match self.names.iter().filter(|other| other.trim() == name).count() {
@@ -91,7 +91,7 @@ impl Header {
     }
 }
 
-/// A name for comparison: in lower case, without quotes and without a unit in brackets at its end.
+/// Normalizes a name for comparison: converts it to lower case and removes quotes and a unit in brackets at the end.
 fn plain(name: &str) -> String {
     let name = name.trim();
     let opening = match name.chars().last() {
@@ -114,18 +114,18 @@ struct Keeping {
 
 /// The columns of a table that are read.
 pub(super) struct Selection {
-    /// The positions of the coordinates, from 0.
+    /// The 0-based positions of the coordinates.
     pub axes: Vec<usize>,
     /// The number of fields that a row is expected to have.
     pub expected: usize,
-    /// A remark on the choice.
+    /// A note on the choice.
     pub note: Option<String>,
     /// Whether the coordinates are the first columns of a table without names.
     positional: bool,
     kept: Vec<Keeping>,
 }
 
-/// The columns that were kept, and remarks on those that were not.
+/// The columns that were kept, and notes on the others.
 pub(super) struct Kept {
     pub columns: Vec<Column>,
     pub notes: Vec<String>,
@@ -166,7 +166,7 @@ impl Selection {
         self.positional
     }
 
-    /// The number of leading fields of a row that the reader needs.
+    /// Returns the number of leading fields of a row that the reader needs.
     pub fn width(&self) -> usize {
         let last = self.axes.iter().chain(self.kept.iter().map(|k| &k.position)).max();
         (last.map_or(0, |last| last + 1)).max(self.expected).max(3)
@@ -186,7 +186,7 @@ impl Selection {
         }
     }
 
-    /// Returns the columns of numbers that were kept.
+    /// Returns the numeric columns that were kept.
     pub fn into_kept(self) -> Kept {
         let (kept, text): (Vec<Keeping>, Vec<Keeping>) = self.kept.into_iter().partition(|k| k.is_numeric);
         let notes =
@@ -195,7 +195,7 @@ impl Selection {
     }
 }
 
-/// The input of a choice of columns.
+/// The inputs to the selection of columns.
 struct Chooser<'a> {
     source: Source<'a>,
     place: Place,
@@ -205,7 +205,7 @@ struct Chooser<'a> {
 }
 
 impl Chooser<'_> {
-    /// The columns that the options select by name or number.
+    /// Returns the columns that the options select by name or number.
     fn wanted(&self, wanted: &[String]) -> Result<Vec<usize>, InputError> {
         if !(2..=3).contains(&wanted.len()) || self.options.dimension.is_some_and(|d| d != wanted.len()) {
             let expected = self.options.dimension.map_or("two or three".to_owned(), |d| d.to_string());
@@ -232,7 +232,7 @@ impl Chooser<'_> {
         }
     }
 
-    /// The columns that the header row selects, and a note on the choice.
+    /// Returns the columns that the header row selects, and a note on the choice.
     fn named(&self, header: &Header) -> Result<(Vec<usize>, String), InputError> {
         let line = header.line;
         let dimension = self.options.dimension;
@@ -260,14 +260,14 @@ impl Chooser<'_> {
         Ok((numbers, note))
     }
 
-    /// The positions of numbers in the first row, except that of an index without a name.
+    /// Returns the positions of the numbers in the first row, without an unnamed index column.
     fn numbers(&self) -> Vec<usize> {
         let is_index = |i: usize| i == 0 && self.header.is_some_and(|h| h.names[0].trim().is_empty());
         let is_number = |i: &usize| number(self.row[*i]).is_some() && !is_index(*i);
         (0..self.row.len()).filter(is_number).collect()
     }
 
-    /// An error that lists the names of the columns and gives an example of a choice.
+    /// Creates an error that lists the column names and gives an example for `--columns`.
     fn error(&self, problem: String) -> InputError {
         let names = self.header.map(|header| header.names.iter().map(|n| shown(n)).collect::<Vec<_>>());
         let names = names.unwrap_or_default();
@@ -287,12 +287,12 @@ impl Chooser<'_> {
     }
 }
 
-/// A name, shortened and printable.
+/// Shortens a name and makes it printable.
 fn shown(name: &str) -> String {
     excerpt(name.trim().as_bytes())
 }
 
-/// Lists columns by their names, or by their numbers from 1.
+/// Lists columns by name, or by 1-based number.
 fn list(header: &Header, positions: &[usize]) -> String {
     let name = |&i: &usize| header.names.get(i).map_or_else(|| (i + 1).to_string(), |n| shown(n));
     positions.iter().map(name).collect::<Vec<_>>().join(", ")

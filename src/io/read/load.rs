@@ -9,7 +9,7 @@ use flate2::read::MultiGzDecoder;
 use super::error::InputError;
 use super::points::Progress;
 
-/// Bytes between two calls of the progress function.
+/// The number of bytes between two calls of the progress function.
 const STEP: usize = 1 << 20;
 
 /// Counts the bytes read and reports them to the progress function.
@@ -20,7 +20,7 @@ struct Counting<'a, R> {
     reported: u64,
     total: Option<u64>,
     progress: &'a mut Progress<'a>,
-    /// Whether the reader failed, rather than the decoder that reads from it.
+    /// Whether the reader itself failed, and not the decoder that reads from it.
     failed: bool,
 }
 
@@ -38,7 +38,7 @@ impl<R: Read> Read for Counting<'_, R> {
     }
 }
 
-/// Returns all bytes of a file, or of standard input for `-`. Decompresses data that begin as gzip.
+/// Returns all bytes of a file, or of standard input for `-`. Data with a gzip header are decompressed.
 pub(super) fn load(path: &Path, zipped: bool, progress: &mut Progress<'_>) -> Result<Vec<u8>, InputError> {
     if path.as_os_str() == "-" {
         return load_from(io::stdin().lock(), path, None, zipped, progress);
@@ -57,8 +57,8 @@ pub(super) fn load(path: &Path, zipped: bool, progress: &mut Progress<'_>) -> Re
     load_from(file, path, total, zipped, progress)
 }
 
-/// Returns all bytes of a reader. Decompresses data that begin as gzip. If `zipped` is set, data that do not
-/// are an error.
+/// Returns all bytes of a reader. Data with a gzip header are decompressed. If `zipped` is set, data without one are
+/// an error.
 pub(super) fn load_from<R: Read>(
     reader: R,
     path: &Path,
@@ -111,7 +111,7 @@ fn drain<R: Read>(reader: &mut R, data: &mut Vec<u8>, path: &Path) -> Result<(),
 
 fn reserve(data: &mut Vec<u8>, bytes: u64, path: &Path) -> Result<(), InputError> {
     let out_of_memory = || InputError::OutOfMemory { path: path.to_owned(), bytes };
-    // One extra step keeps the last read, which finds the end, from reallocating.
+    // Without one extra step, the last read, which finds the end, would reallocate the buffer.
     let wanted = usize::try_from(bytes).map_err(|_| out_of_memory())?.saturating_add(STEP);
     data.try_reserve(wanted).map_err(|_| out_of_memory())
 }

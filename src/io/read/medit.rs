@@ -7,7 +7,7 @@ use super::mesh::{Kind, Mesh};
 use super::points::ReadOptions;
 use super::text::{Line, Lines, Source, Words, excerpt, number};
 
-/// Words with their lines. The format ignores line ends.
+/// The words of the file with their lines. The format ignores line breaks.
 struct Tokens<'a> {
     source: Source<'a>,
     lines: Lines<'a>,
@@ -47,7 +47,7 @@ impl<'a> Tokens<'a> {
         self.source.count(&self.line, word, what)
     }
 
-    /// Returns the words of a row without its reference number at the end.
+    /// Returns the words of a row. Its last word is a reference number, which the caller ignores.
     fn row(&mut self, width: usize) -> Option<[&'a [u8]; 4]> {
         let mut row = [b"".as_slice(); 4];
         for slot in &mut row[..width] {

@@ -7,20 +7,20 @@ use super::points::{PointFile, ReadOptions};
 use super::text::Source;
 use septet_core::model::Points;
 
-/// A mesh as read.
+/// A mesh as it was read.
 pub(super) struct Mesh<'a> {
     pub source: Source<'a>,
     pub points: Collector<'a>,
     pub triangles: Indices<'a>,
     pub tetrahedra: Indices<'a>,
-    /// The place and name of the first cell that is not a point, line, triangle or tetrahedron.
+    /// The location and name of the first cell that is not a point, line, triangle or tetrahedron.
     pub other: Option<(Place, String)>,
 }
 
 /// The kinds of cells that the readers distinguish.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// Points and lines, which are ignored.
+    /// A point or line, which is ignored.
     Lower,
     Triangle,
     Tetrahedron,
@@ -44,7 +44,7 @@ impl<'a> Mesh<'a> {
         }
     }
 
-    /// Returns the points. If all cells are triangles and every z is 0, they are points of the plane.
+    /// Returns the points. If all cells are triangles and every z is 0, the points are two-dimensional.
     pub fn into_points(self, options: &ReadOptions) -> Result<PointFile, InputError> {
         let planar = self.triangles.rows() > 0 && self.tetrahedra.rows() == 0 && self.other.is_none();
         let mut file = self.points.finish();
@@ -66,7 +66,7 @@ impl<'a> Mesh<'a> {
             }
             file.points = Points::Plane(space.iter().map(|p| p.truncate()).collect());
         } else if lifted == 0 && !space.is_empty() {
-            file.notes.push("every z is 0; give -d 2 to triangulate in the plane".to_owned());
+            file.notes.push("every z is 0; use -d 2 to triangulate in the plane".to_owned());
         }
         Ok(file)
     }

@@ -1,8 +1,8 @@
 //! Readers of files of points, cells, domains and sizes.
 //!
 //! A reader takes the whole file as bytes. It checks every announced count against the size of the file. It returns the
-//! content of the file, or an [`InputError`] with the file, the place and a remedy. A reader does not print. Notes
-//! report everything that it ignores.
+//! content of the file, or an [`InputError`] with the file, the location and a remedy. Readers do not print. Everything
+//! that they ignore is reported in notes.
 
 mod cells;
 mod collect;
@@ -80,8 +80,8 @@ pub fn read_from<R: Read>(
 /// Reads cells from a file, or from standard input if `path` is `-`.
 ///
 /// # Errors
-/// Returns [`InputError`] if the file is missing, of unknown format or damaged, if it names points that do not exist,
-/// or if it has cells other than triangles and tetrahedra.
+/// Returns [`InputError`] if the file is missing, of unknown format or damaged, if it refers to points that do not
+/// exist, or if it has cells other than triangles and tetrahedra.
 pub fn read_cells(
     path: &Path,
     options: &CellOptions,
@@ -118,8 +118,8 @@ fn check_dimension(path: &Path, dimension: Option<usize>) -> Result<(), InputErr
     }
 }
 
-/// Returns the format of a file of points by its name, or else by its content. Standard input is a table unless
-/// its content determines another format.
+/// Returns the format of a file of points, given by its name, or by its content if the name does not determine it.
+/// Standard input is a table unless its content identifies another format.
 fn format_of_points(path: &Path, data: &[u8]) -> Option<Format> {
     let known = Format::of_path(path).0.or_else(|| Format::of_content(data));
     let is_table = || path.as_os_str() == "-" || (Format::may_be_table(path) && columns::is_table(data));

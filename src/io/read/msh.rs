@@ -9,11 +9,11 @@ use super::mesh::{Kind, Mesh};
 use super::points::ReadOptions;
 use super::text::{Line, Lines, Source, integer};
 
-/// Node tags, and the zero-based index of each: its position in the section of nodes.
+/// Node tags and their zero-based indices, which are the positions of the nodes in their section.
 struct Tags {
     first: i64,
     count: u64,
-    /// The index of each tag. `None` if the tags increase by one from the first.
+    /// The index of each tag. `None` if the tags are consecutive.
     map: Option<HashMap<i64, u64>>,
 }
 
@@ -48,7 +48,7 @@ struct Section<'a, 'b> {
 }
 
 impl<'a> Section<'a, '_> {
-    /// Returns the next line of the section. The end of the section is an error.
+    /// Returns the next line of the section, or an error if the section ends.
     fn line(&mut self, expected: u64, found: u64) -> Result<Line<'a>, InputError> {
         let line = self.lines.next_data().filter(|line| !line.text.trim_ascii().starts_with(b"$"));
         let place = Place::Line(self.lines.number());

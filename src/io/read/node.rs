@@ -5,7 +5,8 @@ use super::error::{InputError, Place};
 use super::points::{PointFile, ReadOptions};
 use super::text::{Lines, Source, integer};
 
-/// Reads a head `count dimension [attributes [marker]]`, then rows `id x y [z] …`. Ids increase by one from 0 or 1.
+/// Reads a header `count dimension [attributes [marker]]`, then rows `id x y [z] …`. Ids are consecutive and start at
+/// 0 or 1.
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
     const HEADER: &str = "the header `points dimension attributes marker`";
     let mut lines = Lines::new(source.data);

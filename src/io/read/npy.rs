@@ -1,8 +1,8 @@
 //! `NumPy` arrays of points and of cells.
 //!
-//! The header is a dictionary of three known keys, and this module parses nothing more general. A general parser of
-//! Python literals would recurse on nested brackets and would not check the shape, so a small hostile file could
-//! exhaust the stack or memory.
+//! The header is a Python dictionary of three known keys, and this module parses only such a dictionary. A general
+//! parser of Python literals would recurse on nested brackets and would not check the shape, so a small malicious
+//! file could exhaust the stack or memory.
 
 use super::cells::{CellFile, CellOptions, Indices};
 use super::collect::Collector;
@@ -13,14 +13,14 @@ use super::sizes;
 use super::text::{Source, excerpt, integer};
 use septet_core::mesh::field::SizeField;
 
-/// A two-dimensional array in the bytes of its file.
+/// A two-dimensional array that borrows the bytes of its file.
 struct Array<'a> {
     scalar: Scalar,
     rows: u64,
     columns: usize,
     /// Whether columns are contiguous (Fortran order).
     fortran: bool,
-    /// The first byte of the data in the file.
+    /// The offset of the data in the file.
     start: usize,
     /// The bytes of the data.
     data: &'a [u8],
@@ -29,7 +29,7 @@ struct Array<'a> {
 }
 
 impl Array<'_> {
-    /// Returns the index of an element in the data.
+    /// Returns the position of an element in the data.
     fn position(&self, row: usize, column: usize) -> usize {
         if self.fortran { column * self.rows as usize + row } else { row * self.columns + column }
     }
@@ -40,7 +40,7 @@ impl Array<'_> {
         &self.data[at..at + size]
     }
 
-    /// Returns the first byte of an element in the file.
+    /// Returns the byte offset of an element in the file.
     fn offset(&self, row: usize, column: usize) -> usize {
         self.start + self.position(row, column) * self.scalar.size()
     }
@@ -57,7 +57,7 @@ fn open(source: Source<'_>) -> Result<Array<'_>, InputError> {
         return Err(source.malformed(
             0,
             format!("\"{}\"", excerpt(&data[..data.len().min(6)])),
-            "the mark \\x93NUMPY",
+            "the magic string \\x93NUMPY",
         ));
     }
     let (length, from) = match (data.get(6), data.get(8..12)) {

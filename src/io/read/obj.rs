@@ -5,7 +5,7 @@ use super::error::{InputError, Place};
 use super::points::{PointFile, ReadOptions};
 use super::text::{Lines, Source};
 
-/// Reads the lines `v x y z …`. Colours, weights and all other lines are ignored.
+/// Reads the lines `v x y z …`. Colours and weights on them are ignored, as are all other lines.
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
     let mut points = Collector::new(source, options, (Place::Whole, 3), (0, 0, 1))?;
     let mut lines = Lines::new(source.data);

@@ -1,4 +1,4 @@
-//! Geomview `.off` files: vertices, and triangles as cells of the plane.
+//! Geomview `.off` files: vertices, and triangles as two-dimensional cells.
 
 use super::cells::{CellFile, Indices};
 use super::collect::Collector;
@@ -8,7 +8,7 @@ use super::points::{PointFile, ReadOptions};
 use super::signature::is_keyword;
 use super::text::{Line, Lines, NUMBER, Source, excerpt, number};
 
-/// The line of the counts, and the numbers of vertices and faces.
+/// The line with the counts, and the numbers of vertices and faces.
 struct Header<'a> {
     line: Line<'a>,
     vertices: u64,

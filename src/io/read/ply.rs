@@ -7,7 +7,7 @@ use super::points::{PointFile, ReadOptions};
 use super::scalar::{Endian, Scalar};
 use super::text::{Line, Lines, Source, integer};
 
-/// A property of an element: a number, or a list after its length.
+/// A property of an element: a number, or a list preceded by its length.
 struct Property<'a> {
     name: &'a [u8],
     list_length: Option<Scalar>,
@@ -16,7 +16,7 @@ struct Property<'a> {
 
 struct Element<'a> {
     name: &'a [u8],
-    /// The line of its declaration in the header.
+    /// The line number of the declaration in the header.
     line: u64,
     count: u64,
     properties: Vec<Property<'a>>,
@@ -273,7 +273,7 @@ struct Cursor<'a> {
 }
 
 impl<'a> Cursor<'a> {
-    /// Returns the next bytes, or `None` if fewer are left.
+    /// Returns the next `bytes` bytes, or `None` if fewer are left.
     fn take(&mut self, bytes: usize) -> Option<&'a [u8]> {
         let end = self.offset.checked_add(bytes)?;
         let taken = self.source.data.get(self.offset..end)?;

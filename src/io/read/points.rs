@@ -13,16 +13,16 @@ pub type Progress<'a> = dyn FnMut(u64, Option<u64>) + 'a;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ReadOptions {
     /// The number of coordinates per point: 2 keeps the first two, 3 requires three. By default, the file determines
-    /// it.
+    /// the dimension.
     pub dimension: Option<usize>,
-    /// The format. By default the name of the file determines it, or else its content.
+    /// The format. By default, the file name determines it, or the content if the name does not.
     pub format: Option<Format>,
     /// Whether to drop and count points with infinite, NaN or unreadable coordinates. By default they are errors.
     pub skip_invalid: bool,
-    /// The columns of the coordinates in a text table: two or three names, or numbers from 1.
+    /// The columns of the coordinates in a text table: two or three names or 1-based numbers.
     ///
-    /// Names need a header row. Their comparison ignores case, quotes and units in brackets. By default, the reader
-    /// takes the columns `x`, `y` and `z`, or the first columns if there is no header row.
+    /// Names require a header row and are compared without regard to case, quotes or units in brackets. By default,
+    /// the reader uses the columns `x`, `y` and `z`, or the first columns if there is no header row.
     pub columns: Option<Vec<String>>,
     /// Whether to keep the other numeric columns of a text table as [`PointFile::columns`].
     pub keep_columns: bool,
@@ -42,7 +42,7 @@ pub struct Column {
 pub struct PointFile {
     /// The points in file order. Coordinates are finite and never -0.0.
     pub points: Points,
-    /// Remarks for the user, one line each, such as ignored columns, a header row or merged vertices.
+    /// Notes for the user, one line each, for example on ignored columns, a header row or merged vertices.
     pub notes: Vec<String>,
     /// The number of invalid points that were dropped.
     pub skipped: usize,
@@ -50,6 +50,6 @@ pub struct PointFile {
     pub source_index: Option<Vec<u64>>,
     /// The id of the first point in a `.node` file, 0 for other formats.
     pub first_id: u64,
-    /// The columns that [`ReadOptions::keep_columns`] keeps.
+    /// The columns kept because of [`ReadOptions::keep_columns`].
     pub columns: Vec<Column>,
 }

@@ -1,6 +1,6 @@
 //! Number types of binary files.
 
-/// The order of the bytes of a number.
+/// The byte order of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Endian {
     Little,
@@ -23,7 +23,7 @@ pub(super) enum Scalar {
 }
 
 impl Scalar {
-    /// Returns the type of a name in a PLY header.
+    /// Returns the type with this name in a PLY header.
     pub fn of_ply(name: &[u8]) -> Option<Scalar> {
         Some(match name {
             b"char" | b"int8" => Scalar::I8,
@@ -40,7 +40,7 @@ impl Scalar {
         })
     }
 
-    /// Returns the type of a name in a VTK XML file.
+    /// Returns the type with this name in a VTK XML file.
     pub fn of_vtk(name: &str) -> Option<Scalar> {
         Some(match name {
             "Int8" => Scalar::I8,
@@ -57,7 +57,7 @@ impl Scalar {
         })
     }
 
-    /// Returns the type of a name, in lower case, in a legacy VTK file.
+    /// Returns the type with this lower-case name in a legacy VTK file.
     pub fn of_legacy_vtk(name: &[u8]) -> Option<Scalar> {
         Some(match name {
             b"char" | b"signed_char" => Scalar::I8,
@@ -74,7 +74,7 @@ impl Scalar {
         })
     }
 
-    /// Returns the type that `NumPy` names by this kind and size, without the byte order.
+    /// Returns the type with this `NumPy` kind and size, such as `f8`. The byte order is not part of the name.
     pub fn of_numpy(name: &[u8]) -> Option<Scalar> {
         Some(match name {
             b"i1" => Scalar::I8,

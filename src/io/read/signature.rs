@@ -1,4 +1,4 @@
-//! Formats that the first bytes of a file determine.
+//! Signatures: formats that are recognised by the first bytes of a file.
 
 /// The number of bytes before the first facet of a binary STL file.
 pub(super) const HEAD: usize = 84;
@@ -11,8 +11,8 @@ pub(super) fn announced(data: &[u8]) -> Option<u64> {
     Some(u64::from(u32::from_le_bytes([count[0], count[1], count[2], count[3]])))
 }
 
-/// Returns `true` if the size is that of a binary STL file with its announced number of facets. No other sign is
-/// reliable, because binary files may also begin with `solid`.
+/// Returns `true` if the size fits a binary STL file with the announced number of facets. No other test is reliable,
+/// because binary files may also begin with `solid`.
 pub(super) fn is_binary(data: &[u8]) -> bool {
     announced(data).is_some_and(|count| HEAD as u64 + FACET as u64 * count == data.len() as u64)
 }

@@ -1,6 +1,6 @@
-//! Sizes at points: a text table or a `.npy` array of rows `x y size` or `x y z size`. Fields of text are separated by
-//! blanks, commas or semicolons. Comments begin with `#` or `%`. If a header row names `x`, `y`, optionally `z`, and
-//! `size`, the names select the columns.
+//! Sizes at points: a text table or a `.npy` array of rows `x y size` or `x y z size`. In a text table, fields are
+//! separated by whitespace, commas or semicolons, and comments begin with `#` or `%`. If a header row names `x`, `y`,
+//! optionally `z`, and `size`, the names select the columns.
 
 use std::path::Path;
 
@@ -114,7 +114,7 @@ fn row(
     push(field, &numbers[..width], |at, expected| source.bad_word(line, words[at], expected))
 }
 
-/// Splits a line at semicolons if it has any, otherwise at commas, otherwise at blanks.
+/// Splits a line at semicolons if it has any, otherwise at commas if it has any, otherwise at whitespace.
 fn split(text: &[u8]) -> Vec<&[u8]> {
     if text.trim_ascii().is_empty() {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! STL files: facets, whose corners are merged if they are equal.
+//! STL files: facets, whose equal corners are merged.
 
 use std::collections::HashMap;
 
@@ -18,8 +18,8 @@ struct Welder<'a> {
     facets: Vec<u32>,
 }
 
-/// Reads the distinct corners of all facets in the order of their first appearance. Indices count distinct corners, and
-/// each invalid corner separately.
+/// Reads the distinct corners of all facets in the order of their first appearance. Indices count distinct corners.
+/// Each invalid corner counts separately.
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
     Ok(read_faces(source, options)?.0)
 }

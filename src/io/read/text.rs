@@ -1,20 +1,20 @@
-//! Lines, words and numbers of text files, and errors with their places.
+//! Lines, words and numbers of text files, and errors with their locations.
 
 use std::path::Path;
 
 use super::error::{InputError, Place};
 
-/// The bytes of a file and its path.
+/// The bytes of a file, and its path.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
     pub path: &'a Path,
     pub data: &'a [u8],
 }
 
-/// A line of text without its end.
+/// A line of text without its line ending.
 #[derive(Clone, Copy)]
 pub(super) struct Line<'a> {
-    /// The number of the line, from 1.
+    /// The 1-based line number.
     pub number: u64,
     pub text: &'a [u8],
 }
@@ -24,12 +24,12 @@ impl<'a> Line<'a> {
         Place::Line(self.number)
     }
 
-    /// Returns the words, which blanks separate.
+    /// Returns the words, which are separated by whitespace.
     pub fn words(&self) -> Words<'a> {
         Words { rest: self.text }
     }
 
-    /// Returns the first word in lower case, or an empty text.
+    /// Returns the first word in lower case, or an empty string.
     pub fn keyword(&self) -> String {
         let word = self.words().next().unwrap_or_default();
         String::from_utf8_lossy(word).to_ascii_lowercase()
@@ -55,12 +55,12 @@ impl<'a> Iterator for Words<'a> {
     }
 }
 
-/// Returns `true` for a blank within a line.
+/// Returns `true` for whitespace within a line.
 pub(super) fn is_blank(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t' | b'\x0b' | b'\x0c')
 }
 
-/// The lines of a text. They end in a line feed, a carriage return or both. A byte order mark is skipped.
+/// The lines of a text file. A line ends in a line feed, a carriage return or both. A byte order mark is skipped.
 #[derive(Clone)]
 pub(super) struct Lines<'a> {
     rest: &'a [u8],
@@ -78,12 +78,12 @@ impl<'a> Lines<'a> {
         self.number
     }
 
-    /// Returns the bytes that were not read.
+    /// Returns the bytes that were not read yet.
     pub fn rest(&self) -> &'a [u8] {
         self.rest
     }
 
-    /// Returns the next line that is not blank, without a comment after `#`.
+    /// Returns the next line that is not blank after removal of a `#` comment.
     pub fn next_data(&mut self) -> Option<Line<'a>> {
         loop {
             let mut line = self.next()?;
@@ -136,7 +136,7 @@ pub(super) fn unquoted(field: &[u8]) -> &[u8] {
 pub(super) const NUMBER: &str =
     "a number with a decimal point (decimal commas and thousands separators are not supported)";
 
-/// Shortens a text for messages and replaces control characters.
+/// Shortens text for a message and replaces control characters.
 pub(super) fn excerpt(text: &[u8]) -> String {
     const LONGEST: usize = 60;
     let short = &text[..text.len().min(LONGEST)];
@@ -149,7 +149,7 @@ pub(super) fn excerpt(text: &[u8]) -> String {
 }
 
 impl Source<'_> {
-    /// Returns a syntax error at a line.
+    /// Returns a syntax error for a line.
     pub fn bad_line(&self, line: &Line<'_>, expected: impl Into<String>) -> InputError {
         InputError::Syntax {
             path: self.path.to_owned(),
@@ -160,7 +160,7 @@ impl Source<'_> {
         }
     }
 
-    /// Returns the error for a word, which must be a part of the line.
+    /// Returns a syntax error for a word, which must be a slice of the line.
     pub fn bad_word(&self, line: &Line<'_>, word: &[u8], expected: impl Into<String>) -> InputError {
         let offset = (word.as_ptr() as usize).wrapping_sub(line.text.as_ptr() as usize);
         InputError::Syntax {
@@ -195,7 +195,7 @@ impl Source<'_> {
         before.split(|b| *b == b'\n').count() as u64
     }
 
-    /// Returns the error for the text at a byte.
+    /// Returns a syntax error for text at a byte offset.
     pub fn bad_at(&self, offset: usize, text: impl Into<String>, expected: &str) -> InputError {
         InputError::Syntax {
             path: self.path.to_owned(),

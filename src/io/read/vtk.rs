@@ -1,8 +1,8 @@
 //! Legacy VTK files, `.vtk`, ASCII and binary, versions up to 5.1: polygonal data and unstructured grids.
 //!
 //! The keywords are text lines. Binary arrays are big-endian and begin right after the line of their keyword. The cells
-//! of version 5.1 are an array of offsets and an array of point ids. Older versions have rows of a count and ids. The
-//! readers stop at the point data and cell data, which follow the geometry.
+//! of version 5.1 are an array of offsets and an array of point ids. In older versions, each row has a count and ids.
+//! The reader stops at the point data and cell data, which follow the geometry.
 
 use super::collect::Collector;
 use super::error::{InputError, Place};
@@ -18,10 +18,10 @@ struct Cursor<'a> {
     is_binary: bool,
 }
 
-/// The values of one array, and the place of each.
+/// The values of one array, and their locations in the file.
 struct Values<T> {
     items: Vec<T>,
-    /// The first byte of the array. Binary values have `size` bytes each.
+    /// The offset of the array in the file. Binary values have `size` bytes each.
     start: usize,
     size: usize,
 }
@@ -75,7 +75,7 @@ pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mes
     mesh.ok_or_else(|| source.truncated(Place::Line(source.line_at(cursor.at)), "sections POINTS", 1, 0))
 }
 
-/// Reads the four lines of the head.
+/// Reads the four header lines.
 fn open(source: Source<'_>) -> Result<Cursor<'_>, InputError> {
     if !source.data.starts_with(b"# vtk DataFile") {
         return Err(source.bad_at(
@@ -109,7 +109,7 @@ fn open(source: Source<'_>) -> Result<Cursor<'_>, InputError> {
 }
 
 impl<'a> Cursor<'a> {
-    /// Returns the next line, without its end.
+    /// Returns the next line without its line ending.
     fn line(&mut self) -> &'a [u8] {
         let rest = &self.source.data[self.at..];
         let end = rest.iter().position(|b| *b == b'\n');
@@ -268,7 +268,7 @@ impl<'a> Cursor<'a> {
         Ok(())
     }
 
-    /// Skips the lines up to a blank one.
+    /// Skips the lines up to a blank line.
     fn skip_paragraph(&mut self) {
         while self.at < self.source.data.len() && !self.line().is_empty() {}
     }

@@ -54,7 +54,7 @@ fn read_points<'a>(grid: &Arrays<'a>, options: &ReadOptions) -> Result<Collector
     Ok(points)
 }
 
-/// Checks the number of rows against the announced one. `over` is `true` if an incomplete row follows.
+/// Compares the number of rows with the announced number. `over` is `true` if an incomplete row follows.
 fn agree(
     grid: &Arrays<'_>,
     array: &DataArray<'_>,
@@ -120,7 +120,7 @@ fn read_cells(grid: &Arrays<'_>, mesh: &mut Mesh<'_>) -> Result<(), InputError> 
     Ok(())
 }
 
-/// Converts an index. A number out of range becomes the largest `i64`, which is not the index of a point.
+/// Converts an index to `i64`. An index out of range becomes `i64::MAX`, which no point has as its index.
 fn narrow(value: i128) -> i64 {
     i64::try_from(value).unwrap_or(i64::MAX)
 }

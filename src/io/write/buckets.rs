@@ -5,12 +5,12 @@ use rayon::prelude::*;
 /// The number of buckets per unit of parallel work.
 const CHUNK: usize = 2048;
 
-/// The number of units that are processed before their results are used. It bounds memory.
+/// The number of units that are processed before their results are used. It limits the memory for results.
 const BATCH: usize = 64;
 
 /// An index of 32 or 64 bits.
 pub(super) trait Item: Copy + Ord + Default + Send + Sync {
-    /// Converts an index that fits.
+    /// Converts an index, which must be in range.
     fn narrow(value: u64) -> Self;
     /// Returns the index.
     fn wide(self) -> u64;

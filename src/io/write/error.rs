@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use super::topology::TopologyError;
 
-/// A reason why an output cannot be written. A variant that concerns a file has its path.
+/// A reason why an output cannot be written. Variants that concern a file contain its path.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
@@ -16,10 +16,10 @@ pub enum OutputError {
         path: PathBuf,
         /// The nearest format.
         advice: String,
-        /// The known extensions, separated by blanks.
+        /// The known extensions, separated by spaces.
         known: String,
     },
-    /// The format is a set of files, which one stream cannot hold.
+    /// The format consists of several files and cannot be written to one stream.
     #[error("a .node/.ele set has several files and cannot be written to a stream; choose another format")]
     NotOneFile,
     /// The mesh has more entries than the format can count.
@@ -60,7 +60,7 @@ pub enum OutputError {
         /// The error of the operating system.
         source: io::Error,
     },
-    /// A stream of the caller refused data.
+    /// The output stream that the caller supplied failed.
     #[error("the output stream failed: {source}")]
     Stream {
         /// The error of the stream.
@@ -71,7 +71,7 @@ pub enum OutputError {
     Topology {
         /// The file.
         path: PathBuf,
-        /// The fault of the cells.
+        /// The reason.
         source: TopologyError,
     },
     /// The arrays of the mesh have lengths or indices that contradict each other.
@@ -88,10 +88,10 @@ pub enum OutputError {
     },
 }
 
-/// A failure in a format writer, which does not have the path of its file.
+/// A failure in the writer of a format. It has no path, because these writers do not know it.
 #[derive(Debug)]
 pub(super) enum Fault {
-    /// The sink refused data.
+    /// Writing failed.
     Io(io::Error),
     /// The cells do not form a manifold.
     Topology(TopologyError),
@@ -110,7 +110,7 @@ impl Fault {
         }
     }
 
-    /// The error of a stream.
+    /// Converts the failure to the error of a stream.
     pub(super) fn of_stream(self) -> OutputError {
         match self {
             Fault::Io(source) => OutputError::Stream { source },

@@ -1,4 +1,4 @@
-//! Output formats, and how the name of a file determines one.
+//! Output formats, and how they follow from a file name.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -27,7 +27,7 @@ pub enum OutputFormat {
     Vtk,
     /// `.node`, `.ele`, `.face`, `.edge` and `.neigh`, the set of `TetGen` and Triangle.
     TetGen,
-    /// `.msh` of Gmsh, with the version if the name determines it (`.msh22`, `.msh2`, `.msh41`).
+    /// `.msh` of Gmsh. The version is given if the name determines it (`.msh22`, `.msh2`, `.msh41`).
     Msh(Option<MshVersion>),
     /// `.mesh` of Medit.
     Medit,
@@ -58,7 +58,7 @@ const NEAREST: [(&[&str], &str); 5] = [
 ];
 
 impl OutputFormat {
-    /// Returns the format of a path by its extension, in either case. `.gz` after it is ignored.
+    /// Returns the format for the extension of a path, in upper or lower case. A final `.gz` is ignored.
     ///
     /// # Errors
     /// Returns [`OutputError::UnknownFormat`] if the extension is missing or unknown.
@@ -96,13 +96,14 @@ impl FromStr for OutputFormat {
     }
 }
 
-/// A format of point sets. `Off`, `Ply`, `Vtu`, `Vtk` and `Obj` have three coordinates: points of the plane get z = 0.
+/// A format of point sets. `Off`, `Ply`, `Vtu`, `Vtk` and `Obj` store three coordinates: points in the plane get z =
+/// 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum PointFormat {
     /// `.node` of `TetGen` and Triangle.
     Node,
-    /// `.xyz` and `.txt`: one point per line, coordinates separated by blanks.
+    /// `.xyz` and `.txt`: one point per line, coordinates separated by spaces.
     Xyz,
     /// `.csv`: one point per line, coordinates separated by commas, without a header row.
     Csv,
@@ -121,8 +122,8 @@ pub enum PointFormat {
 }
 
 impl PointFormat {
-    /// Returns the format of a path by its extension, in either case. `.gz` after it is ignored. The path `-` (standard
-    /// output) is [`PointFormat::Xyz`].
+    /// Returns the format for the extension of a path, in upper or lower case. A final `.gz` is ignored. For the path
+    /// `-` (standard output), the format is [`PointFormat::Xyz`].
     ///
     /// # Errors
     /// Returns [`OutputError::UnknownFormat`] if the extension is missing or unknown.

@@ -2,7 +2,7 @@
 
 use septet_core::model::{Labels, MeshView, Patches};
 
-/// Returns an error with the contradiction, if there is one.
+/// Returns an error that describes the first mismatch, if there is one.
 pub(super) fn check(mesh: &MeshView<'_>, labels: &Labels) -> Result<(), String> {
     let (points, cells) = (mesh.point_count(), mesh.cell_count());
     let lengths = [

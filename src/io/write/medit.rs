@@ -1,8 +1,8 @@
 //! `.mesh` files of Medit, with ids from 1. Every entity ends with a reference number.
 //!
 //! In a triangulation, references are 0 for vertices and 1 for cells and hull facets. In a mesh of a domain, points,
-//! triangles on facets and edges on segments have their markers. Cells have the attribute of their region if it is an
-//! integer, else the number of their component.
+//! triangles on facets and edges on segments carry their markers. Cells carry the attribute of their region if it is
+//! an integer, otherwise the number of their component.
 
 use std::io::Write;
 

@@ -1,7 +1,7 @@
 //! Writers of triangulations and point sets.
 //!
 //! A file appears under its name only when it is complete. The files of a set appear together. Devices and pipes
-//! receive the bytes directly. The bytes depend on the mesh and the options, and not on the number of threads.
+//! receive the bytes directly. The output depends on the mesh and the options, but not on the number of threads.
 
 mod buckets;
 mod error;
@@ -65,18 +65,19 @@ pub fn check_text_output(path: &Path) -> Result<(), OutputError> {
     stage::probe(path)
 }
 
-/// Writes text, such as a report or a table, to a file. The file appears complete or not at all. A device or a pipe
-/// receives the text directly.
+/// Writes text, such as a report or a table, to a file. The write is atomic, except that a device or pipe receives
+/// the text directly.
 ///
 /// # Errors
-/// Returns an [`OutputError`] if writing fails. An existing file then stays unchanged.
+/// Returns an [`OutputError`] if writing fails. An existing file then remains unchanged.
 pub fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
     let mut stage = Stage::default();
     stage.write_plain(path, |out| Ok(out.write_all(text.as_bytes())?))?;
     stage.commit().map(|_| ())
 }
 
-/// Returns the path of the faces of a mesh of a domain: `mesh.faces.vtu` for `mesh.vtu`, next to it.
+/// Returns the path for the faces of a mesh of a domain. For `mesh.vtu`, it is `mesh.faces.vtu` in the same
+/// directory.
 pub fn faces_path(path: &Path) -> PathBuf {
     let (plain, zipped) = names::without_gz(path);
     plain.with_extension(if zipped { "faces.vtu.gz" } else { "faces.vtu" })
@@ -84,14 +85,14 @@ pub fn faces_path(path: &Path) -> PathBuf {
 
 /// Writes a triangulation to a file and returns the files written.
 ///
-/// The options or the extension determine the format. `.node`, `.ele`, `.face`, `.edge` and `.neigh` each stand for the
-/// whole set (in the plane without `.face`). A `.vtu` file of a mesh with labels has its faces in a second file
-/// ([`faces_path`]). A name that ends in `.gz` is compressed.
+/// The options or the extension determine the format. Each of `.node`, `.ele`, `.face`, `.edge` and `.neigh` writes the
+/// whole set (in the plane, without `.face`). For a `.vtu` file of a mesh with labels, the faces go to a second file
+/// ([`faces_path`]). If the name ends in `.gz`, the output is compressed.
 ///
 /// `progress` receives the number of records written and their total.
 ///
 /// # Errors
-/// Returns an [`OutputError`] if writing fails. Existing files then stay unchanged.
+/// Returns an [`OutputError`] if writing fails. Existing files then remain unchanged.
 pub fn write(
     path: &Path,
     mesh: &MeshView<'_>,
@@ -117,8 +118,8 @@ pub fn write(
 /// Writes a triangulation to a stream, such as standard output. The options must state the format.
 ///
 /// # Errors
-/// Returns [`OutputError::Stream`] if the stream refuses data, [`OutputError::UnknownFormat`] without a format,
-/// [`OutputError::NotOneFile`] for a set of files.
+/// Returns [`OutputError::Stream`] if writing to the stream fails, [`OutputError::UnknownFormat`] if the options
+/// state no format, and [`OutputError::NotOneFile`] if the format consists of several files.
 pub fn write_to(
     writer: &mut dyn Write,
     mesh: &MeshView<'_>,
@@ -137,7 +138,7 @@ pub fn write_to(
     Ok(())
 }
 
-/// Returns the number of records that are written.
+/// Returns the number of records to write.
 fn records(format: OutputFormat, mesh: &MeshView<'_>) -> u64 {
     match format {
         OutputFormat::Vtu | OutputFormat::Vtk => vtu::records(mesh),
@@ -149,7 +150,7 @@ fn records(format: OutputFormat, mesh: &MeshView<'_>) -> u64 {
     }
 }
 
-/// Writes a triangulation in a format that is a single file.
+/// Writes a triangulation in a single-file format.
 fn write_body(
     out: &mut dyn Write,
     format: OutputFormat,
@@ -168,7 +169,7 @@ fn write_body(
     }
 }
 
-/// Checks that the arrays of the mesh and of the options fit together.
+/// Checks that the arrays of the mesh and of the options are consistent.
 fn check_mesh(mesh: &MeshView<'_>, options: &WriteOptions<'_>) -> Result<(), OutputError> {
     check_first_id(options.first_id)?;
     let invalid = |reason: String| Err(OutputError::InvalidMesh { reason });
@@ -177,7 +178,7 @@ fn check_mesh(mesh: &MeshView<'_>, options: &WriteOptions<'_>) -> Result<(), Out
         return invalid(format!("dimension {dimension} is neither 2 nor 3"));
     }
     if !length.is_multiple_of(dimension) {
-        return invalid(format!("{length} coordinates do not make whole points"));
+        return invalid(format!("{length} coordinates do not form whole points"));
     }
     if let Err(error) = topology::check_cells(dimension, mesh.point_count(), mesh.cells) {
         return invalid(error.to_string());

@@ -1,5 +1,5 @@
 //! `.msh` files of Gmsh, text, versions 4.1 and 2.2. A triangulation is one entity of the dimension of the mesh, with
-//! tag 1 and physical group 1. For meshes of domains see `msh_labelled`.
+//! tag 1 and physical group 1. `msh_labelled` writes meshes of domains.
 
 use std::io::Write;
 
@@ -68,7 +68,7 @@ fn write_41(out: &mut dyn Write, mesh: &MeshView<'_>, progress: &mut Progress<'_
         writeln!(out, "$Entities\n{counts}\n1 {} 1 1 0\n$EndEntities", bounding_box(mesh))?;
     }
     writeln!(out, "$Nodes")?;
-    // Without points there is no block, because some programs refuse a block with the tags 1 to 0.
+    // A mesh without points gets no block, because some programs refuse a block with the tags 1 to 0.
     if points > 0 {
         write!(out, "1 {points} 1 {points}\n{} {} 0 {points}\n", entity.0, entity.1)?;
     } else {
@@ -103,7 +103,7 @@ fn write_41(out: &mut dyn Write, mesh: &MeshView<'_>, progress: &mut Progress<'_
     Ok(())
 }
 
-/// Returns the three smallest and then the three largest coordinates, or zeros without points.
+/// Returns the three smallest and then the three largest coordinates, or zeros if there are no points.
 fn bounding_box(mesh: &MeshView<'_>) -> String {
     let all = msh_labelled::bounding_box(mesh, 0..mesh.point_count() as u64);
     let mut text = Vec::new();

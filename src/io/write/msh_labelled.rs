@@ -2,7 +2,7 @@
 //!
 //! Segments are curves, facets are surfaces, and components are volumes. In the plane, segments are curves and
 //! components are surfaces. The tag of a segment or facet is its index in the domain plus one. The tag of a component
-//! is its number, from 1. If the marker of an element or the attribute of a component is a positive integer, it is the
+//! is its 1-based number. If the marker of an element or the attribute of a component is a positive integer, it is the
 //! physical group. Other numbers are not groups, because Gmsh reads the sign of a group as a direction.
 
 use std::collections::BTreeMap;
@@ -16,13 +16,13 @@ use septet_core::model::{Labels, MeshView};
 /// The element types of Gmsh by dimension: line, triangle and tetrahedron.
 const TYPES: [u8; 4] = [15, 1, 2, 4];
 
-/// Elements of one dimension, in groups of one entity each.
+/// The elements of one dimension, grouped by entity.
 pub(super) struct Group<'a> {
     /// The dimension of the elements: 1, 2 or 3.
     dimension: usize,
     /// The points of the elements, `dimension + 1` per row.
     vertices: &'a [u64],
-    /// The tag, the physical group (0 for none) and the rows of each entity. Tags are in ascending order.
+    /// For each tag, the physical group (0 for none) and the rows of its entity.
     entities: BTreeMap<u32, (u64, Vec<usize>)>,
 }
 
@@ -91,7 +91,7 @@ pub(super) fn write_entities(
     Ok(())
 }
 
-/// Returns the three smallest and then the three largest coordinates of points, or zeros without points.
+/// Returns the three smallest and then the three largest coordinates of `points`, or zeros if there are none.
 pub(super) fn bounding_box(mesh: &MeshView<'_>, points: impl Iterator<Item = u64>) -> [f64; 6] {
     let mut found = None;
     for v in points {
@@ -107,7 +107,7 @@ pub(super) fn bounding_box(mesh: &MeshView<'_>, points: impl Iterator<Item = u64
     [low[0], low[1], low[2], high[0], high[1], high[2]]
 }
 
-/// Returns the dimension and tag of the entity that has all nodes.
+/// Returns the dimension and tag of the entity to which all nodes are assigned.
 pub(super) fn node_entity(mesh: &MeshView<'_>, groups: &[Group<'_>]) -> (usize, u32) {
     let cells = groups.iter().find(|g| g.dimension == mesh.dimension);
     (mesh.dimension, cells.and_then(|g| g.entities.keys().next().copied()).unwrap_or(1))

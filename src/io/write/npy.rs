@@ -38,7 +38,7 @@ pub(super) fn write_points(
     Ok(())
 }
 
-/// Writes the head. It is padded with blanks to a multiple of 64 bytes and ends with a line feed.
+/// Writes the header. It is padded with spaces to a multiple of 64 bytes and ends with a line feed.
 fn write_head(out: &mut dyn Write, kind: &str, rows: usize, columns: usize) -> io::Result<()> {
     let mut text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({rows}, {columns}), }}");
     let blanks = 63 - (10 + text.len()) % 64;

@@ -9,11 +9,11 @@ use crate::read::Column;
 /// The options of the writers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WriteOptions<'a> {
-    /// The format of triangulations. By default the extension of the file determines it.
+    /// The format of triangulations. By default, the file name extension determines it.
     pub format: Option<OutputFormat>,
-    /// The format of point sets. By default the extension of the file determines it.
+    /// The format of point sets. By default, the file name extension determines it.
     pub point_format: Option<PointFormat>,
-    /// Whether to write the owner and the home leaf of each cell, if the mesh has them (`.vtu` and `.vtk` only).
+    /// Whether to write the owner and the home leaf of each cell, if the mesh contains them (`.vtu` and `.vtk` only).
     pub with_owner: bool,
     /// The id of the first point and of the first cell in the files of `TetGen`: 0 or 1, as in the `.node` file of the
     /// points.
@@ -25,7 +25,7 @@ pub struct WriteOptions<'a> {
 }
 
 impl WriteOptions<'_> {
-    /// Returns the format of a triangulation under this path.
+    /// Returns the format in which a triangulation is written to this path.
     ///
     /// # Errors
     /// Returns [`OutputError::UnknownFormat`] if neither the options nor the extension determine it.
@@ -33,7 +33,7 @@ impl WriteOptions<'_> {
         self.format.map_or_else(|| OutputFormat::of(path), Ok)
     }
 
-    /// Returns the format of a point set under this path.
+    /// Returns the format in which a point set is written to this path.
     ///
     /// # Errors
     /// Returns [`OutputError::UnknownFormat`] if neither the options nor the extension determine it.

@@ -24,11 +24,11 @@ pub fn check_points_output(path: &Path, options: &WriteOptions<'_>) -> Result<Po
     Ok(format)
 }
 
-/// Writes points to a file in the format of its extension or of the options. Returns the file.
+/// Writes points to a file and returns the path. The options or the extension determine the format.
 ///
 /// # Errors
-/// Returns an [`OutputError`] if writing fails. An existing file then stays unchanged. The path `-` is refused, because
-/// it is not a file.
+/// Returns an [`OutputError`] if writing fails. An existing file then remains unchanged. The path `-` is refused,
+/// because it is not a file.
 pub fn write_points(
     path: &Path,
     points: &Points,
@@ -56,7 +56,7 @@ pub fn write_points(
 /// Writes points to a stream, such as standard output.
 ///
 /// # Errors
-/// Returns [`OutputError::Stream`] if the stream refuses data.
+/// Returns [`OutputError::Stream`] if writing to the stream fails.
 pub fn write_points_to(
     writer: &mut dyn Write,
     format: PointFormat,
@@ -72,7 +72,7 @@ pub fn write_points_to(
     Ok(())
 }
 
-/// Returns the number of records that are written.
+/// Returns the number of records to write.
 fn total(format: PointFormat, points: &Points) -> u64 {
     let arrays = match format {
         PointFormat::Vtu => 5,

@@ -7,10 +7,9 @@ use septet_meshing::quality::angles::angles;
 /// equal vertices.
 ///
 /// The origin is moved to an end of the shortest edge, and all lengths are divided by the largest coordinate
-/// difference. Large and tiny meshes therefore do not overflow. Let u, v, w be the edges from that origin. The
-/// circumradius of a tetrahedron is |u² (v × w) + v² (w × u) + w² (u × v)| / (2 |u · (v × w)|). The circumradius of a
-/// triangle is
-/// |u| |v| |u − v| / (2 |u × v|).
+/// difference. Very large or small coordinates therefore cause no overflow. Let u, v, w be the edges from that
+/// origin. The circumradius of a tetrahedron is |u² (v × w) + v² (w × u) + w² (u × v)| / (2 |u · (v × w)|). The
+/// circumradius of a triangle is |u| |v| |u − v| / (2 |u × v|).
 pub fn radius_edge_ratio(dimension: usize, coordinates: &[f64], cell: &[u64]) -> f64 {
     let corners = cell.len().min(4);
     let mut points = [[0.0; 3]; 4];
@@ -40,7 +39,8 @@ pub fn radius_edge_ratio(dimension: usize, coordinates: &[f64], cell: &[u64]) ->
     if ratio.is_nan() { f64::INFINITY } else { ratio }
 }
 
-/// Returns the smallest angle of a cell in degrees: dihedral in space, at a corner in the plane.
+/// Returns the smallest angle of a cell in degrees: the smallest dihedral angle in space, or the smallest interior
+/// angle in the plane.
 pub(super) fn least_angle(dimension: usize, coordinates: &[f64], cell: &[u64]) -> f64 {
     let at = |&v: &u64| &coordinates[v as usize * dimension..][..dimension];
     let found = if dimension == 2 {

@@ -1,4 +1,4 @@
-//! Streams of records, which are formatted in parallel and written in order.
+//! Writes streams of records, which are formatted in parallel and written in order.
 
 use std::io::{self, Write};
 
@@ -7,10 +7,10 @@ use rayon::prelude::*;
 /// The number of records per unit of parallel work. It is fixed, so that the bytes do not depend on the computer.
 const CHUNK: usize = 4096;
 
-/// The number of units that are formatted before they are written. It bounds memory.
+/// The number of units that are formatted before they are written. It limits the memory for their text.
 const BATCH: usize = 64;
 
-/// Counts the records written and reports the count.
+/// Counts the records written, and reports the count.
 pub(super) struct Progress<'a> {
     done: u64,
     total: u64,
@@ -18,7 +18,7 @@ pub(super) struct Progress<'a> {
 }
 
 impl<'a> Progress<'a> {
-    /// Starts a count at 0 of `total` records.
+    /// Creates a counter for `total` records, none of which is written yet.
     pub(super) fn new(total: u64, report: &'a mut dyn FnMut(u64, u64)) -> Self {
         report(0, total);
         Self { done: 0, total, report }
@@ -84,13 +84,13 @@ pub(super) fn push_integer(buffer: &mut Vec<u8>, mut value: u64) {
     buffer.extend_from_slice(&digits[start..]);
 }
 
-/// Appends a blank and a signed integer.
+/// Appends a space and a signed integer.
 pub(super) fn push_signed(buffer: &mut Vec<u8>, value: i64) {
     buffer.extend_from_slice(if value < 0 { b" -" } else { b" " });
     push_integer(buffer, value.unsigned_abs());
 }
 
-/// Appends the fewest decimal digits that read back as the same double. Very small and very large numbers have an
+/// Appends the shortest decimal form that reads back as the same double. Very small and very large numbers get an
 /// exponent.
 pub(super) fn push_float(buffer: &mut Vec<u8>, value: f64) {
     let size = value.abs();
@@ -102,7 +102,8 @@ pub(super) fn push_float(buffer: &mut Vec<u8>, value: f64) {
     };
 }
 
-/// Appends the coordinates of a point with a separator between them. If `space`, a point of the plane gets z = 0.
+/// Appends the coordinates of a point with a separator between them. If `space` is set, a point in the plane gets z =
+/// 0.
 pub(super) fn push_point(buffer: &mut Vec<u8>, point: &[f64], separator: u8, space: bool) {
     for (axis, &coordinate) in point.iter().enumerate() {
         if axis > 0 {
@@ -116,7 +117,7 @@ pub(super) fn push_point(buffer: &mut Vec<u8>, point: &[f64], separator: u8, spa
     }
 }
 
-/// Appends each index plus `base`, after a blank.
+/// Appends each index plus `base`, preceded by a space.
 pub(super) fn push_indices(buffer: &mut Vec<u8>, indices: &[u64], base: u64) {
     for &index in indices {
         buffer.push(b' ');

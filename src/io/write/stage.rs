@@ -22,17 +22,17 @@ static SERIAL: AtomicU64 = AtomicU64::new(0);
 /// The number of temporary names to try in a directory.
 const ATTEMPTS: u32 = 1000;
 
-/// A set of files before they are renamed.
+/// A set of files that are not yet renamed to their targets.
 #[derive(Default)]
 pub struct Stage {
-    /// The temporary name and the target of every file, in the order of writing. A special target has no temporary
+    /// The temporary name and the target of every file, in the order of writing. A special target needs no temporary
     /// name.
     files: Vec<(Option<PathBuf>, PathBuf)>,
 }
 
 impl Stage {
-    /// Opens one file of the set, under a temporary name unless the target is special. The caller writes it and closes
-    /// it before the set is committed.
+    /// Opens one file of the set, under a temporary name unless the target is special. The caller writes and closes
+    /// the file before the set is committed.
     pub fn open(&mut self, target: &Path) -> Result<File, OutputError> {
         if is_special(target) {
             let opened = OpenOptions::new().append(true).open(target);
@@ -77,7 +77,7 @@ impl Stage {
     }
 
     /// Renames all files to their targets, replaces existing files, and returns the targets. If a rename fails, the
-    /// files renamed before are removed, so that no incomplete set remains.
+    /// files that are already renamed are removed, so that no incomplete set remains.
     pub fn commit(mut self) -> Result<Vec<PathBuf>, OutputError> {
         for (_, target) in &self.files {
             refuse_directory(target)?;
@@ -102,7 +102,7 @@ impl Stage {
 impl Drop for Stage {
     fn drop(&mut self) {
         for temporary in self.files.iter().filter_map(|(temporary, _)| temporary.as_ref()) {
-            // A failure cannot be reported here.
+            // `drop` cannot report a failure.
             let _ = fs::remove_file(temporary);
         }
     }

@@ -1,5 +1,5 @@
-//! `.stl` files as text. Coordinates read back exactly, and equal corners stay equal. In space, the files hold the
-//! boundary, oriented outward. In the plane, they hold all triangles, with z = 0.
+//! `.stl` files as text. Coordinates are read back exactly, and equal corners stay equal. In space, the files hold
+//! the boundary, oriented outward. In the plane, they hold all triangles, with z = 0.
 
 use std::io::Write;
 
@@ -44,12 +44,13 @@ pub(super) fn write(
     Ok(())
 }
 
-/// Returns the unit normal in single precision, as readers keep it, or zero for a degenerate triangle.
+/// Returns the unit normal, or zero for a degenerate triangle. It is rounded to single precision, as readers store
+/// it.
 fn normal(corners: &[&[f64]]) -> [f64; 3] {
     let at = |i: usize| [0, 1, 2].map(|k| corners[i].get(k).copied().unwrap_or(0.0));
     let minus = |i: usize| [0, 1, 2].map(|k| at(i)[k] - at(0)[k]);
     let (u, v) = (minus(1), minus(2));
-    // Scaling gives tiny triangles a normal.
+    // Without scaling, the normals of tiny triangles would underflow.
     let unit = |u: [f64; 3]| {
         let size = u.iter().fold(0.0f64, |m, c| m.max(c.abs()));
         u.map(|c| c / size)

@@ -76,8 +76,9 @@ pub(super) fn write(
     })
 }
 
-/// Writes the faces and edges of a mesh of a domain with their markers. `.face` has the triangles on facets. In space,
-/// `.edge` has the edges on segments. In the plane, it has all edges, and edges off the segments have marker 0.
+/// Writes the faces and edges of a mesh of a domain with their markers. `.face` contains the triangles on facets. In
+/// space, `.edge` contains the edges on segments. In the plane, it contains all edges, and edges that are not on a
+/// segment have marker 0.
 fn write_labelled(
     path: &Path,
     mesh: &MeshView<'_>,
@@ -116,7 +117,7 @@ fn write_labelled(
 /// The size and the marker of each point.
 type Attributes<'a> = (&'a [f64], &'a [i64]);
 
-/// Writes a `.node` file, either with the size of each point as its attribute and with its marker, or without both.
+/// Writes a `.node` file. Each point has either its size as an attribute and a marker, or neither.
 pub(super) fn write_nodes(
     out: &mut dyn Write,
     dimension: usize,
@@ -142,7 +143,7 @@ pub(super) fn write_nodes(
     Ok(())
 }
 
-/// Writes a head and numbered rows of indices. `tail` appends to each row.
+/// Writes a header and numbered rows of indices. `tail` appends text to each row.
 fn write_rows(
     out: &mut dyn Write,
     head: &str,

@@ -1,13 +1,14 @@
 //! Neighbours, hull facets and edges of a list of cells.
 //!
-//! Facets and edges are sorted into one bucket per smallest vertex. Memory stays near one index per facet or edge of a
-//! cell, and buckets are processed in parallel. Results depend on the cells, and not on the number of threads.
+//! Facets and edges are sorted into one bucket per smallest vertex. This takes little more memory than one index per
+//! facet or edge of each cell, and buckets are processed in parallel. Results depend on the cells, but not on the
+//! number of threads.
 
 use rayon::prelude::*;
 
 use super::buckets::{Buckets, Item};
 
-/// The neighbour of a facet on the hull.
+/// The value of `neighbours` for a facet on the hull.
 pub const OUTSIDE: u64 = u64::MAX;
 
 /// A reason why cells do not form a mesh.
@@ -20,25 +21,25 @@ pub enum TopologyError {
         dimension: usize,
     },
     /// The number of indices is not a multiple of the number of vertices per cell.
-    #[error("{length} indices do not make whole cells")]
+    #[error("{length} indices do not form whole cells")]
     PartialCell {
         /// The number of indices.
         length: usize,
     },
-    /// A cell names a point that does not exist.
+    /// A cell refers to a point that does not exist.
     #[error("cell {cell} has vertex {vertex}, but there are only {points} points")]
     VertexOutOfRange {
-        /// The row of the cell.
+        /// The index of the cell.
         cell: u64,
         /// The index.
         vertex: u64,
         /// The number of points.
         points: u64,
     },
-    /// A cell names a point twice.
+    /// A cell has the same vertex twice.
     #[error("cell {cell} has vertex {vertex} twice")]
     RepeatedVertex {
-        /// The row of the cell.
+        /// The index of the cell.
         cell: u64,
         /// The vertex.
         vertex: u64,
@@ -46,7 +47,7 @@ pub enum TopologyError {
     /// A facet belongs to more than two cells.
     #[error("the facet {vertices:?} belongs to {count} cells")]
     CrowdedFacet {
-        /// The vertices of the facet in increasing order.
+        /// The sorted vertices of the facet.
         vertices: Vec<u64>,
         /// The number of its cells.
         count: usize,
@@ -54,11 +55,11 @@ pub enum TopologyError {
     /// Two cells lie on the same side of a common facet.
     #[error("cells {first} and {second} lie on the same side of the facet {vertices:?}")]
     SameSide {
-        /// The row of one cell.
+        /// The index of one cell.
         first: u64,
-        /// The row of the other cell.
+        /// The index of the other cell.
         second: u64,
-        /// The vertices of the facet in increasing order.
+        /// The sorted vertices of the facet.
         vertices: Vec<u64>,
     },
 }
@@ -66,19 +67,20 @@ pub enum TopologyError {
 /// The facets of a triangulation.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Adjacency {
-    /// For every cell and every vertex `i` of it, the row of the cell across the facet opposite to `i`, or [`OUTSIDE`].
-    /// Empty if only the hull was requested.
+    /// For each vertex `i` of each cell, the index of the cell across the facet opposite `i`, or [`OUTSIDE`]. Empty if
+    /// only the hull was requested.
     pub neighbours: Vec<u64>,
-    /// The facets of one cell only, `dimension` vertices each, in the order of their sorted vertices. Triangles are
-    /// oriented outward and begin with their smallest vertex. Edges of the plane are directed with the inside on the
-    /// left.
+    /// The facets that belong to one cell only, `dimension` vertices each, ordered by their sorted vertices.
+    /// Triangles are oriented outward and begin with their smallest vertex. In the plane, edges are directed with the
+    /// interior on their left.
     pub hull: Vec<u64>,
 }
 
 /// Returns the neighbours of all cells and the hull.
 ///
 /// # Errors
-/// Returns a [`TopologyError`] if the cells are malformed, or a facet has too many or inconsistent cells.
+/// Returns a [`TopologyError`] if cells are malformed, a facet belongs to more than two cells, or two cells lie on
+/// the same side of a facet.
 pub fn adjacency(dimension: usize, point_count: usize, cells: &[u64]) -> Result<Adjacency, TopologyError> {
     facets(dimension, point_count, cells, true)
 }
@@ -117,7 +119,7 @@ pub fn hull_edges(dimension: usize, hull: &[u64]) -> Vec<[u64; 2]> {
     edges
 }
 
-/// Checks that all indices are in range and the vertices of each cell are distinct.
+/// Checks that all indices are in range and that the vertices of each cell are distinct.
 pub(super) fn check_cells(dimension: usize, point_count: usize, cells: &[u64]) -> Result<(), TopologyError> {
     if !(2..=3).contains(&dimension) {
         return Err(TopologyError::Dimension { dimension });
@@ -137,8 +139,8 @@ pub(super) fn check_cells(dimension: usize, point_count: usize, cells: &[u64]) -
     fault.map_or(Ok(()), Err)
 }
 
-/// Returns the facet opposite to vertex `i` of a positively oriented cell, seen from outside. An edge of the plane is
-/// padded with [`OUTSIDE`].
+/// Returns the facet opposite vertex `i` of a positively oriented cell, oriented outward. In the plane, the facet is
+/// an edge and is padded with [`OUTSIDE`].
 fn facet(cell: &[u64], i: usize) -> [u64; 3] {
     if cell.len() == 3 {
         return [cell[(i + 1) % 3], cell[(i + 2) % 3], OUTSIDE];
@@ -176,8 +178,7 @@ fn facets(
     }
 }
 
-/// Every entry of `cells` is a vertex of a cell. The facet opposite to this vertex has the index of the
-/// entry.
+/// Pairs the facets of all cells. A facet is identified by the position in `cells` of the vertex opposite it.
 fn facets_with<T: Item>(
     dimension: usize,
     point_count: usize,
@@ -214,7 +215,7 @@ fn facets_with<T: Item>(
     Ok(result)
 }
 
-/// Finds the entries of a bucket that are the same facet. Appends them as pairs, and a hull facet with [`OUTSIDE`].
+/// Appends the pairs of entries in a bucket that denote the same facet. A hull facet is paired with [`OUTSIDE`].
 fn pair_up<T: Item>(
     dimension: usize,
     entries: &[T],

@@ -16,7 +16,7 @@ struct Cells<'a> {
     count: usize,
     corners: usize,
     vtk_type: u8,
-    /// The indices of the corners of a cell.
+    /// Returns the vertex indices of a cell.
     vertices: &'a (dyn Fn(usize) -> &'a [u64] + Sync),
 }
 
@@ -36,7 +36,7 @@ pub(super) fn write(
     write_grid(out, &points(mesh.dimension, mesh.coordinates), &cells, &arrays, progress)
 }
 
-/// Writes points, each also as a vertex cell.
+/// Writes points, and a vertex cell for each.
 pub(super) fn write_points(
     out: &mut dyn Write,
     set: &Points,
@@ -122,8 +122,7 @@ fn type_name(kind: &str) -> &'static str {
     }
 }
 
-/// Returns a name in which blanks and control characters are encoded as `%` and two hexadecimal digits, as
-/// VTK does.
+/// Encodes spaces and control characters in a name as `%` and two hexadecimal digits, as VTK does.
 fn encoded(name: &str) -> String {
     let byte = |b: u8| match b {
         b'%' | b'"' | 0..=b' ' | 0x7f.. => format!("%{b:02X}"),

@@ -1,7 +1,7 @@
 //! `.vtu` files: an unstructured grid of VTK with raw appended data.
 //!
-//! All sizes are known in advance, so the XML head with the offsets comes first and the arrays are streamed after it.
-//! Points of the plane get z = 0.
+//! All sizes are known in advance, so the XML header with the offsets is written first, and the arrays are streamed
+//! after it. Points in the plane get z = 0.
 
 use std::io::{self, Write};
 
@@ -35,7 +35,7 @@ pub(super) struct Array<'a> {
     pub name: &'a str,
     /// The name of the type in VTK.
     pub kind: &'static str,
-    /// Further XML attributes, with a leading blank.
+    /// Further XML attributes, with a leading space.
     attributes: &'static str,
     /// The number of records.
     pub count: usize,
@@ -111,7 +111,7 @@ pub(super) fn data_arrays<'a>(mesh: &MeshView<'a>, options: &WriteOptions<'a>) -
     arrays
 }
 
-/// Writes points, each also as a vertex cell.
+/// Writes points, and a vertex cell for each.
 pub(super) fn write_points(
     out: &mut dyn Write,
     set: &Points,
@@ -203,7 +203,7 @@ pub(super) fn points(dimension: usize, coordinates: &[f64]) -> Array<'_> {
     Array { section: Section::Points, name, kind, attributes, count, width, record }
 }
 
-/// Returns the arrays of offsets and types. The offset of a cell is its end.
+/// Returns the arrays of offsets and types. In VTK, the offset of a cell is the position where it ends.
 pub(super) fn offsets_and_types(count: usize, corners: usize, kind: u8) -> [Array<'static>; 2] {
     let end: Record<'_> = Box::new(move |buffer, i| {
         buffer.extend_from_slice(&((i as u64 + 1) * corners as u64).to_le_bytes());
@@ -214,8 +214,8 @@ pub(super) fn offsets_and_types(count: usize, corners: usize, kind: u8) -> [Arra
     ]
 }
 
-/// Writes a file of these arrays. `data` are the tags of point data and cell data. `points` and `cells` are the numbers
-/// of points and cells.
+/// Writes a file with the given arrays. `data` contains the opening tags of point data and cell data. `points` and
+/// `cells` are the numbers of points and cells.
 pub(super) fn head_and_arrays(
     out: &mut dyn Write,
     data: [&str; 2],
@@ -247,7 +247,7 @@ fn escaped(name: &str) -> String {
     escaped
 }
 
-/// Writes the head, up to the underscore before the data.
+/// Writes the XML header, up to the underscore before the data.
 fn write_head(
     out: &mut dyn Write,
     data: [&str; 2],
@@ -265,7 +265,7 @@ fn write_head(
     writeln!(out, "byte_order=\"LittleEndian\" header_type=\"UInt64\">")?;
     writeln!(out, "  <UnstructuredGrid>")?;
     writeln!(out, "    <Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">")?;
-    // The data follow in the order of the arrays, not in that of the sections.
+    // The data are stored in the order of the arrays, which may differ from the order of the sections.
     let mut offset = 0;
     let place = |array: &Array<'_>| {
         let here = offset;

@@ -1,6 +1,6 @@
 //! The faces of a mesh of a domain as a second `.vtu` file: triangles on facets, or edges on segments in the plane.
-//! Each has its marker, the facet or segment that it is part of, and the components on its two sides. Component 0 is
-//! the outside.
+//! Each face has its marker, the facet or segment that it is part of, and the components on its two sides. Component
+//! 0 is the exterior.
 
 use std::io::Write;
 

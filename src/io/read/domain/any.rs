@@ -1,4 +1,4 @@
-//! A domain of the plane or of space, as read.
+//! A domain in the plane or in space, as it was read.
 
 use glam::{DVec2, DVec3};
 use septet_meshing::input::Input;
@@ -17,8 +17,8 @@ pub enum AnyInput {
 pub struct DomainFile {
     /// The domain as the file describes it.
     pub input: AnyInput,
-    /// Remarks for the user, one line each.
+    /// Notes for the user, one line each.
     pub notes: Vec<String>,
-    /// The id of the first point, and of the first facet, in the file: 0 or 1.
+    /// The id of the first point and of the first facet in the file: 0 or 1.
     pub first_id: u64,
 }

@@ -17,14 +17,14 @@ use super::points::Progress;
 use super::text::Source;
 pub use any::{AnyInput, DomainFile};
 
-/// The extensions of files of domains, for messages.
+/// The file name extensions of domains, for messages.
 pub const DOMAINS: &str = ".poly .smesh .stl .off .ply .obj (each also with .gz)";
 
 /// Reads a domain from a file, or from standard input if `path` is `-`. Standard input must be `.off`, `.ply` or
 /// `.stl`. If a `.poly` or `.smesh` file has no points, they are read from the `.node` file of the same name.
 ///
 /// # Errors
-/// Returns [`InputError`] if the file is missing, of unknown format or damaged, or names points that do not exist.
+/// Returns [`InputError`] if the file is missing, of unknown format or damaged, or refers to points that do not exist.
 pub fn read_domain(path: &Path, progress: &mut Progress<'_>) -> Result<DomainFile, InputError> {
     let (format, zipped) = Format::of_path(path);
     let data = load::load(path, zipped, progress)?;

@@ -1,7 +1,8 @@
 //! `.poly` files of `TetGen` (space) and Triangle (plane), and `.smesh` files of `TetGen`.
 //!
-//! A file has four parts: points, facets (segments in the plane), holes, and regions. The points are as in a `.node`
-//! file, or in the `.node` file next to it. Ids start at 0 or 1, the id of the first point. Comments begin with `#`.
+//! A file has four parts: points, facets (segments in the plane), holes, and regions. The points have the form of a
+//! `.node` file, or are in the `.node` file next to it. Ids start at 0 or 1, like those of the points. Comments begin
+//! with `#`.
 
 use glam::{DVec2, DVec3};
 use septet_geometry::point::Point;
@@ -11,12 +12,12 @@ use super::super::error::{InputError, Place};
 use super::super::text::{Line, Lines, Source, Words, integer, number};
 use super::any::{AnyInput, DomainFile};
 
-/// The form of the list of facets.
+/// The syntax of the list of facets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Facets {
-    /// `.poly`: polygons and holes.
+    /// `.poly`: each facet has polygons and holes.
     Polygons,
-    /// `.smesh`: one polygon, without holes.
+    /// `.smesh`: one polygon per facet, without holes.
     Simple,
 }
 
@@ -45,7 +46,7 @@ pub fn wants_node(source: Source<'_>) -> Result<bool, InputError> {
     Ok(header(source, &mut Lines::new(source.data))?[0] == 0)
 }
 
-/// Reads a domain. `node` is the file of its points, if they are in another file.
+/// Reads a domain. `node` is the `.node` file, if the points are in a separate file.
 pub fn read(source: Source<'_>, node: Option<Source<'_>>, facets: Facets) -> Result<DomainFile, InputError> {
     let mut lines = Lines::new(source.data);
     let mut own = header(source, &mut lines)?;
@@ -70,7 +71,7 @@ pub fn read(source: Source<'_>, node: Option<Source<'_>>, facets: Facets) -> Res
     }
 }
 
-/// The points, and the id of the first.
+/// The points, and the id of the first one.
 type Listed<P> = (Input<P>, u64);
 
 struct Reader<'a> {
@@ -87,14 +88,14 @@ impl<'a> Reader<'a> {
         self.points(header)
     }
 
-    /// Returns the next line of a list of `of` entries, after `found` of them.
+    /// Returns the next line of a list of `of` entries, of which `found` were read.
     fn next(&mut self, what: &'static str, of: u64, found: u64) -> Result<Line<'a>, InputError> {
         let end = self.lines.number();
         self.lines.next_data().ok_or_else(|| self.source.truncated(Place::Line(end), what, of, found))
     }
 
-    /// Reads the count at the start of a part. Returns it with its line and the words after it, or `None` at the end of
-    /// the file.
+    /// Reads the count at the start of a part. Returns the count, its line and the words after it, or `None` at the end
+    /// of the file.
     fn part(&mut self, what: &str) -> Result<Option<(u64, Line<'a>, Words<'a>)>, InputError> {
         let Some(line) = self.lines.next_data() else { return Ok(None) };
         let mut words = line.words();
@@ -120,7 +121,7 @@ impl<'a> Reader<'a> {
     /// Parses a marker. A missing marker is 0.
     fn marker(&self, line: &Line<'_>, word: Option<&[u8]>) -> Result<i64, InputError> {
         word.map_or(Ok(0), |w| {
-            integer(w).ok_or_else(|| self.source.bad_word(line, w, "a whole number, the marker"))
+            integer(w).ok_or_else(|| self.source.bad_word(line, w, "the marker: a whole number"))
         })
     }
 
@@ -143,7 +144,7 @@ impl<'a> Reader<'a> {
                 self.first = u64::from(id == Some(1));
             }
             if id != Some(self.first + found) {
-                let expected = format!("the point id {}, ids rising by one from 0 or 1", self.first + found);
+                let expected = format!("the point id {}, ids consecutive from 0 or 1", self.first + found);
                 return Err(self.source.bad_word(&line, word, expected));
             }
             points.push(self.at::<P>(&line, &mut words)?);

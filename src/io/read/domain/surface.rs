@@ -27,7 +27,7 @@ pub fn read(source: Source<'_>, format: Format) -> Result<DomainFile, InputError
         return Err(source.unsupported(
             Place::Whole,
             "a surface in the plane",
-            "give a domain of the plane as .poly",
+            "use a .poly file for a domain in the plane",
         ));
     };
     let limit = points.len() as u64;

@@ -1,4 +1,4 @@
-//! The arrays of a `.vtu` file: their places and encodings.
+//! The arrays of a `.vtu` file: their locations and encodings.
 
 use super::super::error::{InputError, Place};
 use super::super::scalar::{Endian, Scalar};
@@ -21,9 +21,9 @@ pub(super) struct DataArray<'a> {
     pub storage: Storage,
     /// The text between its tags.
     pub text: &'a [u8],
-    /// The byte of its opening tag.
+    /// The byte offset of its opening tag.
     pub offset: usize,
-    /// The line of its opening tag, from 1.
+    /// The 1-based line number of its opening tag.
     pub line: u64,
 }
 
@@ -106,7 +106,7 @@ fn shown(value: &str) -> String {
     excerpt(value.as_bytes())
 }
 
-/// Returns the first tag of this name.
+/// Returns the first tag with this name.
 fn first_tag<'a>(data: &'a [u8], name: &[u8]) -> Option<Tag<'a>> {
     let mut tag = next_tag(data, 0)?;
     while tag.name != name {
@@ -147,7 +147,7 @@ fn attribute_count(source: Source<'_>, tag: &Tag<'_>, name: &'static str) -> Res
     value.and_then(|v| v.trim().parse().ok()).ok_or_else(|| source.bad_at(tag.start, shown(), "a count"))
 }
 
-/// Returns the longest text directly inside an array, and the end of the array.
+/// Returns the longest run of text between the tags of an array, and the end of the array.
 fn content<'a>(source: Source<'a>, opening: &Tag<'_>) -> Result<(&'a [u8], usize), InputError> {
     let (mut at, mut depth, mut text) = (opening.end, 0_usize, b"".as_slice());
     loop {

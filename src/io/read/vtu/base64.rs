@@ -1,6 +1,7 @@
-//! Base64 as in VTK files, which may have several padded runs in a row.
+//! Base64 as VTK files use it: several padded runs may follow each other.
 
-/// Decodes the text up to the first byte that is neither base64 nor blank. Returns `None` if a run is incomplete.
+/// Decodes the text up to the first byte that is neither base64 nor whitespace. Returns `None` if a run is
+/// incomplete.
 pub(super) fn decode(text: &[u8]) -> Option<Vec<u8>> {
     let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
     let mut quad = [0_u8; 4];

@@ -40,8 +40,8 @@ impl<'a> Arrays<'a> {
         Ok(numbers.map(|b| from_bytes(array.scalar, b, self.endian)).collect())
     }
 
-    /// Returns the place of a number of an array. It is a line or byte if the array is text or raw, else the line of
-    /// the opening tag of the array.
+    /// Returns the location of a number in an array: its line in a text array, its byte in a raw array, otherwise the
+    /// line of the opening tag of the array.
     pub fn locate(&self, array: &DataArray<'a>, element: usize) -> Place {
         let word = |text: &'a [u8]| {
             let mut words = text.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());
@@ -62,7 +62,7 @@ impl<'a> Arrays<'a> {
         }
     }
 
-    /// Returns the bytes of an array without their counts, and the first byte of its data in the file.
+    /// Returns the bytes of an array without their counts, and the offset of its data in the file.
     fn bytes(&self, array: &DataArray<'a>) -> Result<(Cow<'a, [u8]>, usize), InputError> {
         let source = self.source;
         let text = |text: &[u8], offset: usize| {
@@ -88,7 +88,7 @@ impl<'a> Arrays<'a> {
         Ok((taken, offset))
     }
 
-    /// Reads a count. Returns it with the bytes after it.
+    /// Reads a count. Returns the count and the bytes after it.
     fn count<'s>(&self, stored: &'s [u8], offset: usize) -> Result<(u64, &'s [u8]), InputError> {
         let scalar = if self.wide_header { Scalar::U64 } else { Scalar::U32 };
         let short = || self.short(offset, scalar.size() as u64, stored.len() as u64);
@@ -114,7 +114,7 @@ impl<'a> Arrays<'a> {
         })
     }
 
-    /// Decompresses blocks. A table before them has their compressed lengths.
+    /// Decompresses blocks. The table before them gives their compressed lengths.
     fn inflate(&self, stored: &[u8], offset: usize) -> Result<Vec<u8>, InputError> {
         let (blocks, rest) = self.count(stored, offset)?;
         let (block_size, rest) = self.count(rest, offset)?;

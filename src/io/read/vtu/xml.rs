@@ -2,21 +2,21 @@
 
 /// A tag.
 pub(super) struct Tag<'a> {
-    /// The name without a slash.
+    /// The name, without a slash.
     pub name: &'a [u8],
     attributes: &'a [u8],
     /// Whether the tag is `</name>`.
     pub closing: bool,
     /// Whether the tag is `<name/>`.
     pub empty: bool,
-    /// The byte of its `<`.
+    /// The byte offset of its `<`.
     pub start: usize,
-    /// The byte after its `>`.
+    /// The byte offset after its `>`.
     pub end: usize,
 }
 
 impl<'a> Tag<'a> {
-    /// Returns the value of an attribute without quotes.
+    /// Returns the value of an attribute, without quotes.
     pub fn attribute(&self, wanted: &str) -> Option<&'a str> {
         let mut rest = self.attributes;
         loop {
@@ -51,7 +51,7 @@ pub(super) fn next_tag(data: &[u8], mut from: usize) -> Option<Tag<'_>> {
     }
 }
 
-/// Returns the byte after the first `mark`.
+/// Returns the byte offset after the first `mark`.
 fn find(data: &[u8], mark: &[u8]) -> Option<usize> {
     data.windows(mark.len()).position(|w| w == mark).map(|at| at + mark.len())
 }
