@@ -1,4 +1,4 @@
-//! `septet completions` and `septet man`, generated from the definitions of the parser.
+//! `septet completions` and `septet man`, generated from the definitions of the argument parser.
 
 use std::fs;
 use std::io::{ErrorKind, Write};
@@ -20,7 +20,7 @@ pub struct CompletionsArgs {
     shell: Shell,
 }
 
-/// Writes a completion script of the program to standard output.
+/// Writes a shell completion script for the program to standard output.
 pub fn run(args: &CompletionsArgs, mut program: Command) -> Result<(), Failure> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut program, "septet", &mut script);

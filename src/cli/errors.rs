@@ -1,4 +1,4 @@
-//! Failures of the program: a message, help, the line of the input at fault, and an exit code.
+//! Failures of the program: a message, help, the offending input line, and an exit code.
 
 use std::fmt::Write as _;
 use std::io::{ErrorKind, Write as _};
@@ -21,9 +21,9 @@ pub enum Code {
     ReaderGone = 0,
     /// The run failed, or an output cannot be written.
     Failed = 1,
-    /// The options are not valid.
+    /// The options are invalid.
     Usage = 2,
-    /// The input data are not valid.
+    /// The input data are invalid.
     Input = 3,
     /// A verification or claim failed.
     Rejected = 4,
@@ -62,7 +62,7 @@ impl Failure {
         Failure::new(Code::Interrupted, "interrupted; no partial output was left")
     }
 
-    /// Puts the place in front of the message.
+    /// Prefixes the message with the location.
     pub fn in_place(self, place: &str) -> Self {
         Failure { message: format!("{place}: {}", self.message), ..self }
     }
@@ -100,7 +100,7 @@ impl From<InputError> for Failure {
         };
         let mut failure = Failure::split(code, &error.to_string());
         if failure.help.is_none() && matches!(error, InputError::Syntax { .. }) {
-            failure.help = Some("correct the file, or give it the ending of its format".into());
+            failure.help = Some("correct the file, or give it the extension of its format".into());
         }
         if let Some(line) = error.line() {
             failure.excerpt = Excerpt::of(error.path(), line, error.column()).map(Box::new);
@@ -116,7 +116,7 @@ impl From<OutputError> for Failure {
                 return Failure::split(Code::Usage, &error.to_string());
             }
             OutputError::TooLarge { .. } => return Failure::split(Code::Limit, &error.to_string()),
-            OutputError::MissingDirectory { .. } => "create the directory, or choose another one",
+            OutputError::MissingDirectory { .. } => "create the directory, or choose another",
             OutputError::IsDirectory { .. } => "give the name of a file in it",
             OutputError::NotWritable { .. } => "choose a directory that you can write to",
             OutputError::Stream { source } if source.kind() == ErrorKind::BrokenPipe => {
@@ -158,7 +158,7 @@ impl From<septet_core::Error> for Failure {
             Error::Memory { forecast, limit, points } => Failure::new(
                 Code::Limit,
                 format!(
-                    "{points} points need about {} of memory ({forecast} bytes), the limit is {} ({limit} bytes)",
+                    "{points} points need about {} of memory ({forecast} bytes), but the limit is {} ({limit} bytes)",
                     bytes(forecast),
                     bytes(limit)
                 ),

@@ -9,7 +9,7 @@ use flate2::read::MultiGzDecoder;
 use super::progress::Talk;
 use super::text::name;
 
-/// Largest number of characters of a line that are printed.
+/// Maximum number of characters printed of a line.
 const SHOWN: usize = 120;
 
 /// A line with a defect, with the line before and after it.
@@ -17,18 +17,18 @@ const SHOWN: usize = 120;
 pub struct Excerpt {
     /// The file.
     name: String,
-    /// Number of the line with the defect, from 1.
+    /// 1-based number of the line with the defect.
     line: usize,
     /// The printed lines, with their numbers.
     lines: Vec<(usize, String)>,
-    /// Position of the defect in its line, in characters from 0.
+    /// 0-based position of the defect in its line, in characters.
     start: usize,
     /// Length of the defect, in characters.
     length: usize,
 }
 
 impl Excerpt {
-    /// Reads the lines around `line`, counted from 1. Returns `None` if the file or the line does not exist.
+    /// Reads the lines around the 1-based line number `line`. Returns `None` if the file or the line does not exist.
     pub fn of(path: &Path, line: u64, column: Option<u64>) -> Option<Self> {
         if path.as_os_str() == "-" {
             return None;
@@ -46,7 +46,7 @@ impl Excerpt {
         Some(Excerpt { name: name(path), line, start, length, lines })
     }
 
-    /// Formats the lines with their numbers and a mark below the defect.
+    /// Formats the lines with their numbers, and marks the defect below its line.
     pub fn draw(&self, talk: &Talk) -> String {
         let last = self.lines.last().map_or(self.line, |(number, _)| *number);
         let width = last.to_string().len();
@@ -64,7 +64,7 @@ impl Excerpt {
         rows.join("\n")
     }
 
-    /// Returns the two lines of the mark below the defect.
+    /// Returns the two lines that mark the defect.
     fn marks(&self) -> [String; 2] {
         let middle = self.length / 2;
         let indent = " ".repeat(self.start);
@@ -76,14 +76,15 @@ impl Excerpt {
     }
 }
 
-/// Returns the beginning of a line, with control characters replaced by blanks.
+/// Returns the beginning of a line, with control characters replaced by spaces.
 fn shown(raw: &[u8]) -> String {
     let text = String::from_utf8_lossy(raw);
     let clean = text.chars().map(|c| if c.is_control() { ' ' } else { c });
     clean.take(SHOWN).collect::<String>().trim_end().to_owned()
 }
 
-/// Returns start and length, in characters, of the word at a column, or of the whole line. Columns count bytes from 1.
+/// Returns the start and length, in characters, of the word at a column, or of the whole line. The column is a 1-based
+/// byte position.
 fn fault(line: &str, column: Option<u64>) -> (usize, usize) {
     let within = column.map_or(0, |c| c.saturating_sub(1) as usize).min(line.len());
     let within = (0..=within).rev().find(|&i| line.is_char_boundary(i)).unwrap_or(0);

@@ -1,4 +1,5 @@
-//! Checks of the output files before a run starts: none is written twice, none overwrites the input, all are writable.
+//! Checks the output files before a run starts: no file is written twice or overwrites the input, and all are
+//! writable.
 
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -30,7 +31,7 @@ fn is_device(_path: &Path) -> bool {
     false
 }
 
-/// Returns all files that are written for an output.
+/// Returns all files that an output consists of.
 fn files_of(path: &Path, options: &WriteOptions<'_>) -> Vec<PathBuf> {
     options.format_of(path).map_or_else(|_| vec![path.to_owned()], |format| format.files(path))
 }
@@ -42,9 +43,9 @@ pub fn check(input: Option<&Path>, outputs: &[PathBuf], texts: &[&Path]) -> Resu
     check_as(input, outputs, &WriteOptions::default(), texts)
 }
 
-/// Checks all outputs of a run before any work, with the options that they are written with.
+/// Checks all outputs of a run before any work, given the options of their writers.
 ///
-/// If an output is `-`, no other output and no text may be `-`.
+/// If an output goes to standard output, nothing else may go there.
 pub fn check_as(
     input: Option<&Path>,
     outputs: &[PathBuf],
@@ -63,7 +64,7 @@ pub fn check_as(
     }
     let texts = texts.iter().copied().filter(|t| !is_stream(t));
     for output in outputs {
-        // An unknown format is a usage error, and usage errors are reported first.
+        // An unknown format is a usage error. Usage errors are reported before other failures.
         if options.format_of(output)? == OutputFormat::TetGen && is_stream(output) {
             return Err(OutputError::NotOneFile.into());
         }
@@ -89,14 +90,14 @@ pub fn check_as(
                 };
                 return Err(Failure::new(Code::Usage, message).help(help));
             }
-            // Several outputs can be written to a device, one after the other.
+            // Several outputs may go to the same device, one after another.
             if is_device(&file) {
                 continue;
             }
             if let Some((_, other)) = taken.iter().find(|(f, _)| *f == file) {
                 let message =
                     format!("outputs {} and {} would write the same file", other.display(), output.display());
-                return Err(Failure::new(Code::Usage, message).help("give each output a name of its own"));
+                return Err(Failure::new(Code::Usage, message).help("give each output its own name"));
             }
             taken.push((file, output));
         }
@@ -110,8 +111,7 @@ pub fn check_as(
     Ok(())
 }
 
-/// Writes text to a file, which appears complete or not at all. `-` is standard output; a closed pipe there is no
-/// error.
+/// Writes text to a file atomically, or to standard output for `-`. A closed pipe at standard output is not an error.
 pub fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
     if path.as_os_str() == "-" {
         let mut out = std::io::stdout().lock();

@@ -27,28 +27,28 @@ Examples:
   septet fit times.jsonl --speedup
 
 Counts of a run: levels, leaves, attempts, edges, max-degree, replication, exchange-rounds. Counts of a phase, with \
---phase: depth, depth-log-scan, work, rounds, messages, bytes, seconds, level-depth. The repair is fitted separately \
-from the phases of the paper.")]
+--phase: depth, depth-log-scan, work, rounds, messages, bytes, seconds, level-depth. The repair phases are fitted \
+separately from the phases of the paper.")]
 pub struct FitArgs {
     /// Files of `septet scale`
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// Count to fit; without it, list the counts of the files
+    /// Count to fit; if omitted, the counts in the files are listed
     #[arg(short = 'y', value_name = "KEY")]
     y: Option<String>,
     /// Abscissa of the fit
     #[arg(short = 'x', value_name = "n|n/leaf", default_value = "n")]
     x: String,
-    /// Phase of the count; `paper` or `repair` for the sum of their phases
+    /// Phase of the count; `paper` and `repair` stand for the sum over their phases
     #[arg(long, value_name = "NAME", requires = "y")]
     phase: Option<String>,
     /// Largest change that does not count as growth
     ///
-    /// With -y level-depth, it is a share of the mean depth per doubling of the size. Otherwise it is a share of the
-    /// mean over the whole range of sizes.
+    /// With -y level-depth, it is a fraction of the mean depth per doubling of the size. Otherwise, it is a fraction
+    /// of the mean over the whole range of sizes.
     #[arg(long, value_name = "SHARE", default_value_t = MARGIN, allow_negative_numbers = true)]
     margin: f64,
-    /// Number of bootstrap samples of the seeds; the report says how many give the same verdict
+    /// Number of bootstrap samples of the seeds; the report states how many of them give the same verdict
     #[arg(long, value_name = "TIMES", default_value_t = 0)]
     resample: u32,
     /// Print the speed-up of timed runs over the best serial run on the same points
@@ -114,13 +114,13 @@ fn counts(lines: &[Line]) -> String {
     )
 }
 
-/// Returns the failure of a fit, with the names of the files.
+/// Converts the error of a fit, and adds the names of the files.
 fn in_files(files: &[PathBuf], error: FitError) -> Failure {
     let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
     Failure::from(error).in_place(&names.join(", "))
 }
 
-/// Returns the failure for a file that is not a sweep.
+/// Converts the error for a file that is not a sweep.
 fn unreadable(file: &Path, error: &JournalError) -> Failure {
     match error {
         JournalError::Io { source, .. } => input::unreadable(file, source),

@@ -15,11 +15,11 @@ use super::headings::{INPUT, OUTPUT};
 pub struct ReadArgs {
     /// Columns of the coordinates in a text table
     ///
-    /// Names of the header row, or numbers from 1. By default, columns named x, y and z are used, or the first columns
-    /// of a table without a header row.
+    /// Names from the header row, or 1-based numbers. By default, columns named x, y and z are used, or the first
+    /// columns if the table has no header row.
     #[arg(long, value_name = "X,Y[,Z]", value_delimiter = ',', help_heading = INPUT)]
     columns: Option<Vec<String>>,
-    /// Format of the points, for standard input and unknown endings
+    /// Format of the points, for standard input and unknown extensions
     ///
     /// node, xyz, csv, npy, off, ply, stl, obj, vtu, vtk, msh or mesh.
     #[arg(long, value_name = "NAME", value_parser = input_format, help_heading = INPUT, hide_short_help = true)]
@@ -38,7 +38,7 @@ impl ReadArgs {
         }
     }
 
-    /// Refuses the options for a sample, which is not a file.
+    /// Returns a failure if the options are used with a sample, which is not a file.
     pub fn check(&self, is_sample: bool) -> Result<(), Failure> {
         let given = [("--columns", self.columns.is_some()), ("--input-format", self.input_format.is_some())];
         match given.iter().find(|(_, given)| is_sample && *given) {
@@ -54,19 +54,19 @@ impl ReadArgs {
 /// Options of every command that writes a triangulation.
 #[derive(Debug, Args)]
 pub struct FormatArgs {
-    /// Format of all outputs, independent of their names; `-o -` needs it
+    /// Format of all outputs, regardless of their names; required for `-o -`
     ///
     /// vtu, vtk, msh, msh22, mesh, off, stl, npy or ele.
     #[arg(long, value_name = "NAME", value_parser = output_format, help_heading = OUTPUT, hide_short_help = true)]
     pub format: Option<OutputFormat>,
 }
 
-/// Parses the name of a format of triangulations.
+/// Parses the name of an output format for triangulations.
 pub fn output_format(name: &str) -> Result<OutputFormat, String> {
     name.parse().map_err(|error: septet_io::read::UnknownFormatName| error.to_string())
 }
 
-/// Parses the name of a format of point sets.
+/// Parses the name of an output format for point sets.
 pub fn point_format(name: &str) -> Result<PointFormat, String> {
     name.parse().map_err(|error: septet_io::read::UnknownFormatName| error.to_string())
 }

@@ -48,7 +48,7 @@ pub struct GenerateArgs {
     /// Formats: .node .xyz .txt .csv .npy .off .ply .vtu .vtk .obj, each also .gz.
     #[arg(short, long, value_name = "FILE", default_value = "-")]
     output: PathBuf,
-    /// Format of the points, independent of the file name; xyz by default for standard output
+    /// Format of the points, regardless of the file name; defaults to xyz for standard output
     #[arg(long, value_name = "NAME", value_parser = point_format)]
     format: Option<PointFormat>,
 }

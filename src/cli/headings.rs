@@ -1,4 +1,4 @@
-//! Headings of groups of options in the help.
+//! Headings of the option groups in the help.
 
 /// Options of the input.
 pub const INPUT: &str = "Input";

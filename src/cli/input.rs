@@ -1,4 +1,4 @@
-//! Input points: read from a file or standard input, or generated.
+//! The input points, which are read from a file or standard input, or generated.
 
 use std::io::ErrorKind;
 use std::path::Path;
@@ -30,7 +30,7 @@ pub struct Loaded {
     pub seconds: f64,
 }
 
-/// Returns the sample that an input describes, if it begins with `sample:`. `dimension` is the value of `-d`.
+/// Parses the sample that an input describes, if it begins with `sample:`. `dimension` is the value of `-d`.
 pub fn sample(input: &str, dimension: Option<usize>) -> Result<Option<Request>, Failure> {
     let Some(spec) = input.strip_prefix("sample:") else { return Ok(None) };
     let mut request = parse_sample(spec)?;
@@ -38,7 +38,7 @@ pub fn sample(input: &str, dimension: Option<usize>) -> Result<Option<Request>, 
         let stated = spec.split(',').any(|part| part.trim().starts_with("d="));
         if stated && request.dimension != d {
             let message = format!("-d {d} contradicts {input}");
-            return Err(Failure::new(Code::Usage, message).help("give the dimension once"));
+            return Err(Failure::new(Code::Usage, message).help("state the dimension only once"));
         }
         request.dimension = d;
     }
@@ -66,8 +66,8 @@ pub fn make(request: &Request, talk: &Talk) -> Result<Loaded, Failure> {
     })
 }
 
-/// Returns the failure for a file that cannot be read. If the name of a missing file describes a sample, the help
-/// gives the correct form.
+/// Returns the failure for a file that cannot be read. If the name of a missing file looks like a sample, the help
+/// suggests the correct form.
 fn with_sample(error: InputError, path: &str) -> Failure {
     let is_sample = matches!(error, InputError::Missing { .. }) && parse_sample(path).is_ok();
     let failure = Failure::from(error);
@@ -98,7 +98,7 @@ pub fn open(path: &str, options: &ReadOptions, talk: &Talk) -> Result<Loaded, Fa
     })
 }
 
-/// Returns the failure for a file that cannot be read, in the words of the point readers.
+/// Returns the failure for a file that cannot be read, worded like the errors of the point readers.
 pub fn unreadable(path: &Path, error: &std::io::Error) -> Failure {
     let name = path.display();
     match error.kind() {

@@ -28,8 +28,7 @@ pub enum Tables {
 type Render<'a> = &'a dyn Fn(TableFormat, Option<usize>) -> String;
 
 impl Tables {
-    /// Returns the destination for the value of `--profile`. A name that ends in `.csv` gives a file for each table
-    /// name.
+    /// Returns the destination for the value of `--profile`. If the name ends in `.csv`, each table gets a file.
     pub fn of(profile: Option<&Path>, names: &[&str]) -> Result<Self, Failure> {
         let Some(path) = profile else { return Ok(Tables::None) };
         let extension = path.extension().and_then(OsStr::to_str).map(str::to_lowercase);
@@ -43,9 +42,9 @@ impl Tables {
                 Ok(Tables::Files(names.iter().enumerate().map(of).collect()))
             }
             _ => {
-                let message = format!("{}: unknown format of tables; .md and .csv are known", path.display());
+                let message = format!("{}: unknown table format; .md and .csv are supported", path.display());
                 Err(Failure::new(Code::Usage, message)
-                    .help("end the name in .md or .csv, or use --profile without a name to print the tables"))
+                    .help("end the name in .md or .csv, or omit it to print the tables"))
             }
         }
     }
@@ -90,8 +89,8 @@ pub fn check_trace(args: &TraceArgs) -> Result<(), Failure> {
     }
 }
 
-/// Sets up logging and the trace, if any, and does the work. The trace is completed even if the work fails or panics.
-/// The path of the trace is added to `files`.
+/// Sets up logging and the trace, if any, and runs the work. The trace is completed even if the work fails or panics.
+/// Its path is appended to `files`.
 pub fn traced<T>(
     args: &TraceArgs,
     talk: &Talk,

@@ -65,7 +65,7 @@ Examples:
   septet simulate sample:uniform:1e5 --workers leaves --profile
   septet mesh part.stl --size 0.5 -o part.vtu
 
-`septet COMMAND --help` explains a command, `septet --help` lists the exit codes.";
+`septet COMMAND --help` explains a command. `septet --help` lists the exit codes.";
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -84,13 +84,13 @@ Exit codes:
   6    a worker or the transport failed
   130  interrupted
 
-Data go to standard output, messages to standard error.";
+Data are written to standard output, messages to standard error.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Triangulate points: exact, certified, the same bytes for any number of workers.
+    /// Triangulate points: exact, certified, and with the same bytes for any number of workers.
     Triangulate(options::TriangulateArgs),
-    /// Triangulate points by the algorithm of the paper and count everything.
+    /// Triangulate points by the algorithm of the paper and count its operations and messages.
     Simulate(options::SimulateArgs),
     /// Generate a point set.
     Generate(generate::GenerateArgs),
@@ -118,7 +118,7 @@ enum Command {
     Man(completions::ManArgs),
 }
 
-/// Parses the arguments, runs the command, reports a failure and returns the exit code.
+/// Parses the arguments, runs the command, reports any failure and returns the exit code.
 pub fn main() -> ExitCode {
     let command = Cli::command().color(color_choice());
     let cli = match command.try_get_matches().and_then(|m| Cli::from_arg_matches(&m)) {
@@ -141,7 +141,7 @@ pub fn main() -> ExitCode {
     ExitCode::from(failure.code as u8)
 }
 
-/// Prints a message of the parser and exits: the help, the version, or an error.
+/// Prints a message from the argument parser (the help, the version, or an error) and exits.
 fn refuse(mut error: clap::Error) -> ! {
     if std::env::args_os().len() <= 1 {
         let _ = writeln!(std::io::stderr(), "Try: septet triangulate sample:uniform:1e5 -o mesh.vtu\n");
@@ -155,14 +155,14 @@ fn refuse(mut error: clap::Error) -> ! {
         let sorted = sorted.into_iter().map(str::to_owned).collect();
         error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(sorted));
     }
-    // A name could hold escape sequences for the terminal.
+    // A name could contain escape sequences for the terminal.
     let unsafe_text = |value: &ContextValue| match value {
         ContextValue::String(text) if text.contains(char::is_control) => Some(printable(text)),
         _ => None,
     };
     let escaped: Vec<_> = error.context().filter_map(|(kind, v)| Some((kind, unsafe_text(v)?))).collect();
     if !escaped.is_empty() {
-        // The suggestions repeat the name.
+        // The suggestions contain the name again.
         error.remove(ContextKind::Suggested);
     }
     for (kind, text) in escaped {
@@ -190,13 +190,14 @@ fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
     }
 }
 
-/// Runs a command that writes no trace, with logging.
+/// Sets up logging and runs a command that writes no trace.
 fn logged(talk: &Talk, run: impl FnOnce() -> Result<(), Failure>) -> Result<(), Failure> {
     talk.log(None::<Identity>);
     run()
 }
 
-/// Returns the value of `--color` for messages of the parser, which are printed before the options are parsed.
+/// Finds the value of `--color` for messages from the argument parser, which are printed before the options are
+/// parsed.
 fn color_choice() -> ColorChoice {
     let args: Vec<String> = std::env::args().collect();
     let value = args.iter().enumerate().find_map(|(i, a)| match a.strip_prefix("--color") {

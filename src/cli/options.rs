@@ -60,7 +60,7 @@ pub struct SimulateArgs {
     graph: GraphArgs,
     /// Record the communication of the leaves in the report, for `septet predict`
     ///
-    /// With more than one worker, a second run with one worker makes the record.
+    /// With more than one worker, a second run with one worker produces the record.
     #[arg(long, help_heading = REPORTS, hide_short_help = true)]
     tasks: bool,
 }
@@ -75,7 +75,7 @@ pub struct RunArgs {
     pub input: String,
     /// Write the triangulation; may be given several times
     ///
-    /// Formats: .vtu .vtk .msh .msh22 .mesh .off .stl .npy. One of .node .ele .face .edge .neigh writes all five
+    /// Formats: .vtu .vtk .msh .msh22 .mesh .off .stl .npy. Any of .node .ele .face .edge .neigh writes all five
     /// files. Each also .gz, and `-` for standard output.
     #[arg(short, long = "output", value_name = "OUT", help_heading = OUTPUT)]
     pub output: Vec<PathBuf>,
@@ -90,7 +90,7 @@ pub struct RunArgs {
     /// Write the report as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-", help_heading = REPORTS)]
     pub json: Option<PathBuf>,
-    /// Points of the picture in the JSON report
+    /// Number of points in the picture of the JSON report
     ///
     /// At most 20000, 0 for none. [default: 20000 for simulate, 0 for triangulate]
     #[arg(long, value_name = "N", value_parser = shown, help_heading = REPORTS, hide_short_help = true)]
@@ -103,7 +103,7 @@ pub struct RunArgs {
     pub profile: Option<PathBuf>,
     #[command(flatten)]
     pub tracing: TraceArgs,
-    /// Drop points that are not finite or not numbers, instead of refusing the file
+    /// Drop points with coordinates that are not finite numbers, instead of refusing the file
     #[arg(long, help_heading = INPUT)]
     pub skip_invalid: bool,
     /// Dimension of the input; 2 keeps the first two coordinates
@@ -122,7 +122,7 @@ pub struct RunArgs {
     /// Version of files named .msh
     #[arg(long, value_name = "VERSION", value_enum, default_value_t = MshArg::V41, help_heading = OUTPUT, hide_short_help = true)]
     pub msh_version: MshArg,
-    /// Plant a fault, for tests: refuse:NODE[-NODE], refuse-draws:EVERY, spoil:RANK, die:RANK:PHASE
+    /// Inject a fault, for tests: refuse:NODE[-NODE], refuse-draws:EVERY, spoil:RANK, die:RANK:PHASE
     #[arg(long, hide = true, value_name = "FAULT")]
     pub fault: Option<Fault>,
 }
@@ -133,7 +133,7 @@ pub struct TraceArgs {
     /// Write a timeline of all workers as a Chrome trace, for Perfetto (ui.perfetto.dev)
     #[arg(long, value_name = "FILE", help_heading = REPORTS, hide_short_help = true)]
     pub trace: Option<PathBuf>,
-    /// Detail of the trace; each level includes those before it [default: subproblem]
+    /// Detail of the trace; each level includes the previous ones [default: subproblem]
     #[arg(long, value_name = "DETAIL", value_enum, requires = "trace", help_heading = REPORTS, hide_short_help = true)]
     pub trace_level: Option<DetailArg>,
 }
@@ -156,7 +156,7 @@ pub struct MachineArgs {
     /// Transport of the messages
     #[arg(long, value_enum, default_value_t = TransportArg::Channel, help_heading = MACHINE, hide_short_help = true)]
     pub transport: TransportArg,
-    /// Seed of the order of delivery, with --transport sim [default: 0]
+    /// Seed of the delivery order, with --transport sim [default: 0]
     #[arg(long, value_name = "S", help_heading = MACHINE, hide_short_help = true)]
     pub delivery_seed: Option<u64>,
     /// Refuse to start if the run is expected to need more memory
@@ -169,7 +169,7 @@ pub struct MachineArgs {
 /// Options of every command that counts the paper's recursion.
 #[derive(Debug, Args)]
 pub struct GraphArgs {
-    /// Graph that should contain all edges of the Delaunay triangulation
+    /// Graph that is expected to contain all edges of the Delaunay triangulation
     #[arg(long, value_enum, default_value_t = GraphArg::Density, help_heading = GRAPH)]
     pub supergraph: GraphArg,
     /// Parameter alpha of a density or overlap graph, at least 1
@@ -202,7 +202,7 @@ pub enum GraphArg {
 pub enum SetsArg {
     /// Both sides receive them, as in the paper
     Both,
-    /// Only the side with fewer of them sends its own to the other
+    /// Only the side with fewer of them sends them to the other
     Smaller,
     /// Both sides receive them as ghosts
     Ghost,
@@ -250,7 +250,7 @@ pub enum TransportArg {
 pub enum RegistersArg {
     /// The widest registers of the processor
     Widest,
-    /// The registers of every processor of the architecture
+    /// The registers that every processor of the architecture has
     Baseline,
 }
 
@@ -303,7 +303,7 @@ impl From<DetailArg> for Detail {
 pub struct Leaf(Option<u64>);
 
 impl MachineArgs {
-    /// Returns the configuration of these options, with defaults for the others.
+    /// Returns the configuration for these options, with defaults for the others.
     pub fn config(&self) -> Result<Config, Failure> {
         let base = Config::default();
         let threads = self.threads.unwrap_or(base.machine.threads);
@@ -333,7 +333,7 @@ impl MachineArgs {
 }
 
 impl GraphArgs {
-    /// Returns the configuration with these options.
+    /// Returns `config` with these options applied.
     pub fn extend(&self, config: Config) -> Result<Config, Failure> {
         let kind = match self.supergraph {
             GraphArg::Density => GraphKind::Density,
@@ -384,7 +384,7 @@ impl RunArgs {
     }
 }
 
-/// Parses a whole number, which may have an exponent.
+/// Parses a whole number, possibly with an exponent.
 pub fn count(text: &str) -> Result<u64, String> {
     let parsed = match text.split_once(['e', 'E']) {
         None => text.parse().ok(),
@@ -405,7 +405,7 @@ fn shown(text: &str) -> Result<u32, String> {
         .ok_or_else(|| format!("expected at most {MOST_POINTS} points"))
 }
 
-/// Parses a kind of point sets.
+/// Parses a kind of point set.
 pub fn kind(text: &str) -> Result<Kind, String> {
     text.trim().parse().map_err(|e: GenerateError| e.to_string())
 }

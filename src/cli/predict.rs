@@ -17,7 +17,7 @@ use super::text::counted;
 /// Options of `septet predict`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Rounds, messages and bytes equal those of a real run if the number of workers divides 4096.
+The predicted rounds, messages and bytes are exact if the number of workers divides 4096.
 
 Examples:
   septet simulate sample:well-spaced:1e5 --workers 1 --tasks --json run.json
@@ -33,7 +33,7 @@ pub struct PredictArgs {
     /// Latency of a message in seconds [default: 2e-6]
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     latency: Option<f64>,
-    /// Overhead of a message on its sender and receiver, in seconds [default: 1e-6]
+    /// Overhead of a message at its sender and receiver, in seconds [default: 1e-6]
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     overhead: Option<f64>,
     /// Bandwidth between two ranks, in bytes per second [default: 1e10]
@@ -42,7 +42,7 @@ pub struct PredictArgs {
     /// Charged operations per second of one worker [default: 1e9]
     #[arg(long, value_name = "OPERATIONS", value_parser = positive)]
     rate: Option<f64>,
-    /// Measure the channels of this computer, and derive rates from the times of the run
+    /// Measure the channels of this computer, and derive rates from the times in the report
     ///
     /// The run must have one worker. Explicit options take precedence.
     #[arg(long)]
@@ -76,7 +76,7 @@ fn worker_counts(text: &str) -> Result<Counts, String> {
     if counts.is_empty() { Err(expected()) } else { Ok(Counts(counts)) }
 }
 
-/// The fields of a run's report that a prediction needs.
+/// The fields of a run report that a prediction needs.
 #[derive(Deserialize)]
 struct RunFile {
     schema: String,
@@ -112,13 +112,13 @@ struct PredictReport<'a> {
     communication_takes_over: Option<u32>,
 }
 
-/// Reads the record of the tasks, predicts, and prints the predictions.
+/// Reads the task record, and computes and prints the predictions.
 pub fn run(args: &PredictArgs, talk: &Talk) -> Result<(), Failure> {
     let file = read(args)?;
     let log = file.tasks.as_ref().ok_or_else(|| {
         let message = format!("{}: the report has no record of the tasks", args.run.display());
         Failure::new(Code::Input, message)
-            .help("make the report with `septet simulate ... --tasks --json FILE`")
+            .help("create the report with `septet simulate ... --tasks --json FILE`")
     })?;
     let hardware = hardware(args, &file)?;
     let mut predictions = Vec::new();
@@ -169,9 +169,9 @@ fn hardware(args: &PredictArgs, file: &RunFile) -> Result<Hardware, Failure> {
     let mut hardware = Hardware::default();
     if args.calibrate {
         if file.machine.as_ref().is_none_or(|m| m.workers != 1) {
-            let message = "--calibrate needs a run with one worker, whose time is the time of the work";
+            let message = "--calibrate needs the report of a run with one worker";
             return Err(
-                Failure::new(Code::Usage, message).help("make the report with --workers 1 --threads 1")
+                Failure::new(Code::Usage, message).help("create the report with --workers 1 --threads 1")
             );
         }
         let timed = |p: &Phase| Timed {

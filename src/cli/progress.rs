@@ -1,4 +1,4 @@
-//! The progress bar, notes and log lines of a running command, and its interruption.
+//! The progress bar, notes and log lines of a running command, and the handling of Ctrl-C.
 
 use std::io::{IsTerminal, Write, stderr};
 use std::panic::resume_unwind;
@@ -17,7 +17,7 @@ use tracing_subscriber::{Layer, Registry};
 
 use super::text::printable;
 
-/// Options of every subcommand for messages.
+/// The options for messages, which every subcommand has.
 #[derive(Debug, Args)]
 pub struct TalkArgs {
     /// Print errors only
@@ -41,9 +41,9 @@ const MESSAGES: &str = "Messages";
 enum When {
     /// On a terminal, unless `NO_COLOR` is set
     Auto,
-    /// In every case
+    /// Always
     Always,
-    /// In no case
+    /// Never
     Never,
 }
 
@@ -101,7 +101,7 @@ impl Talk {
         }
         let cancel = Arc::new(AtomicBool::new(false));
         let (flag, quiet, shown) = (cancel.clone(), args.quiet, bar.clone());
-        // If no handler can be set, the first Ctrl-C kills the process.
+        // If setting the handler fails, the first Ctrl-C kills the process.
         let _ = ctrlc::set_handler(move || {
             if flag.swap(true, Ordering::SeqCst) {
                 std::process::exit(130);
@@ -130,7 +130,7 @@ impl Talk {
         let _ = tracing_subscriber::registry().with(trace).with(lines.with_filter(filter)).try_init();
     }
 
-    /// Colours a text if colours are on.
+    /// Colours text if colours are on.
     pub fn paint(&self, text: &str, code: &str) -> String {
         if self.color { format!("\x1b[{code}m{text}\x1b[0m") } else { text.to_owned() }
     }
@@ -158,7 +158,7 @@ impl Talk {
         self.bar.suspend(|| drop(writeln!(stderr(), "{}", line.as_ref())));
     }
 
-    /// Shows the progress of a stage. Ends the command if it was interrupted.
+    /// Shows the progress of a stage. Ends the command if Ctrl-C was pressed.
     pub fn stage(&self, name: &str, done: u64, total: Option<u64>) {
         self.check();
         self.bar.set_message(printable(name));
@@ -171,7 +171,7 @@ impl Talk {
         }
     }
 
-    /// Ends the command if it was interrupted.
+    /// Ends the command if Ctrl-C was pressed.
     pub fn check(&self) {
         if self.cancel.load(Ordering::Relaxed) {
             resume_unwind(Box::new(Cancelled));

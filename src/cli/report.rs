@@ -17,15 +17,15 @@ use super::text::{counted, name};
 /// Options of `septet report`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The first report of a run gives the pictures. Runs of several sizes give plots of the counts with the growth laws. The \
-first report of a mesh gives the mesh with a cutting plane, if the report has a picture (`septet mesh --view`).
+The page shows the pictures of the first run report. For runs of several sizes, it plots the counts with the growth \
+laws. It shows the first mesh with a cutting plane, if its report contains a picture (`septet mesh --view`).
 
 Examples:
   septet report run.json -o report.html
   septet report run.json runs.jsonl -o report.html --svg figures
   septet report part.json -o part.html
 
-The reports come from the option --json of `septet simulate` and `septet mesh`, sweeps from `septet scale`.")]
+Reports are written by `septet simulate --json` and `septet mesh --json`, sweeps by `septet scale`.")]
 pub struct ReportArgs {
     /// Reports of runs and meshes, or sweeps; `-` for standard input
     #[arg(required = true, value_name = "RUNS")]

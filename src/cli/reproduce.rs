@@ -20,8 +20,8 @@ Examples:
   septet reproduce levels alpha --seed 7
   septet reproduce --full --json claims.json
 
-Each claim is tested by figures that are measured on runs and compared with fixed bounds. If a claim of the paper is \
-false as printed, the corrected claim is tested, and the figure of the printed one is shown below. Exit code 4 if a \
+Each claim is tested by figures that are measured in runs and compared with fixed bounds. If a claim of the paper is \
+false as printed, the corrected claim is tested, and the figure of the printed one is shown below. The exit code is 4 if a \
 claim fails.")]
 pub struct ReproduceArgs {
     /// Claims to test [default: all]
@@ -39,7 +39,7 @@ pub struct ReproduceArgs {
     /// First seed of the sets and runs
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Correction of neighbour balls; the claims on their depth fail for `naive`
+    /// Correction of neighbour balls; the claims about its depth fail for `naive`
     #[arg(long, value_enum, default_value_t = NeighboursArg::Descent)]
     neighbours: NeighboursArg,
     /// Number of threads [default: cores]
@@ -51,7 +51,7 @@ pub struct ReproduceArgs {
     /// Write verdicts and all figures as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
-    /// Plant a fault in every machine, for tests
+    /// Inject a fault into every machine, for tests
     #[arg(long, value_name = "FAULT", hide = true)]
     fault: Option<Fault>,
 }

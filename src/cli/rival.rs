@@ -35,7 +35,7 @@ enum Which {
 /// Options of `septet rival incremental`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The result is compared with that of septet, cell by cell. Exit code 4 if they differ.
+The cells are compared with the cells of septet. The exit code is 4 if they differ.
 
 Examples:
   septet rival incremental -n 1e5 --kind uniform
@@ -44,7 +44,7 @@ struct IncrementalArgs {
     /// Point file, `-` for standard input, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25]`
     #[arg(required_unless_present = "kind")]
     input: Option<String>,
-    /// Kind of a generated set, instead of an input; needs -n
+    /// Kind of a generated set, instead of an input; requires -n
     #[arg(long, value_name = "KIND", value_parser = kind, conflicts_with = "input", requires = "number")]
     kind: Option<Kind>,
     /// Number of points of the generated set
@@ -59,7 +59,7 @@ struct IncrementalArgs {
     /// Write the counts as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
-    /// Drop points that are not finite or not numbers, instead of refusing the file
+    /// Drop points with coordinates that are not finite numbers, instead of refusing the file
     #[arg(long)]
     skip_invalid: bool,
     /// Dimension of the input; 2 keeps the first two coordinates
@@ -70,7 +70,7 @@ struct IncrementalArgs {
 }
 
 impl IncrementalArgs {
-    /// Returns the name of the input file, or the text of the sample.
+    /// Returns the name of the input file, or the description of the sample.
     fn name(&self) -> String {
         let sample = || {
             let (kind, n) = (self.kind?, self.number?);
@@ -144,7 +144,7 @@ fn compare<P: Point>(
     Ok(BaselineReport::of(&rival, &run, name, args.seed))
 }
 
-/// Formats the counts of the baseline, with the counts of septet in further columns.
+/// Formats the counts of the baseline next to the counts of septet.
 fn table(report: &BaselineReport) -> String {
     let mut out = String::new();
     let rival = &report.incremental;

@@ -27,7 +27,7 @@ Examples:
   septet scale -n 1e5,1e6 --workers 1,2 --timed -o times.jsonl
 
 Each line of the output describes a run and contains the command that repeats it. To continue an interrupted sweep, \
-give the same command again.")]
+repeat the command.")]
 pub struct ScaleArgs {
     /// Numbers of points, such as `1000,2e4`, `2^10..2^20` or `2^10..2^20,per-octave=8`
     #[arg(short = 'n', long = "points", value_name = "SIZES", allow_hyphen_values = true)]
@@ -41,7 +41,7 @@ pub struct ScaleArgs {
     /// Lipschitz constant of graded kinds
     #[arg(long, value_name = "L", allow_negative_numbers = true)]
     lipschitz: Option<f64>,
-    /// Numbers of workers, separated by commas; `leaves` is one per leaf of the tree
+    /// Numbers of workers, separated by commas; `leaves` means one per leaf of the tree
     #[arg(long, value_name = "P|leaves,..", default_value = "leaves", value_delimiter = ',', value_parser = workers, allow_negative_numbers = true)]
     workers: Vec<Workers>,
     /// First seed of the sets and runs
@@ -58,14 +58,14 @@ pub struct ScaleArgs {
     timed: bool,
     /// Stop every run after this phase
     ///
-    /// It allows larger sets, because the local hulls are skipped.
+    /// This allows larger sets, because the local hulls are skipped.
     #[arg(long, value_name = "PHASE", value_enum)]
     until: Option<UntilArg>,
     #[command(flatten)]
     machine: MachineArgs,
     #[command(flatten)]
     graph: GraphArgs,
-    /// Output file with a line per run; a file of the same sweep is continued
+    /// Output file with a line per run; if it already contains runs of this sweep, the sweep is continued
     #[arg(short, long = "output", value_name = "FILE")]
     output: PathBuf,
 }
@@ -113,12 +113,12 @@ pub fn run(args: &ScaleArgs, talk: &Talk) -> Result<(), Failure> {
     super::threads::limit_threads(sweep.config.machine.threads);
     let mut journal = Journal::open(&args.output, &sweep.words())?;
     if journal.dropped > 0 {
-        talk.note(format!("note: {} of an incomplete line dropped", counted(journal.dropped, "byte")));
+        talk.note(format!("note: an incomplete line of {} is dropped", counted(journal.dropped, "byte")));
     }
     let jobs = sweep.jobs();
     let done = journal.done();
     if done > 0 {
-        talk.note(format!("{done} of {} runs are in the file: continuing", jobs.len()));
+        talk.note(format!("{done} of {} runs are already in the file, continuing", jobs.len()));
     }
     let missing: Vec<&Job> =
         jobs.iter().filter(|job| !journal.has(job.program, &sweep.command(job))).collect();
@@ -161,7 +161,7 @@ fn all(sweep: &Sweep, jobs: &[&Job], journal: &mut Journal, talk: &Talk) -> Resu
     Ok(())
 }
 
-/// Converts the unwinding that stops the generation of a set into a failure.
+/// Runs `f`, and converts the unwinding after Ctrl-C into a failure.
 fn stoppable(f: impl FnOnce() -> Result<Line, Failure>) -> Result<Line, Failure> {
     match catch_unwind(AssertUnwindSafe(f)) {
         Ok(result) => result,
@@ -170,7 +170,7 @@ fn stoppable(f: impl FnOnce() -> Result<Line, Failure>) -> Result<Line, Failure>
     }
 }
 
-/// Returns the expected cost of a run relative to other runs.
+/// Returns the expected cost of a run, in an arbitrary unit.
 fn cost(job: &Job) -> f64 {
     let n = job.request.n.max(2) as f64;
     n * n.log2() + 1000.0

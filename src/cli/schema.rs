@@ -41,7 +41,7 @@ enum Which {
 }
 
 impl Which {
-    /// Returns the text of the schema.
+    /// Returns the schema as JSON text.
     fn text(self) -> &'static str {
         match self {
             Which::Run => include_str!("schemas/run.schema.json"),

@@ -1,4 +1,4 @@
-//! The summary of a run, for people: counts, time by part, memory, output files, the next step.
+//! The human-readable summary of a run: counts, time by part, memory, output files, and a suggested next step.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -97,7 +97,7 @@ fn machine(report: &Report) -> Vec<String> {
     lines
 }
 
-/// Describes the baselines in use, which replace steps of the paper for comparison.
+/// Names the baselines that replace steps of the paper, if there are any.
 fn baselines(report: &Report) -> Option<String> {
     let p = &report.parameters;
     let cut = (p.partition != Partition::Sphere.name()).then_some("k-d planes separate subproblems");

@@ -1,4 +1,4 @@
-//! Text for people: plurals, sizes, durations, printable names.
+//! Human-readable text: plurals, sizes, durations and printable names.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -49,7 +49,7 @@ pub fn bytes(number: u64) -> String {
     format!("{value:.digits$} {}", UNITS[unit])
 }
 
-/// Formats a duration with the digits that matter.
+/// Formats a duration with as many digits as are significant.
 pub fn seconds(seconds: f64) -> String {
     match seconds {
         s if s < 0.1 => format!("{:.1} ms", s * 1e3),
@@ -58,7 +58,7 @@ pub fn seconds(seconds: f64) -> String {
     }
 }
 
-/// Length of the longest word in a message, in characters. Words of corrupt files can be longer.
+/// Maximum length of a word in a message, in characters. Corrupt files can contain longer words.
 const LONGEST_WORD: usize = 200;
 
 /// Shortens words that are too long for a message.
@@ -71,7 +71,7 @@ fn shortened(text: &str) -> String {
 }
 
 /// Escapes control characters, which could change the state of a terminal, and shortens long words. Line breaks and
-/// tabs stay.
+/// tabs are kept.
 pub fn printable(text: &str) -> String {
     let text = shortened(text);
     let mut out = String::with_capacity(text.len());
@@ -97,8 +97,8 @@ pub fn nearest<'a>(typed: &str, names: impl IntoIterator<Item = &'a str>) -> Vec
     all.into_iter().map(|(_, name)| name).collect()
 }
 
-/// Returns the number of insertions, deletions, replacements and swaps of adjacent letters that convert one
-/// word into the other.
+/// Returns the edit distance of two words: the number of insertions, deletions, replacements and swaps of adjacent
+/// letters.
 fn distance(a: &str, b: &str) -> usize {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
     let mut rows = vec![vec![0; b.len() + 1]; a.len() + 1];

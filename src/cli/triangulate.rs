@@ -21,7 +21,7 @@ use super::options::RunArgs;
 use super::progress::Talk;
 use super::summary;
 
-/// The tables of a run, by the names of their files.
+/// The tables of a run, as they appear in file names.
 const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
 
 /// Runs either subcommand.
@@ -85,11 +85,11 @@ pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Re
     failure.map_or(Ok(()), Err)
 }
 
-/// Refuses `--keep-columns` if no output can hold the columns.
+/// Returns a failure if `--keep-columns` is set but no output can contain the columns.
 fn check_kept_columns(args: &RunArgs, options: &WriteOptions<'_>) -> Result<(), Failure> {
     let holds = |o: &PathBuf| matches!(options.format_of(o), Ok(OutputFormat::Vtu | OutputFormat::Vtk));
     if args.keep_columns && !args.output.iter().any(holds) {
-        let message = "--keep-columns needs an output that holds data of points";
+        let message = "--keep-columns needs an output format with point data";
         return Err(Failure::new(Code::Usage, message).help("add -o OUT.vtu or -o OUT.vtk"));
     }
     Ok(())
@@ -116,8 +116,8 @@ fn print_report(args: &RunArgs, report: &Report, files: &[PathBuf], talk: &Talk)
     Ok(())
 }
 
-/// Returns a run whose certificate failed, together with the failure, because its counts are reported. Other errors
-/// are returned as they are.
+/// Turns the error of a failed certificate into its run and the failure, because the counts of the run are still
+/// reported. Other errors are returned unchanged.
 fn uncertified(error: Error) -> Result<(Run, Option<Failure>), Error> {
     let message = error.to_string();
     match error {
@@ -135,7 +135,7 @@ fn go(points: &Points, config: &Config, counted: bool) -> Result<Run, Error> {
     }
 }
 
-/// Converts an error. An error about points names the file and the positions of the points in it.
+/// Converts an error. An error about points then gives the file and the positions of the points in it.
 pub fn place(error: Error, loaded: &Loaded, input: &str) -> Failure {
     let Error::Points(mut error) = error else { return error.into() };
     let at = |i: usize| loaded.source_index.as_ref().map_or(i, |s| s[i] as usize);
@@ -145,7 +145,7 @@ pub fn place(error: Error, loaded: &Loaded, input: &str) -> Failure {
     }
     let name = if input == "-" { "standard input" } else { input };
     Failure::new(Code::Input, format!("{name}: {error} (points counted from 0)"))
-        .help("round the coordinates to a common grid, or drop the points named")
+        .help("round the coordinates to a common grid, or drop these points")
 }
 
 fn write_all(args: &RunArgs, run: &Run, loaded: &Loaded, talk: &Talk) -> Result<Vec<PathBuf>, Failure> {

@@ -20,7 +20,7 @@ use super::text::counted;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Levels: structure, orientation, manifold, hull, empty spheres, single cover. Together they prove that the cells are a \
-Delaunay triangulation of the points. Exit code 4 if a level fails.
+Delaunay triangulation of the points. The exit code is 4 if a level fails.
 
 Examples:
   septet verify points.node mesh.1.ele
@@ -33,7 +33,7 @@ pub struct VerifyArgs {
     cells: PathBuf,
     #[command(flatten)]
     reading: ReadArgs,
-    /// Require the symbolic perturbation of septet for ties
+    /// Require that ties are broken by the symbolic perturbation of septet
     #[arg(long)]
     perturbed: bool,
     /// Number of threads [default: cores]
@@ -80,7 +80,7 @@ pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
         "{} is not a Delaunay triangulation of {}{}",
         args.cells.display(),
         args.points,
-        if args.perturbed { " with the ties of septet" } else { "" }
+        if args.perturbed { " with the symbolic perturbation of septet" } else { "" }
     );
     Err(Failure::new(Code::Rejected, message))
 }

@@ -34,13 +34,13 @@ use super::summary::{row, written};
 use super::text::{self, counted};
 pub use options::MeshArgs;
 
-/// Largest number of listed small angles, ignored elements and defects of a mesh.
+/// Maximum number of small angles, ignored elements and defects of a mesh that are listed.
 const SHOWN: usize = 20;
 
 /// Number of worst cells of each kind in the report.
 const WORST: usize = 10;
 
-/// Reads and checks the domain, and meshes it unless `--check` is given.
+/// Reads and checks the domain, and meshes it unless `--check` is set.
 pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
     let start = Instant::now();
     let mut request = args.request()?;
@@ -76,7 +76,7 @@ fn outputs(args: &MeshArgs, tables: &Tables) -> Result<(), Failure> {
         .collect();
     let texts = args.json.iter().chain(&args.tracing.trace).chain(&faces).map(PathBuf::as_path);
     let texts: Vec<&Path> = texts.chain(tables.paths()).collect();
-    // A .poly file may have its points in a .node file of the same name.
+    // The points of a .poly file may be in a .node file of the same name.
     let name = args.domain.to_string_lossy();
     let node = Path::new(name.strip_suffix(".gz").unwrap_or(&name)).with_extension("node");
     let read = [Some(&args.domain), args.size_field.as_ref(), Some(&node).filter(|n| n.is_file())];
@@ -161,7 +161,8 @@ impl Job<'_> {
         broken.map_or(Ok(()), Err)
     }
 
-    /// Makes the mesh and measures it. A mesh that does not conform is also returned, for its report.
+    /// Generates the mesh and measures it. A mesh that does not conform is returned as well, so that it can be
+    /// reported.
     fn found<P: Dimension>(&self, domain: &Domain<P>) -> Result<Found<P>, Failure> {
         let (args, talk) = (self.args, self.talk);
         let most = args.json.as_ref().map_or(0, |_| args.view.unwrap_or(DEFAULT_CELLS)) as usize;
@@ -223,7 +224,7 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// Prints the missing features by their ids in the file and returns the failure.
+    /// Prints the ids of the missing features in the file, and returns the failure.
     fn named<P: Triangulate>(&self, domain: &Domain<P>, error: MeshError) -> Failure {
         if let MeshError::Missing { features } = &error {
             self.talk.clear();
@@ -279,10 +280,10 @@ impl From<MeshError> for Failure {
         match error {
             MeshError::Run(error) => error.into(),
             MeshError::Dimension { what, .. } => {
-                // The width of a size field is a property of its file.
+                // The number of columns of a size field is a property of its file.
                 let code = if what == "--size-field" { Code::Input } else { Code::Usage };
                 Failure::new(code, error.to_string())
-                    .help("give rows of as many coordinates as the domain has, followed by a size")
+                    .help("use as many coordinates as the domain has; in a size field, the size follows them")
             }
             MeshError::Size(error) => {
                 let code = match error {
@@ -297,7 +298,7 @@ impl From<MeshError> for Failure {
                 Failure::new(Code::Limit, error.to_string())
                     .help("raise --max-memory, or increase --size or --min-size")
             }
-            error => Failure::new(Code::Failed, error.to_string()).help("--check checks the domain alone"),
+            error => Failure::new(Code::Failed, error.to_string()).help("--check checks the domain only"),
         }
     }
 }
@@ -305,7 +306,7 @@ impl From<MeshError> for Failure {
 fn refusal(args: &MeshArgs, defects: &[Defect]) -> Failure {
     let number = counted(defects.len() as u64, "defect");
     Failure::new(Code::Input, format!("{} has {number}", args.domain.display()))
-        .help("fix the defects listed above; ids are those of the file, facets are numbered in file order")
+        .help("fix the defects listed above; ids are as in the file, and facets are numbered in file order")
 }
 
 /// Prints the result of `--check` for a valid domain.

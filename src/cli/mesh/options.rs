@@ -17,7 +17,7 @@ use crate::options::{MshArg, TraceArgs, TransportArg, bytes, workers};
 const SIZES: &str = "Sizes and quality";
 const BOUNDARY: &str = "Boundary";
 
-/// The options that a check of the domain does not use.
+/// The options that have no meaning with `--check`.
 const NOT_FOR_CHECKS: [&str; 24] = [
     "output",
     "format",
@@ -59,7 +59,7 @@ Examples:
 A piecewise linear complex (.poly, .smesh) may have internal and dangling segments and facets. A surface (.stl .off \
 .ply .obj) must be closed. It is remeshed, unless --boundary exact keeps its faces.
 
-Exit code 3: the domain has defects; all are listed. Exit code 4: the mesh does not conform to its domain.
+The exit code is 3 if the domain has defects, which are all listed, and 4 if the mesh does not conform to its domain.
 
 Examples:
   septet mesh part.poly --check
@@ -77,7 +77,7 @@ pub struct MeshArgs {
     pub check: bool,
     /// Write the mesh or its surface; may be given several times
     ///
-    /// Mesh: .vtu .vtk .msh .msh22 .mesh .npy; one of .node .ele .face .edge .neigh writes all five files. Surface:
+    /// Mesh: .vtu .vtk .msh .msh22 .mesh .npy; any of .node .ele .face .edge .neigh writes all five files. Surface:
     /// .off .stl. Each also .gz, and `-` for standard output.
     #[arg(short, long = "output", value_name = "OUT", help_heading = OUTPUT)]
     pub output: Vec<PathBuf>,
@@ -96,8 +96,8 @@ pub struct MeshArgs {
     pub size_field: Option<PathBuf>,
     /// Grade sizes down to --min-size at a point or on a line
     ///
-    /// Coordinates follow a colon, as in `point:0,0,1`. The default point is the centre of the bounding box. The
-    /// default line is the middle third of the box along x.
+    /// Coordinates follow after a colon, as in `point:0,0,1`. By default, the point is the centre of the bounding
+    /// box, and the line is the middle third of the box along x.
     #[arg(long, value_name = "point|line[:X,Y,..]", value_parser = singularity, requires = "min_size", help_heading = SIZES, hide_short_help = true)]
     pub singularity: Option<SingularityRequest>,
     /// Growth rate of sizes, between 0 and 1 [default: 0.5]
@@ -139,19 +139,19 @@ pub struct MeshArgs {
     /// Transport of the messages
     #[arg(long, value_enum, default_value_t = TransportArg::Channel, help_heading = MACHINE, hide_short_help = true)]
     pub transport: TransportArg,
-    /// Seed of the order of delivery, with --transport sim [default: 0]
+    /// Seed of the delivery order, with --transport sim [default: 0]
     #[arg(long, value_name = "S", help_heading = MACHINE, hide_short_help = true)]
     pub delivery_seed: Option<u64>,
     /// Refuse to start if the mesh is expected to need more memory
     ///
-    /// K, M, G and T stand for powers of 1024, as in 2G. Without this option, the command stops when it finds that
-    /// the memory of the machine cannot suffice.
+    /// K, M, G and T stand for powers of 1024, as in 2G. Without this option, the command stops when it detects that
+    /// the computer has too little memory.
     #[arg(long, value_name = "BYTES", value_parser = bytes, help_heading = MACHINE, hide_short_help = true)]
     pub max_memory: Option<u64>,
     /// Write the report as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-", help_heading = REPORTS)]
     pub json: Option<PathBuf>,
-    /// Largest number of cells for which the report holds a picture of the mesh
+    /// Largest number of cells for which the report contains a picture of the mesh
     ///
     /// `septet report` draws the picture. At most 200000, 0 for none. [default: 20000]
     #[arg(long, value_name = "N", value_parser = shown, requires = "json", help_heading = REPORTS, hide_short_help = true)]
@@ -191,7 +191,7 @@ impl From<BoundaryArg> for Boundary {
 }
 
 impl MeshArgs {
-    /// Returns the request of these options, without the size field, which the caller reads.
+    /// Returns the request for these options, without the size field, which the caller reads.
     pub fn request(&self) -> Result<MeshRequest, Failure> {
         let usage = |message: &str, help: &str| Err(Failure::new(Code::Usage, message).help(help));
         if self.delivery_seed.is_some() && self.transport == TransportArg::Channel {
@@ -243,7 +243,7 @@ impl MeshArgs {
     }
 }
 
-/// Parses the largest number of cells of a picture.
+/// Parses the largest number of cells in a picture.
 fn shown(text: &str) -> Result<u32, String> {
     let number: Option<u32> = text.parse().ok();
     number.filter(|&n| n <= MOST_CELLS).ok_or_else(|| format!("expected a number of at most {MOST_CELLS}"))
@@ -255,7 +255,7 @@ pub fn exact_has_no_distance() -> Failure {
     Failure::new(Code::Usage, message).help("omit --max-distance, or add --boundary remesh for a surface")
 }
 
-/// Parses a number that satisfies a condition.
+/// Parses a number and checks a condition.
 fn number(text: &str, expected: &str, good: impl Fn(f64) -> bool) -> Result<f64, String> {
     text.parse()
         .ok()

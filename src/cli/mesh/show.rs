@@ -1,4 +1,4 @@
-//! The quality of a mesh for people: a summary and figures.
+//! The quality of a mesh in human-readable form: a summary and figures.
 
 use septet_geometry::point::Point;
 use septet_meshing::facet::Triangulate;
@@ -28,7 +28,7 @@ pub fn figures<P: Point>(quality: &Quality<P>, promise: Promise) -> Vec<(String,
     all.into_iter().map(draw).collect()
 }
 
-/// Formats a few lines for people, on conformity, quality with its bound, boundary and angles. A line about a weakness
+/// Formats a summary in a few lines: conformity, quality with its bound, boundary and angles. A line about a weakness
 /// names the option that improves it.
 pub fn summary<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
     let Judged { mesh, conformity, .. } = *judged;
@@ -45,7 +45,7 @@ pub fn summary<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
     lines
 }
 
-/// Describes the radius-edge ratios by place of the circumcentre, and the bound.
+/// Describes the radius-edge ratios by the location of the circumcentre, and the bound.
 fn radius_edge<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
     let Judged { domain, request, quality, .. } = *judged;
     let [free, near, above, outside] = &quality.places;
@@ -73,7 +73,7 @@ fn surface<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
     let mut lines = vec![row(
         "surface",
         format!(
-            "the boundary is at most {:.2e} from the surface, vertices of the surface {:.2e} from the boundary \
+            "the boundary is at most {:.2e} from the surface, and vertices of the surface at most {:.2e} from the boundary \
              (--max-distance)",
             deviation.of_boundary, deviation.of_surface
         ),
@@ -81,7 +81,7 @@ fn surface<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
     let [boundary, surface] = deviation.euler;
     if boundary != surface {
         let text = format!(
-            "the Euler characteristic of the boundary is {boundary}, of the surface {surface}: thin sheets are joined; \
+            "the Euler characteristic is {boundary} for the boundary and {surface} for the surface, as thin sheets are joined; \
              reduce --size"
         );
         lines.push(row("", text));
@@ -89,7 +89,7 @@ fn surface<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
     if deviation.finer > 0 {
         let edges = counted(deviation.finer, "boundary edge");
         let text = format!(
-            "{edges} shorter than half the size, for thin sheets, close ridges or --max-distance; --min-size limits them"
+            "{edges} shorter than half the size, because of thin sheets, close ridges or --max-distance; --min-size limits them"
         );
         lines.push(row("", text));
     }

@@ -16,7 +16,7 @@ pub(super) fn si(x: f64) -> String {
     if unit.is_empty() { text.to_owned() } else { format!("{text}\u{202f}{unit}") }
 }
 
-/// Formats a whole number in groups of three digits.
+/// Formats a whole number with its digits in groups of three.
 pub(super) fn grouped(x: f64) -> String {
     let digits = format!("{:.0}", x.abs());
     let mut out = String::new();
@@ -29,7 +29,7 @@ pub(super) fn grouped(x: f64) -> String {
     if x < 0.0 { format!("−{out}") } else { out }
 }
 
-/// A linear or logarithmic axis between two pixels.
+/// A linear or logarithmic axis, drawn between two pixel positions.
 #[derive(Clone, Debug)]
 pub(super) struct Axis {
     pub(super) label: String,
@@ -65,7 +65,7 @@ impl Axis {
         Axis { label: label.to_owned(), log, low, high, pixels }
     }
 
-    /// Returns the pixel of a value.
+    /// Returns the pixel position of a value.
     pub(super) fn at(&self, value: f64) -> f64 {
         let part = if self.log {
             (value / self.low).ln() / (self.high / self.low).ln()
@@ -75,7 +75,7 @@ impl Axis {
         self.pixels.0 + part * (self.pixels.1 - self.pixels.0)
     }
 
-    /// Returns three to eight round values.
+    /// Returns three to eight round values as ticks.
     pub(super) fn ticks(&self) -> Vec<f64> {
         let logarithmic = if self.log { self.log_ticks() } else { Vec::new() };
         // A logarithmic axis over less than a factor of two has too few round values.

@@ -1,4 +1,4 @@
-//! Bar charts: the proofs of the stars, and the cost of each phase.
+//! Bar charts of the proofs of the stars and of the cost of each phase.
 
 use serde_json::json;
 
@@ -7,7 +7,8 @@ use super::data::{RunData, number, text};
 use super::svg::Drawing;
 use super::{Figure, Table, Variant};
 
-/// Draws the numbers of stars by their proof. They show how well the hypothesis of the theorem holds.
+/// Draws the number of stars with each kind of proof. These numbers show how well the hypothesis of the theorem
+/// holds.
 pub(super) fn proofs(run: &RunData) -> Option<Figure> {
     let kinds = [
         ("hypothesis", "supergraph and certificate alone, as the paper assumes"),
@@ -76,7 +77,7 @@ fn phase_bars(run: &RunData, (key, name, unit): &(&str, &str, &str)) -> Option<V
     Some(Variant { name: (*name).to_owned(), body: bars(&rows, &label), table })
 }
 
-/// A bar: its name, whether it is filled or hatched, its value.
+/// Draws horizontal bars. Each row is a name, whether the bar is filled (otherwise hatched), and a value.
 pub(super) fn bars(rows: &[(&str, bool, f64)], label: &str) -> Drawing {
     let (left, right, step) = (130.0, 720.0, 22.0);
     let bottom = 12.0 + step * rows.len() as f64;

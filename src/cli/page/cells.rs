@@ -1,4 +1,4 @@
-//! A grid of cells in nine steps of a colour scale, with the scale next to it.
+//! A grid of coloured cells. The colour scale, with nine steps, is drawn next to it.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -9,7 +9,7 @@ use super::svg::{Drawing, short};
 /// Steps of the colour scale.
 const STEPS: usize = 9;
 
-/// Values by row and column, with their logarithmic scale.
+/// Values by row and column, and their logarithmic scale.
 #[derive(Debug)]
 pub(super) struct Cells {
     values: BTreeMap<(u32, u32), f64>,
@@ -18,7 +18,7 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// Returns the cells with a value.
+    /// Creates a grid of the cells that have a value.
     pub(super) fn new(values: BTreeMap<(u32, u32), f64>) -> Self {
         let positive = || values.values().copied().filter(|v| *v > 0.0);
         let low = positive().fold(f64::INFINITY, f64::min);
@@ -38,7 +38,8 @@ impl Cells {
         ((part * STEPS as f64) as usize).min(STEPS - 1)
     }
 
-    /// Draws cells of a given size from a corner, with one path per step; adjacent cells of a row are merged.
+    /// Draws the cells from `corner`, each of the given size. Each step of the scale is one path, and adjacent cells
+    /// in a row are merged.
     pub(super) fn draw(&self, out: &mut Drawing, corner: (f64, f64), size: (f64, f64)) {
         let mut paths = vec![String::new(); STEPS];
         let mut runs: Vec<(u32, u32, u32, usize)> = Vec::new();
@@ -62,7 +63,7 @@ impl Cells {
         out.raw("</g>");
     }
 
-    /// Draws the scale: nine steps upwards, with the values between them.
+    /// Draws the scale upwards: nine steps, with the values between them.
     pub(super) fn scale(&self, out: &mut Drawing, at: (f64, f64), label: &str) {
         let (step, ratio) = (18.0, self.high / self.low);
         out.text("legend", (at.0, at.1), "start", label);

@@ -1,4 +1,4 @@
-//! Runs read from reports or from the lines of a sweep.
+//! Runs as read from reports or from the lines of a sweep.
 
 use serde_json::Value;
 
@@ -16,7 +16,7 @@ pub struct RunData {
     pub value: Value,
 }
 
-/// An entry of an input text.
+/// An entry of an input file.
 #[derive(Clone, Debug)]
 pub(super) enum Entry {
     /// A run.
@@ -25,13 +25,13 @@ pub(super) enum Entry {
     Mesh(Box<MeshData>),
 }
 
-/// Reads the runs and meshes of a text, which is one object or one object per line.
+/// Reads the runs and meshes of an input file. Its text is one JSON object or one object per line.
 pub(super) fn read(name: &str, text: &str) -> Result<Vec<Entry>, PageError> {
     let whole = serde_json::from_str::<Value>(text);
     if let Ok(value) = whole {
         return Ok(vec![entry(name.to_owned(), name, 1, value)?]);
     }
-    // The first line of a sweep is an object. If it is not, the error is about the text as one object.
+    // In a sweep, the first line is a JSON object. If it is not, the error refers to the whole text as one object.
     let first = text.lines().find(|l| !l.trim().is_empty()).unwrap_or_default();
     if let (Err(error), Err(_)) = (&whole, serde_json::from_str::<Value>(first)) {
         return Err(PageError::Syntax { name: name.into(), line: error.line(), why: error.to_string() });
@@ -70,12 +70,12 @@ fn run(full: String, name: &str, line: usize, value: Value) -> Result<RunData, P
     Ok(RunData { name: full, value })
 }
 
-/// Returns the text of a row's field, empty if it is missing.
+/// Returns the text of a field, or an empty string if the field is missing.
 pub(super) fn text(value: &Value) -> &str {
     value.as_str().unwrap_or_default()
 }
 
-/// Returns a number of a row, 0 if it is missing.
+/// Returns the number in a field, or 0 if the field is missing.
 pub(super) fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or(0.0)
 }
@@ -118,10 +118,11 @@ impl RunData {
         self.value["kind"].as_str().or(sample).unwrap_or(input).to_owned()
     }
 
-    /// Returns all options except size, seed and number of workers. Runs with equal options may follow one law.
+    /// Returns all options that differ from their defaults, except size, seed and number of workers. Runs with equal
+    /// options are fitted together.
     pub(super) fn options(&self) -> Vec<String> {
         let word = |key: &str| {
-            // A report holds the leaf size that was used, and whether the user chose it.
+            // A report contains the leaf size that was used, and whether it was chosen automatically.
             if key == "leaf" && self.value.pointer("/parameters/leaf_auto") == Some(&Value::Bool(true)) {
                 return None;
             }

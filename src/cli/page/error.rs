@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// An input that cannot be shown.
+/// A reason why an input cannot be shown.
 #[derive(Debug, Error)]
 pub enum PageError {
     /// The text is not JSON.
@@ -10,7 +10,7 @@ pub enum PageError {
     Syntax {
         /// Name of the file.
         name: String,
-        /// Line number, from 1.
+        /// 1-based line number.
         line: usize,
         /// Message of the parser.
         why: String,
@@ -22,7 +22,7 @@ pub enum PageError {
     NoRun {
         /// Name of the file.
         name: String,
-        /// Line number, from 1.
+        /// 1-based line number.
         line: usize,
     },
     /// A required field is missing.
@@ -30,17 +30,17 @@ pub enum PageError {
     Missing {
         /// Name of the file.
         name: String,
-        /// Line number, from 1.
+        /// 1-based line number.
         line: usize,
         /// Name of the missing field.
         field: &'static str,
     },
-    /// A field of the report of a mesh is not valid.
+    /// A field of a mesh report is invalid.
     #[error("{name}, line {line}: not the report of a mesh: `{field}`: {why}")]
     Field {
         /// Name of the file.
         name: String,
-        /// Line number, from 1.
+        /// 1-based line number.
         line: usize,
         /// Path of the field.
         field: String,

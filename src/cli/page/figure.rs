@@ -8,7 +8,7 @@ use super::svg::Drawing;
 /// The table of a figure.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Table {
-    /// Column heads with units.
+    /// Column headings with units.
     pub columns: Vec<String>,
     /// Rows with one entry per column.
     pub rows: Vec<Vec<Value>>,
@@ -34,7 +34,7 @@ pub struct Variant {
 /// A figure with a caption.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
-    /// File name without ending.
+    /// File name without extension.
     pub id: &'static str,
     /// The heading.
     pub title: &'static str,

@@ -1,14 +1,14 @@
-//! A power law through measured points, with its interval.
+//! A power law fitted to measured points, with a confidence interval.
 //!
-//! The fit is ordinary least squares of `ln y` over `ln x`. The exponent has Student's 95 % interval, which
-//! assumes that a straight line in logarithms is the right model.
+//! The fit is ordinary least squares of `ln y` over `ln x`. The exponent has a 95 % confidence interval by Student's
+//! t, which assumes that the model is correct.
 
 /// `y = c x^e`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PowerLaw {
     pub(super) coefficient: f64,
     pub(super) exponent: f64,
-    /// Half the width of the 95 % interval of the exponent; `None` for fewer than three points.
+    /// Half the width of the 95 % confidence interval of the exponent; `None` for fewer than three points.
     pub(super) margin: Option<f64>,
 }
 
@@ -33,7 +33,7 @@ pub(super) fn power_law(points: &[(f64, f64)]) -> Option<PowerLaw> {
     Some(PowerLaw { coefficient: (my - exponent * mx).exp(), exponent, margin })
 }
 
-/// Returns the coefficient of a law of known shape: the geometric mean of `y / law(x)`.
+/// Fits the coefficient of a law: the geometric mean of `y / law(x)`.
 pub(super) fn scaled(points: &[(f64, f64)], law: impl Fn(f64) -> f64) -> Option<f64> {
     let logs: Vec<f64> =
         points.iter().map(|&(x, y)| y / law(x)).filter(|r| *r > 0.0 && r.is_finite()).map(f64::ln).collect();

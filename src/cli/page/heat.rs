@@ -1,4 +1,4 @@
-//! Heat maps of the traffic: by round and sender, by receiver and sender.
+//! Heat maps of the traffic: by round and sender, and by receiver and sender.
 
 use std::collections::BTreeMap;
 
@@ -34,7 +34,7 @@ fn bin_ticks(bins: &[Value]) -> Vec<(usize, String)> {
     (0..bins.len()).filter(|i| i % stride == 0).map(|i| (i, name(i))).collect()
 }
 
-/// Returns the phases along the rounds: name, first and last column.
+/// Returns the phases in the order of rounds. Each has a name, a first and a last column.
 fn spans(columns: &[(f64, String)]) -> Vec<(String, usize, usize)> {
     let mut spans: Vec<(String, usize, usize)> = Vec::new();
     for (i, (_, phase)) in columns.iter().enumerate() {
@@ -58,7 +58,7 @@ pub(super) fn timeline(run: &RunData) -> Option<Figure> {
         .filter_map(|m| rounds(run, rows, &columns, *m))
         .collect();
     let caption =
-        "Messages and bytes by worker and round. Rounds without messages are omitted; the labels are the round numbers \
+        "Messages and bytes by worker and round. Rounds without messages are omitted, and the labels are the round numbers \
                    of the machine. Row c is the coordinator."
             .to_owned();
     (!variants.is_empty()).then_some(Figure { id: "timeline", title: "Rounds by worker", caption, variants })

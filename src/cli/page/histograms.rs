@@ -42,7 +42,7 @@ pub(crate) enum Drawn {
 }
 
 impl Drawn {
-    /// Returns the name of the file, without ending.
+    /// Returns the file name without extension.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Drawn::RadiusEdge => "radius-edge",
@@ -90,7 +90,7 @@ pub(super) fn table(bars: &Bars<'_>) -> Table {
     table
 }
 
-/// Returns the SVG text of a file.
+/// Returns the histogram as an SVG file.
 pub(crate) fn svg(bars: &Bars<'_>) -> String {
     draw(bars).alone(bars.title)
 }

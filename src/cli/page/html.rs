@@ -1,4 +1,4 @@
-//! The HTML text of the page, with style, data and scripts.
+//! The HTML text of the page, which contains the style, data and scripts.
 
 use std::fmt::Write;
 
@@ -13,7 +13,7 @@ use super::{Figure, Page};
 
 const PAGE_STYLE: &str = include_str!("assets/page.css");
 
-/// The names of the script modules and their texts, for the import map.
+/// The names and texts of the script modules, for the import map.
 const MODULES: [(&str, &str); 12] = [
     ("three", include_str!("assets/three/three.min.js")),
     ("septet/data", include_str!("assets/data.js")),
@@ -219,7 +219,7 @@ fn section(figure: &Figure, out: &mut String) {
     );
 }
 
-/// Largest number of runs, and of meshes, in the table.
+/// Maximum number of runs, and of meshes, in the table.
 const MOST_RUNS: usize = 200;
 
 /// The table of all runs with their parameters.

@@ -9,7 +9,7 @@ use super::levels::{Shape, with_law};
 use super::plot::{Plot, Series};
 use super::{Figure, Table, Variant};
 
-/// A law, as a function of n and as a formula.
+/// A growth law, as a function of n and as a formula.
 struct Law {
     shape: fn(n: f64, space: f64) -> f64,
     name: &'static str,
@@ -20,7 +20,7 @@ const LOG: Law = Law { shape: |n, _| n.log2(), name: "log₂ n", affine: true };
 const SURFACE: Law = Law { shape: |n, d| n.powf(1.0 - 1.0 / d), name: "n^(1−1/d)", affine: false };
 const LINEARITHMIC: Law = Law { shape: |n, _| n * n.log2(), name: "n log₂ n", affine: false };
 
-/// Draws runs of at least two sizes.
+/// Draws the figures, if the runs have at least two sizes.
 pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
     let mut sizes: Vec<u64> = runs.iter().filter_map(RunData::n).map(|n| n as u64).collect();
     sizes.sort_unstable();
@@ -50,7 +50,7 @@ pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
         one(
             "law-separators",
             "Separators of the root",
-            "Points whose ball crosses the separator of the root, with the surface law.",
+            "Points whose balls cross the separator of the root, with the surface law.",
             vec![variant(runs, "", "separator points", &RunData::root_separator, &SURFACE)],
         ),
         one(
@@ -89,7 +89,7 @@ pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
 const DEPTH: &str = "Solid: the power law fitted to the marks. Dashed: b log₂ n + a, by least squares. On these axes, a \
                      logarithm bends below every power law.";
 
-/// Draws the whole critical path, then each phase.
+/// Draws the depth of the paper's phases together, then of each phase.
 fn depth(runs: &[RunData]) -> Vec<Option<Variant>> {
     let whole = |r: &RunData| r.number("/machine/paper/depth").or_else(|| r.number("/depth"));
     let mut names: Vec<&str> = Vec::new();

@@ -13,7 +13,7 @@ pub(super) fn figures(run: &RunData) -> Vec<Figure> {
     [depths(run), separators(run)].into_iter().flatten().collect()
 }
 
-/// Draws the largest depth of a node of each level.
+/// Draws the largest depth of a node on each level.
 fn depths(run: &RunData) -> Option<Figure> {
     let levels = run.rows("/tree/by_level");
     let phases = ["partition", "neighbours", "merge"];
@@ -98,14 +98,14 @@ fn separators(run: &RunData) -> Option<Figure> {
     Some(Figure { id: "separators", title: "Separator sizes", caption, variants })
 }
 
-/// A law for the marks: `c of(x)`, or `a + b of(x)` if it is affine.
+/// A law for the marks: `c of(x)`, or `a + b of(x)` if the law is affine.
 pub(super) struct Shape<'a> {
     pub(super) of: &'a dyn Fn(f64) -> f64,
     pub(super) affine: bool,
     pub(super) name: &'a str,
 }
 
-/// Marks with the fitted power law and the proved law.
+/// Returns marks with the fitted power law and the proved law.
 pub(super) fn with_law(name: &str, marks: &[(f64, f64)], law: &Shape<'_>) -> Series {
     let low = marks.iter().map(|m| m.0).fold(f64::INFINITY, f64::min);
     let high = marks.iter().map(|m| m.0).fold(0.0, f64::max);

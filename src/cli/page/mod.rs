@@ -2,8 +2,8 @@
 //! the mesh with a cutting plane.
 //!
 //! [`Page::of`] takes the texts of reports (`--json`) and of sweeps (one object per line). [`Page::html`] returns the
-//! page, [`Page::figures`] its figures. The figures are SVG. The scripts of the page only select
-//! figures, show tables and draw the sampled points. The page loads nothing from the network.
+//! page, and [`Page::figures`] returns its figures as SVG. The scripts of the page only select figures, show tables
+//! and draw the sampled points. The page loads nothing from the network.
 //!
 #![doc = include_str!("overview.md")]
 
@@ -35,7 +35,7 @@ use mesh::MeshData;
 #[derive(Clone, Debug)]
 pub struct Page {
     runs: Vec<RunData>,
-    /// Position of the run whose rounds, traffic and points are shown.
+    /// Index of the run whose rounds, traffic and points are shown.
     shown: Option<usize>,
     figures: Vec<Figure>,
     /// The meshes, of which the first is shown.
@@ -44,7 +44,7 @@ pub struct Page {
 }
 
 impl Page {
-    /// Creates the page of these texts, each with its name.
+    /// Creates the page from input texts, each with its file name.
     ///
     /// # Errors
     /// Fails if a text contains no report.

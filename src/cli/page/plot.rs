@@ -1,4 +1,4 @@
-//! A plot of marks and lines over two axes, with a legend next to it.
+//! A plot of marks and lines with two axes and a legend next to it.
 
 use super::axes::{Axis, si};
 use super::svg::Drawing;
@@ -7,7 +7,7 @@ use super::svg::Drawing;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Series {
     pub(super) name: String,
-    /// Further lines of the legend.
+    /// Additional lines in the legend.
     pub(super) notes: Vec<String>,
     pub(super) marks: Vec<(f64, f64)>,
     /// Whether lines connect the marks in order.

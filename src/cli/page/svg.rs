@@ -10,10 +10,10 @@ pub struct Drawing {
     height: f64,
 }
 
-/// The style of an SVG file; the page has the same classes and variables.
+/// The style of an SVG file. The page defines the same classes and variables.
 pub(super) const STYLE: &str = include_str!("assets/figure.css");
 
-/// Escapes text for markup.
+/// Escapes text for use in markup.
 pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
@@ -82,7 +82,7 @@ impl Drawing {
         self.raw(&format!(r#"<path class="{class}" d="{d}"/>"#));
     }
 
-    /// Returns the text for a page, whose style applies.
+    /// Returns the drawing as an element of the page, whose style applies.
     pub(super) fn inline(&self, label: &str) -> String {
         let (w, h) = (short(self.width), short(self.height));
         format!(
@@ -92,7 +92,7 @@ impl Drawing {
         )
     }
 
-    /// Returns the text of an SVG file.
+    /// Returns the drawing as an SVG file with its own style.
     pub(super) fn alone(&self, title: &str) -> String {
         let (w, h) = (short(self.width), short(self.height));
         format!(

@@ -1,4 +1,4 @@
-//! Reports of meshes: the part that the page shows, and its consistency checks.
+//! Mesh reports: reading and checking the part that the page shows.
 
 use serde_json::Value;
 
@@ -32,7 +32,7 @@ fn expect(holds: bool, field: &str, why: impl FnOnce() -> String) -> Result<(), 
     if holds { Ok(()) } else { Err((field.to_owned(), why())) }
 }
 
-/// Checks the conditions that types do not express.
+/// Checks the conditions that the types do not express.
 fn check(file: &MeshReport) -> Result<(), Wrong> {
     let d = file.domain.dimension;
     expect(d == 2 || d == 3, "domain.dimension", || format!("{d}, expected 2 or 3"))?;
@@ -82,7 +82,7 @@ fn check_picture(file: &MeshReport, view: &MeshPicture) -> Result<(), Wrong> {
     below("region", &view.region, view.regions.len(), "regions")
 }
 
-/// Returns `true` if all positions are below a length.
+/// Checks that all indices are below `length`.
 fn below(field: &str, numbers: &[u32], length: usize, of: &str) -> Result<(), Wrong> {
     match numbers.iter().position(|&i| i as usize >= length) {
         None => Ok(()),
@@ -98,12 +98,12 @@ impl MeshData {
         self.file.stages.iter().map(of).sum()
     }
 
-    /// Returns the messages of all stages.
+    /// Returns the number of messages of all stages.
     pub(in crate::page) fn messages(&self) -> u64 {
         self.total(|t| t.messages)
     }
 
-    /// Returns the bytes of all stages.
+    /// Returns the number of bytes of all stages.
     pub(in crate::page) fn bytes(&self) -> u64 {
         self.total(|t| t.bytes)
     }

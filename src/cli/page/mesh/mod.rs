@@ -23,7 +23,7 @@ pub(super) fn figures(mesh: &MeshData) -> Vec<Figure> {
     figures
 }
 
-/// Draws the histograms of the bounded quantities and of the quality of the cells.
+/// Draws the histograms of the bounded quantities and of cell quality.
 fn quality(mesh: &MeshData) -> Figure {
     let (q, space) = (&mesh.file.quality, mesh.file.domain.dimension == 3);
     let angle = if space { "dihedral angles" } else { "angles" };
@@ -50,7 +50,7 @@ fn quality(mesh: &MeshData) -> Figure {
     Figure { id: "mesh-quality", title: "Quality", caption, variants }
 }
 
-/// A measure of a part of the run: name, unit, value.
+/// A quantity of a part of the run: name, unit, value.
 type Measure<T> = (&'static str, &'static str, fn(&T) -> f64);
 
 /// Draws the points and the cost of each stage.
@@ -86,7 +86,7 @@ fn stages(stages: &[StageReport]) -> Option<Figure> {
     (!variants.is_empty()).then_some(Figure { id: "mesh-stages", title, caption, variants })
 }
 
-/// The measures of both stages and phases.
+/// The quantities that both stages and phases have.
 const TOOK: [&str; 6] = ["rounds", "messages", "bytes", "work", "depth", "seconds (measured)"];
 
 /// Draws the cost of the phases, summed over all stages; the table lists each stage.
@@ -131,7 +131,7 @@ fn add(sum: &mut PhaseLine, other: &PhaseLine) {
     sum.seconds += other.seconds;
 }
 
-/// Draws each measure that has a value other than zero.
+/// Draws each quantity that is not zero everywhere.
 fn variants<T>(
     parts: &[T],
     name: impl Fn(&T) -> String,

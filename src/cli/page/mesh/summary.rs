@@ -1,4 +1,4 @@
-//! The summary of a mesh in a few numbers.
+//! The summary of a mesh as a few numbers.
 
 use std::fmt::Write;
 
@@ -14,7 +14,7 @@ pub(in crate::page) fn headline(mesh: &MeshData) -> String {
     format!("{} cells, {}", grouped(mesh.file.mesh.cells as f64), mesh.file.parameters.input)
 }
 
-/// Returns the summary, with the reason if there is no picture.
+/// Appends the summary. If there is no picture, the summary gives the reason.
 pub(in crate::page) fn section(mesh: &MeshData, out: &mut String) {
     let file = &mesh.file;
     out.push_str("<section id=\"mesh-summary\" aria-label=\"Summary of the mesh\">\n<dl class=\"cards\">\n");
