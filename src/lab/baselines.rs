@@ -1,5 +1,5 @@
 //! A baseline: parallel randomized incremental insertion ([`septet_geometry::dependence`]). It runs on the same
-//! points as septet, and the primitives of the same ledger count it. It exists for comparison only, and its code is
+//! points as septet, and its work is counted with the same primitives. It exists for comparison only, and its code is
 //! sequential.
 
 use std::time::Instant;
@@ -26,7 +26,7 @@ pub struct Baseline {
     pub space: usize,
     /// Dimension of the affine hull of the points. Below `space` there are no cells and no counts.
     pub dimension: isize,
-    /// The input points by their use.
+    /// The input points, counted by use.
     pub points: Accounting,
     /// Cells in canonical order: `space + 1` input indices per row.
     pub cells: Vec<u64>,
@@ -42,8 +42,8 @@ pub struct Baseline {
     pub seconds: f64,
 }
 
-/// Triangulates by rounds of incremental insertions, in an order drawn from the seed. Of the configuration, only the
-/// seed, `skip_invalid` and the memory limit are used.
+/// Triangulates by rounds of incremental insertions, in an order drawn from the seed. Only the seed, `skip_invalid`
+/// and the memory limit of the configuration are used.
 ///
 /// # Errors
 /// See [`Error`].
@@ -84,9 +84,9 @@ pub struct BaselineReport {
     pub schema: &'static str,
     /// Version of septet.
     pub version: &'static str,
-    /// The input as named.
+    /// The input as given on the command line.
     pub input: String,
-    /// Seed of the order of insertion, and of septet's draws.
+    /// Seed of the insertion order and of septet's random draws.
     pub seed: u64,
     /// Number of distinct points.
     pub points: u64,
@@ -98,7 +98,7 @@ pub struct BaselineReport {
     pub simplices: u64,
     /// Number of facets of the convex hull.
     pub hull_facets: u64,
-    /// Whether septet's own triangulation has the same cells.
+    /// Whether septet's triangulation has the same cells.
     pub same_cells: bool,
     /// The counts of the baseline.
     pub incremental: IncrementalReport,
@@ -115,7 +115,7 @@ pub struct IncrementalReport {
     pub depth: u64,
     /// `depth` with a scan of m items counted as `ceil(log2 m)`.
     pub depth_log_scan: u64,
-    /// The same as `depth`, but a union of conflicts counts as 1, as in a concurrent hash table.
+    /// `depth` with a union of conflict lists counted as 1, as with a concurrent hash table.
     pub depth_hashed: u64,
     /// Brent's bound on the steps with as many processors as points.
     pub brent: u64,
@@ -123,7 +123,7 @@ pub struct IncrementalReport {
     pub chain: u64,
     /// Number of in-sphere tests.
     pub tests: u64,
-    /// Number of cells made, including those at infinity.
+    /// Number of cells created, including cells at infinity.
     pub cells: u64,
     /// The counts of each round.
     pub rounds: Vec<BaselineRound>,
@@ -134,7 +134,7 @@ pub struct IncrementalReport {
 pub struct BaselineRound {
     /// Number of facets that became final.
     pub facets: u64,
-    /// Number of cells made.
+    /// Number of cells created.
     pub cells: u64,
     /// Number of in-sphere tests.
     pub tests: u64,
@@ -155,7 +155,7 @@ pub struct SeptetReport {
     pub levels: u32,
     /// Number of rounds of splaying.
     pub exchange_rounds: u64,
-    /// Number of points gathered because splaying was cut short.
+    /// Number of points gathered because splaying was stopped early.
     pub gathered: u64,
 }
 
@@ -173,8 +173,8 @@ pub struct SeptetTotal {
 }
 
 impl BaselineReport {
-    /// Returns the report of a baseline and of septet's run on the same points. If the run has counts, the report
-    /// includes them.
+    /// Returns the report of a baseline and of septet's run on the same points. If the run was counted, the report
+    /// includes its counts.
     pub fn of(baseline: &Baseline, run: &Run, input: &str, seed: u64) -> Self {
         let row = |r: &Round| BaselineRound {
             facets: r.facets,

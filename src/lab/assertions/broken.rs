@@ -1,4 +1,4 @@
-//! The error of a check that fails.
+//! The error of a failed check.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use thiserror::Error;
 use crate::experiment::fit::{FitReport, Request, fit};
 use crate::experiment::{Line, RoundLine};
 
-/// A run in the table of the error.
+/// A row of the table in the error: one run.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Row {
@@ -17,7 +17,7 @@ pub struct Row {
     pub workers: u32,
     /// Seed of the set and of the draws.
     pub seed: u64,
-    /// The count.
+    /// The measured count.
     pub counted: f64,
     /// The bound.
     pub bound: f64,
@@ -34,12 +34,12 @@ impl Row {
     }
 }
 
-/// Counts that exceed their bound. The text of the error has the count and its bound, the table, the fit if there is
+/// Counts that exceed their bound. The error message contains the count and its bound, the table, the fit if there is
 /// one, and the first round that exceeds the bound.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub struct Broken {
-    /// The count, and its relation to the bound.
+    /// The name of the count, and its relation to the bound.
     pub what: String,
     /// All runs that were checked.
     pub table: Vec<Row>,

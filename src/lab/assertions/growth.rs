@@ -6,7 +6,7 @@ use crate::experiment::{DepthLine, LevelLine, Line, RoundLine};
 use super::broken::{Broken, describe, nothing, short};
 use super::counts::HasCounts;
 
-/// Returns the fit, or the error of a check whose runs do not determine the fit.
+/// Returns the fit, or an error if the runs do not determine it.
 fn answered(lines: &[Line], request: &Request) -> Result<FitReport, Broken> {
     if lines.is_empty() {
         return Err(nothing(request.y.name()));
@@ -52,12 +52,12 @@ fn first_level(lines: &[Line], phase: &str, margin: f64) -> Option<String> {
     ))
 }
 
-/// Checks that the depth of a level does not depend on its size. Two one-sided tests must find the slope of depth
-/// against log2 of the size within `margin`, in every series of runs. `margin` is a share of the mean depth per
-/// doubling.
+/// Checks that the depth of a level does not depend on its size. In every series of runs, two one-sided tests must
+/// show that the slope of depth against log2 of the size is within `margin`. `margin` is a fraction of the mean depth
+/// per doubling.
 ///
 /// # Errors
-/// Fails if a series is not flat, or has too few levels or seeds for a decision.
+/// Fails if a series is not flat, or if it has too few levels or seeds for a decision.
 pub fn level_depth_flat(counted: &impl HasCounts, phase: &str, margin: f64) -> Result<(), Broken> {
     let lines = counted.lines();
     let report = answered(&lines, &Request { margin, ..Request::new(Key::LevelDepth, Some(phase)) })?;
@@ -71,10 +71,10 @@ pub fn level_depth_flat(counted: &impl HasCounts, phase: &str, margin: f64) -> R
     }
 }
 
-/// Checks that the count grows like this law and that the sizes distinguish it from all others, in every series.
+/// Checks, in every series, that the count grows like `law` and that the sizes suffice to exclude all other laws.
 ///
 /// # Errors
-/// Fails if the verdict is different, or these runs do not determine the growth.
+/// Fails if the verdict is different, or if the runs do not determine the growth.
 pub fn grows_like(counted: &impl HasCounts, request: &Request, law: Law) -> Result<(), Broken> {
     let lines = counted.lines();
     let report = answered(&lines, request)?;
@@ -85,11 +85,11 @@ pub fn grows_like(counted: &impl HasCounts, request: &Request, law: Law) -> Resu
     }
 }
 
-/// Checks that the exponent of n in the count is at most `most`, in every series. The check compares the upper end
-/// of its 95 % interval.
+/// Checks, in every series, that the exponent of n in the count is at most `most`. The upper end of its 95 % interval
+/// is compared.
 ///
 /// # Errors
-/// Fails if the exponent is larger, or these runs do not determine it.
+/// Fails if the exponent is larger, or if the runs do not determine it.
 pub fn exponent(counted: &impl HasCounts, request: &Request, most: f64) -> Result<(), Broken> {
     let lines = counted.lines();
     let report = answered(&lines, request)?;
@@ -108,7 +108,7 @@ pub fn exponent(counted: &impl HasCounts, request: &Request, most: f64) -> Resul
 /// of the 95 % interval of the exponent of n must be at most `1 - 1/d + slack`.
 ///
 /// # Errors
-/// Fails if the exponent is larger, or these runs do not determine it.
+/// Fails if the exponent is larger, or if the runs do not determine it.
 pub fn surface_bytes(counted: &impl HasCounts, phase: &str, slack: f64) -> Result<(), Broken> {
     let lines = counted.lines();
     let dimension = lines.iter().map(|line| line.dimension).min().unwrap_or(3) as f64;

@@ -1,9 +1,9 @@
 //! Assertions for tests on the counts of runs: depth, levels, rounds, merged results, traffic and growth.
 //!
-//! A check is a function of counts (a `Run`, `RunCounts`, a `Line` of a sweep, or several of them) and of a bound that
-//! the test states. If the counts exceed the bound, it returns [`Broken`] with a table of all runs and the first round
-//! that exceeds the bound. With enough sizes, it adds the fit of the count. [`assert_counts!`](crate::assert_counts)
-//! panics with that text at the line of the test.
+//! A check is a function of counts (a `Run`, `RunCounts`, a `Line` of a sweep, or several of them) and of a bound. If
+//! the counts exceed the bound, it returns [`Broken`] with a table of all runs and the first round that exceeds the
+//! bound. If there are enough sizes, the error contains the fit of the count. [`assert_counts!`](crate::assert_counts)
+//! panics with the error at the line of the test.
 //!
 //! ```
 //! use septet::options::Workers;
@@ -44,7 +44,7 @@
 //! assert_counts!(run, rounds("merge", 0.0, 2.0));
 //! ```
 //!
-//! Checks of growth need lines with sizes and seeds. Make the lines with [`crate::experiment::Runner`], read them
+//! Checks of growth need lines with sizes and seeds. Create the lines with [`crate::experiment::Runner`], read them
 //! with [`crate::experiment::read_lines`], or set `Line::seed`.
 
 mod broken;
@@ -61,7 +61,7 @@ pub use single::{
 };
 
 /// Panics unless all checks hold: `assert_counts!(run, levels(1.5, -10.0), no_repair())`. The checks are the functions
-/// of [`septet::assertions`](crate::assertions), without their first argument.
+/// of [`septet::assertions`](crate::assertions) without their first argument.
 #[macro_export]
 macro_rules! assert_counts {
     ($counted:expr, $($check:ident ( $($argument:expr),* $(,)? )),+ $(,)?) => {{

@@ -1,5 +1,5 @@
-//! Checks of single runs. Each run must satisfy the bound. A check of a phase fails if a run does not have
-//! this phase.
+//! Checks of single runs. Every run must satisfy the bound. A check of a phase fails if a run does not have this
+//! phase.
 
 use crate::experiment::fit::{Key, Request};
 use crate::experiment::{LevelLine, Line, RoundLine};
@@ -52,7 +52,7 @@ fn tree_levels(lines: &[Line], text: &str, bound: impl Fn(&Line) -> f64) -> Resu
 pub fn depth_of_levels(counted: &impl HasCounts, phase: &str, most: u64) -> Result<(), Broken> {
     let of_level = |level: &LevelLine| level.depth.get(phase).map_or(0, |depth| depth.largest);
     let count = |line: &Line| {
-        // A run without any level in this phase fails the check.
+        // A run without a level in this phase fails the check.
         let largest = line.levels.iter().filter(|l| l.depth.contains_key(phase)).map(of_level).max();
         (largest.map_or(f64::NAN, |depth| depth as f64), most as f64)
     };
@@ -84,11 +84,11 @@ pub fn rounds(counted: &impl HasCounts, phase: &str, slope: f64, constant: f64) 
     compare(&counted.lines(), &what, &law(slope, constant), count, Some(&question), first)
 }
 
-/// Checks that at most `slope log2 n + constant` rounds merge the results of two subproblems. The number of merged
+/// Checks that results of subproblems are merged in at most `slope log2 n + constant` rounds. The number of merged
 /// results must be the number of leaves minus one.
 ///
 /// # Errors
-/// Fails if a run has more such rounds, or another number of merged results.
+/// Fails if a run has more such rounds, or a different number of merged results.
 pub fn merges(counted: &impl HasCounts, slope: f64, constant: f64) -> Result<(), Broken> {
     let lines = counted.lines();
     let merging = |line: &Line| line.rounds.iter().filter(|r| r.merged > 0).cloned().collect::<Vec<_>>();
@@ -174,7 +174,7 @@ pub fn no_repair(counted: &impl HasCounts) -> Result<(), Broken> {
     compare(&counted.lines(), what, "none", count, Some(&question), first)
 }
 
-/// Checks that all counts that do not depend on workers are equal in all runs: tree, levels, graph, and the work and
+/// Checks that the counts that do not depend on workers are equal in all runs: tree, levels, graph, and the work and
 /// depth of every phase.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! A claim: its sentence, its reading, its experiment and the function that judges it.
+//! A claim: its statement, its reading, its experiment and the function that judges it.
 
 use serde::Serialize;
 
@@ -7,17 +7,17 @@ use super::figure::Figure;
 use super::lab::Lab;
 use super::report::Judged;
 
-/// The form of the paper's sentence that is judged.
+/// The form of the paper's statement that is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum Reading {
-    /// The sentence as printed.
+    /// The statement as printed.
     AsPrinted,
     /// The form that the algorithm needs.
     AsRead {
         /// The reading.
         instead: &'static str,
-        /// The reason for not judging the printed sentence.
+        /// The reason why the printed statement is not judged.
         because: &'static str,
     },
 }
@@ -27,9 +27,9 @@ pub enum Reading {
 pub struct Claim {
     /// The name on the command line.
     pub name: &'static str,
-    /// The place in the paper.
+    /// The section or theorem of the paper.
     pub source: &'static str,
-    /// The sentence.
+    /// The statement.
     pub statement: &'static str,
     /// The form that is judged.
     pub reading: Reading,
@@ -50,7 +50,7 @@ impl Claim {
         Ok(Judged::of(self, figures))
     }
 
-    /// Returns the claim in two lines: the sentence, and the way it is judged.
+    /// Returns two lines: the statement, and how it is judged.
     pub fn explained(&self) -> [String; 2] {
         let read = match self.reading {
             Reading::AsPrinted => String::new(),

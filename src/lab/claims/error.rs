@@ -21,10 +21,10 @@ pub enum ClaimError {
         /// The reason.
         reason: String,
     },
-    /// There is no claim of this name.
-    #[error("there is no claim `{name}`; `septet reproduce --list` names them")]
+    /// There is no claim with this name.
+    #[error("there is no claim `{name}`; `septet reproduce --list` lists all claims")]
     Unknown {
-        /// The name as given.
+        /// The unknown name.
         name: String,
     },
 }

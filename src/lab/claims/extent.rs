@@ -6,11 +6,12 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Extent {
-    /// A third of the quick sizes and fewer sets. Tests of the claims use it, and the command line does not offer it.
+    /// A third of the quick sizes, and fewer sets. It is used by tests of the claims and is not available on the
+    /// command line.
     Brief,
     /// Less than three minutes on two cores.
     #[default]
     Quick,
-    /// Up to 2^24 points where the phase allows, which takes hours.
+    /// Up to 2^24 points in the phases that allow it. This takes hours.
     Full,
 }

@@ -28,8 +28,8 @@ pub struct Figure {
     pub relation: Relation,
     /// The bound.
     pub bound: f64,
-    /// Whether the figure belongs to the printed sentence of a claim that is judged by another reading. Such a figure
-    /// is reported but not judged.
+    /// Whether the figure belongs to the printed statement of a claim that is judged in another reading. Such a
+    /// figure is reported but not judged.
     pub as_printed: bool,
 }
 
@@ -55,7 +55,7 @@ impl Figure {
         Figure { relation: Relation::AtLeast, ..Figure::at_most(what, on, seed, value, bound) }
     }
 
-    /// Marks the figure as belonging to the printed sentence.
+    /// Marks the figure as belonging to the printed statement.
     pub(super) fn printed(self) -> Figure {
         Figure { as_printed: true, ..self }
     }
@@ -75,7 +75,8 @@ impl Figure {
             Relation::AtLeast => (self.bound, self.value),
         };
         match (self.holds(), below == 0.0) {
-            // A zero under a bound of zero ranks above a value far from its bound, and below a value near it.
+            // If value and bound are both zero, the figure ranks between values far from their bound and values close
+            // to it.
             (true, true) => 0.5,
             (false, true) => f64::INFINITY,
             _ => above / below,

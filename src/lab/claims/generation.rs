@@ -1,7 +1,7 @@
 //! Section 5: points for meshes, generated for the unit cube and square.
 //!
-//! From the middle, sizes grow with slope L from a tenth of the largest size up to the largest size. All sizes are
-//! below the local feature size, so f is known in advance. Circumspheres and sizes are recomputed.
+//! At the centre, sizes are a tenth of the largest size. From there, they grow with slope L up to the largest size.
+//! All sizes are below the local feature size, so f is known in advance. Circumspheres and sizes are recomputed.
 
 use glam::{DVec2, DVec3};
 use septet_geometry::point::Simplex;
@@ -41,7 +41,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 5, after Theorem 5.3",
         statement: "a similar theorem is true for a set that is an approximation to the maximal",
         reading: Reading::AsPrinted,
-        experiment: "The same sets, which are maximal only within g near the boundary; all cells, L = 0.06 and 0.12: the \
+        experiment: "The sets of `f-spaced-ratio`, which are only maximal within g near the boundary; all cells, L = 0.06 and 0.12: the \
                      largest R/l over g/(1-gL), in space g = max sqrt(4-2d^2)/(1-L sqrt(3+2d)) over d, in the plane \
                      sqrt(2)/(1-L)",
         bound: "1, a theorem (the generator's documentation proves it); 1e-9 for rounding",
@@ -52,7 +52,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 5, property (1)",
         statement: "the point set's density is bounded by the size function",
         reading: Reading::AsPrinted,
-        experiment: "Points over the integral of dx/f^d, over the cells, at two sizes a factor of two apart",
+        experiment: "The number of points over the integral of dx/f^d over the cells, at two sizes that differ by a factor of two",
         bound: "2^d (2+2L)^d / v_d, v_d the volume of the unit ball: balls of radius f/(2+L) around points are disjoint, and at \
                 least 1/2^d of each lies in the domain; growth by 1.25 from one size to the other",
         judge: density,
@@ -63,9 +63,9 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "the maximal independent set is obtained in parallel",
         reading: Reading::AsRead {
             instead: "in at most log2 m + 2 rounds of local priorities for m candidates",
-            because: "no number of rounds is given",
+            because: "the paper gives no number of rounds",
         },
-        experiment: "Rounds minus log2 of the candidates, for the independent set with most rounds, over all stages of the same sets",
+        experiment: "Rounds minus log2 of the candidates, for the independent set with the most rounds, over all stages of these sets",
         bound: "2: for a random order, the rounds of the greedy set grow like log m (Fischer and Noever 2018)",
         judge: rounds,
     },
@@ -83,7 +83,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
 ];
 
-/// Tolerance for rounding if a bound is attained.
+/// Tolerance for rounding, for bounds that can be attained.
 const ROUNDING: f64 = 1e-9;
 
 /// A generated set with its cells.
@@ -98,7 +98,7 @@ struct Sample {
 }
 
 impl Sample {
-    /// Returns the size function at a place.
+    /// Returns the value of the size function at `x`.
     fn f(&self, x: &X) -> f64 {
         let away = (0..self.d).map(|i| (x[i] - 0.5) * (x[i] - 0.5)).sum::<f64>().sqrt();
         self.size.min(0.1 * self.size + self.lipschitz * away)
@@ -108,8 +108,8 @@ impl Sample {
         shapes(&self.points, &self.cells, self.d)
     }
 
-    /// Returns `true` if the place is inside and farther from the boundary than every protecting ball. Balls of
-    /// subsegments have radii of at most f, and those of subfacets at most `sqrt(2)` times as much.
+    /// Returns `true` if `x` is inside and farther from the boundary than the radius of every protecting ball. These
+    /// radii are at most f for subsegments, and at most `sqrt(2)` times as large for subfacets.
     fn is_free(&self, x: &X) -> bool {
         let gap = (0..self.d).map(|i| x[i].min(1.0 - x[i])).fold(f64::INFINITY, f64::min);
         gap > std::f64::consts::SQRT_2 * self.size
@@ -205,7 +205,7 @@ fn density(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Approximates the integral of `f^-d` over a cell by the mean of its corners.
+/// Approximates the integral of `f^-d` over a cell by the mean over its corners.
 fn integral(sample: &Sample, row: &[u64]) -> f64 {
     let corners: Vec<X> = row.iter().map(|&v| sample.points[v as usize]).collect();
     let side = |i: usize| [0, 1, 2].map(|k| corners[i][k] - corners[0][k]);
@@ -230,7 +230,7 @@ fn rounds(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         };
         let most = sample.stages.iter().map(of).max_by(|a, b| a.0.total_cmp(&b.0));
         let (value, rounds, candidates) = most.unwrap_or((f64::NAN, 0, 0));
-        let what = format!("{rounds} rounds for {candidates} candidates, less log2");
+        let what = format!("{rounds} rounds for {candidates} candidates, minus log2");
         figures.push(Figure::at_most(what, &sample.name, lab.seed(), value, 2.0));
     }
     Ok(figures)

@@ -31,7 +31,7 @@ pub(super) const CLAIMS: &[Claim] = &[
             instead: "of the points lifted to |p|^2 and a perturbation by lexicographic rank",
             because: "cospherical points have more than one triangulation",
         },
-        experiment: "The machine's cells checked in integer arithmetic: lifted convexity at every facet, cover, hull",
+        experiment: "The machine's cells, checked in integer arithmetic: convexity of the lifted facets, cover, hull",
         bound: "0 faults, a theorem",
         judge: lower_hull,
     },
@@ -41,7 +41,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "the hull of a vertex's graph neighbours gives the vertex's star in DT(P)",
         reading: Reading::AsPrinted,
         experiment: "Stars that splaying changed, rounds of splaying and points gathered, on f-spaced sets",
-        bound: "0, by the lemma if the graph contains DT(P)",
+        bound: "0, by the lemma, if the graph contains DT(P)",
         judge: local_hulls,
     },
     Claim {
@@ -49,7 +49,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Lemma 4.1",
         statement: "from G with degrees up to D_2, DT(P) takes O(T_CH(D_2)) with n processors, whatever n",
         reading: Reading::AsPrinted,
-        experiment: "Depth of the phase of the hulls over the largest degree of the graph, at several sizes",
+        experiment: "Depth of the phase `hulls` over the largest degree of the graph, at several sizes",
         bound: "4 steps per neighbour: a step and a scan for each neighbour tested against the link, and as many again for the \
                 sort and the insertions",
         judge: hulls_depth,
@@ -79,7 +79,7 @@ fn subgraph(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
 fn lower_hull(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut all = specimens(lab)?;
     let n = lab.size(4000, 20_000);
-    // One set with ties in every cell, and one without ties.
+    // A set with ties in every cell, and a set without ties.
     let others = [Kind::Grid, Kind::Uniform];
     let samples: Vec<Sample> =
         others.iter().flat_map(|&kind| [2, 3].map(|d| Sample::new(kind, n, d))).collect();

@@ -1,4 +1,4 @@
-//! The sets and runs that claims share. Each one is made only once.
+//! The sets and runs that claims share. Each is computed only once.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -25,9 +25,9 @@ pub struct LabOptions {
     pub seed: u64,
     /// Number of threads.
     pub threads: usize,
-    /// The correction of neighbour balls. With the bottom-up correction, the claims on its depth must fail.
+    /// The correction of neighbour balls. The claims about its depth must fail for the bottom-up correction.
     pub correction: Correction,
-    /// A fault that tests plant in every machine.
+    /// A fault that tests inject into every machine.
     pub fault: Option<Fault>,
     /// A flag that cancels the experiments when it becomes `true`.
     pub cancel: Option<Arc<AtomicBool>>,
@@ -67,7 +67,7 @@ impl Sample {
     }
 }
 
-/// A point set with a run of the paper's recursion over it.
+/// A point set, and a run of the paper's recursion on it.
 pub(super) struct Specimen {
     pub(super) name: String,
     pub(super) seed: u64,
@@ -77,21 +77,21 @@ pub(super) struct Specimen {
     pub(super) spacing: Option<Spacing>,
     /// The alpha that follows from the spacing, or the default.
     pub(super) alpha: f64,
-    /// Squared distance from each point to the nearest other point, from all pairs.
+    /// Squared distance from each point to the nearest other point, computed from all pairs.
     pub(super) nearest2: Vec<f64>,
     pub(super) run: Run,
 }
 
 impl Specimen {
-    /// Returns `true` if a place of the unit square or cube is farther than `f/(1-L)` from the boundary. None of the
-    /// balls that protect the boundary then contains it. In a set without a spacing, no place is free.
+    /// Returns `true` if a location in the unit square or cube is farther than `f/(1-L)` from the boundary, so that
+    /// no ball that protects the boundary contains it. In a set without a spacing, no location is free.
     pub(super) fn is_free(&self, x: &X) -> bool {
         let gap = x[..self.d].iter().map(|x| x.min(1.0 - x)).fold(f64::INFINITY, f64::min);
         self.spacing.is_some_and(|s| gap * (1.0 - s.lipschitz) > s.size(*x))
     }
 }
 
-/// The laboratory, which makes sets and runs and keeps them.
+/// The laboratory, which generates sets, runs the machine, and keeps the results.
 pub struct Lab<'a> {
     /// The parameters of the experiments.
     pub options: LabOptions,
@@ -101,11 +101,11 @@ pub struct Lab<'a> {
     report: Box<dyn FnMut(&str) + 'a>,
 }
 
-/// Number of sets kept at a time.
+/// Maximum number of sets that are kept.
 const KEPT: usize = 24;
 
 impl<'a> Lab<'a> {
-    /// Returns an empty laboratory. It calls `report` with a description of each set and run that it makes.
+    /// Creates an empty laboratory. It calls `report` with a description of every new set and run.
     pub fn new(options: LabOptions, report: impl FnMut(&str) + 'a) -> Lab<'a> {
         let (sets, specimens, lines) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
         Lab { options, sets, specimens, lines, report: Box::new(report) }
@@ -119,18 +119,18 @@ impl<'a> Lab<'a> {
         self.options.seed
     }
 
-    /// Returns `count` consecutive seeds, beginning with the first.
+    /// Returns `count` consecutive seeds, starting with the first seed.
     pub(super) fn seeds(&self, count: u64) -> impl Iterator<Item = u64> + use<> {
         let first = self.seed();
         (0..count).map(move |i| first.wrapping_add(i))
     }
 
-    /// Returns one of two values by the extent.
+    /// Returns `quick` or `full`, depending on the extent.
     pub(super) fn by_extent<T>(&self, quick: T, full: T) -> T {
         if self.options.extent == Extent::Full { full } else { quick }
     }
 
-    /// Returns the number of points for the extent. For the brief extent, it is a third of the quick number.
+    /// Returns the number of points for the extent. For the brief extent, this is a third of the quick number.
     pub(super) fn size(&self, quick: u64, full: u64) -> u64 {
         if self.brief() { quick / 3 } else { self.by_extent(quick, full) }
     }
@@ -169,7 +169,7 @@ impl<'a> Lab<'a> {
         })
     }
 
-    /// Runs the recursion over a set, with a changed configuration.
+    /// Runs the recursion on a set, with a modified configuration.
     pub(super) fn run(
         &mut self,
         sample: Sample,
@@ -200,8 +200,7 @@ impl<'a> Lab<'a> {
         })
     }
 
-    /// Returns the lines of runs over sets, one for each sample and seed. Lines of the same name are made
-    /// only once.
+    /// Returns the lines of runs, one for each sample and seed. Lines with the same name are computed only once.
     pub(super) fn lines(
         &mut self,
         name: &str,
@@ -227,7 +226,7 @@ impl<'a> Lab<'a> {
         Ok(lines)
     }
 
-    /// Returns a set with its run, graph and separators.
+    /// Returns a set together with its run, graph and separators.
     pub(super) fn specimen(&mut self, sample: Sample, seed: u64) -> Result<Rc<Specimen>, ClaimError> {
         let key = format!("{} seed {seed}", sample.name());
         if let Some(specimen) = self.specimens.get(&key) {

@@ -11,7 +11,7 @@ use super::{Claim, ClaimError, Figure, Reading};
 
 const LEAF: u64 = 256;
 
-/// Largest growth of depth over levels that is consistent with a constant per level.
+/// Largest growth of the ratio of depth to levels that is consistent with a constant depth per level.
 const OVER_LEVELS: f64 = 1.35;
 
 pub(super) const CLAIMS: &[Claim] = &[
@@ -20,15 +20,15 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Theorem 4.4, on the machine",
         statement: "results of subproblems are merged round by round, in O(log n) rounds",
         reading: Reading::AsPrinted,
-        experiment: "One worker per leaf: rounds that merge results, less 2, over log2(n/leaf); results merged in all \
-                     against splits; most merged in one round against half the leaves",
-        bound: "1.5, as the levels'; exactly the splits; half the leaves",
+        experiment: "One worker per leaf: rounds that merge results, minus 2, over log2(n/leaf); the total of merged results \
+                     against the splits; the most results merged in one round against half the leaves",
+        bound: "1.5, as for the levels; exactly the splits; half the leaves",
         judge: merged,
     },
     Claim {
         name: "rounds",
         source: "Theorem 4.4, on the machine",
-        statement: "the machine's rounds follow the levels: 4 a level down for separators, 2 for balls, 1 up",
+        statement: "the machine's rounds follow the levels: per level, 4 down for separators, 2 for balls, 1 up",
         reading: Reading::AsPrinted,
         experiment: "One worker per leaf: rounds of partition, neighbours and merge over levels plus 2",
         bound: "6, 2 and 1: the rounds of a level, and half as many again if a separator is redrawn",
@@ -46,7 +46,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         name: "depth",
         source: "Theorem 4.4",
-        statement: "DT(P) takes O(log n) depth in all",
+        statement: "DT(P) takes O(log n) depth in total",
         reading: Reading::AsPrinted,
         experiment: "Depth of every phase over levels plus 1, at the largest n over the smallest",
         bound: "1.35: a constant per level plus a constant gives at most 1.3; a constant per pair of levels gives at least 1.5",
@@ -136,7 +136,7 @@ fn depth(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     let seeds = lab.by_extent(3, 5);
     for d in [2, 3] {
-        // The sizes are far enough apart to distinguish the number of levels from its square.
+        // The sizes differ enough to distinguish the number of levels from its square.
         let sizes = lab.by_extent([4096, 32_768], [4096, 262_144]);
         let samples = sizes.map(|n| Sample::new(Kind::WellSpaced, n, d));
         let leaf = |config: Config| config.with(|c| c.machine.leaf = Some(LEAF));
@@ -149,11 +149,10 @@ fn depth(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Compares the quotient of a phase's depth and the levels plus 1 at two sizes: its mean at the largest size
-/// over its mean at the smallest. Runs without the phase are ignored. Returns `None` if no run has it.
+/// Compares the ratio of a phase's depth to the number of levels plus 1 at two sizes: returns its mean at the largest
+/// size over its mean at the smallest. Runs without the phase are ignored. Returns `None` if no run has it.
 pub(super) fn depth_over_levels(lines: &[Line], phase: &str, kind: &str) -> Option<Figure> {
-    // Only runs with a leaf that has too few neighbours have a probe phase. Such a phase is judged in the runs that
-    // have it.
+    // A run has a probe phase only if some leaf has too few neighbours. The phase is judged in the runs that have it.
     let depth = |line: &Line| line.phase(phase).map_or(0, |p| p.depth);
     let of = |line: &Line| depth(line) as f64 / (f64::from(line.tree.levels) + 1.0);
     let there = || lines.iter().filter(|line| depth(line) > 0);

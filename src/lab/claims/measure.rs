@@ -1,5 +1,5 @@
 //! Measurements on points, cells and surfaces that share no code with the algorithm. They use all pairs, Cramer's rule
-//! and plain distances. Points of the plane have a third coordinate of 0.
+//! and plain distances. Points in the plane have a third coordinate of 0.
 
 use rayon::prelude::*;
 
@@ -23,17 +23,18 @@ fn cross(a: &X, b: &X) -> X {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Returns the squared distance from each point to its `k`-th nearest other point, from all pairs.
+/// Returns the squared distance from each point to its `k`-th nearest other point, computed from all pairs.
 pub(super) fn kth_nearest2(points: &[X], k: usize) -> Vec<f64> {
     let of = |p: &X| {
         let mut row: Vec<f64> = points.iter().map(|q| distance2(p, q)).collect();
-        // The point's own distance, 0, is the smallest.
+        // The distance of the point to itself, 0, is the smallest.
         *row.select_nth_unstable_by(k, f64::total_cmp).1
     };
     points.par_iter().map(of).collect()
 }
 
-/// Returns the pairs `i < j` that satisfy a symmetric rule of their squared distance and their two radii, in order.
+/// Returns, in order, the pairs `i < j` that satisfy a symmetric rule. The rule receives their squared distance and
+/// their two radii.
 pub(super) fn pairs(
     points: &[X],
     radii2: &[f64],
@@ -47,17 +48,17 @@ pub(super) fn pairs(
     (0..points.len()).into_par_iter().map(of).flatten_iter().collect()
 }
 
-/// Returns the rule of Definition 2.2, for `alpha >= 1`.
+/// Returns the rule of Definition 2.2 for overlap graphs, for `alpha >= 1`.
 pub(super) fn overlap(alpha: f64) -> impl Fn(f64, f64, f64) -> bool + Sync {
     move |d2, a2, b2| d2.sqrt() <= alpha * a2.min(b2).sqrt() + a2.max(b2).sqrt()
 }
 
-/// Returns the rule of Section 4.2.
+/// Returns the rule of Section 4.2 for density graphs.
 pub(super) fn density(alpha: f64) -> impl Fn(f64, f64, f64) -> bool + Sync {
     move |d2, a2, b2| d2 <= alpha * alpha * a2.min(b2)
 }
 
-/// Returns the rule of Section 4.5.
+/// Returns the rule of Section 4.5 for nearest-neighbour graphs.
 pub(super) fn nearest() -> impl Fn(f64, f64, f64) -> bool + Sync {
     |d2, a2, b2| d2 <= a2.max(b2)
 }
@@ -160,7 +161,7 @@ pub(super) fn smallest_angle(corners: &[X]) -> f64 {
     (0..3).map(angle).fold(f64::INFINITY, f64::min)
 }
 
-/// Returns the largest number of balls that contain one of the places strictly inside.
+/// Returns the largest number of balls that contain one of the `places` in their interior.
 pub(super) fn ply(points: &[X], radii2: &[f64], places: &[X]) -> u64 {
     let holding = |place: &X| {
         points.iter().zip(radii2).filter(|&(p, &r2)| distance2(p, place) < r2 * (1.0 - 1e-12)).count() as u64

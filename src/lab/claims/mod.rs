@@ -1,15 +1,16 @@
 //! The paper's claims as experiments. Each claim is measured by code that is independent of the algorithm, and
 //! compared with a bound stated in advance.
 //!
-//! **Claims.** A claim is a sentence of the paper with its place, an experiment, and figures with their bounds. A
-//! figure comes from the ledgers of runs, or is measured on their points, cells and separators. The measurements
-//! (`measure`) share no code with the algorithm: they use all pairs, Cramer's rule and plain distances. Each bound has
-//! a reason: a proof, or a measurement at other sizes with a stated slack.
+//! **Claims.** A claim consists of a statement of the paper, an experiment, and figures with their bounds. A figure is
+//! taken from the ledgers of runs, or measured on their points, cells and separators. The measurements (`measure`)
+//! share no code with the algorithm: they use all pairs, Cramer's rule and plain distances. Each bound has a reason: a
+//! proof, or a measurement at other sizes with a stated slack.
 //!
-//! **Readings.** If a sentence is false as printed, the claim says so. It is judged by the reading that the algorithm
-//! needs ([`Reading::AsRead`]), and the figure of the printed form is reported below.
+//! **Readings.** If a statement is false as printed, the claim says so. It is then judged in the reading that the
+//! algorithm needs ([`Reading::AsRead`]), and the figure of the printed form is reported below.
 //!
-//! **Repetition.** Everything is a function of the claims, the [`Extent`] and the seed. No clock decides anything.
+//! **Repetition.** All results are functions of the claims, the [`Extent`] and the seed. No decision depends on a
+//! clock.
 
 mod claim;
 mod error;
@@ -49,10 +50,10 @@ pub fn registry() -> impl Iterator<Item = &'static Claim> {
     groups.into_iter().flatten()
 }
 
-/// Returns the claims of these names, in the paper's order; all claims if there are no names.
+/// Returns the claims with these names, or all claims if there are no names, in the paper's order.
 ///
 /// # Errors
-/// Fails if no claim has one of the names.
+/// Returns [`ClaimError::Unknown`] if one of the names is unknown.
 pub fn select(names: &[String]) -> Result<Vec<&'static Claim>, ClaimError> {
     if let Some(name) = names.iter().find(|name| registry().all(|claim| claim.name != **name)) {
         return Err(ClaimError::Unknown { name: name.clone() });

@@ -19,7 +19,7 @@ pub(super) const CLAIMS: &[Claim] = &[
             instead: "the edges at vertices whose circumspheres lie in the domain are, with c = 14 in space and 7 in the plane",
             because: "hull edges of a finite set join points of any rank",
         },
-        experiment: "Poisson sets; the smaller of the two ranks of an edge over ln n, the largest of all edges: at interior \
+        experiment: "Poisson sets; the smaller of the two ranks of an edge over ln n, maximal over the edges: at interior \
                      vertices, and as printed at all vertices",
         bound: "14 in space and 7 in the plane: at most 10.9 and 4.8 measured up to n = 10^6",
         judge: neighbours,
@@ -53,7 +53,7 @@ fn neighbours(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Returns the largest of the smaller ranks of all edges: over the edges with an interior end, and over all edges.
+/// Takes the smaller rank of each edge. Returns its maximum over the edges with an interior end, and over all edges.
 fn ranks(specimen: &Specimen) -> (u64, u64) {
     let Specimen { points, run, d, .. } = specimen;
     let shapes = shapes(points, run.cells(), *d);
@@ -67,7 +67,7 @@ fn ranks(specimen: &Specimen) -> (u64, u64) {
         .collect();
     let rank = |from: u64, to: u64| {
         let (p, reach) = (&points[from as usize], distance2(&points[from as usize], &points[to as usize]));
-        // The point `p` itself is counted here in place of the neighbour, so the count is the neighbour's rank.
+        // The count includes the point `p` itself but not the neighbour, so it is the neighbour's rank.
         points.iter().filter(|q| distance2(p, q) < reach).count() as u64
     };
     let of = |&(i, j): &(u64, u64)| {

@@ -1,6 +1,6 @@
 //! Section 3: the consequences of a bounded radius-edge ratio for edges, radii, angles and degrees.
 //!
-//! The cells are those of certified runs. Circumspheres, edges and angles are recomputed.
+//! The cells come from certified runs. Circumspheres, edges and angles are recomputed.
 
 use std::f64::consts::PI;
 use std::rc::Rc;
@@ -13,7 +13,7 @@ use super::measure::{
 };
 use super::{Claim, ClaimError, Figure, Reading};
 
-/// Tolerance for rounding if a bound is attained.
+/// Tolerance for rounding, for bounds that can be attained.
 const ROUNDING: f64 = 1e-9;
 
 pub(super) const CLAIMS: &[Claim] = &[
@@ -65,7 +65,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Lemma 3.5",
         statement: "edges of neighbouring cells are within 4 C^2",
         reading: Reading::AsPrinted,
-        experiment: "The same for pairs of cells that share an edge: E/e over 4 C^2",
+        experiment: "Pairs of cells that share an edge, circumcentres free, C = 1/(1-L), known in advance: E/e over 4 C^2",
         bound: "1, a theorem; 1e-9 for rounding",
         judge: |lab| edge_ratios(lab, true),
     },
@@ -96,8 +96,8 @@ fn ratio_of(shapes: &[Shape]) -> f64 {
     shapes.iter().map(Shape::ratio).fold(0.0, f64::max)
 }
 
-/// Returns the largest radius-edge ratio of a maximal set with an L-Lipschitz spacing at free circumcentres,
-/// `1 / (1 - L)`. It is known before anything is measured.
+/// Returns `1 / (1 - L)`, the largest radius-edge ratio of a maximal set with an L-Lipschitz spacing at free
+/// circumcentres. It is known before any measurement.
 fn known_ratio(specimen: &Specimen) -> f64 {
     specimen.spacing.map_or(f64::NAN, |s| 1.0 / (1.0 - s.lipschitz) * (1.0 + ROUNDING))
 }
@@ -175,7 +175,7 @@ fn alpha(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Calls `f` with the vertex and the two cells, for all pairs of cells with free circumcentres at every vertex.
+/// At every vertex, calls `f` with the vertex and each pair of its cells with free circumcentres.
 fn at_vertices(specimen: &Specimen, shapes: &[Shape], mut f: impl FnMut(usize, u32, u32)) {
     let d = specimen.d;
     for (v, mut star) in stars(specimen.points.len(), specimen.run.cells(), d).into_iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Sections 4.3 and 4.4: the graph by divide and conquer, and the sizes of its parts.
+//! Sections 4.3 and 4.4: construction of the graph by divide and conquer, and the sizes of its parts.
 
 use crate::experiment::of_run;
 use septet_core::Config;
@@ -23,12 +23,12 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         name: "replication",
         source: "Section 4.3 steps 1 to 4, Lemma 4.5",
-        statement: "recursion on P_I u P_O and P_E u P_O down to some constant keeps O(n) points in all",
+        statement: "recursion on P_I u P_O and P_E u P_O down to some constant keeps O(n) points in total",
         reading: Reading::AsRead {
             instead: "down to a floor of 1,000 points in space and 500 in the plane at alpha 2.5",
             because: "with leaves of a few dozen points, separator sets contain nearly all points of a subproblem",
         },
-        experiment: "Points of all leaves over points, separator sets both, at growing n; as printed with a floor of 100",
+        experiment: "Points of all leaves over points, separator sets `both`, at growing n; as printed with a floor of 100",
         bound: "8: 6.1 at 70,000 and 7.5 at 700,000 points, measured in space; as printed, growth by 1.1 from n to 4n",
         judge: replication,
     },
@@ -52,7 +52,7 @@ fn exact(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     {
         let sample = Sample::new(kind, n, d);
         let specimen = lab.specimen(sample, lab.seed())?;
-        // alpha follows from the spacing. The value that the machine reports is not used.
+        // alpha is computed from the spacing. The value that the machine reports is not used.
         let alpha = specimen.alpha;
         let expected = pairs(&specimen.points, &specimen.nearest2, density(alpha));
         for (sets, name) in [

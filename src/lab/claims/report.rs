@@ -15,9 +15,9 @@ pub const SCHEMA: &str = "septet-claims/1";
 pub struct Judged {
     /// The name of the claim.
     pub name: &'static str,
-    /// The place in the paper.
+    /// The section or theorem of the paper.
     pub source: &'static str,
-    /// The sentence.
+    /// The statement.
     pub statement: &'static str,
     /// The form that was judged.
     pub reading: Reading,
@@ -25,9 +25,9 @@ pub struct Judged {
     pub experiment: &'static str,
     /// The bound and its reason.
     pub bound: &'static str,
-    /// Whether there was a figure of the judged form and every such figure satisfied its bound.
+    /// Whether there is a figure of the judged form and every such figure satisfies its bound.
     pub passed: bool,
-    /// Whether every figure of the printed form satisfied its bound. `None` if the printed form was judged.
+    /// Whether every figure of the printed form satisfies its bound. `None` if the printed form was judged.
     pub holds_as_printed: Option<bool>,
     /// All figures.
     pub figures: Vec<Figure>,
@@ -60,13 +60,14 @@ impl Judged {
         Judged { name, source, statement, reading, experiment, bound, passed, holds_as_printed, figures }
     }
 
-    /// Returns the most significant figure: the one farthest beyond its bound, or else nearest to it.
+    /// Returns the decisive figure: the figure farthest beyond its bound, or the figure nearest to its bound if none
+    /// is beyond.
     pub fn telling(&self, as_printed: bool) -> Option<&Figure> {
         let of = self.figures.iter().filter(|f| f.as_printed == as_printed);
         of.max_by(|a, b| a.strain().total_cmp(&b.strain()))
     }
 
-    /// Returns the rows of the claim: the judged form, then the printed form if it is different.
+    /// Returns the rows of the claim: one for the judged form, and one for the printed form if it is different.
     pub fn rows(&self) -> String {
         let mut out = String::new();
         let verdict = if self.passed { "PASS" } else { "FAIL" };
@@ -78,7 +79,7 @@ impl Judged {
         out
     }
 
-    /// Returns all figures; only those beyond their bounds if `beyond`.
+    /// Returns the rows of all figures, or only of the figures beyond their bounds if `beyond` is set.
     pub fn details(&self, beyond: bool) -> String {
         let mut out = String::new();
         for figure in self.figures.iter().filter(|f| !(beyond && (f.holds() || f.as_printed))) {
@@ -119,7 +120,7 @@ fn short(x: f64) -> String {
 }
 
 impl ClaimReport {
-    /// Returns the report of judged claims, which are in the paper's order.
+    /// Returns the report of judged claims. `claims` must be in the paper's order.
     pub fn of(extent: Extent, seed: u64, claims: Vec<Judged>) -> ClaimReport {
         let passed = !claims.is_empty() && claims.iter().all(|claim| claim.passed);
         ClaimReport { schema: SCHEMA, version: env!("CARGO_PKG_VERSION"), extent, seed, passed, claims }
@@ -137,7 +138,7 @@ impl ClaimReport {
         let otherwise = self.claims.iter().filter(|claim| claim.holds_as_printed == Some(false)).count();
         let all = self.claims.len();
         format!(
-            "{} of {all} claims pass, {failed} fail; {otherwise} hold only as read, not as printed",
+            "{} of {all} claims pass, {failed} fail; {otherwise} hold as read but not as printed",
             all - failed
         )
     }

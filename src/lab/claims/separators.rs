@@ -1,6 +1,6 @@
 //! Section 2: sphere separators of overlap, density and nearest-neighbour graphs; ply and overlap of the balls.
 //!
-//! The separators are those of runs. Sides, crossings, sizes and edges are recomputed from points and spheres.
+//! The separators come from runs. Sides, crossings, sizes and edges are recomputed from points and spheres.
 
 use std::rc::Rc;
 
@@ -25,7 +25,7 @@ fn quotient(d: usize) -> f64 {
 /// The epsilon of Section 4.3, step 2.
 const EPSILON: f64 = 0.05;
 
-const NO_EDGES: &str = "Edges by definition, from all pairs; surfaces and separator sets P_O are those of the machine; an edge \
+const NO_EDGES: &str = "Edges by definition, from all pairs; surfaces and separator sets P_O from the machine; an edge \
                         counts if a surface separates its ends and P_O contains neither";
 
 pub(super) const CLAIMS: &[Claim] = &[
@@ -58,7 +58,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Definition 2.1, Section 4.5",
         statement: "no edge of the k-nearest-neighbour graph joins P_I and P_E",
         reading: Reading::AsPrinted,
-        experiment: "The same for 12 nearest neighbours",
+        experiment: "Edges of the graph of 12 nearest neighbours, counted like those of the density graph",
         bound: "0 edges, a theorem",
         judge: |lab| no_edges(lab, Claimed::Nearest),
     },
@@ -70,8 +70,8 @@ pub(super) const CLAIMS: &[Claim] = &[
             instead: "at most ((d+1)/(d+2) + eps) n, and every set above the floor is split",
             because: "two sides of a fifth cannot hold all points",
         },
-        experiment: "Points of every node of the tree counted on both sides of its surface, and nodes left unsplit",
-        bound: "(d+1)/(d+2) + 0.05, the separator theorem's with eps = 0.05; 0 nodes unsplit",
+        experiment: "For every node of the tree, the points on both sides of its surface; and nodes left unsplit",
+        bound: "(d+1)/(d+2) + 0.05, from the separator theorem with eps = 0.05; 0 nodes left unsplit",
         judge: split,
     },
     Claim {
@@ -88,7 +88,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 2",
         statement: "such a separator is found in random constant time with n processors",
         reading: Reading::AsPrinted,
-        experiment: "Attempts per split over all nodes, the mean",
+        experiment: "Mean number of attempts per split, over all nodes",
         bound: "1.5: each attempt succeeds with probability at least 2/3",
         judge: attempts,
     },
@@ -97,24 +97,24 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 2, Section 4.2",
         statement: "nearest-neighbour balls are a k-ply system for a constant k",
         reading: Reading::AsPrinted,
-        experiment: "Balls that contain a place strictly inside, for places halfway between neighbours and near the rims of balls",
-        bound: "5 in the plane, 12 in space: from a common place, any two centres are more than 60 degrees apart",
+        experiment: "Balls that contain a location in their interior, for locations halfway between neighbours and just inside balls",
+        bound: "5 in the plane, 12 in space: from a common location, any two centres are more than 60 degrees apart",
         judge: plies,
     },
     Claim {
         name: "overlap",
         source: "Section 2, Section 4.4",
-        statement: "a ball's alpha-fold meets a bounded number of balls that are not smaller",
+        statement: "the alpha-fold enlargement of a ball meets a bounded number of balls that are not smaller",
         reading: Reading::AsPrinted,
-        experiment: "Neighbours of a ball in the alpha-overlap graph whose radius is not smaller; the largest number of all balls",
+        experiment: "Neighbours of a ball in the alpha-overlap graph whose radius is not smaller; the maximum over all balls",
         bound: "ply (alpha + 2)^d: each contains a ball of the smaller radius within alpha + 2 radii",
         judge: overlaps,
     },
 ];
 
-/// Returns sets of all kinds, since the separator theorem has no hypothesis on the points.
+/// Returns sets of all kinds, because the separator theorem makes no assumption about the points.
 fn sampled(lab: &mut Lab) -> Result<Vec<(Sample, Rc<Specimen>)>, ClaimError> {
-    // The largest set of which a picture shows every point.
+    // The largest set for which a picture shows every point.
     let n = lab.size(8000, 20_000);
     let kinds = [Kind::WellSpaced, Kind::Uniform, Kind::GradedPoint, Kind::Clusters];
     let samples = kinds.iter().flat_map(|&kind| [2, 3].map(|d| Sample::new(kind, n, d)));
@@ -132,7 +132,7 @@ fn specimens(lab: &mut Lab) -> Result<Vec<Rc<Specimen>>, ClaimError> {
     Ok(sampled(lab)?.into_iter().map(|(_, specimen)| specimen).collect())
 }
 
-/// Returns the signed distance of a place from a separator's surface, negative inside.
+/// Returns the signed distance of `x` from a separator's surface, negative inside.
 fn height(separator: &SeparatorView, x: &X) -> f64 {
     let mut vector = [0.0; 3];
     vector[..separator.vector.len()].copy_from_slice(&separator.vector);
@@ -145,7 +145,7 @@ fn height(separator: &SeparatorView, x: &X) -> f64 {
     }
 }
 
-/// Returns `true` if the ball meets the surface. Distances near a large sphere are rounded, so doubtful balls count as
+/// Returns `true` if the ball meets the surface. Distances from a large sphere are rounded, so doubtful balls count as
 /// meeting it.
 fn meets(separator: &SeparatorView, x: &X, radius: f64) -> bool {
     height(separator, x).abs() <= radius * (1.0 + 1e-9) + 1e-12 * (1.0 + separator.number.abs())
@@ -166,7 +166,7 @@ impl<'a> Tree<'a> {
         let separators = run.picture.as_ref().map_or(&[][..], |view| &view.separators);
         let mut leaves = vec![1u64; points.len()];
         let mut nodes = Vec::new();
-        // The node id of a child is larger than that of its parent, so parents come first.
+        // A child has a larger node id than its parent, so parents come first.
         for separator in separators {
             let inside: Vec<u32> =
                 (0u32..).zip(&leaves).filter(|(_, leaf)| **leaf == separator.node).map(|(i, _)| i).collect();
@@ -205,7 +205,7 @@ const NEAREST: usize = 12;
 /// alpha of the overlap graph.
 const OVERLAP: f64 = 2.0;
 
-/// Runs over the points of the specimen with this graph. The picture of the run shows all points.
+/// Runs the machine on the points of the specimen with this graph. The picture of the run shows all points.
 fn with_graph(lab: &mut Lab, of: &(Sample, Rc<Specimen>), graph: Claimed) -> Result<Run, ClaimError> {
     let seen = |config: Config| config.with(|c| c.keep.view = MOST_POINTS);
     let (sample, seed) = (of.0, of.1.seed);
@@ -217,8 +217,8 @@ fn with_graph(lab: &mut Lab, of: &(Sample, Rc<Specimen>), graph: Claimed) -> Res
     }
 }
 
-/// Returns, for each point, the levels at which the machine has it in the separator set. Returns `None` if the
-/// picture of the run does not show all points. A picture is ordered by a hash of the coordinates.
+/// Returns, for each point, the levels at which the machine has it in the separator set, or `None` if the picture of
+/// the run does not show all points. A picture is ordered by a hash of the coordinates.
 fn sets_of(run: &Run, points: &[X], d: usize) -> Option<Vec<u64>> {
     let view = run.picture.as_ref()?;
     let hash =
@@ -270,7 +270,7 @@ fn no_edges(lab: &mut Lab, graph: Claimed) -> Result<Vec<Figure>, ClaimError> {
             figures.push(Figure::at_most(what, name, seed, lost as f64, 0.0).printed());
         }
     }
-    let what = "edges that a surface separates, the number that the claim needs";
+    let what = "edges whose ends a surface separates; the claim needs at least this many";
     figures.push(Figure::at_least(what, "all sets", first_seed, all_parted as f64, 1000.0));
     Ok(figures)
 }
@@ -320,7 +320,7 @@ fn attempts(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         let nodes = specimen.run.ledger.part.nodes.values().filter(|f| f.attempts > 0);
         let (sum, tried) = nodes.fold((0, 0u32), |(sum, count), f| (sum + f.attempts, count + 1));
         let mean = sum as f64 / f64::from(tried);
-        let what = format!("attempts a separator, mean of {tried}");
+        let what = format!("attempts per separator, mean of {tried}");
         figures.push(Figure::at_most(what, &specimen.name, specimen.seed, mean, 1.5));
     }
     Ok(figures)
@@ -335,7 +335,7 @@ fn plies(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     for specimen in specimens(lab)? {
         let Specimen { points, nearest2, d, .. } = &*specimen;
-        // The places lie towards other points: halfway to one, and just inside the rim of the ball.
+        // The locations lie towards other points: halfway to another point, and just inside the ball.
         let places = points.iter().zip(nearest2).enumerate().flat_map(|(i, (p, r2))| {
             let other = &points[(i * 7919 + 1) % points.len()];
             let length = distance2(p, other).sqrt().max(f64::MIN_POSITIVE);
@@ -346,7 +346,7 @@ fn plies(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         });
         let places: Vec<X> = places.collect();
         let most = ply(points, nearest2, &places) as f64;
-        let what = format!("balls that hold a place, most of {} places", places.len());
+        let what = format!("balls that contain a location, maximum over {} locations", places.len());
         figures.push(Figure::at_most(what, &specimen.name, specimen.seed, most, most_ply(*d)));
     }
     Ok(figures)
@@ -367,7 +367,7 @@ fn overlaps(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         let most = larger.iter().max().map_or(f64::NAN, |&most| most as f64);
         let largest = degrees(points.len(), &edges).into_iter().max().unwrap_or(0);
         let what =
-            format!("balls not smaller that an alpha-fold meets, alpha = 2 (largest degree {largest})");
+            format!("balls not smaller that an alpha-fold ball meets, alpha = 2 (largest degree {largest})");
         let bound = most_ply(specimen.d) * (alpha + 2.0).powi(specimen.d as i32);
         figures.push(Figure::at_most(what, &specimen.name, specimen.seed, most, bound));
     }

@@ -1,7 +1,8 @@
-//! Theorem 4.4 and Lemma 4.5: levels, depth and work of the tree and the neighbours, by phase and by level.
+//! Theorem 4.4 and Lemma 4.5: levels, depth and work of the tree and the neighbour balls, by phase and by level.
 //!
-//! In a total, the constant of the local hulls hides the growth of the recursion. Levels are therefore bounded for
-//! every seed, the depth of each level is tested for flatness, and each phase is judged separately.
+//! In a total over all phases, the constant of the local hulls hides the growth of the recursion. Levels are
+//! therefore bounded for every seed, the depth of each level is tested for flatness, and each phase is judged
+//! separately.
 
 use std::rc::Rc;
 
@@ -24,14 +25,14 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Lemma 4.5, Theorem 4.4",
         statement: "the recursion has O(log n) levels",
         reading: Reading::AsPrinted,
-        experiment: "Levels below the root minus 2, over log2(n/leaf); the largest value of all sizes and seeds",
+        experiment: "Levels below the root minus 2, over log2(n/leaf); the maximum over all sizes and seeds",
         bound: "1.5: 1.05 to 1.3 measured; the split ratio proves 9.6",
         judge: levels,
     },
     Claim {
         name: "partition-level-depth",
         source: "Section 2, Lemma 4.5",
-        statement: "a separator is found in constant time with n processors, whatever n",
+        statement: "a separator is found in constant time with n processors, for every n",
         reading: Reading::AsPrinted,
         experiment: "Slope of the mean depth of a level's splits against log2 of their size: two one-sided tests of 5 %",
         bound: "5 % of the mean depth per doubling; a depth that grows like log m has at least 7 %",
@@ -42,23 +43,23 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 4.3",
         statement: "the neighbourhood system takes O(log n) time, a constant for every level of the descent",
         reading: Reading::AsPrinted,
-        experiment: "The same for the descent of the neighbour balls",
+        experiment: "Slope of the mean depth of the descent of the neighbour balls per level, tested like `partition-level-depth`",
         bound: "5 % of the mean depth per doubling; a correction node by node has a slope of at least half its depth",
         judge: |lab| level_depth(lab, "neighbours"),
     },
     Claim {
         name: "tree-depth",
         source: "Lemma 4.5, Theorem 4.4",
-        statement: "tree and neighbours take O(log n) depth on an EREW PRAM with unit-time scans",
+        statement: "tree and neighbour balls take O(log n) depth on an EREW PRAM with unit-time scans",
         reading: Reading::AsPrinted,
-        experiment: "Depth of either phase over levels plus 1 (the levels have a claim), at the largest n over the smallest",
+        experiment: "Depth of either phase over levels plus 1 (`levels` bounds the levels), at the largest n over the smallest",
         bound: "1.35: a constant per level plus a constant gives at most 1.3; a constant per pair of levels gives at least 1.5",
         judge: depth,
     },
     Claim {
         name: "tree-work",
         source: "Lemma 4.5, Theorem 4.4",
-        statement: "tree and neighbours take O(n log n) work",
+        statement: "tree and neighbour balls take O(n log n) work",
         reading: Reading::AsPrinted,
         experiment: "Work of the phases over n log2 n: the mean at the largest size over the mean at the smallest",
         bound: "1.1: over a factor of 8 in n, n^1.2 would have 1.2 and n^(4/3) 1.6; smaller powers cannot be distinguished from a logarithm",
@@ -134,7 +135,7 @@ fn level_depth(lab: &mut Lab, phase: &str) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Phases of the tree and the neighbours.
+/// Phases of the tree and the neighbour balls.
 const PHASES: [&str; 3] = ["partition", "probe", "neighbours"];
 
 fn depth(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {

@@ -1,8 +1,8 @@
-//! The file of a sweep, which keeps complete lines only.
+//! The file of a sweep, which consists of complete lines only.
 //!
 //! A run appends its line in one write. An interruption can leave an incomplete line at the end of the file. The next
-//! sweep drops this part if it begins like a line. A complete line that is not a run, or a run of another sweep, is
-//! refused, and the file stays unchanged.
+//! sweep drops this part if it begins like a line of a sweep. If a complete line is not a run, or is a run of another
+//! sweep, the file is refused and remains unchanged.
 
 use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions};
@@ -13,7 +13,7 @@ use thiserror::Error;
 
 use super::line::{Line, SCHEMA};
 
-/// A file of lines that cannot be read or written.
+/// A reason why the file of a sweep cannot be read or written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum JournalError {
@@ -30,7 +30,7 @@ pub enum JournalError {
     Line {
         /// The file.
         path: PathBuf,
-        /// Line number, from 1.
+        /// 1-based line number.
         line: usize,
         /// The reason.
         reason: String,
@@ -45,13 +45,13 @@ pub enum JournalError {
         /// The words that identify the requested sweep.
         asked: String,
     },
-    /// The file is not a sweep. Its content would be lost.
-    #[error("{} is not a file of a sweep; it stays unchanged, name another file", path.display())]
+    /// The file is not a sweep, and its content would be lost.
+    #[error("{} is not the file of a sweep and remains unchanged; choose another file", path.display())]
     NoSweep {
         /// The file.
         path: PathBuf,
     },
-    /// The file belongs to the same sweep by another version, whose counts may differ.
+    /// The sweep was begun by another version, whose counts may differ.
     #[error("{} was begun by septet {there}, this is {}", path.display(), env!("CARGO_PKG_VERSION"))]
     OtherVersion {
         /// The file.
@@ -69,18 +69,18 @@ const BEGINNING: &[u8] = b"{\"schema\":\"septet-scale/";
 pub struct Lines {
     /// The complete lines.
     pub lines: Vec<Line>,
-    /// Bytes of an incomplete line after them.
+    /// Number of bytes of an incomplete line after them.
     pub incomplete: u64,
-    /// Whether these bytes are the beginning of a line.
+    /// Whether these bytes are the beginning of a line of a sweep.
     begun: bool,
-    /// Bytes of the complete lines.
+    /// Number of bytes of the complete lines.
     complete: u64,
 }
 
 /// Reads the complete lines of a sweep.
 ///
 /// # Errors
-/// Fails if the file cannot be read, or a complete line is not a run.
+/// Fails if the file cannot be read, or if a complete line is not a run.
 pub fn read_lines(path: &Path) -> Result<Lines, JournalError> {
     let io_error = |source| JournalError::Io { path: path.to_path_buf(), source };
     let mut reader = BufReader::new(File::open(path).map_err(io_error)?);
@@ -114,15 +114,15 @@ pub fn read_lines(path: &Path) -> Result<Lines, JournalError> {
 pub struct Journal {
     path: PathBuf,
     file: File,
-    /// Bytes of complete lines.
+    /// Number of bytes of complete lines.
     end: u64,
     done: BTreeSet<(super::Program, String)>,
-    /// Bytes of an incomplete line that was dropped.
+    /// Number of bytes of an incomplete line that was dropped.
     pub dropped: u64,
 }
 
 impl Journal {
-    /// Opens the file of the sweep with these words. It may be new or interrupted.
+    /// Opens or creates the file of the sweep that `words` identify. The sweep may be new or interrupted.
     ///
     /// # Errors
     /// Fails if the file cannot be read or written, is not a sweep, or belongs to another sweep or version.
@@ -155,12 +155,12 @@ impl Journal {
         self.done.len()
     }
 
-    /// Returns `true` if the file has the run of this command.
+    /// Returns `true` if the file contains the run of this program and command.
     pub fn has(&self, program: super::Program, command: &str) -> bool {
         self.done.contains(&(program, command.to_string()))
     }
 
-    /// Appends a run. After an error, the file ends with the previous line.
+    /// Appends a run. If this fails, the file ends with the previous line.
     ///
     /// # Errors
     /// Fails if the line cannot be written completely.
@@ -177,17 +177,17 @@ impl Journal {
                 Ok(())
             }
             Err(source) => {
-                // If the incomplete line cannot be removed here, the next reader drops it.
+                // If this fails to remove the incomplete line, the next reader drops it.
                 let _ = self.file.set_len(self.end).and_then(|()| self.file.seek(SeekFrom::End(0)));
                 Err(JournalError::Io { path: self.path.clone(), source })
             }
         }
     }
 
-    /// Waits until the lines are on the disk.
+    /// Waits until the lines are on disk.
     ///
     /// # Errors
-    /// Fails if the system cannot confirm this.
+    /// Fails if the operating system cannot confirm this.
     pub fn sync(&self) -> Result<(), JournalError> {
         self.file.sync_all().map_err(|source| JournalError::Io { path: self.path.clone(), source })
     }

@@ -15,11 +15,11 @@ pub const SCHEMA: &str = "septet-scale/1";
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Program {
-    /// The paper's recursion down to the leaf size, counted.
+    /// The paper's recursion down to the leaf size, with counts.
     Simulate,
-    /// `triangulate`, timed.
+    /// `triangulate`, with times.
     Triangulate,
-    /// The serial kernel alone, without a machine and messages, timed.
+    /// The serial kernel without a machine or messages, with times.
     Serial,
 }
 
@@ -32,13 +32,13 @@ pub struct Line {
     pub version: String,
     /// The words that identify the sweep of the run; empty for a single run.
     pub sweep: String,
-    /// The command that repeats this run alone; empty for a run of the library.
+    /// The command that repeats this run only; empty for a run of the library.
     pub command: String,
     /// The program.
     pub program: Program,
-    /// Kind of the point set; empty for a set of the caller.
+    /// Kind of the point set; empty for a point set of the caller.
     pub kind: String,
-    /// 2 or 3.
+    /// Number of coordinates: 2 or 3.
     pub dimension: usize,
     /// Seed of the set and of every draw.
     pub seed: u64,
@@ -48,7 +48,7 @@ pub struct Line {
     pub n: u64,
     /// Number of workers of the run.
     pub workers: u32,
-    /// Largest leaf of the run.
+    /// Largest number of points in a leaf.
     pub leaf: u64,
     /// The options as requested.
     pub settings: Settings,
@@ -79,7 +79,7 @@ pub struct Line {
 pub struct Settings {
     /// A number, or `leaves`.
     pub workers: String,
-    /// Whether the size is the number of points per worker.
+    /// Whether the requested size is the number of points per worker.
     pub weak: bool,
     /// Number of threads that ran the workers.
     pub threads: usize,
@@ -114,11 +114,11 @@ pub struct Settings {
 pub struct PhaseLine {
     /// The name.
     pub name: String,
-    /// Whether it is a phase of the paper.
+    /// Whether the phase belongs to the paper.
     pub paper: bool,
-    /// Whether it is a phase of agreement or repair.
+    /// Whether the phase belongs to agreement or repair.
     pub repair: bool,
-    /// Number of rounds in which it sent messages.
+    /// Number of rounds with messages.
     pub rounds: u64,
     /// Number of operations.
     pub work: u64,
@@ -168,10 +168,10 @@ pub struct TreeLine {
     pub planes: u64,
     /// Number of attempts at separators, over all splits.
     pub attempts: u64,
-    /// Larger side over all owned points of the node; the largest value of all splits.
+    /// Size of the larger side over the number of owned points of the node; the maximum over all splits.
     pub largest_split_ratio: f64,
-    /// Points whose ball meets the separator over `m^(1 - 1/d)` for m owned points; the largest value of all splits.
-    /// `None` if the run stopped before it counted them.
+    /// Number of points whose balls meet the separator, over `m^(1 - 1/d)` for m owned points; the maximum over all
+    /// splits. `None` if the run stopped before it counted them.
     pub largest_separator_ratio: Option<f64>,
 }
 
@@ -184,24 +184,24 @@ pub struct LevelLine {
     pub nodes: u64,
     /// Number of nodes that were split.
     pub splits: u64,
-    /// Owned points of all nodes.
+    /// Number of owned points of all nodes.
     pub points: u64,
-    /// Owned points of the nodes that were split.
+    /// Number of owned points of the nodes that were split.
     pub split_points: u64,
-    /// Owned points of the largest node.
+    /// Number of owned points of the largest node.
     pub largest: u64,
     /// Number of attempts at separators.
     pub attempts: u64,
     /// Number of points whose balls meet a separator. `None` if the run stopped before it counted them.
     pub separator_points: Option<u64>,
-    /// Depth by phase, over the nodes that were split.
+    /// Depth by phase, for the nodes that were split.
     pub depth: BTreeMap<String, DepthLine>,
 }
 
 /// Depth of the split nodes of a level in a phase.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DepthLine {
-    /// Number of nodes with a charge.
+    /// Number of nodes that were charged in this phase.
     pub nodes: u64,
     /// Sum of the depths of these nodes.
     pub sum: u64,
@@ -242,7 +242,7 @@ pub struct GraphLine {
 }
 
 impl Line {
-    /// Returns the phase of this name, if it occurred.
+    /// Returns the phase with this name, if it occurred.
     pub fn phase(&self, name: &str) -> Option<&PhaseLine> {
         self.phases.iter().find(|phase| phase.name == name)
     }

@@ -24,7 +24,7 @@ struct Source<'a> {
     end: Option<Ending>,
 }
 
-/// Returns the line of a run that the library made. Kind, seed and options are empty.
+/// Returns the line of a run made through the library. Kind, seed and options are empty.
 pub fn of_run(run: &Run) -> Line {
     line(&Source {
         space: run.space,
@@ -37,7 +37,7 @@ pub fn of_run(run: &Run) -> Line {
     })
 }
 
-/// Returns the line of counts that the library made. Kind, seed and options are empty.
+/// Returns the line of counts made through the library. Kind, seed and options are empty.
 pub fn of_counts(counts: &RunCounts) -> Line {
     line(&Source {
         space: counts.space,

@@ -1,8 +1,8 @@
 //! Experiments: sweeps of counted runs, one line of JSON for each run, and the growth of the counts.
 //!
-//! A [`Sweep`] names sizes, kinds of sets, numbers of workers and seeds. [`Sweep::jobs`] lists its runs, and a
-//! [`Runner`] makes them. A [`Journal`] keeps their [`Line`]s and resumes an interrupted sweep. [`fit`] compares lines
-//! with laws of growth.
+//! A [`Sweep`] consists of sizes, kinds of sets, numbers of workers and seeds. [`Sweep::jobs`] lists its runs, and a
+//! [`Runner`] executes them. A [`Journal`] stores their [`Line`]s and resumes an interrupted sweep. [`fit`] compares
+//! lines with growth laws.
 
 pub mod fit;
 mod journal;

@@ -32,14 +32,14 @@ pub enum RunError {
     Serial(#[from] IncrementalError),
 }
 
-/// Makes runs one after the other, and keeps the set of the last one.
+/// Executes runs one after another, and keeps the point set of the last run.
 #[derive(Debug, Default)]
 pub struct Runner {
     set: Option<(Request, Generated)>,
 }
 
 impl Runner {
-    /// Makes a run of a sweep. It calls `progress` while it generates the set.
+    /// Executes a run of a sweep. It calls `progress` while it generates the set.
     ///
     /// # Errors
     /// See [`RunError`].
@@ -80,14 +80,14 @@ fn made<P: Point>(points: &[P], program: Program, config: &Config) -> Result<Lin
         Program::Simulate => of_counts(&count(points, config)?),
         Program::Triangulate => {
             let run = triangulate(points, config)?;
-            // The seconds exclude the canonical ordering of the output, as for the serial kernel.
+            // The time excludes the canonical ordering of the output, as it does for the serial kernel.
             Line { seconds: run.triangulate_seconds, ..of_run(&run) }
         }
         Program::Serial => serial(points)?,
     })
 }
 
-/// Runs the algorithm of Bowyer and Watson over the whole set, in the order of a space-filling curve.
+/// Runs the algorithm of Bowyer and Watson on the whole set, in the order of a space-filling curve.
 fn serial<P: Point>(points: &[P]) -> Result<Line, RunError> {
     let start = Instant::now();
     let order = insertion_order(points);

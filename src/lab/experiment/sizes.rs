@@ -1,4 +1,4 @@
-//! The numbers of points of a sweep, as written on a command line.
+//! Parses the numbers of points of a sweep from the command line.
 
 use thiserror::Error;
 
@@ -8,7 +8,7 @@ use thiserror::Error;
     "cannot read the sizes `{text}`: {reason}; write 2^10..2^20, 2^10..2^20,per-octave=8 or 1000,2000,1e4"
 )]
 pub struct SizesError {
-    /// The list as given.
+    /// The list.
     pub text: String,
     /// The reason.
     pub reason: String,
@@ -17,12 +17,12 @@ pub struct SizesError {
 /// Largest number of sizes in one sweep.
 const MOST: usize = 10_000;
 
-/// Parses sizes: numbers (`1000`, `1e6`, `2^20`) and ranges `A..B`. A range has `per-octave` sizes per doubling, both
-/// ends included. They are evenly spaced on a logarithmic scale and rounded. The result is ascending, without
+/// Parses sizes: numbers (`1000`, `1e6`, `2^20`) and ranges `A..B`. A range includes both ends and has `per-octave`
+/// sizes per doubling. They are evenly spaced on a logarithmic scale and rounded. The result is ascending, without
 /// repetitions.
 ///
 /// # Errors
-/// Fails if a part cannot be parsed, or a range descends or starts at 0. The error names the part.
+/// Fails if a part cannot be parsed, or if a range descends or starts at 0. The error contains the part.
 pub fn parse_sizes(text: &str) -> Result<Vec<u64>, SizesError> {
     let fail = |reason: String| SizesError { text: text.to_string(), reason };
     let (mut ranges, mut sizes, mut steps) = (Vec::new(), Vec::new(), 1u32);

@@ -1,4 +1,4 @@
-//! A sweep: its runs, their order, and the command that repeats each of them.
+//! A sweep: its runs, their order, and the command that repeats each run.
 
 use std::fmt::Write;
 
@@ -9,16 +9,16 @@ use septet_core::generate::{Kind, Request};
 
 use super::line::{Program, Settings};
 
-/// Runs over sizes, kinds, workers and seeds.
+/// A set of runs with different sizes, kinds, workers and seeds.
 #[derive(Clone, Debug)]
 pub struct Sweep {
     /// Numbers of points, ascending; numbers of points per worker if `weak`.
     pub sizes: Vec<u64>,
-    /// The sizes as written.
+    /// The sizes as written on the command line.
     pub sizes_text: String,
     /// Kinds of sets.
     pub kinds: Vec<Kind>,
-    /// 2 or 3.
+    /// Number of coordinates: 2 or 3.
     pub dimension: usize,
     /// Lipschitz constant of graded kinds.
     pub lipschitz: Option<f64>,
@@ -30,27 +30,27 @@ pub struct Sweep {
     pub seeds: u64,
     /// Whether sizes count points per worker.
     pub weak: bool,
-    /// Whether `triangulate` and the serial kernel are timed in addition to every counted run.
+    /// Whether `triangulate` and the serial kernel are timed, in addition to each counted run.
     pub timed: bool,
     /// The remaining options.
     pub config: Config,
 }
 
-/// A sweep that cannot run.
+/// A reason why a sweep cannot run.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SweepError {
-    /// There is nothing to run.
+    /// The sweep has no runs.
     #[error("the sweep has no {what}; name at least one")]
     Empty {
         /// Sizes, kinds, workers or seeds.
         what: &'static str,
     },
-    /// The sizes count points per worker, but there is one worker per leaf. The numbers of workers and of points
-    /// are then unknown before the run.
+    /// The sizes count points per worker, but there is one worker per leaf, so the numbers of workers and points are
+    /// unknown before the run.
     #[error("--weak needs numbers of workers: the number of `leaves` is unknown before the run")]
     WeakLeaves,
-    /// There are more points than indices.
+    /// The number of points exceeds 64 bits.
     #[error("{n} points for each of {workers} workers are too many")]
     TooMany {
         /// Number of points per worker.
@@ -63,7 +63,7 @@ pub enum SweepError {
         "--timed compares triangulations, and --until stops before the triangulation; leave one of them out"
     )]
     TimedUntil,
-    /// Times are requested for the bottom-up correction, which exists only for its counts.
+    /// Times are requested for the bottom-up correction, which exists only so that it can be counted.
     #[error(
         "--timed compares triangulations, and none uses the naive correction; leave out --timed or --neighbours"
     )]
@@ -85,7 +85,7 @@ pub struct Job {
 }
 
 impl Sweep {
-    /// Checks all that is known before the first run.
+    /// Checks all conditions that can be checked before the first run.
     ///
     /// # Errors
     /// See [`SweepError`].
@@ -120,8 +120,8 @@ impl Sweep {
         Ok(())
     }
 
-    /// Returns all runs. Small runs precede large ones, so an interrupted sweep has complete octaves. The runs over
-    /// one set are adjacent.
+    /// Returns all runs. Small runs precede large ones, so an interrupted sweep has complete octaves. Runs on the
+    /// same set are adjacent.
     pub fn jobs(&self) -> Vec<Job> {
         let mut jobs = Vec::new();
         for &size in &self.sizes {
@@ -158,8 +158,8 @@ impl Sweep {
         self.lipschitz.filter(|_| kind.is_graded())
     }
 
-    /// Returns the words that identify this sweep, with every choice spelled out. Two sweeps with equal words are the
-    /// same. Threads and limits are omitted, since no count depends on them.
+    /// Returns the words that identify this sweep: all options, including defaults. Sweeps with equal words are the
+    /// same sweep. Threads and limits are omitted, because no count depends on them.
     pub fn words(&self) -> String {
         let kinds: Vec<&str> = self.kinds.iter().map(|k| k.name()).collect();
         let workers: Vec<String> = self.workers.iter().map(ToString::to_string).collect();
@@ -182,7 +182,7 @@ impl Sweep {
         text
     }
 
-    /// Returns the command that repeats this run alone.
+    /// Returns the command that repeats this run only.
     pub fn command(&self, job: &Job) -> String {
         let Request { kind, n, dimension, seed, .. } = job.request;
         let workers = job.workers;
@@ -225,7 +225,7 @@ impl Sweep {
         }
     }
 
-    /// Returns the options of a run for its line.
+    /// Returns the options of a run, for its line.
     pub fn settings(&self, workers: Workers) -> Settings {
         let config = &self.config;
         let Machine { threads, transport, leaf, .. } = &config.machine;

@@ -1,4 +1,4 @@
-//! The hardware parameters of this machine, measured by a run and by its channels.
+//! The hardware parameters of this computer, measured by a run and by channels between threads.
 
 use std::time::{Duration, Instant};
 
@@ -24,7 +24,8 @@ const TRIALS: usize = 5;
 
 type Line = (Sender<Vec<u8>>, Receiver<Vec<u8>>);
 
-/// Returns the seconds to fill a buffer of this many bytes, send it to another thread, read it and send it back.
+/// Returns the time in seconds to fill a buffer of `bytes` bytes, send it to another thread, read it there and send
+/// it back.
 fn bounce(out: &Sender<Vec<u8>>, back: &Receiver<Vec<u8>>, bytes: usize) -> Option<f64> {
     let start = Instant::now();
     out.send(vec![1; bytes]).ok()?;
@@ -38,13 +39,13 @@ fn median(mut all: Vec<f64>) -> f64 {
 }
 
 /// Measures latency, overhead and bandwidth of channels between two threads. Rates come from the phases of a run with
-/// one worker. A phase without charged work takes the same seconds for every number of workers.
+/// one worker. A phase without charged work is assumed to take the same time for every number of workers.
 pub fn calibrate(phases: &[Timed]) -> Hardware {
     let (out, inbox): Line = unbounded();
     let (reply, back): Line = unbounded();
     let echo = std::thread::spawn(move || {
         for buffer in inbox {
-            // The copy reads the bytes, which is part of the transfer.
+            // The copy reads the bytes, because reading is part of the transfer.
             let copy = buffer.clone();
             if reply.send(copy).is_err() {
                 return;

@@ -1,8 +1,8 @@
-//! Replay of descents through the shared part of the tree: queries of balls with their replies, and pushed points.
+//! Replays descents through the shared part of the tree: queries about balls with their replies, and pushed points.
 //!
-//! Balls of one leaf travel together until their paths separate. The record has the number of balls that reach each
-//! node. The reply to a batch of queries is one message. It leaves after the replies to all batches that the batch
-//! caused.
+//! Balls of one leaf travel together until their paths separate. The record contains the number of balls that reach
+//! each node. The reply to a batch of queries is one message. It is sent after the replies to all batches that the
+//! batch caused.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,7 +10,7 @@ use septet_protocol::ids::{Phase, Rank};
 
 use super::machine::Replay;
 
-/// For a group, by the leaf of the balls that reach it: the numbers of balls, of entries that they find, and of
+/// For one group, and by the leaf of the balls that reach it: the numbers of balls, of entries that they find, and of
 /// points in these entries.
 type Reaching = BTreeMap<u32, [u64; 3]>;
 
@@ -25,7 +25,7 @@ struct Batch {
     outstanding: usize,
 }
 
-/// Returns, for each group, the balls of each leaf that reach it.
+/// Returns, for each group, how many balls of each leaf reach it.
 fn reaching(replay: &Replay<'_>, phase: Phase) -> Vec<Reaching> {
     let numbers: BTreeMap<u64, usize> =
         replay.place.groups.iter().enumerate().map(|(at, g)| (g.node.0, at)).collect();
@@ -43,7 +43,7 @@ fn reaching(replay: &Replay<'_>, phase: Phase) -> Vec<Reaching> {
 /// Batches that leave a rank: for each group and receiver, the leaves of the balls and the batches that caused it.
 type Leaving = BTreeMap<(usize, Rank), (BTreeSet<u32>, BTreeSet<usize>)>;
 
-/// Walks down from a shared group, as its member `rank` does, and collects the batches for other ranks.
+/// Walks down from a shared group as its member `rank` does, and collects the batches for other ranks.
 fn walk(
     replay: &Replay<'_>,
     table: &[Reaching],

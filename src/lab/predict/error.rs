@@ -1,8 +1,8 @@
-//! Why a record allows no prediction.
+//! Errors of predictions.
 
 use thiserror::Error;
 
-/// Why a record allows no prediction.
+/// A reason why nothing can be predicted from a record.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum PredictError {
@@ -14,11 +14,11 @@ pub enum PredictError {
     },
     /// Several workers would share a subproblem that no separator splits.
     #[error(
-        "node {node} with {population} points could not be split, and this number of workers would share it, \
+        "node {node} with {population} points could not be split, and several of these workers would share it, \
          which cannot be predicted; use fewer workers"
     )]
     Unsplit {
-        /// The path number of the node.
+        /// The id of the node.
         node: u64,
         /// Number of points of the node.
         population: u64,
@@ -28,7 +28,7 @@ pub enum PredictError {
     Workers {
         /// The requested number.
         workers: u32,
-        /// The largest number.
+        /// The largest possible number.
         most: u32,
     },
 }

@@ -7,9 +7,9 @@ use serde::Serialize;
 /// The hardware of a predicted machine.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Hardware {
-    /// Seconds of a transfer from one rank to another.
+    /// Seconds that a transfer from one rank to another takes.
     pub latency: f64,
-    /// Seconds that a rank spends on a message.
+    /// Seconds that a rank spends on each message.
     pub overhead: f64,
     /// Bytes per second between two ranks.
     pub bandwidth: f64,
@@ -22,7 +22,7 @@ pub struct Hardware {
 }
 
 impl Default for Hardware {
-    /// Returns typical figures of a current cluster: 2 us and 10 GB/s between nodes, 1 us per message, 1e9
+    /// Returns typical values for a current cluster: 2 us and 10 GB/s between nodes, 1 us per message, and 1e9
     /// operations per second.
     fn default() -> Self {
         Hardware {

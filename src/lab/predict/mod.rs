@@ -1,12 +1,12 @@
 //! Predictions of the machine for any number of workers, from the record of one run.
 //!
 //! **Statement.** The messages between leaves are a function of points, seed and parameters
-//! ([`septet_protocol::tasks`]). The placement is the machine's own rule, applied to the recorded tree. Rounds,
-//! messages and bytes at `p` workers are therefore sums over the pairs of leaves that `p` separates. [`Prediction`]
-//! has these sums. They equal those of a real run if `p` divides the number of blocks in the record, which tests
-//! check. Otherwise, a block that two ranks share is assigned to one of them.
+//! ([`septet_protocol::tasks`]). The placement follows from the machine's rule, applied to the recorded tree. With
+//! `p` workers, rounds, messages and bytes are therefore sums over the pairs of leaves on different workers.
+//! [`Prediction`] contains these sums. They equal the counts of a real run if `p` divides the number of blocks in the
+//! record, which tests check. Otherwise, a block that two ranks share is assigned to one of them.
 //!
-//! **Time.** The work of a leaf is done by its holder, and the work of a shared node is divided among its group. In
+//! **Time.** The rank that holds a leaf does its work, and the work of a shared node is divided among its group. In
 //! BSP (Valiant 1990), a round costs `max work / rate + h / bandwidth + latency`, where `h` is the largest number of
 //! bytes that one rank sends or receives. In `LogGP` (Alexandrov et al. 1995), it costs
 //! `max work / rate + latency + 2 overhead + (m - 1) max(overhead, gap) + (bytes - m) / bandwidth`. Here `m` is the
@@ -38,7 +38,7 @@ pub use traffic::{Load, Round, Traffic};
 
 use placement::Placement;
 
-/// The machine with one number of workers.
+/// The prediction for one number of workers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Prediction {
@@ -52,7 +52,7 @@ pub struct Prediction {
     pub messages: u64,
     /// Bytes of all messages.
     pub bytes: u64,
-    /// Bytes over the size of `n^(1-1/d) p^(1/d)` point records, which is the surface of p subdomains.
+    /// Bytes divided by the size of `n^(1-1/d) p^(1/d)` point records, which is the surface of p subdomains.
     pub surface_ratio: f64,
     /// Charged work of the busiest worker, summed over the phases.
     pub busiest_work: u64,
@@ -69,9 +69,9 @@ pub struct Prediction {
 /// Predicted seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Seconds {
-    /// Computation of the busiest worker, over all phases.
+    /// Computation of the busiest worker, summed over all phases.
     pub compute: f64,
-    /// Communication, over all rounds.
+    /// Communication, summed over all rounds.
     pub communicate: f64,
 }
 
@@ -88,7 +88,7 @@ impl Seconds {
 pub struct PhasePrediction {
     /// The name.
     pub name: &'static str,
-    /// Number of rounds in which it sends messages.
+    /// Number of rounds with messages.
     pub rounds: u64,
     /// Number of messages.
     pub messages: u64,
@@ -98,7 +98,7 @@ pub struct PhasePrediction {
     pub busiest_work: u64,
 }
 
-/// Predicts the machine with `workers` workers.
+/// Predicts the counts and times of a machine with `workers` workers.
 ///
 /// # Errors
 /// See [`PredictError`].
@@ -145,7 +145,7 @@ fn check(log: &TaskLog) -> Result<(), PredictError> {
         return corrupt("a leaf that does not exist");
     }
     if !log.reverse.is_empty() && log.tellers.is_empty() {
-        return corrupt("it has no senders of edges, because an earlier version of septet wrote it");
+        return corrupt("it lists no senders of edges, because an earlier version of septet wrote it");
     }
     let edges = log.reverse.iter().map(|r| r.2).chain(log.tellers.iter().map(|t| t.3));
     if edges.max().is_some_and(|most| most > MOST_EDGES) {
@@ -157,8 +157,8 @@ fn check(log: &TaskLog) -> Result<(), PredictError> {
     Ok(())
 }
 
-/// Returns the work of every rank by phase. The holder of a subtree does its work, and a group divides the work of a
-/// shared node.
+/// Returns the work of every rank by phase. A rank does the work of the subtree that it holds, and a group divides
+/// the work of a shared node.
 fn work_by_rank(log: &TaskLog, place: &Placement) -> BTreeMap<u8, BTreeMap<Rank, u64>> {
     let shared: BTreeMap<u64, (Rank, u32)> =
         place.groups.iter().filter(|g| !g.whole).map(|g| (g.node.0, (g.first, g.ranks))).collect();

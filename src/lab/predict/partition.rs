@@ -1,4 +1,4 @@
-//! Replay of the partition phase: four rounds per attempt, and one move of the points per level.
+//! Replays the partition phase: four rounds per attempt, and one move of the points per level.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use septet_protocol::ids::{NodeId, Phase, Rank};
 
 use super::machine::Replay;
 
-/// Block of the input and number of points, sorted.
+/// Blocks of the input with their numbers of points, sorted.
 type Blocks = Vec<(u32, u32)>;
 
 /// The tables of the record that the replay reads.
@@ -52,7 +52,8 @@ pub(super) fn replay(replay: &mut Replay<'_>) {
         moves(replay, &tables, 0, (&at_root, &held), 1);
         return;
     }
-    // An entry has the group, the current and the previous ranks of each block's points, and the round of the samples.
+    // Each entry has the group, the current and the previous ranks of each block's points, and the round of the
+    // samples.
     let mut open = vec![(0usize, at_root.clone(), at_root, 1)];
     while let Some((at, holders, before, round)) = open.pop() {
         let round = attempts(replay, &tables, at, (&holders, &before), round);

@@ -1,4 +1,4 @@
-//! The ranks of each subproblem, by the machine's own rule applied to a recorded tree.
+//! The ranks of each subproblem. They follow from the machine's rule, applied to a recorded tree.
 
 use std::collections::BTreeMap;
 
@@ -8,13 +8,13 @@ use septet_workers::leader::divide;
 
 use super::error::PredictError;
 
-/// A node of the tree with the ranks that hold it.
+/// A node of the tree, and the ranks that hold it.
 #[derive(Clone, Debug)]
 pub(super) struct Group {
     pub(super) node: NodeId,
     pub(super) first: Rank,
     pub(super) ranks: u32,
-    /// Whether one rank, the first, holds the node.
+    /// Whether the first rank holds the whole node.
     pub(super) whole: bool,
     pub(super) leader: Rank,
     pub(super) parent: Option<usize>,
@@ -97,7 +97,7 @@ impl Placement {
         at
     }
 
-    /// Returns the rank in a child's group that receives what `rank`, a member of the shared node, sends to the child.
+    /// Returns the rank in a child's group that receives the messages of `rank`, a member of the shared node.
     pub(super) fn member_below(&self, group: usize, rank: Rank, child: usize) -> Rank {
         let (above, below) = (&self.groups[group], &self.groups[child]);
         if below.whole {

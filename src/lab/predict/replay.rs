@@ -1,6 +1,6 @@
-//! Replay of the machine's rounds over counts: sender, receiver, size and round of every message.
+//! Replays the machine's rounds on counts: sender, receiver, size and round of every message.
 //!
-//! Every function mirrors one phase of `septet_workers`. Tests compare the counts with those of real runs. Partition
+//! Every function mirrors one phase of `septet_workers`. Tests compare the counts with real runs. The partition phase
 //! is in [`super::partition`], and descents are in [`super::descent`].
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -66,7 +66,7 @@ impl Replay<'_> {
         }
     }
 
-    /// Returns the round in which the result of each group is sent up: 1 for a group of one rank, otherwise one round
+    /// Returns the round in which each group sends its result up: 1 for a group of one rank, otherwise one round
     /// after its children.
     fn rounds_up(&self) -> Vec<u32> {
         let mut rounds = vec![1; self.place.groups.len()];
@@ -126,15 +126,15 @@ impl Replay<'_> {
     }
 
     fn reverse(&mut self) {
-        // Number of edges, and of points that send them, for each sender and receiver.
+        // Numbers of edges and of the points that send them, for each sender and receiver.
         let mut sent: BTreeMap<(Rank, Rank), (u64, u64)> = BTreeMap::new();
         for &(from, to, number) in &self.log.reverse {
             sent.entry(self.ranks(from, to)).or_default().0 += number;
         }
         for &(from, to, before, number) in &self.log.tellers {
             let holder = &self.place.holder;
-            // The leaf that owns a point precedes the first of its other leaves, and the point is not sent to
-            // it.
+            // `before` is the previous leaf to which the points are sent. For the first leaf, it is their own leaf,
+            // to which they are not sent.
             if before == from || holder[before as usize] != holder[to as usize] {
                 sent.entry(self.ranks(from, to)).or_default().1 += number;
             }
@@ -146,7 +146,7 @@ impl Replay<'_> {
         }
     }
 
-    /// Replays the fingerprints, and the lists that follow if the sums of two ranks differ.
+    /// Replays the exchange of fingerprints, and of the lists that follow if the sums of two ranks differ.
     fn agreement(&mut self, check: u32, phase: Phase) {
         let mut sums: BTreeMap<(Rank, Rank), (u128, u64)> = BTreeMap::new();
         for &(_, from, to, low, high, pairs) in self.log.agreement.iter().filter(|row| row.0 == check) {
@@ -174,7 +174,7 @@ impl Replay<'_> {
     }
 
     fn exchange(&mut self) {
-        /// Number of cells and of conflicts, and the points that they name.
+        /// Numbers of cells and of conflicts, and the points that they refer to.
         type Batch<'a> = (u64, u64, BTreeSet<&'a u64>);
         let mut batches: BTreeMap<(u32, bool, (Rank, Rank)), Batch<'_>> = BTreeMap::new();
         for exchange in &self.log.exchange {

@@ -11,14 +11,14 @@ use septet_protocol::message::{
 };
 use septet_protocol::outcome::Outcome;
 
-/// Bytes of each kind of message without items, and bytes of one item. Every item has a fixed width.
+/// Sizes in bytes of each kind of message without items, and of one item. Every item has a fixed size.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sizes {
     pub(super) start: u64,
     pub(super) block: u64,
     /// A point on its way to its owner.
     pub(super) home: u64,
-    /// A point of another batch.
+    /// A point in any other batch.
     pub(super) point: u64,
     pub(super) samples: u64,
     /// The coordinates of a point.

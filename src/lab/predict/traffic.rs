@@ -1,4 +1,4 @@
-//! The messages and bytes of a machine, by round.
+//! The number of messages and bytes of a machine, by round.
 
 use std::collections::BTreeMap;
 
@@ -34,7 +34,7 @@ pub struct Round {
 }
 
 impl Round {
-    /// Returns the largest load that one rank sends or receives: the `h` of an h-relation.
+    /// Returns the largest load that a single rank sends or receives: the `h` of an h-relation.
     pub fn most(&self) -> Load {
         self.sent.values().chain(self.received.values()).fold(Load::default(), |m, &l| m.most(l))
     }

@@ -111,7 +111,7 @@ fn machine(run: &Run) -> MachineReport {
     }
 }
 
-/// Returns the phases that were counted or measured, in order. A phase that occurred twice is one row.
+/// Returns the phases that were counted or measured, in order. A phase that occurred twice has one row.
 fn phases(run: &Run) -> Vec<PhaseReport> {
     let counted = run.settled.counted;
     let row = |phase: Phase| {

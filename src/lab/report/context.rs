@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-/// The context of a run: the data of its report that the run itself does not have.
+/// The context of a run: the data of its report that the run itself does not contain.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RunContext<'a> {
     /// `triangulate` or `simulate`.
     pub command: &'static str,
-    /// The input as named.
+    /// The input as given on the command line.
     pub input: &'a str,
-    /// The outputs as named.
+    /// The outputs as given on the command line.
     pub outputs: &'a [PathBuf],
     /// Number of points that were dropped while reading.
     pub skipped: u64,

@@ -1,5 +1,5 @@
-//! The layout of the JSON. Each field of an object and each row of a list has its own line, and deeper values stay on
-//! that line. A report can therefore be read and compared line by line, and it stays small.
+//! The layout of the JSON. Each field of an object and each row of a list is on a separate line, and deeper values
+//! stay on that line. Reports are therefore small, and can be read and compared line by line.
 
 use std::io::{self, Write};
 
@@ -14,7 +14,7 @@ const OPEN_LEVELS: usize = 3;
 /// A formatter that breaks lines in the outer levels.
 #[derive(Default)]
 struct Rows {
-    /// For each open container, whether it has broken lines.
+    /// For each open container, whether it is broken into lines.
     open: Vec<bool>,
     /// Whether the next value is an element of a list.
     in_list: bool,
@@ -62,7 +62,7 @@ impl Formatter for Rows {
     }
 
     fn begin_object<W: ?Sized + Write>(&mut self, out: &mut W) -> io::Result<()> {
-        // A row of a list begins a new line.
+        // A row of a list begins on a new line.
         if (2..=OPEN_LEVELS).contains(&self.open.len()) && self.in_list {
             self.own_line(out)?;
         }

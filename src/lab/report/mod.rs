@@ -1,8 +1,8 @@
 //! The report of a run: a documented, versioned schema, and tables.
 //!
-//! [`Report`] is the output of `--json`: everything that was decided, certified, counted and measured. Counts belong
-//! to the modelled machine and repeat exactly. Fields whose names end in `seconds`, and `bytes` of memory, are
-//! measured and do not repeat. Nothing in this module prints.
+//! [`Report`] is the output of `--json`: all decisions, certificates, counts and measurements of a run. Counts belong
+//! to the modelled machine and repeat exactly. Times (fields whose names end in `seconds`) and memory sizes are
+//! measured and do not repeat. This module does not print.
 
 mod build;
 mod context;

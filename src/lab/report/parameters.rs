@@ -1,4 +1,4 @@
-//! Every option of a run, as given or by default.
+//! All options of a run, as given or by default.
 
 use std::path::PathBuf;
 
@@ -8,14 +8,14 @@ use septet_core::config::{Config, sets_name};
 
 use super::context::RunContext;
 
-/// The options of a run as requested. The report has the values that the run used in other fields.
+/// The options of a run as requested. Other fields of the report contain the values that the run used.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Parameters {
     /// `triangulate` or `simulate`.
     pub command: &'static str,
-    /// The input as named.
+    /// The input as given on the command line.
     pub input: String,
-    /// The outputs as named.
+    /// The outputs as given on the command line.
     pub outputs: Vec<PathBuf>,
     /// A number, or `leaves`.
     pub workers: String,
@@ -39,19 +39,19 @@ pub struct Parameters {
     pub leaf_auto: bool,
     /// `channel` or `sim`.
     pub transport: &'static str,
-    /// Seed of the order of delivery; `sim` only.
+    /// Seed of the delivery order; `sim` only.
     pub delivery_seed: Option<u64>,
-    /// Lipschitz constant of a set generated as f-spaced.
+    /// Lipschitz constant of a generated f-spaced set.
     pub lipschitz: Option<f64>,
     /// Whether invalid points are dropped.
     pub skip_invalid: bool,
     /// Memory limit in bytes.
     pub max_memory: Option<u64>,
-    /// Whether the owner and the leaf of cells are kept.
+    /// Whether the owner and the home leaf of each cell are kept.
     pub with_owner: bool,
     /// Number of points requested for the picture.
     pub view: u32,
-    /// Rounds of splaying before a fallback. `None` for `6 log2 n`.
+    /// Maximum number of splaying rounds before the fallback. `None` for `6 log2 n`.
     pub exchange_cap: Option<u32>,
 }
 

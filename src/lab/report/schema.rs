@@ -21,13 +21,13 @@ pub struct Report {
     pub schema: &'static str,
     /// Version of septet.
     pub version: &'static str,
-    /// Every option of the run.
+    /// All options of the run.
     pub parameters: Parameters,
     /// Seed of every random draw.
     pub seed: u64,
     /// The supergraph that was used; none for `triangulate`, or if there was nothing to triangulate.
     pub supergraph: SupergraphReport,
-    /// The input points by their use.
+    /// The input points, counted by use.
     pub points: PointsReport,
     /// Number of coordinates: 2 or 3.
     pub space: usize,
@@ -41,13 +41,13 @@ pub struct Report {
     pub certificate: String,
     /// Splaying of stars that disagree.
     pub repair: RepairReport,
-    /// Points that were gathered because splaying was cut short.
+    /// Points that were gathered because splaying was stopped early.
     pub fallback: Option<Fallback>,
-    /// Number of stars by their proof.
+    /// Number of stars by kind of proof.
     pub how_proved: HowProved,
     /// Totals of the machine.
     pub machine: MachineReport,
-    /// Traffic of the run that counts the leaves for `--workers leaves`. The totals do not include it.
+    /// Traffic of the planning run for `--workers leaves`. The totals do not include it.
     pub plan: Option<TrafficTotal>,
     /// The phases in order.
     pub phases: Vec<PhaseReport>,
@@ -59,7 +59,7 @@ pub struct Report {
     pub traffic: TrafficReport,
     /// Messages by round and sender.
     pub timeline: TimelineReport,
-    /// The partition tree; in `triangulate` the part above single workers.
+    /// The partition tree; for `triangulate`, the part that several workers share.
     pub tree: TreeReport,
     /// Every node of the tree, by id. Empty if not counted.
     pub nodes: Vec<NodeReport>,
@@ -67,15 +67,15 @@ pub struct Report {
     pub graph: Option<GraphReport>,
     /// Sampled points and the tree, for pictures. `None` if not requested.
     pub view: Option<View>,
-    /// Bytes received by the coordinator, without reading and merging.
+    /// Bytes received by the coordinator, except for reading and merging.
     pub control_bytes: u64,
     /// Measured wall-clock seconds.
     pub seconds: Seconds,
-    /// Measured resident memory before the run, with the points in memory.
+    /// Measured resident memory before the run, when the points are already in memory.
     pub rss_before_bytes: Option<u64>,
     /// Measured peak of resident memory.
     pub peak_rss_bytes: Option<u64>,
-    /// The record of tasks, which is independent of the number of workers; if requested.
+    /// The task record, which is independent of the number of workers; absent unless requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tasks: Option<TaskLog>,
 }
@@ -93,14 +93,14 @@ pub struct SupergraphReport {
     pub why: String,
 }
 
-/// The input points by their use: `input = used + duplicate + refused`.
+/// The input points, counted by use: `input = used + duplicate + refused`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct PointsReport {
     /// Number of points in the input.
     pub input: u64,
     /// Number of vertices.
     pub used: u64,
-    /// Number of points that coincide with one of smaller index.
+    /// Number of points that coincide with a point of smaller index.
     pub duplicate: u64,
     /// Number of invalid points, which were dropped.
     pub refused: u64,
@@ -124,10 +124,10 @@ pub struct Fallback {
     pub points: u64,
 }
 
-/// Number of stars by their proof; the numbers add up to `points.used`.
+/// Number of stars by kind of proof; the numbers add up to `points.used`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct HowProved {
-    /// Stars proved by the certificate and the supergraph alone, as the paper assumes; in `triangulate`, by the
+    /// Stars proved by the certificate and the supergraph alone, as the paper assumes; for `triangulate`, by the
     /// subdomain triangulations alone.
     pub hypothesis: u64,
     /// Stars proved by a ball of the known radius.
@@ -171,9 +171,9 @@ pub struct TotalReport {
 pub struct PhaseReport {
     /// The name.
     pub name: &'static str,
-    /// Whether it is a phase of the paper.
+    /// Whether the phase belongs to the paper.
     pub paper: bool,
-    /// Number of rounds in which it sent messages.
+    /// Number of rounds with messages.
     pub rounds: u64,
     /// Number of operations. `None` if not counted.
     pub work: Option<u64>,
@@ -192,11 +192,11 @@ pub struct PhaseReport {
 /// One link of the critical path.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct PathReport {
-    /// Path number of the node: the root is 1, the children of s are 2s (inside) and 2s + 1.
+    /// Id of the node: the root is 1, and the children of s are 2s (inside) and 2s + 1 (outside).
     pub subproblem: u64,
     /// The phase.
     pub phase: &'static str,
-    /// Steps spent there.
+    /// Steps of the phase at this node.
     pub depth: u64,
 }
 
@@ -238,7 +238,7 @@ pub struct TreeReport {
     pub spheres: u64,
     /// Number of nodes split by a plane.
     pub planes: u64,
-    /// Larger side over all owned points of a node; the largest value of all nodes.
+    /// Size of the larger side over the number of owned points of the node; the maximum over all splits.
     pub largest_split_ratio: Option<f64>,
     /// Mean of the ratio, over all nodes.
     pub mean_split_ratio: Option<f64>,
@@ -246,8 +246,8 @@ pub struct TreeReport {
     pub largest_attempts: u64,
     /// Mean number of attempts.
     pub mean_attempts: Option<f64>,
-    /// Points whose ball meets the separator over `m^(1 - 1/d)`, with m the owned points of the node; the largest
-    /// value of all nodes.
+    /// Number of points whose balls meet the separator, over `m^(1 - 1/d)` for m owned points; the maximum over all
+    /// splits.
     pub largest_separator_ratio: Option<f64>,
     /// Mean of the ratio, over all nodes.
     pub mean_separator_ratio: Option<f64>,
@@ -264,9 +264,9 @@ pub struct LevelReport {
     pub nodes: u64,
     /// Number of leaves among them.
     pub leaves: u64,
-    /// Owned points of all nodes.
+    /// Number of owned points of all nodes.
     pub points: u64,
-    /// Owned points of the largest node.
+    /// Number of owned points of the largest node.
     pub largest: u64,
     /// Largest split ratio.
     pub largest_split_ratio: Option<f64>,
@@ -285,7 +285,7 @@ pub struct LevelReport {
 /// One node of the tree.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct NodeReport {
-    /// Path number.
+    /// Id: the root is 1, and the children of s are 2s (inside) and 2s + 1 (outside).
     pub id: u64,
     /// Levels below the root.
     pub level: u32,
@@ -297,13 +297,13 @@ pub struct NodeReport {
     pub attempts: u64,
     /// `leaf`, `sphere` or `plane`.
     pub kind: &'static str,
-    /// Number of owned points inside whose ball meets the separator.
+    /// Number of owned points inside whose balls meet the separator.
     pub crossing_inside: u64,
-    /// Number of owned points outside whose ball meets the separator.
+    /// Number of owned points outside whose balls meet the separator.
     pub crossing_outside: u64,
     /// Number of points that the leaf holds in the graph phase: owned points, ghosts and separator points.
     pub members: u64,
-    /// Number of edges of the supergraph whose smaller end the leaf owns.
+    /// Number of edges of the supergraph whose end with the smaller index is owned by the leaf.
     pub edges: u64,
 }
 
@@ -312,7 +312,7 @@ pub struct NodeReport {
 pub struct GraphReport {
     /// Number of edges.
     pub edges: u64,
-    /// Hash of all edges, independent of their order, hexadecimal.
+    /// Hash of all edges, independent of their order, in hexadecimal.
     pub edge_hash: String,
     /// Largest degree.
     pub max_degree: u64,
@@ -331,6 +331,6 @@ pub struct Seconds {
     pub triangulate: f64,
     /// Writing the outputs.
     pub write: f64,
-    /// All of it.
+    /// The whole command.
     pub total: f64,
 }

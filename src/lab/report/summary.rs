@@ -1,9 +1,9 @@
-//! The note on points that span less than the space.
+//! The note on points whose affine hull has a smaller dimension than the space.
 
 use super::schema::Report;
 
 impl Report {
-    /// Describes points that span less than the space, in one line.
+    /// Describes points whose affine hull has a smaller dimension than the space, in one line.
     pub fn flat_note(&self) -> String {
         let span = match self.dimension {
             -1 => "there are no points".to_owned(),
@@ -12,7 +12,7 @@ impl Report {
             _ => "all points lie in a plane (dimension 2)".to_owned(),
         };
         let advice = if self.space == 3 && self.dimension == 2 {
-            "; give -d 2 to triangulate x and y alone"
+            "; use -d 2 to triangulate x and y only"
         } else {
             ""
         };

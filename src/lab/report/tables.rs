@@ -1,5 +1,5 @@
-//! The report as tables of phases, rounds and tree levels. They are aligned text, Markdown, or CSV. Modelled counts
-//! and measured times are never in the same column, and the name of every column says which they are.
+//! The report as tables of phases, rounds and tree levels, in aligned text, Markdown or CSV. A column contains either
+//! modelled counts or measured times, and its name says which.
 
 use std::fmt::Write;
 
@@ -12,8 +12,8 @@ pub enum TableFormat {
     Text,
     /// Markdown tables under headings.
     Markdown,
-    /// CSV as in RFC 4180, with one header row and no totals. An entry that was not counted is empty. A file
-    /// has one table.
+    /// CSV according to RFC 4180, with one header row and no totals. An entry that was not counted is empty. Each
+    /// file has one table.
     Csv,
 }
 
@@ -52,7 +52,7 @@ fn ratio(x: Option<f64>) -> Cell {
     x.map_or_else(String::new, |x| format!("{x:.3}"))
 }
 
-/// Returns a cell as text and Markdown show it.
+/// Returns a cell as it is shown in text and Markdown.
 fn shown(cell: &str) -> &str {
     if cell.is_empty() { "-" } else { cell }
 }
@@ -153,7 +153,7 @@ impl Table {
 }
 
 impl Report {
-    /// Returns the tables of `--profile` (phases, rounds and tree levels): all of them, or the one with this
+    /// Returns the tables of `--profile` (phases, rounds and tree levels): all of them, or only the table with this
     /// number.
     pub fn tables(&self, format: TableFormat, which: Option<usize>) -> String {
         let mut out = String::new();
@@ -178,7 +178,7 @@ impl Report {
     fn phase_table(&self, format: TableFormat) -> Table {
         use Column::{Label, Measured, Modelled};
         let mut columns = vec![Label("phase")];
-        // In aligned text, a star replaces the column.
+        // In aligned text, an asterisk at the name replaces the column.
         let starred = format == TableFormat::Text;
         if !starred {
             columns.push(Label("paper"));

@@ -1,4 +1,5 @@
-//! The traffic of the ledger as rows, by sender, receiver and round. Many ranks are grouped in bins.
+//! The traffic of the ledger as rows, by sender, receiver and round. If there are many ranks, they are grouped in
+//! bins.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +14,7 @@ pub const MOST_BINS: u32 = 512;
 /// A bin of ranks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct BinReport {
-    /// First rank; the coordinator is 0 and has a bin of its own.
+    /// First rank; the coordinator is 0 and has its own bin.
     pub first: Rank,
     /// Last rank.
     pub last: Rank,
@@ -22,9 +23,9 @@ pub struct BinReport {
 /// Messages by phase, sender and receiver.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct TrafficReport {
-    /// Ranks of each bin; `from` and `to` are positions here.
+    /// Ranks of each bin; `from` and `to` are positions in this list.
     pub bins: Vec<BinReport>,
-    /// Whether bins hold more than one rank.
+    /// Whether bins contain more than one rank.
     pub grouped: bool,
     /// One row for each phase and pair of bins with messages.
     pub rows: Vec<LinkReport>,
@@ -48,11 +49,11 @@ pub struct LinkReport {
 /// Messages by round, phase and sender.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct TimelineReport {
-    /// Ranks of each bin; `worker` is a position here.
+    /// Ranks of each bin; `worker` is a position in this list.
     pub bins: Vec<BinReport>,
-    /// Whether bins hold more than one rank.
+    /// Whether bins contain more than one rank.
     pub grouped: bool,
-    /// One row for each round, phase and bin that sent messages.
+    /// One row for each round, phase and bin with messages.
     pub rows: Vec<SenderReport>,
 }
 

@@ -29,12 +29,12 @@ impl Spread {
     }
 }
 
-/// Returns the larger side over the whole node.
+/// Returns the size of the larger side over the number of owned points.
 fn split_ratio(facts: &NodeFacts) -> f64 {
     facts.inside.max(facts.population - facts.inside) as f64 / facts.population.max(1) as f64
 }
 
-/// Returns the ratios over the tree, and its levels.
+/// Returns the ratios of the tree, and its levels.
 pub(super) fn summary(run: &Run) -> TreeReport {
     let mut tree = TreeReport::default();
     let (mut split, mut attempts, mut separator) = <(Spread, Spread, Spread)>::default();
@@ -89,7 +89,7 @@ fn levels(run: &Run) -> Vec<LevelReport> {
         for row in levels.values_mut() {
             let depth = |phase| Some(deepest(&run.ledger, phase, row.level));
             row.partition_depth = depth(Phase::Partition);
-            // Only supergraphs made of nearest-neighbour balls have this phase.
+            // Only supergraphs that are built from nearest-neighbour balls have this phase.
             row.neighbours_depth = depth(Phase::Neighbours).filter(|_| has_balls);
             row.merge_depth = depth(Phase::Merge);
         }
@@ -97,7 +97,7 @@ fn levels(run: &Run) -> Vec<LevelReport> {
     levels.into_values().collect()
 }
 
-/// Returns the largest depth of a node of a level in a phase.
+/// Returns the largest depth of a node at a level in a phase.
 fn deepest(ledger: &Ledger, phase: Phase, level: u32) -> u64 {
     let first = NodeId(1 << level);
     let last = NodeId((1 << level) + ((1 << level) - 1));

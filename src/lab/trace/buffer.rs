@@ -1,8 +1,8 @@
-//! The path of trace rows to the file: a clock, a buffer for each thread, and the state that all threads share.
+//! The recording of trace rows: a clock, a buffer for each thread, and the state that all threads share.
 //!
-//! A thread writes rows into its own buffer, so they are in the order of their times. It flushes the buffer to the
-//! file when it is full. Counters and arrows need an order among threads, so their rows are made under one lock.
-//! Only messages and steps take it. Locks are nested in the order thread, shared, processes, file.
+//! A thread writes rows into its own buffer, so its rows are in the order of their times. It flushes the buffer to
+//! the file when the buffer is full. Counters and arrows need an order among threads, so their rows are created under
+//! a common lock, which only messages and steps take. Locks are nested in the order thread, shared, processes, file.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -41,17 +41,17 @@ impl Rows {
 
 fn write_row(text: &mut Vec<u8>, event: &Event<'_>) {
     text.extend_from_slice(b",\n");
-    // Events consist of numbers and text, so serialisation cannot fail.
+    // Events consist of numbers and text, so serialization cannot fail.
     let _ = serde_json::to_writer(text, event);
 }
 
 /// The state of one thread.
 #[derive(Debug)]
 struct Buffer {
-    /// Index among the threads that wrote rows.
+    /// Index of the thread among the threads that wrote rows.
     slot: u64,
     rows: Rows,
-    /// Slices that began and have not ended.
+    /// Slices that have begun but not ended.
     open: Vec<(Id, Track)>,
 }
 
@@ -75,7 +75,7 @@ struct Sink {
 impl Sink {
     fn write(&mut self, text: &[u8]) {
         let Some(file) = &mut self.file else { return };
-        // The first row needs no comma in front.
+        // The first row is not preceded by a comma.
         let skip = usize::from(self.empty);
         if self.failed.is_none() && text.len() > skip {
             self.empty = false;
@@ -101,7 +101,7 @@ pub(super) struct Recorder {
     done: AtomicBool,
 }
 
-/// Locks a mutex. A panic in another thread leaves no row incomplete.
+/// Locks a mutex, even if it is poisoned: a panic in another thread leaves no row incomplete.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -137,7 +137,7 @@ impl Recorder {
         lock(&self.processes).track(run, rank, lane, &mut |event| self.write_now(event))
     }
 
-    /// Writes a row to the file at once. Metadata precedes the rows that it names.
+    /// Writes a row to the file at once, because metadata must precede the rows that it describes.
     fn write_now(&self, event: &Event<'_>) {
         let mut text = Vec::new();
         write_row(&mut text, event);
@@ -192,7 +192,7 @@ impl Recorder {
         self.relieve(&mut buffer.rows);
     }
 
-    /// Records the sending of a message: an arrow begins in the slice of the sender.
+    /// Records that a message was sent: an arrow begins in the slice of the sender.
     pub(super) fn sent(&self, name: Name, kind: &str, args: FlowArgs) {
         if self.done.load(Ordering::Relaxed) {
             return;
@@ -210,7 +210,7 @@ impl Recorder {
         self.relieve(&mut buffer.rows);
     }
 
-    /// Records the receipt of a message: its arrow ends in the slice of the receiver.
+    /// Records that a message was received: its arrow ends in the slice of the receiver.
     pub(super) fn received(&self, name: Name, kind: &str, to: u64) {
         if self.done.load(Ordering::Relaxed) {
             return;

@@ -1,7 +1,8 @@
 //! Events of Chrome's trace format, as rows of JSON.
 //!
-//! Source: *Trace Event Format* (Google), as read by Perfetto's JSON importer. Metadata has no time. Slices are pairs
-//! of `B` and `E`, so the rows of a thread are in the order of their times. Flows are bound to the enclosing slice.
+//! Source: *Trace Event Format* (Google), as read by Perfetto's JSON importer. Metadata has no time. A slice is a
+//! pair of `B` and `E`, so the rows of a thread must be in the order of their times. Flows are bound to the enclosing
+//! slice.
 
 use serde::Serialize;
 
@@ -88,7 +89,7 @@ pub(super) enum Event<'a> {
         name: &'a str,
         cat: &'static str,
         id: u64,
-        /// `e`: the enclosing slice instead of the next one.
+        /// `e` binds the arrow to the enclosing slice instead of the next one.
         bp: &'static str,
         ts: f64,
         #[serde(flatten)]
@@ -115,19 +116,19 @@ pub(super) enum Naming<'a> {
     Sort { sort_index: u64 },
 }
 
-/// The value of a counter. Perfetto joins the event's name and this name to the name of the track: `bytes in flight`,
-/// `active subproblems`.
+/// The value of a counter. Perfetto forms the name of the track from the name of the event and this name:
+/// `bytes in flight`, `active subproblems`.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) enum Value {
     /// Bytes in transit.
     #[serde(rename = "in flight")]
     InFlight(u64),
-    /// Number of tree nodes that steps are currently at.
+    /// Number of tree nodes at which a step is running.
     #[serde(rename = "subproblems")]
     Subproblems(u64),
 }
 
-/// Converts nanoseconds to the microseconds of the format; exact to the nanosecond for 104 days.
+/// Converts nanoseconds to the microseconds of the format. The result is exact to the nanosecond for 104 days.
 pub(super) fn microseconds(nanoseconds: u64) -> f64 {
     nanoseconds as f64 / 1e3
 }

@@ -1,4 +1,4 @@
-//! The layer, which turns fields of spans and events into slices, arrows and counters.
+//! The layer, which converts spans and events to slices, arrows and counters.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use tracing_subscriber::registry::LookupSpan;
 use super::buffer::Recorder;
 use super::event::{Args, FlowArgs};
 
-/// The fields of a span or event. Missing fields stay at zero.
+/// The fields of a span or event. Missing fields are zero.
 #[derive(Debug, Default)]
 struct Fields {
     run: u64,
@@ -73,7 +73,7 @@ enum Kind {
     Step,
 }
 
-/// A span with its row, which is written when the span is entered.
+/// A span and its row, which is written when the span is entered.
 #[derive(Debug)]
 struct Slice {
     kind: Kind,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-/// A message: run, sender, and sequence number of the sender.
+/// The identity of a message: run, sender, and sequence number of the sender.
 pub(super) type Name = (u64, u64, u64);
 
 /// The messages in transit.
@@ -10,7 +10,7 @@ pub(super) type Name = (u64, u64, u64);
 pub(super) struct Flights {
     next: u64,
     open: BTreeMap<Name, (u64, u64)>,
-    /// Bytes in transit of each run.
+    /// Bytes in transit in each run.
     sums: BTreeMap<u64, u64>,
 }
 
@@ -23,15 +23,15 @@ impl Flights {
         self.next
     }
 
-    /// Removes a received message and returns the id of its arrow. Returns `None` if its sending was not recorded or if
-    /// it arrived before.
+    /// Removes a received message and returns the id of its arrow. Returns `None` if its sending was not recorded or it
+    /// has already arrived.
     pub(super) fn arrive(&mut self, name: Name) -> Option<u64> {
         let (id, bytes) = self.open.remove(&name)?;
         *self.sums.entry(name.0).or_default() -= bytes;
         Some(id)
     }
 
-    /// Returns the bytes of a run that are in transit.
+    /// Returns the number of bytes in transit in a run.
     pub(super) fn in_flight(&self, run: u64) -> u64 {
         self.sums.get(&run).copied().unwrap_or_default()
     }

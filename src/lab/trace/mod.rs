@@ -1,19 +1,19 @@
-//! Traces of runs in Chrome's JSON, which Perfetto (<https://ui.perfetto.dev>) opens.
+//! Traces of runs in Chrome's JSON format, which Perfetto (<https://ui.perfetto.dev>) opens.
 //!
 //! Workers report their work as spans and events ([`septet_workers::profile`]). The layer reads the clock and writes:
 //!
 //! - A process for the coordinator and for every worker of a run, in the order of their ranks.
-//! - In each process, a track `rounds` with one slice for the work between two exchanges. Its name is the phase, with
-//!   `: begin` in the first round of the phase and `: idle` if no message had arrived.
+//! - In each process, a track `rounds` with one slice for the work between two exchanges. Its name is the phase,
+//!   followed by `: begin` in the first round of the phase and by `: idle` if no message had arrived.
 //! - In the process of the coordinator, a track `phases` with the run, its phases and their wall-clock times.
-//! - Tracks `steps`, one for each thread of the system that worked for the rank. A slice is a step at a node of the
-//!   partition tree (`split`, `draw`, `leaf hulls`, ...).
+//! - Tracks `steps`, one for each operating system thread that worked for the rank. A slice is a step at a node of
+//!   the partition tree (`split`, `draw`, `leaf hulls`, ...).
 //! - An arrow for every message, from the slice of the sender to the slice of the receiver.
-//! - Counters at the coordinator: bytes and messages in flight, and tree nodes that steps are currently at.
+//! - Counters at the coordinator: bytes in flight, and tree nodes at which a step is running.
 //!
-//! There are no globals: the caller installs the layer for all threads or for a scope. `tracing` itself keeps one
-//! global. While only a scope has a subscriber, an event may be lost if another thread without a subscriber reaches
-//! it first. Do not run untraced work at the same time as a scope that traces.
+//! There is no global state: the caller installs the layer for all threads or for a scope. `tracing` itself has
+//! global state, however. While only a scope has a subscriber, an event may be lost if another thread without a
+//! subscriber reaches it first. Do not run untraced work at the same time as a traced scope.
 //!
 //! ```
 //! use septet::{simulate, trace};
@@ -31,13 +31,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`septet_core::config::Machine::run`] distinguishes the runs of one layer. Each run has its own processes, and so
-//! has the planning run of [`septet_core::config::Workers::Leaves`]. A worker in a process of its own is recorded only
-//! there. Its messages have no arrows here. Its slices are in the trace of that process if it installs a layer.
+//! [`septet_core::config::Machine::run`] distinguishes the runs of one layer. Each run has its own processes in the
+//! trace, and so does the planning run of [`septet_core::config::Workers::Leaves`]. A worker in a separate process is
+//! not recorded here, and its messages have no arrows. If that process installs a layer, its trace contains the slices
+//! of the worker.
 //!
 //! Times are microseconds since the creation of the layer, with three decimals, strictly increasing in each thread.
-//! Each thread collects its rows in a buffer of 64 KiB. The file grows under a temporary name. It is complete and
-//! valid when it is finished, also after an interrupted run.
+//! Each thread collects its rows in a buffer of 64 KiB. The file grows under a temporary name. When it is finished,
+//! it is complete and valid, even after an interrupted run.
 
 mod buffer;
 mod event;
@@ -86,12 +87,12 @@ impl Detail {
     }
 }
 
-/// Returns `true` if the program was built with spans and events, without the feature `untraced`.
+/// Returns `true` if the program was built with spans and events, that is, without the feature `untraced`.
 pub fn is_compiled_in() -> bool {
     STATIC_MAX_LEVEL != LevelFilter::OFF
 }
 
-/// Checks whether a trace can be written under this name.
+/// Checks that a trace can be written under this name.
 ///
 /// # Errors
 /// Returns an [`OutputError`] with the reason if it cannot.
@@ -99,7 +100,7 @@ pub fn check(path: &Path) -> Result<(), OutputError> {
     probe(path)
 }
 
-/// A trace that has not received its name. If it is dropped without [`TraceFile::finish`], the file is removed.
+/// A trace that still has a temporary name. If it is dropped without [`TraceFile::finish`], the file is removed.
 #[must_use = "the trace has no name before it is finished"]
 pub struct TraceFile {
     path: PathBuf,
@@ -129,7 +130,7 @@ impl TraceFile {
     /// Ends open slices, writes the remaining rows, and gives the file its name. Later events are lost.
     ///
     /// # Errors
-    /// The first error of a write, which may have occurred much earlier, or of the renaming.
+    /// Returns the first write error, which may have occurred much earlier, or the error of renaming the file.
     pub fn finish(self) -> Result<PathBuf, OutputError> {
         let io_error = |source| OutputError::Io { path: self.path.clone(), source };
         let file = self.recorder.finish().map_err(io_error)?;

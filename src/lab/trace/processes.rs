@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::event::{Event, Naming, Track};
 
-/// Number of process ids reserved for a run, more than its ranks. Process ids are below 2^32 for the first 2,048 runs.
+/// Number of process ids reserved for a run, which exceeds the number of ranks. Process ids are below 2^32 for the
+/// first 2,048 runs.
 const BLOCK: u64 = 1 << 21;
 
 /// The content of a track.
@@ -14,12 +15,12 @@ pub(super) enum Lane {
     Rounds,
     /// Phases of the run.
     Phases,
-    /// Steps at nodes of the tree, by one thread of the system.
+    /// Steps at nodes of the tree, executed by one operating system thread.
     Steps(u64),
 }
 
 impl Lane {
-    /// Returns the thread id, from 1.
+    /// Returns the thread id, which is at least 1.
     fn tid(self) -> u64 {
         match self {
             Lane::Rounds => 1,

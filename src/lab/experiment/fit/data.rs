@@ -1,5 +1,5 @@
-//! Converts lines to numbers: the count, the abscissa, the selection of runs, and the checks against
-//! mixtures.
+//! Converts lines to numbers: selects the count, the abscissa and the runs, and refuses mixtures of different
+//! quantities.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::str::FromStr;
@@ -81,7 +81,7 @@ impl Key {
         matches!(self, Key::Rounds | Key::Messages | Key::Bytes | Key::Seconds)
     }
 
-    /// Returns `true` if rows are weighted by 1 / y^2, for a count that grows like a power of n.
+    /// Returns `true` if rows are weighted by 1 / y^2, because the count grows like a power of n.
     pub fn is_relative(self) -> bool {
         use Key::{Bytes, Edges, Leaves, Messages, Seconds, Work};
         matches!(self, Leaves | Edges | Work | Messages | Bytes | Seconds)
@@ -125,8 +125,8 @@ impl FromStr for Abscissa {
 }
 
 /// The default margin of the equivalence tests: 5 % of the mean. For depth by level, it limits the change per
-/// doubling. For growth, it limits the change over the range of sizes. A count proportional to log n has 7 % or more
-/// per doubling over n = 2^10 to 2^20.
+/// doubling. For growth, it limits the change over the range of sizes. Over n = 2^10 to 2^20, a count proportional to
+/// log n changes by at least 7 % of its mean per doubling.
 pub const MARGIN: f64 = 0.05;
 
 /// A request for a fit.
@@ -138,10 +138,10 @@ pub struct Request {
     pub x: Abscissa,
     /// The phase; `paper` or `repair` for all phases of the group.
     pub phase: Option<String>,
-    /// Margin of the equivalence tests. For `level-depth`, it is a share of the mean depth per doubling. For all
-    /// others, it is a share of the mean over the whole range of sizes.
+    /// Margin of the equivalence tests. For `level-depth`, it is a fraction of the mean depth per doubling. For all
+    /// other counts, it is a fraction of the mean over the whole range of sizes.
     pub margin: f64,
-    /// Number of resamplings of the seeds; 0 for none.
+    /// Number of times that the seeds are resampled; 0 for no resampling.
     pub resamples: u32,
 }
 
@@ -153,14 +153,14 @@ impl Request {
     }
 }
 
-/// A request that cannot be answered.
+/// A reason why a request cannot be answered.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FitError {
     /// There is no such count.
-    #[error("there is no count `{name}`; known are {known}")]
+    #[error("there is no count `{name}`; the counts are {known}")]
     UnknownKey {
-        /// The name as given.
+        /// The unknown name.
         name: String,
         /// All names.
         known: String,
@@ -168,12 +168,12 @@ pub enum FitError {
     /// The abscissa is neither n nor n/leaf.
     #[error("`{name}` is not a size; -x takes n or n/leaf")]
     UnknownAbscissa {
-        /// The name as given.
+        /// The unknown name.
         name: String,
     },
-    /// The count needs a phase.
+    /// The count requires a phase.
     #[error(
-        "`{key}` of a whole run mixes the paper's phases with repair and with reading and collecting; name a \
+        "`{key}` of a whole run mixes the paper's phases with repair and with reading and collecting; choose a \
          phase with --phase: paper (all of the paper's), repair, or one of {phases}"
     )]
     Mixes {
@@ -183,41 +183,41 @@ pub enum FitError {
         phases: String,
     },
     /// No line has the phase.
-    #[error("no run has a phase `{phase}`; there are {phases}")]
+    #[error("no run has a phase `{phase}`; the phases are {phases}")]
     UnknownPhase {
-        /// The name as given.
+        /// The unknown name.
         phase: String,
         /// The phases of the lines.
         phases: String,
     },
-    /// A phase is given for a count that has none.
-    #[error("`{key}` is a count of the run, not of a phase; leave --phase out")]
+    /// A phase was given for a count that has no phases.
+    #[error("`{key}` is a count of the run, not of a phase; omit --phase")]
     NoPhase {
         /// The count.
         key: &'static str,
     },
-    /// A group of phases is given for a count by level.
-    #[error("`level-depth` is that of one phase; name partition, neighbours, summaries or merge")]
+    /// A group of phases was given for a count by level.
+    #[error("`level-depth` requires a single phase; choose partition, neighbours, summaries or merge")]
     OnePhase,
     /// The margin is out of range.
-    #[error("the margin is {margin}; it is a share of the mean, between 0 and 1")]
+    #[error("the margin is {margin}, but it must be a fraction of the mean, between 0 and 1")]
     Margin {
-        /// The margin as given.
+        /// The requested margin.
         margin: f64,
     },
     /// There are fewer sizes than a curve needs.
-    #[error("{series}: {sizes} sizes do not determine a curve; at least {least} are needed")]
+    #[error("{series}: {sizes} sizes do not determine a curve; at least {least} are required")]
     TooFewSizes {
         /// The runs.
         series: String,
         /// Number of sizes.
         sizes: usize,
-        /// Number of sizes needed.
+        /// Number of sizes required.
         least: usize,
     },
-    /// There are fewer levels or runs than the equivalence test needs.
+    /// There are fewer levels or runs than the equivalence test requires.
     #[error(
-        "{series}: {levels} split levels of {runs} runs do not determine a slope; at least 3 runs with 2 levels are needed"
+        "{series}: {levels} split levels of {runs} runs do not determine a slope; at least 3 runs with 2 levels are required"
     )]
     TooFewLevels {
         /// The runs.
@@ -229,8 +229,8 @@ pub enum FitError {
     },
     /// A size has too few runs for resampling.
     #[error(
-        "{series}: {seeds} seeds at size {size:.0} are too few to draw again; run the sweep with --seeds {least} or \
-         more, or leave --resample out"
+        "{series}: {seeds} seeds at size {size:.0} are too few to resample; run the sweep with --seeds {least} or \
+         more, or omit --resample"
     )]
     TooFewSeeds {
         /// The runs.
@@ -239,22 +239,22 @@ pub enum FitError {
         size: f64,
         /// Number of seeds.
         seeds: usize,
-        /// Number of seeds needed.
+        /// Number of seeds required.
         least: usize,
     },
     /// No line has this count.
-    #[error("no line has `{key}`; the runs stopped before it, had no need of it, or were not counted")]
+    #[error("no line has `{key}`: the runs stopped before it, did not need it, or were not counted")]
     Nothing {
         /// The count.
         key: &'static str,
     },
     /// Speed-up is requested for runs that were not timed.
-    #[error("no line is a timed triangulation; make some with `septet scale --timed`")]
+    #[error("no line is a timed triangulation; create some with `septet scale --timed`")]
     NotTimed,
-    /// Speed-up is requested without the serial run to compare with.
+    /// Speed-up is requested, but there is no serial run on the same points.
     #[error(
-        "no serial run of {set} in these lines: speed-up is against the best serial program, never against one \
-         worker; make one with `septet scale --timed`"
+        "no serial run of {set} in these lines: speed-up is relative to the best serial program, never to one \
+         worker; create one with `septet scale --timed`"
     )]
     NoSerial {
         /// Kind, dimension, number of points, and seed.
@@ -265,14 +265,14 @@ pub enum FitError {
 /// The value of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Value {
-    /// Number of points requested. It identifies runs of one size.
+    /// Number of points requested. It identifies runs of the same size.
     pub(super) asked: u64,
     pub(super) seed: u64,
     pub(super) x: f64,
     pub(super) y: f64,
 }
 
-/// Returns the phases of the lines, each once, in order of appearance.
+/// Lists the distinct phases of the lines in order of appearance.
 pub(super) fn phases(lines: &[Line]) -> String {
     let mut names: Vec<&str> = Vec::new();
     for phase in lines.iter().flat_map(|line| &line.phases).filter(|p| p.paper || p.repair) {
@@ -283,7 +283,7 @@ pub(super) fn phases(lines: &[Line]) -> String {
     names.join(", ")
 }
 
-/// Refuses requests that mix different quantities or are meaningless.
+/// Returns an error for requests that mix different quantities or are meaningless.
 pub(super) fn check(lines: &[Line], request: &Request) -> Result<(), FitError> {
     let key = request.y.name();
     if !(request.margin > 0.0 && request.margin < 1.0) {
@@ -305,8 +305,8 @@ pub(super) fn check(lines: &[Line], request: &Request) -> Result<(), FitError> {
     Err(FitError::UnknownPhase { phase: phase.to_string(), phases: phases(lines) })
 }
 
-/// Groups lines that belong to one curve. Lines of a group differ in size and seed only. Workers may differ if the
-/// count does not depend on them. Of several lines with the same size and seed, one is kept.
+/// Groups lines that belong to one curve. Lines of a group differ only in size and seed, and in workers if the count
+/// does not depend on them. Of several lines with the same size and seed, one is kept.
 pub(super) fn series(lines: &[Line], request: &Request) -> BTreeMap<String, Vec<Line>> {
     let mut series: BTreeMap<String, Vec<Line>> = BTreeMap::new();
     let mut seen: BTreeSet<(String, u64, u64)> = BTreeSet::new();
@@ -354,7 +354,7 @@ pub(crate) fn series_name(line: &Line, key: Key) -> String {
     parts.join(", ")
 }
 
-/// Returns the value of a line, or `None` if the run stopped before it.
+/// Returns the value of a line, or `None` if the run stopped before it was counted.
 pub(super) fn value(line: &Line, request: &Request) -> Option<Value> {
     let tree = &line.tree;
     let splits = tree.nodes - tree.leaves;
@@ -400,7 +400,7 @@ fn of_phase(line: &Line, request: &Request) -> Option<f64> {
     }
     let sum = |f: fn(&PhaseLine) -> u64| members.iter().map(|p| f(p)).sum::<u64>() as f64;
     Some(match request.y {
-        // The longest chain of a group is not the sum over its phases. The ledger has computed it.
+        // The longest chain of a group is not the sum over its phases. It is taken from the ledger.
         Key::Depth => group.map_or_else(|| sum(|p| p.depth), |g| g.depth as f64),
         Key::DepthLogScan => group.map_or_else(|| sum(|p| p.depth_log_scan), |g| g.depth_log_scan as f64),
         Key::Work => sum(|p| p.work),
@@ -412,7 +412,7 @@ fn of_phase(line: &Line, request: &Request) -> Option<f64> {
     })
 }
 
-/// Returns sizes (log2 of the mean) and mean depths of the split levels of a run.
+/// Returns log2 of the mean size and the mean depth for each split level of a run.
 pub(super) fn levels(line: &Line, phase: &str) -> Vec<(f64, f64)> {
     let row = |level: &super::super::line::LevelLine| {
         let depth = level.depth.get(phase).filter(|d| d.nodes > 0)?;

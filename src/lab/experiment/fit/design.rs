@@ -1,8 +1,8 @@
-//! Laws of growth and their columns in a fit.
+//! Growth laws, and their columns in a fit.
 
 use serde::Serialize;
 
-/// A law of growth: `y = a + b g(x)`.
+/// A growth law: `y = a + b g(x)`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub enum Law {
     /// log2 n.
@@ -29,7 +29,7 @@ pub enum Law {
 }
 
 impl Law {
-    /// Returns the laws that are distinct in this dimension.
+    /// Returns the laws that differ from each other in this dimension.
     pub fn all(dimension: usize) -> impl Iterator<Item = Law> {
         let all =
             [Law::Log, Law::LogHalfD, Law::LogSquared, Law::Root, Law::Surface, Law::Linear, Law::LinearLog];

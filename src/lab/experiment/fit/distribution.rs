@@ -7,10 +7,10 @@
 
 use std::f64::consts::PI;
 
-/// Number of terms of the continued fraction before it counts as divergent. It needs about `sqrt(max(a, b))`.
+/// Number of terms after which the continued fraction counts as divergent. About `sqrt(max(a, b))` terms are needed.
 const TERMS: u32 = 100_000;
 
-/// Replaces a partial denominator of zero in the continued fraction.
+/// The replacement for a partial denominator of zero in the continued fraction.
 const TINY: f64 = 1e-300;
 
 /// Returns `ln Gamma(x)` for `x > 0`: Stirling's series (DLMF 5.11.1) at `x + n >= 10`, minus the logarithm of
@@ -32,7 +32,7 @@ fn ln_beta(a: f64, b: f64) -> f64 {
     ln_gamma(a) + ln_gamma(b) - ln_gamma(a + b)
 }
 
-/// Returns `I_x(a, b)` for positive a and b. The argument y is `1 - x`, which the caller computes without
+/// Returns `I_x(a, b)` for positive a and b. The argument `y` is `1 - x`, computed by the caller without
 /// cancellation.
 ///
 /// The continued fraction of DLMF 8.17.22 converges fast for `x < (a + 1) / (a + b + 2)`. Otherwise
@@ -52,8 +52,8 @@ fn beta_regularised(a: f64, b: f64, x: f64, y: f64) -> f64 {
     }
 }
 
-/// Returns the continued fraction of `I_x(a, b)` by the modified method of Lentz (Thompson and Barnett 1986); NaN if
-/// it does not converge.
+/// Returns the continued fraction of `I_x(a, b)`, computed by the modified method of Lentz (Thompson and Barnett
+/// 1986), or NaN if it does not converge.
 fn fraction(a: f64, b: f64, x: f64) -> f64 {
     let kept = |value: f64| if value.abs() < TINY { TINY } else { value };
     let mut c = 1.0;
@@ -76,7 +76,7 @@ fn fraction(a: f64, b: f64, x: f64) -> f64 {
     f64::NAN
 }
 
-/// Returns P(T > t); NaN without degrees of freedom.
+/// Returns P(T > t), or NaN if there are no degrees of freedom.
 pub(super) fn t_above(freedom: f64, t: f64) -> f64 {
     if freedom.is_nan() || freedom <= 0.0 || t.is_nan() {
         return f64::NAN;
@@ -91,7 +91,7 @@ pub(super) fn t_above(freedom: f64, t: f64) -> f64 {
     if t < 0.0 { 1.0 - above } else { above }
 }
 
-/// Returns P(F > f); NaN without degrees of freedom.
+/// Returns P(F > f), or NaN if there are no degrees of freedom.
 pub(super) fn f_above(above: f64, below: f64, f: f64) -> f64 {
     let sound = above > 0.0 && below > 0.0 && !f.is_nan();
     let scaled = above * f.max(0.0);
@@ -105,7 +105,7 @@ pub(super) fn f_above(above: f64, below: f64, f: f64) -> f64 {
     }
 }
 
-/// Returns the t with `P(T <= t) = p`; NaN without degrees of freedom or if p is not a probability.
+/// Returns the t with `P(T <= t) = p`, or NaN if there are no degrees of freedom or p is not a probability.
 ///
 /// It uses Newton's method from 0. P(T > t) decreases and is convex for t > 0, so the iterates increase to the root
 /// and do not pass it. They stop when rounding prevents a further increase.

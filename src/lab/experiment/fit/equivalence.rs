@@ -10,25 +10,25 @@ use super::ols::{Interval, Observation, least_squares};
 /// Significance level of each one-sided test.
 const SIZE: f64 = 0.05;
 
-/// The slope of depth against log2 of the size, and the decision whether it is within the margin.
+/// The slope of depth against log2 of the size, and whether it is within the margin.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Equivalence {
     /// Steps per doubling, with the 90 % interval of the two tests.
     pub slope: Interval,
     /// Mean depth.
     pub mean: f64,
-    /// The margin as a share of the mean per doubling, stated in advance.
+    /// The margin as a fraction of the mean per doubling, stated in advance.
     pub margin: f64,
     /// The margin in steps.
     pub margin_steps: f64,
-    /// The larger p-value of the two tests: the probability of the data if the slope were at the nearer end of the
-    /// margin.
+    /// The larger p-value of the two tests: the probability of data at least this flat if the slope were at the
+    /// nearer end of the margin.
     pub p: f64,
     /// Whether the depth is flat: p is below 5 %.
     pub flat: bool,
     /// Whether the whole interval lies outside the margin.
     pub sloped: bool,
-    /// The smallest margin, as a share of the mean, at which these data would be flat.
+    /// The smallest margin, as a fraction of the mean, with which these data would be flat.
     pub smallest_margin: f64,
     /// Number of levels.
     pub rows: usize,
@@ -36,7 +36,7 @@ pub struct Equivalence {
     pub runs: usize,
 }
 
-/// A level of a run: the index of the run, log2 of the mean size, the mean depth.
+/// A level of a run: the index of the run, log2 of the mean size, and the mean depth.
 pub(super) type LevelRow = (usize, f64, f64);
 
 /// Tests `depth = a + s log2 m` for s within the margin. The error treats runs as clusters (CR1). Returns `None` for

@@ -1,4 +1,4 @@
-//! Growth with n: fits of all laws, and the best of them.
+//! Growth with n: fits all laws and selects the best ones.
 
 use std::collections::BTreeMap;
 
@@ -28,7 +28,7 @@ pub struct Growth {
     pub curvature: Curvature,
     /// Slope of ln y against ln x. `None` if one of the y is not positive.
     pub exponent: Option<Interval>,
-    /// Change over the range of sizes as a share of the mean, with the 90 % interval of two one-sided tests.
+    /// Change over the range of sizes as a fraction of the mean, with the 90 % interval of two one-sided tests.
     pub change: Interval,
     /// The margin of the request. A smaller change does not count as growth.
     pub margin: f64,
@@ -49,7 +49,7 @@ pub struct SizeRow {
     pub runs: usize,
 }
 
-/// One law's fit.
+/// The fit of a law.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct LawFit {
@@ -59,15 +59,15 @@ pub struct LawFit {
     pub constant: Interval,
     /// The coefficient b.
     pub slope: Interval,
-    /// Share of the (weighted) variance that the law explains.
+    /// Fraction of the (weighted) variance that the law explains.
     pub r_squared: f64,
     /// Probability of a residual of at least this size if the law holds, compared with more flexible curves.
     pub lack_of_fit: f64,
-    /// Akaike's criterion minus that of the best law.
+    /// Akaike's criterion minus its value for the best law.
     pub behind: f64,
-    /// Quadratic term in log2 x of the values of the fitted law.
+    /// Quadratic term of the fitted law's values in log2 x.
     pub bend: f64,
-    /// Probability that the nested test finds a quadratic term of that size in data with this error.
+    /// Probability that the nested test would detect a quadratic term of this size in data with this error.
     pub power: f64,
 }
 
@@ -104,11 +104,11 @@ pub(super) struct How {
     pub(super) dimension: usize,
     /// Whether rows are weighted by 1 / y^2.
     pub(super) relative: bool,
-    /// Largest change over the range of sizes that does not count as growth, as a share of the mean.
+    /// Largest change over the range of sizes that does not count as growth, as a fraction of the mean.
     pub(super) margin: f64,
 }
 
-/// Fits all laws and decides between them. Returns `None` for too few sizes.
+/// Fits all laws and decides between them. Returns `None` if there are too few sizes.
 pub(super) fn growth(values: &[Value], how: How) -> Option<(Growth, Verdict)> {
     let How { dimension, relative, margin } = how;
     let table = by_size(values);
@@ -136,7 +136,7 @@ pub(super) fn growth(values: &[Value], how: How) -> Option<(Growth, Verdict)> {
     Some((growth, verdict))
 }
 
-/// Returns the change over the range of sizes as a share of the mean, by a straight line in log2 x.
+/// Returns the change over the range of sizes as a fraction of the mean, estimated by a straight line in log2 x.
 pub(super) fn change(rows: &[(f64, f64, f64)]) -> Option<Interval> {
     let row = |&(x, y, weight): &(f64, f64, f64)| Observation { columns: vec![x.log2()], y, weight };
     let line = least_squares(&rows.iter().map(row).collect::<Vec<_>>())?;

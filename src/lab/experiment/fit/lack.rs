@@ -9,10 +9,10 @@
 //!
 //! A law does not fit if either test rejects it at 0.5 %. The joint level is therefore at most 1 %.
 //!
-//! **Departure.** In textbooks, the error of a test for lack of fit is the spread of repetitions at one size. Here,
-//! seeds at one size share its position on the saw-tooth that a largest leaf causes, and many counts do not vary over
-//! seeds at all. Against that error, every law would be rejected. The error here is the residual of the reference
-//! between sizes, which includes the saw-tooth as well as the seeds.
+//! **Departure.** In textbooks, a test for lack of fit estimates the error from the spread of repetitions at one
+//! size. Here, all seeds at one size have the same position on the sawtooth that the leaf size causes, and many
+//! counts do not vary with the seed at all. With this error, every law would be rejected. Instead, the error is the
+//! residual of the reference between sizes, which includes both the sawtooth and the seeds.
 
 use super::design::Law;
 use super::distribution::f_above;
@@ -24,8 +24,7 @@ const SIZE: f64 = 0.005;
 /// A size: x, mean y, weight.
 type Row = (f64, f64, f64);
 
-/// Returns twice the smaller of the two probabilities of a residual of at least this size if the law holds
-/// (Bonferroni).
+/// Returns twice the smaller p-value of the two tests (Bonferroni).
 pub(super) fn lack_of_fit(law: Law, fit: &Fit, rows: &[Row], dimension: usize) -> f64 {
     let steep = |x: f64| {
         let g = law.at(x, dimension);
@@ -42,7 +41,7 @@ pub(super) fn lack_of_fit(law: Law, fit: &Fit, rows: &[Row], dimension: usize) -
     (2.0 * p).min(1.0)
 }
 
-/// Returns `true` if a law with this probability is rejected.
+/// Returns `true` if a law with this p-value is rejected.
 pub(super) fn rejects(p: f64) -> bool {
     p < 2.0 * SIZE
 }
@@ -51,11 +50,11 @@ fn columns(rows: &[Row], of: impl Fn(f64) -> Vec<f64>) -> Vec<Observation> {
     rows.iter().map(|&(x, y, weight)| Observation { columns: of(x), y, weight }).collect()
 }
 
-/// Returns the p-value of the F test of the law against a reference; 1 if the reference is not better or not
+/// Returns the p-value of the F test of the law against a reference, or 1 if the reference is not better or not
 /// determined.
 fn against(law: &Fit, reference: &[Observation], rows: &[Row]) -> f64 {
     let Some(better) = least_squares(reference) else { return 1.0 };
-    // Any smaller residual is due to rounding.
+    // A smaller residual is due to rounding.
     let rounding = 1e-24 * rows.iter().map(|r| r.2 * r.1 * r.1).sum::<f64>();
     let more = law.freedom - better.freedom;
     if law.rss <= better.rss.max(rounding) || more <= 0.0 {

@@ -1,29 +1,31 @@
-//! The growth of counts: laws with intervals, curvature, flatness, and a verdict in words.
+//! The growth of counts: growth laws with intervals, tests of curvature and flatness, and a verdict in words.
 //!
-//! **Statement.** Let y be a count of runs over sets of x points (or x = n / leaf).
+//! **Statement.** Let y be a count of runs on sets of x points (or x = n / leaf).
 //! - (1) *Laws.* Each law g of [`Law`] is fitted as `y = a + b g(x)` by weighted least squares, with Student's
 //!   intervals.
 //! - (2) *Nested test.* `y = a + b L + c L^2` with L = log2 x is tested against c = 0, two-sided, at 1 %. The result
-//!   states the smallest |c| that would be found in 95 % of repetitions, and the c of a pure `log^2` law through the
-//!   same data.
+//!   states the smallest |c| that would be detected in 95 % of repetitions, and the c of a pure `log^2` law through
+//!   the same data.
 //! - (3) *Equivalence.* For depth by level, `depth = a + s log2 m` is fitted over levels of mean size m. The depth is
 //!   flat if the 90 % interval of s lies within plus or minus the margin (two one-sided tests at 5 %, Schuirmann
-//!   1987). The margin is part of the request and never derived from the data. The default is 5 % of the mean depth
-//!   per doubling.
+//!   1987). The margin is part of the request and is never derived from the data. The default is 5 % of the mean
+//!   depth per doubling.
 //! - (4) *Lack of fit.* Each law is tested against its own change of steepness and against a cubic in log x, at 1 %
-//!   jointly. A law that does not fit is excluded. If no law remains, the verdict is "none of these" with the
+//!   jointly. A law that does not fit is excluded. If no law remains, the verdict is "none of these", with the
 //!   exponent.
-//! - (5) *Flatness.* A count does not grow if the 90 % interval of its change over the range of sizes, by the fit of
-//!   log n, lies within the margin. The margin is a share of the mean here, and the tests are again two one-sided
-//!   ones. A slope that is not significant does not show flatness; the verdict is then that growth is unclear.
-//! - (6) *Verdict.* A [`Verdict`] summarises the tests. It may be that these sizes do not distinguish the laws.
+//! - (5) *Flatness.* A count does not grow if the 90 % interval of its change over the range of sizes, according to
+//!   the fit of log n, lies within the margin. Here, the margin is a fraction of the mean, and there are again two
+//!   one-sided tests. A slope that is not significant does not show flatness. In this case, the verdict is that
+//!   growth is unclear.
+//! - (6) *Verdict.* A [`Verdict`] summarises the tests. A possible verdict is that the sizes do not distinguish the
+//!   laws.
 //!
-//! **Departures.** Seeds at one size share its position on the saw-tooth that a largest leaf causes. They are not
-//! independent observations of curvature. The fit is therefore over the means at each size, and the error is the
-//! residual between sizes. Levels of one run share its points, so the error of s is that of clusters (one per run,
-//! CR1). Counts that grow like a power of n (work, messages, bytes, seconds) are weighted by 1 / y^2.
+//! **Departures.** All seeds at one size have the same position on the sawtooth that the leaf size causes, so they
+//! are not independent observations of curvature. The fit is therefore over the means at each size, and the error is
+//! the residual between sizes. Levels of one run share its points, so the error of s is clustered by run (CR1).
+//! Counts that grow like a power of n (work, messages, bytes, seconds) are weighted by 1 / y^2.
 //!
-//! A count of a whole run includes repair and the phases of the machine, so it has no fit. Phases are fitted
+//! A count of a whole run includes repair and the phases of the machine, so it is not fitted. Phases are fitted
 //! separately ([`FitError::Mixes`]).
 
 mod data;

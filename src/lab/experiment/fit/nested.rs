@@ -8,7 +8,7 @@ use super::ols::{Fit, Interval, Observation, least_squares};
 /// Significance level of the test.
 pub(super) const SIZE: f64 = 0.01;
 
-/// Power for which the smallest visible curvature is stated.
+/// Power for which the smallest detectable curvature is stated.
 const POWER: f64 = 0.95;
 
 /// The quadratic term of `y = a + b L + c L^2`, L = log2 x.
@@ -24,7 +24,7 @@ pub struct Curvature {
     pub p: f64,
     /// Whether p is below 1 %.
     pub bends: bool,
-    /// The smallest |c| that a test at 1 % finds in 95 % of repetitions with this error.
+    /// The smallest |c| that a test at 1 % detects in 95 % of repetitions with this error.
     pub smallest_seen: f64,
     /// The critical value of t.
     pub critical: f64,
@@ -32,8 +32,8 @@ pub struct Curvature {
 
 /// Tests the quadratic term. Returns `None` for fewer than 4 distinct x.
 ///
-/// Powers approximate the distribution of t under an alternative by a shifted central one. At 10 degrees of freedom,
-/// the error is below one percent.
+/// For the power, the distribution of t under an alternative is approximated by a shifted central distribution. At 10
+/// degrees of freedom, the error is below one percent.
 pub(super) fn curvature(rows: &[(f64, f64, f64)]) -> Option<Curvature> {
     let full = parabola(rows)?;
     let quadratic = full.coefficients[2];
@@ -58,7 +58,7 @@ pub(super) fn curvature(rows: &[(f64, f64, f64)]) -> Option<Curvature> {
     })
 }
 
-/// Fits `y = a + b (L - middle) + c (L - middle)^2`, which has the same c as around 0 and is better conditioned.
+/// Fits `y = a + b (L - middle) + c (L - middle)^2`. The shift does not change c and improves the conditioning.
 fn parabola(rows: &[(f64, f64, f64)]) -> Option<Fit> {
     let middle = rows.iter().map(|r| r.0.log2()).sum::<f64>() / rows.len().max(1) as f64;
     let row = |&(x, y, weight): &(f64, f64, f64)| {
@@ -69,8 +69,8 @@ fn parabola(rows: &[(f64, f64, f64)]) -> Option<Fit> {
 }
 
 impl Curvature {
-    /// Returns the quadratic term of the values of the fitted law at these x, and the probability that the
-    /// test finds a curvature of that size in data with this error.
+    /// Returns the quadratic term of the fitted law's values at the same x, and the probability that the test detects
+    /// a curvature of this size in data with this error.
     pub(super) fn power_against(&self, rows: &[(f64, f64, f64)]) -> (f64, f64) {
         let Some(fit) = parabola(rows) else { return (0.0, 0.0) };
         let bend = fit.coefficients[2].value;

@@ -1,18 +1,18 @@
 //! Weighted least squares with Student's intervals.
 //!
 //! **Statement.** For rows `(1, g_1, .., g_k)` with values y and weights w, the fit minimises the sum of
-//! `w (y - fit)^2`. It uses Householder's QR ([`super::qr`]) of the rows scaled by sqrt(w), with columns scaled to
-//! largest entry 1. The error variance is the weighted residual sum over n - k - 1.
+//! `w (y - fit)^2`. It uses Householder's QR ([`super::qr`]) of the rows scaled by sqrt(w), with columns scaled so
+//! that their largest entry is 1. The error variance is the weighted residual sum over n - k - 1.
 
 use serde::Serialize;
 
 use super::distribution::t_quantile;
 use super::qr::{Solution, Triangle};
 
-/// A row: its columns without the constant, the value, and its weight.
+/// A row of the fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
-    /// Columns.
+    /// The columns without the constant.
     pub columns: Vec<f64>,
     /// The value.
     pub y: f64,
@@ -36,7 +36,7 @@ pub struct Interval {
 /// A fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
-    /// The coefficients, the constant first.
+    /// The coefficients, beginning with the constant.
     pub coefficients: Vec<Interval>,
     /// Inverse of the matrix of normal equations, row by row.
     pub bread: Vec<Vec<f64>>,
@@ -49,29 +49,29 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Returns the share of the (weighted) variance that the fit explains; 1 if there is no variance.
+    /// Returns the fraction of the (weighted) variance that the fit explains, or 1 if there is no variance.
     pub fn r_squared(&self) -> f64 {
         if self.tss > 0.0 { 1.0 - self.rss / self.tss } else { 1.0 }
     }
 
-    /// Returns the fitted value at these columns.
+    /// Returns the fitted value for a row with these columns.
     pub fn at(&self, columns: &[f64]) -> f64 {
         let slopes = self.coefficients[1..].iter().zip(columns);
         self.coefficients[0].value + slopes.map(|(c, x)| c.value * x).sum::<f64>()
     }
 
-    /// Returns Akaike's criterion with its correction for few observations; lower is better. Residuals below the
-    /// rounding error count as rounding error.
+    /// Returns Akaike's criterion with the correction for few observations; lower is better. A residual below the
+    /// rounding error is replaced by the rounding error.
     pub fn aicc(&self, observations: usize) -> f64 {
         let n = observations as f64;
-        // The parameters are the coefficients and the variance.
+        // The parameters are the coefficients and the error variance.
         let k = self.coefficients.len() as f64 + 1.0;
         let rss = self.rss.max(1e-24 * self.tss).max(f64::MIN_POSITIVE);
         n * (rss / n).ln() + 2.0 * k + 2.0 * k * (k + 1.0) / (n - k - 1.0).max(0.5)
     }
 }
 
-/// Returns the fit, or `None` if the columns do not determine the coefficients or no observation remains for
+/// Returns the fit, or `None` if the columns do not determine the coefficients or no degrees of freedom remain for
 /// the error.
 pub fn least_squares(rows: &[Observation]) -> Option<Fit> {
     let width = rows.first()?.columns.len() + 1;

@@ -4,7 +4,7 @@
 //! product of reflections `1 - 2 v v' / v'v` (Golub and Van Loan, Matrix Computations, algorithm 5.2.1). The
 //! coefficients that minimise `|A c - y|` are `R^-1` times the first rows of `Q' y`, and `(A'A)^-1 = R^-1 R^-1'`.
 
-/// R, by columns without the zeros below the diagonal, and the first rows of `Q' y`.
+/// R by columns, without the zeros below the diagonal, and the first rows of `Q' y`.
 pub(super) struct Triangle {
     columns: Vec<Vec<f64>>,
     values: Vec<f64>,
@@ -18,7 +18,7 @@ pub(super) struct Solution {
     pub bread: Vec<Vec<f64>>,
 }
 
-/// Sums from 0. The sum of an iterator starts at -0, which would remain for vectors of zeros.
+/// The sum starts at 0. `Iterator::sum` starts at -0, which would be the result for vectors of zeros.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
 }
@@ -33,7 +33,7 @@ impl Triangle {
             if norm == 0.0 {
                 continue;
             }
-            // With this sign, nothing cancels.
+            // With this sign, there is no cancellation.
             let diagonal = if pivot[0] > 0.0 { -norm } else { norm };
             pivot[0] -= diagonal;
             let half = -diagonal * pivot[0];
@@ -50,12 +50,12 @@ impl Triangle {
         Triangle { columns, values }
     }
 
-    /// Returns the absolute values of the diagonal.
+    /// Returns the absolute values of the diagonal entries.
     pub(super) fn diagonal(&self) -> impl Iterator<Item = f64> {
         self.columns.iter().enumerate().map(|(j, column)| column[j].abs())
     }
 
-    /// Returns the solution. No value of the diagonal may be 0.
+    /// Returns the solution. No diagonal entry may be 0.
     pub(super) fn solve(&self) -> Solution {
         let width = self.columns.len();
         let inverse: Vec<Vec<f64>> = (0..width).map(|row| self.inverse_row(row)).collect();
@@ -66,7 +66,7 @@ impl Triangle {
         }
     }
 
-    /// Returns a row of `R^-1`, from `x R = e_row`.
+    /// Returns a row of `R^-1`: the solution of `x R = e_row`.
     fn inverse_row(&self, row: usize) -> Vec<f64> {
         let mut x = vec![0.0; self.columns.len()];
         for (j, column) in self.columns.iter().enumerate().skip(row) {

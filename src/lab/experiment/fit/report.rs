@@ -1,4 +1,4 @@
-//! The result of a request for a fit.
+//! Fits, and their results.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use crate::experiment::Line;
 /// Name and version of the schema of [`FitReport`].
 pub const SCHEMA: &str = "septet-fit/1";
 
-/// Number of seeds per size that resampling needs.
+/// Number of seeds per size that resampling requires.
 const LEAST_SEEDS: usize = 3;
 
 /// The result of a request.
@@ -25,11 +25,11 @@ pub struct FitReport {
     pub schema: String,
     /// The request.
     pub request: Request,
-    /// The runs that belong to one curve, for each curve.
+    /// The curves, each with the runs that belong to it.
     pub series: Vec<Series>,
 }
 
-/// Runs that differ in size and seed only.
+/// Runs that differ only in size and seed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Series {
@@ -37,19 +37,19 @@ pub struct Series {
     pub name: String,
     /// Number of runs.
     pub runs: usize,
-    /// Growth with n; none for `level-depth`.
+    /// Growth with n; absent for `level-depth`.
     pub growth: Option<Growth>,
-    /// Flatness over levels; for `level-depth` only.
+    /// Flatness over levels, for `level-depth` only.
     pub levels: Option<Equivalence>,
     /// The verdict.
     pub verdict: Verdict,
     /// The verdict in words.
     pub words: String,
-    /// How often resampling gives the same result, if requested.
+    /// How often resampling gives the same verdict, if requested.
     pub resampled: Option<Resampled>,
 }
 
-/// Computes the result of a request.
+/// Fits the lines as requested.
 ///
 /// # Errors
 /// See [`FitError`].
@@ -119,7 +119,7 @@ fn of_levels(name: String, lines: &[Line], request: &Request) -> Result<Option<S
     Ok(Some(Series { name, runs: runs.len(), growth: None, levels: Some(test), verdict, words, resampled }))
 }
 
-/// Refuses to resample sizes with too few seeds.
+/// Returns an error if some size has too few seeds for resampling.
 fn enough_seeds(
     series: &str,
     mut sizes: impl Iterator<Item = (f64, usize)>,

@@ -1,8 +1,8 @@
-//! Resampling of the seeds, which estimates the reliability of a verdict.
+//! Resampling of the seeds, to estimate the reliability of a verdict.
 //!
-//! **Statement.** Each repetition draws with replacement, at every size, as many runs as the data have, and decides
-//! again. For levels, it draws from all runs together. The share of repetitions that agree with the data estimates the
-//! power of the test at these sizes with these numbers of seeds (Efron 1979).
+//! **Statement.** Each repetition draws, with replacement and at every size, as many runs as the data have, and
+//! determines the verdict. For levels, it draws from all runs together. The fraction of repetitions that agree with
+//! the data estimates the power of the test with these sizes and numbers of seeds (Efron 1979).
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use super::equivalence::equivalence;
 use super::growth::{How, growth, level_rows};
 use super::verdict::Verdict;
 
-/// Seed of the draws, so that the result is a function of the request.
+/// Seed of the draws. It is fixed, so that the result is a function of the request.
 const SEED: u64 = 1;
 
 /// The results of the repetitions.
@@ -23,11 +23,11 @@ const SEED: u64 = 1;
 pub struct Resampled {
     /// Number of repetitions.
     pub times: u32,
-    /// Share with the same verdict.
+    /// Fraction with the same verdict.
     pub same_verdict: f64,
-    /// Share that bends upwards against log n at 1 %; for levels, the share beyond the margin.
+    /// Fraction that bends upwards relative to log n at 1 %; for levels, the fraction beyond the margin.
     pub bends: f64,
-    /// For levels, the share found flat.
+    /// For levels, the fraction found flat.
     pub flat: f64,
 }
 

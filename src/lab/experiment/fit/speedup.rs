@@ -1,4 +1,4 @@
-//! Speed-up over the best serial program, and never over the parallel program on one worker.
+//! Speed-up relative to the best serial program, and never relative to the parallel program with one worker.
 
 use std::collections::BTreeMap;
 
@@ -7,14 +7,14 @@ use serde::Serialize;
 use super::super::line::{Line, Program};
 use super::data::FitError;
 
-/// The runs of one set size on one number of workers.
+/// The runs with one set size and one number of workers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SpeedupRow {
     /// Kind and dimension.
     pub set: String,
     /// Number of points requested.
     pub n: u64,
-    /// Workers as requested.
+    /// The requested number of workers.
     pub workers: String,
     /// Number of threads that ran the workers.
     pub threads: usize,
@@ -22,20 +22,20 @@ pub struct SpeedupRow {
     pub runs: usize,
     /// Median seconds of `triangulate`.
     pub seconds: f64,
-    /// Median over seeds of the best serial run of the same points, in seconds.
+    /// Median over seeds of the best serial run on the same points, in seconds.
     pub serial_seconds: f64,
     /// Median over seeds of serial seconds over parallel seconds.
     pub speedup: f64,
     /// The smallest and largest speed-up.
     pub spread: (f64, f64),
-    /// Speed-up over threads, since workers share the threads.
+    /// Speed-up divided by the number of threads, because the workers share the threads.
     pub efficiency: f64,
 }
 
 /// A point set: kind, dimension, Lipschitz constant, number of points requested, seed.
 type Set = (String, usize, u64, u64);
 
-/// The runs of a row: set, number of points requested, workers of the run and as requested, threads.
+/// The key of a row: set, requested number of points, actual and requested workers, threads.
 type Group = (String, u64, u32, String, usize);
 
 fn set_of(line: &Line) -> Set {
@@ -46,8 +46,8 @@ fn set_of(line: &Line) -> Set {
 /// Computes the speed-up of every timed run, by set size, workers and threads.
 ///
 /// # Errors
-/// Returns [`FitError::NoSerial`] if the points of a timed run have no serial run in these lines;
-/// [`FitError::NotTimed`] if there is no timed run.
+/// Returns [`FitError::NoSerial`] if `lines` has no serial run on the points of a timed run, and
+/// [`FitError::NotTimed`] if it has no timed run.
 pub fn speedup(lines: &[Line]) -> Result<Vec<SpeedupRow>, FitError> {
     let mut serial: BTreeMap<Set, f64> = BTreeMap::new();
     for line in lines.iter().filter(|line| line.program == Program::Serial) {

@@ -26,7 +26,7 @@ fn interval(i: &Interval) -> String {
 }
 
 impl FitReport {
-    /// Returns tables and sentences. Every line ends with a line feed.
+    /// Returns the result as tables and sentences. Every line ends with a line feed.
     pub fn text(&self) -> String {
         let mut out = String::new();
         let phase = self.request.phase.as_ref().map_or_else(String::new, |p| format!(" of {p}"));
@@ -43,8 +43,8 @@ impl FitReport {
             if self.request.phase.as_deref() == Some("paper") && self.request.y != Key::LevelDepth {
                 line(
                     &mut out,
-                    "  note: all of the paper's phases together; the constant of the local hulls can hide how the \
-                     recursion grows: fit its phases apart",
+                    "  note: this fit is over all of the paper's phases; the constant of the local hulls can hide how the \
+                     recursion grows, so fit its phases separately",
                 );
             }
             out.push('\n');
@@ -95,7 +95,7 @@ impl Growth {
         line(
             out,
             &format!(
-                "  quadratic term in log2 n: {}, p = {} ({bends} at 1 %); a term of {} would have been seen with \
+                "  quadratic term in log2 n: {}, p = {} ({bends} at 1 %); a term of {} would have been detected with \
                  a power of 95 %",
                 interval(&c.quadratic),
                 p_value(c.p),
@@ -109,7 +109,7 @@ impl Growth {
             .map(|fit| format!("{} ({:.0} %)", fit.law.name(), 100.0 * fit.power))
             .collect();
         if !c.bends && !hidden.is_empty() {
-            line(out, &format!("  power too small to see the bend of: {}", hidden.join(", ")));
+            line(out, &format!("  power too small to detect the bend of: {}", hidden.join(", ")));
         }
     }
 }
@@ -166,7 +166,7 @@ impl Series {
 /// Returns the speed-up as a table.
 pub fn speedup_table(rows: &[SpeedupRow]) -> String {
     let mut out = String::new();
-    line(&mut out, "speed-up against the best serial run of the same points, medians over seeds");
+    line(&mut out, "speed-up relative to the best serial run on the same points, medians over seeds");
     line(
         &mut out,
         &format!(

@@ -7,11 +7,11 @@ use super::equivalence::Equivalence;
 use super::growth::{Growth, LawFit};
 use super::lack::rejects;
 
-/// A law remains possible if its Akaike criterion exceeds that of the best law by at most this difference: 2 ln 100.
-/// The best law is then at most a hundred times as likely.
+/// A law remains possible if its Akaike criterion exceeds the best law's criterion by at most this difference: 2 ln
+/// 100. The best law is then at most a hundred times as likely.
 pub(super) const APART: f64 = 9.210_340_371_976_182;
 
-/// Power of the test for curvature above which a law is excluded if the test found no curvature.
+/// If the test for curvature finds none, a law is excluded if the test has at least this power against it.
 const ENOUGH: f64 = 0.95;
 
 /// A verdict.
@@ -21,34 +21,34 @@ const ENOUGH: f64 = 0.95;
 pub enum Verdict {
     /// The count does not grow: two one-sided tests find its change over the range of sizes within the margin.
     Flat,
-    /// No growth is significant, and a change beyond the margin is not excluded.
+    /// No growth is significant, but a change beyond the margin cannot be excluded.
     Unclear,
-    /// The count grows like this law, and like no other of the list.
+    /// The count grows like this law, and like no other law of the list.
     Law {
         /// The law.
         law: Law,
     },
-    /// The count grows, and these sizes do not distinguish the laws.
+    /// The count grows, but these sizes do not distinguish the laws.
     CannotTell {
         /// The laws.
         laws: Vec<Law>,
     },
-    /// The count grows, and no law of the list fits.
+    /// The count grows, but no law of the list fits.
     NoneOfThese,
     /// The count bends downwards against log n: it grows more slowly than any law of the list.
     Slower,
-    /// The count falls.
+    /// The count decreases.
     Falls,
     /// The depth of a level does not depend on its size, within the margin.
     SizeFree,
     /// The depth of a level depends on its size by more than the margin.
     SizeBound,
-    /// The interval contains an end of the margin.
+    /// The confidence interval contains an end of the margin.
     SizeUnclear,
 }
 
 impl Verdict {
-    /// Returns the verdict on growth. The laws are ordered by likelihood, the best first.
+    /// Returns the verdict on growth. `growth.laws` must be ordered by likelihood, beginning with the best law.
     pub(super) fn of_growth(growth: &Growth) -> Verdict {
         let (laws, curvature) = (&growth.laws, &growth.curvature);
         if growth.is_flat() {
@@ -120,8 +120,8 @@ impl Verdict {
 }
 
 impl Growth {
-    /// Returns `true` if an equivalence test finds no growth. If the means bend, which a straight line does not
-    /// show, their spread must also be within the margin.
+    /// Returns `true` if an equivalence test finds no growth. If the means bend, which a straight line cannot show,
+    /// their spread must also be within the margin.
     fn is_flat(&self) -> bool {
         let straight = self.change.low.abs().max(self.change.high.abs()) < self.margin;
         let means = || self.table.iter().map(|row| row.mean);

@@ -1,4 +1,4 @@
-//! Histograms in reports, which are written and read.
+//! Histograms in reports that are written and read back.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,9 +11,9 @@ pub struct HistogramReport {
     pub from: f64,
     /// The upper end of the last bin.
     pub to: f64,
-    /// Number of values below.
+    /// Number of values below the first bin.
     pub below: u64,
-    /// Number of values above.
+    /// Number of values above the last bin.
     pub above: u64,
     /// The smallest value. `None` if there are no values.
     pub least: Option<f64>,

@@ -1,8 +1,7 @@
 //! The report of `septet mesh`: a documented, versioned schema.
 //!
-//! The number of a feature is its position in the domain, and its name contains its id in the file. Fields whose
-//! names end in `seconds`, and `bytes` of memory, are measured and do not repeat. All other fields repeat
-//! exactly.
+//! A feature is numbered by its position in the domain, and its name contains its id in the file. Times (fields whose
+//! names end in `seconds`) and memory sizes are measured and do not repeat. All other fields repeat exactly.
 
 use std::path::PathBuf;
 
@@ -32,18 +31,18 @@ use septet_core::mesh::{Boundary, MeshRequest};
 /// Name and version of the schema.
 pub const MESH_SCHEMA: &str = "septet-mesh/1";
 
-/// Largest number of conformity defects that are listed.
+/// Maximum number of conformity defects that are listed.
 const LISTED_DEFECTS: usize = 100;
 
-/// Largest number of features that are listed.
+/// Maximum number of features that are listed.
 const LISTED_FEATURES: usize = 50;
 
-/// The context of a mesh: the data of its report that meshing itself does not have.
+/// The context of a mesh: the data of its report that meshing itself does not provide.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MeshContext<'a> {
-    /// The domain as named.
+    /// The domain as given on the command line.
     pub input: &'a str,
-    /// The outputs as named.
+    /// The outputs as given on the command line.
     pub outputs: &'a [PathBuf],
     /// The id of the first point in the file.
     pub first_id: u64,
@@ -122,7 +121,7 @@ impl MeshReport {
     }
 }
 
-/// Returns the name of a feature, with the ids of the file.
+/// Returns the name of a feature, with its ids in the file.
 pub fn feature_name<P: Triangulate>(domain: &Domain<P>, feature: Feature, first_id: u64) -> String {
     let id = |v: u32| u64::from(v) + first_id;
     match feature {

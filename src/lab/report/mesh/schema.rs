@@ -54,7 +54,7 @@ pub struct MeshReport {
     /// The runs of the machine, in order.
     #[serde(skip_deserializing)]
     pub runs: Vec<RunLine>,
-    /// Radius-edge ratios by the place of the circumcentre.
+    /// Radius-edge ratios by the location of the circumcentre.
     pub radius_edge: Vec<PlaceReport>,
     /// The features with the worst cells.
     #[serde(skip_deserializing)]
@@ -79,11 +79,11 @@ pub struct MeshReport {
 /// The distance between the boundary of a remeshed surface and the surface, in the unit of the file.
 #[derive(Clone, Debug, Serialize)]
 pub struct DeviationReport {
-    /// Largest distance from sampled places of the boundary to the surface.
+    /// Largest distance from sampled points of the boundary to the surface.
     pub of_boundary: f64,
     /// Largest distance from vertices of the surface to the boundary.
     pub of_surface: f64,
-    /// Number of boundary edges below half the size.
+    /// Number of boundary edges shorter than half the size.
     pub finer_edges: u64,
     /// Euler characteristics of the boundary and of the surface.
     pub euler: [i64; 2],
@@ -94,14 +94,14 @@ pub struct DeviationReport {
 /// The options of a mesh as requested. Lengths are in the unit of the file.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ParameterReport {
-    /// The domain as named.
+    /// The domain as given on the command line.
     pub input: String,
-    /// The outputs as named.
+    /// The outputs as given on the command line.
     #[serde(skip_deserializing)]
     pub outputs: Vec<String>,
     /// `exact` or `remesh`.
     pub boundary: Word,
-    /// The Lipschitz constant of the sizes.
+    /// The Lipschitz constant of the size function.
     pub lipschitz: f64,
     /// Largest radius-edge ratio away from the boundary.
     pub radius_edge: f64,
@@ -111,7 +111,7 @@ pub struct ParameterReport {
     /// Smallest size.
     #[serde(skip_deserializing)]
     pub min_size: Option<f64>,
-    /// Number of points of the size field.
+    /// Number of points in the size field.
     #[serde(skip_deserializing)]
     pub size_field_points: usize,
     /// `point` or `line`.
@@ -123,7 +123,7 @@ pub struct ParameterReport {
     /// Whether slivers are removed.
     #[serde(skip_deserializing)]
     pub improve: bool,
-    /// Largest leaf of the partition trees.
+    /// Largest number of points in a leaf of the partition trees.
     #[serde(skip_deserializing)]
     pub leaf: Option<u64>,
     /// Number of workers. `None` for one per leaf.
@@ -134,7 +134,7 @@ pub struct ParameterReport {
     /// `channel` or `sim`.
     #[serde(skip_deserializing)]
     pub transport: Word,
-    /// Seed of the order of delivery; `sim` only.
+    /// Seed of the delivery order; `sim` only.
     #[serde(skip_deserializing)]
     pub delivery_seed: Option<u64>,
     /// Seed of every random draw.
@@ -161,7 +161,7 @@ pub struct DomainReport {
     pub facets: u64,
     /// Number of components inside.
     pub components: u64,
-    /// Number of components with a region of the input.
+    /// Number of components with a region in the input.
     #[serde(skip_deserializing)]
     pub regions: u64,
     /// Area or volume in the unit of the file.
@@ -203,7 +203,7 @@ pub struct StageReport {
     pub candidates: u64,
     /// Number of points that were inserted.
     pub points: u64,
-    /// Number of rounds of completion.
+    /// Number of completion rounds.
     pub completion_rounds: u64,
     /// Number of rounds of the independent sets.
     pub set_rounds: u64,
@@ -232,7 +232,7 @@ pub struct Interval {
     pub upper: f64,
 }
 
-/// The radius-edge ratios of the cells whose circumcentres lie in one kind of place.
+/// The radius-edge ratios of the cells with one kind of location of the circumcentre.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct PlaceReport {
     /// `free`, `near`, `above` or `outside`.
@@ -263,7 +263,7 @@ pub struct CellReport {
     pub largest_angle: f64,
     /// The feature whose ball contains the circumcentre, if any.
     pub feature: Option<String>,
-    /// The mean of the vertices.
+    /// The mean of the vertices of the cell.
     pub at: Vec<f64>,
     /// The vertices: index, and the feature that each lies on.
     pub vertices: Vec<(u32, String)>,
@@ -291,7 +291,7 @@ pub struct FeatureReport {
 pub struct QualityReport {
     /// Radius-edge ratios.
     pub radius_edge: HistogramReport,
-    /// All angles in degrees: dihedral in space, at corners in the plane.
+    /// All angles in degrees: dihedral angles in space, interior angles in the plane.
     pub angles: HistogramReport,
     /// The smallest angle of each cell.
     pub least_angles: HistogramReport,
@@ -319,7 +319,7 @@ pub struct QualityReport {
     /// Number of points over the integral.
     #[serde(skip_deserializing)]
     pub points_over_integral: f64,
-    /// Largest slope of the sizes on an edge.
+    /// Largest slope of the sizes along an edge.
     #[serde(deserialize_with = "number")]
     pub lipschitz: f64,
     /// The vertices of this edge.

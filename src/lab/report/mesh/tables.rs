@@ -1,5 +1,5 @@
 //! The tables of `septet mesh --profile`: stages of generation, phases of the machine in each stage, and runs of the
-//! machine. Modelled counts and measured times are never in the same column.
+//! machine. A column contains either modelled counts or measured times.
 
 use std::fmt::Write;
 
@@ -12,7 +12,7 @@ use super::MeshReport;
 pub const TABLES: [&str; 3] = ["stages", "phases", "runs"];
 
 impl MeshReport {
-    /// Returns the tables of `--profile`: all of them, or the one with this number in [`TABLES`].
+    /// Returns the tables of `--profile`: all of them, or only the table with this number in [`TABLES`].
     pub fn tables(&self, format: TableFormat, which: Option<usize>) -> String {
         let mut out = String::new();
         if format == TableFormat::Markdown {
@@ -83,7 +83,7 @@ impl MeshReport {
     }
 }
 
-/// Returns a row. A cell is empty if not counted.
+/// Returns a row. A cell is empty if its value was not counted.
 fn row<const N: usize>(
     labels: [String; N],
     counts: impl IntoIterator<Item = Option<u64>>,
