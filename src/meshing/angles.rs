@@ -2,15 +2,16 @@
 //!
 //! **Statement.** Let two features meet in a corner or along a segment, and let neither contain the other. Their angle
 //! is the smallest angle between a direction into one feature and a direction into the other.
-//! 1. Two facets along a segment: the angle is their dihedral angle.
-//! 2. Two segments: it is the plane angle.
-//! 3. A segment and a facet: it is the angle between the segment and the plane of the facet if the projection of the
-//!    segment runs into the facet. Otherwise it is the smallest angle with a segment of the facet.
-//! 4. Two facets that meet only in a corner: their angle is not smaller than one of the angles above.
+//! 1. Two facets that meet along a segment: the angle is their dihedral angle.
+//! 2. Two segments: the angle is the angle between them in their plane.
+//! 3. A segment and a facet: if the projection of the segment runs into the facet, the angle is the angle between the
+//!    segment and the plane of the facet. Otherwise, it is the smallest angle between the segment and a segment of
+//!    the facet.
+//! 4. Two facets that meet only in a corner: their angle is at least as large as one of the angles above.
 //!
-//! **Work and depth.** All pairs at each corner and segment.
+//! **Work and depth.** One test for each pair of features at each corner and segment.
 //!
-//! Angles are rounded. Comparisons use cosines, which need only square roots. Degrees are for reports.
+//! Angles are rounded. Comparisons use cosines, which need only square roots. Only reports use degrees.
 
 use septet_geometry::point::Point;
 
@@ -22,7 +23,8 @@ use crate::space::Space;
 pub struct SmallAngle {
     /// The features.
     pub features: [Feature; 2],
-    /// The vertex of the corner in which they meet. For two facets it is the first end of their segment.
+    /// The vertex of the corner in which they meet. For two facets along a segment, it is the first end of the
+    /// segment.
     pub at: u32,
     /// The segment along which two facets meet. `None` for other pairs.
     pub along: Option<u32>,
@@ -59,7 +61,8 @@ impl<P: Space> Domain<P> {
         cosine(a, b)
     }
 
-    /// Returns the directions into a facet that are perpendicular to a segment: one on the boundary, two inside.
+    /// Returns the directions into a facet that are perpendicular to a segment: one if the segment is on the boundary
+    /// of the facet, two if it is inside.
     fn inward(&self, facet: u32, segment: u32) -> Vec<P> {
         let segment = &self.segments[segment as usize];
         let edge = [segment.chain[0], segment.chain[1]];
@@ -84,9 +87,9 @@ impl<P: Space> Domain<P> {
         a.iter().flat_map(|&x| b.iter().map(move |&y| cosine(x, y))).max_by(f64::total_cmp)
     }
 
-    /// Returns the segments that are ridges, ascending. A segment is a ridge if its number of facets is not two, or
-    /// if its dihedral angle differs from 180 degrees by at least `feature_angle` (in degrees). The ridges are not
-    /// joined into chains.
+    /// Returns the segments that are ridges, in ascending order. A segment is a ridge if its number of facets is not
+    /// two, or if its dihedral angle differs from 180 degrees by at least `feature_angle` (in degrees). The ridges
+    /// are not joined into chains.
     pub fn ridges(&self, feature_angle: f64) -> Vec<u32> {
         let limit = -feature_angle.to_radians().cos();
         let is_ridge = |&s: &u32| match self.segments[s as usize].facets[..] {
@@ -96,7 +99,7 @@ impl<P: Space> Domain<P> {
         (0..self.segments.len() as u32).filter(is_ridge).collect()
     }
 
-    /// Returns all pairs of features that meet at less than `limit` degrees, the smallest angle first.
+    /// Returns all pairs of features that meet at less than `limit` degrees, in ascending order of the angle.
     pub fn small_angles(&self, limit: f64) -> Vec<SmallAngle> {
         // The cosine of 90 degrees must be exactly 0.
         let least = if limit == 90.0 { 0.0 } else { limit.to_radians().cos() } + MARGIN;

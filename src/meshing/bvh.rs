@@ -1,8 +1,8 @@
 //! A tree of bounding boxes over simplices.
 //!
 //! **Statement.** Boxes are closed, and their bounds are coordinates of the simplices, without rounding. A query
-//! therefore finds every pair of boxes that meet. The tree splits the items at the median of their centres along the
-//! longest side of their box, with ties by position. It is a function of the ordered list of items.
+//! therefore finds every box that meets the given one. The tree splits the items at the median of their centres along
+//! the longest side of their box. Ties are broken by position. The tree is a function of the ordered list of items.
 //!
 //! **Work and depth.** `m log m` to build. A query costs one step per visited node.
 
@@ -11,7 +11,7 @@ use std::collections::BinaryHeap;
 
 use septet_geometry::point::Point;
 
-/// A closed box with sides along the axes. It is empty if `low > high` along some axis.
+/// A closed box with sides parallel to the axes. It is empty if `low > high` along some axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds<P> {
     /// Smallest coordinates.
@@ -72,7 +72,7 @@ impl<P: Point> Bounds<P> {
         span[0] <= span[1]
     }
 
-    /// Returns the squared distance to a point, rounded. It is 0 inside.
+    /// Returns the squared distance to a point, rounded, or 0 if the point is inside.
     pub fn dist2(&self, p: P) -> f64 {
         let mut gap = P::splat(0.0);
         for i in 0..P::DIM {
@@ -83,7 +83,7 @@ impl<P: Point> Bounds<P> {
     }
 }
 
-/// The largest number of items of a leaf.
+/// The maximum number of items in a leaf.
 const LEAF: usize = 4;
 
 #[derive(Clone, Debug)]
@@ -141,7 +141,7 @@ impl<P: Point> Bvh<P> {
         self.nodes.first().map_or_else(Bounds::empty, |n| n.bounds)
     }
 
-    /// Returns the items whose boxes meet `query`, ascending.
+    /// Returns the items whose boxes meet `query`, in ascending order.
     pub fn meeting(&self, query: &Bounds<P>) -> Vec<u32> {
         let mut found = Vec::new();
         self.visit(query, |i| {
@@ -180,7 +180,7 @@ impl<P: Point> Bvh<P> {
     }
 
     /// Calls `f` with each item whose box may meet the segment from `p` to `q`, in the order of the tree, until `f`
-    /// returns `false`. Boxes are widened by the rounding.
+    /// returns `false`. Boxes are widened by a bound on the rounding.
     pub fn visit_along(&self, p: P, q: P, mut f: impl FnMut(u32) -> bool) {
         let mut stack = [0u32; 34];
         let mut top = usize::from(!self.nodes.is_empty());

@@ -1,13 +1,13 @@
-//! The checker of inputs: it returns a domain, or all defects of the input.
+//! The check of an input, which returns a domain or all defects of the input.
 //!
 //! **Statement.** The checks run in this order:
-//! 1. Each element alone ([`crate::resolve`]).
+//! 1. Each element by itself ([`crate::resolve`]).
 //! 2. Contacts between elements ([`crate::contact`]).
 //! 3. Whether a surface is a closed manifold ([`crate::manifold`]).
 //! 4. If there is no defect so far, the components of the complement of the walls ([`crate::sides`]), and the
 //!    positions of holes and regions.
 //!
-//! [`Defect`] lists the defects of each kind of input.
+//! The documentation of [`crate::defect`] lists the defects of each kind of input.
 
 use septet_geometry::range::scale;
 
@@ -23,7 +23,7 @@ use crate::sides::{Location, Sides};
 /// Checks an input and prepares its domain for meshing.
 ///
 /// # Errors
-/// Returns all defects, in an order that depends only on the input. There is at least one.
+/// Returns all defects, in an order that depends only on the input. The list is not empty.
 pub fn check<P: Triangulate>(input: &Input<P>) -> Result<Domain<P>, Vec<Defect>> {
     let (simplices, mut defects) = resolve(input);
     let Some(simplices) = simplices else { return Err(defects) };

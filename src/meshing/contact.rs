@@ -7,7 +7,7 @@
 //!
 //! [`crate::space`] gives the argument. All pairs whose boxes meet are tested.
 //!
-//! **Work and depth.** `O(m log m + pairs)`, sequential. Edges are independent of each other.
+//! **Work and depth.** `O(m log m + pairs)`, sequential. The tests of different edges are independent.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -103,7 +103,7 @@ impl<P: Space> Search<'_, P> {
         }
     }
 
-    /// Tests the segments of space that are not edges of walls against each other.
+    /// In space, tests the segments that are not edges of walls against each other.
     fn parts_and_parts(&mut self) {
         let free = |p: &&Part| self.edges.get(&p.ends).is_none_or(Vec::is_empty);
         let parts: Vec<&Part> = self.simplices.parts.iter().filter(free).collect();

@@ -1,11 +1,11 @@
-//! The order in which a line crosses walls.
+//! The order of walls along a line that crosses them.
 //!
 //! **Statement.** Along any axis, the point at which a line crosses a wall lies between the smallest and the largest
-//! coordinate of the corners. From one end of the line to the other, each coordinate is monotone. *Hence, if all
-//! coordinates of one wall along an axis precede those of another, the line crosses that first wall first.* This
-//! compares input coordinates without rounding. If the ranges overlap, the fractions of [`crate::exact`] decide. Both
-//! criteria order the same points on the line, so they agree. Together they give one total order. Walls crossed at
-//! the same point are ordered by index.
+//! coordinate of the corners. From one end of the line to the other, each coordinate is monotone. *If all coordinates
+//! of one wall along an axis precede the coordinates of another wall, the line therefore crosses the first wall
+//! first.* This test compares input coordinates without rounding. If the ranges overlap, the fractions of
+//! [`crate::exact`] decide. Both criteria order the same points on the line, so they agree. Together they give a
+//! total order. Walls that are crossed at the same point are ordered by index.
 //!
 //! **Work and depth.** O(1) per comparison. Big integers are needed for walls with overlapping ranges, once per wall.
 
@@ -31,13 +31,14 @@ impl<P: Point> Line<P> {
     }
 }
 
-/// A wall whose interior a line crosses.
+/// A wall that a line crosses in its interior.
 #[derive(Clone, Debug)]
 pub(crate) struct Met<P> {
     pub(crate) wall: u32,
     line: Line<P>,
     corners: Vec<P>,
-    /// The range of its corners along the axis of the line, with the sign flipped if the line descends.
+    /// The range of its corners along the axis of the line, with the sign flipped if the line runs in the negative
+    /// direction.
     range: [f64; 2],
     place: OnceCell<Fraction>,
 }

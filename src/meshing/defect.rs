@@ -1,6 +1,6 @@
 //! Defects of inputs.
 //!
-//! Every defect gives the elements at fault, by their positions in the input, and a place. The
+//! Every defect gives the offending elements, by their positions in the input, and a location. The
 //! [`Kind`](crate::input::Kind) of the input decides whether some properties are defects:
 //!
 //! | | complex | surface |
@@ -42,7 +42,7 @@ impl Element {
     }
 }
 
-/// A place: 2 or 3 coordinates in the unit of the file, rounded.
+/// A location: 2 or 3 coordinates in the unit of the file, rounded.
 #[derive(Clone, Debug, PartialEq, PartialOrd)]
 pub struct At(pub Vec<f64>);
 
@@ -56,7 +56,7 @@ impl fmt::Display for At {
     }
 }
 
-/// The reason why the place of a hole point or region point is invalid.
+/// The reason why the location of a hole point or region point is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Misplaced {
     /// On a segment or facet.
@@ -86,12 +86,12 @@ pub enum Defect {
     },
     /// Several points have the same coordinates.
     Duplicate {
-        /// These points, ascending.
+        /// The points, in ascending order.
         points: Vec<u32>,
         /// Their coordinates.
         at: At,
     },
-    /// A segment has both ends in one point, or a facet has no area.
+    /// The ends of a segment coincide, or a facet has no area.
     Degenerate {
         /// The element.
         element: Element,
@@ -104,7 +104,7 @@ pub enum Defect {
         facet: u32,
         /// The corner.
         point: u32,
-        /// Its distance from the plane of the first three corners that span one.
+        /// Its distance from the plane of the first three corners that are not collinear.
         distance: f64,
         /// The coordinates of the corner.
         at: At,
@@ -120,16 +120,16 @@ pub enum Defect {
     },
     /// Two elements overlap.
     Doubled {
-        /// The elements. The same facet twice if its polygons overlap.
+        /// The elements. If the polygons of a facet overlap, both entries are this facet.
         elements: [Element; 2],
-        /// A common place.
+        /// A common point.
         at: At,
     },
     /// Two elements meet outside common vertices and edges.
     Intersect {
         /// The elements.
         elements: [Element; 2],
-        /// An approximate common place.
+        /// An approximate common point.
         at: At,
     },
     /// An edge of a surface has only one face.
@@ -159,7 +159,7 @@ pub enum Defect {
         /// Its coordinates.
         at: At,
     },
-    /// A surface contains an element that only complexes may have.
+    /// A surface contains an element that is allowed only in complexes.
     Dangling {
         /// The element.
         element: Element,
@@ -168,7 +168,7 @@ pub enum Defect {
     },
     /// The facets and segments enclose only holes.
     Unclosed,
-    /// The place of a hole point or region point is invalid.
+    /// The location of a hole point or region point is invalid.
     Misplaced {
         /// The hole or region.
         element: Element,
@@ -199,7 +199,7 @@ impl Defect {
         InFile { defect: self, first_id }
     }
 
-    /// Returns the kind of defect in a few words, for counts.
+    /// Returns a short name for the kind of defect, for use in counts.
     pub fn kind(&self) -> &'static str {
         match self {
             Defect::Empty => "empty domain",

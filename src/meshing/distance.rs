@@ -1,14 +1,14 @@
 //! Distances to features, and the local feature size.
 //!
 //! **Statement.** `lfs(x)` is the radius of the smallest ball around `x` that meets two disjoint features (Ruppert
-//! 1995). The search visits features in the order of their distance. It ends at the first feature that is disjoint from
-//! a feature visited before, and the distance of that feature is `lfs(x)`. Neither the second nearest feature nor the
-//! nearest feature disjoint from the nearest one would suffice. Near the middle of a short segment, for example, the
-//! two features are its ends. `lfs` is positive and 1-Lipschitz.
+//! 1995). The search visits features in ascending order of distance. It ends at the first feature that is disjoint from
+//! a previously visited feature. The distance of this last feature is `lfs(x)`. Neither the second nearest feature nor
+//! the nearest feature disjoint from the nearest one would suffice. Near the middle of a short segment, for example,
+//! the two features are its ends. `lfs` is positive and 1-Lipschitz.
 //!
-//! The distance of a facet is the smallest distance of its triangles.
+//! The distance of a facet is the smallest distance of one of its triangles.
 //!
-//! **Work and depth.** A query visits the features that meet the ball, and their boxes.
+//! **Work and depth.** A query visits the features that meet the ball, and the boxes around them.
 //!
 //! Distances are rounded. Their relative error is a few units in the last place of the differences of coordinates.
 
@@ -50,9 +50,9 @@ pub struct LocalSize {
 /// The features of a domain, ready for queries.
 #[derive(Clone, Debug)]
 pub struct Features<P: Space> {
-    /// All features, in the order corners, segments, facets.
+    /// All features: first corners, then segments, then facets.
     all: Vec<Feature>,
-    /// The corners of each feature, ascending.
+    /// The corners of each feature, in ascending order.
     corners: Vec<Vec<u32>>,
     items: Vec<Item>,
     shapes: Vec<Shape<P>>,
@@ -159,7 +159,7 @@ impl<P: Space> Features<P> {
         self.items[item as usize].feature
     }
 
-    /// Returns the feature with an index.
+    /// Returns the feature with the given index.
     pub fn feature(&self, number: u32) -> Feature {
         self.all[number as usize]
     }
@@ -191,8 +191,8 @@ impl<P: Space> Features<P> {
         }
     }
 
-    /// Returns `true` if the ball of a simplex shows that it is farther than a distance. The answer `false` is
-    /// inconclusive.
+    /// Returns `true` if the bounding ball of a simplex shows that the simplex is farther than a distance. The answer
+    /// `false` is inconclusive.
     pub fn is_beyond(&self, item: u32, q: P, distance: f64) -> bool {
         self.shapes[item as usize].is_beyond(q, distance)
     }
@@ -249,7 +249,7 @@ impl<P: Space> Features<P> {
     }
 }
 
-/// A search for two disjoint features. It visits simplices in the order of their distance.
+/// A search for two disjoint features. It visits simplices in ascending order of distance.
 #[derive(Clone, Debug, Default)]
 pub struct Search {
     /// The first visited simplex of each feature.
@@ -257,8 +257,8 @@ pub struct Search {
 }
 
 impl Search {
-    /// Visits a simplex. If its feature is disjoint from one visited before, returns the first such simplex and this
-    /// one.
+    /// Visits a simplex. If its feature is disjoint from a previously visited one, returns the first simplex of that
+    /// feature, and this simplex.
     pub fn meet<P: Space>(&mut self, features: &Features<P>, item: u32) -> Option<[u32; 2]> {
         let number = features.feature_of(item);
         if self.met.iter().any(|&i| features.feature_of(i) == number) {

@@ -3,13 +3,13 @@
 //! **Statement.** A *feature* is a corner, a segment (closed) or a facet (closed). The features of a complex are the
 //! elements of the file, with segments divided at every vertex on them. In a surface, coplanar triangles that share an
 //! edge are joined into one facet (exact test). Every other edge is part of a segment. Consecutive collinear edges
-//! between the same facets form one segment. Vertices inside such a facet or segment are not corners.
+//! between the same facets form one segment. Vertices in the interior of such a facet or segment are not corners.
 //!
 //! *Two features share a point iff they share a corner.* Two features of a simplicial complex that share a point share
-//! a face, hence a vertex. A vertex that is not a corner lies in one facet, or in one segment and the facets around it.
-//! All of these contain the ends of that segment.
+//! a face, and therefore a vertex. A vertex that is not a corner lies in one facet, or in one segment and the facets
+//! around it. All of these contain the ends of that segment.
 //!
-//! Elements with no part of the domain on either side are not features. They are listed as left out.
+//! Elements that have no part of the domain on either side are not features. They are listed in [`Domain::left_out`].
 //!
 //! **Work and depth.** `O(m log m)`.
 
@@ -47,16 +47,16 @@ pub struct Segment {
 }
 
 impl Segment {
-    /// Returns the vertices at its ends.
+    /// Returns the vertices at the ends of the segment.
     pub fn ends(&self) -> [u32; 2] {
         [self.chain[0], self.chain[self.chain.len() - 1]]
     }
 }
 
-/// A planar facet of space.
+/// A planar facet in space.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Facet {
-    /// Its triangles, as positions in [`Domain::walls`], ascending.
+    /// Its triangles, as ascending positions in [`Domain::walls`].
     pub walls: Vec<u32>,
     /// The vertices that are corners, on its boundary and inside it, ascending.
     pub corners: Vec<u32>,
@@ -77,7 +77,7 @@ pub struct Component {
     pub inside: bool,
     /// Its region in the input.
     pub region: Option<u32>,
-    /// Its area or volume in scaled coordinates, rounded; 0 for the unbounded one.
+    /// Its area or volume in scaled coordinates, rounded; 0 for the unbounded component.
     pub measure: f64,
 }
 
@@ -138,8 +138,8 @@ impl<P: Space> Domain<P> {
         &self.simplices.walls
     }
 
-    /// Returns the vertices of the walls of all facets, in the order of the facets. Only for space, where walls are
-    /// triangles.
+    /// Returns the vertices of the walls of all facets, in the order of the facets. Use it only in space, where walls
+    /// are triangles.
     pub fn triangles(&self) -> Vec<[u32; 3]> {
         let walls = self.facets.iter().flat_map(|f| &f.walls);
         let corners = |&w: &u32| {
@@ -215,8 +215,8 @@ impl<P: Space> Domain<P> {
         }
     }
 
-    /// Returns `true` if a point lies strictly inside. No other wall may lie between the point and the given wall, and
-    /// the point must not lie in the plane of that wall.
+    /// Returns `true` if a point lies strictly inside the domain. No other wall may lie between the point and the
+    /// given wall, and the point must not lie in the plane of that wall.
     pub fn is_inside_by(&self, wall: u32, q: P) -> bool {
         self.components[self.sides.towards(self.points(), wall, q) as usize].inside
     }
@@ -333,7 +333,7 @@ impl<P: Space> Domain<P> {
         self.left_out = out.into_iter().collect();
     }
 
-    /// Returns all features: corners, segments, facets.
+    /// Returns all features: first corners, then segments, then facets.
     pub fn features(&self) -> impl Iterator<Item = Feature> + use<P> {
         let corners = (0..self.corners.len() as u32).map(Feature::Corner);
         let segments = (0..self.segments.len() as u32).map(Feature::Segment);

@@ -1,8 +1,8 @@
-//! The exact order of crossings along a line, with big integers.
+//! The exact order of crossings along a line, computed with big integers.
 //!
 //! **Statement.** The segment from `p` to `q` crosses the plane of a wall at the parameter `o(p) / (o(p) - o(q))`,
 //! where `o` is the orientation determinant of the wall. Multiplied by a common power of two, the coordinates are
-//! integers. Hence parameters are fractions that can be compared exactly.
+//! integers. The parameters are therefore fractions that can be compared exactly.
 //!
 //! **Work and depth.** O(1) operations on big integers per comparison.
 

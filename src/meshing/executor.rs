@@ -1,7 +1,8 @@
-//! Mapping of functions over lists.
+//! Maps functions over lists.
 //!
-//! This crate starts no threads. Independent computations per item go through [`Executor::map`], which the caller
-//! provides. Values have the order of the items, so results do not depend on the number of cores.
+//! This crate starts no threads. Independent computations for the items of a list go through [`Executor::map`], which
+//! the caller implements. Values are returned in the order of the items, so results do not depend on the number of
+//! cores.
 
 /// Maps a function over a list.
 pub trait Executor: Sync {

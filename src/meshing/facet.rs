@@ -2,8 +2,7 @@
 //!
 //! **Statement.** A facet is planar iff every corner has orientation 0 with three corners that span a plane. The
 //! triangulation is computed in the projection along an axis, which is exact. It includes the points and segments of
-//! other elements that lie in the facet. Only the polygons and holes of the facet itself decide which triangles are
-//! inside.
+//! other elements that lie in the facet. Only the facet's polygons and holes decide which triangles are inside.
 //!
 //! **Work and depth.** See [`crate::planar`].
 
@@ -22,7 +21,7 @@ use crate::space::{Space, ascending, project, projection_axis};
 
 /// The construction of walls in a dimension.
 pub trait Triangulate: Space {
-    /// Checks a facet on its own.
+    /// Checks a facet by itself.
     fn outline(
         input: &Input<Self>,
         simplices: &Simplices<Self>,
@@ -144,7 +143,7 @@ fn plane(corners: &[u32], simplices: &Simplices<DVec3>) -> Option<[u32; 3]> {
     Some([a, b, c])
 }
 
-/// Returns `true` if the triangle contains no other point, inside or on its edges.
+/// Returns `true` if the triangle contains no other point, either inside or on its edges.
 fn bare(simplices: &Simplices<DVec3>, tree: &Bvh<DVec3>, t: [u32; 3]) -> bool {
     let corners = DVec3::corners(&simplices.points, &t);
     tree.meeting(&simplices.bounds(&t)).into_iter().all(|v| {
@@ -168,7 +167,8 @@ impl Job<'_> {
         let Some(axis) = projection_axis(a, b, c) else { return Vec::new() };
         let bounds = self.simplices.bounds(&loops.concat());
         let flat = |v: u32| project(p(v), axis);
-        // Points may lie in the plane outside the box of the facet, so the box is that of the projection.
+        // Points may lie in the plane outside the box of the facet. The box is therefore computed from the
+        // projection.
         let mut planar = Planar::new(&Bounds::of([project(bounds.low, axis), project(bounds.high, axis)]));
         let mut vertices: BTreeMap<u32, u32> = BTreeMap::new();
         let mut near = self.tree.meeting(&bounds);
@@ -186,7 +186,7 @@ impl Job<'_> {
         for [u, v] in own.edges() {
             let ends = vertices.get(&u).zip(vertices.get(&v));
             if ends.is_none_or(|(&u, &v)| planar.constrain(u, v).is_err()) {
-                // Two edges of the facet cross. The comparison of edges reports them.
+                // Two edges of the facet cross. The later comparison of edges reports them.
                 return Vec::new();
             }
         }
@@ -194,7 +194,7 @@ impl Job<'_> {
         for (&u, &inner) in &vertices {
             for [_, v] in self.parts_at.get(&u).into_iter().flatten().filter(|e| e[0] == u) {
                 if let Some(&other) = vertices.get(v) {
-                    // If it crosses another constraint, it is rejected here. The comparison of edges reports the
+                    // A constraint that crosses another is rejected here. The later comparison of edges reports the
                     // crossing.
                     let _ = planar.constrain(inner, other);
                 }

@@ -1,18 +1,18 @@
 //! Removal of slivers by moving vertices.
 //!
 //! **Statement.** The quality of a cell is the smallest sine of its angles (in space: dihedral angles), negative if
-//! the cell is inverted. While cells are below a target, each of their vertices in turn searches for a better place.
-//! It tries a fixed set of directions with halving steps. It moves to the place at which the worst cell around it is
-//! best, if this place is better than the current one.
+//! the cell is inverted. While there are cells below a target, the algorithm searches for a better position for each
+//! of their vertices in turn. It tries a fixed set of directions with halving steps. The vertex moves to the position
+//! at which the worst cell around it is best, if this position is better than the current one.
 //! - Cells and faces keep their vertices, so the mesh still conforms. Points on facets move in their plane. Corners and
 //!   points on segments do not move.
-//! - A vertex moves only if every cell around it stays positive by exact sign. No radius-edge ratio around it may
-//!   rise above the larger of the bound and the worst previous ratio there.
+//! - A vertex moves only if every cell around it remains positively oriented (exact sign). No radius-edge ratio
+//!   around it may rise above the larger of the bound and the worst previous ratio there.
 //! - The mesh is no longer Delaunay where points have moved.
 //!
-//! **Source.** Freitag and Ollivier-Gooch (1997), optimisation-based smoothing; the sine after Klingner and Shewchuk
-//! (2007). **Departures.** A pattern search replaces the linear programs. It needs no gradients; the objective is not
-//! differentiable at its maxima.
+//! **Source.** Freitag and Ollivier-Gooch (1997) for optimisation-based smoothing, Klingner and Shewchuk (2007) for
+//! the sine. **Departures.** A pattern search replaces the linear programs, because it needs no gradients and the
+//! objective is not differentiable at its maxima.
 //!
 //! **Work and depth.** O(1) per sweep for each vertex of a bad cell, sequential, in the order of the cells.
 
@@ -47,9 +47,9 @@ impl Default for Target {
 /// The result of an improvement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Improved {
-    /// Bad cells before and after.
+    /// The number of bad cells before and after.
     pub bad: [u64; 2],
-    /// The number of moves of vertices.
+    /// The number of times that a vertex moved.
     pub moved: u64,
     /// The number of sweeps over the bad cells.
     pub sweeps: u32,
@@ -73,7 +73,7 @@ fn sweep<P: Space>(domain: &Domain<P>, mesh: &mut Mesh<P>, target: &Target) -> I
     let planes = normals(domain);
     let stars = Stars::new(mesh);
     let wanted = target.angle.to_radians().sin();
-    // A better star may contain new cells below the target, so each sweep rechecks all cells.
+    // An improved star may contain new cells below the target, so each sweep checks all cells again.
     let below = |mesh: &Mesh<P>| -> Vec<u32> {
         (0..mesh.cells.len() as u32).filter(|&c| quality(mesh, c) < wanted).collect()
     };
@@ -160,7 +160,7 @@ pub fn least_sine<P: Point>(p: &[P]) -> f64 {
     let areas = [twice(1, 2, 3), twice(0, 2, 3), twice(0, 1, 3), twice(0, 1, 2)];
     let mut least = f64::INFINITY;
     for (i, j, k, l) in [(0, 1, 2, 3), (0, 2, 1, 3), (0, 3, 1, 2), (1, 2, 0, 3), (1, 3, 0, 2), (2, 3, 0, 1)] {
-        // The faces at edge ij are those opposite k and l.
+        // The faces at edge ij are opposite k and l.
         least = least.min(dist2(p[i], p[j]) / (areas[k] * areas[l]));
     }
     w * least.sqrt()
@@ -181,7 +181,7 @@ fn directions<P: Point>() -> Vec<P> {
     found
 }
 
-/// Moves a vertex to a better place, if the search finds one. Returns `true` if it moved.
+/// Moves a vertex to a better position, if the search finds one. Returns `true` if it moved.
 fn climb<P: Space>(
     mesh: &mut Mesh<P>,
     stars: &Stars,

@@ -1,4 +1,4 @@
-//! A domain as a file describes it, before any check.
+//! The description of a domain in a file, before any check.
 
 use septet_geometry::point::Point;
 
@@ -27,7 +27,7 @@ pub struct InputSegment {
 #[derive(Clone, Debug, PartialEq)]
 pub struct InputFacet<P> {
     /// Polygons as closed loops of positions in [`Input::points`]. A loop of two points is a segment in the facet, and
-    /// a loop of one is a point in it.
+    /// a loop of one point is a point in it.
     pub polygons: Vec<Vec<u32>>,
     /// Points in the holes of the facet.
     pub holes: Vec<P>,
@@ -46,7 +46,7 @@ pub struct Region<P> {
     pub limit: Option<f64>,
 }
 
-/// A domain as read.
+/// The description of a domain, as it was read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input<P> {
     /// The kind: complex or surface.
@@ -79,7 +79,7 @@ impl<P: Point> Input<P> {
         }
     }
 
-    /// Creates a closed surface of these faces.
+    /// Creates a closed surface with the given faces.
     pub fn surface(points: Vec<P>, faces: impl IntoIterator<Item = Vec<u32>>) -> Self {
         let facet = |face| InputFacet { polygons: vec![face], holes: Vec::new(), marker: 0 };
         Input { facets: faces.into_iter().map(facet).collect(), ..Input::new(Kind::Surface, points) }

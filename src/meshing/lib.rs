@@ -1,7 +1,7 @@
 //! septet-meshing: domains, size functions, mesh generation and quality. Modules are listed in the order of the data
 //! flow.
 //!
-//! The crate has no input or output, threads, clock or unordered maps. Signs are exact. Distances and angles are
+//! The crate uses no input or output, threads, clocks or unordered maps. Signs are exact. Distances and angles are
 //! rounded, and they decide nothing that a sign can decide.
 //!
 #![doc = include_str!("overview.md")]

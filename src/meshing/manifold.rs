@@ -14,7 +14,8 @@ use crate::resolve::Simplices;
 use crate::sides::Sets;
 use crate::space::{Space, ascending};
 
-/// Reports edges that do not have two faces, and vertices with several fans. Edges of faces with other defects count.
+/// Reports edges that do not have two faces, and vertices with several fans. Edges of faces with other defects are
+/// included.
 pub fn manifold<P: Space>(input: &Input<P>, simplices: &Simplices<P>) -> Vec<Defect> {
     let mut faces: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
     for (i, facet) in input.facets.iter().enumerate() {

@@ -57,12 +57,12 @@ impl From<Feature> for Carrier {
     }
 }
 
-/// A facet of cells that lies on a facet of the domain. In the plane, an edge on a segment.
+/// A facet of cells that lies on a facet of the domain. In the plane, it is an edge on a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Face<P: Point> {
     /// Its points, in any order.
     pub vertices: P::Facet,
-    /// Position in [`Domain::facets`], or in the plane in [`Domain::segments`].
+    /// Position in [`Domain::facets`]. In the plane, position in [`Domain::segments`].
     pub facet: u32,
     /// The marker of that facet or segment.
     pub marker: i64,
@@ -70,7 +70,7 @@ pub struct Face<P: Point> {
     pub cells: [u32; 2],
 }
 
-/// An edge of cells that lies on a segment of space. In the plane, faces take this role.
+/// In space, an edge of cells that lies on a segment. In the plane, faces take this role.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge {
     /// Its points, in any order.
@@ -91,7 +91,7 @@ pub struct Mesh<P: Point> {
     /// The carrier of each point.
     pub carriers: Vec<Carrier>,
     /// Positively oriented rows in canonical order, sorted. In space, a row starts with the smallest point, then the
-    /// second smallest, and the orientation determines the last two. In the plane, it starts with the smallest.
+    /// second smallest, and the orientation determines the last two. In the plane, it starts with the smallest point.
     pub cells: Vec<P::Cell>,
     /// Position of each cell's component in [`Domain::components`].
     pub regions: Vec<u32>,
@@ -99,7 +99,7 @@ pub struct Mesh<P: Point> {
     pub faces: Vec<Face<P>>,
     /// The edges on segments. Empty in the plane.
     pub edges: Vec<Edge>,
-    /// The number of dropped cells, with all vertices on one facet.
+    /// The number of cells that were dropped because all their vertices lie on one facet.
     pub dropped: u64,
 }
 
@@ -128,7 +128,7 @@ impl<P: Point> Mesh<P> {
         corners
     }
 
-    /// Returns every edge of the cells once, ends ascending, sorted.
+    /// Returns every edge of the cells once, in sorted order and with ascending ends.
     pub fn cell_edges(&self) -> Vec<[u32; 2]> {
         let mut edges = Vec::with_capacity(self.cells.len() * P::Cell::LEN * (P::Cell::LEN - 1) / 2);
         for cell in &self.cells {
@@ -143,9 +143,9 @@ impl<P: Point> Mesh<P> {
     }
 }
 
-/// Returns the number that represents each component in files. It is the attribute of the region. Components without a
+/// Returns the number that represents each component in files: the attribute of its region. Components without a
 /// region receive whole numbers above all attributes, or consecutive numbers if there are no regions. Components
-/// outside are 0.
+/// outside the domain receive 0.
 pub fn region_names<P: Space>(domain: &Domain<P>) -> Vec<f64> {
     let attributes = domain.regions.iter().map(|r| r.attribute);
     let mut next = attributes.fold(0.0f64, f64::max).floor();
@@ -160,8 +160,8 @@ pub fn region_names<P: Space>(domain: &Domain<P>) -> Vec<f64> {
     domain.components.iter().map(&mut name).collect()
 }
 
-/// Returns the marker of each point, which is the marker of its carrier. A corner has the first marker other than 0
-/// of the segments and then the facets that contain it.
+/// Returns the marker of each point, which is the marker of its carrier. The marker of a corner is the first nonzero
+/// marker among the segments, and then among the facets, that contain it.
 pub fn point_markers<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>) -> Vec<i64> {
     let position = |v: u32| domain.corners.binary_search(&v).ok();
     let mut of_corner = vec![0; domain.corners.len()];
@@ -193,7 +193,7 @@ pub struct StageLine {
     pub candidates: u64,
     /// The number of points placed.
     pub points: u64,
-    /// The number of rounds of completion.
+    /// The number of completion rounds.
     pub completion_rounds: u64,
     /// The number of rounds of independent sets.
     pub set_rounds: u64,
@@ -205,7 +205,7 @@ pub struct StageLine {
     pub bytes: u64,
     /// The number of operations.
     pub work: u64,
-    /// The number of steps of the longest chain.
+    /// The number of steps on the longest chain.
     pub depth: u64,
     /// Seconds, as measured by the caller.
     pub seconds: f64,

@@ -2,17 +2,17 @@
 //!
 //! **Statement.** A cell of level `l` is one of the `2^(d l)` equal cubes of a root cube. A [`Rule`] decides about a
 //! cell from the cell and the data inherited from its parent. Neighbours have no influence. A level is therefore one
-//! round, and the result does not depend on the order within it.
+//! round, and the result does not depend on the order of its cells.
 //!
 //! *Balance.* Let `g` be K-Lipschitz. Let a cell with centre `m` and side `s` be split iff `g(m) < k s`. If
 //! `k >= 1.5 K sqrt(d)`, the levels of cells that touch differ by at most one, even if they touch only in a corner.
 //!
 //! *Proof.* Let C of side `s` be split, and let N of side `2s` touch C. Along each axis, their centres are at most
-//! `s/2 + s` apart. So `g(m_N) <= g(m_C) + 1.5 K sqrt(d) s < k s + k s`, and N is split. So every cell of side `2s`
-//! that touches C is split, and the cells that touch the children of C are no larger than C. QED.
+//! `s/2 + s` apart. So `g(m_N) <= g(m_C) + 1.5 K sqrt(d) s < k s + k s`, and N is split. Every cell of side `2s` that
+//! touches C is therefore split, and the cells that touch the children of C are no larger than C. QED.
 //!
-//! **Source.** Mitchell and Vavasis (2000), who balance afterwards. **Work and depth.** One evaluation of the rule per
-//! cell. The depth is the number of levels times that of the rule.
+//! **Source.** Mitchell and Vavasis (2000), who balance the tree afterwards. **Work and depth.** One evaluation of the
+//! rule per cell. The depth is the number of levels times the depth of the rule.
 
 use septet_geometry::point::Point;
 use thiserror::Error;
@@ -28,8 +28,8 @@ pub const DEEPEST: u8 = 30;
 pub struct Key {
     /// The level. The root has level 0.
     pub level: u8,
-    /// The position along each axis, from the low corner of the root, below `2^level`. Axes beyond the dimension have
-    /// 0.
+    /// The position along each axis, counted from the low corner of the root, below `2^level`. It is 0 along axes
+    /// beyond the dimension.
     pub at: [u32; 3],
 }
 
@@ -50,7 +50,7 @@ impl Key {
 pub struct Cube<P> {
     /// The low corner.
     pub low: P,
-    /// The side, a power of two.
+    /// The length of a side, which is a power of two.
     pub side: f64,
 }
 
@@ -130,7 +130,7 @@ pub struct Level {
 /// A complete tree.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grown<Leaf> {
-    /// The leaves, ordered by level and then by parents and children.
+    /// The leaves, ordered by level, then by parent and child.
     pub leaves: Vec<(Key, Leaf)>,
     /// The numbers of cells per level. Each level is one round.
     pub levels: Vec<Level>,
@@ -159,7 +159,7 @@ pub enum TooFine {
 /// order.
 ///
 /// # Errors
-/// [`TooFine`], as soon as there are more than `limit` cells.
+/// Returns [`TooFine`] if there are more than `limit` cells.
 pub fn grow<P: Point, R: Rule<P>>(
     cube: &Cube<P>,
     rule: &R,
@@ -189,7 +189,7 @@ pub fn grow<P: Point, R: Rule<P>>(
 }
 
 impl<Leaf> Grown<Leaf> {
-    /// Adds a level. Returns the cells to split.
+    /// Adds a level, and returns the cells to split.
     fn take<Load>(
         &mut self,
         decided: impl IntoIterator<Item = (Key, Decision<Load, Leaf>)>,
@@ -219,7 +219,7 @@ mod tests {
     use crate::executor::Sequential;
     use glam::{DVec2, DVec3};
 
-    /// Splits by comparison with a function.
+    /// The rule that splits cells by comparison with a function.
     struct By<F>(F, f64);
 
     impl<P: Point, F: Fn(P) -> f64 + Sync> Rule<P> for By<F> {

@@ -1,10 +1,10 @@
 //! The constrained triangulation of a planar straight-line graph.
 //!
-//! **Statement.** Points and constraints of the plane are inserted one by one into the triangulation of a box around
-//! all of them. A constraint that is not an edge yet replaces the edges that it crosses. The polygons on its two
-//! sides are filled with the Delaunay triangles of their chains (Anglada 1997). Finally, the algorithm removes the
-//! triangles outside the graph and those that a path from a hole point reaches without crossing a constraint. The
-//! triangles serve exact tests and distances, not meshes. Not all of them are Delaunay.
+//! **Statement.** Points and constraints are inserted one by one into the triangulation of a box around all of them.
+//! A constraint that is not yet an edge replaces the edges that it crosses. The polygons on its two sides are filled
+//! with the Delaunay triangles of their chains (Anglada 1997). Finally, the algorithm removes the triangles outside
+//! the graph, and the triangles that a path from a hole point reaches without crossing a constraint. The triangles
+//! are used for exact tests and distances, not for meshes. Not all of them are Delaunay.
 //!
 //! **Work and depth.** `O(m^2)` in the worst case for `m` points, sequential.
 //!
@@ -26,7 +26,7 @@ enum Spot {
     Inside([u32; 3]),
 }
 
-/// A constrained triangulation of points of the plane. Vertices `0..4` are the corners of the box.
+/// A constrained triangulation of points in the plane. Vertices `0..4` are the corners of the box.
 #[derive(Clone, Debug)]
 pub struct Planar {
     points: Vec<DVec2>,
@@ -77,8 +77,8 @@ impl Planar {
         self.side(a, b, self.points[c as usize])
     }
 
-    /// Returns the position of a point in a triangle: at a corner, on an edge, or inside. `None` if the point lies
-    /// outside.
+    /// Returns the position of a point in a triangle (at a corner, on an edge, or inside), or `None` if the point
+    /// lies outside.
     fn spot_in(&self, t: [u32; 3], q: DVec2) -> Option<Spot> {
         if let Some(&v) = t.iter().find(|&&v| self.points[v as usize] == q) {
             return Some(Spot::Vertex(v));
@@ -142,10 +142,10 @@ impl Planar {
         self.apex.range((vertex, 0)..=(vertex, u32::MAX)).map(|(&(_, u), &v)| (u, v))
     }
 
-    /// Makes the segment between two vertices a constraint, divided at all vertices on it.
+    /// Turns the segment between two vertices into a constraint, divided at all vertices on it.
     ///
     /// # Errors
-    /// [`Crossed`], if it crosses an earlier constraint. Then the part beyond the crossing is undefined.
+    /// Returns [`Crossed`] if it crosses an earlier constraint. The part beyond the crossing is then undefined.
     pub fn constrain(&mut self, from: u32, to: u32) -> Result<(), Crossed> {
         let mut at = from;
         while at != to {
@@ -200,7 +200,7 @@ impl Planar {
     }
 
     /// Fills the polygon between an edge and a chain of vertices from `a` to `b` on its left. The triangle on the
-    /// edge is Delaunay. Therefore it separates the part of the chain between two visits of the same vertex from the
+    /// edge is Delaunay. It therefore separates the part of the chain between two visits to the same vertex from the
     /// rest.
     fn fill(&mut self, chain: &[u32], a: u32, b: u32) {
         let mut stack = vec![(chain, a, b)];
@@ -219,7 +219,7 @@ impl Planar {
         }
     }
 
-    /// Closes the boundary: later constraints do not bound the graph.
+    /// Closes the boundary of the graph: later constraints do not bound it.
     pub fn close(&mut self) {
         self.barriers = Some(self.constraints.clone());
     }

@@ -1,8 +1,9 @@
-//! The conversion of polygons to simplices: a complex whose elements meet in common vertices, or the defects.
+//! The conversion of polygons to simplices. The result is a complex whose elements meet in common vertices, or a list
+//! of defects.
 //!
 //! **Statement.** Edges are divided at the points on them. Each facet is triangulated with all points and segments that
 //! lie in it. If the input is a valid complex, the result is simplicial. [`crate::contact`] decides whether it is. In
-//! the plane, the walls are the subsegments.
+//! the plane, the walls are the subsegments. [`crate::contact`] checks the result.
 //!
 //! Elements with a defect are omitted from later steps, so that they do not cause other defects. Points with the same
 //! coordinates are identified.
@@ -29,8 +30,8 @@ struct Resolver<'a, P: Space> {
     defects: Vec<Defect>,
 }
 
-/// Returns the simplices of an input, and the defects of single elements. The simplices are `None` if the coordinates
-/// are out of range or there are no elements.
+/// Returns the simplices of an input, and the defects of single elements. The simplices are `None` if coordinates are
+/// out of range or there are no elements.
 pub fn resolve<P: Triangulate>(input: &Input<P>) -> (Option<Simplices<P>>, Vec<Defect>) {
     if input.segments.is_empty() && input.facets.is_empty() {
         return (None, vec![Defect::Empty]);
@@ -145,7 +146,7 @@ impl<P: Space> Resolver<'_, P> {
         }
     }
 
-    /// Reports segments of the plane that overlap.
+    /// In the plane, reports segments that overlap.
     fn overlaps(&mut self) {
         let pairs: BTreeSet<[[u32; 2]; 2]> =
             self.out.parts.iter().flat_map(|p| p.of.windows(2).map(|w| [w[0], w[1]])).collect();

@@ -2,24 +2,24 @@
 //!
 //! **Statement.** Every wall has two sides. Around a hinge (a vertex in the plane, an edge in space), the walls have a
 //! cyclic order. Two sides that face each other across the gap between two consecutive walls bound the same component,
-//! so they are linked. The classes of linked sides are *shells*. A line in general position passes through one wall of
-//! every shell. Consecutive sides on this line are also linked: the unbounded component with the first side, and the
-//! far side of each wall with the near side of the next. *Then two sides are in one class iff they bound the same
-//! component.*
+//! so they are linked. The classes of linked sides are *shells*. For every shell, take a line in general position
+//! through one of its walls. Consecutive sides on this line are also linked: the unbounded component with the first
+//! side, and the far side of each wall with the near side of the next. *Then two sides are in one class iff they bound
+//! the same component.*
 //!
 //! *Proof.* Links never join different components. It remains to show that all sides of a component U are in one class.
 //! 1. Let S be a shell of U, oriented outwards. S is a cycle, so it has a winding number w, which is constant on U
 //!    and 0 far away. Along a line, w changes only at a wall with one side in S. There it changes by 1, between its
-//!    value c on U and c - 1, because all sides of S face U. So w has only these two values. One of them is 0, so c
-//!    is 0 or 1.
+//!    value c on U and c - 1, because all sides of S face U. Therefore w has only these two values. One of them is 0,
+//!    so c is 0 or 1.
 //! 2. The shells of U sum to the boundary of U. The winding number of this boundary is 1 on U if U is bounded, and 0
 //!    otherwise. So exactly one shell has c = 1 if U is bounded, and none if U is unbounded.
 //! 3. If a line leaves U through S, w becomes c - 1. The line returns to U only after w is c again, that is, through S.
-//!    So all sides of U on one line are in one class.
+//!    All sides of U on one line are therefore in one class.
 //! 4. Let U be bounded. Before a line enters U for the first time, w is 0 for the shell with c = 1, so the line enters
 //!    through that shell. If U is unbounded, every line starts in U.
-//! 5. So the classes of all lines that meet U have a side in common, and every shell of U is on one of these lines.
-//!    QED.
+//! 5. The classes of all lines that meet U therefore have a side in common, and every shell of U is on one of these
+//!    lines. QED.
 //!
 //! **Work and depth.** `O(m log m)`, plus for each shell the walls that a thin box meets.
 
@@ -45,7 +45,7 @@ pub enum Location {
     Wall(u32),
 }
 
-/// The error that no line in general position through the shell of this wall was found.
+/// The error if no line in general position was found through the shell of this wall.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Undecided(pub u32);
 
@@ -87,7 +87,7 @@ impl<P: Space> Sides<P> {
     /// Finds the components of a complex that [`crate::contact`] accepts.
     ///
     /// # Errors
-    /// [`Undecided`], if all walls of a shell are too thin for a line through them.
+    /// Returns [`Undecided`] if all walls of a shell are too thin for a line through them.
     pub fn new(simplices: &Simplices<P>) -> Result<Self, Undecided> {
         let walls = simplices.walls.clone();
         let boxes = walls.iter().map(|w| simplices.bounds(w.as_ref())).collect();
@@ -115,8 +115,8 @@ impl<P: Space> Sides<P> {
                 orientation(&ids.map(|v| points[v as usize]).collect::<Vec<_>>())
             };
             let first = walls[0].0;
-            // The part of the turn in which a wall lies, from the first wall: itself, first half, opposite, second
-            // half.
+            // The part of the rotation in which a wall lies, starting at the first wall: the first wall itself, the
+            // first half, opposite, the second half.
             let half = |apex: u32| match turn(first, apex) {
                 _ if apex == first => 0,
                 Sign::Positive => 1,
@@ -142,8 +142,8 @@ impl<P: Space> Sides<P> {
 
     /// Returns the side of a wall that faces the next wall in the rotation around the hinge.
     fn side_after(&self, hinge: &[u32], apex: u32, wall: u32) -> Side {
-        // A point with positive orientation to (hinge, apex) comes next. The parity of the wall's own order selects the
-        // side.
+        // A point with positive orientation to (hinge, apex) comes next. The parity of the vertex order of the wall
+        // selects the side.
         let own = self.walls[wall as usize];
         let own = own.as_ref();
         let ours: Vec<u32> = hinge.iter().copied().chain([apex]).collect();
@@ -182,7 +182,8 @@ impl<P: Space> Sides<P> {
         2 * wall + u32::from(orientation(&corners) == Sign::Negative)
     }
 
-    /// Returns a line in general position through the interior of a wall: its start, and all walls in their order.
+    /// Returns a line in general position through the interior of a wall: its start, and all walls in the order in
+    /// which it crosses them.
     fn line_through(&self, points: &[P], wall: u32) -> Option<(P, Vec<u32>)> {
         let corners = P::corners(points, &self.walls[wall as usize]);
         let normal = normal(&corners);
@@ -205,7 +206,7 @@ impl<P: Space> Sides<P> {
         None
     }
 
-    /// Returns two points outside the bounding box, on a line near `inner` and mainly along `axis`.
+    /// Returns two points outside the bounding box, on a line that passes near `inner` and runs mainly along `axis`.
     fn ends(&self, inner: P, axis: usize, attempt: u32) -> Option<(P, P)> {
         let all = self.tree.bounds();
         let extent = all.extent();
@@ -281,13 +282,14 @@ impl<P: Space> Sides<P> {
         self.component[self.side_towards(points, wall, q) as usize]
     }
 
-    /// Returns `true` if an odd number of walls separates the component from the outside. Only for closed surfaces.
+    /// Returns `true` if an odd number of walls separates the component from the outside. This is meaningful only for
+    /// closed surfaces.
     pub fn is_odd(&self, component: u32) -> bool {
         self.odd[component as usize]
     }
 
     /// Returns the exact location of a point. `points` must be the points of the complex. Returns `None` if every line
-    /// tried meets an edge.
+    /// that is tried meets an edge.
     pub fn locate(&self, points: &[P], q: P) -> Option<Location> {
         if self.tree.bounds().dist2(q) > 0.0 {
             return Some(Location::Component(0));
@@ -306,7 +308,7 @@ impl<P: Space> Sides<P> {
         })
     }
 
-    /// Returns the area or volume of every bounded component, rounded. Component 0 is unbounded and has 0.
+    /// Returns the area or volume of every component, rounded. For component 0, which is unbounded, it is 0.
     pub fn measures(&self, points: &[P]) -> Vec<f64> {
         let mut sums = vec![0.0; self.count as usize];
         let origin = self.tree.bounds().low;
@@ -317,7 +319,7 @@ impl<P: Space> Sides<P> {
             sums[positive as usize] += part;
             sums[negative as usize] -= part;
         }
-        // Divided last, so that sums of integers stay exact.
+        // The division comes last, so that sums of integers remain exact.
         let factorial = if P::DIM == 2 { 2.0 } else { 6.0 };
         for sum in &mut sums {
             *sum /= factorial;
@@ -327,11 +329,11 @@ impl<P: Space> Sides<P> {
     }
 }
 
-/// The number of lines tried through a wall, which may be replaced by another wall.
+/// The number of lines that are tried through a wall before another wall is chosen.
 const TRIES: u32 = 8;
 const ATTEMPTS: u32 = 64;
 
-/// Returns the number of a fixed sequence at a position: 24 bits in `[0, 1)`.
+/// Returns term `i` of a fixed pseudorandom sequence of 24-bit numbers in `[0, 1)`.
 fn unit(i: u32) -> f64 {
     let mut x = u64::from(i).wrapping_add(0x9e37_79b9_7f4a_7c15).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x ^= x >> 29;
@@ -351,8 +353,8 @@ fn steepest<P: Point>(v: P) -> usize {
     (1..P::DIM).fold(0, |k, i| if v.coord(i).abs() > v.coord(k).abs() { i } else { k })
 }
 
-/// Returns the measure of the parallelepiped of a wall and a point. It is positive if the point is on the positive
-/// side.
+/// Returns the signed measure of the parallelepiped that a wall and a point span. It is positive if the point is on
+/// the positive side.
 fn signed_measure<P: Point>(corners: &[P], origin: P) -> f64 {
     normal(corners).dot(origin - corners[0])
 }

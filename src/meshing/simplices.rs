@@ -24,7 +24,7 @@ pub struct Simplices<P: Space> {
     pub points: Vec<P>,
     /// The exponent of the power of two that scales the coordinates to the exact range.
     pub exponent: i32,
-    /// The smallest point with the same coordinates, for each point.
+    /// For each point, the first point with the same coordinates.
     pub same: Vec<u32>,
     /// The subsegments, ascending by their ends.
     pub parts: Vec<Part>,
@@ -51,7 +51,7 @@ impl<P: Space> Simplices<P> {
         self.at((self.points[a as usize] + self.points[b as usize]) * 0.5)
     }
 
-    /// Returns the representatives of a list of points, or `None` if one does not exist.
+    /// Returns the representatives of a list of points, or `None` if one of the points does not exist.
     pub fn represent(&self, list: &[u32]) -> Option<Vec<u32>> {
         list.iter().map(|&v| self.same.get(v as usize).copied()).collect()
     }

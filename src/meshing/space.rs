@@ -1,17 +1,18 @@
 //! Exact contacts between segments, triangles and points, in the plane and in space.
 //!
 //! **Statement.** A *wall* is a simplex of codimension one: an edge in the plane, a triangle in space. A set of points,
-//! edges and walls is a simplicial complex iff no two of them meet outside a common face. For two triangles of space,
-//! it suffices to test every edge of one against the other.
+//! edges and walls is a simplicial complex iff no two of them meet outside a common face. For two triangles in space,
+//! it suffices to test every edge of each triangle against the other.
 //!
 //! *Proof.* The intersection of two triangles is convex. If it extends beyond the common face, some extreme point of
-//! it lies beyond this face. This point lies on an edge of one of the triangles. An edge meets the other triangle
-//! beyond *its* common face with it iff it meets it beyond the common face of the two triangles. QED.
+//! it lies beyond this face. This point lies on an edge of one of the triangles. Beyond the common face of the edge
+//! and the other triangle, the edge meets that triangle iff it meets it beyond the common face of the two triangles.
+//! QED.
 //!
 //! **Work and depth.** O(1) per pair.
 //!
-//! All answers follow from signs of orientations ([`septet_geometry::predicates`]). In space, this includes
-//! orientations of projections along an axis, which drop a coordinate without rounding.
+//! All answers follow from signs of orientations ([`septet_geometry::predicates`]). In space, these include
+//! orientations of projections along an axis, which drop a coordinate and do not round.
 
 use glam::{DVec2, DVec3};
 use septet_geometry::point::Point;
@@ -39,7 +40,7 @@ pub trait Space: Point {
     /// Returns the edges of a wall, ends ascending.
     fn edges(wall: &Self::Facet) -> Vec<[u32; 2]>;
 
-    /// Returns `true` if three points are collinear. Exact.
+    /// Returns `true` if three points are collinear. The test is exact.
     fn collinear(a: Self, b: Self, c: Self) -> bool {
         if Self::DIM == 2 { orientation(&[a, b, c]) == Sign::Zero } else { collinear(a, b, c) }
     }
@@ -50,8 +51,8 @@ pub trait Space: Point {
     /// Returns `true` if an edge and a wall without a common vertex meet. Touching counts.
     fn edge_meets_wall(e: [Self; 2], wall: &[Self]) -> bool;
 
-    /// Returns `true` if an edge from the first vertex of a wall to `q` runs inside the wall at first. `q` is not a
-    /// vertex of the wall.
+    /// Returns `true` if an edge from the first vertex of a wall to `q` starts inside the wall. `q` is not a vertex
+    /// of the wall.
     fn edge_enters_wall(wall: &[Self], q: Self) -> bool;
 
     /// Returns `true` if the point lies on the closed wall.
@@ -71,7 +72,7 @@ fn collinear<P: Point>(a: P, b: P, c: P) -> bool {
     !raises_dimension(&[a], b) || !raises_dimension(&[a, b], c)
 }
 
-/// Returns `true` if `q`, on the line through `a` and `b`, lies between them. The ends count.
+/// Returns `true` if `q`, which must lie on the line through `a` and `b`, lies between them. The ends count.
 fn between<P: Point>(a: P, b: P, q: P) -> bool {
     (0..P::DIM).all(|i| {
         let (a, b, q) = (a.coord(i), b.coord(i), q.coord(i));
@@ -84,12 +85,12 @@ pub fn on_segment<P: Space>(a: P, b: P, q: P) -> bool {
     between(a, b, q) && P::collinear(a, b, q)
 }
 
-/// Returns `true` if two edges from a common end `a` overlap in more than this end.
+/// Returns `true` if two edges with a common end `a` overlap in more than this end.
 pub fn edges_overlap<P: Space>(a: P, b: P, c: P) -> bool {
     P::collinear(a, b, c) && (between(a, b, c) || between(a, c, b))
 }
 
-/// Drops coordinate `axis` of a point of space. The other two keep a right-handed order.
+/// Drops coordinate `axis` of a point in space. The other two keep a right-handed order.
 pub fn project(p: DVec3, axis: usize) -> DVec2 {
     match axis {
         0 => DVec2::new(p.y, p.z),
@@ -98,8 +99,8 @@ pub fn project(p: DVec3, axis: usize) -> DVec2 {
     }
 }
 
-/// Returns an axis along which the triangle does not project to a line: the one with the largest rounded area, if exact
-/// signs confirm it. Returns `None` for triangles without area.
+/// Returns an axis along which the triangle does not project to a line: the axis with the largest rounded area, if
+/// exact signs confirm it. Returns `None` for triangles without area.
 pub fn projection_axis(a: DVec3, b: DVec3, c: DVec3) -> Option<usize> {
     let n = (b - a).cross(c - a).abs();
     let mut axes = [0, 1, 2];
@@ -111,7 +112,7 @@ fn sign2(a: DVec2, b: DVec2, c: DVec2) -> Sign {
     orientation(&[a, b, c])
 }
 
-/// Returns `true` if two closed segments of the plane meet.
+/// Returns `true` if two closed segments in the plane meet.
 fn segments_meet(e: [DVec2; 2], f: [DVec2; 2]) -> bool {
     let (s, t) = (sign2(e[0], e[1], f[0]), sign2(e[0], e[1], f[1]));
     let (u, v) = (sign2(f[0], f[1], e[0]), sign2(f[0], f[1], e[1]));
@@ -123,7 +124,7 @@ fn segments_meet(e: [DVec2; 2], f: [DVec2; 2]) -> bool {
         .any(|(a, b, q, sign)| sign == Sign::Zero && between(a, b, q))
 }
 
-/// Returns `true` if the closed triangle of the plane contains the point.
+/// Returns `true` if the closed triangle in the plane contains the point.
 fn in_triangle(t: [DVec2; 3], q: DVec2) -> bool {
     let signs = [sign2(t[0], t[1], q), sign2(t[1], t[2], q), sign2(t[2], t[0], q)];
     !(signs.contains(&Sign::Positive) && signs.contains(&Sign::Negative))

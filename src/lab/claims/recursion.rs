@@ -142,7 +142,7 @@ fn subproblems(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
                     })?;
                     let counted = of_run(&run).graph.map_or(0, |graph| graph.edges);
                     let off = counted.abs_diff(edges.len() as u64) as f64;
-                    let what = format!("the machine's edges, {counted}, off all pairs'");
+                    let what = format!("difference between the machine's edges, {counted}, and all pairs");
                     figures.push(Figure::at_most(what, &specimen.name, specimen.seed, off, 0.0));
                 }
             }

@@ -1,4 +1,4 @@
-//! The cells at each facet, and the listed faces among these facets.
+//! Checks of the cells at each facet, and of the listed faces among these facets.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ struct Side<F> {
     /// Its points, ascending.
     key: F,
     cell: u32,
-    /// Whether the ascending order is positive as seen from inside the cell.
+    /// Whether the ascending order is positive when seen from inside the cell.
     inside: bool,
 }
 

@@ -5,10 +5,11 @@ use septet_geometry::predicates::Sign;
 use crate::domain::Feature;
 use crate::mesh::Carrier;
 
-/// A component of the domain, or `None` for its outside.
+/// A component of the domain, or `None` for the outside.
 pub type SideComponent = Option<u32>;
 
-/// A defect of a mesh. Indices of cells, faces, edges and points refer to the mesh, all others to the domain.
+/// A defect of a mesh. Indices of cells, faces, edges and points refer to the mesh, and all other indices to the
+/// domain.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshDefect {
     /// The length of an array is wrong.
@@ -16,9 +17,9 @@ pub enum MeshDefect {
     Length {
         /// The array.
         what: &'static str,
-        /// The length required.
+        /// The required length.
         expected: usize,
-        /// The length found.
+        /// The actual length.
         found: usize,
     },
     /// An index is out of range.
@@ -118,7 +119,7 @@ pub enum MeshDefect {
         /// The second row.
         row: u32,
     },
-    /// The marker of a face or an edge differs from that of its facet or segment.
+    /// The marker of a face or an edge differs from the marker of its facet or segment.
     #[error("{what} {row} has marker {found} instead of {expected}")]
     Marker {
         /// The kind: face or edge.
@@ -154,7 +155,7 @@ pub enum MeshDefect {
         /// The distance from the carrier, in the unit of the file.
         distance: f64,
     },
-    /// A corner has no point of the mesh, or several.
+    /// A corner has no point of the mesh, or more than one.
     #[error("corner {corner} has {count} points of the mesh instead of one")]
     Corner {
         /// The corner.
@@ -203,7 +204,7 @@ pub enum MeshDefect {
         edge: [u32; 2],
         /// The numbers of faces on its left and on its right.
         sides: [u32; 2],
-        /// The total required: 1 on boundary segments, otherwise 2, one on each side.
+        /// The required total: 1 on boundary segments, otherwise 2, one on each side.
         required: u32,
     },
     /// The faces on a facet that separate two components have the wrong total area. In the plane, this is the total
@@ -244,7 +245,7 @@ pub enum MeshDefect {
         row: u32,
         /// The distance, in the unit of the file.
         distance: f64,
-        /// The largest distance allowed.
+        /// The largest allowed distance.
         allowed: f64,
     },
     /// The total measure of the cells of a component is wrong.

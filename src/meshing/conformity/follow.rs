@@ -22,16 +22,16 @@ pub const LOOSE: f64 = 0.5;
 /// The tolerance for rounded distances, relative to the limit.
 const SLACK: f64 = 1e-9;
 
-/// The requirements on a remeshed boundary.
+/// The requirements for a remeshed boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Follow {
-    /// The feature angle in degrees. Edges of the surface that turn by more are kept.
+    /// The feature angle in degrees. An edge is kept if the surface turns by more than this angle there.
     pub feature_angle: f64,
     /// The largest [`Deviation`], in the unit of the file. The default is [`LOOSE`] times the size at a face.
     pub distance: Option<f64>,
 }
 
-/// Triangles with a tree for distance queries.
+/// Triangles, with a tree for distance queries.
 struct Sheet<P: Space> {
     triangles: Vec<[P; 3]>,
     tree: Bvh<P>,
@@ -58,7 +58,7 @@ impl<P: Space> Sheet<P> {
     }
 }
 
-/// The graph of ridges with the points of the mesh on it.
+/// The graph of ridges, with the points of the mesh on it.
 struct Ridges {
     /// The ridges at each vertex.
     at: BTreeMap<u32, Vec<u32>>,
@@ -213,7 +213,8 @@ impl<P: Space> Checker<'_, P> {
         ridges
     }
 
-    /// Returns the next point along the ridges beyond one end of a segment, if that end has no point.
+    /// Follows the ridges beyond one end of a segment, and returns the next point. Returns `None` if that end has a
+    /// point, or if there is no next point.
     fn beyond(&self, ridges: &Ridges, segment: u32, end: u32, covered: &mut BTreeSet<u32>) -> Option<u32> {
         let (mut from, mut v) = (segment, end);
         while !ridges.points.contains_key(&v) {
@@ -287,7 +288,7 @@ impl<P: Space> Checker<'_, P> {
         edges.iter().filter(is_finer).count() as u64
     }
 
-    /// Checks that every component inside has cells.
+    /// Checks that every component inside the domain has cells.
     pub(super) fn has_cells(&mut self, sums: &[Sum]) {
         for (component, sum) in sums.iter().enumerate() {
             let of = &self.domain.components[component];

@@ -1,28 +1,28 @@
-//! The check that a mesh is a mesh of its domain.
+//! The check that a mesh conforms to its domain.
 //!
 //! **Statement.** [`check`] reports no defect only if
 //! 1. every cell is positive (exact sign), and each facet of cells is in at most two cells, which lie on opposite
 //!    sides;
-//! 2. a facet of only one cell, or between two components, is a listed face, and a listed face is in exactly the cells
-//!    that it lists;
+//! 2. a facet that is in only one cell, or between two components, is a listed face, and a listed face is in exactly
+//!    the cells that it lists;
 //! 3. on each segment, the listed edges form a chain from corner to corner;
-//! 4. the faces on each facet are all oriented alike in a projection along an axis (exact signs). They have each
-//!    subsegment of the facet's boundary once, and every other edge once in each direction. For each pair of
-//!    components (or the outside), their total area equals the area of the domain's walls between the pair, to 1e-9
-//!    of the facet;
-//! 5. the measures of the cells of each component add up to the measure of the component, to 1e-9 of it;
-//! 6. corners have the positions of the domain, and points lie on their carriers to 1e-12 of the largest coordinate.
-//!    Cells use every point, rows are in canonical order, and markers are those of the domain.
+//! 4. the faces on each facet all have the same orientation in a projection along an axis (exact signs). Each
+//!    subsegment of the facet's boundary occurs once in them, and every other edge once in each direction. For each
+//!    pair of components (or the outside), their total area equals the area of the domain's walls between the pair,
+//!    to 1e-9 of the facet;
+//! 5. the measures of the cells of each component add up to the measure of the component, to 1e-9 of that measure;
+//! 6. corners have the same positions as in the domain, and points lie on their carriers to 1e-12 of the largest
+//!    coordinate. Cells use every point, rows are in canonical order, and markers agree with the domain.
 //!
 //! *Then, up to the tolerances, the cells tile the domain and the faces tile its facets, each once.*
 //!
 //! *Proof.*
-//! - *Facets.* By 4, the faces of a facet form a chain whose boundary is that of the facet. They therefore cover the
-//!   facet with a constant degree. Because the areas are equal, the degree is one.
+//! - *Facets.* By 4, the faces of a facet form a chain whose boundary is the boundary of the facet. They therefore
+//!   cover the facet with a constant degree. Because the areas are equal, the degree is one.
 //! - *Cells.* By 1 and 2, the cells of a component form a chain whose boundary lies in faces on the walls. The degree
 //!   with which they cover space is therefore constant between walls. It is nowhere negative, because all cells are
-//!   positive. By 4, the boundary of the chain is that of the component. So the degree is one inside and zero
-//!   elsewhere. Part 5 confirms this by independent numbers. QED.
+//!   positive. By 4, the boundary of the chain is the boundary of the component. The degree is therefore one inside
+//!   and zero elsewhere. Part 5 confirms this with independent numbers. QED.
 //!
 //! The check shares no code with generation. It reads the features, walls and components of the domain, and it uses the
 //! predicates of the geometry crate.
@@ -59,11 +59,11 @@ pub fn check<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>) -> Conformity {
 /// Compares a mesh that has a remeshed boundary with its closed surface in space. Reports no defect only if
 /// 1. parts 1 and 2 of [`check`] hold;
 /// 2. every face is in one cell, and its corners lie on the surface;
-/// 3. the boundary is a closed 2-manifold: every edge of faces is in two of them, and the faces at every vertex form
-///    one fan;
+/// 3. the boundary is a closed 2-manifold: every edge of a face is in exactly two faces, and the faces at every
+///    vertex form one fan;
 /// 4. every vertex at which one ridge ends, or more than two ridges meet, is a point of the mesh. The listed edges
-///    are edges of faces and connect consecutive points along all ridges;
-/// 5. the distance between boundary and surface is within the limit, in both directions, at the places that
+///    are edges of faces, and they connect consecutive points along all ridges;
+/// 5. the distance between boundary and surface is within the limit, in both directions, at the points that
 ///    [`Deviation`] samples;
 /// 6. every component has cells, points lie on their carriers to 1e-12 of the largest coordinate, cells use every
 ///    point, and rows are in canonical order.

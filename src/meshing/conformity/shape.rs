@@ -7,7 +7,7 @@ use crate::domain::Domain;
 use crate::mesh::{Carrier, Mesh, OUTSIDE};
 use crate::space::Space;
 
-/// Returns the defects that make the other checks meaningless.
+/// Returns the defects that make all other checks meaningless.
 pub(super) fn shape<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>) -> Vec<MeshDefect> {
     let mut found = Vec::new();
     let (points, cells) = (mesh.points.len(), mesh.cells.len());

@@ -16,8 +16,8 @@ use crate::sum::Sum;
 /// Measures of the domain and the mesh, by the components on the two sides, ascending.
 type Measures = BTreeMap<[SideComponent; 2], [Sum; 2]>;
 
-/// Returns the length of an edge or the area of a triangle. The length of the normal is this length or twice this
-/// area.
+/// Returns the length of an edge or the area of a triangle. The normal of an edge has the same length as the edge,
+/// and the length of the normal of a triangle is twice the area.
 fn extent<P: Point>(corners: &[P]) -> f64 {
     let rel: Vec<P> = corners[1..].iter().map(|&c| c - corners[0]).collect();
     P::hull_normal(&rel).norm2().sqrt() / if P::DIM == 2 { 1.0 } else { 2.0 }
@@ -27,7 +27,7 @@ fn space<P: Point>(p: P) -> DVec3 {
     DVec3::new(p.coord(0), p.coord(1), p.coord(2))
 }
 
-/// Drops one coordinate of a point of space.
+/// Drops one coordinate of a point in space.
 fn flat(p: DVec3, axis: usize) -> DVec2 {
     match axis {
         0 => DVec2::new(p.y, p.z),
@@ -51,7 +51,8 @@ impl<P: Space> Checker<'_, P> {
         self.found.boundary = sums.map(|s| self.unscaled(s.value(), P::DIM - 1));
     }
 
-    /// Checks part 6: corners and carriers. If `all` is set, every corner must have a point. No corner may have two.
+    /// Checks part 6: corners and carriers. No corner may have two points. If `all` is set, every corner must have a
+    /// point.
     pub(super) fn carriers(&mut self, all: bool) {
         let mut at_corner = vec![0; self.domain.corners.len()];
         let largest = self.domain.points().iter().flat_map(|p| (0..P::DIM).map(|i| p.coord(i).abs()));
@@ -225,7 +226,7 @@ impl<P: Space> Checker<'_, P> {
         extent(&P::corners(self.domain.points(), &self.domain.walls()[wall as usize]))
     }
 
-    /// Checks part 4 for the segments of the plane.
+    /// Checks part 4 for segments in the plane.
     fn lengths(&mut self) {
         let ends = |w: &P::Facet| ascending([w.as_ref()[0], w.as_ref()[1]]);
         let number: BTreeMap<[u32; 2], usize> =
@@ -262,7 +263,7 @@ impl<P: Space> Checker<'_, P> {
         }
     }
 
-    /// Checks part 4 for the facets of space.
+    /// Checks part 4 for facets in space.
     pub(super) fn facets(&mut self) {
         if P::DIM == 2 {
             return;
@@ -321,7 +322,7 @@ impl<P: Space> Checker<'_, P> {
         };
         let (mut boundary, internal) = (on(&of.boundary), on(&of.internal));
         boundary.sort_unstable();
-        // Include subsegments without any face.
+        // Subsegments without a face must be included.
         boundary.iter().chain(&internal).for_each(|&edge| {
             sides.entry(edge).or_default();
         });

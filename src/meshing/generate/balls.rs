@@ -14,7 +14,8 @@ pub struct Ball<P> {
 }
 
 impl<P: Point> Ball<P> {
-    /// Returns `true` if the point lies strictly inside the ball. The margin exceeds the rounding at its own corners.
+    /// Returns `true` if the point lies strictly inside the ball. The margin exceeds the rounding at the corners of
+    /// the simplex.
     pub fn holds(&self, x: P) -> bool {
         dist2(self.centre, x) < self.radius2 * (1.0 - 1e-10)
     }
@@ -25,7 +26,7 @@ impl<P: Point> Ball<P> {
     }
 }
 
-/// Balls with a tree for queries.
+/// Balls, with a tree for queries.
 #[derive(Clone, Debug)]
 pub struct Balls<P> {
     balls: Vec<Ball<P>>,
@@ -39,7 +40,7 @@ impl<P: Point> Balls<P> {
         Balls { balls, tree }
     }
 
-    /// Returns `true` if some ball contains the point.
+    /// Returns `true` if at least one ball contains the point.
     pub fn hold(&self, x: P) -> bool {
         let mut held = false;
         self.tree.visit(&Bounds::of([x]), |i| {
@@ -49,7 +50,7 @@ impl<P: Point> Balls<P> {
         held
     }
 
-    /// Returns the balls that contain the point, ascending.
+    /// Returns the indices of the balls that contain the point, in ascending order.
     pub fn holding(&self, x: P) -> Vec<u32> {
         let mut near = self.tree.meeting(&Bounds::of([x]));
         near.retain(|&i| self.balls[i as usize].holds(x));

@@ -1,21 +1,22 @@
 //! The faces that separate components, and the components on their sides.
 //!
-//! **Statement.** In space, the *own* faces of a facet are its subfacets, the triangles of its planar Delaunay
-//! triangulation. In the plane, the own faces of a segment are its subsegments. If four points of a facet are
-//! cocircular up to rounding, the triangulation of all vertices may contain the other diagonal. Then faces that overlap
-//! an absent own face in the plane of the facet are *substitutes*. The barrier consists of own faces and substitutes.
+//! **Statement.** In space, the *primary* faces of a facet are its subfacets, the triangles of its planar Delaunay
+//! triangulation. In the plane, the primary faces of a segment are its subsegments. If four points of a facet are
+//! cocircular up to rounding, the triangulation of all vertices may contain the other diagonal. Faces that overlap an
+//! absent primary face in the plane of the facet are then *substitutes*. The barrier consists of primary faces and
+//! substitutes.
 //!
 //! A barrier face with an edge on a subsegment determines the component on either side. The domain gives the components
-//! at the wall that meets the subsegment from the same side as the face. Face and wall traverse the subsegment in the
-//! same or in opposite directions. The direction determines which side of the face corresponds to which side of the
-//! wall.
+//! on the sides of the wall that meets the subsegment from the same side as the face. Face and wall traverse the
+//! subsegment in the same or in opposite directions. This determines which side of the face corresponds to which side
+//! of the wall.
 //!
 //! *Why the result does not depend on any order.*
 //! - A segment on the boundary of a facet has one wall of the facet, so directions alone decide there.
 //! - A segment inside a facet has two walls. Exact signs in the plane of the facet distinguish them.
-//! - Exact signs also decide whether a face overlaps an absent own face. Coordinates in a plane are a function of the
-//!   point.
-//! - Indices of points serve only as names. Lookups sort them and account for the parity of the order.
+//! - Exact signs also decide whether a face overlaps an absent primary face. Coordinates in a plane are a function of
+//!   the point.
+//! - Point indices are used only as names. Lookups sort them and account for the parity of the order.
 //! - If several edges of a face are subsegments, the largest label applies.
 //!
 //! **Source.** Sides of walls: [`crate::sides`].
@@ -68,7 +69,7 @@ pub(super) struct Barrier<F> {
 }
 
 impl<F: Simplex> Barrier<F> {
-    /// Returns the parts with the vertices of a face.
+    /// Returns the parts that have the vertices of a face.
     pub(super) fn at(&self, face: &F) -> &[Part<F>] {
         let key = sorted(*face).0;
         let first = self.parts.partition_point(|p| p.face < key);
@@ -80,7 +81,7 @@ impl<F: Simplex> Barrier<F> {
 impl<F: Simplex> Part<F> {
     /// Returns the label on the side of a cell. The face of the cell has the order of [`facet_without`].
     pub(super) fn towards(&self, face: &F) -> Option<u32> {
-        // (vertex, face..) is positive. To move the vertex to the end takes as many exchanges as the face has
+        // (vertex, face..) is positive. Moving the vertex to the end takes as many exchanges as the face has
         // vertices.
         let negative = (F::LEN % 2 == 1) != sorted(*face).1;
         self.labels[usize::from(negative)]
@@ -91,7 +92,7 @@ impl<F: Simplex> Part<F> {
 struct Rim {
     /// Whether the order of the wall traverses the segment forwards.
     along: bool,
-    /// Whether the wall lies on the left of the segment, seen from the tip of the normal.
+    /// Whether the wall lies to the left of the segment when seen from the tip of the normal.
     left: bool,
     /// The labels on the positive and the negative side of the wall.
     labels: [u32; 2],
@@ -99,7 +100,8 @@ struct Rim {
 
 /// The subsegments, and the walls of facets at segments.
 struct Rims {
-    /// The ends of subsegments (ascending), their segments, and whether the ascending ends run along the segment.
+    /// The ascending ends of each subsegment, its segment, and whether the order of the ends agrees with the
+    /// direction of the segment.
     subsegments: Vec<([u32; 2], u32, bool)>,
     /// The walls by facet and segment.
     walls: BTreeMap<(u32, u32), Vec<Rim>>,
@@ -131,15 +133,15 @@ impl Rims {
         Rims { subsegments, walls }
     }
 
-    /// Returns the segment of which an edge is a subsegment, and whether the edge runs along it.
+    /// Returns the segment of which an edge is a subsegment, and whether the edge has its direction.
     fn subsegment(&self, edge: [u32; 2]) -> Option<(u32, bool)> {
         let key = ascending(edge);
         let i = self.subsegments.binary_search_by_key(&key, |p| p.0).ok()?;
         Some((self.subsegments[i].1, self.subsegments[i].2 == (key == edge)))
     }
 
-    /// Returns the labels at a triangle of a facet, from its edges that are subsegments. `turn` is the orientation of
-    /// its vertices in the plane.
+    /// Returns the labels of a triangle of a facet, which follow from its edges that are subsegments. `turn` is the
+    /// orientation of its vertices in the plane.
     fn labels(&self, f: u32, triangle: &[u32; 3], turn: Sign) -> SideLabels {
         let mut found = [None; 2];
         for edge in directed(triangle) {
@@ -176,7 +178,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         barrier
     }
 
-    /// Returns the subsegments of the plane as parts.
+    /// In the plane, returns the subsegments as parts.
     fn subsegment_parts(&self, chains: &Chains) -> Vec<Part<P::Facet>> {
         let edges = self.domain.walls().iter().map(|w| ascending([w.as_ref()[0], w.as_ref()[1]]));
         let walls: BTreeMap<[u32; 2], u32> = edges.zip(0..).collect();
@@ -251,7 +253,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         found
     }
 
-    /// Visits the faces without a vertex in the volume, vertices ascending. Most faces are visited twice.
+    /// Visits the faces without a vertex in the volume, with ascending vertices. Most faces are visited twice.
     fn each_carried(&self, delaunay: &Triangulation<P::Cell>, mut visit: impl FnMut(P::Facet)) {
         let in_volume = |v: &&u32| self.vertices.carriers[**v as usize] == Carrier::Volume;
         for cell in &delaunay.cells {
@@ -272,7 +274,8 @@ fn labels_of<P: Space>(domain: &Domain<P>, wall: u32) -> [u32; 2] {
     domain.sides.components_at(wall).map(|c| if inside(c) { c } else { Labels::OUT })
 }
 
-/// Returns `true` if a wall turns left, seen from the tip of the normal. Exact, by a projection along an axis.
+/// Returns `true` if a wall turns left when seen from the tip of the normal. The test is exact, in a projection along
+/// an axis.
 fn is_left<P: Space>(domain: &Domain<P>, wall: u32, plane: &Plane) -> bool {
     let normal = plane.normal();
     let steep = |i: &usize, j: &usize| normal[*i].abs().total_cmp(&normal[*j].abs());
@@ -282,7 +285,7 @@ fn is_left<P: Space>(domain: &Domain<P>, wall: u32, plane: &Plane) -> bool {
     (orientation(&at) == Sign::Positive) == (normal[axis] > 0.0)
 }
 
-/// Returns `true` if the interiors of two triangles of the plane meet. Exact.
+/// Returns `true` if the interiors of two triangles in the plane meet. The test is exact.
 fn overlap(s: &[DVec2; 3], t: &[DVec2; 3]) -> bool {
     let (of_s, of_t) = (orientation(s), orientation(t));
     let parted = |a: &[DVec2; 3], turn: Sign, b: &[DVec2; 3]| {

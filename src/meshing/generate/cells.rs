@@ -1,34 +1,34 @@
 //! The cells and faces of the domain in the triangulation of all vertices.
 //!
-//! **Statement.** The own faces of the facets form the [`super::barrier`]. Cells that share a face outside the barrier
-//! are in one *class*. The outside of the hull counts as one more cell, adjacent to all faces of the hull. Each class
-//! lies in one component of the domain. Any barrier face adjacent to the class determines this component. A cell is
-//! *flat* if one facet, or one group of coplanar facets, contains all its vertices. A flat cell belongs to a class like
-//! any other cell but is dropped from the mesh.
+//! **Statement.** The primary faces of the facets form the [`super::barrier`]. Cells that share a face outside the
+//! barrier are in one *class*. The outside of the hull counts as an additional cell that is adjacent to all faces of
+//! the hull. Each class lies in one component of the domain. Any barrier face adjacent to the class determines this
+//! component. A cell is *flat* if one facet, or one group of coplanar facets, contains all its vertices. A flat cell
+//! belongs to a class like any other cell but is dropped from the mesh.
 //!
 //! *Proof.*
 //! 1. With the outside as a cell, the cells triangulate a sphere of the dimension of the space.
-//! 2. The own faces of a facet tile it. Two of them share each edge, except for the subsegments of its segments, which
-//!    are edges of the triangulation. Hence the barrier is the complex of those walls of the domain that have the
-//!    domain on at least one side, with vertices moved only by rounding.
+//! 2. The primary faces of a facet tile it. Two of them share each edge, except for the subsegments of its segments,
+//!    which are edges of the triangulation. Up to rounding of the vertices, the barrier is therefore the complex of
+//!    those walls that have the domain on at least one side.
 //! 3. By Alexander duality, the barrier separates the sphere into as many parts as the walls do. These parts are the
 //!    classes: a path through cells that avoids the vertices and edges of the barrier passes through faces.
 //! 4. Consider an edge shared by two faces of one facet and by no other barrier face. All cells around it on one side
 //!    are in one class. A class adjacent to one face of a facet is therefore adjacent to all faces up to the next
 //!    segment. At the segment, the domain determines the component.
-//! 5. Two components without the domain between them may form one class. Neither is inside. QED.
+//! 5. Two components that no part of the domain separates may form one class. Neither is inside. QED.
 //!
 //! *Why labels do not depend on any order.* Classes are the connected components of a graph. A class receives the
-//! largest of the labels that its adjacent faces give. By the proof, all of these are equal. The faces give labels by
+//! largest label that an adjacent face gives. By the proof, all these labels are equal. The faces give labels by
 //! directions along subsegments and by exact signs ([`super::barrier`]). No rounded point affects them. A flat cell
 //! across coplanar facets receives the label of its class, regardless of the side on which its centroid lies.
 //!
 //! **Source.** Alexander duality: Hatcher (2002), section 3.3.
 //!
-//! **Departures.** If subfacets were missing, classes of several components could merge. Then the largest label
-//! applies, so outside takes precedence over inside, and [`crate::conformity`] rejects the mesh. A face of the mesh
-//! next to a dropped cell may be on the other diagonal of its facet. Its facet is the one that contains its centroid,
-//! rounded. Such a face has an area because its cell is not flat.
+//! **Departures.** If subfacets were missing, classes of several components could merge. The largest label would then
+//! apply, so that outside takes precedence over inside, and [`crate::conformity`] would reject the mesh. A face of
+//! the mesh next to a dropped cell may be on the other diagonal of its facet. Such a face belongs to the facet that
+//! contains its rounded centroid. It has an area, because its cell is not flat.
 //!
 //! **Work and depth.** `O(n a(n) + m log m)` for n cells and m faces whose vertices lie on facets, where a is the
 //! inverse Ackermann function.
@@ -66,7 +66,7 @@ impl Labels {
 }
 
 impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
-    /// Returns the facet that contains the centroid of a face, rounded. The face must have an area, as faces of cells
+    /// Returns the facet that contains the rounded centroid of a face. The face must have an area. Faces of cells
     /// that are not flat do.
     pub(super) fn facet_of(&self, face: &[u32], planes: &[Plane]) -> Option<u32> {
         let common = self.holders.common(&self.vertices.carriers, face);
@@ -91,7 +91,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     /// Labels all cells.
     pub(super) fn labels(&self, delaunay: &Triangulation<P::Cell>, barrier: &Barrier<P::Facet>) -> Labels {
         let n = delaunay.cells.len();
-        // The outside of the hull is one more cell.
+        // The outside of the hull is an additional cell.
         let mut sets = Sets::new(n + 1);
         let mut named = vec![None; n + 1];
         named[n] = Some(Labels::OUT);

@@ -1,20 +1,20 @@
 //! Corner shells, for corners at which divisions do not terminate.
 //!
-//! **Statement.** Let several facets meet at a corner within some ten degrees of each other, between segments more
-//! than 90 degrees apart. Then divisions reproduce the triangles at the corner at half the size. The reason is that
-//! the circumcentre of a triangle lies in the ball of a subsegment that ends at the corner, so subsegments are
-//! halved. Corners v whose triangles are still missing after [`ENCLOSE_AFTER`] rounds are *enclosed*:
-//! 1. A permanent radius is chosen that is so small that shells do not meet.
-//! 2. Each segment at v receives a point on the shell, and points of facets inside the shell are removed.
+//! **Statement.** Let several facets meet at a corner within about ten degrees of each other, between segments more
+//! than 90 degrees apart. The circumcentre of a triangle at the corner then lies in the ball of a subsegment that
+//! ends at the corner. Subsegments are halved, and the triangles recur at half the size. Corners v whose triangles
+//! are still missing after [`ENCLOSE_AFTER`] rounds are *enclosed*:
+//! 1. A permanent radius is chosen, small enough that shells do not meet.
+//! 2. Each segment at v receives a point on the shell, and points on facets inside the shell are removed.
 //! 3. From then on, points that would be placed inside the shell, or would divide a subsegment inside it, are placed on
 //!    the shell. Such a point lies in the facet, halfway between its two neighbours on the shell. If one neighbour is
 //!    on a segment, its distance from that neighbour is a power of two, as in [`super::divide`]. If the two neighbours
 //!    are too close to each other, the usual rules apply.
 //!
 //! *Why this terminates at the corner.* Inside the shell, v is the only vertex. Consider a ball that passes through v
-//! and cuts a cap from the shell. If the cap contains no vertex, the ball contains none, except for vertices in the
-//! lens between ball and cap beyond the shell. It remains to find arcs of the shell without vertices in their caps.
-//! This is the problem of planar segments that meet at small angles and are divided on circles around their ends
+//! and cuts a cap from the shell. If the cap contains no vertex, the ball contains no vertex except in the lens
+//! between ball and cap beyond the shell. It remains to find arcs of the shell without vertices in their caps. This
+//! is like the problem of planar segments that meet at small angles and are divided on circles around their ends
 //! (Ruppert). Arcs without a common end have a positive distance, and the thickness of a lens is proportional to the
 //! square of its arc. Subsegments inside the shell cause no further divisions: their balls touch the shell from
 //! inside, at their ends.
@@ -22,7 +22,7 @@
 //! **Source.** Ruppert (1995), section 5; Murphy, Mount and Gable (2001); Cohen-Steiner, Colin de Verdiere and Yvinec
 //! (2004).
 //!
-//! **Work and depth.** A pass over all vertices for each enclosed corner and for each point on a shell.
+//! **Work and depth.** One pass over all vertices for each enclosed corner and for each point on a shell.
 
 use glam::DVec2;
 use septet_geometry::point::dist2;
@@ -106,9 +106,9 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         power_below(others.min(subsegments.sqrt() * (1.0 + SHELL)))
     }
 
-    /// Returns the point on the shell of an enclosed corner that divides a subfacet. There is one if the corner is a
-    /// vertex of the subfacet, if the circumcentre lies inside the shell, or if the subsegment that blocks the
-    /// circumcentre lies inside it.
+    /// Returns the point on the shell of an enclosed corner that divides a subfacet. Such a point exists if the
+    /// corner is a vertex of the subfacet, or if the circumcentre, or the subsegment that blocks it, lies inside the
+    /// shell.
     pub(super) fn on_corner_shell(
         &self,
         f: u32,
@@ -145,8 +145,8 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         Some(Site { at: from_space(plane.lift(from + place)), size })
     }
 
-    /// Returns the vertices of a facet on a shell that are next to a direction from the corner, one on either side.
-    /// The flag of each is set if it lies on a segment.
+    /// Returns the two vertices of a facet on a shell that are next to a direction from the corner, one on either
+    /// side. Each has a flag that is set if the vertex lies on a segment.
     fn neighbours_on_shell(
         &self,
         f: u32,

@@ -3,26 +3,26 @@
 //! **Statement.**
 //! 1. A subsegment with one end at a corner is divided at a distance from the corner that is a power of two. Other
 //!    subsegments are divided in the middle. Subsegments at a corner therefore end on common spheres, whatever their
-//!    angle, and no end lies in the ball of another (Ruppert's concentric shells).
+//!    angle, and no end lies in the ball of another subsegment (Ruppert's concentric shells).
 //! 2. A subfacet is divided at its circumcentre. If the circumcentre lies behind a subsegment of the facet, or in the
 //!    ball of any subsegment, that subsegment is divided instead.
 //! 3. Suppose that the subsegment of rule 2 ends at a corner of the subfacet, and that the other two vertices of the
-//!    subfacet lie on one shell around this corner. Then the subfacet is divided on the shell, and the subsegment
-//!    stays.
+//!    subfacet lie on one shell around this corner. The subfacet is then divided on the shell, and the subsegment
+//!    remains.
 //!
-//! *Why never at another point.* If no point of a facet lies in the balls of its subsegments, the circumcentres of its
-//! subfacets lie in the facet or in such a ball. Otherwise a circumcentre may lie outside the facet, behind a
-//! subsegment. A point inside the subfacet, such as its centroid, would lie in the ball of that subsegment. Repeated
-//! divisions would approach the subsegment without end.
+//! *Why no other points are used.* If no point of a facet lies in the balls of its subsegments, the circumcentres of
+//! its subfacets lie in the facet or in such a ball. Otherwise, a circumcentre may lie outside the facet, behind a
+//! subsegment. A point inside the subfacet, such as its centroid, would lie in the ball of that subsegment, and
+//! repeated divisions would approach the subsegment forever.
 //!
-//! *Why on the shell.* Balls through a corner cut a sphere around it in caps. Hence such a subfacet has a witness iff
-//! some cap through its other two vertices contains no vertex of the shell, whatever the radius of the shell. Its
-//! circumcentre lies in the balls of its own subsegments (at less than a right angle), or of others at the corner. If
-//! these were divided, all subsegments there would have to follow. The same subfacet would recur at half the size,
-//! without end. Consider a subsegment from the corner to a point on the shell or inside it. Its ball contains no
-//! point of the shell. Arcs are divided at powers of two from a segment, just as subsegments are divided at powers of
-//! two from a corner, and for the same reason. Arcs are not made shorter than a 32nd of the radius. At that length,
-//! the obstacle lies nearer to the corner.
+//! *Why on the shell.* A ball through a corner meets a sphere around the corner in a cap. Such a subfacet therefore
+//! has a witness iff some cap through its other two vertices contains no vertex of the shell, whatever the radius of
+//! the shell. Its circumcentre lies in the balls of subsegments of its facet (if the angle is less than a right
+//! angle), or of other subsegments at the corner. If these were divided, all subsegments at the corner would have to
+//! be divided as well, and the same subfacet would recur at half the size, forever. Consider a subsegment from the
+//! corner to a point on the shell or inside it. Its ball contains no point of the shell. Arcs are divided at powers
+//! of two from a segment for the same reason as subsegments are divided at powers of two from a corner. Arcs shorter
+//! than a 32nd of the radius are not created, because at that length, the obstacle lies nearer to the corner.
 //!
 //! **Source.** Ruppert (1995), section 5; Chew (1993).
 
@@ -40,8 +40,8 @@ use crate::points::conflicts::Site;
 use crate::space::Space;
 
 impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
-    /// Returns the points that divide the missing parts. The size of a site is the radius of the subfacet, or a quarter
-    /// of the length of the subsegment.
+    /// Returns the points that divide the missing parts. The size of such a point is the radius of the subfacet, or a
+    /// quarter of the length of the subsegment.
     pub(super) fn divided(
         &self,
         planes: &[Plane],
@@ -100,7 +100,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         clear.then(|| Site { at: x, size: 0.5 * dist2(x, at(a)).min(dist2(x, at(b))).sqrt() })
     }
 
-    /// Returns the first subsegment of a facet's segments that a path in the plane of the facet crosses.
+    /// Returns the first subsegment of the facet's segments that a path in the plane of the facet crosses.
     fn behind(&self, f: u32, plane: &Plane, chains: &Chains, way: [P; 2]) -> Option<Subsegment> {
         let flat = |p: P| plane.of(as_space(p));
         let facet = &self.domain.facets[f as usize];

@@ -1,10 +1,10 @@
-//! Points on the facets of space.
+//! Points on facets in space.
 //!
-//! **Statement.** The planar generator runs in the plane of each facet, on all facets at once:
+//! **Statement.** A planar generator runs in the plane of each facet, on all facets at once:
 //! 1. Candidates lie in the cells of a quadtree per facet, outside the balls of subsegments.
 //! 2. A maximal independent set of them is taken, with all earlier points fixed.
-//! 3. Circumcentres of subfacets that are too large are added until there are none. A circumcentre in a ball of a
-//!    subsegment is moved off-centre, out of the ball.
+//! 3. Circumcentres of subfacets that are too large are added until no subfacet is too large. A circumcentre in a
+//!    ball of a subsegment is moved off-centre, out of the ball.
 
 use glam::{DVec2, DVec3};
 use septet_geometry::measure;
@@ -21,7 +21,7 @@ use crate::octree::{Cube, DEEPEST, Key};
 use crate::points::candidates::Name;
 use crate::space::Space;
 
-/// The plane of a facet, with the walls of the facet in planar coordinates.
+/// The plane of a facet, and the walls of the facet in planar coordinates.
 #[derive(Clone, Debug)]
 pub(super) struct Plane {
     origin: DVec3,
@@ -32,7 +32,7 @@ pub(super) struct Plane {
     rounding: f64,
 }
 
-/// The rounding of a point in a plane, relative to the largest coordinate.
+/// A bound on the rounding of a point in a plane, relative to the largest coordinate.
 pub(super) const ROUNDING: f64 = 1e-14;
 
 impl Plane {
@@ -76,8 +76,8 @@ impl Plane {
         self.wall_at(q).is_some()
     }
 
-    /// Returns a wall of the facet that contains the point, by its position in the list of the facet. Rounded in the
-    /// same way.
+    /// Returns the position, in the list of the facet, of a wall that contains the point. The test is rounded, like
+    /// [`Self::holds`].
     pub(super) fn wall_at(&self, q: DVec2) -> Option<usize> {
         let turn = |a: DVec2, b: DVec2| (b - a).perp_dot(q - a);
         let mut found = None;
@@ -163,7 +163,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         subfacets.iter().map(ball).collect()
     }
 
-    /// Computes the Delaunay triangulations of some facets, in their planes. Triangles outside a facet are omitted.
+    /// Computes the Delaunay triangulations of some facets in their planes. Triangles outside a facet are omitted.
     pub(super) fn triangulate_facets(
         &mut self,
         planes: &[Plane],

@@ -1,4 +1,4 @@
-//! Conversion of the result to a mesh in the unit of the file and in canonical order.
+//! Converts the result to a mesh in the unit of the file and in canonical order.
 
 use septet_geometry::point::{Point, Simplex};
 use septet_geometry::range::scale;
@@ -52,8 +52,8 @@ impl<P: Space> Generated<P> {
     }
 }
 
-/// Reorders the vertices with the same orientation. The smallest vertex comes first. In space, the second smallest
-/// follows.
+/// Reorders the vertices without changing the orientation. The smallest vertex comes first. In space, the second
+/// smallest vertex follows.
 fn canonical<P: Point>(mut cell: P::Cell) -> P::Cell {
     let row = cell.as_mut();
     let smallest = |row: &[u32]| (0..row.len()).min_by_key(|&i| row[i]).unwrap_or(0);
@@ -63,7 +63,7 @@ fn canonical<P: Point>(mut cell: P::Cell) -> P::Cell {
         return cell;
     }
     if first != 0 {
-        // Two exchanges preserve the orientation.
+        // Two swaps preserve the orientation.
         row.swap(0, first);
         let [a, b] = [1, 2, 3].into_iter().filter(|&i| i != first).fold([0, 0], |[_, b], i| [b, i]);
         row.swap(a, b);

@@ -17,14 +17,14 @@ use crate::space::Space;
 pub(super) const COMPLETE: f64 = 1.0 - 1e-9;
 
 /// A cell is divided while its side exceeds this multiple of the size at its centre. Completion finds the remaining
-/// gaps. Sides of at most one size with two candidates per cell lead to as many rounds, points and cells, but need
-/// several times as many candidates.
+/// gaps. Sides of at most the size, with two candidates per cell, lead to the same numbers of rounds, points and
+/// cells, but need several times as many candidates.
 pub(super) const SIDE: f64 = 1.4;
 
 /// The number of candidates per cell.
 pub(super) const CANDIDATES: u32 = 1;
 
-/// A candidate for a point, with its carrier.
+/// A candidate for a point, and its carrier.
 pub(super) type Candidate<P> = (Site<P>, Carrier);
 
 /// The parameters of generation.
@@ -36,7 +36,7 @@ pub struct Rules<'a, P> {
     pub lipschitz: f64,
     /// The seed for the positions of candidates.
     pub seed: u64,
-    /// The largest number of vertices.
+    /// The maximum number of vertices.
     pub most: u64,
 }
 
@@ -85,7 +85,7 @@ pub(super) struct Generator<'a, P: Space, M> {
     pub(super) subsegments: Balls<P>,
     /// The balls of subfacets.
     pub(super) subfacets: Balls<P>,
-    /// Further balls that are closed to points of the volume.
+    /// Further balls in which no points of the volume are placed.
     pub(super) closed: Balls<P>,
     /// Whether circumcentres are moved out of balls.
     pub(super) off_centres: bool,
@@ -134,8 +134,8 @@ impl<'a, P: Space, M: Machine<P> + Sync> Generator<'a, P, M> {
         self.place(&sites, fixed, &candidates)
     }
 
-    /// Runs a round of completion. Places an independent set of the candidates that do not conflict with a vertex.
-    /// Returns the number of points placed. `free` states that no candidate conflicts with a vertex.
+    /// Runs a round of completion: places an independent set of the candidates that do not conflict with a vertex,
+    /// and returns the number of points placed. If `free` is set, no candidate may conflict with a vertex.
     pub(super) fn complete(&mut self, candidates: Vec<Candidate<P>>, free: bool) -> Result<u64, M::Error> {
         let mut candidates = distinct(candidates);
         if !free && !candidates.is_empty() {
@@ -181,7 +181,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Generator<'a, P, M> {
         Ok(())
     }
 
-    /// Returns the seed of a feature. Seeds of features of one kind differ.
+    /// Returns the seed of a feature. Features of the same kind have different seeds.
     pub(super) fn seed_of(&self, feature: u32) -> u64 {
         Name { cell: crate::octree::Key::ROOT, number: feature }.priority(self.rules.seed).0
     }

@@ -9,7 +9,7 @@ use septet_geometry::priority::{compare, priority};
 use crate::points::conflicts::{Site, Sites};
 use crate::points::independent::{Independent, by_rounds};
 
-/// A Delaunay triangulation with its adjacency.
+/// A Delaunay triangulation and its adjacency.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Triangulation<C> {
     /// `d + 1` vertices per cell, positively oriented.
@@ -26,24 +26,25 @@ pub trait Machine<P: Point> {
     /// Begins a stage. Later runs belong to it.
     fn stage(&mut self, _name: &'static str) {}
 
-    /// Returns a maximal independent set of the conflict graph. It contains the first `fixed` sites, which the result
-    /// omits. The rest is the greedy set of a random order that depends only on the positions. No two of the given
-    /// sites may coincide. Machines with the order of [`septet_geometry::priority`] return the same sets.
+    /// Returns a maximal independent set of the conflict graph. It contains the first `fixed` sites, which are
+    /// omitted from the result. The other members form the greedy set in a random order that depends only on the
+    /// positions. No two of the given sites may coincide. All machines that use the order of
+    /// [`septet_geometry::priority`] return the same sets.
     ///
     /// # Errors
-    /// Errors of the machine.
+    /// Returns the error of the machine if it fails.
     fn independent(&mut self, sites: &[Site<P>], fixed: usize) -> Result<Independent, Self::Error>;
 
     /// Returns the Delaunay triangulation. It has no cells if the points do not span the space.
     ///
     /// # Errors
-    /// Errors of the machine.
+    /// Returns the error of the machine if it fails.
     fn delaunay(&mut self, points: &[P]) -> Result<Triangulation<P::Cell>, Self::Error>;
 
     /// Returns the planar triangulations of several sets of points, given in the planes of their facets.
     ///
     /// # Errors
-    /// Errors of the machine.
+    /// Returns the error of the machine if it fails.
     fn planar(&mut self, sets: &[Vec<DVec2>]) -> Result<Vec<Vec<[u32; 3]>>, Self::Error>;
 
     /// Maps `f` over the items, in order. Implementations may use all cores.
@@ -119,7 +120,7 @@ fn ranks<P: Point>(seed: u64, sites: &[Site<P>]) -> Vec<u32> {
     ranks
 }
 
-/// Keeps the first of each group of coincident sites. Sorts the sites lexicographically by position.
+/// Sorts the sites lexicographically by position, and keeps the first of each group of coincident sites.
 pub(super) fn distinct<P: Point, T>(mut sites: Vec<(Site<P>, T)>) -> Vec<(Site<P>, T)> {
     sites.sort_by(|a, b| lex_cmp(&a.0.at, &b.0.at));
     sites.dedup_by(|b, a| a.0.at == b.0.at);

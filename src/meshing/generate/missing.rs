@@ -9,8 +9,8 @@
 //!
 //! **Flat cells.** Vertices lie on a facet only up to rounding. Four cocircular vertices can span a flat cell, with one
 //! diagonal above and the other below. Generation drops such cells ([`super::cells`]). On the boundary of the domain,
-//! only one side matters. Inside the domain, the two sides of the facet then disagree and the mesh does not conform.
-//! All subfacets are present, but on one side only. Inserting the common circumcentre repairs this.
+//! only one side matters. Inside the domain, the two sides of the facet then disagree, and the mesh does not conform,
+//! because some subfacets are present on one side only. Inserting the common circumcentre repairs this.
 //!
 //! *Repairs are permanent.* Facets receive no vertices after the volume stage begins. A cell whose vertices lie on
 //! facets has an empty circumball, so it is also a cell of the triangulation of the vertices on facets. Unmatched faces
@@ -32,9 +32,9 @@ use crate::space::Space;
 /// The missing subsegments and subfacets of a triangulation.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct MissingParts {
-    /// Segments, with the ends of subsegments.
+    /// The missing subsegments.
     pub(super) subsegments: Vec<Subsegment>,
-    /// Facets, with the vertices of subfacets.
+    /// The missing subfacets.
     pub(super) subfacets: Vec<Subfacet>,
 }
 
@@ -80,7 +80,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         MissingParts { subsegments, subfacets: missing }
     }
 
-    /// Returns the faces on facets inside the domain of which exactly one cell is flat.
+    /// Returns the faces on facets inside the domain for which exactly one of the two cells is flat.
     fn unmatched(&self, delaunay: &Triangulation<P::Cell>, planes: &[Plane]) -> Subfacets {
         if P::DIM == 2 {
             return Vec::new();
@@ -116,8 +116,8 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         wall.is_some_and(|wall| components(wall).into_iter().all(inside))
     }
 
-    /// Returns edges between vertices of segments, and faces of cells that are not flat whose vertices lie on one
-    /// facet. Both are ascending.
+    /// Returns the edges between vertices of segments, and the faces whose vertices lie on one facet and whose cell
+    /// is not flat. Both lists are ascending.
     fn carried(&self, delaunay: &Triangulation<P::Cell>) -> (Vec<[u32; 2]>, Vec<[u32; 3]>) {
         let carriers = &self.vertices.carriers;
         let (mut edges, mut faces) = (Vec::new(), Vec::new());
@@ -152,8 +152,8 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         (edges, faces)
     }
 
-    /// Returns for each facet whether the faces present tile it, although they are not its subfacets. This happens if
-    /// four points are cocircular up to rounding.
+    /// Returns, for each facet, whether the faces of the triangulation tile it although they are not its subfacets.
+    /// This happens if four points are cocircular up to rounding.
     fn tiled(&self, planes: &[Plane], subfacets: &Subfacets, faces: &[[u32; 3]]) -> Vec<bool> {
         let area = |f: u32, t: &[u32; 3]| {
             let plane = &planes[f as usize];

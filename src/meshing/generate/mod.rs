@@ -1,12 +1,12 @@
 //! The points of a mesh, from corners to the volume, and the mesh in their Delaunay triangulation.
 //!
 //! **Statement.** Let f be L-Lipschitz and nowhere above the local feature size. Let no two features meet at less than
-//! 90 degrees. Let each facet be convex, or let features that share a corner with it come no nearer to the rest of it
-//! than f. (In a convex facet, the corner is the nearest point because of the angle.) The generator places points that
-//! are f-spaced: the distance of two points is at least the smaller of their sizes. These points satisfy
+//! 90 degrees. Let each facet be convex, or let no feature that shares a corner with it be nearer than f to the rest
+//! of it. (In a convex facet, the corner is the nearest point because of the angle.) The generator places points that
+//! are f-spaced: the distance between two points is at least the smaller of their sizes. These points satisfy
 //!
-//! 1. (Gabriel) no point lies in the smallest ball of a subsegment or of a subfacet, so all of them are in the Delaunay
-//!    triangulation;
+//! 1. (Gabriel) no point lies in the smallest ball of a subsegment or of a subfacet, so all subsegments and subfacets
+//!    are in the Delaunay triangulation;
 //! 2. (completion) the circumradius is at most `(1 - 1e-9) f(centre)` for every subsegment, every subfacet with its
 //!    centre outside all balls of subsegments, and every cell with its centre outside all balls. All centres of cells
 //!    lie in the domain.
@@ -27,12 +27,12 @@
 //! 1. *The ball of a subsegment contains c.* The foot q of c on the line of the subsegment lies in the subsegment.
 //!    Let v be the nearer end, so that `|v - q| = s - |p - q|`. Then
 //!    `|v - c|^2 = |q - c|^2 + |v - q|^2 <= (s^2 - |p - q|^2) + (s - |p - q|)^2 <= 2 s^2`. The ball of the cell is
-//!    empty, hence `R <= |v - c| <= sqrt(2) s`. Because `s <= f(p) <= f(c) + L s`, we have `s <= f(c) / (1 - L)`.
+//!    empty, so `R <= |v - c| <= sqrt(2) s`. Because `s <= f(p) <= f(c) + L s`, we have `s <= f(c) / (1 - L)`.
 //! 2. *The ball of a subfacet contains c, no ball of a subsegment does, and the foot q of c in the plane lies in the
 //!    facet.* Let (m, r) be the ball of the subfacet that contains q. This ball also contains c, because the
 //!    subfacets are Delaunay and the power of q is least there. So c is above this subfacet. Let `q = sum a_i v_i` be
 //!    a convex combination of its corners. Because `sum a_i |v_i - q|^2 = r^2 - |m - q|^2`, some corner has
-//!    `|v - c|^2 <= |q - c|^2 + r^2 - d^2 <= 2 (r^2 - d^2)` with `d = |m - q|`. Hence `R <= sqrt(2) r`. If
+//!    `|v - c|^2 <= |q - c|^2 + r^2 - d^2 <= 2 (r^2 - d^2)` with `d = |m - q|`. Therefore `R <= sqrt(2) r`. If
 //!    `r <= k f(m) <= k (f(c) + L r)`, then `r <= k f(c) / (1 - k L)`. For k = 1 this is the case (near), otherwise
 //!    (above).
 //! 3. *A bound for any subfacet, without k.* If m lies in no ball of a subsegment, completion gives k = 1. Otherwise
@@ -52,33 +52,34 @@
 //!    - So m lies on the side of the subfacet. Then the part of the ball (m, r) beyond the line is less than half of
 //!      the ball. It lies in the ball over the chord, hence in that of the subsegment, and it contains c. QED.
 //!
-//! The mesh shows how much larger than f its subfacets are ([`crate::quality::balls`]). By `r <= sqrt(2) s` and
-//! `s <= f(m) + L s`, k is at most `sqrt(2) / (1 - L)`. Nothing is promised if `g L >= 1`. For (near), this
-//! inequality holds if `L >= 0.41`. For (above) with any subfacet, it holds if `L >= 0.25`; for (above) with a known k,
+//! The value of k for a mesh can be computed from its subfacets ([`crate::quality::balls`]). By `r <= sqrt(2) s` and
+//! `s <= f(m) + L s`, k is at most `sqrt(2) / (1 - L)`. Nothing is promised if `g L >= 1`. For (near), this inequality
+//! holds if `L >= 0.41`. For (above) with any subfacet, it holds if `L >= 0.25`. For (above) with a known k, it holds
 //! if `k L >= 0.41`.
 //!
 //! Two facts follow from the lemma of Ruppert and Shewchuk for angles of at least 90 degrees. Circumcentres lie in
-//! the domain, and points on one feature stay out of the balls on another. By the lemma, a projection onto a facet or
-//! line that ends outside it crosses the ball of a subsegment of its boundary, and this ball is empty.
+//! the domain, and points on one feature stay out of the balls on another. Suppose that the projection of a point
+//! onto the plane or line of a feature ends outside the feature. By the lemma, it crosses the ball of a subsegment of
+//! the boundary, and this ball is empty.
 //!
 //! **Source.** Section 5 of the paper; Ruppert (1995), Shewchuk (1998), Spielman, Teng and Ungor (2007).
 //!
 //! **Departures.**
 //! - *Dimensions in order.* Features of each dimension are complete before the next dimension begins. A circumcentre in
 //!   a ball of a complete feature therefore does not divide that feature. It is moved out of the ball (`off_centre`),
-//!   or skipped if there is no room or if features meet at less than 90 degrees. This causes the factor g.
-//! - *Large subfacets.* Dividing the subsegment below a subfacet larger than f would give k = 1, but it would place
-//!   points closer than f: the halves have the length s, which can be `r / sqrt(2)`.
+//!   or skipped if there is no room or if features meet at less than 90 degrees. This is the reason for the factor g.
+//! - *Large subfacets.* If a subfacet is larger than f, dividing the subsegment below it would give k = 1. But the
+//!   points would be closer than f: the halves have the length s, which can be `r / sqrt(2)`.
 //! - *Cocircular points.* If four points of a facet inside the domain are cocircular up to rounding, the centre of the
 //!   circle may be inserted (`missing`). Its distance from the points is the radius of the circle, which may be below
 //!   f.
 //! - *Small angles.* If features meet at less than 90 degrees, two kinds of simplices are divided (`recover`),
-//!   although points then are closer than f. These are subsegments whose balls contain a point, and subfacets without
-//!   an empty ball whose radius is little larger than theirs. The balls found in this way are closed to the points of
-//!   the volume. Claim 1 holds with these balls instead of the smallest ones.
+//!   although points are then closer than f. These are subsegments whose balls contain a point, and subfacets without
+//!   an empty ball of little more than the smallest radius. No points of the volume are placed in the empty balls
+//!   that are found in this way. Claim 1 holds with these balls instead of the smallest ones.
 //!
-//! **Rounds and work.** Each stage needs one independent set, then one per round of completion. Each triangulation and
-//! each set is a run of the [`Machine`].
+//! **Rounds and work.** Each stage needs one independent set at the beginning, and one per round of completion. Each
+//! triangulation and each set is a run of the [`Machine`].
 
 mod balls;
 mod barrier;
@@ -130,7 +131,7 @@ pub struct Generated<P: Space> {
     pub stages: Vec<Stage>,
 }
 
-/// Features with parts missing from the triangulation.
+/// The features of which parts are missing from the triangulation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Missing {
     /// The features, ascending, with the numbers of missing parts.
@@ -142,7 +143,7 @@ pub struct Missing {
 pub enum Failure<E> {
     /// The machine failed.
     Machine(E),
-    /// Features at small angles could not be recovered.
+    /// Features that meet at small angles could not be recovered.
     Missing(Missing),
     /// The mesh needs more vertices than the limit.
     TooMany(u64),
@@ -151,7 +152,7 @@ pub enum Failure<E> {
 }
 
 /// Estimates the number of points of a mesh from the cells in which candidates are placed. Returns one more than the
-/// limit if the number of cells is too large for it.
+/// limit if there are too many cells.
 pub fn expected_points<P: Space, M: Machine<P> + Sync>(
     domain: &Domain<P>,
     rules: Rules<'_, P>,
@@ -170,13 +171,13 @@ pub fn expected_points<P: Space, M: Machine<P> + Sync>(
 /// Generates the points of a domain and triangulates them.
 ///
 /// # Errors
-/// [`Failure`].
+/// Returns a [`Failure`] if the machine fails, features cannot be recovered, or the mesh needs too many vertices.
 pub fn generate<P: Space, M: Machine<P> + Sync>(
     domain: &Domain<P>,
     rules: Rules<'_, P>,
     machine: &mut M,
 ) -> Result<Generated<P>, Failure<M::Error>> {
-    // Sizes that are too fine are rejected before any other work.
+    // If the sizes are too fine, generation fails before any other work.
     let cells = volume::sampling_cells(domain, &rules, &*machine).ok_or(Failure::TooMany(rules.most))?;
     let mut generator = Generator::new(domain, rules, machine);
     generator.off_centres = domain.small_angles(90.0).is_empty();

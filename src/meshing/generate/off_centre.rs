@@ -2,23 +2,25 @@
 //!
 //! **Statement.** A circumcentre c in a ball cannot be inserted. The off-centre point x lies straight above c, as
 //! seen from the subsegment or subfacet, on the boundary of the ball. If x lies in another ball, the step is
-//! repeated, at most [`MOVES`] times. The point x is inserted if it keeps the distance f (the size function) from all
-//! vertices. On facets, the balls are those of subsegments. In the volume, those of subfacets are added. If features
-//! meet at less than 90 degrees, the bounds do not hold anyway, and such circumcentres are skipped.
+//! repeated, at most [`MOVES`] times. The point x is inserted if its distance from all vertices is at least f (the
+//! size function). For facets, only the balls of subsegments count. For the volume, the balls of subfacets count as
+//! well. If features meet at less than 90 degrees, the bounds do not hold anyway, and such circumcentres are skipped.
 //!
 //! *Benefit.* Let f be 1 everywhere. Let c lie at height h above a facet, far from the boundary of the facet. Let (m,
-//! r) be the ball of the subfacet that contains the foot q of c. Among the balls of the facet, this one is the
-//! highest above q. Its height there is H with `H^2 = r^2 - |m - q|^2 <= 1`.
+//! r) be the ball of the subfacet that contains the foot q of c. Among the balls of the facet, this ball is the
+//! highest above q. Its height H there satisfies `H^2 = r^2 - |m - q|^2 <= 1`.
 //! 1. Some corner of the subfacet has a squared distance of at most `h^2 + H^2` from c, as in the proof of the bounds
-//!    ([`super`]). Hence `R^2 <= h^2 + H^2`.
+//!    ([`super`]). Therefore `R^2 <= h^2 + H^2`.
 //! 2. The point x is inserted unless `R <= 1 + H - h`.
-//! 3. For `H = 1`, the two bounds are equal at `h = 3/4`. For a smaller H, the common value is lower.
+//! 3. For `H = 1`, the two bounds are equal at `h = 3/4`. For a smaller H, the value at which they are equal is
+//!    lower.
 //!
-//! When no more points are inserted, `R <= 5/4` therefore holds, and no Delaunay edge there is longer than 5/4 of the
-//! bound for other edges. Without off-centre points, the factor is `sqrt(2)`. The same holds above a subsegment of a
-//! facet. Near the common boundary of facets, only `sqrt(2)` is proved.
+//! When no more points are inserted, `R <= 5/4` therefore holds, and no Delaunay edge there is longer than 5/4 times
+//! the bound for other edges. Without off-centre points, the factor is `sqrt(2)`. The bound 5/4 also holds above a
+//! subsegment of a facet. Near the common boundary of facets, only `sqrt(2)` is proved.
 //!
-//! **Work and depth.** [`MOVES`] queries of the balls per circumcentre. One query of the off-centre points per vertex.
+//! **Work and depth.** Each circumcentre needs at most [`MOVES`] queries of the balls, and each vertex needs one query
+//! of the off-centre points.
 
 use septet_geometry::point::dist2;
 
@@ -33,7 +35,8 @@ use crate::space::Space;
 /// The largest number of moves of a circumcentre: one above a facet, more if other features are near.
 const MOVES: usize = 4;
 
-/// The squared radius beyond which a point is outside a ball, relative to the ball's. The margin exceeds the rounding.
+/// The squared distance beyond which a point is outside a ball, relative to the squared radius. The margin exceeds the
+/// rounding.
 const BEYOND: f64 = 1.0 + 1e-9;
 
 /// The subsegments and subfacets, in the order of their balls.

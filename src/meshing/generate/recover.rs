@@ -1,35 +1,35 @@
 //! Recovery: the insertion of points until every subsegment and subfacet is in the triangulation.
 //!
 //! **Statement.** At the end, no vertex lies in the smallest ball of a subsegment, and every subfacet has a
-//! [`super::witness`] of at most [`WIDEST`] times its radius. These balls are closed to the points of the volume, so
-//! nothing can be lost later. The radii of cells at the boundary exceed those of its subfacets by at most this factor.
-//! Simplices that violate the rule are divided ([`super::divide`]), subsegments before subfacets. Points may then be
-//! closer than f. Without angles below 90 degrees, recovery inserts nothing.
+//! [`super::witness`] of at most [`WIDEST`] times its radius. No points of the volume are placed in these balls, so no
+//! subsegment or subfacet can be lost later. The radii of cells at the boundary exceed the radii of its subfacets by
+//! at most this factor. Simplices that violate the rule are divided ([`super::divide`]), subsegments before subfacets.
+//! Points may then be closer than f. If there are no angles below 90 degrees, recovery inserts no points.
 //!
 //! **Termination.**
 //!
 //! *Subsegments.* Points of facets are kept out of the balls of subsegments, so only corners and points of other
 //! segments can lie in them. Segments without a common corner have a positive distance. Segments with a common corner
 //! are divided on common spheres. Subsegments of equal length from a corner exclude each other's ends from their balls,
-//! and so do subsegments between the same two spheres. One more sphere lies inside a ball only if the subsegment is
+//! and so do subsegments between the same two spheres. A further sphere lies inside a ball only if the subsegment is
 //! longer than its distance from the next segment. That distance is proportional to the distance from the corner.
 //! Lengths of subsegments are therefore bounded from below by lfs times a constant that depends on the angles.
 //!
-//! *Subfacets.* A circumcentre is inserted because the distance of a vertex v of another facet is at most the
-//! diameter. Facets without a common point have a positive distance. At angles of at least 90 degrees, v would lie in
-//! the ball of a subsegment between the facets. Radii are therefore bounded from below by the distance from the
-//! common corner or segment times the sine of the angle there.
+//! *Subfacets.* A circumcentre is inserted because a vertex v of another facet is at most one diameter away. Facets
+//! without a common point have a positive distance. At angles of at least 90 degrees, v would lie in the ball of a
+//! subsegment between the facets. Radii are therefore bounded from below by the distance from the common corner or
+//! segment times the sine of the angle there.
 //!
-//! *Subfacets with an edge on the common segment.* They have a witness of some width at any angle. The sphere through
-//! a subsegment and one apex on each of two facets meets both planes in circumcircles, which are empty. Points may
-//! approach the segment without end, because each row of subfacets may require a finer row next to it; no proof
-//! excludes this. At angles of about ten degrees they do not, but below one degree they do. After [`PATIENT`] rounds,
-//! the width allowed for witnesses therefore grows with every round. In the limit this is the condition of the
-//! Delaunay triangulation itself. If recovery still does not end, the features are reported as an error.
+//! *Subfacets with an edge on the common segment.* These have a witness of some width at any angle. The sphere
+//! through a subsegment and one apex on each of two facets meets both planes in circumcircles, which are empty.
+//! Points may approach the segment forever, because each row of subfacets may require a finer row next to it. No
+//! proof excludes this. In practice, it does not happen at angles of about ten degrees, but it does below one degree.
+//! After [`PATIENT`] rounds, the width allowed for witnesses therefore grows with every round. In the limit, this is
+//! the condition of the Delaunay triangulation itself. If recovery still does not end, an error reports the features.
 //!
-//! *Corners.* Several facets may meet at one corner within some ten degrees of each other, between segments more than
-//! 90 degrees apart (folds and creases of scans). Then subfacets at the corner recur at half the size. Such corners
-//! are enclosed ([`super::corner_shells`]). Elsewhere, arcs of adjacent facets may refine each other without end; no
+//! *Corners.* Several facets may meet at a corner within about ten degrees of each other, between segments more than
+//! 90 degrees apart (folds and creases of scans). Subfacets at the corner then recur at half the size. Such corners
+//! are enclosed ([`super::corner_shells`]). Elsewhere, arcs of adjacent facets may refine each other forever. No
 //! proof excludes this.
 //!
 //! **Source.** Ruppert (1995), section 5; Shewchuk (1998; 2002); Cohen-Steiner, Colin de Verdiere and Yvinec (2004).
@@ -57,7 +57,7 @@ type ByFacet = Vec<Vec<[u32; 3]>>;
 
 impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     /// Inserts points until nothing is missing. Returns the chains and subfacets of the final triangulation. Closes the
-    /// balls of subfacets and witnesses.
+    /// balls of subfacets and witnesses to points of the volume.
     pub(super) fn recover(
         &mut self,
         planes: &[Plane],
@@ -74,7 +74,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
             let missing = match self.witnesses(&chains, &subfacets, width(round)) {
                 Err(missing) => missing,
                 Ok(witnesses) => {
-                    // Simplices that are missing here are missing because of rounding.
+                    // Simplices that are missing at this point are missing because of rounding.
                     let delaunay = self.machine.delaunay(&self.vertices.points).map_err(Failure::Machine)?;
                     let missing = self.missing(&delaunay, planes, &chains, &subfacets);
                     if missing.is_empty() {
@@ -131,8 +131,8 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         facets
     }
 
-    /// Returns the witnesses of those subfacets whose smallest ball contains a vertex. On failure, returns the
-    /// subsegments whose balls contain vertices. If there are none, returns the subfacets without a witness.
+    /// Returns the witnesses of the subfacets whose smallest balls contain a vertex. The error has the subsegments
+    /// whose balls contain vertices or, if there are none, the subfacets without a witness.
     fn witnesses(
         &self,
         chains: &Chains,
@@ -168,7 +168,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
             .collect()
     }
 
-    /// Inserts an independent set of the points. Their sizes are those of the size function.
+    /// Inserts an independent set of the points, with the values of the size function as their sizes.
     fn insert_dividing(&mut self, dividing: Vec<Candidate<P>>) -> Result<u64, M::Error> {
         let before = self.vertices.len();
         let placed = self.complete(dividing, true)?;
@@ -184,7 +184,7 @@ fn listed(by_facet: &[Vec<[u32; 3]>]) -> Subfacets {
     (0u32..).zip(by_facet).flat_map(|(f, t)| t.iter().map(move |t| (f, *t))).collect()
 }
 
-/// Returns the width allowed for witnesses in a round.
+/// Returns the allowed width of witnesses in a round.
 fn width(round: u32) -> f64 {
     WIDEST * f64::from(round.saturating_sub(PATIENT) + 1)
 }

@@ -1,10 +1,10 @@
 //! Points on segments.
 //!
-//! **Statement.** The generator works in one dimension:
+//! **Statement.** A one-dimensional generator runs on each segment:
 //! 1. Each segment is halved until its parts are at most [`SIDE`] times the size at their middle. Each part has a
 //!    constant number of candidates.
 //! 2. A maximal independent set of them is taken, with the corners fixed.
-//! 3. Midpoints of subsegments whose half is longer than the size there are added until there are none.
+//! 3. Midpoints of subsegments are added until no half of a subsegment is longer than the size at its midpoint.
 
 use septet_geometry::point::dist2;
 

@@ -57,7 +57,7 @@ impl<P: Point> Vertices<P> {
 pub struct Holders {
     corners: Vec<Vec<u32>>,
     segments: Vec<Vec<u32>>,
-    /// The list for a point inside a facet: the facet alone.
+    /// The list for a point inside a facet: only the facet.
     single: Vec<u32>,
 }
 
@@ -123,7 +123,7 @@ impl Holders {
     /// Returns the features that contain all given vertices, ascending.
     pub fn common(&self, carriers: &[Carrier], vertices: &[u32]) -> Vec<u32> {
         let Some((&first, others)) = vertices.split_first() else { return Vec::new() };
-        // Most lists have a vertex in the volume, which no feature contains.
+        // Most lists contain a vertex in the volume, which lies on no feature.
         if others.iter().any(|&v| self.of(&carriers[v as usize]).is_empty()) {
             return Vec::new();
         }
@@ -170,7 +170,7 @@ pub fn flat_groups<P: Space>(domain: &Domain<P>) -> Vec<u32> {
     (0..n as u32).map(|f| sets.find(f)).collect()
 }
 
-/// The sine of the angle up to which facets count as coplanar.
+/// The sine of the largest angle between facets that count as coplanar.
 const FLAT: f64 = 1e-7;
 
 /// Returns the normal of the largest triangle of a facet.

@@ -4,8 +4,8 @@
 //! 1. Candidates lie in the cells of an octree (in the plane: a quadtree), inside the domain and outside the balls of
 //!    subsegments and subfacets.
 //! 2. A maximal independent set of them is taken, with all earlier points fixed.
-//! 3. Circumcentres of cells that are too large are added until there are none. A circumcentre in one of these balls is
-//!    moved off-centre, out of the ball.
+//! 3. Circumcentres of cells that are too large are added until no cell is too large. A circumcentre in one of these
+//!    balls is moved off-centre, out of the ball.
 
 use septet_geometry::measure::circumcentre;
 use septet_geometry::point::{Simplex, dist2};
@@ -28,7 +28,7 @@ use crate::points::candidates::Name;
 use crate::points::conflicts::Site;
 use crate::space::Space;
 
-/// Cells, and whether each is known to lie in the domain completely.
+/// Cells, and whether each is known to lie completely in the domain.
 pub(super) type Sampled<P> = Vec<(Cell<P>, bool)>;
 
 /// The number of cells per item of a parallel map.
@@ -37,11 +37,11 @@ const CHUNK: usize = 1024;
 /// The number of cells between two checks of the limit.
 const SEVERAL: usize = 1 << 20;
 
-/// The largest number of cells per vertex. Sides are at least 0.7 times the size, so there are at most 3 cells per
-/// volume `f^d`. There is at least one vertex per two such volumes.
+/// The maximum number of cells per vertex. Sides are at least 0.7 times the size, so there are at most 3 cells per
+/// volume `f^d`. There is at least one vertex for every two such volumes.
 pub(super) const CELLS: u64 = 6;
 
-/// The largest number of times that a ball is widened by a fifth until it contains a point.
+/// The maximum number of times that a ball is widened by a fifth until it contains a point.
 const MOST_WIDENINGS: u32 = 40;
 
 /// The triangulation of all points.
@@ -89,9 +89,10 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         }
     }
 
-    /// Removes points of the volume from widened balls around missing subsegments and subfacets, which these points
-    /// forced out of the triangulation. Only simplices whose own balls contain a vertex can be affected. The balls
-    /// are wider by a fifth, or by more until they contain a point, and are closed to all further points.
+    /// Removes the points of the volume that displaced subsegments and subfacets from the triangulation. The points
+    /// are removed from widened balls around the missing simplices. Only simplices whose smallest balls contain a
+    /// vertex can be affected. The balls are widened by a fifth until they contain a point, and no further points are
+    /// placed in them.
     fn clear(&mut self, first: usize, missing: &MissingParts) -> Result<(), Failure<M::Error>> {
         let at = |v: u32| self.vertices.points[v as usize];
         let subsegments = missing.subsegments.iter().map(|&(_, [a, b])| {
@@ -108,7 +109,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
             let same = before.iter().filter(|c| c.centre == ball.centre).map(|c| c.radius2);
             ball.radius2 = same.fold(ball.radius2, f64::max);
         }
-        // Points of the volume are the cause, because nothing was missing without them.
+        // Points of the volume must be the cause, because nothing was missing without them.
         for _ in 0..MOST_WIDENINGS {
             for ball in &mut balls {
                 ball.radius2 *= 1.44;
@@ -137,7 +138,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         free.map(|at| (self.rules.site(at), Carrier::Volume)).collect()
     }
 
-    /// Returns the centres of cells that are too large. The flag marks off-centre points.
+    /// Returns the centres of cells that are too large. A flag marks off-centre points.
     fn centres_of(
         &self,
         cells: &[u32],
@@ -170,8 +171,8 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     }
 }
 
-/// Returns cells whose sides are at most [`SIDE`] times the size, and whether each is known to lie in the domain
-/// completely. The cells are built level by level, each level in parallel.
+/// Returns cells whose sides are at most [`SIDE`] times the size, and whether each is known to lie completely in the
+/// domain. The cells are built level by level, each level in parallel.
 ///
 /// Returns `None` if there are more than [`CELLS`] per vertex allowed. The mesh would then exceed the limit.
 pub(super) fn sampling_cells<P: Space, M: Machine<P> + Sync>(
@@ -202,7 +203,7 @@ pub(super) fn sampling_cells<P: Space, M: Machine<P> + Sync>(
     Some(found)
 }
 
-/// Separates cells that are small enough from the children of the others.
+/// Separates the cells that are small enough from the children of the other cells.
 fn sorted<P: Space>(
     domain: &Domain<P>,
     rules: &Rules<'_, P>,
@@ -223,7 +224,8 @@ fn sorted<P: Space>(
     (small, divided)
 }
 
-/// Returns whether the domain contains the whole cell (known for its parent), or `None` if the cell lies outside.
+/// Returns whether the domain contains the whole cell, or `None` if the cell lies outside. `whole` is the answer for
+/// its parent.
 fn met<P: Space>(domain: &Domain<P>, walls: &Bvh<P>, cell: &Cell<P>, whole: bool) -> Option<bool> {
     if whole {
         return Some(true);

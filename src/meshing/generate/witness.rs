@@ -3,15 +3,15 @@
 //! **Statement.** A simplex is in the Delaunay triangulation if its corners lie on a ball that contains no vertex. Such
 //! a ball is its *witness*. The balls through the corners of a triangle have their centres on the axis through its
 //! circumcentre m. Let r be its circumradius. A vertex v at height h above the plane is in the ball with offset z iff
-//! `z > z_v` for h > 0, or `z < z_v` for h < 0, where `z_v = (|v - m|^2 - r^2) / 2 h`. So the offsets of witnesses form
-//! an interval. If the smallest ball is a witness, it is taken. Otherwise the offset lies a little beyond the end of
-//! the interval nearest to 0, inside the interval, so that no vertex lies on the ball.
+//! `z > z_v` for h > 0, or `z < z_v` for h < 0, where `z_v = (|v - m|^2 - r^2) / 2 h`. The offsets of witnesses
+//! therefore form an interval. If the smallest ball is a witness, it is used. Otherwise, the chosen offset lies inside
+//! the interval, a little beyond the end nearest to 0, so that no vertex lies on the ball.
 //!
 //! *Two queries suffice.* Let only vertices above the plane lie in the smallest ball, so that the interval ends at some
-//! z < 0. Above the plane, the ball with offset z lies inside the smallest ball. Therefore the other bound of the
-//! interval comes from vertices below the plane in the ball with offset z.
+//! z < 0. Above the plane, the ball with offset z lies inside the smallest ball. The other bound of the interval
+//! therefore comes from vertices below the plane in the ball with offset z.
 //!
-//! **Work and depth.** The vertices in the balls and in their boxes.
+//! **Work and depth.** Each query visits the vertices in the ball and in its bounding box.
 
 use septet_geometry::point::{Point, dist2};
 
@@ -30,7 +30,7 @@ pub(super) struct Witness<P> {
     pub(super) smallest: bool,
 }
 
-/// Vertices with a tree for queries.
+/// Vertices, with a tree for queries.
 pub(super) struct Near<'a, P> {
     points: &'a [P],
     tree: Bvh<P>,
@@ -49,8 +49,8 @@ impl<'a, P: Point> Near<'a, P> {
         });
     }
 
-    /// Returns `true` if the smallest ball of a subsegment contains no vertex. Its own ends do not count, whatever the
-    /// rounding.
+    /// Returns `true` if the smallest ball of a subsegment contains no vertex other than its ends, which are excluded
+    /// regardless of rounding.
     pub(super) fn is_empty(&self, ends: [P; 2]) -> bool {
         let [p, q] = ends;
         let mut empty = true;
@@ -116,7 +116,7 @@ impl<P: Point> Axis<P> {
         self.is_open()
     }
 
-    /// Returns `true` if the interval is not empty.
+    /// Returns `true` if the interval is nonempty.
     fn is_open(&self) -> bool {
         self.range[0] < self.range[1]
     }

@@ -1,9 +1,9 @@
-//! Candidates: a constant number in each cell of a tree over the size function.
+//! Candidates, of which each cell of a tree over the size function has a constant number.
 //!
-//! **Statement.** A cell of side `s` and centre m is split iff `f(m) < k s`, with `k = max(1, 1.5 L) sqrt(d)`. So the
-//! tree is balanced ([`crate::octree`]). The diagonal of a leaf is at most `f(m)`. Below the root, it exceeds
-//! `f(m) / (2 max(1, 1.5 L) + L / 2)`. The name of a candidate consists of its cell and its index. Its position in the
-//! cell is a hash of seed and name.
+//! **Statement.** A cell of side `s` and centre m is split iff `f(m) < k s`, with `k = max(1, 1.5 L) sqrt(d)`. The
+//! tree is therefore balanced ([`crate::octree`]). The diagonal of a leaf is at most `f(m)`. Below the root, it
+//! exceeds `f(m) / (2 max(1, 1.5 L) + L / 2)`. The name of a candidate consists of its cell and its index. Its
+//! position in the cell is determined by a hash of seed and name.
 //!
 //! **Work and depth.** One evaluation of f per cell and candidate. The number of rounds is the number of levels.
 
@@ -20,11 +20,11 @@ use crate::octree::{Cell, Cube, Decision, Grown, Key, Rule, TooFine, grow};
 pub struct Name {
     /// The cell that contains it.
     pub cell: Key,
-    /// The index within the cell, from 0.
+    /// The 0-based index within the cell.
     pub number: u32,
 }
 
-/// Hashes two words. Every bit of the result depends on every bit of the arguments.
+/// Hashes two 64-bit words. Every bit of the result depends on every bit of the arguments.
 fn mixed(x: u64, y: u64) -> u64 {
     finalise(x ^ y.wrapping_add(0x9e37_79b9_7f4a_7c15))
 }
@@ -42,7 +42,7 @@ impl Name {
         (self.hash(seed, 0), self)
     }
 
-    /// Returns a number in `[0, 1)` for each purpose.
+    /// Returns a pseudorandom number in `[0, 1)` for each purpose.
     pub fn unit(self, seed: u64, purpose: u64) -> f64 {
         (self.hash(seed, purpose) >> 11) as f64 / (1u64 << 53) as f64
     }
@@ -58,7 +58,7 @@ impl Name {
     }
 }
 
-/// A size function with its Lipschitz constant.
+/// A size function, and its Lipschitz constant.
 pub struct Sizing<'a, P> {
     /// The Lipschitz constant.
     pub lipschitz: f64,
@@ -76,10 +76,10 @@ impl<P: Point> Rule<P> for Sizing<'_, P> {
     }
 }
 
-/// Returns the cells of a box.
+/// Returns the cells of the tree for a box.
 ///
 /// # Errors
-/// [`TooFine`], if there are more than `limit` cells.
+/// Returns [`TooFine`] if there are more than `limit` cells.
 pub fn cells<P: Point>(
     bounds: &Bounds<P>,
     sizing: &Sizing<'_, P>,

@@ -1,16 +1,16 @@
 //! Conflicts between sites.
 //!
-//! **Statement.** Sites p and q conflict iff `|p - q| < min(f(p), f(q))`. One expression decides this, and it is
-//! symmetric to the last bit. Every site that conflicts with p lies in the box around p with half side `f(p)`.
+//! **Statement.** Sites p and q conflict iff `|p - q| < min(f(p), f(q))`. A single expression decides this, and it is
+//! symmetric to the last bit. Every site that conflicts with p lies in the box around p whose half side is `f(p)`.
 //!
-//! **Work and depth.** `O(m log m)`, plus the sites in the boxes. If all sites are candidates of cells, this is a
-//! constant number per site.
+//! **Work and depth.** `O(m log m)`, plus the number of sites in the boxes. If all sites are candidates of cells,
+//! this number is constant per site.
 
 use septet_geometry::point::Point;
 
 use crate::bvh::{Bounds, Bvh};
 
-/// A position with its size.
+/// A position, and the size there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Site<P> {
     /// The position.
@@ -26,15 +26,15 @@ impl<P: Point> Site<P> {
         (self.at - other.at).norm2() < least * least
     }
 
-    /// Returns a box that contains every site in conflict.
+    /// Returns a box that contains every site in conflict with this one.
     fn reach(&self) -> Bounds<P> {
-        // With rounding, sites in conflict may be farther by a few units in the last place.
+        // Because of rounding, sites in conflict may be farther by a few units in the last place.
         let half = P::splat(self.size * (1.0 + 1e-9));
         Bounds { low: self.at - half, high: self.at + half }
     }
 }
 
-/// Sites with a tree for queries.
+/// Sites, with a tree for queries.
 #[derive(Clone, Debug)]
 pub struct Sites<'a, P> {
     sites: &'a [Site<P>],
@@ -47,15 +47,15 @@ impl<'a, P: Point> Sites<'a, P> {
         Sites { sites, tree: Bvh::new(sites.iter().map(|s| Bounds::of([s.at])).collect()) }
     }
 
-    /// Returns the positions of the sites in conflict with a site, ascending. If the site is in the list, it is
-    /// included.
+    /// Returns the indices of the sites in conflict with a site, in ascending order. If the site is in the list, it
+    /// is included.
     pub fn against(&self, site: &Site<P>) -> Vec<u32> {
         let mut near = self.tree.meeting(&site.reach());
         near.retain(|&i| site.conflicts(&self.sites[i as usize]));
         near
     }
 
-    /// Returns `true` if a site conflicts with the given site.
+    /// Returns `true` if any site conflicts with the given site.
     pub fn any_against(&self, site: &Site<P>) -> bool {
         let mut found = false;
         self.tree.visit(&site.reach(), |i| {
@@ -65,7 +65,7 @@ impl<'a, P: Point> Sites<'a, P> {
         found
     }
 
-    /// Returns the conflict graph: the neighbours of each site, ascending.
+    /// Returns the conflict graph: the neighbours of each site, in ascending order.
     pub fn graph(&self) -> Vec<Vec<u32>> {
         let others = |(i, site): (usize, &Site<P>)| {
             let mut near = self.against(site);

@@ -1,18 +1,19 @@
 //! A maximal independent set by rounds of local priorities.
 //!
-//! **Statement.** In each round, every undecided vertex whose priority is smaller than those of all undecided
-//! neighbours joins the set. Its neighbours are excluded. Priorities are distinct, so the smallest undecided vertex
-//! joins and the algorithm terminates. The result is an independent set, and every excluded vertex has a neighbour in
-//! it. *The greedy algorithm in the order of priorities gives the same set.* By induction over that order, a vertex
-//! joins iff no neighbour of smaller priority joins. So only the number of rounds depends on the schedule.
+//! **Statement.** In each round, an undecided vertex joins the set if its priority is smaller than the priorities of
+//! all its undecided neighbours. Its neighbours are excluded. Priorities are distinct, so the smallest undecided
+//! vertex joins and the algorithm terminates. The result is an independent set, and every excluded vertex has a
+//! neighbour in it. *The greedy algorithm in the order of priorities gives the same set.* By induction over that
+//! order, a vertex joins iff no neighbour of smaller priority joins. Only the number of rounds therefore depends on
+//! the schedule.
 //!
 //! **Source.** Luby (1986). With fixed random priorities, the expected number of rounds is `O(log n)` (Fischer and
-//! Noever 2018). **Work and depth.** The edges of the undecided vertices in each round. One step per round.
+//! Noever 2018). **Work and depth.** Each round costs one step, and work for each edge of an undecided vertex.
 
 /// A maximal independent set.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Independent {
-    /// The members, ascending.
+    /// The members, in ascending order.
     pub members: Vec<u32>,
     /// The number of undecided vertices at the start of each round.
     pub undecided: Vec<u64>,
@@ -59,7 +60,7 @@ pub fn by_rounds<K: Ord>(graph: &[Vec<u32>], priorities: &[K], barred: &[bool]) 
     Independent { members, undecided }
 }
 
-/// Returns the same set by the greedy algorithm, as a reference.
+/// Computes the set of [`by_rounds`] with the greedy algorithm, as a reference.
 pub fn greedy<K: Ord>(graph: &[Vec<u32>], priorities: &[K], barred: &[bool]) -> Vec<u32> {
     let mut order: Vec<u32> = (0..graph.len() as u32).filter(|&v| !barred[v as usize]).collect();
     order.sort_by(|&u, &v| priorities[u as usize].cmp(&priorities[v as usize]));

@@ -4,8 +4,8 @@ use septet_geometry::point::Point;
 
 use crate::space::Space;
 
-/// Returns the angles of a cell in degrees: of a triangle at its three corners, of a tetrahedron at its six edges. A
-/// flat cell has angles of 0 and 180 degrees.
+/// Returns the angles of a cell in degrees: three interior angles for a triangle, six dihedral angles for a
+/// tetrahedron. A flat cell has angles of 0 and 180 degrees.
 pub fn angles<P: Space>(cell: &[P]) -> Vec<f64> {
     if P::DIM == 2 {
         return (0..3)
@@ -36,7 +36,7 @@ fn between(sine: f64, cosine: f64) -> f64 {
     sine.atan2(cosine).to_degrees()
 }
 
-/// Returns the other two of 0, 1, 2, 3.
+/// Returns the two numbers among 0, 1, 2, 3 other than `i` and `j`.
 fn others(i: usize, j: usize) -> (usize, usize) {
     let mut rest = (0..4).filter(|&k| k != i && k != j);
     (rest.next().unwrap_or(0), rest.next().unwrap_or(0))

@@ -1,4 +1,4 @@
-//! The position of circumcentres relative to balls, as in the promise about radius-edge ratios.
+//! The position of circumcentres relative to balls, which determines the promised radius-edge ratio.
 //!
 //! **Statement.** Every edge on a segment and every face on a facet has a smallest ball through its corners. The
 //! circumcentre of a cell, if it lies in the domain, is
@@ -7,12 +7,12 @@
 //! - *free* if it lies in no ball.
 //!
 //! If balls of one or more faces of a facet contain the centre, it is above the face whose ball has the least power.
-//! The faces are Delaunay, so this face contains the foot of the centre. A centre on a ball up to rounding
-//! (`ROUNDING`) counts as inside. If features meet at less than 90 degrees, the generator keeps the points of the
-//! volume out of larger balls, which the mesh does not show. A centre within `f / (1 - L)` of a feature then also
-//! counts as near.
+//! The faces are Delaunay, so this face contains the foot of the centre. A centre that lies on the boundary of a ball
+//! up to rounding (`ROUNDING`) counts as inside. If features meet at less than 90 degrees, the generator keeps the
+//! points of the volume out of larger balls, which the mesh does not show. A centre within `f / (1 - L)` of a feature
+//! then also counts as near.
 //!
-//! **Work and depth.** Two queries of a tree per cell, and the work of [`super::zones`].
+//! **Work and depth.** Two tree queries per cell, plus the work of [`super::zones`].
 
 use std::collections::BTreeMap;
 
@@ -29,13 +29,13 @@ use crate::domain::{Domain, Feature};
 use crate::mesh::Mesh;
 use crate::space::Space;
 
-/// Features that meet at a smaller angle, in degrees, have larger balls than the mesh shows.
+/// If features meet at a smaller angle (in degrees), they have larger balls than the mesh shows.
 const RIGHT: f64 = 90.0;
 
-/// The relative tolerance for the squared distance of a centre from a ball, and for radii larger than f.
+/// The relative tolerance when a centre is compared with a ball, or a radius with f.
 const ROUNDING: f64 = 1e-9;
 
-/// Balls of one kind as centres and squared radii, each with the feature of its corners.
+/// Balls of one kind, as centres and squared radii. Each ball has the feature of its corners.
 struct Kind<P> {
     balls: Vec<(P, f64)>,
     features: Vec<u32>,
@@ -51,7 +51,7 @@ impl<P: Point> Kind<P> {
         Kind { tree: Bvh::new(balls.iter().map(bounds).collect()), balls, features }
     }
 
-    /// Returns for each feature, ascending, the ball of least power among those that contain the point.
+    /// Returns, for each feature in ascending order, the ball of least power that contains the point.
     fn holding(&self, x: P) -> BTreeMap<u32, (f64, u32)> {
         let mut found: BTreeMap<u32, (f64, u32)> = BTreeMap::new();
         self.tree.visit(&Bounds::of([x]), |i| {
@@ -80,7 +80,7 @@ pub struct Balls<'a, P: Space> {
 }
 
 impl<'a, P: Space> Balls<'a, P> {
-    /// Collects the balls of a mesh. `size` is f in the scaled coordinates of the domain, with its Lipschitz constant.
+    /// Collects the balls of a mesh. `size` is f in the scaled coordinates of the domain, and its Lipschitz constant.
     pub fn new(
         domain: &'a Domain<P>,
         features: &'a Features<P>,

@@ -1,4 +1,4 @@
-//! Histograms with equal bins and counts outside them.
+//! Histograms with equal bins, and with counts of the values outside them.
 
 /// Counts of values in equal bins.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,7 +21,7 @@ pub struct Histogram {
 }
 
 impl Histogram {
-    /// Creates `bins` equal bins without counts.
+    /// Creates an empty histogram with `bins` equal bins.
     pub fn new(from: f64, to: f64, bins: usize) -> Self {
         let counts = vec![0; bins.max(1)];
         let (least, most) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -48,7 +48,7 @@ impl Histogram {
         self.below + self.above + self.counts.iter().sum::<u64>()
     }
 
-    /// Returns the mean, or `None` without values.
+    /// Returns the mean, or `None` if there are no values.
     pub fn mean(&self) -> Option<f64> {
         let total = self.total();
         (total > 0).then(|| self.sum / total as f64)

@@ -4,13 +4,13 @@
 //! - for every cell: guaranteed bounds of its radius-edge ratio ([`ratio`]), its angles and its volume;
 //! - for every edge: its length divided by the smaller size at its ends, and the slope of the size function along it;
 //! - for every point: its size divided by the local feature size;
-//! - in total: the number of points per unit of the integral of `dx / f^d`.
+//! - for the whole mesh: the number of points divided by the integral of `dx / f^d`.
 //!
-//! The promise `R/l <= B` depends on the position of the circumcentre ([`Place`]), so maxima and violations are
-//! counted per place. The comparison of a ratio with its bound is exact. All other values are rounded, and no
+//! The promise `R/l <= B` depends on the location of the circumcentre ([`Place`]), so maxima and violations are
+//! recorded per location. The comparison of a ratio with its bound is exact. All other values are rounded, and no
 //! decision depends on them.
 //!
-//! **Work and depth.** O(1) per cell, a sort of the edges, and calls of the caller's functions. Sequential.
+//! **Work and depth.** O(1) per cell, a sort of the edges, and calls to the caller's functions. Sequential.
 
 pub mod angles;
 pub mod balls;
@@ -32,10 +32,10 @@ use crate::sum::Sum;
 use histogram::Histogram;
 use ratio::Bounds;
 
-/// The place of the circumcentre of a cell.
+/// The location of the circumcentre of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Place {
-    /// In the domain, in no ball of a feature ([`balls`]). For a remeshed surface, outside its [`zones`].
+    /// In the domain, but in no ball of a feature ([`balls`]). For a remeshed surface, outside its [`zones`].
     Free,
     /// In the domain, in a ball of this feature. For a remeshed surface, in its zone.
     Near(Feature),
@@ -46,7 +46,7 @@ pub enum Place {
 }
 
 impl Place {
-    /// Returns the feature of the place.
+    /// Returns the feature of the location.
     pub fn feature(self) -> Option<Feature> {
         match self {
             Place::Free => None,
@@ -59,12 +59,12 @@ impl Place {
 /// The functions and bounds against which quality is measured. Functions take points and return lengths in the scaled
 /// coordinates of the domain.
 pub struct Measure<'a, P> {
-    /// Returns the place of a circumcentre, given its position and the radius.
+    /// Returns the location of a circumcentre, given its position and the circumradius.
     pub place: &'a dyn Fn(P, f64) -> Place,
-    /// The local feature size, if f is compared with it.
+    /// The local feature size, if f is to be compared with it.
     pub local_size: Option<&'a dyn Fn(P) -> f64>,
-    /// The promised radius-edge bounds of free cells, near cells, and cells above large subfacets. `None` if nothing is
-    /// promised.
+    /// The promised radius-edge bounds for free cells, near cells, and cells above large subfacets. `None` if nothing
+    /// is promised.
     pub promised: [Option<f64>; 3],
     /// The number of worst cells kept in each list.
     pub worst: usize,
@@ -73,13 +73,13 @@ pub struct Measure<'a, P> {
 /// One of the worst cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorstCell<P> {
-    /// The row.
+    /// The index of the cell.
     pub cell: u32,
     /// The radius-edge ratio.
     pub ratio: Bounds,
     /// The smallest and largest angle in degrees.
     pub angles: [f64; 2],
-    /// The place of the circumcentre.
+    /// The location of the circumcentre.
     pub place: Place,
     /// The mean of its points, in the unit of the file.
     pub at: P,
@@ -87,16 +87,16 @@ pub struct WorstCell<P> {
     pub vertices: Vec<(u32, Carrier)>,
 }
 
-/// The radius-edge ratios of the cells with one kind of place.
+/// The radius-edge ratios of the cells with one kind of location of the circumcentre.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RadiusEdge<P> {
     /// The number of cells.
     pub cells: u64,
     /// Bounds of the largest ratio.
     pub most: Bounds,
-    /// The bound promised.
+    /// The promised bound.
     pub promised: Option<f64>,
-    /// The number of cells above the bound, exact. It is 0 if nothing is promised.
+    /// The exact number of cells above the bound. It is 0 if nothing is promised.
     pub over: u64,
     /// The cells with the largest ratios.
     pub worst: Vec<WorstCell<P>>,
@@ -107,7 +107,8 @@ pub struct RadiusEdge<P> {
 pub struct NearFeature {
     /// The feature.
     pub feature: Feature,
-    /// The number of cells whose circumcentres are near it, or outside with it as nearest feature.
+    /// The number of cells whose circumcentres are near the feature, or outside the domain with this feature as the
+    /// nearest one.
     pub cells: u64,
     /// The number of these cells above their bound.
     pub over: u64,
@@ -139,11 +140,11 @@ pub const SLIVER_RATIO: f64 = 2.0;
 pub struct Quality<P> {
     /// Radius-edge ratios of all cells.
     pub ratios: Histogram,
-    /// The cells by place: free, near, above large subfacets, outside.
+    /// The cells by location: free, near, above large subfacets, outside.
     pub places: [RadiusEdge<P>; 4],
-    /// The cells by the feature of their place, the largest ratio first.
+    /// The cells by the feature of their location, in descending order of the largest ratio.
     pub features: Vec<NearFeature>,
-    /// All angles in degrees: dihedral angles in space, angles at corners in the plane.
+    /// All angles in degrees: dihedral angles in space, interior angles in the plane.
     pub angles: Histogram,
     /// The smallest angle of each cell.
     pub least_angles: Histogram,
@@ -169,7 +170,7 @@ pub struct Quality<P> {
     pub steepest: Steepest,
 }
 
-/// Measures a mesh. Its arrays must be consistent, and its sizes positive.
+/// Measures a mesh. Its arrays must be consistent, and its sizes must be positive.
 pub fn quality<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, measure: &Measure<'_, P>) -> Quality<P> {
     let exponent = domain.simplices.exponent;
     let length = |x: f64| scale(P::splat(x), exponent).coord(0);
@@ -344,7 +345,7 @@ fn larger(a: Bounds, b: Bounds) -> Bounds {
     Bounds { lower: a.lower.max(b.lower), upper: a.upper.max(b.upper) }
 }
 
-/// Returns `true` if a cell with this key would be among the first `keep`.
+/// Returns `true` if a cell with this key would be among the first `keep` cells.
 fn enters<P>(list: &[WorstCell<P>], keep: usize, key: f64, of: impl Fn(&WorstCell<P>) -> f64) -> bool {
     list.len() < keep || list.last().is_some_and(|last| key < of(last))
 }

@@ -11,8 +11,8 @@
 //!
 //! The proof is in the header of [`crate::generate`]. Nothing is promised if `g L >= 1`.
 //!
-//! *An upper bound for the maximum over d.* Numerator and denominator decrease in d. So on each of `STEPS` parts, the
-//! numerator at the lower end divided by the denominator at the upper end is an upper bound.
+//! *An upper bound for the maximum over d.* Numerator and denominator decrease in d. On each of `STEPS` parts, the
+//! numerator at the lower end divided by the denominator at the upper end is therefore an upper bound.
 //!
 //! **Measured.** The largest ratios of the generator's test domains: cube, L-shape, cubic hole, slanted box, two
 //! regions and dangling elements.
@@ -25,9 +25,9 @@
 //! | 0.5 | 2.0000 | none | none | 1.3995, 2.0426, 1.3497 | 1.628 |
 //!
 //! `cargo test -p septet-meshing ratios_keep -- --nocapture` repeats the measurement. `generate/tests/promises` asserts
-//! the bounds exactly and without exception.
+//! the bounds exactly, for every cell.
 //!
-//! **Work and depth.** `STEPS`.
+//! **Work and depth.** `STEPS` evaluations.
 
 /// The number of parts of the range of d.
 const STEPS: u32 = 1 << 14;
@@ -35,16 +35,16 @@ const STEPS: u32 = 1 << 14;
 /// The radius-edge bounds if no two features meet at less than 90 degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Promise {
-    /// The bound for cells with a circumcentre in the domain and in no ball: `1/(1-L)`.
+    /// The bound for cells whose centre lies in the domain and in no ball: `1/(1-L)`.
     pub free: f64,
-    /// The bound for cells with a centre in the ball of a subsegment, or above a subfacet that is no larger than f.
+    /// The bound for cells whose centre lies in the ball of a subsegment, or above a subfacet with `r <= f(m)`.
     pub near: Option<f64>,
-    /// The bound for cells with a centre above a subfacet that is larger than f.
+    /// The bound for cells whose centre lies above a subfacet with `r > f(m)`.
     pub above: Option<f64>,
 }
 
 impl Promise {
-    /// Returns the bounds for this Lipschitz constant that hold for any mesh.
+    /// Returns the bounds for a Lipschitz constant that hold for any mesh.
     pub fn of(lipschitz: f64) -> Self {
         Self::with(lipschitz, f64::INFINITY)
     }
@@ -71,13 +71,13 @@ fn bound(g: f64, lipschitz: f64) -> Option<f64> {
     (g * lipschitz < 1.0).then(|| g / (1.0 - g * lipschitz))
 }
 
-/// Returns g above subfacets that are at most `widest` times the size at their centres.
+/// Returns g for centres above subfacets with radii of at most `widest` times the size at their centres.
 fn wide(lipschitz: f64, widest: f64) -> Option<f64> {
     let part = widest * lipschitz;
     (widest.is_finite() && part < 1.0).then(|| std::f64::consts::SQRT_2 * widest / (1.0 - part))
 }
 
-/// Returns g above subfacets whose centres lie in the ball of a subsegment.
+/// Returns g for centres above subfacets whose centres lie in the ball of a subsegment.
 fn above_any(lipschitz: f64) -> Option<f64> {
     let step = std::f64::consts::SQRT_2 / f64::from(STEPS);
     let part = |i: u32| {

@@ -7,20 +7,20 @@
 //! |v' - v| <= 20 u S,    |w' - w| <= 16 u M,    | |v|' / |v'| - 1 | and | l' / l - 1 | <= 6 u.
 //! ```
 //! So R/l lies between `(|v|' - 20 u S) / (2 (|w'| + 16 u M) l')` and `(|v|' + 20 u S) / (2 (|w'| - 16 u M) l')`. Each
-//! bound is moved outwards by 32 u relative to itself, for its own rounding.
+//! bound is then moved outwards by a relative 32 u, to account for the rounding of the bound itself.
 //!
 //! *Proof.*
 //! 1. A difference of coordinates has a relative error of at most u.
 //! 2. A component of a cross product, `ab - cd`, has an error of at most `4.1 u (|ab| + |cd|)`. The error of the vector
 //!    is at most `4.1 sqrt(3) u |x| |y| < 7.2 u |x| |y|`.
-//! 3. `|e_i|^2` has a relative error of 5.1 u. Its product with the vector has an error of
-//!    `(7.2 + 6.2) u |e_i|^2 |e_j| |e_k|`, and the sum of three adds 2.1 u. The total is below 16 u S. In the plane,
-//!    where n is a rotated edge, it is smaller.
+//! 3. `|e_i|^2` has a relative error of at most 5.1 u. Its product with the vector has an error of at most
+//!    `(7.2 + 6.2) u |e_i|^2 |e_j| |e_k|`, and the sum of three products adds 2.1 u. The total is below 16 u S. In
+//!    the plane, where n is a rotated edge, it is smaller.
 //! 4. The determinant is an inner product with one such vector: `(7.2 + 4.1) u M`. In the plane it is `4.1 u M`.
-//! 5. Norms add at most 2 + 1 + 1/2 roundings to those of the inputs.
+//! 5. Norms add at most 2 + 1 + 1/2 roundings to the roundings of the inputs.
 //!
-//! The constants 20, 16 and 6 leave room for terms of order `u^2` and for the rounding of S and M. Nothing underflows
-//! or overflows, since the coordinates are in the range of `septet_geometry::range`. QED.
+//! The constants 20, 16 and 6 leave room for terms of order `u^2` and for the rounding of S and M. There is no
+//! underflow or overflow, because the coordinates are in the range of `septet_geometry::range`. QED.
 //!
 //! If the bounds do not decide `R/l <= B`, [`at_most`] decides in integers.
 //!
@@ -37,12 +37,12 @@ use crate::exact::{determinant, integers, split};
 /// `2^-53`.
 const U: f64 = f64::EPSILON / 2.0;
 
-/// Lower and upper bound of a number.
+/// A lower and an upper bound of a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
     /// The lower bound.
     pub lower: f64,
-    /// The upper bound. Infinite if rounding prevents a finite one.
+    /// The upper bound. It is infinite if rounding prevents a finite one.
     pub upper: f64,
 }
 
@@ -70,7 +70,7 @@ pub fn ratio<P: Point>(cell: &[P]) -> Bounds {
     }
 }
 
-/// Returns `true` if the radius-edge ratio is at most `bound`. Exact.
+/// Returns `true` if the radius-edge ratio is at most `bound`. The comparison is exact.
 pub fn at_most<P: Point>(cell: &[P], bound: f64) -> bool {
     let Bounds { lower, upper } = ratio(cell);
     if upper <= bound || lower > bound || bound.is_nan() || bound <= 0.0 {

@@ -1,11 +1,11 @@
-//! The place of circumcentres by their distance from features.
+//! The location of circumcentres by their distance from features.
 //!
-//! **Statement.** A centre c in the domain is *near* its nearest feature if its distance from it is at most `zone`
-//! times f(c). It is *free* if the distance is larger. A centre that is not in the domain is *outside*. If the
-//! nearest feature is farther than the circumradius, the path from c to a vertex of the cell meets no wall, so c is
-//! in the domain, as the cell is. Otherwise c is located exactly.
+//! **Statement.** A centre c in the domain is *near* its nearest feature if the distance is at most `zone` times
+//! f(c), and *free* if the distance is larger. A centre that is not in the domain is *outside*. If the nearest
+//! feature is farther than the circumradius, the path from c to a vertex of the cell meets no wall, so c is in the
+//! domain like the cell. Otherwise, c is located exactly.
 //!
-//! **Work and depth.** A query for the nearest feature per cell, and an exact location for some.
+//! **Work and depth.** One query for the nearest feature per cell, and an exact location for some cells.
 
 use super::Place;
 use crate::distance::Features;
@@ -18,14 +18,14 @@ pub struct Zones<'a, P: Space> {
     pub domain: &'a Domain<P>,
     /// Its features.
     pub features: &'a Features<P>,
-    /// f in scaled coordinates.
+    /// The size function f in scaled coordinates.
     pub size: &'a dyn Fn(P) -> f64,
     /// The width of a zone, relative to f.
     pub zone: f64,
 }
 
 impl<P: Space> Zones<'_, P> {
-    /// Returns the place of a circumcentre with this circumradius.
+    /// Returns the location of a circumcentre with this circumradius.
     pub fn place(&self, centre: P, radius: f64) -> Place {
         let mut nearest = None;
         self.features.nearest(centre, |met| {

@@ -1,8 +1,8 @@
-//! Features that meet at such small angles that points on one may be closer to points on the other than the size
+//! Features that meet at such small angles that points on the two features may be closer to each other than the size
 //! function allows.
 //!
-//! **Statement.** Let two straight features meet at an angle t < 90 degrees in a place with the size `f0`. A point of
-//! one feature at distance u from the place has a distance of at least `u sin t` from the other feature. The size
+//! **Statement.** Let two straight features meet at an angle t < 90 degrees, at a point with the size `f0`. A point
+//! of one feature at distance u from this point has a distance of at least `u sin t` from the other feature. The size
 //! there is at most `f0 + L u`. Therefore, beyond the distance `f0 / (sin t - L)`, points on one feature cannot be
 //! closer than f to points on the other. Within this distance, they can be closer. If `sin t <= L`, they can be
 //! closer everywhere.
@@ -14,19 +14,20 @@ use crate::angles::SmallAngle;
 use crate::domain::Domain;
 use crate::space::Space;
 
-/// A small angle with the range in which points may be too close.
+/// A small angle, and the range in which points may be too close.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Collision {
-    /// The angle, with the features and the place. The place of two facets is their whole common segment.
+    /// The angle, with the features and the location where they meet. Two facets meet along their whole common
+    /// segment.
     pub angle: SmallAngle,
-    /// The largest size at the place.
+    /// The largest size where the features meet.
     pub size: f64,
-    /// The distance from the place beyond which points cannot be too close. `None` if there is no such distance.
+    /// The distance from there beyond which points cannot be too close. `None` if there is no such distance.
     pub reach: Option<f64>,
 }
 
 impl<P: Space> SizeFunction<P> {
-    /// Returns all pairs of features that meet at less than `limit` degrees, the smallest angle first.
+    /// Returns all pairs of features that meet at less than `limit` degrees, in ascending order of the angle.
     pub fn collisions(&self, domain: &Domain<P>, limit: f64) -> Vec<Collision> {
         let point = |v: u32| domain.points()[v as usize];
         let angles = domain.small_angles(limit).into_iter();

@@ -5,12 +5,12 @@
 //! value so far.
 //!
 //! *Skipping is exact, to the last bit.* For a point p of the box, each coordinate of the gap between x and the box is
-//! at most that of `x - p`, in absolute value. Rounded subtraction, squares, their sums, the root, and multiplication
-//! and addition of positive numbers are all monotone. So the computed bound of a node is at most the computed value of
-//! each of its cones. The result is the smallest computed value of all cones.
+//! at most as large as the same coordinate of `x - p`, in absolute value. Rounded subtraction, squares, their sums,
+//! the root, and multiplication and addition of positive numbers are all monotone. The computed bound of a node is
+//! therefore at most the computed value of each of its cones. The result is the smallest computed value of all cones.
 //!
-//! **Source.** Smoothing and filtering after Miller and Talmor (the paper's \[14\]). **Work and depth.** `O(m log m)`
-//! to build. A query costs the nodes that it visits.
+//! **Source.** Smoothing and filtering follow Miller and Talmor (reference \[14\] of the paper). **Work and depth.**
+//! `O(m log m)` to build. A query costs one step per visited node.
 
 use std::cmp::Ordering;
 
@@ -31,7 +31,7 @@ pub struct Cone<P> {
 /// The number of cones per item of a parallel map.
 const BLOCK: usize = 1024;
 
-/// The largest number of cones of a leaf.
+/// The maximum number of cones in a leaf.
 const LEAF: usize = 4;
 
 #[derive(Clone, Debug)]
@@ -43,7 +43,7 @@ struct Node<P> {
     right: u32,
 }
 
-/// Cones of one slope with a tree for queries.
+/// Cones with a common slope, and a tree for queries.
 #[derive(Clone, Debug)]
 pub struct Cones<P> {
     slope: f64,
@@ -146,7 +146,7 @@ impl<P: Point> Cones<P> {
     /// Removes the cones whose tips lie above another cone. They are nowhere minimal.
     #[must_use]
     pub fn filtered(self, executor: &impl Executor) -> Self {
-        // The comparison is strict. In a chain of cones, each above the next, the last cone therefore stays.
+        // The comparison is strict. The last cone in a chain of cones, each above the next, therefore remains.
         let stays = |cones: &&[Cone<P>]| -> Vec<Cone<P>> {
             cones.iter().filter(|c| !self.any_below(c.at, c.size)).copied().collect()
         };
@@ -155,7 +155,8 @@ impl<P: Point> Cones<P> {
     }
 }
 
-/// Returns the coordinate with the largest spread, scaled by the slope, or `DIM` if sizes spread more.
+/// Returns the coordinate with the largest spread, multiplied by the slope, or `DIM` if the sizes have a larger
+/// spread.
 fn widest<P: Point>(cones: &[Cone<P>], bounds: &Bounds<P>, slope: f64) -> usize {
     let largest = cones.iter().map(|c| c.size).fold(f64::NEG_INFINITY, f64::max);
     let smallest = cones.iter().map(|c| c.size).fold(f64::INFINITY, f64::min);
@@ -164,8 +165,8 @@ fn widest<P: Point>(cones: &[Cone<P>], bounds: &Bounds<P>, slope: f64) -> usize 
     (1..=P::DIM).fold(0, |best, i| if spread(i) > spread(best) { i } else { best })
 }
 
-/// Compares by a coordinate, or by size if `axis` is `DIM`. The others break ties, so the order depends only on the set
-/// of cones.
+/// Compares by a coordinate, or by size if `axis` is `DIM`. The other coordinates and the size break ties, so the order
+/// depends only on the set of cones.
 fn order<P: Point>(a: &Cone<P>, b: &Cone<P>, axis: usize) -> Ordering {
     let by = |i: usize| {
         if i < P::DIM { a.at.coord(i).total_cmp(&b.at.coord(i)) } else { a.size.total_cmp(&b.size) }

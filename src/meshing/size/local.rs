@@ -1,8 +1,8 @@
 //! The rule that evaluates the local feature size in the cells of the tree.
 //!
 //! **Statement.** Let a cell have the centre m, the side s and the radius `r = s sqrt(d) / 2`. It inherits a set of
-//! simplices that contains all simplices no farther from m than `lfs(m)`. So it can compute `lfs(m)` exactly. Its
-//! children inherit the simplices no farther than `lfs(m) + 2 r`.
+//! simplices that contains all simplices no farther from m than `lfs(m)`. This set suffices to compute `lfs(m)`
+//! exactly. Its children inherit the simplices no farther than `lfs(m) + 2 r`.
 //!
 //! *This set suffices.* The centre m' of a child satisfies `|m m'| <= r`, so `lfs(m') <= lfs(m) + r`. If a simplex
 //! has at most this distance from m', its distance from m is at most `lfs(m) + 2 r`.
@@ -11,21 +11,21 @@
 //! upper bound u of `lfs(m')`, and only simplices within `u + |m m'|` of m need to be tested. Distances are rounded, so
 //! limits are increased by a factor of 1 + 10^-9.
 //!
-//! A cell is *clear* if no simplex is closer to m than r. Then the cell and its descendants lie on one side of every
-//! feature. Therefore m is located once: by the nearest simplex if it is the only nearest one and a wall, otherwise by
-//! a line.
+//! A cell is *clear* if no simplex is closer to m than r. The cell and its descendants then lie on one side of every
+//! feature, so m is located only once. If the nearest simplex is unique and a wall, it determines the location.
+//! Otherwise, a line does.
 //!
-//! The decision about a cell is the first of the following that applies:
-//! - *Dropped* if its cone, of height `lfs(m) - (1+L) r` at m, is nowhere below one of these:
+//! The first of the following rules that applies decides about a cell:
+//! - It is *dropped* if its cone, of height `lfs(m) - (1+L) r` at m, is nowhere below one of these:
 //!   - the user's function;
 //!   - a cone that is always present: at the middle y of one of the nearest simplices, of height `(1 - loss/2) lfs(y)`;
 //!   - another cone that is visible from the cell. There is a point y with `lfs(y) <= u`, and the height of the cell's
 //!     cone at m exceeds `u + L |m y|`. Such points y lie on the paths to the two simplices that determine `lfs(m)`,
-//!     and u is the distance of the farther one. If cells are left out, y must lie on a simplex, or the cell lies
-//!     inside the domain and no simplex is closer to m than y.
-//! - *Left out* if all walls are among the simplices, and the cell is clear and lies outside the domain.
-//! - *Kept* with its cone if `(1+L) r <= loss * max(lfs(m), least)`.
-//! - *Split* otherwise.
+//!     and u is the distance of the farther one. If cells are omitted, one of two further conditions must hold: y lies
+//!     on a simplex, or the cell lies inside the domain and no simplex is closer to m than y.
+//! - It is *omitted* if all walls are among the simplices, and the cell is clear and lies outside the domain.
+//! - It is *kept* with its cone if `(1+L) r <= loss * max(lfs(m), least)`.
+//! - Otherwise, it is *split*.
 //!
 //! **Work and depth.** `O(k log k)` for a cell that tests k simplices.
 
@@ -50,7 +50,7 @@ pub(super) struct Terms<'a, P: Space> {
     pub slope: f64,
     /// The largest loss of g relative to f*.
     pub loss: f64,
-    /// Whether cells are dropped or left out. If not, the tree is complete and balanced.
+    /// Whether cells are dropped or omitted. If not, the tree is complete and balanced.
     pub drops: bool,
 }
 
@@ -65,7 +65,7 @@ pub(super) struct Local<'a, P: Space> {
 pub(super) struct Inherited<P> {
     /// The centre of the cell.
     centre: P,
-    /// The two simplices that determine lfs there.
+    /// The two simplices that determine lfs at the centre.
     pair: Option<[u32; 2]>,
     /// Simplices with their distances from the centre, ascending.
     near: Vec<(f64, u32)>,
@@ -146,7 +146,7 @@ impl<'a, P: Space> Local<'a, P> {
         near
     }
 
-    /// Returns `true` if a cone at `m` is nowhere below one that is always present.
+    /// Returns `true` if a cone at `m` is nowhere below a cone that is always present.
     fn is_above_fixed(&self, height: f64, m: P, near: &[(f64, u32)]) -> bool {
         let mut nearest = near.iter().take(MIDDLES).map(|&(_, i)| self.middles[i as usize]);
         nearest.any(|c| height > c.size + self.terms.slope * (c.at - m).norm2().sqrt())

@@ -1,4 +1,4 @@
-//! The size function: the distance that points of the mesh keep from each other.
+//! The size function: the distance that points of the mesh must keep from each other.
 //!
 //! **Statement.** Let Q be a part of the space that contains the domain. Let
 //! `f*(x) = inf_{y in Q} (lfs(y) + L |x - y|)`, the largest L-Lipschitz function that is nowhere in Q above the local
@@ -7,35 +7,35 @@
 //! (1 - loss) f*(x) <= g(x) <= f*(x) <= lfs(x),    L lfs(x) <= f*(x)
 //! ```
 //! for all x in Q. Q is a cube around the domain without the cells that lie outside the domain and meet no feature. The
-//! sizes of a narrow gap between two parts of a surface thus affect only these parts. If the features are not all
-//! features of the domain, Q is the whole cube. The size function is
+//! small sizes in a narrow gap between two parts of a surface therefore affect only these parts. If the features are
+//! not all features of the domain, Q is the whole cube. The size function is
 //! `f(x) = max(least, min(user(x), regions(x), g(x)))`. It is L-Lipschitz, because all its parts are. (With a smallest
-//! size, the first inequality holds for `max(least, .)` of both sides.)
+//! size, the first inequality holds if `max(least, .)` is applied to both sides.)
 //!
 //! *Proof.* Let m be the centre of a cell, r its radius, and y a point in it.
 //! 1. *`g <= f*` if every cell is kept.* lfs is 1-Lipschitz, so the cone of the cell satisfies
 //!    `a + L |x - m| = lfs(m) - (1+L) r + L |x - m| <= lfs(y) + L |x - y|`.
 //! 2. *Dropped cells (see `local`).* A cell may be dropped because of the user's function or the cone at the middle of
-//!    a simplex. f includes both. Otherwise some z has `lfs(z) + L |m - z|` strictly below a. Then `lfs(z) + L |x - z|`
-//!    is below `a + L |x - m|`, and the cell of z replaces it. The cell of z is not outside Q, because z lies on a
-//!    feature, or m is inside the domain and z lies on the same side of all features. Values decrease strictly, so no
-//!    cell recurs, and the last one is kept.
+//!    a simplex. f includes both. Otherwise, some z has `lfs(z) + L |m - z|` strictly below a. Then
+//!    `lfs(z) + L |x - z|` is below `a + L |x - m|`, and the cell of z replaces it. The cell of z is not outside Q,
+//!    because z lies on a feature, or m is inside the domain and z lies on the same side of all features. Values
+//!    decrease strictly, so no cell recurs, and the last one is kept.
 //! 3. *`(1 - loss) f* <= g`.* A kept cell has `(1+L) r <= loss lfs(m)`, so `a >= (1 - loss) lfs(m)` and its cone is at
-//!    least `(1 - loss) f*(x)`. The same holds for the cones at middles of simplices.
+//!    least `(1 - loss) f*(x)`. The cones at middles of simplices satisfy the same bound.
 //! 4. *`L lfs <= f*`.* lfs(y) is at least `lfs(x) - |x - y|`. So `lfs(y) + L |x - y| >= L lfs(x)` as long as L is at
 //!    most 1. QED.
 //!
 //! Cells that are not dropped are split iff `max(lfs(m), least) < k s` with `k = (1+L) sqrt(d) / (2 loss)`. For
-//! `loss <= (1+L) / 3`, this gives `k >= 1.5 sqrt(d)`. So without drops, the tree is balanced ([`crate::octree`]). Then
-//! every leaf has `lfs` between `(k - sqrt(d)/2) s` and `(2 k + 1.5 sqrt(d)) s`.
+//! `loss <= (1+L) / 3`, this gives `k >= 1.5 sqrt(d)`. If no cell is dropped, the tree is therefore balanced
+//! ([`crate::octree`]), and every leaf has `lfs` between `(k - sqrt(d)/2) s` and `(2 k + 1.5 sqrt(d)) s`.
 //!
 //! If features meet at an angle, lfs does not tend to zero along them, but points on the two features can be
-//! arbitrarily close. [`SizeFunction::collisions`] finds these places before any point is placed.
+//! arbitrarily close. [`SizeFunction::collisions`] finds these features before any point is placed.
 //!
-//! **Source.** Section 5 of the paper; Mitchell and Vavasis (2000), Ruppert (1995), Miller and Talmor (its \[14\]).
-//! **Departures.** A cell uses the data of its parent, not its neighbours. The inherited data suffice for the exact lfs
-//! at its centre. Smoothing is the minimum of cones, which is Lipschitz to the last bit of L. Filtering removes the
-//! cones that lie above others.
+//! **Source.** Section 5 of the paper; Mitchell and Vavasis (2000), Ruppert (1995), Miller and Talmor (reference \[14\]
+//! of the paper). **Departures.** A cell uses the data of its parent, not its neighbours. The inherited data suffice
+//! for the exact lfs at its centre. Smoothing is the minimum of cones, which is Lipschitz to the last bit of L.
+//! Filtering removes the cones that lie above others.
 //!
 //! **Work and depth.** One evaluation of the rule per cell. The number of levels is logarithmic in the extent divided
 //! by the larger of the smallest lfs and the smallest size.
@@ -62,7 +62,7 @@ use user::{Constraints, Singularity, User};
 /// The options of a size function.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SizeOptions<P> {
-    /// The Lipschitz constant L, between 0 and 1, both exclusive.
+    /// The Lipschitz constant L, strictly between 0 and 1.
     pub lipschitz: f64,
     /// The largest loss of g relative to f*, above 0 and at most `(1+L)/3`.
     pub loss: f64,
@@ -84,16 +84,16 @@ impl<P> SizeOptions<P> {
     }
 }
 
-/// Errors of the construction of a size function.
+/// A reason why a size function cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum SizeError {
     /// L is not strictly between 0 and 1.
-    #[error("the Lipschitz constant {0} is not between 0 and 1 (both excluded)")]
+    #[error("the Lipschitz constant {0} is not strictly between 0 and 1")]
     Lipschitz(f64),
-    /// The loss is out of its range.
+    /// The loss is out of range.
     #[error("the loss {loss} is not above 0 and at most {most}")]
     Loss {
-        /// The loss as given.
+        /// The requested loss.
         loss: f64,
         /// The largest loss for this L.
         most: f64,
@@ -122,7 +122,7 @@ impl<P: Space> SizeFunction<P> {
     /// Builds the size function of a domain.
     ///
     /// # Errors
-    /// [`SizeError`], for options out of range, and for domains that need too many cells.
+    /// Returns [`SizeError`] if options are out of range, or if the domain needs too many cells.
     pub fn new(domain: &Domain<P>, options: &SizeOptions<P>) -> Result<Self, SizeError> {
         Self::of_features(domain, &Features::new(domain), options, &Sequential)
     }
@@ -180,7 +180,7 @@ impl<P: Space> SizeFunction<P> {
 /// The cones that are always present.
 type FixedCones<P> = Vec<Cone<P>>;
 
-/// Returns the tree with its cones, and the cones that are always present.
+/// Returns the tree and its cones, and the cones that are always present.
 fn tree<P: Space>(
     terms: Terms<'_, P>,
     limit: u64,
@@ -194,7 +194,7 @@ fn tree<P: Space>(
     Ok((grown, fixed))
 }
 
-/// Converts the constraints to the coordinates of the domain. Rejects values out of range.
+/// Converts the constraints to the coordinates of the domain. Values out of range are an error.
 fn scaled<P: Space>(options: &SizeOptions<P>, exponent: i32) -> Result<Constraints<P>, SizeError> {
     let most = (1.0 + options.lipschitz) / 3.0;
     if !(options.lipschitz > 0.0 && options.lipschitz < 1.0) {

@@ -1,11 +1,11 @@
 //! Size limits of regions.
 //!
-//! **Statement.** A region with a limit V for the volume (in the plane: the area) of its cells has the size h, the
-//! side of the regular simplex of that measure. Cells then have about that measure. The limit is a target, not a
-//! bound. Outside the region K, the size may grow with the distance from it: `h + L dist(x, K)` is L-Lipschitz. The
-//! distance is 0 in K, and otherwise it is the distance from the walls of K.
+//! **Statement.** Let a region have a limit V for the volume (in the plane: the area) of its cells. Its size h is the
+//! side of the regular simplex of measure V. Cells then have about this measure. The limit is a target, not a bound.
+//! Outside the region K, the size may grow with the distance from K: `h + L dist(x, K)` is L-Lipschitz. The distance
+//! is 0 in K, and elsewhere it is the distance from the walls of K.
 //!
-//! **Work and depth.** A point is located once. Then the nearest wall of each region is searched.
+//! **Work and depth.** Each query locates the point, and then searches for the nearest wall of each region.
 
 use septet_geometry::range::scale;
 
@@ -34,7 +34,7 @@ pub struct Regions<P: Space> {
 }
 
 impl<P: Space> Regions<P> {
-    /// Collects the limits of a domain. Returns `None` if no region has one.
+    /// Collects the limits of a domain. Returns `None` if no region has a limit.
     pub fn new(slope: f64, domain: &Domain<P>) -> Option<Self> {
         let limited = domain.components.iter().enumerate().filter_map(|(c, component)| {
             let limit = domain.regions[component.region? as usize].limit?;
@@ -83,15 +83,16 @@ fn walls_of<P: Space>(domain: &Domain<P>, component: u32, size: f64) -> Limited<
     Limited { component, size, walls, tree }
 }
 
-/// Returns the side of the regular triangle of an area, or of the regular tetrahedron of a volume. It uses only square
-/// roots and Newton steps, so the result is the same on every platform.
+/// Returns the side of the regular triangle with an area, or of the regular tetrahedron with a volume. Only square
+/// roots and Newton steps are used, so the result is the same on every platform.
 fn side(dimension: usize, measure: f64) -> f64 {
     if dimension == 2 {
         return (4.0 * measure / 3f64.sqrt()).sqrt();
     }
     let cube = 6.0 * 2f64.sqrt() * measure;
     let exponent = ((cube.to_bits() >> 52) as i64 - 1023).div_euclid(3);
-    // The start is within a factor of two. The number of exact digits doubles from the third step on.
+    // The initial value is correct within a factor of two. From the third step on, the number of correct digits
+    // doubles.
     let mut side = f64::from_bits(((exponent + 1023) as u64) << 52) * 1.5;
     for _ in 0..10 {
         side = (2.0 * side + cube / (side * side)) / 3.0;

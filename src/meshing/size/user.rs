@@ -1,13 +1,13 @@
 //! The sizes that a user requests.
 //!
 //! **Statement.** There are three kinds of constraints: a size everywhere, sizes at points, and singularities,
-//! towards which the size decreases to a given value. The points belong to a field, or are the vertices of a
-//! background mesh. The largest L-Lipschitz function that is nowhere above any of them is
-//! `min(h, min_i (a_i + L |x - x_i|), min_j (b_j + L dist(x, S_j)))`. Each S is a point or a segment. Figure 1 of the
-//! paper shows points around a singularity.
+//! towards which the size decreases to a given value. The points form a field, or are the vertices of a background
+//! mesh. The largest L-Lipschitz function that exceeds none of them is
+//! `min(h, min_i (a_i + L |x - x_i|), min_j (b_j + L dist(x, S_j)))`. Each `S_j` is a point or a segment. Figure 1 of
+//! the paper shows points around a singularity.
 //!
-//! **Departures.** The field is not interpolated between its points. It should be dense enough for its details. Its
-//! steps are smoothed to the slope L.
+//! **Departures.** The field is not interpolated between its points, so it should be dense enough to represent its
+//! details. Jumps are smoothed to the slope L.
 
 use septet_geometry::point::Point;
 
@@ -25,7 +25,7 @@ pub enum Singularity<P> {
 }
 
 impl<P: Point> Singularity<P> {
-    /// Returns the distance of a point.
+    /// Returns the distance from a point.
     pub fn distance(&self, x: P) -> f64 {
         let closest = match *self {
             Singularity::Point(p) => p,
@@ -36,7 +36,7 @@ impl<P: Point> Singularity<P> {
     }
 }
 
-/// The size constraints of a user. Lengths have the unit of the coordinates at which the function is evaluated.
+/// The size constraints of a user. Lengths have the same unit as the coordinates at which the function is evaluated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constraints<P> {
     /// The largest size anywhere.
@@ -45,7 +45,7 @@ pub struct Constraints<P> {
     pub least: Option<f64>,
     /// Sizes at points.
     pub field: Vec<Cone<P>>,
-    /// Singularities with the sizes there.
+    /// Singularities, and the sizes there.
     pub singularities: Vec<(Singularity<P>, f64)>,
 }
 
@@ -55,7 +55,7 @@ impl<P> Default for Constraints<P> {
     }
 }
 
-/// The constraints as an L-Lipschitz function.
+/// The constraints of a user as an L-Lipschitz function.
 #[derive(Clone, Debug)]
 pub struct User<P> {
     most: f64,
@@ -65,7 +65,7 @@ pub struct User<P> {
 }
 
 impl<P: Point> User<P> {
-    /// Creates the function of slope L.
+    /// Creates the function with slope L.
     pub fn new(slope: f64, constraints: &Constraints<P>) -> Self {
         User {
             most: constraints.most.unwrap_or(f64::INFINITY),
@@ -76,7 +76,7 @@ impl<P: Point> User<P> {
     }
 
     /// Returns the largest size that the constraints allow at a point, regardless of the smallest size. It is infinite
-    /// if there is none.
+    /// if there are no constraints.
     pub fn at(&self, x: P) -> f64 {
         let slope = self.field.slope();
         let towards = self.singularities.iter().map(|(s, size)| size + slope * s.distance(x));

@@ -40,8 +40,8 @@ impl<'a> Arrays<'a> {
         Ok(numbers.map(|b| from_bytes(array.scalar, b, self.endian)).collect())
     }
 
-    /// Returns the location of a number in an array: its line in a text array, its byte in a raw array, otherwise the
-    /// line of the opening tag of the array.
+    /// Returns the location of a number in an array. It is a line in a text array and a byte in a raw array.
+    /// Otherwise, it is the line of the opening tag of the array.
     pub fn locate(&self, array: &DataArray<'a>, element: usize) -> Place {
         let word = |text: &'a [u8]| {
             let mut words = text.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());

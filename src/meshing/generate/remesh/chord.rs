@@ -1,4 +1,4 @@
-//! Chords of ridges, between consecutive vertices.
+//! Chords of ridges. A chord connects two consecutive vertices.
 
 use crate::generate::balls::Ball;
 use crate::generate::generator::Candidate;

@@ -1,9 +1,8 @@
-//! The distance between the boundary during refinement and its surface.
+//! The distance between boundary and surface during refinement.
 //!
-//! **Statement.** The distance from the surface is measured at seven places of each face: the centroid and the third
-//! points of the edges. The corners lie on the surface. The distance of each vertex of the surface from the faces is
-//! also measured. Both are lower bounds for the two one-sided Hausdorff distances, and each is attained at a measured
-//! place.
+//! **Statement.** The distance to the surface is measured at seven points of each face: the centroid, and the points
+//! that divide the edges in thirds. The corners lie on the surface. The distance from each vertex of the surface to
+//! the faces is also measured. The two maxima are lower bounds for the two one-sided Hausdorff distances.
 
 use septet_geometry::point::dist2;
 
@@ -28,7 +27,7 @@ pub(super) fn of_faces<P: Space, M: Machine<P> + Sync>(
     })
 }
 
-/// Returns the distance of each vertex of the surface from the faces, the position of the vertex, and the nearest face.
+/// Returns, for each vertex of the surface, its distance to the faces, its position, and the nearest face.
 pub(super) fn of_vertices<P: Space, M: Machine<P> + Sync>(
     machine: &M,
     domain: &Domain<P>,

@@ -4,20 +4,22 @@
 //! surface is a wedge of two rays that start near the midpoint of the chord. The chord is an edge of the boundary iff
 //! the polygon has corners on both sides of the wedge. Otherwise both rays leave through one edge of the polygon.
 //! This edge is dual to a face (p, q, x) and crosses the surface an even number of times. The following candidates
-//! recover the chord. The first that applies is used:
-//! 1. *Insertion.* The point s at which the ray farther from x leaves. It must not lie in the ball of a chord.
+//! recover the chord. The first one that applies is used:
+//! 1. *Insertion.* The point s at which the ray farther from x leaves the polygon. It must not lie in the ball of a
+//!    chord.
 //! 2. *Mirroring.* The vertex x, rotated around the chord to the side of s. The polygon edges of x and its mirror image
 //!    are symmetric about the plane that bisects the wedge. They therefore meet in this plane, however narrow the wedge
-//!    is. At a corner, the mirror image has about the same distance from the corner as x, just as ridges have their
-//!    points on a common shell.
-//! 3. *Shell.* At a corner, s may lie in the ball of a chord because facets are wide and only chords end at the corner.
-//!    If all chords at the corner are equally long, the cells there correspond to the triangles of their ends on a
-//!    sphere, the *shell*. The circumcentres of these triangles decide whether the cells are inside, whatever the
+//!    is. At a corner, the mirror image is about as far from the corner as x, just as the points of ridges lie on a
+//!    common shell.
+//! 3. *Shell.* At a corner, s may lie in the ball of a chord, because facets are wide and only chords end at the
+//!    corner. If all chords at the corner are equally long, the cells there correspond to the triangles of their ends
+//!    on a sphere, the *shell*. The circumcentres of these triangles decide whether the cells are inside, whatever the
 //!    radius. Dividing the chords would reproduce the same configuration at half the size. The surface is therefore
-//!    sampled on the shell, in the direction of s from the corner. This point lies outside the balls of the chords.
+//!    sampled on the shell, in the direction of s from the corner. The sampled point lies outside the balls of the
+//!    chords.
 //! 4. *Division.* A chord is divided. At a corner, the chords longer than the shortest one there are divided first, if
-//!    there are any. If chords have different lengths, the circumcentres at the corner may be anywhere. Dividing all of
-//!    them at once would preserve the differences.
+//!    there are any. If chords have different lengths, the circumcentres at the corner may be anywhere. Dividing all
+//!    chords at once would preserve the differences.
 
 use septet_geometry::point::dist2;
 
@@ -39,22 +41,22 @@ const OFF: f64 = 0.2;
 /// The distance from another vertex below which a candidate is useless, relative to the distance from the chord.
 const NEAR: f64 = 0.3;
 
-/// The largest random reduction of the distance of a mirrored vertex from the chord, relative to that of x. Two pairs
-/// that are exact mirror images of each other would be the corners of a flat cell.
+/// The largest random reduction of the distance of a mirrored vertex from the chord, relative to the distance of x.
+/// Without it, two pairs that are exact mirror images of each other would form a flat cell.
 const NEARER: f64 = 0.05;
 
-/// The squared radius of the ball of a face, relative to that of the chord's ball, above which s lies outside the
-/// chord's ball.
+/// The squared radius of the ball of a face above which s lies outside the ball of the chord, relative to the squared
+/// radius of that ball.
 const OUTSIDE: f64 = 2.0;
 
 /// The shortest chord of a shell, relative to its radius.
 const SHORT: f64 = 1.0 / 32.0;
 
-/// Chords at a corner that are longer than the shortest by this factor are divided first.
+/// Chords at a corner that are longer than the shortest chord by this factor are divided first.
 const LEVEL: f64 = 1.25;
 
 impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
-    /// Returns the candidates that make a chord an edge of the boundary.
+    /// Returns the candidates that turn a chord into an edge of the boundary.
     pub(super) fn for_chord(&self, chord: &Chord<P>, face: Option<&Face<P>>) -> Vec<Candidate<P>> {
         let Some(face) = face else { return self.level(chord) };
         if !self.generator.subsegments.hold(face.place.at) {

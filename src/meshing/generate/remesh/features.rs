@@ -1,4 +1,4 @@
-//! The features that remeshing keeps of a surface: ridges and their corners.
+//! The features of a surface that remeshing keeps: ridges and their corners.
 //!
 //! **Statement.** A *ridge* is a chain of segments whose facets turn by more than the feature angle. A chain ends at
 //! corners. A corner is a vertex at which
@@ -8,7 +8,7 @@
 //!    clamped to 30 to 90 degrees.
 //!
 //! A closed chain therefore has at least three corners, and no ridge returns to itself. The local feature size of
-//! ridges and corners depends on their bends.
+//! ridges and corners reflects their bends.
 
 use std::collections::BTreeMap;
 
@@ -54,7 +54,7 @@ impl Ridge {
 }
 
 impl SurfaceFeatures {
-    /// Finds the features of a surface at a feature angle in degrees.
+    /// Finds the features of a surface for a feature angle in degrees.
     pub fn new<P: Space>(domain: &Domain<P>, feature_angle: f64) -> Self {
         let mut chains = Chains::new(domain, feature_angle);
         let starts: Vec<u32> = chains.at.keys().copied().filter(|&v| chains.is_corner(v)).collect();
@@ -71,7 +71,7 @@ impl SurfaceFeatures {
         SurfaceFeatures { corners, ridges }
     }
 
-    /// Returns the features for the local feature size. Each ridge is one feature.
+    /// Returns the features that determine the local feature size. Each ridge is one feature.
     pub fn distance_features<P: Space>(&self, domain: &Domain<P>) -> Features<P> {
         let corners = self.corners.iter().map(|&c| (Feature::Corner(c), vec![domain.corners[c as usize]]));
         let ridges = self.ridges.iter().map(|r| (Feature::Segment(r.segments[0]), r.vertices.clone()));

@@ -1,9 +1,9 @@
 //! Options of remeshing.
 
-/// The default of the largest distance between the centre of a face and the surface, relative to f.
+/// The default for the largest distance between the centre of a face and the surface, relative to f.
 pub const DEFAULT_DISTANCE: f64 = 0.1;
 
-/// The default size is the diagonal of the bounding box divided by this.
+/// The default size is the diagonal of the bounding box divided by this number.
 pub const DEFAULT_PARTS: f64 = 30.0;
 
 /// The options for the new boundary.

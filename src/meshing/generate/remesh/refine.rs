@@ -29,7 +29,7 @@ use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::space::{Space, ascending};
 
-/// The largest number of rounds of a stage.
+/// The maximum number of rounds of a stage.
 const ROUNDS: u32 = 150;
 
 /// The cosine of the largest angle between a face and the surface at s. It applies while the ball of the face exceeds
@@ -41,11 +41,11 @@ const TURNED: f64 = 0.02;
 /// that meet at small angles cause such faults.
 const SMALLEST: f64 = 1e-6;
 
-/// The limit for the refinement of a boundary with a wrong number of handles: the number of vertices, relative to the
-/// first such boundary without other faults.
+/// The limit for the refinement of a boundary with a wrong number of handles: the maximum number of vertices,
+/// relative to the first such boundary without other faults.
 const MORE: usize = 2;
 
-/// The largest number of removals of vertices without a face. Vertices that recur later stay.
+/// The maximum number of times that vertices without a face are removed. Vertices that recur later are kept.
 const TAKEN: u32 = 3;
 
 impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
@@ -137,7 +137,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         Generated { vertices, delaunay, labels, faces, subsegments, stages }
     }
 
-    /// Inserts an independent set of candidates. The sizes of vertices are those of the size function.
+    /// Inserts an independent set of candidates, with the values of the size function as their sizes.
     pub(super) fn insert(&mut self, candidates: Vec<Candidate<P>>) -> Result<(), Failure<M::Error>> {
         let before = self.generator.vertices.len();
         self.generator.complete(candidates, true).map_err(Failure::Machine)?;
@@ -150,8 +150,8 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         Ok(())
     }
 
-    /// Refines until there is no fault. The order of faults is: faces and chords, violations of the manifold property,
-    /// cells, and the requested distance.
+    /// Refines until there are no faults. Faults are handled in this order: faces and chords, violations of the
+    /// manifold property, cells, and the requested distance.
     fn refined(&mut self, volume: bool) -> Result<Restricted<P>, Failure<M::Error>> {
         let (mut last, mut taken) = (Vec::new(), 0);
         for _ in 0..ROUNDS {
@@ -199,8 +199,8 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         Err(Failure::Missing(missing(&last)))
     }
 
-    /// Halves the limit for thin sheets if the boundary and the surface have different numbers of handles and the
-    /// number of points is not too large yet.
+    /// Halves the limit for thin sheets if the boundary and the surface have different numbers of handles and there
+    /// are not too many points yet.
     fn divides_sheets(&mut self, made: &Restricted<P>) -> bool {
         if self.thinnest <= THINNEST || euler(made.faces.iter().map(|f| f.vertices)) == self.euler {
             return false;
@@ -213,7 +213,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         true
     }
 
-    /// Returns the candidates that are not vertices yet. Fails if all of them are vertices.
+    /// Returns the candidates that are not vertices yet. Fails if all candidates are vertices.
     fn unmet(&self, candidates: &[Candidate<P>]) -> Result<Vec<Candidate<P>>, Failure<M::Error>> {
         let mut points = self.generator.vertices.points.clone();
         points.sort_unstable_by(lex_cmp);
@@ -242,7 +242,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
     }
 
     /// Returns candidates for chords that are not edges of the boundary, and for coarse faces. A face is coarse if it
-    /// is too large, too far away or turned, or if it has a vertex off the surface.
+    /// is too large, too far from the surface, turned away from it, or has a vertex off the surface.
     fn coarse(&self, made: &Restricted<P>) -> Vec<Candidate<P>> {
         let mut edges: Vec<[u32; 2]> = made.faces.iter().flat_map(|f| edges_of(f.vertices)).collect();
         edges.sort_unstable();
@@ -307,7 +307,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         let (cell, centre) = (&made.delaunay.cells[i as usize], made.centres[i as usize]);
         let vertices = &self.generator.vertices;
         let largest = cell.as_ref().iter().map(|&v| vertices.sizes[v as usize]).fold(0.0, f64::max);
-        // The smallest vertex, so that the result does not depend on the order of a machine.
+        // The smallest vertex is used, so that the result does not depend on the order that a machine returns.
         let first = cell.as_ref().iter().copied().min().unwrap_or_default();
         let radius = dist2(centre, vertices.points[first as usize]).sqrt();
         if !self.generator.rules.is_too_large(centre, radius, largest) {
@@ -325,8 +325,8 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         })
     }
 
-    /// Returns candidates where boundary and surface are too far from each other: s of faces, and vertices of the
-    /// surface.
+    /// Returns candidates where boundary and surface are too far from each other: the points s of faces, and vertices
+    /// of the surface.
     fn distant(&self, made: &Restricted<P>) -> Vec<Candidate<P>> {
         let (machine, points) = (&*self.generator.machine, &self.generator.vertices.points);
         let sizes = &self.generator.vertices.sizes;

@@ -25,7 +25,7 @@ pub(super) struct Refinement<'a, P: Space, M> {
     pub(super) chords: Vec<Chord<P>>,
     /// The chords that end at each corner.
     pub(super) at_corners: Vec<Vec<u32>>,
-    /// The tree of their bounding boxes.
+    /// The tree of the bounding boxes of the chords.
     pub(super) chord_tree: Bvh<P>,
 }
 

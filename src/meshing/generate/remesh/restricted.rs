@@ -1,10 +1,10 @@
 //! The restricted Delaunay triangulation.
 //!
 //! **Statement.** A cell belongs to the component of the domain that contains its circumcentre. The location is
-//! exact, and an infinite circumcentre lies outside. A cell that is flat up to rounding may have its circumcentre
-//! anywhere between those of its neighbours. Such a cell counts as outside if possible. Faces of the boundary lie
-//! between cells of different components, or between a component and the outside. The dual edge of such a face meets
-//! the surface. It is the segment between the circumcentres, or the ray that leaves the hull.
+//! exact, and an infinite circumcentre lies outside. The circumcentre of a cell that is flat up to rounding may be
+//! anywhere between the circumcentres of its neighbours. Such a cell counts as outside if possible. Faces of the
+//! boundary lie between cells of different components, or between a component and the outside. The dual edge of such
+//! a face, which is the segment between the circumcentres or the ray that leaves the hull, meets the surface.
 
 use septet_geometry::incremental::facet_without;
 use septet_geometry::measure::circumcentre;
@@ -31,7 +31,7 @@ struct DualEdge<P> {
     face: [P; 3],
 }
 
-/// A face of the boundary with its surface ball.
+/// A face of the boundary, and its surface ball.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Face<P> {
     /// Its vertices, ascending.
@@ -61,7 +61,7 @@ pub(super) struct Restricted<P: Point> {
 const FLAT: f64 = 1e-10;
 
 /// The tolerance for cocircular corners of a flat cell. It bounds the power of a corner with respect to the circle of
-/// the others, relative to the squared radius.
+/// the other corners, relative to the squared radius.
 const CIRCULAR: f64 = 1e-6;
 
 /// The offset of the centre of a cocircular flat cell from its circle, relative to the radius.
@@ -100,7 +100,7 @@ impl<P: Space> Restricted<P> {
         made
     }
 
-    /// Returns the boundary faces of a cell inside. A face between two such cells is returned once.
+    /// Returns the boundary faces of a cell inside the domain. A face between two such cells is returned only once.
     fn faces_of<M: Machine<P> + Sync>(
         &self,
         generator: &Generator<'_, P, M>,
@@ -181,8 +181,9 @@ impl<P: Space> Restricted<P> {
         surface.crossing(from, to, a).or_else(nearest)
     }
 
-    /// For each edge (ends ascending, sorted), returns the face around it with the largest surface ball among those
-    /// whose dual edge crosses the surface an even number of times. Such faces are not on the boundary.
+    /// Considers the faces around each edge whose dual edges cross the surface an even number of times. These are not
+    /// on the boundary. Returns the one with the largest surface ball for each edge. The edges are sorted and have
+    /// ascending ends.
     pub(super) fn crossed_twice<M: Machine<P> + Sync>(
         &self,
         generator: &Generator<'_, P, M>,
@@ -214,7 +215,7 @@ impl<P: Space> Restricted<P> {
         largest
     }
 
-    /// Returns `true` if cells of two components share the face.
+    /// Returns `true` if the face is shared by cells of two components.
     pub(super) fn is_shared(&self, face: &Face<P>) -> bool {
         face.cells[1] != u32::MAX && self.labels.is_inside(face.cells[1])
     }
@@ -248,9 +249,9 @@ fn label_at<P: Space, M: Machine<P> + Sync>(generator: &Generator<'_, P, M>, at:
     }
 }
 
-/// Returns the two possible heights of the circumcentre of a flat cell above its largest face. The exact sign of the
-/// cell selects the side, at the distance `far`. If the apex is cocircular up to rounding, the heights are small and on
-/// both sides.
+/// Returns the two possible heights of the circumcentre of a flat cell above its largest face. By default, the exact
+/// sign of the cell selects the side, and the distance is `far`. If the apex is cocircular up to rounding, the heights
+/// are small and on both sides.
 fn heights<P: Space>(face: [P; 3], apex: P, axis: P, ball: &Ball<P>, far: f64) -> [f64; 2] {
     let power = dist2(apex, ball.centre) - ball.radius2;
     if power.abs() <= CIRCULAR * ball.radius2 {
@@ -263,9 +264,9 @@ fn heights<P: Space>(face: [P; 3], apex: P, axis: P, ball: &Ball<P>, far: f64) -
 }
 
 /// Returns the circumcentre of a flat cell, and its label. If its corners are cocircular up to rounding, the
-/// circumcentre is placed next to the centre of the circle, on the outer side if possible. Then no flat cell stays on
-/// the boundary. Otherwise the circumcentre is far away. It always stays between the circumcentres of the neighbours
-/// below and above.
+/// circumcentre is placed next to the centre of the circle, on the outer side if possible. No flat cell then remains
+/// on the boundary. Otherwise, the circumcentre is far away. It always lies between the circumcentres of the
+/// neighbours below and above.
 fn flattened<P: Space, M: Machine<P> + Sync>(
     generator: &Generator<'_, P, M>,
     delaunay: &Triangulation<P::Cell>,
@@ -309,7 +310,7 @@ fn flattened<P: Space, M: Machine<P> + Sync>(
     if q.1 > p.1 { q } else { p }
 }
 
-/// Returns `true` if the corners of a face are collinear up to rounding. Then its axis and all points on it are
+/// Returns `true` if the corners of a face are collinear up to rounding. Its axis and all points on the axis are then
 /// arbitrary.
 fn are_collinear<P: Space>(&[a, b, c]: &[P; 3]) -> bool {
     P::hull_normal(&[b - a, c - a]).norm2() <= FLAT * FLAT * (b - a).norm2() * (c - a).norm2()

@@ -1,7 +1,8 @@
 //! Points on ridges.
 //!
-//! **Statement.** The one-dimensional generator runs along each ridge, by arc length, as on segments. Then it adds the
-//! midpoints (by arc length) of parts whose chord is too long, or too far from the ridge at its midpoint.
+//! **Statement.** The one-dimensional generator for segments runs along each ridge, by arc length. It then adds the
+//! midpoints (by arc length) of parts whose chord is too long, or whose chord is too far from the ridge at its
+//! midpoint.
 
 use septet_geometry::point::dist2;
 
@@ -121,7 +122,8 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
 /// Returns the arc length at which a part of a ridge of the given length is divided. It lies in the middle third.
 fn divided([from, to]: [f64; 2], length: f64) -> f64 {
     let half = 0.5 * (to - from);
-    // The largest power of two below, from the exponent. Then the closer of it and its double.
+    // The exponent gives the largest power of two that is at most `half`. The closer of this power and its double is
+    // used.
     let below = f64::from_bits(half.to_bits() & (0x7ff << 52));
     let shell = if half > 1.5 * below { 2.0 * below } else { below };
     match (from == 0.0, to == length) {

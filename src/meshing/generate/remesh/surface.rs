@@ -1,4 +1,4 @@
-//! The surface: crossings, samples and distances of its walls.
+//! The surface: its walls, with crossings, samples and distances.
 
 use septet_geometry::point::dist2;
 
@@ -30,17 +30,17 @@ pub(super) struct Surface<P> {
     diagonal: f64,
 }
 
-/// The largest number of times that a wall is quartered for candidates.
+/// The maximum number of times that a wall is quartered for candidates.
 const DEEPEST: u8 = 15;
 
 /// The number of candidates per area `f^2`. A quartered wall has about four cells per area `f^2`.
 const PER_AREA: f64 = 2.0 * CANDIDATES as f64;
 
-/// The distance outside a wall, in barycentric coordinates, within which a crossing counts. Adjacent walls overlap by
-/// rounding.
+/// The tolerance for a crossing outside a wall, in barycentric coordinates. It makes adjacent walls overlap in spite
+/// of rounding.
 const EDGE: f64 = 1e-9;
 
-/// The start of a segment that leaves the surface, relative to its length.
+/// The offset at which a segment that leaves the surface starts, relative to its length.
 const AGAIN: f64 = 1e-3;
 
 impl<P: Space> Surface<P> {
@@ -84,13 +84,13 @@ impl<P: Space> Surface<P> {
         best.map(|(_, wall, x)| self.place(wall, x))
     }
 
-    /// Clips a segment to twice the diagonal of the box around its point nearest to the middle of the box. Only this
-    /// part can meet the surface.
+    /// Clips a segment to a part of twice the diagonal of the box, around its point nearest to the middle of the box.
+    /// Only this part can meet the surface.
     fn near(&self, p: P, q: P) -> [P; 2] {
         let (bounds, along) = (self.tree.bounds(), q - p);
         let length = along.norm2().sqrt();
         let reach = 2.0 * self.diagonal;
-        // Faces with collinear corners have no axis and NaN coordinates on it.
+        // A face with collinear corners has no axis, and points on it have NaN coordinates.
         if length.is_nan() || length <= reach {
             return [p, q];
         }

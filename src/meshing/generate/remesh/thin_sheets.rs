@@ -3,9 +3,9 @@
 //! **Statement.** The surface has a *thin sheet* at a point if a segment along the normal there, to either side,
 //! meets the surface again. Let the dual edge of a face start at s on one side of a plane sheet of thickness t, with
 //! a surface ball of radius r. Let the balls on the other side have radii of at most R. If `R^2 <= r^2 + t^2`, every
-//! point of the other side is nearer to some vertex there than to those of the face. The dual edge then ends inside
-//! the sheet. Radii of at most t on both sides ensure this. Near ridges, two sheets meet and t tends to zero. There,
-//! the chords separate the sheets ([`super::edge_recovery`]).
+//! point of the other side is nearer to some vertex there than to the vertices of the face. The dual edge then ends
+//! inside the sheet. Radii of at most t on both sides ensure this. Near ridges, two sheets meet and t tends to zero.
+//! There, the chords separate the sheets ([`super::edge_recovery`]).
 //!
 //! **Departures.** Balls below a fraction of f are not divided for thin sheets. The topology of the boundary decides
 //! whether thinner sheets are separated: it must be a manifold with the Euler characteristic of the surface. Otherwise
@@ -19,8 +19,8 @@ use crate::distance::closest_on_segment;
 use crate::generate::machine::Machine;
 use crate::space::Space;
 
-/// The radius, relative to f, below which balls are not divided for thin sheets. If the boundary has wrong handles, it
-/// is halved repeatedly, down to [`THINNEST`].
+/// The radius, relative to f, below which balls are not divided for thin sheets. If the boundary has a wrong number of
+/// handles, it is halved repeatedly, down to [`THINNEST`].
 pub(super) const THIN: f64 = 0.125;
 pub(super) const THINNEST: f64 = THIN / 16.0;
 

@@ -2,7 +2,7 @@
 //!
 //! **Statement.** The boundary of a set of cells is a 2-manifold iff every edge has two faces and the faces at every
 //! vertex form one fan. At a violation, the largest surface ball nearby is divided. Once the boundary is a manifold,
-//! vertices on facets without a face are removed, because chords cut them off. For shells without any face, some
+//! vertices on facets that have no face are removed, because chords cut them off. For shells without any face, some
 //! corners of their walls are added.
 
 use std::collections::BTreeMap;
@@ -65,16 +65,16 @@ fn vertices<P: Point>(made: &Restricted<P>, count: usize) -> Vec<Vec<u32>> {
     (0u32..).zip(&around).filter_map(several).collect()
 }
 
-/// Returns for each vertex whether it stays: vertices on facets stay only if they have a face. The boundary must be
-/// faultless otherwise.
+/// Returns, for each vertex, whether it is kept: vertices on facets are kept only if they have a face. The boundary
+/// must have no other faults.
 pub(super) fn useful<P: Point>(made: &Restricted<P>, carriers: &[Carrier]) -> Vec<bool> {
     let mut useful: Vec<bool> = carriers.iter().map(|c| !matches!(c, Carrier::Facet(_))).collect();
     made.faces.iter().flat_map(|f| f.vertices).for_each(|v| useful[v as usize] = true);
     useful
 }
 
-/// Reassigns vertices on facets without a face to the volume, at the end. Returns for each vertex whether a cell inside
-/// uses it. Other vertices are removed with the cells outside.
+/// Reassigns vertices on facets that have no face to the volume, at the end. Returns, for each vertex, whether a cell
+/// inside uses it. Other vertices are removed together with the cells outside.
 pub(super) fn unfaced<P: Point>(carriers: &mut [Carrier], made: &Restricted<P>) -> Vec<bool> {
     let useful = useful(made, carriers);
     let mut kept = vec![false; carriers.len()];
