@@ -1,9 +1,9 @@
-//! A gate on the instructions of the kernels: `cargo bench -p septet-bench --bench counts`.
+//! A gate on the instruction counts of the kernels: `cargo bench -p septet-bench --bench counts`.
 //!
 //! It needs valgrind and `gungraun-runner`, which `tests/run` installs. Sets and seeds are fixed, and the loops use the
-//! baseline registers of x86-64. Counts therefore depend on the compiler only. A kernel may need 5 % more instructions
-//! than the figures below. Lower the figure if a change makes a kernel cheaper. The benchmark checks the results before
-//! it counts.
+//! baseline registers of x86-64. The counts therefore depend only on the compiler. A kernel may need 5 % more
+//! instructions than the figure recorded below. Lower the figure if a change makes a kernel cheaper. The benchmark
+//! checks the results before it counts.
 
 #![expect(missing_docs, reason = "macros make modules of functions")]
 
@@ -48,7 +48,7 @@ fn sphere(n: usize) -> Vec<DVec3> {
     uniform::<DVec3>(n).into_iter().map(|p| (p * 2.0 - 1.0).normalize()).collect()
 }
 
-/// Lists of the 84 nearest neighbours of 1,000 among 20,000 points.
+/// The 84 nearest neighbours of each of 1,000 points, among 20,000 points.
 fn lists() -> (Vec<DVec3>, Vec<Vec<u32>>) {
     let points: Vec<DVec3> = uniform(20_000);
     let near = |c: usize| {

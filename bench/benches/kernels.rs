@@ -1,7 +1,7 @@
 //! The sequential kernel on sets of every kind in both dimensions: `cargo bench -p septet-bench --bench kernels`.
 //!
-//! Every result is verified before it is timed. All cells are positively oriented; two cells share each facet, which is
-//! locally Delaunay by the exact predicates.
+//! Every result is verified before it is timed. By the exact predicates, all cells are positively oriented, and each
+//! facet is shared by two cells and locally Delaunay.
 
 use std::hint::black_box;
 
@@ -110,7 +110,7 @@ fn plane(bencher: Bencher, set: &str) {
     triangulate::<DVec2>(bencher, set);
 }
 
-/// Times the insertion order alone, after a check that it is a permutation.
+/// Times only the insertion order, after a check that it is a permutation.
 #[divan::bench]
 fn order_in_space(bencher: Bencher) {
     let points: Vec<DVec3> = points("uniform");

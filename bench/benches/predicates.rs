@@ -1,4 +1,4 @@
-//! The predicates on inputs that each stage decides, compared with the expansions of `robust`:
+//! Times the predicates on inputs for each stage, next to the expansions of `robust`:
 //! `cargo bench -p septet-bench --bench predicates`. The signs of every batch are compared before it is timed.
 
 use std::hint::black_box;
@@ -18,8 +18,8 @@ fn main() {
 /// Number of calls in a batch.
 const CALLS: usize = 4096;
 
-/// Kinds of inputs: random points; corners of integer cubes; such corners scaled by 0.1; nearby points of a sphere;
-/// points of a sphere; points of a sphere with 24 bits; points of a sphere whose last bits spread.
+/// Kinds of inputs: random points; corners of integer cubes; such corners scaled by 0.1; points near a sphere;
+/// points on a sphere; points on a sphere with 24 bits; points on a sphere with widely spread last bits.
 const SETS: [&str; 7] = ["random", "grid", "decimal", "near sphere", "sphere", "single", "spread"];
 
 type Call<P> = (Vec<P>, P);
@@ -141,7 +141,8 @@ fn in_circle_expansions(bencher: Bencher, set: &str) {
     time(bencher, &calls::<DVec2>(set), |call| robust_in_circle(call) > 0.0);
 }
 
-/// Cells that are flat exactly or up to rounding: the query point replaces a vertex, in the plane of the others.
+/// Cells that are flat, exactly or up to rounding: the query point replaces a vertex, in the plane of the other
+/// vertices.
 fn flat(set: &str) -> Vec<[DVec3; 4]> {
     let on_plane = |(cell, _): &Call<DVec3>| {
         let [a, b, c] = [cell[0], cell[1], cell[2]];

@@ -1,7 +1,7 @@
 //! Times the generation of a set, the phases of one run, and the verification of its result.
 //!
 //! Usage: `septet-bench KIND N [simulate|triangulate] [workers|leaves] [threads] [supergraph] [d] [verify|no]`. The
-//! exit code is 2 if an argument is not valid, and 1 if the run fails or its result is wrong.
+//! exit code is 2 if an argument is invalid, and 1 if the run fails or its result is wrong.
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -45,7 +45,7 @@ struct Arguments {
 }
 
 /// # Errors
-/// Fails if an argument is not valid.
+/// Fails if an argument is invalid.
 fn setting(words: &[String]) -> Result<Arguments, Failure> {
     const WORDS: usize = 8;
     if let Some(more) = words.get(WORDS) {
@@ -92,7 +92,7 @@ fn one_of<T: Copy>(word: &str, all: &[(&str, T)]) -> Result<T, Failure> {
 }
 
 /// # Errors
-/// Fails if generation or the run fails, or the result is wrong.
+/// Fails if generation or the run fails, or if the result is wrong.
 fn timed(setting: &Arguments) -> Result<(), Failure> {
     let start = Instant::now();
     let set = generate(&setting.sample, &mut |_, _, _| {})?;

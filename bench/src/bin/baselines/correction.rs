@@ -1,4 +1,4 @@
-//! The descent of all balls from the root, compared with the bottom-up correction.
+//! Compares the descent of all balls from the root with the bottom-up correction.
 
 use std::error::Error;
 
@@ -12,14 +12,14 @@ use septet_protocol::ids::Phase;
 use super::plan::{Plan, announce};
 use super::table::{Table, mean, whole};
 
-/// Points per leaf, few enough for trees of several levels.
+/// Maximum number of points per leaf, small enough for trees of several levels.
 const LEAF: u64 = 64;
 
 const NAMES: [&str; 9] =
     ["set", "d", "n", "correction", "levels", "depth", "depth / levels", "work", "rounds"];
 
-/// Makes a row for each dimension, size and correction, on uniform sets. The counts are sums of the phases probe, which
-/// only the descent has, and neighbours.
+/// Returns a row for each dimension, size and correction, on uniform sets. The counts are sums over the phases `probe`,
+/// which only the descent has, and `neighbours`.
 pub fn table(plan: &Plan) -> Result<Table, Box<dyn Error>> {
     let mut table = Table::new(&NAMES);
     for &dimension in &plan.dimensions {

@@ -1,4 +1,4 @@
-//! Sphere separators, compared with k-d planes.
+//! Compares sphere separators with k-d planes.
 
 use std::error::Error;
 
@@ -37,7 +37,7 @@ const NAMES: [&str; 21] = [
     "gathered",
 ];
 
-/// Makes a row for each kind, dimension, size and separator.
+/// Returns a row for each kind, dimension, size and separator.
 pub fn table(plan: &Plan) -> Result<Table, Box<dyn Error>> {
     let mut table = Table::new(&NAMES);
     for &dimension in &plan.dimensions {
@@ -51,7 +51,7 @@ pub fn table(plan: &Plan) -> Result<Table, Box<dyn Error>> {
     Ok(table)
 }
 
-/// Makes the rows of both separators on the same sets, and checks that the cells are equal.
+/// Returns the rows of both separators on the same sets, and checks that the cells are equal.
 fn both(
     sets: &[(Generated, Config)],
     kind: Kind,

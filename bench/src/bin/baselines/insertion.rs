@@ -1,4 +1,4 @@
-//! The recursion of the paper, compared with incremental insertion.
+//! Compares the paper's recursion with incremental insertion.
 
 use std::error::Error;
 
@@ -30,7 +30,7 @@ const NAMES: [&str; 13] = [
 /// Sets that satisfy the hypothesis of the theorem, and sets that do not.
 const KINDS: [Kind; 2] = [Kind::WellSpaced, Kind::Uniform];
 
-/// Makes a row for each dimension, kind and size.
+/// Returns a row for each dimension, kind and size.
 pub fn table(plan: &Plan) -> Result<Table, Box<dyn Error>> {
     let mut table = Table::new(&NAMES);
     for &dimension in &plan.dimensions {

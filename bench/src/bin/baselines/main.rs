@@ -1,6 +1,6 @@
-//! Compares the algorithm of the paper with baselines by counts: sphere separators with k-d planes, the descent with
-//! the bottom-up correction, the recursion with incremental insertion. Writes three tables as Markdown and CSV. See
-//! `bench/README.md`.
+//! Compares the counts of the paper's algorithm with baselines: sphere separators with k-d planes, the descent with
+//! the bottom-up correction, and the recursion with incremental insertion. Writes three tables as Markdown and CSV.
+//! See `bench/README.md`.
 
 mod correction;
 mod cuts;

@@ -1,4 +1,4 @@
-//! The plan of the runs: sizes, seeds, workers, kinds, dimensions.
+//! The plan of the runs: sizes, seeds, workers, kinds and dimensions.
 
 use std::error::Error;
 
@@ -22,7 +22,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Parses the arguments in order. Missing ones have defaults.
+    /// Parses the arguments in order. Missing arguments have defaults.
     pub fn parse(words: &[String]) -> Result<Self, Box<dyn Error>> {
         let word = |at: usize, default: &'static str| words.get(at).map_or(default, String::as_str);
         Ok(Plan {
