@@ -281,7 +281,7 @@ fn footer(out: &mut String) {
     let version = env!("CARGO_PKG_VERSION");
     let _ = writeln!(
         out,
-        "<footer><p>Made by septet {version}. Counts are those of the modelled machine and repeat exactly; times are \
+        "<footer><p>Made by septet {version}. Counts belong to the modelled machine and repeat exactly; times are \
          measured. Points and cells are drawn with three.js.</p><details><summary>Licence of three.js</summary><pre>{}</pre>\
          </details></footer>",
         escape(LICENCE)

@@ -19,7 +19,7 @@ pub(super) fn extension(path: &Path) -> String {
 }
 
 /// Returns the path of the file of the set with this extension. If `path` already has the extension, its spelling is
-/// kept. A final `.gz` is kept as well.
+/// kept. A final `.gz` is also kept.
 pub(super) fn member(path: &Path, extension: &str) -> PathBuf {
     let (plain, zipped) = without_gz(path);
     match plain.extension() {

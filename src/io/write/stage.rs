@@ -281,7 +281,7 @@ mod tests {
         assert_eq!(reader.join().unwrap(), b"through");
         assert!(fs::metadata(&pipe).unwrap().file_type().is_fifo());
         assert_eq!(names(directory.path()), ["a.off"]);
-        // A device also stays, whether or not the set is committed.
+        // A device remains both if the set is committed and if it is dropped.
         let null = Path::new("/dev/null");
         probe(null).unwrap();
         for complete in [false, true] {
