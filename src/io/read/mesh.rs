@@ -82,10 +82,8 @@ impl<'a> Mesh<'a> {
         let mut notes = Vec::new();
         if dimension == 3 {
             if self.triangles.rows() > 0 {
-                notes.push(format!(
-                    "{} triangles are ignored: the mesh has tetrahedra",
-                    self.triangles.rows()
-                ));
+                let reason = if solid { "the mesh has tetrahedra" } else { "tetrahedra were requested" };
+                notes.push(format!("{} triangles are ignored: {reason}", self.triangles.rows()));
             }
             return Ok(self.tetrahedra.finish(notes));
         }
