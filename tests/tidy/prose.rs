@@ -237,6 +237,7 @@ fn prose_is_plain() {
     for document in DOCUMENTS {
         let mut texts = Vec::new();
         markdown(&root().join(document), &mut texts);
+        assert!(!texts.is_empty(), "no document is in {document}");
         for (name, text) in texts {
             let tally = tallies.entry(name.clone()).or_default();
             tally.add(&name, &paragraphs(text.lines()), &reader);
