@@ -227,10 +227,17 @@ pub use septet_lab::assertions;
 #[doc(inline)]
 pub use septet_lab::trace;
 
-/// The guide: the paper step by step, options, formats, exit codes, reports, traces, experiments.
+/// The guide: the paper step by step, terms, the machine and its counts, options, formats, exit codes, reports, traces,
+/// experiments.
 pub mod guide {
     #[doc = include_str!("guide/paper.md")]
     pub mod paper {}
+
+    #[doc = include_str!("guide/terms.md")]
+    pub mod terms {}
+
+    #[doc = include_str!("guide/machine.md")]
+    pub mod machine {}
 
     #[doc = include_str!("guide/options.md")]
     pub mod options {}

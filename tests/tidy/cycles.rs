@@ -107,8 +107,8 @@ fn no_cycle_within_a_room_has_more_than_two_files() {
     assert!(all.is_empty(), "these files import each other: {all:#?}");
 }
 
-/// The heading of the table in ARCHITECTURE.md that lists the other rooms that each room imports.
-const TABLE: &str = "| room | may import |";
+/// The heading of the table in ARCHITECTURE.md that lists the rooms of the machine, with the other rooms that each imports.
+pub const TABLE: &str = "| room of `workers/src` | holds | may import |";
 
 /// The imports that a table does not allow, and the entries that no import uses.
 fn differences(rooms: &Graph, table: &Graph) -> (BTreeSet<String>, BTreeSet<String>) {
@@ -127,7 +127,7 @@ fn differences(rooms: &Graph, table: &Graph) -> (BTreeSet<String>, BTreeSet<Stri
 
 #[test]
 fn rooms_of_the_machine_import_what_the_map_allows() {
-    let row = |row: Vec<Vec<String>>| (row[0][0].clone(), row[1].iter().cloned().collect());
+    let row = |row: Vec<Vec<String>>| (row[0][0].clone(), row[2].iter().cloned().collect());
     let table: Graph = rows(&map(), TABLE).into_iter().map(row).collect();
     let (forbidden, unused) = differences(&rooms(&Crate::read("workers/src").imports()), &table);
     assert!(forbidden.is_empty(), "ARCHITECTURE.md does not allow these imports: {forbidden:#?}");

@@ -1,7 +1,7 @@
 //! A maximal independent set of the conflict graph of sites, on the machine.
 //!
 //! **Statement.** Sites p and q of sizes f(p) and f(q) conflict iff `|p - q| < min(f(p), f(q))` (paper, Section 5, as
-//! ARCHITECTURE reads it). The conflict graph is the density graph with alpha 1 of balls with given radii, except that
+//! the guide reads it). The conflict graph is the density graph with alpha 1 of balls with given radii, except that
 //! the density graph compares with `<=`. The squared radius of a site is therefore the float below its squared size,
 //! which turns `<=` into `<` without rounding.
 //!

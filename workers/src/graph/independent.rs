@@ -30,8 +30,8 @@
 //! informs the neighbours is the copy-scan that fills these copies. All leaves proceed in lockstep. A leaf with
 //! undecided points was charged for every earlier round, so the leaf that takes the most rounds is the longest chain.
 //!
-//! **Departures.** Candidates are adjacent if they are closer than the *smaller* of their sizes ("The paper, as read"
-//! in ARCHITECTURE.md). The graph uses `<=`. The caller makes the comparison strict by passing the largest float below
+//! **Departures.** Candidates are adjacent if they are closer than the *smaller* of their sizes (the guide,
+//! "Section 5: point sets for meshes"). The graph uses `<=`. The caller makes the comparison strict by passing the largest float below
 //! the squared size as the squared radius.
 
 use std::collections::BTreeMap;
