@@ -95,7 +95,8 @@ fn the_rules_cover_every_crate() {
 #[test]
 fn a_planted_room_and_a_planted_row_are_found() {
     let machine = format!("{MACHINE}\n| --- | --- | --- |\n| `hall` | chairs, tables | - |\n");
-    let map = format!("{machine}\n{CRATE_TABLE}\n| --- |\n| io | `src/io` | - | `read`, `cellar` | files |\n");
+    let map =
+        format!("{machine}\n{CRATE_TABLE}\n| --- |\n| io | `src/io` | - | `read`, `cellar` | files |\n");
     let (missing, unknown) = differences(&map, &[("src/io", ["read", "attic"].map(str::to_string).to_vec())]);
     assert!(missing.iter().eq(["src/io/attic"]));
     assert!(unknown.iter().eq(["src/io/cellar", "workers/src/hall"]));

@@ -127,7 +127,8 @@ pub(crate) fn finish<P: Point>(
 }
 
 /// Why a triangulation has no supergraph to report.
-const NO_SUPERGRAPH: &str = "triangulate uses no supergraph: the interface exchange finds neighbours by circumspheres";
+const NO_SUPERGRAPH: &str =
+    "triangulate uses no supergraph: the interface exchange finds neighbours by circumspheres";
 
 fn sorted_edges(flat: &[u64]) -> Vec<(u64, u64)> {
     let mut edges: Vec<(u64, u64)> = flat.chunks_exact(2).map(|e| (e[0].min(e[1]), e[0].max(e[1]))).collect();
