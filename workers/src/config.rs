@@ -158,6 +158,11 @@ pub struct WorkerConfig {
 }
 
 impl WorkerConfig {
+    /// The number of ranks: the workers and the coordinator.
+    pub fn ranks(&self) -> u32 {
+        self.workers + 1
+    }
+
     /// The sampler of an attempt at a subproblem.
     pub(crate) fn sampler(&self, key: DrawKey, population: u64) -> Sampler {
         if self.tree.balanced {

@@ -31,13 +31,13 @@ pub(crate) struct Collected<P> {
 }
 
 impl<P> Collected<P> {
-    /// Checks that the ledgers of all workers arrived.
-    pub(crate) fn check_ledgers(&self, workers: u32) -> Result<(), Error> {
+    /// Checks that the ledgers of all ranks arrived.
+    pub(crate) fn check_ledgers(&self, ranks: u32) -> Result<(), Error> {
         let arrived = self.share.counted.parts;
-        if arrived == workers {
+        if arrived == ranks {
             return Ok(());
         }
-        Err(incomplete(format!("{arrived} of {workers} ledgers arrived")))
+        Err(incomplete(format!("{arrived} of {ranks} ledgers arrived")))
     }
 }
 

@@ -50,7 +50,7 @@ fn empty<P: Point>(input: usize, ready: &Prepared<'_, P>, settled: Settled) -> R
 pub(crate) fn certify<P: Point>(
     collected: &Collected<P>,
     population: u64,
-    workers: u32,
+    ranks: u32,
 ) -> Result<Option<Refutation>, Error> {
     let Share { pieces, cells, certified, counted, .. } = &collected.share;
     let merged = &certified.merged;
@@ -60,10 +60,10 @@ pub(crate) fn certify<P: Point>(
     let rows = ((of_stars + of_pieces) / (P::DIM + 1)) as u64;
     // Stars that disagree send no cells.
     let expected = if passed { merged.cells } else { 0 };
-    if rows != expected || counted.parts != workers {
+    if rows != expected || counted.parts != ranks {
         let parts = counted.parts;
         return Err(incomplete(format!(
-            "{rows} of {expected} cells and {parts} of {workers} ledgers arrived"
+            "{rows} of {expected} cells and {parts} of {ranks} ledgers arrived"
         )));
     }
     let refutation = Refutation {

@@ -14,7 +14,7 @@ use super::share::Certificate;
 use crate::machine::collectives::Reports;
 use crate::machine::context::Context;
 
-/// The points that the workers have sent in a gathering.
+/// The points that the ranks have sent in a gathering.
 #[derive(Debug)]
 pub(crate) struct Region<P> {
     points: PointBatch<P>,
@@ -28,7 +28,7 @@ impl<P> Default for Region<P> {
 }
 
 impl<P: Point> Region<P> {
-    /// Takes the points of a round. Once every worker has sent its points, triangulates them, and sends every unresolved
+    /// Takes the points of a round. Once every rank has sent its points, triangulates them, and sends every unresolved
     /// star its neighbours among them.
     pub(crate) fn receive(&mut self, cx: &mut Context<P>, outcome: Outcome, certificate: &mut Certificate) {
         let mut batches = cx.take(|m| match &mut m.body {
@@ -38,7 +38,7 @@ impl<P: Point> Region<P> {
         for points in &mut batches {
             self.points.append(points);
         }
-        if self.reports.complete(batches.len(), cx.config().workers) {
+        if self.reports.complete(batches.len(), cx.config().ranks()) {
             let points = std::mem::take(&mut self.points);
             let members = members_of(&points);
             certificate.note_gathered(reason(outcome), members.len() as u64);

@@ -52,7 +52,7 @@ pub struct Selected {
 pub struct Counted {
     /// The ledgers of all ranks.
     pub ledger: LedgerPart,
-    /// Number of workers whose ledgers have arrived.
+    /// Number of ranks whose ledgers have arrived.
     pub parts: u32,
     /// The record of tasks, if the run keeps one.
     pub tasks: Option<Box<TaskLog>>,
@@ -141,7 +141,7 @@ impl<P: Point> Share<P> {
     /// Takes the results of a round.
     ///
     /// # Errors
-    /// If a worker's ledger does not decode.
+    /// If a ledger does not decode.
     pub(crate) fn receive(&mut self, cx: &mut Context<P>) -> Result<(), TransportError> {
         let with_leaves = cx.config().shown.with_leaves;
         let results = cx.take(|m| {

@@ -74,8 +74,8 @@ pub fn choose(wanted: Wanted, sample: u64, certified: &[u64], population: u64) -
     (Supergraph::Knn { k }, why)
 }
 
-/// Chooses the supergraph. Each worker samples stars and reports how many of them each alpha certifies. The coordinator
-/// sums the reports and broadcasts the supergraph. Only its result contains the reason.
+/// Chooses the supergraph. Each rank samples stars and reports how many of them each alpha certifies. The coordinator
+/// sums the reports and sends the supergraph to every rank. Only its result contains the reason.
 pub(crate) async fn choice<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -88,31 +88,28 @@ pub(crate) async fn choice<P: Point>(
     let mut descent = Descent::new(subdomain, search, &[]);
     descent.launch(cx, table, &balls, None);
     let mut samples = report_samples(cx, table, balls, &descent);
-    let (mut chosen, mut counts) = (None, SampleCounts::default());
+    let (mut chosen, mut why, mut counts) = (None, None, SampleCounts::default());
     while cx.exchange().await? {
         descent.receive(cx, table)?;
         samples = samples.and_then(|balls| report_samples(cx, table, balls, &descent));
         if cx.is_coordinator() {
-            chosen = counts.receive(cx, population).or(chosen);
+            why = counts.receive(cx, population).or(why);
         }
         let received = cx.take(|m| match m.body {
             Body::Choice(message::Choice(rule)) => Some(rule),
             _ => None,
         });
-        chosen = received.last().map(|&rule| Choice { supergraph: Some(rule), why: None }).or(chosen);
+        chosen = received.last().copied().or(chosen);
     }
     descent.finish(cx);
-    chosen.ok_or_else(|| {
-        let reason = if cx.is_coordinator() {
-            "not all workers reported their sampled stars"
-        } else {
-            "phase choice ended without a choice"
-        };
-        TransportError::WorkerFailed { rank: cx.rank(), reason: reason.to_string() }
-    })
+    if chosen.is_none() {
+        let reason = "phase choice ended before every rank had reported its sampled stars".to_string();
+        return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
+    }
+    Ok(Choice { supergraph: chosen, why })
 }
 
-/// The sums of the reports of all workers, on the coordinator.
+/// The sums of the reports of all ranks, on the coordinator.
 #[derive(Debug, Default)]
 struct SampleCounts {
     reports: Reports,
@@ -121,8 +118,9 @@ struct SampleCounts {
 }
 
 impl SampleCounts {
-    /// Adds the reports of a round. When all workers have reported, selects the supergraph and broadcasts it.
-    fn receive<P: Point>(&mut self, cx: &mut Context<P>, population: u64) -> Option<Choice> {
+    /// Adds the reports of a round. When all ranks have reported, selects the supergraph, sends it to every rank and returns
+    /// the reason.
+    fn receive<P: Point>(&mut self, cx: &mut Context<P>, population: u64) -> Option<String> {
         let reports = cx.take(|m| match &mut m.body {
             Body::SampleStars(counts) => Some(*counts),
             _ => None,
@@ -131,13 +129,13 @@ impl SampleCounts {
             self.sum.sampled += counts.sampled;
             self.sum.certified.iter_mut().zip(counts.certified).for_each(|(sum, count)| *sum += count);
         }
-        if !self.reports.complete(reports.len(), cx.config().workers) {
+        if !self.reports.complete(reports.len(), cx.config().ranks()) {
             return None;
         }
         let SampleStars { sampled, certified } = self.sum;
         let (supergraph, why) = choose(cx.config().graph.wanted, sampled, &certified, population);
-        cx.send_to_workers(|| Body::Choice(message::Choice(supergraph)));
-        Some(Choice { supergraph: Some(supergraph), why: Some(why) })
+        cx.send_to_all(|| Body::Choice(message::Choice(supergraph)));
+        Some(why)
     }
 }
 
@@ -185,9 +183,7 @@ fn report_samples<P: Point>(
     let needed = needed_alphas(table, &balls, descent.complete());
     let certified = ALPHAS.map(|a| needed.iter().filter(|&&t| t <= a).count() as u64);
     let counts = SampleStars { sampled: needed.len() as u64, certified };
-    if !cx.is_coordinator() {
-        cx.send_to_coordinator(Body::SampleStars(counts));
-    }
+    cx.send_to_coordinator(Body::SampleStars(counts));
     None
 }
 

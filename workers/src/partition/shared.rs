@@ -39,7 +39,7 @@ pub(crate) struct Input<P> {
     pub(crate) population: u64,
     /// Points that span the space.
     pub(crate) frame: PointBatch<P>,
-    /// The block of this rank; empty on the coordinator.
+    /// The block of this rank; empty unless the rank is a member of the root's group.
     pub(crate) block: PointBatch<P>,
 }
 
@@ -51,7 +51,8 @@ pub(crate) async fn load<P: Point>(
     let mut input = Input { population: 0, frame: PointBatch::default(), block: PointBatch::default() };
     if let Some(source) = source {
         cx.enter(Phase::Load)?;
-        (input.population, input.frame) = distribute(cx, source);
+        let root = root(cx.config(), source.population());
+        distribute(cx, source, &root);
     }
     while cx.exchange().await? {
         let starts = cx.take(|m| match &mut m.body {
@@ -72,20 +73,19 @@ pub(crate) async fn load<P: Point>(
     Ok(input)
 }
 
-/// Splits the points of all ranks until each rank has its own. Returns the place of the rank in the tree, and the table
-/// of its owned points.
+/// Splits the points of all ranks until each rank has its own. `group` is the group of the root. Returns the place of the
+/// rank in the tree, and the table of its owned points.
 ///
 /// A rank that leads a group without being a member of it has no share of the points: the coordinator at the root. Its
 /// part ends with the agreement on that node.
 pub(crate) async fn partition<P: Point>(
     cx: &mut Context<P>,
-    population: u64,
+    mut group: Group,
     points: PointBatch<P>,
     mut plan: Plan,
 ) -> Result<(Subdomain<P>, Table<P>), TransportError> {
     cx.enter(Phase::Partition)?;
     let (mut path, mut led, mut unsplit) = (Vec::new(), Vec::new(), None);
-    let mut group = root(cx.config(), population);
     let mut share = group.members().contains(&cx.rank()).then_some(points);
     if let (Some(points), false) = (&share, group.is_whole()) {
         send_samples(cx, &group, 0, points);
@@ -124,7 +124,7 @@ pub(crate) async fn partition<P: Point>(
 }
 
 /// The group of the root: all workers, led by the coordinator.
-fn root(config: &WorkerConfig, population: u64) -> Group {
+pub(crate) fn root(config: &WorkerConfig, population: u64) -> Group {
     let leaf = is_leaf(config, NodeId::ROOT, population);
     Group::new(NodeId::ROOT, Child { population, first: 1, ranks: config.workers, leaf })
 }

@@ -44,9 +44,7 @@ pub(crate) async fn collect_selected<P: Point>(
     share: Share<P>,
 ) -> Result<Share<P>, TransportError> {
     cx.enter(Phase::Collect)?;
-    if !cx.is_coordinator() {
-        cx.send_to_coordinator(selection.into_message(table, fixed));
-    }
+    cx.send_to_coordinator(selection.into_message(table, fixed));
     collect(cx, share).await
 }
 
@@ -62,7 +60,7 @@ pub(crate) async fn collect_cells<P: Point>(
 ) -> Result<Share<P>, TransportError> {
     cx.enter(Phase::Collect)?;
     let Instance { population, supergraph } = certified.instance();
-    if certified.has_passed() && !cx.is_coordinator() {
+    if certified.has_passed() {
         if cx.config().shown.view > 0 {
             add_picture_data(&mut table, &mut stars);
             let results = Results::new(subdomain, StarsView::new(&table, &stars), supergraph);
@@ -84,9 +82,8 @@ async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<S
     cx.exchange_if(true).await?;
     if cx.is_coordinator() {
         share.receive(cx)?;
-    } else {
-        send_ledger(cx);
     }
+    send_ledger(cx);
     while cx.exchange().await? {
         if cx.is_coordinator() {
             share.receive(cx)?;
@@ -94,7 +91,6 @@ async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<S
     }
     if cx.is_coordinator() {
         cx.enter(Phase::Done)?;
-        share.counted.ledger.merge(cx.ledger());
     }
     Ok(share)
 }

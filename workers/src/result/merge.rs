@@ -148,8 +148,8 @@ pub(crate) async fn merge<P: Point>(
         for (node, own) in root.map(|own| (NodeId::ROOT, own)).into_iter().chain(joined) {
             if node == NodeId::ROOT && cx.is_coordinator() {
                 let decision = judge(own, pass.population, pass.number);
-                cx.send_to_workers(|| Body::Outcome(decision));
-                (outcome, whole) = (Some(decision), own);
+                cx.send_to_all(|| Body::Outcome(decision));
+                whole = own;
             } else {
                 send_up(cx, subdomain, node, own);
             }
@@ -157,12 +157,8 @@ pub(crate) async fn merge<P: Point>(
         outcome = take_outcome(cx).or(outcome);
     }
     let outcome = outcome.ok_or_else(|| {
-        let reason = if cx.is_coordinator() {
-            "not all results reached the root"
-        } else {
-            "it received no decision on the certificate"
-        };
-        TransportError::WorkerFailed { rank: cx.rank(), reason: reason.to_string() }
+        let reason = "phase merge ended without a decision on the certificate".to_string();
+        TransportError::WorkerFailed { rank: cx.rank(), reason }
     })?;
     Ok(MergedResult { outcome, owned_cells, whole })
 }
