@@ -62,9 +62,7 @@ pub(crate) fn certify<P: Point>(
     let expected = if passed { merged.cells } else { 0 };
     if rows != expected || counted.parts != ranks {
         let parts = counted.parts;
-        return Err(incomplete(format!(
-            "{rows} of {expected} cells and {parts} of {ranks} ledgers arrived"
-        )));
+        return Err(incomplete(format!("{rows} of {expected} cells and {parts} of {ranks} ledgers arrived")));
     }
     let refutation = Refutation {
         disagreements: merged.disagreements,
