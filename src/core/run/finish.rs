@@ -54,7 +54,7 @@ pub(crate) fn certify<P: Point>(
 ) -> Result<Option<Refutation>, Error> {
     let Share { pieces, cells, certified, counted, .. } = &collected.share;
     let merged = &certified.merged;
-    let passed = merged.stars == population && merged.disagreements == 0 && merged.minima == 1;
+    let passed = merged.is_certified(population);
     let of_pieces: usize = pieces.iter().map(|p| p.rows.len() / 2).sum();
     let of_stars: usize = cells.parts.iter().map(Vec::len).sum();
     let rows = ((of_stars + of_pieces) / (P::DIM + 1)) as u64;

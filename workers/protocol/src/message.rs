@@ -197,6 +197,12 @@ pub struct Merged {
 }
 
 impl Merged {
+    /// Returns `true` if the result of a set of `population` points fulfils the three clauses of the certificate: every
+    /// point has a star, all stars agree, and exactly one point has no lexicographically smaller neighbour.
+    pub fn is_certified(&self, population: u64) -> bool {
+        self.stars == population && self.disagreements == 0 && self.minima == 1
+    }
+
     /// The union of two disjoint results.
     pub fn join(&mut self, other: &Merged) {
         self.stars += other.stars;

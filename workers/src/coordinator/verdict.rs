@@ -8,8 +8,7 @@ use septet_protocol::outcome::Outcome;
 
 /// Decides on the merged result of a set of `population` points after pass number `pass`.
 pub(crate) fn judge(merged: Merged, population: u64, pass: u32) -> Outcome {
-    let passed = merged.stars == population && merged.disagreements == 0 && merged.minima == 1;
-    match (passed, pass) {
+    match (merged.is_certified(population), pass) {
         (true, _) => Outcome::Passed,
         (false, 0) => Outcome::GatherUnresolved,
         (false, 1) => Outcome::GatherAll,

@@ -25,7 +25,7 @@ use septet_protocol::transport::TransportError;
 use crate::machine::context::Context;
 use crate::machine::tasks::Reach;
 use crate::state::ghosts::Ghosts;
-use crate::state::subdomain::{Entry, Shared, Subdomain, Way};
+use crate::state::subdomain::{Shared, Subdomain, Way};
 use crate::state::table::Table;
 use crate::state::tree::{Split, Tree, owned_groups};
 
@@ -214,12 +214,8 @@ impl<'a, P: Point> GhostPush<'a, P> {
             Body::Ghosts(points) => Some((m.node, std::mem::take(points))),
             _ => None,
         }) {
-            let start = match self.subdomain.entry(node, cx.rank()) {
-                Entry::Relay(holder) => {
-                    cx.send(holder, node, 0, Body::Ghosts(points));
-                    continue;
-                }
-                Entry::Here(start) => start,
+            let Some((start, points)) = self.subdomain.receive(cx, node, points, Body::Ghosts) else {
+                continue;
             };
             let indices = table.intern_all(&points);
             // The task record contains owned points only.

@@ -71,6 +71,19 @@ impl<P: Point> Context<P> {
         self.send(group.leader, group.node, attempt, body);
     }
 
+    /// Sends the value of a node to the leader of its parent, one of the groups of `path`. Sends nothing for the root.
+    pub(crate) fn contribute_up<'a>(
+        &mut self,
+        path: impl IntoIterator<Item = &'a Group>,
+        node: NodeId,
+        body: Body<P>,
+    ) {
+        let parent = node.parent();
+        if let Some(group) = path.into_iter().find(|group| Some(group.node) == parent) {
+            self.send(group.leader, node, 0, body);
+        }
+    }
+
     /// Sends a body about the whole set to the coordinator.
     pub(crate) fn send_to_coordinator(&mut self, body: Body<P>) {
         self.send(COORDINATOR, NodeId::ROOT, 0, body);

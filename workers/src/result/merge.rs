@@ -14,7 +14,7 @@ use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::measure::Diameters;
 use septet_geometry::point::Point;
-use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Merged, Message};
 use septet_protocol::outcome::Outcome;
@@ -239,11 +239,10 @@ fn joined(both: [Merged; 2]) -> (Cost, Merged) {
 
 /// Sends the result of a node to the leader of its parent. Sends the result of the root to rank 0.
 fn send_up<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, node: NodeId, merged: Merged) {
-    let Some(parent) = node.parent() else {
-        return cx.send(COORDINATOR, node, 0, Body::Merged(merged));
-    };
-    if let Some(shared) = subdomain.path().iter().find(|s| s.id() == parent) {
-        cx.send(shared.leader(), node, 0, Body::Merged(merged));
+    if node == NodeId::ROOT {
+        cx.send_to_coordinator(Body::Merged(merged));
+    } else {
+        cx.contribute_up(subdomain.groups(), node, Body::Merged(merged));
     }
 }
 
