@@ -10,6 +10,8 @@
 use bincode::{Decode, Encode};
 use serde::{Deserialize, Serialize};
 
+use crate::ids::Phase;
+
 /// The samples of an attempt at a node: path, attempt, and pairs of a block and its number of samples.
 pub type SampleRow = (u64, u32, Vec<(u32, u32)>);
 
@@ -36,7 +38,7 @@ pub struct TaskLog {
     pub samples: Vec<SampleRow>,
     /// Balls or points that leave the path to their own leaf: phase, leaf, node that they reach, their number, entries of
     /// the lists found there, and distinct points in these lists.
-    pub reach: Vec<(u8, u32, u64, u64, u64, u64)>,
+    pub reach: Vec<(Phase, u32, u64, u64, u64, u64)>,
     /// Whether a sample chose the supergraph.
     pub chosen: bool,
     /// Edges of nearest neighbours that are sent to their other end: leaf, leaf of the other end, number.
@@ -45,21 +47,21 @@ pub struct TaskLog {
     /// the point, one of these leaves, the leaf before it in this order, and the number of points. For the first leaf, the
     /// leaf of the point is the one before it. The leaves of a worker are consecutive. So the number of workers that
     /// receive a point is the number of rows whose leaf is on another worker than the leaf before it.
-    #[serde(default)]
-    pub tellers: Vec<(u32, u32, u32, u64)>,
+    #[serde(default, rename = "tellers")]
+    pub senders: Vec<(u32, u32, u32, u64)>,
     /// Sums that two leaves must agree on: number of the check, both leaves, low and high half of the sum, pairs.
     pub agreement: Vec<(u32, u32, u32, u64, u64, u64)>,
     /// Proposals and objections between the stars of two leaves.
-    pub exchange: Vec<Said>,
+    pub exchange: Vec<SentCells>,
     /// Cells of each leaf.
     pub cells: Vec<u64>,
     /// Charges: phase, node, work, depth.
-    pub charges: Vec<(u8, u64, u64, u64)>,
+    pub charges: Vec<(Phase, u64, u64, u64)>,
 }
 
 /// Proposals or objections from the stars of one leaf to those of another in one step of splaying.
 #[derive(Clone, Debug, Default, PartialEq, Encode, Decode, Serialize, Deserialize)]
-pub struct Said {
+pub struct SentCells {
     /// The step of the phase.
     pub step: u32,
     /// Whether these are objections. If not, they are proposals.

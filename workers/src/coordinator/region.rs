@@ -7,7 +7,7 @@ use septet_geometry::incremental::{Incremental, insertion_order};
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Rank};
-use septet_protocol::message::{Body, PointBatch};
+use septet_protocol::message::{Body, PointBatch, UNKNOWN_RADIUS2, is_wanted};
 use septet_protocol::outcome::Outcome;
 
 use super::share::Certificate;
@@ -69,7 +69,7 @@ fn members_of<P: Point>(region: &PointBatch<P>) -> Vec<Member> {
     let mut places: BTreeMap<u64, Member> = BTreeMap::new();
     for at in 0..region.len() {
         let member = places.entry(region.ids[at]).or_insert(Member { at, unresolved: false });
-        member.unresolved |= region.radii2[at] > 0.0;
+        member.unresolved |= is_wanted(region.radii2[at]);
     }
     places.into_values().collect()
 }
@@ -108,7 +108,7 @@ fn reply<P: Point>(cx: &mut Context<P>, region: &PointBatch<P>, members: &[Membe
         batch.counts.push(around.len() as u32);
         for v in around {
             let at = members[v as usize].at;
-            batch.points.push(region.ids[at], region.positions[at], region.owners[at], f64::INFINITY);
+            batch.points.push(region.ids[at], region.positions[at], region.owners[at], UNKNOWN_RADIUS2);
         }
     }
     for (rank, Neighbourhoods { vertices, counts, points }) in batches {

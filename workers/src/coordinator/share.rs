@@ -49,7 +49,7 @@ pub struct Selected {
 
 /// The counts of the machine.
 #[derive(Clone, Debug, Default)]
-pub struct Counted {
+pub struct MachineCounts {
     /// The ledgers of all ranks.
     pub ledger: LedgerPart,
     /// Number of ranks whose ledgers have arrived.
@@ -100,7 +100,7 @@ pub struct Share<P> {
     /// The independent set, if the task asks for one.
     pub selected: Selected,
     /// The counts.
-    pub counted: Counted,
+    pub counted: MachineCounts,
     /// The workers' parts of the picture, in the order of arrival.
     pub views: Vec<ViewPart<P>>,
     /// The certificate.
@@ -116,7 +116,7 @@ impl<P> Default for Share<P> {
             cells: CellRows::default(),
             edges: Vec::new(),
             selected: Selected::default(),
-            counted: Counted::default(),
+            counted: MachineCounts::default(),
             views: Vec::new(),
             certified: Certificate::default(),
             choice: Choice::default(),

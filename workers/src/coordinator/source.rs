@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use septet_geometry::point::Point;
 use septet_protocol::ids::COORDINATOR;
-use septet_protocol::message::{Body, PointBatch};
+use septet_protocol::message::{Body, PointBatch, UNKNOWN_RADIUS2};
 
 use crate::machine::collectives::Group;
 use crate::machine::context::Context;
@@ -26,7 +26,7 @@ pub(crate) fn distribute<P: Point>(cx: &mut Context<P>, source: &dyn Source<P>, 
     let population = source.population();
     let mut frame = PointBatch::default();
     for (id, position) in source.frame() {
-        frame.push(id, position, COORDINATOR, f64::INFINITY);
+        frame.push(id, position, COORDINATOR, UNKNOWN_RADIUS2);
     }
     cx.send_to_all(|| Body::Start { population, frame: frame.clone() });
     let blocks = root.child.ranks;

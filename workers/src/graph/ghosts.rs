@@ -19,7 +19,7 @@ use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::ledger::Account;
-use septet_protocol::message::{Body, Message, PointBatch};
+use septet_protocol::message::{Body, Message, PointBatch, UNKNOWN_RADIUS2};
 use septet_protocol::transport::TransportError;
 
 use crate::machine::context::Context;
@@ -114,7 +114,7 @@ impl<'a, P: Point> GhostWalk<'a, P> {
         let (subdomain, rule, shared_sweeps) = (self.subdomain, self.rule, &mut self.counts.shared);
         let reach = |level: usize, shared: &Shared<P>| {
             shared_sweeps[level].visit();
-            let max2 = |side: usize| shared.summaries().map_or(f64::INFINITY, |s| s[side].max_radius2);
+            let max2 = |side: usize| shared.summaries().map_or(UNKNOWN_RADIUS2, |s| s[side].max_radius2);
             [0, 1].map(|side| {
                 let is_own = x.own_leaf.is_some() && side == shared.mine();
                 is_own || reaches(rule, shared.split(), side, max2(side), x)

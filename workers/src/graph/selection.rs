@@ -28,7 +28,7 @@ use septet_geometry::point::{Point, dist2};
 use septet_geometry::separator::{DrawKey, Sampler};
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Account;
-use septet_protocol::message::{self, Body, SampleStars};
+use septet_protocol::message::{Body, ChosenSupergraph, SampleStars};
 use septet_protocol::transport::TransportError;
 
 use crate::config::Wanted;
@@ -96,7 +96,7 @@ pub(crate) async fn choice<P: Point>(
             why = counts.receive(cx, population).or(why);
         }
         let received = cx.take(|m| match m.body {
-            Body::Choice(message::Choice(rule)) => Some(rule),
+            Body::Choice(ChosenSupergraph(rule)) => Some(rule),
             _ => None,
         });
         chosen = received.last().copied().or(chosen);
@@ -134,7 +134,7 @@ impl SampleCounts {
         }
         let SampleStars { sampled, certified } = self.sum;
         let (supergraph, why) = choose(cx.config().graph.wanted, sampled, &certified, population);
-        cx.send_to_all(|| Body::Choice(message::Choice(supergraph)));
+        cx.send_to_all(|| Body::Choice(ChosenSupergraph(supergraph)));
         Some(why)
     }
 }
@@ -181,14 +181,14 @@ fn report_samples<P: Point>(
         return Some(balls);
     }
     let needed = needed_alphas(table, &balls, descent.complete());
-    let certified = ALPHAS.map(|a| needed.iter().filter(|&&t| t <= a).count() as u64);
+    let certified = ALPHAS.map(|a| needed.iter().flatten().filter(|&&t| t <= a).count() as u64);
     let counts = SampleStars { sampled: needed.len() as u64, certified };
     cx.send_to_coordinator(Body::SampleStars(counts));
     None
 }
 
-/// For each sampled star, the smallest alpha that certifies it. Infinite if the searched ball is too small.
-fn needed_alphas<P: Point>(table: &Table<P>, samples: &[Ball], sampled: &CompletedLists) -> Vec<f64> {
+/// For each sampled star, the smallest alpha that certifies it. `None` if the searched ball is too small.
+fn needed_alphas<P: Point>(table: &Table<P>, samples: &[Ball], sampled: &CompletedLists) -> Vec<Option<f64>> {
     let mut builder = StarBuilder::default();
     let mut facets: Vec<P::Facet> = Vec::new();
     // Samples are in the order of their indices.
@@ -202,20 +202,20 @@ fn needed_alphas<P: Point>(table: &Table<P>, samples: &[Ball], sampled: &Complet
         let is_whole = candidates.len() < MOST_CANDIDATES as usize;
         let known2 = if is_whole { radius2(point).unwrap_or(0.0) } else { farthest2 };
         if !builder.build(table.positions(), point, candidates, &mut Cost::default()) {
-            return f64::INFINITY;
+            return None;
         }
         facets.clear();
         builder.facets(&mut facets);
         let mut most2: f64 = 0.0;
         for facet in &facets {
             if facet.as_ref().contains(&INFINITE) {
-                return f64::INFINITY;
+                return None;
             }
-            let Some(cell) = finite_cell::<P>(point, facet) else { return f64::INFINITY };
+            let cell = finite_cell::<P>(point, facet)?;
             let corners: Vec<P> = cell.as_ref().iter().map(|&v| table.positions()[v as usize]).collect();
             most2 = most2.max(circumradius2(&corners));
         }
-        if 4.0 * most2 > known2 { f64::INFINITY } else { (4.0 * most2 / nearest2).sqrt() }
+        (4.0 * most2 <= known2).then(|| (4.0 * most2 / nearest2).sqrt())
     };
     sampled.iter().map(star).collect()
 }

@@ -126,7 +126,7 @@ pub(crate) fn draw<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32) -
 
 /// Decides on an attempt at a node from the counts that arrived: accepts the separator, retries, or leaves the node
 /// unsplit. Sends the decision to the members, and the plans of the children to their leaders.
-pub(crate) fn judge<P: Point>(
+pub(crate) fn decide<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
     attempt: u32,
@@ -170,7 +170,10 @@ pub(crate) fn judge<P: Point>(
         facts.separator = separator.as_ref().map_or(0, separator_hash);
         send_plan(cx, group, children, plan);
     }
-    cx.broadcast(group, attempt, || Body::Decision { verdict: decision.clone(), boxes: Bulk(boxes.clone()) });
+    cx.broadcast(group, attempt, || Body::Decision {
+        decision: decision.clone(),
+        boxes: Bulk(boxes.clone()),
+    });
     decision
 }
 

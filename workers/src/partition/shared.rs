@@ -26,7 +26,7 @@ use septet_protocol::transport::TransportError;
 use crate::config::{Task, WorkerConfig};
 use crate::coordinator::{Source, distribute};
 use crate::machine::context::Context;
-use crate::partition::leader::{Plan, draw, is_leaf, judge, separator_of};
+use crate::partition::leader::{Plan, decide, draw, is_leaf, separator_of};
 use crate::partition::local::{Builder, Grown};
 use crate::state::subdomain::{Group, Shared, Subdomain, Subtree, Unsplit};
 use crate::state::table::Table;
@@ -168,7 +168,7 @@ async fn agree<P: Point>(
         };
         // To the leader: the numbers of points on both sides.
         cx.next_round().await?;
-        let decision = drawn.map(|drawn| judge(cx, group, attempt, drawn, plan));
+        let decision = drawn.map(|drawn| decide(cx, group, attempt, drawn, plan));
         // To the members: the decision.
         cx.next_round().await?;
         let Some(points) = &share else {
@@ -180,12 +180,12 @@ async fn agree<P: Point>(
         };
         plan.extend(take_plan(cx));
         let (decision, boxes) = cx.take_one(|m| match &mut m.body {
-            Body::Decision { verdict, boxes } => Some((verdict.clone(), std::mem::take(&mut boxes.0))),
+            Body::Decision { decision, boxes } => Some((decision.clone(), std::mem::take(&mut boxes.0))),
             _ => None,
         })?;
         match (decision, counted, boxes.as_slice()) {
             (Decision::Retry, _, _) => send_samples(cx, group, attempt + 1, points),
-            (Decision::Split(children), Some(Counted { separator, sides }), &[a, b, c, d]) => {
+            (Decision::Split(children), Some(CountedSides { separator, sides }), &[a, b, c, d]) => {
                 let split = Split::new(separator, [(a, b), (c, d)]);
                 return Ok(Some(Agreed { children, part: Some(Part { split, sides }) }));
             }
@@ -250,7 +250,7 @@ fn send_samples<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32, poin
 }
 
 /// The sides of a member's share at a separator.
-struct Counted<P> {
+struct CountedSides<P> {
     separator: Separator<P>,
     /// The side of each point.
     sides: Vec<u8>,
@@ -262,7 +262,7 @@ fn count_sides<P: Point>(
     group: &Group,
     attempt: u32,
     points: &PointBatch<P>,
-) -> Result<Option<Counted<P>>, TransportError> {
+) -> Result<Option<CountedSides<P>>, TransportError> {
     let words = cx.take_one(|m| match &mut m.body {
         Body::Sphere(words) => Some(std::mem::take(&mut words.0)),
         _ => None,
@@ -279,7 +279,7 @@ fn count_sides<P: Point>(
     let [a, b] = counted.boxes;
     let boxes = Bulk(vec![a.0, a.1, b.0, b.1]);
     cx.contribute(group, attempt, Body::Counts { inside, outside, boxes });
-    Ok(Some(Counted { separator, sides: counted.of }))
+    Ok(Some(CountedSides { separator, sides: counted.of }))
 }
 
 fn take_moves<P: Point>(cx: &mut Context<P>) -> Vec<PointBatch<P>> {

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::hash::Draw;
 use septet_protocol::ids::{COORDINATOR, NodeId, Rank};
-use septet_protocol::message::{Child, PointBatch};
+use septet_protocol::message::{Child, PointBatch, UNKNOWN_RADIUS2};
 
 use super::*;
 use crate::config::{Correction, Fault, SetRule, Task, Wanted, WorkerConfig};
@@ -20,7 +20,7 @@ async fn with_everyone<P: Point>(mut cx: Context<P>, points: &[P]) -> Result<Sha
     let (population, ranks) = (points.len() as u64, cx.config().ranks());
     let mut frame = PointBatch::default();
     for (id, &position) in points.iter().enumerate().take(P::DIM + 1) {
-        frame.push(id as u64, position, COORDINATOR, f64::INFINITY);
+        frame.push(id as u64, position, COORDINATOR, UNKNOWN_RADIUS2);
     }
     let at = |rank: Rank| points.len() * rank as usize / ranks as usize;
     let range = at(cx.rank())..at(cx.rank() + 1);
@@ -93,7 +93,7 @@ fn ways(workers: u32) -> Vec<(&'static str, WorkerConfig)> {
         way("auto", &|c| c.graph.wanted = Wanted::AutoDensity),
         way("both", &|c| (c.graph.wanted, c.graph.sets) = (density, SetRule::Both)),
         way("smaller", &|c| (c.graph.wanted, c.graph.sets) = (density, SetRule::Smaller)),
-        way("bottom-up", &|c| (c.graph.wanted, c.graph.correction) = (density, Correction::Naive)),
+        way("bottom-up", &|c| (c.graph.wanted, c.graph.correction) = (density, Correction::BottomUp)),
         way("picture", &|c| (c.shown.view, c.shown.with_leaves, c.shown.collect_graph) = (100, true, true)),
         way("gathered", &|c| {
             (c.graph.wanted, c.exchange_cap) = (Wanted::Fixed(Supergraph::Knn { k: 4 }), Some(0))

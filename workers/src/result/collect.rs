@@ -9,7 +9,7 @@ use septet_protocol::message::Body;
 use septet_protocol::transport::TransportError;
 
 use crate::coordinator::Share;
-use crate::direct::subdomain_triangulation::{CellRows, SEAM};
+use crate::direct::subdomain_triangulation::{AdjacencyRows, INTERFACE};
 use crate::graph::independent::Selection;
 use crate::machine::context::Context;
 use crate::result::certify::{Certified, Instance};
@@ -183,7 +183,7 @@ fn send_subdomain<P: Point>(
     table: Table<P>,
     mut stars: Stars<P>,
 ) {
-    let CellRows { rows, open } = match stars.take_triangulation() {
+    let AdjacencyRows { rows, open } = match stars.take_triangulation() {
         Some(triangulation) => triangulation.into_rows(),
         None => rows_of_links(StarsView::new(&table, &stars)),
     };
@@ -197,8 +197,8 @@ fn send_subdomain<P: Point>(
 }
 
 /// Returns the cells that belong to this rank, from links. Matches facets to find neighbours. A facet without a match gets the
-/// entry [`SEAM`], although it may be on the hull.
-fn rows_of_links<P: Point>(view: StarsView<'_, P>) -> CellRows {
+/// entry [`INTERFACE`], although it may be on the hull.
+fn rows_of_links<P: Point>(view: StarsView<'_, P>) -> AdjacencyRows {
     let table = view.table();
     let mut cells = Vec::new();
     for vertex in table.owned() {
@@ -219,7 +219,7 @@ fn rows_of_links<P: Point>(view: StarsView<'_, P>) -> CellRows {
         })
         .collect();
     facets.sort_unstable();
-    let mut neighbours = vec![SEAM; cells.len()];
+    let mut neighbours = vec![INTERFACE; cells.len()];
     for pair in facets.chunk_by(|a, b| a.0 == b.0) {
         if let &[(_, a), (_, b)] = pair {
             neighbours[a as usize] = b / corners as u32;
@@ -227,9 +227,9 @@ fn rows_of_links<P: Point>(view: StarsView<'_, P>) -> CellRows {
         }
     }
     let across = || neighbours.chunks_exact(corners);
-    let open = (0..).zip(across()).filter(|(_, across)| across.contains(&SEAM)).map(|(cell, _)| cell);
+    let open = (0..).zip(across()).filter(|(_, across)| across.contains(&INTERFACE)).map(|(cell, _)| cell);
     let rows = cells.chunks_exact(corners).zip(across());
-    CellRows {
+    AdjacencyRows {
         rows: rows.flat_map(|(cell, across)| cell.iter().chain(across)).copied().collect(),
         open: open.collect(),
     }

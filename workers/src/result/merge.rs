@@ -20,14 +20,14 @@ use septet_protocol::message::{Body, Merged, Message};
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
-use crate::coordinator::judge;
+use crate::coordinator::decide;
 use crate::direct::subdomain_triangulation::SubdomainTriangulation;
-pub use crate::direct::subdomain_triangulation::{HULL, SEAM};
+pub use crate::direct::subdomain_triangulation::{HULL, INTERFACE};
 use crate::machine::collectives::{Reduction, Rising};
 use crate::machine::context::Context;
 use crate::stars::check::Agreement;
 use crate::stars::owned::StarsView;
-use crate::state::cells::{smallest_vertex, star_cell};
+use crate::state::cells::{first_coordinate, smallest_vertex, star_cell};
 use crate::state::subdomain::{Group, Subdomain};
 use crate::state::tree::{Tree, owned_groups};
 
@@ -147,7 +147,7 @@ pub(crate) async fn merge<P: Point>(
             .join(subdomain.led(), arrived, |group, both, sent| join_results(cx, pass, group, both, sent));
         for (node, own) in root.map(|own| (NodeId::ROOT, own)).into_iter().chain(joined) {
             if node == NodeId::ROOT && cx.is_coordinator() {
-                let decision = judge(own, pass.population, pass.number);
+                let decision = decide(own, pass.population, pass.number);
                 cx.send_to_all(|| Body::Outcome(decision));
                 whole = own;
             } else {
@@ -343,7 +343,7 @@ impl FacetClass {
 #[inline]
 pub(super) fn classify<P: Point>(positions: &[P], vertex: u32, facet: &P::Facet) -> FacetClass {
     let cell = star_cell::<P>(vertex, facet);
-    let first = |v: u32| positions.get(v as usize).map_or(f64::INFINITY, |x| x.coord(0));
+    let first = |v: u32| first_coordinate(positions, v);
     let is_smallest = smallest_vertex(positions, cell.as_ref(), first) == vertex;
     let is_finite = facet.as_ref().iter().all(|&v| v != INFINITE);
     FacetClass { is_smallest, is_finite }

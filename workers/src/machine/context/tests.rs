@@ -146,7 +146,7 @@ fn what_has_no_place_is_refused() {
     let late = deliver(vec![start(), None, Some(vec![Body::Block(PointBatch::default())])]);
     assert_eq!(late, "bad message from rank 2: it has no place in phase partition");
     let silent = deliver(vec![start(), None, Some(vec![]), None]);
-    assert_eq!(silent, "worker 1 failed: nothing was said in the middle of phase partition");
+    assert_eq!(silent, "worker 1 failed: no rank sent a message in the middle of phase partition");
     let twice = Body::Sphere(Bulk(vec![]));
     let twice = deliver(vec![start(), None, Some(vec![]), Some(vec![twice.clone(), twice])]);
     assert_eq!(twice, "worker 1 failed: 2 messages in phase partition where there is one");
