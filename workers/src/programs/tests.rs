@@ -68,7 +68,9 @@ fn cells<P: Point>(share: &Share<P>) -> Vec<Vec<u64>> {
         rows.map(|row| row.iter().map(|&v| piece.ids[v as usize]).collect()).collect::<Vec<Vec<u64>>>()
     };
     let mut all: Vec<Vec<u64>> = rows.chain(share.pieces.iter().flat_map(of_piece)).collect();
-    all.iter_mut().for_each(|row| row.sort_unstable());
+    for row in &mut all {
+        row.sort_unstable();
+    }
     all.sort_unstable();
     all
 }
@@ -96,7 +98,7 @@ fn ways(workers: u32) -> Vec<(&'static str, WorkerConfig)> {
         way("bottom-up", &|c| (c.graph.wanted, c.graph.correction) = (density, Correction::BottomUp)),
         way("picture", &|c| (c.shown.view, c.shown.with_leaves, c.shown.collect_graph) = (100, true, true)),
         way("gathered", &|c| {
-            (c.graph.wanted, c.exchange_cap) = (Wanted::Fixed(Supergraph::Knn { k: 4 }), Some(0))
+            (c.graph.wanted, c.exchange_cap) = (Wanted::Fixed(Supergraph::Knn { k: 4 }), Some(0));
         }),
         way("unsplit", &|c| c.fault = Some(Fault::RefuseSplit { first: NodeId(2), last: NodeId(3) })),
         way("whole", &|c| c.tree.leaf = 10_000),
