@@ -231,7 +231,7 @@ impl NeighboursArg {
     pub fn correction(self) -> Correction {
         match self {
             NeighboursArg::Descent => Correction::Descent,
-            NeighboursArg::Naive => Correction::Naive,
+            NeighboursArg::Naive => Correction::BottomUp,
         }
     }
 }

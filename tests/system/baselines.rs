@@ -130,7 +130,7 @@ fn corrected<P: Point>(points: &[P]) {
     let paper =
         simulated(Workers::Count(3), 5, LEAF).with(|c| c.graph = Graph::Density { alpha: Alpha::Value(3.0) });
     let reference = counted(points, &paper);
-    let rival = paper.clone().with(|c| c.correction = Correction::Naive);
+    let rival = paper.clone().with(|c| c.correction = Correction::BottomUp);
     let naive = over_machines(points, &rival, &reference);
     // Tree, separator sets and graph are functions of the radii, so those are the same.
     assert_eq!(graph(&naive), graph(&reference));
@@ -174,7 +174,7 @@ fn naive_depth_is_quadratic_in_the_levels() {
         let points = space(Kind::Uniform, n, 2);
         let paper = simulated(Workers::Count(1), 5, 20)
             .with(|c| c.graph = Graph::Density { alpha: Alpha::Value(3.0) });
-        let naive = counted(&points, &paper.clone().with(|c| c.correction = Correction::Naive)).ledger;
+        let naive = counted(&points, &paper.clone().with(|c| c.correction = Correction::BottomUp)).ledger;
         let descent = counted(&points, &paper).ledger;
         let heights = heights(&naive);
         for (node, charge) in naive.part.members(Phase::Neighbours) {
@@ -221,7 +221,7 @@ fn sweep(correction: Correction) -> Vec<Line> {
 /// In the plane, where log^(d/2) n is log n itself.
 #[test]
 fn the_fit_distinguishes_the_bottom_up_correction_from_the_descent() {
-    let [naive, descent] = [Correction::Naive, Correction::Descent].map(sweep);
+    let [naive, descent] = [Correction::BottomUp, Correction::Descent].map(sweep);
     let ask = |lines: &[Line], key| {
         let request = Request { x: Abscissa::PointsOverLeaf, ..Request::new(key, Some("neighbours")) };
         let answer = fit(lines, &request).unwrap();

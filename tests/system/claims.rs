@@ -63,7 +63,7 @@ fn a_clock_for_each_worker_makes_subproblems_wait() {
 
 #[test]
 fn a_correction_node_by_node_is_no_descent() {
-    let naive = LabOptions { correction: Correction::Naive, ..brief(None) };
+    let naive = LabOptions { correction: Correction::BottomUp, ..brief(None) };
     turns_with(
         naive,
         "naive correction",

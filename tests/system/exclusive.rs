@@ -219,7 +219,7 @@ fn accesses_of_rivals_are_exclusive() {
     for workers in [2, 5, 16] {
         let config = simulated(Workers::Count(workers), 0, 60).with(|c| {
             c.partition = Partition::Kd;
-            c.correction = Correction::Naive;
+            c.correction = Correction::BottomUp;
         });
         let log = logged_of(&config, true);
         let asked = log.iter().filter(|(phase, _)| *phase == Phase::Neighbours).count();

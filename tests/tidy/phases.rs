@@ -19,7 +19,7 @@ const EXCEPTIONS: [(&str, &[&str], &str); 6] = [
         &["coordinator::share", "splaying::fallback", "splaying::splay", "stars::check"],
         "it repeats the phases from check to merge until the decision is final",
     ),
-    ("result::merge", &["coordinator::verdict"], "rank 0 decides on the merged result"),
+    ("result::merge", &["coordinator::decision"], "rank 0 decides on the merged result"),
     (
         "result::merge",
         &["direct::subdomain_triangulation", "stars::owned"],

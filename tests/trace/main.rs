@@ -22,12 +22,12 @@ use septet_common::{assert_same_counts, simulated, threaded};
 use septet_core::generate::Kind as Points;
 
 /// Counts the exchanges of the machine it passes on to.
-struct Counted<P> {
+struct CountingTransport<P> {
     inner: Box<dyn Transport<P>>,
     exchanges: Arc<AtomicU64>,
 }
 
-impl<P> Transport<P> for Counted<P> {
+impl<P> Transport<P> for CountingTransport<P> {
     fn size(&self) -> u32 {
         self.inner.size()
     }
@@ -60,7 +60,7 @@ fn counted_run(path: &Path, points: &[DVec3], config: &Config) -> (Run, u64) {
     let run = traced(path, Detail::default(), || {
         run_on(points, config, true, &mut |machine| {
             let inner = launch(config.machine.transport_kind(), machine)?;
-            Ok(Box::new(Counted { inner, exchanges: exchanges.clone() }))
+            Ok(Box::new(CountingTransport { inner, exchanges: exchanges.clone() }))
         })
     });
     (run.unwrap(), exchanges.load(Ordering::Relaxed))
@@ -155,7 +155,7 @@ fn several_runs(judge: Judge) {
         threaded(Workers::Count(1), 3, 200),
         threaded(Workers::Count(2), 4, 200),
         // A phase in several passes.
-        simulated(Workers::Count(5), 5, 200).with(|c| c.correction = Correction::Naive),
+        simulated(Workers::Count(5), 5, 200).with(|c| c.correction = Correction::BottomUp),
     ];
     for (i, config) in configs.iter().enumerate() {
         let path = directory.path().join(format!("{i}.json"));

@@ -64,7 +64,8 @@ pub enum Correction {
     #[default]
     Descent,
     /// The baseline: node by node from the leaves up. Each node corrects the balls that cross its separator by a descent.
-    Naive,
+    #[serde(rename = "Naive")]
+    BottomUp,
 }
 
 impl Correction {
@@ -72,7 +73,7 @@ impl Correction {
     pub fn name(self) -> &'static str {
         match self {
             Correction::Descent => "descent",
-            Correction::Naive => "naive",
+            Correction::BottomUp => "naive",
         }
     }
 }
@@ -158,6 +159,11 @@ pub struct WorkerConfig {
 }
 
 impl WorkerConfig {
+    /// The number of ranks: the workers and the coordinator.
+    pub fn ranks(&self) -> u32 {
+        self.workers + 1
+    }
+
     /// The sampler of an attempt at a subproblem.
     pub(crate) fn sampler(&self, key: DrawKey, population: u64) -> Sampler {
         if self.tree.balanced {

@@ -83,7 +83,7 @@ impl Config {
     /// Returns an error for the first parameter that is out of range or that excludes another parameter.
     pub fn check(&self) -> Result<(), ConfigError> {
         self.check_machine()?;
-        if self.keep.tasks && self.correction == Correction::Naive {
+        if self.keep.tasks && self.correction == Correction::BottomUp {
             return Err(ConfigError::TasksOfBottomUp);
         }
         if self.keep.tasks && self.separator_sets != SeparatorSets::Ghost {

@@ -50,21 +50,19 @@ fn empty<P: Point>(input: usize, ready: &Prepared<'_, P>, settled: Settled) -> R
 pub(crate) fn certify<P: Point>(
     collected: &Collected<P>,
     population: u64,
-    workers: u32,
+    ranks: u32,
 ) -> Result<Option<Refutation>, Error> {
     let Share { pieces, cells, certified, counted, .. } = &collected.share;
     let merged = &certified.merged;
-    let passed = merged.stars == population && merged.disagreements == 0 && merged.minima == 1;
+    let passed = merged.is_certified(population);
     let of_pieces: usize = pieces.iter().map(|p| p.rows.len() / 2).sum();
     let of_stars: usize = cells.parts.iter().map(Vec::len).sum();
     let rows = ((of_stars + of_pieces) / (P::DIM + 1)) as u64;
     // Stars that disagree send no cells.
     let expected = if passed { merged.cells } else { 0 };
-    if rows != expected || counted.parts != workers {
+    if rows != expected || counted.parts != ranks {
         let parts = counted.parts;
-        return Err(incomplete(format!(
-            "{rows} of {expected} cells and {parts} of {workers} ledgers arrived"
-        )));
+        return Err(incomplete(format!("{rows} of {expected} cells and {parts} of {ranks} ledgers arrived")));
     }
     let refutation = Refutation {
         disagreements: merged.disagreements,

@@ -104,7 +104,7 @@ fn choose<P: Point>(
     let coordinator = Coordinator::new(&config.control, machine);
     let collected = coordinator.run(transport.as_mut(), &ready, &settings.plan)?;
     drop(transport);
-    collected.check_ledgers(settings.machine.workers)?;
+    collected.check_ledgers(settings.machine.ranks())?;
     let share = collected.share;
     let mut members = share.selected.members;
     members.sort_unstable();

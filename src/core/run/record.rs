@@ -52,9 +52,8 @@ fn tasks_of<P: Point>(share: Share<P>, machine: &WorkerConfig, dimension: usize)
     let ledger = &share.counted.ledger;
     log.nodes = ledger.nodes.iter().map(|(n, f)| (n.0, f.population, f.attempts, f.kind.number())).collect();
     let charges = ledger.charges.iter().filter(|(account, _)| !matches!(account.role, Role::Pass(_)));
-    let row = |(account, c): (&Account, &Charge)| {
-        (account.phase as u8, account.node.0, c.cost.work(), c.cost.depth())
-    };
+    let row =
+        |(account, c): (&Account, &Charge)| (account.phase, account.node.0, c.cost.work(), c.cost.depth());
     log.charges = charges.map(row).collect();
     Some(log)
 }

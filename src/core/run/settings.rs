@@ -69,7 +69,7 @@ pub(crate) fn admit(config: &Config, goal: Goal, points: u64, dimension: usize) 
         let until = config.until.map_or("", Until::name);
         return Err(ConfigError::Stops { until }.into());
     }
-    if config.correction == Correction::Naive && goal == Goal::Triangulation {
+    if config.correction == Correction::BottomUp && goal == Goal::Triangulation {
         return Err(ConfigError::BottomUpUncounted.into());
     }
     match goal {

@@ -102,7 +102,7 @@ impl Sweep {
         if self.timed && self.config.until.is_some() {
             return Err(SweepError::TimedUntil);
         }
-        if self.timed && self.config.correction == Correction::Naive {
+        if self.timed && self.config.correction == Correction::BottomUp {
             return Err(SweepError::TimedBottomUp);
         }
         for &workers in &self.workers {
@@ -297,7 +297,7 @@ mod tests {
         assert_eq!(leaves, SweepError::WeakLeaves);
         let timed = refused(&|s| (s.timed, s.config.until) = (true, Some(Until::Partition)));
         assert_eq!(timed, SweepError::TimedUntil);
-        let timed = refused(&|s| (s.timed, s.config.correction) = (true, Correction::Naive));
+        let timed = refused(&|s| (s.timed, s.config.correction) = (true, Correction::BottomUp));
         assert_eq!(timed, SweepError::TimedBottomUp);
         let none = refused(&|s| s.workers = vec![Workers::Count(0)]);
         assert_eq!(none, SweepError::Config(ConfigError::NoWorkers));
@@ -313,7 +313,7 @@ mod tests {
             &|s| s.config.until = Some(Until::Neighbours),
             &|s| s.config.machine.leaf = Some(7),
             &|s| s.config.partition = Partition::Kd,
-            &|s| s.config.correction = Correction::Naive,
+            &|s| s.config.correction = Correction::BottomUp,
             &|s| s.config.graph = Graph::Density { alpha: Alpha::Value(3.0) },
             &|s| s.config.machine.transport = Transport::Sim { delivery_seed: 4 },
         ];

@@ -101,11 +101,11 @@ fn attempts(
             let bytes = sizes.samples + count * sizes.position;
             replay.send(Phase::Partition, round, (rank, group.leader), bytes);
         }
-        let verdict = if attempt + 1 == tries { sizes.split } else { sizes.retry };
+        let decision = if attempt + 1 == tries { sizes.split } else { sizes.retry };
         for rank in members.clone() {
             replay.send(Phase::Partition, round + 1, (group.leader, rank), sizes.sphere);
             replay.send(Phase::Partition, round + 2, (rank, group.leader), sizes.counts);
-            replay.send(Phase::Partition, round + 3, (group.leader, rank), verdict);
+            replay.send(Phase::Partition, round + 3, (group.leader, rank), decision);
         }
         round += 4;
     }

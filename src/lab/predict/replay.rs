@@ -14,13 +14,16 @@ use super::error::PredictError;
 use super::machine::Replay;
 use super::placement::Placement;
 use super::sizes::Sizes;
-use super::traffic::Traffic;
+use super::traffic::PredictedTraffic;
 use super::{descent, partition};
 
 /// Replays all phases of a run on `workers` ranks.
-pub(super) fn replay<P: Point>(log: &TaskLog, workers: u32) -> Result<(Placement, Traffic), PredictError> {
+pub(super) fn replay<P: Point>(
+    log: &TaskLog,
+    workers: u32,
+) -> Result<(Placement, PredictedTraffic), PredictError> {
     let place = Placement::new(log, workers)?;
-    let mut replay = Replay { log, place, sizes: Sizes::of::<P>(), traffic: Traffic::default() };
+    let mut replay = Replay { log, place, sizes: Sizes::of::<P>(), traffic: PredictedTraffic::default() };
     replay.load();
     partition::replay(&mut replay);
     if log.chosen {
@@ -131,7 +134,7 @@ impl Replay<'_> {
         for &(from, to, number) in &self.log.reverse {
             sent.entry(self.ranks(from, to)).or_default().0 += number;
         }
-        for &(from, to, before, number) in &self.log.tellers {
+        for &(from, to, before, number) in &self.log.senders {
             let holder = &self.place.holder;
             // The leaf that owns a point precedes the first of its other leaves, and the point is not sent to
             // it.

@@ -6,8 +6,8 @@ use septet_geometry::separator::SEPARATOR_WORDS;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::NodeId;
 use septet_protocol::message::{
-    Body, Child, Choice, Decision, Fingerprint, Merged, Message, PROTOCOL_VERSION, PointBatch, QueryBatch,
-    ReplyBatch, SampleStars, Summary,
+    Body, Child, ChosenSupergraph, Decision, Fingerprint, Merged, Message, PROTOCOL_VERSION, PointBatch,
+    QueryBatch, ReplyBatch, SampleStars, Summary,
 };
 use septet_protocol::outcome::Outcome;
 
@@ -109,8 +109,8 @@ impl Sizes {
             position: size_of::<P>() as u64,
             sphere: length::<P>(Body::Sphere(Bulk(vec![0.0; SEPARATOR_WORDS]))),
             counts: length(Body::Counts { inside: 0, outside: 0, boxes: corners() }),
-            split: length(Body::Decision { verdict: Decision::Split([child; 2]), boxes: corners() }),
-            retry: length::<P>(Body::Decision { verdict: Decision::Retry, boxes: Bulk(Vec::new()) }),
+            split: length(Body::Decision { decision: Decision::Split([child; 2]), boxes: corners() }),
+            retry: length::<P>(Body::Decision { decision: Decision::Retry, boxes: Bulk(Vec::new()) }),
             moved: length(Body::Move(none())),
             query,
             one_query: length(Body::Query(queries(1, 0))) - query,
@@ -123,7 +123,7 @@ impl Sizes {
             children: length(Body::Children(Box::new([summary(), summary()]))),
             frame: length(Body::Frame(none())),
             sample_stars: length::<P>(Body::SampleStars(SampleStars::default())),
-            choice: length::<P>(Body::Choice(Choice(Supergraph::Density { alpha: 0.0 }))),
+            choice: length::<P>(Body::Choice(ChosenSupergraph(Supergraph::Density { alpha: 0.0 }))),
             ghosts,
             reverse: length(Body::Reverse {
                 points: none(),

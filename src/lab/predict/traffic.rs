@@ -42,17 +42,17 @@ impl Round {
 
 /// Messages by phase, and by round within the phase.
 #[derive(Clone, Debug, Default)]
-pub struct Traffic {
-    rounds: BTreeMap<(u8, u32), Round>,
+pub struct PredictedTraffic {
+    rounds: BTreeMap<(Phase, u32), Round>,
 }
 
-impl Traffic {
+impl PredictedTraffic {
     /// Adds a message. Messages from a rank to itself are not billed.
     pub(super) fn send(&mut self, phase: Phase, round: u32, (from, to): (Rank, Rank), bytes: u64) {
         if from == to {
             return;
         }
-        let row = self.rounds.entry((phase as u8, round)).or_default();
+        let row = self.rounds.entry((phase, round)).or_default();
         row.all.add(bytes);
         row.sent.entry(from).or_default().add(bytes);
         row.received.entry(to).or_default().add(bytes);
@@ -60,12 +60,12 @@ impl Traffic {
 
     /// Returns the rounds in which messages are sent, in order.
     pub fn rounds(&self) -> impl Iterator<Item = (Phase, &Round)> {
-        self.rounds.iter().filter_map(|((p, _), row)| Some((Phase::from_number(*p)?, row)))
+        self.rounds.iter().map(|((phase, _), row)| (*phase, row))
     }
 
     /// Returns rounds, messages and bytes of each phase that sends messages.
-    pub fn phases(&self) -> BTreeMap<u8, (u64, Load)> {
-        let mut phases: BTreeMap<u8, (u64, Load)> = BTreeMap::new();
+    pub fn phases(&self) -> BTreeMap<Phase, (u64, Load)> {
+        let mut phases: BTreeMap<Phase, (u64, Load)> = BTreeMap::new();
         for ((phase, _), row) in &self.rounds {
             let entry = phases.entry(*phase).or_default();
             entry.0 += 1;

@@ -2,6 +2,7 @@
 
 use bincode::{Decode, Encode};
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 /// A rank of the machine. Rank 0 is the coordinator, workers are `1..=p`.
 pub type Rank = u32;
@@ -57,8 +58,9 @@ impl NodeId {
 }
 
 /// The phases of a run, in order. Reports separate the phases of the paper, the repair phases, and the phases of the
-/// machine itself.
+/// machine itself. Messages and records contain the number of a phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(into = "u8", try_from = "u8")]
 #[repr(u8)]
 pub enum Phase {
     /// Distribution of the points in blocks.
@@ -201,6 +203,25 @@ impl Phase {
     }
 }
 
+impl From<Phase> for u8 {
+    fn from(phase: Phase) -> u8 {
+        phase as u8
+    }
+}
+
+/// A number that is not the number of a phase.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("no phase has the number {0}")]
+pub struct PhaseNumberError(u8);
+
+impl TryFrom<u8> for Phase {
+    type Error = PhaseNumberError;
+
+    fn try_from(number: u8) -> Result<Self, PhaseNumberError> {
+        Phase::from_number(number).ok_or(PhaseNumberError(number))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -221,5 +242,6 @@ mod tests {
             assert_eq!(Phase::from_number(i as u8), Some(phase));
         }
         assert_eq!(Phase::from_number(99), None);
+        assert_eq!(Phase::try_from(99), Err(PhaseNumberError(99)));
     }
 }

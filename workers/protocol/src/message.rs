@@ -12,7 +12,7 @@ use crate::outcome::Outcome;
 use crate::tasks::TaskLog;
 
 pub use queries::{QueryBatch, ReplyBatch};
-pub use typed::{Choice, Fingerprint, SampleStars, SetCounts, SetDecision};
+pub use typed::{ChosenSupergraph, Fingerprint, SampleStars, SetCounts, SetDecision};
 
 /// The version of the protocol. It increases when the meaning or layout of a message changes.
 pub const PROTOCOL_VERSION: u16 = 8;
@@ -197,6 +197,12 @@ pub struct Merged {
 }
 
 impl Merged {
+    /// Returns `true` if the result of a set of `population` points fulfils the three clauses of the certificate: every
+    /// point has a star, all stars agree, and exactly one point has no lexicographically smaller neighbour.
+    pub fn is_certified(&self, population: u64) -> bool {
+        self.stars == population && self.disagreements == 0 && self.minima == 1
+    }
+
     /// The union of two disjoint results.
     pub fn join(&mut self, other: &Merged) {
         self.stars += other.stars;
@@ -219,6 +225,14 @@ pub const SHOWN_LOCAL: u64 = 2;
 pub const WANTED: f64 = 1.0;
 /// The radius that marks a gathered point that only the links of other stars contain.
 pub const OF_A_LINK: f64 = 0.0;
+
+/// Returns `true` if the radius marks a gathered point whose star is unresolved.
+pub fn is_wanted(radius: f64) -> bool {
+    radius > OF_A_LINK
+}
+
+/// The squared radius of a ball that is not known. The ball reaches every point.
+pub const UNKNOWN_RADIUS2: f64 = f64::INFINITY;
 
 /// The part of a worker in the picture: sampled points, one entry each, and the splits that the worker reports.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
@@ -309,7 +323,7 @@ pub enum Body<P> {
     /// Leader to member: the decision on the attempt, with the boxes of both children.
     Decision {
         /// The decision.
-        verdict: Decision,
+        decision: Decision,
         /// Four corners, as in `Counts`; empty unless split.
         boxes: Bulk<P>,
     },
@@ -328,7 +342,7 @@ pub enum Body<P> {
     /// Worker to coordinator: the counts of its sampled stars.
     SampleStars(SampleStars),
     /// Coordinator to worker: the chosen supergraph.
-    Choice(Choice),
+    Choice(ChosenSupergraph),
     /// Ghosts for a subproblem that their balls reach. In the ghost layer these are the halo balls.
     Ghosts(PointBatch<P>),
     /// Points that may be neighbours of points in a subproblem, with the cells whose conflict regions meet it.

@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 use septet_geometry::point::Point;
-use septet_protocol::ids::{COORDINATOR, NodeId};
-use septet_protocol::message::{Body, PointBatch};
+use septet_protocol::ids::COORDINATOR;
+use septet_protocol::message::{Body, PointBatch, UNKNOWN_RADIUS2};
 
+use crate::machine::collectives::Group;
 use crate::machine::context::Context;
 
 /// The points of a run.
@@ -20,19 +21,16 @@ pub trait Source<P>: Sync {
     fn block(&self, block: u32, blocks: u32) -> PointBatch<P>;
 }
 
-/// Sends each worker the frame and its block. Returns the number of points and the frame.
-pub(crate) fn distribute<P: Point>(cx: &mut Context<P>, source: &dyn Source<P>) -> (u64, PointBatch<P>) {
+/// Sends every rank the number of points and the frame, and each member of `root` its block.
+pub(crate) fn distribute<P: Point>(cx: &mut Context<P>, source: &dyn Source<P>, root: &Group) {
     let population = source.population();
     let mut frame = PointBatch::default();
     for (id, position) in source.frame() {
-        frame.push(id, position, COORDINATOR, f64::INFINITY);
+        frame.push(id, position, COORDINATOR, UNKNOWN_RADIUS2);
     }
-    let workers = cx.config().workers;
+    cx.send_to_all(|| Body::Start { population, frame: frame.clone() });
+    let blocks = root.child.ranks;
     let blocks: Vec<PointBatch<P>> =
-        (0..workers).into_par_iter().map(|block| source.block(block, workers)).collect();
-    for (rank, block) in (1..).zip(blocks) {
-        cx.send(rank, NodeId::ROOT, 0, Body::Start { population, frame: frame.clone() });
-        cx.send(rank, NodeId::ROOT, 0, Body::Block(block));
-    }
-    (population, frame)
+        (0..blocks).into_par_iter().map(|block| source.block(block, blocks)).collect();
+    cx.scatter(root, blocks.into_iter().map(Body::Block));
 }

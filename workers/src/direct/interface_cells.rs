@@ -44,10 +44,15 @@ pub(super) struct InterfaceCells<'a, P: Point> {
     margins: &'a [Margin],
     /// For each owned point, the rounded radius up to which its cells cross no separator.
     limits: Vec<f32>,
-    /// For each owned point and level, the radius of a ball that crosses no separator; -1 if there is no such ball, 0
-    /// before the radius is computed.
+    /// For each owned point and level, the radius of a ball that crosses no separator, [`NO_BALL`] or [`NOT_COMPUTED`].
     clearances: Vec<f64>,
 }
+
+/// A clearance that is not computed. Pages of zeros take no memory before they are used.
+const NOT_COMPUTED: f64 = 0.0;
+
+/// The clearance of a point around which every ball crosses the separator.
+const NO_BALL: f64 = -1.0;
 
 fn side_of(side: usize) -> Side {
     if side == 0 { Side::Interior } else { Side::Exterior }
@@ -68,8 +73,7 @@ impl<'a, P: Point> InterfaceCells<'a, P> {
         margins: &'a [Margin],
     ) -> Self {
         let limits = margins.iter().map(|margin| triangulation.radius_within(margin.free)).collect();
-        // Pages of zeros take no memory before they are used.
-        let clearances = vec![0.0; path.len() * margins.len()];
+        let clearances = vec![NOT_COMPUTED; path.len() * margins.len()];
         InterfaceCells { path, triangulation, positions, margins, limits, clearances }
     }
 
@@ -137,11 +141,11 @@ impl<'a, P: Point> InterfaceCells<'a, P> {
             return 1;
         }
         let clearances = &mut self.clearances[v as usize * levels..][..levels];
-        if clearances[0] == 0.0 {
+        if clearances[0] == NOT_COMPUTED {
             let x = self.positions[v as usize];
             for (clear, shared) in clearances.iter_mut().zip(self.path) {
                 let least = shared.split().separator().clearance(x);
-                *clear = if least > 0.0 { least } else { -1.0 };
+                *clear = if least > 0.0 { least } else { NO_BALL };
             }
         }
         // A diameter of NaN is not below the clearance, so the level counts as near.

@@ -28,7 +28,7 @@ pub const HULL: u32 = u32::MAX;
 
 /// A neighbour entry in the rows of cells, which marks a neighbour that belongs to another worker. All cell indices are
 /// smaller.
-pub const SEAM: u32 = FIRST_MARK;
+pub const INTERFACE: u32 = FIRST_MARK;
 
 /// The Delaunay triangulation of a worker's owned points and ghosts. The owned points are its first vertices, in the
 /// order of their local indices.
@@ -47,11 +47,11 @@ pub(crate) struct SubdomainTriangulation<P: Point> {
 
 /// The cells that belong to a worker.
 #[derive(Debug)]
-pub(crate) struct CellRows {
+pub(crate) struct AdjacencyRows {
     /// `2 (d + 1)` entries per cell: the vertices as local indices, then the neighbour opposite to each, which is a
-    /// cell index, [`HULL`] or [`SEAM`].
+    /// cell index, [`HULL`] or [`INTERFACE`].
     pub(crate) rows: Vec<u32>,
-    /// The indices of the cells with an entry [`HULL`] or [`SEAM`].
+    /// The indices of the cells with an entry [`HULL`] or [`INTERFACE`].
     pub(crate) open: Vec<u32>,
 }
 
@@ -269,11 +269,11 @@ impl<P: Point> SubdomainTriangulation<P> {
     }
 
     /// Returns the cells that belong to this worker, as [`SubdomainTriangulation::scan`] found them.
-    pub(crate) fn into_rows(self) -> CellRows {
+    pub(crate) fn into_rows(self) -> AdjacencyRows {
         let SubdomainTriangulation { delaunay, ghosts, owned, kept, .. } = self;
         let local = |v: u32| if v < owned { v } else { ghosts[(v - owned) as usize] };
-        let (rows, open) = delaunay.into_rows(&kept, [SEAM, HULL], local);
-        CellRows { rows, open }
+        let (rows, open) = delaunay.into_rows(&kept, [INTERFACE, HULL], local);
+        AdjacencyRows { rows, open }
     }
 
     /// Returns the squared distance of every owned point to its nearest vertex, which is a neighbour.
@@ -443,7 +443,7 @@ mod tests {
     use septet_geometry::point::Simplex;
 
     use super::*;
-    use crate::state::cells::smallest_vertex;
+    use crate::state::cells::{first_coordinate, smallest_vertex};
 
     /// The relative rounded coordinates give the same vertex as the exact ones.
     fn rounded_coordinates_find_the_smallest<P: Point>() {
@@ -455,7 +455,7 @@ mod tests {
             (0..firsts.len()).flat_map(|i| [i as f64 % 3.0, 7.0].map(|rest| point(i, rest))).collect();
         let all = positions.len() as u32;
         let rounded = FirstCoordinates::new(&positions);
-        let exact = |v: u32| positions.get(v as usize).map_or(f64::INFINITY, |x| x.coord(0));
+        let exact = |v: u32| first_coordinate(&positions, v);
         let mut draw = septet_geometry::hash::Draw::new(5);
         for _ in 0..20_000 {
             let mut cell = P::Cell::splat(INFINITE);

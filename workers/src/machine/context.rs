@@ -85,7 +85,10 @@ impl<P: Point> Context<P> {
         self.out.round()
     }
 
-    /// Adds a cost to an account of the ledger. The account keeps the largest number of `items`.
+    /// Adds a cost to an account of the ledger: a phase, a node and a role. The account keeps the largest number of `items`.
+    ///
+    /// A cost does not name its primitives. It needs no name, because only the primitives of [`septet_geometry::cost`]
+    /// raise a cost, each by its own price ([`septet_geometry::cost::Primitive`]).
     pub fn charge(&mut self, account: Account, cost: Cost, items: u64) {
         self.ledger.charge(account, cost, items);
     }

@@ -14,6 +14,7 @@ use septet_geometry::neighbourhood::nearest_direct;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Account;
+use septet_protocol::message::UNKNOWN_RADIUS2;
 use septet_protocol::transport::TransportError;
 
 use crate::config::Correction;
@@ -35,7 +36,7 @@ pub(crate) async fn nearest_balls<P: Point>(
     table: &mut Table<P>,
 ) -> Result<(), TransportError> {
     leaf_radii(cx, subdomain, table).await?;
-    if cx.config().graph.correction == Correction::Naive {
+    if cx.config().graph.correction == Correction::BottomUp {
         return correct_bottom_up(cx, subdomain, table).await;
     }
     let nearest = |phase, probe| Search { phase, wanted: 1, probe, own_leaf: false };
@@ -89,14 +90,14 @@ pub(crate) fn large_balls<P>(leaves: &[Leaf<P>], radii2: &[f64]) -> Vec<Ball> {
     balls_above(leaves, radii2, punt_limit)
 }
 
-/// Returns the balls whose squared radius is infinite or exceeds the limit of their leaf.
+/// Returns the balls whose squared radius is unknown or exceeds the limit of their leaf.
 fn balls_above<P>(leaves: &[Leaf<P>], radii2: &[f64], limit2: impl Fn(&[f64]) -> f64) -> Vec<Ball> {
     let mut balls = Vec::new();
     for (at, leaf) in leaves.iter().enumerate() {
         let radii2 = &radii2[leaf.indices()];
         let limit2 = limit2(radii2);
         for (point, &radius2) in leaf.owned().zip(radii2) {
-            if radius2 > limit2 || radius2 == f64::INFINITY {
+            if radius2 > limit2 || radius2 == UNKNOWN_RADIUS2 {
                 balls.push(Ball { point, leaf: at, radius2 });
             }
         }

@@ -38,7 +38,7 @@ pub(super) async fn simulate<P: Point>(
     };
     // Graphs of k nearest neighbours do not use nearest-neighbour balls.
     let k = if let Supergraph::Knn { k } = rule { Some(k) } else { None };
-    if k.is_none() || cx.config().graph.correction == Correction::Naive {
+    if k.is_none() || cx.config().graph.correction == Correction::BottomUp {
         nearest_balls(cx, &subdomain, &mut table).await?;
     }
     summaries(cx, &mut subdomain, &mut table, &mut frame).await?;

@@ -3,10 +3,12 @@
 //! The *path* consists of the shared nodes from the root down to the rank's own subtree. A node is *shared* if a group of
 //! several ranks holds its points. No rank holds the whole tree.
 
+use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Rank};
-use septet_protocol::message::{Child, Summary};
+use septet_protocol::message::{Body, Child, Summary};
 
 pub use crate::machine::collectives::Group;
+use crate::machine::context::Context;
 use crate::state::tree::{Leaf, Split, Tree};
 
 /// A shared node on the path of a rank.
@@ -37,14 +39,14 @@ impl<P> Shared<P> {
         self.group.node
     }
 
+    /// Its group.
+    pub fn group(&self) -> &Group {
+        &self.group
+    }
+
     /// The first rank of its group.
     pub fn first(&self) -> Rank {
         self.group.child.first
-    }
-
-    /// The leader of its group.
-    pub fn leader(&self) -> Rank {
-        self.group.leader
     }
 
     /// Its split.
@@ -64,12 +66,6 @@ impl<P> Shared<P> {
         self.mine
     }
 
-    /// Whether this rank continues with the child `mine`. `false` if the child is a leaf that another rank holds.
-    #[inline]
-    pub fn goes_on(&self) -> bool {
-        self.goes_on
-    }
-
     /// The summaries of the children. `None` before phase summaries.
     #[inline]
     pub fn summaries(&self) -> Option<&[Summary<P>; 2]> {
@@ -81,6 +77,15 @@ impl<P> Shared<P> {
     pub(crate) fn end_in_leaf(&mut self, rank: Rank) {
         self.children[self.mine].leaf = true;
         self.goes_on = self.children[self.mine].first == rank;
+    }
+
+    /// Follows an item that reaches these children by one step. Calls `leave` with every child at which it leaves the path.
+    /// Returns `true` if it also continues with this rank's child.
+    #[inline]
+    pub(crate) fn follow(&self, reached: [bool; 2], leave: impl FnMut(usize)) -> bool {
+        let continues = reached[self.mine] && self.goes_on;
+        (0..2).filter(|&side| reached[side] && (side != self.mine || !continues)).for_each(leave);
+        continues
     }
 
     /// The member of a child's group to which member `rank` of this group sends: the member at the same relative
@@ -182,6 +187,11 @@ impl<P> Subdomain<P> {
         &self.path
     }
 
+    /// The groups of the shared nodes, from the root down.
+    pub(crate) fn groups(&self) -> impl Iterator<Item = &Group> {
+        self.path.iter().map(Shared::group)
+    }
+
     /// The node at the end of the path, if its group could not split it.
     pub(crate) fn unsplit(&self) -> Option<Unsplit> {
         self.unsplit
@@ -254,6 +264,27 @@ impl<P> Subdomain<P> {
         }
     }
 
+    /// Receives an item that was sent to a node. Returns it with the position of the path from which this rank continues.
+    /// If another rank holds the node, sends the item on to it as a message and returns `None`.
+    pub(crate) fn receive<T>(
+        &self,
+        cx: &mut Context<P>,
+        node: NodeId,
+        item: T,
+        into_body: impl FnOnce(T) -> Body<P>,
+    ) -> Option<(usize, T)>
+    where
+        P: Point,
+    {
+        match self.entry(node, cx.rank()) {
+            Entry::Here(start) => Some((start, item)),
+            Entry::Relay(holder) => {
+                cx.send(holder, node, 0, into_body(item));
+                None
+            }
+        }
+    }
+
     /// Follows an item down the path, from the position `start`.
     ///
     /// `reach` returns which children of a node the item reaches. `leave` receives every child at which the item leaves
@@ -265,12 +296,7 @@ impl<P> Subdomain<P> {
         mut leave: impl FnMut(Way),
     ) -> bool {
         for (level, shared) in self.path.iter().enumerate().skip(start) {
-            let reached = reach(level, shared);
-            let goes_on = reached[shared.mine] && shared.goes_on;
-            for side in (0..2).filter(|&side| reached[side] && (side != shared.mine || !goes_on)) {
-                leave(Way { level, side });
-            }
-            if !goes_on {
+            if !shared.follow(reach(level, shared), |side| leave(Way { level, side })) {
                 return false;
             }
         }

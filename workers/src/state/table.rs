@@ -14,7 +14,7 @@ use septet_geometry::coordinate_arrays::CoordinateArrays;
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::Rank;
-use septet_protocol::message::PointBatch;
+use septet_protocol::message::{PointBatch, UNKNOWN_RADIUS2};
 
 /// Hashes one 64-bit id by multiplication, for maps whose order is never used.
 #[derive(Default)]
@@ -146,7 +146,7 @@ impl<P: Point> Table<P> {
     /// Creates a table of owned points with unknown radii.
     pub fn of_owned(ids: Vec<u64>, positions: Vec<P>, rank: Rank) -> Self {
         let n = ids.len();
-        let (owners, radii2) = (vec![rank; n], vec![f64::INFINITY; n]);
+        let (owners, radii2) = (vec![rank; n], vec![UNKNOWN_RADIUS2; n]);
         Table { owned: n as u32, positions, ids, owners, radii2, ..Table::default() }
     }
 
@@ -160,7 +160,7 @@ impl<P: Point> Table<P> {
 
     /// Adds an unknown radius for each point that has none.
     pub fn with_radii(&mut self) {
-        self.radii2.resize(self.ids.len(), f64::INFINITY);
+        self.radii2.resize(self.ids.len(), UNKNOWN_RADIUS2);
     }
 
     /// Returns the local index of a point. Adds the point as a ghost if the table does not contain it.
@@ -181,7 +181,7 @@ impl<P: Point> Table<P> {
         let at = *self.ghost_indices.entry(id).or_insert(next);
         if at == next {
             if self.radii2.len() == self.ids.len() {
-                self.radii2.push(f64::INFINITY);
+                self.radii2.push(UNKNOWN_RADIUS2);
             }
             self.ids.push(id);
             self.positions.push(position);
@@ -258,7 +258,7 @@ impl<P: Point> Table<P> {
     /// Appends a point to a batch.
     pub fn export(&self, at: u32, batch: &mut PointBatch<P>) {
         let i = at as usize;
-        let radius2 = self.radii2.get(i).copied().unwrap_or(f64::INFINITY);
+        let radius2 = self.radii2.get(i).copied().unwrap_or(UNKNOWN_RADIUS2);
         batch.push(self.ids[i], self.positions[i], self.owners[i], radius2);
     }
 
@@ -269,7 +269,7 @@ impl<P: Point> Table<P> {
             ids: Bulk(each().map(|i| self.ids[i]).collect()),
             positions: Bulk(each().map(|i| self.positions[i]).collect()),
             owners: Bulk(each().map(|i| self.owners[i]).collect()),
-            radii2: Bulk(vec![f64::INFINITY; indices.len()]),
+            radii2: Bulk(vec![UNKNOWN_RADIUS2; indices.len()]),
         }
     }
 }

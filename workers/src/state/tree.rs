@@ -7,6 +7,7 @@ pub use septet_geometry::neighbourhood::{Bounds, bounds, join_bounds};
 use septet_geometry::point::Point;
 use septet_geometry::separator::{Separator, Side};
 use septet_protocol::ids::NodeId;
+use septet_protocol::message::UNKNOWN_RADIUS2;
 
 /// The split of a node: its separator, and the boxes of its children's owned points.
 #[derive(Clone, Debug)]
@@ -80,7 +81,7 @@ pub struct Inner<P> {
 impl<P> Inner<P> {
     /// Creates an inner node with the index `number` in preorder.
     pub(crate) fn new(id: NodeId, number: usize, split: Split<P>, children: [Tree<P>; 2]) -> Self {
-        Inner { id, number, split, children, max_radius2: [f64::INFINITY; 2], smallest: [0; 2] }
+        Inner { id, number, split, children, max_radius2: [UNKNOWN_RADIUS2; 2], smallest: [0; 2] }
     }
 
     /// Its id in the partition tree.
