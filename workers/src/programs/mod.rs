@@ -1,7 +1,7 @@
 //! The program of every rank: one async function for each task, with a line for each phase.
 //!
 //! The coordinator runs the same functions with an empty table and an empty place in the tree. It leads the root.
-//! Phases in which it has a duty of its own ask [`Context::is_coordinator`] ([`crate::coordinator`]).
+//! Phases in which it has further duties ([`crate::coordinator`]) call [`Context::is_coordinator`].
 
 mod ground;
 mod independent;
