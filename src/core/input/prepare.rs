@@ -68,7 +68,7 @@ impl<P: Point> Prepared<'_, P> {
         }
     }
 
-    /// Returns `true` if the points span less than the space.
+    /// Returns `true` if the points do not span the space.
     pub(crate) fn is_flat(&self) -> bool {
         self.dimension < P::DIM as isize
     }

@@ -126,7 +126,7 @@ pub(crate) fn finish<P: Point>(
     })
 }
 
-/// Why a triangulation has no supergraph to report.
+/// The reason why a triangulation has no supergraph to report.
 const NO_SUPERGRAPH: &str = "pieces look across their seams by their own circumspheres";
 
 fn sorted_edges(flat: &[u64]) -> Vec<(u64, u64)> {
