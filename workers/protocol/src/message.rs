@@ -380,7 +380,7 @@ pub enum Body<P> {
         cells: Bulk<u32>,
         /// Number of points in conflict with each cell.
         counts: Bulk<u32>,
-        /// Positions in `points` of all these points.
+        /// Positions in `points` of the points in conflict.
         conflicts: Bulk<u32>,
     },
     /// Owner to the owners of neighbours: points that joined the independent set.
