@@ -48,7 +48,7 @@ pub enum Partition {
 }
 
 impl Partition {
-    /// The name on the command line.
+    /// Returns the name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Partition::Sphere => "sphere",
@@ -69,7 +69,7 @@ pub enum Correction {
 }
 
 impl Correction {
-    /// The name on the command line.
+    /// Returns the name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Correction::Descent => "descent",
@@ -138,8 +138,8 @@ pub struct WorkerConfig {
     pub task: Task,
     /// Number of workers.
     pub workers: u32,
-    /// Whether workers split down to the smallest leaves and count work and depth. If not, a worker triangulates its
-    /// subdomain at once.
+    /// Whether workers split down to the smallest leaves and count work and depth. If `false`, each worker
+    /// triangulates its subdomain as a whole.
     pub counted: bool,
     /// The rules of the tree.
     pub tree: TreeRules,
@@ -159,12 +159,12 @@ pub struct WorkerConfig {
 }
 
 impl WorkerConfig {
-    /// The number of ranks: the workers and the coordinator.
+    /// Returns the number of ranks: the workers and the coordinator.
     pub fn ranks(&self) -> u32 {
         self.workers + 1
     }
 
-    /// The sampler of an attempt at a subproblem.
+    /// Returns the sampler of an attempt at a subproblem.
     pub(crate) fn sampler(&self, key: DrawKey, population: u64) -> Sampler {
         if self.tree.balanced {
             Sampler::with_target(key, population, bisection_samples(population))
@@ -194,7 +194,7 @@ impl FromStr for WorkerConfig {
     }
 }
 
-/// The text of a supergraph.
+/// The form of a supergraph in the text of a configuration.
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Supergraph")]
 enum SupergraphText {
@@ -211,7 +211,7 @@ enum SupergraphText {
     },
 }
 
-/// A number by its bits, so that no digit is lost.
+/// Encodes a number by its bits, so that it is decoded exactly.
 mod bits {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -227,7 +227,7 @@ mod bits {
 
 #[cfg(test)]
 impl WorkerConfig {
-    /// For tests: one worker, 8 nearest neighbours.
+    /// Creates a configuration for tests: one worker, 8 nearest neighbours.
     pub(crate) fn plain() -> Self {
         WorkerConfig {
             run: 1,

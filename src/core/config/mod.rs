@@ -47,7 +47,7 @@ pub struct Config {
     pub control: Control,
     /// Faults and limits that tests plant.
     pub planted: Planted,
-    /// The last phase, for [`crate::count`] only: a run that stops has no triangulation.
+    /// The last phase, for [`crate::count`] only. A run that stops there has no triangulation.
     pub until: Option<Until>,
 }
 

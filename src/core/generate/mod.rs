@@ -25,8 +25,8 @@ use crate::model::Points;
 ///
 /// # Errors
 ///
-/// Rejects dimensions other than 2 and 3, and numbers of points above the limit of the kind. Rejects Lipschitz
-/// constants that are out of range or that the kind does not use.
+/// Fails if the dimension is neither 2 nor 3, or if the number of points is above the limit of the kind. Also fails
+/// if the Lipschitz constant is out of range, or if the kind does not use one.
 pub fn generate(
     request: &Request,
     progress: &mut dyn FnMut(&str, u64, u64),

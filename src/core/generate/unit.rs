@@ -9,13 +9,13 @@ use septet_meshing::input::{Input, InputFacet, InputSegment, Kind};
 
 /// A dimension, with its unit square or cube as a domain.
 pub trait Unit: Triangulate {
-    /// Returns the cube as an input, as a file would describe it.
+    /// Returns the cube in the form in which a file would describe it.
     fn input() -> Input<Self>;
 
     /// Returns the cube as a domain, in unscaled coordinates.
     ///
     /// # Errors
-    /// None: the input has no defect.
+    /// Never fails, because the input has no defect.
     fn domain() -> Result<Domain<Self>, Vec<Defect>> {
         let domain = check(&Self::input())?;
         debug_assert_eq!(domain.simplices.exponent, 0);

@@ -73,8 +73,8 @@ pub fn sizes<P: Triangulate>(
     Ok(SizeFunction::of_features(domain, &surface.distance_features(domain), &options, &AllCores)?)
 }
 
-/// Measures the quality of a mesh of this request. For a remeshed surface no radius-edge ratio is promised, and the
-/// local feature size is that of its corners and ridges.
+/// Measures the quality of a mesh of this request. For a remeshed surface, no radius-edge ratio is promised, and only
+/// its corners and ridges define the local feature size.
 pub fn assess<P: Triangulate>(
     domain: &Domain<P>,
     mesh: &Mesh<P>,
@@ -202,7 +202,7 @@ fn build<P: Triangulate>(
     Ok(Built { mesh, stages, run_log, owners })
 }
 
-/// The machine of the runs. The memory limit applies to the mesh as a whole, not to each run.
+/// Returns the machine of the runs. The memory limit applies to the mesh as a whole, not to each run.
 fn machine(request: &MeshRequest) -> Counted {
     Counted::new(Config::default().with(|config| {
         config.machine = Machine { max_memory: None, ..request.machine.clone() };

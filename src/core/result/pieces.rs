@@ -173,7 +173,7 @@ mod tests {
             let rows = [0, 1, 2].into_iter().chain(across).collect();
             PieceRows { owner, leaf: 1, ids, rows, open: open.to_vec() }
         });
-        // The order is not that of the owners.
+        // The order differs from the order of the owners.
         Pieces::join(3, loose.rev().collect(), 4)
     }
 

@@ -89,13 +89,13 @@ pub struct Run {
     pub stars_repaired: u64,
     /// Number of rounds of splaying.
     pub exchange_rounds: u64,
-    /// Why splaying was cut short, and how many points were then gathered.
+    /// The reason why splaying was cut short, and the number of points that were then gathered.
     pub fallback: Option<(String, u64)>,
     /// The counts.
     pub ledger: Ledger,
     /// Traffic of the run that counts the leaves for [`crate::config::Workers::Leaves`]; not part of the ledger.
     pub plan: Option<TrafficTotal>,
-    /// Why the stars do not form a triangulation. Only the run of [`crate::Error::NotCertified`] has one.
+    /// The reasons why the stars do not form a triangulation, for the run of [`crate::Error::NotCertified`] only.
     pub refutation: Option<Refutation>,
     /// Sampled points and the tree, for pictures, if requested.
     pub picture: Option<View>,

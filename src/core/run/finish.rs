@@ -124,7 +124,7 @@ pub(crate) fn finish<P: Point>(
     })
 }
 
-/// Why a triangulation has no supergraph to report.
+/// The reason why a triangulation has no supergraph to report.
 const NO_SUPERGRAPH: &str =
     "triangulate uses no supergraph: the interface exchange finds neighbours by circumspheres";
 

@@ -8,7 +8,7 @@
 //! A run has the phases of [`crate::simulate`] with given radii: partition, summaries, separator sets by ghosts, and
 //! graph. Rounds of local priorities follow. The proofs are in the module `independent` of `septet_workers`.
 //!
-//! **Work and depth.** Those of the phases.
+//! **Work and depth.** The costs of these phases.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -64,7 +64,7 @@ impl IndependentRun {
 /// The supergraph, the separator sets, the correction and [`Config::keep`] are not used.
 ///
 /// # Errors
-/// See [`SiteError`] and [`crate::Error`].
+/// Returns an [`crate::Error`], which contains a [`SiteError`] if the sites are invalid.
 pub fn independent<C: Coordinates>(
     places: &[C],
     sizes: &[f64],

@@ -1,7 +1,7 @@
 //! The settings of a run. This module alone decides them, from the configuration and the points.
 //!
 //! [`admit`] checks everything that depends only on the configuration and the number of points. It runs before the
-//! points are prepared, so that a refused run allocates nothing. [`Settings::decide`] decides everything else.
+//! points are prepared, so that a refused run does not allocate memory. [`Settings::decide`] decides everything else.
 
 use std::sync::Arc;
 
@@ -42,7 +42,7 @@ pub(crate) enum Goal {
 }
 
 impl Goal {
-    /// Whether the run splits down to the leaf size and counts work and depth.
+    /// Returns `true` if the run splits down to the leaf size and counts work and depth.
     fn is_counted(self) -> bool {
         self != Goal::Triangulation
     }
@@ -97,7 +97,7 @@ impl Settings {
     /// Decides all settings of a run over these points. With [`Workers::Leaves`], this requires a run that grows the
     /// tree.
     ///
-    /// Points that span less than the space need no machine: the settings then have no plan.
+    /// Points that do not span the space need no machine, so the settings then have no plan.
     ///
     /// # Errors
     /// Fails if the points do not allow k, or if the number of workers is too large or too small for them.
@@ -231,7 +231,7 @@ fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfi
 
 /// Largest leaf of an independent set, in the plane and in space. The search in a leaf takes linear time
 /// ([`septet_geometry::grid`]). A leaf may therefore be larger, and the tree lower, than in a search over all pairs.
-/// The points of still larger leaves would exceed the fast memory.
+/// The points of even larger leaves would not fit into the caches.
 const LEAF_OF_SITES: [u64; 2] = [2000, 4000];
 
 /// Returns the smallest leaf size at which separator sets do not fill the leaves. Such a leaf has about 1,000 points in
@@ -243,7 +243,7 @@ fn leaf_size(dimension: usize, alpha: Option<f64>) -> u64 {
     (floor * growth).min(1e9) as u64
 }
 
-/// Returns the supergraph to build, and why.
+/// Returns the supergraph to build, and the reason for it.
 fn supergraph(config: &Config, points: u64) -> Result<(Wanted, String), Error> {
     let share = if config.planted.fault == Some(Fault::HalveAlpha) { 0.5 } else { 1.0 };
     let (alpha, overlap) = match config.graph {
@@ -269,7 +269,7 @@ fn supergraph(config: &Config, points: u64) -> Result<(Wanted, String), Error> {
     })
 }
 
-/// Returns k for a number of points, and why.
+/// Returns k for a number of points, and the reason for it.
 fn neighbours(k: Neighbours, points: u64) -> Result<(u32, String), Error> {
     let most = points.saturating_sub(1).max(1);
     let (k, why) = match k {

@@ -18,8 +18,8 @@ use crate::run::transport::{Start, started};
 /// Computes the Delaunay triangulation of `points`. The result is exact and certified. It is the same for every
 /// number of workers and threads and every transport.
 ///
-/// Coincident points count once (see [`Run::points`]). If the points do not span the space, there are no cells. This
-/// function does not count work and depth; [`simulate`] does.
+/// Coincident points count once (see [`Run::points`]). If the points do not span the space, there are no cells. Only
+/// [`simulate`] counts work and depth.
 ///
 /// # Errors
 /// See [`Error`].

@@ -91,7 +91,7 @@ impl<P> Default for PointBatch<P> {
 }
 
 impl<P: Copy> PointBatch<P> {
-    /// Points in transit to their owners.
+    /// Creates a batch of points in transit to their owners.
     pub fn in_transit(ids: Vec<u64>, positions: Vec<P>) -> Self {
         PointBatch { ids: Bulk(ids), positions: Bulk(positions), ..PointBatch::default() }
     }
@@ -112,7 +112,7 @@ impl<P: Copy> PointBatch<P> {
         self.radii2.append(&mut other.radii2);
     }
 
-    /// Number of points.
+    /// Returns the number of points.
     pub fn len(&self) -> usize {
         self.ids.len()
     }
@@ -141,7 +141,7 @@ pub struct ListBatch<P> {
     pub points: PointBatch<P>,
 }
 
-/// A child subproblem, as the leader of its parent decided.
+/// A child subproblem, as decided by the leader of its parent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Child {
     /// Number of owned points.
@@ -165,7 +165,7 @@ pub enum Decision {
     Split([Child; 2]),
 }
 
-/// The summary of a subproblem, once its neighbourhoods are known.
+/// The summary of a subproblem: its owned points and their balls.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
 pub struct Summary<P> {
@@ -203,7 +203,7 @@ impl Merged {
         self.stars == population && self.disagreements == 0 && self.minima == 1
     }
 
-    /// The union of two disjoint results.
+    /// Adds another result, disjoint from this one.
     pub fn join(&mut self, other: &Merged) {
         self.stars += other.stars;
         self.cells += other.cells;
@@ -240,7 +240,7 @@ pub const UNKNOWN_RADIUS2: f64 = f64::INFINITY;
 pub struct ViewPart<P> {
     /// Sampled owned points.
     pub points: PointBatch<P>,
-    /// The leaf of each.
+    /// The leaf of each sampled point.
     pub leaves: Bulk<u64>,
     /// Bit `l` is set if the point's ball meets the separator of its leaf's ancestor at level `l`.
     pub crossing: Bulk<u64>,
@@ -366,7 +366,7 @@ pub enum Body<P> {
     Items {
         /// The points.
         points: PointBatch<P>,
-        /// The sender's slot of each.
+        /// The sender's slot of each member.
         slots: Bulk<u32>,
     },
     /// Member to leader: the counts of its share of the set.
@@ -394,7 +394,7 @@ pub enum Body<P> {
         cells: Bulk<u32>,
         /// Number of points in conflict with each cell.
         counts: Bulk<u32>,
-        /// Positions in `points` of all these points.
+        /// Positions in `points` of the points in conflict.
         conflicts: Bulk<u32>,
     },
     /// Owner to the owners of neighbours: points that joined the independent set.
@@ -412,7 +412,7 @@ pub enum Body<P> {
     Region {
         /// Ids of the vertices.
         vertices: Bulk<u64>,
-        /// Number of points for each.
+        /// Number of points to add to the star of each vertex.
         counts: Bulk<u32>,
         /// All points.
         points: PointBatch<P>,
@@ -440,7 +440,7 @@ pub enum Body<P> {
     Selected {
         /// Ids of the members that joined.
         members: Bulk<u64>,
-        /// Number of undecided owned points at the start of each round, up to the last round with any.
+        /// Number of undecided owned points at the start of each round, up to the last round with an undecided point.
         undecided: Bulk<u64>,
     },
     /// Worker to coordinator, on request: edges of the supergraph as pairs of ids.
@@ -454,7 +454,7 @@ pub enum Body<P> {
 }
 
 impl<P> Body<P> {
-    /// The name of the kind in traces.
+    /// Returns the name of the kind in traces.
     pub fn kind(&self) -> &'static str {
         match self {
             Body::Start { .. } => "start",

@@ -1,9 +1,9 @@
 //! The record of tasks: the messages between leaves, independent of the number of workers.
 //!
-//! **Statement.** Tree, neighbourhoods, graph and stars are functions of points, seed and parameters. The messages
-//! between two workers are therefore a sum over the pairs of their leaves. A [`TaskLog`] holds the terms of this sum.
-//! One worker that runs the whole tree counts them. Given the placement of leaves on `p` workers, the terms determine
-//! the messages of that machine.
+//! **Statement.** The tree, the neighbourhoods, the graph and the stars are functions of the points, the seed and the
+//! parameters. The messages between two workers are therefore a sum over the pairs of their leaves. A [`TaskLog`]
+//! holds the terms of this sum. One worker that runs the whole tree counts them. Given the placement of leaves on `p`
+//! workers, the terms determine the messages of that machine.
 //!
 //! A leaf is identified by its position in the tree, from the interior to the exterior. A node is identified by its path
 //! ([`crate::ids::NodeId`]). Blocks are equal shares of the input in its order.
@@ -61,12 +61,12 @@ pub struct TaskLog {
     pub charges: Vec<(Phase, u64, u64, u64)>,
 }
 
-/// Proposals or objections from the stars of one leaf to those of another in one step of splaying.
+/// Proposals or objections from the stars of one leaf to the stars of another in one step of splaying.
 #[derive(Clone, Debug, Default, PartialEq, Encode, Decode, Serialize, Deserialize)]
 pub struct SentCells {
     /// The step of the phase.
     pub step: u32,
-    /// Whether these are objections. If not, they are proposals.
+    /// `true` for objections, `false` for proposals.
     pub objection: bool,
     /// The leaf of the sender.
     pub from: u32,

@@ -63,8 +63,8 @@ struct Member {
     unresolved: bool,
 }
 
-/// The points of the region in the order of their ids, without duplicates. A point is unresolved if one of its copies is
-/// unresolved.
+/// Returns the points of the region in the order of their ids, without duplicates. A point is unresolved if one of
+/// its copies is unresolved.
 fn members_of<P: Point>(region: &PointBatch<P>) -> Vec<Member> {
     let mut places: BTreeMap<u64, Member> = BTreeMap::new();
     for at in 0..region.len() {

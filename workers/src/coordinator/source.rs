@@ -10,14 +10,14 @@ use crate::machine::context::Context;
 
 /// The points of a run.
 pub trait Source<P>: Sync {
-    /// Number of points.
+    /// Returns the number of points.
     fn population(&self) -> u64;
 
-    /// The frame: `d + 1` points that span the space, with their input indices.
+    /// Returns the frame: `d + 1` points that span the space, with their input indices.
     fn frame(&self) -> Vec<(u64, P)>;
 
-    /// One of `blocks` equal parts of the points, in the order of the input. The batch has some spare capacity for the
-    /// ghosts that the worker will receive.
+    /// Returns the points of block `block`, if the input is divided into `blocks` equal parts in its order. The batch
+    /// has some spare capacity for the ghosts that the worker will receive.
     fn block(&self, block: u32, blocks: u32) -> PointBatch<P>;
 }
 

@@ -78,7 +78,7 @@ pub(crate) struct GhostLayer {
 }
 
 impl GhostLayer {
-    /// The margin of each owned point.
+    /// Returns the margin of each owned point.
     pub(super) fn margins(&self) -> &[Margin] {
         &self.margins
     }
@@ -281,7 +281,7 @@ mod tests {
         insertion_order(&points).into_iter().map(|i| points[i as usize]).collect()
     }
 
-    /// The radius of each point.
+    /// Returns the radius of each point.
     fn radii<P: Point>(points: &[P]) -> Vec<f64> {
         let mut gaps2 = Vec::new();
         let radius = |run: Run| {

@@ -200,7 +200,7 @@ impl Arrivals {
 /// Sends points along the path of this rank. If one rank holds a child, it sends each point to that rank at most once.
 struct Router<'a, P> {
     subdomain: &'a Subdomain<P>,
-    /// The keys ([`sent_key`]) of points sent to children that one rank holds.
+    /// The keys ([`sent_key`]) of the points already sent to children that one rank holds.
     sent: HashSet<u64, BuildHasherDefault<IdHasher>>,
 }
 

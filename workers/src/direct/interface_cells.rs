@@ -121,7 +121,7 @@ impl<'a, P: Point> InterfaceCells<'a, P> {
         (levels != 0).then_some(Outgoing { cell, levels, sent })
     }
 
-    /// Returns a bit for each owned vertex whose margins are both smaller than `across`, the diameter of the cell's
+    /// Returns a mask of the owned vertices whose margins are both smaller than `across`, the diameter of the cell's
     /// circumball. The other owned vertices have been sent to every worker whose region the circumball meets.
     #[inline]
     fn outside_margins(&self, across: f64, cell: &P::Cell) -> u8 {
@@ -132,12 +132,12 @@ impl<'a, P: Point> InterfaceCells<'a, P> {
         cell.as_ref().iter().enumerate().fold(0, |bits, (i, &v)| bits | u8::from(!is_inside(v)) << i)
     }
 
-    /// Returns a bit for each level whose separator a ball of diameter `across` may cross. The ball contains the owned
-    /// vertex `v`.
+    /// Returns a mask of the levels whose separators may cross a ball that has diameter `across` and contains the
+    /// owned vertex `v`.
     fn near_levels(&mut self, across: f64, v: u32) -> u64 {
         let levels = self.path.len();
         if levels == 1 {
-            // The margin of `v` has shown that the ball is near some separator, and there is only one.
+            // The margin of `v` shows that the ball is near a separator, and there is only one separator.
             return 1;
         }
         let clearances = &mut self.clearances[v as usize * levels..][..levels];

@@ -81,7 +81,7 @@ impl Routes {
     }
 }
 
-/// A walk of points through the part of the tree that one rank holds, with counts of its own.
+/// A walk of points through the part of the tree that one rank holds, with its own counts.
 struct GhostWalk<'a, P> {
     subdomain: &'a Subdomain<P>,
     rule: Supergraph,

@@ -1,19 +1,19 @@
-//! Selects the supergraph by a sample of stars if the user specifies no supergraph.
+//! Selects the supergraph by a sample of stars if the user does not specify one.
 //!
-//! **Statement.** A hash of the coordinates draws about a thousand points. Each sampled point searches the ball around
-//! it whose radius is six times the distance to the nearest point of its leaf. The points found include its nearest
-//! neighbour. A star of the sampled point is built from them. Let `r` be the distance to the nearest neighbour. The
-//! ball of radius `alpha r` certifies the star if and only if the star has no infinite facet and twice its largest
-//! circumradius is at most `alpha r`. The coordinator takes the first `alpha` of 2.5, 3, 4 and 6 for which at most 10 %
-//! of the sample are not certified. If there is no such `alpha`, it takes the graph of 48 nearest neighbours. The
-//! selection is independent of the number of workers.
+//! **Statement.** A hash of the coordinates draws about a thousand points. Each sampled point searches the ball
+//! around it whose radius is six times the distance to the nearest point of its leaf. The points found include its
+//! nearest neighbour. The star of the sampled point is built from these points. Let `r` be the distance to the
+//! nearest neighbour. The ball of radius `alpha r` certifies the star if and only if the star has no infinite facet
+//! and twice its largest circumradius is at most `alpha r`. The coordinator takes the first `alpha` of 2.5, 3, 4 and
+//! 6 for which at most 10 % of the sample are not certified. If there is no such `alpha`, it takes the graph of 48
+//! nearest neighbours. The selection is independent of the number of workers.
 //!
 //! The phase precedes the nearest-neighbour balls, because only some supergraphs need them for all points.
 //!
-//! **Work and depth.** At a leaf, the pairs of a sampled point and a point of the leaf. Then the descent
+//! **Work and depth.** All pairs of a sampled point and a point of its leaf, and the descent
 //! (`crate::neighbours::descent`). The stars of the sample are not charged.
 //!
-//! **Rounds.** Those of the descent, one for the reports to the coordinator, and one for its choice.
+//! **Rounds.** The rounds of the descent, one round for the reports to the coordinator, and one for its choice.
 //!
 //! **Departures.** The paper leaves `alpha` open. Measurements (`bench/README.md`) gave the limits of a tenth (not a
 //! fifth) and of 48 neighbours (not 64). Near a fifth, the uncertified stars and the stars that they disturb cost more
@@ -140,8 +140,8 @@ impl SampleCounts {
     }
 }
 
-/// Samples owned points. The radius of a sampled ball is six times the distance to the nearest point of the leaf, which
-/// is at least the distance to the nearest point of all. It is infinite if the leaf contains no other point.
+/// Samples owned points. The radius of a sampled ball is six times the distance to the nearest point of the leaf,
+/// which is at least the distance to the nearest of all points. It is infinite if the leaf contains no other point.
 fn balls_of_sample<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -199,7 +199,7 @@ fn needed_alphas<P: Point>(table: &Table<P>, samples: &[Ball], sampled: &Complet
         let at = table.positions()[point as usize];
         let distances2 = candidates.iter().map(|&j| dist2(table.positions()[j as usize], at));
         let nearest2 = distances2.fold(f64::INFINITY, f64::min);
-        // A truncated list contains all points only up to its last one.
+        // A truncated list is complete only up to its last point.
         let is_whole = candidates.len() < MOST_CANDIDATES as usize;
         let known2 = if is_whole { radius2(point).unwrap_or(0.0) } else { farthest2 };
         if !builder.build(table.positions(), point, candidates, &mut Cost::default()) {

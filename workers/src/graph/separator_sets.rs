@@ -11,7 +11,7 @@
 //!
 //! **Rounds.** Three for each shared level on the way down (counts, decision, points), and one on the way up.
 //!
-//! **Work and depth.** O(1) steps for each level. At the bottom, all pairs of each set, in O(1) steps.
+//! **Work and depth.** O(1) steps for each level, and O(1) steps for all pairs of each set at the bottom.
 
 use std::collections::BTreeMap;
 

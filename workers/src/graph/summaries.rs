@@ -3,9 +3,9 @@
 //! **Statement.** Summaries go up the tree. The leader of a node joins the summaries of the two children and sends both
 //! summaries to the members of its group. The radii prune the separator sets. The smallest points seed the stars.
 //!
-//! **Rounds.** One for each shared level on the way up. The members receive the summaries one round after their leader.
-//! **Work and depth.** A reduction over the points of each leaf, and
-//! one over two children for each inner node.
+//! **Rounds.** One for each shared level on the way up. The members receive the summaries one round after their
+//! leader. **Work and depth.** One reduction over the points of each leaf, and one over the two children of each
+//! inner node.
 
 use septet_geometry::cost::Cost;
 use septet_geometry::point::{Point, lex_cmp};

@@ -24,18 +24,18 @@ pub struct Group {
     pub child: Child,
 }
 
-/// The rank that leads a node: the coordinator for the root, else the lowest rank of the node's group.
+/// Returns the rank that leads a node: the coordinator for the root, otherwise the lowest rank of the node's group.
 pub(crate) fn leader(node: NodeId, first_rank: Rank) -> Rank {
     if node == NodeId::ROOT { COORDINATOR } else { first_rank }
 }
 
 impl Group {
-    /// The group of a node.
+    /// Creates the group of a node.
     pub(crate) fn new(node: NodeId, child: Child) -> Self {
         Group { node, leader: leader(node, child.first), child }
     }
 
-    /// The group of a child.
+    /// Creates the group of a child.
     pub(crate) fn below(self, side: usize, child: Child) -> Self {
         Group::new(self.node.child(side), child)
     }
@@ -45,7 +45,7 @@ impl Group {
         self.child.ranks == 1 || self.child.leaf
     }
 
-    /// The ranks of the group.
+    /// Returns the ranks of the group.
     pub(crate) fn members(&self) -> Range<Rank> {
         self.child.first..self.child.first + self.child.ranks
     }

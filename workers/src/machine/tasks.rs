@@ -13,8 +13,8 @@ use septet_protocol::tasks::{SampleRow, SentCells, TaskLog};
 /// Number of blocks of the input. The record is exact for machines whose number of workers divides this number.
 pub const BLOCKS: u32 = 4096;
 
-/// The counts for a leaf and a node that is not on the path to the leaf. They are the balls or points of the leaf
-/// that reach the node, the entries of the lists found there, and the distinct points in these lists.
+/// The counts for a leaf and a node that is not on the path to the leaf: the balls or points of the leaf that reach
+/// the node, the entries of the lists found there, and the distinct points in these lists.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reaching {
     balls: u64,
@@ -80,14 +80,14 @@ impl Reach {
     }
 }
 
-/// The record while the run goes on.
+/// The record during the run.
 #[derive(Debug, Default)]
 pub(crate) struct Recorder {
     pub(crate) log: TaskLog,
     reverse: BTreeMap<(u32, u32), u64>,
     senders: BTreeMap<(u32, u32, u32), u64>,
     reach: BTreeMap<(Phase, u32, NodeId), Reaching>,
-    /// Cells, conflicts and ids of their points.
+    /// Numbers of cells and of conflicts, and the ids of the points in them.
     sent: BTreeMap<Announcements, (u64, u64, BTreeSet<u64>)>,
     checks: u32,
 }
@@ -101,14 +101,14 @@ fn by_block(places: impl Iterator<Item = u32>, population: u64) -> Vec<(u32, u32
     counts.into_iter().collect()
 }
 
-/// The block of a position: the last block that begins at or before it.
+/// Returns the block of a position: the last block that begins at or before it.
 fn block_of(place: u32, population: u64) -> u32 {
     // Block b begins at floor(n b / B): the largest b with n b < (place + 1) B.
     let (n, b) = (u128::from(population.max(1)), u128::from(BLOCKS));
     (((u128::from(place) + 1) * b - 1) / n) as u32
 }
 
-/// The samples of one attempt at a node, by block.
+/// Counts, by block, the samples of one attempt at a node.
 pub(crate) fn record_samples<P: Point>(
     key: DrawKey,
     population: u64,

@@ -7,7 +7,8 @@
 //!
 //! **Work and depth.** All pairs of points within each leaf, and the descents.
 //!
-//! **Rounds.** None for the radii within leaves. Then those of two descents, or those of the baseline's passes.
+//! **Rounds.** The radii within leaves need no messages. The two descents, or the passes of the baseline, take
+//! rounds.
 
 use septet_geometry::cost::Cost;
 use septet_geometry::neighbourhood::nearest_direct;

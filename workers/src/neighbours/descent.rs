@@ -2,8 +2,8 @@
 //!
 //! **Statement** (paper, Section 4.3). Each ball starts with the points found in its own leaf. All balls descend from
 //! the root together. A ball that crosses a separator continues on both sides, as two replicas. A leaf replies with
-//! those of its points that lie inside the ball. The replies of the replicas are combined on the way up. The
-//! construction of the tree, the way down and the way up are three passes over the `h` levels, `3 h` steps in total.
+//! its points that lie inside the ball. The replies of the replicas are combined on the way up. The construction of
+//! the tree, the way down and the way up are three passes over the `h` levels, `3 h` steps in total.
 //!
 //! **Source.** Frieze, Miller and Teng (1993).
 //!
@@ -152,8 +152,8 @@ impl<'a, P: Point> Descent<'a, P> {
         self.tallies.visit(node, both);
     }
 
-    /// Sends the balls of owned points down the tree. `known` contains, for each leaf, the nearest points of its points
-    /// within the leaf. It is `None` if they were not searched.
+    /// Sends the balls of owned points down the tree. `known` contains, for each leaf, the nearest points of its
+    /// points within the leaf. `known` is `None` if these points were not searched.
     pub(crate) fn launch(
         &mut self,
         cx: &mut Context<P>,
@@ -282,7 +282,7 @@ impl<'a, P: Point> Descent<'a, P> {
         for (from, batch) in replies {
             let unasked = || TransportError::BadMessage {
                 from,
-                reason: "the reply names a query that was not asked".into(),
+                reason: "the reply names a query that was not sent".into(),
             };
             self.on_reply(table, batch).ok_or_else(unasked)?;
         }

@@ -27,7 +27,7 @@ pub const MAX_ATTEMPTS: u32 = 8;
 /// A plan for the placement of nodes on ranks: the number of leaves below each node.
 pub type Plan = BTreeMap<NodeId, u32>;
 
-/// Returns the hash of a separator, which the facts of its node contain.
+/// Returns the hash of a separator, which is part of the facts of its node.
 pub fn separator_hash<P: Point>(separator: &Separator<P>) -> u64 {
     let mut h = 0u64;
     for word in separator.to_array() {
@@ -239,7 +239,7 @@ pub(crate) struct Accepted<'a, P> {
     pub(crate) separator: &'a Separator<P>,
 }
 
-/// Records the facts of a node that one rank holds alone, in the form in which leaders record those of shared nodes.
+/// Records the facts of a node that one rank holds alone, in the form that leaders use for shared nodes.
 pub(crate) fn enter_facts<P: Point>(
     facts: &mut NodeFacts,
     population: u64,

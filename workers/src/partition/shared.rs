@@ -124,7 +124,7 @@ pub(crate) async fn partition<P: Point>(
     Ok((Subdomain::new(path, unsplit, subtree, led), table.unwrap_or_default()))
 }
 
-/// The group of the root: all workers, led by the coordinator.
+/// Creates the group of the root: all workers, led by the coordinator.
 pub(crate) fn root(config: &WorkerConfig, population: u64) -> Group {
     let leaf = is_leaf(config, NodeId::ROOT, population);
     Group::new(NodeId::ROOT, Child { population, first: 1, ranks: config.workers, leaf })
@@ -445,13 +445,13 @@ pub(crate) fn sides_of<P: Point>(separator: &Separator<P>, points: &[P], cost: &
     Sides { of: sides, inside, boxes }
 }
 
-/// The smaller of two numbers, in one instruction.
+/// Returns the smaller of two numbers, in one instruction.
 #[inline]
 fn less(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// The larger of two numbers, in one instruction.
+/// Returns the larger of two numbers, in one instruction.
 #[inline]
 fn more(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }

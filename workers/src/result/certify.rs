@@ -34,7 +34,7 @@ pub(crate) struct Certified {
 }
 
 impl Certified {
-    /// The properties of the run.
+    /// Returns the properties of the run.
     pub(crate) fn instance(&self) -> Instance {
         self.instance
     }

@@ -111,8 +111,8 @@ pub(crate) struct MergedResult {
 }
 
 impl MergedResult {
-    /// Returns the decision of the coordinator, the cells that belong to this rank, and the merged result of all ranks.
-    /// The latter is empty except on the coordinator.
+    /// Returns the decision of the coordinator, the cells that belong to this rank, and the merged result of all
+    /// ranks. The merged result is empty except on the coordinator.
     pub(crate) fn into_parts(self) -> (Outcome, OwnedCells, Merged) {
         (self.outcome, self.owned_cells, self.whole)
     }

@@ -49,7 +49,7 @@ pub(super) struct Pending<P: Point> {
 }
 
 impl<P: Point> Pending<P> {
-    /// Starts with gathered points.
+    /// Starts with the points that stars received from a gathering, and without messages of other stars.
     pub(super) fn new(gathered: Vec<GatheredPoint>) -> Self {
         Pending { proposals: Vec::new(), objections: Objections::default(), gathered }
     }

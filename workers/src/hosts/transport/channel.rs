@@ -190,8 +190,8 @@ impl<P: Point> Channel<P> {
     }
 }
 
-/// The threads of a host, which its workers share. If the threads do not divide evenly, the first hosts get one more
-/// each.
+/// Creates the threads of a host, which its workers share. If the threads do not divide evenly, the first hosts get
+/// one more thread each.
 fn pool(threads: usize, hosts: usize, host: usize, listener: &Dispatch) -> std::io::Result<Pool> {
     let own = threads / hosts + usize::from(host < threads % hosts);
     if own < 2 {
