@@ -8,28 +8,13 @@ use crate::source::{COMMON, Crate, Module, room};
 use crate::syntax::definitions;
 
 /// The files that the file of a phase also imports, with the reason.
-const EXCEPTIONS: [(&str, &[&str], &str); 6] = [
+const EXCEPTIONS: [(&str, &[&str], &str); 3] = [
     (
         "graph::selection",
         &["neighbours::descent", "neighbours::results", "neighbours::search"],
         "it sends the balls of a sample down the tree and reads their lists as they complete",
     ),
-    (
-        "result::certify",
-        &["coordinator::share", "splaying::fallback", "splaying::splay", "stars::check"],
-        "it repeats the phases from check to merge until the decision is final",
-    ),
     ("result::merge", &["coordinator::decision"], "rank 0 decides on the merged result"),
-    (
-        "result::merge",
-        &["direct::subdomain_triangulation", "stars::owned"],
-        "it counts the cells of stars and of subdomain triangulations",
-    ),
-    (
-        "result::collect",
-        &["direct::subdomain_triangulation"],
-        "it sends the rows of cells of a subdomain triangulation",
-    ),
     ("splaying::fallback", &["coordinator::region"], "rank 0 triangulates the gathered points"),
 ];
 

@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 use septet_workers::coordinator::PieceRows;
-use septet_workers::merge::{HULL, INTERFACE};
+use septet_workers::state::rows::{HULL, INTERFACE};
 
 use crate::result::canonical::Cells;
 

@@ -7,7 +7,7 @@
 use septet_geometry::complex::INFINITE;
 use septet_geometry::conflict_region::ConflictRegion;
 use septet_geometry::incremental::{
-    FIRST_MARK, Incremental, KeptCells, STOP_CHECK_INTERVAL, facet_without, insertion_order, insertion_round,
+    Incremental, KeptCells, STOP_CHECK_INTERVAL, facet_without, insertion_order, insertion_round,
 };
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::ids::Phase;
@@ -20,15 +20,9 @@ use crate::state::bits::ones;
 use crate::state::cells::smallest_vertex;
 use crate::state::ghosts::Ghosts;
 use crate::state::link_arena::LinkArena;
+use crate::state::rows::{AdjacencyRows, HULL, INTERFACE};
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
-
-/// A neighbour entry in the rows of cells, which marks a facet on the hull.
-pub const HULL: u32 = u32::MAX;
-
-/// A neighbour entry in the rows of cells, which marks a neighbour that belongs to another worker. All cell indices are
-/// smaller.
-pub const INTERFACE: u32 = FIRST_MARK;
 
 /// The Delaunay triangulation of a worker's owned points and ghosts. The owned points are its first vertices, in the
 /// order of their local indices.
@@ -43,16 +37,6 @@ pub(crate) struct SubdomainTriangulation<P: Point> {
     kept: KeptCells,
     /// The counts of the owned stars; zero before the scan.
     merged: Merged,
-}
-
-/// The cells that belong to a worker.
-#[derive(Debug)]
-pub(crate) struct AdjacencyRows {
-    /// `2 (d + 1)` entries per cell: the vertices as local indices, then the neighbour opposite to each, which is a
-    /// cell index, [`HULL`] or [`INTERFACE`].
-    pub(crate) rows: Vec<u32>,
-    /// The indices of the cells with an entry [`HULL`] or [`INTERFACE`].
-    pub(crate) open: Vec<u32>,
 }
 
 /// This bit of an owned vertex is set when a finite cell of the vertex has been found.
@@ -274,7 +258,7 @@ impl<P: Point> SubdomainTriangulation<P> {
         let SubdomainTriangulation { delaunay, ghosts, owned, kept, .. } = self;
         let local = |v: u32| if v < owned { v } else { ghosts[(v - owned) as usize] };
         let (rows, open) = delaunay.into_rows(&kept, [INTERFACE, HULL], local);
-        AdjacencyRows { rows, open }
+        AdjacencyRows::new(rows, open)
     }
 
     /// Returns the squared distance of every owned point to its nearest vertex, which is a neighbour.

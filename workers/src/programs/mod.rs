@@ -4,6 +4,7 @@
 //! [`Context::is_coordinator`] ([`crate::coordinator`]). It owns no points, because the group of the root has only the
 //! workers ([`root`]). No phase relies on this.
 
+mod certify;
 mod ground;
 mod independent;
 mod simulate;

@@ -9,16 +9,16 @@ use septet_protocol::message::Body;
 use septet_protocol::transport::TransportError;
 
 use crate::coordinator::Share;
-use crate::direct::subdomain_triangulation::{AdjacencyRows, INTERFACE};
 use crate::graph::independent::Selection;
 use crate::machine::context::Context;
-use crate::result::certify::{Certified, Instance};
-use crate::result::merge::{OwnedCells, Results, classify};
+use crate::result::certified::Certified;
+use crate::result::merge::{Instance, OwnedCells, Results, classify};
 use crate::result::view::send_view;
 use crate::stars::owned::{Stars, StarsView};
 use crate::state::bits::ones;
 use crate::state::cells::finite_cell;
 use crate::state::ghosts::Ghosts;
+use crate::state::rows::{AdjacencyRows, INTERFACE};
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 use crate::state::tree::Leaf;
@@ -184,10 +184,11 @@ fn send_subdomain<P: Point>(
     table: Table<P>,
     mut stars: Stars<P>,
 ) {
-    let AdjacencyRows { rows, open } = match stars.take_triangulation() {
+    let cells = match stars.take_triangulation() {
         Some(triangulation) => triangulation.into_rows(),
         None => rows_of_links(StarsView::new(&table, &stars)),
     };
+    let (rows, open) = cells.into_parts();
     let body = Body::Piece {
         leaf: subdomain.leaves().first().map_or(NodeId::ROOT, Leaf::id).0,
         ids: Bulk(table.into_ids()),
@@ -230,8 +231,8 @@ fn rows_of_links<P: Point>(view: StarsView<'_, P>) -> AdjacencyRows {
     let across = || neighbours.chunks_exact(corners);
     let open = (0..).zip(across()).filter(|(_, across)| across.contains(&INTERFACE)).map(|(cell, _)| cell);
     let rows = cells.chunks_exact(corners).zip(across());
-    AdjacencyRows {
-        rows: rows.flat_map(|(cell, across)| cell.iter().chain(across)).copied().collect(),
-        open: open.collect(),
-    }
+    AdjacencyRows::new(
+        rows.flat_map(|(cell, across)| cell.iter().chain(across)).copied().collect(),
+        open.collect(),
+    )
 }

@@ -21,8 +21,6 @@ use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
 use crate::coordinator::decide;
-use crate::direct::subdomain_triangulation::SubdomainTriangulation;
-pub use crate::direct::subdomain_triangulation::{HULL, INTERFACE};
 use crate::machine::collectives::{Reduction, Rising};
 use crate::machine::context::Context;
 use crate::stars::check::Agreement;
@@ -61,6 +59,15 @@ impl<'a, P: Point> Results<'a, P> {
     }
 }
 
+/// Properties of the run that are equal on all ranks.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Instance {
+    /// The number of points of all ranks.
+    pub(crate) population: u64,
+    /// The supergraph of the stars.
+    pub(crate) supergraph: Supergraph,
+}
+
 /// One pass of splaying and certificate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pass {
@@ -68,8 +75,8 @@ pub(crate) struct Pass {
     pub(crate) number: u32,
     /// The last round of splaying in which this rank sent a message; 0 if it sent none.
     pub(crate) rounds: u32,
-    /// The number of points of all ranks.
-    pub(crate) population: u64,
+    /// The run.
+    pub(crate) instance: Instance,
 }
 
 impl Pass {
@@ -121,14 +128,15 @@ impl MergedResult {
 /// Merges the results of all ranks. The coordinator decides on the merged result and broadcasts its decision.
 pub(crate) async fn merge<P: Point>(
     cx: &mut Context<P>,
-    results: Results<'_, P>,
+    subdomain: &Subdomain<P>,
+    view: StarsView<'_, P>,
     agreement: &Agreement,
     pass: Pass,
 ) -> Result<MergedResult, TransportError> {
     cx.enter(Phase::Merge)?;
-    let subdomain = results.subdomain;
+    let results = Results::new(subdomain, view, pass.instance.supergraph);
     let mut owned_cells = OwnedCells::default();
-    let leaves = match results.view.stars().triangulation().map(SubdomainTriangulation::merged) {
+    let leaves = match view.merged() {
         Some(own) => vec![own],
         None => merge_leaves(cx, results, pass, &mut owned_cells.facets),
     };
@@ -147,7 +155,7 @@ pub(crate) async fn merge<P: Point>(
             .join(subdomain.led(), arrived, |group, both, sent| join_results(cx, pass, group, both, sent));
         for (node, own) in root.map(|own| (NodeId::ROOT, own)).into_iter().chain(joined) {
             if node == NodeId::ROOT && cx.is_coordinator() {
-                let decision = decide(own, pass.population, pass.number);
+                let decision = decide(own, pass.instance.population, pass.number);
                 cx.send_to_all(|| Body::Outcome(decision));
                 whole = own;
             } else {

@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 
 use septet_geometry::point::Point;
+use septet_protocol::message::Merged;
 
 use crate::direct::subdomain_triangulation::SubdomainTriangulation;
 use crate::stars::fingerprint_sums::Sums;
@@ -196,6 +197,11 @@ impl<'a, P: Point> StarsView<'a, P> {
     #[inline]
     pub(crate) fn stars(&self) -> &'a Stars<P> {
         self.stars
+    }
+
+    /// Returns the merged result of the subdomain triangulation, if the stars come from one.
+    pub(crate) fn merged(&self) -> Option<Merged> {
+        self.stars.triangulation().map(SubdomainTriangulation::merged)
     }
 
     /// Returns the link of an owned point.
