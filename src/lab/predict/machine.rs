@@ -4,12 +4,12 @@ use septet_protocol::tasks::TaskLog;
 
 use super::placement::Placement;
 use super::sizes::Sizes;
-use super::traffic::PredictedTraffic;
+use super::traffic::PhaseTraffic;
 
 /// The state of a replay.
 pub(super) struct Replay<'a> {
     pub(super) log: &'a TaskLog,
     pub(super) place: Placement,
     pub(super) sizes: Sizes,
-    pub(super) traffic: PredictedTraffic,
+    pub(super) traffic: PhaseTraffic,
 }

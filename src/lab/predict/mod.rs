@@ -34,7 +34,7 @@ mod traffic;
 pub use calibrate::{Timed, calibrate};
 pub use error::PredictError;
 pub use hardware::Hardware;
-pub use traffic::{Load, PredictedTraffic, Round};
+pub use traffic::{Load, PhaseTraffic, Round};
 
 use placement::Placement;
 
@@ -185,7 +185,7 @@ fn work_by_rank(log: &TaskLog, place: &Placement) -> BTreeMap<Phase, BTreeMap<Ra
     work
 }
 
-fn summary(log: &TaskLog, place: &Placement, traffic: &PredictedTraffic, hardware: &Hardware) -> Prediction {
+fn summary(log: &TaskLog, place: &Placement, traffic: &PhaseTraffic, hardware: &Hardware) -> Prediction {
     let work = work_by_rank(log, place);
     let busiest = |phase: Phase| work.get(&phase).and_then(|w| w.values().copied().max()).unwrap_or(0);
     let loads = traffic.phases();

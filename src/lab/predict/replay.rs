@@ -14,16 +14,16 @@ use super::error::PredictError;
 use super::machine::Replay;
 use super::placement::Placement;
 use super::sizes::Sizes;
-use super::traffic::PredictedTraffic;
+use super::traffic::PhaseTraffic;
 use super::{descent, partition};
 
 /// Replays all phases of a run on `workers` ranks.
 pub(super) fn replay<P: Point>(
     log: &TaskLog,
     workers: u32,
-) -> Result<(Placement, PredictedTraffic), PredictError> {
+) -> Result<(Placement, PhaseTraffic), PredictError> {
     let place = Placement::new(log, workers)?;
-    let mut replay = Replay { log, place, sizes: Sizes::of::<P>(), traffic: PredictedTraffic::default() };
+    let mut replay = Replay { log, place, sizes: Sizes::of::<P>(), traffic: PhaseTraffic::default() };
     replay.load();
     partition::replay(&mut replay);
     if log.chosen {

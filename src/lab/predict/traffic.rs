@@ -42,11 +42,11 @@ impl Round {
 
 /// Messages by phase, and by round within the phase.
 #[derive(Clone, Debug, Default)]
-pub struct PredictedTraffic {
+pub struct PhaseTraffic {
     rounds: BTreeMap<(Phase, u32), Round>,
 }
 
-impl PredictedTraffic {
+impl PhaseTraffic {
     /// Adds a message. Messages from a rank to itself are not billed.
     pub(super) fn send(&mut self, phase: Phase, round: u32, (from, to): (Rank, Rank), bytes: u64) {
         if from == to {
