@@ -10,6 +10,9 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 use tempfile::TempDir;
 
+#[path = "cli/effects.rs"]
+mod effects;
+
 #[path = "cli/faults.rs"]
 mod faults;
 

@@ -1,6 +1,7 @@
 //! septet-cli: the subcommands, exit codes, options, progress and errors of the program `septet`.
 
 mod completions;
+mod effects;
 mod errors;
 mod excerpt;
 mod files;

@@ -9,10 +9,10 @@ use septet_core::config::{
 };
 use septet_core::generate::{GenerateError, Kind};
 use septet_core::result::view::MOST_POINTS;
-use septet_io::write::MshVersion;
 use septet_lab::trace::Detail;
 
-use super::errors::{Code, Failure};
+use super::effects::needs;
+use super::errors::Failure;
 use super::formats::{FormatArgs, ReadArgs};
 use super::headings::{GRAPH, INPUT, MACHINE, OUTPUT, REPORTS};
 
@@ -119,9 +119,6 @@ pub struct RunArgs {
     /// Write the owning worker and the home leaf of every cell (.vtu .vtk)
     #[arg(long, help_heading = OUTPUT, hide_short_help = true)]
     pub with_owner: bool,
-    /// Version of files named .msh
-    #[arg(long, value_name = "VERSION", value_enum, default_value_t = MshArg::V41, help_heading = OUTPUT, hide_short_help = true)]
-    pub msh_version: MshArg,
     /// Plant a fault, for tests: refuse:NODE[-NODE], refuse-draws:EVERY, spoil:RANK, die:RANK:PHASE
     #[arg(long, hide = true, value_name = "FAULT")]
     pub fault: Option<Fault>,
@@ -254,26 +251,6 @@ pub enum RegistersArg {
     Baseline,
 }
 
-/// `--msh-version`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum MshArg {
-    /// Legacy Gmsh files
-    #[value(name = "2.2")]
-    V22,
-    /// Current Gmsh files
-    #[value(name = "4.1")]
-    V41,
-}
-
-impl From<MshArg> for MshVersion {
-    fn from(version: MshArg) -> Self {
-        match version {
-            MshArg::V22 => MshVersion::V22,
-            MshArg::V41 => MshVersion::V41,
-        }
-    }
-}
-
 /// `--trace-level`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum DetailArg {
@@ -307,12 +284,8 @@ impl MachineArgs {
     pub fn config(&self) -> Result<Config, Failure> {
         let base = Config::default();
         let threads = self.threads.unwrap_or(base.machine.threads);
-        if self.delivery_seed.is_some() && self.transport == TransportArg::Channel {
-            let message = "--delivery-seed needs --transport sim: channels deliver in no fixed order";
-            return Err(
-                Failure::new(Code::Usage, message).help("add --transport sim, or omit --delivery-seed")
-            );
-        }
+        let is_sim = self.transport == TransportArg::Sim;
+        needs("--delivery-seed", self.delivery_seed.is_some(), "--transport sim", is_sim)?;
         if self.registers == RegistersArg::Baseline {
             septet_geometry::simd::use_baseline_registers();
         }
@@ -365,6 +338,7 @@ impl TriangulateArgs {
 impl SimulateArgs {
     /// Returns the checked configuration of these options.
     pub fn config(&self) -> Result<Config, Failure> {
+        needs("--tasks", self.tasks, "--json", self.run.json.is_some())?;
         let config = self.graph.extend(self.run.config()?)?.with(|c| c.keep.tasks = self.tasks);
         config.check()?;
         Ok(config)

@@ -6,10 +6,15 @@ use clap::Args;
 use septet_core::config::Fault;
 use septet_lab::claims::{Claim, ClaimError, ClaimReport, Extent, Judged, Lab, LabOptions, select};
 
+use super::effects::excludes;
 use super::errors::{Code, Failure};
 use super::files;
 use super::options::NeighboursArg;
 use super::progress::Talk;
+
+/// The options that a list of claims does not use.
+const NOT_FOR_LISTS: [&str; 8] =
+    ["quick", "full", "seed", "neighbours", "threads", "figures", "json", "fault"];
 
 /// Options of `septet reproduce`.
 #[derive(Debug, Args)]
@@ -34,7 +39,7 @@ pub struct ReproduceArgs {
     #[arg(long)]
     full: bool,
     /// Explain each claim in two lines, and test none
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = NOT_FOR_LISTS)]
     list: bool,
     /// First seed of the sets and runs
     #[arg(long, value_name = "S", default_value_t = 1)]
@@ -63,6 +68,8 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
         let text: String = claims.iter().map(|claim| listed(claim)).collect();
         return Ok(files::print(&text)?);
     }
+    let is_json_printed = args.json.as_deref() == Some(Path::new("-"));
+    excludes("--figures", args.figures, "--json -", is_json_printed)?;
     let texts: Vec<&Path> = args.json.iter().map(PathBuf::as_path).collect();
     files::check(None, &[], &texts)?;
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
@@ -72,8 +79,7 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
     let cancel = Some(talk.cancel.clone());
     let correction = args.neighbours.correction();
     let setting = LabOptions { extent, seed: args.seed, threads, correction, fault: args.fault, cancel };
-    let table = args.json.as_deref() != Some(Path::new("-"));
-    let judged = judge(&claims, setting, table, args.figures, talk)?;
+    let judged = judge(&claims, setting, !is_json_printed, args.figures, talk)?;
     let report = ClaimReport::of(extent, args.seed, judged);
     if let Some(path) = &args.json {
         let mut text = serde_json::to_string_pretty(&report)

@@ -67,7 +67,7 @@ pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
 
 /// Checks that all output files can be written.
 fn outputs(args: &MeshArgs, tables: &Tables) -> Result<(), Failure> {
-    let options = WriteOptions { format: args.writing.format, ..WriteOptions::default() };
+    let options = args.writing.options();
     let faces: Vec<PathBuf> = args
         .output
         .iter()
@@ -83,7 +83,7 @@ fn outputs(args: &MeshArgs, tables: &Tables) -> Result<(), Failure> {
     for path in read.into_iter().flatten() {
         files::check_as(Some(path), &args.output, &options, &texts)?;
     }
-    Ok(())
+    args.writing.check(&args.output)
 }
 
 /// One call of the command.
@@ -126,9 +126,7 @@ impl Job<'_> {
         let (args, request, talk) = (self.args, &self.request, self.talk);
         let read_seconds = self.start.elapsed().as_secs_f64();
         talk.check();
-        if request.max_distance.is_some() && !request.remeshes(domain) {
-            return Err(options::exact_has_no_distance());
-        }
+        args.check_boundary(!request.remeshes(domain))?;
         let mut files = Vec::new();
         let Found { made: found, picture } = traced(&args.tracing, talk, &mut files, || self.found(domain))?;
         let broken = self.broken(&found.conformity);
@@ -255,12 +253,7 @@ impl Job<'_> {
 
     fn write<P: Triangulate>(&self, domain: &Domain<P>, mesh: &Mesh<P>) -> Result<Vec<PathBuf>, Failure> {
         let (args, talk) = (self.args, self.talk);
-        let options = WriteOptions {
-            format: args.writing.format,
-            first_id: self.first_id,
-            msh: args.msh_version.into(),
-            ..WriteOptions::default()
-        };
+        let options = WriteOptions { first_id: self.first_id, ..args.writing.options() };
         let labelled = Labelled::of(domain, mesh);
         let mut files = Vec::new();
         for output in &args.output {

@@ -133,12 +133,7 @@ fn points(path: &Path, data: &[u8], options: &ReadOptions) -> Result<PointFile, 
         return Err(InputError::UnknownFormat { path, advice, known: Format::POINTS });
     };
     if format != Format::Text && (options.columns.is_some() || options.keep_columns) {
-        let what = format!("a choice of columns in a .{} file", format.name());
-        return Err(source.unsupported(
-            Place::Whole,
-            what,
-            "use --columns and --keep-columns for text tables only",
-        ));
+        return Err(InputError::NotATable { path: path.to_owned(), format: format.name() });
     }
     match format {
         Format::Node => node::read(source, options),
