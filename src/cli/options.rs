@@ -138,7 +138,7 @@ pub struct TraceArgs {
 /// Options of every command that runs the machine. The runs of a sweep share them.
 #[derive(Debug, Args)]
 pub struct MachineArgs {
-    /// Number of threads that run the workers [default: cores]
+    /// Number of threads that read, run the workers and write [default: cores]
     #[arg(long, value_name = "T", help_heading = MACHINE)]
     pub threads: Option<usize>,
     /// SIMD width of the inner loops; it does not change results
@@ -242,6 +242,16 @@ pub enum TransportArg {
     Sim,
 }
 
+impl TransportArg {
+    /// Returns the transport of this name with the seed of the order of delivery.
+    pub fn with_seed(self, delivery_seed: Option<u64>) -> Result<Transport, Failure> {
+        let is_sim = self == TransportArg::Sim;
+        needs("--delivery-seed", delivery_seed.is_some(), "--transport sim", is_sim)?;
+        let delivery_seed = delivery_seed.unwrap_or(0);
+        Ok(if is_sim { Transport::Sim { delivery_seed } } else { Transport::Channel })
+    }
+}
+
 /// `--registers`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum RegistersArg {
@@ -284,8 +294,7 @@ impl MachineArgs {
     pub fn config(&self) -> Result<Config, Failure> {
         let base = Config::default();
         let threads = self.threads.unwrap_or(base.machine.threads);
-        let is_sim = self.transport == TransportArg::Sim;
-        needs("--delivery-seed", self.delivery_seed.is_some(), "--transport sim", is_sim)?;
+        let transport = self.transport.with_seed(self.delivery_seed)?;
         if self.registers == RegistersArg::Baseline {
             septet_geometry::simd::use_baseline_registers();
         }
@@ -296,10 +305,7 @@ impl MachineArgs {
                 PartitionArg::Kd => Partition::Kd,
             };
             c.machine.leaf = self.leaf.0;
-            c.machine.transport = match self.transport {
-                TransportArg::Channel => Transport::Channel,
-                TransportArg::Sim => Transport::Sim { delivery_seed: self.delivery_seed.unwrap_or(0) },
-            };
+            c.machine.transport = transport;
             c.machine.max_memory = self.max_memory;
         }))
     }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use septet_core::config::Fault;
+use septet_core::config::{Fault, Machine};
 use septet_lab::claims::{Claim, ClaimError, ClaimReport, Extent, Judged, Lab, LabOptions, select};
 
 use super::effects::excludes;
@@ -72,8 +72,7 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
     excludes("--figures", args.figures, "--json -", is_json_printed)?;
     let texts: Vec<&Path> = args.json.iter().map(PathBuf::as_path).collect();
     files::check(None, &[], &texts)?;
-    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    let threads = args.threads.map_or(cores, |threads| threads as usize);
+    let threads = args.threads.map_or_else(|| Machine::default().threads, |threads| threads as usize);
     super::threads::limit_threads(threads);
     let extent = if args.full { Extent::Full } else { Extent::Quick };
     let cancel = Some(talk.cancel.clone());

@@ -8,7 +8,7 @@ mod sets;
 
 use domains::{AnyDomain, Known, Problem};
 use septet_core::config::{Machine, Workers};
-use septet_core::mesh::{self, DEFAULT_FEATURE_ANGLE, MeshError, MeshRequest, generate, measure};
+use septet_core::mesh::{self, MeshError, MeshRequest, generate, measure};
 use septet_geometry::point::Point;
 use septet_meshing::conformity;
 use septet_meshing::domain::Domain;
@@ -27,15 +27,9 @@ fn request(lipschitz: f64, size: Option<f64>) -> MeshRequest {
     MeshRequest {
         boundary: Some(mesh::Boundary::Exact),
         size,
-        field: None,
-        singularity: None,
-        min_size: None,
         lipschitz,
-        feature_angle: DEFAULT_FEATURE_ANGLE,
-        max_distance: None,
-        improve: false,
         machine: Machine::default().with(|m| (m.workers, m.threads) = (Workers::Count(2), 2)),
-        cancel: None,
+        ..MeshRequest::default()
     }
 }
 

@@ -3,11 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use septet_core::config::{Config, Machine, Transport, Workers};
+use septet_core::config::{Config, Workers};
 use septet_core::mesh::view::MOST_CELLS;
-use septet_core::mesh::{
-    Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, MeshRequest, Shape, SingularityRequest,
-};
+use septet_core::mesh::{Boundary, MeshRequest, Shape, SingularityRequest};
 
 use crate::effects::needs;
 use crate::errors::{Code, Failure};
@@ -131,7 +129,7 @@ pub struct MeshArgs {
     /// Largest leaf of the partition trees, in points [default: 4000 in space, 2000 in the plane]
     #[arg(long, value_name = "M", help_heading = MACHINE, hide_short_help = true)]
     pub leaf: Option<u64>,
-    /// Number of threads that run the workers [default: cores]
+    /// Number of threads that read, run the workers and write [default: cores]
     #[arg(long, value_name = "T", help_heading = MACHINE)]
     pub threads: Option<usize>,
     /// Seed of the random draws
@@ -192,8 +190,7 @@ impl MeshArgs {
     /// Returns the request of these options, without the size field, which the caller reads.
     pub fn request(&self) -> Result<MeshRequest, Failure> {
         let usage = |message: &str, help: &str| Err(Failure::new(Code::Usage, message).help(help));
-        let is_sim = self.transport == TransportArg::Sim;
-        needs("--delivery-seed", self.delivery_seed.is_some(), "--transport sim", is_sim)?;
+        let transport = self.transport.with_seed(self.delivery_seed)?;
         needs("--view", self.view.is_some(), "--json", self.json.is_some())?;
         let is_reported = self.json.is_some() || self.svg.is_some() || self.profile.is_some();
         if !self.check && !is_reported && self.output.is_empty() && self.tracing.trace.is_none() {
@@ -209,14 +206,12 @@ impl MeshArgs {
             );
         }
         self.check_boundary(self.boundary == Some(BoundaryArg::Exact))?;
-        let machine = Machine::default().with(|m| {
+        let base = MeshRequest::default();
+        let machine = base.machine.with(|m| {
             m.workers = self.workers.unwrap_or(m.workers);
             m.threads = self.threads.unwrap_or(m.threads);
             m.leaf = self.leaf;
-            m.transport = match self.transport {
-                TransportArg::Channel => Transport::Channel,
-                TransportArg::Sim => Transport::Sim { delivery_seed: self.delivery_seed.unwrap_or(0) },
-            };
+            m.transport = transport;
             m.seed = self.seed;
             m.max_memory = self.max_memory;
         });
@@ -228,8 +223,8 @@ impl MeshArgs {
             field: None,
             singularity: self.singularity.clone(),
             min_size: self.min_size,
-            lipschitz: self.lipschitz.or(by_ratio).unwrap_or(DEFAULT_LIPSCHITZ),
-            feature_angle: self.feature_angle.unwrap_or(DEFAULT_FEATURE_ANGLE),
+            lipschitz: self.lipschitz.or(by_ratio).unwrap_or(base.lipschitz),
+            feature_angle: self.feature_angle.unwrap_or(base.feature_angle),
             max_distance: self.max_distance,
             improve: self.improve,
             machine,

@@ -18,8 +18,7 @@ use septet_core::mesh::field::SizeField;
 use septet_core::mesh::labelled::Labelled;
 use septet_core::mesh::run_log::RunLog;
 use septet_core::mesh::{
-    DEFAULT_FEATURE_ANGLE, MeshError, MeshRequest, Promise, Shape, SingularityRequest, generate, measure,
-    sizes,
+    MeshError, MeshRequest, Promise, Shape, SingularityRequest, generate, measure, sizes,
 };
 use septet_core::model::{MeshView, Points};
 use septet_core::run::memory;
@@ -123,20 +122,12 @@ fn lattice(domain: &Domain<DVec3>) -> Mesh<DVec3> {
 
 fn request() -> MeshRequest {
     MeshRequest {
-        boundary: None,
         size: Some(0.5),
-        field: None,
-        singularity: None,
-        min_size: None,
-        lipschitz: 0.5,
-        feature_angle: DEFAULT_FEATURE_ANGLE,
-        max_distance: None,
-        improve: false,
         machine: Machine::default().with(|m| {
             (m.workers, m.threads) = (Workers::Count(2), 1);
             m.transport = Transport::Sim { delivery_seed: 0 };
         }),
-        cancel: None,
+        ..MeshRequest::default()
     }
 }
 

@@ -16,7 +16,7 @@ pub mod unit;
 
 use glam::{DVec2, DVec3};
 pub use kind::{Kind, parse_sample};
-pub use request::{GenerateError, Generated, Progress, Request, Spacing};
+pub use request::{GRADED_LIPSCHITZ, GenerateError, Generated, Progress, Request, Spacing};
 use unit::Unit;
 
 use crate::model::Points;

@@ -14,7 +14,7 @@ use septet_geometry::point::Point;
 
 use super::faces::Face;
 use super::kind::Kind;
-use super::request::{GenerateError, Progress, Request};
+use super::request::{GRADED_LIPSCHITZ, GenerateError, Progress, Request};
 use super::sizing::{Centre, Sizing};
 use super::spaced;
 use super::unit::Unit;
@@ -99,7 +99,7 @@ struct Family {
 
 impl Family {
     fn of(request: &Request) -> Self {
-        let slope = request.lipschitz.unwrap_or(0.25);
+        let slope = request.lipschitz.unwrap_or(GRADED_LIPSCHITZ);
         match request.kind {
             Kind::GradedPoint => Family { centre: Centre::Point, slope, sharpest: 0.001 },
             Kind::GradedLine => Family { centre: Centre::Line, slope, sharpest: 0.0001 },

@@ -86,6 +86,24 @@ pub struct MeshRequest {
     pub cancel: Option<Arc<AtomicBool>>,
 }
 
+impl Default for MeshRequest {
+    fn default() -> Self {
+        MeshRequest {
+            boundary: None,
+            size: None,
+            field: None,
+            singularity: None,
+            min_size: None,
+            lipschitz: DEFAULT_LIPSCHITZ,
+            feature_angle: DEFAULT_FEATURE_ANGLE,
+            max_distance: None,
+            improve: false,
+            machine: Machine::default(),
+            cancel: None,
+        }
+    }
+}
+
 /// Errors of mesh generation.
 #[derive(Debug, Error)]
 #[non_exhaustive]
