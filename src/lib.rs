@@ -207,7 +207,7 @@ pub mod generate {
 pub mod experiment {
     #[doc(inline)]
     pub use septet_lab::experiment::fit::{
-        Abscissa, FitError, FitReport, Growth, Key, Law, Request, Series, Verdict, fit,
+        Abscissa, Conclusion, FitError, FitReport, Growth, Key, Law, Request, Series, fit,
     };
     #[doc(inline)]
     pub use septet_lab::experiment::{

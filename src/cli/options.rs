@@ -116,7 +116,7 @@ pub struct RunArgs {
     pub keep_columns: bool,
     #[command(flatten)]
     pub writing: FormatArgs,
-    /// Write the owning worker and the home leaf of every cell (.vtu .vtk)
+    /// Write the owning worker and the owning leaf of every cell (.vtu .vtk)
     #[arg(long, help_heading = OUTPUT, hide_short_help = true)]
     pub with_owner: bool,
     /// Plant a fault, for tests: refuse:NODE[-NODE], refuse-draws:EVERY, spoil:RANK, die:RANK:PHASE

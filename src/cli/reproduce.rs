@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use septet_core::config::{Fault, Machine};
-use septet_lab::claims::{Claim, ClaimError, ClaimReport, Extent, Judged, Lab, LabOptions, select};
+use septet_lab::claims::{CheckedClaim, Claim, ClaimError, ClaimReport, Extent, Lab, LabOptions, select};
 
 use super::effects::excludes;
 use super::errors::{Code, Failure};
@@ -53,7 +53,7 @@ pub struct ReproduceArgs {
     /// Show all figures of every claim, not only the decisive one
     #[arg(long)]
     figures: bool,
-    /// Write verdicts and all figures as JSON, `-` for standard output
+    /// Write results and all figures as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
     /// Plant a fault in every machine, for tests
@@ -78,11 +78,11 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
     let cancel = Some(talk.cancel.clone());
     let correction = args.neighbours.correction();
     let setting = LabOptions { extent, seed: args.seed, threads, correction, fault: args.fault, cancel };
-    let judged = judge(&claims, setting, !is_json_printed, args.figures, talk)?;
-    let report = ClaimReport::of(extent, args.seed, judged);
+    let checked = check(&claims, setting, !is_json_printed, args.figures, talk)?;
+    let report = ClaimReport::of(extent, args.seed, checked);
     if let Some(path) = &args.json {
         let mut text = serde_json::to_string_pretty(&report)
-            .map_err(|e| Failure::new(Code::Failed, format!("the verdicts cannot be written: {e}")))?;
+            .map_err(|e| Failure::new(Code::Failed, format!("the results cannot be written: {e}")))?;
         text.push('\n');
         files::write_text(path, &text)?;
     }
@@ -96,13 +96,13 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
         .help("`septet reproduce CLAIM --figures` shows all figures of a claim"))
 }
 
-fn judge(
+fn check(
     claims: &[&'static Claim],
     setting: LabOptions,
     table: bool,
     figures: bool,
     talk: &Talk,
-) -> Result<Vec<Judged>, Failure> {
+) -> Result<Vec<CheckedClaim>, Failure> {
     let show = |text: &str| {
         if table {
             talk.aside(|| {
@@ -122,20 +122,20 @@ fn judge(
     for (claim, done) in claims.iter().zip(0..) {
         at.set((done, claim.name));
         talk.stage(claim.name, done, Some(total));
-        let judged = claim.judge(&mut lab)?;
-        show(&judged.rows());
-        if figures || !judged.passed {
-            show(&judged.details(!figures));
+        let checked = claim.check(&mut lab)?;
+        show(&checked.rows());
+        if figures || !checked.passed {
+            show(&checked.details(!figures));
         }
-        all.push(judged);
+        all.push(checked);
     }
     talk.clear();
     Ok(all)
 }
 
 fn listed(claim: &Claim) -> String {
-    let [says, judged] = claim.explained();
-    format!("{}\n  {says}\n  {judged}\n", claim.name)
+    let [says, checked] = claim.explained();
+    format!("{}\n  {says}\n  {checked}\n", claim.name)
 }
 
 impl From<ClaimError> for Failure {

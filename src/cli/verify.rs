@@ -70,8 +70,8 @@ pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
     let report = verify(&mesh, &options, &mut |stage, done, total| talk.stage(stage, done, Some(total)));
     talk.clear();
     if let Some(path) = &args.json {
-        let verdict = VerifyReport::of(&report, &args.points, &args.cells);
-        let mut text = serde_json::to_string_pretty(&verdict)
+        let json = VerifyReport::of(&report, &args.points, &args.cells);
+        let mut text = serde_json::to_string_pretty(&json)
             .map_err(|e| Failure::new(Code::Failed, format!("the report cannot be written: {e}")))?;
         text.push('\n');
         files::write_text(path, &text)?;

@@ -1,4 +1,4 @@
-//! Judges a triangulation of any program: points and cells of two files.
+//! Checks a triangulation of any program: points and cells of two files.
 //!
 //! `cargo run --release --example verify -- points.node cells.ele`
 
@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if report.passed() { Ok(()) } else { Err("this is not a Delaunay triangulation of the points".into()) }
 }
 
-/// Writes files to judge, for a call without arguments.
+/// Writes files to check, for a call without arguments.
 fn sample_files() -> Result<(PathBuf, PathBuf), Box<dyn Error>> {
     let sample = generate(&parse_sample("uniform:300")?, &mut |_, _, _| {})?;
     let septet::Points::Space(points) = &sample.points else { return Err("a sample in space".into()) };

@@ -228,7 +228,7 @@ fn outcome(run: &Run) -> Outcome {
     }
     Outcome {
         cells: run.cells().to_vec(),
-        owners: owners.chain(run.home_leaf().unwrap_or_default().iter().copied()).collect(),
+        owners: owners.chain(run.owning_leaf().unwrap_or_default().iter().copied()).collect(),
         graph: run.graph.iter().flatten().flat_map(|e| [e.0, e.1]).collect(),
         picture: picture(run),
         tasks: tasks(run),
@@ -278,10 +278,10 @@ fn tasks(run: &Run) -> Vec<u64> {
     let agreement =
         |a: &(u32, u32, u32, u64, u64, u64)| [u64::from(a.0), u64::from(a.1), u64::from(a.2), a.3, a.4, a.5];
     all.extend(log.agreement.iter().flat_map(agreement));
-    for said in &log.exchange {
-        all.extend([said.step, u32::from(said.objection), said.from, said.to].map(u64::from));
-        all.extend([said.cells, said.conflicts]);
-        all.extend(&said.points);
+    for sent in &log.exchange {
+        all.extend([sent.step, u32::from(sent.objection), sent.from, sent.to].map(u64::from));
+        all.extend([sent.cells, sent.conflicts]);
+        all.extend(&sent.points);
     }
     all.extend(&log.cells);
     all.extend(log.charges.iter().flat_map(|c| [u64::from(c.0), c.1, c.2, c.3]));

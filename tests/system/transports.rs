@@ -37,7 +37,7 @@ fn assert_same(expected: &Run, found: &Run, what: &str) {
     assert!(expected.cells() == found.cells(), "{what}: other cells");
     assert!(expected.graph == found.graph, "{what}: another graph");
     assert_eq!(expected.owner(), found.owner(), "{what}");
-    assert_eq!(expected.home_leaf(), found.home_leaf(), "{what}");
+    assert_eq!(expected.owning_leaf(), found.owning_leaf(), "{what}");
     assert_same_counts(&expected.ledger, &found.ledger, what);
     assert_eq!(expected.ledger.phases, found.ledger.phases, "{what}");
     assert!(expected.ledger.part == found.ledger.part, "{what}: other rounds");

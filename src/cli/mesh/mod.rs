@@ -14,7 +14,9 @@ use septet_core::run::memory::peak_rss;
 use septet_io::read::{AnyInput, DomainFile, read_domain, read_sizes};
 use septet_io::write::{OutputFormat, WriteOptions, faces_path};
 use septet_lab::report::mesh::tables::TABLES;
-use septet_lab::report::mesh::{Judged, MeshContext, MeshReport, Seconds, feature_name, unscaled_measure};
+use septet_lab::report::mesh::{
+    CheckedMesh, MeshContext, MeshReport, Seconds, feature_name, unscaled_measure,
+};
 use septet_meshing::conformity::Conformity;
 use septet_meshing::defect::Defect;
 use septet_meshing::domain::Domain;
@@ -130,14 +132,14 @@ impl Job<'_> {
         let mut files = Vec::new();
         let Found { made: found, picture } = traced(&args.tracing, talk, &mut files, || self.found(domain))?;
         let broken = self.broken(&found.conformity);
-        let judged = self.start.elapsed().as_secs_f64();
+        let checked = self.start.elapsed().as_secs_f64();
         if broken.is_none() {
             files.extend(self.write(domain, &found.mesh)?);
         }
         let total_seconds = self.start.elapsed().as_secs_f64();
         talk.clear();
-        let judge_seconds = judged - read_seconds - found.seconds;
-        let (mesh_seconds, write_seconds) = (found.seconds, total_seconds - judged);
+        let judge_seconds = checked - read_seconds - found.seconds;
+        let (mesh_seconds, write_seconds) = (found.seconds, total_seconds - checked);
         let around = MeshContext {
             input: &args.domain.display().to_string(),
             outputs: &args.output,
@@ -145,7 +147,7 @@ impl Job<'_> {
             seconds: Seconds { read_seconds, mesh_seconds, judge_seconds, write_seconds, total_seconds },
             peak_rss_bytes: peak_rss(),
         };
-        let judged = Judged {
+        let checked = CheckedMesh {
             domain,
             request,
             mesh: &found.mesh,
@@ -155,7 +157,7 @@ impl Job<'_> {
             run_log: &found.run_log,
             picture: picture.as_ref(),
         };
-        self.finish(&judged, &around, files)?;
+        self.finish(&checked, &around, files)?;
         broken.map_or(Ok(()), Err)
     }
 
@@ -187,12 +189,12 @@ impl Job<'_> {
     /// Writes the report, the figures and the tables, and prints the summary.
     fn finish<P: Triangulate>(
         &self,
-        judged: &Judged<'_, P>,
+        checked: &CheckedMesh<'_, P>,
         around: &MeshContext<'_>,
         mut files: Vec<PathBuf>,
     ) -> Result<(), Failure> {
         let (args, talk) = (self.args, self.talk);
-        let report = MeshReport::of(judged, around);
+        let report = MeshReport::of(checked, around);
         if let Some(path) = &args.json {
             let text = report.to_json();
             let text =
@@ -200,11 +202,11 @@ impl Job<'_> {
             write_text(path, &(text + "\n"))?;
         }
         if let Some(directory) = &args.svg {
-            write_figures(&figures(judged.quality, Promise::of(self.request.lipschitz)), directory, talk)?;
+            write_figures(&figures(checked.quality, Promise::of(self.request.lipschitz)), directory, talk)?;
         }
         let rendered = |format, which| report.tables(format, which);
         files.extend(self.tables.write(&rendered)?);
-        for line in summary(judged) {
+        for line in summary(checked) {
             talk.note(line);
         }
         let seconds =

@@ -24,7 +24,7 @@ use septet_core::model::{MeshView, Points};
 use septet_core::run::memory;
 use septet_io::read::{AnyInput, CellOptions, ReadOptions, read as read_points, read_cells, read_domain};
 use septet_io::write::{WriteOptions, faces_path, write};
-use septet_lab::report::mesh::{Judged, MeshContext, MeshReport};
+use septet_lab::report::mesh::{CheckedMesh, MeshContext, MeshReport};
 use septet_meshing::domain::Domain;
 use septet_meshing::mesh::{Mesh, StageLine};
 use septet_meshing::quality::Measure;
@@ -333,7 +333,7 @@ fn the_report_says_what_was_found() {
     let request = request();
     let quality = measure(&domain, &mesh, &sizes(&domain, &request).unwrap(), 3);
     let stages = [StageLine { name: "corners".into(), points: 12, ..StageLine::default() }];
-    let judged = Judged {
+    let checked = CheckedMesh {
         domain: &domain,
         request: &request,
         mesh: &mesh,
@@ -344,7 +344,7 @@ fn the_report_says_what_was_found() {
         picture: None,
     };
     let around = MeshContext { input: "cube.poly", first_id: 1, ..MeshContext::default() };
-    let text = MeshReport::of(&judged, &around).to_json().unwrap();
+    let text = MeshReport::of(&checked, &around).to_json().unwrap();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(json["schema"], "septet-mesh/1");
     assert_eq!(json["parameters"]["boundary"], "exact");
@@ -367,7 +367,7 @@ fn the_report_says_what_was_found() {
     assert!(
         carried.starts_with("point ") || carried.starts_with("segment ") || carried.starts_with("facet ")
     );
-    assert!(summary(&judged)[0].contains("27 points, 48 cells: the mesh conforms"));
+    assert!(summary(&checked)[0].contains("27 points, 48 cells: the mesh conforms"));
     let drawn = figures(&quality, Promise::of(0.5));
     assert_eq!(drawn.len(), 6);
     assert!(drawn[0].0 == "radius-edge.svg" && drawn[0].1.contains("bound 2.0000"));

@@ -184,7 +184,7 @@ fn check_mesh(mesh: &MeshView<'_>, options: &WriteOptions<'_>) -> Result<(), Out
     }
     let cells = mesh.cell_count();
     let lengths =
-        [("owners", mesh.owner.map(<[u32]>::len)), ("home leaves", mesh.home_leaf.map(<[u64]>::len))];
+        [("owners", mesh.owner.map(<[u32]>::len)), ("owning leaves", mesh.owning_leaf.map(<[u64]>::len))];
     for (what, length) in lengths {
         if let Some(length) = length
             && length != cells

@@ -156,7 +156,7 @@ fn owners<'a>(mesh: &MeshView<'a>) -> Vec<Array<'a>> {
         let record: Record<'a> = Box::new(|buffer, i| buffer.extend_from_slice(&owner[i].to_le_bytes()));
         arrays.push(cell_array(Section::CellData, "owner", "UInt32", (count, 4), record));
     }
-    if let Some(leaf) = mesh.home_leaf {
+    if let Some(leaf) = mesh.owning_leaf {
         let record: Record<'a> = Box::new(|buffer, i| buffer.extend_from_slice(&leaf[i].to_le_bytes()));
         arrays.push(cell_array(Section::CellData, "home_leaf", "UInt64", (count, 8), record));
     }

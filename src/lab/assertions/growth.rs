@@ -1,6 +1,6 @@
 //! Checks of sweeps: the growth of a count.
 
-use crate::experiment::fit::{FitReport, Key, Law, Request, Verdict, fit};
+use crate::experiment::fit::{Conclusion, FitReport, Key, Law, Request, fit};
 use crate::experiment::{DepthLine, LevelLine, Line, RoundLine};
 
 use super::broken::{Broken, describe, nothing, short};
@@ -61,7 +61,7 @@ fn first_level(lines: &[Line], phase: &str, margin: f64) -> Option<String> {
 pub fn level_depth_flat(counted: &impl HasCounts, phase: &str, margin: f64) -> Result<(), Broken> {
     let lines = counted.lines();
     let report = answered(&lines, &Request { margin, ..Request::new(Key::LevelDepth, Some(phase)) })?;
-    let sloped = report.series.iter().find(|series| series.verdict != Verdict::SizeFree);
+    let sloped = report.series.iter().find(|series| series.conclusion != Conclusion::SizeFree);
     match sloped.map(|series| format!("depth of {phase} level by level: {}", series.words)) {
         None => Ok(()),
         Some(what) => {
@@ -74,11 +74,11 @@ pub fn level_depth_flat(counted: &impl HasCounts, phase: &str, margin: f64) -> R
 /// Checks that the count grows like this law and that the sizes distinguish it from all others, in every series.
 ///
 /// # Errors
-/// If the verdict is another one, or these runs do not determine the growth.
+/// If the conclusion is another one, or these runs do not determine the growth.
 pub fn grows_like(counted: &impl HasCounts, request: &Request, law: Law) -> Result<(), Broken> {
     let lines = counted.lines();
     let report = answered(&lines, request)?;
-    let other = report.series.iter().find(|series| series.verdict != Verdict::Law { law });
+    let other = report.series.iter().find(|series| series.conclusion != Conclusion::Law { law });
     match other.map(|s| format!("{}, expected {}: {}", request.y.name(), law.name(), s.words)) {
         None => Ok(()),
         Some(what) => Err(broken(what, &lines, report)),

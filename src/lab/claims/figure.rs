@@ -28,8 +28,8 @@ pub struct Figure {
     pub relation: Relation,
     /// The bound.
     pub bound: f64,
-    /// Whether the figure belongs to the printed sentence of a claim that is judged by another reading. Such a figure
-    /// is reported and not judged.
+    /// Whether the figure belongs to the printed sentence of a claim that is checked by another reading. Such a figure
+    /// is reported and not checked.
     pub as_printed: bool,
 }
 

@@ -34,7 +34,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         },
         experiment: "Generated points of a square and a cube, L = 0.12, 0.25, 0.5: the largest R/l, over 1/(1-L)",
         bound: "1, a theorem; 1e-9 for rounding",
-        judge: |lab| ratios(lab, true),
+        check: |lab| ratios(lab, true),
     },
     Claim {
         name: "approximate-ratio",
@@ -45,7 +45,7 @@ pub(super) const CLAIMS: &[Claim] = &[
                      largest R/l over g/(1-gL), in space g = max sqrt(4-2d^2)/(1-L sqrt(3+2d)) over d, in the plane \
                      sqrt(2)/(1-L)",
         bound: "1, a theorem (the generator's documentation proves it); 1e-9 for rounding",
-        judge: |lab| ratios(lab, false),
+        check: |lab| ratios(lab, false),
     },
     Claim {
         name: "size-optimal",
@@ -55,7 +55,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         experiment: "Points over the integral of dx/f^d, over the cells, at two sizes a factor of two apart",
         bound: "2^d (2+2L)^d / v_d, v_d the unit ball: balls of radius f/(2+L) around points are disjoint, and a corner keeps \
                 1/2^d of its own; growth by 1.25 from one size to the other",
-        judge: density,
+        check: density,
     },
     Claim {
         name: "set-rounds",
@@ -67,7 +67,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         },
         experiment: "Rounds of the set that took most, less log2 of its candidates, over all stages of the same sets",
         bound: "2: for a random order, the rounds of the greedy set grow like log m (Fischer and Noever 2018)",
-        judge: rounds,
+        check: rounds,
     },
     Claim {
         name: "generated-density",
@@ -79,7 +79,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         },
         experiment: "Stars that splaying changed in the recursion over generated points, L = 0.12 and 0.25",
         bound: "0",
-        judge: stars,
+        check: stars,
     },
 ];
 
@@ -173,11 +173,11 @@ fn ratios(lab: &mut Lab, free: bool) -> Result<Vec<Figure>, ClaimError> {
         let all = if sample.d == 2 { promise.near } else { promise.above };
         let bound = if free { promise.free } else { all.unwrap_or(f64::NAN) };
         let shapes = sample.shapes();
-        let judged: Vec<f64> =
+        let checked: Vec<f64> =
             shapes.iter().filter(|s| !free || sample.is_free(&s.centre)).map(Shape::ratio).collect();
-        let worst = judged.iter().copied().fold(0.0, f64::max);
-        let what = format!("largest R/l of {} of {} cells, over the bound", judged.len(), shapes.len());
-        let value = if judged.is_empty() { f64::NAN } else { worst / bound };
+        let worst = checked.iter().copied().fold(0.0, f64::max);
+        let what = format!("largest R/l of {} of {} cells, over the bound", checked.len(), shapes.len());
+        let value = if checked.is_empty() { f64::NAN } else { worst / bound };
         Figure::at_most(what, &sample.name, lab.seed(), value, 1.0 + ROUNDING)
     };
     Ok(samples(lab, slopes, 1.0)?.into_iter().map(of).collect())

@@ -22,7 +22,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         experiment: "Poisson sets; for every edge the smaller of its two ranks, the largest over ln n: at interior \
                      vertices, and as printed at all",
         bound: "14 in space and 7 in the plane: 10.9 and 4.8 measured to n = 10^6",
-        judge: neighbours,
+        check: neighbours,
     },
     Claim {
         name: "random-depth",
@@ -32,7 +32,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         experiment: "Depth of the local hulls of ceil(10 ln n), in the plane 5 ln n, neighbours over log2(n)^(d/2): the \
                      largest size's over the smallest's",
         bound: "1.15: hulls of c log n points by vector steps take O(log n)",
-        judge: depth,
+        check: depth,
     },
 ];
 

@@ -18,7 +18,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         experiment: "Edges in the machine's graph or in the graph by definition, over all pairs, and not in both; sets both, \
                      smaller and ghost, alpha of the set's spacing",
         bound: "0, a theorem if radii are global",
-        judge: exact,
+        check: exact,
     },
     Claim {
         name: "replication",
@@ -30,7 +30,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         },
         experiment: "Points of all leaves over points, sets both, at growing n; as printed with a floor of 100",
         bound: "8: 6.1 at 70,000 and 7.5 at 700,000 points, measured in space; as printed, growth by 1.1 from n to 4n",
-        judge: replication,
+        check: replication,
     },
     Claim {
         name: "subproblems-linear",
@@ -40,7 +40,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         experiment: "Twice the edges of the 2-overlap graph over n, for evenly and unevenly dense sets, from all pairs; \
                      that the machine's has as many",
         bound: "2 ply (alpha + 2)^d: each edge is charged to its smaller ball; growth by 1.5 from n to 4n (a quadratic sum: 4)",
-        judge: subproblems,
+        check: subproblems,
     },
 ];
 

@@ -60,7 +60,7 @@ impl Replay<'_> {
         let share = |r: u32| (n * u128::from(r) / p) as u64;
         for rank in 1..=self.place.workers {
             let points = share(rank) - share(rank - 1);
-            let (start, block) = (self.sizes.start, self.sizes.block + points * self.sizes.home);
+            let (start, block) = (self.sizes.start, self.sizes.block + points * self.sizes.owned);
             self.send(Phase::Load, 0, (COORDINATOR, rank), start);
             self.send(Phase::Load, 0, (COORDINATOR, rank), block);
         }
@@ -98,11 +98,11 @@ impl Replay<'_> {
                 self.send(Phase::Summaries, round, (group.leader, rank), self.sizes.children);
             }
         }
-        let mut homes: BTreeMap<Rank, u64> = BTreeMap::new();
+        let mut leaves: BTreeMap<Rank, u64> = BTreeMap::new();
         for &leaf in &self.log.frame {
-            *homes.entry(self.place.holder[leaf as usize]).or_default() += 1;
+            *leaves.entry(self.place.holder[leaf as usize]).or_default() += 1;
         }
-        for (rank, points) in homes {
+        for (rank, points) in leaves {
             let bytes = self.sizes.frame + points * self.sizes.point;
             self.send(Phase::Summaries, 1, (rank, COORDINATOR), bytes);
         }

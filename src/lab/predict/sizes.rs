@@ -17,7 +17,7 @@ pub(super) struct Sizes {
     pub(super) start: u64,
     pub(super) block: u64,
     /// A point on its way to its owner.
-    pub(super) home: u64,
+    pub(super) owned: u64,
     /// A point of another batch.
     pub(super) point: u64,
     pub(super) samples: u64,
@@ -103,7 +103,7 @@ impl Sizes {
         Sizes {
             start: length(Body::Start { population: 0, frame: points::<P>(P::DIM + 1) }),
             block,
-            home: length(Body::Block(in_transit)) - block,
+            owned: length(Body::Block(in_transit)) - block,
             point: length(Body::Ghosts(points::<P>(1))) - ghosts,
             samples: length::<P>(Body::Samples(Bulk(Vec::new()))),
             position: size_of::<P>() as u64,

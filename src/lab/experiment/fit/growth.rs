@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::conclusion::Conclusion;
 use super::data::Value;
 use super::design::Law;
 use super::distribution::t_quantile;
@@ -11,7 +12,6 @@ use super::equivalence::LevelRow;
 use super::lack::lack_of_fit;
 use super::nested::{Curvature, curvature};
 use super::ols::{Interval, Observation, least_squares};
-use super::verdict::Verdict;
 
 /// Number of sizes that a curve with three coefficients needs for an error estimate.
 pub(super) const LEAST_SIZES: usize = 5;
@@ -109,7 +109,7 @@ pub(super) struct How {
 }
 
 /// Fits all laws and decides between them; `None` for too few sizes.
-pub(super) fn growth(values: &[Value], how: How) -> Option<(Growth, Verdict)> {
+pub(super) fn growth(values: &[Value], how: How) -> Option<(Growth, Conclusion)> {
     let How { dimension, relative, margin } = how;
     let table = by_size(values);
     if table.len() < LEAST_SIZES {
@@ -132,8 +132,8 @@ pub(super) fn growth(values: &[Value], how: How) -> Option<(Growth, Verdict)> {
     let exponent = exponent(&table);
     let change = change(&rows)?;
     let growth = Growth { table, laws, curvature, exponent, change, margin };
-    let verdict = Verdict::of_growth(&growth);
-    Some((growth, verdict))
+    let conclusion = Conclusion::of_growth(&growth);
+    Some((growth, conclusion))
 }
 
 /// Returns the change over the range of sizes as a share of the mean, by a straight line in log2 x.

@@ -53,7 +53,7 @@ pub struct MeshContext<'a> {
 }
 
 /// A mesh with its checks and measurements.
-pub struct Judged<'a, P: Triangulate> {
+pub struct CheckedMesh<'a, P: Triangulate> {
     /// The domain.
     pub domain: &'a Domain<P>,
     /// The request.
@@ -74,8 +74,8 @@ pub struct Judged<'a, P: Triangulate> {
 
 impl MeshReport {
     /// Returns the report of a mesh.
-    pub fn of<P: Triangulate>(judged: &Judged<'_, P>, context: &MeshContext<'_>) -> Self {
-        let Judged { domain, request, mesh, stages, quality, conformity, run_log, picture } = *judged;
+    pub fn of<P: Triangulate>(checked: &CheckedMesh<'_, P>, context: &MeshContext<'_>) -> Self {
+        let CheckedMesh { domain, request, mesh, stages, quality, conformity, run_log, picture } = *checked;
         let id = context.first_id;
         let places = ["free", "near", "above", "outside"].into_iter().zip(&quality.places);
         let features = quality.features.iter().take(LISTED_FEATURES).map(|f| FeatureReport {
