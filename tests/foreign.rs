@@ -1,9 +1,8 @@
 //! The files of small meshes, read by other programs.
 //!
-//! `SEPTET_PYTHON` names a Python interpreter with the packages that
-//! `tests/foreign/read_with_others.py` lists; meshes of domains are checked by `tests/foreign/check_mesh.py`, those whose
-//! boundary was made anew by `tests/foreign/check_remesh.py`. `tests/run` makes
-//! the interpreter and runs these tests, which a plain `cargo test` ignores.
+//! `SEPTET_PYTHON` names a Python interpreter with the packages that `tests/foreign/read_with_others.py` lists.
+//! `tests/foreign/check_mesh.py` checks meshes of domains, and `tests/foreign/check_remesh.py` those with a remeshed
+//! boundary. `tests/run` makes the interpreter and runs these tests, which a plain `cargo test` ignores.
 
 use std::ffi::OsString;
 use std::fs;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use septet_lab::experiment::fit::{Abscissa, FitError, Key, Request, fit, speedup, speedup_table};
+use septet_lab::experiment::fit::{Abscissa, FitError, FitRequest, Key, fit, speedup, speedup_table};
 use septet_lab::experiment::{JournalError, Line, read_lines};
 use septet_lab::report::SCHEMA;
 use septet_lab::report::mesh::MESH_SCHEMA;
@@ -91,7 +91,7 @@ pub fn run(args: &FitArgs, talk: &Talk) -> Result<(), Failure> {
 }
 
 /// Returns the request for a fit, or `None` without a count to fit. Options of a fit are then refused.
-fn request(args: &FitArgs) -> Result<Option<Request>, Failure> {
+fn request(args: &FitArgs) -> Result<Option<FitRequest>, Failure> {
     let Some(y) = &args.y else {
         needs("-x", args.x.is_some(), "-y", false)?;
         needs("--margin", args.margin.is_some(), "-y", false)?;
@@ -99,7 +99,7 @@ fn request(args: &FitArgs) -> Result<Option<Request>, Failure> {
         needs("--json", args.json.is_some(), "-y or --speedup", args.speedup)?;
         return Ok(None);
     };
-    let mut request = Request::new(y.parse::<Key>()?, args.phase.as_deref());
+    let mut request = FitRequest::new(y.parse::<Key>()?, args.phase.as_deref());
     excludes("-x", args.x.is_some(), "-y level-depth", request.y == Key::LevelDepth)?;
     if let Some(x) = &args.x {
         request.x = x.parse::<Abscissa>()?;

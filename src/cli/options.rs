@@ -149,7 +149,7 @@ pub struct MachineArgs {
     pub partition: PartitionArg,
     /// Largest number of points in a leaf of the partition tree
     #[arg(long, value_name = "M|auto", default_value = "auto", value_parser = leaf, help_heading = MACHINE, hide_short_help = true)]
-    pub leaf: Leaf,
+    pub leaf: LeafArg,
     /// Transport of the messages
     #[arg(long, value_enum, default_value_t = TransportArg::Channel, help_heading = MACHINE, hide_short_help = true)]
     pub transport: TransportArg,
@@ -287,7 +287,7 @@ impl From<DetailArg> for Detail {
 
 /// `--leaf`.
 #[derive(Clone, Copy, Debug)]
-pub struct Leaf(Option<u64>);
+pub struct LeafArg(Option<u64>);
 
 impl MachineArgs {
     /// Returns the configuration of these options, with defaults for the others.
@@ -414,8 +414,8 @@ fn neighbours(text: &str) -> Result<Neighbours, String> {
     }
 }
 
-fn leaf(text: &str) -> Result<Leaf, String> {
-    if text == "auto" { Ok(Leaf(None)) } else { count(text).map(|m| Leaf(Some(m))) }
+fn leaf(text: &str) -> Result<LeafArg, String> {
+    if text == "auto" { Ok(LeafArg(None)) } else { count(text).map(|m| LeafArg(Some(m))) }
 }
 
 /// Parses a dimension.

@@ -10,7 +10,7 @@ use septet_core::{Config, Error, Run};
 use septet_geometry::range::RangeError;
 use septet_io::read::ReadOptions;
 use septet_io::write::{OutputFormat, WriteOptions};
-use septet_lab::report::{Report, RunContext};
+use septet_lab::report::{RunContext, RunReport};
 
 use super::effects::needs;
 use super::errors::{Code, Failure};
@@ -79,7 +79,7 @@ pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Re
         rss_before_bytes,
         peak_rss_bytes: peak_rss(),
     };
-    let report = Report::of(&run, &config, &setting);
+    let report = RunReport::of(&run, &config, &setting);
     let rendered = |format, which| report.tables(format, which);
     files.extend(tables.write(&rendered)?);
     print_report(args, &report, &files, talk)?;
@@ -97,7 +97,7 @@ fn check_effects(args: &RunArgs) -> Result<(), Failure> {
 }
 
 /// Writes the report as JSON and prints its summary.
-fn print_report(args: &RunArgs, report: &Report, files: &[PathBuf], talk: &Talk) -> Result<(), Failure> {
+fn print_report(args: &RunArgs, report: &RunReport, files: &[PathBuf], talk: &Talk) -> Result<(), Failure> {
     if let Some(path) = &args.json {
         let mut text = report
             .to_json()

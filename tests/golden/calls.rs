@@ -10,7 +10,7 @@ use std::process::{Command, ExitCode};
 use glam::{DVec2, DVec3};
 pub use meshes::{MeshOrder, MeshOutcome, Shape, mesh};
 pub use septet_common::sets::Draw;
-use septet_common::transports::{Start, serve};
+use septet_common::transports::{TestTransport, serve};
 use septet_core::config::{
     Alpha, Config, Correction, Graph, Neighbours, Partition, SeparatorSets, Transport, Until, Workers,
 };
@@ -195,7 +195,7 @@ fn this_program() -> Command {
 fn run_in<P: Point>(points: &[P], order: &Order, counted: bool) -> Option<Outcome> {
     let config = config(order);
     let run = match (order.wire, counted) {
-        (Wire::Pipes, _) => Start::Processes(this_program).run(points, &config, counted),
+        (Wire::Pipes, _) => TestTransport::Processes(this_program).run(points, &config, counted),
         (_, true) => simulate(points, &config),
         (_, false) => triangulate(points, &config),
     };

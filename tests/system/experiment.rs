@@ -6,7 +6,7 @@ use std::process::Command;
 use septet_core::config::{Alpha, Graph, Until, Workers};
 use septet_core::generate::Kind;
 use septet_core::{Error, count, simulate};
-use septet_lab::experiment::fit::{Conclusion, FitError, Key, Request, fit, speedup};
+use septet_lab::experiment::fit::{Conclusion, FitError, FitRequest, Key, fit, speedup};
 use septet_lab::experiment::{
     Journal, JournalError, Line, Program, Runner, Sweep, of_run, parse_sizes, read_lines,
 };
@@ -62,7 +62,7 @@ fn made(law: impl Fn(f64) -> f64, octaves: u32, noise: f64) -> Vec<Line> {
 }
 
 fn conclusion(lines: &[Line]) -> Conclusion {
-    let answer = fit(lines, &Request::new(Key::Depth, Some("partition"))).unwrap();
+    let answer = fit(lines, &FitRequest::new(Key::Depth, Some("partition"))).unwrap();
     println!("{}", answer.text());
     answer.series[0].conclusion.clone()
 }
@@ -158,7 +158,7 @@ fn growth_laws_are_distinguished_where_sizes_suffice() {
     for law in [|n: f64| n * n, |n: f64| n.powf(1.3), |n: f64| n.log2().powi(3)] {
         let lines = made(law, 10, 0.02);
         assert_eq!(conclusion(&lines), Conclusion::NoneOfThese);
-        let answer = fit(&lines, &Request::new(Key::Depth, Some("partition"))).unwrap();
+        let answer = fit(&lines, &FitRequest::new(Key::Depth, Some("partition"))).unwrap();
         assert!(answer.series[0].words.contains("exponent is n^"), "{}", answer.series[0].words);
     }
     assert_eq!(conclusion(&made(|n| n * log(n), 10, 0.02)), is(Law::LinearLog));
@@ -179,11 +179,11 @@ fn constant_counts_are_found_constant_or_undecided() {
     );
     assert_eq!(conclusion(&made(f64::log2, 10, 0.05)), Conclusion::Law { law: Law::Log });
     assert_eq!(conclusion(&made(|_| 0.0, 3, 0.0)), Conclusion::Flat);
-    let zero = fit(&made(|_| 0.0, 3, 0.0), &Request::new(Key::Depth, Some("partition"))).unwrap();
+    let zero = fit(&made(|_| 0.0, 3, 0.0), &FitRequest::new(Key::Depth, Some("partition"))).unwrap();
     assert!(!zero.text().contains("NaN") && !zero.text().contains("inf"), "{}", zero.text());
 
     let lines = made(f64::log2, 3, 0.02);
-    let request = Request { resamples: 10, ..Request::new(Key::Depth, Some("partition")) };
+    let request = FitRequest { resamples: 10, ..FitRequest::new(Key::Depth, Some("partition")) };
     assert!(fit(&lines, &request).unwrap().series[0].resampled.is_some());
     let few: Vec<Line> = lines.into_iter().filter(|line| line.seed < 3).collect();
     let refused = fit(&few, &request).unwrap_err();
@@ -199,7 +199,7 @@ fn seconds_of_other_threads_stand_apart() {
         line.settings.threads += 1;
         lines.push(line);
     }
-    let answer = |key| fit(&lines, &Request::new(key, Some("partition"))).unwrap().series;
+    let answer = |key| fit(&lines, &FitRequest::new(key, Some("partition"))).unwrap().series;
     assert_eq!(answer(Key::Depth).len(), 1, "counts do not depend on threads");
     let apart = answer(Key::Seconds);
     assert_eq!(apart.len(), 2, "{apart:?}");
@@ -209,7 +209,7 @@ fn seconds_of_other_threads_stand_apart() {
 #[test]
 fn the_level_test_needs_its_margin() {
     let mut lines = lines(&sweep("500..4000,per-octave=2", 3));
-    let request = Request::new(Key::LevelDepth, Some("partition"));
+    let request = FitRequest::new(Key::LevelDepth, Some("partition"));
     let bend = |lines: &mut [Line], slope: f64| {
         for (at, level) in lines.iter_mut().flat_map(|line| &mut line.levels).enumerate() {
             if let Some(depth) = level.depth.get_mut("partition") {
@@ -233,7 +233,7 @@ fn the_level_test_needs_its_margin() {
         let test = answer.series[0].levels.unwrap();
         assert!((test.slope.value / 1000.0 - slope).abs() < 0.01, "{slope}: {}", test.slope.value);
     }
-    let noisy = Request { margin: 2e-5, ..request };
+    let noisy = FitRequest { margin: 2e-5, ..request };
     bend(&mut lines, 0.0);
     assert_eq!(fit(&lines, &noisy).unwrap().series[0].conclusion, Conclusion::SizeUnclear);
 }
@@ -241,7 +241,7 @@ fn the_level_test_needs_its_margin() {
 #[test]
 fn incompatible_runs_are_refused() {
     let lines = lines(&sweep("200,400", 1));
-    let ask = |y, phase| fit(&lines, &Request::new(y, phase)).unwrap_err();
+    let ask = |y, phase| fit(&lines, &FitRequest::new(y, phase)).unwrap_err();
     for key in [Key::Depth, Key::Work, Key::Rounds, Key::Messages, Key::Bytes, Key::Seconds] {
         assert!(matches!(ask(key, None), FitError::Mixes { .. }), "{key:?}");
     }
@@ -302,7 +302,7 @@ fn scipy_computes_the_same() {
         (Key::LevelDepth, Some("partition")),
         (Key::LevelDepth, Some("neighbours")),
     ] {
-        let report = fit(&lines, &Request::new(key, phase)).unwrap();
+        let report = fit(&lines, &FitRequest::new(key, phase)).unwrap();
         fs::write(&answer, serde_json::to_string(&report).unwrap()).unwrap();
         let mut command = Command::new(&python);
         let output = command.arg(source("fit_check.py")).arg(&data).arg(&answer).output().unwrap();

@@ -221,10 +221,10 @@ fn a_mesh_keeps_its_promises_in_a_torus_of_triangles() {
 /// Figure 1: sizes fall towards a point or a line of the cube.
 #[test]
 fn sizes_fall_towards_singularities() {
-    use septet_core::mesh::{Shape, SingularityRequest};
+    use septet_core::mesh::{SingularityRequest, SingularityShape};
     let problem = domains::cube();
     let AnyDomain::Space(domain) = &problem.domain else { unreachable!() };
-    for (shape, least) in [(Shape::Point, 0.01), (Shape::Line, 0.03)] {
+    for (shape, least) in [(SingularityShape::Point, 0.01), (SingularityShape::Line, 0.03)] {
         for lipschitz in [0.25, 0.5] {
             let singularity = Some(SingularityRequest { shape, at: Vec::new() });
             let asked =

@@ -9,13 +9,15 @@ use std::time::Instant;
 use crate::mesh::show::{figures, summary};
 use septet_core::mesh::labelled::Labelled;
 use septet_core::mesh::view::{DEFAULT_CELLS, MeshPicture};
-use septet_core::mesh::{Dimension, Keep, Made, MakeError, MeshError, MeshRequest, Promise, check, make_of};
+use septet_core::mesh::{
+    Dimension, Made, MakeError, MeshError, MeshKeep, MeshRequest, Promise, check, make_of,
+};
 use septet_core::run::memory::peak_rss;
 use septet_io::read::{AnyInput, DomainFile, read_domain, read_sizes};
 use septet_io::write::{OutputFormat, WriteOptions, faces_path};
 use septet_lab::report::mesh::tables::TABLES;
 use septet_lab::report::mesh::{
-    CheckedMesh, MeshContext, MeshReport, Seconds, feature_name, unscaled_measure,
+    CheckedMesh, MeshContext, MeshReport, MeshSeconds, feature_name, unscaled_measure,
 };
 use septet_meshing::conformity::Conformity;
 use septet_meshing::defect::Defect;
@@ -144,7 +146,7 @@ impl Job<'_> {
             input: &args.domain.display().to_string(),
             outputs: &args.output,
             first_id: self.first_id,
-            seconds: Seconds { read_seconds, mesh_seconds, judge_seconds, write_seconds, total_seconds },
+            seconds: MeshSeconds { read_seconds, mesh_seconds, judge_seconds, write_seconds, total_seconds },
             peak_rss_bytes: peak_rss(),
         };
         let checked = CheckedMesh {
@@ -165,7 +167,7 @@ impl Job<'_> {
     fn found<P: Dimension>(&self, domain: &Domain<P>) -> Result<Found<P>, Failure> {
         let (args, talk) = (self.args, self.talk);
         let most = args.json.as_ref().map_or(0, |_| args.view.unwrap_or(DEFAULT_CELLS)) as usize;
-        let mut made = match make_of(domain, &self.request, Keep { owned: most, worst: WORST }) {
+        let mut made = match make_of(domain, &self.request, MeshKeep { owned: most, worst: WORST }) {
             Ok(made) => made,
             Err(MakeError::NotConforming(made)) => *made,
             Err(MakeError::Shapeless(conformity)) => {

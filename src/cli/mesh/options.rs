@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use septet_core::config::{Config, Workers};
 use septet_core::mesh::view::MOST_CELLS;
-use septet_core::mesh::{Boundary, MeshRequest, Shape, SingularityRequest};
+use septet_core::mesh::{Boundary, MeshRequest, SingularityRequest, SingularityShape};
 
 use crate::effects::needs;
 use crate::errors::{Code, Failure};
@@ -281,8 +281,8 @@ fn singularity(text: &str) -> Result<SingularityRequest, String> {
     let expected = || "expected `point`, `line`, `point:X,Y[,Z]` or `line:X,Y[,Z],X,Y[,Z]`".to_owned();
     let (name, place) = text.split_once(':').map_or((text, None), |(name, place)| (name, Some(place)));
     let (shape, points) = match name {
-        "point" => (Shape::Point, 1),
-        "line" => (Shape::Line, 2),
+        "point" => (SingularityShape::Point, 1),
+        "line" => (SingularityShape::Line, 2),
         _ => return Err(expected()),
     };
     let at = match place {

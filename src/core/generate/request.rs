@@ -105,4 +105,4 @@ pub enum GenerateError {
 }
 
 /// A callback for progress. Its arguments are the name of the step, the amount done, and the total amount.
-pub type Progress<'a> = dyn FnMut(&str, u64, u64) + 'a;
+pub type GenerateProgress<'a> = dyn FnMut(&str, u64, u64) + 'a;

@@ -9,7 +9,7 @@ use septet_core::generate::Kind;
 
 use super::lab::{Lab, Sample, Specimen};
 use super::measure::{
-    Shape, X, degrees, density, distance2, dot, edges, minus, pairs, shapes, smallest_angle, stars,
+    CellShape, X, degrees, density, distance2, dot, edges, minus, pairs, shapes, smallest_angle, stars,
 };
 use super::{Claim, ClaimError, Figure, Reading};
 
@@ -92,8 +92,8 @@ fn specimens(lab: &mut Lab) -> Result<Vec<Rc<Specimen>>, ClaimError> {
     lab.specimens(&samples, lab.by_extent(1, 3))
 }
 
-fn ratio_of(shapes: &[Shape]) -> f64 {
-    shapes.iter().map(Shape::ratio).fold(0.0, f64::max)
+fn ratio_of(shapes: &[CellShape]) -> f64 {
+    shapes.iter().map(CellShape::ratio).fold(0.0, f64::max)
 }
 
 /// Returns the largest radius-edge ratio of a maximal set with an L-Lipschitz spacing at free circumcentres,
@@ -176,7 +176,7 @@ fn alpha(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
 }
 
 /// Calls `f` with the vertex and the two cells, for all pairs of cells with free circumcentres at every vertex.
-fn at_vertices(specimen: &Specimen, shapes: &[Shape], mut f: impl FnMut(usize, u32, u32)) {
+fn at_vertices(specimen: &Specimen, shapes: &[CellShape], mut f: impl FnMut(usize, u32, u32)) {
     let d = specimen.d;
     for (v, mut star) in stars(specimen.points.len(), specimen.run.cells(), d).into_iter().enumerate() {
         star.retain(|&cell| specimen.is_free(&shapes[cell as usize].centre));

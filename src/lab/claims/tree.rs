@@ -6,7 +6,7 @@
 use std::rc::Rc;
 
 use crate::experiment::Line;
-use crate::experiment::fit::{FitError, Key, MARGIN, Request, fit};
+use crate::experiment::fit::{FitError, FitRequest, Key, MARGIN, fit};
 use septet_core::Config;
 use septet_core::config::Until;
 use septet_core::generate::Kind;
@@ -117,7 +117,7 @@ fn level_depth(lab: &mut Lab, phase: &str) -> Result<Vec<Figure>, ClaimError> {
     let seed = lab.seed();
     let mut figures = Vec::new();
     for (on, lines) in sweeps(lab)? {
-        let report = match fit(&lines, &Request::new(Key::LevelDepth, Some(phase))) {
+        let report = match fit(&lines, &FitRequest::new(Key::LevelDepth, Some(phase))) {
             Ok(report) => report,
             Err(error @ FitError::TooFewLevels { .. }) => {
                 figures.push(Figure::at_most(error.to_string(), &on, seed, f64::NAN, MARGIN));

@@ -9,7 +9,7 @@ use septet_core::config::{
 };
 use septet_core::generate::{Kind, Request};
 
-use super::line::{Program, Settings};
+use super::line::{Program, RunOptions};
 
 /// Runs over sizes, kinds, workers and seeds.
 #[derive(Clone, Debug)]
@@ -265,10 +265,10 @@ impl Sweep {
     }
 
     /// Returns the options of a run for its line.
-    pub fn settings(&self, workers: Workers) -> Settings {
+    pub fn settings(&self, workers: Workers) -> RunOptions {
         let config = &self.config;
         let Machine { threads, transport, leaf, .. } = &config.machine;
-        Settings {
+        RunOptions {
             workers: workers.to_string(),
             weak: self.weak,
             threads: *threads,

@@ -34,7 +34,7 @@ mod traffic;
 pub use calibrate::{Timed, calibrate};
 pub use error::PredictError;
 pub use hardware::Hardware;
-pub use traffic::{Load, Round, Traffic};
+pub use traffic::{Load, PhaseTraffic, RoundTraffic};
 
 use placement::Placement;
 
@@ -59,23 +59,23 @@ pub struct Prediction {
     /// `work / p + depth`.
     pub brent: u64,
     /// Seconds by BSP.
-    pub bsp: Seconds,
+    pub bsp: PredictedSeconds,
     /// Seconds by `LogGP`.
-    pub loggp: Seconds,
+    pub loggp: PredictedSeconds,
     /// Phase by phase.
     pub phases: Vec<PhasePrediction>,
 }
 
 /// Predicted seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Seconds {
+pub struct PredictedSeconds {
     /// Computation of the busiest worker, over all phases.
     pub compute: f64,
     /// Communication, over all rounds.
     pub communicate: f64,
 }
 
-impl Seconds {
+impl PredictedSeconds {
     /// Returns the sum of both.
     pub fn total(&self) -> f64 {
         self.compute + self.communicate
@@ -185,7 +185,7 @@ fn work_by_rank(log: &TaskLog, place: &Placement) -> BTreeMap<u8, BTreeMap<Rank,
     work
 }
 
-fn summary(log: &TaskLog, place: &Placement, traffic: &Traffic, hardware: &Hardware) -> Prediction {
+fn summary(log: &TaskLog, place: &Placement, traffic: &PhaseTraffic, hardware: &Hardware) -> Prediction {
     let work = work_by_rank(log, place);
     let busiest = |phase: u8| work.get(&phase).and_then(|w| w.values().copied().max()).unwrap_or(0);
     let loads = traffic.phases();
@@ -226,8 +226,8 @@ fn summary(log: &TaskLog, place: &Placement, traffic: &Traffic, hardware: &Hardw
         surface_ratio: all.bytes as f64 / (n.powf(1.0 - 1.0 / d) * p.powf(1.0 / d) * record),
         busiest_work: phases.iter().map(|ph| ph.busiest_work).sum(),
         brent: total_work / u64::from(place.workers) + depth,
-        bsp: Seconds { compute, communicate: bsp },
-        loggp: Seconds { compute, communicate: loggp },
+        bsp: PredictedSeconds { compute, communicate: bsp },
+        loggp: PredictedSeconds { compute, communicate: loggp },
         phases,
     }
 }

@@ -13,14 +13,17 @@ use septet_workers::result::collect::CELLS_PER_MESSAGE;
 use super::error::PredictError;
 use super::machine::Replay;
 use super::placement::Placement;
-use super::sizes::Sizes;
-use super::traffic::Traffic;
+use super::sizes::MessageSizes;
+use super::traffic::PhaseTraffic;
 use super::{descent, partition};
 
 /// Replays all phases of a run on `workers` ranks.
-pub(super) fn replay<P: Point>(log: &TaskLog, workers: u32) -> Result<(Placement, Traffic), PredictError> {
+pub(super) fn replay<P: Point>(
+    log: &TaskLog,
+    workers: u32,
+) -> Result<(Placement, PhaseTraffic), PredictError> {
     let place = Placement::new(log, workers)?;
-    let mut replay = Replay { log, place, sizes: Sizes::of::<P>(), traffic: Traffic::default() };
+    let mut replay = Replay { log, place, sizes: MessageSizes::of::<P>(), traffic: PhaseTraffic::default() };
     replay.load();
     partition::replay(&mut replay);
     if log.chosen {

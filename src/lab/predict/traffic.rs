@@ -26,14 +26,14 @@ impl Load {
 
 /// One round of a phase.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Round {
+pub struct RoundTraffic {
     /// All messages of the round.
     pub all: Load,
     sent: BTreeMap<Rank, Load>,
     received: BTreeMap<Rank, Load>,
 }
 
-impl Round {
+impl RoundTraffic {
     /// Returns the largest load that one rank sends or receives: the `h` of an h-relation.
     pub fn most(&self) -> Load {
         self.sent.values().chain(self.received.values()).fold(Load::default(), |m, &l| m.most(l))
@@ -42,11 +42,11 @@ impl Round {
 
 /// Messages by phase, and by round within the phase.
 #[derive(Clone, Debug, Default)]
-pub struct Traffic {
-    rounds: BTreeMap<(u8, u32), Round>,
+pub struct PhaseTraffic {
+    rounds: BTreeMap<(u8, u32), RoundTraffic>,
 }
 
-impl Traffic {
+impl PhaseTraffic {
     /// Adds a message. Messages from a rank to itself are not billed.
     pub(super) fn send(&mut self, phase: Phase, round: u32, (from, to): (Rank, Rank), bytes: u64) {
         if from == to {
@@ -59,7 +59,7 @@ impl Traffic {
     }
 
     /// Returns the rounds in which messages are sent, in order.
-    pub fn rounds(&self) -> impl Iterator<Item = (Phase, &Round)> {
+    pub fn rounds(&self) -> impl Iterator<Item = (Phase, &RoundTraffic)> {
         self.rounds.iter().filter_map(|((p, _), row)| Some((Phase::from_number(*p)?, row)))
     }
 

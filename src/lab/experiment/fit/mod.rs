@@ -42,7 +42,7 @@ mod speedup;
 mod table;
 
 pub use conclusion::Conclusion;
-pub use data::{Abscissa, FitError, Key, MARGIN, Request};
+pub use data::{Abscissa, FitError, FitRequest, Key, MARGIN};
 pub use design::Law;
 pub use equivalence::Equivalence;
 pub use growth::{Growth, LawFit};

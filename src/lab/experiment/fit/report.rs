@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::conclusion::Conclusion;
-use super::data::{self, FitError, Key, Request, Value};
+use super::data::{self, FitError, FitRequest, Key, Measurement};
 use super::equivalence::{Equivalence, equivalence};
 use super::growth::{Growth, How, LEAST_SIZES, by_size, growth, level_rows};
 use super::resample::{Resampled, resample_growth, resample_levels};
@@ -24,7 +24,7 @@ pub struct FitReport {
     /// [`SCHEMA`].
     pub schema: String,
     /// The request.
-    pub request: Request,
+    pub request: FitRequest,
     /// The runs that belong to one curve, for each curve.
     pub series: Vec<Series>,
 }
@@ -54,7 +54,7 @@ pub struct Series {
 ///
 /// # Errors
 /// See [`FitError`].
-pub fn fit(lines: &[Line], request: &Request) -> Result<FitReport, FitError> {
+pub fn fit(lines: &[Line], request: &FitRequest) -> Result<FitReport, FitError> {
     data::check(lines, request)?;
     let mut series = Vec::new();
     for (name, lines) in data::series(lines, request) {
@@ -71,8 +71,8 @@ pub fn fit(lines: &[Line], request: &Request) -> Result<FitReport, FitError> {
     Ok(FitReport { schema: SCHEMA.to_string(), request: request.clone(), series })
 }
 
-fn of_growth(name: String, lines: &[Line], request: &Request) -> Result<Option<Series>, FitError> {
-    let values: Vec<Value> = lines.iter().filter_map(|line| data::value(line, request)).collect();
+fn of_growth(name: String, lines: &[Line], request: &FitRequest) -> Result<Option<Series>, FitError> {
+    let values: Vec<Measurement> = lines.iter().filter_map(|line| data::value(line, request)).collect();
     let Some(dimension) = lines.first().map(|line| line.dimension).filter(|_| !values.is_empty()) else {
         return Ok(None);
     };
@@ -97,7 +97,7 @@ fn of_growth(name: String, lines: &[Line], request: &Request) -> Result<Option<S
     }))
 }
 
-fn of_levels(name: String, lines: &[Line], request: &Request) -> Result<Option<Series>, FitError> {
+fn of_levels(name: String, lines: &[Line], request: &FitRequest) -> Result<Option<Series>, FitError> {
     let phase = request.phase.as_deref().unwrap_or_default();
     let runs: Vec<Vec<(f64, f64)>> =
         lines.iter().map(|line| data::levels(line, phase)).filter(|levels| !levels.is_empty()).collect();
@@ -132,7 +132,7 @@ fn of_levels(name: String, lines: &[Line], request: &Request) -> Result<Option<S
 fn enough_seeds(
     series: &str,
     mut sizes: impl Iterator<Item = (f64, usize)>,
-    request: &Request,
+    request: &FitRequest,
 ) -> Result<(), FitError> {
     match sizes.find(|size| size.1 < LEAST_SEEDS).filter(|_| request.resamples > 0) {
         Some((size, seeds)) => {

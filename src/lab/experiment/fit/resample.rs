@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
 use super::conclusion::Conclusion;
-use super::data::Value;
+use super::data::Measurement;
 use super::equivalence::equivalence;
 use super::growth::{How, growth, level_rows};
 
@@ -32,15 +32,20 @@ pub struct Resampled {
     pub flat: f64,
 }
 
-pub(super) fn resample_growth(values: &[Value], how: How, conclusion: &Conclusion, times: u32) -> Resampled {
-    let mut sizes: BTreeMap<u64, Vec<Value>> = BTreeMap::new();
+pub(super) fn resample_growth(
+    values: &[Measurement],
+    how: How,
+    conclusion: &Conclusion,
+    times: u32,
+) -> Resampled {
+    let mut sizes: BTreeMap<u64, Vec<Measurement>> = BTreeMap::new();
     for value in values {
         sizes.entry(value.asked).or_default().push(*value);
     }
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let (mut same, mut bends) = (0u32, 0u32);
     for _ in 0..times {
-        let drawn: Vec<Value> = sizes
+        let drawn: Vec<Measurement> = sizes
             .values()
             .flat_map(|runs| {
                 (0..runs.len()).map(|_| runs[rng.random_range(0..runs.len())]).collect::<Vec<_>>()
