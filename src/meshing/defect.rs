@@ -1,7 +1,7 @@
 //! Defects of inputs.
 //!
 //! Every defect gives the elements at fault, by their positions in the input, and a place. The
-//! [`Kind`](crate::input::Kind) of the input decides whether some properties are defects:
+//! [`DomainKind`](crate::input::DomainKind) of the input decides whether some properties are defects:
 //!
 //! | | complex | surface |
 //! | --- | --- | --- |

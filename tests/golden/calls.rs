@@ -10,7 +10,7 @@ use std::process::{Command, ExitCode};
 use glam::{DVec2, DVec3};
 pub use meshes::{MeshOrder, MeshOutcome, Shape, mesh};
 pub use septet_common::sets::Draw;
-use septet_common::transports::{Start, serve};
+use septet_common::transports::{TestTransport, serve};
 use septet_core::config::{
     Alpha, Config, Correction, Graph, Neighbours, Partition, SeparatorSets, Transport, Until, Workers,
 };
@@ -195,7 +195,7 @@ fn this_program() -> Command {
 fn run_in<P: Point>(points: &[P], order: &Order, counted: bool) -> Option<Outcome> {
     let config = config(order);
     let run = match (order.wire, counted) {
-        (Wire::Pipes, _) => Start::Processes(this_program).run(points, &config, counted),
+        (Wire::Pipes, _) => TestTransport::Processes(this_program).run(points, &config, counted),
         (_, true) => simulate(points, &config),
         (_, false) => triangulate(points, &config),
     };
@@ -228,7 +228,7 @@ fn outcome(run: &Run) -> Outcome {
     }
     Outcome {
         cells: run.cells().to_vec(),
-        owners: owners.chain(run.home_leaf().unwrap_or_default().iter().copied()).collect(),
+        owners: owners.chain(run.owning_leaf().unwrap_or_default().iter().copied()).collect(),
         graph: run.graph.iter().flatten().flat_map(|e| [e.0, e.1]).collect(),
         picture: picture(run),
         tasks: tasks(run),

@@ -13,7 +13,7 @@ use septet_geometry::point::Point;
 use septet_geometry::range::{scale, scale_exponent};
 use septet_geometry::separator::{DrawKey, is_sample};
 use septet_lab::baselines::incremental;
-use septet_lab::experiment::fit::{Abscissa, Growth, Key, Law, Request, Verdict, fit};
+use septet_lab::experiment::fit::{Abscissa, Conclusion, FitRequest, Growth, Key, Law, fit};
 use septet_lab::experiment::{Line, Runner, Sweep, parse_sizes};
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::{Ledger, NodeFacts};
@@ -223,23 +223,23 @@ fn sweep(correction: Correction) -> Vec<Line> {
 fn the_fit_distinguishes_the_bottom_up_correction_from_the_descent() {
     let [naive, descent] = [Correction::BottomUp, Correction::Descent].map(sweep);
     let ask = |lines: &[Line], key| {
-        let request = Request { x: Abscissa::PointsOverLeaf, ..Request::new(key, Some("neighbours")) };
+        let request = FitRequest { x: Abscissa::PointsOverLeaf, ..FitRequest::new(key, Some("neighbours")) };
         let answer = fit(lines, &request).unwrap();
         println!("{}", answer.text());
-        (answer.series[0].verdict.clone(), answer.series[0].growth.clone())
+        (answer.series[0].conclusion.clone(), answer.series[0].growth.clone())
     };
     let bends = |growth: Option<Growth>| growth.unwrap().curvature.bends;
-    let (verdict, growth) = ask(&naive, Key::Depth);
-    assert_eq!(verdict, Verdict::Law { law: Law::LogSquared });
+    let (conclusion, growth) = ask(&naive, Key::Depth);
+    assert_eq!(conclusion, Conclusion::Law { law: Law::LogSquared });
     assert!(bends(growth));
-    let (verdict, growth) = ask(&descent, Key::Depth);
-    assert!(!bends(growth) && verdict != Verdict::Law { law: Law::LogSquared }, "{verdict:?}");
+    let (conclusion, growth) = ask(&descent, Key::Depth);
+    assert!(!bends(growth) && conclusion != Conclusion::Law { law: Law::LogSquared }, "{conclusion:?}");
     let level = |lines: &[Line]| {
-        let answer = fit(lines, &Request::new(Key::LevelDepth, Some("neighbours"))).unwrap();
-        answer.series[0].verdict.clone()
+        let answer = fit(lines, &FitRequest::new(Key::LevelDepth, Some("neighbours"))).unwrap();
+        answer.series[0].conclusion.clone()
     };
-    assert_eq!(level(&naive), Verdict::SizeBound);
-    assert_eq!(level(&descent), Verdict::SizeFree);
+    assert_eq!(level(&naive), Conclusion::SizeBound);
+    assert_eq!(level(&descent), Conclusion::SizeFree);
 }
 
 fn inserted<P: Point>(points: &[P]) {

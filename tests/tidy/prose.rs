@@ -173,7 +173,7 @@ fn comments(text: &str) -> Vec<String> {
     paragraphs(lines)
 }
 
-/// Splits texts into sentences and judges them.
+/// Splits texts into sentences and checks them.
 struct Reader {
     splitter: Splitter,
     patterns: Vec<(&'static str, Regex)>,

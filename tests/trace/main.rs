@@ -106,8 +106,8 @@ fn assert_read_by_perfetto(path: &Path, run: &Run, exchanges: u64) {
     assert!(perfetto.shortest() >= 0);
 }
 
-/// Judges a trace of a run, which made this number of exchanges.
-type Judge = fn(&Path, &Run, u64);
+/// Checks a trace of a run, which made this number of exchanges.
+type Check = fn(&Path, &Run, u64);
 
 #[test]
 fn a_trace_of_a_large_run_is_complete_and_small() {
@@ -120,7 +120,7 @@ fn perfetto_reads_a_trace_of_a_large_run() {
     large_run(assert_read_by_perfetto);
 }
 
-fn large_run(judge: Judge) {
+fn large_run(check: Check) {
     let _alone = alone();
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("trace.json");
@@ -130,7 +130,7 @@ fn large_run(judge: Judge) {
     });
     let (run, exchanges) = counted_run(&path, &space(Points::Uniform, 100_000, 3), &config);
     assert!(fs::metadata(&path).unwrap().len() < 100_000_000);
-    judge(&path, &run, exchanges);
+    check(&path, &run, exchanges);
 }
 
 #[test]
@@ -144,7 +144,7 @@ fn perfetto_reads_traces_of_every_transport() {
     several_runs(assert_read_by_perfetto);
 }
 
-fn several_runs(judge: Judge) {
+fn several_runs(check: Check) {
     let _alone = alone();
     let directory = tempfile::tempdir().unwrap();
     let points = space(Points::Clusters, 3000, 8);
@@ -160,7 +160,7 @@ fn several_runs(judge: Judge) {
     for (i, config) in configs.iter().enumerate() {
         let path = directory.path().join(format!("{i}.json"));
         let (run, exchanges) = counted_run(&path, &points, config);
-        judge(&path, &run, exchanges);
+        check(&path, &run, exchanges);
     }
 }
 

@@ -142,6 +142,9 @@ impl Graph {
 /// Returns alpha for a maximal f-spaced set whose size function is L-Lipschitz: `2 (1 + L) / (1 - L)`, times 1.25.
 ///
 /// The first factor is proved for the interior. The second covers cells at the boundary, by observation.
-pub fn alpha_of_spacing(lipschitz: f64) -> f64 {
+pub const fn alpha_of_spacing(lipschitz: f64) -> f64 {
     1.25 * 2.0 * (1.0 + lipschitz) / (1.0 - lipschitz)
 }
+
+/// alpha of a set with a constant size function, 2.5. Leaf sizes and experiments assume it for sets without a spacing.
+pub const DEFAULT_ALPHA: f64 = alpha_of_spacing(0.0);

@@ -7,7 +7,7 @@ mod machine;
 
 pub use control::{Control, Keep, Planted, Progress, ProgressFn, Until};
 pub use error::ConfigError;
-pub use graph::{Alpha, Graph, GraphKind, Neighbours, alpha_of_spacing};
+pub use graph::{Alpha, DEFAULT_ALPHA, Graph, GraphKind, Neighbours, alpha_of_spacing};
 pub use machine::{Machine, Transport, Workers};
 pub use septet_workers::config::{Correction, Fault, Partition, SetRule as SeparatorSets};
 

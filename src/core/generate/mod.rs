@@ -16,7 +16,7 @@ pub mod unit;
 
 use glam::{DVec2, DVec3};
 pub use kind::{Kind, parse_sample};
-pub use request::{GenerateError, Generated, Progress, Request, Spacing};
+pub use request::{GRADED_LIPSCHITZ, GenerateError, GenerateProgress, Generated, Request, Spacing};
 use unit::Unit;
 
 use crate::model::Points;
@@ -61,7 +61,7 @@ fn check(request: &Request) -> Result<(), GenerateError> {
 fn typed<P: Unit>(
     request: &Request,
     wrap: fn(Vec<P>) -> Points,
-    progress: &mut Progress,
+    progress: &mut GenerateProgress,
 ) -> Result<Generated, GenerateError> {
     let mut notes = Vec::new();
     let mut spacing = None;

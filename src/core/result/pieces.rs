@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use septet_workers::coordinator::PieceRows;
 use septet_workers::state::rows::{HULL, INTERFACE};
 
-use crate::result::canonical::Cells;
+use crate::result::canonical::LabelledCells;
 
 /// One worker's cells.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -111,7 +111,7 @@ impl Pieces {
     }
 
     /// Returns all cells as rows of input indices, piece by piece, with the owner and the leaf of each if requested.
-    pub(crate) fn rows(&self, with_owner: bool) -> Cells {
+    pub(crate) fn rows(&self, with_owner: bool) -> LabelledCells {
         let mut rows = Vec::with_capacity(self.len() * self.corners);
         let (mut owner, mut leaf) = (Vec::new(), Vec::new());
         for piece in &self.pieces {
@@ -123,7 +123,7 @@ impl Pieces {
                 leaf.extend(std::iter::repeat_n(piece.leaf, n));
             }
         }
-        Cells { rows, owner: with_owner.then_some(owner), leaf: with_owner.then_some(leaf) }
+        LabelledCells { rows, owner: with_owner.then_some(owner), leaf: with_owner.then_some(leaf) }
     }
 }
 

@@ -164,7 +164,7 @@ impl Run {
     }
 
     /// Returns the leaf of each cell in canonical order, if kept.
-    pub fn home_leaf(&self) -> Option<&[u64]> {
+    pub fn owning_leaf(&self) -> Option<&[u64]> {
         self.export.canonical().leaf.as_deref()
     }
 
@@ -175,7 +175,7 @@ impl Run {
             coordinates,
             cells: self.cells(),
             owner: self.owner(),
-            home_leaf: self.home_leaf(),
+            owning_leaf: self.owning_leaf(),
             labels: None,
         }
     }

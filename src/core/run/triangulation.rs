@@ -61,12 +61,12 @@ pub fn run_on<P: Point>(
     let goal = if counted { Goal::Simulation } else { Goal::Triangulation };
     admit(config, goal, points.len() as u64, P::DIM)?;
     let ready = prepare(points, config.skip_invalid)?;
-    let mut settings = Settings::decide(config, goal, &ready, start_machine)?;
+    let settings = Settings::decide(config, goal, &ready, start_machine)?;
     if ready.is_flat() {
         return Ok(flat_result(points.len(), &ready, &settings, call));
     }
     let preparing = call.elapsed();
-    let tasks = take_record(&config.control, &mut settings.machine, &ready, start_machine)?;
+    let tasks = take_record(&config.control, settings.recording.as_ref(), &ready, start_machine)?;
     let times = Times { call, preparing, machine: Instant::now() };
     let machine = Arc::new(settings.machine.clone());
     let mut transport = start_machine(&machine)?;

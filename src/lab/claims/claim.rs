@@ -1,13 +1,13 @@
-//! A claim: its sentence, its reading, its experiment and the function that judges it.
+//! A claim: its sentence, its reading, its experiment and the function that checks it.
 
 use serde::Serialize;
 
 use super::error::ClaimError;
 use super::figure::Figure;
 use super::lab::Lab;
-use super::report::Judged;
+use super::report::CheckedClaim;
 
-/// The form of the paper's sentence that is judged.
+/// The form of the paper's sentence that is checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum Reading {
@@ -31,13 +31,13 @@ pub struct Claim {
     pub source: &'static str,
     /// The sentence.
     pub statement: &'static str,
-    /// The form that is judged.
+    /// The form that is checked.
     pub reading: Reading,
     /// The runs and measurements.
     pub experiment: &'static str,
     /// The bound and its reason.
     pub bound: &'static str,
-    pub(super) judge: fn(&mut Lab) -> Result<Vec<Figure>, ClaimError>,
+    pub(super) check: fn(&mut Lab) -> Result<Vec<Figure>, ClaimError>,
 }
 
 impl Claim {
@@ -45,12 +45,12 @@ impl Claim {
     ///
     /// # Errors
     /// See [`ClaimError`].
-    pub fn judge(&self, lab: &mut Lab) -> Result<Judged, ClaimError> {
-        let figures = (self.judge)(lab)?;
-        Ok(Judged::of(self, figures))
+    pub fn check(&self, lab: &mut Lab) -> Result<CheckedClaim, ClaimError> {
+        let figures = (self.check)(lab)?;
+        Ok(CheckedClaim::of(self, figures))
     }
 
-    /// Returns the claim in two lines: the sentence, and the way it is judged.
+    /// Returns the claim in two lines: the sentence, and the way it is checked.
     pub fn explained(&self) -> [String; 2] {
         let read = match self.reading {
             Reading::AsPrinted => String::new(),

@@ -23,7 +23,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         experiment: "One worker per leaf: rounds that merge results, less 2, over log2(n/leaf); results merged in all \
                      against splits; most merged in one round against half the leaves",
         bound: "1.5, as the levels'; exactly the splits; half the leaves",
-        judge: merged,
+        check: merged,
     },
     Claim {
         name: "rounds",
@@ -32,7 +32,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "One worker per leaf: rounds of partition, neighbours and merge over levels plus 2",
         bound: "6, 2 and 1: the rounds of a level, and half as many again if a separator is redrawn",
-        judge: rounds,
+        check: rounds,
     },
     Claim {
         name: "free-of-workers",
@@ -41,7 +41,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Tree, graph, work and depth of every phase with 1, 3 and 16 workers and with one per leaf",
         bound: "0 runs that differ",
-        judge: free_of_workers,
+        check: free_of_workers,
     },
     Claim {
         name: "depth",
@@ -50,7 +50,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Depth of every phase over levels plus 1, at the largest n over the smallest",
         bound: "1.35: a constant per level plus a constant gives at most 1.3; a constant per pair of levels gives at least 1.5",
-        judge: depth,
+        check: depth,
     },
 ];
 

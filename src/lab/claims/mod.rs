@@ -6,7 +6,7 @@
 //! (`measure`) share no code with the algorithm: they use all pairs, Cramer's rule and plain distances. Each bound has
 //! a reason: a proof, or a measurement at other sizes with a stated slack.
 //!
-//! **Readings.** If a sentence is false as printed, the claim says so. It is judged by the reading that the algorithm
+//! **Readings.** If a sentence is false as printed, the claim says so. It is checked by the reading that the algorithm
 //! needs ([`Reading::AsRead`]), and the figure of the printed form is reported below.
 //!
 //! **Repetition.** Everything is a function of the claims, the [`Extent`] and the seed. No clock decides anything.
@@ -32,7 +32,7 @@ pub use error::ClaimError;
 pub use extent::Extent;
 pub use figure::{Figure, Relation};
 pub use lab::{Lab, LabOptions};
-pub use report::{ClaimReport, Judged, SCHEMA};
+pub use report::{CheckedClaim, ClaimReport, SCHEMA};
 
 /// Returns all claims, in the paper's order.
 pub fn registry() -> impl Iterator<Item = &'static Claim> {

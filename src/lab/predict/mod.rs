@@ -34,7 +34,7 @@ mod traffic;
 pub use calibrate::{Timed, calibrate};
 pub use error::PredictError;
 pub use hardware::Hardware;
-pub use traffic::{Load, PhaseTraffic, Round};
+pub use traffic::{Load, PhaseTraffic, RoundTraffic};
 
 use placement::Placement;
 
@@ -59,23 +59,23 @@ pub struct Prediction {
     /// `work / p + depth`.
     pub brent: u64,
     /// Seconds by BSP.
-    pub bsp: Seconds,
+    pub bsp: PredictedSeconds,
     /// Seconds by `LogGP`.
-    pub loggp: Seconds,
+    pub loggp: PredictedSeconds,
     /// The predictions for each phase.
     pub phases: Vec<PhasePrediction>,
 }
 
 /// Predicted seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Seconds {
+pub struct PredictedSeconds {
     /// Computation of the busiest worker, over all phases.
     pub compute: f64,
     /// Communication, over all rounds.
     pub communicate: f64,
 }
 
-impl Seconds {
+impl PredictedSeconds {
     /// Returns the sum of both.
     pub fn total(&self) -> f64 {
         self.compute + self.communicate
@@ -226,8 +226,8 @@ fn summary(log: &TaskLog, place: &Placement, traffic: &PhaseTraffic, hardware: &
         surface_ratio: all.bytes as f64 / (n.powf(1.0 - 1.0 / d) * p.powf(1.0 / d) * record),
         busiest_work: phases.iter().map(|ph| ph.busiest_work).sum(),
         brent: total_work / u64::from(place.workers) + depth,
-        bsp: Seconds { compute, communicate: bsp },
-        loggp: Seconds { compute, communicate: loggp },
+        bsp: PredictedSeconds { compute, communicate: bsp },
+        loggp: PredictedSeconds { compute, communicate: loggp },
         phases,
     }
 }

@@ -13,7 +13,7 @@ use septet_workers::result::collect::CELLS_PER_MESSAGE;
 use super::error::PredictError;
 use super::machine::Replay;
 use super::placement::Placement;
-use super::sizes::Sizes;
+use super::sizes::MessageSizes;
 use super::traffic::PhaseTraffic;
 use super::{descent, partition};
 
@@ -23,7 +23,7 @@ pub(super) fn replay<P: Point>(
     workers: u32,
 ) -> Result<(Placement, PhaseTraffic), PredictError> {
     let place = Placement::new(log, workers)?;
-    let mut replay = Replay { log, place, sizes: Sizes::of::<P>(), traffic: PhaseTraffic::default() };
+    let mut replay = Replay { log, place, sizes: MessageSizes::of::<P>(), traffic: PhaseTraffic::default() };
     replay.load();
     partition::replay(&mut replay);
     if log.chosen {
@@ -63,7 +63,7 @@ impl Replay<'_> {
         let share = |r: u32| (n * u128::from(r) / p) as u64;
         for rank in 1..=self.place.workers {
             let points = share(rank) - share(rank - 1);
-            let (start, block) = (self.sizes.start, self.sizes.block + points * self.sizes.home);
+            let (start, block) = (self.sizes.start, self.sizes.block + points * self.sizes.owned);
             self.send(Phase::Load, 0, (COORDINATOR, rank), start);
             self.send(Phase::Load, 0, (COORDINATOR, rank), block);
         }
@@ -101,11 +101,11 @@ impl Replay<'_> {
                 self.send(Phase::Summaries, round, (group.leader, rank), self.sizes.children);
             }
         }
-        let mut homes: BTreeMap<Rank, u64> = BTreeMap::new();
+        let mut leaves: BTreeMap<Rank, u64> = BTreeMap::new();
         for &leaf in &self.log.frame {
-            *homes.entry(self.place.holder[leaf as usize]).or_default() += 1;
+            *leaves.entry(self.place.holder[leaf as usize]).or_default() += 1;
         }
-        for (rank, points) in homes {
+        for (rank, points) in leaves {
             let bytes = self.sizes.frame + points * self.sizes.point;
             self.send(Phase::Summaries, 1, (rank, COORDINATOR), bytes);
         }

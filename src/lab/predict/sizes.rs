@@ -13,11 +13,11 @@ use septet_protocol::outcome::Outcome;
 
 /// Bytes of each kind of message without items, and bytes of one item. Every item has a fixed width.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sizes {
+pub(super) struct MessageSizes {
     pub(super) start: u64,
     pub(super) block: u64,
     /// A point on its way to its owner.
-    pub(super) home: u64,
+    pub(super) owned: u64,
     /// A point of another batch.
     pub(super) point: u64,
     pub(super) samples: u64,
@@ -74,7 +74,7 @@ fn points<P: Point>(count: usize) -> PointBatch<P> {
     batch
 }
 
-impl Sizes {
+impl MessageSizes {
     pub(super) fn of<P: Point>() -> Self {
         let none = || points::<P>(0);
         let child = Child { population: 0, first: 0, ranks: 0, leaf: false };
@@ -100,10 +100,10 @@ impl Sizes {
         let in_transit = PointBatch::in_transit(vec![0], vec![P::splat(0.0)]);
         let query = length(Body::Query(queries(0, 0)));
         let answer = length(Body::Reply(answers(0, 0, 0)));
-        Sizes {
+        MessageSizes {
             start: length(Body::Start { population: 0, frame: points::<P>(P::DIM + 1) }),
             block,
-            home: length(Body::Block(in_transit)) - block,
+            owned: length(Body::Block(in_transit)) - block,
             point: length(Body::Ghosts(points::<P>(1))) - ghosts,
             samples: length::<P>(Body::Samples(Bulk(Vec::new()))),
             position: size_of::<P>() as u64,

@@ -26,14 +26,14 @@ impl Load {
 
 /// One round of a phase.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Round {
+pub struct RoundTraffic {
     /// All messages of the round.
     pub all: Load,
     sent: BTreeMap<Rank, Load>,
     received: BTreeMap<Rank, Load>,
 }
 
-impl Round {
+impl RoundTraffic {
     /// Returns the largest load that one rank sends or receives: the `h` of an h-relation.
     pub fn most(&self) -> Load {
         self.sent.values().chain(self.received.values()).fold(Load::default(), |m, &l| m.most(l))
@@ -43,7 +43,7 @@ impl Round {
 /// Messages by phase, and by round within the phase.
 #[derive(Clone, Debug, Default)]
 pub struct PhaseTraffic {
-    rounds: BTreeMap<(Phase, u32), Round>,
+    rounds: BTreeMap<(Phase, u32), RoundTraffic>,
 }
 
 impl PhaseTraffic {
@@ -59,7 +59,7 @@ impl PhaseTraffic {
     }
 
     /// Returns the rounds in which messages are sent, in order.
-    pub fn rounds(&self) -> impl Iterator<Item = (Phase, &Round)> {
+    pub fn rounds(&self) -> impl Iterator<Item = (Phase, &RoundTraffic)> {
         self.rounds.iter().map(|((phase, _), row)| (*phase, row))
     }
 

@@ -1,6 +1,6 @@
 //! The report of a run: a documented, versioned schema, and tables.
 //!
-//! [`Report`] is the output of `--json`: everything that was decided, certified, counted and measured. Counts belong
+//! [`RunReport`] is the output of `--json`: everything that was decided, certified, counted and measured. Counts belong
 //! to the modelled machine and repeat exactly. Fields whose names end in `seconds`, and `bytes` of memory, are
 //! measured and do not repeat. Nothing in this module prints.
 
@@ -19,8 +19,8 @@ mod verify;
 pub use context::RunContext;
 pub use parameters::Parameters;
 pub use schema::{
-    Fallback, GraphReport, HowProved, LevelReport, MachineReport, NodeReport, PathReport, PhaseReport,
-    PointsReport, RepairReport, Report, RoundReport, SCHEMA, Seconds, SupergraphReport, TotalReport,
+    Fallback, GraphReport, HowProved, MachineReport, NodeReport, PathReport, PhaseReport, PointsReport,
+    RepairReport, RoundReport, RunReport, RunSeconds, SCHEMA, SupergraphReport, TotalReport, TreeLevelReport,
     TreeReport,
 };
 pub use tables::TableFormat;

@@ -1,8 +1,8 @@
 //! The note on points that span less than the space.
 
-use super::schema::Report;
+use super::schema::RunReport;
 
-impl Report {
+impl RunReport {
     /// Describes points that span less than the space, in one line.
     pub fn flat_note(&self) -> String {
         let span = match self.dimension {
