@@ -119,7 +119,7 @@ pub mod io {
         #[doc(inline)]
         pub use septet_io::read::{
             AnyInput, CellFile, CellOptions, Column, DomainFile, Format, InputError, Place, PointFile,
-            Progress, ReadOptions, UnknownFormatName, read, read_cells, read_cells_from, read_domain,
+            ReadOptions, ReadProgress, UnknownFormatName, read, read_cells, read_cells_from, read_domain,
             read_from, read_sizes,
         };
     }
@@ -148,7 +148,7 @@ pub mod mesh {
     pub use septet_core::mesh::labelled::Labelled;
     #[doc(inline)]
     pub use septet_core::mesh::{
-        Boundary, Dimension, Made, MakeError, MeshError, Promise, Shape, SingularityRequest, check,
+        Boundary, Dimension, Made, MakeError, MeshError, Promise, SingularityRequest, SingularityShape, check,
     };
     #[doc(inline)]
     pub use septet_core::options::{MeshOptions, Sizes};
@@ -159,7 +159,7 @@ pub mod mesh {
     #[doc(inline)]
     pub use septet_meshing::domain::Domain;
     #[doc(inline)]
-    pub use septet_meshing::input::{Input, InputFacet, InputSegment, Kind, Region};
+    pub use septet_meshing::input::{DomainKind, Input, InputFacet, InputSegment, Region};
     #[doc(inline)]
     pub use septet_meshing::mesh::{Carrier, Edge, Face, Mesh, OUTSIDE, StageLine};
     #[doc(inline)]
@@ -169,10 +169,10 @@ pub mod mesh {
     /// error. The result is the same for every number of workers and threads and every transport.
     ///
     /// ```
-    /// use septet::mesh::{Input, InputSegment, Kind, MeshOptions, make};
+    /// use septet::mesh::{Input, InputSegment, DomainKind, MeshOptions, make};
     ///
     /// let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
-    /// let mut triangle = Input::new(Kind::Complex, corners.map(glam::DVec2::from).to_vec());
+    /// let mut triangle = Input::new(DomainKind::Complex, corners.map(glam::DVec2::from).to_vec());
     /// for ends in [[0, 1], [1, 2], [2, 0]] {
     ///     triangle.segments.push(InputSegment { ends, marker: 0 });
     /// }
@@ -194,7 +194,7 @@ pub mod mesh {
     /// # Errors
     /// See [`MakeError`].
     pub fn make_of<P: Dimension>(domain: &Domain<P>, options: &MeshOptions) -> Result<Made<P>, MakeError<P>> {
-        septet_core::mesh::make_of(domain, &options.request(), septet_core::mesh::Keep::default())
+        septet_core::mesh::make_of(domain, &options.request(), septet_core::mesh::MeshKeep::default())
     }
 }
 
@@ -202,7 +202,7 @@ pub mod mesh {
 pub mod generate {
     #[doc(inline)]
     pub use septet_core::generate::{
-        GenerateError, Generated, Kind, Progress, Request, Spacing, generate, parse_sample,
+        GenerateError, GenerateProgress, Generated, Kind, Request, Spacing, generate, parse_sample,
     };
 }
 
@@ -210,7 +210,7 @@ pub mod generate {
 pub mod experiment {
     #[doc(inline)]
     pub use septet_lab::experiment::fit::{
-        Abscissa, FitError, FitReport, Growth, Key, Law, Request, Series, Verdict, fit,
+        Abscissa, Conclusion, FitError, FitReport, FitRequest, Growth, Key, Law, Series, fit,
     };
     #[doc(inline)]
     pub use septet_lab::experiment::{
@@ -227,10 +227,17 @@ pub use septet_lab::assertions;
 #[doc(inline)]
 pub use septet_lab::trace;
 
-/// The guide: the paper step by step, options, formats, exit codes, reports, traces, experiments.
+/// The guide: the paper step by step, terms, the machine and its counts, options, formats, exit codes, reports, traces,
+/// experiments.
 pub mod guide {
     #[doc = include_str!("guide/paper.md")]
     pub mod paper {}
+
+    #[doc = include_str!("guide/terms.md")]
+    pub mod terms {}
+
+    #[doc = include_str!("guide/machine.md")]
+    pub mod machine {}
 
     #[doc = include_str!("guide/options.md")]
     pub mod options {}

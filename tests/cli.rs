@@ -10,6 +10,9 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 use tempfile::TempDir;
 
+#[path = "cli/effects.rs"]
+mod effects;
+
 #[path = "cli/faults.rs"]
 mod faults;
 
@@ -343,17 +346,17 @@ fn verify_tells_good_from_bad() {
     place.file("hole.ele", "1 3 0\n0 0 1 2\n");
     place.file("from1.ele", "2 3 0\n1 1 2 3\n2 2 4 3\n");
     let output = place.good("verify p.xyz good.ele --json -");
-    let verdict: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(verdict["schema"], "septet-verify/1");
-    assert_eq!((&verdict["passed"], verdict["levels"].as_array().unwrap().len()), (&true.into(), 6));
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report["schema"], "septet-verify/1");
+    assert_eq!((&report["passed"], report["levels"].as_array().unwrap().len()), (&true.into(), 6));
     assert!(stderr(&output).contains("empty spheres"));
     place.good("verify p.xyz from1.ele");
     place.fails("verify p.xyz flipped.ele", 4, &["empty spheres", "FAILED", "flipped.ele"]);
     place.fails("verify p.xyz hole.ele", 4, &["structure", "FAILED"]);
     let output = place.run("verify p.xyz flipped.ele --json - -q");
     assert_eq!(code(&output), 4);
-    let verdict: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(verdict["passed"], false);
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report["passed"], false);
 }
 
 #[test]

@@ -1,9 +1,8 @@
 //! The files of small meshes, read by other programs.
 //!
-//! `SEPTET_PYTHON` names a Python interpreter with the packages that
-//! `tests/foreign/read_with_others.py` lists; meshes of domains are judged by `tests/foreign/judge_mesh.py`, those whose
-//! boundary was made anew by `tests/foreign/judge_remesh.py`. `tests/run` makes
-//! the interpreter and runs these tests, which a plain `cargo test` ignores.
+//! `SEPTET_PYTHON` names a Python interpreter with the packages that `tests/foreign/read_with_others.py` lists.
+//! `tests/foreign/check_mesh.py` checks meshes of domains, and `tests/foreign/check_remesh.py` those with a remeshed
+//! boundary. `tests/run` makes the interpreter and runs these tests, which a plain `cargo test` ignores.
 
 use std::ffi::OsString;
 use std::fs;
@@ -92,13 +91,13 @@ fn write_all(directory: &Path, mesh: &Mesh) {
     fs::create_dir(directory).unwrap();
     let count = mesh.cells.len() / (mesh.dimension + 1);
     let owner: Vec<u32> = (0..count as u32).map(|i| i % 3).collect();
-    let home_leaf: Vec<u64> = (0..count as u64).map(|i| i << 33).collect();
+    let owning_leaf: Vec<u64> = (0..count as u64).map(|i| i << 33).collect();
     let view = MeshView {
         dimension: mesh.dimension,
         coordinates: &mesh.coordinates,
         cells: &mesh.cells,
         owner: Some(&owner),
-        home_leaf: Some(&home_leaf),
+        owning_leaf: Some(&owning_leaf),
         labels: None,
     };
     let options = WriteOptions { with_owner: true, first_id: mesh.first_id, ..WriteOptions::default() };
@@ -148,12 +147,12 @@ fn other_programs_read_what_we_write() {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/foreign/read_with_others.py");
     let output = Command::new(&python).arg(script).arg(directory.path()).output();
     let output = output.unwrap_or_else(|e| panic!("cannot run {}: {e}", python.display()));
-    let said = String::from_utf8_lossy(&output.stdout);
+    let printed = String::from_utf8_lossy(&output.stdout);
     let complained = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}\n{complained}");
-    let last = said.lines().last().unwrap_or_default();
-    assert!(last.ends_with(" passed, 0 failed"), "{said}\n{complained}");
-    println!("{said}");
+    assert!(output.status.success(), "{printed}\n{complained}");
+    let last = printed.lines().last().unwrap_or_default();
+    assert!(last.ends_with(" passed, 0 failed"), "{printed}\n{complained}");
+    println!("{printed}");
 }
 
 /// Rows of points that numpy saves as doubles, and whole numbers that it saves in every type; `numpy_arrays.py` has the same.
@@ -171,8 +170,8 @@ fn numpy_reads_and_writes_the_same_arrays() {
     write_points(&ours, &points, &WriteOptions::default(), &mut |_, _| {}).unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/foreign/numpy_arrays.py");
     let output = Command::new(&python).arg("-B").arg(script).arg(directory.path()).output().unwrap();
-    let said = [output.stdout, output.stderr].map(|s| String::from_utf8_lossy(&s).into_owned()).concat();
-    assert!(output.status.success(), "{said}");
+    let printed = [output.stdout, output.stderr].map(|s| String::from_utf8_lossy(&s).into_owned()).concat();
+    assert!(output.status.success(), "{printed}");
     let mut count = 0;
     for entry in fs::read_dir(directory.path()).unwrap() {
         let path = entry.unwrap().path();
@@ -185,7 +184,7 @@ fn numpy_reads_and_writes_the_same_arrays() {
         count += 1;
     }
     // Ours; three versions and two orders of doubles; two orders of ten types.
-    assert_eq!(count, 1 + 6 + 20, "{said}");
+    assert_eq!(count, 1 + 6 + 20, "{printed}");
 }
 
 /// Domains of `tests/domains/good`, options, their areas and volumes, and the facets outside.
@@ -204,12 +203,12 @@ const DOMAINS: [(&str, &str, &str); 11] = [
     ("../../data/example", "--size 0.6", "17.9375 20"),
 ];
 
-/// Returns the output of the judge for a mesh, and whether the mesh passes.
-fn judged(python: &OsString, domain: &Path, mesh: &Path, measure: &str) -> (bool, String) {
-    judged_by("judge_mesh.py", python, domain, mesh, measure)
+/// Returns the output of the checker for a mesh, and whether the mesh passes.
+fn checked(python: &OsString, domain: &Path, mesh: &Path, measure: &str) -> (bool, String) {
+    checked_by("check_mesh.py", python, domain, mesh, measure)
 }
 
-fn judged_by(script: &str, python: &OsString, domain: &Path, mesh: &Path, measure: &str) -> (bool, String) {
+fn checked_by(script: &str, python: &OsString, domain: &Path, mesh: &Path, measure: &str) -> (bool, String) {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/foreign").join(script);
     // The scripts import each other, and leave nothing beside themselves.
     let output = Command::new(python)
@@ -220,8 +219,8 @@ fn judged_by(script: &str, python: &OsString, domain: &Path, mesh: &Path, measur
         .args(measure.split_whitespace())
         .output();
     let output = output.unwrap_or_else(|e| panic!("cannot run {}: {e}", python.display()));
-    let said = [output.stdout, output.stderr].map(|s| String::from_utf8_lossy(&s).into_owned()).concat();
-    (output.status.success() && said.starts_with("ok "), said)
+    let printed = [output.stdout, output.stderr].map(|s| String::from_utf8_lossy(&s).into_owned()).concat();
+    (output.status.success() && printed.starts_with("ok "), printed)
 }
 
 /// Makes a mesh. Returns the domain's file and the stem of the mesh's files.
@@ -250,22 +249,22 @@ fn meshes_of_domains_are_judged_by_another_program() {
     let python = python();
     for (name, options, measure) in DOMAINS {
         let (domain, stem) = mesh(directory.path(), name, options);
-        let (good, said) = judged(&python, &domain, &stem, measure);
-        assert!(good, "{name}: {said}");
-        println!("{name}: {}", said.trim());
+        let (good, printed) = checked(&python, &domain, &stem, measure);
+        assert!(good, "{name}: {printed}");
+        println!("{name}: {}", printed.trim());
     }
 }
 
-/// Scans with every triangle kept: the judge finds their planes and volumes himself.
+/// Scans with every triangle kept: the checker finds their planes and volumes itself.
 #[test]
 #[ignore = "needs Python and the test data"]
 fn meshes_of_scans_are_judged_by_another_program() {
     let directory = tempfile::tempdir().unwrap();
     let python = python();
     let (domain, stem) = mesh(directory.path(), "../../data/hand.off", "--boundary exact");
-    let (good, said) = judged(&python, &domain, &stem, "");
-    assert!(good, "hand.off: {said}");
-    println!("hand.off: {}", said.trim());
+    let (good, printed) = checked(&python, &domain, &stem, "");
+    assert!(good, "hand.off: {printed}");
+    println!("hand.off: {}", printed.trim());
 }
 
 /// A scan with a remeshed boundary, which stays within the requested distance and has the same handles. It has sheets closer than an eighth
@@ -277,29 +276,29 @@ fn remeshed_scans_are_judged_by_another_program() {
     let directory = tempfile::tempdir().unwrap();
     let options = "--boundary remesh --max-distance 0.012";
     let (domain, stem) = mesh(directory.path(), "../../data/rotor.off", options);
-    let judged = |distance: &str| judged_by("judge_remesh.py", &python, &domain, &stem, distance);
-    let (good, said) = judged("0.012");
-    assert!(good, "{said}");
-    println!("rotor: {}", said.trim());
-    let (good, said) = judged("0.001");
-    assert!(!good && said.contains("farther than 0.001"), "{said}");
+    let checked = |distance: &str| checked_by("check_remesh.py", &python, &domain, &stem, distance);
+    let (good, printed) = checked("0.012");
+    assert!(good, "{printed}");
+    println!("rotor: {}", printed.trim());
+    let (good, printed) = checked("0.001");
+    assert!(!good && printed.contains("farther than 0.001"), "{printed}");
     let faces = fs::read_to_string(stem.with_extension("face")).unwrap();
     fs::write(stem.with_extension("face"), without(&faces, 7)).unwrap();
-    let (good, said) = judged("0.012");
-    assert!(!good && said.contains("is no face"), "{said}");
+    let (good, printed) = checked("0.012");
+    assert!(!good && printed.contains("is no face"), "{printed}");
 }
 
 /// A change of the text of a file.
 type Spoiling = dyn Fn(&str) -> String;
 
-/// The judge would not let these pass.
+/// The checker would not let these pass.
 #[test]
 #[ignore = "needs Python with vtk, meshio, gmsh and numpy"]
 fn spoilt_meshes_are_refused_by_the_other_program() {
     let python = python();
     let directory = tempfile::tempdir().unwrap();
     let (domain, stem) = mesh(directory.path(), "two-regions", "--size 0.8");
-    assert!(judged(&python, &domain, &stem, "64").0);
+    assert!(checked(&python, &domain, &stem, "64").0);
     // A cell, a face or an edge on a segment less; another region; a point moved by a millionth; cells turned over.
     let spoilt: [(&str, &str, &Spoiling); 6] = [
         ("ele", "the cells have", &|text| without(text, 30)),
@@ -313,11 +312,11 @@ fn spoilt_meshes_are_refused_by_the_other_program() {
         let path = stem.with_extension(extension);
         let text = fs::read_to_string(&path).unwrap();
         fs::write(&path, spoil(&text)).unwrap();
-        let (good, said) = judged(&python, &domain, &stem, "64");
-        assert!(!good && said.contains(words), "{extension}: {said}");
+        let (good, printed) = checked(&python, &domain, &stem, "64");
+        assert!(!good && printed.contains(words), "{extension}: {printed}");
         fs::write(&path, text).unwrap();
     }
-    assert!(!judged(&python, &domain, &stem, "64.000001").0);
+    assert!(!checked(&python, &domain, &stem, "64.000001").0);
 }
 
 /// A table with one row fewer, and with its new length.

@@ -107,10 +107,10 @@ fn reports_of_meshes_are_refused_by_field() {
         spoil(&mut value);
         fs::write(place.path().join("bad.json"), value.to_string()).unwrap();
         let output = septet(place.path(), "report bad.json -o x.html");
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(3), "{said}");
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(3), "{printed}");
         for word in words.iter().chain(&["bad.json, line 1"]) {
-            assert!(said.contains(word), "no `{word}` in: {said}");
+            assert!(printed.contains(word), "no `{word}` in: {printed}");
         }
         assert!(!place.path().join("x.html").exists());
     };
@@ -195,10 +195,13 @@ fn browse(directory: &Path, pages: &[(&str, Option<&str>)]) {
         check.arg(tests.join("check.mjs")).arg(directory.join(page)).arg(&shots);
         let output = check.args(report.map(|r| directory.join(r))).output();
         let output = output.unwrap_or_else(|e| panic!("cannot run node: {e}"));
-        let said = String::from_utf8_lossy(&output.stdout);
+        let printed = String::from_utf8_lossy(&output.stdout);
         let complained = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{page}: {said}\n{complained}");
-        assert!(said.lines().last().unwrap_or_default().ends_with(" passed, 0 failed"), "{page}: {said}");
+        assert!(output.status.success(), "{page}: {printed}\n{complained}");
+        assert!(
+            printed.lines().last().unwrap_or_default().ends_with(" passed, 0 failed"),
+            "{page}: {printed}"
+        );
     }
 }
 
@@ -236,9 +239,9 @@ fn files_that_are_not_reports_are_refused_by_name() {
     write("script.jsonl", "{\"n\": 5, \"kind\": \"</script><b>\", \"phases\": []}\n");
     let refused = |line: &str, word: &str| {
         let output = septet(place.path(), line);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(3), "{line}: {said}");
-        assert!(said.contains(word), "{line}: {said}");
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(3), "{line}: {printed}");
+        assert!(printed.contains(word), "{line}: {printed}");
         assert!(!place.path().join("x.html").exists());
     };
     refused("report torn.json -o x.html", "torn.json, line 1: not JSON");

@@ -67,14 +67,14 @@ def run(command, log):
 
 
 def check(binary, name, points, dimension, general):
-    """One row: name, points, cells, seconds, verdicts."""
+    """One row: name, points, cells, seconds, results."""
     cells, report = WORK / "cells.npy", WORK / "report.json"
     for old in (cells, report):
         old.unlink(missing_ok=True)
     done = run([binary, "triangulate", points, "-o", cells, "--json", report], WORK / "log.txt")
     if done.returncode != 0:
-        said = (WORK / "log.txt").read_text().strip().splitlines()
-        return [name, "", "", "", f"exit {done.returncode}: {said[0] if said else ''}", "", ""]
+        printed = (WORK / "log.txt").read_text().strip().splitlines()
+        return [name, "", "", "", f"exit {done.returncode}: {printed[0] if printed else ''}", "", ""]
     told = json.loads(report.read_text())
     verified = run([binary, "verify", points, cells, "--perturbed"], WORK / "verify.txt")
     ours = "passed" if verified.returncode == 0 else f"exit {verified.returncode}"
@@ -132,8 +132,8 @@ def main():
                 d = int((WORK / "read.node").read_text().split(maxsplit=2)[1])
                 np.save(points, np.ascontiguousarray(table[:, 1:1 + d]))
             else:
-                said = (WORK / "log.txt").read_text().strip().splitlines()
-                rows.append([name, "", "", "", f"refused, exit {read.returncode}: {said[0] if said else ''}", "", ""])
+                printed = (WORK / "log.txt").read_text().strip().splitlines()
+                rows.append([name, "", "", "", f"refused, exit {read.returncode}: {printed[0] if printed else ''}", "", ""])
                 print(*rows[-1], sep=" | ", flush=True)
                 continue
         row = check(options.binary, name, points, d, general)

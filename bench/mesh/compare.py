@@ -54,8 +54,8 @@ def run(command, limit):
     except subprocess.TimeoutExpired as late:
         raise Failed(f"stopped after {limit:g} s") from late
     if done.returncode:
-        said = (done.stderr.strip() or done.stdout.strip()).splitlines()
-        raise Failed(f"exit {done.returncode}: {said[-1] if said else 'without a word'}")
+        printed = (done.stderr.strip() or done.stdout.strip()).splitlines()
+        raise Failed(f"exit {done.returncode}: {printed[-1] if printed else 'without a word'}")
     seconds, peak = done.stderr.strip().splitlines()[-1].split()[-2:]
     return done.stdout, float(seconds), int(peak) * 1024
 
@@ -90,21 +90,21 @@ def mesh(program, domain, size, args):
         out = WORK / "septet.ele"
         command = [args.binary, "mesh", poly, "-o", out, "--size", repr(size), "--workers", 2, "--threads", 2]
         command += ["--radius-edge", 2, "--json", "-"] + (["--improve"] if program.endswith("improve") else [])
-        said, wall, peak = run(command, args.limit)
-        return *tables(WORK / "septet"), json.loads(said)["seconds"]["mesh_seconds"], wall, peak
+        printed, wall, peak = run(command, args.limit)
+        return *tables(WORK / "septet"), json.loads(printed)["seconds"]["mesh_seconds"], wall, peak
     if program == "tetgen":
         # The largest volume is the volume of the regular tetrahedron with this edge.
         volume = size**3 / (6 * 2**0.5)
-        said, wall, peak = run(["tetgen", f"-pq1.414/14a{volume:.12f}", poly.name], args.limit)
-        found = re.search(r"Total running seconds:\s*([0-9.]+)", said)
-        output = re.search(r"Writing output.*?seconds:\s*([0-9.]+)", said) or re.search(r"Output seconds:\s*([0-9.]+)", said)
+        printed, wall, peak = run(["tetgen", f"-pq1.414/14a{volume:.12f}", poly.name], args.limit)
+        found = re.search(r"Total running seconds:\s*([0-9.]+)", printed)
+        output = re.search(r"Writing output.*?seconds:\s*([0-9.]+)", printed) or re.search(r"Output seconds:\s*([0-9.]+)", printed)
         seconds = float(found[1]) - (float(output[1]) if output else 0.0) if found else wall
         return *tables(WORK / f"{domain}.1"), seconds, wall, peak
     out = WORK / "gmsh"
     threads = 2 if program == "gmsh-hxt" else 1
     command = [sys.executable, HERE / "gmsh_mesh.py", domain, program[5:], size, threads, out]
-    said, wall, peak = run(command, args.limit)
-    return np.load(f"{out}.points.npy"), np.load(f"{out}.cells.npy"), float(said.split()[-1]), wall, peak
+    printed, wall, peak = run(command, args.limit)
+    return np.load(f"{out}.points.npy"), np.load(f"{out}.cells.npy"), float(printed.split()[-1]), wall, peak
 
 
 def matched(program, domain, target, args):

@@ -112,15 +112,15 @@ fn report<P: Point>(points: &[P], config: &Config, setting: &Arguments) -> Resul
         let coordinates: &[f64] = bytemuck::cast_slice(points);
         let options = VerifyOptions { perturbed: true, ..VerifyOptions::default() };
         let start = Instant::now();
-        let verdict = verify(
+        let report = verify(
             &Triangulation { dimension: run.space, coordinates, cells: run.cells() },
             &options,
             &mut |_, _, _| {},
         );
-        if !verdict.passed() {
-            return Err(format!("the result is wrong: {verdict:?}").into());
+        if !report.passed() {
+            return Err(format!("the result is wrong: {report:?}").into());
         }
-        println!("verify {:.2} s, {} ties", start.elapsed().as_secs_f64(), verdict.ties);
+        println!("verify {:.2} s, {} ties", start.elapsed().as_secs_f64(), report.ties);
     }
     print(&run);
     Ok(())

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use septet_lab::experiment::fit::{Abscissa, FitError, Key, MARGIN, Request, fit, speedup, speedup_table};
+use septet_lab::experiment::fit::{Abscissa, FitError, FitRequest, Key, fit, speedup, speedup_table};
 use septet_lab::experiment::{JournalError, Line, read_lines};
 use septet_lab::report::SCHEMA;
 use septet_lab::report::mesh::MESH_SCHEMA;
 use serde_json::{Value, json};
 
+use super::effects::{excludes, needs};
 use super::errors::{Code, Failure};
 use super::files;
 use super::input;
@@ -36,23 +37,23 @@ pub struct FitArgs {
     /// Count to fit; if omitted, the counts in the files are listed
     #[arg(short = 'y', value_name = "KEY")]
     y: Option<String>,
-    /// Abscissa of the fit
-    #[arg(short = 'x', value_name = "n|n/leaf", default_value = "n")]
-    x: String,
+    /// Abscissa of the fit [default: n]
+    #[arg(short = 'x', value_name = "n|n/leaf")]
+    x: Option<String>,
     /// Phase of the count; `paper` and `repair` stand for the sum over their phases
     #[arg(long, value_name = "NAME", requires = "y")]
     phase: Option<String>,
     /// Largest change that does not count as growth
     ///
     /// With -y level-depth, it is a fraction of the mean depth per doubling of the size. Otherwise, it is a fraction
-    /// of the mean over the whole range of sizes.
-    #[arg(long, value_name = "SHARE", default_value_t = MARGIN, allow_negative_numbers = true)]
-    margin: f64,
+    /// of the mean over the whole range of sizes. [default: 0.05]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
+    margin: Option<f64>,
     /// Number of bootstrap samples of the seeds; the report states how many of them give the same verdict
-    #[arg(long, value_name = "TIMES", default_value_t = 0)]
-    resample: u32,
+    #[arg(long, value_name = "TIMES")]
+    resample: Option<u32>,
     /// Print the speed-up of timed runs over the best serial run on the same points
-    #[arg(long, conflicts_with_all = ["y", "phase", "resample"])]
+    #[arg(long, conflicts_with_all = ["y", "x", "phase", "margin", "resample"])]
     speedup: bool,
     /// Write the result as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-")]
@@ -61,6 +62,7 @@ pub struct FitArgs {
 
 /// Runs the subcommand.
 pub fn run(args: &FitArgs, talk: &Talk) -> Result<(), Failure> {
+    let request = request(args)?;
     let mut lines: Vec<Line> = Vec::new();
     for file in &args.files {
         let mut read = read_lines(file).map_err(|error| unreadable(file, &error))?;
@@ -69,20 +71,11 @@ pub fn run(args: &FitArgs, talk: &Talk) -> Result<(), Failure> {
         }
         lines.append(&mut read.lines);
     }
-    if args.y.is_none() && !args.speedup {
-        return Ok(files::print(&counts(&lines))?);
-    }
     let (value, text) = if args.speedup {
         let rows = speedup(&lines).map_err(|error| in_files(&args.files, error))?;
         (json!({ "schema": "septet-speedup/1", "rows": rows }), speedup_table(&rows))
     } else {
-        let request = Request {
-            y: args.y.as_deref().unwrap_or_default().parse::<Key>()?,
-            x: args.x.parse::<Abscissa>()?,
-            phase: args.phase.clone(),
-            margin: args.margin,
-            resamples: args.resample,
-        };
+        let Some(request) = request else { return Ok(files::print(&counts(&lines))?) };
         let report = fit(&lines, &request).map_err(|error| in_files(&args.files, error))?;
         (json!(report), report.text())
     };
@@ -95,6 +88,25 @@ pub fn run(args: &FitArgs, talk: &Talk) -> Result<(), Failure> {
         files::print(&text)?;
     }
     Ok(())
+}
+
+/// Returns the request for a fit, or `None` without a count to fit. Options of a fit are then refused.
+fn request(args: &FitArgs) -> Result<Option<FitRequest>, Failure> {
+    let Some(y) = &args.y else {
+        needs("-x", args.x.is_some(), "-y", false)?;
+        needs("--margin", args.margin.is_some(), "-y", false)?;
+        needs("--resample", args.resample.is_some(), "-y", false)?;
+        needs("--json", args.json.is_some(), "-y or --speedup", args.speedup)?;
+        return Ok(None);
+    };
+    let mut request = FitRequest::new(y.parse::<Key>()?, args.phase.as_deref());
+    excludes("-x", args.x.is_some(), "-y level-depth", request.y == Key::LevelDepth)?;
+    if let Some(x) = &args.x {
+        request.x = x.parse::<Abscissa>()?;
+    }
+    request.margin = args.margin.unwrap_or(request.margin);
+    request.resamples = args.resample.unwrap_or(request.resamples);
+    Ok(Some(request))
 }
 
 /// Lists the counts that can be fitted, with the command for one of them.

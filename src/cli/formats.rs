@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use septet_core::model::MeshView;
 use septet_io::read::{Format, ReadOptions};
-use septet_io::write::{OutputError, OutputFormat, PointFormat, WriteOptions, write, write_to};
+use septet_io::write::{MshVersion, OutputError, OutputFormat, PointFormat, WriteOptions, write, write_to};
 
+use super::effects::needs;
 use super::errors::{Code, Failure};
 use super::headings::{INPUT, OUTPUT};
 
@@ -38,10 +39,11 @@ impl ReadArgs {
         }
     }
 
-    /// Returns a failure if the options are used with a sample, which is not a file.
-    pub fn check(&self, is_sample: bool) -> Result<(), Failure> {
-        let given = [("--columns", self.columns.is_some()), ("--input-format", self.input_format.is_some())];
-        match given.iter().find(|(_, given)| is_sample && *given) {
+    /// Returns a failure if one of these options is used with a sample, which is not a file. `others` lists further
+    /// options, and whether each is set.
+    pub fn check(&self, is_sample: bool, others: &[(&str, bool)]) -> Result<(), Failure> {
+        let own = [("--columns", self.columns.is_some()), ("--input-format", self.input_format.is_some())];
+        match own.iter().chain(others).find(|(_, given)| is_sample && *given) {
             Some((option, _)) => {
                 let message = format!("{option} applies to files, not to a generated sample");
                 Err(Failure::new(Code::Usage, message).help(format!("omit {option}, or give a file")))
@@ -58,7 +60,45 @@ pub struct FormatArgs {
     ///
     /// vtu, vtk, msh, msh22, mesh, off, stl, npy or ele.
     #[arg(long, value_name = "NAME", value_parser = output_format, help_heading = OUTPUT, hide_short_help = true)]
-    pub format: Option<OutputFormat>,
+    format: Option<OutputFormat>,
+    /// Version of files named .msh [default: 4.1]
+    #[arg(long, value_name = "VERSION", value_enum, help_heading = OUTPUT, hide_short_help = true)]
+    msh_version: Option<MshArg>,
+}
+
+/// `--msh-version`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum MshArg {
+    /// Legacy Gmsh files
+    #[value(name = "2.2")]
+    V22,
+    /// Current Gmsh files
+    #[value(name = "4.1")]
+    V41,
+}
+
+impl FormatArgs {
+    /// Returns the options of the writers.
+    pub fn options(&self) -> WriteOptions<'static> {
+        let msh = self.msh_version.map_or_else(MshVersion::default, |version| match version {
+            MshArg::V22 => MshVersion::V22,
+            MshArg::V41 => MshVersion::V41,
+        });
+        WriteOptions { format: self.format, msh, ..WriteOptions::default() }
+    }
+
+    /// Returns `true` if one of these outputs has one of these formats.
+    pub fn any(&self, outputs: &[PathBuf], formats: &[OutputFormat]) -> bool {
+        let options = self.options();
+        outputs.iter().any(|output| options.format_of(output).is_ok_and(|format| formats.contains(&format)))
+    }
+
+    /// Refuses options that no output uses.
+    pub fn check(&self, outputs: &[PathBuf]) -> Result<(), Failure> {
+        needs("--format", self.format.is_some(), "-o OUT", !outputs.is_empty())?;
+        let has_msh = self.any(outputs, &[OutputFormat::Msh(None)]);
+        needs("--msh-version", self.msh_version.is_some(), "-o OUT.msh", has_msh)
+    }
 }
 
 /// Parses the name of an output format for triangulations.

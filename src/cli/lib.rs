@@ -1,6 +1,7 @@
 //! septet-cli: the subcommands, options, progress messages, errors and exit codes of the program `septet`.
 
 mod completions;
+mod effects;
 mod errors;
 mod excerpt;
 mod files;

@@ -9,10 +9,10 @@ use septet_core::config::{
 };
 use septet_core::generate::{GenerateError, Kind};
 use septet_core::result::view::MOST_POINTS;
-use septet_io::write::MshVersion;
 use septet_lab::trace::Detail;
 
-use super::errors::{Code, Failure};
+use super::effects::needs;
+use super::errors::Failure;
 use super::formats::{FormatArgs, ReadArgs};
 use super::headings::{GRAPH, INPUT, MACHINE, OUTPUT, REPORTS};
 
@@ -116,12 +116,9 @@ pub struct RunArgs {
     pub keep_columns: bool,
     #[command(flatten)]
     pub writing: FormatArgs,
-    /// Write the owning worker and the home leaf of every cell (.vtu .vtk)
+    /// Write the owning worker and the owning leaf of every cell (.vtu .vtk)
     #[arg(long, help_heading = OUTPUT, hide_short_help = true)]
     pub with_owner: bool,
-    /// Version of files named .msh
-    #[arg(long, value_name = "VERSION", value_enum, default_value_t = MshArg::V41, help_heading = OUTPUT, hide_short_help = true)]
-    pub msh_version: MshArg,
     /// Inject a fault, for tests: refuse:NODE[-NODE], refuse-draws:EVERY, spoil:RANK, die:RANK:PHASE
     #[arg(long, hide = true, value_name = "FAULT")]
     pub fault: Option<Fault>,
@@ -141,7 +138,7 @@ pub struct TraceArgs {
 /// Options of every command that runs the machine. The runs of a sweep share them.
 #[derive(Debug, Args)]
 pub struct MachineArgs {
-    /// Number of threads that run the workers [default: cores]
+    /// Number of threads that read, run the workers and write [default: cores]
     #[arg(long, value_name = "T", help_heading = MACHINE)]
     pub threads: Option<usize>,
     /// SIMD width of the inner loops; it does not change results
@@ -152,7 +149,7 @@ pub struct MachineArgs {
     pub partition: PartitionArg,
     /// Largest number of points in a leaf of the partition tree
     #[arg(long, value_name = "M|auto", default_value = "auto", value_parser = leaf, help_heading = MACHINE, hide_short_help = true)]
-    pub leaf: Leaf,
+    pub leaf: LeafArg,
     /// Transport of the messages
     #[arg(long, value_enum, default_value_t = TransportArg::Channel, help_heading = MACHINE, hide_short_help = true)]
     pub transport: TransportArg,
@@ -231,7 +228,7 @@ impl NeighboursArg {
     pub fn correction(self) -> Correction {
         match self {
             NeighboursArg::Descent => Correction::Descent,
-            NeighboursArg::Naive => Correction::Naive,
+            NeighboursArg::Naive => Correction::BottomUp,
         }
     }
 }
@@ -245,6 +242,16 @@ pub enum TransportArg {
     Sim,
 }
 
+impl TransportArg {
+    /// Returns the transport of this name with the seed of the order of delivery.
+    pub fn with_seed(self, delivery_seed: Option<u64>) -> Result<Transport, Failure> {
+        let is_sim = self == TransportArg::Sim;
+        needs("--delivery-seed", delivery_seed.is_some(), "--transport sim", is_sim)?;
+        let delivery_seed = delivery_seed.unwrap_or(0);
+        Ok(if is_sim { Transport::Sim { delivery_seed } } else { Transport::Channel })
+    }
+}
+
 /// `--registers`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum RegistersArg {
@@ -252,26 +259,6 @@ pub enum RegistersArg {
     Widest,
     /// The registers that every processor of the architecture has
     Baseline,
-}
-
-/// `--msh-version`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum MshArg {
-    /// Legacy Gmsh files
-    #[value(name = "2.2")]
-    V22,
-    /// Current Gmsh files
-    #[value(name = "4.1")]
-    V41,
-}
-
-impl From<MshArg> for MshVersion {
-    fn from(version: MshArg) -> Self {
-        match version {
-            MshArg::V22 => MshVersion::V22,
-            MshArg::V41 => MshVersion::V41,
-        }
-    }
 }
 
 /// `--trace-level`.
@@ -300,19 +287,14 @@ impl From<DetailArg> for Detail {
 
 /// `--leaf`.
 #[derive(Clone, Copy, Debug)]
-pub struct Leaf(Option<u64>);
+pub struct LeafArg(Option<u64>);
 
 impl MachineArgs {
     /// Returns the configuration for these options, with defaults for the others.
     pub fn config(&self) -> Result<Config, Failure> {
         let base = Config::default();
         let threads = self.threads.unwrap_or(base.machine.threads);
-        if self.delivery_seed.is_some() && self.transport == TransportArg::Channel {
-            let message = "--delivery-seed needs --transport sim: channels deliver in no fixed order";
-            return Err(
-                Failure::new(Code::Usage, message).help("add --transport sim, or omit --delivery-seed")
-            );
-        }
+        let transport = self.transport.with_seed(self.delivery_seed)?;
         if self.registers == RegistersArg::Baseline {
             septet_geometry::simd::use_baseline_registers();
         }
@@ -323,10 +305,7 @@ impl MachineArgs {
                 PartitionArg::Kd => Partition::Kd,
             };
             c.machine.leaf = self.leaf.0;
-            c.machine.transport = match self.transport {
-                TransportArg::Channel => Transport::Channel,
-                TransportArg::Sim => Transport::Sim { delivery_seed: self.delivery_seed.unwrap_or(0) },
-            };
+            c.machine.transport = transport;
             c.machine.max_memory = self.max_memory;
         }))
     }
@@ -365,6 +344,7 @@ impl TriangulateArgs {
 impl SimulateArgs {
     /// Returns the checked configuration of these options.
     pub fn config(&self) -> Result<Config, Failure> {
+        needs("--tasks", self.tasks, "--json", self.run.json.is_some())?;
         let config = self.graph.extend(self.run.config()?)?.with(|c| c.keep.tasks = self.tasks);
         config.check()?;
         Ok(config)
@@ -434,8 +414,8 @@ fn neighbours(text: &str) -> Result<Neighbours, String> {
     }
 }
 
-fn leaf(text: &str) -> Result<Leaf, String> {
-    if text == "auto" { Ok(Leaf(None)) } else { count(text).map(|m| Leaf(Some(m))) }
+fn leaf(text: &str) -> Result<LeafArg, String> {
+    if text == "auto" { Ok(LeafArg(None)) } else { count(text).map(|m| LeafArg(Some(m))) }
 }
 
 /// Parses a dimension.

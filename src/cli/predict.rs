@@ -29,7 +29,7 @@ pub struct PredictArgs {
     run: PathBuf,
     /// Numbers of workers: a list, or a range `A..B` for A, 2A, 4A, ... up to B
     #[arg(long, value_name = "P,..|A..B", default_value = "1..65536", value_parser = worker_counts)]
-    workers: Counts,
+    workers: WorkerCounts,
     /// Latency of a message in seconds [default: 2e-6]
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     latency: Option<f64>,
@@ -54,14 +54,14 @@ pub struct PredictArgs {
 
 /// A list of numbers of workers.
 #[derive(Clone, Debug)]
-struct Counts(Vec<u32>);
+struct WorkerCounts(Vec<u32>);
 
 fn positive(text: &str) -> Result<f64, String> {
     let value = text.parse().ok().filter(|v: &f64| *v > 0.0 && v.is_finite());
     value.ok_or_else(|| "expected a positive number".into())
 }
 
-fn worker_counts(text: &str) -> Result<Counts, String> {
+fn worker_counts(text: &str) -> Result<WorkerCounts, String> {
     let number = |t: &str| t.trim().parse().ok().filter(|&p: &u32| p > 0);
     let expected = || "expected numbers such as 2,8,64 or a range such as 1..65536".to_owned();
     let mut counts = match text.split_once("..") {
@@ -73,26 +73,26 @@ fn worker_counts(text: &str) -> Result<Counts, String> {
     };
     counts.sort_unstable();
     counts.dedup();
-    if counts.is_empty() { Err(expected()) } else { Ok(Counts(counts)) }
+    if counts.is_empty() { Err(expected()) } else { Ok(WorkerCounts(counts)) }
 }
 
 /// The fields of a run report that a prediction needs.
 #[derive(Deserialize)]
 struct RunFile {
     schema: String,
-    machine: Option<Machine>,
+    machine: Option<MachineFields>,
     #[serde(default)]
-    phases: Vec<Phase>,
+    phases: Vec<PhaseFields>,
     tasks: Option<TaskLog>,
 }
 
 #[derive(Deserialize)]
-struct Machine {
+struct MachineFields {
     workers: u32,
 }
 
 #[derive(Deserialize)]
-struct Phase {
+struct PhaseFields {
     name: String,
     work: Option<u64>,
     seconds: Option<f64>,
@@ -174,7 +174,7 @@ fn hardware(args: &PredictArgs, file: &RunFile) -> Result<Hardware, Failure> {
                 Failure::new(Code::Usage, message).help("create the report with --workers 1 --threads 1")
             );
         }
-        let timed = |p: &Phase| Timed {
+        let timed = |p: &PhaseFields| Timed {
             name: p.name.clone(),
             work: p.work.unwrap_or(0),
             seconds: p.seconds.unwrap_or(0.0),

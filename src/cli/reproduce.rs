@@ -3,13 +3,18 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use septet_core::config::Fault;
-use septet_lab::claims::{Claim, ClaimError, ClaimReport, Extent, Judged, Lab, LabOptions, select};
+use septet_core::config::{Fault, Machine};
+use septet_lab::claims::{CheckedClaim, Claim, ClaimError, ClaimReport, Extent, Lab, LabOptions, select};
 
+use super::effects::excludes;
 use super::errors::{Code, Failure};
 use super::files;
 use super::options::NeighboursArg;
 use super::progress::Talk;
+
+/// The options that a list of claims does not use.
+const NOT_FOR_LISTS: [&str; 8] =
+    ["quick", "full", "seed", "neighbours", "threads", "figures", "json", "fault"];
 
 /// Options of `septet reproduce`.
 #[derive(Debug, Args)]
@@ -34,7 +39,7 @@ pub struct ReproduceArgs {
     #[arg(long)]
     full: bool,
     /// Explain each claim in two lines, without testing it
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = NOT_FOR_LISTS)]
     list: bool,
     /// First seed of the sets and runs
     #[arg(long, value_name = "S", default_value_t = 1)]
@@ -48,7 +53,7 @@ pub struct ReproduceArgs {
     /// Show all figures of every claim, not only the decisive one
     #[arg(long)]
     figures: bool,
-    /// Write verdicts and all figures as JSON, `-` for standard output
+    /// Write results and all figures as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
     /// Inject a fault into every machine, for tests
@@ -63,21 +68,21 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
         let text: String = claims.iter().map(|claim| listed(claim)).collect();
         return Ok(files::print(&text)?);
     }
+    let is_json_printed = args.json.as_deref() == Some(Path::new("-"));
+    excludes("--figures", args.figures, "--json -", is_json_printed)?;
     let texts: Vec<&Path> = args.json.iter().map(PathBuf::as_path).collect();
     files::check(None, &[], &texts)?;
-    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    let threads = args.threads.map_or(cores, |threads| threads as usize);
+    let threads = args.threads.map_or_else(|| Machine::default().threads, |threads| threads as usize);
     super::threads::limit_threads(threads);
     let extent = if args.full { Extent::Full } else { Extent::Quick };
     let cancel = Some(talk.cancel.clone());
     let correction = args.neighbours.correction();
     let setting = LabOptions { extent, seed: args.seed, threads, correction, fault: args.fault, cancel };
-    let table = args.json.as_deref() != Some(Path::new("-"));
-    let judged = judge(&claims, setting, table, args.figures, talk)?;
-    let report = ClaimReport::of(extent, args.seed, judged);
+    let checked = check(&claims, setting, !is_json_printed, args.figures, talk)?;
+    let report = ClaimReport::of(extent, args.seed, checked);
     if let Some(path) = &args.json {
         let mut text = serde_json::to_string_pretty(&report)
-            .map_err(|e| Failure::new(Code::Failed, format!("the verdicts cannot be written: {e}")))?;
+            .map_err(|e| Failure::new(Code::Failed, format!("the results cannot be written: {e}")))?;
         text.push('\n');
         files::write_text(path, &text)?;
     }
@@ -91,13 +96,13 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
         .help("`septet reproduce CLAIM --figures` shows all figures of a claim"))
 }
 
-fn judge(
+fn check(
     claims: &[&'static Claim],
     setting: LabOptions,
     table: bool,
     figures: bool,
     talk: &Talk,
-) -> Result<Vec<Judged>, Failure> {
+) -> Result<Vec<CheckedClaim>, Failure> {
     let show = |text: &str| {
         if table {
             talk.aside(|| {
@@ -117,20 +122,20 @@ fn judge(
     for (claim, done) in claims.iter().zip(0..) {
         at.set((done, claim.name));
         talk.stage(claim.name, done, Some(total));
-        let judged = claim.judge(&mut lab)?;
-        show(&judged.rows());
-        if figures || !judged.passed {
-            show(&judged.details(!figures));
+        let checked = claim.check(&mut lab)?;
+        show(&checked.rows());
+        if figures || !checked.passed {
+            show(&checked.details(!figures));
         }
-        all.push(judged);
+        all.push(checked);
     }
     talk.clear();
     Ok(all)
 }
 
 fn listed(claim: &Claim) -> String {
-    let [says, judged] = claim.explained();
-    format!("{}\n  {says}\n  {judged}\n", claim.name)
+    let [says, checked] = claim.explained();
+    format!("{}\n  {says}\n  {checked}\n", claim.name)
 }
 
 impl From<ClaimError> for Failure {

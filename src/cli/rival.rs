@@ -48,7 +48,7 @@ struct IncrementalArgs {
     #[arg(long, value_name = "KIND", value_parser = kind, conflicts_with = "input", requires = "number")]
     kind: Option<Kind>,
     /// Number of points of the generated set
-    #[arg(short = 'n', long = "number", value_name = "N", value_parser = count, requires = "kind")]
+    #[arg(short = 'n', long = "number", value_name = "N", value_parser = count, conflicts_with = "input", requires = "kind")]
     number: Option<u64>,
     /// Seed of the insertion order, of septet, and of the generated set
     #[arg(long, value_name = "S", default_value_t = 1)]
@@ -81,7 +81,7 @@ impl IncrementalArgs {
 
     fn load(&self, name: &str, talk: &Talk) -> Result<Loaded, Failure> {
         let sample = input::sample(name, self.dimension)?;
-        self.reading.check(sample.is_some())?;
+        self.reading.check(sample.is_some(), &[("--skip-invalid", self.skip_invalid)])?;
         let is_file = sample.is_none() && name != "-";
         let texts: Vec<&Path> = self.json.as_deref().into_iter().collect();
         files::check(is_file.then(|| Path::new(name)), &[], &texts)?;

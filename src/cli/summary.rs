@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use septet_core::config::{Correction, Partition};
-use septet_lab::report::Report;
+use septet_lab::report::RunReport;
 
 use super::text::{bytes, counted, grouped, name, seconds};
 
@@ -24,7 +24,7 @@ pub fn written(files: &[PathBuf]) -> Vec<String> {
 }
 
 /// Formats the summary of a run. `is_sample` is `true` if its points were generated.
-pub fn of_run(report: &Report, is_sample: bool) -> Vec<String> {
+pub fn of_run(report: &RunReport, is_sample: bool) -> Vec<String> {
     let cell = if report.space == 2 { "triangle" } else { "tetrahedron" };
     let mut lines = vec![format!(
         "septet: {}, {}, {}, certificate {}",
@@ -51,7 +51,7 @@ pub fn of_run(report: &Report, is_sample: bool) -> Vec<String> {
 }
 
 /// Counts the points of the input that are not vertices.
-fn set_aside(report: &Report) -> Option<String> {
+fn set_aside(report: &RunReport) -> Option<String> {
     let p = &report.points;
     let duplicate =
         (p.duplicate > 0).then(|| format!("{} of earlier points", counted(p.duplicate, "duplicate")));
@@ -61,7 +61,7 @@ fn set_aside(report: &Report) -> Option<String> {
 }
 
 /// Describes the graph, the repair and the traffic of the machine.
-fn machine(report: &Report) -> Vec<String> {
+fn machine(report: &RunReport) -> Vec<String> {
     let mut lines = Vec::new();
     if report.supergraph.kind != "none" {
         let graph = &report.supergraph;
@@ -98,7 +98,7 @@ fn machine(report: &Report) -> Vec<String> {
 }
 
 /// Names the baselines that replace steps of the paper, if there are any.
-fn baselines(report: &Report) -> Option<String> {
+fn baselines(report: &RunReport) -> Option<String> {
     let p = &report.parameters;
     let cut = (p.partition != Partition::Sphere.name()).then_some("k-d planes separate subproblems");
     let naive =

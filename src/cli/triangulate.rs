@@ -10,8 +10,9 @@ use septet_core::{Config, Error, Run};
 use septet_geometry::range::RangeError;
 use septet_io::read::ReadOptions;
 use septet_io::write::{OutputFormat, WriteOptions};
-use septet_lab::report::{Report, RunContext};
+use septet_lab::report::{RunContext, RunReport};
 
+use super::effects::needs;
 use super::errors::{Code, Failure};
 use super::files;
 use super::formats::write_mesh;
@@ -34,10 +35,11 @@ pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Re
     let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
     let texts = args.json.iter().chain(&args.tracing.trace).map(PathBuf::as_path).chain(tables.paths());
     let texts: Vec<&Path> = texts.collect();
-    args.reading.check(sample.is_some())?;
-    let written_as = WriteOptions { format: args.writing.format, ..WriteOptions::default() };
-    files::check_as(is_file.then(|| Path::new(&args.input)), &args.output, &written_as, &texts)?;
-    check_kept_columns(args, &written_as)?;
+    let of_files = [("--keep-columns", args.keep_columns), ("--skip-invalid", args.skip_invalid)];
+    args.reading.check(sample.is_some(), &of_files)?;
+    let options = args.writing.options();
+    files::check_as(is_file.then(|| Path::new(&args.input)), &args.output, &options, &texts)?;
+    check_effects(args)?;
     let loaded = if let Some(request) = sample {
         // A sample that is too large is refused before it is generated.
         admit(&config, request.n, request.dimension, counted)?;
@@ -77,7 +79,7 @@ pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Re
         rss_before_bytes,
         peak_rss_bytes: peak_rss(),
     };
-    let report = Report::of(&run, &config, &setting);
+    let report = RunReport::of(&run, &config, &setting);
     let rendered = |format, which| report.tables(format, which);
     files.extend(tables.write(&rendered)?);
     print_report(args, &report, &files, talk)?;
@@ -85,18 +87,17 @@ pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Re
     failure.map_or(Ok(()), Err)
 }
 
-/// Returns a failure if `--keep-columns` is set but no output can contain the columns.
-fn check_kept_columns(args: &RunArgs, options: &WriteOptions<'_>) -> Result<(), Failure> {
-    let holds = |o: &PathBuf| matches!(options.format_of(o), Ok(OutputFormat::Vtu | OutputFormat::Vtk));
-    if args.keep_columns && !args.output.iter().any(holds) {
-        let message = "--keep-columns needs an output format with point data";
-        return Err(Failure::new(Code::Usage, message).help("add -o OUT.vtu or -o OUT.vtk"));
-    }
-    Ok(())
+/// Returns a failure if an option is set that no output or report uses.
+fn check_effects(args: &RunArgs) -> Result<(), Failure> {
+    args.writing.check(&args.output)?;
+    let has_data = args.writing.any(&args.output, &[OutputFormat::Vtu, OutputFormat::Vtk]);
+    needs("--keep-columns", args.keep_columns, "-o OUT.vtu or -o OUT.vtk", has_data)?;
+    needs("--with-owner", args.with_owner, "-o OUT.vtu or -o OUT.vtk", has_data)?;
+    needs("--view", args.view.is_some(), "--json", args.json.is_some())
 }
 
 /// Writes the report as JSON and prints its summary.
-fn print_report(args: &RunArgs, report: &Report, files: &[PathBuf], talk: &Talk) -> Result<(), Failure> {
+fn print_report(args: &RunArgs, report: &RunReport, files: &[PathBuf], talk: &Talk) -> Result<(), Failure> {
     if let Some(path) = &args.json {
         let mut text = report
             .to_json()
@@ -150,12 +151,10 @@ pub fn place(error: Error, loaded: &Loaded, input: &str) -> Failure {
 
 fn write_all(args: &RunArgs, run: &Run, loaded: &Loaded, talk: &Talk) -> Result<Vec<PathBuf>, Failure> {
     let options = WriteOptions {
-        format: args.writing.format,
         with_owner: args.with_owner,
         first_id: loaded.first_id,
-        msh: args.msh_version.into(),
         point_data: &loaded.columns,
-        ..WriteOptions::default()
+        ..args.writing.options()
     };
     let mut files = Vec::new();
     for output in &args.output {

@@ -37,8 +37,8 @@ pub struct VerifyArgs {
     #[arg(long)]
     perturbed: bool,
     /// Number of threads [default: cores]
-    #[arg(long, value_name = "T", default_value_t = 0, hide_default_value = true)]
-    threads: usize,
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..))]
+    threads: Option<u32>,
     /// Write the report as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
@@ -51,7 +51,7 @@ pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
         files::check(Some(input), &[], &json)?;
     }
     let sample = input::sample(&args.points, None)?;
-    args.reading.check(sample.is_some())?;
+    args.reading.check(sample.is_some(), &[])?;
     let loaded = match sample {
         Some(request) => input::make(&request, talk)?,
         None => input::open(&args.points, &args.reading.options(None, false), talk)?,
@@ -62,12 +62,16 @@ pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
         coordinates: points.coordinates(),
         cells: &cells.cells,
     };
-    let options = VerifyOptions { perturbed: args.perturbed, threads: args.threads, any_order: true };
+    let options = VerifyOptions {
+        perturbed: args.perturbed,
+        threads: args.threads.unwrap_or(0) as usize,
+        any_order: true,
+    };
     let report = verify(&mesh, &options, &mut |stage, done, total| talk.stage(stage, done, Some(total)));
     talk.clear();
     if let Some(path) = &args.json {
-        let verdict = VerifyReport::of(&report, &args.points, &args.cells);
-        let mut text = serde_json::to_string_pretty(&verdict)
+        let json = VerifyReport::of(&report, &args.points, &args.cells);
+        let mut text = serde_json::to_string_pretty(&json)
             .map_err(|e| Failure::new(Code::Failed, format!("the report cannot be written: {e}")))?;
         text.push('\n');
         files::write_text(path, &text)?;

@@ -58,7 +58,7 @@ pub enum Error {
     /// The stars disagree after every repair. This is a bug in septet.
     #[error("the certificate failed: {refutation}; this is a bug in septet: please report it with the input")]
     NotCertified {
-        /// Why the stars do not form a triangulation.
+        /// The reasons why the stars do not form a triangulation.
         refutation: Refutation,
         /// The run with its counts, without cells.
         run: Box<Run>,

@@ -1,7 +1,7 @@
 //! septet-core: runs over points and meshes of domains, without files, reports or a command line.
 //!
 //! The modules follow the flow of a run: configuration, input, the coordinator, the run, and the result. Meshes of
-//! domains and generated point sets start runs of their own.
+//! domains and generated point sets start their own runs.
 
 pub mod config;
 

@@ -58,7 +58,7 @@ pub struct MeshView<'a> {
     /// The worker that owns each cell, if requested.
     pub owner: Option<&'a [u32]>,
     /// The leaf of the partition tree that owns the smallest vertex of each cell, if requested.
-    pub home_leaf: Option<&'a [u64]>,
+    pub owning_leaf: Option<&'a [u64]>,
     /// Labels of cells, faces, edges and points, if the triangulation is a mesh of a domain.
     pub labels: Option<&'a Labels>,
 }

@@ -11,7 +11,7 @@ use serde::Serialize;
 use septet_core::config::Config;
 use septet_core::error::Error;
 use septet_core::input::prepare::prepare;
-use septet_core::result::canonical::{Cells, canonicalise};
+use septet_core::result::canonical::{LabelledCells, canonicalise};
 use septet_core::run::memory::admit;
 use septet_core::run::{Accounting, Run};
 
@@ -66,7 +66,7 @@ pub fn incremental<P: Point>(points: &[P], config: &Config) -> Result<Baseline, 
         let made = Dependence::new(&ready.positions, config.machine.seed).map_err(Error::Baseline)?;
         let vertices = made.cells.iter().flat_map(AsRef::as_ref);
         let rows = vertices.map(|&v| ready.id(v as usize)).collect();
-        baseline.cells = canonicalise::<P>(Cells { rows, owner: None, leaf: None }).rows;
+        baseline.cells = canonicalise::<P>(LabelledCells { rows, owner: None, leaf: None }).rows;
         baseline.hull_facets = made.hull_facets;
         baseline.clock = made.clock;
         baseline.brent = made.brent(baseline.points.used);

@@ -15,7 +15,7 @@ use crate::contact::contacts;
 use crate::defect::{Defect, Element, Misplaced};
 use crate::domain::{Component, Domain};
 use crate::facet::Triangulate;
-use crate::input::{Input, Kind};
+use crate::input::{DomainKind, Input};
 use crate::manifold::manifold;
 use crate::resolve::{Simplices, resolve};
 use crate::sides::{Location, Sides};
@@ -28,7 +28,7 @@ pub fn check<P: Triangulate>(input: &Input<P>) -> Result<Domain<P>, Vec<Defect>>
     let (simplices, mut defects) = resolve(input);
     let Some(simplices) = simplices else { return Err(defects) };
     defects.extend(contacts(&simplices));
-    if input.kind == Kind::Surface {
+    if input.kind == DomainKind::Surface {
         defects.extend(manifold(input, &simplices));
     }
     if !defects.is_empty() {
@@ -51,7 +51,7 @@ fn components<P: Triangulate>(
     let measures = sides.measures(&simplices.points);
     let mut components: Vec<Component> = (0..sides.count())
         .map(|c| Component {
-            inside: c > 0 && (input.kind == Kind::Complex || sides.is_odd(c)),
+            inside: c > 0 && (input.kind == DomainKind::Complex || sides.is_odd(c)),
             region: None,
             measure: measures[c as usize],
         })

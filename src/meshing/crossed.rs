@@ -33,7 +33,7 @@ impl<P: Point> Line<P> {
 
 /// A wall that a line crosses in its interior.
 #[derive(Clone, Debug)]
-pub(crate) struct Met<P> {
+pub(crate) struct CrossedWall<P> {
     pub(crate) wall: u32,
     line: Line<P>,
     corners: Vec<P>,
@@ -43,7 +43,7 @@ pub(crate) struct Met<P> {
     place: OnceCell<Fraction>,
 }
 
-impl<P: Point> Met<P> {
+impl<P: Point> CrossedWall<P> {
     pub(crate) fn new(wall: u32, line: Line<P>, corners: Vec<P>) -> Self {
         let falls = line.to.coord(line.axis) < line.from.coord(line.axis);
         let range = corners.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], corner| {
@@ -51,7 +51,7 @@ impl<P: Point> Met<P> {
             let at = if falls { -at } else { at };
             [low.min(at), high.max(at)]
         });
-        Met { wall, line, corners, range, place: OnceCell::new() }
+        CrossedWall { wall, line, corners, range, place: OnceCell::new() }
     }
 
     fn place(&self) -> &Fraction {
@@ -84,11 +84,11 @@ mod tests {
             let mut wall = |number| {
                 let (z, tilt) = (2.0 * draw.unit() - 1.0, 0.3 * draw.unit());
                 let corner = |x: f64, y: f64| DVec3::new(x, y, z + tilt * x);
-                Met::new(number, line, vec![corner(-0.5, -0.5), corner(0.5, -0.5), corner(0.0, 0.5)])
+                CrossedWall::new(number, line, vec![corner(-0.5, -0.5), corner(0.5, -0.5), corner(0.0, 0.5)])
             };
-            let walls: Vec<Met<DVec3>> = (0..60).map(&mut wall).collect();
+            let walls: Vec<CrossedWall<DVec3>> = (0..60).map(&mut wall).collect();
             let mut sorted = walls.clone();
-            sorted.sort_by(Met::order);
+            sorted.sort_by(CrossedWall::order);
             assert!(sorted.windows(2).all(|w| w[0].place() <= w[1].place()));
             apart += walls.iter().filter(|a| a.range[1] < sorted[59].range[0]).count();
         }
@@ -98,7 +98,8 @@ mod tests {
     #[test]
     fn one_wall_apart_needs_no_fraction() {
         let line = Line::through(DVec2::new(0.0, 0.0), DVec2::new(4.0, 1.0));
-        let wall = |number, x: f64| Met::new(number, line, vec![DVec2::new(x, -1.0), DVec2::new(x, 2.0)]);
+        let wall =
+            |number, x: f64| CrossedWall::new(number, line, vec![DVec2::new(x, -1.0), DVec2::new(x, 2.0)]);
         let (near, far) = (wall(5, 1.0), wall(2, 1.0_f64.next_up()));
         assert!(near.order(&far).is_lt() && far.order(&near).is_gt());
         assert!(near.place.get().is_none() && far.place.get().is_none());

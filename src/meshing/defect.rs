@@ -1,7 +1,7 @@
 //! Defects of inputs.
 //!
 //! Every defect gives the offending elements, by their positions in the input, and a location. The
-//! [`Kind`](crate::input::Kind) of the input decides whether some properties are defects:
+//! [`DomainKind`](crate::input::DomainKind) of the input decides whether some properties are defects:
 //!
 //! | | complex | surface |
 //! | --- | --- | --- |

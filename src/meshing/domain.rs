@@ -19,7 +19,7 @@ use septet_geometry::predicates::{Sign, orientation};
 
 use crate::defect::Element;
 use crate::facet::wall_edges;
-use crate::input::{Input, Kind, Region};
+use crate::input::{DomainKind, Input, Region};
 use crate::resolve::Simplices;
 use crate::sides::{Location, Sets, Sides};
 use crate::space::{Space, on_segment};
@@ -85,7 +85,7 @@ pub struct Component {
 #[derive(Clone, Debug)]
 pub struct Domain<P: Space> {
     /// The kind of the input.
-    pub kind: Kind,
+    pub kind: DomainKind,
     /// The simplices that the features are made of.
     pub simplices: Simplices<P>,
     /// The components on the sides of the walls.
@@ -165,7 +165,7 @@ impl<P: Space> Domain<P> {
             let leader = *first.entry(owner).or_insert(wall as u32);
             sets.join(leader, wall as u32);
         }
-        if input.kind == Kind::Surface {
+        if input.kind == DomainKind::Surface {
             for (edge, walls) in edges {
                 if let [a, b] = walls[..] {
                     let apex = |w: u32| self.walls()[w as usize].as_ref().iter().find(|v| !edge.contains(v));
@@ -192,7 +192,7 @@ impl<P: Space> Domain<P> {
             let walls = edges.get(&part.ends).map_or(&[][..], Vec::as_slice);
             let around: BTreeSet<u32> =
                 walls.iter().filter(|&&w| live[w as usize]).map(|&w| groups[w as usize]).collect();
-            let flat = self.kind == Kind::Surface && around.len() == 1 && walls.len() == 2;
+            let flat = self.kind == DomainKind::Surface && around.len() == 1 && walls.len() == 2;
             let alive = if walls.is_empty() { self.holds(part.ends) } else { !around.is_empty() };
             if alive && !flat {
                 found.insert(part.ends, (around, part.marker));
@@ -231,7 +231,7 @@ impl<P: Space> Domain<P> {
         }
         let other = |e: [u32; 2], v: u32| if e[0] == v { e[1] } else { e[0] };
         let straight = |v: u32| match at.get(&v).map(Vec::as_slice) {
-            Some(&[e, f]) if self.kind == Kind::Surface => {
+            Some(&[e, f]) if self.kind == DomainKind::Surface => {
                 let [a, b, c] = [other(e, v), v, other(f, v)].map(|i| self.points()[i as usize]);
                 edges[&e].0 == edges[&f].0 && on_segment(a, c, b)
             }
@@ -259,7 +259,7 @@ impl<P: Space> Domain<P> {
 
     fn make_corners(&mut self, live: &[bool]) {
         let mut corners: BTreeSet<u32> = self.segments.iter().flat_map(Segment::ends).collect();
-        if self.kind == Kind::Complex {
+        if self.kind == DomainKind::Complex {
             let mut met: BTreeSet<u32> = self.simplices.parts.iter().flat_map(|p| p.ends).collect();
             for (i, wall) in self.walls().iter().enumerate() {
                 met.extend(wall.as_ref());

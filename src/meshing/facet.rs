@@ -14,7 +14,7 @@ use septet_geometry::range::scale;
 
 use crate::bvh::{Bounds, Bvh};
 use crate::defect::{Defect, Element};
-use crate::input::{Input, Kind};
+use crate::input::{DomainKind, Input};
 use crate::planar::Planar;
 use crate::simplices::{Outline, Simplices};
 use crate::space::{Space, ascending, project, projection_axis};
@@ -74,7 +74,7 @@ impl Triangulate for DVec3 {
         let stated = &input.facets[facet as usize].polygons;
         let loops: Vec<Vec<u32>> = stated.iter().map(|l| simplices.represent(l)).collect::<Option<_>>()?;
         let corners = loops.concat();
-        if loops.iter().all(|l| l.len() < 3) && input.kind == Kind::Complex {
+        if loops.iter().all(|l| l.len() < 3) && input.kind == DomainKind::Complex {
             return Some(segments_only(loops, simplices, facet, defects));
         }
         let p = |v: u32| simplices.points[v as usize];
@@ -110,7 +110,7 @@ impl Triangulate for DVec3 {
         for (facet, outline) in facets.iter().enumerate() {
             let Some(Outline { loops, plane: Some(plane) }) = outline else { continue };
             let alone = loops.len() == 1 && loops[0].len() == 3;
-            let triangles = if alone && (input.kind == Kind::Surface || bare(simplices, tree, *plane)) {
+            let triangles = if alone && (input.kind == DomainKind::Surface || bare(simplices, tree, *plane)) {
                 vec![*plane]
             } else {
                 let job = Job { input, simplices, tree, parts_at: &parts_at, facet: facet as u32 };
@@ -174,7 +174,7 @@ impl Job<'_> {
         let mut near = self.tree.meeting(&bounds);
         near.retain(|&v| {
             self.simplices.same[v as usize] == v
-                && (self.input.kind == Kind::Complex || loops.concat().contains(&v))
+                && (self.input.kind == DomainKind::Complex || loops.concat().contains(&v))
                 && orientation(&[a, b, c, p(v)]) == Sign::Zero
         });
         for v in near {

@@ -4,7 +4,7 @@ use septet_geometry::point::Point;
 
 /// The kind of an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum DomainKind {
     /// A piecewise linear complex (`.poly`, `.smesh`). Internal and dangling elements, isolated points, hole points and
     /// regions are legal. Vertices may lie on segments and in facets.
     Complex,
@@ -50,7 +50,7 @@ pub struct Region<P> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input<P> {
     /// The kind: complex or surface.
-    pub kind: Kind,
+    pub kind: DomainKind,
     /// The vertices, in the unit of the file.
     pub points: Vec<P>,
     /// The marker of each point, or an empty list.
@@ -67,7 +67,7 @@ pub struct Input<P> {
 
 impl<P: Point> Input<P> {
     /// Creates an input of points only.
-    pub fn new(kind: Kind, points: Vec<P>) -> Self {
+    pub fn new(kind: DomainKind, points: Vec<P>) -> Self {
         Input {
             kind,
             points,
@@ -82,6 +82,6 @@ impl<P: Point> Input<P> {
     /// Creates a closed surface with the given faces.
     pub fn surface(points: Vec<P>, faces: impl IntoIterator<Item = Vec<u32>>) -> Self {
         let facet = |face| InputFacet { polygons: vec![face], holes: Vec::new(), marker: 0 };
-        Input { facets: faces.into_iter().map(facet).collect(), ..Input::new(Kind::Surface, points) }
+        Input { facets: faces.into_iter().map(facet).collect(), ..Input::new(DomainKind::Surface, points) }
     }
 }

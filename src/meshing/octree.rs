@@ -25,7 +25,7 @@ pub const DEEPEST: u8 = 30;
 
 /// The identity of a cell: its level and its position in that level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Key {
+pub struct CellKey {
     /// The level. The root has level 0.
     pub level: u8,
     /// The position along each axis, counted from the low corner of the root, below `2^level`. It is 0 along axes
@@ -33,15 +33,15 @@ pub struct Key {
     pub at: [u32; 3],
 }
 
-impl Key {
+impl CellKey {
     /// The root.
-    pub const ROOT: Key = Key { level: 0, at: [0; 3] };
+    pub const ROOT: CellKey = CellKey { level: 0, at: [0; 3] };
 
     /// Returns child `i < 2^d`. Bit `k` selects the half along axis `k`.
     #[must_use]
-    pub fn child<P: Point>(self, i: u32) -> Key {
+    pub fn child<P: Point>(self, i: u32) -> CellKey {
         let half = |k: usize| if k < P::DIM { i >> k & 1 } else { 0 };
-        Key { level: self.level + 1, at: [0, 1, 2].map(|k| 2 * self.at[k] + half(k)) }
+        CellKey { level: self.level + 1, at: [0, 1, 2].map(|k| 2 * self.at[k] + half(k)) }
     }
 }
 
@@ -58,7 +58,7 @@ pub struct Cube<P> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell<P> {
     /// The identity.
-    pub key: Key,
+    pub key: CellKey,
     /// The centre.
     pub centre: P,
     /// The side.
@@ -84,7 +84,7 @@ impl<P: Point> Cube<P> {
     }
 
     /// Returns the cell with this key.
-    pub fn cell(&self, key: Key) -> Cell<P> {
+    pub fn cell(&self, key: CellKey) -> Cell<P> {
         let side = self.side / (1u64 << key.level) as f64;
         let mut centre = self.low;
         for i in 0..P::DIM {
@@ -131,7 +131,7 @@ pub struct Level {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grown<Leaf> {
     /// The leaves, ordered by level, then by parent and child.
-    pub leaves: Vec<(Key, Leaf)>,
+    pub leaves: Vec<(CellKey, Leaf)>,
     /// The numbers of cells per level. Each level is one round.
     pub levels: Vec<Level>,
 }
@@ -151,7 +151,7 @@ pub enum TooFine {
     )]
     Levels {
         /// A cell of the last level.
-        at: Key,
+        at: CellKey,
     },
 }
 
@@ -169,8 +169,8 @@ pub fn grow<P: Point, R: Rule<P>>(
 ) -> Result<Grown<R::Leaf>, TooFine> {
     let mut grown = Grown { leaves: Vec::new(), levels: Vec::new() };
     let mut cells = 1;
-    let first = rule.decide(&cube.cell(Key::ROOT), root);
-    let mut split = grown.take([(Key::ROOT, first)]);
+    let first = rule.decide(&cube.cell(CellKey::ROOT), root);
+    let mut split = grown.take([(CellKey::ROOT, first)]);
     while let Some(&(first, _)) = split.first() {
         if first.level == DEEPEST {
             return Err(TooFine::Levels { at: first });
@@ -192,8 +192,8 @@ impl<Leaf> Grown<Leaf> {
     /// Adds a level, and returns the cells to split.
     fn take<Load>(
         &mut self,
-        decided: impl IntoIterator<Item = (Key, Decision<Load, Leaf>)>,
-    ) -> Vec<(Key, Load)> {
+        decided: impl IntoIterator<Item = (CellKey, Decision<Load, Leaf>)>,
+    ) -> Vec<(CellKey, Load)> {
         let (mut split, mut level) = (Vec::new(), Level::default());
         for (key, decision) in decided {
             match decision {
@@ -231,13 +231,13 @@ mod tests {
     }
 
     /// Returns `true` if two cells touch.
-    fn touch<P: Point>(cube: &Cube<P>, a: Key, b: Key) -> bool {
+    fn touch<P: Point>(cube: &Cube<P>, a: CellKey, b: CellKey) -> bool {
         let (a, b) = (cube.cell(a), cube.cell(b));
         let reach = 0.5 * (a.side + b.side);
         (0..P::DIM).all(|i| (a.centre.coord(i) - b.centre.coord(i)).abs() <= reach)
     }
 
-    fn balanced<P: Point>(cube: &Cube<P>, leaves: &[(Key, ())]) -> bool {
+    fn balanced<P: Point>(cube: &Cube<P>, leaves: &[(CellKey, ())]) -> bool {
         leaves.iter().enumerate().all(|(i, &(a, ()))| {
             leaves[i..].iter().all(|&(b, ())| a.level.abs_diff(b.level) < 2 || !touch(cube, a, b))
         })
@@ -279,10 +279,10 @@ mod tests {
             assert_eq!(cube.side, side);
             assert!(cube.low.x <= -1.0 && cube.low.x + side >= bounds.high.x);
         }
-        let key = Key::ROOT.child::<DVec3>(5).child::<DVec3>(3);
-        assert_eq!(key, Key { level: 2, at: [3, 1, 2] });
+        let key = CellKey::ROOT.child::<DVec3>(5).child::<DVec3>(3);
+        assert_eq!(key, CellKey { level: 2, at: [3, 1, 2] });
         let cell = Cube { low: DVec3::ZERO, side: 4.0 }.cell(key);
         assert_eq!((cell.centre, cell.side), (DVec3::new(3.5, 1.5, 2.5), 1.0));
-        assert_eq!(Key::ROOT.child::<DVec2>(3).at, [1, 1, 0]);
+        assert_eq!(CellKey::ROOT.child::<DVec2>(3).at, [1, 1, 0]);
     }
 }

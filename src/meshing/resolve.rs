@@ -18,7 +18,7 @@ use septet_geometry::range::{scale, scale_exponent};
 use crate::bvh::{Bounds, Bvh};
 use crate::defect::{Defect, Element};
 use crate::facet::Triangulate;
-use crate::input::{Input, Kind};
+use crate::input::{DomainKind, Input};
 pub use crate::simplices::{Outline, Part, Simplices};
 use crate::space::{Space, ascending, on_segment};
 
@@ -71,7 +71,7 @@ impl<P: Space> Resolver<'_, P> {
 
     fn join_duplicates(&mut self) {
         let used = self.used();
-        let surface = self.input.kind == Kind::Surface;
+        let surface = self.input.kind == DomainKind::Surface;
         let mut order: Vec<u32> = (0..self.out.points.len() as u32).collect();
         order.retain(|v| !surface || used.contains(v));
         order.sort_by(|&a, &b| lex_cmp(&self.p(a), &self.p(b)).then(a.cmp(&b)));
@@ -126,7 +126,7 @@ impl<P: Space> Resolver<'_, P> {
         let mut parts: BTreeMap<[u32; 2], Part> = BTreeMap::new();
         for (&edge, &marker) in &edges {
             let on = self.on_edge(edge, &used);
-            if self.input.kind == Kind::Surface {
+            if self.input.kind == DomainKind::Surface {
                 for &v in &on {
                     let elements = [Element::Point(v), Element::Segment(edge)];
                     self.defects.push(Defect::Intersect { elements, at: self.out.place(v) });
@@ -162,7 +162,7 @@ impl<P: Space> Resolver<'_, P> {
 
     /// Returns the points strictly between the ends of an edge, in order.
     fn on_edge(&self, [a, b]: [u32; 2], used: &BTreeSet<u32>) -> Vec<u32> {
-        let surface = self.input.kind == Kind::Surface;
+        let surface = self.input.kind == DomainKind::Surface;
         let mut on = self.tree.meeting(&self.out.bounds(&[a, b]));
         on.retain(|&v| {
             self.out.same[v as usize] == v

@@ -29,7 +29,7 @@ use septet_geometry::point::Point;
 use septet_geometry::predicates::{Sign, orientation};
 
 use crate::bvh::{Bounds, Bvh};
-use crate::crossed::{Line, Met};
+use crate::crossed::{CrossedWall, Line};
 use crate::resolve::Simplices;
 use crate::space::{Crossing, Space};
 
@@ -199,7 +199,7 @@ impl<P: Space> Sides<P> {
             if let Some(mut crossed) = self.crossed(points, from, to)
                 && crossed.iter().any(|met| met.wall == wall)
             {
-                crossed.sort_by(Met::order);
+                crossed.sort_by(CrossedWall::order);
                 return Some((from, crossed.into_iter().map(|met| met.wall).collect()));
             }
         }
@@ -223,7 +223,7 @@ impl<P: Space> Sides<P> {
     }
 
     /// Returns the walls that a segment crosses, or `None` if it is not in general position.
-    fn crossed(&self, points: &[P], from: P, to: P) -> Option<Vec<Met<P>>> {
+    fn crossed(&self, points: &[P], from: P, to: P) -> Option<Vec<CrossedWall<P>>> {
         let line = Line::through(from, to);
         let mut found = Vec::new();
         for wall in self.tree.meeting(&Bounds::of([from, to])) {
@@ -231,7 +231,7 @@ impl<P: Space> Sides<P> {
             match P::crossing(&corners, from, to) {
                 Crossing::None => {}
                 Crossing::Degenerate => return None,
-                Crossing::Proper => found.push(Met::new(wall, line, corners)),
+                Crossing::Proper => found.push(CrossedWall::new(wall, line, corners)),
             }
         }
         Some(found)

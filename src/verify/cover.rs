@@ -62,7 +62,7 @@ pub(super) fn check<const D: usize, const N: usize>(
     tally
 }
 
-/// The weight of vertex `i` in four times the interior point.
+/// Returns the weight of vertex `i` in four times the interior point.
 fn weight<const N: usize>(i: usize) -> u32 {
     if N == 3 && i == 2 { 2 } else { 1 }
 }

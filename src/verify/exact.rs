@@ -21,11 +21,11 @@ use num_bigint::BigInt;
 
 /// The operations that the determinants use.
 pub(super) trait Ring: Clone {
-    /// `self + other`.
+    /// Computes `self + other`.
     fn plus(&self, other: &Self) -> Self;
-    /// `self - other`.
+    /// Computes `self - other`.
     fn minus(&self, other: &Self) -> Self;
-    /// `self * other`.
+    /// Computes `self * other`.
     fn times(&self, other: &Self) -> Self;
 }
 
@@ -174,7 +174,7 @@ fn span(parts: impl Iterator<Item = (i64, i32)>) -> (i32, i32) {
     (low, high)
 }
 
-/// Points as integers: all coordinates times one common power of two.
+/// Converts points to integers: multiplies all coordinates by one common power of two.
 pub(super) fn integers<const D: usize>(points: &[[f64; D]]) -> Vec<[BigInt; D]> {
     let (low, _) = span(points.iter().flatten().map(|&x| split(x)));
     let big = |x: f64| {
@@ -184,12 +184,12 @@ pub(super) fn integers<const D: usize>(points: &[[f64; D]]) -> Vec<[BigInt; D]> 
     points.iter().map(|p| from_fn(|k| big(p[k]))).collect()
 }
 
-/// The sign of a big integer.
+/// Returns the sign of a big integer.
 pub(super) fn sign_of(x: &BigInt) -> Ordering {
     x.cmp(&BigInt::ZERO)
 }
 
-/// The exact sign of the form of `others - base`.
+/// Computes the exact sign of the form of `others - base`.
 pub(super) fn exact_sign<const D: usize, const K: usize>(
     base: &[f64; D],
     others: &[[f64; D]; K],

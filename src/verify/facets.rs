@@ -3,12 +3,13 @@
 //! **Statement.** 1. A facet has one cell, or two on opposite sides. 2. The cells at a vertex are connected through
 //! facets at that vertex. 3. In space, the link of every vertex is a disc or a sphere.
 //!
-//! **Euler characteristic.** It decides 3. In a link, every edge has one triangle or two, and the triangles are connected
-//! through edges. Separate the link at pinched vertices. The result is a connected surface with `b` boundary curves. Its
-//! characteristic is at most 2, with equality only for the sphere. For `b >= 1`, it is at most 1, with equality only for
-//! the disc. Every pinch lowers the characteristic of the link by one. So a link without boundary is a sphere if and only
-//! if its characteristic is 2. A link with boundary is a disc if and only if its characteristic is 1. In the plane, links
-//! are graphs of degree at most two, and a connected one is a path or a cycle.
+//! **Euler characteristic.** The characteristic of a link decides 3. In a link, every edge has one triangle or two,
+//! and the triangles are connected through edges. Separate the link at pinched vertices. The result is a connected
+//! surface with `b` boundary curves. Its characteristic is at most 2, with equality only for the sphere. For
+//! `b >= 1`, the characteristic is at most 1, with equality only for the disc. Every pinch lowers the characteristic
+//! of the link by one. So a link without boundary is a sphere if and only if its characteristic is 2. A link with
+//! boundary is a disc if and only if its characteristic is 1. In the plane, links are graphs of degree at most two,
+//! and a connected one is a path or a cycle.
 //!
 //! **Work.** Each facet is found at its smallest vertex. A star of s cells takes O(s log s), and vertices are processed
 //! in parallel. **Memory.** `2 N` words of 32 bits per cell.

@@ -32,14 +32,15 @@
 //! an angle below 180 degrees. The proof here is elementary. It uses the second clause of 6, whose check takes time
 //! linear in the size of the hull.
 //!
-//! **Proof.** *Cover.* From a point `y` inside a cell `s`, walk straight towards `x`, from cell to cell through facets. By
-//! 6, no ridge contains `x`, so the cones from `x` over ridges have dimension `d - 1`. For all `y` except a set of measure
-//! zero, the segment therefore misses all ridges. By 3, the walk continues across every interior facet, and it can be
-//! reversed. It does not leave through a boundary facet, because `x` would then be on the outer side of that facet. So it
-//! ends in a cell that contains `x`, and this cell is `t`. The walk back from `(x, t)` towards `y` is determined by `y`. So
-//! no other cell contains `y`. Hence the cells have disjoint interiors, and their union `U` is star-shaped from `x`. A ray
-//! from `x` crosses one boundary facet and meets no cell after it, because a walk back would cross that facet outwards. So
-//! the boundary facets, seen from `x`, tile the sphere of directions once.
+//! **Proof.** *Cover.* From a point `y` inside a cell `s`, walk straight towards `x`, from cell to cell through
+//! facets. By 6, no ridge contains `x`, so the cones from `x` over ridges have dimension `d - 1`. For all `y` except
+//! a set of measure zero, the segment therefore misses all ridges. By 3, the walk continues across every interior
+//! facet, and it can be reversed. It does not leave through a boundary facet, because `x` would then be on the outer
+//! side of that facet. So it ends in a cell that contains `x`, and this cell is `t`. The walk back from `(x, t)`
+//! towards `y` is determined by `y`. So no other cell contains `y`. Hence the cells have disjoint interiors, and
+//! their union `U` is star-shaped from `x`. A ray from `x` crosses one boundary facet and meets no cell after it,
+//! because a walk back would cross that facet outwards. So the boundary facets, seen from `x`, tile the sphere of
+//! directions once.
 //!
 //! *Convexity.* Take a generic point of a boundary ridge. Its two facets lie on either side of the ridge, seen from
 //! `x`, because they would overlap otherwise. There, `U` is the wedge on the inner side of the two facets, which is
@@ -67,7 +68,8 @@
 //! impossible, so convexity across each interior facet is *strict*. Then `h` determines `K`, including the ties in coplanar
 //! boundary facets. So `K` is the one triangulation that the lexicographic perturbation selects.
 //!
-//! The other checks (links of vertices, folded facets) follow from 1-6. Their purpose is to locate a fault.
+//! Conditions 1-6 imply the properties that the other checks test (links of vertices, folded facets). These checks
+//! help to locate a fault.
 //!
 //! **Work.** O(n log n + m log m) for m cells, mostly O(1) filtered predicates per facet.
 
@@ -99,8 +101,8 @@ pub const LEVELS: [&str; 6] =
 /// The requirements of a verification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct VerifyOptions {
-    /// Whether the cells must be those of the canonical triangulation of septet. The lexicographic perturbation then breaks
-    /// ties, and the smallest index represents coincident points.
+    /// Whether the cells must be the cells of septet's canonical triangulation. The lexicographic perturbation then
+    /// breaks ties, and the smallest index represents coincident points.
     pub perturbed: bool,
     /// Whether the vertices of a cell may be in any order. Otherwise, every cell must be positively oriented.
     pub any_order: bool,

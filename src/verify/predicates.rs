@@ -24,10 +24,10 @@
 //! is exactly zero.
 //!
 //! **Tie rule** (Edelsbrunner and Muecke 1990; Devillers and Teillaud 2011). The heights `|p|^2` are raised by
-//! infinitesimals. A point of higher lexicographic rank has an infinitesimal that is larger by orders of magnitude. The
-//! in-sphere form is linear in the heights. So the highest-ranked point whose derivative is not zero decides. For the
-//! query, the derivative is minus the orientation of the cell. For a vertex of the cell, it is the orientation of the
-//! cell with the query instead of that vertex.
+//! infinitesimals. A point of higher lexicographic rank has an infinitesimal that is larger by orders of magnitude.
+//! The in-sphere form is linear in the heights. So the highest-ranked point whose derivative is not zero decides. For
+//! the query, the derivative is minus the orientation of the cell. For a vertex of the cell, the derivative is the
+//! orientation of the cell with the query instead of that vertex.
 
 use std::array::from_fn;
 use std::cmp::Ordering;

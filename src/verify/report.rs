@@ -46,12 +46,12 @@ pub enum Fault {
         /// The point.
         point: u64,
     },
-    /// Coincident points are both vertices.
+    /// Two coincident points are both vertices.
     CoincidentVertices {
         /// The two points.
         points: [u64; 2],
     },
-    /// A vertex does not have the smallest index of its coincident points, as the canonical triangulation requires.
+    /// A vertex coincides with a point of smaller index, which must be the vertex in the canonical triangulation.
     NotRepresentative {
         /// The vertex.
         vertex: u64,

@@ -15,7 +15,7 @@ use super::report::{Fault, Tally};
 use super::runner::Runner;
 use crate::triangulation::Triangulation;
 
-/// Points and cells that need not be a complex. `N` is `D + 1`.
+/// Points and cells that need not form a complex. `N` is `D + 1`.
 pub(super) struct Soup<const D: usize, const N: usize> {
     /// All points.
     pub points: Vec<[f64; D]>,

@@ -1,9 +1,9 @@
 //! The fifth level: every interior facet is locally Delaunay.
 //!
-//! **Statement.** For each cell and neighbour, the far vertex of the neighbour is not strictly inside the circumsphere
-//! of the cell. Interior facets correspond to the finite|finite ridges of the lifted hull ([`super`]). The sign is the
-//! same from either cell. If it is zero and the perturbation is required, the vertex must be outside the perturbed
-//! circumsphere.
+//! **Statement.** For each cell and neighbour, the far vertex of the neighbour is not strictly inside the
+//! circumsphere of the cell. Interior facets correspond to the finite|finite ridges of the lifted hull ([`super`]).
+//! Both cells of a facet give the same sign. If it is zero and the perturbation is required, the vertex must be
+//! outside the perturbed circumsphere.
 //!
 //! **Work.** O(1) per facet.
 

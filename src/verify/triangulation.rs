@@ -12,12 +12,12 @@ pub struct Triangulation<'a> {
 }
 
 impl Triangulation<'_> {
-    /// Number of points.
+    /// Returns the number of points.
     pub fn point_count(&self) -> usize {
         self.coordinates.len() / self.dimension
     }
 
-    /// Number of cells.
+    /// Returns the number of cells.
     pub fn cell_count(&self) -> usize {
         self.cells.len() / (self.dimension + 1)
     }

@@ -28,22 +28,22 @@ fn check(path: &Path) -> (i32, String) {
 
 #[test]
 fn good_domains_pass_and_are_summed_up() {
-    let said = |name: &str| check(&root("domains/good").join(name)).1;
+    let summary = |name: &str| check(&root("domains/good").join(name)).1;
     for path in files("domains/good") {
         let (code, talk) = check(&path);
         assert_eq!(code, 0, "{}: {talk}", path.display());
         assert!(talk.contains("is a domain"), "{talk}");
     }
     for name in ["cube.poly", "cube.off", "cube.obj", "cube.ply", "cube.stl", "cube-points.smesh"] {
-        let talk = said(name);
+        let talk = summary(name);
         assert!(talk.contains("8 points, 8 corners, 12 segments, 6 facets, 1 component"), "{talk}");
         assert!(talk.contains("volume 64\n") && !talk.contains("degrees"), "{talk}");
     }
-    assert!(said("two-regions.poly").contains("7 facets, 2 components, 2 regions"));
-    assert!(said("cubic-hole.poly").contains("volume 208\n"));
-    assert!(said("slanted-box.poly").contains("volume 162\n"));
-    assert!(said("map.poly").contains("4 components, 4 regions, area 80\n"));
-    let wedge = said("wedge.poly");
+    assert!(summary("two-regions.poly").contains("7 facets, 2 components, 2 regions"));
+    assert!(summary("cubic-hole.poly").contains("volume 208\n"));
+    assert!(summary("slanted-box.poly").contains("volume 162\n"));
+    assert!(summary("map.poly").contains("4 components, 4 regions, area 80\n"));
+    let wedge = summary("wedge.poly");
     assert!(wedge.contains("facet 3 and facet 5, 10.000 degrees, at (0, 0, 0)"), "{wedge}");
     assert!(wedge.contains("segment 1-2 and facet 5, 10.000 degrees"), "{wedge}");
 }
@@ -85,7 +85,7 @@ fn each_defect_is_named_with_ids_and_place() {
         assert!(talk.contains(words), "{name}: no `{words}` in: {talk}");
         let plural = if count == 1 { "" } else { "s" };
         assert!(talk.contains(&format!("{name} has {count} defect{plural}\n")), "{name}: {talk}");
-        // One line each, the verdict, the help.
+        // One line each, the summary, the help.
         assert_eq!(talk.lines().count(), count + 2, "{name}: {talk}");
     }
     let (code, talk) = check(&root("domains/bad/no-such-point.off"));
@@ -417,13 +417,13 @@ fn pictures_of_meshes_say_what_the_mesh_is() {
     };
     assert_eq!(without_owner(&one), without_owner(&five));
     let view = &five["view"];
-    // A cell is at home with the worker of its lexicographically smallest point.
+    // The owner of a cell is the worker of its lexicographically smallest point.
     let (positions, corners, owner) = (list(view, "positions"), list(view, "corners"), list(view, "owner"));
-    let mut homes: std::collections::BTreeMap<usize, f64> = std::collections::BTreeMap::new();
+    let mut owners: std::collections::BTreeMap<usize, f64> = std::collections::BTreeMap::new();
     for (cell, &worker) in corners.chunks_exact(4).zip(&owner) {
         let at = |&v: &f64| &positions[3 * v as usize..][..3];
         let first = cell.iter().min_by(|a, b| at(a).partial_cmp(at(b)).unwrap()).unwrap();
-        assert_eq!(*homes.entry(*first as usize).or_insert(worker), worker, "point {first}");
+        assert_eq!(*owners.entry(*first as usize).or_insert(worker), worker, "point {first}");
     }
     let workers: BTreeSet<u64> = owner.iter().map(|&p| p as u64).collect();
     assert!(workers.len() > 1 && workers.iter().all(|p| (1..=5).contains(p)), "{workers:?}");

@@ -22,5 +22,5 @@ fn a_recorded_run_is_predicted() {
     place.fails("predict eight.json", 3, &["no record of the tasks"]);
     place.fails("predict one.json --workers 0", 2, &["expected numbers such as"]);
     place.fails("predict missing.json", 3, &["missing.json"]);
-    place.fails("simulate sample:uniform:100 --tasks --separator-sets both", 2, &["ghost"]);
+    place.fails("simulate sample:uniform:100 --tasks --json t.json --separator-sets both", 2, &["ghost"]);
 }

@@ -167,7 +167,7 @@ fn the_picture_does_not_depend_on_the_workers() {
     assert!((18_000..=20_000).contains(&points), "{points}");
     assert_eq!(one["positions"].as_array().unwrap().len() as u64, 3 * points);
     assert!(one["of"].as_u64().unwrap() > 20_000);
-    // Every ghost lies in another leaf than its home; every separator's members are on its path.
+    // Every ghost lies in another leaf than its owning leaf; every separator's members are on its path.
     let list = |key: &str| one[key].as_array().unwrap().clone();
     let (leaf, ghost, holder) = (list("leaf"), list("ghost"), list("ghost_leaf"));
     assert!(!ghost.is_empty() && ghost.len() == holder.len());

@@ -28,7 +28,7 @@ fn claims_are_listed_and_run_by_name() {
 }
 
 #[test]
-fn verdicts_are_json_and_tables() {
+fn results_are_json_and_tables() {
     let place = Place::new();
     let good = place.run("reproduce separator-split merged-per-round --seed 3 --json -");
     assert_eq!(code(&good), 0, "{}", stderr(&good));

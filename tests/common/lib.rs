@@ -16,7 +16,7 @@ use septet_core::{Config, Run, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_protocol::ledger::Ledger;
 use septet_verify::{Triangulation, VerifyOptions, verify};
-use transports::Start;
+use transports::TestTransport;
 
 /// Returns the configuration of `workers` in the simulator.
 pub fn simulated(workers: Workers, delivery_seed: u64, leaf: u64) -> Config {
@@ -124,7 +124,7 @@ pub fn threaded(workers: Workers, threads: usize, leaf: u64) -> Config {
 
 /// Runs `simulate` (`counted`) or `triangulate` over a transport and verifies the result, like [`check`] and
 /// [`check_counted`].
-pub fn check_over<P: Point>(start: Start, points: &[P], config: &Config, counted: bool) -> Run {
+pub fn check_over<P: Point>(start: TestTransport, points: &[P], config: &Config, counted: bool) -> Run {
     let run = start.run(points, config, counted).unwrap_or_else(|e| panic!("{start:?}, {config:?}: {e}"));
     assert_verified(points, &run);
     assert!(counted || run.exchange_rounds == 0, "{start:?}, {config:?}: stars were incomplete");

@@ -13,15 +13,15 @@ pub struct Sample {
     /// The owner of each cell: a worker.
     pub owner: Vec<u32>,
     /// The home leaf of each cell.
-    pub home_leaf: Vec<u64>,
+    pub owning_leaf: Vec<u64>,
 }
 
 impl Sample {
     fn new(dimension: usize, coordinates: Vec<f64>, mut rows: Vec<Vec<u64>>) -> Self {
         rows.sort();
         let owner = (0..rows.len() as u32).map(|i| i % 3).collect();
-        let home_leaf = (0..rows.len() as u64).map(|i| i << 33).collect();
-        Self { dimension, coordinates, cells: rows.concat(), owner, home_leaf }
+        let owning_leaf = (0..rows.len() as u64).map(|i| i << 33).collect();
+        Self { dimension, coordinates, cells: rows.concat(), owner, owning_leaf }
     }
 
     /// Returns the mesh in the form that writers accept.
@@ -31,7 +31,7 @@ impl Sample {
             coordinates: &self.coordinates,
             cells: &self.cells,
             owner: Some(&self.owner),
-            home_leaf: Some(&self.home_leaf),
+            owning_leaf: Some(&self.owning_leaf),
             labels: None,
         }
     }

@@ -25,29 +25,29 @@ const DIMENSION: &str = "SEPTET_PIPE_DIMENSION";
 pub const WORKER_TEST: &str = "transports::a_process_is_a_worker";
 
 /// Returns the command that starts a worker process, without its environment.
-pub type Program = fn() -> Command;
+pub type ProcessProgram = fn() -> Command;
 
 /// A way to start the machine.
 #[derive(Clone, Copy, Debug)]
-pub enum Start {
+pub enum TestTransport {
     /// Workers on this number of threads, with messages over channels.
     Channel(usize),
     /// All workers on one thread, with this seed of the order of delivery.
     Sim(u64),
     /// One process per worker, with messages over pipes.
-    Processes(Program),
+    Processes(ProcessProgram),
 }
 
-impl Start {
+impl TestTransport {
     /// Returns the configuration for this transport.
     pub fn configure(self, config: &Config) -> Config {
         config.clone().with(|c| match self {
-            Start::Channel(threads) => {
+            TestTransport::Channel(threads) => {
                 c.machine.threads = threads;
                 c.machine.transport = Transport::Channel;
             }
-            Start::Sim(delivery_seed) => c.machine.transport = Transport::Sim { delivery_seed },
-            Start::Processes(_) => {}
+            TestTransport::Sim(delivery_seed) => c.machine.transport = Transport::Sim { delivery_seed },
+            TestTransport::Processes(_) => {}
         })
     }
 
@@ -58,7 +58,7 @@ impl Start {
     pub fn run<P: Point>(self, points: &[P], config: &Config, counted: bool) -> Result<Run, Error> {
         let config = self.configure(config);
         match self {
-            Start::Processes(program) => over_processes(points, &config, counted, program),
+            TestTransport::Processes(program) => over_processes(points, &config, counted, program),
             _ if counted => simulate(points, &config),
             _ => triangulate(points, &config),
         }
@@ -67,10 +67,10 @@ impl Start {
 
 /// Calls `check` with each transport: channels with 1, 2 and 4 threads, the simulator with three orders of delivery,
 /// and, on Unix, processes that run [`WORKER_TEST`].
-pub fn each_transport(check: impl FnMut(Start)) {
-    let channels = [1, 2, 4].map(Start::Channel);
-    let orders = [0, 1, 77].map(Start::Sim);
-    let processes = cfg!(unix).then_some(Start::Processes(harness));
+pub fn each_transport(check: impl FnMut(TestTransport)) {
+    let channels = [1, 2, 4].map(TestTransport::Channel);
+    let orders = [0, 1, 77].map(TestTransport::Sim);
+    let processes = cfg!(unix).then_some(TestTransport::Processes(harness));
     channels.into_iter().chain(orders).chain(processes).for_each(check);
 }
 
@@ -95,7 +95,7 @@ fn over_processes<P: Point>(
     points: &[P],
     config: &Config,
     counted: bool,
-    program: Program,
+    program: ProcessProgram,
 ) -> Result<Run, Error> {
     run_on(points, config, counted, &mut |machine| {
         let pipes = Pipes::launch(machine, &mut |machine, rank| {

@@ -7,12 +7,12 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 use septet::io::write::{WriteOptions, write};
-use septet::mesh::{Input, InputFacet, Kind, Labelled, MeshOptions, check, make_of};
+use septet::mesh::{DomainKind, Input, InputFacet, Labelled, MeshOptions, check, make_of};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).map_or_else(|| std::env::temp_dir().join("cube.vtu"), PathBuf::from);
     let corner = |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
-    let mut cube = Input::new(Kind::Complex, (0..8).map(corner).collect());
+    let mut cube = Input::new(DomainKind::Complex, (0..8).map(corner).collect());
     for sides in [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]] {
         cube.facets.push(InputFacet { polygons: vec![sides.to_vec()], holes: Vec::new(), marker: 1 });
     }

@@ -10,7 +10,7 @@ use std::process::{Command, ExitCode};
 use glam::{DVec2, DVec3};
 pub use meshes::{MeshOrder, MeshOutcome, Shape, mesh};
 pub use septet_common::sets::Draw;
-use septet_common::transports::{Start, serve};
+use septet_common::transports::{TestTransport, serve};
 use septet_core::config::{
     Alpha, Config, Correction, Graph, Neighbours, Partition, SeparatorSets, Transport, Until, Workers,
 };
@@ -154,7 +154,7 @@ fn config(order: &Order) -> Config {
         c.keep.view = order.picture;
         c.planted.exchange_cap = order.cap;
         c.partition = if order.planes { Partition::Kd } else { Partition::Sphere };
-        c.correction = if order.naive { Correction::Naive } else { Correction::Descent };
+        c.correction = if order.naive { Correction::BottomUp } else { Correction::Descent };
         c.keep.tasks = order.tasks;
         c.planted.fault = order.fault.map(|text| text.parse().expect("a fault"));
     })
@@ -195,7 +195,7 @@ fn this_program() -> Command {
 fn run_in<P: Point>(points: &[P], order: &Order, counted: bool) -> Option<Outcome> {
     let config = config(order);
     let run = match (order.wire, counted) {
-        (Wire::Pipes, _) => Start::Processes(this_program).run(points, &config, counted),
+        (Wire::Pipes, _) => TestTransport::Processes(this_program).run(points, &config, counted),
         (_, true) => simulate(points, &config),
         (_, false) => triangulate(points, &config),
     };
@@ -228,7 +228,7 @@ fn outcome(run: &Run) -> Outcome {
     }
     Outcome {
         cells: run.cells().to_vec(),
-        owners: owners.chain(run.home_leaf().unwrap_or_default().iter().copied()).collect(),
+        owners: owners.chain(run.owning_leaf().unwrap_or_default().iter().copied()).collect(),
         graph: run.graph.iter().flatten().flat_map(|e| [e.0, e.1]).collect(),
         picture: picture(run),
         tasks: tasks(run),
@@ -272,19 +272,19 @@ fn tasks(run: &Run) -> Vec<u64> {
         all.extend([*node, u64::from(*attempt)]);
         all.extend(blocks.iter().flat_map(pair));
     }
-    all.extend(log.reach.iter().flat_map(|r| [u64::from(r.0), u64::from(r.1), r.2, r.3, r.4, r.5]));
+    all.extend(log.reach.iter().flat_map(|r| [u64::from(r.0 as u8), u64::from(r.1), r.2, r.3, r.4, r.5]));
     all.extend(log.reverse.iter().flat_map(|r| [u64::from(r.0), u64::from(r.1), r.2]));
-    all.extend(log.tellers.iter().flat_map(|t| [u64::from(t.0), u64::from(t.1), u64::from(t.2), t.3]));
+    all.extend(log.senders.iter().flat_map(|t| [u64::from(t.0), u64::from(t.1), u64::from(t.2), t.3]));
     let agreement =
         |a: &(u32, u32, u32, u64, u64, u64)| [u64::from(a.0), u64::from(a.1), u64::from(a.2), a.3, a.4, a.5];
     all.extend(log.agreement.iter().flat_map(agreement));
-    for said in &log.exchange {
-        all.extend([said.step, u32::from(said.objection), said.from, said.to].map(u64::from));
-        all.extend([said.cells, said.conflicts]);
-        all.extend(&said.points);
+    for sent in &log.exchange {
+        all.extend([sent.step, u32::from(sent.objection), sent.from, sent.to].map(u64::from));
+        all.extend([sent.cells, sent.conflicts]);
+        all.extend(&sent.points);
     }
     all.extend(&log.cells);
-    all.extend(log.charges.iter().flat_map(|c| [u64::from(c.0), c.1, c.2, c.3]));
+    all.extend(log.charges.iter().flat_map(|c| [u64::from(c.0 as u8), c.1, c.2, c.3]));
     all
 }
 

@@ -82,8 +82,8 @@ fn run(selected: &[&Case], mut store: Store, options: &Options, of: usize) -> Ex
         } else {
             store.differences(&case.name, &record)
         };
-        let verdict = if differences.is_empty() { "ok" } else { "FAILED" };
-        println!("test {} ... {verdict} ({:.1} s)", case.name, begun.elapsed().as_secs_f64());
+        let result = if differences.is_empty() { "ok" } else { "FAILED" };
+        println!("test {} ... {result} ({:.1} s)", case.name, begun.elapsed().as_secs_f64());
         for difference in &differences {
             println!("    {difference}");
         }

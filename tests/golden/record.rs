@@ -64,8 +64,8 @@ impl Record {
     }
 
     fn facts(&mut self, run: &str, facts: &[(&'static str, u64)]) {
-        let said: Vec<String> = facts.iter().map(|(name, value)| format!("{name}={value}")).collect();
-        self.say(run, "facts", said.join(","));
+        let text: Vec<String> = facts.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        self.say(run, "facts", text.join(","));
     }
 
     /// All of a run, or that it failed.

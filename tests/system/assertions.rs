@@ -9,7 +9,7 @@ use septet_lab::assertions::{
     merges, messages_per_worker, no_repair, rounds, same_counts, surface_bytes,
 };
 use septet_lab::experiment::Line;
-use septet_lab::experiment::fit::{Key, Law, Request};
+use septet_lab::experiment::fit::{FitRequest, Key, Law};
 
 use crate::common::sets::plane;
 use crate::common::{base, simulated};
@@ -118,7 +118,7 @@ fn sweep(depth: impl Fn(f64) -> f64, bytes: impl Fn(f64) -> f64) -> Vec<Line> {
 
 #[test]
 fn growth_holds_or_shows_the_fit() {
-    let request = Request::new(Key::Depth, Some("partition"));
+    let request = FitRequest::new(Key::Depth, Some("partition"));
     let log = sweep(|n| 1000.0 * n.log2(), |n| 900.0 * n.sqrt());
     assert_counts!(log, grows_like(&request, Law::Log), surface_bytes("separator-sets", 0.02));
     let bent = sweep(|n| 100.0 * n.log2() * n.log2(), |n| 900.0 * n.powf(0.7));
@@ -127,7 +127,7 @@ fn growth_holds_or_shows_the_fit() {
         surface_bytes(&bent, "separator-sets", 0.02),
         &["exponent of bytes", "above 0.52", "round to check"],
     );
-    let bytes = Request::new(Key::Bytes, Some("separator-sets"));
+    let bytes = FitRequest::new(Key::Bytes, Some("separator-sets"));
     assert_counts!(bent, exponent(&bytes, 0.75));
     says(grows_like(&bent[..2].to_vec(), &request, Law::Log), &["1 sizes do not determine"]);
 

@@ -13,7 +13,7 @@ use septet_geometry::point::Point;
 use septet_geometry::range::{scale, scale_exponent};
 use septet_geometry::separator::{DrawKey, is_sample};
 use septet_lab::baselines::incremental;
-use septet_lab::experiment::fit::{Abscissa, Growth, Key, Law, Request, Verdict, fit};
+use septet_lab::experiment::fit::{Abscissa, Conclusion, FitRequest, Growth, Key, Law, fit};
 use septet_lab::experiment::{Line, Runner, Sweep, parse_sizes};
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::{Ledger, NodeFacts};
@@ -130,7 +130,7 @@ fn corrected<P: Point>(points: &[P]) {
     let paper =
         simulated(Workers::Count(3), 5, LEAF).with(|c| c.graph = Graph::Density { alpha: Alpha::Value(3.0) });
     let reference = counted(points, &paper);
-    let rival = paper.clone().with(|c| c.correction = Correction::Naive);
+    let rival = paper.clone().with(|c| c.correction = Correction::BottomUp);
     let naive = over_machines(points, &rival, &reference);
     // Tree, separator sets and graph are functions of the radii, so those are the same.
     assert_eq!(graph(&naive), graph(&reference));
@@ -174,7 +174,7 @@ fn naive_depth_is_quadratic_in_the_levels() {
         let points = space(Kind::Uniform, n, 2);
         let paper = simulated(Workers::Count(1), 5, 20)
             .with(|c| c.graph = Graph::Density { alpha: Alpha::Value(3.0) });
-        let naive = counted(&points, &paper.clone().with(|c| c.correction = Correction::Naive)).ledger;
+        let naive = counted(&points, &paper.clone().with(|c| c.correction = Correction::BottomUp)).ledger;
         let descent = counted(&points, &paper).ledger;
         let heights = heights(&naive);
         for (node, charge) in naive.part.members(Phase::Neighbours) {
@@ -221,25 +221,25 @@ fn sweep(correction: Correction) -> Vec<Line> {
 /// In the plane, where log^(d/2) n is log n itself.
 #[test]
 fn the_fit_distinguishes_the_bottom_up_correction_from_the_descent() {
-    let [naive, descent] = [Correction::Naive, Correction::Descent].map(sweep);
+    let [naive, descent] = [Correction::BottomUp, Correction::Descent].map(sweep);
     let ask = |lines: &[Line], key| {
-        let request = Request { x: Abscissa::PointsOverLeaf, ..Request::new(key, Some("neighbours")) };
+        let request = FitRequest { x: Abscissa::PointsOverLeaf, ..FitRequest::new(key, Some("neighbours")) };
         let answer = fit(lines, &request).unwrap();
         println!("{}", answer.text());
-        (answer.series[0].verdict.clone(), answer.series[0].growth.clone())
+        (answer.series[0].conclusion.clone(), answer.series[0].growth.clone())
     };
     let bends = |growth: Option<Growth>| growth.unwrap().curvature.bends;
-    let (verdict, growth) = ask(&naive, Key::Depth);
-    assert_eq!(verdict, Verdict::Law { law: Law::LogSquared });
+    let (conclusion, growth) = ask(&naive, Key::Depth);
+    assert_eq!(conclusion, Conclusion::Law { law: Law::LogSquared });
     assert!(bends(growth));
-    let (verdict, growth) = ask(&descent, Key::Depth);
-    assert!(!bends(growth) && verdict != Verdict::Law { law: Law::LogSquared }, "{verdict:?}");
+    let (conclusion, growth) = ask(&descent, Key::Depth);
+    assert!(!bends(growth) && conclusion != Conclusion::Law { law: Law::LogSquared }, "{conclusion:?}");
     let level = |lines: &[Line]| {
-        let answer = fit(lines, &Request::new(Key::LevelDepth, Some("neighbours"))).unwrap();
-        answer.series[0].verdict.clone()
+        let answer = fit(lines, &FitRequest::new(Key::LevelDepth, Some("neighbours"))).unwrap();
+        answer.series[0].conclusion.clone()
     };
-    assert_eq!(level(&naive), Verdict::SizeBound);
-    assert_eq!(level(&descent), Verdict::SizeFree);
+    assert_eq!(level(&naive), Conclusion::SizeBound);
+    assert_eq!(level(&descent), Conclusion::SizeFree);
 }
 
 fn inserted<P: Point>(points: &[P]) {

@@ -1,19 +1,19 @@
 //! The paper's claims as experiments: planted faults turn the right ones, and only those, to FAIL.
 
 use septet_core::config::{Correction, Fault};
-use septet_lab::claims::{ClaimReport, Extent, Judged, Lab, LabOptions, Reading, registry, select};
+use septet_lab::claims::{CheckedClaim, ClaimReport, Extent, Lab, LabOptions, Reading, registry, select};
 
 fn brief(fault: Option<Fault>) -> LabOptions {
     LabOptions { extent: Extent::Brief, fault, ..LabOptions::default() }
 }
 
-fn judged(names: &[&str], setting: LabOptions) -> Vec<Judged> {
+fn checked(names: &[&str], setting: LabOptions) -> Vec<CheckedClaim> {
     let mut lab = Lab::new(setting, |_| {});
     let names: Vec<String> = names.iter().map(|name| (*name).to_string()).collect();
     let claims = select(&names).unwrap();
     claims
         .into_iter()
-        .map(|claim| claim.judge(&mut lab).unwrap_or_else(|e| panic!("{}: {e}", claim.name)))
+        .map(|claim| claim.check(&mut lab).unwrap_or_else(|e| panic!("{}: {e}", claim.name)))
         .collect()
 }
 
@@ -24,10 +24,10 @@ fn turns(fault: Fault, fail: &[&str], pass: &[&str]) {
 
 fn turns_with(setting: LabOptions, fault: &str, fail: &[&str], pass: &[&str]) {
     let names = [fail, pass].concat();
-    for claim in judged(&names, brief(None)) {
+    for claim in checked(&names, brief(None)) {
         assert!(claim.passed, "without a fault: {}{}", claim.rows(), claim.details(true));
     }
-    for claim in judged(&names, setting) {
+    for claim in checked(&names, setting) {
         print!("{fault}: {}", claim.rows());
         let expected = pass.contains(&claim.name);
         assert_eq!(claim.passed, expected, "{fault}: {}{}", claim.rows(), claim.details(true));
@@ -63,7 +63,7 @@ fn a_clock_for_each_worker_makes_subproblems_wait() {
 
 #[test]
 fn a_correction_node_by_node_is_no_descent() {
-    let naive = LabOptions { correction: Correction::Naive, ..brief(None) };
+    let naive = LabOptions { correction: Correction::BottomUp, ..brief(None) };
     turns_with(
         naive,
         "naive correction",
@@ -89,16 +89,16 @@ fn every_claim_explains_itself() {
     assert!(select(&["levels".to_string(), "no-such".to_string()]).is_err());
 }
 
-/// Where the printed form is not judged, it is measured all the same.
+/// Where the printed form is not checked, it is measured all the same.
 #[test]
 fn printed_forms_are_reported() {
-    let claims = judged(&["separator-split", "no-edges-overlap", "random-neighbours"], brief(None));
+    let claims = checked(&["separator-split", "no-edges-overlap", "random-neighbours"], brief(None));
     let report = ClaimReport::of(Extent::Brief, 1, claims);
     assert!(report.passed, "{}", report.summary());
     for claim in &report.claims {
         assert_eq!(claim.holds_as_printed, Some(false), "{}", claim.rows());
         assert!(claim.rows().contains("as printed: does not hold"), "{}", claim.rows());
     }
-    let again = judged(&["separator-split"], brief(None));
+    let again = checked(&["separator-split"], brief(None));
     assert_eq!(again[0], report.claims.iter().find(|c| c.name == "separator-split").unwrap().clone());
 }

@@ -1,7 +1,7 @@
 //! Inputs with ties, coincidences, few points and extreme coordinates.
 
 use crate::common::sets::{Draw, flat_grid, grid, plane, space};
-use crate::common::transports::{Start, each_transport};
+use crate::common::transports::{TestTransport, each_transport};
 use crate::common::{base, check, check_counted, check_over, simulated, with_workers, within};
 use glam::{DMat3, DVec2, DVec3};
 use septet_core::config::Workers;
@@ -56,7 +56,7 @@ fn small<P: Point>(what: &str, points: &[P]) {
     let mut reference: Option<Run> = None;
     for workers in [1, 2, 3, 8, 64] {
         let config = with_workers(Workers::Count(workers), 2);
-        let mut same = |start: Start| {
+        let mut same = |start: TestTransport| {
             for counted in [false, true] {
                 let (points, of) = (points.to_vec(), config.clone());
                 let label = format!("{what}, {start:?}, counted {counted}, {config:?}");
@@ -72,7 +72,7 @@ fn small<P: Point>(what: &str, points: &[P]) {
         if workers == 3 && points.len() >= MOST_POINTS {
             each_transport(same);
         } else {
-            [Start::Sim(3), Start::Channel(2)].into_iter().for_each(&mut same);
+            [TestTransport::Sim(3), TestTransport::Channel(2)].into_iter().for_each(&mut same);
         }
     }
 }

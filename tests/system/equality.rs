@@ -2,7 +2,7 @@
 //! of input, supergraph and separator sets.
 
 use crate::common::sets::{Draw, plane, space};
-use crate::common::transports::{Start, each_transport};
+use crate::common::transports::{TestTransport, each_transport};
 use crate::common::{
     assert_same_counts, assert_verified, base, check_counted, combinations, levels, simulated, threaded,
     with_graph, with_workers,
@@ -28,7 +28,7 @@ fn reference<P: Point>(points: &[P]) -> Run {
     run
 }
 
-fn assert_equal<P: Point>(start: Start, points: &[P], config: &Config, reference: &Run) {
+fn assert_equal<P: Point>(start: TestTransport, points: &[P], config: &Config, reference: &Run) {
     for counted in [false, true] {
         let what = format!("{start:?}, {config:?}, counted {counted}");
         let run = start.run(points, config, counted).unwrap_or_else(|e| panic!("{what}: {e}"));
@@ -46,11 +46,11 @@ fn over_machines<P: Point>(points: &[P]) {
         each_transport(|start| assert_equal(start, points, &config, &reference));
     }
     for workers in OTHER_WORKERS {
-        for start in [Start::Channel(2), Start::Sim(0)] {
+        for start in [TestTransport::Channel(2), TestTransport::Sim(0)] {
             assert_equal(start, points, &with_workers(workers, LEAF), &reference);
         }
     }
-    for start in [Start::Channel(1), Start::Sim(1), Start::Sim(77)] {
+    for start in [TestTransport::Channel(1), TestTransport::Sim(1), TestTransport::Sim(77)] {
         assert_equal(start, points, &with_workers(Workers::Count(64), LEAF), &reference);
     }
 }
@@ -65,7 +65,7 @@ fn over_graphs<P: Point>(points: &[P]) {
     choices.push((GraphKind::Knn, both, Alpha::Auto, Neighbours::Log(4.5)));
     choices.push((GraphKind::Knn, both, Alpha::Auto, Neighbours::Count(1)));
     for choice in choices {
-        for (start, workers) in [(Start::Sim(5), 3), (Start::Channel(2), 64)] {
+        for (start, workers) in [(TestTransport::Sim(5), 3), (TestTransport::Channel(2), 64)] {
             let config = with_graph(&with_workers(Workers::Count(workers), LEAF), choice);
             assert_equal(start, points, &config, &reference);
         }
@@ -82,7 +82,7 @@ fn over_trees<P: Point>(points: &[P]) {
                 c.machine.leaf = leaf;
                 c.machine.workers = Workers::Count(5);
             });
-            assert_equal(Start::Channel(2), points, &config, &reference);
+            assert_equal(TestTransport::Channel(2), points, &config, &reference);
         }
     }
 }

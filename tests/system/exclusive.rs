@@ -100,7 +100,7 @@ fn records(body: &Body<DVec3>) -> Vec<&PointBatch<DVec3>> {
 /// The worker whose memory holds a point as its own, and those that were sent a copy.
 #[derive(Default)]
 struct Memory {
-    home: BTreeMap<u64, Rank>,
+    owner: BTreeMap<u64, Rank>,
     copies: BTreeSet<(Rank, u64)>,
     /// Places where answers are awaited: who waits, its name of the query, who was asked.
     awaited: BTreeSet<(Rank, u32, Rank)>,
@@ -110,7 +110,7 @@ struct Memory {
 
 impl Memory {
     fn may_read(&self, rank: Rank, id: u64) -> bool {
-        rank == COORDINATOR || self.home.get(&id) == Some(&rank) || self.copies.contains(&(rank, id))
+        rank == COORDINATOR || self.owner.get(&id) == Some(&rank) || self.copies.contains(&(rank, id))
     }
 
     /// The reads of a message at its sender: the accesses that are not exclusive.
@@ -118,11 +118,11 @@ impl Memory {
         let what = |why: &str, id: u64| Some(format!("{} {}: point {id} {why}", phase.name(), m.node.0));
         for batch in records(&m.body) {
             for &id in batch.ids.iter() {
-                let mine = self.home.get(&id) == Some(&m.from);
+                let mine = self.owner.get(&id) == Some(&m.from);
                 match &m.body {
                     Body::Move(_) if !mine => return what("is given by another than its worker", id),
                     // A message in flight belongs to no rank until it arrives.
-                    Body::Move(_) => drop(self.home.remove(&id)),
+                    Body::Move(_) => drop(self.owner.remove(&id)),
                     Body::Ghosts(_) | Body::Items { .. } if !self.taken.insert((phase, m.node, id)) => {
                         return what("is taken twice", id);
                     }
@@ -139,8 +139,8 @@ impl Memory {
         match &m.body {
             Body::Block(points) | Body::Move(points) => {
                 for &id in points.ids.iter() {
-                    if self.home.insert(id, m.to).is_some() {
-                        return Some(format!("point {id} is at home twice"));
+                    if self.owner.insert(id, m.to).is_some() {
+                        return Some(format!("point {id} has two owners"));
                     }
                 }
             }
@@ -219,7 +219,7 @@ fn accesses_of_rivals_are_exclusive() {
     for workers in [2, 5, 16] {
         let config = simulated(Workers::Count(workers), 0, 60).with(|c| {
             c.partition = Partition::Kd;
-            c.correction = Correction::Naive;
+            c.correction = Correction::BottomUp;
         });
         let log = logged_of(&config, true);
         let asked = log.iter().filter(|(phase, _)| *phase == Phase::Neighbours).count();

@@ -6,7 +6,7 @@ use std::process::Command;
 use septet_core::config::{Alpha, Graph, Until, Workers};
 use septet_core::generate::Kind;
 use septet_core::{Error, count, simulate};
-use septet_lab::experiment::fit::{FitError, Key, Request, Verdict, fit, speedup};
+use septet_lab::experiment::fit::{Conclusion, FitError, FitRequest, Key, fit, speedup};
 use septet_lab::experiment::{
     Journal, JournalError, Line, Program, Runner, Sweep, of_run, parse_sizes, read_lines,
 };
@@ -61,10 +61,10 @@ fn made(law: impl Fn(f64) -> f64, octaves: u32, noise: f64) -> Vec<Line> {
     made
 }
 
-fn said(lines: &[Line]) -> Verdict {
-    let answer = fit(lines, &Request::new(Key::Depth, Some("partition"))).unwrap();
+fn conclusion(lines: &[Line]) -> Conclusion {
+    let answer = fit(lines, &FitRequest::new(Key::Depth, Some("partition"))).unwrap();
     println!("{}", answer.text());
-    answer.series[0].verdict.clone()
+    answer.series[0].conclusion.clone()
 }
 
 #[test]
@@ -147,39 +147,43 @@ fn a_sweep_goes_on_where_it_was_torn() {
 #[test]
 fn growth_laws_are_distinguished_where_sizes_suffice() {
     use septet_lab::experiment::fit::Law;
-    let is = |law| Verdict::Law { law };
+    let is = |law| Conclusion::Law { law };
     let log = |n: f64| n.log2();
-    assert_eq!(said(&made(|n| 3.0 + log(n), 10, 0.02)), is(Law::Log));
-    assert_eq!(said(&made(|n| log(n) * log(n), 10, 0.02)), is(Law::LogSquared));
-    assert_eq!(said(&made(f64::sqrt, 10, 0.02)), is(Law::Root));
-    assert_eq!(said(&made(|_| 5.0, 10, 0.02)), Verdict::Flat);
-    assert_eq!(said(&made(|n| 50.0 - log(n), 10, 0.02)), Verdict::Falls);
-    assert_eq!(said(&made(|n| log(n).ln(), 10, 0.002)), Verdict::Slower);
+    assert_eq!(conclusion(&made(|n| 3.0 + log(n), 10, 0.02)), is(Law::Log));
+    assert_eq!(conclusion(&made(|n| log(n) * log(n), 10, 0.02)), is(Law::LogSquared));
+    assert_eq!(conclusion(&made(f64::sqrt, 10, 0.02)), is(Law::Root));
+    assert_eq!(conclusion(&made(|_| 5.0, 10, 0.02)), Conclusion::Flat);
+    assert_eq!(conclusion(&made(|n| 50.0 - log(n), 10, 0.02)), Conclusion::Falls);
+    assert_eq!(conclusion(&made(|n| log(n).ln(), 10, 0.002)), Conclusion::Slower);
     for law in [|n: f64| n * n, |n: f64| n.powf(1.3), |n: f64| n.log2().powi(3)] {
         let lines = made(law, 10, 0.02);
-        assert_eq!(said(&lines), Verdict::NoneOfThese);
-        let answer = fit(&lines, &Request::new(Key::Depth, Some("partition"))).unwrap();
+        assert_eq!(conclusion(&lines), Conclusion::NoneOfThese);
+        let answer = fit(&lines, &FitRequest::new(Key::Depth, Some("partition"))).unwrap();
         assert!(answer.series[0].words.contains("exponent is n^"), "{}", answer.series[0].words);
     }
-    assert_eq!(said(&made(|n| n * log(n), 10, 0.02)), is(Law::LinearLog));
-    let short = said(&made(|n| 3.0 + log(n), 2, 0.05));
-    let Verdict::CannotTell { laws } = &short else { panic!("{short:?}") };
+    assert_eq!(conclusion(&made(|n| n * log(n), 10, 0.02)), is(Law::LinearLog));
+    let short = conclusion(&made(|n| 3.0 + log(n), 2, 0.05));
+    let Conclusion::CannotTell { laws } = &short else { panic!("{short:?}") };
     assert!(laws.contains(&Law::Log) && laws.contains(&Law::LogSquared), "{laws:?}");
 }
 
 #[test]
 fn constant_counts_are_found_constant_or_undecided() {
     use septet_lab::experiment::fit::Law;
-    assert_eq!(said(&made(|_| 5.0, 3, 0.02)), Verdict::Flat);
-    assert_eq!(said(&made(|_| 5.0, 3, 0.9)), Verdict::Unclear, "noise above the margin");
-    assert_eq!(said(&made(|n| 20.0 + 0.1 * n.log2(), 2, 0.9)), Verdict::Unclear, "a trend below the noise");
-    assert_eq!(said(&made(f64::log2, 10, 0.05)), Verdict::Law { law: Law::Log });
-    assert_eq!(said(&made(|_| 0.0, 3, 0.0)), Verdict::Flat);
-    let zero = fit(&made(|_| 0.0, 3, 0.0), &Request::new(Key::Depth, Some("partition"))).unwrap();
+    assert_eq!(conclusion(&made(|_| 5.0, 3, 0.02)), Conclusion::Flat);
+    assert_eq!(conclusion(&made(|_| 5.0, 3, 0.9)), Conclusion::Unclear, "noise above the margin");
+    assert_eq!(
+        conclusion(&made(|n| 20.0 + 0.1 * n.log2(), 2, 0.9)),
+        Conclusion::Unclear,
+        "a trend below the noise"
+    );
+    assert_eq!(conclusion(&made(f64::log2, 10, 0.05)), Conclusion::Law { law: Law::Log });
+    assert_eq!(conclusion(&made(|_| 0.0, 3, 0.0)), Conclusion::Flat);
+    let zero = fit(&made(|_| 0.0, 3, 0.0), &FitRequest::new(Key::Depth, Some("partition"))).unwrap();
     assert!(!zero.text().contains("NaN") && !zero.text().contains("inf"), "{}", zero.text());
 
     let lines = made(f64::log2, 3, 0.02);
-    let request = Request { resamples: 10, ..Request::new(Key::Depth, Some("partition")) };
+    let request = FitRequest { resamples: 10, ..FitRequest::new(Key::Depth, Some("partition")) };
     assert!(fit(&lines, &request).unwrap().series[0].resampled.is_some());
     let few: Vec<Line> = lines.into_iter().filter(|line| line.seed < 3).collect();
     let refused = fit(&few, &request).unwrap_err();
@@ -195,7 +199,7 @@ fn seconds_of_other_threads_stand_apart() {
         line.settings.threads += 1;
         lines.push(line);
     }
-    let answer = |key| fit(&lines, &Request::new(key, Some("partition"))).unwrap().series;
+    let answer = |key| fit(&lines, &FitRequest::new(key, Some("partition"))).unwrap().series;
     assert_eq!(answer(Key::Depth).len(), 1, "counts do not depend on threads");
     let apart = answer(Key::Seconds);
     assert_eq!(apart.len(), 2, "{apart:?}");
@@ -205,7 +209,7 @@ fn seconds_of_other_threads_stand_apart() {
 #[test]
 fn the_level_test_needs_its_margin() {
     let mut lines = lines(&sweep("500..4000,per-octave=2", 3));
-    let request = Request::new(Key::LevelDepth, Some("partition"));
+    let request = FitRequest::new(Key::LevelDepth, Some("partition"));
     let bend = |lines: &mut [Line], slope: f64| {
         for (at, level) in lines.iter_mut().flat_map(|line| &mut line.levels).enumerate() {
             if let Some(depth) = level.depth.get_mut("partition") {
@@ -215,29 +219,29 @@ fn the_level_test_needs_its_margin() {
             }
         }
     };
-    for (slope, verdict) in [
-        (0.0, Verdict::SizeFree),
-        (0.03, Verdict::SizeFree),
-        (-0.03, Verdict::SizeFree),
-        (0.2, Verdict::SizeBound),
-        (-0.2, Verdict::SizeBound),
+    for (slope, conclusion) in [
+        (0.0, Conclusion::SizeFree),
+        (0.03, Conclusion::SizeFree),
+        (-0.03, Conclusion::SizeFree),
+        (0.2, Conclusion::SizeBound),
+        (-0.2, Conclusion::SizeBound),
     ] {
         bend(&mut lines, slope);
         let answer = fit(&lines, &request).unwrap();
         println!("{}", answer.text());
-        assert_eq!(answer.series[0].verdict, verdict, "slope {slope}");
+        assert_eq!(answer.series[0].conclusion, conclusion, "slope {slope}");
         let test = answer.series[0].levels.unwrap();
         assert!((test.slope.value / 1000.0 - slope).abs() < 0.01, "{slope}: {}", test.slope.value);
     }
-    let noisy = Request { margin: 2e-5, ..request };
+    let noisy = FitRequest { margin: 2e-5, ..request };
     bend(&mut lines, 0.0);
-    assert_eq!(fit(&lines, &noisy).unwrap().series[0].verdict, Verdict::SizeUnclear);
+    assert_eq!(fit(&lines, &noisy).unwrap().series[0].conclusion, Conclusion::SizeUnclear);
 }
 
 #[test]
 fn incompatible_runs_are_refused() {
     let lines = lines(&sweep("200,400", 1));
-    let ask = |y, phase| fit(&lines, &Request::new(y, phase)).unwrap_err();
+    let ask = |y, phase| fit(&lines, &FitRequest::new(y, phase)).unwrap_err();
     for key in [Key::Depth, Key::Work, Key::Rounds, Key::Messages, Key::Bytes, Key::Seconds] {
         assert!(matches!(ask(key, None), FitError::Mixes { .. }), "{key:?}");
     }
@@ -298,13 +302,13 @@ fn scipy_computes_the_same() {
         (Key::LevelDepth, Some("partition")),
         (Key::LevelDepth, Some("neighbours")),
     ] {
-        let report = fit(&lines, &Request::new(key, phase)).unwrap();
+        let report = fit(&lines, &FitRequest::new(key, phase)).unwrap();
         fs::write(&answer, serde_json::to_string(&report).unwrap()).unwrap();
         let mut command = Command::new(&python);
         let output = command.arg(source("fit_check.py")).arg(&data).arg(&answer).output().unwrap();
-        let said = String::from_utf8_lossy(&output.stdout);
-        println!("{key:?} {phase:?}: {}", said.trim());
+        let printed = String::from_utf8_lossy(&output.stdout);
+        println!("{key:?} {phase:?}: {}", printed.trim());
         let complained = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success() && said.starts_with("ok "), "{key:?}: {said}{complained}");
+        assert!(output.status.success() && printed.starts_with("ok "), "{key:?}: {printed}{complained}");
     }
 }

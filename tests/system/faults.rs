@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::common::sets::{plane, space};
-use crate::common::transports::{Start, each_transport};
+use crate::common::transports::{TestTransport, each_transport};
 use crate::common::{combinations, simulated, with_graph, with_workers};
 use septet_core::config::{Alpha, Fault, Graph, GraphKind, Neighbours, SeparatorSets, Workers};
 use septet_core::generate::Kind;
@@ -31,7 +31,7 @@ fn relayed<P: Point>(points: &[P]) {
                 c.keep.graph = true;
                 c.planted.fault = Some(refuse(first, last));
             });
-            let same = |start: Start| {
+            let same = |start: TestTransport| {
                 let what = format!("{start:?}, {choice:?}, {workers} workers, {first} to {last} refused");
                 let counted = start.run(points, &config, true).unwrap_or_else(|e| panic!("{what}: {e}"));
                 let facts = &counted.ledger.part.nodes[&NodeId(first)];
@@ -43,7 +43,7 @@ fn relayed<P: Point>(points: &[P]) {
             };
             match (choice.0, first, last) {
                 (GraphKind::Knn, 2, 3) => each_transport(same),
-                _ => same(Start::Sim(3)),
+                _ => same(TestTransport::Sim(3)),
             }
         }
     }
@@ -117,7 +117,7 @@ fn capped<P: Point>(points: &[P], nearest: u32, caps: std::ops::Range<u32>) -> B
         for workers in [1, 2, 5, 64] {
             let config = with_graph(&with_workers(Workers::Count(workers), LEAF), knn);
             let config = config.with(|c| c.planted.exchange_cap = Some(cap));
-            let mut same = |start: Start| {
+            let mut same = |start: TestTransport| {
                 let what = format!("cap {cap}, {workers} workers, {start:?}");
                 let run = start.run(points, &config, true).unwrap_or_else(|e| panic!("{what}: {e}"));
                 assert!(run.cells() == reference.cells(), "{what}: other cells");
@@ -125,7 +125,7 @@ fn capped<P: Point>(points: &[P], nearest: u32, caps: std::ops::Range<u32>) -> B
                 let found = (run.fallback, run.ledger.repair.work, run.ledger.repair.depth);
                 assert_eq!(first.get_or_insert_with(|| found.clone()), &found, "{what}");
             };
-            if workers == 5 { each_transport(same) } else { same(Start::Sim(3)) }
+            if workers == 5 { each_transport(same) } else { same(TestTransport::Sim(3)) }
         }
     }
     sizes

@@ -1,7 +1,7 @@
 //! The counts of the ledger and their dependence on workers, transport, input and configuration.
 
 use crate::common::sets::{plane, space};
-use crate::common::transports::{Start, each_transport};
+use crate::common::transports::{TestTransport, each_transport};
 use crate::common::{assert_same_counts, combinations, simulated, threaded, with_graph, with_workers};
 use septet_core::config::Workers;
 use septet_core::generate::Kind;
@@ -21,11 +21,11 @@ fn over_machines<P: Point>(points: &[P], choice: usize) {
     let reference = counted(points, &with_graph(&threaded(Workers::Count(1), 1, LEAF), choice));
     for workers in [2, 3, 5, 64, 1000].map(Workers::Count).into_iter().chain([Workers::Leaves]) {
         let config = with_graph(&with_workers(workers, LEAF), choice);
-        let sim = Start::Sim(4).run(points, &config, true).unwrap();
+        let sim = TestTransport::Sim(4).run(points, &config, true).unwrap();
         assert_same_counts(&reference.ledger, &sim.ledger, &format!("{choice:?}, {workers:?}"));
         assert_counts!([&reference, &sim], same_counts());
         // Rounds, messages and bytes depend on the workers, but neither on transport nor on delivery.
-        let same_rounds = |start: Start| {
+        let same_rounds = |start: TestTransport| {
             let what = format!("{choice:?}, {workers:?}, {start:?}");
             let other = start.run(points, &config, true).unwrap_or_else(|e| panic!("{what}: {e}"));
             assert!(sim.ledger.part == other.ledger.part, "{what}: other rounds");
@@ -34,7 +34,7 @@ fn over_machines<P: Point>(points: &[P], choice: usize) {
         match workers {
             // A process is started for each worker.
             Workers::Count(3 | 5) => each_transport(same_rounds),
-            _ => [Start::Channel(2), Start::Sim(99)].into_iter().for_each(same_rounds),
+            _ => [TestTransport::Channel(2), TestTransport::Sim(99)].into_iter().for_each(same_rounds),
         }
     }
 }

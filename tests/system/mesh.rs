@@ -1,4 +1,4 @@
-//! `septet mesh` by library calls: small meshes of all kinds of domains, judged by counts.
+//! `septet mesh` by library calls: small meshes of all kinds of domains, checked by counts.
 //!
 //! [`domains`] has the domains and what is known of them, [`sameness`] that meshes do not depend on the machine.
 
@@ -8,7 +8,7 @@ mod sets;
 
 use domains::{AnyDomain, Known, Problem};
 use septet_core::config::{Machine, Workers};
-use septet_core::mesh::{self, DEFAULT_FEATURE_ANGLE, MeshError, MeshRequest, generate, measure};
+use septet_core::mesh::{self, MeshError, MeshRequest, generate, measure};
 use septet_geometry::point::Point;
 use septet_meshing::conformity;
 use septet_meshing::domain::Domain;
@@ -16,7 +16,7 @@ use septet_meshing::facet::Triangulate;
 use septet_meshing::mesh::{Mesh, OUTSIDE, StageLine};
 use septet_meshing::quality::Quality;
 
-/// The Lipschitz constants at which the promises are judged.
+/// The Lipschitz constants at which the promises are checked.
 const CONSTANTS: [f64; 4] = [0.06, 0.12, 0.25, 0.5];
 
 /// How far sums may be off, relative to the whole.
@@ -27,15 +27,9 @@ fn request(lipschitz: f64, size: Option<f64>) -> MeshRequest {
     MeshRequest {
         boundary: Some(mesh::Boundary::Exact),
         size,
-        field: None,
-        singularity: None,
-        min_size: None,
         lipschitz,
-        feature_angle: DEFAULT_FEATURE_ANGLE,
-        max_distance: None,
-        improve: false,
         machine: Machine::default().with(|m| (m.workers, m.threads) = (Workers::Count(2), 2)),
-        cancel: None,
+        ..MeshRequest::default()
     }
 }
 
@@ -122,8 +116,8 @@ fn assert_rounds(stages: &[StageLine], what: &str) {
     }
 }
 
-/// Makes the mesh and judges it.
-fn judge_request<P: Triangulate>(domain: &Domain<P>, known: &Known, request: &MeshRequest, what: &str) {
+/// Makes the mesh and checks it.
+fn check_request<P: Triangulate>(domain: &Domain<P>, known: &Known, request: &MeshRequest, what: &str) {
     assert_eq!(domain.small_angles(90.0).is_empty(), known.right_angles, "{what}: angles");
     let size = mesh::sizes(domain, request).unwrap();
     let (mesh, stages) = generate(domain, &size, request).unwrap_or_else(|e| panic!("{what}: {e}"));
@@ -145,98 +139,98 @@ fn judge_request<P: Triangulate>(domain: &Domain<P>, known: &Known, request: &Me
     );
 }
 
-/// Judges a domain at each constant, with a largest size and with nothing but the domain's own.
-fn judge(problem: &Problem, constants: &[f64]) {
+/// Checks a domain at each constant, with a largest size and with nothing but the domain's own.
+fn check_problem(problem: &Problem, constants: &[f64]) {
     for (&lipschitz, size) in constants.iter().flat_map(|l| [(l, Some(problem.size)), (l, None)]) {
         let what = format!("{}, L = {lipschitz}, {size:?}", problem.name);
         let request = request(lipschitz, size);
         match &problem.domain {
-            AnyDomain::Plane(domain) => judge_request(domain, &problem.known, &request, &what),
-            AnyDomain::Space(domain) => judge_request(domain, &problem.known, &request, &what),
+            AnyDomain::Plane(domain) => check_request(domain, &problem.known, &request, &what),
+            AnyDomain::Space(domain) => check_request(domain, &problem.known, &request, &what),
         }
     }
 }
 
 #[test]
 fn a_mesh_keeps_its_promises_in_a_cube() {
-    judge(&domains::cube(), &CONSTANTS);
+    check_problem(&domains::cube(), &CONSTANTS);
 }
 
 #[test]
 fn a_mesh_keeps_its_promises_in_an_l_shape() {
-    judge(&domains::l_shape(), &CONSTANTS);
+    check_problem(&domains::l_shape(), &CONSTANTS);
 }
 
 #[test]
 fn a_mesh_keeps_its_promises_in_a_cube_with_a_cubic_hole() {
-    judge(&domains::cubic_hole(), &CONSTANTS);
+    check_problem(&domains::cubic_hole(), &CONSTANTS);
 }
 
 #[test]
 fn a_mesh_keeps_its_promises_in_a_cube_with_a_tunnel() {
-    judge(&domains::tunnel(), &CONSTANTS);
+    check_problem(&domains::tunnel(), &CONSTANTS);
 }
 
 #[test]
 fn a_mesh_keeps_its_promises_in_two_regions_with_a_facet_between() {
-    judge(&domains::two_regions(), &CONSTANTS);
+    check_problem(&domains::two_regions(), &CONSTANTS);
 }
 
 #[test]
 fn a_mesh_keeps_its_promises_in_dangling_pieces() {
-    judge(&domains::dangling_squarely(), &CONSTANTS);
-    judge(&domains::dangling(), &CONSTANTS);
+    check_problem(&domains::dangling_squarely(), &CONSTANTS);
+    check_problem(&domains::dangling(), &CONSTANTS);
 }
 
 #[test]
 fn a_mesh_keeps_its_promises_in_a_slanted_box() {
-    judge(&domains::slanted_box(), &CONSTANTS);
+    check_problem(&domains::slanted_box(), &CONSTANTS);
 }
 
 #[test]
 fn a_mesh_keeps_its_promises_in_a_wedge_of_ten_degrees() {
-    judge(&domains::wedge(), &CONSTANTS);
+    check_problem(&domains::wedge(), &CONSTANTS);
 }
 
 #[test]
 #[ignore = "needs the test data"]
 fn a_mesh_keeps_its_promises_in_the_example_of_tetgen() {
-    judge(&domains::example(), &[0.25, 0.5]);
+    check_problem(&domains::example(), &[0.25, 0.5]);
 }
 
 #[test]
 fn a_mesh_keeps_its_promises_in_an_airfoil_with_holes() {
-    judge(&domains::airfoil(), &CONSTANTS);
+    check_problem(&domains::airfoil(), &CONSTANTS);
 }
 
 #[test]
 fn a_mesh_keeps_its_promises_in_a_map_with_regions() {
-    judge(&domains::map(), &CONSTANTS);
+    check_problem(&domains::map(), &CONSTANTS);
 }
 
 #[test]
 fn a_mesh_keeps_its_promises_in_a_plate_with_square_holes() {
-    judge(&domains::plate(), &CONSTANTS);
+    check_problem(&domains::plate(), &CONSTANTS);
 }
 
 #[test]
 fn a_mesh_keeps_its_promises_in_a_torus_of_triangles() {
-    judge(&domains::torus(), &[0.5]);
+    check_problem(&domains::torus(), &[0.5]);
 }
 
 /// Figure 1: sizes fall towards a point or a line of the cube.
 #[test]
 fn sizes_fall_towards_singularities() {
-    use septet_core::mesh::{Shape, SingularityRequest};
+    use septet_core::mesh::{SingularityRequest, SingularityShape};
     let problem = domains::cube();
     let AnyDomain::Space(domain) = &problem.domain else { unreachable!() };
-    for (shape, least) in [(Shape::Point, 0.01), (Shape::Line, 0.03)] {
+    for (shape, least) in [(SingularityShape::Point, 0.01), (SingularityShape::Line, 0.03)] {
         for lipschitz in [0.25, 0.5] {
             let singularity = Some(SingularityRequest { shape, at: Vec::new() });
             let asked =
                 MeshRequest { singularity, min_size: Some(least), ..request(lipschitz, Some(problem.size)) };
             let what = format!("{shape:?} singularity, L = {lipschitz}");
-            judge_request(domain, &problem.known, &asked, &what);
+            check_request(domain, &problem.known, &asked, &what);
             let (mesh, _) = made(domain, &asked).unwrap();
             let smallest = mesh.sizes.iter().copied().fold(f64::INFINITY, f64::min);
             let largest = mesh.sizes.iter().copied().fold(0.0, f64::max);

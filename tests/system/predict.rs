@@ -87,14 +87,14 @@ fn corrupt_task_records_are_refused() {
     let config = with_graph(&simulated(Workers::Count(1), 7, 60), nearest);
     let config = config.with(|c| c.keep.tasks = true);
     let log = simulate(&space(Kind::Uniform, 1000, 5), &config).unwrap().tasks.expect("a record");
-    assert!(!log.tellers.is_empty() && predict(&log, 8, &Hardware::default()).is_ok());
+    assert!(!log.senders.is_empty() && predict(&log, 8, &Hardware::default()).is_ok());
     let refused = |change: &dyn Fn(&mut TaskLog)| {
         let mut torn = log.clone();
         change(&mut torn);
         predict(&torn, 8, &Hardware::default()).unwrap_err().to_string()
     };
-    assert!(refused(&|log| log.tellers.clear()).contains("an earlier version"));
-    assert!(refused(&|log| log.tellers[0].3 = u64::MAX).contains("more edges"));
+    assert!(refused(&|log| log.senders.clear()).contains("an earlier version"));
+    assert!(refused(&|log| log.senders[0].3 = u64::MAX).contains("more edges"));
     assert!(refused(&|log| log.reverse[0].2 = u64::MAX).contains("more edges"));
-    assert!(refused(&|log| log.tellers[0].2 = u32::MAX).contains("a leaf that does not exist"));
+    assert!(refused(&|log| log.senders[0].2 = u32::MAX).contains("a leaf that does not exist"));
 }

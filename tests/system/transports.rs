@@ -12,7 +12,7 @@ use septet_geometry::point::Point;
 use septet_protocol::transport::TransportError;
 
 use crate::common::sets::{plane, space};
-use crate::common::transports::{Start, each_transport, harness_output, serve};
+use crate::common::transports::{TestTransport, each_transport, harness_output, serve};
 use crate::common::{assert_same_counts, check_over, combinations, with_graph, with_workers};
 
 /// Serves a rank if another test started this process for it. Otherwise starts two such processes.
@@ -24,7 +24,7 @@ fn a_process_is_a_worker() {
     let points = plane(Kind::Uniform, 200, 5);
     let mut started = 0;
     each_transport(|start| {
-        if let Start::Processes(_) = start {
+        if let TestTransport::Processes(_) = start {
             started += 1;
             check_over(start, &points, &with_workers(Workers::Count(2), 60), true);
         }
@@ -37,7 +37,7 @@ fn assert_same(expected: &Run, found: &Run, what: &str) {
     assert!(expected.cells() == found.cells(), "{what}: other cells");
     assert!(expected.graph == found.graph, "{what}: another graph");
     assert_eq!(expected.owner(), found.owner(), "{what}");
-    assert_eq!(expected.home_leaf(), found.home_leaf(), "{what}");
+    assert_eq!(expected.owning_leaf(), found.owning_leaf(), "{what}");
     assert_same_counts(&expected.ledger, &found.ledger, what);
     assert_eq!(expected.ledger.phases, found.ledger.phases, "{what}");
     assert!(expected.ledger.part == found.ledger.part, "{what}: other rounds");
@@ -84,7 +84,7 @@ fn shell(script: &str) -> Command {
 /// The error of a run whose workers are this program.
 fn broken(program: fn() -> Command) -> Error {
     let points: Vec<DVec2> = plane(Kind::Uniform, 200, 5);
-    let run = Start::Processes(program).run(&points, &with_workers(Workers::Count(2), 60), true);
+    let run = TestTransport::Processes(program).run(&points, &with_workers(Workers::Count(2), 60), true);
     run.err().unwrap_or_else(|| panic!("a run with broken workers ended well"))
 }
 

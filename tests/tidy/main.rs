@@ -2,7 +2,9 @@
 
 mod cycles;
 mod map;
+mod phases;
 mod products;
 mod prose;
 mod rules;
 mod source;
+mod syntax;

@@ -1,11 +1,16 @@
 //! The map: ARCHITECTURE.md names every crate and every room.
 
+use std::collections::BTreeSet;
 use std::fs;
 
+use crate::cycles::{CRATES as FOLDERS, TABLE as MACHINE};
 use crate::source::root;
 
 /// Folders of crates whose rooms the map lists.
 const CRATES: [&str; 6] = ["workers/src", "src/core", "src/io", "src/lab", "src/cli", "src/meshing"];
+
+/// The heading of the table in ARCHITECTURE.md that lists the crates with their rooms, except the rooms of the machine.
+const CRATE_TABLE: &str = "| crate | folder | uses | rooms | content |";
 
 /// Rooms of a crate: the folders beside its root file that hold modules.
 fn rooms(folder: &str) -> Vec<String> {
@@ -27,36 +32,90 @@ pub fn rows(map: &str, heading: &str) -> Vec<Vec<Vec<String>>> {
         let all = cell.split(',').map(|word| word.trim().trim_matches('`').to_string());
         all.filter(|word| word != "-").collect()
     };
-    let cells = |line: &str| line.trim_matches('|').split('|').map(words).collect();
-    table.lines().skip(2).take_while(|line| line.starts_with('|')).map(cells).collect()
+    let cells = |line: &str| -> Vec<Vec<String>> { line.trim_matches('|').split('|').map(words).collect() };
+    let all: Vec<_> = table.lines().skip(2).take_while(|line| line.starts_with('|')).map(cells).collect();
+    let columns = heading.matches('|').count() - 1;
+    assert!(!all.is_empty(), "the table {heading} in ARCHITECTURE.md is empty");
+    assert!(all.iter().all(|row| row.len() == columns), "the table {heading} in ARCHITECTURE.md is uneven");
+    all
 }
 
-fn missing(map: &str, folder: &str, rooms: &[String]) -> Vec<String> {
-    let row = |room: &&String| !map.contains(&format!("| `{folder}` | `{room}` |"));
-    rooms.iter().filter(row).map(|room| format!("{folder}/{room}")).collect()
+/// The rooms of all crates that the map does not list, and the rows of rooms that do not exist.
+fn differences(map: &str, rooms: &[(&str, Vec<String>)]) -> (BTreeSet<String>, BTreeSet<String>) {
+    let of = |(folder, rooms): &(&str, Vec<String>)| -> Vec<String> {
+        rooms.iter().map(|room| format!("{folder}/{room}")).collect()
+    };
+    let found: BTreeSet<String> = rooms.iter().flat_map(of).collect();
+    let machine = rows(map, MACHINE).into_iter().map(|row| format!("workers/src/{}", row[0][0]));
+    let others = rows(map, CRATE_TABLE).into_iter().filter(|row| row[1] != ["workers"]).flat_map(|row| {
+        let folder = row[1][0].clone();
+        row[3].iter().map(|room| format!("{folder}/{room}")).collect::<Vec<_>>()
+    });
+    let listed = machine.chain(others).collect();
+    (&found - &listed, &listed - &found)
 }
 
 #[test]
 fn the_map_names_every_crate_and_room() {
     let map = text();
-    let rooms: Vec<_> = CRATES.iter().flat_map(|folder| missing(&map, folder, &rooms(folder))).collect();
-    assert!(rooms.is_empty(), "ARCHITECTURE.md does not name these rooms: {rooms:#?}");
+    let rooms = CRATES.map(|folder| (folder, rooms(folder)));
+    let empty: Vec<_> = rooms.iter().filter(|(_, rooms)| rooms.is_empty()).collect();
+    assert!(empty.is_empty(), "these crates have no rooms: {empty:?}");
+    let (missing, unknown) = differences(&map, &rooms);
+    assert!(missing.is_empty(), "ARCHITECTURE.md does not name these rooms: {missing:#?}");
+    assert!(unknown.is_empty(), "ARCHITECTURE.md names rooms that do not exist: {unknown:#?}");
     let manifest = fs::read_to_string(root().join("Cargo.toml")).unwrap();
-    let listed = manifest.lines().filter_map(|line| line.split_once(" = { path = "));
-    for (name, _) in listed.filter(|(name, _)| name.starts_with("septet")) {
+    let paths = manifest.lines().filter_map(|line| line.split_once(" = { path = "));
+    let crates: Vec<_> = paths.filter(|(name, _)| name.starts_with("septet")).collect();
+    assert!(!crates.is_empty(), "no crate was found in Cargo.toml");
+    for (name, _) in crates {
         assert!(map.contains(name), "ARCHITECTURE.md does not name the crate {name}");
     }
 }
 
+/// Members of the workspace whose code only tests and measures.
+const INSTRUMENTS: [&str; 2] = ["tests/common", "bench"];
+
 #[test]
-fn a_planted_room_is_missed() {
-    let map = "| `src/io` | `read` | readers |";
-    let rooms = ["read", "attic"].map(str::to_string);
-    assert_eq!(missing(map, "src/io", &rooms), ["src/io/attic"]);
+fn the_rules_cover_every_crate() {
+    let manifest = fs::read_to_string(root().join("Cargo.toml")).unwrap();
+    let list = manifest.split_once("\nmembers = [").unwrap().1.split_once(']').unwrap().0;
+    let members: Vec<&str> = list.split('"').skip(1).step_by(2).collect();
+    let code = |member: &&str| !INSTRUMENTS.contains(member);
+    let folder = |member: &str| match member {
+        "." => "src".to_string(),
+        _ if root().join(member).join("src").is_dir() => format!("{member}/src"),
+        _ => member.to_string(),
+    };
+    let folders: BTreeSet<String> = members.into_iter().filter(code).map(folder).collect();
+    let covered: BTreeSet<String> = FOLDERS.map(str::to_string).into();
+    assert_eq!(folders, covered, "the tidy tests read other folders than those of the workspace");
+}
+
+#[test]
+fn a_planted_room_and_a_planted_row_are_found() {
+    let machine = format!("{MACHINE}\n| --- | --- | --- |\n| `hall` | chairs, tables | - |\n");
+    let map =
+        format!("{machine}\n{CRATE_TABLE}\n| --- |\n| io | `src/io` | - | `read`, `cellar` | files |\n");
+    let (missing, unknown) = differences(&map, &[("src/io", ["read", "attic"].map(str::to_string).to_vec())]);
+    assert!(missing.iter().eq(["src/io/attic"]));
+    assert!(unknown.iter().eq(["src/io/cellar", "workers/src/hall"]));
 }
 
 #[test]
 fn the_rows_of_a_table_are_read() {
     let map = "text\n| a | b |\n| --- | --- |\n| `x` | `y`, `z` |\n| `w` | - |\n\n| `not` | here |\n";
     assert_eq!(rows(map, "| a | b |"), [[vec!["x"], vec!["y", "z"]], [vec!["w"], vec![]]]);
+}
+
+#[test]
+#[should_panic(expected = "is empty")]
+fn an_empty_table_is_refused() {
+    rows("| a | b |\n| --- | --- |\n\n| `not` | here |\n", "| a | b |");
+}
+
+#[test]
+#[should_panic(expected = "has no table")]
+fn a_missing_table_is_refused() {
+    rows("| a | c |\n| --- | --- |\n| `x` | `y` |\n", "| a | b |");
 }

@@ -173,7 +173,7 @@ fn comments(text: &str) -> Vec<String> {
     paragraphs(lines)
 }
 
-/// Splits texts into sentences and judges them.
+/// Splits texts into sentences and checks them.
 struct Reader {
     splitter: Splitter,
     patterns: Vec<(&'static str, Regex)>,
@@ -237,6 +237,7 @@ fn prose_is_plain() {
     for document in DOCUMENTS {
         let mut texts = Vec::new();
         markdown(&root().join(document), &mut texts);
+        assert!(!texts.is_empty(), "no document is in {document}");
         for (name, text) in texts {
             let tally = tallies.entry(name.clone()).or_default();
             tally.add(&name, &paragraphs(text.lines()), &reader);

@@ -14,6 +14,7 @@ pub fn files(under: &str) -> Vec<(String, String)> {
     let mut paths = Vec::new();
     collect(&root().join(under), &mut paths);
     paths.sort();
+    assert!(!paths.is_empty(), "no Rust file is below {under}");
     let read = |path: PathBuf| {
         let name = path.strip_prefix(root()).unwrap().to_string_lossy().into_owned();
         (name, fs::read_to_string(&path).unwrap())
@@ -75,6 +76,14 @@ fn skip_item<'a>(lines: &mut impl Iterator<Item = &'a str>, close: &str) {
 /// A module of a crate by its path, such as `neighbours::query`; the crate's root has the empty path.
 pub type Module = String;
 
+/// Rooms of the machine that every room may import.
+pub const COMMON: [&str; 3] = ["config", "machine", "state"];
+
+/// The room of a module: its first folder or file below the root.
+pub fn room(module: &str) -> String {
+    module.split("::").next().unwrap_or("").to_string()
+}
+
 /// The modules of a crate and their imports.
 pub struct Crate {
     /// Files by module.
@@ -96,6 +105,13 @@ impl Crate {
             modules.insert(path, (name, code(&text)));
         }
         Crate { files: modules }
+    }
+
+    /// A crate of these modules and texts.
+    pub fn of(files: &[(&str, &str)]) -> Self {
+        let file =
+            |(module, text): &(&str, &str)| (module.to_string(), (module.to_string(), text.to_string()));
+        Crate { files: files.iter().map(file).collect() }
     }
 
     /// The modules that each module imports, itself left out.

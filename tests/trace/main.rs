@@ -22,12 +22,12 @@ use septet_common::{assert_same_counts, simulated, threaded};
 use septet_core::generate::Kind as Points;
 
 /// Counts the exchanges of the machine it passes on to.
-struct Counted<P> {
+struct CountingTransport<P> {
     inner: Box<dyn Transport<P>>,
     exchanges: Arc<AtomicU64>,
 }
 
-impl<P> Transport<P> for Counted<P> {
+impl<P> Transport<P> for CountingTransport<P> {
     fn size(&self) -> u32 {
         self.inner.size()
     }
@@ -60,7 +60,7 @@ fn counted_run(path: &Path, points: &[DVec3], config: &Config) -> (Run, u64) {
     let run = traced(path, Detail::default(), || {
         run_on(points, config, true, &mut |machine| {
             let inner = launch(config.machine.transport_kind(), machine)?;
-            Ok(Box::new(Counted { inner, exchanges: exchanges.clone() }))
+            Ok(Box::new(CountingTransport { inner, exchanges: exchanges.clone() }))
         })
     });
     (run.unwrap(), exchanges.load(Ordering::Relaxed))
@@ -106,8 +106,8 @@ fn assert_read_by_perfetto(path: &Path, run: &Run, exchanges: u64) {
     assert!(perfetto.shortest() >= 0);
 }
 
-/// Judges a trace of a run, which made this number of exchanges.
-type Judge = fn(&Path, &Run, u64);
+/// Checks a trace of a run, which made this number of exchanges.
+type Check = fn(&Path, &Run, u64);
 
 #[test]
 fn a_trace_of_a_large_run_is_complete_and_small() {
@@ -120,7 +120,7 @@ fn perfetto_reads_a_trace_of_a_large_run() {
     large_run(assert_read_by_perfetto);
 }
 
-fn large_run(judge: Judge) {
+fn large_run(check: Check) {
     let _alone = alone();
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("trace.json");
@@ -130,7 +130,7 @@ fn large_run(judge: Judge) {
     });
     let (run, exchanges) = counted_run(&path, &space(Points::Uniform, 100_000, 3), &config);
     assert!(fs::metadata(&path).unwrap().len() < 100_000_000);
-    judge(&path, &run, exchanges);
+    check(&path, &run, exchanges);
 }
 
 #[test]
@@ -144,7 +144,7 @@ fn perfetto_reads_traces_of_every_transport() {
     several_runs(assert_read_by_perfetto);
 }
 
-fn several_runs(judge: Judge) {
+fn several_runs(check: Check) {
     let _alone = alone();
     let directory = tempfile::tempdir().unwrap();
     let points = space(Points::Clusters, 3000, 8);
@@ -155,12 +155,12 @@ fn several_runs(judge: Judge) {
         threaded(Workers::Count(1), 3, 200),
         threaded(Workers::Count(2), 4, 200),
         // A phase in several passes.
-        simulated(Workers::Count(5), 5, 200).with(|c| c.correction = Correction::Naive),
+        simulated(Workers::Count(5), 5, 200).with(|c| c.correction = Correction::BottomUp),
     ];
     for (i, config) in configs.iter().enumerate() {
         let path = directory.path().join(format!("{i}.json"));
         let (run, exchanges) = counted_run(&path, &points, config);
-        judge(&path, &run, exchanges);
+        check(&path, &run, exchanges);
     }
 }
 

@@ -14,7 +14,7 @@ pub struct Found(Value);
 
 /// The findings for a valid file.
 pub fn read(path: &Path) -> Found {
-    try_read(path).unwrap_or_else(|said| panic!("{}: {said}", path.display()))
+    try_read(path).unwrap_or_else(|printed| panic!("{}: {printed}", path.display()))
 }
 
 /// The same for a file that it may refuse.

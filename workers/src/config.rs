@@ -48,7 +48,7 @@ pub enum Partition {
 }
 
 impl Partition {
-    /// The name on the command line.
+    /// Returns the name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Partition::Sphere => "sphere",
@@ -64,15 +64,16 @@ pub enum Correction {
     #[default]
     Descent,
     /// The baseline: node by node from the leaves up. Each node corrects the balls that cross its separator by a descent.
-    Naive,
+    #[serde(rename = "Naive")]
+    BottomUp,
 }
 
 impl Correction {
-    /// The name on the command line.
+    /// Returns the name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Correction::Descent => "descent",
-            Correction::Naive => "naive",
+            Correction::BottomUp => "naive",
         }
     }
 }
@@ -137,8 +138,8 @@ pub struct WorkerConfig {
     pub task: Task,
     /// Number of workers.
     pub workers: u32,
-    /// Whether workers split down to the smallest leaves and count work and depth. If not, a worker triangulates its
-    /// subdomain at once.
+    /// Whether workers split down to the smallest leaves and count work and depth. If `false`, each worker
+    /// triangulates its subdomain as a whole.
     pub counted: bool,
     /// The rules of the tree.
     pub tree: TreeRules,
@@ -158,7 +159,12 @@ pub struct WorkerConfig {
 }
 
 impl WorkerConfig {
-    /// The sampler of an attempt at a subproblem.
+    /// Returns the number of ranks: the workers and the coordinator.
+    pub fn ranks(&self) -> u32 {
+        self.workers + 1
+    }
+
+    /// Returns the sampler of an attempt at a subproblem.
     pub(crate) fn sampler(&self, key: DrawKey, population: u64) -> Sampler {
         if self.tree.balanced {
             Sampler::with_target(key, population, bisection_samples(population))
@@ -188,7 +194,7 @@ impl FromStr for WorkerConfig {
     }
 }
 
-/// The text of a supergraph.
+/// The form of a supergraph in the text of a configuration.
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Supergraph")]
 enum SupergraphText {
@@ -205,7 +211,7 @@ enum SupergraphText {
     },
 }
 
-/// A number by its bits, so that no digit is lost.
+/// Encodes a number by its bits, so that it is decoded exactly.
 mod bits {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -221,7 +227,7 @@ mod bits {
 
 #[cfg(test)]
 impl WorkerConfig {
-    /// For tests: one worker, 8 nearest neighbours.
+    /// Creates a configuration for tests: one worker, 8 nearest neighbours.
     pub(crate) fn plain() -> Self {
         WorkerConfig {
             run: 1,

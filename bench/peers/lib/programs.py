@@ -42,8 +42,8 @@ class Program:
         """Returns the reason why it cannot run, or None."""
         if not self.driver or self.driver.endswith(".py") or (places.WORK / "bin" / self.driver).exists():
             return ""
-        said = places.WORK / "missing" / self.driver
-        return said.read_text().strip() if said.exists() else "its driver is not compiled: bench/peers/setup"
+        printed = places.WORK / "missing" / self.driver
+        return printed.read_text().strip() if printed.exists() else "its driver is not compiled: bench/peers/setup"
 
 
 SEPTET = {1: "septet-1", 2: "septet-2"}
@@ -72,9 +72,9 @@ def execute(command, limit):
     except subprocess.TimeoutExpired as late:
         raise TooLong(f"stopped after {limit:g} s") from late
     if done.returncode != 0:
-        said = done.stderr.strip().splitlines()
+        printed = done.stderr.strip().splitlines()
         ended = f"exit {done.returncode}" if done.returncode > 0 else f"signal {-done.returncode}"
-        raise Failed(f"{ended}: {said[-1] if said else 'without a word'}")
+        raise Failed(f"{ended}: {printed[-1] if printed else 'without a word'}")
     return done.stdout
 
 

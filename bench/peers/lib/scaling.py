@@ -134,7 +134,7 @@ def faults(rows):
     return found
 
 
-def judged(rows, simulation):
+def compared(rows, simulation):
     """Returns the targets of this command, which are for uniform points in space."""
     found = {(one["set"], one["workers"]): one for one in rows if one["runs"]}
     large, small = found.get(("uniform-4e6", 2)), found.get(("uniform-1e6", 2))
@@ -143,7 +143,7 @@ def judged(rows, simulation):
 
     def add(what, value, must, aim, unit, more=False):
         lines.append({"what": what, "value": value, "must": must, "aim": aim, "unit": unit,
-                      "reached": "not measured" if value is None else targets.judged(value, must, aim, more)})
+                      "reached": "not measured" if value is None else targets.rated(value, must, aim, more)})
 
     add("speed-up, 2 workers on 2 threads, 1e6", small and small.get("speed_up"), 1.6, 1.6, "", more=True)
     growth = large["ns_per_point"] / small["ns_per_point"] if large and small else None
@@ -222,7 +222,7 @@ def main():
               "ended_early": ended, "sets": facts,
               "options": {"repeat": options.repeat, "busy": options.busy, "limit": options.limit},
               "faults": faults(rows), "rows": rows, "simulate": simulation,
-              "targets": judged(rows, simulation) if aimed_at else [], "runs": runs}
+              "targets": compared(rows, simulation) if aimed_at else [], "runs": runs}
     write(record, options.out)
     print(markdown(record))
     print(f"in {options.out}: scaling.md, scaling.csv, scaling.json, size.svg, phases.svg")

@@ -14,7 +14,7 @@ RATIOS = [
 ]
 
 
-def judged(value, must, aim, more=False):
+def rated(value, must, aim, more=False):
     """Smaller is better, unless `aim` is above `must` or `more` is set."""
     sign = -1 if more or aim > must else 1
     if sign * value <= sign * aim:
@@ -37,7 +37,7 @@ def ratios(rows):
                       "septet_seconds": ours.get("seconds"), "ratio": ratio, "fastest": fastest.get("program_label"),
                       "fastest_ratio": fastest.get("ratio"),
                       "fastest_known": known, "must": must, "aim": aim,
-                      "reached": "not measured" if ratio is None else judged(ratio, must, aim)})
+                      "reached": "not measured" if ratio is None else rated(ratio, must, aim)})
     return table
 
 
@@ -50,7 +50,7 @@ def others(rows):
 
     def add(what, value, must, aim, unit="", more=False):
         table.append({"what": what, "value": value, "must": must, "aim": aim, "unit": unit,
-                      "reached": "not measured" if value is None else judged(value, must, aim, more)})
+                      "reached": "not measured" if value is None else rated(value, must, aim, more)})
 
     small, large = two["uniform-1e6"], two["uniform-4e6"]
     alone = one["uniform-1e6"]

@@ -9,12 +9,16 @@ use std::time::Instant;
 use crate::mesh::show::{figures, summary};
 use septet_core::mesh::labelled::Labelled;
 use septet_core::mesh::view::{DEFAULT_CELLS, MeshPicture};
-use septet_core::mesh::{Dimension, Keep, Made, MakeError, MeshError, MeshRequest, Promise, check, make_of};
+use septet_core::mesh::{
+    Dimension, Made, MakeError, MeshError, MeshKeep, MeshRequest, Promise, check, make_of,
+};
 use septet_core::run::memory::peak_rss;
 use septet_io::read::{AnyInput, DomainFile, read_domain, read_sizes};
 use septet_io::write::{OutputFormat, WriteOptions, faces_path};
 use septet_lab::report::mesh::tables::TABLES;
-use septet_lab::report::mesh::{Judged, MeshContext, MeshReport, Seconds, feature_name, unscaled_measure};
+use septet_lab::report::mesh::{
+    CheckedMesh, MeshContext, MeshReport, MeshSeconds, feature_name, unscaled_measure,
+};
 use septet_meshing::conformity::Conformity;
 use septet_meshing::defect::Defect;
 use septet_meshing::domain::Domain;
@@ -67,7 +71,7 @@ pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
 
 /// Checks that all output files can be written.
 fn outputs(args: &MeshArgs, tables: &Tables) -> Result<(), Failure> {
-    let options = WriteOptions { format: args.writing.format, ..WriteOptions::default() };
+    let options = args.writing.options();
     let faces: Vec<PathBuf> = args
         .output
         .iter()
@@ -83,7 +87,7 @@ fn outputs(args: &MeshArgs, tables: &Tables) -> Result<(), Failure> {
     for path in read.into_iter().flatten() {
         files::check_as(Some(path), &args.output, &options, &texts)?;
     }
-    Ok(())
+    args.writing.check(&args.output)
 }
 
 /// One call of the command.
@@ -126,28 +130,26 @@ impl Job<'_> {
         let (args, request, talk) = (self.args, &self.request, self.talk);
         let read_seconds = self.start.elapsed().as_secs_f64();
         talk.check();
-        if request.max_distance.is_some() && !request.remeshes(domain) {
-            return Err(options::exact_has_no_distance());
-        }
+        args.check_boundary(!request.remeshes(domain))?;
         let mut files = Vec::new();
         let Found { made: found, picture } = traced(&args.tracing, talk, &mut files, || self.found(domain))?;
         let broken = self.broken(&found.conformity);
-        let judged = self.start.elapsed().as_secs_f64();
+        let checked = self.start.elapsed().as_secs_f64();
         if broken.is_none() {
             files.extend(self.write(domain, &found.mesh)?);
         }
         let total_seconds = self.start.elapsed().as_secs_f64();
         talk.clear();
-        let judge_seconds = judged - read_seconds - found.seconds;
-        let (mesh_seconds, write_seconds) = (found.seconds, total_seconds - judged);
+        let judge_seconds = checked - read_seconds - found.seconds;
+        let (mesh_seconds, write_seconds) = (found.seconds, total_seconds - checked);
         let around = MeshContext {
             input: &args.domain.display().to_string(),
             outputs: &args.output,
             first_id: self.first_id,
-            seconds: Seconds { read_seconds, mesh_seconds, judge_seconds, write_seconds, total_seconds },
+            seconds: MeshSeconds { read_seconds, mesh_seconds, judge_seconds, write_seconds, total_seconds },
             peak_rss_bytes: peak_rss(),
         };
-        let judged = Judged {
+        let checked = CheckedMesh {
             domain,
             request,
             mesh: &found.mesh,
@@ -157,7 +159,7 @@ impl Job<'_> {
             run_log: &found.run_log,
             picture: picture.as_ref(),
         };
-        self.finish(&judged, &around, files)?;
+        self.finish(&checked, &around, files)?;
         broken.map_or(Ok(()), Err)
     }
 
@@ -166,7 +168,7 @@ impl Job<'_> {
     fn found<P: Dimension>(&self, domain: &Domain<P>) -> Result<Found<P>, Failure> {
         let (args, talk) = (self.args, self.talk);
         let most = args.json.as_ref().map_or(0, |_| args.view.unwrap_or(DEFAULT_CELLS)) as usize;
-        let mut made = match make_of(domain, &self.request, Keep { owned: most, worst: WORST }) {
+        let mut made = match make_of(domain, &self.request, MeshKeep { owned: most, worst: WORST }) {
             Ok(made) => made,
             Err(MakeError::NotConforming(made)) => *made,
             Err(MakeError::Shapeless(conformity)) => {
@@ -190,12 +192,12 @@ impl Job<'_> {
     /// Writes the report, the figures and the tables, and prints the summary.
     fn finish<P: Triangulate>(
         &self,
-        judged: &Judged<'_, P>,
+        checked: &CheckedMesh<'_, P>,
         around: &MeshContext<'_>,
         mut files: Vec<PathBuf>,
     ) -> Result<(), Failure> {
         let (args, talk) = (self.args, self.talk);
-        let report = MeshReport::of(judged, around);
+        let report = MeshReport::of(checked, around);
         if let Some(path) = &args.json {
             let text = report.to_json();
             let text =
@@ -203,11 +205,11 @@ impl Job<'_> {
             write_text(path, &(text + "\n"))?;
         }
         if let Some(directory) = &args.svg {
-            write_figures(&figures(judged.quality, Promise::of(self.request.lipschitz)), directory, talk)?;
+            write_figures(&figures(checked.quality, Promise::of(self.request.lipschitz)), directory, talk)?;
         }
         let rendered = |format, which| report.tables(format, which);
         files.extend(self.tables.write(&rendered)?);
-        for line in summary(judged) {
+        for line in summary(checked) {
             talk.note(line);
         }
         let seconds =
@@ -257,12 +259,7 @@ impl Job<'_> {
 
     fn write<P: Triangulate>(&self, domain: &Domain<P>, mesh: &Mesh<P>) -> Result<Vec<PathBuf>, Failure> {
         let (args, talk) = (self.args, self.talk);
-        let options = WriteOptions {
-            format: args.writing.format,
-            first_id: self.first_id,
-            msh: args.msh_version.into(),
-            ..WriteOptions::default()
-        };
+        let options = WriteOptions { first_id: self.first_id, ..args.writing.options() };
         let labelled = Labelled::of(domain, mesh);
         let mut files = Vec::new();
         for output in &args.output {

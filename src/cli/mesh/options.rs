@@ -3,16 +3,15 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use septet_core::config::{Config, Machine, Transport, Workers};
+use septet_core::config::{Config, Workers};
 use septet_core::mesh::view::MOST_CELLS;
-use septet_core::mesh::{
-    Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, MeshRequest, Shape, SingularityRequest,
-};
+use septet_core::mesh::{Boundary, MeshRequest, SingularityRequest, SingularityShape};
 
+use crate::effects::needs;
 use crate::errors::{Code, Failure};
 use crate::formats::FormatArgs;
 use crate::headings::{INPUT, MACHINE, OUTPUT, REPORTS};
-use crate::options::{MshArg, TraceArgs, TransportArg, bytes, workers};
+use crate::options::{TraceArgs, TransportArg, bytes, workers};
 
 const SIZES: &str = "Sizes and quality";
 const BOUNDARY: &str = "Boundary";
@@ -130,7 +129,7 @@ pub struct MeshArgs {
     /// Largest leaf of the partition trees, in points [default: 4000 in space, 2000 in the plane]
     #[arg(long, value_name = "M", help_heading = MACHINE, hide_short_help = true)]
     pub leaf: Option<u64>,
-    /// Number of threads that run the workers [default: cores]
+    /// Number of threads that read, run the workers and write [default: cores]
     #[arg(long, value_name = "T", help_heading = MACHINE)]
     pub threads: Option<usize>,
     /// Seed of the random draws
@@ -154,7 +153,7 @@ pub struct MeshArgs {
     /// Largest number of cells for which the report contains a picture of the mesh
     ///
     /// `septet report` draws the picture. At most 200000, 0 for none. [default: 20000]
-    #[arg(long, value_name = "N", value_parser = shown, requires = "json", help_heading = REPORTS, hide_short_help = true)]
+    #[arg(long, value_name = "N", value_parser = shown, help_heading = REPORTS, hide_short_help = true)]
     pub view: Option<u32>,
     /// Print tables of stages, phases and runs of the machine
     ///
@@ -167,9 +166,6 @@ pub struct MeshArgs {
     /// Write histograms of the mesh quality as SVG files into this directory
     #[arg(long, value_name = "DIR", conflicts_with = "check", help_heading = REPORTS, hide_short_help = true)]
     pub svg: Option<PathBuf>,
-    /// Version of files named .msh
-    #[arg(long, value_name = "VERSION", value_enum, default_value_t = MshArg::V41, help_heading = OUTPUT, hide_short_help = true)]
-    pub msh_version: MshArg,
 }
 
 /// `--boundary`.
@@ -194,10 +190,8 @@ impl MeshArgs {
     /// Returns the request for these options, without the size field, which the caller reads.
     pub fn request(&self) -> Result<MeshRequest, Failure> {
         let usage = |message: &str, help: &str| Err(Failure::new(Code::Usage, message).help(help));
-        if self.delivery_seed.is_some() && self.transport == TransportArg::Channel {
-            let message = "--delivery-seed needs --transport sim: channels deliver in no fixed order";
-            return usage(message, "add --transport sim, or omit --delivery-seed");
-        }
+        let transport = self.transport.with_seed(self.delivery_seed)?;
+        needs("--view", self.view.is_some(), "--json", self.json.is_some())?;
         let is_reported = self.json.is_some() || self.svg.is_some() || self.profile.is_some();
         if !self.check && !is_reported && self.output.is_empty() && self.tracing.trace.is_none() {
             let message = "no output is given";
@@ -211,17 +205,13 @@ impl MeshArgs {
                 "reduce --min-size, or omit it",
             );
         }
-        if self.max_distance.is_some() && self.boundary == Some(BoundaryArg::Exact) {
-            return Err(exact_has_no_distance());
-        }
-        let machine = Machine::default().with(|m| {
+        self.check_boundary(self.boundary == Some(BoundaryArg::Exact))?;
+        let base = MeshRequest::default();
+        let machine = base.machine.with(|m| {
             m.workers = self.workers.unwrap_or(m.workers);
             m.threads = self.threads.unwrap_or(m.threads);
             m.leaf = self.leaf;
-            m.transport = match self.transport {
-                TransportArg::Channel => Transport::Channel,
-                TransportArg::Sim => Transport::Sim { delivery_seed: self.delivery_seed.unwrap_or(0) },
-            };
+            m.transport = transport;
             m.seed = self.seed;
             m.max_memory = self.max_memory;
         });
@@ -233,8 +223,8 @@ impl MeshArgs {
             field: None,
             singularity: self.singularity.clone(),
             min_size: self.min_size,
-            lipschitz: self.lipschitz.or(by_ratio).unwrap_or(DEFAULT_LIPSCHITZ),
-            feature_angle: self.feature_angle.unwrap_or(DEFAULT_FEATURE_ANGLE),
+            lipschitz: self.lipschitz.or(by_ratio).unwrap_or(base.lipschitz),
+            feature_angle: self.feature_angle.unwrap_or(base.feature_angle),
             max_distance: self.max_distance,
             improve: self.improve,
             machine,
@@ -243,16 +233,23 @@ impl MeshArgs {
     }
 }
 
+impl MeshArgs {
+    /// Refuses options of remeshing for an exact boundary.
+    pub fn check_boundary(&self, is_exact: bool) -> Result<(), Failure> {
+        for (option, is_given) in [
+            ("--feature-angle", self.feature_angle.is_some()),
+            ("--max-distance", self.max_distance.is_some()),
+        ] {
+            needs(option, is_given, "--boundary remesh", !is_exact)?;
+        }
+        Ok(())
+    }
+}
+
 /// Parses the largest number of cells in a picture.
 fn shown(text: &str) -> Result<u32, String> {
     let number: Option<u32> = text.parse().ok();
     number.filter(|&n| n <= MOST_CELLS).ok_or_else(|| format!("expected a number of at most {MOST_CELLS}"))
-}
-
-/// Returns the failure for `--max-distance` with an exact boundary.
-pub fn exact_has_no_distance() -> Failure {
-    let message = "--max-distance needs --boundary remesh: --boundary exact keeps the boundary unchanged";
-    Failure::new(Code::Usage, message).help("omit --max-distance, or add --boundary remesh for a surface")
 }
 
 /// Parses a number and checks a condition.
@@ -284,8 +281,8 @@ fn singularity(text: &str) -> Result<SingularityRequest, String> {
     let expected = || "expected `point`, `line`, `point:X,Y[,Z]` or `line:X,Y[,Z],X,Y[,Z]`".to_owned();
     let (name, place) = text.split_once(':').map_or((text, None), |(name, place)| (name, Some(place)));
     let (shape, points) = match name {
-        "point" => (Shape::Point, 1),
-        "line" => (Shape::Line, 2),
+        "point" => (SingularityShape::Point, 1),
+        "line" => (SingularityShape::Line, 2),
         _ => return Err(expected()),
     };
     let at = match place {

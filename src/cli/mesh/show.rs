@@ -9,7 +9,7 @@ use crate::page::histograms::{Drawn, svg};
 use crate::summary::row;
 use crate::text::counted;
 use septet_core::mesh::Promise;
-use septet_lab::report::mesh::Judged;
+use septet_lab::report::mesh::CheckedMesh;
 
 /// Draws the histograms. Returns the file name and the SVG text of each.
 pub fn figures<P: Point>(quality: &Quality<P>, promise: Promise) -> Vec<(String, String)> {
@@ -30,24 +30,24 @@ pub fn figures<P: Point>(quality: &Quality<P>, promise: Promise) -> Vec<(String,
 
 /// Formats a summary in a few lines: conformity, quality with its bound, boundary and angles. A line about a weakness
 /// names the option that improves it.
-pub fn summary<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
-    let Judged { mesh, conformity, .. } = *judged;
-    let verdict = match conformity.defects.len() {
+pub fn summary<P: Triangulate>(checked: &CheckedMesh<'_, P>) -> Vec<String> {
+    let CheckedMesh { mesh, conformity, .. } = *checked;
+    let state = match conformity.defects.len() {
         0 => "conforms to its domain".to_owned(),
         n => format!("has {}", counted(n as u64, "defect")),
     };
     let [points, cells] = [(mesh.points.len(), "point"), (mesh.cells.len(), "cell")];
     let [points, cells] = [points, cells].map(|(number, noun)| counted(number as u64, noun));
-    let mut lines = vec![format!("septet: {points}, {cells}: the mesh {verdict}")];
-    lines.extend(radius_edge(judged));
-    lines.extend(surface(judged));
-    lines.extend(angles(judged));
+    let mut lines = vec![format!("septet: {points}, {cells}: the mesh {state}")];
+    lines.extend(radius_edge(checked));
+    lines.extend(surface(checked));
+    lines.extend(angles(checked));
     lines
 }
 
 /// Describes the radius-edge ratios by the location of the circumcentre, and the bound.
-fn radius_edge<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
-    let Judged { domain, request, quality, .. } = *judged;
+fn radius_edge<P: Triangulate>(checked: &CheckedMesh<'_, P>) -> Vec<String> {
+    let CheckedMesh { domain, request, quality, .. } = *checked;
     let [free, near, above, outside] = &quality.places;
     let bound = Promise::of(request.lipschitz).free;
     let bound = if request.remeshes(domain) { String::new() } else { format!(", bound {bound:.2}") };
@@ -68,8 +68,8 @@ fn radius_edge<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
 }
 
 /// Describes the distance between a surface and its remeshed boundary, and other differences.
-fn surface<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
-    let Some(deviation) = judged.conformity.deviation else { return Vec::new() };
+fn surface<P: Triangulate>(checked: &CheckedMesh<'_, P>) -> Vec<String> {
+    let Some(deviation) = checked.conformity.deviation else { return Vec::new() };
     let mut lines = vec![row(
         "surface",
         format!(
@@ -97,8 +97,8 @@ fn surface<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
 }
 
 /// Describes the range of the angles, and the slivers.
-fn angles<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
-    let quality = judged.quality;
+fn angles<P: Triangulate>(checked: &CheckedMesh<'_, P>) -> Vec<String> {
+    let quality = checked.quality;
     let angle = if P::DIM == 2 { "angles" } else { "dihedral angles" };
     let (limit, number) = (SLIVERS[1], quality.slivers[1]);
     let mut lines = vec![row(
@@ -106,7 +106,7 @@ fn angles<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
         format!("{angle} from {:.2} to {:.2} degrees", quality.angles.least, quality.angles.most),
     )];
     if P::DIM == 3 && number > 0 {
-        let help = if judged.request.improve { "" } else { "; --improve removes most of them" };
+        let help = if checked.request.improve { "" } else { "; --improve removes most of them" };
         let slivers = counted(number, "sliver");
         let text = format!(
             "{slivers}: an angle below {limit} degrees and a radius-edge ratio below {SLIVER_RATIO}{help}"

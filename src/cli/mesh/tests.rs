@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use septet_meshing::conformity::check;
-use septet_meshing::input::{Input, InputFacet, Kind, Region};
+use septet_meshing::input::{DomainKind, Input, InputFacet, Region};
 use septet_meshing::mesh::{Carrier, Edge, Face, OUTSIDE};
 use septet_meshing::quality::quality as quality_of;
 
@@ -18,14 +18,13 @@ use septet_core::mesh::field::SizeField;
 use septet_core::mesh::labelled::Labelled;
 use septet_core::mesh::run_log::RunLog;
 use septet_core::mesh::{
-    DEFAULT_FEATURE_ANGLE, MeshError, MeshRequest, Promise, Shape, SingularityRequest, generate, measure,
-    sizes,
+    MeshError, MeshRequest, Promise, SingularityRequest, SingularityShape, generate, measure, sizes,
 };
 use septet_core::model::{MeshView, Points};
 use septet_core::run::memory;
 use septet_io::read::{AnyInput, CellOptions, ReadOptions, read as read_points, read_cells, read_domain};
 use septet_io::write::{WriteOptions, faces_path, write};
-use septet_lab::report::mesh::{Judged, MeshContext, MeshReport};
+use septet_lab::report::mesh::{CheckedMesh, MeshContext, MeshReport};
 use septet_meshing::domain::Domain;
 use septet_meshing::mesh::{Mesh, StageLine};
 use septet_meshing::quality::Measure;
@@ -36,7 +35,7 @@ use super::show::{figures, summary};
 /// The unit cube with a facet at half height; markers 10 to 16, attributes 7 below and 3 above.
 fn cube() -> Domain<DVec3> {
     let corner = |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
-    let mut input = Input::new(Kind::Complex, (0..8).map(corner).collect());
+    let mut input = Input::new(DomainKind::Complex, (0..8).map(corner).collect());
     input.points.extend([[0., 0., 0.5], [1., 0., 0.5], [1., 1., 0.5], [0., 1., 0.5]].map(DVec3::from));
     let squares =
         [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5], [8, 9, 10, 11]];
@@ -123,20 +122,12 @@ fn lattice(domain: &Domain<DVec3>) -> Mesh<DVec3> {
 
 fn request() -> MeshRequest {
     MeshRequest {
-        boundary: None,
         size: Some(0.5),
-        field: None,
-        singularity: None,
-        min_size: None,
-        lipschitz: 0.5,
-        feature_angle: DEFAULT_FEATURE_ANGLE,
-        max_distance: None,
-        improve: false,
         machine: Machine::default().with(|m| {
             (m.workers, m.threads) = (Workers::Count(2), 1);
             m.transport = Transport::Sim { delivery_seed: 0 };
         }),
-        cancel: None,
+        ..MeshRequest::default()
     }
 }
 
@@ -342,7 +333,7 @@ fn the_report_says_what_was_found() {
     let request = request();
     let quality = measure(&domain, &mesh, &sizes(&domain, &request).unwrap(), 3);
     let stages = [StageLine { name: "corners".into(), points: 12, ..StageLine::default() }];
-    let judged = Judged {
+    let checked = CheckedMesh {
         domain: &domain,
         request: &request,
         mesh: &mesh,
@@ -353,7 +344,7 @@ fn the_report_says_what_was_found() {
         picture: None,
     };
     let around = MeshContext { input: "cube.poly", first_id: 1, ..MeshContext::default() };
-    let text = MeshReport::of(&judged, &around).to_json().unwrap();
+    let text = MeshReport::of(&checked, &around).to_json().unwrap();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(json["schema"], "septet-mesh/1");
     assert_eq!(json["parameters"]["boundary"], "exact");
@@ -376,11 +367,11 @@ fn the_report_says_what_was_found() {
     assert!(
         carried.starts_with("point ") || carried.starts_with("segment ") || carried.starts_with("facet ")
     );
-    assert!(summary(&judged)[0].contains("27 points, 48 cells: the mesh conforms"));
+    assert!(summary(&checked)[0].contains("27 points, 48 cells: the mesh conforms"));
     let drawn = figures(&quality, Promise::of(0.5));
     assert_eq!(drawn.len(), 6);
     assert!(drawn[0].0 == "radius-edge.svg" && drawn[0].1.contains("bound 2.0000"));
-    let place = |_: DVec3, _: f64| septet_meshing::quality::Place::Free;
+    let place = |_: DVec3, _: f64| septet_meshing::quality::CentrePlace::Free;
     let other = Measure { place: &place, local_size: None, promised: [Some(0.5), None, None], worst: 1 };
     assert_eq!(quality_of(&domain, &mesh, &other).places[0].over, 48);
 }
@@ -393,11 +384,14 @@ fn requests_become_constraints() {
         MeshRequest { singularity, min_size: Some(0.01), ..request() }.size_options(&domain)
     };
     let of = |shape, at: &[f64]| place(shape, at).unwrap().constraints.singularities;
-    assert_eq!(of(Shape::Point, &[]), [(Singularity::Point(DVec3::splat(0.5)), 0.01)]);
-    assert_eq!(of(Shape::Point, &[1., 2., 3.]), [(Singularity::Point(DVec3::new(1., 2., 3.)), 0.01)]);
-    let Singularity::Line(p, q) = of(Shape::Line, &[])[0].0 else { panic!() };
+    assert_eq!(of(SingularityShape::Point, &[]), [(Singularity::Point(DVec3::splat(0.5)), 0.01)]);
+    assert_eq!(
+        of(SingularityShape::Point, &[1., 2., 3.]),
+        [(Singularity::Point(DVec3::new(1., 2., 3.)), 0.01)]
+    );
+    let Singularity::Line(p, q) = of(SingularityShape::Line, &[])[0].0 else { panic!() };
     assert!((p.x - 1.0 / 3.0).abs() < 1e-15 && (q.x - 2.0 / 3.0).abs() < 1e-15 && p.y == 0.5);
-    assert!(matches!(place(Shape::Point, &[1., 2.]), Err(MeshError::Dimension { found: 2, .. })));
+    assert!(matches!(place(SingularityShape::Point, &[1., 2.]), Err(MeshError::Dimension { found: 2, .. })));
     let field = SizeField { dimension: 2, rows: vec![([0.0; 3], 1.0)] };
     let plane = MeshRequest { field: Some(field.clone()), ..request() };
     assert!(matches!(plane.size_options(&domain), Err(MeshError::Dimension { expected: 3, .. })));

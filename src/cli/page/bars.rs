@@ -5,11 +5,11 @@ use serde_json::json;
 use super::axes::{Axis, grouped, si};
 use super::data::{RunData, number, text};
 use super::svg::Drawing;
-use super::{Figure, Table, Variant};
+use super::{DataTable, PageFigure, Variant};
 
 /// Draws the number of stars with each kind of proof. These numbers show how well the hypothesis of the theorem
 /// holds.
-pub(super) fn proofs(run: &RunData) -> Option<Figure> {
+pub(super) fn proofs(run: &RunData) -> Option<PageFigure> {
     let kinds = [
         ("hypothesis", "supergraph and certificate alone, as the paper assumes"),
         ("local_radius", "a ball of the known radius would suffice"),
@@ -21,7 +21,7 @@ pub(super) fn proofs(run: &RunData) -> Option<Figure> {
         return None;
     }
     let mut out = Drawing::new(820.0, 132.0);
-    let mut table = Table::new(&["proved by", "stars", "share"]);
+    let mut table = DataTable::new(&["proved by", "stars", "share"]);
     let mut left = 10.0;
     for (i, ((key, what), count)) in kinds.into_iter().zip(counts).enumerate() {
         let width = 800.0 * count / total;
@@ -40,7 +40,7 @@ pub(super) fn proofs(run: &RunData) -> Option<Figure> {
         "If the hypothesis of the theorem holds, splaying changes no star. Every star passed the certificate."
             .to_owned();
     let variants = vec![Variant { name: String::new(), body: out, table }];
-    Some(Figure { id: "proofs", title: "How each star was certified", caption, variants })
+    Some(PageFigure { id: "proofs", title: "How each star was certified", caption, variants })
 }
 
 /// A measure of a phase: key, name, unit.
@@ -54,13 +54,13 @@ const MEASURES: [(&str, &str, &str); 6] = [
 ];
 
 /// Draws the cost of each phase, with a chart per measure.
-pub(super) fn phases(run: &RunData) -> Option<Figure> {
+pub(super) fn phases(run: &RunData) -> Option<PageFigure> {
     let variants: Vec<Variant> = MEASURES.iter().filter_map(|m| phase_bars(run, m)).collect();
     let caption =
         "Steps, operations, messages and bytes are counts of the modelled machine; seconds are measured. \
                    Phases of the paper are filled, phases of agreement and repair are hatched."
             .to_owned();
-    (!variants.is_empty()).then_some(Figure { id: "phases", title: "Cost by phase", caption, variants })
+    (!variants.is_empty()).then_some(PageFigure { id: "phases", title: "Cost by phase", caption, variants })
 }
 
 fn phase_bars(run: &RunData, (key, name, unit): &(&str, &str, &str)) -> Option<Variant> {
@@ -71,7 +71,7 @@ fn phase_bars(run: &RunData, (key, name, unit): &(&str, &str, &str)) -> Option<V
         return None;
     }
     let label = format!("{name} [{unit}]");
-    let mut table = Table::new(&["phase", "paper", &label]);
+    let mut table = DataTable::new(&["phase", "paper", &label]);
     table.rows =
         rows.iter().map(|&(phase, paper, value)| vec![json!(phase), json!(paper), json!(value)]).collect();
     Some(Variant { name: (*name).to_owned(), body: bars(&rows, &label), table })

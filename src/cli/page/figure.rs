@@ -7,16 +7,16 @@ use super::svg::Drawing;
 
 /// The table of a figure.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Table {
+pub struct DataTable {
     /// Column headings with units.
     pub columns: Vec<String>,
     /// Rows with one entry per column.
     pub rows: Vec<Vec<Value>>,
 }
 
-impl Table {
+impl DataTable {
     pub(super) fn new(columns: &[&str]) -> Self {
-        Table { columns: columns.iter().map(|&c| c.to_owned()).collect(), rows: Vec::new() }
+        DataTable { columns: columns.iter().map(|&c| c.to_owned()).collect(), rows: Vec::new() }
     }
 }
 
@@ -28,12 +28,12 @@ pub struct Variant {
     /// The drawing, without a style.
     pub body: Drawing,
     /// The numbers of the drawing.
-    pub table: Table,
+    pub table: DataTable,
 }
 
 /// A figure with a caption.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Figure {
+pub struct PageFigure {
     /// File name without extension.
     pub id: &'static str,
     /// The heading.

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::cells::Cells;
 use super::data::{RunData, number, text};
 use super::svg::Drawing;
-use super::{Figure, Table, Variant};
+use super::{DataTable, PageFigure, Variant};
 
 const LEFT: f64 = 62.0;
 const RIGHT: f64 = 706.0;
@@ -47,7 +47,7 @@ fn spans(columns: &[(f64, String)]) -> Vec<(String, usize, usize)> {
 }
 
 /// Draws the rounds by worker.
-pub(super) fn timeline(run: &RunData) -> Option<Figure> {
+pub(super) fn timeline(run: &RunData) -> Option<PageFigure> {
     let rows = run.rows("/timeline/rows");
     let mut columns: Vec<(f64, String)> =
         rows.iter().map(|r| (number(&r["round"]), text(&r["phase"]).to_owned())).collect();
@@ -61,7 +61,12 @@ pub(super) fn timeline(run: &RunData) -> Option<Figure> {
         "Messages and bytes by worker and round. Rounds without messages are omitted, and the labels are the round numbers \
                    of the machine. Row c is the coordinator."
             .to_owned();
-    (!variants.is_empty()).then_some(Figure { id: "timeline", title: "Rounds by worker", caption, variants })
+    (!variants.is_empty()).then_some(PageFigure {
+        id: "timeline",
+        title: "Rounds by worker",
+        caption,
+        variants,
+    })
 }
 
 fn rounds(
@@ -72,7 +77,7 @@ fn rounds(
 ) -> Option<Variant> {
     let bins = run.rows("/timeline/bins");
     let mut values: BTreeMap<(u32, u32), f64> = BTreeMap::new();
-    let mut table = Table::new(&["round", "phase", "worker", "messages", "bytes", "points"]);
+    let mut table = DataTable::new(&["round", "phase", "worker", "messages", "bytes", "points"]);
     for row in rows {
         let (round, phase) = (number(&row["round"]), text(&row["phase"]));
         let column = columns.iter().position(|c| c.0 == round && c.1 == phase)? as u32;
@@ -138,7 +143,7 @@ fn worker_ticks(out: &mut Drawing, bins: &[Value], corner: (f64, f64), step: f64
 }
 
 /// Draws the traffic by sender and receiver, for all phases together and for each phase.
-pub(super) fn traffic(run: &RunData) -> Option<Figure> {
+pub(super) fn traffic(run: &RunData) -> Option<PageFigure> {
     let rows = run.rows("/traffic/rows");
     let mut phases: Vec<&str> = Vec::new();
     for row in rows {
@@ -157,7 +162,12 @@ pub(super) fn traffic(run: &RunData) -> Option<Figure> {
         "Row: sender; column: receiver; c is the coordinator. The group of a subproblem is a range of ranks, so the blocks \
          on the diagonal are subtrees.{bins} Messages of a rank to itself are not counted."
     );
-    (!variants.is_empty()).then_some(Figure { id: "traffic", title: "Worker to worker", caption, variants })
+    (!variants.is_empty()).then_some(PageFigure {
+        id: "traffic",
+        title: "Worker to worker",
+        caption,
+        variants,
+    })
 }
 
 fn matrix(run: &RunData, rows: &[Value], phase: Option<&str>, key: &str, unit: &str) -> Option<Variant> {
@@ -167,7 +177,7 @@ fn matrix(run: &RunData, rows: &[Value], phase: Option<&str>, key: &str, unit: &
         let place = (number(&row["from"]) as u32, number(&row["to"]) as u32);
         *values.entry(place).or_default() += number(&row[key]);
     }
-    let mut table = Table::new(&["from", "to", key]);
+    let mut table = DataTable::new(&["from", "to", key]);
     for (&(from, to), &value) in &values {
         let name = |at: u32| json!(bin_name(bins, f64::from(at)));
         table.rows.push(vec![name(from), name(to), json!(value)]);

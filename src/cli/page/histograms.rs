@@ -6,7 +6,7 @@ use serde_json::json;
 
 use septet_lab::report::mesh::histogram::HistogramReport;
 
-use super::Table;
+use super::DataTable;
 use super::axes::{Axis, grouped, si};
 use super::svg::Drawing;
 
@@ -76,9 +76,9 @@ impl Drawn {
 }
 
 /// Returns the counts as a table.
-pub(super) fn table(bars: &Bars<'_>) -> Table {
+pub(super) fn table(bars: &Bars<'_>) -> DataTable {
     let h = bars.histogram;
-    let mut table = Table::new(&["from", "to", bars.of]);
+    let mut table = DataTable::new(&["from", "to", bars.of]);
     let ends = [(None, Some(h.from), h.below), (Some(h.to), None, h.above)];
     let [below, above] = ends.map(|(from, to, count)| vec![json!(from), json!(to), json!(count)]);
     table.rows.extend((h.below > 0).then_some(below));

@@ -9,7 +9,7 @@ use super::card::card;
 use super::data::{RunData, number, text};
 use super::mesh::{self, MeshData};
 use super::svg::{STYLE, escape};
-use super::{Figure, Page};
+use super::{Page, PageFigure};
 
 const PAGE_STYLE: &str = include_str!("assets/page.css");
 
@@ -133,7 +133,7 @@ fn picture(mesh: Option<&MeshData>) -> Value {
     value
 }
 
-fn tables_of(figure: &Figure) -> Value {
+fn tables_of(figure: &PageFigure) -> Value {
     figure.variants.iter().map(|v| json!(v.table)).collect()
 }
 
@@ -194,7 +194,7 @@ fn summary(run: &RunData, out: &mut String) {
     out.push_str("</dl>\n</section>\n");
 }
 
-fn section(figure: &Figure, out: &mut String) {
+fn section(figure: &PageFigure, out: &mut String) {
     let (id, title) = (figure.id, escape(figure.title));
     let _ = writeln!(out, "<section id=\"{id}\" class=\"plate\" aria-labelledby=\"{id}-title\">");
     let _ = writeln!(out, "<h2 id=\"{id}-title\">{title}</h2>");

@@ -5,23 +5,24 @@ use std::collections::BTreeMap;
 use serde_json::json;
 
 use super::data::{RunData, text};
-use super::levels::{Shape, with_law};
-use super::plot::{Plot, Series};
-use super::{Figure, Table, Variant};
+use super::levels::{LawShape, with_law};
+use super::plot::{Plot, PlotSeries};
+use super::{DataTable, PageFigure, Variant};
 
 /// A growth law, as a function of n and as a formula.
-struct Law {
+struct PlottedLaw {
     shape: fn(n: f64, space: f64) -> f64,
     name: &'static str,
     affine: bool,
 }
 
-const LOG: Law = Law { shape: |n, _| n.log2(), name: "log₂ n", affine: true };
-const SURFACE: Law = Law { shape: |n, d| n.powf(1.0 - 1.0 / d), name: "n^(1−1/d)", affine: false };
-const LINEARITHMIC: Law = Law { shape: |n, _| n * n.log2(), name: "n log₂ n", affine: false };
+const LOG: PlottedLaw = PlottedLaw { shape: |n, _| n.log2(), name: "log₂ n", affine: true };
+const SURFACE: PlottedLaw =
+    PlottedLaw { shape: |n, d| n.powf(1.0 - 1.0 / d), name: "n^(1−1/d)", affine: false };
+const LINEARITHMIC: PlottedLaw = PlottedLaw { shape: |n, _| n * n.log2(), name: "n log₂ n", affine: false };
 
 /// Draws the figures, if the runs have at least two sizes.
-pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
+pub(super) fn figures(runs: &[RunData]) -> Vec<PageFigure> {
     let mut sizes: Vec<u64> = runs.iter().filter_map(RunData::n).map(|n| n as u64).collect();
     sizes.sort_unstable();
     sizes.dedup();
@@ -30,7 +31,7 @@ pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
     }
     let one = |id, title, caption: &str, variants: Vec<Option<Variant>>| {
         let variants: Vec<Variant> = variants.into_iter().flatten().collect();
-        (!variants.is_empty()).then(|| Figure { id, title, caption: caption.to_owned(), variants })
+        (!variants.is_empty()).then(|| PageFigure { id, title, caption: caption.to_owned(), variants })
     };
     let total = |key: &'static str| move |r: &RunData| r.total(key);
     let figures = [
@@ -89,7 +90,7 @@ pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
 const DEPTH: &str = "Solid: the power law fitted to the marks. Dashed: b log₂ n + a, by least squares. On these axes, a \
                      logarithm bends below every power law.";
 
-/// Draws the depth of the paper's phases together, then of each phase.
+/// Draws the depth of the whole run, then of each phase.
 fn depth(runs: &[RunData]) -> Vec<Option<Variant>> {
     let whole = |r: &RunData| r.number("/machine/paper/depth").or_else(|| r.number("/depth"));
     let mut names: Vec<&str> = Vec::new();
@@ -112,9 +113,9 @@ fn variant(
     name: &str,
     label: &str,
     value: &dyn Fn(&RunData) -> Option<f64>,
-    law: &Law,
+    law: &PlottedLaw,
 ) -> Option<Variant> {
-    let mut table = Table::new(&["run", "kind", "workers", "d", "n", label]);
+    let mut table = DataTable::new(&["run", "kind", "workers", "d", "n", label]);
     let mut groups: BTreeMap<(String, u64, String), Vec<(f64, f64)>> = BTreeMap::new();
     let many_workers = varied(runs);
     for run in runs {
@@ -127,12 +128,12 @@ fn variant(
             groups.entry((kind, space as u64, by.join(", "))).or_default().push((n, y));
         }
     }
-    let series: Vec<Series> = groups
+    let series: Vec<PlotSeries> = groups
         .iter()
         .map(|((kind, space, by), marks)| {
             let by = if by.is_empty() { String::new() } else { format!(", {by}") };
             let shape = |n: f64| (law.shape)(n, *space as f64);
-            let law = Shape { of: &shape, affine: law.affine, name: law.name };
+            let law = LawShape { of: &shape, affine: law.affine, name: law.name };
             with_law(&format!("{kind}, {space}D{by}"), marks, &law)
         })
         .collect();

@@ -5,19 +5,19 @@ use serde_json::json;
 use super::axes::si;
 use super::data::{RunData, number};
 use super::fit::{power_law, scaled, straight};
-use super::plot::{Plot, Series};
-use super::{Figure, Table, Variant};
+use super::plot::{Plot, PlotSeries};
+use super::{DataTable, PageFigure, Variant};
 
 /// Draws the tree.
-pub(super) fn figures(run: &RunData) -> Vec<Figure> {
+pub(super) fn figures(run: &RunData) -> Vec<PageFigure> {
     [depths(run), separators(run)].into_iter().flatten().collect()
 }
 
 /// Draws the largest depth of a node on each level.
-fn depths(run: &RunData) -> Option<Figure> {
+fn depths(run: &RunData) -> Option<PageFigure> {
     let levels = run.rows("/tree/by_level");
     let phases = ["partition", "neighbours", "merge"];
-    let mut table = Table::new(&["level", "nodes", "leaves", "points", "largest node"]);
+    let mut table = DataTable::new(&["level", "nodes", "leaves", "points", "largest node"]);
     table.columns.extend(phases.map(|p| format!("depth of {p}")));
     for l in levels {
         let keys = ["level", "nodes", "leaves", "points", "largest"];
@@ -30,14 +30,14 @@ fn depths(run: &RunData) -> Option<Figure> {
         let marks: Vec<(f64, f64)> =
             levels.iter().filter_map(|l| Some((number(&l["level"]), l[&key].as_f64()?))).collect();
         let marks = marks.into_iter().filter(|m| m.1 > 0.0).collect();
-        Series { name: (*phase).to_owned(), marks, joined: true, ..Series::default() }
+        PlotSeries { name: (*phase).to_owned(), marks, joined: true, ..PlotSeries::default() }
     };
-    let depth: Vec<Series> = phases.iter().map(line).filter(|s| !s.marks.is_empty()).collect();
-    let size = |key: &str, name: &str| Series {
+    let depth: Vec<PlotSeries> = phases.iter().map(line).filter(|s| !s.marks.is_empty()).collect();
+    let size = |key: &str, name: &str| PlotSeries {
         name: name.to_owned(),
         marks: levels.iter().map(|l| (number(&l["level"]), number(&l[key]))).filter(|m| m.1 > 0.0).collect(),
         joined: true,
-        ..Series::default()
+        ..PlotSeries::default()
     };
     let sizes = vec![
         size("points", "points of all nodes"),
@@ -59,12 +59,12 @@ fn depths(run: &RunData) -> Option<Figure> {
         "The recursion takes O(1) steps per level at every size, so the lines are flat. O(log n) levels give a \
                    depth of O(log n). The depth of a level is the largest depth of its nodes."
             .to_owned();
-    (!variants.is_empty()).then_some(Figure { id: "levels", title: "Depth by level", caption, variants })
+    (!variants.is_empty()).then_some(PageFigure { id: "levels", title: "Depth by level", caption, variants })
 }
 
 /// Draws the separator sizes of all nodes with their law.
-fn separators(run: &RunData) -> Option<Figure> {
-    let mut table = Table::new(&["node", "level", "points", "separator points", "kind"]);
+fn separators(run: &RunData) -> Option<PageFigure> {
+    let mut table = DataTable::new(&["node", "level", "points", "separator points", "kind"]);
     let mut marks = Vec::new();
     for node in run.rows("/nodes").iter().filter(|n| n["kind"] != "leaf") {
         let crossing = number(&node["crossing_inside"]) + number(&node["crossing_outside"]);
@@ -83,7 +83,7 @@ fn separators(run: &RunData) -> Option<Figure> {
     }
     let exponent = 1.0 - 1.0 / run.space();
     let power = if run.space() == 2.0 { "m^(1/2)" } else { "m^(2/3)" };
-    let law = Shape { of: &|m| m.powf(exponent), affine: false, name: power };
+    let law = LawShape { of: &|m| m.powf(exponent), affine: false, name: power };
     let series = with_law("every split", &marks, &law);
     let plot = Plot {
         x: ("points of the node, m", true),
@@ -95,25 +95,25 @@ fn separators(run: &RunData) -> Option<Figure> {
         "Each mark is one split. Dashed: the law c {power} of sphere separators; solid: the power law fitted to the \
          marks."
     );
-    Some(Figure { id: "separators", title: "Separator sizes", caption, variants })
+    Some(PageFigure { id: "separators", title: "Separator sizes", caption, variants })
 }
 
 /// A law for the marks: `c of(x)`, or `a + b of(x)` if the law is affine.
-pub(super) struct Shape<'a> {
+pub(super) struct LawShape<'a> {
     pub(super) of: &'a dyn Fn(f64) -> f64,
     pub(super) affine: bool,
     pub(super) name: &'a str,
 }
 
 /// Returns marks with the fitted power law and the proved law.
-pub(super) fn with_law(name: &str, marks: &[(f64, f64)], law: &Shape<'_>) -> Series {
+pub(super) fn with_law(name: &str, marks: &[(f64, f64)], law: &LawShape<'_>) -> PlotSeries {
     let low = marks.iter().map(|m| m.0).fold(f64::INFINITY, f64::min);
     let high = marks.iter().map(|m| m.0).fold(0.0, f64::max);
     let along = |f: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
         let at = |i: u32| low * (high / low).powf(f64::from(i) / 40.0);
         (0..=40).map(|i| (at(i), f(at(i)))).collect()
     };
-    let mut series = Series { name: name.to_owned(), marks: marks.to_vec(), ..Series::default() };
+    let mut series = PlotSeries { name: name.to_owned(), marks: marks.to_vec(), ..PlotSeries::default() };
     let Some(fit) = power_law(marks) else { return series };
     series.notes.push(fit.words());
     series.fit = along(&|x| fit.coefficient * x.powf(fit.exponent));

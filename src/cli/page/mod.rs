@@ -26,7 +26,7 @@ mod svg;
 
 pub use data::RunData;
 pub use error::PageError;
-pub use figure::{Figure, Table, Variant};
+pub use figure::{DataTable, PageFigure, Variant};
 
 use data::Entry;
 use mesh::MeshData;
@@ -37,10 +37,10 @@ pub struct Page {
     runs: Vec<RunData>,
     /// Index of the run whose rounds, traffic and points are shown.
     shown: Option<usize>,
-    figures: Vec<Figure>,
+    figures: Vec<PageFigure>,
     /// The meshes, of which the first is shown.
     meshes: Vec<MeshData>,
-    mesh_figures: Vec<Figure>,
+    mesh_figures: Vec<PageFigure>,
 }
 
 impl Page {
@@ -83,13 +83,13 @@ impl Page {
         html::page(self)
     }
 
-    fn all_figures(&self) -> impl Iterator<Item = &Figure> {
+    fn all_figures(&self) -> impl Iterator<Item = &PageFigure> {
         self.figures.iter().chain(&self.mesh_figures)
     }
 
     /// Returns the file name and the text of every figure.
     pub fn figures(&self) -> Vec<(String, String)> {
-        let named = |figure: &Figure| {
+        let named = |figure: &PageFigure| {
             let single = figure.variants.len() == 1;
             let each = |v: &Variant| {
                 let name =

@@ -5,7 +5,7 @@ use super::svg::Drawing;
 
 /// A series of marks, lines, or both.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Series {
+pub(super) struct PlotSeries {
     pub(super) name: String,
     /// Additional lines in the legend.
     pub(super) notes: Vec<String>,
@@ -23,7 +23,7 @@ pub(super) struct Series {
 pub(super) struct Plot<'a> {
     pub(super) x: (&'a str, bool),
     pub(super) y: (&'a str, bool),
-    pub(super) series: Vec<Series>,
+    pub(super) series: Vec<PlotSeries>,
 }
 
 const WIDTH: f64 = 820.0;
@@ -38,7 +38,7 @@ impl Plot<'_> {
         let all = || self.series.iter().flat_map(|s| &s.marks);
         let x = Axis::around(self.x.0, self.x.1, all().map(|p| p.0), (LEFT, RIGHT));
         let y = Axis::around(self.y.0, self.y.1, all().map(|p| p.1), (BOTTOM, TOP));
-        let legend: f64 = self.series.iter().map(Series::height).sum();
+        let legend: f64 = self.series.iter().map(PlotSeries::height).sum();
         let mut out = Drawing::new(WIDTH, HEIGHT.max(legend + 60.0));
         frame(&mut out, &x, &y);
         out.raw(&format!(
@@ -77,7 +77,7 @@ fn frame(out: &mut Drawing, x: &Axis, y: &Axis) {
     out.upright("label", (18.0, f64::midpoint(TOP, BOTTOM)), "middle", &y.label);
 }
 
-impl Series {
+impl PlotSeries {
     fn draw(&self, number: usize, x: &Axis, y: &Axis, out: &mut Drawing) {
         let place = |p: &(f64, f64)| (x.at(p.0), y.at(p.1));
         let drawn = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {

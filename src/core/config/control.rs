@@ -66,7 +66,7 @@ impl fmt::Debug for Control {
 #[derive(Clone, Copy, Debug, Default)]
 #[non_exhaustive]
 pub struct Planted {
-    /// A fault, for tests of errors that do not occur otherwise.
+    /// A fault, for tests of errors that fault-free runs do not reach.
     pub fault: Option<Fault>,
     /// Rounds of splaying before unresolved regions are gathered; `6 log2 n` if none.
     pub exchange_cap: Option<u32>,
@@ -83,12 +83,12 @@ pub enum Until {
 }
 
 impl Until {
-    /// The name on the command line.
+    /// Returns the name on the command line.
     pub fn name(self) -> &'static str {
         self.phase().name()
     }
 
-    /// The last phase.
+    /// Returns the last phase.
     pub(crate) fn phase(self) -> Phase {
         match self {
             Until::Partition => Phase::Partition,

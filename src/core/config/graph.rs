@@ -19,7 +19,7 @@ pub enum GraphKind {
 }
 
 impl GraphKind {
-    /// The name on the command line.
+    /// Returns the name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             GraphKind::Density => "density",
@@ -32,7 +32,7 @@ impl GraphKind {
 /// alpha of a density or overlap graph.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Alpha {
-    /// From the known spacing of the point set, else from a sample of stars.
+    /// From the known spacing of the point set, otherwise from a sample of stars.
     Auto,
     /// At least 1.
     Value(f64),
@@ -113,7 +113,7 @@ impl Graph {
         }
     }
 
-    /// The kind.
+    /// Returns the kind.
     pub fn kind(self) -> GraphKind {
         match self {
             Graph::Density { .. } => GraphKind::Density,
@@ -122,7 +122,7 @@ impl Graph {
         }
     }
 
-    /// alpha; [`Alpha::Auto`] for nearest neighbours.
+    /// Returns alpha, which is [`Alpha::Auto`] for nearest neighbours.
     pub fn alpha(self) -> Alpha {
         match self {
             Graph::Density { alpha } | Graph::Overlap { alpha } => alpha,
@@ -130,7 +130,7 @@ impl Graph {
         }
     }
 
-    /// k; [`Neighbours::Auto`] for density and overlap graphs.
+    /// Returns k, which is [`Neighbours::Auto`] for density and overlap graphs.
     pub fn k(self) -> Neighbours {
         match self {
             Graph::Density { .. } | Graph::Overlap { .. } => Neighbours::Auto,
@@ -142,6 +142,9 @@ impl Graph {
 /// Returns alpha for a maximal f-spaced set whose size function is L-Lipschitz: `2 (1 + L) / (1 - L)`, times 1.25.
 ///
 /// The first factor is proved for the interior. The second covers cells at the boundary, by observation.
-pub fn alpha_of_spacing(lipschitz: f64) -> f64 {
+pub const fn alpha_of_spacing(lipschitz: f64) -> f64 {
     1.25 * 2.0 * (1.0 + lipschitz) / (1.0 - lipschitz)
 }
+
+/// alpha of a set with a constant size function, 2.5. Leaf sizes and experiments assume it for sets without a spacing.
+pub const DEFAULT_ALPHA: f64 = alpha_of_spacing(0.0);

@@ -7,7 +7,7 @@ mod machine;
 
 pub use control::{Control, Keep, Planted, Progress, ProgressFn, Until};
 pub use error::ConfigError;
-pub use graph::{Alpha, Graph, GraphKind, Neighbours, alpha_of_spacing};
+pub use graph::{Alpha, DEFAULT_ALPHA, Graph, GraphKind, Neighbours, alpha_of_spacing};
 pub use machine::{Machine, Transport, Workers};
 pub use septet_workers::config::{Correction, Fault, Partition, SetRule as SeparatorSets};
 
@@ -47,7 +47,7 @@ pub struct Config {
     pub control: Control,
     /// Faults and limits that tests plant.
     pub planted: Planted,
-    /// The last phase, for [`crate::count`] only: a run that stops has no triangulation.
+    /// The last phase, for [`crate::count`] only. A run that stops there has no triangulation.
     pub until: Option<Until>,
 }
 
@@ -83,7 +83,7 @@ impl Config {
     /// Returns an error for the first parameter that is out of range or that excludes another parameter.
     pub fn check(&self) -> Result<(), ConfigError> {
         self.check_machine()?;
-        if self.keep.tasks && self.correction == Correction::Naive {
+        if self.keep.tasks && self.correction == Correction::BottomUp {
             return Err(ConfigError::TasksOfBottomUp);
         }
         if self.keep.tasks && self.separator_sets != SeparatorSets::Ghost {

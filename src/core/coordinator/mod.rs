@@ -31,13 +31,13 @@ pub(crate) struct Collected<P> {
 }
 
 impl<P> Collected<P> {
-    /// Checks that the ledgers of all workers arrived.
-    pub(crate) fn check_ledgers(&self, workers: u32) -> Result<(), Error> {
+    /// Checks that the ledgers of all ranks arrived.
+    pub(crate) fn check_ledgers(&self, ranks: u32) -> Result<(), Error> {
         let arrived = self.share.counted.parts;
-        if arrived == workers {
+        if arrived == ranks {
             return Ok(());
         }
-        Err(incomplete(format!("{arrived} of {workers} ledgers arrived")))
+        Err(incomplete(format!("{arrived} of {ranks} ledgers arrived")))
     }
 }
 
@@ -101,10 +101,8 @@ impl<'a> Coordinator<'a> {
         let (mut round, mut started, mut seconds) = (0, Instant::now(), Vec::new());
         while sent.is_err() || !rank.is_done() {
             let (outbox, state) = HostState::after(sent, rank.busy());
+            // Like every rank, rank 0 reads the request to stop at each exchange. The round returns it on all hosts.
             let delivery = transport.exchange(outbox, state).map_err(failure)?;
-            if control.is_cancelled() {
-                return Err(Error::Interrupted);
-            }
             round += 1;
             if !delivery.active {
                 add_seconds(&mut seconds, rank.phase(), started.elapsed().as_secs_f64());

@@ -4,18 +4,18 @@ use septet_geometry::point::Point;
 
 /// A face of the unit square or cube of any dimension. Its fixed axes are at 0 or 1, and its other axes are free.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Face<P> {
+pub(super) struct CubeFace<P> {
     /// The coordinates of the fixed axes. Free axes have 0.
     base: P,
     /// Whether each axis is free.
     free: [bool; 3],
 }
 
-impl<P: Point> Face<P> {
+impl<P: Point> CubeFace<P> {
     /// Returns all faces of dimension `k`.
-    pub fn all(k: usize) -> impl Iterator<Item = Face<P>> {
+    pub fn all(k: usize) -> impl Iterator<Item = CubeFace<P>> {
         (0..3usize.pow(P::DIM as u32)).filter_map(move |mut code| {
-            let mut face = Face { base: P::default(), free: [false; 3] };
+            let mut face = CubeFace { base: P::default(), free: [false; 3] };
             for i in 0..P::DIM {
                 face.free[i] = code % 3 == 2;
                 face.base.set_coord(i, if code % 3 == 1 { 1.0 } else { 0.0 });

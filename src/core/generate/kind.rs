@@ -88,7 +88,7 @@ impl Kind {
     /// Returns the largest number of points. Memory, exact coordinates or vertex indices limit it.
     pub(super) fn limit(self, dimension: usize) -> u64 {
         match (self, dimension) {
-            // t^d must be an integer of 53 bits.
+            // t^d must be a 53-bit integer.
             (Kind::MomentCurve, 2) => 1 << 26,
             (Kind::MomentCurve, _) => 1 << 17,
             (kind, _) if kind.is_spaced() => 1 << 25,
@@ -128,7 +128,8 @@ impl FromStr for Kind {
 ///
 /// # Errors
 ///
-/// Names the part that cannot be parsed, and rejects unknown kinds. [`super::generate`] checks the ranges.
+/// Returns an error that names the part that cannot be parsed or the unknown kind. [`super::generate`] checks the
+/// ranges.
 pub fn parse_sample(spec: &str) -> Result<Request, GenerateError> {
     let fail = |reason: String| GenerateError::Spec { spec: spec.into(), reason };
     let (kind, rest) =

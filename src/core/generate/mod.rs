@@ -16,7 +16,7 @@ pub mod unit;
 
 use glam::{DVec2, DVec3};
 pub use kind::{Kind, parse_sample};
-pub use request::{GenerateError, Generated, Progress, Request, Spacing};
+pub use request::{GRADED_LIPSCHITZ, GenerateError, GenerateProgress, Generated, Request, Spacing};
 use unit::Unit;
 
 use crate::model::Points;
@@ -25,8 +25,8 @@ use crate::model::Points;
 ///
 /// # Errors
 ///
-/// Rejects dimensions other than 2 and 3, and numbers of points above the limit of the kind. Rejects Lipschitz
-/// constants that are out of range or that the kind does not use.
+/// Fails if the dimension is neither 2 nor 3, or if the number of points is above the limit of the kind. Also fails
+/// if the Lipschitz constant is out of range, or if the kind does not use one.
 pub fn generate(
     request: &Request,
     progress: &mut dyn FnMut(&str, u64, u64),
@@ -61,7 +61,7 @@ fn check(request: &Request) -> Result<(), GenerateError> {
 fn typed<P: Unit>(
     request: &Request,
     wrap: fn(Vec<P>) -> Points,
-    progress: &mut Progress,
+    progress: &mut GenerateProgress,
 ) -> Result<Generated, GenerateError> {
     let mut notes = Vec::new();
     let mut spacing = None;

@@ -7,6 +7,9 @@ use super::kind::{self, Kind};
 use super::sizing::Sizing;
 use crate::model::Points;
 
+/// The default Lipschitz constant of the graded kinds.
+pub const GRADED_LIPSCHITZ: f64 = 0.25;
+
 /// The request for a set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Request {
@@ -18,7 +21,7 @@ pub struct Request {
     pub dimension: usize,
     /// The seed of all draws.
     pub seed: u64,
-    /// The Lipschitz constant of the graded kinds, between 0 and 1. The default is 0.25.
+    /// The Lipschitz constant of the graded kinds, between 0 and 1. The default is [`GRADED_LIPSCHITZ`].
     pub lipschitz: Option<f64>,
 }
 
@@ -102,4 +105,4 @@ pub enum GenerateError {
 }
 
 /// A callback for progress. Its arguments are the name of the step, the amount done, and the total amount.
-pub type Progress<'a> = dyn FnMut(&str, u64, u64) + 'a;
+pub type GenerateProgress<'a> = dyn FnMut(&str, u64, u64) + 'a;

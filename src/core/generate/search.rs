@@ -12,9 +12,9 @@
 
 use septet_geometry::point::Point;
 
-use super::faces::Face;
+use super::faces::CubeFace;
 use super::kind::Kind;
-use super::request::{GenerateError, Progress, Request};
+use super::request::{GRADED_LIPSCHITZ, GenerateError, GenerateProgress, Request};
 use super::sizing::{Centre, Sizing};
 use super::spaced;
 use super::unit::Unit;
@@ -45,7 +45,7 @@ pub(super) struct SpacedSet<P> {
 /// Builds the f-spaced set of a checked request.
 pub(super) fn spaced_set<P: Unit>(
     request: &Request,
-    progress: &mut Progress,
+    progress: &mut GenerateProgress,
 ) -> Result<SpacedSet<P>, GenerateError> {
     let family = Family::of(request);
     let wanted = request.n as f64;
@@ -99,7 +99,7 @@ struct Family {
 
 impl Family {
     fn of(request: &Request) -> Self {
-        let slope = request.lipschitz.unwrap_or(0.25);
+        let slope = request.lipschitz.unwrap_or(GRADED_LIPSCHITZ);
         match request.kind {
             Kind::GradedPoint => Family { centre: Centre::Point, slope, sharpest: 0.001 },
             Kind::GradedLine => Family { centre: Centre::Line, slope, sharpest: 0.0001 },
@@ -146,7 +146,7 @@ fn invert<P: Point>(wanted: f64, low: f64, high: f64, at: impl Fn(f64) -> Sizing
 pub(super) fn estimate<P: Point>(sizing: &Sizing) -> f64 {
     let mut sum = 0.0;
     for (k, density) in DENSITY[P::DIM - 2].iter().enumerate().take(P::DIM + 1) {
-        for face in Face::<P>::all(k) {
+        for face in CubeFace::<P>::all(k) {
             if sizing.slope == 0.0 {
                 sum += density / power(sizing.least, k);
                 continue;

@@ -35,7 +35,7 @@ use std::time::Duration;
 use glam::DVec2;
 use septet_geometry::point::Point;
 use septet_meshing::domain::Domain;
-use septet_meshing::generate::{Failure, Machine, Rules, Triangulation, generate};
+use septet_meshing::generate::{Delaunay, GenerationError, MeshMachine, Rules, generate};
 use septet_meshing::points::conflicts::Site;
 use septet_meshing::points::independent::Independent;
 use tracing::subscriber::{NoSubscriber, with_default};
@@ -44,7 +44,7 @@ use super::request::GenerateError;
 use super::sizing::Sizing;
 use super::unit::Unit;
 use crate::config::{Config, Workers};
-use crate::mesh::machine::Counted;
+use crate::mesh::machine::CountedMachine;
 
 /// The largest number of points for which 32 bits can index the cells.
 const MOST_POINTS: u64 = 1 << 26;
@@ -65,7 +65,7 @@ impl<M> Reporting<M> {
     }
 }
 
-impl<P: Point, M: Machine<P>> Machine<P> for Reporting<M> {
+impl<P: Point, M: MeshMachine<P>> MeshMachine<P> for Reporting<M> {
     type Error = M::Error;
 
     fn independent(&mut self, sites: &[Site<P>], fixed: usize) -> Result<Independent, M::Error> {
@@ -74,7 +74,7 @@ impl<P: Point, M: Machine<P>> Machine<P> for Reporting<M> {
         Ok(set)
     }
 
-    fn delaunay(&mut self, points: &[P]) -> Result<Triangulation<P::Cell>, M::Error> {
+    fn delaunay(&mut self, points: &[P]) -> Result<Delaunay<P::Cell>, M::Error> {
         self.report(points.len());
         self.machine.delaunay(points)
     }
@@ -110,12 +110,12 @@ pub(super) fn build<P: Unit>(
     let work = |points: Sender<u64>| {
         // Traces of later runs over the points must not include the spans of their generation.
         with_default(NoSubscriber::new(), || {
-            set(&domain, sizing, seed, &mut Reporting { machine: Counted::new(config), points })
+            set(&domain, sizing, seed, &mut Reporting { machine: CountedMachine::new(config), points })
         })
     };
     match run_in_thread(work, give_up, progress) {
         Ok(points) => Ok(points),
-        Err(Failure::Machine(error)) => Err(error.into()),
+        Err(GenerationError::Machine(error)) => Err(error.into()),
         Err(failure) => Err(incomplete(format!("{failure:?}"))),
     }
 }
@@ -155,12 +155,12 @@ fn machine(seed: u64, workers: usize, cancel: Arc<AtomicBool>) -> Config {
 }
 
 /// Generates the set on a machine.
-fn set<P: Unit, M: Machine<P> + Sync>(
+fn set<P: Unit, M: MeshMachine<P> + Sync>(
     domain: &Domain<P>,
     sizing: Sizing,
     seed: u64,
     machine: &mut M,
-) -> Result<Vec<P>, Failure<M::Error>> {
+) -> Result<Vec<P>, GenerationError<M::Error>> {
     let size = |x: P| sizing.at(&x);
     let rules = Rules { size: &size, lipschitz: sizing.slope, seed, most: MOST_POINTS };
     Ok(generate(domain, rules, machine)?.vertices.points)

@@ -17,7 +17,7 @@ const BLOCK: usize = 1 << 15;
 
 /// Approximate number of points in a bin.
 const BIN: usize = 1 << 14;
-/// Largest number of bins, so that a block has fewer bins than points.
+/// Largest number of bins. A block has more points than this.
 const MOST_BINS: usize = 1 << 12;
 
 /// Number of bits per point in the table of a bin.

@@ -58,7 +58,7 @@ impl<P: Point> Prepared<'_, P> {
         }
     }
 
-    /// Returns how many of the `input` points are vertices, and which points are not.
+    /// Returns the number of `input` points that are vertices, and the points that are not vertices.
     pub fn accounting(&self, input: usize) -> Accounting {
         Accounting {
             input: input as u64,
@@ -68,7 +68,7 @@ impl<P: Point> Prepared<'_, P> {
         }
     }
 
-    /// Returns `true` if the points span less than the space.
+    /// Returns `true` if the points do not span the space.
     pub(crate) fn is_flat(&self) -> bool {
         self.dimension < P::DIM as isize
     }

@@ -55,7 +55,7 @@ impl<'a, P: Space> Labelled<'a, P> {
             coordinates: cast_slice(&self.mesh.points),
             cells: &self.cells,
             owner: None,
-            home_leaf: None,
+            owning_leaf: None,
             labels: Some(&self.labels),
         }
     }

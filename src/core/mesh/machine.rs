@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use septet_geometry::incremental::{Incremental, IncrementalError};
 use septet_geometry::point::{Point, Simplex};
 use septet_meshing::executor::Executor;
-use septet_meshing::generate::{Machine, Stage, Triangulation};
+use septet_meshing::generate::{Delaunay, MeshMachine, StageCounts};
 use septet_meshing::mesh::StageLine;
 use septet_meshing::points::conflicts::Site;
 use septet_meshing::points::independent::Independent;
@@ -31,7 +31,7 @@ const LEAF: usize = 4096;
 
 /// A machine that counts the resources of each stage.
 #[derive(Debug)]
-pub struct Counted {
+pub struct CountedMachine {
     config: Config,
     lines: Vec<StageLine>,
     run_log: RunLog,
@@ -58,10 +58,10 @@ struct Taken<'a> {
     seconds: f64,
 }
 
-impl Counted {
+impl CountedMachine {
     /// Creates a machine with this configuration.
     pub fn new(config: Config) -> Self {
-        Counted {
+        CountedMachine {
             config,
             lines: Vec::new(),
             run_log: RunLog::default(),
@@ -101,7 +101,7 @@ impl Counted {
     }
 
     /// Adds the counts of the generator to the lines. Returns the lines and the log of all runs.
-    pub(super) fn finish(mut self, stages: &[Stage]) -> (Vec<StageLine>, RunLog) {
+    pub(super) fn finish(mut self, stages: &[StageCounts]) -> (Vec<StageLine>, RunLog) {
         self.close();
         for (line, stage) in self.lines.iter_mut().zip(stages) {
             line.candidates = stage.candidates;
@@ -113,7 +113,7 @@ impl Counted {
     }
 }
 
-impl<P: Point> Machine<P> for Counted {
+impl<P: Point> MeshMachine<P> for CountedMachine {
     type Error = Error;
 
     fn stage(&mut self, name: &'static str) {
@@ -140,7 +140,7 @@ impl<P: Point> Machine<P> for Counted {
         })
     }
 
-    fn delaunay(&mut self, points: &[P]) -> Result<Triangulation<P::Cell>, Error> {
+    fn delaunay(&mut self, points: &[P]) -> Result<Delaunay<P::Cell>, Error> {
         let run = triangulate(points, &self.config)?;
         self.add(&Taken {
             task: TRIANGULATION,
@@ -151,7 +151,7 @@ impl<P: Point> Machine<P> for Counted {
             seconds: run.total_seconds,
         });
         let (mut cells, mut neighbours) = (Vec::new(), Vec::new());
-        let Some(pieces) = run.pieces() else { return Ok(Triangulation { cells, neighbours }) };
+        let Some(pieces) = run.pieces() else { return Ok(Delaunay { cells, neighbours }) };
         cells.reserve(pieces.len());
         neighbours.reserve(pieces.len());
         let mut first = Vec::new();
@@ -178,14 +178,14 @@ impl<P: Point> Machine<P> for Counted {
                 neighbours.push(across);
             }
         }
-        Ok(Triangulation { cells, neighbours })
+        Ok(Delaunay { cells, neighbours })
     }
 
     fn planar(&mut self, sets: &[Vec<DVec2>]) -> Result<Vec<Vec<[u32; 3]>>, Error> {
         let small = |set: &Vec<DVec2>| (set.len() <= LEAF).then(|| in_a_leaf(set));
         let mut made: Vec<Option<Vec<[u32; 3]>>> = sets.par_iter().map(small).map(Option::flatten).collect();
         for (set, made) in sets.iter().zip(&mut made).filter(|(_, made)| made.is_none()) {
-            *made = Some(Machine::<DVec2>::delaunay(self, set)?.cells);
+            *made = Some(MeshMachine::<DVec2>::delaunay(self, set)?.cells);
         }
         Ok(made.into_iter().map(Option::unwrap_or_default).collect())
     }

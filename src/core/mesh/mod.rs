@@ -18,10 +18,10 @@ use septet_meshing::distance::Features;
 use septet_meshing::domain::Domain;
 use septet_meshing::facet::Triangulate;
 use septet_meshing::generate::remesh::{DEFAULT_PARTS, Options, SurfaceFeatures, remesh};
-use septet_meshing::generate::{self, Failure, Rules};
+use septet_meshing::generate::{self, GenerationError, Rules};
 use septet_meshing::improve::{Target, improve};
 use septet_meshing::mesh::{Mesh, StageLine};
-use septet_meshing::quality::balls::Balls;
+use septet_meshing::quality::balls::BoundaryBalls;
 pub use septet_meshing::quality::promise::Promise;
 use septet_meshing::quality::zones::Zones;
 use septet_meshing::quality::{Measure, Quality, quality};
@@ -30,10 +30,11 @@ use septet_workers::profile::stage_span;
 
 use crate::config::{Config, Machine};
 use crate::run::memory;
-use machine::{AllCores, Counted};
-pub use pipeline::{Dimension, Keep, Made, MakeError, check, make, make_of};
+use machine::{AllCores, CountedMachine};
+pub use pipeline::{Dimension, Made, MakeError, MeshKeep, check, make, make_of};
 pub use request::{
-    Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, MeshError, MeshRequest, Shape, SingularityRequest,
+    Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, MeshError, MeshRequest, SingularityRequest,
+    SingularityShape,
 };
 use run_log::RunLog;
 
@@ -73,8 +74,8 @@ pub fn sizes<P: Triangulate>(
     Ok(SizeFunction::of_features(domain, &surface.distance_features(domain), &options, &AllCores)?)
 }
 
-/// Measures the quality of a mesh of this request. For a remeshed surface no radius-edge ratio is promised, and the
-/// local feature size is that of its corners and ridges.
+/// Measures the quality of a mesh of this request. For a remeshed surface, no radius-edge ratio is promised, and only
+/// its corners and ridges define the local feature size.
 pub fn assess<P: Triangulate>(
     domain: &Domain<P>,
     mesh: &Mesh<P>,
@@ -108,7 +109,7 @@ pub fn measure<P: Triangulate>(
 ) -> Quality<P> {
     let features = Features::new(domain);
     let at = |x| size.at(x);
-    let balls = Balls::new(domain, &features, mesh, &at, size.lipschitz());
+    let balls = BoundaryBalls::new(domain, &features, mesh, &at, size.lipschitz());
     let measure = Measure {
         place: &|centre, radius| balls.place(centre, radius),
         local_size: Some(&|x| features.local_size(x).radius),
@@ -173,10 +174,10 @@ fn build<P: Triangulate>(
         generate::generate(domain, rules, &mut machine)
     };
     let made = made.map_err(|failure| match failure {
-        Failure::Machine(error) => MeshError::Run(error),
-        Failure::Missing(missing) => MeshError::Missing { features: missing.features },
-        Failure::TooMany(most) => MeshError::TooMany { most },
-        Failure::Unsupported(what) => MeshError::Unsupported(what),
+        GenerationError::Machine(error) => MeshError::Run(error),
+        GenerationError::Missing(missing) => MeshError::Missing { features: missing.features },
+        GenerationError::TooMany(most) => MeshError::TooMany { most },
+        GenerationError::Unsupported(what) => MeshError::Unsupported(what),
     })?;
     let inside = (0..made.delaunay.cells.len() as u32).filter(|&c| made.labels.is_inside(c)).count();
     let known = machine.owners(P::DIM, made.delaunay.cells.len()).filter(|_| inside <= owned);
@@ -202,9 +203,9 @@ fn build<P: Triangulate>(
     Ok(Built { mesh, stages, run_log, owners })
 }
 
-/// The machine of the runs. The memory limit applies to the mesh as a whole, not to each run.
-fn machine(request: &MeshRequest) -> Counted {
-    Counted::new(Config::default().with(|config| {
+/// Returns the machine of the runs. The memory limit applies to the mesh as a whole, not to each run.
+fn machine(request: &MeshRequest) -> CountedMachine {
+    CountedMachine::new(Config::default().with(|config| {
         config.machine = Machine { max_memory: None, ..request.machine.clone() };
         config.control.cancel.clone_from(&request.cancel);
     }))

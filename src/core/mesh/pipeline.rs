@@ -20,16 +20,16 @@ use super::{Built, MeshError, MeshRequest, assess, build, conform, sizes};
 
 /// Limits on the data that the result keeps besides the mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Keep {
+pub struct MeshKeep {
     /// The largest number of cells for which the owners of cells are kept.
     pub owned: usize,
     /// The number of worst cells kept in each list.
     pub worst: usize,
 }
 
-impl Default for Keep {
+impl Default for MeshKeep {
     fn default() -> Self {
-        Keep { owned: 0, worst: 10 }
+        MeshKeep { owned: 0, worst: 10 }
     }
 }
 
@@ -89,7 +89,11 @@ pub trait Dimension: Triangulate {
     ///
     /// # Errors
     /// Returns [`MakeError`].
-    fn make(domain: &Domain<Self>, request: &MeshRequest, keep: Keep) -> Result<Made<Self>, MakeError<Self>>;
+    fn make(
+        domain: &Domain<Self>,
+        request: &MeshRequest,
+        keep: MeshKeep,
+    ) -> Result<Made<Self>, MakeError<Self>>;
 }
 
 impl Dimension for DVec2 {
@@ -97,7 +101,11 @@ impl Dimension for DVec2 {
         septet_meshing::check(input)
     }
 
-    fn make(domain: &Domain<Self>, request: &MeshRequest, keep: Keep) -> Result<Made<Self>, MakeError<Self>> {
+    fn make(
+        domain: &Domain<Self>,
+        request: &MeshRequest,
+        keep: MeshKeep,
+    ) -> Result<Made<Self>, MakeError<Self>> {
         checked(domain, request, keep)
     }
 }
@@ -107,7 +115,11 @@ impl Dimension for DVec3 {
         septet_meshing::check(input)
     }
 
-    fn make(domain: &Domain<Self>, request: &MeshRequest, keep: Keep) -> Result<Made<Self>, MakeError<Self>> {
+    fn make(
+        domain: &Domain<Self>,
+        request: &MeshRequest,
+        keep: MeshKeep,
+    ) -> Result<Made<Self>, MakeError<Self>> {
         checked(domain, request, keep)
     }
 }
@@ -127,7 +139,7 @@ pub fn check<P: Dimension>(input: &Input<P>) -> Result<Domain<P>, Vec<Defect>> {
 /// Returns [`MakeError`].
 pub fn make<P: Dimension>(input: &Input<P>, request: &MeshRequest) -> Result<Made<P>, MakeError<P>> {
     let domain = P::check(input).map_err(MakeError::Input)?;
-    P::make(&domain, request, Keep::default())
+    P::make(&domain, request, MeshKeep::default())
 }
 
 /// Runs [`make`] on a domain that is already checked.
@@ -137,7 +149,7 @@ pub fn make<P: Dimension>(input: &Input<P>, request: &MeshRequest) -> Result<Mad
 pub fn make_of<P: Dimension>(
     domain: &Domain<P>,
     request: &MeshRequest,
-    keep: Keep,
+    keep: MeshKeep,
 ) -> Result<Made<P>, MakeError<P>> {
     P::make(domain, request, keep)
 }
@@ -146,7 +158,7 @@ pub fn make_of<P: Dimension>(
 fn checked<P: Triangulate>(
     domain: &Domain<P>,
     request: &MeshRequest,
-    keep: Keep,
+    keep: MeshKeep,
 ) -> Result<Made<P>, MakeError<P>> {
     if request.max_distance.is_some() && !request.remeshes(domain) {
         let what =

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use septet_meshing::domain::{Domain, Feature};
 use septet_meshing::facet::Triangulate;
-use septet_meshing::input::Kind;
+use septet_meshing::input::DomainKind;
 use septet_meshing::size::user::{Constraints, Singularity};
 use septet_meshing::size::{SizeError, SizeOptions};
 use thiserror::Error;
@@ -32,17 +32,17 @@ pub enum Boundary {
 
 impl Boundary {
     /// Returns the default for a kind of domain: `Exact` for a complex, `Remesh` for a surface.
-    pub fn of(kind: Kind) -> Self {
+    pub fn of(kind: DomainKind) -> Self {
         match kind {
-            Kind::Complex => Boundary::Exact,
-            Kind::Surface => Boundary::Remesh,
+            DomainKind::Complex => Boundary::Exact,
+            DomainKind::Surface => Boundary::Remesh,
         }
     }
 }
 
 /// The shape of a singularity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
+pub enum SingularityShape {
     /// A point. The default is the midpoint of the bounding box.
     Point,
     /// A segment. The default is the middle third of the bounding box along the first axis.
@@ -53,7 +53,7 @@ pub enum Shape {
 #[derive(Clone, Debug, PartialEq)]
 pub struct SingularityRequest {
     /// The shape.
-    pub shape: Shape,
+    pub shape: SingularityShape,
     /// The coordinates of one or two points. Empty for the default.
     pub at: Vec<f64>,
 }
@@ -85,6 +85,24 @@ pub struct MeshRequest {
     /// A flag that ends the next run of the machine with [`Error::Interrupted`](crate::Error::Interrupted) once it is
     /// `true`.
     pub cancel: Option<Arc<AtomicBool>>,
+}
+
+impl Default for MeshRequest {
+    fn default() -> Self {
+        MeshRequest {
+            boundary: None,
+            size: None,
+            field: None,
+            singularity: None,
+            min_size: None,
+            lipschitz: DEFAULT_LIPSCHITZ,
+            feature_angle: DEFAULT_FEATURE_ANGLE,
+            max_distance: None,
+            improve: false,
+            machine: Machine::default(),
+            cancel: None,
+        }
+    }
 }
 
 /// Errors of mesh generation.
@@ -142,7 +160,7 @@ impl MeshRequest {
     }
 
     /// Returns the part of the boundary that the mesh keeps for a domain of this kind.
-    pub fn boundary_of(&self, kind: Kind) -> Boundary {
+    pub fn boundary_of(&self, kind: DomainKind) -> Boundary {
         self.boundary.unwrap_or_else(|| Boundary::of(kind))
     }
 
@@ -173,24 +191,24 @@ impl MeshRequest {
 
 impl SingularityRequest {
     fn place<P: Triangulate>(&self, domain: &Domain<P>) -> Result<Singularity<P>, MeshError> {
-        let due = if self.shape == Shape::Point { P::DIM } else { 2 * P::DIM };
+        let due = if self.shape == SingularityShape::Point { P::DIM } else { 2 * P::DIM };
         if self.at.len() == due {
             let (p, q) = (P::from_coords(&self.at), P::from_coords(&self.at[due - P::DIM..]));
-            return Ok(if self.shape == Shape::Point {
+            return Ok(if self.shape == SingularityShape::Point {
                 Singularity::Point(p)
             } else {
                 Singularity::Line(p, q)
             });
         }
         if !self.at.is_empty() {
-            let found = if self.shape == Shape::Point { self.at.len() } else { self.at.len() / 2 };
+            let found = if self.shape == SingularityShape::Point { self.at.len() } else { self.at.len() / 2 };
             return Err(MeshError::Dimension { what: "--singularity", expected: P::DIM, found });
         }
         let unscaled = |p: P| septet_geometry::range::scale(p, -domain.simplices.exponent);
         let live = domain.corners.iter().map(|&v| domain.points()[v as usize]);
         let bounds = septet_meshing::bvh::Bounds::of(live);
         let middle = bounds.low + (bounds.high - bounds.low) * 0.5;
-        if self.shape == Shape::Point {
+        if self.shape == SingularityShape::Point {
             return Ok(Singularity::Point(unscaled(middle)));
         }
         let third = (bounds.high.coord(0) - bounds.low.coord(0)) / 3.0;

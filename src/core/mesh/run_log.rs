@@ -71,7 +71,7 @@ pub struct RunPhase {
 
 /// One phase of the machine, over all runs of a stage.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct PhaseLine {
+pub struct StagePhase {
     /// The stage of generation.
     pub stage: String,
     /// The phase.
@@ -107,7 +107,7 @@ pub struct RunLog {
     /// The runs in order.
     pub runs: Vec<RunLine>,
     /// The phases of each stage, in the order of the stages.
-    pub phases: Vec<PhaseLine>,
+    pub phases: Vec<StagePhase>,
 }
 
 impl RunLog {
@@ -176,13 +176,13 @@ impl RunLog {
         }
     }
 
-    fn phase(&mut self, stage: &str, phase: &'static str) -> &mut PhaseLine {
+    fn phase(&mut self, stage: &str, phase: &'static str) -> &mut StagePhase {
         let at = self.phases.iter().position(|l| l.stage == stage && l.phase == phase);
         let at = at.unwrap_or_else(|| {
-            self.phases.push(PhaseLine {
+            self.phases.push(StagePhase {
                 stage: stage.to_owned(),
                 phase: phase.into(),
-                ..PhaseLine::default()
+                ..StagePhase::default()
             });
             self.phases.len() - 1
         });

@@ -33,7 +33,7 @@ fn canonical_row(row: &mut [u64]) {
 
 /// Cells with the owner and the leaf of each.
 #[derive(Clone, Debug, Default)]
-pub struct Cells {
+pub struct LabelledCells {
     /// `DIM + 1` indices per row.
     pub rows: Vec<u64>,
     /// Owner of each row, if kept.
@@ -57,7 +57,7 @@ pub(crate) struct Export {
     space: usize,
     store: Store,
     with_owner: bool,
-    canonical: OnceLock<Cells>,
+    canonical: OnceLock<LabelledCells>,
 }
 
 impl Export {
@@ -83,17 +83,17 @@ impl Export {
     }
 
     /// Returns the cells in canonical order.
-    pub(crate) fn canonical(&self) -> &Cells {
+    pub(crate) fn canonical(&self) -> &LabelledCells {
         self.canonical.get_or_init(|| {
             let cells = self.unsorted();
             if self.space == 2 { canonicalise::<DVec2>(cells) } else { canonicalise::<DVec3>(cells) }
         })
     }
 
-    fn unsorted(&self) -> Cells {
+    fn unsorted(&self) -> LabelledCells {
         match &self.store {
             Store::Pieces(pieces) => pieces.rows(self.with_owner),
-            Store::Rows(CellRows { parts, owners, leaves }) => Cells {
+            Store::Rows(CellRows { parts, owners, leaves }) => LabelledCells {
                 rows: parts.concat(),
                 owner: self.with_owner.then(|| owners.clone()),
                 leaf: self.with_owner.then(|| leaves.clone()),
@@ -103,7 +103,7 @@ impl Export {
 }
 
 /// Brings positively oriented cells into canonical order.
-pub fn canonicalise<P: Point>(mut cells: Cells) -> Cells {
+pub fn canonicalise<P: Point>(mut cells: LabelledCells) -> LabelledCells {
     let rows: &mut [P::Row] = bytemuck::cast_slice_mut(&mut cells.rows);
     rows.par_iter_mut().for_each(|row| canonical_row(row.as_mut()));
     match (&mut cells.owner, &mut cells.leaf) {
@@ -138,7 +138,8 @@ mod tests {
 
     #[test]
     fn rows_are_sorted_with_their_owners() {
-        let cells = Cells { rows: vec![4, 5, 6, 1, 2, 3], owner: Some(vec![7, 8]), leaf: Some(vec![70, 80]) };
+        let cells =
+            LabelledCells { rows: vec![4, 5, 6, 1, 2, 3], owner: Some(vec![7, 8]), leaf: Some(vec![70, 80]) };
         let sorted = canonicalise::<DVec2>(cells);
         assert_eq!(sorted.rows, [1, 2, 3, 4, 5, 6]);
         assert_eq!(sorted.owner, Some(vec![8, 7]));

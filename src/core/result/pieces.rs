@@ -7,9 +7,9 @@
 
 use rayon::prelude::*;
 use septet_workers::coordinator::PieceRows;
-use septet_workers::merge::{HULL, SEAM};
+use septet_workers::state::rows::{HULL, INTERFACE};
 
-use crate::result::canonical::Cells;
+use crate::result::canonical::LabelledCells;
 
 /// One worker's cells.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -21,7 +21,7 @@ pub struct Piece {
     /// Input index of each vertex.
     pub ids: Vec<u64>,
     /// One row per cell: `d + 1` vertices, positively oriented, then the neighbour across the facet opposite each vertex.
-    /// A neighbour is a cell of this piece, or [`HULL`], or [`SEAM`] plus a position in `seam`.
+    /// A neighbour is a cell of this piece, or [`HULL`], or [`INTERFACE`] plus a position in `seam`.
     pub rows: Vec<u32>,
     /// Neighbours in other pieces: piece and cell.
     pub seam: Vec<(u32, u32)>,
@@ -70,7 +70,7 @@ impl Pieces {
             let width = 2 * corners as u32;
             for (piece, place, other) in [(a, at, (b, bt / width)), (b, bt, (a, at / width))] {
                 let piece = &mut pieces[piece as usize];
-                piece.rows[place as usize] = SEAM + piece.seam.len() as u32;
+                piece.rows[place as usize] = INTERFACE + piece.seam.len() as u32;
                 piece.seam.push(other);
             }
         }
@@ -98,7 +98,7 @@ impl Pieces {
         let own = &self.pieces[piece as usize];
         match own.rows[(2 * cell as usize + 1) * self.corners + slot] {
             HULL => None,
-            code if code >= SEAM => Some(own.seam[(code - SEAM) as usize]),
+            code if code >= INTERFACE => Some(own.seam[(code - INTERFACE) as usize]),
             code => Some((piece, code)),
         }
     }
@@ -111,7 +111,7 @@ impl Pieces {
     }
 
     /// Returns all cells as rows of input indices, piece by piece, with the owner and the leaf of each if requested.
-    pub(crate) fn rows(&self, with_owner: bool) -> Cells {
+    pub(crate) fn rows(&self, with_owner: bool) -> LabelledCells {
         let mut rows = Vec::with_capacity(self.len() * self.corners);
         let (mut owner, mut leaf) = (Vec::new(), Vec::new());
         for piece in &self.pieces {
@@ -123,7 +123,7 @@ impl Pieces {
                 leaf.extend(std::iter::repeat_n(piece.leaf, n));
             }
         }
-        Cells { rows, owner: with_owner.then_some(owner), leaf: with_owner.then_some(leaf) }
+        LabelledCells { rows, owner: with_owner.then_some(owner), leaf: with_owner.then_some(leaf) }
     }
 }
 
@@ -141,7 +141,7 @@ fn open_facets(piece: &PieceRows, corners: usize, at: u32) -> Option<(u64, Vec<O
         for (slot, &code) in row.iter().enumerate().skip(corners) {
             match code {
                 HULL => hull += 1,
-                SEAM.. => open.push((facet(piece, corners, start + slot), at, (start + slot) as u32)),
+                INTERFACE.. => open.push((facet(piece, corners, start + slot), at, (start + slot) as u32)),
                 _ => {}
             }
         }
@@ -167,12 +167,13 @@ mod tests {
 
     /// Joins a square of two triangles, each in its own piece, with these lists of open cells.
     fn square(open: [&[u32]; 2]) -> Option<Pieces> {
-        let sides = [(1, vec![0, 1, 2], [HULL, SEAM, HULL]), (2, vec![0, 2, 3], [HULL, HULL, SEAM])];
+        let sides =
+            [(1, vec![0, 1, 2], [HULL, INTERFACE, HULL]), (2, vec![0, 2, 3], [HULL, HULL, INTERFACE])];
         let loose = sides.into_iter().zip(open).map(|((owner, ids, across), open)| {
             let rows = [0, 1, 2].into_iter().chain(across).collect();
             PieceRows { owner, leaf: 1, ids, rows, open: open.to_vec() }
         });
-        // The order is not that of the owners.
+        // The order differs from the order of the owners.
         Pieces::join(3, loose.rev().collect(), 4)
     }
 

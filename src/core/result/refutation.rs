@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// Why the stars do not form a triangulation.
+/// The reasons why the stars do not form a triangulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 #[error("{disagreements} disagreements, {minima} minima, {stars} of {points} stars")]

@@ -89,13 +89,13 @@ pub struct Run {
     pub stars_repaired: u64,
     /// Number of rounds of splaying.
     pub exchange_rounds: u64,
-    /// Why splaying was cut short, and how many points were then gathered.
+    /// The reason why splaying was cut short, and the number of points that were then gathered.
     pub fallback: Option<(String, u64)>,
     /// The counts.
     pub ledger: Ledger,
     /// Traffic of the run that counts the leaves for [`crate::config::Workers::Leaves`]; not part of the ledger.
     pub plan: Option<TrafficTotal>,
-    /// Why the stars do not form a triangulation. Only the run of [`crate::Error::NotCertified`] has one.
+    /// The reasons why the stars do not form a triangulation, for the run of [`crate::Error::NotCertified`] only.
     pub refutation: Option<Refutation>,
     /// Sampled points and the tree, for pictures, if requested.
     pub picture: Option<View>,
@@ -164,7 +164,7 @@ impl Run {
     }
 
     /// Returns the leaf of each cell in canonical order, if kept.
-    pub fn home_leaf(&self) -> Option<&[u64]> {
+    pub fn owning_leaf(&self) -> Option<&[u64]> {
         self.export.canonical().leaf.as_deref()
     }
 
@@ -175,7 +175,7 @@ impl Run {
             coordinates,
             cells: self.cells(),
             owner: self.owner(),
-            home_leaf: self.home_leaf(),
+            owning_leaf: self.owning_leaf(),
             labels: None,
         }
     }

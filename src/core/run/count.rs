@@ -111,7 +111,7 @@ fn counts<P: Point>(points: &[P], config: &Config) -> Result<RunCounts, Error> {
     let mut transport = start_machine(&machine)?;
     let coordinator = Coordinator::new(&config.control, machine);
     let collected = coordinator.run(transport.as_mut(), &ready, &settings.plan)?;
-    collected.check_ledgers(settings.machine.workers)?;
+    collected.check_ledgers(settings.machine.ranks())?;
     let points = ready.positions.len() as u64;
     Ok(RunCounts {
         space: P::DIM,

@@ -50,21 +50,19 @@ fn empty<P: Point>(input: usize, ready: &Prepared<'_, P>, settled: Settled) -> R
 pub(crate) fn certify<P: Point>(
     collected: &Collected<P>,
     population: u64,
-    workers: u32,
+    ranks: u32,
 ) -> Result<Option<Refutation>, Error> {
     let Share { pieces, cells, certified, counted, .. } = &collected.share;
     let merged = &certified.merged;
-    let passed = merged.stars == population && merged.disagreements == 0 && merged.minima == 1;
+    let passed = merged.is_certified(population);
     let of_pieces: usize = pieces.iter().map(|p| p.rows.len() / 2).sum();
     let of_stars: usize = cells.parts.iter().map(Vec::len).sum();
     let rows = ((of_stars + of_pieces) / (P::DIM + 1)) as u64;
     // Stars that disagree send no cells.
     let expected = if passed { merged.cells } else { 0 };
-    if rows != expected || counted.parts != workers {
+    if rows != expected || counted.parts != ranks {
         let parts = counted.parts;
-        return Err(incomplete(format!(
-            "{rows} of {expected} cells and {parts} of {workers} ledgers arrived"
-        )));
+        return Err(incomplete(format!("{rows} of {expected} cells and {parts} of {ranks} ledgers arrived")));
     }
     let refutation = Refutation {
         disagreements: merged.disagreements,
@@ -126,8 +124,9 @@ pub(crate) fn finish<P: Point>(
     })
 }
 
-/// Why a triangulation has no supergraph to report.
-const NO_SUPERGRAPH: &str = "pieces look across their seams by their own circumspheres";
+/// The reason why a triangulation has no supergraph to report.
+const NO_SUPERGRAPH: &str =
+    "triangulate uses no supergraph: the interface exchange finds neighbours by circumspheres";
 
 fn sorted_edges(flat: &[u64]) -> Vec<(u64, u64)> {
     let mut edges: Vec<(u64, u64)> = flat.chunks_exact(2).map(|e| (e[0].min(e[1]), e[0].max(e[1]))).collect();

@@ -1,14 +1,14 @@
 //! A maximal independent set of the conflict graph of sites, on the machine.
 //!
 //! **Statement.** Sites p and q of sizes f(p) and f(q) conflict iff `|p - q| < min(f(p), f(q))` (paper, Section 5, as
-//! ARCHITECTURE reads it). The conflict graph is the density graph with alpha 1 of balls with given radii, except that
+//! the guide reads it). The conflict graph is the density graph with alpha 1 of balls with given radii, except that
 //! the density graph compares with `<=`. The squared radius of a site is therefore the float below its squared size,
 //! which turns `<=` into `<` without rounding.
 //!
 //! A run has the phases of [`crate::simulate`] with given radii: partition, summaries, separator sets by ghosts, and
 //! graph. Rounds of local priorities follow. The proofs are in the module `independent` of `septet_workers`.
 //!
-//! **Work and depth.** Those of the phases.
+//! **Work and depth.** The costs of these phases.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -64,7 +64,7 @@ impl IndependentRun {
 /// The supergraph, the separator sets, the correction and [`Config::keep`] are not used.
 ///
 /// # Errors
-/// See [`SiteError`] and [`crate::Error`].
+/// Returns an [`crate::Error`], which contains a [`SiteError`] if the sites are invalid.
 pub fn independent<C: Coordinates>(
     places: &[C],
     sizes: &[f64],
@@ -104,7 +104,7 @@ fn choose<P: Point>(
     let coordinator = Coordinator::new(&config.control, machine);
     let collected = coordinator.run(transport.as_mut(), &ready, &settings.plan)?;
     drop(transport);
-    collected.check_ledgers(settings.machine.workers)?;
+    collected.check_ledgers(settings.machine.ranks())?;
     let share = collected.share;
     let mut members = share.selected.members;
     members.sort_unstable();

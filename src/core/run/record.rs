@@ -15,29 +15,21 @@ use crate::error::Error;
 use crate::input::prepare::Prepared;
 use crate::run::transport::Start;
 
-/// The bit that distinguishes the name of a recording run from the name of the run that it records.
-const RECORDING: u64 = 1 << 62;
-
-/// Records the tasks in a separate run with one worker, if the machine is configured to record. The main run then does
-/// not record.
+/// Records the tasks in a run of its own, on the machine that the settings name, if any.
 ///
 /// # Errors
 /// See [`Error`].
 pub(crate) fn take_record<P: Point>(
     control: &Control,
-    machine: &mut WorkerConfig,
+    recording: Option<&Arc<WorkerConfig>>,
     ready: &Prepared<'_, P>,
     start_machine: &mut Start<'_, P>,
 ) -> Result<Option<TaskLog>, Error> {
-    if !machine.shown.record_tasks {
-        return Ok(None);
-    }
-    let recording = Arc::new(WorkerConfig { run: machine.run ^ RECORDING, workers: 1, ..machine.clone() });
-    machine.shown.record_tasks = false;
-    let mut transport = start_machine(&recording)?;
+    let Some(recording) = recording else { return Ok(None) };
+    let mut transport = start_machine(recording)?;
     let collected =
         Coordinator::new(control, recording.clone()).run(transport.as_mut(), ready, &Plan::new())?;
-    Ok(tasks_of(collected.share, &recording, P::DIM))
+    Ok(tasks_of(collected.share, recording, P::DIM))
 }
 
 /// Returns the record with the tree and the charges of the ledger, or `None` if the run gathered stars.
@@ -52,9 +44,8 @@ fn tasks_of<P: Point>(share: Share<P>, machine: &WorkerConfig, dimension: usize)
     let ledger = &share.counted.ledger;
     log.nodes = ledger.nodes.iter().map(|(n, f)| (n.0, f.population, f.attempts, f.kind.number())).collect();
     let charges = ledger.charges.iter().filter(|(account, _)| !matches!(account.role, Role::Pass(_)));
-    let row = |(account, c): (&Account, &Charge)| {
-        (account.phase as u8, account.node.0, c.cost.work(), c.cost.depth())
-    };
+    let row =
+        |(account, c): (&Account, &Charge)| (account.phase, account.node.0, c.cost.work(), c.cost.depth());
     log.charges = charges.map(row).collect();
     Some(log)
 }

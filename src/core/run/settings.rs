@@ -1,7 +1,7 @@
 //! The settings of a run. This module alone decides them, from the configuration and the points.
 //!
 //! [`admit`] checks everything that depends only on the configuration and the number of points. It runs before the
-//! points are prepared, so that a refused run allocates nothing. [`Settings::decide`] decides everything else.
+//! points are prepared, so that a refused run does not allocate memory. [`Settings::decide`] decides everything else.
 
 use std::sync::Arc;
 
@@ -15,7 +15,8 @@ use septet_workers::config::{
 use septet_workers::selection::FALLBACK_K;
 
 use crate::config::{
-    Alpha, Config, ConfigError, Fault, Graph, MOST_WORKERS, Neighbours, Until, Workers, alpha_of_spacing,
+    Alpha, Config, ConfigError, DEFAULT_ALPHA, Fault, Graph, MOST_WORKERS, Neighbours, Until, Workers,
+    alpha_of_spacing,
 };
 use crate::coordinator::{Coordinator, Plan};
 use crate::error::Error;
@@ -42,7 +43,7 @@ pub(crate) enum Goal {
 }
 
 impl Goal {
-    /// Whether the run splits down to the leaf size and counts work and depth.
+    /// Returns `true` if the run splits down to the leaf size and counts work and depth.
     fn is_counted(self) -> bool {
         self != Goal::Triangulation
     }
@@ -69,7 +70,7 @@ pub(crate) fn admit(config: &Config, goal: Goal, points: u64, dimension: usize) 
         let until = config.until.map_or("", Until::name);
         return Err(ConfigError::Stops { until }.into());
     }
-    if config.correction == Correction::Naive && goal == Goal::Triangulation {
+    if config.correction == Correction::BottomUp && goal == Goal::Triangulation {
         return Err(ConfigError::BottomUpUncounted.into());
     }
     match goal {
@@ -89,6 +90,8 @@ pub(crate) struct Settings {
     pub(crate) why: String,
     /// Number of leaves below each node if every leaf has its own worker; otherwise empty.
     pub(crate) plan: Plan,
+    /// The machine of the run that records the tasks, if they are kept.
+    pub(crate) recording: Option<Arc<WorkerConfig>>,
     /// Traffic of the run that made the plan.
     pub(crate) planning: Option<TrafficTotal>,
 }
@@ -97,7 +100,7 @@ impl Settings {
     /// Decides all settings of a run over these points. With [`Workers::Leaves`], this requires a run that grows the
     /// tree.
     ///
-    /// Points that span less than the space need no machine: the settings then have no plan.
+    /// Points that do not span the space need no machine, so the settings then have no plan.
     ///
     /// # Errors
     /// Fails if the points do not allow k, or if the number of workers is too large or too small for them.
@@ -115,7 +118,7 @@ impl Settings {
             _ => supergraph(config, points)?,
         };
         let machine = machine::<P>(config, goal, wanted);
-        let mut settings = Settings { machine, why, plan: Plan::new(), planning: None };
+        let mut settings = Settings { machine, why, plan: Plan::new(), recording: None, planning: None };
         let spans = ready.dimension == P::DIM as isize;
         match config.machine.workers {
             Workers::Count(workers) => settings.machine.workers = workers,
@@ -124,6 +127,9 @@ impl Settings {
         }
         if spans {
             settings.check_workers(points)?;
+        }
+        if config.keep.tasks && goal == Goal::Simulation {
+            settings.recording = Some(Arc::new(recording(&settings.machine)));
         }
         Ok(settings)
     }
@@ -187,6 +193,15 @@ const MOST_IN_A_PIECE: u64 = 1 << 25;
 /// The bit that distinguishes the name of a planning run from the name of the run that it plans.
 const PLANNING: u64 = 1 << 63;
 
+/// The bit that distinguishes the name of a recording run from the name of the run that it records.
+const RECORDING: u64 = 1 << 62;
+
+/// Returns the machine of the run that records the tasks of a run: one worker, under its own name.
+fn recording(machine: &WorkerConfig) -> WorkerConfig {
+    let shown = Shown { record_tasks: true, ..machine.shown };
+    WorkerConfig { run: machine.run ^ RECORDING, workers: 1, shown, ..machine.clone() }
+}
+
 /// Returns the parameters that all ranks share, for one worker.
 fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfig {
     let (counted, whole) = (goal.is_counted(), goal.until().is_none());
@@ -200,7 +215,7 @@ fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfi
         collect_graph: config.keep.graph && counted,
         with_leaves: config.keep.owner,
         view: if whole { config.keep.view.min(MOST_POINTS) } else { 0 },
-        record_tasks: config.keep.tasks && counted && whole,
+        record_tasks: false,
     };
     WorkerConfig {
         run: config.machine.name(),
@@ -231,19 +246,19 @@ fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfi
 
 /// Largest leaf of an independent set, in the plane and in space. The search in a leaf takes linear time
 /// ([`septet_geometry::grid`]). A leaf may therefore be larger, and the tree lower, than in a search over all pairs.
-/// The points of still larger leaves would exceed the fast memory.
+/// The points of even larger leaves would not fit into the caches.
 const LEAF_OF_SITES: [u64; 2] = [2000, 4000];
 
 /// Returns the smallest leaf size at which separator sets do not fill the leaves. Such a leaf has about 1,000 points in
 /// space at alpha 2.5 and 500 in the plane, and grows with the volume of the alpha-balls.
 fn leaf_size(dimension: usize, alpha: Option<f64>) -> u64 {
     let floor = if dimension == 3 { 1000.0 } else { 500.0 };
-    let ratio = (alpha.unwrap_or(2.5) / 2.5).max(1.0);
+    let ratio = (alpha.unwrap_or(DEFAULT_ALPHA) / DEFAULT_ALPHA).max(1.0);
     let growth = (0..dimension).fold(1.0, |g: f64, _| g * ratio);
     (floor * growth).min(1e9) as u64
 }
 
-/// Returns the supergraph to build, and why.
+/// Returns the supergraph to build, and the reason for it.
 fn supergraph(config: &Config, points: u64) -> Result<(Wanted, String), Error> {
     let share = if config.planted.fault == Some(Fault::HalveAlpha) { 0.5 } else { 1.0 };
     let (alpha, overlap) = match config.graph {
@@ -269,7 +284,7 @@ fn supergraph(config: &Config, points: u64) -> Result<(Wanted, String), Error> {
     })
 }
 
-/// Returns k for a number of points, and why.
+/// Returns k for a number of points, and the reason for it.
 fn neighbours(k: Neighbours, points: u64) -> Result<(u32, String), Error> {
     let most = points.saturating_sub(1).max(1);
     let (k, why) = match k {
@@ -298,6 +313,6 @@ mod tests {
         assert_eq!(leaf_size(3, None), 1000);
         assert_eq!(leaf_size(3, Some(5.0)), 8000);
         assert_eq!(leaf_size(2, Some(5.0)), 2000);
-        assert!((alpha_of_spacing(0.0) - 2.5).abs() < 1e-15);
+        assert!((DEFAULT_ALPHA - 2.5).abs() < 1e-15);
     }
 }

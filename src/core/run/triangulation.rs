@@ -18,8 +18,8 @@ use crate::run::transport::{Start, started};
 /// Computes the Delaunay triangulation of `points`. The result is exact and certified. It is the same for every
 /// number of workers and threads and every transport.
 ///
-/// Coincident points count once (see [`Run::points`]). If the points do not span the space, there are no cells. This
-/// function does not count work and depth; [`simulate`] does.
+/// Coincident points count once (see [`Run::points`]). If the points do not span the space, there are no cells. Only
+/// [`simulate`] counts work and depth.
 ///
 /// # Errors
 /// See [`Error`].
@@ -61,19 +61,19 @@ pub fn run_on<P: Point>(
     let goal = if counted { Goal::Simulation } else { Goal::Triangulation };
     admit(config, goal, points.len() as u64, P::DIM)?;
     let ready = prepare(points, config.skip_invalid)?;
-    let mut settings = Settings::decide(config, goal, &ready, start_machine)?;
+    let settings = Settings::decide(config, goal, &ready, start_machine)?;
     if ready.is_flat() {
         return Ok(flat_result(points.len(), &ready, &settings, call));
     }
     let preparing = call.elapsed();
-    let tasks = take_record(&config.control, &mut settings.machine, &ready, start_machine)?;
+    let tasks = take_record(&config.control, settings.recording.as_ref(), &ready, start_machine)?;
     let times = Times { call, preparing, machine: Instant::now() };
     let machine = Arc::new(settings.machine.clone());
     let mut transport = start_machine(&machine)?;
     let coordinator = Coordinator::new(&config.control, machine);
     let collected = coordinator.run(transport.as_mut(), &ready, &settings.plan)?;
     drop(transport);
-    let refutation = certify(&collected, ready.positions.len() as u64, settings.machine.workers)?;
+    let refutation = certify(&collected, ready.positions.len() as u64, settings.machine.ranks())?;
     let plan = settings.planning;
     let run = finish(points.len(), &ready, collected, &settings, &times)?;
     let run = Run { plan, refutation, tasks, ..run };

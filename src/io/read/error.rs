@@ -122,6 +122,14 @@ pub enum InputError {
         /// A possible choice of columns.
         example: String,
     },
+    /// Columns are chosen in a file that is not a text table.
+    #[error("{}: a .{format} file has no columns to choose; omit --columns and --keep-columns", shown(.path))]
+    NotATable {
+        /// The file.
+        path: PathBuf,
+        /// The format of the file.
+        format: &'static str,
+    },
     /// A coordinate is NaN or infinite.
     #[error("{}{place}: coordinate of point {index} (from 0) is {value}, not a finite number; correct it, or drop such points with --skip-invalid", shown(.path))]
     NotFinite {
@@ -221,6 +229,7 @@ impl InputError {
             | Self::Syntax { path, .. }
             | Self::Malformed { path, .. }
             | Self::Columns { path, .. }
+            | Self::NotATable { path, .. }
             | Self::NotFinite { path, .. }
             | Self::Truncated { path, .. }
             | Self::Count { path, .. }
@@ -247,6 +256,7 @@ impl InputError {
             | Self::Unreadable { .. }
             | Self::Gzip { .. }
             | Self::UnknownFormat { .. }
+            | Self::NotATable { .. }
             | Self::OutOfMemory { .. } => Place::Whole,
             Self::Syntax { line, .. } => Place::Line(*line),
             Self::Malformed { offset, .. } => Place::Byte(*offset),
@@ -279,7 +289,7 @@ impl InputError {
 
     /// Returns `true` if the file can be read with other options, so that the call is at fault and not the file.
     pub fn is_usage(&self) -> bool {
-        matches!(self, Self::Columns { .. })
+        matches!(self, Self::Columns { .. } | Self::NotATable { .. })
     }
 }
 

@@ -7,7 +7,7 @@ use std::path::Path;
 use flate2::read::MultiGzDecoder;
 
 use super::error::InputError;
-use super::points::Progress;
+use super::points::ReadProgress;
 
 /// The number of bytes between two calls of the progress function.
 const STEP: usize = 1 << 20;
@@ -19,7 +19,7 @@ struct Counting<'a, R> {
     /// The count at the last report.
     reported: u64,
     total: Option<u64>,
-    progress: &'a mut Progress<'a>,
+    progress: &'a mut ReadProgress<'a>,
     /// Whether the reader itself failed, and not the decoder that reads from it.
     failed: bool,
 }
@@ -39,7 +39,11 @@ impl<R: Read> Read for Counting<'_, R> {
 }
 
 /// Returns all bytes of a file, or of standard input for `-`. Data with a gzip header are decompressed.
-pub(super) fn load(path: &Path, zipped: bool, progress: &mut Progress<'_>) -> Result<Vec<u8>, InputError> {
+pub(super) fn load(
+    path: &Path,
+    zipped: bool,
+    progress: &mut ReadProgress<'_>,
+) -> Result<Vec<u8>, InputError> {
     if path.as_os_str() == "-" {
         return load_from(io::stdin().lock(), path, None, zipped, progress);
     }
@@ -64,7 +68,7 @@ pub(super) fn load_from<R: Read>(
     path: &Path,
     total: Option<u64>,
     zipped: bool,
-    progress: &mut Progress<'_>,
+    progress: &mut ReadProgress<'_>,
 ) -> Result<Vec<u8>, InputError> {
     let mut step = |read: u64, total: Option<u64>| progress(read, total);
     let mut input =

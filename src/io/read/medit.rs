@@ -3,7 +3,7 @@
 use super::cells::index;
 use super::collect::Collector;
 use super::error::{InputError, Place};
-use super::mesh::{Kind, Mesh};
+use super::mesh::{CellKind, FileMesh};
 use super::points::ReadOptions;
 use super::text::{Line, Lines, Source, Words, excerpt, number};
 
@@ -64,7 +64,7 @@ fn is_keyword(word: &[u8]) -> bool {
 }
 
 /// Reads the mesh.
-pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mesh<'a>, InputError> {
+pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<FileMesh<'a>, InputError> {
     let options = &ReadOptions { dimension: None, ..options.clone() };
     let mut tokens = Tokens::new(source);
     if tokens.next() != Some(b"MeshVersionFormatted".as_slice()) {
@@ -72,7 +72,7 @@ pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mes
     }
     tokens.count("the version of the format")?;
     let mut dimension = 3;
-    let mut mesh: Option<Mesh<'a>> = None;
+    let mut mesh: Option<FileMesh<'a>> = None;
     while let Some(word) = tokens.next() {
         match (word, &mut mesh) {
             (b"Dimension", None) => {
@@ -84,10 +84,10 @@ pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mes
             }
             (b"Vertices", None) => {
                 let points = read_vertices(&mut tokens, options, dimension as usize)?;
-                mesh = Some(Mesh::new(source, points, 1));
+                mesh = Some(FileMesh::new(source, points, 1));
             }
-            (b"Triangles", Some(mesh)) => read_cells(&mut tokens, mesh, Kind::Triangle)?,
-            (b"Tetrahedra", Some(mesh)) => read_cells(&mut tokens, mesh, Kind::Tetrahedron)?,
+            (b"Triangles", Some(mesh)) => read_cells(&mut tokens, mesh, CellKind::Triangle)?,
+            (b"Tetrahedra", Some(mesh)) => read_cells(&mut tokens, mesh, CellKind::Tetrahedron)?,
             (b"Dimension" | b"Vertices" | b"Triangles" | b"Tetrahedra", _) => {
                 return Err(source.bad_word(
                     &tokens.line,
@@ -131,9 +131,9 @@ fn read_vertices<'a>(
     Ok(points)
 }
 
-fn read_cells(tokens: &mut Tokens<'_>, mesh: &mut Mesh<'_>, kind: Kind) -> Result<(), InputError> {
+fn read_cells(tokens: &mut Tokens<'_>, mesh: &mut FileMesh<'_>, kind: CellKind) -> Result<(), InputError> {
     let announced = tokens.count("the number of cells")?;
-    let width = if kind == Kind::Triangle { 3 } else { 4 };
+    let width = if kind == CellKind::Triangle { 3 } else { 4 };
     let Some(list) = mesh.list(kind) else {
         return Ok(());
     };

@@ -8,7 +8,7 @@ use super::text::Source;
 use septet_core::model::Points;
 
 /// A mesh as it was read.
-pub(super) struct Mesh<'a> {
+pub(super) struct FileMesh<'a> {
     pub source: Source<'a>,
     pub points: Collector<'a>,
     pub triangles: Indices<'a>,
@@ -19,7 +19,7 @@ pub(super) struct Mesh<'a> {
 
 /// The kinds of cells that the readers distinguish.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum CellKind {
     /// A point or line, which is ignored.
     Lower,
     Triangle,
@@ -27,20 +27,20 @@ pub(super) enum Kind {
     Other,
 }
 
-impl<'a> Mesh<'a> {
+impl<'a> FileMesh<'a> {
     /// Creates a mesh of these points without cells. `first` is the id of point 0 in the file.
     pub fn new(source: Source<'a>, points: Collector<'a>, first: u64) -> Self {
         let limit = Some(points.met);
         let list = |width| Indices::new(source, width, first, limit);
-        Mesh { source, points, triangles: list(3), tetrahedra: list(4), other: None }
+        FileMesh { source, points, triangles: list(3), tetrahedra: list(4), other: None }
     }
 
     /// Returns the list of the cells of this kind.
-    pub fn list(&mut self, kind: Kind) -> Option<&mut Indices<'a>> {
+    pub fn list(&mut self, kind: CellKind) -> Option<&mut Indices<'a>> {
         match kind {
-            Kind::Triangle => Some(&mut self.triangles),
-            Kind::Tetrahedron => Some(&mut self.tetrahedra),
-            Kind::Lower | Kind::Other => None,
+            CellKind::Triangle => Some(&mut self.triangles),
+            CellKind::Tetrahedron => Some(&mut self.tetrahedra),
+            CellKind::Lower | CellKind::Other => None,
         }
     }
 
@@ -66,7 +66,7 @@ impl<'a> Mesh<'a> {
             }
             file.points = Points::Plane(space.iter().map(|p| p.truncate()).collect());
         } else if lifted == 0 && !space.is_empty() {
-            file.notes.push("every z is 0; use -d 2 to triangulate in the plane".to_owned());
+            file.notes.push("every z is 0; give -d 2 to triangulate in the plane".to_owned());
         }
         Ok(file)
     }
@@ -82,10 +82,8 @@ impl<'a> Mesh<'a> {
         let mut notes = Vec::new();
         if dimension == 3 {
             if self.triangles.rows() > 0 {
-                notes.push(format!(
-                    "{} triangles are ignored: the mesh has tetrahedra",
-                    self.triangles.rows()
-                ));
+                let reason = if solid { "the mesh has tetrahedra" } else { "tetrahedra were requested" };
+                notes.push(format!("{} triangles are ignored: {reason}", self.triangles.rows()));
             }
             return Ok(self.tetrahedra.finish(notes));
         }

@@ -39,7 +39,7 @@ pub use cells::{CellFile, CellOptions};
 pub use domain::{AnyInput, DOMAINS, DomainFile, read_domain};
 pub use error::{InputError, Place};
 pub use format::{Format, UnknownFormatName};
-pub use points::{Column, PointFile, Progress, ReadOptions};
+pub use points::{Column, PointFile, ReadOptions, ReadProgress};
 pub use sizes::read_sizes;
 
 use text::Source;
@@ -53,7 +53,7 @@ use text::Source;
 pub fn read(
     path: &Path,
     options: &ReadOptions,
-    progress: &mut Progress<'_>,
+    progress: &mut ReadProgress<'_>,
 ) -> Result<PointFile, InputError> {
     check_dimension(path, options.dimension)?;
     let (_, zipped) = Format::of_path(path);
@@ -70,7 +70,7 @@ pub fn read_from<R: Read>(
     name: &Path,
     total: Option<u64>,
     options: &ReadOptions,
-    progress: &mut Progress<'_>,
+    progress: &mut ReadProgress<'_>,
 ) -> Result<PointFile, InputError> {
     check_dimension(name, options.dimension)?;
     let (_, zipped) = Format::of_path(name);
@@ -85,7 +85,7 @@ pub fn read_from<R: Read>(
 pub fn read_cells(
     path: &Path,
     options: &CellOptions,
-    progress: &mut Progress<'_>,
+    progress: &mut ReadProgress<'_>,
 ) -> Result<CellFile, InputError> {
     check_dimension(path, options.dimension)?;
     let (_, zipped) = Format::of_path(path);
@@ -101,7 +101,7 @@ pub fn read_cells_from<R: Read>(
     name: &Path,
     total: Option<u64>,
     options: &CellOptions,
-    progress: &mut Progress<'_>,
+    progress: &mut ReadProgress<'_>,
 ) -> Result<CellFile, InputError> {
     check_dimension(name, options.dimension)?;
     let (_, zipped) = Format::of_path(name);
@@ -133,12 +133,7 @@ fn points(path: &Path, data: &[u8], options: &ReadOptions) -> Result<PointFile, 
         return Err(InputError::UnknownFormat { path, advice, known: Format::POINTS });
     };
     if format != Format::Text && (options.columns.is_some() || options.keep_columns) {
-        let what = format!("a choice of columns in a .{} file", format.name());
-        return Err(source.unsupported(
-            Place::Whole,
-            what,
-            "use --columns and --keep-columns for text tables only",
-        ));
+        return Err(InputError::NotATable { path: path.to_owned(), format: format.name() });
     }
     match format {
         Format::Node => node::read(source, options),

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::cells::index;
 use super::collect::Collector;
 use super::error::{InputError, Place};
-use super::mesh::{Kind, Mesh};
+use super::mesh::{CellKind, FileMesh};
 use super::points::ReadOptions;
 use super::text::{Line, Lines, Source, integer};
 
@@ -72,11 +72,11 @@ impl<'a> Section<'a, '_> {
 }
 
 /// Reads the mesh.
-pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mesh<'a>, InputError> {
+pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<FileMesh<'a>, InputError> {
     let options = &ReadOptions { dimension: None, ..options.clone() };
     let mut lines = Lines::new(source.data);
     let mut version = None;
-    let mut nodes: Option<(Mesh<'a>, Tags)> = None;
+    let mut nodes: Option<(FileMesh<'a>, Tags)> = None;
     while let Some(line) = lines.next_data() {
         let keyword = line.keyword();
         match (keyword.as_str(), version, &mut nodes) {
@@ -140,7 +140,7 @@ fn read_nodes<'a>(
     options: &ReadOptions,
     lines: &mut Lines<'a>,
     version: Version,
-) -> Result<(Mesh<'a>, Tags), InputError> {
+) -> Result<(FileMesh<'a>, Tags), InputError> {
     let bytes = lines.rest().len();
     let mut section = Section { source, lines, what: "nodes" };
     let header = section.line(1, 0)?;
@@ -186,22 +186,22 @@ fn read_nodes<'a>(
         return Err(source.bad_line(&header, "nodes with distinct tags (a tag below occurs twice)"));
     }
     let base = u64::try_from(tags.first).unwrap_or(0);
-    Ok((Mesh::new(source, points, base), tags))
+    Ok((FileMesh::new(source, points, base), tags))
 }
 
-fn kind(element: i64) -> Kind {
+fn kind(element: i64) -> CellKind {
     match element {
-        1 | 15 => Kind::Lower,
-        2 => Kind::Triangle,
-        4 => Kind::Tetrahedron,
-        _ => Kind::Other,
+        1 | 15 => CellKind::Lower,
+        2 => CellKind::Triangle,
+        4 => CellKind::Tetrahedron,
+        _ => CellKind::Other,
     }
 }
 
 fn read_elements(
     mut section: Section<'_, '_>,
     version: Version,
-    mesh: &mut Mesh<'_>,
+    mesh: &mut FileMesh<'_>,
     tags: &Tags,
 ) -> Result<(), InputError> {
     let source = section.source;
@@ -239,17 +239,17 @@ fn read_elements(
 
 fn push(
     source: Source<'_>,
-    mesh: &mut Mesh<'_>,
+    mesh: &mut FileMesh<'_>,
     tags: &Tags,
     element: i64,
     line: &Line<'_>,
     words: &mut dyn Iterator<Item = &[u8]>,
 ) -> Result<(), InputError> {
     let kind = kind(element);
-    if kind == Kind::Other && mesh.other.is_none() {
+    if kind == CellKind::Other && mesh.other.is_none() {
         mesh.other = Some((line.place(), format!("a cell of Gmsh type {element}")));
     }
-    let width = if kind == Kind::Triangle { 3 } else { 4 };
+    let width = if kind == CellKind::Triangle { 3 } else { 4 };
     let Some(list) = mesh.list(kind) else {
         return Ok(());
     };

@@ -7,7 +7,7 @@ use super::format::Format;
 /// Receives the number of bytes read so far, before decompression, and the size of the file if it is known.
 ///
 /// The readers call it about once per mebibyte.
-pub type Progress<'a> = dyn FnMut(u64, Option<u64>) + 'a;
+pub type ReadProgress<'a> = dyn FnMut(u64, Option<u64>) + 'a;
 
 /// The options for reading a file of points.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -7,7 +7,7 @@ use std::path::Path;
 use super::error::{InputError, Place};
 use super::format::Format;
 use super::header::Header;
-use super::points::Progress;
+use super::points::ReadProgress;
 use super::text::{Line, Lines, NUMBER, Source, number};
 use super::{load, npy};
 use septet_core::mesh::field::SizeField;
@@ -20,7 +20,7 @@ const SIZE: &str = "a size: a positive number";
 /// # Errors
 /// Returns [`InputError`] if the file is missing or damaged, the number of columns varies, a number is not finite, or a
 /// size is not positive.
-pub fn read_sizes(path: &Path, progress: &mut Progress<'_>) -> Result<SizeField, InputError> {
+pub fn read_sizes(path: &Path, progress: &mut ReadProgress<'_>) -> Result<SizeField, InputError> {
     let (format, zipped) = Format::of_path(path);
     let data = load::load(path, zipped, progress)?;
     let source = Source { path, data: &data };

@@ -6,7 +6,7 @@
 
 use super::collect::Collector;
 use super::error::{InputError, Place};
-use super::mesh::{Kind, Mesh};
+use super::mesh::{CellKind, FileMesh};
 use super::points::ReadOptions;
 use super::scalar::{Endian, Scalar};
 use super::text::{NUMBER, Source, excerpt, integer, is_blank, number};
@@ -35,15 +35,17 @@ struct CellArrays {
 }
 
 /// Reads the points and the cells.
-pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mesh<'a>, InputError> {
+pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<FileMesh<'a>, InputError> {
     let options = &ReadOptions { dimension: None, ..options.clone() };
     let mut cursor = open(source)?;
-    let mut mesh: Option<Mesh<'a>> = None;
+    let mut mesh: Option<FileMesh<'a>> = None;
     let mut pending: Option<CellArrays> = None;
     while let Some((offset, words)) = cursor.keyword() {
         let keyword = String::from_utf8_lossy(words[0]).to_ascii_uppercase();
         match (keyword.as_str(), &mut mesh) {
-            ("POINTS", None) => mesh = Some(Mesh::new(source, cursor.points(offset, &words, options)?, 0)),
+            ("POINTS", None) => {
+                mesh = Some(FileMesh::new(source, cursor.points(offset, &words, options)?, 0));
+            }
             ("FIELD", _) => cursor.skip_fields(offset, &words)?,
             ("METADATA", _) => cursor.skip_paragraph(),
             ("CELLS", Some(_)) => pending = Some(cursor.cells(offset, &words)?),
@@ -57,7 +59,7 @@ pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mes
             }
             ("POLYGONS", Some(mesh)) => {
                 let cells = cursor.cells(offset, &words)?;
-                push(mesh, &cells, |_, nodes| if nodes == 3 { Kind::Triangle } else { Kind::Other })?;
+                push(mesh, &cells, |_, nodes| if nodes == 3 { CellKind::Triangle } else { CellKind::Other })?;
             }
             ("VERTICES" | "LINES", Some(_)) => drop(cursor.cells(offset, &words)?),
             ("TRIANGLE_STRIPS", Some(mesh)) => {
@@ -276,9 +278,9 @@ impl<'a> Cursor<'a> {
 
 /// Adds cells to the lists of their kinds.
 fn push(
-    mesh: &mut Mesh<'_>,
+    mesh: &mut FileMesh<'_>,
     cells: &CellArrays,
-    kind: impl Fn(usize, usize) -> Kind,
+    kind: impl Fn(usize, usize) -> CellKind,
 ) -> Result<(), InputError> {
     let place = cells.place;
     let mut start = 0;
@@ -288,7 +290,7 @@ fn push(
             .ok_or_else(|| mesh.source.truncated(place, "point ids of cells", end, cells.ids.len() as u64))?;
         start += nodes.len();
         let kind = kind(i, nodes.len());
-        if kind == Kind::Other {
+        if kind == CellKind::Other {
             mesh.other.get_or_insert_with(|| (place, format!("a cell with {} points", nodes.len())));
         }
         if let Some(list) = mesh.list(kind) {
@@ -301,11 +303,11 @@ fn push(
 }
 
 /// Returns the kind of a cell by its VTK type and its number of points.
-pub(super) fn kind_of_type(vtk: i64, nodes: usize) -> Kind {
+pub(super) fn kind_of_type(vtk: i64, nodes: usize) -> CellKind {
     match (vtk, nodes) {
-        (1..=4, _) => Kind::Lower,
-        (5, 3) => Kind::Triangle,
-        (10, 4) => Kind::Tetrahedron,
-        _ => Kind::Other,
+        (1..=4, _) => CellKind::Lower,
+        (5, 3) => CellKind::Triangle,
+        (10, 4) => CellKind::Tetrahedron,
+        _ => CellKind::Other,
     }
 }

@@ -8,7 +8,7 @@ mod xml;
 
 use super::collect::Collector;
 use super::error::{InputError, Place};
-use super::mesh::{Kind, Mesh};
+use super::mesh::{CellKind, FileMesh};
 use super::points::ReadOptions;
 use super::scalar::Scalar;
 use super::text::{Source, integer, number};
@@ -16,11 +16,11 @@ use super::vtk::kind_of_type;
 use arrays::{Arrays, DataArray};
 
 /// Reads the mesh.
-pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mesh<'a>, InputError> {
+pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<FileMesh<'a>, InputError> {
     let options = &ReadOptions { dimension: None, ..options.clone() };
     let grid = arrays::open(source)?;
     let points = read_points(&grid, options)?;
-    let mut mesh = Mesh::new(source, points, 0);
+    let mut mesh = FileMesh::new(source, points, 0);
     read_cells(&grid, &mut mesh)?;
     Ok(mesh)
 }
@@ -73,7 +73,7 @@ fn agree(
     Ok(())
 }
 
-fn read_cells(grid: &Arrays<'_>, mesh: &mut Mesh<'_>) -> Result<(), InputError> {
+fn read_cells(grid: &Arrays<'_>, mesh: &mut FileMesh<'_>) -> Result<(), InputError> {
     let source = grid.source;
     let integers = |array: &Option<DataArray<'_>>| match array {
         Some(array) => {
@@ -107,7 +107,7 @@ fn read_cells(grid: &Arrays<'_>, mesh: &mut Mesh<'_>) -> Result<(), InputError> 
         })?;
         start += nodes.len();
         let kind = kind_of_type(*cell, nodes.len());
-        if kind == Kind::Other && mesh.other.is_none() {
+        if kind == CellKind::Other && mesh.other.is_none() {
             mesh.other = Some((place, format!("a cell of VTK type {cell} with {} points", nodes.len())));
         }
         if let Some(list) = mesh.list(kind) {

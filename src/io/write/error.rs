@@ -90,7 +90,7 @@ pub enum OutputError {
 
 /// A failure in the writer of a format. It has no path, because these writers do not know it.
 #[derive(Debug)]
-pub(super) enum Fault {
+pub(super) enum WriteFault {
     /// Writing failed.
     Io(io::Error),
     /// The cells do not form a manifold.
@@ -99,34 +99,34 @@ pub(super) enum Fault {
     TooLarge(u64),
 }
 
-impl Fault {
+impl WriteFault {
     /// Adds the path.
     pub(super) fn at(self, path: &std::path::Path) -> OutputError {
         let path = path.to_path_buf();
         match self {
-            Fault::Io(source) => OutputError::Io { path, source },
-            Fault::Topology(source) => OutputError::Topology { path, source },
-            Fault::TooLarge(entries) => OutputError::TooLarge { path, entries },
+            WriteFault::Io(source) => OutputError::Io { path, source },
+            WriteFault::Topology(source) => OutputError::Topology { path, source },
+            WriteFault::TooLarge(entries) => OutputError::TooLarge { path, entries },
         }
     }
 
     /// Converts the failure to the error of a stream.
     pub(super) fn of_stream(self) -> OutputError {
         match self {
-            Fault::Io(source) => OutputError::Stream { source },
+            WriteFault::Io(source) => OutputError::Stream { source },
             other => other.at(std::path::Path::new("-")),
         }
     }
 }
 
-impl From<io::Error> for Fault {
+impl From<io::Error> for WriteFault {
     fn from(error: io::Error) -> Self {
-        Fault::Io(error)
+        WriteFault::Io(error)
     }
 }
 
-impl From<TopologyError> for Fault {
+impl From<TopologyError> for WriteFault {
     fn from(error: TopologyError) -> Self {
-        Fault::Topology(error)
+        WriteFault::Topology(error)
     }
 }

@@ -6,8 +6,8 @@
 
 use std::io::Write;
 
-use super::error::Fault;
-use super::records::{Progress, push_integer, push_point, push_signed, write_records};
+use super::error::WriteFault;
+use super::records::{WriteProgress, push_integer, push_point, push_signed, write_records};
 use super::topology;
 use septet_core::model::MeshView;
 
@@ -15,8 +15,8 @@ use septet_core::model::MeshView;
 pub(super) fn write(
     out: &mut dyn Write,
     mesh: &MeshView<'_>,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     let (dimension, points) = (mesh.dimension, mesh.point_count());
     let markers = mesh.labels.map(|l| l.point_markers.as_slice());
     let (facet, cell) = if dimension == 3 { ("Triangles", "Tetrahedra") } else { ("Edges", "Triangles") };
@@ -27,7 +27,7 @@ pub(super) fn write(
         buffer.push(b'\n');
     })?;
     let mut silent = |_, _| {};
-    let mut uncounted = Progress::new(0, &mut silent);
+    let mut uncounted = WriteProgress::new(0, &mut silent);
     if let Some(labels) = mesh.labels {
         let (faces, edges) = (&labels.faces, &labels.edges);
         let marker = |i: usize| faces.markers[i];
@@ -55,8 +55,8 @@ fn write_entities(
     name: &str,
     (indices, width): (&[u64], usize),
     reference: impl Fn(usize) -> i64 + Sync,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     let count = indices.len() / width;
     write!(out, "{name}\n{count}\n")?;
     write_records(out, count, progress, |buffer, row| {

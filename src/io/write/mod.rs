@@ -37,9 +37,9 @@ pub use options::WriteOptions;
 pub use points::{check_points_output, write_points, write_points_to};
 pub use quality::radius_edge_ratio;
 
-use error::Fault;
+use error::WriteFault;
 use options::check_first_id;
-use records::Progress;
+use records::WriteProgress;
 use stage::Stage;
 
 /// Checks that a triangulation can be written under this path, before any other work.
@@ -101,7 +101,7 @@ pub fn write(
 ) -> Result<Vec<PathBuf>, OutputError> {
     let format = options.format_of(path)?;
     check_mesh(mesh, options)?;
-    let mut progress = Progress::new(records(format, mesh), progress);
+    let mut progress = WriteProgress::new(records(format, mesh), progress);
     let mut stage = Stage::default();
     match format {
         OutputFormat::TetGen => tetgen::write(path, mesh, options, &mut stage, &mut progress)?,
@@ -131,9 +131,9 @@ pub fn write_to(
         return Err(OutputError::NotOneFile);
     }
     check_mesh(mesh, options)?;
-    let mut progress = Progress::new(records(format, mesh), progress);
+    let mut progress = WriteProgress::new(records(format, mesh), progress);
     let written = write_body(writer, format, mesh, options, &mut progress);
-    written.and_then(|()| Ok(writer.flush()?)).map_err(Fault::of_stream)?;
+    written.and_then(|()| Ok(writer.flush()?)).map_err(WriteFault::of_stream)?;
     progress.finish();
     Ok(())
 }
@@ -156,8 +156,8 @@ fn write_body(
     format: OutputFormat,
     mesh: &MeshView<'_>,
     options: &WriteOptions<'_>,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     match format {
         OutputFormat::Vtu => vtu::write(out, mesh, options, progress),
         OutputFormat::Vtk => vtk::write(out, mesh, options, progress),
@@ -185,7 +185,7 @@ fn check_mesh(mesh: &MeshView<'_>, options: &WriteOptions<'_>) -> Result<(), Out
     }
     let cells = mesh.cell_count();
     let lengths =
-        [("owners", mesh.owner.map(<[u32]>::len)), ("home leaves", mesh.home_leaf.map(<[u64]>::len))];
+        [("owners", mesh.owner.map(<[u32]>::len)), ("owning leaves", mesh.owning_leaf.map(<[u64]>::len))];
     for (what, length) in lengths {
         if let Some(length) = length
             && length != cells

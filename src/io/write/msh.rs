@@ -3,10 +3,10 @@
 
 use std::io::Write;
 
-use super::error::Fault;
+use super::error::WriteFault;
 use super::format::MshVersion;
 use super::msh_labelled;
-use super::records::{Progress, push_float, push_indices, push_integer, push_point, write_records};
+use super::records::{WriteProgress, push_float, push_indices, push_integer, push_point, write_records};
 use septet_core::model::MeshView;
 
 /// Writes a triangulation.
@@ -14,8 +14,8 @@ pub(super) fn write(
     out: &mut dyn Write,
     mesh: &MeshView<'_>,
     version: MshVersion,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     match version {
         MshVersion::V41 => write_41(out, mesh, progress),
         MshVersion::V22 => write_22(out, mesh, progress),
@@ -27,7 +27,11 @@ fn element_type(dimension: usize) -> usize {
     if dimension == 3 { 4 } else { 2 }
 }
 
-fn write_22(out: &mut dyn Write, mesh: &MeshView<'_>, progress: &mut Progress<'_>) -> Result<(), Fault> {
+fn write_22(
+    out: &mut dyn Write,
+    mesh: &MeshView<'_>,
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     let (dimension, corners) = (mesh.dimension, mesh.dimension + 1);
     let (points, cells) = (mesh.point_count(), mesh.cell_count());
     write!(out, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{points}\n")?;
@@ -54,7 +58,11 @@ fn write_22(out: &mut dyn Write, mesh: &MeshView<'_>, progress: &mut Progress<'_
     Ok(())
 }
 
-fn write_41(out: &mut dyn Write, mesh: &MeshView<'_>, progress: &mut Progress<'_>) -> Result<(), Fault> {
+fn write_41(
+    out: &mut dyn Write,
+    mesh: &MeshView<'_>,
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     let (dimension, corners) = (mesh.dimension, mesh.dimension + 1);
     let (points, cells) = (mesh.point_count(), mesh.cell_count());
     writeln!(out, "$MeshFormat\n4.1 0 8\n$EndMeshFormat")?;
@@ -75,7 +83,7 @@ fn write_41(out: &mut dyn Write, mesh: &MeshView<'_>, progress: &mut Progress<'_
         writeln!(out, "0 0 0 0")?;
     }
     let mut silent = |_, _| {};
-    write_records(out, points, &mut Progress::new(points as u64, &mut silent), |buffer, i| {
+    write_records(out, points, &mut WriteProgress::new(points as u64, &mut silent), |buffer, i| {
         push_integer(buffer, i as u64 + 1);
         buffer.push(b'\n');
     })?;

@@ -8,9 +8,9 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 
-use super::error::Fault;
+use super::error::WriteFault;
 use super::format::MshVersion;
-use super::records::{Progress, push_float, push_indices, push_integer, write_records};
+use super::records::{WriteProgress, push_float, push_indices, push_integer, write_records};
 use septet_core::model::{Labels, MeshView};
 
 /// The element types of Gmsh by dimension: line, triangle and tetrahedron.
@@ -65,7 +65,7 @@ pub(super) fn write_entities(
     out: &mut dyn Write,
     mesh: &MeshView<'_>,
     groups: &[Group<'_>],
-) -> Result<(), Fault> {
+) -> Result<(), WriteFault> {
     let count =
         |d: usize| groups.iter().filter(|g| g.dimension == d).map(|g| g.entities.len()).sum::<usize>();
     writeln!(out, "$Entities\n0 {} {} {}", count(1), count(2), count(3))?;
@@ -118,8 +118,8 @@ pub(super) fn write_elements(
     out: &mut dyn Write,
     groups: &[Group<'_>],
     version: MshVersion,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     let entities = groups.iter().flat_map(|g| g.entities.iter().map(move |e| (g, e)));
     let total: usize = entities.clone().map(|(_, (_, (_, rows)))| rows.len()).sum();
     writeln!(out, "$Elements")?;

@@ -2,16 +2,16 @@
 
 use std::io::{self, Write};
 
-use super::error::Fault;
-use super::records::{Progress, write_records};
+use super::error::WriteFault;
+use super::records::{WriteProgress, write_records};
 use septet_core::model::{MeshView, Points};
 
 /// Writes the cells with zero-based indices.
 pub(super) fn write_cells(
     out: &mut dyn Write,
     mesh: &MeshView<'_>,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     let (cells, width) = (mesh.cells, mesh.dimension + 1);
     write_head(out, "<i8", mesh.cell_count(), width)?;
     write_records(out, mesh.cell_count(), progress, |buffer, row| {
@@ -26,8 +26,8 @@ pub(super) fn write_cells(
 pub(super) fn write_points(
     out: &mut dyn Write,
     points: &Points,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     let (coordinates, width) = (points.coordinates(), points.dimension());
     write_head(out, "<f8", points.len(), width)?;
     write_records(out, points.len(), progress, |buffer, row| {
@@ -63,17 +63,17 @@ mod tests {
     fn points_file(points: &Points) -> Vec<u8> {
         let mut bytes = Vec::new();
         let mut report = |_, _| {};
-        write_points(&mut bytes, points, &mut Progress::new(points.len() as u64, &mut report)).unwrap();
+        write_points(&mut bytes, points, &mut WriteProgress::new(points.len() as u64, &mut report)).unwrap();
         bytes
     }
 
     /// Returns the bytes that [`write_cells`] writes.
     fn cells_file(dimension: usize, cells: &[u64]) -> Vec<u8> {
-        let (owner, home_leaf, labels) = (None, None, None);
-        let mesh = MeshView { dimension, coordinates: &[], cells, owner, home_leaf, labels };
+        let (owner, owning_leaf, labels) = (None, None, None);
+        let mesh = MeshView { dimension, coordinates: &[], cells, owner, owning_leaf, labels };
         let mut bytes = Vec::new();
         let mut report = |_, _| {};
-        write_cells(&mut bytes, &mesh, &mut Progress::new(cells.len() as u64, &mut report)).unwrap();
+        write_cells(&mut bytes, &mesh, &mut WriteProgress::new(cells.len() as u64, &mut report)).unwrap();
         bytes
     }
 

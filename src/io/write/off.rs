@@ -5,8 +5,8 @@ use std::io::Write;
 
 use rayon::prelude::*;
 
-use super::error::Fault;
-use super::records::{Progress, push_indices, push_point, write_records};
+use super::error::WriteFault;
+use super::records::{WriteProgress, push_indices, push_point, write_records};
 use super::topology;
 use septet_core::model::{MeshView, Points};
 
@@ -14,8 +14,8 @@ use septet_core::model::{MeshView, Points};
 pub(super) fn write(
     out: &mut dyn Write,
     mesh: &MeshView<'_>,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     if mesh.dimension == 2 {
         write_head(out, mesh.point_count(), mesh.cell_count())?;
         write_vertices(out, 2, mesh.coordinates, progress)?;
@@ -42,13 +42,13 @@ pub(super) fn write(
 pub(super) fn write_points(
     out: &mut dyn Write,
     points: &Points,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     write_head(out, points.len(), 0)?;
     write_vertices(out, points.dimension(), points.coordinates(), progress)
 }
 
-fn write_head(out: &mut dyn Write, points: usize, faces: usize) -> Result<(), Fault> {
+fn write_head(out: &mut dyn Write, points: usize, faces: usize) -> Result<(), WriteFault> {
     Ok(write!(out, "OFF\n{points} {faces} 0\n")?)
 }
 
@@ -56,8 +56,8 @@ fn write_vertices(
     out: &mut dyn Write,
     dimension: usize,
     coordinates: &[f64],
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     write_records(out, coordinates.len() / dimension, progress, |buffer, i| {
         push_point(buffer, &coordinates[i * dimension..(i + 1) * dimension], b' ', true);
         buffer.push(b'\n');
@@ -65,7 +65,11 @@ fn write_vertices(
     Ok(())
 }
 
-fn write_triangles(out: &mut dyn Write, triangles: &[u64], progress: &mut Progress<'_>) -> Result<(), Fault> {
+fn write_triangles(
+    out: &mut dyn Write,
+    triangles: &[u64],
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     write_records(out, triangles.len() / 3, progress, |buffer, i| {
         buffer.push(b'3');
         push_indices(buffer, &triangles[3 * i..3 * i + 3], 0);

@@ -13,7 +13,8 @@ pub struct WriteOptions<'a> {
     pub format: Option<OutputFormat>,
     /// The format of point sets. By default, the file name extension determines it.
     pub point_format: Option<PointFormat>,
-    /// Whether to write the owner and the home leaf of each cell, if the mesh contains them (`.vtu` and `.vtk` only).
+    /// Whether to write the owner and the owning leaf of each cell, if the mesh contains them (`.vtu` and `.vtk`
+    /// only).
     pub with_owner: bool,
     /// The id of the first point and of the first cell in the files of `TetGen`: 0 or 1, as in the `.node` file of the
     /// points.

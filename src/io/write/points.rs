@@ -3,10 +3,10 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::error::{Fault, OutputError};
+use super::error::{OutputError, WriteFault};
 use super::format::PointFormat;
 use super::options::{WriteOptions, check_first_id};
-use super::records::{Progress, push_point, write_records};
+use super::records::{WriteProgress, push_point, write_records};
 use super::stage::{self, Stage};
 use super::{npy, off, tetgen, vtk, vtu};
 use septet_core::model::Points;
@@ -45,7 +45,7 @@ pub fn write_points(
             known: "file names".to_owned(),
         });
     }
-    let mut progress = Progress::new(total(format, points), progress);
+    let mut progress = WriteProgress::new(total(format, points), progress);
     let mut stage = Stage::default();
     stage.write(path, |out| write_body(out, format, points, options, &mut progress))?;
     let files = stage.commit()?;
@@ -65,9 +65,9 @@ pub fn write_points_to(
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<(), OutputError> {
     check_first_id(options.first_id)?;
-    let mut progress = Progress::new(total(format, points), progress);
+    let mut progress = WriteProgress::new(total(format, points), progress);
     let written = write_body(writer, format, points, options, &mut progress);
-    written.and_then(|()| Ok(writer.flush()?)).map_err(Fault::of_stream)?;
+    written.and_then(|()| Ok(writer.flush()?)).map_err(WriteFault::of_stream)?;
     progress.finish();
     Ok(())
 }
@@ -87,8 +87,8 @@ fn write_body(
     format: PointFormat,
     points: &Points,
     options: &WriteOptions<'_>,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     let (dimension, coordinates) = (points.dimension(), points.coordinates());
     match format {
         PointFormat::Node => {
@@ -111,8 +111,8 @@ fn write_lines(
     prefix: &[u8],
     separator: u8,
     space: bool,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     let (dimension, coordinates) = (points.dimension(), points.coordinates());
     write_records(out, points.len(), progress, |buffer, i| {
         buffer.extend_from_slice(prefix);
@@ -123,7 +123,11 @@ fn write_lines(
     Ok(())
 }
 
-fn write_ply(out: &mut dyn Write, points: &Points, progress: &mut Progress<'_>) -> Result<(), Fault> {
+fn write_ply(
+    out: &mut dyn Write,
+    points: &Points,
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     let (dimension, coordinates) = (points.dimension(), points.coordinates());
     write!(out, "ply\nformat binary_little_endian 1.0\nelement vertex {}\n", points.len())?;
     out.write_all(b"property double x\nproperty double y\nproperty double z\nend_header\n")?;

@@ -11,13 +11,13 @@ const CHUNK: usize = 4096;
 const BATCH: usize = 64;
 
 /// Counts the records written, and reports the count.
-pub(super) struct Progress<'a> {
+pub(super) struct WriteProgress<'a> {
     done: u64,
     total: u64,
     report: &'a mut dyn FnMut(u64, u64),
 }
 
-impl<'a> Progress<'a> {
+impl<'a> WriteProgress<'a> {
     /// Creates a counter for `total` records, none of which is written yet.
     pub(super) fn new(total: u64, report: &'a mut dyn FnMut(u64, u64)) -> Self {
         report(0, total);
@@ -43,7 +43,7 @@ impl<'a> Progress<'a> {
 pub(super) fn write_records(
     out: &mut dyn Write,
     count: usize,
-    progress: &mut Progress<'_>,
+    progress: &mut WriteProgress<'_>,
     format: impl Fn(&mut Vec<u8>, usize) + Sync,
 ) -> io::Result<()> {
     let mut start = 0;
@@ -171,7 +171,7 @@ mod tests {
         let count = CHUNK * BATCH * 2 + 17;
         let mut reports = Vec::new();
         let mut report = |done, total| reports.push((done, total));
-        let mut progress = Progress::new(count as u64, &mut report);
+        let mut progress = WriteProgress::new(count as u64, &mut report);
         let mut out = Vec::new();
         write_records(&mut out, count, &mut progress, |buffer, index| {
             push_integer(buffer, index as u64);

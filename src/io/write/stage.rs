@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
-use super::error::{Fault, OutputError};
+use super::error::{OutputError, WriteFault};
 use super::names::without_gz;
 
 /// The number of the next temporary file of this process.
@@ -49,7 +49,7 @@ impl Stage {
     pub(in crate::write) fn write(
         &mut self,
         target: &Path,
-        body: impl FnOnce(&mut dyn Write) -> Result<(), Fault>,
+        body: impl FnOnce(&mut dyn Write) -> Result<(), WriteFault>,
     ) -> Result<(), OutputError> {
         if !without_gz(target).1 {
             return self.write_plain(target, body);
@@ -66,7 +66,7 @@ impl Stage {
     pub(in crate::write) fn write_plain(
         &mut self,
         target: &Path,
-        body: impl FnOnce(&mut dyn Write) -> Result<(), Fault>,
+        body: impl FnOnce(&mut dyn Write) -> Result<(), WriteFault>,
     ) -> Result<(), OutputError> {
         let file = self.open(target)?;
         let mut buffered = BufWriter::with_capacity(1 << 18, file);
@@ -226,7 +226,7 @@ mod tests {
         let target = directory.path().join("a.off");
         let result = std::panic::catch_unwind(|| {
             let mut stage = Stage::default();
-            let _ = stage.write(&target, |_| -> Result<(), Fault> { panic!("planned") });
+            let _ = stage.write(&target, |_| -> Result<(), WriteFault> { panic!("planned") });
         });
         assert!(result.is_err());
         assert!(names(directory.path()).is_empty());

@@ -3,8 +3,8 @@
 
 use std::io::Write;
 
-use super::error::Fault;
-use super::records::{Progress, push_float, push_point, write_records};
+use super::error::WriteFault;
+use super::records::{WriteProgress, push_float, push_point, write_records};
 use super::topology;
 use septet_core::model::MeshView;
 
@@ -12,8 +12,8 @@ use septet_core::model::MeshView;
 pub(super) fn write(
     out: &mut dyn Write,
     mesh: &MeshView<'_>,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     let hull;
     let triangles = if mesh.dimension == 3 {
         hull = topology::hull(3, mesh.point_count(), mesh.cells)?;

@@ -3,11 +3,11 @@
 use std::io::Write;
 use std::path::Path;
 
-use super::error::{Fault, OutputError};
+use super::error::{OutputError, WriteFault};
 use super::names::member;
 use super::options::WriteOptions;
 use super::records::{
-    Progress, push_float, push_indices, push_integer, push_point, push_signed, write_records,
+    WriteProgress, push_float, push_indices, push_integer, push_point, push_signed, write_records,
 };
 use super::stage::Stage;
 use super::topology::{self, OUTSIDE};
@@ -24,7 +24,7 @@ pub(super) fn write(
     mesh: &MeshView<'_>,
     options: &WriteOptions<'_>,
     stage: &mut Stage,
-    progress: &mut Progress<'_>,
+    progress: &mut WriteProgress<'_>,
 ) -> Result<(), OutputError> {
     let (dimension, base) = (mesh.dimension, options.first_id);
     let corners = dimension + 1;
@@ -45,7 +45,7 @@ pub(super) fn write(
     let hull = {
         let target = member(path, "neigh");
         let found = topology::adjacency(dimension, mesh.point_count(), mesh.cells);
-        let found = found.map_err(|error| Fault::from(error).at(&target))?;
+        let found = found.map_err(|error| WriteFault::from(error).at(&target))?;
         progress.advance(mesh.cell_count() as u64);
         let neighbours = &found.neighbours;
         stage.write(&target, |out| write_neighbours(out, neighbours, corners, base, progress))?;
@@ -64,7 +64,7 @@ pub(super) fn write(
     }
     let target = member(path, "edge");
     let edges = topology::edges(dimension, mesh.point_count(), mesh.cells);
-    let edges = edges.map_err(|error| Fault::from(error).at(&target))?;
+    let edges = edges.map_err(|error| WriteFault::from(error).at(&target))?;
     progress.advance(mesh.cell_count() as u64);
     let hull = topology::hull_edges(dimension, &hull);
     let head = format!("{} 1\n", edges.len());
@@ -85,7 +85,7 @@ fn write_labelled(
     labels: &Labels,
     base: u64,
     stage: &mut Stage,
-    progress: &mut Progress<'_>,
+    progress: &mut WriteProgress<'_>,
 ) -> Result<(), OutputError> {
     if mesh.dimension == 3 {
         for (extension, width, patches) in [("face", 3, &labels.faces), ("edge", 2, &labels.edges)] {
@@ -101,7 +101,7 @@ fn write_labelled(
     }
     let target = member(path, "edge");
     let edges = topology::edges(2, mesh.point_count(), mesh.cells);
-    let edges = edges.map_err(|error| Fault::from(error).at(&target))?;
+    let edges = edges.map_err(|error| WriteFault::from(error).at(&target))?;
     let ends = labels.faces.vertices.chunks_exact(2).map(|e| [e[0].min(e[1]), e[0].max(e[1])]);
     let mut marked: Vec<([u64; 2], i64)> = ends.zip(labels.faces.markers.iter().copied()).collect();
     marked.sort_unstable();
@@ -123,8 +123,8 @@ pub(super) fn write_nodes(
     dimension: usize,
     (coordinates, labels): (&[f64], Option<Attributes<'_>>),
     base: u64,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     let count = coordinates.len() / dimension;
     let columns = if labels.is_some() { "1 1" } else { "0 0" };
     writeln!(out, "{count} {dimension} {columns}")?;
@@ -149,9 +149,9 @@ fn write_rows(
     head: &str,
     (indices, width): (&[u64], usize),
     base: u64,
-    progress: &mut Progress<'_>,
+    progress: &mut WriteProgress<'_>,
     tail: impl Fn(usize, &mut Vec<u8>) + Sync,
-) -> Result<(), Fault> {
+) -> Result<(), WriteFault> {
     out.write_all(head.as_bytes())?;
     write_records(out, indices.len() / width, progress, |buffer, row| {
         push_integer(buffer, row as u64 + base);
@@ -167,8 +167,8 @@ fn write_neighbours(
     neighbours: &[u64],
     corners: usize,
     base: u64,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     let count = neighbours.len() / corners;
     writeln!(out, "{count} {corners}")?;
     write_records(out, count, progress, |buffer, row| {

@@ -5,9 +5,9 @@
 
 use std::io::{self, Write};
 
-use super::error::Fault;
+use super::error::WriteFault;
 use super::options::WriteOptions;
-use super::records::{Progress, write_records};
+use super::records::{WriteProgress, write_records};
 use super::vtu::{Array, Section, TETRAHEDRON, TRIANGLE, VERTEX, data_arrays, points};
 use septet_core::model::{MeshView, Points};
 
@@ -25,8 +25,8 @@ pub(super) fn write(
     out: &mut dyn Write,
     mesh: &MeshView<'_>,
     options: &WriteOptions<'_>,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     let corners = mesh.dimension + 1;
     let cells = mesh.cells;
     let vertices = move |i: usize| &cells[i * corners..(i + 1) * corners];
@@ -40,8 +40,8 @@ pub(super) fn write(
 pub(super) fn write_points(
     out: &mut dyn Write,
     set: &Points,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     let indices: Vec<u64> = (0..set.len() as u64).collect();
     let vertices = |i: usize| &indices[i..=i];
     let cells = Cells { count: set.len(), corners: 1, vtk_type: VERTEX, vertices: &vertices };
@@ -53,12 +53,12 @@ fn write_grid(
     points: &Array<'_>,
     cells: &Cells<'_>,
     arrays: &[Array<'_>],
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     let (count, entries) = (cells.count, cells.count * (cells.corners + 1));
     let most = entries.max(points.count) as u64;
     if i32::try_from(most).is_err() {
-        return Err(Fault::TooLarge(most));
+        return Err(WriteFault::TooLarge(most));
     }
     write!(out, "# vtk DataFile Version 3.0\nseptet\nBINARY\nDATASET UNSTRUCTURED_GRID\n")?;
     writeln!(out, "POINTS {} double", points.count)?;
@@ -84,7 +84,7 @@ fn write_data(
     section: Section,
     count: usize,
     arrays: &[Array<'_>],
-    progress: &mut Progress<'_>,
+    progress: &mut WriteProgress<'_>,
 ) -> io::Result<()> {
     let own: Vec<&Array<'_>> =
         arrays.iter().filter(|a| a.section == section && !a.has_global_ids()).collect();
@@ -101,7 +101,7 @@ fn write_data(
 }
 
 /// Writes the little-endian records of an array as big-endian numbers.
-fn write_array(out: &mut dyn Write, array: &Array<'_>, progress: &mut Progress<'_>) -> io::Result<()> {
+fn write_array(out: &mut dyn Write, array: &Array<'_>, progress: &mut WriteProgress<'_>) -> io::Result<()> {
     let size = if array.kind.ends_with("64") { 8 } else { 4 };
     write_records(out, array.count, progress, |buffer, i| {
         let start = buffer.len();

@@ -5,10 +5,10 @@
 
 use std::io::{self, Write};
 
-use super::error::Fault;
+use super::error::WriteFault;
 use super::options::WriteOptions;
 use super::quality::{least_angle, radius_edge_ratio};
-use super::records::{Progress, write_records};
+use super::records::{WriteProgress, write_records};
 use septet_core::model::{Labels, MeshView, Points};
 
 /// Cell types of VTK.
@@ -65,8 +65,8 @@ pub(super) fn write(
     out: &mut dyn Write,
     mesh: &MeshView<'_>,
     options: &WriteOptions<'_>,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     let corners = mesh.dimension + 1;
     let (cells, count) = (mesh.cells, mesh.cell_count());
     let (dimension, coordinates) = (mesh.dimension, mesh.coordinates);
@@ -115,8 +115,8 @@ pub(super) fn data_arrays<'a>(mesh: &MeshView<'a>, options: &WriteOptions<'a>) -
 pub(super) fn write_points(
     out: &mut dyn Write,
     set: &Points,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     let count = set.len();
     let index: Record<'_> = Box::new(|buffer, i| buffer.extend_from_slice(&(i as u64).to_le_bytes()));
     let mut arrays = vec![point_ids(count), points(set.dimension(), set.coordinates())];
@@ -156,7 +156,7 @@ fn owners<'a>(mesh: &MeshView<'a>) -> Vec<Array<'a>> {
         let record: Record<'a> = Box::new(|buffer, i| buffer.extend_from_slice(&owner[i].to_le_bytes()));
         arrays.push(cell_array(Section::CellData, "owner", "UInt32", (count, 4), record));
     }
-    if let Some(leaf) = mesh.home_leaf {
+    if let Some(leaf) = mesh.owning_leaf {
         let record: Record<'a> = Box::new(|buffer, i| buffer.extend_from_slice(&leaf[i].to_le_bytes()));
         arrays.push(cell_array(Section::CellData, "home_leaf", "UInt64", (count, 8), record));
     }
@@ -221,7 +221,7 @@ pub(super) fn head_and_arrays(
     data: [&str; 2],
     (points, cells): (usize, usize),
     arrays: &[Array<'_>],
-    progress: &mut Progress<'_>,
+    progress: &mut WriteProgress<'_>,
 ) -> io::Result<()> {
     write_head(out, data, (points, cells), arrays)?;
     for array in arrays {

@@ -4,8 +4,8 @@
 
 use std::io::Write;
 
-use super::error::Fault;
-use super::records::Progress;
+use super::error::WriteFault;
+use super::records::WriteProgress;
 use super::vtu::{Record, Section, cell_array, head_and_arrays, offsets_and_types, points};
 use septet_core::model::{Labels, MeshView};
 
@@ -18,8 +18,8 @@ pub(super) fn write(
     out: &mut dyn Write,
     mesh: &MeshView<'_>,
     labels: &Labels,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
     let (dimension, faces) = (mesh.dimension, &labels.faces);
     let mut used = faces.vertices.clone();
     used.sort_unstable();

@@ -4,7 +4,7 @@ use std::fmt;
 
 use thiserror::Error;
 
-use crate::experiment::fit::{FitReport, Request, fit};
+use crate::experiment::fit::{FitReport, FitRequest, fit};
 use crate::experiment::{Line, RoundLine};
 
 /// A row of the table in the error: one run.
@@ -97,7 +97,7 @@ pub(super) fn compare(
     what: &str,
     bound_text: &str,
     count: impl Fn(&Line) -> (f64, f64),
-    question: Option<&Request>,
+    question: Option<&FitRequest>,
     first: impl Fn(&Line, f64) -> Option<String>,
 ) -> Result<(), Broken> {
     let rows: Vec<Row> = lines

@@ -1,13 +1,13 @@
 //! Checks of sweeps: the growth of a count.
 
-use crate::experiment::fit::{FitReport, Key, Law, Request, Verdict, fit};
+use crate::experiment::fit::{Conclusion, FitReport, FitRequest, Key, Law, fit};
 use crate::experiment::{DepthLine, LevelLine, Line, RoundLine};
 
 use super::broken::{Broken, describe, nothing, short};
 use super::counts::HasCounts;
 
 /// Returns the fit, or an error if the runs do not determine it.
-fn answered(lines: &[Line], request: &Request) -> Result<FitReport, Broken> {
+fn answered(lines: &[Line], request: &FitRequest) -> Result<FitReport, Broken> {
     if lines.is_empty() {
         return Err(nothing(request.y.name()));
     }
@@ -60,8 +60,8 @@ fn first_level(lines: &[Line], phase: &str, margin: f64) -> Option<String> {
 /// Fails if a series is not flat, or if it has too few levels or seeds for a decision.
 pub fn level_depth_flat(counted: &impl HasCounts, phase: &str, margin: f64) -> Result<(), Broken> {
     let lines = counted.lines();
-    let report = answered(&lines, &Request { margin, ..Request::new(Key::LevelDepth, Some(phase)) })?;
-    let sloped = report.series.iter().find(|series| series.verdict != Verdict::SizeFree);
+    let report = answered(&lines, &FitRequest { margin, ..FitRequest::new(Key::LevelDepth, Some(phase)) })?;
+    let sloped = report.series.iter().find(|series| series.conclusion != Conclusion::SizeFree);
     match sloped.map(|series| format!("depth of {phase} level by level: {}", series.words)) {
         None => Ok(()),
         Some(what) => {
@@ -74,11 +74,11 @@ pub fn level_depth_flat(counted: &impl HasCounts, phase: &str, margin: f64) -> R
 /// Checks, in every series, that the count grows like `law` and that the sizes suffice to exclude all other laws.
 ///
 /// # Errors
-/// Fails if the verdict is different, or if the runs do not determine the growth.
-pub fn grows_like(counted: &impl HasCounts, request: &Request, law: Law) -> Result<(), Broken> {
+/// Fails if the conclusion is different, or if the runs do not determine the growth.
+pub fn grows_like(counted: &impl HasCounts, request: &FitRequest, law: Law) -> Result<(), Broken> {
     let lines = counted.lines();
     let report = answered(&lines, request)?;
-    let other = report.series.iter().find(|series| series.verdict != Verdict::Law { law });
+    let other = report.series.iter().find(|series| series.conclusion != Conclusion::Law { law });
     match other.map(|s| format!("{}, expected {}: {}", request.y.name(), law.name(), s.words)) {
         None => Ok(()),
         Some(what) => Err(broken(what, &lines, report)),
@@ -90,7 +90,7 @@ pub fn grows_like(counted: &impl HasCounts, request: &Request, law: Law) -> Resu
 ///
 /// # Errors
 /// Fails if the exponent is larger, or if the runs do not determine it.
-pub fn exponent(counted: &impl HasCounts, request: &Request, most: f64) -> Result<(), Broken> {
+pub fn exponent(counted: &impl HasCounts, request: &FitRequest, most: f64) -> Result<(), Broken> {
     let lines = counted.lines();
     let report = answered(&lines, request)?;
     let high = |growth: Option<&crate::experiment::fit::Growth>| {
@@ -112,5 +112,5 @@ pub fn exponent(counted: &impl HasCounts, request: &Request, most: f64) -> Resul
 pub fn surface_bytes(counted: &impl HasCounts, phase: &str, slack: f64) -> Result<(), Broken> {
     let lines = counted.lines();
     let dimension = lines.iter().map(|line| line.dimension).min().unwrap_or(3) as f64;
-    exponent(&lines, &Request::new(Key::Bytes, Some(phase)), 1.0 - 1.0 / dimension + slack)
+    exponent(&lines, &FitRequest::new(Key::Bytes, Some(phase)), 1.0 - 1.0 / dimension + slack)
 }

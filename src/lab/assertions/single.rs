@@ -1,7 +1,7 @@
 //! Checks of single runs. Every run must satisfy the bound. A check of a phase fails if a run does not have this
 //! phase.
 
-use crate::experiment::fit::{Key, Request};
+use crate::experiment::fit::{FitRequest, Key};
 use crate::experiment::{LevelLine, Line, RoundLine};
 
 use super::broken::{Broken, Row, compare, describe, nothing, short};
@@ -42,7 +42,7 @@ fn tree_levels(lines: &[Line], text: &str, bound: impl Fn(&Line) -> f64) -> Resu
         let LevelLine { level, nodes, points, .. } = level;
         Some(format!("level above it: level {level}, {nodes} nodes with {points} points"))
     };
-    compare(lines, "levels of the tree", text, count, Some(&Request::new(Key::Levels, None)), first)
+    compare(lines, "levels of the tree", text, count, Some(&FitRequest::new(Key::Levels, None)), first)
 }
 
 /// Checks that the depth of every subproblem in this phase is at most `most`, at every level and size.
@@ -61,7 +61,7 @@ pub fn depth_of_levels(counted: &impl HasCounts, phase: &str, most: u64) -> Resu
         let (depth, LevelLine { level: number, largest, .. }) = (of_level(level), level);
         Some(format!("level above it: level {number}, depth {depth}, largest node of {largest} points"))
     };
-    let question = Request::new(Key::LevelDepth, Some(phase));
+    let question = FitRequest::new(Key::LevelDepth, Some(phase));
     let what = format!("largest depth of a subproblem in {phase}");
     compare(&counted.lines(), &what, "the limit", count, Some(&question), first)
 }
@@ -79,7 +79,7 @@ pub fn rounds(counted: &impl HasCounts, phase: &str, slope: f64, constant: f64) 
         let sent = |r: &&RoundLine| r.phase == phase && r.messages > 0;
         line.rounds.iter().filter(sent).nth(bound.max(0.0) as usize).map(describe)
     };
-    let question = Request::new(Key::Rounds, Some(phase));
+    let question = FitRequest::new(Key::Rounds, Some(phase));
     let what = format!("rounds of {phase}");
     compare(&counted.lines(), &what, &law(slope, constant), count, Some(&question), first)
 }
@@ -126,8 +126,8 @@ pub fn messages_per_worker(
     let first = |line: &Line, bound: f64| {
         beyond(line, phase, bound * f64::from(line.workers.max(1)), |round| round.messages)
     };
-    let question = Request::new(Key::Messages, Some(phase));
-    let what = format!("messages of {phase} per worker");
+    let question = FitRequest::new(Key::Messages, Some(phase));
+    let what = format!("messages of {phase} a worker");
     compare(&counted.lines(), &what, &law(slope, constant), count, Some(&question), first)
 }
 
@@ -141,7 +141,7 @@ pub fn bytes(counted: &impl HasCounts, phase: &str, factor: f64) -> Result<(), B
         (line.phase(phase).map_or(f64::NAN, |p| p.bytes as f64), factor * surface)
     };
     let first = |line: &Line, bound: f64| beyond(line, phase, bound, |round| round.bytes);
-    let question = Request::new(Key::Bytes, Some(phase));
+    let question = FitRequest::new(Key::Bytes, Some(phase));
     let text = format!("{} n^(1-1/d)", short(factor));
     compare(&counted.lines(), &format!("bytes of {phase}"), &text, count, Some(&question), first)
 }
@@ -169,7 +169,7 @@ pub fn no_repair(counted: &impl HasCounts) -> Result<(), Broken> {
     let first = |line: &Line, _: f64| {
         line.rounds.iter().find(|r| r.phase == "repair" && r.messages > 0).map(describe)
     };
-    let question = Request::new(Key::ExchangeRounds, None);
+    let question = FitRequest::new(Key::ExchangeRounds, None);
     let what = "rounds of exchange, stars repaired and points gathered";
     compare(&counted.lines(), what, "none", count, Some(&question), first)
 }

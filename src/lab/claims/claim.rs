@@ -1,13 +1,13 @@
-//! A claim: its statement, its reading, its experiment and the function that judges it.
+//! A claim: its statement, its reading, its experiment and the function that checks it.
 
 use serde::Serialize;
 
 use super::error::ClaimError;
 use super::figure::Figure;
 use super::lab::Lab;
-use super::report::Judged;
+use super::report::CheckedClaim;
 
-/// The form of the paper's statement that is judged.
+/// The form of the paper's statement that is checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum Reading {
@@ -17,7 +17,7 @@ pub enum Reading {
     AsRead {
         /// The reading.
         instead: &'static str,
-        /// The reason why the printed statement is not judged.
+        /// The reason why the printed statement is not checked.
         because: &'static str,
     },
 }
@@ -31,13 +31,13 @@ pub struct Claim {
     pub source: &'static str,
     /// The statement.
     pub statement: &'static str,
-    /// The form that is judged.
+    /// The form that is checked.
     pub reading: Reading,
     /// The runs and measurements.
     pub experiment: &'static str,
     /// The bound and its reason.
     pub bound: &'static str,
-    pub(super) judge: fn(&mut Lab) -> Result<Vec<Figure>, ClaimError>,
+    pub(super) check: fn(&mut Lab) -> Result<Vec<Figure>, ClaimError>,
 }
 
 impl Claim {
@@ -45,12 +45,12 @@ impl Claim {
     ///
     /// # Errors
     /// See [`ClaimError`].
-    pub fn judge(&self, lab: &mut Lab) -> Result<Judged, ClaimError> {
-        let figures = (self.judge)(lab)?;
-        Ok(Judged::of(self, figures))
+    pub fn check(&self, lab: &mut Lab) -> Result<CheckedClaim, ClaimError> {
+        let figures = (self.check)(lab)?;
+        Ok(CheckedClaim::of(self, figures))
     }
 
-    /// Returns two lines: the statement, and how it is judged.
+    /// Returns two lines: the statement, and how it is checked.
     pub fn explained(&self) -> [String; 2] {
         let read = match self.reading {
             Reading::AsPrinted => String::new(),

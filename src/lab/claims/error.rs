@@ -5,7 +5,7 @@ use thiserror::Error;
 use crate::experiment::RunError;
 use crate::experiment::fit::FitError;
 
-/// A reason why a claim could not be judged.
+/// A reason why a claim could not be checked.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ClaimError {

@@ -28,8 +28,8 @@ pub struct Figure {
     pub relation: Relation,
     /// The bound.
     pub bound: f64,
-    /// Whether the figure belongs to the printed statement of a claim that is judged in another reading. Such a
-    /// figure is reported but not judged.
+    /// Whether the figure belongs to the printed statement of a claim that is checked in another reading. Such a
+    /// figure is reported but does not decide about the claim.
     pub as_printed: bool,
 }
 

@@ -5,7 +5,7 @@
 
 use glam::{DVec2, DVec3};
 use septet_geometry::point::Simplex;
-use septet_meshing::generate::{Failure, Rules, Stage, generate};
+use septet_meshing::generate::{GenerationError, Rules, StageCounts, generate};
 use septet_meshing::mesh::Mesh;
 use septet_meshing::size::cones::Cone;
 use septet_meshing::size::{SizeFunction, SizeOptions};
@@ -14,11 +14,11 @@ use septet_core::Config;
 use septet_core::config::{Graph, Workers};
 use septet_core::generate::unit::Unit;
 use septet_core::mesh::Promise;
-use septet_core::mesh::machine::Counted;
+use septet_core::mesh::machine::CountedMachine;
 use septet_core::run::simulate;
 
 use super::lab::Lab;
-use super::measure::{Shape, X, shapes};
+use super::measure::{CellShape, X, shapes};
 use super::{Claim, ClaimError, Figure, Reading};
 
 pub(super) const CLAIMS: &[Claim] = &[
@@ -34,7 +34,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         },
         experiment: "Generated points of a square and a cube, L = 0.12, 0.25, 0.5: the largest R/l, over 1/(1-L)",
         bound: "1, a theorem; 1e-9 for rounding",
-        judge: |lab| ratios(lab, true),
+        check: |lab| ratios(lab, true),
     },
     Claim {
         name: "approximate-ratio",
@@ -45,7 +45,7 @@ pub(super) const CLAIMS: &[Claim] = &[
                      largest R/l over g/(1-gL), in space g = max sqrt(4-2d^2)/(1-L sqrt(3+2d)) over d, in the plane \
                      sqrt(2)/(1-L)",
         bound: "1, a theorem (the generator's documentation proves it); 1e-9 for rounding",
-        judge: |lab| ratios(lab, false),
+        check: |lab| ratios(lab, false),
     },
     Claim {
         name: "size-optimal",
@@ -53,9 +53,9 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "the point set's density is bounded by the size function",
         reading: Reading::AsPrinted,
         experiment: "The number of points over the integral of dx/f^d over the cells, at two sizes that differ by a factor of two",
-        bound: "2^d (2+2L)^d / v_d, v_d the volume of the unit ball: balls of radius f/(2+L) around points are disjoint, and at \
-                least 1/2^d of each lies in the domain; growth by 1.25 from one size to the other",
-        judge: density,
+        bound: "2^d (2+2L)^d / v_d, v_d the unit ball: balls of radius f/(2+L) around points are disjoint, and a corner keeps \
+                1/2^d of its own; growth by 1.25 from one size to the other",
+        check: density,
     },
     Claim {
         name: "set-rounds",
@@ -67,7 +67,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         },
         experiment: "Rounds minus log2 of the candidates, for the independent set with the most rounds, over all stages of these sets",
         bound: "2: for a random order, the rounds of the greedy set grow like log m (Fischer and Noever 2018)",
-        judge: rounds,
+        check: rounds,
     },
     Claim {
         name: "generated-density",
@@ -79,7 +79,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         },
         experiment: "Stars that splaying changed in the recursion over generated points, L = 0.12 and 0.25",
         bound: "0",
-        judge: stars,
+        check: stars,
     },
 ];
 
@@ -87,24 +87,24 @@ pub(super) const CLAIMS: &[Claim] = &[
 const ROUNDING: f64 = 1e-9;
 
 /// A generated set with its cells.
-struct Sample {
+struct MeshSample {
     name: String,
     d: usize,
     lipschitz: f64,
     size: f64,
     points: Vec<X>,
     cells: Vec<u64>,
-    stages: Vec<Stage>,
+    stages: Vec<StageCounts>,
 }
 
-impl Sample {
+impl MeshSample {
     /// Returns the value of the size function at `x`.
     fn f(&self, x: &X) -> f64 {
         let away = (0..self.d).map(|i| (x[i] - 0.5) * (x[i] - 0.5)).sum::<f64>().sqrt();
         self.size.min(0.1 * self.size + self.lipschitz * away)
     }
 
-    fn shapes(&self) -> Vec<Shape> {
+    fn shapes(&self) -> Vec<CellShape> {
         shapes(&self.points, &self.cells, self.d)
     }
 
@@ -116,7 +116,7 @@ impl Sample {
     }
 }
 
-fn made<P: Unit>(lab: &Lab, lipschitz: f64, size: f64) -> Result<Sample, ClaimError> {
+fn made<P: Unit>(lab: &Lab, lipschitz: f64, size: f64) -> Result<MeshSample, ClaimError> {
     let refused = |reason: String| ClaimError::Mesh { reason };
     let domain = P::domain().map_err(|defects| refused(format!("{} defects", defects.len())))?;
     let mut options = SizeOptions::new(lipschitz);
@@ -125,16 +125,16 @@ fn made<P: Unit>(lab: &Lab, lipschitz: f64, size: f64) -> Result<Sample, ClaimEr
     let f = SizeFunction::new(&domain, &options).map_err(|e| refused(e.to_string()))?;
     let at = |x| f.at(x);
     let rules = Rules { size: &at, lipschitz, seed: lab.seed(), most: 1 << 24 };
-    let mut machine = Counted::new(config(lab));
+    let mut machine = CountedMachine::new(config(lab));
     let generated = generate(&domain, rules, &mut machine).map_err(|failure| match failure {
-        Failure::Machine(error) => error.into(),
+        GenerationError::Machine(error) => error.into(),
         failure => refused(format!("{failure:?}")),
     })?;
     let stages = generated.stages.clone();
     let mesh: Mesh<P> = generated.into_mesh(&domain);
     let coordinate = |p: &P, i: usize| if i < P::DIM { p.coord(i) } else { 0.0 };
     debug_assert_eq!(P::Cell::LEN, P::DIM + 1);
-    Ok(Sample {
+    Ok(MeshSample {
         name: format!("mesh {}D L={lipschitz} h={size}", P::DIM),
         d: P::DIM,
         lipschitz,
@@ -155,7 +155,7 @@ fn config(lab: &Lab) -> Config {
 }
 
 /// Generates the sets at the largest size of this extent, and at `shrink` times that size.
-fn samples(lab: &Lab, slopes: &[f64], shrink: f64) -> Result<Vec<Sample>, ClaimError> {
+fn samples(lab: &Lab, slopes: &[f64], shrink: f64) -> Result<Vec<MeshSample>, ClaimError> {
     let [plane, space] = if lab.brief() { [0.06, 0.15] } else { lab.by_extent([0.02, 0.08], [0.004, 0.03]) };
     let mut all = Vec::new();
     for &lipschitz in slopes {
@@ -167,24 +167,24 @@ fn samples(lab: &Lab, slopes: &[f64], shrink: f64) -> Result<Vec<Sample>, ClaimE
 
 fn ratios(lab: &mut Lab, free: bool) -> Result<Vec<Figure>, ClaimError> {
     let slopes: &[f64] = if free { &[0.12, 0.25, 0.5] } else { &[0.06, 0.12] };
-    let of = |sample: Sample| {
+    let of = |sample: MeshSample| {
         let slope = sample.lipschitz;
         let promise = Promise::of(slope);
         let all = if sample.d == 2 { promise.near } else { promise.above };
         let bound = if free { promise.free } else { all.unwrap_or(f64::NAN) };
         let shapes = sample.shapes();
-        let judged: Vec<f64> =
-            shapes.iter().filter(|s| !free || sample.is_free(&s.centre)).map(Shape::ratio).collect();
-        let worst = judged.iter().copied().fold(0.0, f64::max);
-        let what = format!("largest R/l of {} of {} cells, over the bound", judged.len(), shapes.len());
-        let value = if judged.is_empty() { f64::NAN } else { worst / bound };
+        let checked: Vec<f64> =
+            shapes.iter().filter(|s| !free || sample.is_free(&s.centre)).map(CellShape::ratio).collect();
+        let worst = checked.iter().copied().fold(0.0, f64::max);
+        let what = format!("largest R/l of {} of {} cells, over the bound", checked.len(), shapes.len());
+        let value = if checked.is_empty() { f64::NAN } else { worst / bound };
         Figure::at_most(what, &sample.name, lab.seed(), value, 1.0 + ROUNDING)
     };
     Ok(samples(lab, slopes, 1.0)?.into_iter().map(of).collect())
 }
 
 fn density(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
-    let over = |sample: &Sample| {
+    let over = |sample: &MeshSample| {
         let rows = sample.cells.chunks_exact(sample.d + 1);
         let integral: f64 = rows.map(|row| integral(sample, row)).sum();
         sample.points.len() as f64 / integral
@@ -206,7 +206,7 @@ fn density(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
 }
 
 /// Approximates the integral of `f^-d` over a cell by the mean over its corners.
-fn integral(sample: &Sample, row: &[u64]) -> f64 {
+fn integral(sample: &MeshSample, row: &[u64]) -> f64 {
     let corners: Vec<X> = row.iter().map(|&v| sample.points[v as usize]).collect();
     let side = |i: usize| [0, 1, 2].map(|k| corners[i][k] - corners[0][k]);
     let (u, v) = (side(1), side(2));
@@ -224,7 +224,7 @@ fn integral(sample: &Sample, row: &[u64]) -> f64 {
 fn rounds(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     for sample in samples(lab, &[0.12, 0.25, 0.5], 1.0)? {
-        let of = |stage: &Stage| {
+        let of = |stage: &StageCounts| {
             let (rounds, candidates) = stage.longest;
             (f64::from(rounds) - (candidates.max(1) as f64).log2(), rounds, candidates)
         };

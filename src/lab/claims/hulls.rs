@@ -21,7 +21,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         },
         experiment: "Edges of the triangulation that are not in the machine's graph, on f-spaced sets",
         bound: "0: the formula is proved in the interior and observed at boundaries",
-        judge: subgraph,
+        check: subgraph,
     },
     Claim {
         name: "lower-hull",
@@ -33,7 +33,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         },
         experiment: "The machine's cells, checked in integer arithmetic: convexity of the lifted facets, cover, hull",
         bound: "0 faults, a theorem",
-        judge: lower_hull,
+        check: lower_hull,
     },
     Claim {
         name: "local-hulls",
@@ -42,7 +42,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Stars that splaying changed, rounds of splaying and points gathered, on f-spaced sets",
         bound: "0, by the lemma, if the graph contains DT(P)",
-        judge: local_hulls,
+        check: local_hulls,
     },
     Claim {
         name: "hulls-depth",
@@ -52,7 +52,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         experiment: "Depth of the phase `hulls` over the largest degree of the graph, at several sizes",
         bound: "4 steps per neighbour: a step and a scan for each neighbour tested against the link, and as many again for the \
                 sort and the insertions",
-        judge: hulls_depth,
+        check: hulls_depth,
     },
 ];
 

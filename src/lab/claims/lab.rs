@@ -6,8 +6,10 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use crate::experiment::{Line, of_counts};
-use septet_core::config::{Alpha, Config, Correction, Fault, Graph, Workers, alpha_of_spacing};
-use septet_core::generate::{Generated, Kind, Request, Spacing, generate};
+use septet_core::config::{
+    Alpha, Config, Correction, DEFAULT_ALPHA, Fault, Graph, Workers, alpha_of_spacing,
+};
+use septet_core::generate::{GRADED_LIPSCHITZ, Generated, Kind, Request, Spacing, generate};
 use septet_core::model::Points;
 use septet_core::result::view::MOST_POINTS;
 use septet_core::run::count::{RunCounts, count};
@@ -58,7 +60,7 @@ pub(super) struct Sample {
 
 impl Sample {
     pub(super) fn new(kind: Kind, n: u64, d: usize) -> Sample {
-        Sample { kind, n, d, lipschitz: kind.is_graded().then_some(0.25) }
+        Sample { kind, n, d, lipschitz: kind.is_graded().then_some(GRADED_LIPSCHITZ) }
     }
 
     pub(super) fn name(&self) -> String {
@@ -162,7 +164,7 @@ impl<'a> Lab<'a> {
             c.correction = self.options.correction;
             c.spacing = spacing;
             // Sets with a known spacing use the default alpha. Sets without one use a fixed alpha.
-            let alpha = if spacing.is_some() { Alpha::Auto } else { Alpha::Value(2.5) };
+            let alpha = if spacing.is_some() { Alpha::Auto } else { Alpha::Value(DEFAULT_ALPHA) };
             c.graph = Graph::Density { alpha };
             c.planted.fault = self.options.fault;
             c.control.cancel.clone_from(&self.options.cancel);
@@ -247,7 +249,7 @@ impl<'a> Lab<'a> {
             nearest2: kth_nearest2(&points, 1),
             points,
             spacing: set.spacing,
-            alpha: set.spacing.map_or(2.5, |s| alpha_of_spacing(s.lipschitz)),
+            alpha: set.spacing.map_or(DEFAULT_ALPHA, |s| alpha_of_spacing(s.lipschitz)),
             run,
         });
         self.specimens.insert(key, specimen.clone());

@@ -23,7 +23,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         experiment: "One worker per leaf: rounds that merge results, minus 2, over log2(n/leaf); merged results in total \
                      against splits; most results merged in one round against half the leaves",
         bound: "1.5, as for the levels; exactly the splits; half the leaves",
-        judge: merged,
+        check: merged,
     },
     Claim {
         name: "rounds",
@@ -32,7 +32,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "One worker per leaf: rounds of partition, neighbours and merge over levels plus 2",
         bound: "6, 2 and 1: the rounds of a level, and half as many again if a separator is redrawn",
-        judge: rounds,
+        check: rounds,
     },
     Claim {
         name: "free-of-workers",
@@ -41,7 +41,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Tree, graph, work and depth of every phase with 1, 3 and 16 workers and with one per leaf",
         bound: "0 runs that differ",
-        judge: free_of_workers,
+        check: free_of_workers,
     },
     Claim {
         name: "depth",
@@ -50,7 +50,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Depth of every phase over levels plus 1, at the largest n over the smallest",
         bound: "1.35: a constant per level plus a constant gives at most 1.3; a constant per pair of levels gives at least 1.5",
-        judge: depth,
+        check: depth,
     },
 ];
 
@@ -152,7 +152,8 @@ fn depth(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
 /// Compares the ratio of a phase's depth to the number of levels plus 1 at two sizes: returns its mean at the largest
 /// size over its mean at the smallest. Runs without the phase are ignored. Returns `None` if no run has it.
 pub(super) fn depth_over_levels(lines: &[Line], phase: &str, kind: &str) -> Option<Figure> {
-    // A run has a probe phase only if some leaf has too few neighbours. The phase is judged in the runs that have it.
+    // A run has a probe phase only if some leaf has too few neighbours. The phase is checked in the runs that have
+    // it.
     let depth = |line: &Line| line.phase(phase).map_or(0, |p| p.depth);
     let of = |line: &Line| depth(line) as f64 / (f64::from(line.tree.levels) + 1.0);
     let there = || lines.iter().filter(|line| depth(line) > 0);

@@ -75,14 +75,14 @@ pub(super) fn degrees(n: usize, edges: &[(u64, u64)]) -> Vec<u64> {
 
 /// The circumsphere of a cell, and its shortest and longest edge.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Shape {
+pub(super) struct CellShape {
     pub(super) centre: X,
     pub(super) radius: f64,
     pub(super) shortest: f64,
     pub(super) longest: f64,
 }
 
-impl Shape {
+impl CellShape {
     /// Returns the circumradius over the shortest edge.
     pub(super) fn ratio(&self) -> f64 {
         self.radius / self.shortest
@@ -90,7 +90,7 @@ impl Shape {
 }
 
 /// Returns the shape of a cell with 3 or 4 corners.
-pub(super) fn shape(corners: &[X]) -> Shape {
+pub(super) fn shape(corners: &[X]) -> CellShape {
     let (mut shortest, mut longest) = (f64::INFINITY, 0.0f64);
     for (i, a) in corners.iter().enumerate() {
         for b in &corners[..i] {
@@ -114,11 +114,11 @@ pub(super) fn shape(corners: &[X]) -> Shape {
     };
     let centre = [0, 1, 2].map(|i| corners[0][i] + to_centre[i]);
     let radius = dot(&to_centre, &to_centre).sqrt();
-    Shape { centre, radius, shortest: shortest.sqrt(), longest: longest.sqrt() }
+    CellShape { centre, radius, shortest: shortest.sqrt(), longest: longest.sqrt() }
 }
 
 /// Returns the shapes of cells that are given as rows of `d + 1` point indices.
-pub(super) fn shapes(points: &[X], cells: &[u64], d: usize) -> Vec<Shape> {
+pub(super) fn shapes(points: &[X], cells: &[u64], d: usize) -> Vec<CellShape> {
     let of = |row: &[u64]| {
         let corners: Vec<X> = row.iter().map(|&v| points[v as usize]).collect();
         shape(&corners)

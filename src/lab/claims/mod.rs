@@ -6,7 +6,7 @@
 //! share no code with the algorithm: they use all pairs, Cramer's rule and plain distances. Each bound has a reason: a
 //! proof, or a measurement at other sizes with a stated slack.
 //!
-//! **Readings.** If a statement is false as printed, the claim says so. It is then judged in the reading that the
+//! **Readings.** If a statement is false as printed, the claim says so. It is then checked in the reading that the
 //! algorithm needs ([`Reading::AsRead`]), and the figure of the printed form is reported below.
 //!
 //! **Repetition.** All results are functions of the claims, the [`Extent`] and the seed. No decision depends on a
@@ -33,7 +33,7 @@ pub use error::ClaimError;
 pub use extent::Extent;
 pub use figure::{Figure, Relation};
 pub use lab::{Lab, LabOptions};
-pub use report::{ClaimReport, Judged, SCHEMA};
+pub use report::{CheckedClaim, ClaimReport, SCHEMA};
 
 /// Returns all claims, in the paper's order.
 pub fn registry() -> impl Iterator<Item = &'static Claim> {

@@ -21,8 +21,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         },
         experiment: "Poisson sets; the smaller of the two ranks of an edge over ln n, maximal over the edges: at interior \
                      vertices, and as printed at all vertices",
-        bound: "14 in space and 7 in the plane: at most 10.9 and 4.8 measured up to n = 10^6",
-        judge: neighbours,
+        bound: "14 in space and 7 in the plane: 10.9 and 4.8 measured to n = 10^6",
+        check: neighbours,
     },
     Claim {
         name: "random-depth",
@@ -32,7 +32,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         experiment: "Depth of the local hulls over log2(n)^(d/2), with ceil(10 ln n) neighbours, in the plane 5 ln n: the value \
                      at the largest size over the value at the smallest",
         bound: "1.15: hulls of c log n points by vector steps take O(log n)",
-        judge: depth,
+        check: depth,
     },
 ];
 

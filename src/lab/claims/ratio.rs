@@ -9,7 +9,7 @@ use septet_core::generate::Kind;
 
 use super::lab::{Lab, Sample, Specimen};
 use super::measure::{
-    Shape, X, degrees, density, distance2, dot, edges, minus, pairs, shapes, smallest_angle, stars,
+    CellShape, X, degrees, density, distance2, dot, edges, minus, pairs, shapes, smallest_angle, stars,
 };
 use super::{Claim, ClaimError, Figure, Reading};
 
@@ -25,7 +25,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         experiment: "Angles, from their sides, of triangles with free circumcentres, farther than f/(1-L) from the \
                      boundary; C = 1/(1-L), known in advance",
         bound: "1 as a quotient: R <= f(c) and edges of at least f(c) - L R give C, and C the angle",
-        judge: angle,
+        check: angle,
     },
     Claim {
         name: "alpha",
@@ -37,9 +37,9 @@ pub(super) const CLAIMS: &[Claim] = &[
             because: "the proof's constant D^K has hundreds of digits",
         },
         experiment: "Longest edge over nearest neighbour, at vertices with all circumcentres free, farther than f/(1-L) \
-                     from the boundary, and at all vertices",
-        bound: "2(1+L)/(1-L) in the interior, a theorem; 1.25 times that at all vertices, observed with 6 % to spare",
-        judge: alpha,
+                     from the boundary, and at all",
+        bound: "2(1+L)/(1-L) in the interior, a theorem; 1.25 times that at all, an observation with 6 % to spare",
+        check: alpha,
     },
     Claim {
         name: "radius-vectors",
@@ -49,7 +49,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         experiment: "Pairs of cells at a vertex, circumcentres free, alpha_0 = asin(1/(2C))/2, C = 1/(1-L) \
                      known in advance; the largest R / r",
         bound: "C_1 = 2 cos alpha_0: the lemma's L >= 1/C and the law of sines give it",
-        judge: radius_vectors,
+        check: radius_vectors,
     },
     Claim {
         name: "edges-of-radii",
@@ -58,7 +58,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Pairs of cells at a vertex, circumcentres free, C = 1/(1-L), known in advance: E/e over 2 C R/r",
         bound: "1, a theorem; 1e-9 for rounding",
-        judge: |lab| edge_ratios(lab, false),
+        check: |lab| edge_ratios(lab, false),
     },
     Claim {
         name: "neighbouring-edges",
@@ -67,7 +67,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Pairs of cells that share an edge, circumcentres free, C = 1/(1-L), known in advance: E/e over 4 C^2",
         bound: "1, a theorem; 1e-9 for rounding",
-        judge: |lab| edge_ratios(lab, true),
+        check: |lab| edge_ratios(lab, true),
     },
     Claim {
         name: "degree",
@@ -76,7 +76,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Largest degree of the alpha-density graph by all pairs, for any set; alpha 2, and 4 in the plane",
         bound: "(2 alpha^2 + 1)^d - 1: the balls of the lemma's proof, packed by volume; below n",
-        judge: degree,
+        check: degree,
     },
 ];
 
@@ -92,8 +92,8 @@ fn specimens(lab: &mut Lab) -> Result<Vec<Rc<Specimen>>, ClaimError> {
     lab.specimens(&samples, lab.by_extent(1, 3))
 }
 
-fn ratio_of(shapes: &[Shape]) -> f64 {
-    shapes.iter().map(Shape::ratio).fold(0.0, f64::max)
+fn ratio_of(shapes: &[CellShape]) -> f64 {
+    shapes.iter().map(CellShape::ratio).fold(0.0, f64::max)
 }
 
 /// Returns `1 / (1 - L)`, the largest radius-edge ratio of a maximal set with an L-Lipschitz spacing at free
@@ -176,7 +176,7 @@ fn alpha(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
 }
 
 /// At every vertex, calls `f` with the vertex and each pair of its cells with free circumcentres.
-fn at_vertices(specimen: &Specimen, shapes: &[Shape], mut f: impl FnMut(usize, u32, u32)) {
+fn at_vertices(specimen: &Specimen, shapes: &[CellShape], mut f: impl FnMut(usize, u32, u32)) {
     let d = specimen.d;
     for (v, mut star) in stars(specimen.points.len(), specimen.run.cells(), d).into_iter().enumerate() {
         star.retain(|&cell| specimen.is_free(&shapes[cell as usize].centre));
@@ -220,7 +220,7 @@ fn edge_ratios(lab: &mut Lab, neighbouring: bool) -> Result<Vec<Figure>, ClaimEr
         let shapes = shapes(points, run.cells(), *d);
         let constant = known_ratio(&specimen);
         let row = |cell: u32| &run.cells()[cell as usize * (d + 1)..][..d + 1];
-        let (mut largest, mut judged) = (0.0f64, 0u64);
+        let (mut largest, mut checked) = (0.0f64, 0u64);
         at_vertices(&specimen, &shapes, |_, a, b| {
             if neighbouring && row(a).iter().filter(|v| row(b).contains(v)).count() < 2 {
                 return;
@@ -229,10 +229,10 @@ fn edge_ratios(lab: &mut Lab, neighbouring: bool) -> Result<Vec<Figure>, ClaimEr
             let edges = x.longest.max(y.longest) / x.shortest.min(y.shortest);
             let radii = x.radius.max(y.radius) / x.radius.min(y.radius);
             let bound = if neighbouring { 4.0 * constant * constant } else { 2.0 * constant * radii };
-            (largest, judged) = (largest.max(edges / bound), judged + 1);
+            (largest, checked) = (largest.max(edges / bound), checked + 1);
         });
         let of = if neighbouring { "4 C^2" } else { "(2 C R/r)" };
-        let what = format!("E/e over {of}, largest of {judged} pairs, C = {constant:.3}");
+        let what = format!("E/e over {of}, largest of {checked} pairs, C = {constant:.3}");
         figures.push(Figure::at_most(what, &specimen.name, specimen.seed, largest, 1.0 + ROUNDING));
     }
     Ok(figures)

@@ -18,7 +18,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         experiment: "Edges in only one of the machine's graph and the graph by definition over all pairs; separator sets both, \
                      smaller and ghost, alpha of the set's spacing",
         bound: "0, a theorem if radii are global",
-        judge: exact,
+        check: exact,
     },
     Claim {
         name: "replication",
@@ -30,7 +30,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         },
         experiment: "Points of all leaves over points, separator sets `both`, at growing n; as printed with a floor of 100",
         bound: "8: 6.1 at 70,000 and 7.5 at 700,000 points, measured in space; as printed, growth by 1.1 from n to 4n",
-        judge: replication,
+        check: replication,
     },
     Claim {
         name: "subproblems-linear",
@@ -38,9 +38,9 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "a k-overlap graph has O(n) edges: the local hulls' sizes have a linear sum",
         reading: Reading::AsPrinted,
         experiment: "Twice the edges of the 2-overlap graph over n, for evenly and unevenly dense sets, from all pairs; \
-                     the machine's graph must have as many edges",
-        bound: "2 ply (alpha + 2)^d: each edge is charged to its smaller ball; growth by 1.5 from n to 4n (a quadratic sum grows by 4)",
-        judge: subproblems,
+                     that the machine's has as many",
+        bound: "2 ply (alpha + 2)^d: each edge is charged to its smaller ball; growth by 1.5 from n to 4n (a quadratic sum: 4)",
+        check: subproblems,
     },
 ];
 

@@ -1,4 +1,4 @@
-//! The report of judged claims, as data and as text.
+//! The report of checked claims, as data and as text.
 
 use std::fmt::Write;
 
@@ -9,31 +9,31 @@ use super::{Claim, Extent, Figure, Reading, Relation};
 /// Name and version of the schema of [`ClaimReport`].
 pub const SCHEMA: &str = "septet-claims/1";
 
-/// A judged claim.
+/// A checked claim.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct Judged {
+pub struct CheckedClaim {
     /// The name of the claim.
     pub name: &'static str,
     /// The section or theorem of the paper.
     pub source: &'static str,
     /// The statement.
     pub statement: &'static str,
-    /// The form that was judged.
+    /// The form that was checked.
     pub reading: Reading,
     /// The runs and measurements.
     pub experiment: &'static str,
     /// The bound and its reason.
     pub bound: &'static str,
-    /// Whether there is a figure of the judged form and every such figure satisfies its bound.
+    /// Whether there is a figure of the checked form and every such figure satisfies its bound.
     pub passed: bool,
-    /// Whether every figure of the printed form satisfies its bound. `None` if the printed form was judged.
+    /// Whether every figure of the printed form satisfies its bound. `None` if the printed form was checked.
     pub holds_as_printed: Option<bool>,
     /// All figures.
     pub figures: Vec<Figure>,
 }
 
-/// All judged claims.
+/// All checked claims.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ClaimReport {
@@ -48,16 +48,26 @@ pub struct ClaimReport {
     /// Whether all claims passed.
     pub passed: bool,
     /// The claims, in the paper's order.
-    pub claims: Vec<Judged>,
+    pub claims: Vec<CheckedClaim>,
 }
 
-impl Judged {
-    pub(super) fn of(claim: &Claim, figures: Vec<Figure>) -> Judged {
-        let (printed, judged): (Vec<&Figure>, Vec<&Figure>) = figures.iter().partition(|f| f.as_printed);
-        let passed = !judged.is_empty() && judged.iter().all(|f| f.holds());
+impl CheckedClaim {
+    pub(super) fn of(claim: &Claim, figures: Vec<Figure>) -> CheckedClaim {
+        let (printed, checked): (Vec<&Figure>, Vec<&Figure>) = figures.iter().partition(|f| f.as_printed);
+        let passed = !checked.is_empty() && checked.iter().all(|f| f.holds());
         let holds_as_printed = (!printed.is_empty()).then(|| printed.iter().all(|f| f.holds()));
         let Claim { name, source, statement, reading, experiment, bound, .. } = *claim;
-        Judged { name, source, statement, reading, experiment, bound, passed, holds_as_printed, figures }
+        CheckedClaim {
+            name,
+            source,
+            statement,
+            reading,
+            experiment,
+            bound,
+            passed,
+            holds_as_printed,
+            figures,
+        }
     }
 
     /// Returns the decisive figure: the figure farthest beyond its bound, or the figure nearest to its bound if none
@@ -67,11 +77,11 @@ impl Judged {
         of.max_by(|a, b| a.strain().total_cmp(&b.strain()))
     }
 
-    /// Returns the rows of the claim: one for the judged form, and one for the printed form if it is different.
+    /// Returns the rows of the claim: one for the checked form, and one for the printed form if it is different.
     pub fn rows(&self) -> String {
         let mut out = String::new();
-        let verdict = if self.passed { "PASS" } else { "FAIL" };
-        row(&mut out, verdict, self.name, self.telling(false));
+        let result = if self.passed { "PASS" } else { "FAIL" };
+        row(&mut out, result, self.name, self.telling(false));
         if let Some(holds) = self.holds_as_printed {
             let says = if holds { "  as printed: holds" } else { "  as printed: does not hold" };
             row(&mut out, "", says, self.telling(true));
@@ -91,10 +101,10 @@ impl Judged {
     }
 }
 
-fn row(out: &mut String, verdict: &str, name: &str, figure: Option<&Figure>) {
+fn row(out: &mut String, result: &str, name: &str, figure: Option<&Figure>) {
     let Some(figure) = figure else {
         // Writing to a string cannot fail.
-        let _ = writeln!(out, "{verdict:<5} {name:<28} nothing was measured");
+        let _ = writeln!(out, "{result:<5} {name:<28} nothing was measured");
         return;
     };
     let relation = match figure.relation {
@@ -103,7 +113,7 @@ fn row(out: &mut String, verdict: &str, name: &str, figure: Option<&Figure>) {
     };
     let Figure { what, on, seed, .. } = figure;
     let (value, bound) = (short(figure.value), short(figure.bound));
-    let _ = writeln!(out, "{verdict:<5} {name:<28} {value:>9} {relation} {bound:<8} {seed:>4}  {what}; {on}");
+    let _ = writeln!(out, "{result:<5} {name:<28} {value:>9} {relation} {bound:<8} {seed:>4}  {what}; {on}");
 }
 
 /// Formats a number with about four digits.
@@ -120,16 +130,16 @@ fn short(x: f64) -> String {
 }
 
 impl ClaimReport {
-    /// Returns the report of judged claims. `claims` must be in the paper's order.
-    pub fn of(extent: Extent, seed: u64, claims: Vec<Judged>) -> ClaimReport {
+    /// Returns the report of checked claims, which are in the paper's order.
+    pub fn of(extent: Extent, seed: u64, claims: Vec<CheckedClaim>) -> ClaimReport {
         let passed = !claims.is_empty() && claims.iter().all(|claim| claim.passed);
         ClaimReport { schema: SCHEMA, version: env!("CARGO_PKG_VERSION"), extent, seed, passed, claims }
     }
 
     /// Returns the header of the table.
     pub fn head() -> String {
-        let (verdict, claim, figure, bound, seed) = ("", "claim", "figure", "bound", "seed");
-        format!("{verdict:<5} {claim:<28} {figure:>9}    {bound:<8} {seed:>4}  what; on which points\n")
+        let (result, claim, figure, bound, seed) = ("", "claim", "figure", "bound", "seed");
+        format!("{result:<5} {claim:<28} {figure:>9}    {bound:<8} {seed:>4}  what; on which points\n")
     }
 
     /// Returns a summary in one sentence.

@@ -39,7 +39,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         },
         experiment: NO_EDGES,
         bound: "0 edges, a theorem",
-        judge: |lab| no_edges(lab, Claimed::Density),
+        check: |lab| no_edges(lab, Claimed::Density),
     },
     Claim {
         name: "no-edges-overlap",
@@ -51,7 +51,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         },
         experiment: NO_EDGES,
         bound: "0 edges, a theorem",
-        judge: |lab| no_edges(lab, Claimed::Overlap),
+        check: |lab| no_edges(lab, Claimed::Overlap),
     },
     Claim {
         name: "no-edges-knn",
@@ -60,7 +60,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Edges of the graph of 12 nearest neighbours, counted like those of the density graph",
         bound: "0 edges, a theorem",
-        judge: |lab| no_edges(lab, Claimed::Nearest),
+        check: |lab| no_edges(lab, Claimed::Nearest),
     },
     Claim {
         name: "separator-split",
@@ -72,7 +72,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         },
         experiment: "For every node of the tree, the points on both sides of its surface; and nodes left unsplit",
         bound: "(d+1)/(d+2) + 0.05, from the separator theorem with eps = 0.05; 0 nodes left unsplit",
-        judge: split,
+        check: split,
     },
     Claim {
         name: "separator-size",
@@ -81,7 +81,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Points of every node whose alpha-ball meets its surface, over alpha m^(1-1/d)",
         bound: "5: single random spheres have at most 3.4 at the 90th percentile",
-        judge: size,
+        check: size,
     },
     Claim {
         name: "separator-attempts",
@@ -90,7 +90,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Mean number of attempts per split, over all nodes",
         bound: "1.5: each attempt succeeds with probability at least 2/3",
-        judge: attempts,
+        check: attempts,
     },
     Claim {
         name: "ply",
@@ -99,7 +99,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Balls that contain a location in their interior, for locations halfway between neighbours and just inside balls",
         bound: "5 in the plane, 12 in space: from a common location, any two centres are more than 60 degrees apart",
-        judge: plies,
+        check: plies,
     },
     Claim {
         name: "overlap",
@@ -108,7 +108,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Neighbours of a ball in the alpha-overlap graph whose radius is not smaller; the maximum over all balls",
         bound: "ply (alpha + 2)^d: each contains a ball of the smaller radius within alpha + 2 radii",
-        judge: overlaps,
+        check: overlaps,
     },
 ];
 

@@ -1,13 +1,13 @@
 //! Theorem 4.4 and Lemma 4.5: levels, depth and work of the tree and the neighbour balls, by phase and by level.
 //!
 //! In a total over all phases, the constant of the local hulls hides the growth of the recursion. Levels are
-//! therefore bounded for every seed, the depth of each level is tested for flatness, and each phase is judged
+//! therefore bounded for every seed, the depth of each level is tested for flatness, and each phase is checked
 //! separately.
 
 use std::rc::Rc;
 
 use crate::experiment::Line;
-use crate::experiment::fit::{FitError, Key, MARGIN, Request, fit};
+use crate::experiment::fit::{FitError, FitRequest, Key, MARGIN, fit};
 use septet_core::Config;
 use septet_core::config::Until;
 use septet_core::generate::Kind;
@@ -27,7 +27,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Levels below the root minus 2, over log2(n/leaf); the maximum over all sizes and seeds",
         bound: "1.5: 1.05 to 1.3 measured; the split ratio proves 9.6",
-        judge: levels,
+        check: levels,
     },
     Claim {
         name: "partition-level-depth",
@@ -36,7 +36,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Slope of the mean depth of a level's splits against log2 of their size: two one-sided tests of 5 %",
         bound: "5 % of the mean depth per doubling; a depth that grows like log m has at least 7 %",
-        judge: |lab| level_depth(lab, "partition"),
+        check: |lab| level_depth(lab, "partition"),
     },
     Claim {
         name: "neighbours-level-depth",
@@ -45,7 +45,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Slope of the mean depth of the descent of the neighbour balls per level, tested like `partition-level-depth`",
         bound: "5 % of the mean depth per doubling; a correction node by node has a slope of at least half its depth",
-        judge: |lab| level_depth(lab, "neighbours"),
+        check: |lab| level_depth(lab, "neighbours"),
     },
     Claim {
         name: "tree-depth",
@@ -54,7 +54,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Depth of either phase over levels plus 1 (`levels` bounds the levels), at the largest n over the smallest",
         bound: "1.35: a constant per level plus a constant gives at most 1.3; a constant per pair of levels gives at least 1.5",
-        judge: depth,
+        check: depth,
     },
     Claim {
         name: "tree-work",
@@ -63,7 +63,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Work of the phases over n log2 n: the mean at the largest size over the mean at the smallest",
         bound: "1.1: over a factor of 8 in n, n^1.2 would have 1.2 and n^(4/3) 1.6; smaller powers cannot be distinguished from a logarithm",
-        judge: work,
+        check: work,
     },
 ];
 
@@ -118,7 +118,7 @@ fn level_depth(lab: &mut Lab, phase: &str) -> Result<Vec<Figure>, ClaimError> {
     let seed = lab.seed();
     let mut figures = Vec::new();
     for (on, lines) in sweeps(lab)? {
-        let report = match fit(&lines, &Request::new(Key::LevelDepth, Some(phase))) {
+        let report = match fit(&lines, &FitRequest::new(Key::LevelDepth, Some(phase))) {
             Ok(report) => report,
             Err(error @ FitError::TooFewLevels { .. }) => {
                 figures.push(Figure::at_most(error.to_string(), &on, seed, f64::NAN, MARGIN));

@@ -51,7 +51,7 @@ pub struct Line {
     /// Largest number of points in a leaf.
     pub leaf: u64,
     /// The options as requested.
-    pub settings: Settings,
+    pub settings: RunOptions,
     /// The supergraph of the run, such as `density 2.5`. `None` if none was built.
     pub supergraph: Option<String>,
     /// The phases that occurred.
@@ -76,7 +76,7 @@ pub struct Line {
 
 /// Options of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Settings {
+pub struct RunOptions {
     /// A number, or `leaves`.
     pub workers: String,
     /// Whether the requested size is the number of points per worker.

@@ -10,7 +10,8 @@ use septet_core::run::count::{Ending, RunCounts};
 use septet_core::run::{Run, Settled};
 
 use super::line::{
-    DepthLine, GraphLine, LevelLine, Line, PhaseLine, Program, RoundLine, SCHEMA, Settings, Spread, TreeLine,
+    DepthLine, GraphLine, LevelLine, Line, PhaseLine, Program, RoundLine, RunOptions, SCHEMA, Spread,
+    TreeLine,
 };
 
 /// The data of a line.
@@ -67,7 +68,7 @@ fn line(source: &Source<'_>) -> Line {
         n: points,
         workers: settled.workers,
         leaf: settled.leaf,
-        settings: Settings::default(),
+        settings: RunOptions::default(),
         supergraph: settled.supergraph.filter(|_| whole).map(named),
         phases: phases(ledger, phase_seconds),
         paper: counted.then(|| spread(ledger, ledger.paper, Phase::is_paper)),

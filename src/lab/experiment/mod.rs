@@ -14,7 +14,8 @@ mod sweep;
 
 pub use journal::{Journal, JournalError, Lines, read_lines};
 pub use line::{
-    DepthLine, GraphLine, LevelLine, Line, PhaseLine, Program, RoundLine, SCHEMA, Settings, Spread, TreeLine,
+    DepthLine, GraphLine, LevelLine, Line, PhaseLine, Program, RoundLine, RunOptions, SCHEMA, Spread,
+    TreeLine,
 };
 pub use measure::{of_counts, of_run};
 pub use runner::{RunError, Runner};

@@ -13,7 +13,7 @@ use septet_core::model::Points;
 use septet_core::run::count::{Ending, count};
 use septet_core::run::triangulate;
 
-use super::line::{Line, Program, SCHEMA, Settings, TreeLine};
+use super::line::{Line, Program, RunOptions, SCHEMA, TreeLine};
 use super::measure::{of_counts, of_run};
 use super::sweep::{Job, Sweep};
 
@@ -108,7 +108,7 @@ fn serial<P: Point>(points: &[P]) -> Result<Line, RunError> {
         n,
         workers: 1,
         leaf: n,
-        settings: Settings::default(),
+        settings: RunOptions::default(),
         supergraph: None,
         phases: Vec::new(),
         paper: None,

@@ -4,10 +4,12 @@ use std::fmt::Write;
 
 use thiserror::Error;
 
-use septet_core::config::{Config, ConfigError, Correction, Machine, Workers, sets_name};
+use septet_core::config::{
+    Alpha, Config, ConfigError, Correction, GraphKind, Machine, SeparatorSets, Until, Workers, sets_name,
+};
 use septet_core::generate::{Kind, Request};
 
-use super::line::{Program, Settings};
+use super::line::{Program, RunOptions};
 
 /// A set of runs with different sizes, kinds, workers and seeds.
 #[derive(Clone, Debug)]
@@ -50,7 +52,7 @@ pub enum SweepError {
     /// unknown before the run.
     #[error("--weak needs numbers of workers: the number of `leaves` is unknown before the run")]
     WeakLeaves,
-    /// The number of points exceeds 64 bits.
+    /// There are more points than 32-bit indices.
     #[error("{n} points for each of {workers} workers are too many")]
     TooMany {
         /// Number of points per worker.
@@ -68,6 +70,22 @@ pub enum SweepError {
         "--timed compares triangulations, and none uses the naive correction; leave out --timed or --neighbours"
     )]
     TimedBottomUp,
+    /// An option is given that no phase of the runs uses.
+    #[error("{option} has no effect with --until {}; leave one of them out", .until.name())]
+    Unreached {
+        /// The option.
+        option: &'static str,
+        /// The last phase of the runs.
+        until: Until,
+    },
+    /// alpha is given together with a leaf size. If a run stops early, alpha only decides the leaf size.
+    #[error(
+        "--alpha has no effect with --until and --leaf: it only decides the leaf size; leave one of them out"
+    )]
+    AlphaOfLeaf,
+    /// A Lipschitz constant is given for kinds that have none.
+    #[error("--lipschitz has no effect without a graded kind; leave it out, or add --kind graded")]
+    LipschitzUnused,
     /// The parameters of the runs are invalid.
     #[error(transparent)]
     Config(#[from] ConfigError),
@@ -102,9 +120,13 @@ impl Sweep {
         if self.timed && self.config.until.is_some() {
             return Err(SweepError::TimedUntil);
         }
-        if self.timed && self.config.correction == Correction::Naive {
+        if self.timed && self.config.correction == Correction::BottomUp {
             return Err(SweepError::TimedBottomUp);
         }
+        if self.lipschitz.is_some() && !self.kinds.iter().any(|kind| kind.is_graded()) {
+            return Err(SweepError::LipschitzUnused);
+        }
+        self.config.until.map_or(Ok(()), |until| self.check_reached(until))?;
         for &workers in &self.workers {
             self.config.clone().with(|c| c.machine.workers = workers).check()?;
             for &n in &self.sizes {
@@ -116,6 +138,24 @@ impl Sweep {
                     _ => {}
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Checks that the phases up to `until` use every option. Defaults are accepted, because [`Sweep::command`] spells
+    /// them out.
+    fn check_reached(&self, until: Until) -> Result<(), SweepError> {
+        let Config { graph, separator_sets, correction, machine, .. } = &self.config;
+        let unreached = [
+            ("--supergraph", graph.kind() != GraphKind::Density),
+            ("--separator-sets", *separator_sets != SeparatorSets::Ghost),
+            ("--neighbours", until == Until::Partition && *correction != Correction::Descent),
+        ];
+        if let Some((option, _)) = unreached.into_iter().find(|(_, is_given)| *is_given) {
+            return Err(SweepError::Unreached { option, until });
+        }
+        if graph.alpha() != Alpha::Auto && machine.leaf.is_some() {
+            return Err(SweepError::AlphaOfLeaf);
         }
         Ok(())
     }
@@ -178,7 +218,7 @@ impl Sweep {
         if self.timed {
             text.push_str(" --timed");
         }
-        self.common_words(&mut text);
+        self.common_words(self.lipschitz, &mut text);
         text
     }
 
@@ -193,12 +233,12 @@ impl Sweep {
         if self.timed {
             text.push_str(" --timed");
         }
-        self.common_words(&mut text);
+        self.common_words(self.lipschitz_of(kind), &mut text);
         text.push_str(" -o run.jsonl");
         text
     }
 
-    fn common_words(&self, text: &mut String) {
+    fn common_words(&self, lipschitz: Option<f64>, text: &mut String) {
         let settings = self.settings(Workers::Count(1));
         // Writing to a string cannot fail.
         let _ = write!(
@@ -220,16 +260,16 @@ impl Sweep {
         if let Some(until) = self.config.until {
             let _ = write!(text, " --until {}", until.name());
         }
-        if let Some(lipschitz) = self.lipschitz {
+        if let Some(lipschitz) = lipschitz {
             let _ = write!(text, " --lipschitz {lipschitz}");
         }
     }
 
     /// Returns the options of a run, for its line.
-    pub fn settings(&self, workers: Workers) -> Settings {
+    pub fn settings(&self, workers: Workers) -> RunOptions {
         let config = &self.config;
         let Machine { threads, transport, leaf, .. } = &config.machine;
-        Settings {
+        RunOptions {
             workers: workers.to_string(),
             weak: self.weak,
             threads: *threads,
@@ -251,7 +291,7 @@ impl Sweep {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use septet_core::config::{Alpha, Graph, Partition, Transport, Until};
+    use septet_core::config::{Graph, Neighbours, Partition, Transport};
 
     fn sweep() -> Sweep {
         Sweep {
@@ -297,8 +337,35 @@ mod tests {
         assert_eq!(leaves, SweepError::WeakLeaves);
         let timed = refused(&|s| (s.timed, s.config.until) = (true, Some(Until::Partition)));
         assert_eq!(timed, SweepError::TimedUntil);
-        let timed = refused(&|s| (s.timed, s.config.correction) = (true, Correction::Naive));
+        let timed = refused(&|s| (s.timed, s.config.correction) = (true, Correction::BottomUp));
         assert_eq!(timed, SweepError::TimedBottomUp);
+        let stops = |s: &mut Sweep, until| s.config.until = Some(until);
+        let k = refused(&|s| {
+            stops(s, Until::Neighbours);
+            s.config.graph = Graph::Knn { k: Neighbours::Auto };
+        });
+        assert_eq!(k, SweepError::Unreached { option: "--supergraph", until: Until::Neighbours });
+        let sets = refused(&|s| {
+            stops(s, Until::Neighbours);
+            s.config.separator_sets = SeparatorSets::Both;
+        });
+        assert_eq!(sets, SweepError::Unreached { option: "--separator-sets", until: Until::Neighbours });
+        let naive = |until| {
+            let mut s = sweep();
+            (s.config.until, s.config.correction) = (Some(until), Correction::BottomUp);
+            s.check()
+        };
+        let option = "--neighbours";
+        assert_eq!(naive(Until::Partition), Err(SweepError::Unreached { option, until: Until::Partition }));
+        assert_eq!(naive(Until::Neighbours), Ok(()));
+        let alpha = |leaf| {
+            let mut s = sweep();
+            (s.config.until, s.config.machine.leaf) = (Some(Until::Partition), leaf);
+            s.config.graph = Graph::Density { alpha: Alpha::Value(5.0) };
+            s.check()
+        };
+        assert_eq!((alpha(None), alpha(Some(9))), (Ok(()), Err(SweepError::AlphaOfLeaf)));
+        assert_eq!(refused(&|s| s.kinds = vec![Kind::Uniform]), SweepError::LipschitzUnused);
         let none = refused(&|s| s.workers = vec![Workers::Count(0)]);
         assert_eq!(none, SweepError::Config(ConfigError::NoWorkers));
     }
@@ -313,7 +380,7 @@ mod tests {
             &|s| s.config.until = Some(Until::Neighbours),
             &|s| s.config.machine.leaf = Some(7),
             &|s| s.config.partition = Partition::Kd,
-            &|s| s.config.correction = Correction::Naive,
+            &|s| s.config.correction = Correction::BottomUp,
             &|s| s.config.graph = Graph::Density { alpha: Alpha::Value(3.0) },
             &|s| s.config.machine.transport = Transport::Sim { delivery_seed: 4 },
         ];

@@ -31,7 +31,7 @@ fn reaching(replay: &Replay<'_>, phase: Phase) -> Vec<Reaching> {
         replay.place.groups.iter().enumerate().map(|(at, g)| (g.node.0, at)).collect();
     let mut table = vec![Reaching::new(); replay.place.groups.len()];
     for &(p, leaf, node, balls, entries, points) in &replay.log.reach {
-        if p == phase as u8
+        if p == phase
             && let Some(&at) = numbers.get(&node)
         {
             table[at].insert(leaf, [balls, entries, points]);

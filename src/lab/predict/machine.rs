@@ -3,13 +3,13 @@
 use septet_protocol::tasks::TaskLog;
 
 use super::placement::Placement;
-use super::sizes::Sizes;
-use super::traffic::Traffic;
+use super::sizes::MessageSizes;
+use super::traffic::PhaseTraffic;
 
 /// The state of a replay.
 pub(super) struct Replay<'a> {
     pub(super) log: &'a TaskLog,
     pub(super) place: Placement,
-    pub(super) sizes: Sizes,
-    pub(super) traffic: Traffic,
+    pub(super) sizes: MessageSizes,
+    pub(super) traffic: PhaseTraffic,
 }

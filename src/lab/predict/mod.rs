@@ -34,7 +34,7 @@ mod traffic;
 pub use calibrate::{Timed, calibrate};
 pub use error::PredictError;
 pub use hardware::Hardware;
-pub use traffic::{Load, Round, Traffic};
+pub use traffic::{Load, PhaseTraffic, RoundTraffic};
 
 use placement::Placement;
 
@@ -59,23 +59,23 @@ pub struct Prediction {
     /// `work / p + depth`.
     pub brent: u64,
     /// Seconds by BSP.
-    pub bsp: Seconds,
+    pub bsp: PredictedSeconds,
     /// Seconds by `LogGP`.
-    pub loggp: Seconds,
+    pub loggp: PredictedSeconds,
     /// The predictions for each phase.
     pub phases: Vec<PhasePrediction>,
 }
 
 /// Predicted seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Seconds {
+pub struct PredictedSeconds {
     /// Computation of the busiest worker, summed over all phases.
     pub compute: f64,
     /// Communication, summed over all rounds.
     pub communicate: f64,
 }
 
-impl Seconds {
+impl PredictedSeconds {
     /// Returns the sum of both.
     pub fn total(&self) -> f64 {
         self.compute + self.communicate
@@ -138,16 +138,16 @@ fn check(log: &TaskLog) -> Result<(), PredictError> {
         .reverse
         .iter()
         .map(|r| (r.0, r.1))
-        .chain(log.tellers.iter().flat_map(|t| [(t.0, t.1), (t.0, t.2)]))
+        .chain(log.senders.iter().flat_map(|t| [(t.0, t.1), (t.0, t.2)]))
         .chain(log.agreement.iter().map(|r| (r.1, r.2)))
         .chain(log.exchange.iter().map(|s| (s.from, s.to)));
     if !named.all(known) || !pairs.all(|(a, b)| known(a) && known(b)) {
         return corrupt("a leaf that does not exist");
     }
-    if !log.reverse.is_empty() && log.tellers.is_empty() {
+    if !log.reverse.is_empty() && log.senders.is_empty() {
         return corrupt("it lists no senders of edges, because an earlier version of septet wrote it");
     }
-    let edges = log.reverse.iter().map(|r| r.2).chain(log.tellers.iter().map(|t| t.3));
+    let edges = log.reverse.iter().map(|r| r.2).chain(log.senders.iter().map(|t| t.3));
     if edges.max().is_some_and(|most| most > MOST_EDGES) {
         return corrupt("more edges than points can have");
     }
@@ -159,12 +159,12 @@ fn check(log: &TaskLog) -> Result<(), PredictError> {
 
 /// Returns the work of every rank by phase. A rank does the work of the subtree that it holds, and a group divides
 /// the work of a shared node.
-fn work_by_rank(log: &TaskLog, place: &Placement) -> BTreeMap<u8, BTreeMap<Rank, u64>> {
+fn work_by_rank(log: &TaskLog, place: &Placement) -> BTreeMap<Phase, BTreeMap<Rank, u64>> {
     let shared: BTreeMap<u64, (Rank, u32)> =
         place.groups.iter().filter(|g| !g.whole).map(|g| (g.node.0, (g.first, g.ranks))).collect();
     let pieces: BTreeMap<u64, Rank> =
         place.groups.iter().filter(|g| g.whole).map(|g| (g.node.0, g.first)).collect();
-    let mut work: BTreeMap<u8, BTreeMap<Rank, u64>> = BTreeMap::new();
+    let mut work: BTreeMap<Phase, BTreeMap<Rank, u64>> = BTreeMap::new();
     for &(phase, node, amount, _) in &log.charges {
         let phase = work.entry(phase).or_default();
         if let Some(&(first, ranks)) = shared.get(&node) {
@@ -185,15 +185,15 @@ fn work_by_rank(log: &TaskLog, place: &Placement) -> BTreeMap<u8, BTreeMap<Rank,
     work
 }
 
-fn summary(log: &TaskLog, place: &Placement, traffic: &Traffic, hardware: &Hardware) -> Prediction {
+fn summary(log: &TaskLog, place: &Placement, traffic: &PhaseTraffic, hardware: &Hardware) -> Prediction {
     let work = work_by_rank(log, place);
-    let busiest = |phase: u8| work.get(&phase).and_then(|w| w.values().copied().max()).unwrap_or(0);
+    let busiest = |phase: Phase| work.get(&phase).and_then(|w| w.values().copied().max()).unwrap_or(0);
     let loads = traffic.phases();
     let mut phases = Vec::new();
     let mut compute = hardware.fixed;
     for phase in Phase::ALL {
-        let (rounds, load) = loads.get(&(phase as u8)).copied().unwrap_or_default();
-        let busiest_work = busiest(phase as u8);
+        let (rounds, load) = loads.get(&phase).copied().unwrap_or_default();
+        let busiest_work = busiest(phase);
         if rounds == 0 && busiest_work == 0 {
             continue;
         }
@@ -226,8 +226,8 @@ fn summary(log: &TaskLog, place: &Placement, traffic: &Traffic, hardware: &Hardw
         surface_ratio: all.bytes as f64 / (n.powf(1.0 - 1.0 / d) * p.powf(1.0 / d) * record),
         busiest_work: phases.iter().map(|ph| ph.busiest_work).sum(),
         brent: total_work / u64::from(place.workers) + depth,
-        bsp: Seconds { compute, communicate: bsp },
-        loggp: Seconds { compute, communicate: loggp },
+        bsp: PredictedSeconds { compute, communicate: bsp },
+        loggp: PredictedSeconds { compute, communicate: loggp },
         phases,
     }
 }
@@ -238,7 +238,7 @@ fn depth_of(log: &TaskLog, name: &str) -> u64 {
     let mut ends: BTreeMap<u64, u64> = BTreeMap::new();
     let mut longest = 0;
     // Paths are sorted, so a parent precedes its children.
-    for &(_, node, _, depth) in log.charges.iter().filter(|c| c.0 == phase as u8) {
+    for &(_, node, _, depth) in log.charges.iter().filter(|c| c.0 == phase) {
         let above = NodeId(node).parent().and_then(|p| ends.get(&p.0)).copied().unwrap_or(0);
         let end = above + depth;
         ends.insert(node, end);

@@ -12,7 +12,7 @@ type Blocks = Vec<(u32, u32)>;
 /// The tables of the record that the replay reads.
 struct Tables<'a> {
     /// Owned points of each group, by block.
-    homes: Vec<Blocks>,
+    origins: Vec<Blocks>,
     samples: BTreeMap<(NodeId, u32), &'a [(u32, u32)]>,
     attempts: BTreeMap<u64, u64>,
 }
@@ -28,19 +28,19 @@ fn unite(a: &Blocks, b: &Blocks) -> Blocks {
 pub(super) fn replay(replay: &mut Replay<'_>) {
     let log = replay.log;
     let groups = replay.place.groups.clone();
-    let mut homes: Vec<Blocks> = vec![Vec::new(); groups.len()];
+    let mut origins: Vec<Blocks> = vec![Vec::new(); groups.len()];
     for (at, leaf) in log.leaves.iter().enumerate() {
         let piece = replay.place.piece[&replay.place.holder[at]];
         debug_assert!(groups[piece].node.contains(NodeId(*leaf)));
-        homes[piece] = unite(&homes[piece], &log.first_blocks[at]);
+        origins[piece] = unite(&origins[piece], &log.first_blocks[at]);
     }
     for at in (0..groups.len()).rev() {
         if let Some([a, b]) = groups[at].children {
-            homes[at] = unite(&homes[a], &homes[b]);
+            origins[at] = unite(&origins[a], &origins[b]);
         }
     }
     let tables = Tables {
-        homes,
+        origins,
         samples: log.samples.iter().map(|(n, a, s)| ((NodeId(*n), *a), s.as_slice())).collect(),
         attempts: log.nodes.iter().map(|n| (n.0, n.2)).collect(),
     };
@@ -102,11 +102,11 @@ fn attempts(
             let bytes = sizes.samples + count * sizes.position;
             replay.send(Phase::Partition, round, (rank, group.leader), bytes);
         }
-        let verdict = if attempt + 1 == tries { sizes.split } else { sizes.retry };
+        let decision = if attempt + 1 == tries { sizes.split } else { sizes.retry };
         for rank in members.clone() {
             replay.send(Phase::Partition, round + 1, (group.leader, rank), sizes.sphere);
             replay.send(Phase::Partition, round + 2, (rank, group.leader), sizes.counts);
-            replay.send(Phase::Partition, round + 3, (group.leader, rank), verdict);
+            replay.send(Phase::Partition, round + 3, (group.leader, rank), decision);
         }
         round += 4;
     }
@@ -122,12 +122,12 @@ fn moves(
     round: u32,
 ) {
     let mut batches: BTreeMap<(Rank, Rank), u64> = BTreeMap::new();
-    for &(block, count) in &tables.homes[at] {
+    for &(block, count) in &tables.origins[at] {
         let between = (from[block as usize], to[block as usize]);
         *batches.entry(between).or_default() += u64::from(count);
     }
     for (between, points) in batches {
-        let bytes = replay.sizes.moved + points * replay.sizes.home;
+        let bytes = replay.sizes.moved + points * replay.sizes.owned;
         replay.send(Phase::Partition, round, between, bytes);
     }
 }

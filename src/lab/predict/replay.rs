@@ -13,14 +13,17 @@ use septet_workers::result::collect::CELLS_PER_MESSAGE;
 use super::error::PredictError;
 use super::machine::Replay;
 use super::placement::Placement;
-use super::sizes::Sizes;
-use super::traffic::Traffic;
+use super::sizes::MessageSizes;
+use super::traffic::PhaseTraffic;
 use super::{descent, partition};
 
 /// Replays all phases of a run on `workers` ranks.
-pub(super) fn replay<P: Point>(log: &TaskLog, workers: u32) -> Result<(Placement, Traffic), PredictError> {
+pub(super) fn replay<P: Point>(
+    log: &TaskLog,
+    workers: u32,
+) -> Result<(Placement, PhaseTraffic), PredictError> {
     let place = Placement::new(log, workers)?;
-    let mut replay = Replay { log, place, sizes: Sizes::of::<P>(), traffic: Traffic::default() };
+    let mut replay = Replay { log, place, sizes: MessageSizes::of::<P>(), traffic: PhaseTraffic::default() };
     replay.load();
     partition::replay(&mut replay);
     if log.chosen {
@@ -60,7 +63,7 @@ impl Replay<'_> {
         let share = |r: u32| (n * u128::from(r) / p) as u64;
         for rank in 1..=self.place.workers {
             let points = share(rank) - share(rank - 1);
-            let (start, block) = (self.sizes.start, self.sizes.block + points * self.sizes.home);
+            let (start, block) = (self.sizes.start, self.sizes.block + points * self.sizes.owned);
             self.send(Phase::Load, 0, (COORDINATOR, rank), start);
             self.send(Phase::Load, 0, (COORDINATOR, rank), block);
         }
@@ -98,11 +101,11 @@ impl Replay<'_> {
                 self.send(Phase::Summaries, round, (group.leader, rank), self.sizes.children);
             }
         }
-        let mut homes: BTreeMap<Rank, u64> = BTreeMap::new();
+        let mut leaves: BTreeMap<Rank, u64> = BTreeMap::new();
         for &leaf in &self.log.frame {
-            *homes.entry(self.place.holder[leaf as usize]).or_default() += 1;
+            *leaves.entry(self.place.holder[leaf as usize]).or_default() += 1;
         }
-        for (rank, points) in homes {
+        for (rank, points) in leaves {
             let bytes = self.sizes.frame + points * self.sizes.point;
             self.send(Phase::Summaries, 1, (rank, COORDINATOR), bytes);
         }
@@ -131,7 +134,7 @@ impl Replay<'_> {
         for &(from, to, number) in &self.log.reverse {
             sent.entry(self.ranks(from, to)).or_default().0 += number;
         }
-        for &(from, to, before, number) in &self.log.tellers {
+        for &(from, to, before, number) in &self.log.senders {
             let holder = &self.place.holder;
             // `before` is the previous leaf to which the points are sent. For the first leaf, it is their own leaf,
             // to which they are not sent.

@@ -6,18 +6,18 @@ use septet_geometry::separator::SEPARATOR_WORDS;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::NodeId;
 use septet_protocol::message::{
-    Body, Child, Choice, Decision, Fingerprint, Merged, Message, PROTOCOL_VERSION, PointBatch, QueryBatch,
-    ReplyBatch, SampleStars, Summary,
+    Body, Child, ChosenSupergraph, Decision, Fingerprint, Merged, Message, PROTOCOL_VERSION, PointBatch,
+    QueryBatch, ReplyBatch, SampleStars, Summary,
 };
 use septet_protocol::outcome::Outcome;
 
 /// Sizes in bytes of each kind of message without items, and of one item. Every item has a fixed size.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sizes {
+pub(super) struct MessageSizes {
     pub(super) start: u64,
     pub(super) block: u64,
     /// A point on its way to its owner.
-    pub(super) home: u64,
+    pub(super) owned: u64,
     /// A point in any other batch.
     pub(super) point: u64,
     pub(super) samples: u64,
@@ -74,7 +74,7 @@ fn points<P: Point>(count: usize) -> PointBatch<P> {
     batch
 }
 
-impl Sizes {
+impl MessageSizes {
     pub(super) fn of<P: Point>() -> Self {
         let none = || points::<P>(0);
         let child = Child { population: 0, first: 0, ranks: 0, leaf: false };
@@ -100,17 +100,17 @@ impl Sizes {
         let in_transit = PointBatch::in_transit(vec![0], vec![P::splat(0.0)]);
         let query = length(Body::Query(queries(0, 0)));
         let answer = length(Body::Reply(answers(0, 0, 0)));
-        Sizes {
+        MessageSizes {
             start: length(Body::Start { population: 0, frame: points::<P>(P::DIM + 1) }),
             block,
-            home: length(Body::Block(in_transit)) - block,
+            owned: length(Body::Block(in_transit)) - block,
             point: length(Body::Ghosts(points::<P>(1))) - ghosts,
             samples: length::<P>(Body::Samples(Bulk(Vec::new()))),
             position: size_of::<P>() as u64,
             sphere: length::<P>(Body::Sphere(Bulk(vec![0.0; SEPARATOR_WORDS]))),
             counts: length(Body::Counts { inside: 0, outside: 0, boxes: corners() }),
-            split: length(Body::Decision { verdict: Decision::Split([child; 2]), boxes: corners() }),
-            retry: length::<P>(Body::Decision { verdict: Decision::Retry, boxes: Bulk(Vec::new()) }),
+            split: length(Body::Decision { decision: Decision::Split([child; 2]), boxes: corners() }),
+            retry: length::<P>(Body::Decision { decision: Decision::Retry, boxes: Bulk(Vec::new()) }),
             moved: length(Body::Move(none())),
             query,
             one_query: length(Body::Query(queries(1, 0))) - query,
@@ -123,7 +123,7 @@ impl Sizes {
             children: length(Body::Children(Box::new([summary(), summary()]))),
             frame: length(Body::Frame(none())),
             sample_stars: length::<P>(Body::SampleStars(SampleStars::default())),
-            choice: length::<P>(Body::Choice(Choice(Supergraph::Density { alpha: 0.0 }))),
+            choice: length::<P>(Body::Choice(ChosenSupergraph(Supergraph::Density { alpha: 0.0 }))),
             ghosts,
             reverse: length(Body::Reverse {
                 points: none(),

@@ -26,14 +26,14 @@ impl Load {
 
 /// One round of a phase.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Round {
+pub struct RoundTraffic {
     /// All messages of the round.
     pub all: Load,
     sent: BTreeMap<Rank, Load>,
     received: BTreeMap<Rank, Load>,
 }
 
-impl Round {
+impl RoundTraffic {
     /// Returns the largest load that a single rank sends or receives: the `h` of an h-relation.
     pub fn most(&self) -> Load {
         self.sent.values().chain(self.received.values()).fold(Load::default(), |m, &l| m.most(l))
@@ -42,30 +42,30 @@ impl Round {
 
 /// Messages by phase, and by round within the phase.
 #[derive(Clone, Debug, Default)]
-pub struct Traffic {
-    rounds: BTreeMap<(u8, u32), Round>,
+pub struct PhaseTraffic {
+    rounds: BTreeMap<(Phase, u32), RoundTraffic>,
 }
 
-impl Traffic {
+impl PhaseTraffic {
     /// Adds a message. Messages from a rank to itself are not billed.
     pub(super) fn send(&mut self, phase: Phase, round: u32, (from, to): (Rank, Rank), bytes: u64) {
         if from == to {
             return;
         }
-        let row = self.rounds.entry((phase as u8, round)).or_default();
+        let row = self.rounds.entry((phase, round)).or_default();
         row.all.add(bytes);
         row.sent.entry(from).or_default().add(bytes);
         row.received.entry(to).or_default().add(bytes);
     }
 
     /// Returns the rounds in which messages are sent, in order.
-    pub fn rounds(&self) -> impl Iterator<Item = (Phase, &Round)> {
-        self.rounds.iter().filter_map(|((p, _), row)| Some((Phase::from_number(*p)?, row)))
+    pub fn rounds(&self) -> impl Iterator<Item = (Phase, &RoundTraffic)> {
+        self.rounds.iter().map(|((phase, _), row)| (*phase, row))
     }
 
     /// Returns rounds, messages and bytes of each phase that sends messages.
-    pub fn phases(&self) -> BTreeMap<u8, (u64, Load)> {
-        let mut phases: BTreeMap<u8, (u64, Load)> = BTreeMap::new();
+    pub fn phases(&self) -> BTreeMap<Phase, (u64, Load)> {
+        let mut phases: BTreeMap<Phase, (u64, Load)> = BTreeMap::new();
         for ((phase, _), row) in &self.rounds {
             let entry = phases.entry(*phase).or_default();
             entry.0 += 1;

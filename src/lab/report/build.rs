@@ -9,18 +9,18 @@ use septet_core::run::Run;
 
 use super::context::RunContext;
 use super::schema::{
-    Fallback, HowProved, MachineReport, PathReport, PhaseReport, PointsReport, RepairReport, Report,
-    RoundReport, SCHEMA, Seconds, SupergraphReport, TotalReport,
+    Fallback, HowProved, MachineReport, PathReport, PhaseReport, PointsReport, RepairReport, RoundReport,
+    RunReport, RunSeconds, SCHEMA, SupergraphReport, TotalReport,
 };
 use super::{Parameters, traffic, tree};
 
-impl Report {
+impl RunReport {
     /// Returns the report of a run.
-    pub fn of(run: &Run, config: &Config, context: &RunContext<'_>) -> Report {
+    pub fn of(run: &Run, config: &Config, context: &RunContext<'_>) -> RunReport {
         let counted = run.settled.counted;
         let ledger = &run.ledger;
         let points = &run.points;
-        Report {
+        RunReport {
             schema: SCHEMA,
             version: env!("CARGO_PKG_VERSION"),
             parameters: Parameters::of(config, context, run.settled.leaf),
@@ -55,7 +55,7 @@ impl Report {
             graph: counted.then(|| tree::graph(run)),
             view: run.picture.clone(),
             control_bytes: ledger.part.rounds.values().map(|t| t.control).sum(),
-            seconds: Seconds {
+            seconds: RunSeconds {
                 read: context.read_seconds,
                 triangulate: run.triangulate_seconds,
                 write: context.write_seconds,

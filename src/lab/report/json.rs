@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use serde::Serialize;
 use serde_json::ser::Formatter;
 
-use super::Report;
+use super::RunReport;
 
 /// Containers deeper than this stay on one line.
 const OPEN_LEVELS: usize = 3;
@@ -90,7 +90,7 @@ impl Formatter for Rows {
     }
 }
 
-impl Report {
+impl RunReport {
     /// Returns the report as JSON.
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 //! The report of a run: a documented, versioned schema, and tables.
 //!
-//! [`Report`] is the output of `--json`: all decisions, certificates, counts and measurements of a run. Counts belong
-//! to the modelled machine and repeat exactly. Times (fields whose names end in `seconds`) and memory sizes are
+//! [`RunReport`] is the output of `--json`: all decisions, certificates, counts and measurements of a run. Counts
+//! belong to the modelled machine and repeat exactly. Times (fields whose names end in `seconds`) and memory sizes are
 //! measured and do not repeat. This module does not print.
 
 mod build;
@@ -19,8 +19,8 @@ mod verify;
 pub use context::RunContext;
 pub use parameters::Parameters;
 pub use schema::{
-    Fallback, GraphReport, HowProved, LevelReport, MachineReport, NodeReport, PathReport, PhaseReport,
-    PointsReport, RepairReport, Report, RoundReport, SCHEMA, Seconds, SupergraphReport, TotalReport,
+    Fallback, GraphReport, HowProved, MachineReport, NodeReport, PathReport, PhaseReport, PointsReport,
+    RepairReport, RoundReport, RunReport, RunSeconds, SCHEMA, SupergraphReport, TotalReport, TreeLevelReport,
     TreeReport,
 };
 pub use tables::TableFormat;

@@ -47,7 +47,7 @@ pub struct Parameters {
     pub skip_invalid: bool,
     /// Memory limit in bytes.
     pub max_memory: Option<u64>,
-    /// Whether the owner and the home leaf of each cell are kept.
+    /// Whether the owner and the owning leaf of each cell are kept.
     pub with_owner: bool,
     /// Number of points requested for the picture.
     pub view: u32,

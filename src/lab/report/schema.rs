@@ -9,14 +9,14 @@ use septet_core::run::TrafficTotal;
 use super::Parameters;
 use super::traffic::{TimelineReport, TrafficReport};
 
-/// Name and version of the schema of [`Report`]. The number changes if a field changes its meaning or disappears. New
-/// fields may appear under the same number.
+/// Name and version of the schema of [`RunReport`]. The number changes if a field changes its meaning or disappears.
+/// New fields may appear under the same number.
 pub const SCHEMA: &str = "septet-run/1";
 
 /// The report of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct Report {
+pub struct RunReport {
     /// [`SCHEMA`].
     pub schema: &'static str,
     /// Version of septet.
@@ -70,7 +70,7 @@ pub struct Report {
     /// Bytes received by the coordinator, except for reading and merging.
     pub control_bytes: u64,
     /// Measured wall-clock seconds.
-    pub seconds: Seconds,
+    pub seconds: RunSeconds,
     /// Measured resident memory before the run, when the points are already in memory.
     pub rss_before_bytes: Option<u64>,
     /// Measured peak of resident memory.
@@ -252,12 +252,12 @@ pub struct TreeReport {
     /// Mean of the ratio, over all nodes.
     pub mean_separator_ratio: Option<f64>,
     /// The levels, beginning with the root.
-    pub by_level: Vec<LevelReport>,
+    pub by_level: Vec<TreeLevelReport>,
 }
 
 /// One level of the tree.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct LevelReport {
+pub struct TreeLevelReport {
     /// 0 for the root.
     pub level: u32,
     /// Number of nodes.
@@ -324,7 +324,7 @@ pub struct GraphReport {
 
 /// Measured wall-clock seconds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Seconds {
+pub struct RunSeconds {
     /// Reading or generating the input.
     pub read: f64,
     /// From points in memory to certified stars.

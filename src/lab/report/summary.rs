@@ -1,8 +1,8 @@
 //! The note on points whose affine hull has a smaller dimension than the space.
 
-use super::schema::Report;
+use super::schema::RunReport;
 
-impl Report {
+impl RunReport {
     /// Describes points whose affine hull has a smaller dimension than the space, in one line.
     pub fn flat_note(&self) -> String {
         let span = match self.dimension {

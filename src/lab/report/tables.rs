@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use super::schema::{Report, TotalReport};
+use super::schema::{RunReport, TotalReport};
 
 /// The format of tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,7 +19,7 @@ pub enum TableFormat {
 
 /// The kind of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Column {
+pub(crate) enum TableColumn {
     /// The label of the row.
     Label(&'static str),
     /// A count of the machine.
@@ -36,7 +36,7 @@ pub(crate) struct Table {
     pub(crate) title: &'static str,
     /// The heading in aligned text.
     pub(crate) heading: &'static str,
-    pub(crate) columns: Vec<Column>,
+    pub(crate) columns: Vec<TableColumn>,
     pub(crate) rows: Vec<Vec<Cell>>,
     /// Rows of sums; omitted in CSV.
     pub(crate) totals: Vec<Vec<Cell>>,
@@ -57,19 +57,19 @@ fn shown(cell: &str) -> &str {
     if cell.is_empty() { "-" } else { cell }
 }
 
-impl Column {
+impl TableColumn {
     fn name(self) -> &'static str {
         match self {
-            Column::Label(name) | Column::Modelled(name) | Column::Measured(name) => name,
+            TableColumn::Label(name) | TableColumn::Modelled(name) | TableColumn::Measured(name) => name,
         }
     }
 
     /// Returns the name with the kind of the column.
     fn full_name(self) -> String {
         match self {
-            Column::Label(name) => name.to_owned(),
-            Column::Modelled(name) => format!("modelled {name}"),
-            Column::Measured(name) => format!("measured {name}"),
+            TableColumn::Label(name) => name.to_owned(),
+            TableColumn::Modelled(name) => format!("modelled {name}"),
+            TableColumn::Measured(name) => format!("measured {name}"),
         }
     }
 }
@@ -89,7 +89,7 @@ impl Table {
         let barred = |cells: Vec<String>| {
             let mut line = Vec::new();
             for (cell, column) in cells.into_iter().zip(&self.columns) {
-                if matches!(column, Column::Measured(_)) && !line.iter().any(|c| c == "|") {
+                if matches!(column, TableColumn::Measured(_)) && !line.iter().any(|c| c == "|") {
                     line.push("|".to_owned());
                 }
                 line.push(cell);
@@ -121,7 +121,8 @@ impl Table {
         };
         let _ = writeln!(out, "## {}\n", self.title);
         out.push_str(&row(&mut self.columns.iter().map(|c| c.full_name())));
-        let rule = |c: &Column| if matches!(c, Column::Label(_)) { "---" } else { "---:" }.to_owned();
+        let rule =
+            |c: &TableColumn| if matches!(c, TableColumn::Label(_)) { "---" } else { "---:" }.to_owned();
         out.push_str(&row(&mut self.columns.iter().map(rule)));
         for cells in &self.rows {
             out.push_str(&row(&mut cells.iter().map(|c| shown(c).to_owned())));
@@ -152,7 +153,7 @@ impl Table {
     }
 }
 
-impl Report {
+impl RunReport {
     /// Returns the tables of `--profile` (phases, rounds and tree levels): all of them, or only the table with this
     /// number.
     pub fn tables(&self, format: TableFormat, which: Option<usize>) -> String {
@@ -176,7 +177,7 @@ impl Report {
     }
 
     fn phase_table(&self, format: TableFormat) -> Table {
-        use Column::{Label, Measured, Modelled};
+        use TableColumn::{Label, Measured, Modelled};
         let mut columns = vec![Label("phase")];
         // In aligned text, an asterisk at the name replaces the column.
         let starred = format == TableFormat::Text;
@@ -219,7 +220,7 @@ impl Report {
     }
 
     fn round_table(&self) -> Table {
-        use Column::{Label, Modelled};
+        use TableColumn::{Label, Modelled};
         let counts = ["active", "merged", "separators", "retries", "points", "messages", "bytes", "largest"];
         let columns = [Label("round"), Label("phase")].into_iter().chain(counts.map(Modelled)).collect();
         let row = |r: &super::schema::RoundReport| {
@@ -242,11 +243,11 @@ impl Report {
     }
 
     fn level_table(&self) -> Table {
-        use Column::{Label, Modelled};
+        use TableColumn::{Label, Modelled};
         let counts = ["nodes", "leaves", "points", "largest", "split", "attempts", "on separators"];
         let depths = ["partition depth", "neighbours depth", "merge depth"];
         let columns = std::iter::once(Label("level")).chain(counts.into_iter().chain(depths).map(Modelled));
-        let row = |l: &super::schema::LevelReport| {
+        let row = |l: &super::schema::TreeLevelReport| {
             vec![
                 l.level.to_string(),
                 l.nodes.to_string(),
@@ -292,7 +293,11 @@ mod tests {
         Table {
             title: "T",
             heading: "T (modelled | measured)",
-            columns: vec![Column::Label("name"), Column::Modelled("depth"), Column::Measured("seconds")],
+            columns: vec![
+                TableColumn::Label("name"),
+                TableColumn::Modelled("depth"),
+                TableColumn::Measured("seconds"),
+            ],
             rows: vec![
                 vec!["a,b".to_string(), String::new(), "0.5".to_string()],
                 vec!["c".to_string(), 12.to_string(), "1.25".to_string()],

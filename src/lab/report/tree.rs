@@ -7,7 +7,7 @@ use septet_protocol::ledger::{Ledger, NodeFacts, NodeKind};
 
 use septet_core::run::Run;
 
-use super::schema::{GraphReport, LevelReport, NodeReport, TreeReport};
+use super::schema::{GraphReport, NodeReport, TreeLevelReport, TreeReport};
 
 /// Largest value and mean of a sequence.
 #[derive(Default)]
@@ -67,11 +67,12 @@ pub(super) fn summary(run: &Run) -> TreeReport {
     }
 }
 
-fn levels(run: &Run) -> Vec<LevelReport> {
-    let mut levels: BTreeMap<u32, LevelReport> = BTreeMap::new();
+fn levels(run: &Run) -> Vec<TreeLevelReport> {
+    let mut levels: BTreeMap<u32, TreeLevelReport> = BTreeMap::new();
     for (node, facts) in &run.ledger.part.nodes {
         let level = node.level();
-        let row = levels.entry(level).or_insert_with(|| LevelReport { level, ..LevelReport::default() });
+        let row =
+            levels.entry(level).or_insert_with(|| TreeLevelReport { level, ..TreeLevelReport::default() });
         row.nodes += 1;
         row.points += facts.population;
         row.largest = row.largest.max(facts.population);

@@ -30,10 +30,10 @@ use septet_geometry::incremental::facet_without;
 use septet_geometry::point::Simplex;
 use septet_geometry::predicates::{Sign, orientation};
 
-use super::cells::Labels;
+use super::cells::CellLabels;
 use super::facets::{Plane, Subfacets, as_space};
 use super::generator::Generator;
-use super::machine::{Machine, Triangulation};
+use super::machine::{Delaunay, MeshMachine};
 use super::segments::Chains;
 use crate::domain::Domain;
 use crate::mesh::Carrier;
@@ -52,7 +52,7 @@ pub(super) type SideLabels = [Option<u32>; 2];
 
 /// A face of the barrier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Part<F> {
+pub(super) struct BarrierFace<F> {
     /// Its vertices, ascending.
     face: F,
     /// The facet. In the plane, the segment.
@@ -65,12 +65,12 @@ pub(super) struct Part<F> {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Barrier<F> {
     /// The faces, ascending by their vertices.
-    parts: Vec<Part<F>>,
+    parts: Vec<BarrierFace<F>>,
 }
 
 impl<F: Simplex> Barrier<F> {
     /// Returns the parts that have the vertices of a face.
-    pub(super) fn at(&self, face: &F) -> &[Part<F>] {
+    pub(super) fn at(&self, face: &F) -> &[BarrierFace<F>] {
         let key = sorted(*face).0;
         let first = self.parts.partition_point(|p| p.face < key);
         let count = self.parts[first..].iter().take_while(|p| p.face == key).count();
@@ -78,7 +78,7 @@ impl<F: Simplex> Barrier<F> {
     }
 }
 
-impl<F: Simplex> Part<F> {
+impl<F: Simplex> BarrierFace<F> {
     /// Returns the label on the side of a cell. The face of the cell has the order of [`facet_without`].
     pub(super) fn towards(&self, face: &F) -> Option<u32> {
         // (vertex, face..) is positive. Moving the vertex to the end takes as many exchanges as the face has
@@ -161,9 +161,9 @@ impl Rims {
     }
 }
 
-impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
+impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     /// Builds the barrier of a triangulation in which no subsegment and no subfacet is missing.
-    pub(super) fn barrier(&self, own: Own<'_>, delaunay: &Triangulation<P::Cell>) -> Barrier<P::Facet> {
+    pub(super) fn barrier(&self, own: Own<'_>, delaunay: &Delaunay<P::Cell>) -> Barrier<P::Facet> {
         let parts = if P::DIM == 2 { self.subsegment_parts(own.chains) } else { self.subfacet_parts(own) };
         let mut barrier = Barrier { parts };
         barrier.parts.sort_unstable();
@@ -179,7 +179,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     }
 
     /// In the plane, returns the subsegments as parts.
-    fn subsegment_parts(&self, chains: &Chains) -> Vec<Part<P::Facet>> {
+    fn subsegment_parts(&self, chains: &Chains) -> Vec<BarrierFace<P::Facet>> {
         let edges = self.domain.walls().iter().map(|w| ascending([w.as_ref()[0], w.as_ref()[1]]));
         let walls: BTreeMap<[u32; 2], u32> = edges.zip(0..).collect();
         let mut parts = Vec::new();
@@ -193,22 +193,26 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
             for subsegment in chain.windows(2) {
                 let [p, n] = if subsegment[0] < subsegment[1] { [0, 1] } else { [1, 0] };
                 let face = row_of::<P>(&ascending([subsegment[0], subsegment[1]]));
-                parts.push(Part { face, facet: s, labels: [labels.map(|l| l[p]), labels.map(|l| l[n])] });
+                parts.push(BarrierFace {
+                    face,
+                    facet: s,
+                    labels: [labels.map(|l| l[p]), labels.map(|l| l[n])],
+                });
             }
         }
         parts
     }
 
     /// Returns the subfacets of all facets as parts.
-    fn subfacet_parts(&self, own: Own<'_>) -> Vec<Part<P::Facet>> {
+    fn subfacet_parts(&self, own: Own<'_>) -> Vec<BarrierFace<P::Facet>> {
         let rims = Rims::new(self.domain, own);
         own.subfacets.iter().map(|&(f, t)| self.part(&rims, own, f, t)).collect()
     }
 
-    fn part(&self, rims: &Rims, own: Own<'_>, f: u32, mut triangle: [u32; 3]) -> Part<P::Facet> {
+    fn part(&self, rims: &Rims, own: Own<'_>, f: u32, mut triangle: [u32; 3]) -> BarrierFace<P::Facet> {
         triangle.sort_unstable();
         let turn = orientation(&self.in_plane(&own.planes[f as usize], &triangle));
-        Part { face: row_of::<P>(&triangle), facet: f, labels: rims.labels(f, &triangle, turn) }
+        BarrierFace { face: row_of::<P>(&triangle), facet: f, labels: rims.labels(f, &triangle, turn) }
     }
 
     fn in_plane(&self, plane: &Plane, triangle: &[u32; 3]) -> [DVec2; 3] {
@@ -219,9 +223,9 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     fn substitutes(
         &self,
         own: Own<'_>,
-        delaunay: &Triangulation<P::Cell>,
+        delaunay: &Delaunay<P::Cell>,
         barrier: &Barrier<P::Facet>,
-    ) -> Vec<Part<P::Facet>> {
+    ) -> Vec<BarrierFace<P::Facet>> {
         let mut present = vec![false; barrier.parts.len()];
         self.each_carried(delaunay, |face| {
             if let Ok(i) = barrier.parts.binary_search_by_key(&face, |p| p.face) {
@@ -254,7 +258,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     }
 
     /// Visits the faces without a vertex in the volume, with ascending vertices. Most faces are visited twice.
-    fn each_carried(&self, delaunay: &Triangulation<P::Cell>, mut visit: impl FnMut(P::Facet)) {
+    fn each_carried(&self, delaunay: &Delaunay<P::Cell>, mut visit: impl FnMut(P::Facet)) {
         let in_volume = |v: &&u32| self.vertices.carriers[**v as usize] == Carrier::Volume;
         for cell in &delaunay.cells {
             let inner = cell.as_ref().iter().filter(in_volume).count();
@@ -271,7 +275,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
 /// Returns the labels on the positive and the negative side of a wall.
 fn labels_of<P: Space>(domain: &Domain<P>, wall: u32) -> [u32; 2] {
     let inside = |c: u32| domain.components[c as usize].inside;
-    domain.sides.components_at(wall).map(|c| if inside(c) { c } else { Labels::OUT })
+    domain.sides.components_at(wall).map(|c| if inside(c) { c } else { CellLabels::OUT })
 }
 
 /// Returns `true` if a wall turns left when seen from the tip of the normal. The test is exact, in a projection along

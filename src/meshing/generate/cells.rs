@@ -40,7 +40,7 @@ use septet_geometry::point::lex_cmp;
 use super::barrier::Barrier;
 use super::facets::{Plane, as_space};
 use super::generator::Generator;
-use super::machine::{Machine, Triangulation};
+use super::machine::{Delaunay, MeshMachine};
 use super::vertices::Holders;
 use crate::mesh::Carrier;
 use crate::sides::Sets;
@@ -48,12 +48,12 @@ use crate::space::Space;
 
 /// The component of each cell.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Labels {
-    /// The component, [`Labels::OUT`] outside the domain, or [`Labels::FLAT`] for a flat cell.
+pub struct CellLabels {
+    /// The component, [`CellLabels::OUT`] outside the domain, or [`CellLabels::FLAT`] for a flat cell.
     pub of: Vec<u32>,
 }
 
-impl Labels {
+impl CellLabels {
     /// Outside the domain.
     pub const OUT: u32 = u32::MAX;
     /// All vertices lie on one facet.
@@ -65,7 +65,7 @@ impl Labels {
     }
 }
 
-impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
+impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     /// Returns the facet that contains the rounded centroid of a face. The face must have an area. Faces of cells
     /// that are not flat do.
     pub(super) fn facet_of(&self, face: &[u32], planes: &[Plane]) -> Option<u32> {
@@ -89,12 +89,12 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     }
 
     /// Labels all cells.
-    pub(super) fn labels(&self, delaunay: &Triangulation<P::Cell>, barrier: &Barrier<P::Facet>) -> Labels {
+    pub(super) fn labels(&self, delaunay: &Delaunay<P::Cell>, barrier: &Barrier<P::Facet>) -> CellLabels {
         let n = delaunay.cells.len();
         // The outside of the hull is an additional cell.
         let mut sets = Sets::new(n + 1);
         let mut named = vec![None; n + 1];
-        named[n] = Some(Labels::OUT);
+        named[n] = Some(CellLabels::OUT);
         for (i, (cell, across)) in (0u32..).zip(delaunay.cells.iter().zip(&delaunay.neighbours)) {
             for (&v, &j) in cell.as_ref().iter().zip(across.as_ref()) {
                 let face = facet_without::<P>(cell, v);
@@ -112,11 +112,11 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         }
         let label = |(i, cell): (u32, &P::Cell)| {
             if is_flat(&self.flats, &self.vertices.carriers, cell.as_ref()) {
-                return Labels::FLAT;
+                return CellLabels::FLAT;
             }
-            named[sets.find(i) as usize].unwrap_or(Labels::OUT)
+            named[sets.find(i) as usize].unwrap_or(CellLabels::OUT)
         };
-        Labels { of: (0u32..).zip(&delaunay.cells).map(label).collect() }
+        CellLabels { of: (0u32..).zip(&delaunay.cells).map(label).collect() }
     }
 
     /// Returns `true` if no vertex of a face is in the volume.
@@ -127,8 +127,8 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     /// Returns the faces on facets that are adjacent to a cell of the mesh.
     pub(super) fn faces(
         &self,
-        delaunay: &Triangulation<P::Cell>,
-        labels: &Labels,
+        delaunay: &Delaunay<P::Cell>,
+        labels: &CellLabels,
         barrier: &Barrier<P::Facet>,
         planes: &[Plane],
     ) -> Vec<(u32, P::Facet, [u32; 2])> {

@@ -30,7 +30,7 @@ use septet_geometry::point::dist2;
 use super::divide::{SHELL, between, power_below};
 use super::facets::{Plane, as_space, from_space};
 use super::generator::Generator;
-use super::machine::Machine;
+use super::machine::MeshMachine;
 use super::missing::MissingParts;
 use super::segments::Chains;
 use crate::mesh::Carrier;
@@ -44,7 +44,7 @@ pub(super) const ENCLOSE_AFTER: u32 = 55;
 /// The shortest chord that is divided on the shell of an enclosed corner, relative to the radius.
 const SHORT: f64 = 1.0 / 4096.0;
 
-impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
+impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     /// Returns the corners of missing subfacets that are not enclosed yet, ascending.
     pub(super) fn unresolved_corners(&self, missing: &MissingParts) -> Vec<u32> {
         let corners = missing.subfacets.iter().flat_map(|(_, t)| t).copied();

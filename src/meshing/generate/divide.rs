@@ -32,14 +32,14 @@ use septet_geometry::point::dist2;
 use super::balls::Ball;
 use super::facets::{Plane, as_space, circumcircle, from_space};
 use super::generator::{Candidate, Generator};
-use super::machine::Machine;
+use super::machine::MeshMachine;
 use super::missing::MissingParts;
 use super::segments::{Chains, Subsegment, subsegments_of};
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::space::Space;
 
-impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
+impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     /// Returns the points that divide the missing parts. The size of such a point is the radius of the subfacet, or a
     /// quarter of the length of the subsegment.
     pub(super) fn divided(

@@ -12,12 +12,12 @@ use septet_geometry::point::{Point, dist2, lex_cmp};
 
 use super::balls::{Ball, Balls};
 use super::generator::{CANDIDATES, Candidate, Generator, SIDE};
-use super::machine::Machine;
+use super::machine::MeshMachine;
 use super::off_centre::Subfeatures;
 use super::segments::{Chains, subsegments_of};
 use crate::bvh::{Bounds, Bvh};
 use crate::mesh::Carrier;
-use crate::octree::{Cube, DEEPEST, Key};
+use crate::octree::{CellKey, Cube, DEEPEST};
 use crate::points::candidates::Name;
 use crate::space::Space;
 
@@ -113,7 +113,7 @@ pub type Subfacet = (u32, [u32; 3]);
 /// The subfacets of all facets.
 pub(super) type Subfacets = Vec<Subfacet>;
 
-impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
+impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     /// Returns the planes of all facets. Empty in the plane.
     pub(super) fn planes(&self) -> Vec<Plane> {
         let at = |v: u32| as_space(self.domain.points()[v as usize]);
@@ -233,7 +233,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         let cube = Cube::around(&plane.tree.bounds());
         let seed = self.seed_of(f);
         let mut found = Vec::new();
-        let mut cells = vec![Key::ROOT];
+        let mut cells = vec![CellKey::ROOT];
         while let Some(key) = cells.pop() {
             let cell = cube.cell(key);
             let half = DVec2::splat(0.5 * cell.side);

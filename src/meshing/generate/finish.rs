@@ -3,12 +3,12 @@
 use septet_geometry::point::{Point, Simplex};
 use septet_geometry::range::scale;
 
-use super::{Generated, Labels, Subsegment};
+use super::{CellLabels, GeneratedMesh, Subsegment};
 use crate::domain::Domain;
 use crate::mesh::{Edge, Face, Mesh, OUTSIDE};
 use crate::space::Space;
 
-impl<P: Space> Generated<P> {
+impl<P: Space> GeneratedMesh<P> {
     /// Returns the mesh: the cells inside the domain, their faces on facets, and their edges on segments.
     pub fn into_mesh(self, domain: &Domain<P>) -> Mesh<P> {
         let back = -domain.simplices.exponent;
@@ -46,7 +46,7 @@ impl<P: Space> Generated<P> {
             cells: rows.into_iter().map(|r| r.0).collect(),
             faces,
             edges: if P::DIM == 2 { Vec::new() } else { self.subsegments.iter().map(edge).collect() },
-            dropped: self.labels.of.iter().filter(|l| **l == Labels::FLAT).count() as u64,
+            dropped: self.labels.of.iter().filter(|l| **l == CellLabels::FLAT).count() as u64,
             carriers: self.vertices.carriers,
         }
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use septet_geometry::point::Point;
 
 use super::balls::Balls;
-use super::machine::{Machine, distinct};
+use super::machine::{MeshMachine, distinct};
 use super::vertices::{Holders, Vertices, flat_groups};
 use crate::domain::Domain;
 use crate::mesh::Carrier;
@@ -54,7 +54,7 @@ impl<P: Point> Rules<'_, P> {
 
 /// The counts of a stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Stage {
+pub struct StageCounts {
     /// `segments`, `facets`, `volume`, or `force` for the recovery stage.
     pub name: &'static str,
     /// The number of candidates in the graphs of independent sets.
@@ -80,7 +80,7 @@ pub(super) struct Generator<'a, P: Space, M> {
     /// The segments of each carrier. Entries of facets are meaningless.
     pub(super) lines: Holders,
     pub(super) vertices: Vertices<P>,
-    pub(super) stages: Vec<Stage>,
+    pub(super) stages: Vec<StageCounts>,
     /// The balls of subsegments.
     pub(super) subsegments: Balls<P>,
     /// The balls of subfacets.
@@ -93,7 +93,7 @@ pub(super) struct Generator<'a, P: Space, M> {
     pub(super) shells: BTreeMap<u32, f64>,
 }
 
-impl<'a, P: Space, M: Machine<P> + Sync> Generator<'a, P, M> {
+impl<'a, P: Space, M: MeshMachine<P> + Sync> Generator<'a, P, M> {
     pub(super) fn new(domain: &'a Domain<P>, rules: Rules<'a, P>, machine: &'a mut M) -> Self {
         let mut vertices = Vertices { points: Vec::new(), sizes: Vec::new(), carriers: Vec::new() };
         for (i, &v) in (0u32..).zip(&domain.corners) {
@@ -122,7 +122,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Generator<'a, P, M> {
 
     pub(super) fn begin(&mut self, name: &'static str) {
         self.machine.stage(name);
-        self.stages.push(Stage { name, ..Stage::default() });
+        self.stages.push(StageCounts { name, ..StageCounts::default() });
     }
 
     /// Places the first points of a stage: a maximal independent set of candidates, with all earlier points fixed.
@@ -183,6 +183,6 @@ impl<'a, P: Space, M: Machine<P> + Sync> Generator<'a, P, M> {
 
     /// Returns the seed of a feature. Features of the same kind have different seeds.
     pub(super) fn seed_of(&self, feature: u32) -> u64 {
-        Name { cell: crate::octree::Key::ROOT, number: feature }.priority(self.rules.seed).0
+        Name { cell: crate::octree::CellKey::ROOT, number: feature }.priority(self.rules.seed).0
     }
 }

@@ -11,7 +11,7 @@ use crate::points::independent::{Independent, by_rounds};
 
 /// A Delaunay triangulation and its adjacency.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Triangulation<C> {
+pub struct Delaunay<C> {
     /// `d + 1` vertices per cell, positively oriented.
     pub cells: Vec<C>,
     /// The cell across the facet opposite each vertex, or `u32::MAX` across the hull.
@@ -19,7 +19,7 @@ pub struct Triangulation<C> {
 }
 
 /// A provider of independent sets and triangulations.
-pub trait Machine<P: Point> {
+pub trait MeshMachine<P: Point> {
     /// The errors of the machine.
     type Error;
 
@@ -39,7 +39,7 @@ pub trait Machine<P: Point> {
     ///
     /// # Errors
     /// Returns the error of the machine if it fails.
-    fn delaunay(&mut self, points: &[P]) -> Result<Triangulation<P::Cell>, Self::Error>;
+    fn delaunay(&mut self, points: &[P]) -> Result<Delaunay<P::Cell>, Self::Error>;
 
     /// Returns the planar triangulations of several sets of points, given in the planes of their facets.
     ///
@@ -60,7 +60,7 @@ pub struct Alone {
     pub seed: u64,
 }
 
-impl<P: Point> Machine<P> for Alone {
+impl<P: Point> MeshMachine<P> for Alone {
     type Error = IncrementalError;
 
     fn independent(&mut self, sites: &[Site<P>], fixed: usize) -> Result<Independent, Self::Error> {
@@ -73,10 +73,10 @@ impl<P: Point> Machine<P> for Alone {
         Ok(set)
     }
 
-    fn delaunay(&mut self, points: &[P]) -> Result<Triangulation<P::Cell>, Self::Error> {
+    fn delaunay(&mut self, points: &[P]) -> Result<Delaunay<P::Cell>, Self::Error> {
         let built = match Incremental::new(points.to_vec()) {
             Err(IncrementalError::Flat { .. }) => {
-                return Ok(Triangulation { cells: Vec::new(), neighbours: Vec::new() });
+                return Ok(Delaunay { cells: Vec::new(), neighbours: Vec::new() });
             }
             built => built?,
         };
@@ -86,7 +86,7 @@ impl<P: Point> Machine<P> for Alone {
         for (i, (slot, _, _)) in finite().enumerate() {
             number[slot as usize] = i as u32;
         }
-        let mut made = Triangulation { cells: Vec::new(), neighbours: Vec::new() };
+        let mut made = Delaunay { cells: Vec::new(), neighbours: Vec::new() };
         for (slot, cell, _) in finite() {
             made.cells.push(*cell);
             let mut across = P::Cell::splat(u32::MAX);
@@ -99,7 +99,7 @@ impl<P: Point> Machine<P> for Alone {
     }
 
     fn planar(&mut self, sets: &[Vec<DVec2>]) -> Result<Vec<Vec<[u32; 3]>>, Self::Error> {
-        let one = |points: &Vec<DVec2>| Ok(Machine::<DVec2>::delaunay(&mut self.clone(), points)?.cells);
+        let one = |points: &Vec<DVec2>| Ok(MeshMachine::<DVec2>::delaunay(&mut self.clone(), points)?.cells);
         sets.iter().map(one).collect()
     }
 

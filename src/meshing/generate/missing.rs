@@ -23,7 +23,7 @@ use septet_geometry::incremental::facet_without;
 use super::cells::is_flat;
 use super::facets::{Plane, Subfacet, Subfacets, as_space};
 use super::generator::Generator;
-use super::machine::{Machine, Triangulation};
+use super::machine::{Delaunay, MeshMachine};
 use super::segments::{Chains, Subsegment, subsegments_of};
 use crate::domain::Feature;
 use crate::mesh::Carrier;
@@ -53,11 +53,11 @@ impl MissingParts {
     }
 }
 
-impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
+impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     /// Returns the parts that are missing from the triangulation.
     pub(super) fn missing(
         &self,
-        delaunay: &Triangulation<P::Cell>,
+        delaunay: &Delaunay<P::Cell>,
         planes: &[Plane],
         chains: &Chains,
         subfacets: &Subfacets,
@@ -81,7 +81,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     }
 
     /// Returns the faces on facets inside the domain for which exactly one of the two cells is flat.
-    fn unmatched(&self, delaunay: &Triangulation<P::Cell>, planes: &[Plane]) -> Subfacets {
+    fn unmatched(&self, delaunay: &Delaunay<P::Cell>, planes: &[Plane]) -> Subfacets {
         if P::DIM == 2 {
             return Vec::new();
         }
@@ -118,7 +118,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
 
     /// Returns the edges between vertices of segments, and the faces whose vertices lie on one facet and whose cell
     /// is not flat. Both lists are ascending.
-    fn carried(&self, delaunay: &Triangulation<P::Cell>) -> (Vec<[u32; 2]>, Vec<[u32; 3]>) {
+    fn carried(&self, delaunay: &Delaunay<P::Cell>) -> (Vec<[u32; 2]>, Vec<[u32; 3]>) {
         let carriers = &self.vertices.carriers;
         let (mut edges, mut faces) = (Vec::new(), Vec::new());
         let on_segment = |v: u32| matches!(carriers[v as usize], Carrier::Corner(_) | Carrier::Segment(_));

@@ -79,7 +79,7 @@
 //!   that are found in this way. Claim 1 holds with these balls instead of the smallest ones.
 //!
 //! **Rounds and work.** Each stage needs one independent set at the beginning, and one per round of completion. Each
-//! triangulation and each set is a run of the [`Machine`].
+//! triangulation and each set is a run of the [`MeshMachine`].
 
 mod balls;
 mod barrier;
@@ -102,10 +102,10 @@ mod witness;
 use crate::domain::{Domain, Feature};
 use crate::space::Space;
 
-pub use cells::Labels;
+pub use cells::CellLabels;
 pub use facets::Subfacet;
-pub use generator::{Rules, Stage};
-pub use machine::{Alone, Machine, Triangulation};
+pub use generator::{Rules, StageCounts};
+pub use machine::{Alone, Delaunay, MeshMachine};
 pub use segments::Subsegment;
 pub use vertices::{Holders, Vertices};
 
@@ -116,19 +116,19 @@ use volume::Filled;
 
 /// The result of generation.
 #[derive(Clone, Debug)]
-pub struct Generated<P: Space> {
+pub struct GeneratedMesh<P: Space> {
     /// The vertices.
     pub vertices: Vertices<P>,
     /// Their Delaunay triangulation.
-    pub delaunay: Triangulation<P::Cell>,
+    pub delaunay: Delaunay<P::Cell>,
     /// The component of each cell.
-    pub labels: Labels,
+    pub labels: CellLabels,
     /// Faces of the mesh on facets (in the plane: edges on segments), as facet, face, and adjacent cells.
     pub faces: Vec<(u32, P::Facet, [u32; 2])>,
     /// The subsegments, with their segments.
     pub subsegments: Vec<Subsegment>,
     /// The counts of each stage.
-    pub stages: Vec<Stage>,
+    pub stages: Vec<StageCounts>,
 }
 
 /// The features of which parts are missing from the triangulation.
@@ -140,7 +140,7 @@ pub struct Missing {
 
 /// Errors of generation.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Failure<E> {
+pub enum GenerationError<E> {
     /// The machine failed.
     Machine(E),
     /// Features that meet at small angles could not be recovered.
@@ -153,7 +153,7 @@ pub enum Failure<E> {
 
 /// Estimates the number of points of a mesh from the cells in which candidates are placed. Returns one more than the
 /// limit if there are too many cells.
-pub fn expected_points<P: Space, M: Machine<P> + Sync>(
+pub fn expected_points<P: Space, M: MeshMachine<P> + Sync>(
     domain: &Domain<P>,
     rules: Rules<'_, P>,
     machine: &M,
@@ -171,26 +171,31 @@ pub fn expected_points<P: Space, M: Machine<P> + Sync>(
 /// Generates the points of a domain and triangulates them.
 ///
 /// # Errors
-/// Returns a [`Failure`] if the machine fails, features cannot be recovered, or the mesh needs too many vertices.
-pub fn generate<P: Space, M: Machine<P> + Sync>(
+/// Returns a [`GenerationError`] if the machine fails, features cannot be recovered, or the mesh needs too many
+/// vertices.
+pub fn generate<P: Space, M: MeshMachine<P> + Sync>(
     domain: &Domain<P>,
     rules: Rules<'_, P>,
     machine: &mut M,
-) -> Result<Generated<P>, Failure<M::Error>> {
+) -> Result<GeneratedMesh<P>, GenerationError<M::Error>> {
     // If the sizes are too fine, generation fails before any other work.
-    let cells = volume::sampling_cells(domain, &rules, &*machine).ok_or(Failure::TooMany(rules.most))?;
+    let cells =
+        volume::sampling_cells(domain, &rules, &*machine).ok_or(GenerationError::TooMany(rules.most))?;
     let mut generator = Generator::new(domain, rules, machine);
     generator.off_centres = domain.small_angles(90.0).is_empty();
     let planes = generator.planes();
-    let chains = generator.segments().map_err(Failure::Machine)?;
-    let subfacets =
-        if P::DIM == 3 { generator.facets(&planes, &chains).map_err(Failure::Machine)? } else { Vec::new() };
+    let chains = generator.segments().map_err(GenerationError::Machine)?;
+    let subfacets = if P::DIM == 3 {
+        generator.facets(&planes, &chains).map_err(GenerationError::Machine)?
+    } else {
+        Vec::new()
+    };
     let (chains, subfacets) = generator.recover(&planes, chains, subfacets)?;
     let own = Own { planes: &planes, chains: &chains, subfacets: &subfacets };
     let Filled { delaunay, labels, barrier } = generator.volume(own, &cells)?;
     let faces = generator.faces(&delaunay, &labels, &barrier, &planes);
     let subsegments = segments::subsegments_of(&chains);
-    Ok(Generated {
+    Ok(GeneratedMesh {
         vertices: generator.vertices,
         delaunay,
         labels,

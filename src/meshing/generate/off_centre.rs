@@ -27,7 +27,7 @@ use septet_geometry::point::dist2;
 use super::balls::Ball;
 use super::facets::Subfacets;
 use super::generator::Generator;
-use super::machine::Machine;
+use super::machine::MeshMachine;
 use super::segments::Subsegment;
 use crate::points::conflicts::{Site, Sites};
 use crate::space::Space;
@@ -45,7 +45,7 @@ pub(super) struct Subfeatures<'a> {
     pub(super) subfacets: &'a Subfacets,
 }
 
-impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
+impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     /// Returns the off-centre point of a circumcentre, outside all balls.
     pub(super) fn off_centre(&self, centre: P, flats: &Subfeatures<'_>) -> Option<P> {
         let mut x = centre;

@@ -38,11 +38,11 @@ use super::balls::{Ball, Balls};
 use super::corner_shells::ENCLOSE_AFTER;
 use super::facets::{Plane, ROUNDING, Subfacets};
 use super::generator::{Candidate, Generator};
-use super::machine::Machine;
+use super::machine::MeshMachine;
 use super::missing::MissingParts;
 use super::segments::{Chains, Subsegment, subsegments_of};
 use super::witness::Near;
-use super::{Failure, Missing};
+use super::{GenerationError, Missing};
 use crate::space::Space;
 
 /// The largest radius of a witness, relative to the radius of its subfacet.
@@ -55,7 +55,7 @@ const MOST_ROUNDS: u32 = 90;
 /// The subfacets of each facet.
 type ByFacet = Vec<Vec<[u32; 3]>>;
 
-impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
+impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     /// Inserts points until nothing is missing. Returns the chains and subfacets of the final triangulation. Closes the
     /// balls of subfacets and witnesses to points of the volume.
     pub(super) fn recover(
@@ -63,7 +63,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         planes: &[Plane],
         mut chains: Chains,
         subfacets: Subfacets,
-    ) -> Result<(Chains, Subfacets), Failure<M::Error>> {
+    ) -> Result<(Chains, Subfacets), GenerationError<M::Error>> {
         let mut by_facet: ByFacet = vec![Vec::new(); planes.len()];
         for (f, t) in subfacets {
             by_facet[f as usize].push(t);
@@ -75,7 +75,8 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
                 Err(missing) => missing,
                 Ok(witnesses) => {
                     // Simplices that are missing at this point are missing because of rounding.
-                    let delaunay = self.machine.delaunay(&self.vertices.points).map_err(Failure::Machine)?;
+                    let delaunay =
+                        self.machine.delaunay(&self.vertices.points).map_err(GenerationError::Machine)?;
                     let missing = self.missing(&delaunay, planes, &chains, &subfacets);
                     if missing.is_empty() {
                         self.subfacets = Balls::new(self.balls_of_subfacets(&subfacets));
@@ -88,10 +89,10 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
             let dividing = self.divided(planes, &chains, &missing);
             let finest = dividing.iter().map(|f| f.0.size).fold(f64::INFINITY, f64::min);
             if round == MOST_ROUNDS || finest < self.coarse_rounding() {
-                return Err(Failure::Missing(Missing { features: missing.features() }));
+                return Err(GenerationError::Missing(Missing { features: missing.features() }));
             }
             if self.vertices.len() as u64 > self.rules.most {
-                return Err(Failure::TooMany(self.rules.most));
+                return Err(GenerationError::TooMany(self.rules.most));
             }
             if round == 0 {
                 self.begin("force");
@@ -100,7 +101,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
             let corners = if round > ENCLOSE_AFTER { self.unresolved_corners(&missing) } else { Vec::new() };
             let stale = if corners.is_empty() {
                 let before = self.vertices.len();
-                self.insert_dividing(dividing).map_err(Failure::Machine)?;
+                self.insert_dividing(dividing).map_err(GenerationError::Machine)?;
                 self.facets_of(before)
             } else {
                 self.enclose(&corners, &chains);
@@ -108,7 +109,8 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
             };
             chains = self.chains();
             self.subsegments = Balls::new(self.balls_of_subsegments(&chains));
-            self.triangulate_facets(planes, &chains, &stale, &mut by_facet).map_err(Failure::Machine)?;
+            self.triangulate_facets(planes, &chains, &stale, &mut by_facet)
+                .map_err(GenerationError::Machine)?;
         }
     }
 

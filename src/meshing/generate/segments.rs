@@ -10,9 +10,9 @@ use septet_geometry::point::dist2;
 
 use super::balls::{Ball, Balls};
 use super::generator::{CANDIDATES, Candidate, Generator, SIDE};
-use super::machine::Machine;
+use super::machine::MeshMachine;
 use crate::mesh::Carrier;
-use crate::octree::{DEEPEST, Key};
+use crate::octree::{CellKey, DEEPEST};
 use crate::points::candidates::Name;
 use crate::space::Space;
 
@@ -27,7 +27,7 @@ pub(super) fn subsegments_of(chains: &Chains) -> Vec<Subsegment> {
     (0u32..).zip(chains).flat_map(|(s, c)| c.windows(2).map(move |w| (s, [w[0], w[1]]))).collect()
 }
 
-impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
+impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     /// Places the points of all segments.
     pub(super) fn segments(&mut self) -> Result<Chains, M::Error> {
         self.begin("segments");
@@ -70,12 +70,12 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         let [a, b] = self.domain.segments[s as usize].ends().map(|v| self.domain.points()[v as usize]);
         let (along, seed) = (b - a, self.seed_of(s));
         let length = along.norm2().sqrt();
-        let mut cells = vec![Key::ROOT];
+        let mut cells = vec![CellKey::ROOT];
         while let Some(key) = cells.pop() {
             let part = 1.0 / (1u64 << key.level) as f64;
             let middle = (f64::from(key.at[0]) + 0.5) * part;
             if SIDE * (self.rules.size)(a + along * middle) < length * part && key.level < DEEPEST {
-                let half = |i: u32| Key { level: key.level + 1, at: [2 * key.at[0] + i, 0, 0] };
+                let half = |i: u32| CellKey { level: key.level + 1, at: [2 * key.at[0] + i, 0, 0] };
                 cells.extend([half(0), half(1)]);
                 continue;
             }

@@ -6,7 +6,7 @@ mod promises;
 use glam::{DVec2, DVec3};
 use septet_geometry::measure::{circumcentre, circumradius2, shortest_edge2};
 
-use super::{Alone, Generated, Labels, Machine, Rules, Triangulation, generate};
+use super::{Alone, CellLabels, Delaunay, GeneratedMesh, MeshMachine, Rules, generate};
 use crate::domain::Domain;
 use crate::improve::{Target, improve, least_sine};
 use crate::input::Input;
@@ -24,7 +24,7 @@ fn meshed<P: Space + crate::facet::Triangulate>(
     input: &Input<P>,
     lipschitz: f64,
     most: Option<f64>,
-) -> (Domain<P>, Generated<P>) {
+) -> (Domain<P>, GeneratedMesh<P>) {
     let domain = crate::check(input).unwrap();
     let mut options = SizeOptions::new(lipschitz);
     options.constraints.most = most;
@@ -32,14 +32,15 @@ fn meshed<P: Space + crate::facet::Triangulate>(
     let at = |x| size.at(x);
     let rules = Rules { size: &at, lipschitz, seed: 1, most: 1 << 24 };
     let made = generate(&domain, rules, &mut Alone { seed: 1 }).unwrap();
-    let worst =
-        made.delaunay.cells.iter().zip(&made.labels.of).filter(|(_, l)| **l < Labels::FLAT).map(|(c, _)| {
+    let worst = made.delaunay.cells.iter().zip(&made.labels.of).filter(|(_, l)| **l < CellLabels::FLAT).map(
+        |(c, _)| {
             let corners: Vec<P> = c.as_ref().iter().map(|&v| made.vertices.points[v as usize]).collect();
             let radius = circumradius2(&corners).sqrt();
             (radius / at(circumcentre(&corners)), radius / shortest_edge2(&corners).sqrt())
-        });
+        },
+    );
     let worst = worst.fold((0.0f64, 0.0f64), |w, x| (w.0.max(x.0), w.1.max(x.1)));
-    let inside = made.labels.of.iter().filter(|l| **l < Labels::FLAT).count();
+    let inside = made.labels.of.iter().filter(|l| **l < CellLabels::FLAT).count();
     eprintln!("{} vertices, {inside} cells, R/f {:.4}, R/l {:.4}", made.vertices.len(), worst.0, worst.1);
     for stage in &made.stages {
         eprintln!("  {stage:?}");
@@ -48,7 +49,7 @@ fn meshed<P: Space + crate::facet::Triangulate>(
 }
 
 /// Asserts that the independent checks pass.
-fn is_sound<P: Space>(domain: &Domain<P>, made: &Generated<P>) {
+fn is_sound<P: Space>(domain: &Domain<P>, made: &GeneratedMesh<P>) {
     let found = crate::conformity::check(domain, &made.clone().into_mesh(domain));
     assert!(found.is_clean(), "{found:?}");
 }
@@ -80,7 +81,7 @@ fn a_slanted_box() {
     let walls = input.facets.clone();
     input.facets.clear();
     let mut surface = Input::surface(input.points, Vec::<Vec<u32>>::new());
-    surface.kind = crate::input::Kind::Complex;
+    surface.kind = crate::input::DomainKind::Complex;
     for f in walls {
         let [a, b, c, d] = f.polygons[0][..] else { panic!("a square") };
         facet(&mut surface, &[&[a, b, c]]);
@@ -136,8 +137,8 @@ fn a_wedge_of_ten_degrees() {
 }
 
 /// Returns the largest R / l of the cells.
-fn worst_ratio(made: &Generated<DVec3>) -> f64 {
-    let inside = made.delaunay.cells.iter().zip(&made.labels.of).filter(|(_, l)| **l < Labels::FLAT);
+fn worst_ratio(made: &GeneratedMesh<DVec3>) -> f64 {
+    let inside = made.delaunay.cells.iter().zip(&made.labels.of).filter(|(_, l)| **l < CellLabels::FLAT);
     let ratio = |c: &[u32; 4]| {
         let corners = c.map(|v| made.vertices.points[v as usize]);
         (circumradius2(&corners) / shortest_edge2(&corners)).sqrt()
@@ -236,15 +237,15 @@ fn slivers_are_removed() {
 /// vertices.
 struct Shuffled(Alone);
 
-impl Machine<DVec3> for Shuffled {
-    type Error = <Alone as Machine<DVec3>>::Error;
+impl MeshMachine<DVec3> for Shuffled {
+    type Error = <Alone as MeshMachine<DVec3>>::Error;
 
     fn independent(&mut self, sites: &[Site<DVec3>], fixed: usize) -> Result<Independent, Self::Error> {
         self.0.independent(sites, fixed)
     }
 
-    fn delaunay(&mut self, points: &[DVec3]) -> Result<Triangulation<[u32; 4]>, Self::Error> {
-        let Triangulation { mut cells, mut neighbours } = self.0.delaunay(points)?;
+    fn delaunay(&mut self, points: &[DVec3]) -> Result<Delaunay<[u32; 4]>, Self::Error> {
+        let Delaunay { mut cells, mut neighbours } = self.0.delaunay(points)?;
         let last = cells.len() as u32 - 1;
         cells.reverse();
         neighbours.reverse();
@@ -256,11 +257,11 @@ impl Machine<DVec3> for Shuffled {
         for code in neighbours.iter_mut().flatten().filter(|c| **c != u32::MAX) {
             *code = last - *code;
         }
-        Ok(Triangulation { cells, neighbours })
+        Ok(Delaunay { cells, neighbours })
     }
 
     fn planar(&mut self, sets: &[Vec<DVec2>]) -> Result<Vec<Vec<[u32; 3]>>, Self::Error> {
-        let mut made = Machine::<DVec3>::planar(&mut self.0, sets)?;
+        let mut made = MeshMachine::<DVec3>::planar(&mut self.0, sets)?;
         for subfacets in &mut made {
             subfacets.reverse();
             for t in subfacets.iter_mut() {
@@ -296,7 +297,7 @@ fn the_order_of_a_machines_cells_does_not_matter() {
 fn a_corner_with_segments_on_both_sides_of_a_facet() {
     for (opening, rise) in [(0.9, 0.2), (1.4, 0.5), (1.4, 0.9)] {
         let points = [[0., 0., 0.], [1., opening, 0.], [1., -opening, 0.], [2.5, 0., rise], [2.5, 0., -rise]];
-        let mut input = Input::new(crate::input::Kind::Complex, points.map(DVec3::from).to_vec());
+        let mut input = Input::new(crate::input::DomainKind::Complex, points.map(DVec3::from).to_vec());
         for triangle in [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3], [0, 1, 4], [0, 2, 4], [1, 2, 4]] {
             facet(&mut input, &[&triangle]);
         }

@@ -12,18 +12,18 @@ use septet_geometry::point::{Simplex, dist2};
 
 use super::balls::{Ball, Balls};
 use super::barrier::{Barrier, Own};
-use super::cells::Labels;
+use super::cells::CellLabels;
 use super::facets::circumcircle;
 use super::generator::{CANDIDATES, Candidate, Generator, Rules, SIDE};
-use super::machine::{Machine, Triangulation};
+use super::machine::{Delaunay, MeshMachine};
 use super::missing::MissingParts;
 use super::off_centre::Subfeatures;
 use super::segments::subsegments_of;
-use super::{Failure, Missing};
+use super::{GenerationError, Missing};
 use crate::bvh::{Bounds, Bvh};
 use crate::domain::Domain;
 use crate::mesh::Carrier;
-use crate::octree::{Cell, Cube, DEEPEST, Key};
+use crate::octree::{Cell, CellKey, Cube, DEEPEST};
 use crate::points::candidates::Name;
 use crate::points::conflicts::Site;
 use crate::space::Space;
@@ -46,29 +46,29 @@ const MOST_WIDENINGS: u32 = 40;
 
 /// The triangulation of all points.
 pub(super) struct Filled<P: Space> {
-    pub(super) delaunay: Triangulation<P::Cell>,
-    pub(super) labels: Labels,
+    pub(super) delaunay: Delaunay<P::Cell>,
+    pub(super) labels: CellLabels,
     pub(super) barrier: Barrier<P::Facet>,
 }
 
-impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
+impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     /// Places the points of the volume. Returns the final triangulation and the component of each cell.
     pub(super) fn volume(
         &mut self,
         own: Own<'_>,
         cells: &[(Cell<P>, bool)],
-    ) -> Result<Filled<P>, Failure<M::Error>> {
+    ) -> Result<Filled<P>, GenerationError<M::Error>> {
         self.begin("volume");
         let Own { planes, chains, subfacets } = own;
         let flats = Subfeatures { subsegments: subsegments_of(chains), subfacets };
         let first = self.vertices.len();
         let found = self.machine.map(cells, |(cell, whole)| self.candidates_of(cell, *whole));
-        self.sample(found.into_iter().flatten().collect()).map_err(Failure::Machine)?;
+        self.sample(found.into_iter().flatten().collect()).map_err(GenerationError::Machine)?;
         loop {
             if self.vertices.len() as u64 > self.rules.most {
-                return Err(Failure::TooMany(self.rules.most));
+                return Err(GenerationError::TooMany(self.rules.most));
             }
-            let delaunay = self.machine.delaunay(&self.vertices.points).map_err(Failure::Machine)?;
+            let delaunay = self.machine.delaunay(&self.vertices.points).map_err(GenerationError::Machine)?;
             let missing = self.missing(&delaunay, planes, chains, subfacets);
             if !missing.is_empty() {
                 self.clear(first, &missing)?;
@@ -83,7 +83,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
                 found.into_iter().flatten().partition(|(_, off_centre)| *off_centre);
             found.extend(self.free(off_centre));
             let found = found.into_iter().map(|(site, _)| (site, Carrier::Volume)).collect();
-            if self.complete(found, true).map_err(Failure::Machine)? == 0 {
+            if self.complete(found, true).map_err(GenerationError::Machine)? == 0 {
                 return Ok(Filled { delaunay, labels, barrier });
             }
         }
@@ -93,7 +93,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     /// are removed from widened balls around the missing simplices. Only simplices whose smallest balls contain a
     /// vertex can be affected. The balls are widened by a fifth until they contain a point, and no further points are
     /// placed in them.
-    fn clear(&mut self, first: usize, missing: &MissingParts) -> Result<(), Failure<M::Error>> {
+    fn clear(&mut self, first: usize, missing: &MissingParts) -> Result<(), GenerationError<M::Error>> {
         let at = |v: u32| self.vertices.points[v as usize];
         let subsegments = missing.subsegments.iter().map(|&(_, [a, b])| {
             let (p, q) = (at(a), at(b));
@@ -123,7 +123,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
                 return Ok(());
             }
         }
-        Err(Failure::Missing(Missing { features: missing.features() }))
+        Err(GenerationError::Missing(Missing { features: missing.features() }))
     }
 
     /// Returns `true` if the point lies outside all balls.
@@ -142,8 +142,8 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     fn centres_of(
         &self,
         cells: &[u32],
-        delaunay: &Triangulation<P::Cell>,
-        labels: &Labels,
+        delaunay: &Delaunay<P::Cell>,
+        labels: &CellLabels,
         flats: &Subfeatures<'_>,
     ) -> Vec<(Site<P>, bool)> {
         let mut found = Vec::new();
@@ -175,7 +175,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
 /// domain. The cells are built level by level, each level in parallel.
 ///
 /// Returns `None` if there are more than [`CELLS`] per vertex allowed. The mesh would then exceed the limit.
-pub(super) fn sampling_cells<P: Space, M: Machine<P> + Sync>(
+pub(super) fn sampling_cells<P: Space, M: MeshMachine<P> + Sync>(
     domain: &Domain<P>,
     rules: &Rules<'_, P>,
     machine: &M,
@@ -185,11 +185,11 @@ pub(super) fn sampling_cells<P: Space, M: Machine<P> + Sync>(
     let boxes = domain.walls().iter().map(|w| Bounds::of(w.as_ref().iter().map(|&v| points[v as usize])));
     let walls = Bvh::new(boxes.collect());
     let cube = Cube::around(&walls.bounds());
-    let (mut found, mut open) = (Vec::new(), vec![(Key::ROOT, false)]);
+    let (mut found, mut open) = (Vec::new(), vec![(CellKey::ROOT, false)]);
     while !open.is_empty() {
         let level = std::mem::take(&mut open);
         for several in level.chunks(SEVERAL) {
-            let chunks: Vec<&[(Key, bool)]> = several.chunks(CHUNK).collect();
+            let chunks: Vec<&[(CellKey, bool)]> = several.chunks(CHUNK).collect();
             for (small, divided) in machine.map(&chunks, |chunk| sorted(domain, rules, &walls, &cube, chunk))
             {
                 found.extend(small);
@@ -209,8 +209,8 @@ fn sorted<P: Space>(
     rules: &Rules<'_, P>,
     walls: &Bvh<P>,
     cube: &Cube<P>,
-    cells: &[(Key, bool)],
-) -> (Sampled<P>, Vec<(Key, bool)>) {
+    cells: &[(CellKey, bool)],
+) -> (Sampled<P>, Vec<(CellKey, bool)>) {
     let (mut small, mut divided) = (Vec::new(), Vec::new());
     for &(key, whole) in cells {
         let cell = cube.cell(key);

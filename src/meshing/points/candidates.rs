@@ -13,13 +13,13 @@ use septet_geometry::point::Point;
 use super::conflicts::Site;
 use crate::bvh::Bounds;
 use crate::executor::Sequential;
-use crate::octree::{Cell, Cube, Decision, Grown, Key, Rule, TooFine, grow};
+use crate::octree::{Cell, CellKey, Cube, Decision, Grown, Rule, TooFine, grow};
 
 /// The identity of a candidate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Name {
     /// The cell that contains it.
-    pub cell: Key,
+    pub cell: CellKey,
     /// The 0-based index within the cell.
     pub number: u32,
 }
@@ -59,14 +59,14 @@ impl Name {
 }
 
 /// A size function, and its Lipschitz constant.
-pub struct Sizing<'a, P> {
+pub struct LipschitzSize<'a, P> {
     /// The Lipschitz constant.
     pub lipschitz: f64,
     /// The function.
     pub at: &'a (dyn Fn(P) -> f64 + Sync),
 }
 
-impl<P: Point> Rule<P> for Sizing<'_, P> {
+impl<P: Point> Rule<P> for LipschitzSize<'_, P> {
     type Load = ();
     type Leaf = ();
 
@@ -82,7 +82,7 @@ impl<P: Point> Rule<P> for Sizing<'_, P> {
 /// Returns [`TooFine`] if there are more than `limit` cells.
 pub fn cells<P: Point>(
     bounds: &Bounds<P>,
-    sizing: &Sizing<'_, P>,
+    sizing: &LipschitzSize<'_, P>,
     limit: u64,
 ) -> Result<(Cube<P>, Grown<()>), TooFine> {
     let cube = Cube::around(bounds);
@@ -93,10 +93,10 @@ pub fn cells<P: Point>(
 /// Returns the candidates of a cell.
 pub fn candidates<'a, P: Point>(
     cube: &Cube<P>,
-    key: Key,
+    key: CellKey,
     count: u32,
     seed: u64,
-    sizing: &'a Sizing<'_, P>,
+    sizing: &'a LipschitzSize<'_, P>,
 ) -> impl Iterator<Item = (Name, Site<P>)> + use<'a, P> {
     let cell = cube.cell(key);
     (0..count).map(move |number| {

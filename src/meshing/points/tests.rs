@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 use septet_geometry::point::Point;
 
-use super::candidates::{Name, Sizing, candidates, cells};
+use super::candidates::{LipschitzSize, Name, candidates, cells};
 use super::conflicts::{Site, Sites};
 use super::independent::{by_rounds, greedy};
 use crate::bvh::Bounds;
@@ -19,7 +19,13 @@ struct Stage<P> {
     graph: Vec<Vec<u32>>,
 }
 
-fn stage<P: Point>(sizing: &Sizing<'_, P>, side: f64, count: u32, seed: u64, fixed: &[Site<P>]) -> Stage<P> {
+fn stage<P: Point>(
+    sizing: &LipschitzSize<'_, P>,
+    side: f64,
+    count: u32,
+    seed: u64,
+    fixed: &[Site<P>],
+) -> Stage<P> {
     let bounds = Bounds { low: P::splat(0.0), high: P::splat(side) };
     let (cube, grown) = cells(&bounds, sizing, 1 << 22).unwrap();
     let all = grown.leaves.iter().flat_map(|&(key, ())| candidates(&cube, key, count, seed, sizing));
@@ -52,13 +58,13 @@ fn sets_are_independent_and_maximal_in_plane_and_space() {
     let corner = |x, y| Site { at: DVec2::new(x, y), size: 0.02 };
     let fixed = [corner(0.0, 0.0), corner(1.0, 0.0), corner(0.5, 0.51)];
     let at = |p: DVec2| 0.02 + 0.25 * p.distance(DVec2::splat(0.5));
-    let plane = stage(&Sizing { lipschitz: 0.25, at: &at }, 1.0, 8, 7, &fixed);
+    let plane = stage(&LipschitzSize { lipschitz: 0.25, at: &at }, 1.0, 8, 7, &fixed);
     assert!(plane.barred.iter().any(|&b| b));
     let (members, rounds) = checked(&plane, &fixed, 7);
     assert!(members.len() > 80 && rounds > 3, "{} in {rounds}", members.len());
 
     let at = |p: DVec3| 0.1 + 0.5 * p.distance(DVec3::splat(0.5));
-    let space = stage(&Sizing { lipschitz: 0.5, at: &at }, 1.0, 8, 7, &[]);
+    let space = stage(&LipschitzSize { lipschitz: 0.5, at: &at }, 1.0, 8, 7, &[]);
     checked(&space, &[], 7);
 }
 
@@ -68,7 +74,7 @@ fn points_of_a_domain() {
     let domain = slit();
     let size = SizeFunction::new(&domain, &SizeOptions::new(0.25)).unwrap();
     let at = |p: DVec2| 0.5 * size.at(p);
-    let sizing = Sizing { lipschitz: 0.125, at: &at };
+    let sizing = LipschitzSize { lipschitz: 0.125, at: &at };
     let corner = |&v: &u32| Site { at: domain.points()[v as usize], size: at(domain.points()[v as usize]) };
     let corners: Vec<Site<DVec2>> = domain.corners.iter().map(corner).collect();
     // Corners are disjoint features, so their distance is at least lfs.
@@ -90,7 +96,7 @@ fn points_of_a_domain() {
 fn rounds_grow_no_faster_than_the_logarithm() {
     for (size, seed) in [(0.05, 1), (0.025, 2), (0.0125, 3), (0.00625, 4)] {
         let at = |_: DVec2| size;
-        let stage = stage(&Sizing { lipschitz: 0.25, at: &at }, 1.0, 6, seed, &[]);
+        let stage = stage(&LipschitzSize { lipschitz: 0.25, at: &at }, 1.0, 6, seed, &[]);
         let priorities: Vec<_> = stage.names.iter().map(|n| n.priority(seed)).collect();
         let set = by_rounds(&stage.graph, &priorities, &stage.barred);
         let bound = (stage.sites.len() as f64).log2() + 2.0;
@@ -102,7 +108,7 @@ fn rounds_grow_no_faster_than_the_logarithm() {
 #[test]
 fn places_lie_in_their_cells_and_priorities_differ() {
     let at = |_: DVec3| 0.2;
-    let sizing = Sizing { lipschitz: 0.25, at: &at };
+    let sizing = LipschitzSize { lipschitz: 0.25, at: &at };
     let bounds = Bounds { low: DVec3::ZERO, high: DVec3::splat(1.0) };
     let (cube, grown) = cells(&bounds, &sizing, 1 << 20).unwrap();
     let mut priorities = Vec::new();
@@ -133,7 +139,7 @@ proptest! {
             places.iter().map(|&(x, y, size)| Site { at: DVec2::new(x, y), size }).collect();
         let fixed: Vec<Site<DVec2>> =
             fixed.into_iter().map(|p| Site { at: p.into(), size: 1e-3 }).collect();
-        let cell = crate::octree::Key::ROOT;
+        let cell = crate::octree::CellKey::ROOT;
         let names: Vec<Name> = (0..sites.len() as u32).map(|number| Name { cell, number }).collect();
         let make = |names: Vec<Name>, sites: Vec<Site<DVec2>>| {
             let earlier = Sites::new(&fixed);

@@ -20,7 +20,7 @@ use septet_geometry::measure::circumcircle;
 use septet_geometry::point::{Point, dist2};
 use septet_geometry::range::scale;
 
-use super::Place;
+use super::CentrePlace;
 use super::promise::Promise;
 use super::zones::Zones;
 use crate::bvh::{Bounds, Bvh};
@@ -36,19 +36,19 @@ const RIGHT: f64 = 90.0;
 const ROUNDING: f64 = 1e-9;
 
 /// Balls of one kind, as centres and squared radii. Each ball has the feature of its corners.
-struct Kind<P> {
+struct BallKind<P> {
     balls: Vec<(P, f64)>,
     features: Vec<u32>,
     tree: Bvh<P>,
 }
 
-impl<P: Point> Kind<P> {
+impl<P: Point> BallKind<P> {
     fn new(balls: Vec<(P, f64)>, features: Vec<u32>) -> Self {
         let bounds = |&(centre, radius2): &(P, f64)| {
             let half = P::splat(radius2.sqrt() * (1.0 + ROUNDING));
             Bounds { low: centre - half, high: centre + half }
         };
-        Kind { tree: Bvh::new(balls.iter().map(bounds).collect()), balls, features }
+        BallKind { tree: Bvh::new(balls.iter().map(bounds).collect()), balls, features }
     }
 
     /// Returns, for each feature in ascending order, the ball of least power that contains the point.
@@ -71,15 +71,15 @@ impl<P: Point> Kind<P> {
 }
 
 /// The balls of the edges on segments and of the faces on facets of a mesh.
-pub struct Balls<'a, P: Space> {
+pub struct BoundaryBalls<'a, P: Space> {
     zones: Zones<'a, P>,
-    subsegments: Kind<P>,
-    subfacets: Kind<P>,
+    subsegments: BallKind<P>,
+    subfacets: BallKind<P>,
     /// The ratio `r / f(m)` of every subfacet.
     widths: Vec<f64>,
 }
 
-impl<'a, P: Space> Balls<'a, P> {
+impl<'a, P: Space> BoundaryBalls<'a, P> {
     /// Collects the balls of a mesh. `size` is f in the scaled coordinates of the domain, and its Lipschitz constant.
     pub fn new(
         domain: &'a Domain<P>,
@@ -97,18 +97,18 @@ impl<'a, P: Space> Balls<'a, P> {
         let of_faces: Vec<u32> = faces.clone().map(|f| f.facet).collect();
         let (subsegments, subfacets) = if P::DIM == 2 {
             let balls = faces.map(|f| subsegment(f.vertices.as_ref())).collect();
-            (Kind::new(balls, of_faces), Kind::new(Vec::new(), Vec::new()))
+            (BallKind::new(balls, of_faces), BallKind::new(Vec::new(), Vec::new()))
         } else {
             let edges = mesh.edges.iter();
             let of_edges = edges.clone().map(|e| e.segment).collect();
             let balls = faces.map(|f| circumcircle([0, 1, 2].map(|i| at(f.vertices.as_ref()[i])))).collect();
             let subsegments = edges.map(|e| subsegment(&e.vertices)).collect();
-            (Kind::new(subsegments, of_edges), Kind::new(balls, of_faces))
+            (BallKind::new(subsegments, of_edges), BallKind::new(balls, of_faces))
         };
         let widths = subfacets.balls.iter().map(|&(m, radius2)| radius2.sqrt() / size(m)).collect();
         let zone = if domain.small_angles(RIGHT).is_empty() { 0.0 } else { 1.0 / (1.0 - lipschitz) };
         let zones = Zones { domain, features, size, zone };
-        Balls { zones, subsegments, subfacets, widths }
+        BoundaryBalls { zones, subsegments, subfacets, widths }
     }
 
     /// Returns the largest `r / f(m)` of a face on a facet.
@@ -123,19 +123,19 @@ impl<'a, P: Space> Balls<'a, P> {
     }
 
     /// Returns the position of a circumcentre with the given circumradius.
-    pub fn place(&self, centre: P, radius: f64) -> Place {
+    pub fn place(&self, centre: P, radius: f64) -> CentrePlace {
         let place = self.zones.place(centre, radius);
-        if let Place::Outside(_) = place {
+        if let CentrePlace::Outside(_) = place {
             return place;
         }
         if let Some((&segment, _)) = self.subsegments.holding(centre).first_key_value() {
-            return Place::Near(Feature::Segment(segment));
+            return CentrePlace::Near(Feature::Segment(segment));
         }
         let above = self.subfacets.holding(centre);
         let complete = |(_, (_, i)): &(&u32, &(f64, u32))| self.widths[*i as usize] <= 1.0 + ROUNDING;
         match (above.iter().find(complete), above.first_key_value()) {
-            (Some((&facet, _)), _) => Place::Near(Feature::Facet(facet)),
-            (None, Some((&facet, _))) => Place::Above(Feature::Facet(facet)),
+            (Some((&facet, _)), _) => CentrePlace::Near(Feature::Facet(facet)),
+            (None, Some((&facet, _))) => CentrePlace::Above(Feature::Facet(facet)),
             (None, None) => place,
         }
     }

@@ -30,11 +30,11 @@ use crate::mesh::{Carrier, Mesh};
 use crate::space::Space;
 use crate::sum::Sum;
 use histogram::Histogram;
-use ratio::Bounds;
+use ratio::Bracket;
 
 /// The location of the circumcentre of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Place {
+pub enum CentrePlace {
     /// In the domain, but in no ball of a feature ([`balls`]). For a remeshed surface, outside its [`zones`].
     Free,
     /// In the domain, in a ball of this feature. For a remeshed surface, in its zone.
@@ -45,13 +45,13 @@ pub enum Place {
     Outside(Option<Feature>),
 }
 
-impl Place {
+impl CentrePlace {
     /// Returns the feature of the location.
     pub fn feature(self) -> Option<Feature> {
         match self {
-            Place::Free => None,
-            Place::Near(feature) | Place::Above(feature) => Some(feature),
-            Place::Outside(feature) => feature,
+            CentrePlace::Free => None,
+            CentrePlace::Near(feature) | CentrePlace::Above(feature) => Some(feature),
+            CentrePlace::Outside(feature) => feature,
         }
     }
 }
@@ -60,7 +60,7 @@ impl Place {
 /// coordinates of the domain.
 pub struct Measure<'a, P> {
     /// Returns the location of a circumcentre, given its position and the circumradius.
-    pub place: &'a dyn Fn(P, f64) -> Place,
+    pub place: &'a dyn Fn(P, f64) -> CentrePlace,
     /// The local feature size, if f is to be compared with it.
     pub local_size: Option<&'a dyn Fn(P) -> f64>,
     /// The promised radius-edge bounds for free cells, near cells, and cells above large subfacets. `None` if nothing
@@ -76,11 +76,11 @@ pub struct WorstCell<P> {
     /// The index of the cell.
     pub cell: u32,
     /// The radius-edge ratio.
-    pub ratio: Bounds,
+    pub ratio: Bracket,
     /// The smallest and largest angle in degrees.
     pub angles: [f64; 2],
     /// The location of the circumcentre.
-    pub place: Place,
+    pub place: CentrePlace,
     /// The mean of its points, in the unit of the file.
     pub at: P,
     /// Its points and their carriers.
@@ -93,7 +93,7 @@ pub struct RadiusEdge<P> {
     /// The number of cells.
     pub cells: u64,
     /// Bounds of the largest ratio.
-    pub most: Bounds,
+    pub most: Bracket,
     /// The promised bound.
     pub promised: Option<f64>,
     /// The exact number of cells above the bound. It is 0 if nothing is promised.
@@ -113,7 +113,7 @@ pub struct NearFeature {
     /// The number of these cells above their bound.
     pub over: u64,
     /// Bounds of the largest ratio.
-    pub most: Bounds,
+    pub most: Bracket,
     /// The cell with the largest ratio.
     pub worst: u32,
     /// The smallest angle of these cells, in degrees.
@@ -198,7 +198,7 @@ fn empty<P: Point>(points: u64, measure: &Measure<'_, P>) -> Quality<P> {
     let [free, near, above] = measure.promised;
     let place = |promised| RadiusEdge {
         cells: 0,
-        most: Bounds { lower: 0.0, upper: 0.0 },
+        most: Bracket { lower: 0.0, upper: 0.0 },
         promised,
         over: 0,
         worst: Vec::new(),
@@ -278,12 +278,12 @@ impl<P: Space> Assessor<'_, P> {
         let centre = circumcentre(corners);
         let flat = !(0..P::DIM).all(|i| centre.coord(i).is_finite());
         let radius = (centre - corners[0]).norm2().sqrt();
-        let place = if flat { Place::Outside(None) } else { (self.measure.place)(centre, radius) };
+        let place = if flat { CentrePlace::Outside(None) } else { (self.measure.place)(centre, radius) };
         let class = match place {
-            Place::Free => 0,
-            Place::Near(_) => 1,
-            Place::Above(_) => 2,
-            Place::Outside(_) => 3,
+            CentrePlace::Free => 0,
+            CentrePlace::Near(_) => 1,
+            CentrePlace::Above(_) => 2,
+            CentrePlace::Outside(_) => 3,
         };
         let over = self.out.places[class].promised.is_some_and(|bound| !ratio::at_most(corners, bound));
         let kind = &mut self.out.places[class];
@@ -307,7 +307,7 @@ impl<P: Space> Assessor<'_, P> {
         }
     }
 
-    fn near(&mut self, feature: Feature, cell: u32, ratio: Bounds, least_angle: f64, over: bool) {
+    fn near(&mut self, feature: Feature, cell: u32, ratio: Bracket, least_angle: f64, over: bool) {
         let first = NearFeature { feature, cells: 0, over: 0, most: ratio, worst: cell, least_angle };
         let line = self.features.entry(feature).or_insert(first);
         line.cells += 1;
@@ -319,7 +319,7 @@ impl<P: Space> Assessor<'_, P> {
         line.least_angle = line.least_angle.min(least_angle);
     }
 
-    fn describe(&self, cell: u32, ratio: Bounds, angles: [f64; 2], place: Place) -> WorstCell<P> {
+    fn describe(&self, cell: u32, ratio: Bracket, angles: [f64; 2], place: CentrePlace) -> WorstCell<P> {
         let row = self.mesh.cells[cell as usize].as_ref();
         let sum =
             row.iter().fold(P::splat(0.0), |sum, &v| sum + self.mesh.points[v as usize] / row.len() as f64);
@@ -341,8 +341,8 @@ impl<P: Space> Assessor<'_, P> {
     }
 }
 
-fn larger(a: Bounds, b: Bounds) -> Bounds {
-    Bounds { lower: a.lower.max(b.lower), upper: a.upper.max(b.upper) }
+fn larger(a: Bracket, b: Bracket) -> Bracket {
+    Bracket { lower: a.lower.max(b.lower), upper: a.upper.max(b.upper) }
 }
 
 /// Returns `true` if a cell with this key would be among the first `keep` cells.

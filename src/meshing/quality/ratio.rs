@@ -39,7 +39,7 @@ const U: f64 = f64::EPSILON / 2.0;
 
 /// A lower and an upper bound of a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
+pub struct Bracket {
     /// The lower bound.
     pub lower: f64,
     /// The upper bound. It is infinite if rounding prevents a finite one.
@@ -47,7 +47,7 @@ pub struct Bounds {
 }
 
 /// Returns bounds of the radius-edge ratio of `DIM + 1` points with coordinates in the exact range.
-pub fn ratio<P: Point>(cell: &[P]) -> Bounds {
+pub fn ratio<P: Point>(cell: &[P]) -> Bracket {
     let mut rel = [P::default(); 3];
     let (mut product, mut sum) = (1.0, 0.0);
     for i in 0..P::DIM {
@@ -64,7 +64,7 @@ pub fn ratio<P: Point>(cell: &[P]) -> Bounds {
     let lower = (size - of_v).max(0.0) / (2.0 * (w + of_w) * length) * (1.0 - out);
     let upper = (size + of_v) / (2.0 * (w - of_w) * length) * (1.0 + out);
     let open = w <= of_w || upper.is_nan();
-    Bounds {
+    Bracket {
         lower: if lower.is_nan() { 0.0 } else { lower },
         upper: if open { f64::INFINITY } else { upper },
     }
@@ -72,7 +72,7 @@ pub fn ratio<P: Point>(cell: &[P]) -> Bounds {
 
 /// Returns `true` if the radius-edge ratio is at most `bound`. The comparison is exact.
 pub fn at_most<P: Point>(cell: &[P], bound: f64) -> bool {
-    let Bounds { lower, upper } = ratio(cell);
+    let Bracket { lower, upper } = ratio(cell);
     if upper <= bound || lower > bound || bound.is_nan() || bound <= 0.0 {
         return upper <= bound;
     }

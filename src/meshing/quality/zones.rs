@@ -7,7 +7,7 @@
 //!
 //! **Work and depth.** One query for the nearest feature per cell, and an exact location for some cells.
 
-use super::Place;
+use super::CentrePlace;
 use crate::distance::Features;
 use crate::domain::Domain;
 use crate::space::Space;
@@ -26,7 +26,7 @@ pub struct Zones<'a, P: Space> {
 
 impl<P: Space> Zones<'_, P> {
     /// Returns the location of a circumcentre with this circumradius.
-    pub fn place(&self, centre: P, radius: f64) -> Place {
+    pub fn place(&self, centre: P, radius: f64) -> CentrePlace {
         let mut nearest = None;
         self.features.nearest(centre, |met| {
             nearest = Some(met);
@@ -37,9 +37,9 @@ impl<P: Space> Zones<'_, P> {
             _ => true,
         };
         match nearest {
-            _ if !inside => Place::Outside(nearest.map(|met| met.feature)),
-            Some(met) if met.distance <= self.zone * (self.size)(centre) => Place::Near(met.feature),
-            _ => Place::Free,
+            _ if !inside => CentrePlace::Outside(nearest.map(|met| met.feature)),
+            Some(met) if met.distance <= self.zone * (self.size)(centre) => CentrePlace::Near(met.feature),
+            _ => CentrePlace::Free,
         }
     }
 }

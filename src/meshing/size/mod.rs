@@ -52,7 +52,7 @@ use thiserror::Error;
 use crate::distance::Features;
 use crate::domain::Domain;
 use crate::executor::{Executor, Sequential};
-use crate::octree::{Cube, Grown, Key, Level, TooFine, grow};
+use crate::octree::{CellKey, Cube, Grown, Level, TooFine, grow};
 use crate::space::Space;
 use cones::{Cone, Cones};
 use local::{Local, Terms};
@@ -188,7 +188,7 @@ fn tree<P: Space>(
 ) -> Result<(Grown<Cone<P>>, FixedCones<P>), TooFine> {
     let rule = Local::new(terms, executor);
     let cube = Cube::around(&terms.features.bounds());
-    let grown = grow(&cube, &rule, &rule.root(cube.cell(Key::ROOT).centre), limit, executor)?;
+    let grown = grow(&cube, &rule, &rule.root(cube.cell(CellKey::ROOT).centre), limit, executor)?;
     let fixed = rule.middles().iter().filter(|c| c.size < terms.user.at(c.at));
     let fixed = fixed.copied().collect();
     Ok((grown, fixed))

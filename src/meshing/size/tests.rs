@@ -7,8 +7,8 @@ use septet_geometry::hash::Draw;
 use super::*;
 use crate::check;
 use crate::domain::Feature;
-use crate::input::{Input, InputSegment, Kind};
-use crate::octree::Key;
+use crate::input::{DomainKind, Input, InputSegment};
+use crate::octree::CellKey;
 use crate::tests::shapes::{add_box, cube, cube_surface, facet, segment};
 
 /// Computes the local feature size from its definition, over all pairs of disjoint features.
@@ -35,7 +35,7 @@ pub(crate) fn slit() -> Domain<DVec2> {
     let outer = [[0., 0.], [8., 0.], [8., 4.], [4.125, 4.], [4.0625, 1.], [4., 4.], [0., 4.]];
     let inner = [[1., 1.], [2., 1.], [1.5, 1.75]];
     let points = outer.iter().chain(&inner).map(|&p| DVec2::from(p)).collect();
-    let mut input = Input::new(Kind::Complex, points);
+    let mut input = Input::new(DomainKind::Complex, points);
     for (from, to) in [(0, 7), (7, 10)] {
         for i in from..to {
             let next = if i + 1 == to { from } else { i + 1 };
@@ -129,7 +129,7 @@ fn whole_tree<P: Space>(domain: &Domain<P>, lipschitz: f64) {
     let cube = Cube::around(&features.bounds());
     let grown = tree(undropped(&features, &options, &user), options.cells, &Sequential).unwrap().0;
     let cells: Vec<_> = grown.leaves.iter().map(|&(key, _)| cube.cell(key)).collect();
-    let side = |key: Key| 0.5f64.powi(i32::from(key.level));
+    let side = |key: CellKey| 0.5f64.powi(i32::from(key.level));
     let volume: f64 = cells.iter().map(|c| side(c.key).powi(P::DIM as i32)).sum();
     assert_eq!(volume, 1.0);
     let d = (P::DIM as f64).sqrt();
@@ -325,7 +325,7 @@ fn elements_outside_are_left_out() {
     let within = tree(Terms { domain: Some(&domain), ..terms }, options.cells, &Sequential).unwrap().0;
     assert!(cells(&within) < cells(&everywhere), "{} of {}", cells(&within), cells(&everywhere));
     let cube = Cube::around(&features.bounds());
-    let far = |key: Key| {
+    let far = |key: CellKey| {
         let cell = cube.cell(key);
         let nearest = domain.features().map(|f| features.distance(f, cell.centre));
         !domain.is_inside(cell.centre) && nearest.fold(f64::INFINITY, f64::min) > cell.radius() * 1.001

@@ -7,7 +7,7 @@ use super::meshes::{canonical, kuhn, mesh_of, squares};
 use super::shapes::{add_box, cube, facet, join, segment};
 use crate::conformity::{MeshDefect, check};
 use crate::domain::{Domain, Feature};
-use crate::input::{Input, InputSegment, Kind, Region};
+use crate::input::{DomainKind, Input, InputSegment, Region};
 use crate::mesh::{Carrier, Mesh, OUTSIDE, point_markers, region_names};
 use crate::space::Space;
 
@@ -48,7 +48,7 @@ fn divided_mesh() -> (Domain<DVec3>, Mesh<DVec3>) {
 /// A square of side 4 with a square hole and a segment between.
 fn holed() -> Input<DVec2> {
     let square = |low: f64, high: f64| [[low, low], [high, low], [high, high], [low, high]].map(DVec2::from);
-    let mut input = Input::new(Kind::Complex, [square(0.0, 4.0), square(1.0, 2.0)].concat());
+    let mut input = Input::new(DomainKind::Complex, [square(0.0, 4.0), square(1.0, 2.0)].concat());
     for base in [0, 4] {
         for i in 0..4 {
             input.segments.push(InputSegment { ends: [base + i, base + (i + 1) % 4], marker: 7 });
@@ -236,7 +236,7 @@ fn wrong_cells() {
 #[test]
 fn two_cells_on_one_side() {
     // Two triangles that overlap, on the same side of their common edge.
-    let mut input = Input::new(Kind::Complex, [[0., 0.], [4., 0.], [0., 4.]].map(DVec2::from).to_vec());
+    let mut input = Input::new(DomainKind::Complex, [[0., 0.], [4., 0.], [0., 4.]].map(DVec2::from).to_vec());
     input.segments.extend([[0, 1], [1, 2], [2, 0]].map(|ends| InputSegment { ends, marker: 0 }));
     let domain = domain(&input);
     let points = [[0., 0.], [4., 0.], [0., 4.], [1., 1.]].map(DVec2::from);

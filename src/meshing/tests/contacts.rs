@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use super::brute::beyond;
 use crate::check;
 use crate::defect::{Defect, Element};
-use crate::input::{Input, InputSegment, Kind};
+use crate::input::{DomainKind, Input, InputSegment};
 use crate::space::Space;
 
 /// Small integer coordinates, so that contacts of every kind are frequent.
@@ -77,7 +77,7 @@ proptest! {
         let ends = ends.iter().map(|e| e.map(|i| (i % points.len()) as u32));
         let ends: Vec<[u32; 2]> =
             ends.filter(|e| e[0] != e[1] && seen.insert([e[0].min(e[1]), e[0].max(e[1])])).collect();
-        let mut input = Input::new(Kind::Complex, points.clone());
+        let mut input = Input::new(DomainKind::Complex, points.clone());
         input.segments = ends.iter().map(|&ends| InputSegment { ends, marker: 0 }).collect();
         prop_assume!(!ends.is_empty());
         let defects = check(&input).err().unwrap_or_default();

@@ -6,7 +6,7 @@ use super::shapes::{add_box, cube, cube_surface, facet, join, segment};
 use crate::check;
 use crate::distance::Features;
 use crate::domain::{Domain, Feature};
-use crate::input::{Input, InputSegment, Kind, Region};
+use crate::input::{DomainKind, Input, InputSegment, Region};
 use crate::space::Space;
 
 fn good<P: crate::facet::Triangulate>(input: &Input<P>) -> Domain<P> {
@@ -105,7 +105,7 @@ fn internal_and_dangling_elements() {
 #[test]
 fn polygons_with_holes_in_the_plane_and_in_facets() {
     let square = |low: f64, high: f64| [[low, low], [high, low], [high, high], [low, high]].map(DVec2::from);
-    let mut input = Input::new(Kind::Complex, [square(0.0, 8.0), square(2.0, 4.0)].concat());
+    let mut input = Input::new(DomainKind::Complex, [square(0.0, 8.0), square(2.0, 4.0)].concat());
     for base in [0, 4] {
         for i in 0..4 {
             input.segments.push(InputSegment { ends: [base + i, base + (i + 1) % 4], marker: 7 });

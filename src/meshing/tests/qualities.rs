@@ -10,9 +10,9 @@ use crate::distance::Features;
 use crate::domain::{Domain, Feature};
 use crate::mesh::Mesh;
 use crate::quality::histogram::Histogram;
-use crate::quality::ratio::{Bounds, at_most, ratio};
+use crate::quality::ratio::{Bracket, at_most, ratio};
 use crate::quality::zones::Zones;
-use crate::quality::{Measure, Place, Quality, angles, quality};
+use crate::quality::{CentrePlace, Measure, Quality, angles, quality};
 
 fn lattice() -> (Domain<DVec3>, Mesh<DVec3>) {
     let domain = crate::check(&cube()).unwrap();
@@ -49,7 +49,7 @@ fn a_lattice_has_the_known_numbers() {
     // Centres are the middles of cubes: 8 of 64 are farther than 0.6 from the boundary.
     assert_eq!([0, 1, 2, 3].map(|i| q.places[i].cells), [8 * 6, 56 * 6, 0, 0]);
     assert_eq!((q.places[0].over, q.places[1].over), (48, 0));
-    let Bounds { lower, upper } = q.places[0].most;
+    let Bracket { lower, upper } = q.places[0].most;
     assert!(lower <= exact && exact <= upper && upper - lower < 1e-13);
     assert_eq!(q.places[0].worst.len(), 5);
     assert_eq!(q.features.iter().map(|f| f.cells).sum::<u64>(), 56 * 6);
@@ -64,10 +64,10 @@ fn centres_outside_differ_from_near_ones() {
     let domain = crate::check(&cube()).unwrap();
     let features = Features::new(&domain);
     let zones = Zones { domain: &domain, features: &features, size: &|_| 1.0, zone: 0.5 };
-    assert_eq!(zones.place(DVec3::splat(2.0), 1.0), Place::Free);
-    assert_eq!(zones.place(DVec3::splat(2.0), 9.0), Place::Free);
-    let Place::Near(Feature::Facet(_)) = zones.place(DVec3::new(2.0, 2.0, 0.4), 1.0) else { panic!() };
-    let Place::Outside(Some(Feature::Facet(_))) = zones.place(DVec3::new(2.0, 2.0, -0.4), 1.0) else {
+    assert_eq!(zones.place(DVec3::splat(2.0), 1.0), CentrePlace::Free);
+    assert_eq!(zones.place(DVec3::splat(2.0), 9.0), CentrePlace::Free);
+    let CentrePlace::Near(Feature::Facet(_)) = zones.place(DVec3::new(2.0, 2.0, 0.4), 1.0) else { panic!() };
+    let CentrePlace::Outside(Some(Feature::Facet(_))) = zones.place(DVec3::new(2.0, 2.0, -0.4), 1.0) else {
         panic!()
     };
 }
@@ -119,7 +119,7 @@ fn bounds_hold_and_decisions_are_exact() {
         for p in &mut cell {
             p.z = (p.z * flatness * 2f64.powi(50)).round() * 2f64.powi(-50);
         }
-        let Bounds { lower, upper } = ratio(&cell);
+        let Bracket { lower, upper } = ratio(&cell);
         let (n, d) = squared(&cell, 50);
         if d == BigInt::ZERO {
             continue;
@@ -194,7 +194,7 @@ fn slivers_and_slopes_are_reported() {
     let (domain, mut mesh) = lattice();
     let inner = mesh.points.iter().position(|&p| p == DVec3::splat(2.0)).unwrap();
     mesh.sizes[inner] = 1.5;
-    let place = |_: DVec3, _: f64| Place::Free;
+    let place = |_: DVec3, _: f64| CentrePlace::Free;
     let measure = Measure { place: &place, local_size: None, promised: [None; 3], worst: 3 };
     let q = quality(&domain, &mesh, &measure);
     assert_eq!(q.steepest.slope, 0.5);

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::input::{Input, InputFacet, InputSegment, Kind};
+use crate::input::{DomainKind, Input, InputFacet, InputSegment};
 
 /// Corner `i` of the box between two points: bit 0 is x, bit 1 y, bit 2 z.
 fn corner(low: DVec3, high: DVec3, i: u32) -> DVec3 {
@@ -36,7 +36,7 @@ pub fn segment(input: &mut Input<DVec3>, ends: [u32; 2]) {
 
 /// A cube of side 4.
 pub fn cube() -> Input<DVec3> {
-    let mut input = Input::new(Kind::Complex, Vec::new());
+    let mut input = Input::new(DomainKind::Complex, Vec::new());
     add_box(&mut input, DVec3::ZERO, DVec3::splat(4.0));
     input
 }

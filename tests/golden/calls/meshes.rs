@@ -6,8 +6,8 @@ use glam::DVec3;
 use septet_core::config::{Machine, Workers};
 use septet_core::mesh::run_log::RunLog;
 use septet_core::mesh::{
-    Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, Dimension, Keep, Made, MakeError, MeshRequest, check,
-    make_of,
+    Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, Dimension, Made, MakeError, MeshKeep, MeshRequest,
+    check, make_of,
 };
 use septet_io::read::{AnyInput, read_domain};
 use septet_meshing::input::Input;
@@ -93,7 +93,7 @@ fn mesh_in<P: Dimension>(input: &Input<P>, order: &MeshOrder) -> Option<MeshOutc
         }),
         cancel: None,
     };
-    let keep = Keep { owned: usize::MAX, ..Keep::default() };
+    let keep = MeshKeep { owned: usize::MAX, ..MeshKeep::default() };
     let made = match make_of(&domain, &request, keep) {
         Ok(made) => made,
         Err(MakeError::NotConforming(made)) => *made,

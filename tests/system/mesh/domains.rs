@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use septet_io::read::{AnyInput, read_domain};
 use septet_meshing::check;
 use septet_meshing::domain::Domain;
-use septet_meshing::input::{Input, InputFacet, InputSegment, Kind};
+use septet_meshing::input::{DomainKind, Input, InputFacet, InputSegment};
 
 /// Of the plane or of space.
 pub enum AnyDomain {
@@ -142,7 +142,7 @@ pub fn example() -> Problem {
 
 /// A rectangle of the plane with two square holes and a dangling segment.
 pub fn plate() -> Problem {
-    let mut input = Input::new(Kind::Complex, Vec::new());
+    let mut input = Input::new(DomainKind::Complex, Vec::new());
     for (low, side) in [([0.0, 0.0], [8.0, 4.0]), ([1.0, 1.0], [1.0, 1.0]), ([5.0, 2.0], [1.0, 1.0])] {
         let (low, side) = (DVec2::from(low), DVec2::from(side));
         let base = input.points.len() as u32;

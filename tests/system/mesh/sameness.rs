@@ -65,7 +65,7 @@ fn alone(base: MeshRequest) -> MeshRequest {
     MeshRequest { machine, ..base }
 }
 
-fn judge(problem: &Problem, lipschitz: f64, size: f64) {
+fn check_problem(problem: &Problem, lipschitz: f64, size: f64) {
     let base = alone(request(lipschitz, Some(size)));
     on(problem, &base);
 }
@@ -88,11 +88,11 @@ fn surfaces_are_made_anew_alike() {
 
 #[test]
 fn workers_and_transports_make_one_mesh() {
-    judge(&domains::two_regions(), 0.5, 0.5);
-    judge(&domains::slanted_box(), 0.25, 0.8);
-    judge(&domains::dangling(), 0.25, 0.8);
-    judge(&domains::map(), 0.5, 0.15);
-    judge(&domains::airfoil(), 0.12, 0.01);
+    check_problem(&domains::two_regions(), 0.5, 0.5);
+    check_problem(&domains::slanted_box(), 0.25, 0.8);
+    check_problem(&domains::dangling(), 0.25, 0.8);
+    check_problem(&domains::map(), 0.5, 0.15);
+    check_problem(&domains::airfoil(), 0.12, 0.01);
 }
 
 /// Large enough that one facet's points are more than a leaf, and the volume's many leaves.

@@ -5,7 +5,7 @@ use septet_geometry::incremental::IncrementalError;
 use septet_geometry::point::Point;
 use septet_meshing::domain::Domain;
 use septet_meshing::facet::Triangulate;
-use septet_meshing::generate::{Alone, Machine, Rules, Triangulation, generate};
+use septet_meshing::generate::{Alone, Delaunay, MeshMachine, Rules, generate};
 use septet_meshing::points::conflicts::Site;
 use septet_meshing::points::independent::Independent;
 
@@ -18,7 +18,7 @@ struct Watched {
     sets: Vec<(usize, usize)>,
 }
 
-impl<P: Point> Machine<P> for Watched {
+impl<P: Point> MeshMachine<P> for Watched {
     type Error = IncrementalError;
 
     fn independent(&mut self, sites: &[Site<P>], fixed: usize) -> Result<Independent, Self::Error> {
@@ -27,16 +27,16 @@ impl<P: Point> Machine<P> for Watched {
         Ok(set)
     }
 
-    fn delaunay(&mut self, points: &[P]) -> Result<Triangulation<P::Cell>, Self::Error> {
+    fn delaunay(&mut self, points: &[P]) -> Result<Delaunay<P::Cell>, Self::Error> {
         self.alone.delaunay(points)
     }
 
     fn planar(&mut self, sets: &[Vec<DVec2>]) -> Result<Vec<Vec<[u32; 3]>>, Self::Error> {
-        Machine::<P>::planar(&mut self.alone, sets)
+        MeshMachine::<P>::planar(&mut self.alone, sets)
     }
 
     fn map<T: Sync, U: Send>(&self, items: &[T], f: impl Fn(&T) -> U + Sync + Send) -> Vec<U> {
-        Machine::<P>::map(&self.alone, items, f)
+        MeshMachine::<P>::map(&self.alone, items, f)
     }
 }
 

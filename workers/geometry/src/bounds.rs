@@ -23,8 +23,9 @@ pub fn join_bounds<P: Point>(a: Bounds<P>, b: Bounds<P>) -> Bounds<P> {
     (low, high)
 }
 
-/// Squared distance from `x` to an axis-aligned box, by the expression of [`dist2`](crate::point::dist2). It is never
-/// larger than the computed squared distance to a point of the box, because rounding is monotone.
+/// Computes the squared distance from `x` to an axis-aligned box, by the expression of
+/// [`dist2`](crate::point::dist2). It is never larger than the computed squared distance to a point of the box,
+/// because rounding is monotone.
 pub fn box_dist2<P: Point>(x: P, low: P, high: P) -> f64 {
     let mut d = P::splat(0.0);
     for i in 0..P::DIM {

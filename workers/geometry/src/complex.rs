@@ -45,7 +45,7 @@ struct Cell<S> {
     is_live: bool,
 }
 
-/// A ridge on a cavity's boundary: the edge from `first` to `last`, or in the plane one vertex, which is both.
+/// A ridge on a cavity's boundary: the edge from `first` to `last`. In the plane, it is one vertex, which is both.
 #[derive(Clone, Copy, Debug)]
 struct BoundaryRidge {
     first: u32,
@@ -83,8 +83,8 @@ impl<S: Simplex> Complex<S> {
         self.created.clear();
     }
 
-    /// Starts from one finite simplex: `cell`, in its given positive orientation, and the infinite cells on its facets.
-    /// Cell 0 is the finite one of `S::LEN + 1` cells.
+    /// Starts from one finite simplex: `cell`, in its given positive orientation, and the infinite cells on its
+    /// facets. Of these `S::LEN + 1` cells, cell 0 is the finite one.
     pub fn start(&mut self, cell: S) {
         self.clear();
         let n = S::LEN;
@@ -151,12 +151,12 @@ impl<S: Simplex> Complex<S> {
         open == 0
     }
 
-    /// Number of cell slots, including unused ones.
+    /// Returns the number of cell slots, including unused ones.
     pub fn slots(&self) -> u32 {
         self.cells.len() as u32
     }
 
-    /// Number of live cells.
+    /// Returns the number of live cells.
     pub fn len(&self) -> usize {
         self.cells.len() - self.free.len()
     }
@@ -172,30 +172,30 @@ impl<S: Simplex> Complex<S> {
         self.cells[cell as usize].is_live
     }
 
-    /// The vertices of a cell.
+    /// Returns the vertices of a cell.
     #[inline]
     pub fn cell(&self, cell: u32) -> &S {
         &self.cells[cell as usize].vertices
     }
 
-    /// The neighbour across the facet opposite `slot`: the cell and the slot of its opposite vertex.
+    /// Returns the neighbour across the facet opposite `slot`: the cell and the slot of its opposite vertex.
     #[inline]
     pub fn neighbour(&self, cell: u32, slot: usize) -> (u32, usize) {
         let code = self.cells[cell as usize].neighbours.as_ref()[slot];
         (code >> 2, (code & 3) as usize)
     }
 
-    /// All live cells, in slot order.
+    /// Iterates over all live cells, in slot order.
     pub fn live_cells(&self) -> impl Iterator<Item = u32> + '_ {
         (0..self.slots()).filter(|&c| self.is_live(c))
     }
 
-    /// The cells created by the last [`Complex::replace`] or [`Complex::start`].
+    /// Returns the cells created by the last [`Complex::replace`] or [`Complex::start`].
     pub fn created(&self) -> &[u32] {
         &self.created
     }
 
-    /// The slots without a cell.
+    /// Returns the slots without a cell.
     pub fn free(&self) -> &[u32] {
         &self.free
     }
@@ -298,7 +298,7 @@ impl<S: Simplex> Complex<S> {
     ///
     /// # Errors
     ///
-    /// Describes the first inconsistent cell.
+    /// Returns a description of the first inconsistent cell.
     pub fn check(&self) -> Result<(), String> {
         for cell in self.live_cells() {
             for slot in 0..S::LEN {
@@ -321,7 +321,7 @@ impl<S: Simplex> Complex<S> {
     }
 }
 
-/// The ridge of a cell opposite `slot`, in its cyclic order after the vertex at `slot`.
+/// Returns the ridge of a cell opposite `slot`, in its cyclic order after the vertex at `slot`.
 #[inline]
 fn ridge(vertices: &[u32], slot: usize) -> (u32, u32) {
     match (vertices, slot) {
@@ -337,7 +337,7 @@ fn ridge(vertices: &[u32], slot: usize) -> (u32, u32) {
 /// The table entry of a ridge whose two cells have been matched.
 const MATCHED: u32 = NONE - 1;
 
-/// The hash of a ridge, equal for both directions.
+/// Returns the hash of a ridge, equal for both directions.
 #[inline]
 fn hash_of(first: u32, last: u32) -> usize {
     let (low, high) = (u64::from(first.min(last)), u64::from(first.max(last)));
@@ -351,7 +351,8 @@ fn may_match<S: Simplex>(code: u32, slot: usize) -> bool {
     code != MATCHED && (S::LEN > 2 || code & 3 != slot as u32)
 }
 
-/// Two positions whose exchange reverses the orientation of a cell without moving position `i`. In the plane both move.
+/// Returns two positions whose exchange reverses the orientation of a cell without moving position `i`. In the plane
+/// both move.
 fn other_two(i: usize, n: usize) -> (usize, usize) {
     match (n, i) {
         (2, _) => (0, 1),

@@ -3,8 +3,8 @@
 //! **Statement.** A point `q` conflicts with a finite cell iff it lies in the cell's closed circumball; on the sphere
 //! the perturbation decides. It conflicts with an infinite cell only if it lies in the closed half-space beyond the
 //! hull facet (Bowyer 1981, Watson 1981). A [`ConflictRegion`] contains all conflicting points in spite of rounding.
-//! Hence "does not meet" is certain. "Meets" may be wrong because of rounding, which costs time but never affects the
-//! result.
+//! An answer "does not meet" is therefore certain. An answer "meets" may be wrong because of rounding. A wrong answer
+//! costs time but never affects the result.
 //!
 //! **Derivation.** Let `u = 2^-53`. The differences `e_i = p_i - p_0` have relative errors of at most `u`. The centre
 //! relative to `p_0` is `N / (2 D)`. Here `D` is the determinant of the `e_i`, and `N` is the sum of cofactors times
@@ -145,7 +145,7 @@ fn differences<P: Point>(cell: &[P]) -> ([P; 3], P) {
     (rel, largest)
 }
 
-/// The product of all coordinates except coordinate `k`.
+/// Computes the product of all coordinates except coordinate `k`.
 fn product_without<P: Point>(largest: P, k: usize) -> f64 {
     (0..P::DIM).filter(|&l| l != k).map(|l| largest.coord(l)).product()
 }

@@ -1,7 +1,7 @@
 //! Points as arrays of coordinates: the distances of one point to many, eight at a time.
 //!
-//! **Statement.** Every distance equals that of [`dist2`](crate::point::dist2), bit for bit. The lanes of vector
-//! registers compute the same differences, squares and sums in the same order.
+//! **Statement.** Every distance equals the result of [`dist2`](crate::point::dist2), bit for bit. The lanes of
+//! vector registers compute the same differences, squares and sums in the same order.
 //!
 //! **Work and depth.** A vector step over the pairs, charged by [`Cost::all_pairs`](crate::cost::Cost::all_pairs) and
 //! by the sweeps over balls.
@@ -36,8 +36,8 @@ pub trait PairVisitor {
     fn visit_lanes(&mut self, first: usize, distances2: &[f64; LANES], limit2: f64) -> f64 {
         one_by_one(distances2, limit2, |lane, d2| self.visit(first + lane, d2))
     }
-    /// Called after the last column of the row. If the limit was too small, discards the columns received and returns a
-    /// larger limit, with which the row is visited again.
+    /// Decides, after the last column of the row, whether the row is visited again. If the limit was too small,
+    /// discards the columns received and returns a larger limit for the second visit.
     #[inline]
     fn retry(&mut self, _row: usize) -> Option<f64> {
         None
@@ -71,7 +71,7 @@ impl<P: Point> CoordinateArrays<P> {
         CoordinateArrays { axes, marker: PhantomData }
     }
 
-    /// Number of points.
+    /// Returns the number of points.
     pub fn len(&self) -> usize {
         self.axes[0].len()
     }

@@ -1,9 +1,9 @@
 //! Work and depth on the EREW PRAM with unit-time scans, charged by the primitives that do the work.
 //!
-//! **Model.** Blelloch's scan-vector model (*Vector Models for Data-Parallel Computing*, 1990). A problem of `m` items
-//! has `m` virtual processors, up to a stated constant factor. A vector step over `m` items costs work `m` and depth 1.
-//! If the items have costs of their own, the step costs the sum of their work and the maximum of their depths. A scan
-//! costs one step. A second depth ([`Cost::depth_log_scan`]) charges `ceil(log2 m)` for it.
+//! **Model.** Blelloch's scan-vector model (*Vector Models for Data-Parallel Computing*, 1990). A problem of `m`
+//! items has `m` virtual processors, up to a stated constant factor. A vector step over `m` items costs work `m` and
+//! depth 1. If the items have their own costs, the step costs the sum of their work and the maximum of their depths.
+//! A scan costs one step. A second depth ([`Cost::depth_log_scan`]) charges `ceil(log2 m)` for it.
 //!
 //! **Prices.** Every primitive pays through one private call, `Cost::pay`, with its name and its number of items. The
 //! table at [`Primitive`] gives the cost of the call.
@@ -16,7 +16,7 @@
 //! **Shared subproblems.** Work and depth are charged to subproblems, not to workers. If a group of workers shares a
 //! subproblem, every member charges its own share, and [`Cost::join`] merges the shares (sum of work, maximum depth).
 //! The ledger prices the scans over the number of items of the whole subproblem when it folds the shares
-//! ([`Cost::depth_log_scan`]). Hence no count depends on the number of workers.
+//! ([`Cost::depth_log_scan`]). So no count depends on the number of workers.
 
 mod index_sets;
 mod price;
@@ -49,27 +49,27 @@ impl Cost {
     /// The cost of an empty computation.
     pub const ZERO: Cost = Cost { work: 0, depth: 0, scans: 0, inner_log: 0 };
 
-    /// Number of elementary operations.
+    /// Returns the number of elementary operations.
     pub fn work(&self) -> u64 {
         self.work
     }
 
-    /// Length of the longest chain of vector steps, with each scan counted as 1.
+    /// Returns the length of the longest chain of vector steps, with each scan counted as 1.
     pub fn depth(&self) -> u64 {
         self.depth
     }
 
-    /// Number of scans over the subproblem's own items on that chain.
+    /// Returns the number of scans over the subproblem's own items on that chain.
     pub fn scans(&self) -> u64 {
         self.scans
     }
 
-    /// Length of the longest chain if a scan over `items` items counts `ceil(log2 items)`, at least 1.
+    /// Returns the length of the longest chain if a scan over `items` items counts `ceil(log2 items)`, at least 1.
     pub fn depth_log_scan(&self, items: u64) -> u64 {
         self.depth + self.inner_log + self.additional_depth(items)
     }
 
-    /// Additional depth of the scans if each takes `ceil(log2 items)` steps, at least 1, instead of one.
+    /// Returns the additional depth of the scans if each takes `ceil(log2 items)` steps, at least 1, instead of one.
     #[inline(always)]
     fn additional_depth(&self, items: u64) -> u64 {
         self.scans * (sort_steps(items) - 1)
@@ -138,8 +138,8 @@ impl Cost {
         items.iter_mut().for_each(&mut f);
     }
 
-    /// Applies `f` to every item in one vector step whose items have costs of their own. The step costs the sum of
-    /// their work and the maximum of their depths; an item costs at least one unit of each.
+    /// Applies `f` to every item in one vector step whose items have their own costs. The step costs the sum of their
+    /// work and the maximum of their depths; an item costs at least one unit of each.
     pub fn map_nested<T, U>(&mut self, items: &[T], mut f: impl FnMut(&T, &mut Cost) -> U) -> Vec<U> {
         let mut all = Cost::ZERO;
         let out = items
@@ -178,13 +178,13 @@ impl Cost {
         (offsets, total)
     }
 
-    /// Selects the items that `keep` accepts, in order.
+    /// Selects the items that `keep` accepts, in their order.
     pub fn pack<T: Copy>(&mut self, items: &[T], mut keep: impl FnMut(&T) -> bool) -> Vec<T> {
         self.pay(Primitive::Pack, items.len());
         items.iter().copied().filter(|t| keep(t)).collect()
     }
 
-    /// Separates the items that `left` accepts from the others, both in order.
+    /// Separates the items that `left` accepts from the other items. Both parts keep their order.
     pub fn split<T: Copy>(&mut self, items: &[T], mut left: impl FnMut(&T) -> bool) -> (Vec<T>, Vec<T>) {
         self.pay(Primitive::Split, items.len());
         items.iter().copied().partition(|t| left(t))
@@ -208,7 +208,7 @@ impl Cost {
     }
 
     /// Splits records, stored as three parallel arrays, by flags from the previous vector step. Records with the flag
-    /// `stay` remain, in order; the others are returned. Any of the arrays may be empty. Costs the same as
+    /// `stay` remain in their order, and the others are returned. Any of the arrays may be empty. Costs the same as
     /// [`Cost::split`].
     pub fn split_arrays<A: Copy, B: Copy, C: Copy>(
         &mut self,

@@ -21,9 +21,9 @@
 //! concurrent hash table instead of the merge, a chain would take O(log n) steps, which [`Clock::hashed`] counts.
 //!
 //! **Departures.** The exterior is represented by a vertex, and the first affinely independent points are inserted
-//! first, instead of a bounding simplex. The second cell of a facet is found in a table. An access to the table counts
-//! one step, as in the paper, although an EREW machine would have to sort. The choice favours the baseline. Drawing the
-//! order is not charged. Ties are broken as everywhere ([`crate::predicates`]), so the cells are those of
+//! first, instead of a bounding simplex. The second cell of a facet is found in a table. An access to the table
+//! counts one step, as in the paper, although an EREW machine would have to sort. The choice favours the baseline.
+//! Drawing the order is not charged. [`crate::predicates`] breaks ties, so the cells equal the cells of
 //! [`crate::incremental`].
 
 use std::collections::BTreeMap;
@@ -132,7 +132,7 @@ impl<P: Point> Dependence<P> {
         })
     }
 
-    /// The sum over all rounds.
+    /// Sums the counts of all rounds.
     pub fn total(&self) -> Round {
         self.rounds.iter().fold(Round::default(), |sum, r| Round {
             facets: sum.facets + r.facets,
@@ -143,7 +143,7 @@ impl<P: Point> Dependence<P> {
         })
     }
 
-    /// Brent's bound on the number of steps with `processors` processors: the sum of
+    /// Returns Brent's bound on the number of steps with `processors` processors: the sum of
     /// `floor((work - steps) / processors) + steps` over all rounds.
     pub fn brent(&self, processors: u64) -> u64 {
         let bound = |r: &Round| r.work.saturating_sub(r.steps) / processors.max(1) + r.steps;
@@ -222,7 +222,7 @@ struct ReadyFacet {
 #[derive(Clone, Copy)]
 struct Candidate<P: Point> {
     point: u32,
-    /// Whether the point conflicts with both old cells, and hence with the new one.
+    /// Whether the point conflicts with both old cells, and therefore with the new cell.
     certain: bool,
     /// The cell, copied to each candidate.
     cell: P::Cell,
@@ -442,8 +442,8 @@ impl<'a, P: Point> Builder<'a, P> {
         }
     }
 
-    /// A positively oriented cell on the inner side of a hull facet. It is needed only for points in the plane of the
-    /// facet, and for them every such cell gives the same answer.
+    /// Returns a positively oriented cell on the inner side of a hull facet. It is needed only for points in the
+    /// plane of the facet, and for them every such cell gives the same answer.
     fn inner_cell(&self, mut corners: [P; 4], slot: usize) -> [P; 4] {
         let n = P::DIM + 1;
         for &apex in &self.points[..n] {
@@ -458,7 +458,7 @@ impl<'a, P: Point> Builder<'a, P> {
     }
 }
 
-/// The sorted vertices of a cell except one, which identify a facet.
+/// Returns the sorted vertices of a cell except one, which identify a facet.
 fn facet_without<P: Point>(vertices: &P::Cell, slot: usize) -> P::Facet {
     let mut facet = P::Facet::splat(INFINITE);
     let others = vertices.as_ref().iter().enumerate().filter(|v| v.0 != slot);

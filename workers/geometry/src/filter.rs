@@ -24,8 +24,8 @@
 //!
 //! For in-circle and in-sphere, the first of the two additions outside the cofactors counts; the last does not.
 //!
-//! **The factor 1.05.** The bound is computed from rounded differences, in at most 8 operations of relative error `u`.
-//! Moreover, `(1 + u)^k - 1 < 1.0001 k u`. The factor covers both.
+//! **The factor 1.05.** The bound is computed from rounded differences, in at most 8 operations of relative error
+//! `u`. Moreover, `(1 + u)^k - 1 < 1.0001 k u`. The factor covers both errors.
 //!
 //! **Underflow.** Within [`crate::range`], every product is a multiple of `2^-1070`. The smallest subnormal is
 //! `2^-1074`, so underflow changes no determinant. If the *bound* is subnormal, rounding it loses at most `2^-1075`.

@@ -41,7 +41,7 @@ pub enum Supergraph {
 
 impl Supergraph {
     /// Returns `true` if two points at squared distance `d2`, whose balls have squared radii `a2` and `b2`, form an
-    /// edge. Symmetric in the two points.
+    /// edge. The test is symmetric in the two points.
     #[inline]
     pub fn joins(self, d2: f64, a2: f64, b2: f64) -> bool {
         match self {
@@ -51,8 +51,8 @@ impl Supergraph {
         }
     }
 
-    /// Upper bound on the length of an edge from a point with squared radius `r2` to a point of a set whose largest
-    /// squared radius is `max2`. Rounded up.
+    /// Returns an upper bound, rounded up, on the length of an edge from a point with squared radius `r2` to a point
+    /// of a set whose largest squared radius is `max2`.
     pub fn reach(self, r2: f64, max2: f64) -> f64 {
         let up = 1.0 + 1e-12;
         match self {
@@ -64,8 +64,9 @@ impl Supergraph {
         }
     }
 
-    /// The radius of the ball that decides whether a point belongs to the separator set of a sphere. Every edge that
-    /// crosses the sphere has an endpoint whose ball of this radius meets it. In the density graph, both endpoints do.
+    /// Returns the radius of the ball that decides whether a point belongs to the separator set of a sphere. Every
+    /// edge that crosses the sphere has an endpoint whose ball of this radius meets it. In the density graph, both
+    /// endpoints do.
     pub fn separator_radius(self, r2: f64) -> f64 {
         let up = 1.0 + 1e-12;
         match self {
@@ -74,7 +75,7 @@ impl Supergraph {
         }
     }
 
-    /// Name of the supergraph on the command line.
+    /// Returns the name of the supergraph on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Supergraph::Density { .. } => "density",
@@ -83,7 +84,7 @@ impl Supergraph {
         }
     }
 
-    /// The rank of the neighbour to which the balls extend: `k`, or 1.
+    /// Returns the rank of the neighbour to which the balls extend: `k`, or 1.
     pub fn ball_order(self) -> usize {
         match self {
             Supergraph::Knn { k } => k as usize,
@@ -158,8 +159,9 @@ impl PairVisitor for Edges {
     }
 }
 
-/// Density of an embedding (Section 2): the maximum, over all vertices, of the longest edge relative to the distance of
-/// the nearest neighbour. `edges` are pairs of positions, and `radii2` are the squared nearest-neighbour distances.
+/// Computes the density of an embedding (Section 2): the maximum, over all vertices, of the longest edge relative to
+/// the distance of the nearest neighbour. `edges` are pairs of positions, and `radii2` are the squared
+/// nearest-neighbour distances.
 pub fn embedding_density<P: Point>(points: &[P], radii2: &[f64], edges: &[(u32, u32)]) -> f64 {
     edges
         .iter()

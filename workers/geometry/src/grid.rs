@@ -1,10 +1,10 @@
 //! The graph neighbours of a leaf's points by a grid, for balls that are small relative to the leaf.
 //!
-//! **Statement.** An edge of `i` is no longer than `R_i`, its reach ([`Supergraph::reach`]) into the largest ball. The
-//! bounding box of the `m` members is divided into `m` to `2m` equal cells. The longest side of a cell is always
-//! bisected first, so a flat or thin set has a flat or thin grid. All neighbours of `i` lie in the cells that meet the
-//! box of half side `R_i` around `i`. Each member of these cells is tested by the symmetric expression of the graph.
-//! The lists are therefore those of [`graph_direct`](crate::graph::graph_direct), edge by edge.
+//! **Statement.** An edge of `i` is no longer than `R_i`, its reach ([`Supergraph::reach`]) into the largest ball.
+//! The bounding box of the `m` members is divided into `m` to `2m` equal cells. The longest side of a cell is always
+//! bisected first, so a flat or thin set has a flat or thin grid. All neighbours of `i` lie in the cells that meet
+//! the box of half side `R_i` around `i`. Each member of these cells is tested by the symmetric expression of the
+//! graph. The lists therefore equal the lists of [`graph_direct`](crate::graph::graph_direct), edge by edge.
 //!
 //! *Rounding misses no neighbour.* Let `|x - y| <= R` for floats `x` and `y`. Then `x - R <= y`. Since `y` is a float
 //! and rounding is monotone, the rounded `x - R` is also at most `y`. The index of a cell is a monotone function of the
@@ -69,8 +69,8 @@ impl<P: Point> Grid<P> {
         Grid { low, cells, scale }
     }
 
-    /// The index, along one axis, of the cell that contains the coordinate `x`. A coordinate outside the box gets the
-    /// nearest cell. The index is monotone in `x`.
+    /// Returns the index, along one axis, of the cell that contains the coordinate `x`. A coordinate outside the box
+    /// gets the nearest cell. The index is monotone in `x`.
     #[inline]
     fn along(&self, axis: usize, x: f64) -> usize {
         (((x - self.low.coord(axis)) * self.scale[axis]) as usize).min(self.cells[axis] - 1)

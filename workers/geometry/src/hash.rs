@@ -3,8 +3,8 @@
 
 use crate::point::Point;
 
-/// The finalizer of splitmix64 (Steele, Lea and Flood 2014): a bijection in which every output bit depends on all input
-/// bits.
+/// Applies the finalizer of splitmix64 (Steele, Lea and Flood 2014), a bijection in which every output bit depends on
+/// all input bits.
 #[inline]
 pub fn finalise(z: u64) -> u64 {
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -47,7 +47,7 @@ impl Draw {
         (self.word() >> 11) as usize % n
     }
 
-    /// Brings items into a random order.
+    /// Shuffles the items.
     pub fn shuffle<T>(&mut self, items: &mut [T]) {
         for i in (1..items.len()).rev() {
             items.swap(i, self.below(i + 1));

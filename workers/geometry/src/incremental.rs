@@ -1,10 +1,10 @@
 //! The sequential kernel: incremental Delaunay triangulation in the plane and in space.
 //!
-//! **Statement** (Bowyer 1981, Watson 1981). The cells whose circumspheres contain a new point form a topological ball,
-//! the *cavity*, around it. Replacing them by the cone from the point over the boundary of the cavity yields the
-//! Delaunay triangulation of the larger set. A walk finds one of these cells (`search`). A breadth-first search from
-//! neighbour to neighbour finds the others (`cavity`). Rounded spheres decide nearly all conflict tests (`sphere`), and
-//! [`crate::predicates`] the others.
+//! **Statement** (Bowyer 1981, Watson 1981). The cells whose circumspheres contain a new point form a topological
+//! ball, the *cavity*, around it. Replacing them by the cone from the point over the boundary of the cavity yields
+//! the Delaunay triangulation of the larger set. A walk finds one of these cells (`search`). A breadth-first search
+//! from neighbour to neighbour finds the others (`cavity`). Rounded spheres (`sphere`) decide nearly all conflict
+//! tests, and [`crate::predicates`] decide the rest.
 //!
 //! **Work.** O(n log n) expected in the order of [`insertion_order`], for points whose random samples have
 //! triangulations of linear size. Point sets in the plane always satisfy this condition. In space, the work is O(n^2)

@@ -4,7 +4,7 @@
 //! tree, Bentley 1975). The first half has a multiple of eight points. If the bounding box of a block is farther than
 //! the limit, no point of the block is within the limit. This holds in spite of rounding, which is monotone: the
 //! expression of [`dist2`](crate::point::dist2) computes the distance to a box from gaps that are no larger than the
-//! differences of coordinates. The result therefore equals that of a search over all pairs, bit for bit.
+//! differences of coordinates. The result therefore equals the result of a search over all pairs, bit for bit.
 //!
 //! **Work and depth.** The machine tests all pairs in one vector step, and its primitives charge for all of them
 //! ([`Cost::all_pairs_in_blocks`](crate::cost::Cost::all_pairs_in_blocks),
@@ -65,7 +65,7 @@ impl<P: Point> KdBlocks<P> {
         KdBlocks { len: points.len(), order, axes, boxes, groups, marker: PhantomData }
     }
 
-    /// Number of points.
+    /// Returns the number of points.
     pub fn len(&self) -> usize {
         self.len
     }

@@ -25,12 +25,12 @@ impl<T> Lists<T> {
         Lists { items: Vec::with_capacity(items), ends: Vec::with_capacity(lists) }
     }
 
-    /// Number of items in all lists.
+    /// Returns the number of items in all lists.
     pub fn items(&self) -> usize {
         self.items.len()
     }
 
-    /// Number of lists.
+    /// Returns the number of lists.
     pub fn len(&self) -> usize {
         self.ends.len()
     }

@@ -9,7 +9,7 @@
 use crate::point::{Point, dist2};
 use crate::simd::widest;
 
-/// Squared circumradius of a cell of `DIM + 1` points; infinite for a flat cell.
+/// Computes the squared circumradius of a cell of `DIM + 1` points, which is infinite for a flat cell.
 pub fn circumradius2<P: Point>(cell: &[P]) -> f64 {
     let mut rel = [P::default(); 3];
     for i in 0..P::DIM {
@@ -80,7 +80,7 @@ impl Diameters {
     }
 }
 
-/// Circumcentre of a cell of `DIM + 1` points; not finite for a flat cell.
+/// Computes the circumcentre of a cell of `DIM + 1` points, which is not finite for a flat cell.
 pub fn circumcentre<P: Point>(cell: &[P]) -> P {
     let mut rel = [P::default(); 3];
     for i in 0..P::DIM {
@@ -90,7 +90,8 @@ pub fn circumcentre<P: Point>(cell: &[P]) -> P {
     cell[0] + v / (2.0 * w)
 }
 
-/// Centre and squared radius of the smallest circumscribed ball of three points; not finite if they are collinear.
+/// Computes the centre and the squared radius of the smallest circumscribed ball of three points. They are not finite
+/// if the points are collinear.
 pub fn circumcircle<P: Point>([a, b, c]: [P; 3]) -> (P, f64) {
     let (u, v) = (b - a, c - a);
     let (uu, vv, uv) = (u.norm2(), v.norm2(), u.dot(v));
@@ -99,7 +100,7 @@ pub fn circumcircle<P: Point>([a, b, c]: [P; 3]) -> (P, f64) {
     (a + offset, offset.norm2())
 }
 
-/// Squared length of a cell's shortest edge.
+/// Computes the squared length of a cell's shortest edge.
 pub fn shortest_edge2<P: Point>(cell: &[P]) -> f64 {
     let mut least = f64::INFINITY;
     for i in 0..=P::DIM {
@@ -110,8 +111,8 @@ pub fn shortest_edge2<P: Point>(cell: &[P]) -> f64 {
     least
 }
 
-/// Circumradius divided by shortest edge: `1 / sqrt 3` for an equilateral triangle, `sqrt(3/8)` for a regular
-/// tetrahedron, infinite for a flat cell.
+/// Computes the circumradius divided by the shortest edge: `1 / sqrt 3` for an equilateral triangle, `sqrt(3/8)` for
+/// a regular tetrahedron, infinite for a flat cell.
 pub fn radius_edge_ratio<P: Point>(cell: &[P]) -> f64 {
     (circumradius2(cell) / shortest_edge2(cell)).sqrt()
 }

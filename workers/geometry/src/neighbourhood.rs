@@ -5,8 +5,8 @@
 //! nearest neighbour have ply at most `tau_d k`, where `tau_d` is the kissing number (Miller, Teng, Thurston and
 //! Vavasis 1997).
 //!
-//! A ball is stored by its squared radius, which [`dist2`] computes. Hence every worker agrees that a point at exactly
-//! the distance of the radius is inside. Lists of nearest neighbours keep *all* points no farther than the `k`-th
+//! A ball is stored by its squared radius, which [`dist2`] computes. So all workers agree that a point at exactly the
+//! distance of the radius is inside. Lists of nearest neighbours keep *all* points no farther than the `k`-th
 //! ([`crate::selection`]), so lists of parts can be merged in any order.
 //!
 //! **Work and depth.** The direct search tests `m^2` pairs in O(1) vector steps and segmented scans.
@@ -49,18 +49,18 @@ impl NearestLists {
         self.lists.push(list);
     }
 
-    /// The squared distance of the `k`-th neighbour of a point, and its neighbours.
+    /// Returns the squared distance of the `k`-th neighbour of a point, and its neighbours.
     pub fn of(&self, point: u32) -> (f64, &[u32]) {
         let position = self.positions.get(point as usize).map_or(point, |&position| position);
         (self.kth2[point as usize], &self.lists[position as usize])
     }
 
-    /// Number of neighbours in all lists.
+    /// Returns the number of neighbours in all lists.
     pub fn items(&self) -> usize {
         self.lists.items()
     }
 
-    /// Number of points.
+    /// Returns the number of points.
     pub fn len(&self) -> usize {
         self.kth2.len()
     }
@@ -121,10 +121,10 @@ pub fn nearest_in_blocks<P: Point>(
 
 /// Selects the `k` nearest columns of each row.
 ///
-/// If the rows are the columns, the list of one row bounds those of its neighbours. Let the list of a row have radius
-/// `r`, and let another row be at distance `d` from it. The ball of radius `r + d` around the second row contains as
-/// many other points as the ball of radius `r` around the first. Most rows have enough neighbours within little more
-/// than `r`. So a row that may be visited twice starts with such a smaller limit.
+/// If the rows are the columns, the list of one row bounds the lists of its neighbours. Let the list of a row have
+/// radius `r`, and let another row be at distance `d` from it. The ball of radius `r + d` around the second row
+/// contains at least as many other points as the ball of radius `r` around the first. Most rows have enough
+/// neighbours within little more than `r`. So a row that may be visited twice starts with a limit slightly above `r`.
 struct Nearest<'a> {
     k: usize,
     rows: &'a [u32],
@@ -180,10 +180,10 @@ impl<'a> Nearest<'a> {
     }
 }
 
-/// Squared radius of a row's first visit relative to that of its neighbour's list.
+/// Squared radius of a row's first visit, relative to the squared radius of its neighbour's list.
 const FIRST_LIMIT: f64 = 1.2;
 
-/// The length at which lists are first pruned.
+/// Returns the length at which lists are first pruned.
 fn full_at(k: usize) -> usize {
     4 * k + 16
 }
@@ -259,8 +259,8 @@ impl PairVisitor for Nearest<'_> {
     }
 }
 
-/// The largest number of balls (given by squared radii) that strictly contain one centre. It is a lower bound on the
-/// ply, within a constant factor of it. Takes O(n^2) time and is meant for measurements.
+/// Returns the largest number of balls (given by squared radii) that strictly contain one centre. It is a lower bound
+/// on the ply, within a constant factor of it. Takes O(n^2) time and is meant for measurements.
 pub fn ply_at_centres<P: Point>(points: &[P], radii2: &[f64]) -> usize {
     let inside = |&x: &P| points.iter().zip(radii2).filter(|&(&c, &r2)| dist2(x, c) < r2).count();
     points.iter().map(inside).max().unwrap_or(0)

@@ -1,8 +1,8 @@
 //! Points, their coordinates and the total order on them.
 //!
 //! A dimension is one implementation of [`Point`] (for [`DVec2`] and [`DVec3`]). Every algorithm of the project is
-//! written once, over that trait. The lexicographic order of coordinates ([`lex_cmp`]) breaks ties of all kinds, so no
-//! result depends on the numbering of the input.
+//! written once, over this trait. The lexicographic order of coordinates ([`lex_cmp`]) breaks ties of all kinds, so
+//! no result depends on the numbering of the input.
 
 use std::cmp::Ordering;
 use std::fmt::Debug;
@@ -34,9 +34,9 @@ pub trait Vector:
     fn coord(&self, i: usize) -> f64;
     /// Replaces the `i`-th coordinate, `i < LEN`.
     fn set_coord(&mut self, i: usize, value: f64);
-    /// Inner product, summed in the order of the coordinates.
+    /// Computes the inner product, summed in the order of the coordinates.
     fn dot(self, other: Self) -> f64;
-    /// Squared Euclidean length.
+    /// Computes the squared Euclidean length.
     fn norm2(self) -> f64 {
         self.dot(self)
     }
@@ -154,17 +154,17 @@ pub trait Point: Vector + Pod + Default + sealed::Sealed {
     /// `[u64; DIM + 1]`: a cell by input indices, as a row of a file.
     type Row: Pod + Ord + Send + Sync + AsMut<[u64]> + AsRef<[u64]>;
 
-    /// The orientation determinant of `DIM + 1` points in rounded arithmetic. It is positive for counter-clockwise
-    /// triangles and for tetrahedra with `((p1-p0) x (p2-p0)) . (p3-p0) > 0`.
+    /// Computes the orientation determinant of `DIM + 1` points in rounded arithmetic. It is positive for
+    /// counter-clockwise triangles and for tetrahedra with `((p1-p0) x (p2-p0)) . (p3-p0) > 0`.
     fn rounded_orientation(cell: &[Self]) -> Rounded;
-    /// The in-sphere determinant in rounded arithmetic. It is positive if `q` lies strictly inside the circumsphere of
-    /// the positively oriented `cell`.
+    /// Computes the in-sphere determinant in rounded arithmetic. It is positive if `q` lies strictly inside the
+    /// circumsphere of the positively oriented `cell`.
     fn rounded_in_sphere(cell: &[Self], q: Self) -> Rounded;
-    /// The circumsphere through the origin and the `DIM` vectors of `rel`, in rounded arithmetic. Returns `(w, v)` such
-    /// that, for a positively oriented cell `(0, rel..)`, a point `q` lies inside iff `w |q|^2 - v . q < 0`.
+    /// Computes the sphere through the origin and the `DIM` vectors of `rel` in rounded arithmetic. Returns `(w, v)`
+    /// such that, for a positively oriented cell `(0, rel..)`, a point `q` lies inside iff `w |q|^2 - v . q < 0`.
     fn sphere_plane(rel: &[Self]) -> (f64, Self);
-    /// The normal `n` of the hyperplane through the origin and the `DIM - 1` vectors of `rel`, in rounded arithmetic.
-    /// The sign of `n . q` is the orientation of `(0, rel.., q)`.
+    /// Computes the normal `n` of the hyperplane through the origin and the `DIM - 1` vectors of `rel` in rounded
+    /// arithmetic. The sign of `n . q` is the orientation of `(0, rel.., q)`.
     fn hull_normal(rel: &[Self]) -> Self;
     /// Creates a point from the first `DIM` numbers of a slice.
     fn from_coords(coords: &[f64]) -> Self;
@@ -268,7 +268,8 @@ pub fn is_lex_smaller<P: Point>(a: &P, b: &P) -> bool {
     if x == y { lex_cmp(a, b).is_lt() } else { x < y }
 }
 
-/// Squared distance, by the one expression that computes distances everywhere. Symmetric in its arguments.
+/// Computes the squared distance, by the one expression that computes distances everywhere. The result is symmetric
+/// in the arguments.
 #[inline]
 pub fn dist2<P: Point>(a: P, b: P) -> f64 {
     (a - b).norm2()

@@ -14,7 +14,7 @@ use crate::point::{Point, lex_cmp};
 
 /// Computes the hash of a point. It is below `u64::MAX`, which callers may use for points without a priority.
 pub fn priority<P: Point>(seed: u64, x: P) -> u64 {
-    // The constant distinguishes these hashes from those of samples.
+    // The constant distinguishes these hashes from the hashes of samples.
     let start = mix(mix(0, seed), 0x7072_696f_7269_7479);
     (0..P::DIM).fold(start, |h, i| mix(h, x.coord(i).to_bits())) >> 1
 }

@@ -22,7 +22,7 @@ pub const LOWEST: i32 = -214;
 /// Highest admissible exponent of a power of two that exceeds every coordinate.
 pub const HIGHEST: i32 = 196;
 
-/// Why signs cannot be computed exactly.
+/// The reason why signs cannot be computed exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum RangeError {
     /// A coordinate is infinite or not a number.
@@ -60,7 +60,8 @@ fn bit_range(x: f64) -> (i32, i32) {
     (low, high)
 }
 
-/// The binary digits that a set of coordinates uses: from their lowest set bit to above their highest.
+/// The binary digits that a set of coordinates uses: from their lowest set bit to the position above their highest
+/// set bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Digits {
     low: i32,
@@ -121,8 +122,8 @@ impl Digits {
         Digits { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    /// The exponent of the power of two that scales `points` into the exact range. The digits must be those of
-    /// `points`.
+    /// Returns the exponent of the power of two that scales `points` into the exact range. The digits must be those
+    /// of `points`.
     ///
     /// # Errors
     /// Fails if no scaling brings the spread of bits into the range. The error names the first point with the lowest
@@ -158,8 +159,8 @@ pub fn all_finite<P: Point>(points: &[P]) -> Result<(), RangeError> {
     Ok(())
 }
 
-/// The exponent of the power of two that scales every coordinate into the exact range; 0 if all coordinates already lie
-/// in it.
+/// Returns the exponent of the power of two that scales every coordinate into the exact range; 0 if all coordinates
+/// already lie in it.
 ///
 /// # Errors
 /// Fails if a coordinate is not finite, or if no scaling brings the spread of bits into the range.

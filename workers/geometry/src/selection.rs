@@ -1,6 +1,6 @@
 //! Lists of neighbours of a point, and the selection of the nearest ones.
 //!
-//! **Statement.** The `k` nearest neighbours are those no farther than the `k`-th, ties included. Hence they do not
+//! **Statement.** The `k` nearest neighbours are those no farther than the `k`-th, ties included. So they do not
 //! depend on the indices of tied points.
 //!
 //! The `k`-th squared distance is selected between a lower and an upper bound that converge. Each round counts the
@@ -10,7 +10,7 @@
 //! numbers in one step, quickselect runs on all distances.
 //!
 //! **Work.** O(1) for each point added or tested; linear for the selection. The list keeps the order in which points
-//! were added, which may be that of blocks or of incoming replies. Callers sort the list or use it as a set.
+//! were added, which may be the order of blocks or of incoming replies. Callers sort the list or use it as a set.
 
 #![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
 #![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
@@ -44,7 +44,7 @@ impl NeighbourList {
         self.len = 0;
     }
 
-    /// Number of neighbours.
+    /// Returns the number of neighbours.
     pub fn len(&self) -> usize {
         self.len
     }
@@ -54,7 +54,7 @@ impl NeighbourList {
         self.len == 0
     }
 
-    /// Squared distances of the neighbours, in the order in which they were added.
+    /// Returns the squared distances of the neighbours, in the order in which they were added.
     pub fn distances2(&self) -> &[f64] {
         &self.distances2[..self.len]
     }
@@ -104,7 +104,7 @@ impl NeighbourList {
         self.len += positions.len();
     }
 
-    /// Adds those of eight points whose squared distances are wanted.
+    /// Adds, from eight points, the points whose squared distances are wanted.
     #[inline(always)]
     pub(crate) fn take_lanes(
         &mut self,
@@ -144,7 +144,7 @@ impl NeighbourList {
         kth
     }
 
-    /// The `k`-th smallest squared distance.
+    /// Returns the `k`-th smallest squared distance.
     fn kth(&mut self, k: usize) -> f64 {
         self.make_room(LANES);
         // Comparisons with NaN are false, so the padding is never counted.
@@ -183,7 +183,7 @@ impl NeighbourList {
     }
 }
 
-/// The `k`-th smallest of `len` nonnegative numbers in blocks of eight. NaN fills the last block.
+/// Returns the `k`-th smallest of `len` nonnegative numbers in blocks of eight. NaN fills the last block.
 #[inline(always)]
 fn kth_between(all: &[[f64; LANES]], len: usize, k: usize, rounds: u32, between: &mut Vec<u64>) -> f64 {
     let most = largest(all, f64::INFINITY);
@@ -220,7 +220,7 @@ fn kth_between(all: &[[f64; LANES]], len: usize, k: usize, rounds: u32, between:
     f64::from_bits(*between.select_nth_unstable((k - below - 1).min(last)).1)
 }
 
-/// Number of values that are at most `limit`.
+/// Counts the values that are at most `limit`.
 #[inline(always)]
 fn count_up_to(all: &[[f64; LANES]], limit: f64) -> usize {
     let mut counts = [0u64; LANES];
@@ -232,7 +232,7 @@ fn count_up_to(all: &[[f64; LANES]], limit: f64) -> usize {
     counts.iter().sum::<u64>() as usize
 }
 
-/// The largest value that is at most `limit`.
+/// Returns the largest value that is at most `limit`.
 #[inline(always)]
 fn largest(all: &[[f64; LANES]], limit: f64) -> f64 {
     let mut most = [0.0; LANES];
@@ -248,7 +248,7 @@ fn largest(all: &[[f64; LANES]], limit: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// A squared distance: not monotone in `i`, and with ties.
+    /// Returns a squared distance that is not monotone in `i` and has ties.
     fn distance2(i: u32) -> f64 {
         f64::from(i * 7 % 13)
     }

@@ -30,7 +30,7 @@ pub(crate) fn widest<R>(f: impl FnOnce() -> R) -> R {
     if BASELINE.load(Ordering::Relaxed) { f() } else { Arch::new().dispatch(f) }
 }
 
-/// The larger of two numbers, or the second if one is NaN. It compiles to one instruction.
+/// Returns the larger of two numbers, or the second if one is NaN. It compiles to one instruction.
 #[inline(always)]
 pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
@@ -86,7 +86,7 @@ impl Masks {
         [Masks::default(), loops]
     }
 
-    /// The lanes that are at most `limit`.
+    /// Returns the lanes that are at most `limit`, as a bit mask.
     #[inline(always)]
     pub(crate) fn at_most(self, lanes: &[f64; 8], limit: f64) -> u32 {
         #[cfg(target_arch = "x86_64")]
@@ -96,7 +96,7 @@ impl Masks {
         at_most(lanes, limit)
     }
 
-    /// The lanes that are not below their limits.
+    /// Returns the lanes that are not below their limits, as a bit mask.
     #[inline(always)]
     pub(crate) fn not_below(self, lanes: &[f32; 8], limits: &[f32; 8]) -> u32 {
         #[cfg(target_arch = "x86_64")]
@@ -152,8 +152,8 @@ impl Masks {
     }
 }
 
-/// The loop form of [`Masks::pack`]. Instead of branching, it writes each number and advances only if the number is
-/// wanted. Not inlined, for the reason given at [`at_most`].
+/// Implements [`Masks::pack`] by a loop. Instead of branching, it writes each number and advances only if the number
+/// is wanted. The function is not inlined, for the reason given at [`at_most`].
 #[inline(never)]
 fn pack(from: NamedLanes<'_>, wanted: Interval, to: NamedLanesMut<'_>) -> usize {
     let NamedLanesMut { numbers, names } = to;
@@ -167,15 +167,16 @@ fn pack(from: NamedLanes<'_>, wanted: Interval, to: NamedLanesMut<'_>) -> usize 
     count
 }
 
-/// The lanes that are at most `limit`, as a bit mask. Not inlined: inside the loop that computes the lanes, it would
-/// make the compiler process the lanes as eight scalars.
+/// Returns the lanes that are at most `limit`, as a bit mask. The function is not inlined: inside the loop that
+/// computes the lanes, it would make the compiler process the lanes as eight scalars.
 #[inline(never)]
 fn at_most(lanes: &[f64; 8], limit: f64) -> u32 {
     let bits: [u64; 8] = std::array::from_fn(|lane| if lanes[lane] <= limit { 1 << lane } else { 0 });
     bits.iter().fold(0, |all, bit| all | bit) as u32
 }
 
-/// The lanes that are not below their limits, as a bit mask. Not inlined, for the reason given at [`at_most`].
+/// Returns the lanes that are not below their limits, as a bit mask. The function is not inlined, for the reason
+/// given at [`at_most`].
 #[inline(never)]
 fn not_below(lanes: &[f32; 8], limits: &[f32; 8]) -> u32 {
     let bits: [u32; 8] = std::array::from_fn(|lane| if lanes[lane] < limits[lane] { 0 } else { 1 << lane });
@@ -199,7 +200,7 @@ fn by_counting(given: &[u64], sorted: &mut [u64]) {
     }
 }
 
-/// The positions of the bits that are set, in ascending order.
+/// Iterates over the positions of the bits that are set, in ascending order.
 #[inline(always)]
 pub(crate) fn each_bit(mut bits: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(

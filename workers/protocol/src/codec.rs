@@ -1,8 +1,8 @@
 //! The codec: the only module that converts between values and bytes.
 //!
-//! Headers and small fields use bincode 2 with fixed-width little-endian integers. This is the layout of bincode 1, so the
-//! codec can be replaced. Large arrays use [`Bulk`]: a length and the raw little-endian memory of plain data, copied at
-//! memory speed.
+//! Headers and small fields use bincode 2 with fixed-width little-endian integers. bincode 1 has the same layout, so
+//! another implementation can replace the codec. Large arrays use [`Bulk`]: a length and the raw little-endian memory
+//! of plain data, copied at memory speed.
 //!
 //! Decoding does not trust its input:
 //! 1. The length of the frame is checked first.

@@ -2,6 +2,7 @@
 
 use bincode::{Decode, Encode};
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 /// A rank of the machine. Rank 0 is the coordinator, workers are `1..=p`.
 pub type Rank = u32;
@@ -22,23 +23,23 @@ impl NodeId {
     /// The largest level of a node: a path has 64 bits.
     pub const DEEPEST: u32 = 62;
 
-    /// The interior (`side` 0) or exterior (`side` 1) child.
+    /// Returns the interior (`side` 0) or exterior (`side` 1) child.
     #[must_use]
     pub fn child(self, side: usize) -> NodeId {
         NodeId(self.0 * 2 + side as u64)
     }
 
-    /// The parent, or `None` for the root.
+    /// Returns the parent, or `None` for the root.
     pub fn parent(self) -> Option<NodeId> {
         (self.0 > 1).then_some(NodeId(self.0 / 2))
     }
 
-    /// The side in the parent: 0 interior, 1 exterior.
+    /// Returns the side in the parent: 0 is interior, 1 is exterior.
     pub fn side(self) -> usize {
         (self.0 & 1) as usize
     }
 
-    /// Number of levels below the root.
+    /// Returns the number of levels below the root.
     pub fn level(self) -> u32 {
         self.0.ilog2()
     }
@@ -49,7 +50,8 @@ impl NodeId {
         a <= b && other.0 >> (b - a) == self.0
     }
 
-    /// The side of the child of `self` that is `other` or an ancestor of it. `other` must be a proper descendant.
+    /// Returns the side of the child of `self` that is `other` or an ancestor of it. `other` must be a proper
+    /// descendant.
     pub fn side_of(self, other: NodeId) -> usize {
         let shift = other.level() - self.level() - 1;
         ((other.0 >> shift) & 1) as usize
@@ -57,13 +59,14 @@ impl NodeId {
 }
 
 /// The phases of a run, in order. Reports separate the phases of the paper, the repair phases, and the phases of the
-/// machine itself.
+/// machine itself. Messages and records contain the number of a phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(into = "u8", try_from = "u8")]
 #[repr(u8)]
 pub enum Phase {
     /// Distribution of the points in blocks.
     Load,
-    /// Section 2 and 4.3 step 2: sphere separators, level by level.
+    /// Section 2, and step 2 of Section 4.3: sphere separators, level by level.
     Partition,
     /// Exchange of ghosts near separators (`triangulate` only).
     Halo,
@@ -140,12 +143,12 @@ impl Phase {
         Phase::Done,
     ];
 
-    /// The phase with this number, or `None`.
+    /// Returns the phase with this number, or `None`.
     pub fn from_number(n: u8) -> Option<Phase> {
         Phase::ALL.get(usize::from(n)).copied()
     }
 
-    /// The name in reports and traces.
+    /// Returns the name in reports and traces.
     pub fn name(self) -> &'static str {
         match self {
             Phase::Load => "load",
@@ -201,6 +204,25 @@ impl Phase {
     }
 }
 
+impl From<Phase> for u8 {
+    fn from(phase: Phase) -> u8 {
+        phase as u8
+    }
+}
+
+/// A number that is not the number of a phase.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("no phase has the number {0}")]
+pub struct PhaseNumberError(u8);
+
+impl TryFrom<u8> for Phase {
+    type Error = PhaseNumberError;
+
+    fn try_from(number: u8) -> Result<Self, PhaseNumberError> {
+        Phase::from_number(number).ok_or(PhaseNumberError(number))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -221,5 +243,6 @@ mod tests {
             assert_eq!(Phase::from_number(i as u8), Some(phase));
         }
         assert_eq!(Phase::from_number(99), None);
+        assert_eq!(Phase::try_from(99), Err(PhaseNumberError(99)));
     }
 }

@@ -127,17 +127,17 @@ pub struct Account {
 }
 
 impl Account {
-    /// The account of the members of `node` in `phase`.
+    /// Returns the account of the members of `node` in `phase`.
     pub fn member(phase: Phase, node: NodeId) -> Self {
         Account { role: Role::Member, phase, node }
     }
 
-    /// The account of the leader of `node` in `phase`.
+    /// Returns the account of the leader of `node` in `phase`.
     pub fn leader(phase: Phase, node: NodeId) -> Self {
         Account { role: Role::Leader, phase, node }
     }
 
-    /// The account of `node` in the bottom-up correction of the balls of its ancestor at `level`.
+    /// Returns the account of `node` in the bottom-up correction of the balls of its ancestor at `level`.
     pub fn pass(level: u32, node: NodeId) -> Self {
         Account { role: Role::Pass(level), phase: Phase::Neighbours, node }
     }
@@ -172,12 +172,12 @@ impl NodeKind {
         self as u64
     }
 
-    /// The kind of a number.
+    /// Returns the kind that `number` represents, or `None`.
     pub fn from_number(number: u64) -> Option<Self> {
         NodeKind::ALL.get(usize::try_from(number).ok()?).copied()
     }
 
-    /// The name of the kind in reports.
+    /// Returns the name of the kind in reports.
     pub fn name(self) -> &'static str {
         match self {
             NodeKind::Leaf => "leaf",
@@ -215,8 +215,8 @@ pub struct NodeFacts {
 }
 
 impl NodeFacts {
-    /// Adds the facts of another rank about the same node: maxima of facts that the leader states, sums of counts
-    /// over members.
+    /// Merges the facts of another rank about the same node: sums the counts of members, and takes the maximum of
+    /// every other fact.
     pub fn add(&mut self, o: &NodeFacts) {
         self.population = self.population.max(o.population);
         self.inside = self.inside.max(o.inside);
@@ -262,13 +262,14 @@ impl LedgerPart {
         entry.items = entry.items.max(items);
     }
 
-    /// The charges of the members of each node in a phase, in the order of the nodes.
+    /// Returns the charges of the members of each node in a phase, in the order of the nodes.
     pub fn members(&self, phase: Phase) -> impl Iterator<Item = (NodeId, &Charge)> {
         let all = Account::member(phase, NodeId(0))..=Account::member(phase, NodeId(u64::MAX));
         self.charges.range(all).map(|(account, charge)| (account.node, charge))
     }
 
-    /// The charges of the bottom-up correction: the level of the corrected balls' ancestor, the node, the charge.
+    /// Returns the charges of the bottom-up correction: the level of the corrected balls' ancestor, the node, the
+    /// charge.
     pub fn passes(&self) -> impl Iterator<Item = (u32, NodeId, &Charge)> {
         let charges = self.charges.range(Account::pass(0, NodeId(0))..);
         charges.filter_map(|(account, charge)| match account.role {
@@ -300,8 +301,8 @@ impl LedgerPart {
         tally
     }
 
-    /// Merges the part of another rank. Ranks work on one account in parallel: their work is added, their depth is
-    /// not.
+    /// Merges the part of another rank. Ranks work on one account in parallel, so their work is added, and their
+    /// depth is the maximum.
     pub fn merge(&mut self, other: &LedgerPart) {
         for (key, tally) in &other.rounds {
             self.rounds.entry(*key).or_default().add(tally);

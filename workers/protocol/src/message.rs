@@ -12,7 +12,7 @@ use crate::outcome::Outcome;
 use crate::tasks::TaskLog;
 
 pub use queries::{QueryBatch, ReplyBatch};
-pub use typed::{Choice, Fingerprint, SampleStars, SetCounts, SetDecision};
+pub use typed::{ChosenSupergraph, Fingerprint, SampleStars, SetCounts, SetDecision};
 
 /// The version of the protocol. It increases when the meaning or layout of a message changes.
 pub const PROTOCOL_VERSION: u16 = 8;
@@ -91,7 +91,7 @@ impl<P> Default for PointBatch<P> {
 }
 
 impl<P: Copy> PointBatch<P> {
-    /// Points in transit to their owners.
+    /// Creates a batch of points in transit to their owners.
     pub fn in_transit(ids: Vec<u64>, positions: Vec<P>) -> Self {
         PointBatch { ids: Bulk(ids), positions: Bulk(positions), ..PointBatch::default() }
     }
@@ -112,7 +112,7 @@ impl<P: Copy> PointBatch<P> {
         self.radii2.append(&mut other.radii2);
     }
 
-    /// Number of points.
+    /// Returns the number of points.
     pub fn len(&self) -> usize {
         self.ids.len()
     }
@@ -141,7 +141,7 @@ pub struct ListBatch<P> {
     pub points: PointBatch<P>,
 }
 
-/// A child subproblem, as the leader of its parent decided.
+/// A child subproblem, as decided by the leader of its parent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Child {
     /// Number of owned points.
@@ -165,7 +165,7 @@ pub enum Decision {
     Split([Child; 2]),
 }
 
-/// The summary of a subproblem, once its neighbourhoods are known.
+/// The summary of a subproblem: its owned points and their balls.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
 pub struct Summary<P> {
@@ -197,7 +197,13 @@ pub struct Merged {
 }
 
 impl Merged {
-    /// The union of two disjoint results.
+    /// Returns `true` if the result of a set of `population` points fulfils the three clauses of the certificate: every
+    /// point has a star, all stars agree, and exactly one point has no lexicographically smaller neighbour.
+    pub fn is_certified(&self, population: u64) -> bool {
+        self.stars == population && self.disagreements == 0 && self.minima == 1
+    }
+
+    /// Adds another result, disjoint from this one.
     pub fn join(&mut self, other: &Merged) {
         self.stars += other.stars;
         self.cells += other.cells;
@@ -220,13 +226,21 @@ pub const WANTED: f64 = 1.0;
 /// The radius that marks a gathered point that only the links of other stars contain.
 pub const OF_A_LINK: f64 = 0.0;
 
+/// Returns `true` if the radius marks a gathered point whose star is unresolved.
+pub fn is_wanted(radius: f64) -> bool {
+    radius > OF_A_LINK
+}
+
+/// The squared radius of a ball that is not known. The ball reaches every point.
+pub const UNKNOWN_RADIUS2: f64 = f64::INFINITY;
+
 /// The part of a worker in the picture: sampled points, one entry each, and the splits that the worker reports.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
 pub struct ViewPart<P> {
     /// Sampled owned points.
     pub points: PointBatch<P>,
-    /// The leaf of each.
+    /// The leaf of each sampled point.
     pub leaves: Bulk<u64>,
     /// Bit `l` is set if the point's ball meets the separator of its leaf's ancestor at level `l`.
     pub crossing: Bulk<u64>,
@@ -309,7 +323,7 @@ pub enum Body<P> {
     /// Leader to member: the decision on the attempt, with the boxes of both children.
     Decision {
         /// The decision.
-        verdict: Decision,
+        decision: Decision,
         /// Four corners, as in `Counts`; empty unless split.
         boxes: Bulk<P>,
     },
@@ -328,7 +342,7 @@ pub enum Body<P> {
     /// Worker to coordinator: the counts of its sampled stars.
     SampleStars(SampleStars),
     /// Coordinator to worker: the chosen supergraph.
-    Choice(Choice),
+    Choice(ChosenSupergraph),
     /// Ghosts for a subproblem that their balls reach. In the ghost layer these are the halo balls.
     Ghosts(PointBatch<P>),
     /// Points that may be neighbours of points in a subproblem, with the cells whose conflict regions meet it.
@@ -352,7 +366,7 @@ pub enum Body<P> {
     Items {
         /// The points.
         points: PointBatch<P>,
-        /// The sender's slot of each.
+        /// The sender's slot of each member.
         slots: Bulk<u32>,
     },
     /// Member to leader: the counts of its share of the set.
@@ -380,7 +394,7 @@ pub enum Body<P> {
         cells: Bulk<u32>,
         /// Number of points in conflict with each cell.
         counts: Bulk<u32>,
-        /// Positions in `points` of all these points.
+        /// Positions in `points` of the points in conflict.
         conflicts: Bulk<u32>,
     },
     /// Owner to the owners of neighbours: points that joined the independent set.
@@ -398,7 +412,7 @@ pub enum Body<P> {
     Region {
         /// Ids of the vertices.
         vertices: Bulk<u64>,
-        /// Number of points for each.
+        /// Number of points to add to the star of each vertex.
         counts: Bulk<u32>,
         /// All points.
         points: PointBatch<P>,
@@ -426,7 +440,7 @@ pub enum Body<P> {
     Selected {
         /// Ids of the members that joined.
         members: Bulk<u64>,
-        /// Number of undecided owned points at the start of each round, up to the last round with any.
+        /// Number of undecided owned points at the start of each round, up to the last round with an undecided point.
         undecided: Bulk<u64>,
     },
     /// Worker to coordinator, on request: edges of the supergraph as pairs of ids.
@@ -440,7 +454,7 @@ pub enum Body<P> {
 }
 
 impl<P> Body<P> {
-    /// The name of the kind in traces.
+    /// Returns the name of the kind in traces.
     pub fn kind(&self) -> &'static str {
         match self {
             Body::Start { .. } => "start",

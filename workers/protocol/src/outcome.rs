@@ -20,7 +20,7 @@ impl Outcome {
         self as u8
     }
 
-    /// The decision with this number, or `None`.
+    /// Returns the decision with this number, or `None`.
     pub fn from_number(n: u8) -> Option<Self> {
         [Outcome::Passed, Outcome::GatherUnresolved, Outcome::GatherAll, Outcome::Failed]
             .get(usize::from(n))

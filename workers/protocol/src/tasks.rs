@@ -1,15 +1,17 @@
 //! The record of tasks: the messages between leaves, independent of the number of workers.
 //!
-//! **Statement.** Tree, neighbourhoods, graph and stars are functions of points, seed and parameters. The messages
-//! between two workers are therefore a sum over the pairs of their leaves. A [`TaskLog`] holds the terms of this sum.
-//! One worker that runs the whole tree counts them. Given the placement of leaves on `p` workers, the terms determine
-//! the messages of that machine.
+//! **Statement.** The tree, the neighbourhoods, the graph and the stars are functions of the points, the seed and the
+//! parameters. The messages between two workers are therefore a sum over the pairs of their leaves. A [`TaskLog`]
+//! holds the terms of this sum. One worker that runs the whole tree counts them. Given the placement of leaves on `p`
+//! workers, the terms determine the messages of that machine.
 //!
 //! A leaf is identified by its position in the tree, from the interior to the exterior. A node is identified by its path
 //! ([`crate::ids::NodeId`]). Blocks are equal shares of the input in its order.
 
 use bincode::{Decode, Encode};
 use serde::{Deserialize, Serialize};
+
+use crate::ids::Phase;
 
 /// The samples of an attempt at a node: path, attempt, and pairs of a block and its number of samples.
 pub type SampleRow = (u64, u32, Vec<(u32, u32)>);
@@ -37,7 +39,7 @@ pub struct TaskLog {
     pub samples: Vec<SampleRow>,
     /// Balls or points that leave the path to their own leaf: phase, leaf, node reached, number of balls or points,
     /// entries of the lists found there, and distinct points in these lists.
-    pub reach: Vec<(u8, u32, u64, u64, u64, u64)>,
+    pub reach: Vec<(Phase, u32, u64, u64, u64, u64)>,
     /// Whether a sample chose the supergraph.
     pub chosen: bool,
     /// Edges of nearest neighbours that are sent to their other end: leaf, leaf of the other end, number.
@@ -47,24 +49,24 @@ pub struct TaskLog {
     /// leaf, the leaf of the point is the one before it. The leaves of a worker are consecutive. The number of
     /// workers that receive a point is therefore the number of its rows whose leaf and preceding leaf are on
     /// different workers.
-    #[serde(default)]
-    pub tellers: Vec<(u32, u32, u32, u64)>,
+    #[serde(default, rename = "tellers")]
+    pub senders: Vec<(u32, u32, u32, u64)>,
     /// Sums that two leaves must agree on: number of the check, both leaves, low and high half of the sum, pairs.
     pub agreement: Vec<(u32, u32, u32, u64, u64, u64)>,
     /// Proposals and objections between the stars of two leaves.
-    pub exchange: Vec<Said>,
+    pub exchange: Vec<SentCells>,
     /// Cells of each leaf.
     pub cells: Vec<u64>,
     /// Charges: phase, node, work, depth.
-    pub charges: Vec<(u8, u64, u64, u64)>,
+    pub charges: Vec<(Phase, u64, u64, u64)>,
 }
 
-/// Proposals or objections from the stars of one leaf to those of another in one step of splaying.
+/// Proposals or objections from the stars of one leaf to the stars of another in one step of splaying.
 #[derive(Clone, Debug, Default, PartialEq, Encode, Decode, Serialize, Deserialize)]
-pub struct Said {
+pub struct SentCells {
     /// The step of the phase.
     pub step: u32,
-    /// Whether these are objections. If not, they are proposals.
+    /// `true` for objections, `false` for proposals.
     pub objection: bool,
     /// The leaf of the sender.
     pub from: u32,

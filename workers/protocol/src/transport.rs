@@ -41,7 +41,7 @@ impl HostState {
     /// Returns `true` if the host is busy.
     ///
     /// # Errors
-    /// The error of a host that failed or was interrupted.
+    /// Returns the error of a host that failed or was interrupted.
     pub fn is_busy(self) -> Result<bool, TransportError> {
         match self {
             HostState::Idle => Ok(false),
@@ -56,7 +56,7 @@ impl HostState {
 pub struct Delivery<P> {
     /// Messages to the ranks of this host, in any order.
     pub inbox: Vec<Message<P>>,
-    /// Whether any rank of the machine sent a message or was busy. If not, the phase is over on all hosts.
+    /// Whether any rank of the machine sent a message or was busy. If `false`, the phase is over on all hosts.
     pub active: bool,
 }
 
@@ -86,7 +86,7 @@ pub enum TransportError {
 
 /// A way to move messages between the ranks of the machine.
 pub trait Transport<P> {
-    /// Number of ranks, including the coordinator.
+    /// Returns the number of ranks, including the coordinator.
     fn size(&self) -> u32;
 
     /// Ends a round: sends the messages of the host's ranks, and returns the messages to them.

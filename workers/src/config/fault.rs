@@ -55,7 +55,7 @@ pub enum Fault {
     HalveAlpha,
     /// Every separator is a sphere around one sample that contains a twentieth of the points. It is always accepted.
     SmallSphere,
-    /// A worker has one clock for all its subproblems, so that they wait for each other.
+    /// A worker has one clock for all its subproblems, so they wait for each other.
     OneClock,
     /// The radii within leaves are charged one step per point, not one per pair.
     FreeLoop,
@@ -83,7 +83,7 @@ impl Fault {
         (mixed >> 32).is_multiple_of(u64::from(every))
     }
 
-    /// The separator that replaces a drawn one, if the fault has one.
+    /// Returns the separator that replaces a drawn one, if this fault replaces separators.
     pub(crate) fn separator<P: Point>(self, samples: &[P]) -> Option<Separator<P>> {
         if self != Fault::SmallSphere {
             return None;
@@ -107,7 +107,7 @@ impl Fault {
         self == Fault::SmallSphere && inside > 0 && outside > 0
     }
 
-    /// The charge that replaces the true charge of the radii within leaves.
+    /// Returns the charge that replaces the true charge of the radii within leaves, if this fault replaces it.
     pub(crate) fn charge_of_radii(self, members: &[u32]) -> Option<Cost> {
         (self == Fault::FreeLoop).then(|| {
             let mut cost = Cost::ZERO;

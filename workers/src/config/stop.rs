@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use septet_protocol::transport::TransportError;
 
-/// A flag that the caller of a machine may raise. Ranks check it at every exchange and during long steps, and stop if
-/// it is raised.
+/// A flag that the caller of a machine may set. Ranks check it at every exchange and during long steps, and stop if
+/// it is set.
 #[derive(Clone, Debug, Default)]
 pub struct Stop(Option<Arc<AtomicBool>>);
 
@@ -16,15 +16,15 @@ impl Stop {
         Stop(flag)
     }
 
-    /// Returns `true` if the flag has been raised.
+    /// Returns `true` if the flag is set.
     pub fn is_raised(&self) -> bool {
         self.0.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 
-    /// Returns an error if the flag has been raised.
+    /// Checks the flag.
     ///
     /// # Errors
-    /// [`TransportError::Stopped`].
+    /// Returns [`TransportError::Stopped`] if the flag is set.
     pub fn check(&self) -> Result<(), TransportError> {
         if self.is_raised() { Err(TransportError::Stopped) } else { Ok(()) }
     }

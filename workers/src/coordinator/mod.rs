@@ -4,13 +4,13 @@
 //! point. In some phases it has further duties, which are here: it distributes the input, triangulates gathered stars,
 //! decides on certificates and collects the result.
 
+mod decision;
 mod region;
 mod share;
 mod source;
-mod verdict;
 
+pub(crate) use decision::decide;
 pub(crate) use region::Region;
-pub use share::{CellRows, Certificate, Choice, Counted, PieceRows, Selected, Share};
+pub use share::{CellRows, Certificate, Choice, MachineCounts, PieceRows, Selected, Share};
 pub use source::Source;
 pub(crate) use source::distribute;
-pub(crate) use verdict::judge;

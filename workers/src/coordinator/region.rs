@@ -7,14 +7,14 @@ use septet_geometry::incremental::{Incremental, insertion_order};
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Rank};
-use septet_protocol::message::{Body, PointBatch};
+use septet_protocol::message::{Body, PointBatch, UNKNOWN_RADIUS2, is_wanted};
 use septet_protocol::outcome::Outcome;
 
 use super::share::Certificate;
 use crate::machine::collectives::Reports;
 use crate::machine::context::Context;
 
-/// The points that the workers have sent in a gathering.
+/// The points that the ranks have sent in a gathering.
 #[derive(Debug)]
 pub(crate) struct Region<P> {
     points: PointBatch<P>,
@@ -28,7 +28,7 @@ impl<P> Default for Region<P> {
 }
 
 impl<P: Point> Region<P> {
-    /// Takes the points of a round. Once every worker has sent its points, triangulates them, and sends every unresolved
+    /// Takes the points of a round. Once every rank has sent its points, triangulates them, and sends every unresolved
     /// star its neighbours among them.
     pub(crate) fn receive(&mut self, cx: &mut Context<P>, outcome: Outcome, certificate: &mut Certificate) {
         let mut batches = cx.take(|m| match &mut m.body {
@@ -38,7 +38,7 @@ impl<P: Point> Region<P> {
         for points in &mut batches {
             self.points.append(points);
         }
-        if self.reports.complete(batches.len(), cx.config().workers) {
+        if self.reports.complete(batches.len(), cx.config().ranks()) {
             let points = std::mem::take(&mut self.points);
             let members = members_of(&points);
             certificate.note_gathered(reason(outcome), members.len() as u64);
@@ -63,13 +63,13 @@ struct Member {
     unresolved: bool,
 }
 
-/// The points of the region in the order of their ids, without duplicates. A point is unresolved if one of its copies is
-/// unresolved.
+/// Returns the points of the region in the order of their ids, without duplicates. A point is unresolved if one of
+/// its copies is unresolved.
 fn members_of<P: Point>(region: &PointBatch<P>) -> Vec<Member> {
     let mut places: BTreeMap<u64, Member> = BTreeMap::new();
     for at in 0..region.len() {
         let member = places.entry(region.ids[at]).or_insert(Member { at, unresolved: false });
-        member.unresolved |= region.radii2[at] > 0.0;
+        member.unresolved |= is_wanted(region.radii2[at]);
     }
     places.into_values().collect()
 }
@@ -108,7 +108,7 @@ fn reply<P: Point>(cx: &mut Context<P>, region: &PointBatch<P>, members: &[Membe
         batch.counts.push(around.len() as u32);
         for v in around {
             let at = members[v as usize].at;
-            batch.points.push(region.ids[at], region.positions[at], region.owners[at], f64::INFINITY);
+            batch.points.push(region.ids[at], region.positions[at], region.owners[at], UNKNOWN_RADIUS2);
         }
     }
     for (rank, Neighbourhoods { vertices, counts, points }) in batches {

@@ -49,10 +49,10 @@ pub struct Selected {
 
 /// The counts of the machine.
 #[derive(Clone, Debug, Default)]
-pub struct Counted {
+pub struct MachineCounts {
     /// The ledgers of all ranks.
     pub ledger: LedgerPart,
-    /// Number of workers whose ledgers have arrived.
+    /// Number of ranks whose ledgers have arrived.
     pub parts: u32,
     /// The record of tasks, if the run keeps one.
     pub tasks: Option<Box<TaskLog>>,
@@ -100,7 +100,7 @@ pub struct Share<P> {
     /// The independent set, if the task asks for one.
     pub selected: Selected,
     /// The counts.
-    pub counted: Counted,
+    pub counted: MachineCounts,
     /// The workers' parts of the picture, in the order of arrival.
     pub views: Vec<ViewPart<P>>,
     /// The certificate.
@@ -116,7 +116,7 @@ impl<P> Default for Share<P> {
             cells: CellRows::default(),
             edges: Vec::new(),
             selected: Selected::default(),
-            counted: Counted::default(),
+            counted: MachineCounts::default(),
             views: Vec::new(),
             certified: Certificate::default(),
             choice: Choice::default(),
@@ -141,7 +141,7 @@ impl<P: Point> Share<P> {
     /// Takes the results of a round.
     ///
     /// # Errors
-    /// Fails if a worker's ledger does not decode.
+    /// Fails if a ledger does not decode.
     pub(crate) fn receive(&mut self, cx: &mut Context<P>) -> Result<(), TransportError> {
         let with_leaves = cx.config().shown.with_leaves;
         let results = cx.take(|m| {

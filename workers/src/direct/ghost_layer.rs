@@ -42,7 +42,7 @@ use crate::direct::subdomain_triangulation::round_len;
 use crate::machine::context::Context;
 use crate::state::bits::ones;
 use crate::state::frame::{self, FrameOwners};
-use crate::state::subdomain::{Entry, Shared, Subdomain, Way};
+use crate::state::subdomain::{Shared, Subdomain, Way};
 use crate::state::table::Table;
 
 /// The radius of a halo ball, as a multiple of the distance between consecutive points.
@@ -78,7 +78,7 @@ pub(crate) struct GhostLayer {
 }
 
 impl GhostLayer {
-    /// The margin of each owned point.
+    /// Returns the margin of each owned point.
     pub(super) fn margins(&self) -> &[Margin] {
         &self.margins
     }
@@ -198,13 +198,7 @@ pub(crate) async fn ghost_layer<P: Point>(
             Body::Ghosts(points) => Some((m.node, std::mem::take(points))),
             _ => None,
         }) {
-            let start = match subdomain.entry(node, cx.rank()) {
-                Entry::Relay(holder) => {
-                    cx.send(holder, node, 0, Body::Ghosts(points));
-                    continue;
-                }
-                Entry::Here(start) => start,
-            };
+            let Some((start, points)) = subdomain.receive(cx, node, points, Body::Ghosts) else { continue };
             if start == subdomain.path().len() {
                 // The sender chose the points for this subdomain, so most of them stay.
                 table.reserve_ghosts(points.len());
@@ -287,7 +281,7 @@ mod tests {
         insertion_order(&points).into_iter().map(|i| points[i as usize]).collect()
     }
 
-    /// The radius of each point.
+    /// Returns the radius of each point.
     fn radii<P: Point>(points: &[P]) -> Vec<f64> {
         let mut gaps2 = Vec::new();
         let radius = |run: Run| {

@@ -50,7 +50,7 @@ use crate::direct::subdomain_triangulation::{SubdomainTriangulation, conflict_re
 use crate::machine::context::Context;
 use crate::state::bits::ones;
 use crate::state::ghosts::Ghosts;
-use crate::state::subdomain::{Entry, Shared, Subdomain, Way};
+use crate::state::subdomain::{Shared, Subdomain, Way};
 use crate::state::table::{IdHasher, Table};
 
 /// The points of a message, and the cells that require them.
@@ -140,13 +140,8 @@ pub(crate) async fn interface<P: Point>(
     let mut arrived = Vec::new();
     while cx.exchange().await? {
         for (node, batch) in take_batches(cx) {
-            let start = match subdomain.entry(node, cx.rank()) {
-                Entry::Relay(holder) => {
-                    cx.send(holder, node, 0, batch.into_body());
-                    continue;
-                }
-                Entry::Here(start) => start,
-            };
+            let received = subdomain.receive(cx, node, batch, CellBatch::into_body);
+            let Some((start, batch)) = received else { continue };
             let arrivals = router.forward(cx, &batch, start);
             for at in (0..batch.points.len()).filter(|&at| arrivals.contain(at)) {
                 table.arrive(&batch.points, at, cx.rank(), &mut arrived);
@@ -205,7 +200,7 @@ impl Arrivals {
 /// Sends points along the path of this rank. If one rank holds a child, it sends each point to that rank at most once.
 struct Router<'a, P> {
     subdomain: &'a Subdomain<P>,
-    /// The keys ([`sent_key`]) of points sent to children that one rank holds.
+    /// The keys ([`sent_key`]) of the points already sent to children that one rank holds.
     sent: HashSet<u64, BuildHasherDefault<IdHasher>>,
 }
 

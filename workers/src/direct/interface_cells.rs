@@ -44,10 +44,15 @@ pub(super) struct InterfaceCells<'a, P: Point> {
     margins: &'a [Margin],
     /// For each owned point, the rounded radius up to which its cells cross no separator.
     limits: Vec<f32>,
-    /// For each owned point and level, the radius of a ball that crosses no separator; -1 if there is no such ball, 0
-    /// before the radius is computed.
+    /// For each owned point and level, the radius of a ball that crosses no separator, [`NO_BALL`] or [`NOT_COMPUTED`].
     clearances: Vec<f64>,
 }
+
+/// A clearance that is not computed. Pages of zeros take no memory before they are used.
+const NOT_COMPUTED: f64 = 0.0;
+
+/// The clearance of a point around which every ball crosses the separator.
+const NO_BALL: f64 = -1.0;
 
 fn side_of(side: usize) -> Side {
     if side == 0 { Side::Interior } else { Side::Exterior }
@@ -68,8 +73,7 @@ impl<'a, P: Point> InterfaceCells<'a, P> {
         margins: &'a [Margin],
     ) -> Self {
         let limits = margins.iter().map(|margin| triangulation.radius_within(margin.free)).collect();
-        // Pages of zeros take no memory before they are used.
-        let clearances = vec![0.0; path.len() * margins.len()];
+        let clearances = vec![NOT_COMPUTED; path.len() * margins.len()];
         InterfaceCells { path, triangulation, positions, margins, limits, clearances }
     }
 
@@ -117,7 +121,7 @@ impl<'a, P: Point> InterfaceCells<'a, P> {
         (levels != 0).then_some(Outgoing { cell, levels, sent })
     }
 
-    /// Returns a bit for each owned vertex whose margins are both smaller than `across`, the diameter of the cell's
+    /// Returns a mask of the owned vertices whose margins are both smaller than `across`, the diameter of the cell's
     /// circumball. The other owned vertices have been sent to every worker whose region the circumball meets.
     #[inline]
     fn outside_margins(&self, across: f64, cell: &P::Cell) -> u8 {
@@ -128,20 +132,20 @@ impl<'a, P: Point> InterfaceCells<'a, P> {
         cell.as_ref().iter().enumerate().fold(0, |bits, (i, &v)| bits | u8::from(!is_inside(v)) << i)
     }
 
-    /// Returns a bit for each level whose separator a ball of diameter `across` may cross. The ball contains the owned
-    /// vertex `v`.
+    /// Returns a mask of the levels whose separators may cross a ball that has diameter `across` and contains the
+    /// owned vertex `v`.
     fn near_levels(&mut self, across: f64, v: u32) -> u64 {
         let levels = self.path.len();
         if levels == 1 {
-            // The margin of `v` has shown that the ball is near some separator, and there is only one.
+            // The margin of `v` shows that the ball is near a separator, and there is only one separator.
             return 1;
         }
         let clearances = &mut self.clearances[v as usize * levels..][..levels];
-        if clearances[0] == 0.0 {
+        if clearances[0] == NOT_COMPUTED {
             let x = self.positions[v as usize];
             for (clear, shared) in clearances.iter_mut().zip(self.path) {
                 let least = shared.split().separator().clearance(x);
-                *clear = if least > 0.0 { least } else { -1.0 };
+                *clear = if least > 0.0 { least } else { NO_BALL };
             }
         }
         // A diameter of NaN is not below the clearance, so the level counts as near.

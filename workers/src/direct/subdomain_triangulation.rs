@@ -7,7 +7,7 @@
 use septet_geometry::complex::INFINITE;
 use septet_geometry::conflict_region::ConflictRegion;
 use septet_geometry::incremental::{
-    FIRST_MARK, Incremental, KeptCells, STOP_CHECK_INTERVAL, facet_without, insertion_order, insertion_round,
+    Incremental, KeptCells, STOP_CHECK_INTERVAL, facet_without, insertion_order, insertion_round,
 };
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::ids::Phase;
@@ -20,15 +20,9 @@ use crate::state::bits::ones;
 use crate::state::cells::smallest_vertex;
 use crate::state::ghosts::Ghosts;
 use crate::state::link_arena::LinkArena;
+use crate::state::rows::{AdjacencyRows, HULL, INTERFACE};
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
-
-/// A neighbour entry in the rows of cells, which marks a facet on the hull.
-pub const HULL: u32 = u32::MAX;
-
-/// A neighbour entry in the rows of cells, which marks a neighbour that belongs to another worker. All cell indices are
-/// smaller.
-pub const SEAM: u32 = FIRST_MARK;
 
 /// The Delaunay triangulation of a worker's owned points and ghosts. The owned points are its first vertices, in the
 /// order of their local indices.
@@ -43,16 +37,6 @@ pub(crate) struct SubdomainTriangulation<P: Point> {
     kept: KeptCells,
     /// The counts of the owned stars; zero before the scan.
     merged: Merged,
-}
-
-/// The cells that belong to a worker.
-#[derive(Debug)]
-pub(crate) struct CellRows {
-    /// `2 (d + 1)` entries per cell: the vertices as local indices, then the neighbour opposite to each, which is a
-    /// cell index, [`HULL`] or [`SEAM`].
-    pub(crate) rows: Vec<u32>,
-    /// The indices of the cells with an entry [`HULL`] or [`SEAM`].
-    pub(crate) open: Vec<u32>,
 }
 
 /// This bit of an owned vertex is set when a finite cell of the vertex has been found.
@@ -71,9 +55,10 @@ fn note_vertices(vertices: &[u32], smallest: u32, finite: u8, seen: &mut [u8]) {
 }
 
 impl<P: Point> SubdomainTriangulation<P> {
-    /// Triangulates the owned points and the ghosts among `others`. The owned points have the indices below `owned`, in
-    /// insertion order. `others` are distinct local indices, and `more` is the number of further points to reserve
-    /// memory for. Returns `None` if all points lie in a plane, if there are too many, or if the run is stopped.
+    /// Triangulates the owned points and the ghosts among `others`. The owned points have the indices below `owned`,
+    /// in insertion order. `others` are distinct local indices, and `more` is the number of further points for which
+    /// memory is reserved. Returns `None` if all points lie in a plane, if there are too many, or if the run is
+    /// stopped.
     pub(super) fn new(positions: &[P], owned: u32, others: &[u32], more: usize, stop: &Stop) -> Option<Self> {
         let unordered: Vec<u32> = others.iter().copied().filter(|&v| v >= owned).collect();
         let at: Vec<P> = unordered.iter().map(|&v| positions[v as usize]).collect();
@@ -88,8 +73,8 @@ impl<P: Point> SubdomainTriangulation<P> {
     }
 
     /// Inserts late ghosts, given as local indices. Skips a ghost that would have no owned neighbour, because later
-    /// points cannot give it one. The exception is a ghost with a large cavity ([`Incremental::insert_if_adjacent`]). A
-    /// ghost that is already a vertex changes nothing. Returns early if the run is stopped.
+    /// points cannot give it one. The exception is a ghost with a large cavity ([`Incremental::insert_if_adjacent`]).
+    /// A ghost that is already a vertex does not change the triangulation. Returns early if the run is stopped.
     pub(super) fn add(&mut self, ghosts: &[u32], positions: &[P], stop: &Stop) {
         let points: Vec<P> = ghosts.iter().map(|&g| positions[g as usize]).collect();
         for (count, i) in insertion_order(&points).into_iter().enumerate() {
@@ -102,7 +87,7 @@ impl<P: Point> SubdomainTriangulation<P> {
         }
     }
 
-    /// Returns an upper bound of the circumradius of a finite cell, or NaN.
+    /// Returns an upper bound on the circumradius of a finite cell, or NaN.
     #[inline]
     pub(super) fn radius_bound(&self, slot: u32) -> f64 {
         self.delaunay.radius_bound(slot)
@@ -148,7 +133,7 @@ impl<P: Point> SubdomainTriangulation<P> {
         first.filter(|_| cells.is_live(slot))
     }
 
-    /// Returns the vertices of the cell in a slot as the kernel numbers them. These are the local indices of owned
+    /// Returns the vertices of the cell in a slot, in the kernel's numbering. These are the local indices of owned
     /// vertices; [`SubdomainTriangulation::to_local`] converts the others.
     #[inline]
     pub(super) fn vertices(&self, slot: u32) -> &P::Cell {
@@ -165,7 +150,7 @@ impl<P: Point> SubdomainTriangulation<P> {
     }
 
     /// Returns a region that contains every point in conflict with a cell, given by its slot and local indices. The
-    /// kernel already knows a rounded sphere, which is used if it is hardly larger than the exact one.
+    /// kernel already stores a rounded sphere, which is used if it is hardly larger than the exact one.
     pub(super) fn conflict_region(&self, slot: u32, cell: &P::Cell, positions: &[P]) -> ConflictRegion<P> {
         if self.radius_bound(slot) > self.delaunay.extent() / FINEST
             && let Some((centre, radius2)) = self.delaunay.ball(slot)
@@ -243,7 +228,7 @@ impl<P: Point> SubdomainTriangulation<P> {
         for &slot in others {
             let cell = self.vertices(slot);
             if cell.as_ref().iter().all(|&v| v >= self.owned) {
-                // The cell is in no owned star, so it may not exist in the triangulation of all points.
+                // The cell is in no owned star, so the triangulation of all points might not contain it.
                 continue;
             }
             let infinite = cell.as_ref().contains(&INFINITE);
@@ -268,12 +253,12 @@ impl<P: Point> SubdomainTriangulation<P> {
         self.merged
     }
 
-    /// Returns the cells that belong to this worker, as [`SubdomainTriangulation::scan`] found them.
-    pub(crate) fn into_rows(self) -> CellRows {
+    /// Returns the cells that [`SubdomainTriangulation::scan`] found to belong to this worker.
+    pub(crate) fn into_rows(self) -> AdjacencyRows {
         let SubdomainTriangulation { delaunay, ghosts, owned, kept, .. } = self;
         let local = |v: u32| if v < owned { v } else { ghosts[(v - owned) as usize] };
-        let (rows, open) = delaunay.into_rows(&kept, [SEAM, HULL], local);
-        CellRows { rows, open }
+        let (rows, open) = delaunay.into_rows(&kept, [INTERFACE, HULL], local);
+        AdjacencyRows::new(rows, open)
     }
 
     /// Returns the squared distance of every owned point to its nearest vertex, which is a neighbour.
@@ -316,8 +301,8 @@ impl<P: Point> SubdomainTriangulation<P> {
     }
 }
 
-/// The number of late ghosts to reserve memory for, as a multiple of `n^((d-1)/d)` for `n` owned points. Random points
-/// need slightly less. Reserved memory costs nothing before it is written.
+/// The number of late ghosts for which memory is reserved, as a multiple of `n^((d-1)/d)` for `n` owned points.
+/// Random points need slightly less. Reserved memory costs nothing before it is written.
 const LAYERS: f64 = 4.0;
 
 /// Triangulates the owned points and the ghosts that arrived. Returns no triangulation if there are no owned points, or
@@ -355,7 +340,7 @@ pub(crate) async fn triangulate_subdomain<P: Point>(
     Ok((triangulation, held))
 }
 
-/// Returns the number of late ghosts to reserve memory for.
+/// Returns the number of late ghosts for which memory is reserved.
 fn late_ghosts<P: Point>(owned: u32) -> usize {
     let layer = f64::from(owned).powf((P::DIM - 1) as f64 / P::DIM as f64);
     (LAYERS * layer) as usize
@@ -391,8 +376,8 @@ pub(super) fn round_len<P: Point>(points: &[P]) -> usize {
     points.partition_point(|p| insertion_round(p) <= round).max(1)
 }
 
-/// The first coordinates of points, relative to that of the first point and in single precision. Rounding preserves
-/// their order, and most of them fit into the caches of a core.
+/// The first coordinates of points, relative to the first point and in single precision. Rounding preserves their
+/// order, and most of them fit into the caches of a core.
 struct FirstCoordinates<'a, P> {
     positions: &'a [P],
     rounded: Vec<f32>,
@@ -443,9 +428,9 @@ mod tests {
     use septet_geometry::point::Simplex;
 
     use super::*;
-    use crate::state::cells::smallest_vertex;
+    use crate::state::cells::{first_coordinate, smallest_vertex};
 
-    /// The relative rounded coordinates give the same vertex as the exact ones.
+    /// Checks that relative rounded coordinates give the same vertex as exact ones.
     fn rounded_coordinates_find_the_smallest<P: Point>() {
         let near = |k: u32| 1.0 + f64::from(k) * f64::EPSILON;
         let firsts =
@@ -455,7 +440,7 @@ mod tests {
             (0..firsts.len()).flat_map(|i| [i as f64 % 3.0, 7.0].map(|rest| point(i, rest))).collect();
         let all = positions.len() as u32;
         let rounded = FirstCoordinates::new(&positions);
-        let exact = |v: u32| positions.get(v as usize).map_or(f64::INFINITY, |x| x.coord(0));
+        let exact = |v: u32| first_coordinate(&positions, v);
         let mut draw = septet_geometry::hash::Draw::new(5);
         for _ in 0..20_000 {
             let mut cell = P::Cell::splat(INFINITE);

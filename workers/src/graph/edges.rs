@@ -1,7 +1,7 @@
 //! The number and the hash of a supergraph's edges. Each edge counts once, at its lexicographically smaller end.
 //!
-//! **Work.** O(1) for each end of an edge. The smaller end is unpredictable for a processor, so the code hashes an edge
-//! at both ends without a branch and masks one of the hashes.
+//! **Work.** O(1) for each end of an edge. A processor cannot predict which end is smaller. The code therefore hashes
+//! an edge at both ends without a branch, and masks one of the hashes.
 
 use septet_geometry::hash::finalise;
 use septet_geometry::point::{Point, is_lex_smaller};

@@ -19,13 +19,13 @@ use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::ledger::Account;
-use septet_protocol::message::{Body, Message, PointBatch};
+use septet_protocol::message::{Body, Message, PointBatch, UNKNOWN_RADIUS2};
 use septet_protocol::transport::TransportError;
 
 use crate::machine::context::Context;
 use crate::machine::tasks::Reach;
 use crate::state::ghosts::Ghosts;
-use crate::state::subdomain::{Entry, Shared, Subdomain, Way};
+use crate::state::subdomain::{Shared, Subdomain, Way};
 use crate::state::table::Table;
 use crate::state::tree::{Split, Tree, owned_groups};
 
@@ -81,7 +81,7 @@ impl Routes {
     }
 }
 
-/// A walk of points through the part of the tree that one rank holds, with counts of its own.
+/// A walk of points through the part of the tree that one rank holds, with its own counts.
 struct GhostWalk<'a, P> {
     subdomain: &'a Subdomain<P>,
     rule: Supergraph,
@@ -114,7 +114,7 @@ impl<'a, P: Point> GhostWalk<'a, P> {
         let (subdomain, rule, shared_sweeps) = (self.subdomain, self.rule, &mut self.counts.shared);
         let reach = |level: usize, shared: &Shared<P>| {
             shared_sweeps[level].visit();
-            let max2 = |side: usize| shared.summaries().map_or(f64::INFINITY, |s| s[side].max_radius2);
+            let max2 = |side: usize| shared.summaries().map_or(UNKNOWN_RADIUS2, |s| s[side].max_radius2);
             [0, 1].map(|side| {
                 let is_own = x.own_leaf.is_some() && side == shared.mine();
                 is_own || reaches(rule, shared.split(), side, max2(side), x)
@@ -214,12 +214,8 @@ impl<'a, P: Point> GhostPush<'a, P> {
             Body::Ghosts(points) => Some((m.node, std::mem::take(points))),
             _ => None,
         }) {
-            let start = match self.subdomain.entry(node, cx.rank()) {
-                Entry::Relay(holder) => {
-                    cx.send(holder, node, 0, Body::Ghosts(points));
-                    continue;
-                }
-                Entry::Here(start) => start,
+            let Some((start, points)) = self.subdomain.receive(cx, node, points, Body::Ghosts) else {
+                continue;
             };
             let indices = table.intern_all(&points);
             // The task record contains owned points only.

@@ -3,13 +3,15 @@
 //! **Statement** (paper, Section 5: "obtain a maximal independent set of the graph"). The conflict graph is the density
 //! graph with alpha 1 for the radii in the input. Some points are in the set from the start ([`crate::config::Task`]),
 //! and their neighbours are out. In each round:
-//! 1. Every undecided point whose priority is smaller than those of all its undecided neighbours joins the set.
+//! 1. Every undecided point whose priority is smaller than the priorities of all its undecided neighbours joins the
+//!    set.
 //! 2. The neighbours of each point that joins are out.
 //!
-//! Priorities are a total order ([`priority`]), so the undecided point of smallest priority joins and the rounds end.
-//! Every point that is out is then adjacent to a point of the set. *The greedy algorithm in the order of priorities
-//! yields the same set.* Proof: by induction over that order, a point joins if and only if no neighbour of smaller
-//! priority joins. QED. The set and the number of rounds are therefore functions of the points, the radii and the seed.
+//! Priorities are a total order ([`priority`]), so at least the undecided point of smallest priority joins in every
+//! round, and the rounds end. At the end, every point that is out is adjacent to a point of the set. *The greedy
+//! algorithm in the order of priorities yields the same set.* Proof: by induction over that order, a point joins if
+//! and only if no neighbour of smaller priority joins. QED. The set and the number of rounds are therefore functions
+//! of the points, the radii and the seed.
 //!
 //! **Source.** Luby (1986). Blelloch, Fineman and Shun (2012): if the order is random and fixed before the first round,
 //! the number of rounds is `O(log^2 n)` with high probability. Fischer and Noever (2018) show `O(log n)`.
@@ -19,19 +21,20 @@
 //! ghost on the rank that owns `u`. The table names that rank. When a point joins or leaves, its rank informs the
 //! owners of its undecided ghosts.
 //!
-//! **Rounds of the machine.** One for the neighbours of the points that are in from the start. Then two for each round
-//! of the algorithm: one for the points that join, and one for the points that leave. The number of rounds does not
-//! depend on the number of workers.
+//! **Rounds of the machine.** The neighbours of the points that are in from the start take one round. Each round of
+//! the algorithm takes two: one for the points that join, and one for the points that leave. The number of rounds
+//! does not depend on the number of workers.
 //!
 //! **Work and depth.** A point that is undecided at the start of a round reads its list four times in the round. The
 //! first two reads decide whether it joins and inform its neighbours. The other two do the same for leaving. A pack
 //! removes decided points from the list of a leaf. The work is the number of edges of undecided points. The depth of
 //! each round is constant. Exclusive reads need a copy of a neighbour's state at each end of an edge. The step that
 //! informs the neighbours is the copy-scan that fills these copies. All leaves proceed in lockstep. A leaf with
-//! undecided points was charged for every earlier round, so the leaf that takes the most rounds is the longest chain.
+//! undecided points was charged for every earlier round, so the leaf that takes the most rounds determines the
+//! longest chain.
 //!
-//! **Departures.** Candidates are adjacent if they are closer than the *smaller* of their sizes ("The paper, as read"
-//! in ARCHITECTURE.md). The graph uses `<=`. The caller makes the comparison strict by passing the largest float below
+//! **Departures.** Candidates are adjacent if they are closer than the *smaller* of their sizes (the guide,
+//! "Section 5: point sets for meshes"). The graph uses `<=`. The caller makes the comparison strict by passing the largest float below
 //! the squared size as the squared radius.
 
 use std::collections::BTreeMap;
@@ -78,7 +81,7 @@ pub(crate) struct Selection {
     priorities: Vec<u64>,
     /// For each leaf, its owned points that are undecided at the start of the round.
     open: Vec<Vec<u32>>,
-    /// For each round, the number of owned points that were undecided at its start, while there were any.
+    /// The number of undecided owned points at the start of each round, up to the last round with an undecided point.
     undecided: Vec<u64>,
 }
 
@@ -225,7 +228,7 @@ impl Selection {
         }
     }
 
-    /// The first half of a round: points that precede all their undecided neighbours join.
+    /// Runs the first half of a round, in which points that precede all their undecided neighbours join the set.
     fn join<P: Point>(&mut self, cx: &mut Context<P>, points: &Points<P>) {
         let count: u64 = self.open.iter().map(|open| open.len() as u64).sum();
         if count > 0 {
@@ -247,7 +250,7 @@ impl Selection {
         self.settle(cx, points, halves, State::In);
     }
 
-    /// The second half of a round: neighbours of points in the set leave.
+    /// Runs the second half of a round, in which neighbours of points in the set leave.
     fn leave<P: Point>(&mut self, cx: &mut Context<P>, points: &Points<P>) {
         let halves = self.half(cx, points, State::Out, |leaf, open, lists, cost| {
             let states = &self.states;

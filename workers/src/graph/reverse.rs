@@ -198,7 +198,7 @@ struct Announcement<P: Point> {
     counts: Vec<u32>,
     /// The ids of the targets of all points.
     targets: Vec<u64>,
-    /// The point that was added last.
+    /// The last point added.
     last: Option<u32>,
 }
 

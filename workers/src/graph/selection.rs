@@ -1,19 +1,19 @@
-//! Selects the supergraph by a sample of stars if the user specifies no supergraph.
+//! Selects the supergraph by a sample of stars if the user does not specify one.
 //!
-//! **Statement.** A hash of the coordinates draws about a thousand points. Each sampled point searches the ball around
-//! it whose radius is six times the distance to the nearest point of its leaf. The points found include its nearest
-//! neighbour. A star of the sampled point is built from them. Let `r` be the distance to the nearest neighbour. The
-//! ball of radius `alpha r` certifies the star if and only if the star has no infinite facet and twice its largest
-//! circumradius is at most `alpha r`. The coordinator takes the first `alpha` of 2.5, 3, 4 and 6 for which at most 10 %
-//! of the sample are not certified. If there is no such `alpha`, it takes the graph of 48 nearest neighbours. The
-//! selection is independent of the number of workers.
+//! **Statement.** A hash of the coordinates draws about a thousand points. Each sampled point searches the ball
+//! around it whose radius is six times the distance to the nearest point of its leaf. The points found include its
+//! nearest neighbour. The star of the sampled point is built from these points. Let `r` be the distance to the
+//! nearest neighbour. The ball of radius `alpha r` certifies the star if and only if the star has no infinite facet
+//! and twice its largest circumradius is at most `alpha r`. The coordinator takes the first `alpha` of 2.5, 3, 4 and
+//! 6 for which at most 10 % of the sample are not certified. If there is no such `alpha`, it takes the graph of 48
+//! nearest neighbours. The selection is independent of the number of workers.
 //!
 //! The phase precedes the nearest-neighbour balls, because only some supergraphs need them for all points.
 //!
-//! **Work and depth.** At a leaf, the pairs of a sampled point and a point of the leaf. Then the descent
+//! **Work and depth.** All pairs of a sampled point and a point of its leaf, and the descent
 //! (`crate::neighbours::descent`). The stars of the sample are not charged.
 //!
-//! **Rounds.** Those of the descent, one for the reports to the coordinator, and one for its choice.
+//! **Rounds.** The rounds of the descent, one round for the reports to the coordinator, and one for its choice.
 //!
 //! **Departures.** The paper leaves `alpha` open. Measurements (`bench/README.md`) gave the limits of a tenth (not a
 //! fifth) and of 48 neighbours (not 64). Near a fifth, the uncertified stars and the stars that they disturb cost more
@@ -29,7 +29,7 @@ use septet_geometry::point::{Point, dist2};
 use septet_geometry::separator::{DrawKey, Sampler};
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Account;
-use septet_protocol::message::{self, Body, SampleStars};
+use septet_protocol::message::{Body, ChosenSupergraph, SampleStars};
 use septet_protocol::transport::TransportError;
 
 use crate::config::Wanted;
@@ -75,8 +75,8 @@ pub fn choose(wanted: Wanted, sample: u64, certified: &[u64], population: u64) -
     (Supergraph::Knn { k }, why)
 }
 
-/// Chooses the supergraph. Each worker samples stars and reports how many of them each alpha certifies. The coordinator
-/// sums the reports and broadcasts the supergraph. Only the coordinator's result contains the reason.
+/// Chooses the supergraph. Each rank samples stars and reports how many of them each alpha certifies. The coordinator
+/// sums the reports and sends the supergraph to every rank. Only the coordinator's result contains the reason.
 pub(crate) async fn choice<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -89,31 +89,28 @@ pub(crate) async fn choice<P: Point>(
     let mut descent = Descent::new(subdomain, search, &[]);
     descent.launch(cx, table, &balls, None);
     let mut samples = report_samples(cx, table, balls, &descent);
-    let (mut chosen, mut counts) = (None, SampleCounts::default());
+    let (mut chosen, mut why, mut counts) = (None, None, SampleCounts::default());
     while cx.exchange().await? {
         descent.receive(cx, table)?;
         samples = samples.and_then(|balls| report_samples(cx, table, balls, &descent));
         if cx.is_coordinator() {
-            chosen = counts.receive(cx, population).or(chosen);
+            why = counts.receive(cx, population).or(why);
         }
         let received = cx.take(|m| match m.body {
-            Body::Choice(message::Choice(rule)) => Some(rule),
+            Body::Choice(ChosenSupergraph(rule)) => Some(rule),
             _ => None,
         });
-        chosen = received.last().map(|&rule| Choice { supergraph: Some(rule), why: None }).or(chosen);
+        chosen = received.last().copied().or(chosen);
     }
     descent.finish(cx);
-    chosen.ok_or_else(|| {
-        let reason = if cx.is_coordinator() {
-            "not all workers reported their sampled stars"
-        } else {
-            "phase choice ended without a choice"
-        };
-        TransportError::WorkerFailed { rank: cx.rank(), reason: reason.to_string() }
-    })
+    if chosen.is_none() {
+        let reason = "phase choice ended before every rank had reported its sampled stars".to_string();
+        return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
+    }
+    Ok(Choice { supergraph: chosen, why })
 }
 
-/// The sums of the reports of all workers, on the coordinator.
+/// The sums of the reports of all ranks, on the coordinator.
 #[derive(Debug, Default)]
 struct SampleCounts {
     reports: Reports,
@@ -122,8 +119,9 @@ struct SampleCounts {
 }
 
 impl SampleCounts {
-    /// Adds the reports of a round. When all workers have reported, selects the supergraph and broadcasts it.
-    fn receive<P: Point>(&mut self, cx: &mut Context<P>, population: u64) -> Option<Choice> {
+    /// Adds the reports of a round. When all ranks have reported, selects the supergraph, sends it to every rank and returns
+    /// the reason.
+    fn receive<P: Point>(&mut self, cx: &mut Context<P>, population: u64) -> Option<String> {
         let reports = cx.take(|m| match &mut m.body {
             Body::SampleStars(counts) => Some(*counts),
             _ => None,
@@ -132,18 +130,18 @@ impl SampleCounts {
             self.sum.sampled += counts.sampled;
             self.sum.certified.iter_mut().zip(counts.certified).for_each(|(sum, count)| *sum += count);
         }
-        if !self.reports.complete(reports.len(), cx.config().workers) {
+        if !self.reports.complete(reports.len(), cx.config().ranks()) {
             return None;
         }
         let SampleStars { sampled, certified } = self.sum;
         let (supergraph, why) = choose(cx.config().graph.wanted, sampled, &certified, population);
-        cx.send_to_workers(|| Body::Choice(message::Choice(supergraph)));
-        Some(Choice { supergraph: Some(supergraph), why: Some(why) })
+        cx.send_to_all(|| Body::Choice(ChosenSupergraph(supergraph)));
+        Some(why)
     }
 }
 
-/// Samples owned points. The radius of a sampled ball is six times the distance to the nearest point of the leaf, which
-/// is at least the distance to the nearest point of all. It is infinite if the leaf contains no other point.
+/// Samples owned points. The radius of a sampled ball is six times the distance to the nearest point of the leaf,
+/// which is at least the distance to the nearest of all points. It is infinite if the leaf contains no other point.
 fn balls_of_sample<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -184,16 +182,14 @@ fn report_samples<P: Point>(
         return Some(balls);
     }
     let needed = needed_alphas(table, &balls, descent.complete());
-    let certified = ALPHAS.map(|a| needed.iter().filter(|&&t| t <= a).count() as u64);
+    let certified = ALPHAS.map(|a| needed.iter().flatten().filter(|&&t| t <= a).count() as u64);
     let counts = SampleStars { sampled: needed.len() as u64, certified };
-    if !cx.is_coordinator() {
-        cx.send_to_coordinator(Body::SampleStars(counts));
-    }
+    cx.send_to_coordinator(Body::SampleStars(counts));
     None
 }
 
-/// Returns, for each sampled star, the smallest alpha that certifies it, or infinity if the searched ball is too small.
-fn needed_alphas<P: Point>(table: &Table<P>, samples: &[Ball], sampled: &CompletedLists) -> Vec<f64> {
+/// Returns, for each sampled star, the smallest alpha that certifies it, or `None` if the searched ball is too small.
+fn needed_alphas<P: Point>(table: &Table<P>, samples: &[Ball], sampled: &CompletedLists) -> Vec<Option<f64>> {
     let mut builder = StarBuilder::default();
     let mut facets: Vec<P::Facet> = Vec::new();
     // Samples are in the order of their indices.
@@ -203,24 +199,24 @@ fn needed_alphas<P: Point>(table: &Table<P>, samples: &[Ball], sampled: &Complet
         let at = table.positions()[point as usize];
         let distances2 = candidates.iter().map(|&j| dist2(table.positions()[j as usize], at));
         let nearest2 = distances2.fold(f64::INFINITY, f64::min);
-        // A truncated list contains all points only up to its last one.
+        // A truncated list is complete only up to its last point.
         let is_whole = candidates.len() < MOST_CANDIDATES as usize;
         let known2 = if is_whole { radius2(point).unwrap_or(0.0) } else { farthest2 };
         if !builder.build(table.positions(), point, candidates, &mut Cost::default()) {
-            return f64::INFINITY;
+            return None;
         }
         facets.clear();
         builder.facets(&mut facets);
         let mut most2: f64 = 0.0;
         for facet in &facets {
             if facet.as_ref().contains(&INFINITE) {
-                return f64::INFINITY;
+                return None;
             }
-            let Some(cell) = finite_cell::<P>(point, facet) else { return f64::INFINITY };
+            let cell = finite_cell::<P>(point, facet)?;
             let corners: Vec<P> = cell.as_ref().iter().map(|&v| table.positions()[v as usize]).collect();
             most2 = most2.max(circumradius2(&corners));
         }
-        if 4.0 * most2 > known2 { f64::INFINITY } else { (4.0 * most2 / nearest2).sqrt() }
+        (4.0 * most2 <= known2).then(|| (4.0 * most2 / nearest2).sqrt())
     };
     sampled.iter().map(star).collect()
 }

@@ -11,7 +11,7 @@
 //!
 //! **Rounds.** Three for each shared level on the way down (counts, decision, points), and one on the way up.
 //!
-//! **Work and depth.** O(1) steps for each level. At the bottom, all pairs of each set, in O(1) steps.
+//! **Work and depth.** O(1) steps for each level, and O(1) steps for all pairs of each set at the bottom.
 
 use std::collections::BTreeMap;
 
@@ -28,7 +28,7 @@ use septet_protocol::transport::TransportError;
 use crate::config::SetRule;
 use crate::graph::sharing::{Crossing, Place, Sharing, counts_of, lead, set_rule};
 use crate::machine::context::Context;
-use crate::state::subdomain::{Shared, Subdomain, Unsplit, Way};
+use crate::state::subdomain::{Entry, Shared, Subdomain, Way};
 use crate::state::table::Table;
 use crate::state::tree::{Split, Tree};
 
@@ -223,7 +223,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         let mut cost = Cost::ZERO;
         let sum = self.count_members(shared.split(), members, &mut cost);
         cx.charge(Account::member(Phase::Sets, shared.id()), cost, members.len() as u64);
-        cx.send(shared.leader(), shared.id(), 0, Body::SetCounts(counts_of(sum)));
+        cx.contribute(shared.group(), 0, Body::SetCounts(counts_of(sum)));
     }
 
     /// Counts the members on each side, and the members on each side whose balls cross the separator.
@@ -258,7 +258,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         send_items(cx, leaving);
     }
 
-    /// Divides this rank's share of a set.
+    /// Divides this rank's share of a set. Items take one step of the path, because the next leader decides first.
     fn divide(&mut self, cx: &mut Context<P>, shared: &Shared<P>, members: &[u32], crossing: Crossing) {
         let (node, subdomain) = (shared.id(), self.subdomain);
         let level = subdomain.position(node);
@@ -266,15 +266,11 @@ impl<'a, P: Point> Recursion<'a, P> {
         let mut cost = Cost::ZERO;
         let places = cost.map(members, |&i| self.place(shared.split(), i));
         for (&item, place) in members.iter().zip(places) {
-            let mut stays = false;
-            for to in (0..2).filter(|&to| crossing.sends(place, to)) {
-                if to == shared.mine() && shared.goes_on() {
-                    stays = true;
-                } else {
-                    let (child, rank) = subdomain.beyond(Way { level, side: to }, cx.rank());
-                    self.send_item(item, node, Receiver { node: child, rank }, &mut leaving);
-                }
-            }
+            let reached = [0, 1].map(|side| crossing.sends(place, side));
+            let stays = shared.follow(reached, |side| {
+                let (child, rank) = subdomain.beyond(Way { level, side }, cx.rank());
+                self.send_item(item, node, Receiver { node: child, rank }, &mut leaving);
+            });
             if stays {
                 staying.push(item);
             } else {
@@ -325,11 +321,13 @@ impl<'a, P: Point> Recursion<'a, P> {
             self.items.extend(new.map(item));
             let last = self.items.len() as u32;
             self.members.entry(node).or_default().extend(first..last);
+            // A relay keeps its items, because their lists return by this rank.
+            if let Entry::Relay(holder) = self.subdomain.entry(node, cx.rank()) {
+                let members = self.members.remove(&node).unwrap_or_default();
+                self.hand_over(cx, node, holder, members);
+                continue;
+            }
             match self.subdomain.unsplit().filter(|end| end.node == node) {
-                Some(Unsplit { holder, .. }) if holder != cx.rank() => {
-                    let members = self.members.remove(&node).unwrap_or_default();
-                    self.hand_over(cx, node, holder, members);
-                }
                 // The other ranks of the group relay the members that they received in this step. Wait for them.
                 Some(_) if !self.agenda.delayed.contains_key(&node) => {
                     self.agenda.delayed.insert(node, self.agenda.step);

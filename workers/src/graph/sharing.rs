@@ -27,7 +27,7 @@ pub(crate) struct Place {
     pub(crate) crosses: bool,
 }
 
-/// The crossing points that belong to the sets of both children: those of both sides, or of one.
+/// The crossing points that belong to the sets of both children: the points of both sides, or of one side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Crossing {
     Both,

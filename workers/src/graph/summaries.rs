@@ -3,9 +3,9 @@
 //! **Statement.** Summaries go up the tree. The leader of a node joins the summaries of the two children and sends both
 //! summaries to the members of its group. The radii prune the separator sets. The smallest points seed the stars.
 //!
-//! **Rounds.** One for each shared level on the way up. The members receive the summaries one round after their leader.
-//! **Work and depth.** A reduction over the points of each leaf, and
-//! one over two children for each inner node.
+//! **Rounds.** One for each shared level on the way up. The members receive the summaries one round after their
+//! leader. **Work and depth.** One reduction over the points of each leaf, and one over the two children of each
+//! inner node.
 
 use septet_geometry::cost::Cost;
 use septet_geometry::point::{Point, lex_cmp};
@@ -31,7 +31,7 @@ pub(crate) async fn summaries<P: Point>(
     cx.enter(Phase::Summaries)?;
     frame::report(cx, table, subdomain.leaves(), frame);
     if let Some((root, own)) = own_summary(cx, subdomain, table) {
-        send_up(cx, subdomain, root, own);
+        cx.contribute_up(subdomain.groups(), root, Body::Summary(own));
     }
     let (mut reduction, mut owners) = (Reduction::default(), frame::FrameOwners::default());
     while cx.exchange().await? {
@@ -43,7 +43,7 @@ pub(crate) async fn summaries<P: Point>(
         let joined =
             reduction.join(subdomain.led(), arrived, |group, both, _| join_children(cx, group, both));
         for (node, own) in joined {
-            send_up(cx, subdomain, node, own);
+            cx.contribute_up(subdomain.groups(), node, Body::Summary(own));
         }
         for (node, children) in cx.take(|m| match &m.body {
             Body::Children(children) => Some((m.node, children.clone())),
@@ -91,14 +91,6 @@ fn own_summary<P: Point>(
         table.export(smallest, &mut point);
         (root, Summary { max_radius2, smallest: point })
     })
-}
-
-/// Sends the summary of a node to its parent's leader.
-fn send_up<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, node: NodeId, summary: Summary<P>) {
-    let parent = node.parent();
-    if let Some(shared) = subdomain.path().iter().find(|s| Some(s.id()) == parent) {
-        cx.send(shared.leader(), node, 0, Body::Summary(summary));
-    }
 }
 
 /// The cost of a node's summary.

@@ -7,8 +7,8 @@
 //!    their nearest neighbours.
 //! 3. *Sets* ([`crate::graph::separator_sets`]): the recursion of the paper.
 //!
-//! **Rounds.** Those of the rule, and one to collect the edges. **Work and depth.** By rule 1, all pairs of an owned
-//! point and a member of the same leaf.
+//! **Rounds.** The rounds of the rule, and one round to collect the edges. **Work and depth.** By rule 1, all pairs
+//! of an owned point and a member of the same leaf.
 
 use std::ops::Range;
 

@@ -18,7 +18,7 @@ pub struct Host<P: Point> {
 }
 
 impl<P: Point> Host<P> {
-    /// A host of workers of these ranks, which have not started.
+    /// Creates a host of the workers with these ranks, without starting them.
     pub fn new(ranks: impl Iterator<Item = Rank>, config: &Arc<WorkerConfig>, pool: &Pool) -> Self {
         let start = |rank| Running::start(rank, config.clone(), pool.clone(), work);
         Host { ranks: ranks.map(start).collect(), round: 0 }
@@ -34,7 +34,7 @@ impl<P: Point> Host<P> {
         self.ranks.iter().any(Running::busy)
     }
 
-    /// The current phase.
+    /// Returns the current phase.
     pub fn phase(&self) -> Phase {
         self.ranks.first().map_or(Phase::Done, Running::phase)
     }
@@ -42,7 +42,7 @@ impl<P: Point> Host<P> {
     /// Runs all ranks until their first exchange.
     ///
     /// # Errors
-    /// The error of the first rank that fails.
+    /// Returns the error of the first rank that fails.
     pub fn begin(&mut self) -> Result<Vec<Message<P>>, TransportError> {
         self.step()
     }

@@ -24,18 +24,18 @@ pub struct Group {
     pub child: Child,
 }
 
-/// The rank that leads a node: the coordinator for the root, else the lowest rank of the node's group.
+/// Returns the rank that leads a node: the coordinator for the root, otherwise the lowest rank of the node's group.
 pub(crate) fn leader(node: NodeId, first_rank: Rank) -> Rank {
     if node == NodeId::ROOT { COORDINATOR } else { first_rank }
 }
 
 impl Group {
-    /// The group of a node.
+    /// Creates the group of a node.
     pub(crate) fn new(node: NodeId, child: Child) -> Self {
         Group { node, leader: leader(node, child.first), child }
     }
 
-    /// The group of a child.
+    /// Creates the group of a child.
     pub(crate) fn below(self, side: usize, child: Child) -> Self {
         Group::new(self.node.child(side), child)
     }
@@ -45,7 +45,7 @@ impl Group {
         self.child.ranks == 1 || self.child.leaf
     }
 
-    /// The ranks of the group.
+    /// Returns the ranks of the group.
     pub(crate) fn members(&self) -> Range<Rank> {
         self.child.first..self.child.first + self.child.ranks
     }
@@ -59,9 +59,29 @@ impl<P: Point> Context<P> {
         }
     }
 
+    /// Sends each member of a group its own body, in the order of the ranks.
+    pub(crate) fn scatter(&mut self, group: &Group, bodies: impl IntoIterator<Item = Body<P>>) {
+        for (rank, body) in group.members().zip(bodies) {
+            self.send(rank, group.node, 0, body);
+        }
+    }
+
     /// Sends the contribution of a member to the leader of its group.
     pub(crate) fn contribute(&mut self, group: &Group, attempt: u32, body: Body<P>) {
         self.send(group.leader, group.node, attempt, body);
+    }
+
+    /// Sends the value of a node to the leader of its parent, one of the groups of `path`. Sends nothing for the root.
+    pub(crate) fn contribute_up<'a>(
+        &mut self,
+        path: impl IntoIterator<Item = &'a Group>,
+        node: NodeId,
+        body: Body<P>,
+    ) {
+        let parent = node.parent();
+        if let Some(group) = path.into_iter().find(|group| Some(group.node) == parent) {
+            self.send(group.leader, node, 0, body);
+        }
     }
 
     /// Sends a body about the whole set to the coordinator.
@@ -69,23 +89,23 @@ impl<P: Point> Context<P> {
         self.send(COORDINATOR, NodeId::ROOT, 0, body);
     }
 
-    /// Sends the same body about the whole set from the coordinator to every worker.
-    pub(crate) fn send_to_workers(&mut self, mut body: impl FnMut() -> Body<P>) {
-        for rank in 1..=self.config().workers {
+    /// Sends the same body about the whole set from the coordinator to every rank, itself included.
+    pub(crate) fn send_to_all(&mut self, mut body: impl FnMut() -> Body<P>) {
+        for rank in 0..self.config().ranks() {
             self.send(rank, NodeId::ROOT, 0, body());
         }
     }
 }
 
-/// Counts the reports of the workers at the coordinator.
+/// Counts the reports of all ranks, the coordinator included, at the coordinator.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Reports(u32);
 
 impl Reports {
-    /// Adds the reports of a round. Returns `true`, and starts again, if every one of `workers` has reported.
-    pub(crate) fn complete(&mut self, arrived: usize, workers: u32) -> bool {
+    /// Adds the reports of a round. Returns `true`, and starts again, if every one of `ranks` has reported.
+    pub(crate) fn complete(&mut self, arrived: usize, ranks: u32) -> bool {
         self.0 += arrived as u32;
-        let complete = self.0 == workers;
+        let complete = self.0 == ranks;
         if complete {
             self.0 = 0;
         }

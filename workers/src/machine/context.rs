@@ -1,9 +1,9 @@
 //! The machine as a rank sees it: one future per rank, one exchange per round.
 //!
 //! A rank is an `async fn`. It computes, queues messages with [`Context::send`], and awaits [`Context::exchange`].
-//! The exchange delivers the messages of the round. If no rank sent any, it returns `false`, and the phase is over on
-//! all ranks. A host polls its ranks in turn, and each runs until its next exchange. There is no other executor and
-//! no waker.
+//! The exchange delivers the messages of the round. If no rank sent a message, the exchange returns `false`, and the
+//! phase is over on all ranks. A host polls its ranks in turn, and each runs until its next exchange. There is no
+//! other executor and no waker.
 
 use std::cell::RefCell;
 use std::future::{Future, poll_fn};
@@ -55,7 +55,7 @@ pub struct Context<P: Point> {
 }
 
 impl<P: Point> Context<P> {
-    /// The rank.
+    /// Returns the rank.
     pub fn rank(&self) -> Rank {
         self.rank
     }
@@ -65,12 +65,12 @@ impl<P: Point> Context<P> {
         self.rank == COORDINATOR
     }
 
-    /// The parameters of the run. Clone the [`Arc`] to use them while the context changes.
+    /// Returns the parameters of the run. Clone the [`Arc`] to use them while the context changes.
     pub fn config(&self) -> &Arc<WorkerConfig> {
         &self.config
     }
 
-    /// The rank's own cores, if it has any.
+    /// Returns the rank's own cores, if it has any.
     pub fn pool(&self) -> &Pool {
         &self.pool
     }
@@ -80,12 +80,15 @@ impl<P: Point> Context<P> {
         map_in(&self.pool, items, f)
     }
 
-    /// The number of the current round: messages are stamped with it.
+    /// Returns the number of the current round, which every message carries.
     pub fn round(&self) -> u32 {
         self.out.round()
     }
 
-    /// Adds a cost to an account of the ledger. The account keeps the largest number of `items`.
+    /// Adds a cost to an account of the ledger: a phase, a node and a role. The account keeps the largest number of `items`.
+    ///
+    /// A cost does not name its primitives. It needs no name, because only the primitives of [`septet_geometry::cost`]
+    /// raise a cost, each by its own price ([`septet_geometry::cost::Primitive`]).
     pub fn charge(&mut self, account: Account, cost: Cost, items: u64) {
         self.ledger.charge(account, cost, items);
     }
@@ -110,7 +113,7 @@ impl<P: Point> Context<P> {
         self.recorder.is_some()
     }
 
-    /// The record of tasks, if the rank keeps one.
+    /// Returns the record of tasks, if the rank keeps one.
     pub(crate) fn recorder(&mut self) -> Option<&mut Recorder> {
         self.recorder.as_deref_mut()
     }
@@ -120,12 +123,12 @@ impl<P: Point> Context<P> {
         self.recorder.take().map(|mut recorder| recorder.finish())
     }
 
-    /// The ledger of the rank.
+    /// Returns the ledger of the rank.
     pub(crate) fn ledger(&self) -> &LedgerPart {
         &self.ledger
     }
 
-    /// The ledger of the rank, for a planted fault.
+    /// Returns the ledger of the rank, for changes by a planted fault.
     pub(crate) fn ledger_mut(&mut self) -> &mut LedgerPart {
         &mut self.ledger
     }
@@ -143,7 +146,7 @@ impl<P: Point> Context<P> {
         self.config.fault.map_or(Ok(()), |fault| fault.strike(self.rank, phase))
     }
 
-    /// The run, the rank and the round.
+    /// Returns the run, the rank and the round.
     pub fn site(&self) -> Site {
         self.out.site()
     }
@@ -163,8 +166,8 @@ impl<P: Point> Context<P> {
         self.exchange_if(false).await
     }
 
-    /// Ends the round like [`Context::exchange`]. If `pending`, this rank has more to do in the next round, although it may
-    /// have sent no message.
+    /// Ends the round like [`Context::exchange`]. If `pending` is `true`, this rank has more to do in the next round,
+    /// even if it has not sent a message.
     ///
     /// # Errors
     /// See [`Context::exchange`].
@@ -287,12 +290,12 @@ impl<'a, P: Point, T> Running<'a, P, T> {
         Running { rank, mailbox, program: Box::pin(program(context)), result: None }
     }
 
-    /// The rank.
+    /// Returns the rank.
     pub fn rank(&self) -> Rank {
         self.rank
     }
 
-    /// The current phase.
+    /// Returns the current phase.
     pub fn phase(&self) -> Phase {
         self.mailbox.borrow().phase
     }

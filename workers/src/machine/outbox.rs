@@ -19,7 +19,7 @@ pub struct Outbox<P> {
 }
 
 impl<P: Point> Outbox<P> {
-    /// An empty outbox.
+    /// Creates an empty outbox.
     pub fn new(run: u64, rank: Rank) -> Self {
         Outbox { run, rank, round: 0, sequence: 0, messages: Vec::new(), own: Vec::new() }
     }
@@ -29,12 +29,12 @@ impl<P: Point> Outbox<P> {
         self.round = round;
     }
 
-    /// The rank and the round.
+    /// Returns the rank and the round.
     pub fn site(&self) -> Site {
         Site { run: self.run, rank: self.rank, round: self.round }
     }
 
-    /// The round of new messages.
+    /// Returns the round of new messages.
     pub fn round(&self) -> u32 {
         self.round
     }
@@ -93,7 +93,7 @@ impl<P: Point> Outbox<P> {
     }
 }
 
-/// The number of points in a message.
+/// Returns the number of points in a message.
 fn points_in<P: Point>(body: &Body<P>) -> usize {
     match body {
         Body::Block(b) | Body::Move(b) | Body::Ghosts(b) | Body::Gather(b) => b.len(),

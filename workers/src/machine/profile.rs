@@ -1,8 +1,8 @@
 //! Traces of a run: `tracing` spans and events, which cost nothing without a subscriber.
 //!
 //! This module reads no clock and writes no output. The caller's subscriber does both; the subscriber of
-//! `septet::trace` writes Chrome's JSON. Every span and event carries the fields that identify it, so none depends on
-//! its parents. There are four targets, from coarse to fine:
+//! `septet::trace` writes Chrome's JSON. Every span and event carries the fields that identify it, so a subscriber
+//! does not need its parents. There are four targets, from coarse to fine:
 //!
 //! | target | level | span or event | fields |
 //! |---|---|---|---|
@@ -105,7 +105,7 @@ pub fn stage_span(run: u64, stage: &str) -> EnteredSpan {
     tracing::info_span!(target: PHASE, "stage", run, phase = stage).entered()
 }
 
-/// Traces messages that are sent.
+/// Traces the messages that a rank sends.
 pub fn sent<P: Point>(phase: Phase, messages: &[Message<P>]) {
     if tracing::enabled!(target: MESSAGE, Level::TRACE) {
         for message in messages {
@@ -114,7 +114,7 @@ pub fn sent<P: Point>(phase: Phase, messages: &[Message<P>]) {
     }
 }
 
-/// Traces messages that arrived.
+/// Traces the messages that a rank receives.
 pub fn received<P: Point>(phase: Phase, messages: &[Message<P>]) {
     if tracing::enabled!(target: MESSAGE, Level::TRACE) {
         for message in messages {

@@ -8,13 +8,13 @@ use septet_geometry::point::Point;
 use septet_geometry::selection::{Neighbour, NeighbourList};
 use septet_geometry::separator::{DrawKey, is_sample};
 use septet_protocol::ids::{NodeId, Phase};
-use septet_protocol::tasks::{Said, SampleRow, TaskLog};
+use septet_protocol::tasks::{SampleRow, SentCells, TaskLog};
 
 /// Number of blocks of the input. The record is exact for machines whose number of workers divides this number.
 pub const BLOCKS: u32 = 4096;
 
-/// The counts for a leaf and a node that is not on the path to the leaf. They are the balls or points of the leaf
-/// that reach the node, the entries of the lists found there, and the distinct points in these lists.
+/// The counts for a leaf and a node that is not on the path to the leaf: the balls or points of the leaf that reach
+/// the node, the entries of the lists found there, and the distinct points in these lists.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reaching {
     balls: u64,
@@ -80,15 +80,15 @@ impl Reach {
     }
 }
 
-/// The record while the run goes on.
+/// The record during the run.
 #[derive(Debug, Default)]
 pub(crate) struct Recorder {
     pub(crate) log: TaskLog,
     reverse: BTreeMap<(u32, u32), u64>,
-    tellers: BTreeMap<(u32, u32, u32), u64>,
-    reach: BTreeMap<(u8, u32, NodeId), Reaching>,
-    /// Cells, conflicts and ids of their points.
-    said: BTreeMap<Announcements, (u64, u64, BTreeSet<u64>)>,
+    senders: BTreeMap<(u32, u32, u32), u64>,
+    reach: BTreeMap<(Phase, u32, NodeId), Reaching>,
+    /// Numbers of cells and of conflicts, and the ids of the points in them.
+    sent: BTreeMap<Announcements, (u64, u64, BTreeSet<u64>)>,
     checks: u32,
 }
 
@@ -101,14 +101,14 @@ fn by_block(places: impl Iterator<Item = u32>, population: u64) -> Vec<(u32, u32
     counts.into_iter().collect()
 }
 
-/// The block of a position: the last block that begins at or before it.
+/// Returns the block of a position: the last block that begins at or before it.
 fn block_of(place: u32, population: u64) -> u32 {
     // Block b begins at floor(n b / B): the largest b with n b < (place + 1) B.
     let (n, b) = (u128::from(population.max(1)), u128::from(BLOCKS));
     (((u128::from(place) + 1) * b - 1) / n) as u32
 }
 
-/// The samples of one attempt at a node, by block.
+/// Counts, by block, the samples of one attempt at a node.
 pub(crate) fn record_samples<P: Point>(
     key: DrawKey,
     population: u64,
@@ -139,7 +139,7 @@ impl Recorder {
 
     pub(crate) fn reached(&mut self, phase: Phase, reached: Reached) {
         for ((leaf, node), here) in reached {
-            self.reach.entry((phase as u8, leaf, node)).or_default().join(here);
+            self.reach.entry((phase, leaf, node)).or_default().join(here);
         }
     }
 
@@ -154,13 +154,13 @@ impl Recorder {
         to.dedup();
         let mut before = from;
         for leaf in to.drain(..) {
-            *self.tellers.entry((from, leaf, before)).or_default() += 1;
+            *self.senders.entry((from, leaf, before)).or_default() += 1;
             before = leaf;
         }
     }
 
     /// Records a proposal or objection from a star of leaf `from` to a star of leaf `to`, with the points in conflict.
-    pub(crate) fn said(
+    pub(crate) fn sent(
         &mut self,
         (step, objection): (u32, bool),
         (from, to): (u32, u32),
@@ -168,7 +168,7 @@ impl Recorder {
         conflicts: u64,
     ) {
         if from != to {
-            let entry = self.said.entry((step, objection, from, to)).or_default();
+            let entry = self.sent.entry((step, objection, from, to)).or_default();
             entry.0 += 1;
             entry.1 += conflicts;
             entry.2.extend(named);
@@ -189,18 +189,18 @@ impl Recorder {
     pub(crate) fn finish(&mut self) -> TaskLog {
         let mut log = std::mem::take(&mut self.log);
         log.reverse = std::mem::take(&mut self.reverse).into_iter().map(|((a, b), n)| (a, b, n)).collect();
-        let tellers = std::mem::take(&mut self.tellers).into_iter();
-        log.tellers = tellers.map(|((from, to, before), n)| (from, to, before, n)).collect();
+        let senders = std::mem::take(&mut self.senders).into_iter();
+        log.senders = senders.map(|((from, to, before), n)| (from, to, before, n)).collect();
         let reach = std::mem::take(&mut self.reach);
-        let row = |((phase, leaf, node), here): ((u8, u32, NodeId), Reaching)| {
+        let row = |((phase, leaf, node), here): ((Phase, u32, NodeId), Reaching)| {
             (phase, leaf, node.0, here.balls, here.entries, here.points.len() as u64)
         };
         log.reach = reach.into_iter().map(row).collect();
-        let said = std::mem::take(&mut self.said).into_iter();
-        log.exchange = said
+        let sent = std::mem::take(&mut self.sent).into_iter();
+        log.exchange = sent
             .map(|((step, objection, from, to), (cells, conflicts, points))| {
                 let points = points.into_iter().collect();
-                Said { step, objection, from, to, cells, conflicts, points }
+                SentCells { step, objection, from, to, cells, conflicts, points }
             })
             .collect();
         log

@@ -7,13 +7,15 @@
 //!
 //! **Work and depth.** All pairs of points within each leaf, and the descents.
 //!
-//! **Rounds.** None for the radii within leaves. Then those of two descents, or those of the baseline's passes.
+//! **Rounds.** The radii within leaves need no messages. The two descents, or the passes of the baseline, take
+//! rounds.
 
 use septet_geometry::cost::Cost;
 use septet_geometry::neighbourhood::nearest_direct;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Account;
+use septet_protocol::message::UNKNOWN_RADIUS2;
 use septet_protocol::transport::TransportError;
 
 use crate::config::Correction;
@@ -35,7 +37,7 @@ pub(crate) async fn nearest_balls<P: Point>(
     table: &mut Table<P>,
 ) -> Result<(), TransportError> {
     leaf_radii(cx, subdomain, table).await?;
-    if cx.config().graph.correction == Correction::Naive {
+    if cx.config().graph.correction == Correction::BottomUp {
         return correct_bottom_up(cx, subdomain, table).await;
     }
     let nearest = |phase, probe| Search { phase, wanted: 1, probe, own_leaf: false };
@@ -89,14 +91,14 @@ pub(crate) fn large_balls<P>(leaves: &[Leaf<P>], radii2: &[f64]) -> Vec<Ball> {
     balls_above(leaves, radii2, punt_limit)
 }
 
-/// Returns the balls whose squared radius is infinite or exceeds the limit of their leaf.
+/// Returns the balls whose squared radius is unknown or exceeds the limit of their leaf.
 fn balls_above<P>(leaves: &[Leaf<P>], radii2: &[f64], limit2: impl Fn(&[f64]) -> f64) -> Vec<Ball> {
     let mut balls = Vec::new();
     for (at, leaf) in leaves.iter().enumerate() {
         let radii2 = &radii2[leaf.indices()];
         let limit2 = limit2(radii2);
         for (point, &radius2) in leaf.owned().zip(radii2) {
-            if radius2 > limit2 || radius2 == f64::INFINITY {
+            if radius2 > limit2 || radius2 == UNKNOWN_RADIUS2 {
                 balls.push(Ball { point, leaf: at, radius2 });
             }
         }

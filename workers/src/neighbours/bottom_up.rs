@@ -6,10 +6,10 @@
 //!
 //! **Source.** The divide-and-conquer algorithm that Frieze, Miller and Teng (1993) accelerate.
 //!
-//! **Work and depth.** A node of height `h` needs a descent of up to `h` levels. The nodes on the way up follow one
-//! after another. The depth is O(log^2 n) in total. One descent of all balls from the root takes O(log n) and yields
-//! the same radii. Balls do not need the punt ([`crate::neighbours::descent`]), because they have shrunk at lower nodes
-//! before they meet many leaves.
+//! **Work and depth.** A node of height `h` needs a descent of up to `h` levels. The nodes on a path to the root
+//! follow in sequence, so the total depth is O(log^2 n). One descent of all balls from the root takes O(log n) and
+//! yields the same radii. Balls do not need the punt ([`crate::neighbours::descent`]), because they have shrunk at
+//! lower nodes before they meet many leaves.
 //!
 //! **Rounds.** One pass of messages for each shared level, the deepest level first. With `h'` shared levels, a pass
 //! takes up to `2 h'` rounds.

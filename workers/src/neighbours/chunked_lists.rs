@@ -34,7 +34,7 @@ struct Run {
 }
 
 impl ChunkedLists {
-    /// Reserves capacity for `runs` more runs.
+    /// Reserves capacity for `runs` further runs.
     pub(crate) fn reserve(&mut self, runs: usize) {
         self.runs.reserve(runs);
     }

@@ -2,8 +2,8 @@
 //!
 //! **Statement** (paper, Section 4.3). Each ball starts with the points found in its own leaf. All balls descend from
 //! the root together. A ball that crosses a separator continues on both sides, as two replicas. A leaf replies with
-//! those of its points that lie inside the ball. The replies of the replicas are combined on the way up. The
-//! construction of the tree, the way down and the way up are three passes over the `h` levels, `3 h` steps in total.
+//! its points that lie inside the ball. The replies of the replicas are combined on the way up. The construction of
+//! the tree, the way down and the way up are three passes over the `h` levels, `3 h` steps in total.
 //!
 //! **Source.** Frieze, Miller and Teng (1993).
 //!
@@ -49,7 +49,7 @@ use crate::neighbours::router::{QueryRouter, Replica};
 use crate::neighbours::search::{Ball, Search};
 use crate::neighbours::tallies::{NodeCharge, Tallies};
 use crate::neighbours::walk::{MovingBall, SearchSpace};
-use crate::state::subdomain::{Entry, Subdomain, Way};
+use crate::state::subdomain::{Subdomain, Way};
 use crate::state::table::Table;
 
 /// The number of balls that one task walks.
@@ -152,8 +152,8 @@ impl<'a, P: Point> Descent<'a, P> {
         self.tallies.visit(node, both);
     }
 
-    /// Sends the balls of owned points down the tree. `known` contains, for each leaf, the nearest points of its points
-    /// within the leaf. It is `None` if they were not searched.
+    /// Sends the balls of owned points down the tree. `known` contains, for each leaf, the nearest points of its
+    /// points within the leaf. `known` is `None` if these points were not searched.
     pub(crate) fn launch(
         &mut self,
         cx: &mut Context<P>,
@@ -282,7 +282,7 @@ impl<'a, P: Point> Descent<'a, P> {
         for (from, batch) in replies {
             let unasked = || TransportError::BadMessage {
                 from,
-                reason: "the reply names a query that was not asked".into(),
+                reason: "the reply names a query that was not sent".into(),
             };
             self.on_reply(table, batch).ok_or_else(unasked)?;
         }
@@ -308,11 +308,9 @@ impl<'a, P: Point> Descent<'a, P> {
         message: QueryMessage<P>,
         router: &mut QueryRouter<P>,
     ) {
-        let start = match self.subdomain.entry(message.node, cx.rank()) {
-            Entry::Relay(holder) => return self.relay(cx, message, holder),
-            Entry::Here(start) => start,
-        };
-        let QueryMessage { from, batch, .. } = message;
+        let (subdomain, node) = (self.subdomain, message.node);
+        let received = subdomain.receive(cx, node, message, |message| self.relayed(message));
+        let Some((start, QueryMessage { from, batch, .. })) = received else { return };
         let walked = self.walk_batch(cx, table, start, &batch);
         let index = self.received.len() as u32;
         let mut groups =
@@ -361,9 +359,9 @@ impl<'a, P: Point> Descent<'a, P> {
         walked
     }
 
-    /// Relays queries to the rank that holds their node, because the group of the node could not split it.
-    fn relay(&mut self, cx: &mut Context<P>, message: QueryMessage<P>, holder: Rank) {
-        let QueryMessage { from, node, batch } = message;
+    /// Returns the queries that this rank relays to the rank that holds their node. The replies return through this rank.
+    fn relayed(&mut self, message: QueryMessage<P>) -> Body<P> {
+        let QueryMessage { from, batch, .. } = message;
         let mut relayed = batch.clone();
         let queries = batch.slots.len();
         let index = self.received.len() as u32;
@@ -379,7 +377,7 @@ impl<'a, P: Point> Descent<'a, P> {
                 list: ListChain::EMPTY,
             });
         }
-        cx.send(holder, node, 0, Body::Query(relayed));
+        Body::Query(relayed)
     }
 
     /// Adds the lists of a reply to the pending balls. Converts the lists to local indices in their received storage.

@@ -76,7 +76,7 @@ pub(crate) struct LaunchInput<'a> {
     pub(crate) largest2: &'a [f64],
 }
 
-/// For each leaf, the largest squared radius of its balls.
+/// Returns, for each leaf, the largest squared radius of its balls.
 pub(crate) fn largest_balls<P>(leaves: &[Leaf<P>], balls: &[Ball]) -> Vec<f64> {
     let mut largest2 = vec![0.0; leaves.len()];
     for ball in balls {

@@ -5,7 +5,8 @@
 //! probe passes on only the radius that it found. The descent finds the points of the probe again, so each leaf
 //! contributes to a list once.
 //!
-//! **Work and depth.** All pairs of points within each leaf, and the descents. **Rounds.** Those of two descents.
+//! **Work and depth.** All pairs of points within each leaf, and the descents. **Rounds.** The rounds of two
+//! descents.
 
 use septet_geometry::cost::Cost;
 use septet_geometry::kd_blocks::KdBlocks;

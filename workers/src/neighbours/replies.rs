@@ -56,7 +56,7 @@ impl ReceivedQueries {
         self.outstanding == 0 && !self.slots.is_empty()
     }
 
-    /// Takes the reply. `marks` contains [`NONE`] for each point of the table, before and after.
+    /// Takes the reply. `marks` contains [`NONE`] for each point of the table, before and after the call.
     pub(crate) fn take<P: Point>(&mut self, table: &Table<P>, marks: &mut [u32]) -> ReplyBatch<P> {
         let lists = std::mem::take(&mut self.lists);
         let (groups, slots) = (std::mem::take(&mut self.groups), std::mem::take(&mut self.slots));

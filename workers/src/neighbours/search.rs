@@ -17,7 +17,7 @@ pub(crate) struct Search {
 }
 
 /// The ball of an owned point.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Ball {
     /// The owned point.
     pub(crate) point: u32,

@@ -49,7 +49,7 @@ impl<'a, P: Point> SearchSpace<'a, P> {
     }
 }
 
-/// A walk of balls through the part of the tree that one rank holds, with counts of its own.
+/// A walk of balls through the part of the tree that one rank holds, with its own counts.
 pub(crate) struct BallWalk<'a, P: Point> {
     subdomain: &'a Subdomain<P>,
     owned_points: &'a CoordinateArrays<P>,

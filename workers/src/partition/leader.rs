@@ -27,7 +27,7 @@ pub const MAX_ATTEMPTS: u32 = 8;
 /// A plan for the placement of nodes on ranks: the number of leaves below each node.
 pub type Plan = BTreeMap<NodeId, u32>;
 
-/// Returns the hash of a separator, which the facts of its node contain.
+/// Returns the hash of a separator, which is part of the facts of its node.
 pub fn separator_hash<P: Point>(separator: &Separator<P>) -> u64 {
     let mut h = 0u64;
     for word in separator.to_array() {
@@ -129,7 +129,7 @@ pub(crate) fn draw<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32) -
 
 /// Decides on an attempt at a node from the counts that arrived: accepts the separator, retries, or leaves the node
 /// unsplit. Sends the decision to the members, and the plans of the children to their leaders.
-pub(crate) fn judge<P: Point>(
+pub(crate) fn decide<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
     attempt: u32,
@@ -171,9 +171,12 @@ pub(crate) fn judge<P: Point>(
         facts.inside = inside;
         facts.kind = kind;
         facts.separator = separator.as_ref().map_or(0, separator_hash);
-        send_plan(cx, node, children, plan);
+        send_plan(cx, group, children, plan);
     }
-    cx.broadcast(group, attempt, || Body::Decision { verdict: decision.clone(), boxes: Bulk(boxes.clone()) });
+    cx.broadcast(group, attempt, || Body::Decision {
+        decision: decision.clone(),
+        boxes: Bulk(boxes.clone()),
+    });
     decision
 }
 
@@ -198,17 +201,18 @@ fn place(group: &Group, population: [u64; 2], plan: &Plan, config: &WorkerConfig
 }
 
 /// Sends the plan of each child to the child's leader.
-fn send_plan<P: Point>(cx: &mut Context<P>, node: NodeId, children: &[Child; 2], plan: &Plan) {
-    for (side, child) in children.iter().enumerate() {
-        let id = node.child(side);
-        if child.leaf || child.ranks < 2 {
+fn send_plan<P: Point>(cx: &mut Context<P>, group: &Group, children: &[Child; 2], plan: &Plan) {
+    for (side, &child) in children.iter().enumerate() {
+        let below = group.below(side, child);
+        if below.is_whole() {
             continue;
         }
-        let below = plan.iter().filter(|(n, _)| id.contains(**n) && **n != id);
-        let (nodes, leaves): (Vec<u64>, Vec<u32>) = below.map(|(n, l)| (n.0, *l)).unzip();
+        let id = below.node;
+        let planned = plan.iter().filter(|(n, _)| id.contains(**n) && **n != id);
+        let (nodes, leaves): (Vec<u64>, Vec<u32>) = planned.map(|(n, l)| (n.0, *l)).unzip();
         if !nodes.is_empty() {
             let body = Body::Plan { nodes: Bulk(nodes), leaves: Bulk(leaves) };
-            cx.send(child.first, id, 0, body);
+            cx.contribute(&below, 0, body);
         }
     }
 }
@@ -235,7 +239,7 @@ pub(crate) struct Accepted<'a, P> {
     pub(crate) separator: &'a Separator<P>,
 }
 
-/// Records the facts of a node that one rank holds alone, in the form in which leaders record those of shared nodes.
+/// Records the facts of a node that one rank holds alone, in the form that leaders use for shared nodes.
 pub(crate) fn enter_facts<P: Point>(
     facts: &mut NodeFacts,
     population: u64,

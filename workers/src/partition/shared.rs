@@ -27,7 +27,7 @@ use septet_protocol::transport::TransportError;
 use crate::config::{Task, WorkerConfig};
 use crate::coordinator::{Source, distribute};
 use crate::machine::context::Context;
-use crate::partition::leader::{Plan, draw, is_leaf, judge, separator_of};
+use crate::partition::leader::{Plan, decide, draw, is_leaf, separator_of};
 use crate::partition::local::{Builder, Grown};
 use crate::state::subdomain::{Group, Shared, Subdomain, Subtree, Unsplit};
 use crate::state::table::Table;
@@ -40,7 +40,7 @@ pub(crate) struct Input<P> {
     pub(crate) population: u64,
     /// Points that span the space.
     pub(crate) frame: PointBatch<P>,
-    /// The block of this rank; empty on the coordinator.
+    /// The block of this rank; empty unless the rank is a member of the root's group.
     pub(crate) block: PointBatch<P>,
 }
 
@@ -52,7 +52,8 @@ pub(crate) async fn load<P: Point>(
     let mut input = Input { population: 0, frame: PointBatch::default(), block: PointBatch::default() };
     if let Some(source) = source {
         cx.enter(Phase::Load)?;
-        (input.population, input.frame) = distribute(cx, source);
+        let root = root(cx.config(), source.population());
+        distribute(cx, source, &root);
     }
     while cx.exchange().await? {
         let starts = cx.take(|m| match &mut m.body {
@@ -73,19 +74,19 @@ pub(crate) async fn load<P: Point>(
     Ok(input)
 }
 
-/// Splits the points of all ranks until each rank has its subdomain. Returns the subdomain and the table of its points.
+/// Splits the points of all ranks until each rank has its subdomain. `group` is the group of the root. Returns the
+/// subdomain and the table of its points.
 ///
 /// The coordinator leads the root's group without being a member of it, so it has no share of the points. Its part ends
 /// when the group has agreed on the root.
 pub(crate) async fn partition<P: Point>(
     cx: &mut Context<P>,
-    population: u64,
+    mut group: Group,
     points: PointBatch<P>,
     mut plan: Plan,
 ) -> Result<(Subdomain<P>, Table<P>), TransportError> {
     cx.enter(Phase::Partition)?;
     let (mut path, mut led, mut unsplit) = (Vec::new(), Vec::new(), None);
-    let mut group = root(cx.config(), population);
     let mut share = group.members().contains(&cx.rank()).then_some(points);
     if let (Some(points), false) = (&share, group.is_whole()) {
         send_samples(cx, &group, 0, points);
@@ -123,8 +124,8 @@ pub(crate) async fn partition<P: Point>(
     Ok((Subdomain::new(path, unsplit, subtree, led), table.unwrap_or_default()))
 }
 
-/// The group of the root: all workers, led by the coordinator.
-fn root(config: &WorkerConfig, population: u64) -> Group {
+/// Creates the group of the root: all workers, led by the coordinator.
+pub(crate) fn root(config: &WorkerConfig, population: u64) -> Group {
     let leaf = is_leaf(config, NodeId::ROOT, population);
     Group::new(NodeId::ROOT, Child { population, first: 1, ranks: config.workers, leaf })
 }
@@ -168,7 +169,7 @@ async fn agree<P: Point>(
         };
         // The leader receives the numbers of points on both sides.
         cx.next_round().await?;
-        let decision = drawn.map(|drawn| judge(cx, group, attempt, drawn, plan));
+        let decision = drawn.map(|drawn| decide(cx, group, attempt, drawn, plan));
         // The members receive the decision.
         cx.next_round().await?;
         let Some(points) = &share else {
@@ -180,12 +181,12 @@ async fn agree<P: Point>(
         };
         plan.extend(take_plan(cx));
         let (decision, boxes) = cx.take_one(|m| match &mut m.body {
-            Body::Decision { verdict, boxes } => Some((verdict.clone(), std::mem::take(&mut boxes.0))),
+            Body::Decision { decision, boxes } => Some((decision.clone(), std::mem::take(&mut boxes.0))),
             _ => None,
         })?;
         match (decision, counted, boxes.as_slice()) {
             (Decision::Retry, _, _) => send_samples(cx, group, attempt + 1, points),
-            (Decision::Split(children), Some(Counted { separator, sides }), &[a, b, c, d]) => {
+            (Decision::Split(children), Some(CountedSides { separator, sides }), &[a, b, c, d]) => {
                 let split = Split::new(separator, [(a, b), (c, d)]);
                 return Ok(Some(Agreed { children, part: Some(Part { split, sides }) }));
             }
@@ -252,7 +253,7 @@ fn send_samples<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32, poin
 }
 
 /// A separator, and the sides of a member's points.
-struct Counted<P> {
+struct CountedSides<P> {
     separator: Separator<P>,
     /// The side of each point.
     sides: Vec<u8>,
@@ -265,7 +266,7 @@ fn count_sides<P: Point>(
     group: &Group,
     attempt: u32,
     points: &PointBatch<P>,
-) -> Result<Option<Counted<P>>, TransportError> {
+) -> Result<Option<CountedSides<P>>, TransportError> {
     let words = cx.take_one(|m| match &mut m.body {
         Body::Sphere(words) => Some(std::mem::take(&mut words.0)),
         _ => None,
@@ -282,7 +283,7 @@ fn count_sides<P: Point>(
     let [a, b] = counted.boxes;
     let boxes = Bulk(vec![a.0, a.1, b.0, b.1]);
     cx.contribute(group, attempt, Body::Counts { inside, outside, boxes });
-    Ok(Some(Counted { separator, sides: counted.of }))
+    Ok(Some(CountedSides { separator, sides: counted.of }))
 }
 
 fn take_moves<P: Point>(cx: &mut Context<P>) -> Vec<PointBatch<P>> {
@@ -444,13 +445,13 @@ pub(crate) fn sides_of<P: Point>(separator: &Separator<P>, points: &[P], cost: &
     Sides { of: sides, inside, boxes }
 }
 
-/// The smaller of two numbers, in one instruction.
+/// Returns the smaller of two numbers, in one instruction.
 #[inline]
 fn less(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// The larger of two numbers, in one instruction.
+/// Returns the larger of two numbers, in one instruction.
 #[inline]
 fn more(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }

@@ -1,8 +1,10 @@
 //! The program of every rank: one async function for each task, with a line for each phase.
 //!
-//! The coordinator runs the same functions with an empty table and an empty place in the tree. It leads the root.
-//! Phases in which it has a duty of its own ask [`Context::is_coordinator`] ([`crate::coordinator`]).
+//! The coordinator runs the same functions. It leads the root. Phases in which it has a duty of its own ask
+//! [`Context::is_coordinator`] ([`crate::coordinator`]). It owns no points, because the group of the root has only the
+//! workers ([`root`]). No phase relies on this.
 
+mod certify;
 mod ground;
 mod independent;
 mod simulate;
@@ -16,7 +18,7 @@ use crate::config::Task;
 use crate::coordinator::{Share, Source};
 use crate::machine::context::Context;
 use crate::partition::leader::Plan;
-use crate::partition::shared::{Input, load, partition};
+use crate::partition::shared::{Input, load, partition, root};
 use crate::result::collect::collect_counts;
 use ground::Ground;
 use independent::independent_set;
@@ -50,14 +52,22 @@ async fn run<P: Point>(
 ) -> Result<Share<P>, TransportError> {
     let cx = &mut cx;
     let Input { population, frame, block } = load(cx, source).await?;
-    let (subdomain, table) = partition(cx, population, block, plan).await?;
+    let group = root(cx.config(), population);
+    let (subdomain, table) = partition(cx, group, block, plan).await?;
     if cx.config().until == Some(Phase::Partition) {
         return collect_counts(cx, Share::default()).await;
     }
-    let ground = Ground { subdomain, table, frame, population };
+    finish(cx, Ground { subdomain, table, frame, population }).await
+}
+
+/// The task of the run, after the partition.
+async fn finish<P: Point>(cx: &mut Context<P>, ground: Ground<P>) -> Result<Share<P>, TransportError> {
     match cx.config().task {
         Task::Independent { fixed } => independent_set(cx, ground, fixed).await,
         Task::Delaunay if cx.config().counted => simulate(cx, ground).await,
         Task::Delaunay => triangulate(cx, ground).await,
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -5,6 +5,7 @@ use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 use septet_protocol::transport::TransportError;
 
+use super::certify::certify;
 use super::ground::Ground;
 use crate::config::{Correction, Wanted};
 use crate::coordinator::{Choice, Share};
@@ -14,8 +15,8 @@ use crate::graph::supergraph::supergraph;
 use crate::machine::context::Context;
 use crate::neighbours::balls::nearest_balls;
 use crate::neighbours::lists::nearest_lists;
-use crate::result::certify::{Instance, certify};
 use crate::result::collect::{collect_cells, collect_counts};
+use crate::result::merge::Instance;
 use crate::stars::hulls::local_hulls;
 
 /// Computes nearest-neighbour balls, the supergraph in separator sets, local hulls, the certificate and the cells.
@@ -38,7 +39,7 @@ pub(super) async fn simulate<P: Point>(
     };
     // Graphs of k nearest neighbours do not use nearest-neighbour balls.
     let k = if let Supergraph::Knn { k } = rule { Some(k) } else { None };
-    if k.is_none() || cx.config().graph.correction == Correction::Naive {
+    if k.is_none() || cx.config().graph.correction == Correction::BottomUp {
         nearest_balls(cx, &subdomain, &mut table).await?;
     }
     summaries(cx, &mut subdomain, &mut table, &mut frame).await?;

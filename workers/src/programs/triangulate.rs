@@ -4,6 +4,7 @@ use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::transport::TransportError;
 
+use super::certify::certify;
 use super::ground::Ground;
 use crate::config::Wanted;
 use crate::coordinator::Share;
@@ -11,8 +12,8 @@ use crate::direct::ghost_layer::ghost_layer;
 use crate::direct::interface::{insert, interface};
 use crate::direct::subdomain_triangulation::triangulate_subdomain;
 use crate::machine::context::Context;
-use crate::result::certify::{Instance, certify};
 use crate::result::collect::collect_cells;
+use crate::result::merge::Instance;
 use crate::stars::owned::Stars;
 
 /// The supergraph whose crossings pictures show if the run does not use a supergraph.

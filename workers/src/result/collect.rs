@@ -9,16 +9,16 @@ use septet_protocol::message::Body;
 use septet_protocol::transport::TransportError;
 
 use crate::coordinator::Share;
-use crate::direct::subdomain_triangulation::{CellRows, SEAM};
 use crate::graph::independent::Selection;
 use crate::machine::context::Context;
-use crate::result::certify::{Certified, Instance};
-use crate::result::merge::{OwnedCells, Results, classify};
+use crate::result::certified::Certified;
+use crate::result::merge::{Instance, OwnedCells, Results, classify};
 use crate::result::view::send_view;
 use crate::stars::owned::{Stars, StarsView};
 use crate::state::bits::ones;
 use crate::state::cells::finite_cell;
 use crate::state::ghosts::Ghosts;
+use crate::state::rows::{AdjacencyRows, INTERFACE};
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 use crate::state::tree::Leaf;
@@ -44,9 +44,7 @@ pub(crate) async fn collect_selected<P: Point>(
     share: Share<P>,
 ) -> Result<Share<P>, TransportError> {
     cx.enter(Phase::Collect)?;
-    if !cx.is_coordinator() {
-        cx.send_to_coordinator(selection.into_message(table, fixed));
-    }
+    cx.send_to_coordinator(selection.into_message(table, fixed));
     collect(cx, share).await
 }
 
@@ -62,7 +60,7 @@ pub(crate) async fn collect_cells<P: Point>(
 ) -> Result<Share<P>, TransportError> {
     cx.enter(Phase::Collect)?;
     let Instance { population, supergraph } = certified.instance();
-    if certified.has_passed() && !cx.is_coordinator() {
+    if certified.has_passed() {
         if cx.config().shown.view > 0 {
             add_picture_data(&mut table, &mut stars);
             let results = Results::new(subdomain, StarsView::new(&table, &stars), supergraph);
@@ -84,9 +82,8 @@ async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<S
     cx.exchange_if(true).await?;
     if cx.is_coordinator() {
         share.receive(cx)?;
-    } else {
-        send_ledger(cx);
     }
+    send_ledger(cx);
     while cx.exchange().await? {
         if cx.is_coordinator() {
             share.receive(cx)?;
@@ -94,7 +91,6 @@ async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<S
     }
     if cx.is_coordinator() {
         cx.enter(Phase::Done)?;
-        share.counted.ledger.merge(cx.ledger());
     }
     Ok(share)
 }
@@ -188,10 +184,11 @@ fn send_subdomain<P: Point>(
     table: Table<P>,
     mut stars: Stars<P>,
 ) {
-    let CellRows { rows, open } = match stars.take_triangulation() {
+    let cells = match stars.take_triangulation() {
         Some(triangulation) => triangulation.into_rows(),
         None => rows_of_links(StarsView::new(&table, &stars)),
     };
+    let (rows, open) = cells.into_parts();
     let body = Body::Piece {
         leaf: subdomain.leaves().first().map_or(NodeId::ROOT, Leaf::id).0,
         ids: Bulk(table.into_ids()),
@@ -202,8 +199,8 @@ fn send_subdomain<P: Point>(
 }
 
 /// Returns the cells that belong to this rank, from links. Matches facets to find neighbours. A facet without a match
-/// gets the entry [`SEAM`], although it may be on the hull.
-fn rows_of_links<P: Point>(view: StarsView<'_, P>) -> CellRows {
+/// gets the entry [`INTERFACE`], although it may be on the hull.
+fn rows_of_links<P: Point>(view: StarsView<'_, P>) -> AdjacencyRows {
     let table = view.table();
     let mut cells = Vec::new();
     for vertex in table.owned() {
@@ -224,7 +221,7 @@ fn rows_of_links<P: Point>(view: StarsView<'_, P>) -> CellRows {
         })
         .collect();
     facets.sort_unstable();
-    let mut neighbours = vec![SEAM; cells.len()];
+    let mut neighbours = vec![INTERFACE; cells.len()];
     for pair in facets.chunk_by(|a, b| a.0 == b.0) {
         if let &[(_, a), (_, b)] = pair {
             neighbours[a as usize] = b / corners as u32;
@@ -232,10 +229,10 @@ fn rows_of_links<P: Point>(view: StarsView<'_, P>) -> CellRows {
         }
     }
     let across = || neighbours.chunks_exact(corners);
-    let open = (0..).zip(across()).filter(|(_, across)| across.contains(&SEAM)).map(|(cell, _)| cell);
+    let open = (0..).zip(across()).filter(|(_, across)| across.contains(&INTERFACE)).map(|(cell, _)| cell);
     let rows = cells.chunks_exact(corners).zip(across());
-    CellRows {
-        rows: rows.flat_map(|(cell, across)| cell.iter().chain(across)).copied().collect(),
-        open: open.collect(),
-    }
+    AdjacencyRows::new(
+        rows.flat_map(|(cell, across)| cell.iter().chain(across)).copied().collect(),
+        open.collect(),
+    )
 }

@@ -14,20 +14,18 @@ use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::measure::Diameters;
 use septet_geometry::point::Point;
-use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Merged, Message};
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
-use crate::coordinator::judge;
-use crate::direct::subdomain_triangulation::SubdomainTriangulation;
-pub use crate::direct::subdomain_triangulation::{HULL, SEAM};
+use crate::coordinator::decide;
 use crate::machine::collectives::{Reduction, Rising};
 use crate::machine::context::Context;
 use crate::stars::check::Agreement;
 use crate::stars::owned::StarsView;
-use crate::state::cells::{smallest_vertex, star_cell};
+use crate::state::cells::{first_coordinate, smallest_vertex, star_cell};
 use crate::state::subdomain::{Group, Subdomain};
 use crate::state::tree::{Tree, owned_groups};
 
@@ -61,6 +59,15 @@ impl<'a, P: Point> Results<'a, P> {
     }
 }
 
+/// Properties of the run that are equal on all ranks.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Instance {
+    /// The number of points of all ranks.
+    pub(crate) population: u64,
+    /// The supergraph of the stars.
+    pub(crate) supergraph: Supergraph,
+}
+
 /// One pass of splaying and certificate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pass {
@@ -68,8 +75,8 @@ pub(crate) struct Pass {
     pub(crate) number: u32,
     /// The last round of splaying in which this rank sent a message; 0 if it sent none.
     pub(crate) rounds: u32,
-    /// The number of points of all ranks.
-    pub(crate) population: u64,
+    /// The run.
+    pub(crate) instance: Instance,
 }
 
 impl Pass {
@@ -111,8 +118,8 @@ pub(crate) struct MergedResult {
 }
 
 impl MergedResult {
-    /// Returns the decision of the coordinator, the cells that belong to this rank, and the merged result of all ranks.
-    /// The latter is empty except on the coordinator.
+    /// Returns the decision of the coordinator, the cells that belong to this rank, and the merged result of all
+    /// ranks. The merged result is empty except on the coordinator.
     pub(crate) fn into_parts(self) -> (Outcome, OwnedCells, Merged) {
         (self.outcome, self.owned_cells, self.whole)
     }
@@ -121,14 +128,15 @@ impl MergedResult {
 /// Merges the results of all ranks. The coordinator decides on the merged result and broadcasts its decision.
 pub(crate) async fn merge<P: Point>(
     cx: &mut Context<P>,
-    results: Results<'_, P>,
+    subdomain: &Subdomain<P>,
+    view: StarsView<'_, P>,
     agreement: &Agreement,
     pass: Pass,
 ) -> Result<MergedResult, TransportError> {
     cx.enter(Phase::Merge)?;
-    let subdomain = results.subdomain;
+    let results = Results::new(subdomain, view, pass.instance.supergraph);
     let mut owned_cells = OwnedCells::default();
-    let leaves = match results.view.stars().triangulation().map(SubdomainTriangulation::merged) {
+    let leaves = match view.merged() {
         Some(own) => vec![own],
         None => merge_leaves(cx, results, pass, &mut owned_cells.facets),
     };
@@ -147,9 +155,9 @@ pub(crate) async fn merge<P: Point>(
             .join(subdomain.led(), arrived, |group, both, sent| join_results(cx, pass, group, both, sent));
         for (node, own) in root.map(|own| (NodeId::ROOT, own)).into_iter().chain(joined) {
             if node == NodeId::ROOT && cx.is_coordinator() {
-                let decision = judge(own, pass.population, pass.number);
-                cx.send_to_workers(|| Body::Outcome(decision));
-                (outcome, whole) = (Some(decision), own);
+                let decision = decide(own, pass.instance.population, pass.number);
+                cx.send_to_all(|| Body::Outcome(decision));
+                whole = own;
             } else {
                 send_up(cx, subdomain, node, own);
             }
@@ -157,12 +165,8 @@ pub(crate) async fn merge<P: Point>(
         outcome = take_outcome(cx).or(outcome);
     }
     let outcome = outcome.ok_or_else(|| {
-        let reason = if cx.is_coordinator() {
-            "not all results reached the root"
-        } else {
-            "it received no decision on the certificate"
-        };
-        TransportError::WorkerFailed { rank: cx.rank(), reason: reason.to_string() }
+        let reason = "phase merge ended without a decision on the certificate".to_string();
+        TransportError::WorkerFailed { rank: cx.rank(), reason }
     })?;
     Ok(MergedResult { outcome, owned_cells, whole })
 }
@@ -243,11 +247,10 @@ fn joined(both: [Merged; 2]) -> (Cost, Merged) {
 
 /// Sends the result of a node to the leader of its parent. Sends the result of the root to rank 0.
 fn send_up<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, node: NodeId, merged: Merged) {
-    let Some(parent) = node.parent() else {
-        return cx.send(COORDINATOR, node, 0, Body::Merged(merged));
-    };
-    if let Some(shared) = subdomain.path().iter().find(|s| s.id() == parent) {
-        cx.send(shared.leader(), node, 0, Body::Merged(merged));
+    if node == NodeId::ROOT {
+        cx.send_to_coordinator(Body::Merged(merged));
+    } else {
+        cx.contribute_up(subdomain.groups(), node, Body::Merged(merged));
     }
 }
 
@@ -348,7 +351,7 @@ impl FacetClass {
 #[inline]
 pub(super) fn classify<P: Point>(positions: &[P], vertex: u32, facet: &P::Facet) -> FacetClass {
     let cell = star_cell::<P>(vertex, facet);
-    let first = |v: u32| positions.get(v as usize).map_or(f64::INFINITY, |x| x.coord(0));
+    let first = |v: u32| first_coordinate(positions, v);
     let is_smallest = smallest_vertex(positions, cell.as_ref(), first) == vertex;
     let is_finite = facet.as_ref().iter().all(|&v| v != INFINITE);
     FacetClass { is_smallest, is_finite }

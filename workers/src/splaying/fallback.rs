@@ -43,9 +43,7 @@ pub(crate) async fn gather<P: Point>(
         // the cell in the next pass of splaying.
         agreement.disagreements().iter().map(|d| d.holder).collect()
     };
-    if !cx.is_coordinator() {
-        cx.send_to_coordinator(Body::Gather(region(table, stars, &open)));
-    }
+    cx.send_to_coordinator(Body::Gather(region(table, stars, &open)));
     let (mut gathered, mut whole) = (Vec::new(), Region::default());
     while cx.exchange().await? {
         if cx.is_coordinator() {

@@ -49,7 +49,7 @@ pub(super) struct Pending<P: Point> {
 }
 
 impl<P: Point> Pending<P> {
-    /// Starts with gathered points.
+    /// Starts with the points that stars received from a gathering, and without messages of other stars.
     pub(super) fn new(gathered: Vec<GatheredPoint>) -> Self {
         Pending { proposals: Vec::new(), objections: Objections::default(), gathered }
     }
@@ -165,7 +165,7 @@ impl<P: Point> StepOutput<P> {
         let mut record = |is_objection: bool, message: Proposal<P::Cell>, witnesses: &[u32]| {
             let between = (leaf_number(leaves, message.from), leaf_number(leaves, message.to));
             let named = message.cell.as_ref().iter().chain(witnesses).map(|&v| table.ids()[v as usize]);
-            recorder.said((round - 1, is_objection), between, named, witnesses.len() as u64);
+            recorder.sent((round - 1, is_objection), between, named, witnesses.len() as u64);
         };
         for &proposal in &self.proposals {
             record(false, proposal, &[]);

@@ -24,7 +24,8 @@
 //! **Rounds.** None if the paper's hypothesis holds; about `0.6 log2 n` on uniform sets (measured). After `6 log2 n` rounds,
 //! rank 0 gathers the open regions ([`crate::splaying::fallback`]). This limits time; correctness does not depend on it.
 //!
-//! **Work and depth.** All stars perform their steps in parallel. [`crate::splaying::step`] has the cost of one.
+//! **Work and depth.** All stars perform their steps in parallel. [`crate::splaying::step`] states the cost of one
+//! step.
 //!
 //! **Departure.** All stars step together, whether they are on one rank or on several. The messages of a step do not depend on
 //! the owners of the stars. Work and depth are therefore independent of the number of ranks. One step takes one round.

@@ -6,8 +6,8 @@
 //! rejects a proposed cell that it still lacks, with witnesses: the points of its link in the circumsphere of the cell.
 //!
 //! **Work and depth.** Let a star with `l` facets receive `m` cells, add `q` points and change by `c` facets. It
-//! sorts the cells. It sweeps over the link for each cell and each point. It sweeps over its points for each cell
-//! that it rejects or lost. It sweeps over its messages for each of these cells and for each gained cell. This takes
+//! sorts the cells and sweeps over the link for each cell and each point. For each cell that it rejects or lost, it
+//! sweeps over its points and its messages. For each cell that it gained, it sweeps over its messages. This takes
 //! O((m + q) l + m log m + c m) work and O(m + q + c) depth.
 
 #[cfg(test)]

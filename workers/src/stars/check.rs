@@ -13,7 +13,7 @@
 //! other vertex. It therefore suffices to check the pairs (smallest vertex, other vertex). Every rank sums a 128-bit
 //! hash of the cell over the pairs in its own stars. One sum covers the pairs in the stars of smallest vertices, the
 //! other covers the pairs in the stars of the other vertices. The two sums over pairs of owned vertices must be
-//! equal. For the pairs between two ranks, the sums of both ranks must be equal as well.
+//! equal. For the pairs between two ranks, the sums of both ranks must also be equal.
 //!
 //! *Equal sums imply agreement, except for collisions.* In the difference of the two sums, the hash of each cell has a
 //! coefficient `c`. If the star of the smallest vertex has the cell, it adds 1 for each other vertex that the sums cover. If the
@@ -65,11 +65,11 @@ pub(crate) struct Disagreement {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Agreement {
     disagreements: Vec<Disagreement>,
-    /// Number of ranks whose sums differ from those here, plus 1 if the sums within this rank differ.
+    /// Number of ranks whose sums differ from the sums of this rank, plus 1 if the sums within this rank differ.
     differing: u64,
 }
 
-/// A pair with a ghost, as both ranks can name it.
+/// A pair with a ghost, identified by a key that both ranks can compute.
 #[derive(Clone, Copy)]
 struct SharedPair {
     key: u64,

@@ -136,8 +136,9 @@ impl RemoteSums {
     }
 }
 
-/// For each owned vertex, the sums over the pairs of which it is the smallest vertex and the other vertex is owned. Pairs in
-/// its own star count positively, pairs in the star of the other vertex negatively. All sums are zero if the stars agree.
+/// For each owned vertex `v`, the sums over the pairs whose smallest vertex is `v` and whose other vertex is owned.
+/// Pairs in the star of `v` count positively, and pairs in the star of the other vertex count negatively. All sums
+/// are zero if the stars agree.
 ///
 /// The hash of the cell assigns each pair to one of [`BUCKETS`] sums. They have 64 bits: they locate disagreements and certify
 /// nothing.

@@ -85,7 +85,7 @@ struct StarCell<'a, P: Point> {
 }
 
 impl<P: Point> StarsView<'_, P> {
-    /// Calls `f` with the pairs of a star: the key in the record of tasks, and the vertex of the pair that is not `vertex`.
+    /// Calls `f` with the pairs of a star: the key in the record of tasks, and the other vertex of the pair.
     pub(super) fn each_pair(&self, vertex: u32, mut f: impl FnMut(u128, u32)) {
         let hashes = self.stars().hashes();
         for facet in self.link(vertex) {

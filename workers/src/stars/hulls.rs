@@ -4,14 +4,14 @@
 //! the local hull of the point and its graph neighbours. The program does not assume this. Stars may disagree;
 //! splaying then exchanges the missing cells ([`crate::stars::check`], [`crate::splaying::splay`]).
 //!
-//! **Candidates.** Every star except that of the smallest point starts with a lexicographically smaller candidate. For the
-//! first point of a leaf, this is the smallest point of the nearest ancestor that has a smaller point. For other points, it is
-//! the preceding point of the leaf. If the candidates of a star span no cell, the points of the frame are added, which span
-//! the space.
+//! **Candidates.** Every star, except the star of the smallest point, starts with a lexicographically smaller
+//! candidate. For the first point of a leaf, this is the smallest point of the nearest ancestor that has a smaller
+//! point. For other points, it is the preceding point of the leaf. If the candidates of a star span no cell, the
+//! points of the frame are added, which span the space.
 //!
 //! **Rounds.** One, without messages. **Work and depth.** One vector step over the stars of each leaf.
 //!
-//! `triangulate` does not compute local hulls. There, a worker triangulates its subdomain at once
+//! `triangulate` does not compute local hulls. There, a worker triangulates its subdomain as a whole
 //! ([`crate::direct::subdomain_triangulation`]).
 
 use std::collections::BTreeMap;
@@ -43,7 +43,7 @@ const LEAVES_AT_ONCE: usize = 256;
 
 /// The local hulls of one leaf.
 struct LeafHulls<P: Point> {
-    /// The links, one after another.
+    /// The links, concatenated.
     facets: Vec<P::Facet>,
     /// The number of facets of each link.
     lengths: Vec<u32>,
@@ -162,8 +162,8 @@ impl<P: Point> Candidates<'_, P> {
     }
 }
 
-/// Sets the seeds of the leaves of a subtree. `above` is the smallest point of the nearest ancestor that has a point smaller
-/// than those of the subtree.
+/// Sets the seeds of the leaves of a subtree. `above` is the smallest point of the nearest ancestor with a point that
+/// is smaller than all points of the subtree.
 fn set_seeds<P: Point>(
     tree: &Tree<P>,
     above: Option<u32>,

@@ -12,7 +12,8 @@ pub(crate) struct LinkDifference<F> {
     pub(crate) lost: Vec<F>,
 }
 
-/// Compares two links. Sorts the facets of both together and keeps those that have no equal neighbour in this order.
+/// Compares two links. Sorts the facets of both links together and keeps the facets that have no equal neighbour in
+/// this order.
 pub(crate) fn difference<P: Point>(
     old: &[P::Facet],
     new: &[P::Facet],

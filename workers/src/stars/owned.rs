@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 
 use septet_geometry::point::Point;
+use septet_protocol::message::Merged;
 
 use crate::direct::subdomain_triangulation::SubdomainTriangulation;
 use crate::stars::fingerprint_sums::Sums;
@@ -12,7 +13,8 @@ use crate::stars::links::is_facet_of;
 use crate::state::link_arena::LinkArena;
 use crate::state::table::Table;
 
-/// The number of facets to reserve memory for per link. Uniform points have 27 on average in space, 6 in the plane.
+/// Returns the number of facets per link for which memory is reserved. A link of a uniform point set has 27 facets on
+/// average in space and 6 in the plane.
 pub(crate) fn usual_facets(dimension: usize) -> usize {
     if dimension == 2 { 7 } else { 30 }
 }
@@ -64,7 +66,7 @@ impl<P: Point> Stars<P> {
         Some(self.start(vertex) + at as u32)
     }
 
-    /// Returns the number of positions of facets.
+    /// Returns the number of facets of all links, including replaced ones.
     pub(crate) fn positions(&self) -> usize {
         self.links.len()
     }
@@ -91,7 +93,7 @@ impl<P: Point> Stars<P> {
         self.links.reserve(links, facets + facets / 2);
     }
 
-    /// Appends the links of the next owned points, given one after another in `facets`.
+    /// Appends the links of the next owned points, which are concatenated in `facets`.
     pub(crate) fn append(&mut self, facets: &[P::Facet], lengths: &[u32]) {
         self.links.append(facets, lengths);
     }
@@ -195,6 +197,11 @@ impl<'a, P: Point> StarsView<'a, P> {
     #[inline]
     pub(crate) fn stars(&self) -> &'a Stars<P> {
         self.stars
+    }
+
+    /// Returns the merged result of the subdomain triangulation, if the stars come from one.
+    pub(crate) fn merged(&self) -> Option<Merged> {
+        self.stars.triangulation().map(SubdomainTriangulation::merged)
     }
 
     /// Returns the link of an owned point.

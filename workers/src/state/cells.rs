@@ -25,6 +25,12 @@ pub(crate) fn in_order<P: Point>(cell: &P::Cell) -> P::Cell {
     ordered
 }
 
+/// Returns the first coordinate of a vertex. It is infinite for [`INFINITE`].
+#[inline]
+pub(crate) fn first_coordinate<P: Point>(positions: &[P], vertex: u32) -> f64 {
+    positions.get(vertex as usize).map_or(f64::INFINITY, |x| x.coord(0))
+}
+
 /// Returns the lexicographically smallest finite vertex of a cell, or [`INFINITE`] if there is none.
 ///
 /// `first` maps a vertex to its first coordinate, or to a rounded one, and [`INFINITE`] to infinity. Rounding
@@ -83,7 +89,7 @@ mod tests {
                 *v = if drawn < all { drawn } else { INFINITE };
             }
             let expected = smallest_by_positions(&positions, cell.as_ref());
-            let exact = |v: u32| positions.get(v as usize).map_or(f64::INFINITY, |x| x.coord(0));
+            let exact = |v: u32| first_coordinate(&positions, v);
             assert_eq!(smallest_vertex(&positions, cell.as_ref(), exact), expected, "{cell:?}");
             let rounded = |v: u32| exact(v) as f32;
             assert_eq!(smallest_vertex(&positions, cell.as_ref(), rounded), expected, "{cell:?}");

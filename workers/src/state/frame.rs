@@ -33,7 +33,7 @@ pub(crate) fn report<P: Point>(
 /// The owners of the frame's points, which the coordinator collects and all ranks receive.
 #[derive(Debug)]
 pub(crate) struct FrameOwners<P> {
-    /// The points whose owners have reported. Used on the coordinator only.
+    /// The points whose owners have reported. Empty except on the coordinator.
     reported: PointBatch<P>,
 }
 
@@ -44,26 +44,22 @@ impl<P> Default for FrameOwners<P> {
 }
 
 impl<P: Point> FrameOwners<P> {
-    /// Handles the messages of a round. The coordinator broadcasts the frame when the owners of all points are known. The
-    /// other ranks store the owners and that frame.
+    /// Handles the messages of a round. The coordinator collects reports until it knows the owners of all points of the
+    /// frame, and sends these points to every rank. Every rank stores them and their owners.
     pub(crate) fn receive(&mut self, cx: &mut Context<P>, table: &mut Table<P>, frame: &mut PointBatch<P>) {
-        let mut batches = take(cx);
-        if cx.is_coordinator() {
-            let before = self.reported.len();
-            for owned in &mut batches {
-                self.reported.append(owned);
+        for mut points in take(cx) {
+            // After the last report, the coordinator receives only its own message to all ranks.
+            if cx.is_coordinator() && self.reported.len() <= P::DIM {
+                self.reported.append(&mut points);
+                if self.reported.len() == P::DIM + 1 {
+                    cx.send_to_all(|| Body::Frame(self.reported.clone()));
+                }
+                continue;
             }
-            if before <= P::DIM && self.reported.len() == P::DIM + 1 {
-                *frame = self.reported.clone();
-                cx.send_to_workers(|| Body::Frame(frame.clone()));
-            }
-            return;
-        }
-        for owned in batches {
-            for (&id, &owner) in owned.ids.iter().zip(&owned.owners.0) {
+            for (&id, &owner) in points.ids.iter().zip(&points.owners.0) {
                 table.set_owner(id, owner);
             }
-            *frame = owned;
+            *frame = points;
         }
     }
 }

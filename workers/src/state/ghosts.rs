@@ -14,7 +14,7 @@ impl Ghosts {
         Ghosts(vec![Vec::new(); leaves])
     }
 
-    /// The ghosts of a leaf, by its index among the leaves of the rank.
+    /// Returns the ghosts of a leaf, by its index among the leaves of the rank.
     pub(crate) fn of(&self, leaf: usize) -> &[u32] {
         self.0.get(leaf).map_or(&[], Vec::as_slice)
     }
@@ -40,7 +40,7 @@ impl Ghosts {
         }
     }
 
-    /// The owned points of the leaf with index `at`, followed by its ghosts.
+    /// Returns the owned points of the leaf with index `at`, followed by its ghosts.
     pub(crate) fn members<P>(&self, at: usize, leaf: &Leaf<P>) -> Vec<u32> {
         leaf.owned().chain(self.of(at).iter().copied()).collect()
     }

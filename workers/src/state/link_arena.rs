@@ -47,7 +47,7 @@ impl<P: Point> LinkArena<P> {
         self.facets.reserve_exact(facets);
     }
 
-    /// Appends the links of the next vertices, given one after another in `facets`.
+    /// Appends the links of the next vertices, which are concatenated in `facets`.
     pub(crate) fn append(&mut self, facets: &[P::Facet], lengths: &[u32]) {
         let mut start = self.facets.len() as u32;
         for &len in lengths {

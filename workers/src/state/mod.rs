@@ -5,6 +5,7 @@ pub(crate) mod cells;
 pub mod frame;
 pub(crate) mod ghosts;
 pub(crate) mod link_arena;
+pub mod rows;
 pub mod subdomain;
 pub mod table;
 pub mod tree;

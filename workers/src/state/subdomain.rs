@@ -3,10 +3,12 @@
 //! The *path* consists of the shared nodes from the root down to the rank's own subtree. A node is *shared* if a group of
 //! several ranks holds its points. No rank holds the whole tree.
 
+use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Rank};
-use septet_protocol::message::{Child, Summary};
+use septet_protocol::message::{Body, Child, Summary};
 
 pub use crate::machine::collectives::Group;
+use crate::machine::context::Context;
 use crate::state::tree::{Leaf, Split, Tree};
 
 /// A shared node on the path of a rank.
@@ -20,7 +22,7 @@ pub struct Shared<P> {
     mine: usize,
     /// Whether this rank continues with the child `mine`. `false` if the child is a leaf that another rank holds.
     goes_on: bool,
-    /// The summaries of the children. `None` before phase summaries.
+    /// The summaries of the children, or `None` before the phase `summaries`.
     summaries: Option<Box<[Summary<P>; 2]>>,
 }
 
@@ -37,14 +39,14 @@ impl<P> Shared<P> {
         self.group.node
     }
 
-    /// The first rank of its group.
-    pub fn first(&self) -> Rank {
-        self.group.child.first
+    /// Returns its group.
+    pub fn group(&self) -> &Group {
+        &self.group
     }
 
-    /// The leader of its group.
-    pub fn leader(&self) -> Rank {
-        self.group.leader
+    /// Returns the first rank of its group.
+    pub fn first(&self) -> Rank {
+        self.group.child.first
     }
 
     /// Its split.
@@ -53,24 +55,18 @@ impl<P> Shared<P> {
         &self.split
     }
 
-    /// The groups of the interior and the exterior child.
+    /// Returns the groups of the interior and the exterior child.
     pub fn children(&self) -> &[Child; 2] {
         &self.children
     }
 
-    /// The child whose group contains this rank: 0 is interior, 1 is exterior.
+    /// Returns the child whose group contains this rank: 0 is interior, 1 is exterior.
     #[inline]
     pub fn mine(&self) -> usize {
         self.mine
     }
 
-    /// Whether this rank continues with the child `mine`. `false` if the child is a leaf that another rank holds.
-    #[inline]
-    pub fn goes_on(&self) -> bool {
-        self.goes_on
-    }
-
-    /// The summaries of the children. `None` before phase summaries.
+    /// Returns the summaries of the children, or `None` before the phase `summaries`.
     #[inline]
     pub fn summaries(&self) -> Option<&[Summary<P>; 2]> {
         self.summaries.as_deref()
@@ -83,8 +79,17 @@ impl<P> Shared<P> {
         self.goes_on = self.children[self.mine].first == rank;
     }
 
-    /// The member of a child's group to which member `rank` of this group sends: the member at the same relative
-    /// position, or the holder if one rank holds the whole child.
+    /// Follows an item that reaches these children by one step. Calls `leave` with every child at which it leaves the path.
+    /// Returns `true` if it also continues with this rank's child.
+    #[inline]
+    pub(crate) fn follow(&self, reached: [bool; 2], leave: impl FnMut(usize)) -> bool {
+        let continues = reached[self.mine] && self.goes_on;
+        (0..2).filter(|&side| reached[side] && (side != self.mine || !continues)).for_each(leave);
+        continues
+    }
+
+    /// Returns the member of a child's group to which member `rank` of this group sends: the member at the same
+    /// relative position, or the holder if one rank holds the whole child.
     pub fn member_below(&self, rank: Rank, side: usize) -> Rank {
         let child = &self.children[side];
         if child.leaf {
@@ -105,12 +110,12 @@ pub(crate) struct Way {
     pub(crate) side: usize,
 }
 
-/// Where a rank continues with an item that was sent to a node.
+/// The place at which a rank continues with an item that was sent to a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Entry {
     /// On another rank, which holds the node because its group could not split it.
     Relay(Rank),
-    /// On this rank, from this position of the path. The length of the path stands for this rank's subtree.
+    /// On this rank, from this position of the path. The length of the path denotes this rank's subtree.
     Here(usize),
 }
 
@@ -150,7 +155,7 @@ impl<P> Subtree<P> {
 pub(crate) struct Subdomain<P> {
     /// The shared nodes, from the root down.
     path: Vec<Shared<P>>,
-    /// The node at the end of the path, if its group could not split it.
+    /// Returns the node at the end of the path, if its group could not split it.
     unsplit: Option<Unsplit>,
     /// `None` on a rank without points.
     subtree: Option<Subtree<P>>,
@@ -176,10 +181,15 @@ impl<P> Subdomain<P> {
         Subdomain { path, unsplit, subtree, led }
     }
 
-    /// The shared nodes, from the root down.
+    /// Returns the shared nodes, from the root down.
     #[inline]
     pub(crate) fn path(&self) -> &[Shared<P>] {
         &self.path
+    }
+
+    /// Returns the groups of the shared nodes, from the root down.
+    pub(crate) fn groups(&self) -> impl Iterator<Item = &Group> {
+        self.path.iter().map(Shared::group)
     }
 
     /// The node at the end of the path, if its group could not split it.
@@ -187,44 +197,45 @@ impl<P> Subdomain<P> {
         self.unsplit
     }
 
-    /// The root of this rank's subtree. `None` on a rank without points.
+    /// Returns the root of this rank's subtree, or `None` on a rank without points.
     #[inline]
     pub(crate) fn tree(&self) -> Option<&Tree<P>> {
         self.subtree.as_ref().map(|subtree| &subtree.tree)
     }
 
-    /// The root of this rank's subtree and its leaves, for the phase that summarises them.
+    /// Returns the root of this rank's subtree and its leaves, for the phase that summarises them.
     pub(crate) fn tree_mut(&mut self) -> Option<(&mut Tree<P>, &mut [Leaf<P>])> {
         self.subtree.as_mut().map(|Subtree { tree, leaves, .. }| (tree, leaves.as_mut_slice()))
     }
 
-    /// The ids of the inner nodes of this rank's subtree, in preorder.
+    /// Returns the ids of the inner nodes of this rank's subtree, in preorder.
     pub(crate) fn inner_ids(&self) -> &[NodeId] {
         self.subtree.as_ref().map_or(&[], |subtree| &subtree.inner_ids)
     }
 
-    /// The leaves of this rank's subtree, in the order of the tree.
+    /// Returns the leaves of this rank's subtree, in the order of the tree.
     #[inline]
     pub(crate) fn leaves(&self) -> &[Leaf<P>] {
         self.subtree.as_ref().map_or(&[], |subtree| &subtree.leaves)
     }
 
-    /// The shared nodes that this rank leads.
+    /// Returns the shared nodes that this rank leads.
     pub(crate) fn led(&self) -> &[Group] {
         &self.led
     }
 
-    /// The root of this rank's subtree, or the root of the tree if this rank has no subtree.
+    /// Returns the root of this rank's subtree, or the root of the tree if this rank has no subtree.
     pub(crate) fn root(&self) -> NodeId {
         self.subtree.as_ref().map_or(NodeId::ROOT, |subtree| subtree.root)
     }
 
-    /// The highest node of which this rank holds points: the first of the path, else the root of this rank's subtree.
+    /// Returns the highest node of which this rank holds points: the first node of the path, otherwise the root of
+    /// this rank's subtree.
     pub(crate) fn top(&self) -> Option<NodeId> {
         self.path.first().map(Shared::id).or(self.subtree.as_ref().map(|subtree| subtree.root))
     }
 
-    /// Whether `node` is the root of this rank's subtree.
+    /// Returns `true` if `node` is the root of this rank's subtree.
     pub(crate) fn holds(&self, node: NodeId) -> bool {
         self.subtree.as_ref().is_some_and(|subtree| subtree.root == node)
     }
@@ -236,17 +247,17 @@ impl<P> Subdomain<P> {
         }
     }
 
-    /// The position of a node on the path, or the length of the path if the node is not on it.
+    /// Returns the position of a node on the path, or the length of the path if the node is not on it.
     pub(crate) fn position(&self, node: NodeId) -> usize {
         self.path.iter().position(|shared| shared.id() == node).unwrap_or(self.path.len())
     }
 
-    /// The node on the path with this id.
+    /// Returns the node on the path with this id.
     pub(crate) fn shared(&self, node: NodeId) -> Option<&Shared<P>> {
         self.path.iter().find(|shared| shared.id() == node)
     }
 
-    /// Where this rank continues with an item that was sent to a node.
+    /// Returns the place at which this rank continues with an item that was sent to a node.
     pub(crate) fn entry(&self, node: NodeId, own: Rank) -> Entry {
         match self.unsplit.filter(|end| end.node == node) {
             Some(Unsplit { holder, .. }) if holder != own => Entry::Relay(holder),
@@ -254,7 +265,28 @@ impl<P> Subdomain<P> {
         }
     }
 
-    /// Follows an item down the path, from the position `start`.
+    /// Receives an item that was sent to a node. Returns it with the position of the path from which this rank continues.
+    /// If another rank holds the node, sends the item on to it as a message and returns `None`.
+    pub(crate) fn receive<T>(
+        &self,
+        cx: &mut Context<P>,
+        node: NodeId,
+        item: T,
+        into_body: impl FnOnce(T) -> Body<P>,
+    ) -> Option<(usize, T)>
+    where
+        P: Point,
+    {
+        match self.entry(node, cx.rank()) {
+            Entry::Here(start) => Some((start, item)),
+            Entry::Relay(holder) => {
+                cx.send(holder, node, 0, into_body(item));
+                None
+            }
+        }
+    }
+
+    /// Follows an item (a point or a ball) down the path, from the position `start`.
     ///
     /// `reach` returns which children of a node the item reaches. `leave` receives every child at which the item leaves
     /// the path. Returns `true` if the item reaches this rank's subtree.
@@ -265,25 +297,20 @@ impl<P> Subdomain<P> {
         mut leave: impl FnMut(Way),
     ) -> bool {
         for (level, shared) in self.path.iter().enumerate().skip(start) {
-            let reached = reach(level, shared);
-            let goes_on = reached[shared.mine] && shared.goes_on;
-            for side in (0..2).filter(|&side| reached[side] && (side != shared.mine || !goes_on)) {
-                leave(Way { level, side });
-            }
-            if !goes_on {
+            if !shared.follow(reach(level, shared), |side| leave(Way { level, side })) {
                 return false;
             }
         }
         true
     }
 
-    /// The node and the rank to which an item is sent if it leaves the path by `way`.
+    /// Returns the node and the rank to which an item is sent if it leaves the path by `way`.
     pub(crate) fn beyond(&self, way: Way, own: Rank) -> (NodeId, Rank) {
         let shared = &self.path[way.level];
         (shared.id().child(way.side), shared.member_below(own, way.side))
     }
 
-    /// For each owned point, the index of its leaf.
+    /// Returns, for each owned point, the index of its leaf.
     pub(crate) fn leaf_numbers(&self) -> Vec<u32> {
         let mut leaf_of = Vec::with_capacity(self.leaves().last().map_or(0, |leaf| leaf.indices().end));
         for (at, leaf) in (0u32..).zip(self.leaves()) {

@@ -2,8 +2,8 @@
 //!
 //! A point's position in the table is its *local index*. Owned points come first, and each ghost gets the next free
 //! index when it first arrives. Indices never change. Each phase that receives ghosts adds them with `intern`,
-//! `receive` or `arrive`, and each phase that measures balls stores radii with `owned_radii2_mut`. Nothing else in a
-//! table changes after partitioning.
+//! `receive` or `arrive`, and each phase that measures balls stores radii with `owned_radii2_mut`. The rest of a
+//! table does not change after partitioning.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
@@ -14,7 +14,7 @@ use septet_geometry::coordinate_arrays::CoordinateArrays;
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::Rank;
-use septet_protocol::message::PointBatch;
+use septet_protocol::message::{PointBatch, UNKNOWN_RADIUS2};
 
 /// Hashes one 64-bit id by multiplication, for maps whose order is never used.
 #[derive(Default)]
@@ -74,37 +74,38 @@ impl<P> Default for Table<P> {
 }
 
 impl<P> Table<P> {
-    /// The positions of all points.
+    /// Returns the positions of all points.
     #[inline]
     pub fn positions(&self) -> &[P] {
         &self.positions
     }
 
-    /// The input indices of all points.
+    /// Returns the input indices of all points.
     #[inline]
     pub fn ids(&self) -> &[u64] {
         &self.ids
     }
 
-    /// For each point, the rank that owns it.
+    /// Returns, for each point, the rank that owns it.
     #[inline]
     pub fn owners(&self) -> &[Rank] {
         &self.owners
     }
 
-    /// The squared radius of each point's ball, infinite while unknown. Empty if the run needs no radii.
+    /// Returns the squared radius of each point's ball, which is infinite while unknown. The result is empty if the
+    /// run needs no radii.
     #[inline]
     pub fn radii2(&self) -> &[f64] {
         &self.radii2
     }
 
-    /// The number of owned points.
+    /// Returns the number of owned points.
     #[inline]
     pub fn owned_len(&self) -> u32 {
         self.owned
     }
 
-    /// The local indices of owned points.
+    /// Returns the local indices of owned points.
     #[inline]
     pub fn owned(&self) -> Range<u32> {
         0..self.owned
@@ -116,19 +117,19 @@ impl<P> Table<P> {
         at < self.owned
     }
 
-    /// The positions of owned points.
+    /// Returns the positions of owned points.
     #[inline]
     pub fn owned_positions(&self) -> &[P] {
         &self.positions[..self.owned as usize]
     }
 
-    /// The input indices of owned points.
+    /// Returns the input indices of owned points.
     #[inline]
     pub fn owned_ids(&self) -> &[u64] {
         &self.ids[..self.owned as usize]
     }
 
-    /// The squared radii of owned points, for the phases that measure them.
+    /// Returns the squared radii of owned points, for the phases that measure them.
     ///
     /// # Panics
     /// Panics if the table has no radii.
@@ -136,7 +137,7 @@ impl<P> Table<P> {
         &mut self.radii2[..self.owned as usize]
     }
 
-    /// The input indices of all points, without the table.
+    /// Consumes the table and returns the input indices of all points.
     pub(crate) fn into_ids(self) -> Vec<u64> {
         self.ids
     }
@@ -146,12 +147,12 @@ impl<P: Point> Table<P> {
     /// Creates a table of owned points with unknown radii.
     pub fn of_owned(ids: Vec<u64>, positions: Vec<P>, rank: Rank) -> Self {
         let n = ids.len();
-        let (owners, radii2) = (vec![rank; n], vec![f64::INFINITY; n]);
+        let (owners, radii2) = (vec![rank; n], vec![UNKNOWN_RADIUS2; n]);
         Table { owned: n as u32, positions, ids, owners, radii2, ..Table::default() }
     }
 
-    /// Creates a table of owned points without radii. The spare capacity of `positions`, which is for ghosts, is
-    /// reserved in the column of owners as well.
+    /// Creates a table of owned points without radii. The spare capacity of `positions`, which is for ghosts, is also
+    /// reserved in the column of owners.
     pub fn of_whole(ids: Vec<u64>, positions: Vec<P>, rank: Rank) -> Self {
         let mut owners = Vec::with_capacity(positions.capacity());
         owners.resize(ids.len(), rank);
@@ -160,7 +161,7 @@ impl<P: Point> Table<P> {
 
     /// Adds an unknown radius for each point that has none.
     pub fn with_radii(&mut self) {
-        self.radii2.resize(self.ids.len(), f64::INFINITY);
+        self.radii2.resize(self.ids.len(), UNKNOWN_RADIUS2);
     }
 
     /// Returns the local index of a point. Adds the point as a ghost if the table does not contain it.
@@ -181,7 +182,7 @@ impl<P: Point> Table<P> {
         let at = *self.ghost_indices.entry(id).or_insert(next);
         if at == next {
             if self.radii2.len() == self.ids.len() {
-                self.radii2.push(f64::INFINITY);
+                self.radii2.push(UNKNOWN_RADIUS2);
             }
             self.ids.push(id);
             self.positions.push(position);
@@ -207,12 +208,12 @@ impl<P: Point> Table<P> {
         self.ghost_indices.reserve(more);
     }
 
-    /// The coordinates of owned points as arrays.
+    /// Returns the coordinates of owned points as arrays.
     pub fn coordinates(&self) -> &CoordinateArrays<P> {
         self.coordinates.get_or_init(|| CoordinateArrays::of(self.owned_positions().iter().copied()))
     }
 
-    /// The local index of an owned point.
+    /// Returns the local index of an owned point.
     pub fn find_owned(&self, id: u64) -> Option<u32> {
         let owned_indices = self
             .owned_indices
@@ -245,12 +246,12 @@ impl<P: Point> Table<P> {
             .collect()
     }
 
-    /// The local index of a point, owned or ghost.
+    /// Returns the local index of a point, owned or ghost.
     pub fn find(&self, id: u64) -> Option<u32> {
         self.ghost_indices.get(&id).copied().or_else(|| self.find_owned(id))
     }
 
-    /// The local indices of owned points among a few `ids`, in one scan over the table.
+    /// Finds the owned points among a few `ids` in one scan over the table, and returns their local indices.
     pub fn owned_among(&self, ids: &[u64]) -> Vec<u32> {
         self.owned_ids().iter().zip(0u32..).filter(|(id, _)| ids.contains(id)).map(|(_, i)| i).collect()
     }
@@ -258,18 +259,18 @@ impl<P: Point> Table<P> {
     /// Appends a point to a batch.
     pub fn export(&self, at: u32, batch: &mut PointBatch<P>) {
         let i = at as usize;
-        let radius2 = self.radii2.get(i).copied().unwrap_or(f64::INFINITY);
+        let radius2 = self.radii2.get(i).copied().unwrap_or(UNKNOWN_RADIUS2);
         batch.push(self.ids[i], self.positions[i], self.owners[i], radius2);
     }
 
-    /// The points with these indices, without radii.
+    /// Returns the points with these indices, without radii.
     pub(crate) fn points(&self, indices: &[u32]) -> PointBatch<P> {
         let each = || indices.iter().map(|&i| i as usize);
         PointBatch {
             ids: Bulk(each().map(|i| self.ids[i]).collect()),
             positions: Bulk(each().map(|i| self.positions[i]).collect()),
             owners: Bulk(each().map(|i| self.owners[i]).collect()),
-            radii2: Bulk(vec![f64::INFINITY; indices.len()]),
+            radii2: Bulk(vec![UNKNOWN_RADIUS2; indices.len()]),
         }
     }
 }

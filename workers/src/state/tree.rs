@@ -7,6 +7,7 @@ pub use septet_geometry::neighbourhood::{Bounds, bounds, join_bounds};
 use septet_geometry::point::Point;
 use septet_geometry::separator::{Separator, Side};
 use septet_protocol::ids::NodeId;
+use septet_protocol::message::UNKNOWN_RADIUS2;
 
 /// The split of a node: its separator, and the boxes of its children's owned points.
 #[derive(Clone, Debug)]
@@ -22,19 +23,19 @@ impl<P: Point> Split<P> {
         Split { separator, boxes }
     }
 
-    /// The separating surface.
+    /// Returns the separating surface.
     #[inline]
     pub fn separator(&self) -> &Separator<P> {
         &self.separator
     }
 
-    /// The boxes of the interior and the exterior child's owned points.
+    /// Returns the boxes of the interior and the exterior child's owned points.
     #[inline]
     pub fn boxes(&self) -> &[Bounds<P>; 2] {
         &self.boxes
     }
 
-    /// The side of `x`: 0 is interior, 1 is exterior.
+    /// Returns the side of `x`: 0 is interior, 1 is exterior.
     #[inline]
     pub fn side(&self, x: P) -> usize {
         usize::from(self.separator.side(x) == Side::Exterior)
@@ -71,16 +72,16 @@ pub struct Inner<P> {
     split: Split<P>,
     /// The interior and the exterior child.
     children: [Tree<P>; 2],
-    /// The largest squared radius of each child's owned points. Infinite before phase summaries.
+    /// The largest squared radius of each child's owned points, infinite before the phase `summaries`.
     max_radius2: [f64; 2],
-    /// The lexicographically smallest owned point of each child. 0 before phase summaries.
+    /// The lexicographically smallest owned point of each child, 0 before the phase `summaries`.
     smallest: [u32; 2],
 }
 
 impl<P> Inner<P> {
     /// Creates an inner node with the index `number` in preorder.
     pub(crate) fn new(id: NodeId, number: usize, split: Split<P>, children: [Tree<P>; 2]) -> Self {
-        Inner { id, number, split, children, max_radius2: [f64::INFINITY; 2], smallest: [0; 2] }
+        Inner { id, number, split, children, max_radius2: [UNKNOWN_RADIUS2; 2], smallest: [0; 2] }
     }
 
     /// Its id in the partition tree.
@@ -101,24 +102,26 @@ impl<P> Inner<P> {
         &self.split
     }
 
-    /// The interior and the exterior child.
+    /// Returns the interior and the exterior child.
     #[inline]
     pub fn children(&self) -> &[Tree<P>; 2] {
         &self.children
     }
 
-    /// The children, for the phase that summarises them.
+    /// Returns the children, for the phase that summarises them.
     pub(crate) fn children_mut(&mut self) -> &mut [Tree<P>; 2] {
         &mut self.children
     }
 
-    /// The largest squared radius of each child's owned points. Infinite before phase summaries.
+    /// Returns the largest squared radius of each child's owned points, which is infinite before the phase
+    /// `summaries`.
     #[inline]
     pub fn max_radius2(&self) -> [f64; 2] {
         self.max_radius2
     }
 
-    /// The lexicographically smallest owned point of each child. Meaningless before phase summaries.
+    /// Returns the lexicographically smallest owned point of each child, which is meaningless before the phase
+    /// `summaries`.
     #[inline]
     pub fn smallest(&self) -> [u32; 2] {
         self.smallest
@@ -137,7 +140,7 @@ pub struct Leaf<P> {
     id: NodeId,
     owned: Range<u32>,
     bounds: Bounds<P>,
-    /// The largest squared radius of an owned point. 0 before phase summaries.
+    /// The largest squared radius of an owned point, 0 before the phase `summaries`.
     max_radius2: f64,
 }
 
@@ -147,7 +150,7 @@ impl<P: Copy> Leaf<P> {
         Leaf { id, owned, bounds, max_radius2: 0.0 }
     }
 
-    /// The box of its owned points.
+    /// Returns the box of its owned points.
     #[inline]
     pub fn bounds(&self) -> Bounds<P> {
         self.bounds
@@ -179,13 +182,13 @@ impl<P> Leaf<P> {
         self.owned.start as usize..self.owned.end as usize
     }
 
-    /// The number of its owned points.
+    /// Returns the number of its owned points.
     #[inline]
     pub(crate) fn owned_len(&self) -> u64 {
         u64::from(self.owned.end - self.owned.start)
     }
 
-    /// The largest squared radius of an owned point. 0 before phase summaries.
+    /// Returns the largest squared radius of an owned point, which is 0 before the phase `summaries`.
     pub fn max_radius2(&self) -> f64 {
         self.max_radius2
     }
@@ -210,7 +213,7 @@ pub(crate) fn owned_groups<P>(leaves: &[Leaf<P>]) -> Vec<(usize, Range<u32>)> {
     groups
 }
 
-/// The index of the leaf that contains the owned point `point`.
+/// Returns the index of the leaf that contains the owned point `point`.
 pub(crate) fn leaf_number<P>(leaves: &[Leaf<P>], point: u32) -> u32 {
     leaves.partition_point(|leaf| leaf.owned.end <= point) as u32
 }

@@ -26,7 +26,7 @@ pub fn table(plan: &Plan) -> Result<Table, Box<dyn Error>> {
         for &n in &plan.sizes {
             announce("correction", Kind::Uniform, n, dimension);
             let sets = plan.sets(Kind::Uniform, n, dimension)?;
-            for correction in [Correction::Descent, Correction::Naive] {
+            for correction in [Correction::Descent, Correction::BottomUp] {
                 let mut sum = Sum::default();
                 for (set, config) in &sets {
                     let config = config.clone().with(|c| {

@@ -8,15 +8,15 @@ use serde_json::json;
 pub(super) use data::{MeshData, read};
 pub(super) use summary::{headline, section};
 
-use septet_core::mesh::run_log::PhaseLine;
+use septet_core::mesh::run_log::StagePhase;
 use septet_lab::report::mesh::StageReport;
 
 use super::bars::bars;
 use super::histograms::{Drawn, draw, table};
-use super::{Figure, Table, Variant};
+use super::{DataTable, PageFigure, Variant};
 
 /// Draws the figures of a mesh.
-pub(super) fn figures(mesh: &MeshData) -> Vec<Figure> {
+pub(super) fn figures(mesh: &MeshData) -> Vec<PageFigure> {
     let mut figures = vec![quality(mesh)];
     figures.extend(stages(&mesh.file.stages));
     figures.extend(phases(&mesh.file.phases));
@@ -24,7 +24,7 @@ pub(super) fn figures(mesh: &MeshData) -> Vec<Figure> {
 }
 
 /// Draws the histograms of the bounded quantities and of cell quality.
-fn quality(mesh: &MeshData) -> Figure {
+fn quality(mesh: &MeshData) -> PageFigure {
     let (q, space) = (&mesh.file.quality, mesh.file.domain.dimension == 3);
     let angle = if space { "dihedral angles" } else { "angles" };
     let mut all = vec![
@@ -47,14 +47,14 @@ fn quality(mesh: &MeshData) -> Figure {
          {bound:.4}. The first and last intervals include the counts beyond the axis."
     );
     let variants = all.into_iter().map(variant).collect();
-    Figure { id: "mesh-quality", title: "Quality", caption, variants }
+    PageFigure { id: "mesh-quality", title: "Quality", caption, variants }
 }
 
 /// A quantity of a part of the run: name, unit, value.
 type Measure<T> = (&'static str, &'static str, fn(&T) -> f64);
 
 /// Draws the points and the cost of each stage.
-fn stages(stages: &[StageReport]) -> Option<Figure> {
+fn stages(stages: &[StageReport]) -> Option<PageFigure> {
     let mut measures: Vec<Measure<StageReport>> = vec![
         ("points", "points", |s| s.points as f64),
         ("candidates", "candidates", |s| s.candidates as f64),
@@ -69,7 +69,7 @@ fn stages(stages: &[StageReport]) -> Option<Figure> {
         ("depth", "steps", |s| s.depth as f64),
         ("time (measured)", "s", |s| s.seconds),
     ]);
-    let mut table = Table::new(&["stage", "candidates", "points", "completion rounds", "set rounds"]);
+    let mut table = DataTable::new(&["stage", "candidates", "points", "completion rounds", "set rounds"]);
     table.columns.extend(TOOK.map(str::to_owned));
     for s in stages {
         let made = [json!(s.candidates), json!(s.points), json!(s.completion_rounds), json!(s.set_rounds)];
@@ -83,16 +83,16 @@ fn stages(stages: &[StageReport]) -> Option<Figure> {
          are counts of the modelled machine over all its runs in a stage; seconds are measured."
             .to_owned();
     let title = "Meshing by stage";
-    (!variants.is_empty()).then_some(Figure { id: "mesh-stages", title, caption, variants })
+    (!variants.is_empty()).then_some(PageFigure { id: "mesh-stages", title, caption, variants })
 }
 
 /// The quantities that both stages and phases have.
 const TOOK: [&str; 6] = ["rounds", "messages", "bytes", "work", "depth", "seconds (measured)"];
 
 /// Draws the cost of the phases, summed over all stages; the table lists each stage.
-fn phases(phases: &[PhaseLine]) -> Option<Figure> {
-    let mut sums: Vec<PhaseLine> = Vec::new();
-    let mut table = Table::new(&["stage", "phase", "runs"]);
+fn phases(phases: &[StagePhase]) -> Option<PageFigure> {
+    let mut sums: Vec<StagePhase> = Vec::new();
+    let mut table = DataTable::new(&["stage", "phase", "runs"]);
     table.columns.extend(TOOK.map(str::to_owned));
     for p in phases {
         match sums.iter_mut().find(|sum| sum.phase == p.phase) {
@@ -103,7 +103,7 @@ fn phases(phases: &[PhaseLine]) -> Option<Figure> {
         let row = [json!(p.stage), json!(p.phase), json!(p.runs)].into_iter().chain(took);
         table.rows.push(row.chain([json!(p.seconds)]).collect());
     }
-    let measures: [Measure<PhaseLine>; 6] = [
+    let measures: [Measure<StagePhase>; 6] = [
         ("work", "operations", |p| p.work.unwrap_or(0) as f64),
         ("depth", "steps", |p| p.depth.unwrap_or(0) as f64),
         ("rounds", "rounds", |p| p.rounds as f64),
@@ -116,11 +116,11 @@ fn phases(phases: &[PhaseLine]) -> Option<Figure> {
                    triangulations of the current points, without operations. The table lists each stage."
         .to_owned();
     let title = "Meshing by phase";
-    (!variants.is_empty()).then_some(Figure { id: "mesh-phases", title, caption, variants })
+    (!variants.is_empty()).then_some(PageFigure { id: "mesh-phases", title, caption, variants })
 }
 
 /// Adds the counts of a phase in another stage.
-fn add(sum: &mut PhaseLine, other: &PhaseLine) {
+fn add(sum: &mut StagePhase, other: &StagePhase) {
     sum.runs += other.runs;
     sum.rounds += other.rounds;
     sum.messages += other.messages;
@@ -136,7 +136,7 @@ fn variants<T>(
     parts: &[T],
     name: impl Fn(&T) -> String,
     measures: &[Measure<T>],
-    table: &Table,
+    table: &DataTable,
 ) -> Vec<Variant> {
     let mut variants = Vec::new();
     for &(measure, unit, value) in measures {

@@ -55,7 +55,7 @@ fn counts(mesh: &MeshData, out: &mut String) {
     let kept = format!("{boundary}, {} components", say(domain.components));
     card(out, if space { "tetrahedra" } else { "triangles" }, &say(m.cells), &kept);
     let c = &file.conformity;
-    let verdict = if c.passed { "conforms".to_owned() } else { format!("{} defects", say(c.defects)) };
+    let state = if c.passed { "conforms".to_owned() } else { format!("{} defects", say(c.defects)) };
     let measure = if space { "volume" } else { "area" };
     let note = format!(
         "{measure} {} of {}, boundary {}",
@@ -63,7 +63,7 @@ fn counts(mesh: &MeshData, out: &mut String) {
         si(c.domain_measure),
         file.parameters.boundary
     );
-    card(out, "conformity", &verdict, &note);
+    card(out, "conformity", &state, &note);
 }
 
 fn quality(mesh: &MeshData, out: &mut String) {

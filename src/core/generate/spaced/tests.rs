@@ -14,7 +14,7 @@ fn is_the_same_for_every_machine<P: Unit>(sizing: Sizing, seed: u64) -> usize {
     let domain = P::domain().unwrap();
     let alone: Vec<P> = set(&domain, sizing, seed, &mut Alone { seed }).unwrap();
     for workers in [1, 3] {
-        let mut counted = Counted::new(machine(seed, workers, Arc::default()));
+        let mut counted = CountedMachine::new(machine(seed, workers, Arc::default()));
         let made: Vec<P> = set(&domain, sizing, seed, &mut counted).unwrap();
         assert!(made == alone, "{workers} workers, {sizing:?}");
     }

@@ -13,7 +13,7 @@ use std::path::Path;
 use super::error::{InputError, Place};
 use super::format::Format;
 use super::load;
-use super::points::Progress;
+use super::points::ReadProgress;
 use super::text::Source;
 pub use any::{AnyInput, DomainFile};
 
@@ -24,8 +24,8 @@ pub const DOMAINS: &str = ".poly .smesh .stl .off .ply .obj (each also with .gz)
 /// `.stl`. If a `.poly` or `.smesh` file has no points, they are read from the `.node` file of the same name.
 ///
 /// # Errors
-/// Returns [`InputError`] if the file is missing, of unknown format or damaged, or refers to points that do not exist.
-pub fn read_domain(path: &Path, progress: &mut Progress<'_>) -> Result<DomainFile, InputError> {
+/// Returns [`InputError`] if the file is missing, of unknown format or damaged, or names points that do not exist.
+pub fn read_domain(path: &Path, progress: &mut ReadProgress<'_>) -> Result<DomainFile, InputError> {
     let (format, zipped) = Format::of_path(path);
     let data = load::load(path, zipped, progress)?;
     let source = Source { path, data: &data };

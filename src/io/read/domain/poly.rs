@@ -6,7 +6,7 @@
 
 use glam::{DVec2, DVec3};
 use septet_geometry::point::Point;
-use septet_meshing::input::{Input, InputFacet, InputSegment, Kind, Region};
+use septet_meshing::input::{DomainKind, Input, InputFacet, InputSegment, Region};
 
 use super::super::error::{InputError, Place};
 use super::super::text::{Line, Lines, Source, Words, integer, number};
@@ -153,7 +153,7 @@ impl<'a> Reader<'a> {
             }
         }
         self.count = count;
-        Ok((Input { markers: marks, ..Input::new(Kind::Complex, points) }, self.first))
+        Ok((Input { markers: marks, ..Input::new(DomainKind::Complex, points) }, self.first))
     }
 
     /// Reads the parts after the points.

@@ -7,7 +7,7 @@ use std::fs;
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use septet_meshing::input::{InputSegment, Kind};
+use septet_meshing::input::{DomainKind, InputSegment};
 use std::io::Write;
 
 use super::*;
@@ -58,7 +58,10 @@ fn poly_of_space() {
     let file = read(&[("a.poly", whole.as_bytes())]).unwrap();
     assert_eq!((file.first_id, file.notes.len()), (1, 0));
     let input = space(file);
-    assert_eq!((input.kind, input.points.len(), &input.markers[..]), (Kind::Complex, 4, &[3, 4, 5, 6][..]));
+    assert_eq!(
+        (input.kind, input.points.len(), &input.markers[..]),
+        (DomainKind::Complex, 4, &[3, 4, 5, 6][..])
+    );
     assert_eq!(input.facets.len(), 2);
     assert_eq!(input.facets[0].polygons, [vec![0, 1, 2], vec![0, 3]]);
     assert_eq!((input.facets[0].marker, input.facets[1].marker), (7, 0));
@@ -137,7 +140,7 @@ const SQUARE: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.5]
 
 fn faces(file: DomainFile) -> Vec<Vec<u32>> {
     let input = space(file);
-    assert_eq!(input.kind, Kind::Surface);
+    assert_eq!(input.kind, DomainKind::Surface);
     assert_eq!(input.points, SQUARE.map(DVec3::from));
     input.facets.into_iter().map(|f| f.polygons.concat()).collect()
 }

@@ -90,7 +90,7 @@ fn columns_are_chosen_by_name_and_by_number() {
     let three = ReadOptions { dimension: Some(3), ..columns(&["1", "2"]) };
     refused(text, &three);
     let npy = columns(&["1", "2"]);
-    assert!(matches!(bad_with("a.npy", npy_f8(), &npy), InputError::Unsupported { .. }));
+    assert!(matches!(bad_with("a.npy", npy_f8(), &npy), InputError::NotATable { .. }));
 }
 
 #[test]

@@ -60,7 +60,7 @@ fn vtu_holds_owners_where_asked_for() {
     let (_, arrays) = vtu_arrays(&written("m.vtu", &sample, &options)["m.vtu"]);
     let owner: Vec<u8> = sample.owner.iter().flat_map(|o| o.to_le_bytes()).collect();
     assert_eq!(arrays["owner"], owner);
-    assert_eq!(words(&arrays["home_leaf"]), sample.home_leaf);
+    assert_eq!(words(&arrays["home_leaf"]), sample.owning_leaf);
     let ratios = words(&arrays["radius_edge_ratio"]);
     // The diagonal of the cube is a diameter of the circumsphere of a Kuhn tetrahedron.
     let expected = 0.75f64.sqrt();

@@ -153,7 +153,7 @@ fn inconsistent_meshes_are_refused_before_anything_is_written() {
         MeshView { coordinates: &good.coordinates[2..], ..good },
         MeshView { cells: &good.cells[1..], ..good },
         MeshView { owner: Some(&[1]), ..good },
-        MeshView { home_leaf: Some(&[]), ..good },
+        MeshView { owning_leaf: Some(&[]), ..good },
     ];
     for mesh in bad {
         let error = write(&path, &mesh, &WriteOptions::default(), &mut |_, _| {}).unwrap_err();

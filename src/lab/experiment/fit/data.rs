@@ -131,7 +131,7 @@ pub const MARGIN: f64 = 0.05;
 
 /// A request for a fit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Request {
+pub struct FitRequest {
     /// The count.
     pub y: Key,
     /// The abscissa.
@@ -145,11 +145,11 @@ pub struct Request {
     pub resamples: u32,
 }
 
-impl Request {
+impl FitRequest {
     /// Returns a request for a count against n, with the margin of 5 %.
-    pub fn new(y: Key, phase: Option<&str>) -> Request {
+    pub fn new(y: Key, phase: Option<&str>) -> FitRequest {
         let phase = phase.map(str::to_string);
-        Request { y, x: Abscissa::Points, phase, margin: MARGIN, resamples: 0 }
+        FitRequest { y, x: Abscissa::Points, phase, margin: MARGIN, resamples: 0 }
     }
 }
 
@@ -264,7 +264,7 @@ pub enum FitError {
 
 /// The value of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Value {
+pub(super) struct Measurement {
     /// Number of points requested. It identifies runs of the same size.
     pub(super) asked: u64,
     pub(super) seed: u64,
@@ -284,7 +284,7 @@ pub(super) fn phases(lines: &[Line]) -> String {
 }
 
 /// Returns an error for requests that mix different quantities or are meaningless.
-pub(super) fn check(lines: &[Line], request: &Request) -> Result<(), FitError> {
+pub(super) fn check(lines: &[Line], request: &FitRequest) -> Result<(), FitError> {
     let key = request.y.name();
     if !(request.margin > 0.0 && request.margin < 1.0) {
         return Err(FitError::Margin { margin: request.margin });
@@ -307,7 +307,7 @@ pub(super) fn check(lines: &[Line], request: &Request) -> Result<(), FitError> {
 
 /// Groups lines that belong to one curve. Lines of a group differ only in size and seed, and in workers if the count
 /// does not depend on them. Of several lines with the same size and seed, one is kept.
-pub(super) fn series(lines: &[Line], request: &Request) -> BTreeMap<String, Vec<Line>> {
+pub(super) fn series(lines: &[Line], request: &FitRequest) -> BTreeMap<String, Vec<Line>> {
     let mut series: BTreeMap<String, Vec<Line>> = BTreeMap::new();
     let mut seen: BTreeSet<(String, u64, u64)> = BTreeSet::new();
     for line in lines.iter().filter(|line| line.program == Program::Simulate) {
@@ -355,7 +355,7 @@ pub(crate) fn series_name(line: &Line, key: Key) -> String {
 }
 
 /// Returns the value of a line, or `None` if the run stopped before it was counted.
-pub(super) fn value(line: &Line, request: &Request) -> Option<Value> {
+pub(super) fn value(line: &Line, request: &FitRequest) -> Option<Measurement> {
     let tree = &line.tree;
     let splits = tree.nodes - tree.leaves;
     let y = match request.y {
@@ -368,7 +368,7 @@ pub(super) fn value(line: &Line, request: &Request) -> Option<Value> {
         Key::ExchangeRounds => line.end?.exchange_rounds as f64,
         _ => of_phase(line, request)?,
     };
-    Some(Value { asked: line.asked, seed: line.seed, x: size(line, request.x), y })
+    Some(Measurement { asked: line.asked, seed: line.seed, x: size(line, request.x), y })
 }
 
 fn size(line: &Line, x: Abscissa) -> f64 {
@@ -378,7 +378,7 @@ fn size(line: &Line, x: Abscissa) -> f64 {
     }
 }
 
-fn of_phase(line: &Line, request: &Request) -> Option<f64> {
+fn of_phase(line: &Line, request: &FitRequest) -> Option<f64> {
     let name = request.phase.as_deref()?;
     let group = match name {
         "paper" => Some(line.paper?),

@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::data::Value;
+use super::conclusion::Conclusion;
+use super::data::Measurement;
 use super::design::Law;
 use super::distribution::t_quantile;
 use super::equivalence::LevelRow;
 use super::lack::lack_of_fit;
 use super::nested::{Curvature, curvature};
 use super::ols::{Interval, Observation, least_squares};
-use super::verdict::Verdict;
 
 /// Number of sizes that a curve with three coefficients needs for an error estimate.
 pub(super) const LEAST_SIZES: usize = 5;
@@ -80,12 +80,12 @@ pub(super) fn level_rows(runs: &[Vec<(f64, f64)>]) -> Vec<LevelRow> {
 }
 
 /// Returns the means over the seeds of each size.
-pub(super) fn by_size(values: &[Value]) -> Vec<SizeRow> {
-    let mut sizes: BTreeMap<u64, Vec<&Value>> = BTreeMap::new();
+pub(super) fn by_size(values: &[Measurement]) -> Vec<SizeRow> {
+    let mut sizes: BTreeMap<u64, Vec<&Measurement>> = BTreeMap::new();
     for value in values {
         sizes.entry(value.asked).or_default().push(value);
     }
-    let row = |values: &Vec<&Value>| {
+    let row = |values: &Vec<&Measurement>| {
         let count = values.len() as f64;
         SizeRow {
             x: values.iter().map(|v| v.x).sum::<f64>() / count,
@@ -109,7 +109,7 @@ pub(super) struct How {
 }
 
 /// Fits all laws and decides between them. Returns `None` if there are too few sizes.
-pub(super) fn growth(values: &[Value], how: How) -> Option<(Growth, Verdict)> {
+pub(super) fn growth(values: &[Measurement], how: How) -> Option<(Growth, Conclusion)> {
     let How { dimension, relative, margin } = how;
     let table = by_size(values);
     if table.len() < LEAST_SIZES {
@@ -132,8 +132,8 @@ pub(super) fn growth(values: &[Value], how: How) -> Option<(Growth, Verdict)> {
     let exponent = exponent(&table);
     let change = change(&rows)?;
     let growth = Growth { table, laws, curvature, exponent, change, margin };
-    let verdict = Verdict::of_growth(&growth);
-    Some((growth, verdict))
+    let conclusion = Conclusion::of_growth(&growth);
+    Some((growth, conclusion))
 }
 
 /// Returns the change over the range of sizes as a fraction of the mean, estimated by a straight line in log2 x.

@@ -1,4 +1,4 @@
-//! The growth of counts: growth laws with intervals, tests of curvature and flatness, and a verdict in words.
+//! The growth of counts: growth laws with intervals, tests of curvature and flatness, and a conclusion in words.
 //!
 //! **Statement.** Let y be a count of runs on sets of x points (or x = n / leaf).
 //! - (1) *Laws.* Each law g of [`Law`] is fitted as `y = a + b g(x)` by weighted least squares, with Student's
@@ -11,14 +11,14 @@
 //!   1987). The margin is part of the request and is never derived from the data. The default is 5 % of the mean
 //!   depth per doubling.
 //! - (4) *Lack of fit.* Each law is tested against its own change of steepness and against a cubic in log x, at 1 %
-//!   jointly. A law that does not fit is excluded. If no law remains, the verdict is "none of these", with the
+//!   jointly. A law that does not fit is excluded. If no law remains, the conclusion is "none of these", with the
 //!   exponent.
 //! - (5) *Flatness.* A count does not grow if the 90 % interval of its change over the range of sizes, according to
 //!   the fit of log n, lies within the margin. Here, the margin is a fraction of the mean, and there are again two
-//!   one-sided tests. A slope that is not significant does not show flatness. In this case, the verdict is that
+//!   one-sided tests. A slope that is not significant does not show flatness. In this case, the conclusion is that
 //!   growth is unclear.
-//! - (6) *Verdict.* A [`Verdict`] summarises the tests. A possible verdict is that the sizes do not distinguish the
-//!   laws.
+//! - (6) *Conclusion.* A [`Conclusion`] summarises the tests. A possible conclusion is that the sizes do not
+//!   distinguish the laws.
 //!
 //! **Departures.** All seeds at one size have the same position on the sawtooth that the leaf size causes, so they
 //! are not independent observations of curvature. The fit is therefore over the means at each size, and the error is
@@ -28,6 +28,7 @@
 //! A count of a whole run includes repair and the phases of the machine, so it is not fitted. Phases are fitted
 //! separately ([`FitError::Mixes`]).
 
+mod conclusion;
 mod data;
 mod design;
 mod distribution;
@@ -41,9 +42,9 @@ mod report;
 mod resample;
 mod speedup;
 mod table;
-mod verdict;
 
-pub use data::{Abscissa, FitError, Key, MARGIN, Request};
+pub use conclusion::Conclusion;
+pub use data::{Abscissa, FitError, FitRequest, Key, MARGIN};
 pub use design::Law;
 pub use equivalence::Equivalence;
 pub use growth::{Growth, LawFit};
@@ -53,4 +54,3 @@ pub use report::{FitReport, SCHEMA, Series, fit};
 pub use resample::Resampled;
 pub use speedup::{SpeedupRow, speedup};
 pub use table::speedup_table;
-pub use verdict::Verdict;

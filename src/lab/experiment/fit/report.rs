@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::data::{self, FitError, Key, Request, Value};
+use super::conclusion::Conclusion;
+use super::data::{self, FitError, FitRequest, Key, Measurement};
 use super::equivalence::{Equivalence, equivalence};
 use super::growth::{Growth, How, LEAST_SIZES, by_size, growth, level_rows};
 use super::resample::{Resampled, resample_growth, resample_levels};
-use super::verdict::Verdict;
 use crate::experiment::Line;
 
 /// Name and version of the schema of [`FitReport`].
@@ -24,7 +24,7 @@ pub struct FitReport {
     /// [`SCHEMA`].
     pub schema: String,
     /// The request.
-    pub request: Request,
+    pub request: FitRequest,
     /// The curves, each with the runs that belong to it.
     pub series: Vec<Series>,
 }
@@ -41,11 +41,12 @@ pub struct Series {
     pub growth: Option<Growth>,
     /// Flatness over levels, for `level-depth` only.
     pub levels: Option<Equivalence>,
-    /// The verdict.
-    pub verdict: Verdict,
-    /// The verdict in words.
+    /// The conclusion.
+    #[serde(rename = "verdict")]
+    pub conclusion: Conclusion,
+    /// The conclusion in words.
     pub words: String,
-    /// How often resampling gives the same verdict, if requested.
+    /// How often resampling gives the same conclusion, if requested.
     pub resampled: Option<Resampled>,
 }
 
@@ -53,7 +54,7 @@ pub struct Series {
 ///
 /// # Errors
 /// See [`FitError`].
-pub fn fit(lines: &[Line], request: &Request) -> Result<FitReport, FitError> {
+pub fn fit(lines: &[Line], request: &FitRequest) -> Result<FitReport, FitError> {
     data::check(lines, request)?;
     let mut series = Vec::new();
     for (name, lines) in data::series(lines, request) {
@@ -70,33 +71,33 @@ pub fn fit(lines: &[Line], request: &Request) -> Result<FitReport, FitError> {
     Ok(FitReport { schema: SCHEMA.to_string(), request: request.clone(), series })
 }
 
-fn of_growth(name: String, lines: &[Line], request: &Request) -> Result<Option<Series>, FitError> {
-    let values: Vec<Value> = lines.iter().filter_map(|line| data::value(line, request)).collect();
+fn of_growth(name: String, lines: &[Line], request: &FitRequest) -> Result<Option<Series>, FitError> {
+    let values: Vec<Measurement> = lines.iter().filter_map(|line| data::value(line, request)).collect();
     let Some(dimension) = lines.first().map(|line| line.dimension).filter(|_| !values.is_empty()) else {
         return Ok(None);
     };
     let how = How { dimension, relative: request.y.is_relative(), margin: request.margin };
     let table = by_size(&values);
-    let Some((growth, verdict)) = growth(&values, how) else {
+    let Some((growth, conclusion)) = growth(&values, how) else {
         return Err(FitError::TooFewSizes { series: name, sizes: table.len(), least: LEAST_SIZES });
     };
     let counts = table.iter().map(|row| (row.x, row.runs));
     enough_seeds(&name, counts, request)?;
     let resampled =
-        (request.resamples > 0).then(|| resample_growth(&values, how, &verdict, request.resamples));
-    let words = growth.words(&verdict);
+        (request.resamples > 0).then(|| resample_growth(&values, how, &conclusion, request.resamples));
+    let words = growth.words(&conclusion);
     Ok(Some(Series {
         name,
         runs: values.len(),
         growth: Some(growth),
         levels: None,
-        verdict,
+        conclusion,
         words,
         resampled,
     }))
 }
 
-fn of_levels(name: String, lines: &[Line], request: &Request) -> Result<Option<Series>, FitError> {
+fn of_levels(name: String, lines: &[Line], request: &FitRequest) -> Result<Option<Series>, FitError> {
     let phase = request.phase.as_deref().unwrap_or_default();
     let runs: Vec<Vec<(f64, f64)>> =
         lines.iter().map(|line| data::levels(line, phase)).filter(|levels| !levels.is_empty()).collect();
@@ -112,18 +113,26 @@ fn of_levels(name: String, lines: &[Line], request: &Request) -> Result<Option<S
         *sizes.entry(line.asked).or_default() += 1;
     }
     enough_seeds(&name, sizes.into_iter().map(|(n, runs)| (n as f64, runs)), request)?;
-    let verdict = Verdict::of_levels(&test);
-    let resampled =
-        (request.resamples > 0).then(|| resample_levels(&runs, request.margin, &verdict, request.resamples));
-    let words = verdict.words();
-    Ok(Some(Series { name, runs: runs.len(), growth: None, levels: Some(test), verdict, words, resampled }))
+    let conclusion = Conclusion::of_levels(&test);
+    let resampled = (request.resamples > 0)
+        .then(|| resample_levels(&runs, request.margin, &conclusion, request.resamples));
+    let words = conclusion.words();
+    Ok(Some(Series {
+        name,
+        runs: runs.len(),
+        growth: None,
+        levels: Some(test),
+        conclusion,
+        words,
+        resampled,
+    }))
 }
 
 /// Returns an error if some size has too few seeds for resampling.
 fn enough_seeds(
     series: &str,
     mut sizes: impl Iterator<Item = (f64, usize)>,
-    request: &Request,
+    request: &FitRequest,
 ) -> Result<(), FitError> {
     match sizes.find(|size| size.1 < LEAST_SEEDS).filter(|_| request.resamples > 0) {
         Some((size, seeds)) => {

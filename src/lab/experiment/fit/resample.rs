@@ -1,8 +1,8 @@
-//! Resampling of the seeds, to estimate the reliability of a verdict.
+//! Resampling of the seeds, to estimate the reliability of a conclusion.
 //!
 //! **Statement.** Each repetition draws, with replacement and at every size, as many runs as the data have, and
-//! determines the verdict. For levels, it draws from all runs together. The fraction of repetitions that agree with
-//! the data estimates the power of the test with these sizes and numbers of seeds (Efron 1979).
+//! determines the conclusion. For levels, it draws from all runs together. The fraction of repetitions that agree
+//! with the data estimates the power of the test with these sizes and numbers of seeds (Efron 1979).
 
 use std::collections::BTreeMap;
 
@@ -10,10 +10,10 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use super::data::Value;
+use super::conclusion::Conclusion;
+use super::data::Measurement;
 use super::equivalence::equivalence;
 use super::growth::{How, growth, level_rows};
-use super::verdict::Verdict;
 
 /// Seed of the draws. It is fixed, so that the result is a function of the request.
 const SEED: u64 = 1;
@@ -23,40 +23,46 @@ const SEED: u64 = 1;
 pub struct Resampled {
     /// Number of repetitions.
     pub times: u32,
-    /// Fraction with the same verdict.
-    pub same_verdict: f64,
+    /// Fraction with the same conclusion.
+    #[serde(rename = "same_verdict")]
+    pub same_conclusion: f64,
     /// Fraction that bends upwards relative to log n at 1 %; for levels, the fraction beyond the margin.
     pub bends: f64,
     /// For levels, the fraction found flat.
     pub flat: f64,
 }
 
-pub(super) fn resample_growth(values: &[Value], how: How, verdict: &Verdict, times: u32) -> Resampled {
-    let mut sizes: BTreeMap<u64, Vec<Value>> = BTreeMap::new();
+pub(super) fn resample_growth(
+    values: &[Measurement],
+    how: How,
+    conclusion: &Conclusion,
+    times: u32,
+) -> Resampled {
+    let mut sizes: BTreeMap<u64, Vec<Measurement>> = BTreeMap::new();
     for value in values {
         sizes.entry(value.asked).or_default().push(*value);
     }
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let (mut same, mut bends) = (0u32, 0u32);
     for _ in 0..times {
-        let drawn: Vec<Value> = sizes
+        let drawn: Vec<Measurement> = sizes
             .values()
             .flat_map(|runs| {
                 (0..runs.len()).map(|_| runs[rng.random_range(0..runs.len())]).collect::<Vec<_>>()
             })
             .collect();
         if let Some((again, decided)) = growth(&drawn, how) {
-            same += u32::from(decided == *verdict);
+            same += u32::from(decided == *conclusion);
             bends += u32::from(again.curvature.bends && again.curvature.quadratic.value > 0.0);
         }
     }
-    Resampled { times, same_verdict: share(same, times), bends: share(bends, times), flat: 0.0 }
+    Resampled { times, same_conclusion: share(same, times), bends: share(bends, times), flat: 0.0 }
 }
 
 pub(super) fn resample_levels(
     runs: &[Vec<(f64, f64)>],
     margin: f64,
-    verdict: &Verdict,
+    conclusion: &Conclusion,
     times: u32,
 ) -> Resampled {
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
@@ -65,14 +71,14 @@ pub(super) fn resample_levels(
         let drawn: Vec<Vec<(f64, f64)>> =
             (0..runs.len()).map(|_| runs[rng.random_range(0..runs.len())].clone()).collect();
         if let Some(again) = equivalence(&level_rows(&drawn), margin) {
-            same += u32::from(Verdict::of_levels(&again) == *verdict);
+            same += u32::from(Conclusion::of_levels(&again) == *conclusion);
             bends += u32::from(again.sloped);
             flat += u32::from(again.flat);
         }
     }
     Resampled {
         times,
-        same_verdict: share(same, times),
+        same_conclusion: share(same, times),
         bends: share(bends, times),
         flat: share(flat, times),
     }

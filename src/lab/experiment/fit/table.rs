@@ -39,7 +39,7 @@ impl FitReport {
             if let Some(test) = &series.levels {
                 test.write(&mut out);
             }
-            series.write_verdict(&mut out);
+            series.write_conclusion(&mut out);
             if self.request.phase.as_deref() == Some("paper") && self.request.y != Key::LevelDepth {
                 line(
                     &mut out,
@@ -150,10 +150,10 @@ impl Equivalence {
 }
 
 impl Series {
-    fn write_verdict(&self, out: &mut String) {
+    fn write_conclusion(&self, out: &mut String) {
         line(out, &format!("  verdict: {}", self.words));
         let Some(r) = &self.resampled else { return };
-        let same = 100.0 * r.same_verdict;
+        let same = 100.0 * r.same_conclusion;
         let rest = if self.levels.is_some() {
             format!("flat in {:.1} %, sloped in {:.1} %", 100.0 * r.flat, 100.0 * r.bends)
         } else {

@@ -8,18 +8,18 @@ use std::path::PathBuf;
 use septet_meshing::conformity::Conformity;
 use septet_meshing::domain::{Domain, Feature};
 use septet_meshing::facet::Triangulate;
-use septet_meshing::input::Kind;
+use septet_meshing::input::DomainKind;
 use septet_meshing::mesh::{Mesh, StageLine};
-use septet_meshing::quality::ratio::Bounds;
-use septet_meshing::quality::{Place, Quality, RadiusEdge, SLIVER_RATIO, SLIVERS, WorstCell};
+use septet_meshing::quality::ratio::Bracket;
+use septet_meshing::quality::{CentrePlace, Quality, RadiusEdge, SLIVER_RATIO, SLIVERS, WorstCell};
 
 pub mod histogram;
 mod schema;
 pub mod tables;
 
 pub use schema::{
-    CellReport, ConformityReport, CountReport, DeviationReport, DomainReport, FeatureReport, Interval,
-    MeshReport, ParameterReport, PlaceReport, QualityReport, Seconds, SliverReport, StageReport,
+    CellReport, ConformityReport, CountReport, DeviationReport, DomainReport, FeatureReport, MeshReport,
+    MeshSeconds, ParameterReport, PlaceReport, QualityReport, RatioRange, SliverReport, StageReport,
 };
 
 use histogram::HistogramReport;
@@ -47,13 +47,13 @@ pub struct MeshContext<'a> {
     /// The id of the first point in the file.
     pub first_id: u64,
     /// Measured times.
-    pub seconds: Seconds,
+    pub seconds: MeshSeconds,
     /// Measured peak memory.
     pub peak_rss_bytes: Option<u64>,
 }
 
 /// A mesh with its checks and measurements.
-pub struct Judged<'a, P: Triangulate> {
+pub struct CheckedMesh<'a, P: Triangulate> {
     /// The domain.
     pub domain: &'a Domain<P>,
     /// The request.
@@ -74,8 +74,8 @@ pub struct Judged<'a, P: Triangulate> {
 
 impl MeshReport {
     /// Returns the report of a mesh.
-    pub fn of<P: Triangulate>(judged: &Judged<'_, P>, context: &MeshContext<'_>) -> Self {
-        let Judged { domain, request, mesh, stages, quality, conformity, run_log, picture } = *judged;
+    pub fn of<P: Triangulate>(checked: &CheckedMesh<'_, P>, context: &MeshContext<'_>) -> Self {
+        let CheckedMesh { domain, request, mesh, stages, quality, conformity, run_log, picture } = *checked;
         let id = context.first_id;
         let places = ["free", "near", "above", "outside"].into_iter().zip(&quality.places);
         let features = quality.features.iter().take(LISTED_FEATURES).map(|f| FeatureReport {
@@ -134,7 +134,7 @@ pub fn feature_name<P: Triangulate>(domain: &Domain<P>, feature: Feature, first_
     }
 }
 
-fn parameters(kind: Kind, request: &MeshRequest, context: &MeshContext<'_>) -> ParameterReport {
+fn parameters(kind: DomainKind, request: &MeshRequest, context: &MeshContext<'_>) -> ParameterReport {
     let machine = &request.machine;
     ParameterReport {
         input: context.input.to_owned(),
@@ -150,8 +150,8 @@ fn parameters(kind: Kind, request: &MeshRequest, context: &MeshContext<'_>) -> P
         min_size: request.min_size,
         size_field_points: request.field.as_ref().map_or(0, |f| f.rows.len()),
         singularity: request.singularity.as_ref().map(|s| match s.shape {
-            septet_core::mesh::Shape::Point => "point".into(),
-            septet_core::mesh::Shape::Line => "line".into(),
+            septet_core::mesh::SingularityShape::Point => "point".into(),
+            septet_core::mesh::SingularityShape::Line => "line".into(),
         }),
         feature_angle: request.feature_angle,
         improve: request.improve,
@@ -171,8 +171,8 @@ fn domain_report<P: Triangulate>(domain: &Domain<P>) -> DomainReport {
     DomainReport {
         dimension: P::DIM,
         kind: match domain.kind {
-            Kind::Complex => "complex",
-            Kind::Surface => "surface",
+            DomainKind::Complex => "complex",
+            DomainKind::Surface => "surface",
         }
         .into(),
         points: domain.points().len() as u64,
@@ -229,8 +229,8 @@ fn stage(line: &StageLine) -> StageReport {
     }
 }
 
-fn between(bounds: Bounds) -> Interval {
-    Interval { lower: bounds.lower, upper: bounds.upper }
+fn between(bounds: Bracket) -> RatioRange {
+    RatioRange { lower: bounds.lower, upper: bounds.upper }
 }
 
 fn place<P: Triangulate>(
@@ -257,7 +257,7 @@ fn cell<P: Triangulate>(domain: &Domain<P>, worst: &WorstCell<P>, first_id: u64)
         radius_edge: between(worst.ratio),
         least_angle: worst.angles[0],
         largest_angle: worst.angles[1],
-        feature: Place::feature(worst.place).map(name),
+        feature: CentrePlace::feature(worst.place).map(name),
         at: (0..P::DIM).map(|i| worst.at.coord(i)).collect(),
         vertices: worst.vertices.iter().map(|&(v, c)| (v, carried(c))).collect(),
     }

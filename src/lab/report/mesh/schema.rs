@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use septet_core::mesh::run_log::{PhaseLine, RunLine};
+use septet_core::mesh::run_log::{RunLine, StagePhase};
 use septet_core::mesh::view::MeshPicture;
 
 use super::histogram::HistogramReport;
@@ -19,7 +19,7 @@ fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
 
 /// Measured wall-clock seconds.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub struct Seconds {
+pub struct MeshSeconds {
     /// Reading and checking the domain.
     pub read_seconds: f64,
     /// Generating the mesh.
@@ -50,7 +50,7 @@ pub struct MeshReport {
     pub stages: Vec<StageReport>,
     /// The phases of the machine in each stage.
     #[serde(default)]
-    pub phases: Vec<PhaseLine>,
+    pub phases: Vec<StagePhase>,
     /// The runs of the machine, in order.
     #[serde(skip_deserializing)]
     pub runs: Vec<RunLine>,
@@ -70,7 +70,7 @@ pub struct MeshReport {
     #[serde(default)]
     pub view: Option<MeshPicture>,
     /// Measured wall-clock seconds.
-    pub seconds: Seconds,
+    pub seconds: MeshSeconds,
     /// Measured peak of resident memory.
     #[serde(skip_deserializing)]
     pub peak_rss_bytes: Option<u64>,
@@ -223,7 +223,7 @@ pub struct StageReport {
 
 /// An interval that contains a number. The upper bound is null if rounding leaves it open.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Interval {
+pub struct RatioRange {
     /// The lower bound.
     #[serde(skip_deserializing)]
     pub lower: f64,
@@ -240,7 +240,7 @@ pub struct PlaceReport {
     /// Number of cells.
     pub cells: u64,
     /// The largest ratio.
-    pub most: Interval,
+    pub most: RatioRange,
     /// The proved bound. `None` if no bound is proved.
     pub promised: Option<f64>,
     /// Number of cells above the bound.
@@ -256,7 +256,7 @@ pub struct CellReport {
     /// Index of the cell.
     pub cell: u32,
     /// The radius-edge ratio.
-    pub radius_edge: Interval,
+    pub radius_edge: RatioRange,
     /// Smallest angle in degrees.
     pub least_angle: f64,
     /// Largest angle in degrees.
@@ -279,7 +279,7 @@ pub struct FeatureReport {
     /// Number of cells above the bound.
     pub over: u64,
     /// The largest radius-edge ratio.
-    pub radius_edge: Interval,
+    pub radius_edge: RatioRange,
     /// Index of the cell with this ratio.
     pub worst_cell: u32,
     /// Smallest angle in degrees.

@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use crate::report::TableFormat;
-use crate::report::tables::{Column, Table};
+use crate::report::tables::{Table, TableColumn};
 
 use super::MeshReport;
 
@@ -101,7 +101,8 @@ fn table(
     rows: Vec<Vec<String>>,
     notes: Vec<String>,
 ) -> Table {
-    let columns = labels.iter().map(|&l| Column::Label(l)).chain(counts.iter().map(|&c| Column::Modelled(c)));
-    let columns = columns.chain([Column::Measured("seconds")]).collect();
+    let columns =
+        labels.iter().map(|&l| TableColumn::Label(l)).chain(counts.iter().map(|&c| TableColumn::Modelled(c)));
+    let columns = columns.chain([TableColumn::Measured("seconds")]).collect();
     Table { title, heading, columns, rows, totals: Vec::new(), notes }
 }

@@ -10,11 +10,11 @@ use super::surface::Surface;
 use crate::bvh::{Bounds, Bvh};
 use crate::distance::closest_on_triangle;
 use crate::domain::Domain;
-use crate::generate::machine::Machine;
+use crate::generate::machine::MeshMachine;
 use crate::space::Space;
 
 /// Returns the largest measured distance of each face from the surface.
-pub(super) fn of_faces<P: Space, M: Machine<P> + Sync>(
+pub(super) fn of_faces<P: Space, M: MeshMachine<P> + Sync>(
     machine: &M,
     surface: &Surface<P>,
     faces: &[[P; 3]],
@@ -28,7 +28,7 @@ pub(super) fn of_faces<P: Space, M: Machine<P> + Sync>(
 }
 
 /// Returns, for each vertex of the surface, its distance to the faces, its position, and the nearest face.
-pub(super) fn of_vertices<P: Space, M: Machine<P> + Sync>(
+pub(super) fn of_vertices<P: Space, M: MeshMachine<P> + Sync>(
     machine: &M,
     domain: &Domain<P>,
     faces: &[[P; 3]],

@@ -25,11 +25,11 @@ use septet_geometry::point::dist2;
 
 use super::chord::Chord;
 use super::refinement::Refinement;
-use super::restricted::Face;
+use super::restricted::RestrictedFace;
 use crate::generate::generator::Candidate;
-use crate::generate::machine::Machine;
+use crate::generate::machine::MeshMachine;
 use crate::mesh::Carrier;
-use crate::octree::Key;
+use crate::octree::CellKey;
 use crate::points::candidates::Name;
 use crate::points::conflicts::Site;
 use crate::space::Space;
@@ -55,9 +55,9 @@ const SHORT: f64 = 1.0 / 32.0;
 /// Chords at a corner that are longer than the shortest chord by this factor are divided first.
 const LEVEL: f64 = 1.25;
 
-impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
+impl<P: Space, M: MeshMachine<P> + Sync> Refinement<'_, P, M> {
     /// Returns the candidates that turn a chord into an edge of the boundary.
-    pub(super) fn for_chord(&self, chord: &Chord<P>, face: Option<&Face<P>>) -> Vec<Candidate<P>> {
+    pub(super) fn for_chord(&self, chord: &Chord<P>, face: Option<&RestrictedFace<P>>) -> Vec<Candidate<P>> {
         let Some(face) = face else { return self.level(chord) };
         if !self.generator.subsegments.hold(face.place.at) {
             return vec![self.on_surface(face)];
@@ -86,7 +86,7 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
 
     /// Returns the point of the surface in the direction of s from a corner of the chord, as far from the corner as the
     /// other end.
-    fn on_shell(&self, chord: &Chord<P>, face: &Face<P>) -> Option<Candidate<P>> {
+    fn on_shell(&self, chord: &Chord<P>, face: &RestrictedFace<P>) -> Option<Candidate<P>> {
         let v = chord.ends.into_iter().find(|&v| self.at_corners.len() > v as usize)?;
         let points = &self.generator.vertices.points;
         let (corner, radius) = (points[v as usize], 2.0 * chord.ball.radius2.sqrt());
@@ -100,7 +100,7 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
     }
 
     /// Returns the vertex of a face opposite the chord, rotated around the chord to the side of s.
-    fn mirrored(&self, chord: &Chord<P>, face: &Face<P>) -> Option<Candidate<P>> {
+    fn mirrored(&self, chord: &Chord<P>, face: &RestrictedFace<P>) -> Option<Candidate<P>> {
         let points = &self.generator.vertices.points;
         let [p, q] = chord.ends.map(|v| points[v as usize]);
         let apex = face.vertices.into_iter().find(|v| !chord.ends.contains(v))?;
@@ -113,7 +113,7 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
         let (foot, away) = across(x);
         let (_, towards) = across(face.place.at);
         let (distance, length) = (away.norm2().sqrt(), towards.norm2().sqrt());
-        let unit = Name { cell: Key::ROOT, number: apex }.unit(self.generator.rules.seed, 1);
+        let unit = Name { cell: CellKey::ROOT, number: apex }.unit(self.generator.rules.seed, 1);
         let turned = foot + towards * (distance / length * (1.0 - NEARER * unit));
         let near = self.surface.nearest(turned)?;
         let within = |a: P, b: P, part: f64| dist2(a, b) <= part * part * distance * distance;

@@ -57,8 +57,8 @@ use crate::domain::Domain;
 use crate::space::Space;
 
 use super::generator::{Generator, Rules};
-use super::machine::Machine;
-use super::{Failure, Generated};
+use super::machine::MeshMachine;
+use super::{GeneratedMesh, GenerationError};
 
 pub use features::{Ridge, SurfaceFeatures};
 pub use options::{DEFAULT_DISTANCE, DEFAULT_PARTS, Options};
@@ -67,17 +67,17 @@ pub use options::{DEFAULT_DISTANCE, DEFAULT_PARTS, Options};
 /// [`Deviation`](crate::conformity::Deviation) reports the resulting distance between boundary and surface.
 ///
 /// # Errors
-/// Returns [`Failure::Unsupported`] in the plane and for domains that are not surfaces. Returns another [`Failure`]
-/// if the machine fails, features cannot be recovered, or the mesh needs too many vertices.
-pub fn remesh<P: Space, M: Machine<P> + Sync>(
+/// Returns [`GenerationError::Unsupported`] in the plane and for domains that are not surfaces. Returns another
+/// [`GenerationError`] if the machine fails, features cannot be recovered, or the mesh needs too many vertices.
+pub fn remesh<P: Space, M: MeshMachine<P> + Sync>(
     domain: &Domain<P>,
     rules: Rules<'_, P>,
     feature_angle: f64,
     options: Options,
     machine: &mut M,
-) -> Result<Generated<P>, Failure<M::Error>> {
-    if P::DIM != 3 || domain.kind != crate::input::Kind::Surface {
-        return Err(Failure::Unsupported("only closed surfaces in space can be remeshed"));
+) -> Result<GeneratedMesh<P>, GenerationError<M::Error>> {
+    if P::DIM != 3 || domain.kind != crate::input::DomainKind::Surface {
+        return Err(GenerationError::Unsupported("only closed surfaces in space can be remeshed"));
     }
     let features = SurfaceFeatures::new(domain, feature_angle);
     let mut generator = Generator::new(domain, rules, machine);

@@ -11,7 +11,7 @@ use super::deviation::{of_faces, of_vertices};
 use super::features::SurfaceFeatures;
 use super::options::{DEFAULT_DISTANCE, Options};
 use super::refinement::{Refinement, edges_of};
-use super::restricted::{Face, Restricted};
+use super::restricted::{Restricted, RestrictedFace};
 use super::surface::Surface;
 use super::thin_sheets::{THIN, THINNEST};
 use super::topology::{crowded, lost, unfaced, useful};
@@ -21,9 +21,9 @@ use crate::conformity::LOOSE;
 use crate::domain::Feature;
 use crate::generate::balls::{Ball, Balls};
 use crate::generate::generator::{Candidate, Generator};
-use crate::generate::machine::Machine;
+use crate::generate::machine::MeshMachine;
 use crate::generate::volume::sampling_cells;
-use crate::generate::{Failure, Generated, Missing};
+use crate::generate::{GeneratedMesh, GenerationError, Missing};
 use crate::manifold::euler;
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
@@ -48,7 +48,7 @@ const MORE: usize = 2;
 /// The maximum number of times that vertices without a face are removed. Vertices that recur later are kept.
 const TAKEN: u32 = 3;
 
-impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
+impl<'a, P: Space, M: MeshMachine<P> + Sync> Refinement<'a, P, M> {
     pub(super) fn new(
         generator: Generator<'a, P, M>,
         features: &'a SurfaceFeatures,
@@ -84,7 +84,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
     }
 
     /// Runs all stages.
-    pub(super) fn run(mut self) -> Result<Generated<P>, Failure<M::Error>> {
+    pub(super) fn run(mut self) -> Result<GeneratedMesh<P>, GenerationError<M::Error>> {
         self.ridges()?;
         self.generator.begin("surface");
         let walls: Vec<u32> = (0..self.surface.walls()).collect();
@@ -94,23 +94,23 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         });
         let most = self.generator.rules.most;
         let found: Option<Vec<Vec<Candidate<P>>>> = found.into_iter().collect();
-        let found = found.ok_or(Failure::TooMany(most))?;
-        self.generator.sample(found.into_iter().flatten().collect()).map_err(Failure::Machine)?;
+        let found = found.ok_or(GenerationError::TooMany(most))?;
+        self.generator.sample(found.into_iter().flatten().collect()).map_err(GenerationError::Machine)?;
         let made = self.refined(false)?;
         self.generator.subfacets = Balls::new(made.faces.iter().map(ball).collect());
         self.generator.begin("volume");
         let cells = sampling_cells(self.generator.domain, &self.generator.rules, &*self.generator.machine)
-            .ok_or(Failure::TooMany(most))?;
+            .ok_or(GenerationError::TooMany(most))?;
         let found =
             self.generator.machine.map(&cells, |(cell, whole)| self.generator.candidates_of(cell, *whole));
-        self.generator.sample(found.into_iter().flatten().collect()).map_err(Failure::Machine)?;
+        self.generator.sample(found.into_iter().flatten().collect()).map_err(GenerationError::Machine)?;
         let made = self.refined(true)?;
         Ok(self.finished(made))
     }
 
-    fn finished(self, mut made: Restricted<P>) -> Generated<P> {
+    fn finished(self, mut made: Restricted<P>) -> GeneratedMesh<P> {
         let Generator { mut vertices, stages, .. } = self.generator;
-        let face = |f: &Face<P>| {
+        let face = |f: &RestrictedFace<P>| {
             let cell = &made.delaunay.cells[f.cells[0] as usize];
             let apex = cell.as_ref().iter().copied().find(|v| !f.vertices.contains(v)).unwrap_or_default();
             let facet = facet_without::<P>(cell, apex);
@@ -134,29 +134,32 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         }
         faces.sort_unstable();
         let Restricted { delaunay, labels, .. } = made;
-        Generated { vertices, delaunay, labels, faces, subsegments, stages }
+        GeneratedMesh { vertices, delaunay, labels, faces, subsegments, stages }
     }
 
     /// Inserts an independent set of candidates, with the values of the size function as their sizes.
-    pub(super) fn insert(&mut self, candidates: Vec<Candidate<P>>) -> Result<(), Failure<M::Error>> {
+    pub(super) fn insert(&mut self, candidates: Vec<Candidate<P>>) -> Result<(), GenerationError<M::Error>> {
         let before = self.generator.vertices.len();
-        self.generator.complete(candidates, true).map_err(Failure::Machine)?;
+        self.generator.complete(candidates, true).map_err(GenerationError::Machine)?;
         for v in before..self.generator.vertices.len() {
             self.generator.vertices.sizes[v] = (self.generator.rules.size)(self.generator.vertices.points[v]);
         }
         if self.generator.vertices.len() as u64 > self.generator.rules.most {
-            return Err(Failure::TooMany(self.generator.rules.most));
+            return Err(GenerationError::TooMany(self.generator.rules.most));
         }
         Ok(())
     }
 
     /// Refines until there are no faults. Faults are handled in this order: faces and chords, violations of the
     /// manifold property, cells, and the requested distance.
-    fn refined(&mut self, volume: bool) -> Result<Restricted<P>, Failure<M::Error>> {
+    fn refined(&mut self, volume: bool) -> Result<Restricted<P>, GenerationError<M::Error>> {
         let (mut last, mut taken) = (Vec::new(), 0);
         for _ in 0..ROUNDS {
-            let delaunay =
-                self.generator.machine.delaunay(&self.generator.vertices.points).map_err(Failure::Machine)?;
+            let delaunay = self
+                .generator
+                .machine
+                .delaunay(&self.generator.vertices.points)
+                .map_err(GenerationError::Machine)?;
             let made = Restricted::new(&self.generator, &self.surface, delaunay);
             let mut found = self.coarse(&made);
             if found.is_empty() {
@@ -189,14 +192,14 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
             let limit = SMALLEST * self.surface.diagonal();
             let stuck: Vec<_> = found.iter().copied().filter(|(site, _)| site.size <= limit).collect();
             if !stuck.is_empty() {
-                return Err(Failure::Missing(missing(&stuck)));
+                return Err(GenerationError::Missing(missing(&stuck)));
             }
             found = self.unmet(&found)?;
             last.clone_from(&found);
             self.insert(found)?;
             self.make_chords();
         }
-        Err(Failure::Missing(missing(&last)))
+        Err(GenerationError::Missing(missing(&last)))
     }
 
     /// Halves the limit for thin sheets if the boundary and the surface have different numbers of handles and there
@@ -214,20 +217,20 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
     }
 
     /// Returns the candidates that are not vertices yet. Fails if all candidates are vertices.
-    fn unmet(&self, candidates: &[Candidate<P>]) -> Result<Vec<Candidate<P>>, Failure<M::Error>> {
+    fn unmet(&self, candidates: &[Candidate<P>]) -> Result<Vec<Candidate<P>>, GenerationError<M::Error>> {
         let mut points = self.generator.vertices.points.clone();
         points.sort_unstable_by(lex_cmp);
         let is_new = |c: &&Candidate<P>| points.binary_search_by(|p| lex_cmp(p, &c.0.at)).is_err();
         let new: Vec<_> = candidates.iter().filter(is_new).copied().collect();
         if new.is_empty() && !candidates.is_empty() {
-            return Err(Failure::Missing(missing(candidates)));
+            return Err(GenerationError::Missing(missing(candidates)));
         }
         Ok(new)
     }
 
     /// Returns the candidate for the centre of an empty surface ball: the midpoint of a chord whose ball contains it,
     /// or the point itself.
-    pub(super) fn on_surface(&self, face: &Face<P>) -> Candidate<P> {
+    pub(super) fn on_surface(&self, face: &RestrictedFace<P>) -> Candidate<P> {
         let at = face.place.at;
         let size = face.radius.min((self.generator.rules.size)(at));
         self.at_surface(Site { at, size }, face.place.facet)
@@ -269,7 +272,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         found
     }
 
-    fn is_coarse_face(&self, made: &Restricted<P>, face: &Face<P>) -> bool {
+    fn is_coarse_face(&self, made: &Restricted<P>, face: &RestrictedFace<P>) -> bool {
         let vertices = &self.generator.vertices;
         if made.is_shared(face)
             || face.vertices.iter().any(|&v| vertices.carriers[v as usize] == Carrier::Volume)
@@ -350,7 +353,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
     }
 }
 
-fn ball<P: Space>(face: &Face<P>) -> Ball<P> {
+fn ball<P: Space>(face: &RestrictedFace<P>) -> Ball<P> {
     Ball { centre: face.place.at, radius2: face.radius * face.radius }
 }
 

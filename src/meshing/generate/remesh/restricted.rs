@@ -11,12 +11,12 @@ use septet_geometry::measure::circumcentre;
 use septet_geometry::point::{Point, Simplex, dist2, lex_cmp};
 use septet_geometry::predicates::orientation;
 
-use super::surface::{Place, Surface};
+use super::surface::{Surface, SurfacePoint};
 use crate::generate::balls::Ball;
-use crate::generate::cells::Labels;
+use crate::generate::cells::CellLabels;
 use crate::generate::facets::circumcircle;
 use crate::generate::generator::Generator;
-use crate::generate::machine::{Machine, Triangulation};
+use crate::generate::machine::{Delaunay, MeshMachine};
 use crate::sides::Location;
 use crate::space::Space;
 
@@ -33,13 +33,13 @@ struct DualEdge<P> {
 
 /// A face of the boundary, and its surface ball.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Face<P> {
+pub(super) struct RestrictedFace<P> {
     /// Its vertices, ascending.
     pub(super) vertices: [u32; 3],
     /// The adjacent cells, with `u32::MAX` across the hull.
     pub(super) cells: [u32; 2],
     /// The point s at which its dual edge meets the surface.
-    pub(super) place: Place<P>,
+    pub(super) place: SurfacePoint<P>,
     /// The radius of the surface ball, whose centre is s.
     pub(super) radius: f64,
     /// The centre of the face's circumcircle.
@@ -48,12 +48,12 @@ pub(super) struct Face<P> {
 
 /// A triangulation with its boundary.
 pub(super) struct Restricted<P: Point> {
-    pub(super) delaunay: Triangulation<P::Cell>,
-    pub(super) labels: Labels,
+    pub(super) delaunay: Delaunay<P::Cell>,
+    pub(super) labels: CellLabels,
     /// The circumcentres.
     pub(super) centres: Vec<P>,
     /// The boundary, ascending by vertices.
-    pub(super) faces: Vec<Face<P>>,
+    pub(super) faces: Vec<RestrictedFace<P>>,
 }
 
 /// The ratio below which a cell is flat up to rounding: six times its volume, divided by the product of three of its
@@ -72,10 +72,10 @@ const CHUNK: usize = 1024;
 
 impl<P: Space> Restricted<P> {
     /// Labels the cells and finds the boundary.
-    pub(super) fn new<M: Machine<P> + Sync>(
+    pub(super) fn new<M: MeshMachine<P> + Sync>(
         generator: &Generator<'_, P, M>,
         surface: &Surface<P>,
-        delaunay: Triangulation<P::Cell>,
+        delaunay: Delaunay<P::Cell>,
     ) -> Self {
         let numbers: Vec<u32> = (0..delaunay.cells.len() as u32).collect();
         let chunks: Vec<&[u32]> = numbers.chunks(CHUNK).collect();
@@ -87,7 +87,7 @@ impl<P: Space> Restricted<P> {
         let far = 2.0 * surface.diagonal();
         let placed = generator.machine.map(&flat, |&i| flattened(generator, &delaunay, &found, far, i));
         let (mut centres, of): (Vec<P>, Vec<_>) = found.into_iter().unzip();
-        let mut labels = Labels { of: of.into_iter().map(|l| l.unwrap_or(Labels::OUT)).collect() };
+        let mut labels = CellLabels { of: of.into_iter().map(|l| l.unwrap_or(CellLabels::OUT)).collect() };
         for (&i, (centre, label)) in flat.iter().zip(placed) {
             (centres[i as usize], labels.of[i as usize]) = (centre, label);
         }
@@ -101,20 +101,20 @@ impl<P: Space> Restricted<P> {
     }
 
     /// Returns the boundary faces of a cell inside the domain. A face between two such cells is returned only once.
-    fn faces_of<M: Machine<P> + Sync>(
+    fn faces_of<M: MeshMachine<P> + Sync>(
         &self,
         generator: &Generator<'_, P, M>,
         surface: &Surface<P>,
         i: u32,
-    ) -> Vec<Face<P>> {
+    ) -> Vec<RestrictedFace<P>> {
         let mut found = Vec::new();
         if !self.labels.is_inside(i) {
             return found;
         }
         let across = &self.delaunay.neighbours[i as usize];
-        let label = |j: u32| if j == u32::MAX { Labels::OUT } else { self.labels.of[j as usize] };
+        let label = |j: u32| if j == u32::MAX { CellLabels::OUT } else { self.labels.of[j as usize] };
         for (slot, &j) in across.as_ref().iter().enumerate() {
-            if label(j) == label(i) || label(j) != Labels::OUT && j < i {
+            if label(j) == label(i) || label(j) != CellLabels::OUT && j < i {
                 continue;
             }
             found.extend(self.face(generator, surface, i, slot, true));
@@ -125,14 +125,14 @@ impl<P: Space> Restricted<P> {
     /// Returns the face of a cell opposite a vertex, if its dual edge crosses the surface. If rounding hides the
     /// crossing and `always` is set, the point of the surface nearest to an end of the dual edge replaces the
     /// crossing.
-    fn face<M: Machine<P> + Sync>(
+    fn face<M: MeshMachine<P> + Sync>(
         &self,
         generator: &Generator<'_, P, M>,
         surface: &Surface<P>,
         i: u32,
         slot: usize,
         always: bool,
-    ) -> Option<Face<P>> {
+    ) -> Option<RestrictedFace<P>> {
         let (cell, j) =
             (&self.delaunay.cells[i as usize], self.delaunay.neighbours[i as usize].as_ref()[slot]);
         let apex = cell.as_ref()[slot];
@@ -148,19 +148,19 @@ impl<P: Space> Restricted<P> {
         let dual = DualEdge { cells: [i, j], apex, face: corners };
         let place = self.crossing(generator, surface, &dual, always)?;
         let radius = dist2(place.at, a).sqrt();
-        Some(Face { vertices, cells: [i, j], place, radius, centre })
+        Some(RestrictedFace { vertices, cells: [i, j], place, radius, centre })
     }
 
     /// Returns the point at which the dual edge of a face meets the surface.
-    fn crossing<M: Machine<P> + Sync>(
+    fn crossing<M: MeshMachine<P> + Sync>(
         &self,
         generator: &Generator<'_, P, M>,
         surface: &Surface<P>,
         dual: &DualEdge<P>,
         always: bool,
-    ) -> Option<Place<P>> {
+    ) -> Option<SurfacePoint<P>> {
         let &DualEdge { cells: [i, j], apex, face: [a, b, c] } = dual;
-        let label = |j: u32| if j == u32::MAX { Labels::OUT } else { self.labels.of[j as usize] };
+        let label = |j: u32| if j == u32::MAX { CellLabels::OUT } else { self.labels.of[j as usize] };
         let from = self.centres[i as usize];
         let to = match j {
             u32::MAX => {
@@ -169,7 +169,8 @@ impl<P: Space> Restricted<P> {
             j => self.centres[j as usize],
         };
         // The rounding must not depend on which cell comes first.
-        let swap = (label(j) == Labels::OUT) == (label(i) == Labels::OUT) && lex_cmp(&to, &from).is_lt();
+        let swap =
+            (label(j) == CellLabels::OUT) == (label(i) == CellLabels::OUT) && lex_cmp(&to, &from).is_lt();
         let (from, to) = if swap { (to, from) } else { (from, to) };
         // The circumcentres of thin cells have large rounding errors. Dual edges are projected to the axis of the face,
         // so that s has the same distance from all of its corners.
@@ -184,14 +185,14 @@ impl<P: Space> Restricted<P> {
     /// Considers the faces around each edge whose dual edges cross the surface an even number of times. These are not
     /// on the boundary. Returns the one with the largest surface ball for each edge. The edges are sorted and have
     /// ascending ends.
-    pub(super) fn crossed_twice<M: Machine<P> + Sync>(
+    pub(super) fn crossed_twice<M: MeshMachine<P> + Sync>(
         &self,
         generator: &Generator<'_, P, M>,
         surface: &Surface<P>,
         edges: &[[u32; 2]],
-    ) -> Vec<Option<Face<P>>> {
-        let mut largest: Vec<Option<Face<P>>> = vec![None; edges.len()];
-        let label = |j: u32| if j == u32::MAX { Labels::OUT } else { self.labels.of[j as usize] };
+    ) -> Vec<Option<RestrictedFace<P>>> {
+        let mut largest: Vec<Option<RestrictedFace<P>>> = vec![None; edges.len()];
+        let label = |j: u32| if j == u32::MAX { CellLabels::OUT } else { self.labels.of[j as usize] };
         for (i, cell) in (0u32..).zip(&self.delaunay.cells) {
             let mut row = [0; 4];
             row.copy_from_slice(cell.as_ref());
@@ -204,8 +205,9 @@ impl<P: Space> Restricted<P> {
                 let around = [[face[0], face[1]], [face[0], face[2]], [face[1], face[2]]];
                 for e in around.into_iter().filter_map(|e| edges.binary_search(&e).ok()) {
                     let Some(new) = self.face(generator, surface, i, slot, false) else { break };
-                    let order =
-                        |f: &Face<P>| new.radius.total_cmp(&f.radius).then(f.vertices.cmp(&new.vertices));
+                    let order = |f: &RestrictedFace<P>| {
+                        new.radius.total_cmp(&f.radius).then(f.vertices.cmp(&new.vertices))
+                    };
                     if largest[e].is_none_or(|f| order(&f).is_gt()) {
                         largest[e] = Some(new);
                     }
@@ -216,14 +218,14 @@ impl<P: Space> Restricted<P> {
     }
 
     /// Returns `true` if the face is shared by cells of two components.
-    pub(super) fn is_shared(&self, face: &Face<P>) -> bool {
+    pub(super) fn is_shared(&self, face: &RestrictedFace<P>) -> bool {
         face.cells[1] != u32::MAX && self.labels.is_inside(face.cells[1])
     }
 }
 
 /// Returns the circumcentre of a cell and the component that contains it. The component is `None` if the cell is flat
 /// up to rounding.
-fn located<P: Space, M: Machine<P> + Sync>(
+fn located<P: Space, M: MeshMachine<P> + Sync>(
     generator: &Generator<'_, P, M>,
     cell: &P::Cell,
 ) -> (P, Option<u32>) {
@@ -241,11 +243,11 @@ fn located<P: Space, M: Machine<P> + Sync>(
     (centre, Some(label_at(generator, centre)))
 }
 
-fn label_at<P: Space, M: Machine<P> + Sync>(generator: &Generator<'_, P, M>, at: P) -> u32 {
+fn label_at<P: Space, M: MeshMachine<P> + Sync>(generator: &Generator<'_, P, M>, at: P) -> u32 {
     let domain = generator.domain;
     match domain.sides.locate(domain.points(), at) {
         Some(Location::Component(c)) if domain.components[c as usize].inside => c,
-        _ => Labels::OUT,
+        _ => CellLabels::OUT,
     }
 }
 
@@ -267,9 +269,9 @@ fn heights<P: Space>(face: [P; 3], apex: P, axis: P, ball: &Ball<P>, far: f64) -
 /// circumcentre is placed next to the centre of the circle, on the outer side if possible. No flat cell then remains
 /// on the boundary. Otherwise, the circumcentre is far away. It always lies between the circumcentres of the
 /// neighbours below and above.
-fn flattened<P: Space, M: Machine<P> + Sync>(
+fn flattened<P: Space, M: MeshMachine<P> + Sync>(
     generator: &Generator<'_, P, M>,
-    delaunay: &Triangulation<P::Cell>,
+    delaunay: &Delaunay<P::Cell>,
     centres: &[(P, Option<u32>)],
     far: f64,
     i: u32,
@@ -283,7 +285,7 @@ fn flattened<P: Space, M: Machine<P> + Sync>(
     let normal = |[a, b, c]: [P; 3]| P::hull_normal(&[b - a, c - a]);
     let faces = cell.as_ref().iter().map(|&v| face_without(v));
     let Some(face) = faces.max_by(|f, g| normal(*f).norm2().total_cmp(&normal(*g).norm2())) else {
-        return (P::default(), Labels::OUT);
+        return (P::default(), CellLabels::OUT);
     };
     let axis = normal(face) / normal(face).norm2().sqrt();
     let ball = circumcircle(face[0], face[1], face[2]);

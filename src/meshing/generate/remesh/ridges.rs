@@ -10,18 +10,18 @@ use super::chord::Chord;
 use super::features::Ridge;
 use super::refinement::Refinement;
 use crate::bvh::{Bounds, Bvh};
-use crate::generate::Failure;
+use crate::generate::GenerationError;
 use crate::generate::balls::{Ball, Balls};
 use crate::generate::generator::{CANDIDATES, Candidate};
-use crate::generate::machine::Machine;
+use crate::generate::machine::MeshMachine;
 use crate::mesh::Carrier;
-use crate::octree::{DEEPEST, Key};
+use crate::octree::{CellKey, DEEPEST};
 use crate::points::candidates::Name;
 use crate::space::Space;
 
-impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
+impl<P: Space, M: MeshMachine<P> + Sync> Refinement<'_, P, M> {
     /// Places the corners and the points of all ridges.
-    pub(super) fn ridges(&mut self) -> Result<(), Failure<M::Error>> {
+    pub(super) fn ridges(&mut self) -> Result<(), GenerationError<M::Error>> {
         for &c in &self.features.corners {
             let v = self.generator.domain.corners[c as usize];
             let site = self.generator.rules.site(self.generator.domain.points()[v as usize]);
@@ -30,7 +30,7 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
         self.generator.begin("segments");
         let numbered = (0u32..).zip(&self.features.ridges);
         let candidates = numbered.flat_map(|(r, ridge)| self.candidates_along(r, ridge)).collect();
-        self.generator.sample(candidates).map_err(Failure::Machine)?;
+        self.generator.sample(candidates).map_err(GenerationError::Machine)?;
         loop {
             self.make_chords();
             let faults = self.chords.iter().filter(|c| self.is_coarse(c));
@@ -54,12 +54,12 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
     fn candidates_along(&self, number: u32, ridge: &Ridge) -> Vec<Candidate<P>> {
         let seed = self.generator.seed_of(number);
         let length = ridge.length();
-        let (mut found, mut cells) = (Vec::new(), vec![Key::ROOT]);
+        let (mut found, mut cells) = (Vec::new(), vec![CellKey::ROOT]);
         while let Some(key) = cells.pop() {
             let part = length / (1u64 << key.level) as f64;
             let place = |unit: f64| ridge.at(self.generator.domain, (f64::from(key.at[0]) + unit) * part);
             if (self.generator.rules.size)(place(0.5).0) < part && key.level < DEEPEST {
-                cells.extend([0, 1].map(|i| Key { level: key.level + 1, at: [2 * key.at[0] + i, 0, 0] }));
+                cells.extend([0, 1].map(|i| CellKey { level: key.level + 1, at: [2 * key.at[0] + i, 0, 0] }));
                 continue;
             }
             for number in 0..CANDIDATES {

@@ -8,13 +8,13 @@ use crate::domain::Domain;
 use crate::generate::generator::{CANDIDATES, Candidate, Rules};
 use crate::generate::volume::CELLS;
 use crate::mesh::Carrier;
-use crate::octree::Key;
+use crate::octree::CellKey;
 use crate::points::candidates::Name;
 use crate::space::Space;
 
 /// A point on the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Place<P> {
+pub(super) struct SurfacePoint<P> {
     pub(super) at: P,
     pub(super) facet: u32,
     /// The normal of the wall there.
@@ -63,13 +63,13 @@ impl<P: Space> Surface<P> {
         self.diagonal
     }
 
-    fn place(&self, wall: u32, at: P) -> Place<P> {
+    fn place(&self, wall: u32, at: P) -> SurfacePoint<P> {
         let [a, b, c] = self.walls[wall as usize];
-        Place { at, facet: self.facets[wall as usize], normal: P::hull_normal(&[b - a, c - a]) }
+        SurfacePoint { at, facet: self.facets[wall as usize], normal: P::hull_normal(&[b - a, c - a]) }
     }
 
     /// Returns the crossing of the segment from p to q with the surface that is farthest from `from`.
-    pub(super) fn crossing(&self, p: P, q: P, from: P) -> Option<Place<P>> {
+    pub(super) fn crossing(&self, p: P, q: P, from: P) -> Option<SurfacePoint<P>> {
         let [p, q] = self.near(p, q);
         let mut best: Option<(f64, u32, P)> = None;
         self.tree.visit_along(p, q, |wall| {
@@ -118,7 +118,7 @@ impl<P: Space> Surface<P> {
     }
 
     /// Returns the point of the surface nearest to a point.
-    pub(super) fn nearest(&self, q: P) -> Option<Place<P>> {
+    pub(super) fn nearest(&self, q: P) -> Option<SurfacePoint<P>> {
         let mut best = None;
         let closest = |w: u32| {
             let [a, b, c] = self.walls[w as usize];
@@ -136,7 +136,7 @@ impl<P: Space> Surface<P> {
     }
 
     /// Returns the surface point nearest to `p` or to `q`, whichever is closer.
-    pub(super) fn nearer(&self, p: P, q: P) -> Option<Place<P>> {
+    pub(super) fn nearer(&self, p: P, q: P) -> Option<SurfacePoint<P>> {
         let [p, q] = [p, q].map(|x| self.nearest(x).map(|near| (dist2(near.at, x), near)));
         match (p?, q?) {
             (p, q) if q.0 < p.0 => Some(q.1),
@@ -156,7 +156,7 @@ impl<P: Space> Surface<P> {
         let most = rules.most.saturating_mul(CELLS);
         let carrier = Carrier::Facet(self.facets[wall as usize]);
         let mut found = Vec::new();
-        let mut parts = vec![(self.walls[wall as usize], Key::ROOT)];
+        let mut parts = vec![(self.walls[wall as usize], CellKey::ROOT)];
         while let Some(([a, b, c], key)) = parts.pop() {
             if (found.len() + parts.len()) as u64 > most {
                 return None;
@@ -164,7 +164,7 @@ impl<P: Space> Surface<P> {
             let size = (rules.size)((a + b + c) / 3.0);
             let longest = dist2(a, b).max(dist2(b, c)).max(dist2(c, a));
             if longest > size * size && key.level < DEEPEST {
-                let child = |i| Key { level: key.level + 1, at: [4 * key.at[0] + i, 0, 0] };
+                let child = |i| CellKey { level: key.level + 1, at: [4 * key.at[0] + i, 0, 0] };
                 let (x, y, z) = ((b + c) * 0.5, (c + a) * 0.5, (a + b) * 0.5);
                 let quarters = [[a, z, y], [z, b, x], [y, x, c], [x, y, z]];
                 parts.extend((0..).zip(quarters).map(|(i, t)| (t, child(i))));

@@ -9,7 +9,7 @@ use septet_geometry::measure::{circumcentre, circumradius2};
 use super::{DEFAULT_PARTS, Options, SurfaceFeatures, remesh};
 use crate::conformity::{Deviation, Follow, check_remeshed};
 use crate::domain::Domain;
-use crate::generate::{Alone, Failure, Labels, Rules};
+use crate::generate::{Alone, CellLabels, GenerationError, Rules};
 use crate::improve::{Target, improve, least_sine};
 use crate::input::Input;
 use crate::mesh::{Carrier, Mesh};
@@ -44,7 +44,7 @@ fn remeshed(input: &Input<DVec3>, size: Option<f64>, options: Options) -> Remesh
     let at = |x| f.at(x);
     let rules = Rules { size: &at, lipschitz: 0.5, seed: 1, most: 1 << 22 };
     let made = remesh(&domain, rules, ANGLE, options, &mut Alone { seed: 1 }).unwrap();
-    let inside = made.delaunay.cells.iter().zip(&made.labels.of).filter(|(_, l)| **l != Labels::OUT);
+    let inside = made.delaunay.cells.iter().zip(&made.labels.of).filter(|(_, l)| **l != CellLabels::OUT);
     let ratio = |(c, _): (&[u32; 4], &u32)| {
         let corners = c.map(|v| made.vertices.points[v as usize]);
         circumradius2(&corners).sqrt() / at(circumcentre(&corners))
@@ -216,7 +216,7 @@ fn only_surfaces_of_space() {
     let domain = crate::check(&cube()).unwrap();
     let rules = Rules { size: &|_| 1.0, lipschitz: 0.5, seed: 1, most: 1 << 22 };
     let failure = remesh(&domain, rules, ANGLE, Options::default(), &mut Alone { seed: 1 }).unwrap_err();
-    assert!(matches!(failure, Failure::Unsupported(_)));
+    assert!(matches!(failure, GenerationError::Unsupported(_)));
 }
 
 /// Wedges of 40 degrees, convex and reflex: their ridges and facets are preserved.

@@ -14,9 +14,9 @@
 use septet_geometry::point::dist2;
 
 use super::refinement::Refinement;
-use super::restricted::Face;
+use super::restricted::RestrictedFace;
 use crate::distance::closest_on_segment;
-use crate::generate::machine::Machine;
+use crate::generate::machine::MeshMachine;
 use crate::space::Space;
 
 /// The radius, relative to f, below which balls are not divided for thin sheets. If the boundary has a wrong number of
@@ -24,9 +24,9 @@ use crate::space::Space;
 pub(super) const THIN: f64 = 0.125;
 pub(super) const THINNEST: f64 = THIN / 16.0;
 
-impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
+impl<P: Space, M: MeshMachine<P> + Sync> Refinement<'_, P, M> {
     /// Returns `true` if the radius of a face's ball exceeds the thickness of its sheet.
-    pub(super) fn is_wide(&self, face: &Face<P>) -> bool {
+    pub(super) fn is_wide(&self, face: &RestrictedFace<P>) -> bool {
         let (at, radius) = (face.place.at, face.radius);
         if radius <= self.thinnest * (self.generator.rules.size)(at) {
             return false;

@@ -13,14 +13,14 @@ use super::refinement::{Refinement, edges_of};
 use super::restricted::Restricted;
 use crate::bvh::Bounds;
 use crate::generate::generator::Candidate;
-use crate::generate::machine::Machine;
+use crate::generate::machine::MeshMachine;
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::sides::Sets;
 use crate::space::Space;
 
 /// Returns the candidates that repair the manifold property.
-pub(super) fn crowded<P: Space, M: Machine<P> + Sync>(
+pub(super) fn crowded<P: Space, M: MeshMachine<P> + Sync>(
     at: &Refinement<'_, P, M>,
     made: &Restricted<P>,
 ) -> Vec<Candidate<P>> {
@@ -88,7 +88,7 @@ pub(super) fn unfaced<P: Point>(carriers: &mut [Carrier], made: &Restricted<P>) 
 
 /// Returns corners of walls of those shells on which the boundary has no face. Such shells are too small for the
 /// requested size. The corners are a quarter of the shell's extent apart, so about a dozen per shell are inserted.
-pub(super) fn lost<P: Space, M: Machine<P> + Sync>(
+pub(super) fn lost<P: Space, M: MeshMachine<P> + Sync>(
     at: &Refinement<'_, P, M>,
     made: &Restricted<P>,
 ) -> Vec<Candidate<P>> {

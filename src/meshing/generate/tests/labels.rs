@@ -14,7 +14,7 @@ use crate::generate::barrier::Own;
 use crate::generate::facets::Subfacets;
 use crate::generate::generator::Generator;
 use crate::generate::segments::Chains;
-use crate::generate::{Alone, Labels, Rules, Triangulation, Vertices, generate};
+use crate::generate::{Alone, CellLabels, Delaunay, Rules, Vertices, generate};
 use crate::input::Input;
 use crate::sides::Location;
 use crate::size::tests::slit;
@@ -27,7 +27,7 @@ struct Posed<P: Space> {
     vertices: Vertices<P>,
     chains: Chains,
     subfacets: Subfacets,
-    delaunay: Triangulation<P::Cell>,
+    delaunay: Delaunay<P::Cell>,
 }
 
 /// Faces with their facets and their adjacent cells.
@@ -106,7 +106,7 @@ fn reordered<P: Space>(posed: &Posed<P>, draw: &mut Draw) -> (Posed<P>, Vec<u32>
         draw.shuffle(triangle);
     }
     draw.shuffle(&mut other.subfacets);
-    let Triangulation { cells: rows, neighbours } = &mut other.delaunay;
+    let Delaunay { cells: rows, neighbours } = &mut other.delaunay;
     for (row, across) in rows.iter_mut().zip(neighbours.iter_mut()) {
         row.as_mut().iter_mut().for_each(renamed);
         across.as_mut().iter_mut().filter(|j| **j != u32::MAX).for_each(|j| *j = cells[*j as usize]);
@@ -117,7 +117,7 @@ fn reordered<P: Space>(posed: &Posed<P>, draw: &mut Draw) -> (Posed<P>, Vec<u32>
             across.as_mut()[first..first + 3].rotate_left(turns);
         }
     }
-    other.delaunay = Triangulation { cells: moved(rows, &cells), neighbours: moved(neighbours, &cells) };
+    other.delaunay = Delaunay { cells: moved(rows, &cells), neighbours: moved(neighbours, &cells) };
     (other, points, cells)
 }
 
@@ -138,7 +138,7 @@ impl<P: Triangulate> Case<P> {
     }
 
     fn flat(&self) -> usize {
-        self.labels.iter().filter(|l| **l == Labels::FLAT).count()
+        self.labels.iter().filter(|l| **l == CellLabels::FLAT).count()
     }
 
     fn is_the_same_in_any_order(&self, seed: u64) -> Result<(), TestCaseError> {
@@ -174,13 +174,13 @@ impl<P: Triangulate> Case<P> {
             let edges: Vec<P> = corners[1..].iter().map(|&c| c - corners[0]).collect();
             let height = P::hull_normal(&edges[..P::DIM - 1]).dot(edges[P::DIM - 1]).abs();
             let longest = edges.iter().map(|e| e.norm2()).fold(0.0, f64::max).sqrt();
-            if label == Labels::FLAT || height < 1e-6 * longest.powi(P::DIM as i32) {
+            if label == CellLabels::FLAT || height < 1e-6 * longest.powi(P::DIM as i32) {
                 continue;
             }
             let middle = corners.iter().fold(P::splat(0.0), |sum, &p| sum + p) / corners.len() as f64;
             let expected = match self.domain.sides.locate(self.domain.points(), middle) {
                 Some(Location::Component(c)) if self.domain.components[c as usize].inside => c,
-                _ => Labels::OUT,
+                _ => CellLabels::OUT,
             };
             assert_eq!(label, expected, "{}: the cell at {middle:?}", self.name);
             checked += 1;

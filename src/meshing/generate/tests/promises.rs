@@ -3,9 +3,9 @@
 use glam::{DMat3, DVec3};
 
 use crate::generate::{Alone, Rules, generate};
-use crate::input::{Input, Kind};
+use crate::input::{DomainKind, Input};
 use crate::mesh::Mesh;
-use crate::quality::balls::Balls;
+use crate::quality::balls::BoundaryBalls;
 use crate::quality::{Measure, quality};
 use crate::size::{SizeFunction, SizeOptions};
 use crate::tests::shapes::{add_box, cube, facet};
@@ -56,7 +56,7 @@ fn wedges_inside_a_box_are_matched() {
 #[test]
 fn wedges_alone_conform() {
     for (lipschitz, most, degrees) in [(0.25, None, 10.0), (0.5, Some(0.3), 10.0), (0.5, None, 5.0)] {
-        let mut input = Input::new(Kind::Complex, Vec::new());
+        let mut input = Input::new(DomainKind::Complex, Vec::new());
         add_wedge(&mut input, degrees);
         let made = meshes(&input, lipschitz, most, 12);
         // Outside the slanted facet, flat cells are harmless.
@@ -77,7 +77,7 @@ fn sharp_wedges_conform() {
 /// below it.
 fn corner(opening: f64, rise: f64) -> Input<DVec3> {
     let points = [[0., 0., 0.], [1., opening, 0.], [1., -opening, 0.], [2.5, 0., rise], [2.5, 0., -rise]];
-    let mut input = Input::new(Kind::Complex, points.map(DVec3::from).to_vec());
+    let mut input = Input::new(DomainKind::Complex, points.map(DVec3::from).to_vec());
     for triangle in [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3], [0, 1, 4], [0, 2, 4], [1, 2, 4]] {
         facet(&mut input, &[&triangle]);
     }
@@ -105,7 +105,7 @@ fn blunt_corners_between_facets_terminate() {
 
 /// A prism with an angle of 270 degrees.
 fn ell() -> Input<DVec3> {
-    let mut input = Input::new(Kind::Complex, Vec::new());
+    let mut input = Input::new(DomainKind::Complex, Vec::new());
     let base = [[0., 0.], [4., 0.], [4., 2.], [2., 2.], [2., 4.], [0., 4.]];
     input.points.extend([0.0, 4.0].iter().flat_map(|&z| base.map(|[x, y]| DVec3::new(x, y, z))));
     facet(&mut input, &[&[0, 1, 2, 3, 4, 5]]);
@@ -159,7 +159,7 @@ fn keeps(name: &str, input: &Input<DVec3>, lipschitz: f64, seed: u64) -> [u64; 3
     let mesh = generate(&domain, rules, &mut Alone { seed }).unwrap().into_mesh(&domain);
     assert!(crate::conformity::check(&domain, &mesh).is_clean());
     let features = crate::distance::Features::new(&domain);
-    let balls = Balls::new(&domain, &features, &mesh, &at, lipschitz);
+    let balls = BoundaryBalls::new(&domain, &features, &mesh, &at, lipschitz);
     // The bound for a subfacet whose centre lies in the ball of a subsegment.
     assert!(balls.widest() <= 2f64.sqrt() / (1.0 - lipschitz), "{}", balls.widest());
     let promised = balls.promise(lipschitz).all();

@@ -65,7 +65,7 @@ impl Positions {
         }
     }
 
-    /// The position of an index that was passed to [`Positions::set`].
+    /// Returns the position of an index that was passed to [`Positions::set`].
     pub(super) fn of(&self, index: u32) -> u32 {
         self.positions[index.wrapping_add(1) as usize]
     }

@@ -25,7 +25,8 @@
 /// | merge | steps over `m`, `m/2` (rounded up), ..., 1 items | the sum | number of steps | 0 |
 /// | sequential loop | `m` steps over one item | `m` | `m` | 0 |
 ///
-/// A sweep, a delivery, a merge or a sequential loop without items is free. The other primitives keep their depth.
+/// A sweep, a delivery, a merge or a sequential loop without items is free. Without items, the other primitives still
+/// cost their depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Primitive {
     /// One operation on every item.
@@ -66,13 +67,13 @@ pub struct Price {
 }
 
 impl Price {
-    /// The price of `steps` vector steps over `items` items, of which `scans` are scans.
+    /// Returns the price of `steps` vector steps over `items` items, of which `scans` are scans.
     #[inline]
     const fn of_steps(items: u64, steps: u64, scans: u64) -> Self {
         Price { work: steps * items, depth: steps, scans }
     }
 
-    /// The price of a halving merge.
+    /// Returns the price of a halving merge.
     #[inline]
     const fn of_merge(items: u64) -> Self {
         let mut price = Price { work: 0, depth: 0, scans: 0 };
@@ -87,7 +88,7 @@ impl Price {
 }
 
 impl Primitive {
-    /// The price of one call over `items` items.
+    /// Returns the price of one call over `items` items.
     #[inline(always)]
     pub const fn price(self, items: u64) -> Price {
         match self {
@@ -107,14 +108,14 @@ impl Primitive {
     }
 }
 
-/// `ceil(log2 m)`, at least 1: the vector steps of a sort, and the depth of a scan without a scan unit.
+/// Computes `ceil(log2 m)`, at least 1: the vector steps of a sort, and the depth of a scan without a scan unit.
 #[inline]
 pub(super) const fn sort_steps(items: u64) -> u64 {
     let steps = ceil_log2(items);
     if steps == 0 { 1 } else { steps }
 }
 
-/// `ceil(log2 m)`, 0 for `m <= 1`.
+/// Computes `ceil(log2 m)`, which is 0 for `m <= 1`.
 #[inline]
 pub const fn ceil_log2(m: u64) -> u64 {
     if m <= 1 { 0 } else { (m - 1).ilog2() as u64 + 1 }

@@ -65,7 +65,7 @@ impl Sweep {
         blocks.find_within(centre, limit2, start, found);
     }
 
-    /// Number of items so far.
+    /// Returns the number of items so far.
     pub fn items(&self) -> u64 {
         self.items
     }

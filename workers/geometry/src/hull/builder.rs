@@ -15,7 +15,7 @@ use crate::point::{Point, Simplex, dist2, lex_cmp};
 use crate::predicates::{Sign, orientation, raises_dimension};
 use crate::simd::widest;
 
-/// Builds stars one after the other, in reused storage.
+/// Builds one star at a time, in reused storage.
 #[derive(Debug)]
 pub struct StarBuilder<P: Point> {
     pub(super) link: Complex<P::Facet>,
@@ -65,7 +65,7 @@ impl<P: Point> Default for StarBuilder<P> {
 /// reach.
 const BATCH: usize = 32;
 
-/// Number of candidates between two tests of whether the remaining candidates are out of reach.
+/// Number of candidates between two tests that may end the construction.
 const CHECK_INTERVAL: u32 = 4;
 
 impl<P: Point> StarBuilder<P> {
@@ -115,7 +115,7 @@ impl<P: Point> StarBuilder<P> {
         facet
     }
 
-    /// Number of facets of the link.
+    /// Returns the number of facets of the link.
     pub fn link_size(&self) -> usize {
         self.link.len()
     }
@@ -131,7 +131,7 @@ impl<P: Point> StarBuilder<P> {
         });
     }
 
-    /// Takes the next batch of candidates. Returns `true` if there were any.
+    /// Takes the next batch of candidates. Returns `false` if there are no more candidates.
     fn take_batch(&mut self, table: &[P]) -> bool {
         let next = &self.order[self.taken..];
         let next = if next.len() > 2 * BATCH { &next[..BATCH] } else { next };
@@ -207,7 +207,7 @@ impl<P: Point> StarBuilder<P> {
         }
     }
 
-    /// The squared length of a candidate's image. No later image is longer.
+    /// Returns the squared length of a candidate's image. No later image is longer.
     fn reach_of(&self, q: u32) -> f64 {
         let length = candidate(&self.points, q).image.length;
         length * length

@@ -18,8 +18,8 @@ use crate::simd::widest;
 /// The effect of further candidates on a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extended {
-    /// The link is unchanged. Either no candidate conflicts, or none is new. In the latter case, the link was not
-    /// checked for closedness.
+    /// The link is unchanged. Either no candidate conflicts, or no candidate is new. If no candidate is new, the link
+    /// was not checked for closedness.
     Same,
     /// Facets were removed and created.
     Changed,
@@ -75,7 +75,7 @@ impl<P: Point> StarBuilder<P> {
         out.extend(self.link.live_cells().filter(|cell| !is_old(cell)).map(|cell| self.named(cell)));
     }
 
-    /// The positions, in the given link, of the facets that were removed, in the order of their removal.
+    /// Returns the positions, in the given link, of the facets that were removed, in the order of their removal.
     pub fn removed_facets(&self) -> &[u32] {
         &self.removed
     }

@@ -15,10 +15,10 @@
 //!
 //! **Departures.**
 //! 1. Candidates are added in order of distance, so most conflict with no facet. A facet conflicts with no candidate
-//!    farther than the diameter of its sphere. The sweeps end when the remaining candidates are farther than that for
-//!    all facets.
-//! 2. Tests run in rounded arithmetic on inverse images (`planes`), with one error bound for each facet. The exact
-//!    predicates decide if the bound does not.
+//!    farther than the diameter of its sphere. The sweeps end when the remaining candidates are farther than the
+//!    diameters of all spheres.
+//! 2. Tests run in rounded arithmetic on inverse images (`planes`), with one error bound for each facet. If the bound
+//!    is inconclusive, the exact predicates decide.
 //! 3. Few undecided facets need an exact test, as follows.
 //!
 //! **One exact test for each candidate.** Over the cone that the link spans, the lifted facets are the graph of a

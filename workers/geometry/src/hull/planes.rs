@@ -19,11 +19,11 @@
 //!
 //! In the plane all errors are smaller, and `C = 1`.
 //!
-//! Candidates are added in order of distance, so images have decreasing lengths. The longest image still to come is
-//! that of the latest candidate, and its length can replace `|k|`. The bound is then one number for each facet. With
+//! Candidates are added in order of distance, so images have decreasing lengths. So no later image is longer than the
+//! image of the latest candidate, whose length can replace `|k|`. The bound is then one number for each facet. With
 //! the latest candidate as the base, it is proportional to the product of the facet's three lengths. It is therefore
-//! small for facets with one near and two distant vertices. The first facets are created before some nearer candidates
-//! are added. For these, the longest image of all replaces `|k|`.
+//! small for facets with one near and two distant vertices. The first facets are created before some nearer
+//! candidates are added. For these facets, the length of the longest image replaces `|k|`.
 //!
 //! **Reach.** If `|n| |k| < g - bound`, neither `k` nor a later image lies beyond the facet: it is *out of reach*. If
 //! all facets are out of reach, the remaining candidates need no test. The *reach* of a facet is `(g - bound) / |n|`.
@@ -76,7 +76,7 @@ impl<P: Point> Image<P> {
         Image { at: rel * inverse2, length: inverse2.sqrt() }
     }
 
-    /// The image of infinity, which is the centre.
+    /// Returns the image of infinity, which is the centre.
     #[inline]
     pub(super) fn of_infinity() -> Self {
         Image { at: P::splat(0.0), length: 0.0 }

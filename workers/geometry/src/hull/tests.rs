@@ -119,8 +119,8 @@ fn flat_candidates_span_nothing() {
     assert!(!builder.build(&points, 0, &[0, 1, 2, 3], &mut Cost::default()));
 }
 
-/// On sets of every kind, each star among all points is that of the triangulation. The sweeps end before all candidates
-/// are tested.
+/// On sets of every kind, each star among all points equals the star in the triangulation. The sweeps end before all
+/// candidates are tested.
 fn stars_are_those_of_the_triangulation<P: Point>(n: usize) {
     let sorted = |mut facets: Vec<P::Facet>| {
         for facet in &mut facets {

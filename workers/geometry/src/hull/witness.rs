@@ -4,8 +4,8 @@
 //! iff its inverse image lies beyond the plane of the facet (see [`super::planes`]). The images of a link's points are
 //! computed once and serve for all cells.
 //!
-//! **Work and depth.** Each cell takes one vector step over the points. The exact predicates decide if rounded
-//! arithmetic does not.
+//! **Work and depth.** Each cell takes one vector step over the points. If rounded arithmetic is inconclusive, the
+//! exact predicates decide.
 
 use super::candidate::Candidate;
 use super::planes::{Planes, Side};

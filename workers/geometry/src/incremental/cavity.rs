@@ -21,14 +21,14 @@ use crate::complex::{INFINITE, NONE};
 use crate::point::{Point, Simplex};
 use crate::predicates::{conflicts_infinite, in_sphere};
 
-/// Cavities of evenly distributed points have fewer cells than this. An insertion with a larger cavity is always kept.
+/// Cavities of evenly distributed points have fewer cells. An insertion with a larger cavity is always kept.
 const MANY: usize = 128;
 
 /// The mark, in the incidence table, of a vertex that has an index on the current boundary.
 const INDEXED: u32 = 1 << 31;
 
-/// The facet opposite `slot` of a positive cell, preceded by the neighbour code across this facet ([`super::cells`]). A
-/// point inside the cell and the facet, in this order, form a positive cell.
+/// Returns the facet opposite `slot` of a positive cell, preceded by the neighbour code across this facet
+/// ([`super::cells`]). A point inside the cell and the facet, in this order, form a positive cell.
 #[inline]
 fn facet<P: Point>(vertices: &P::Cell, slot: usize, code: u32) -> P::Cell {
     let from = match (P::DIM, slot) {

@@ -25,7 +25,7 @@ impl<S: Simplex> Cell<S> {
         Cell([sphere, neighbours, vertices])
     }
 
-    /// The coordinates of the centre and the radius, as bits of `f32`.
+    /// Returns the coordinates of the centre and the radius, as bits of `f32`.
     #[inline]
     pub(super) fn sphere(&self) -> &S {
         &self.0[0]
@@ -53,7 +53,7 @@ impl<S: Simplex> Cell<S> {
         &mut self.0[2]
     }
 
-    /// The bits of the radius, including the marks.
+    /// Returns the bits of the radius, including the marks.
     #[inline]
     pub(super) fn radius(&self) -> u32 {
         self.sphere().as_ref()[S::LEN - 1]
@@ -124,12 +124,12 @@ impl<S: Simplex> Cells<S> {
         self.slots[b as usize].neighbours_mut().as_mut()[slot_b] = a << 2 | slot_a as u32;
     }
 
-    /// Number of slots, including free ones. Every cell index is smaller.
+    /// Returns the number of slots, including free ones. Every cell index is smaller.
     pub fn slots(&self) -> u32 {
         self.slots.len() as u32
     }
 
-    /// Number of cells, including infinite ones.
+    /// Returns the number of cells, including infinite ones.
     pub fn len(&self) -> usize {
         self.slots.len() - self.free.len()
     }
@@ -145,26 +145,26 @@ impl<S: Simplex> Cells<S> {
         !self.slots[cell as usize].is_removed()
     }
 
-    /// The vertices of a cell.
+    /// Returns the vertices of a cell.
     #[inline]
     pub fn cell(&self, cell: u32) -> &S {
         self.slots[cell as usize].vertices()
     }
 
-    /// The neighbours of a cell as codes `4 * cell + slot`, across the facets opposite its vertices.
+    /// Returns the neighbours of a cell as codes `4 * cell + slot`, across the facets opposite its vertices.
     #[inline]
     pub fn neighbours(&self, cell: u32) -> &S {
         self.slots[cell as usize].neighbours()
     }
 
-    /// The neighbour across the facet opposite `slot`: the cell and the slot of its opposite vertex.
+    /// Returns the neighbour across the facet opposite `slot`: the cell and the slot of its opposite vertex.
     #[inline]
     pub fn neighbour(&self, cell: u32, slot: usize) -> (u32, usize) {
         let code = self.neighbours(cell).as_ref()[slot];
         (code >> 2, (code & 3) as usize)
     }
 
-    /// The slot of infinity in a cell, if any.
+    /// Returns the slot of infinity in a cell, if the cell is infinite.
     #[inline]
     pub fn infinite_slot(&self, cell: u32) -> Option<usize> {
         self.cell(cell).as_ref().iter().position(|&v| v == INFINITE)
@@ -191,7 +191,7 @@ impl<S: Simplex> Cells<S> {
     ///
     /// # Errors
     ///
-    /// Describes the first inconsistent cell.
+    /// Returns a description of the first inconsistent cell.
     pub fn check(&self) -> Result<(), String> {
         for cell in self.live_cells() {
             let radius = self.slots[cell as usize].radius();

@@ -1,9 +1,9 @@
 //! The order of insertion: random rounds, each along a Hilbert curve.
 //!
-//! **Statement.** In a biased randomized insertion order, every point is in the last round with probability `1 - 1/8`,
-//! each remaining point is in the round before with probability `7/8`, and so on. For any order inside the rounds, the
-//! expected work is the same as for a random order. If every round follows a space-filling curve, the walks are short
-//! as well.
+//! **Statement.** In a biased randomized insertion order, every point is in the last round with probability
+//! `1 - 1/8`, each remaining point is in the round before with probability `7/8`, and so on. For any order inside the
+//! rounds, the expected work is the same as for a random order. If every round follows a space-filling curve, the
+//! walks are also short.
 //!
 //! **Curve.** The Hilbert curve is followed two levels at a time by a table of its orientations. An orientation has an
 //! entry corner `e` and an axis `d`. In this orientation, octant `l` (one bit for each axis) has a position `w` on the
@@ -26,13 +26,13 @@ use crate::point::{Point, lex_cmp};
 const ROUND_BITS: u32 = 4;
 const CURVE_BITS: u32 = 64 - ROUND_BITS;
 
-/// Number of bits of one coordinate on the curve.
+/// Returns the number of bits of one coordinate on the curve.
 const fn bits(dimension: usize) -> u32 {
     CURVE_BITS / dimension as u32
 }
 
-/// The positions of `points` in the order of insertion, which depends only on the coordinates. Permuted input yields
-/// the same sequence of points; coincident points are ordered by position.
+/// Returns the positions of `points` in the order of insertion, which depends only on the coordinates. Permuted input
+/// yields the same sequence of points; coincident points are ordered by position.
 pub fn insertion_order<P: Point>(points: &[P]) -> Vec<u32> {
     let curve = Curve::over(points);
     let key = |p: &P| insertion_round(p) << CURVE_BITS | curve.key(p);
@@ -78,7 +78,7 @@ fn by_key(keys: &[u64]) -> Vec<(u64, u32)> {
     keyed
 }
 
-/// The round in which a point is inserted, 0 to 15. The last round has `7/8` of all points.
+/// Returns the round, from 0 to 15, in which a point is inserted. The last round has `7/8` of all points.
 pub fn insertion_round<P: Point>(p: &P) -> u64 {
     let mut hash = 0x243F_6A88_85A3_08D3_u64;
     for i in 0..P::DIM {
@@ -109,7 +109,7 @@ impl<P: Point> Curve<P> {
         Curve { low, scale: if scale.is_finite() { scale } else { 0.0 } }
     }
 
-    /// The position of `p` along the curve.
+    /// Returns the position of `p` along the curve.
     #[inline]
     fn key(&self, p: &P) -> u64 {
         let mut octants = 0;
@@ -173,7 +173,7 @@ const fn two_levels(n: u32) -> [u16; STATES * 64] {
     table
 }
 
-/// For each orientation and octant, the position on the curve plus 8 times the orientation there.
+/// Returns, for each orientation and octant, the position on the curve plus 8 times the orientation there.
 const fn orientations(n: u32) -> [u8; STATES * 8] {
     let mut table = [0; STATES * 8];
     let mut state = 0;
@@ -213,7 +213,7 @@ const fn rotated(n: u32, x: u32, by: u32) -> u32 {
     (x << by | x >> (n - by)) & ((1 << n) - 1)
 }
 
-/// The axis along which the curve runs inside the octant at this position.
+/// Returns the axis along which the curve runs inside the octant at this position.
 const fn along_axis(n: u32, position: u32) -> u32 {
     if position == 0 {
         0

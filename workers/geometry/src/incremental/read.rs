@@ -15,7 +15,7 @@ use super::triangulation::Incremental;
 use crate::complex::{INFINITE, NONE};
 use crate::point::{Point, Simplex, dist2};
 
-/// The points of a cell. The entry for infinity is some finite point.
+/// Returns the points of a cell. The entry for infinity is some finite point.
 #[inline]
 pub(super) fn corners<P: Point>(points: &[P], vertices: &P::Cell) -> [P; 4] {
     let mut out = [P::default(); 4];
@@ -28,23 +28,23 @@ pub(super) fn corners<P: Point>(points: &[P], vertices: &P::Cell) -> [P; 4] {
 }
 
 impl<P: Point> Incremental<P> {
-    /// The coordinates of all vertices, by index.
+    /// Returns the coordinates of all vertices, by index.
     pub fn vertices(&self) -> &[P] {
         &self.points
     }
 
-    /// The cells with their neighbours, infinite ones included.
+    /// Returns the cells with their neighbours, infinite ones included.
     pub fn complex(&self) -> &Cells<P::Cell> {
         &self.cells
     }
 
-    /// The finite cells, positively oriented, in the order of their slots.
+    /// Iterates over the finite cells, positively oriented, in the order of their slots.
     pub fn cells(&self) -> impl Iterator<Item = P::Cell> + '_ {
         let vertices = self.cells.entries().map(|(_, vertices, _)| *vertices);
         vertices.filter(|vertices| !vertices.as_ref().contains(&INFINITE))
     }
 
-    /// The corners of a finite cell, in the first `DIM + 1` entries.
+    /// Returns the corners of a finite cell, in the first `DIM + 1` entries.
     pub fn corners(&self, cell: u32) -> [P; 4] {
         corners(&self.points, self.cells.cell(cell))
     }
@@ -56,36 +56,38 @@ impl<P: Point> Incremental<P> {
         self.frame.ball(self.cells.slots[cell as usize].sphere())
     }
 
-    /// Largest distance of a vertex from the origin of the rounded spheres. Each coordinate of that origin is the
-    /// median of a sample of the points.
+    /// Returns the largest distance of a vertex from the origin of the rounded spheres. Each coordinate of that
+    /// origin is the median of a sample of the points.
     pub fn extent(&self) -> f64 {
         self.frame.extent()
     }
 
-    /// An upper bound on the circumradius of a finite cell, computed without a square root. The circumball lies within
-    /// twice this distance of each vertex of the cell. NaN if [`Incremental::ball`] returns `None`.
+    /// Returns an upper bound on the circumradius of a finite cell, computed without a square root. The circumball
+    /// lies within twice this distance of each vertex of the cell. The result is NaN if [`Incremental::ball`] returns
+    /// `None`.
     #[inline]
     pub fn radius_bound(&self, cell: u32) -> f64 {
         self.frame.radius_bound(self.cells.slots[cell as usize].sphere())
     }
 
-    /// The radius of a finite cell's rounded sphere, in internal units, for comparison with
-    /// [`Incremental::radius_within`]. NaN if [`Incremental::ball`] returns `None`.
+    /// Returns the radius of a finite cell's rounded sphere, in internal units, for comparison with
+    /// [`Incremental::radius_within`]. The result is NaN if [`Incremental::ball`] returns `None`.
     #[inline]
     pub fn rounded_radius(&self, cell: u32) -> f32 {
         Frame::<P>::rounded_radius(self.cells.slots[cell as usize].sphere())
     }
 
-    /// A threshold for [`Incremental::rounded_radius`]. If a finite cell's radius is at most this, its circumball lies
-    /// within `across` of each of its vertices: twice its [`Incremental::radius_bound`] is at most `across`. If no
-    /// radius satisfies this condition, the threshold is 0, which is below every radius.
+    /// Returns a threshold for [`Incremental::rounded_radius`]. If the rounded radius of a finite cell is at most the
+    /// threshold, twice its [`Incremental::radius_bound`] is at most `across`, so its circumball lies within `across`
+    /// of each of its vertices. If no radius satisfies this condition, the threshold is 0, which is below every
+    /// radius.
     pub fn radius_within(&self, across: f64) -> f32 {
         self.frame.radius_within(across)
     }
 
-    /// Two bit masks over the 64 slots from `64 * word` on, lowest bit first: the slots that have a cell, and the slots
-    /// whose vertices pass a test. The test runs on all slots, including those without a cell, because a branch would
-    /// be slower.
+    /// Returns two bit masks over the 64 slots from `64 * word` on, lowest bit first: the slots that have a cell, and
+    /// the slots whose vertices pass a test. The test runs on all slots, including those without a cell, because a
+    /// branch would be slower.
     #[inline]
     pub fn masks(&self, word: usize, test: impl Fn(&P::Cell) -> bool) -> (u64, u64) {
         let (slots, first) = (&self.cells.slots, word * u64::BITS as usize);
@@ -125,7 +127,7 @@ impl<P: Point> Incremental<P> {
         out.extend(star.iter().map(|&cell| facet_without::<P>(self.cells.cell(cell), vertex)));
     }
 
-    /// A vertex nearest to `q`. The walk starts as in [`Incremental::locate`].
+    /// Finds a vertex nearest to `q`. The walk starts as in [`Incremental::locate`].
     pub fn nearest_vertex(&self, q: P, hint: Option<u32>) -> u32 {
         let distance = |v: u32| dist2(self.points[v as usize], q);
         let corners = *self.cells.cell(self.locate(q, hint));

@@ -1,12 +1,12 @@
 //! Adjacency of new cells: pairing the ridges on the boundary of a cavity.
 //!
 //! **Statement.** The boundary of a cavity is a closed oriented surface (in the plane, a closed curve). Two of its
-//! facets that share a ridge traverse it in opposite directions. So if each facet is entered under its directed ridges,
-//! its neighbours are found under the reversed ones. In the plane a ridge is one vertex. A fixed vertex 0 before or
-//! after this vertex gives the ridge a direction as well.
+//! facets that share a ridge traverse it in opposite directions. So if each facet is entered under its directed
+//! ridges, its neighbours are found under the reversed ones. In the plane a ridge is one vertex. A fixed vertex 0
+//! before or after this vertex also gives the ridge a direction.
 //!
-//! **Work.** One store and one load for each facet and ridge, if the boundary has fewer than [`SIDE`] vertices.
-//! Otherwise, a sort of its ridges.
+//! **Work.** One store and one load for each facet and ridge, if the boundary has fewer than [`SIDE`] vertices;
+//! otherwise a sort of its ridges.
 
 /// Number of boundary vertices for which the table has room, including the vertex 0.
 const SIDE: usize = 64;
@@ -28,7 +28,8 @@ impl Default for Ridges {
     }
 }
 
-/// The directed ridge opposite vertex `i` of a facet with vertices `at`, of which the third is 0 in the plane.
+/// Returns the directed ridge opposite vertex `i` of a facet with vertices `at`, of which the third is 0 in the
+/// plane.
 #[inline]
 pub(super) fn ridge(at: [u32; 3], i: usize) -> (u32, u32) {
     (at[(i + 1) % 3], at[(i + 2) % 3])
@@ -52,7 +53,7 @@ impl Ridges {
         self.table[position(from, to)] = code;
     }
 
-    /// The code stored under the reversed ridge.
+    /// Returns the code stored under the reversed ridge.
     #[inline]
     pub(super) fn mate(&self, (from, to): (u32, u32)) -> u32 {
         self.table[position(to, from)]
@@ -74,8 +75,8 @@ impl Ridges {
         }
     }
 
-    /// The code of the new cell across the ridge of facet `k` opposite vertex `i`. Requires an earlier call of
-    /// [`Ridges::pair`].
+    /// Returns the code of the new cell across the ridge of facet `k` opposite vertex `i`. Requires an earlier call
+    /// of [`Ridges::pair`].
     pub(super) fn paired(&self, k: usize, i: usize) -> u32 {
         self.mates[k << 2 | i]
     }

@@ -33,7 +33,7 @@ impl KeptCells {
         self.bits[word] |= bit;
     }
 
-    /// Adds the cells of the slots from `64 * word` on whose bits are set, lowest bit first.
+    /// Adds the cell in slot `64 * word + i` for each bit `i` of `bits` that is set.
     #[inline]
     pub fn keep_word(&mut self, word: usize, bits: u64) {
         self.bits[word] |= bits;
@@ -46,7 +46,7 @@ impl KeptCells {
         self.outer[word] |= bit;
     }
 
-    /// Number of kept cells.
+    /// Returns the number of kept cells.
     pub fn len(&self) -> u32 {
         self.bits.iter().map(|bits| bits.count_ones()).sum()
     }
@@ -116,7 +116,7 @@ impl<'a> RowIndices<'a> {
 /// The smallest mark of [`Incremental::into_rows`]. No cell index has this bit.
 pub const FIRST_MARK: u32 = 1 << 31;
 
-/// The word of a slot's bit, and the bit as a mask.
+/// Returns the word of a slot's bit, and the bit as a mask.
 #[inline]
 fn word_and_bit(slot: u32) -> (usize, u64) {
     ((slot / u64::BITS) as usize, 1 << (slot % u64::BITS))
@@ -130,8 +130,8 @@ impl<P: Point> Incremental<P> {
 
     /// Converts the storage to rows of `2 (DIM + 1)` numbers, one row for each kept cell in the order of slots. The
     /// first half of a row has the cell's vertices, converted by `vertex`. The second half has, for each vertex, the
-    /// index of the cell across the opposite facet or one of two marks. The first mark stands for a cell that is not
-    /// kept, the second for an exterior one. Marks are at least [`FIRST_MARK`], above all indices. Also returns the
+    /// index of the cell across the opposite facet or one of two marks. The first mark denotes a cell that is not
+    /// kept, the second an exterior cell. Marks are at least [`FIRST_MARK`], above all indices. Also returns the
     /// indices of the rows that have a mark.
     ///
     /// **Work.** O(cells), in place. Rows are shorter than cells, so every cell is read before it is overwritten.

@@ -61,7 +61,7 @@ impl<T: Copy> List<T> {
         List { items: vec![item; 256], len: 0 }
     }
 
-    /// The storage, with room for `more` items behind the first `len`.
+    /// Returns the storage, with room for `more` items behind the first `len`.
     #[inline]
     pub(super) fn room(&mut self, len: usize, more: usize) -> &mut [T] {
         if self.items.len() - len < more {

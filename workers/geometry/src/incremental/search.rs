@@ -38,8 +38,8 @@ impl<P: Point> Incremental<P> {
         }
     }
 
-    /// Descends by powers from `start`. Returns a cell, and whether its sphere certainly contains the point. If not, no
-    /// neighbour of the cell has a smaller power.
+    /// Descends by powers from `start`. Returns a cell, and whether its sphere certainly contains the point. If it
+    /// does not, no neighbour of the cell has a smaller power.
     #[inline(never)]
     pub(super) fn descend(&self, query: &Query<P>, start: u32) -> (u32, bool) {
         let slots = &self.cells.slots[..];

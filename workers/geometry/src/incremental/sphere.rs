@@ -163,28 +163,28 @@ impl<P: Point> Frame<P> {
         self.farthest = larger(distance, self.farthest);
     }
 
-    /// Largest distance of a point from the origin, in the coordinates of the points.
+    /// Returns the largest distance of a point from the origin, in the coordinates of the points.
     pub(super) fn extent(&self) -> f64 {
         self.farthest / self.scale
     }
 
-    /// An upper bound on the radius of a finite cell's ball; NaN without a sphere. The centre of the ball is at most a
-    /// radius farther from the origin than a vertex. So the bound of [`Frame::ball`] plus a small multiple of the
-    /// radius covers all roundings.
+    /// Returns an upper bound on the radius of a finite cell's ball; NaN without a sphere. The centre of the ball is
+    /// at most a radius farther from the origin than a vertex. So the bound of [`Frame::ball`] plus a small multiple
+    /// of the radius covers all roundings.
     #[inline]
     pub(super) fn radius_bound(&self, sphere: &P::Cell) -> f64 {
         let radius = f64::from(Self::rounded_radius(sphere));
         (radius * (1.0 + 32.0 * SINGLE) + 2.0 * FAR * self.farthest + 2.0 * TINY) / self.scale
     }
 
-    /// The rounded radius of a sphere without its marks; NaN for a cell without a sphere.
+    /// Returns the rounded radius of a sphere without its marks; NaN for a cell without a sphere.
     #[inline]
     pub(super) fn rounded_radius(sphere: &P::Cell) -> f32 {
         f32::from_bits(sphere.as_ref()[P::DIM] & !(REMOVED | CLEARED))
     }
 
-    /// The largest rounded radius for which twice [`Frame::radius_bound`] is at most `across`. It is 0 if there is no
-    /// such radius; no stored radius is 0. The margin covers the roundings of both.
+    /// Returns the largest rounded radius for which twice [`Frame::radius_bound`] is at most `across`, or 0 if there
+    /// is no such radius. No stored radius is 0. The margin covers the roundings of both.
     pub(super) fn radius_within(&self, across: f64) -> f32 {
         let margin = (2.0 * FAR * self.farthest + 2.0 * TINY) * (1.0 + SINGLE);
         let most = (0.5 * across * self.scale - margin) / (1.0 + 32.0 * SINGLE);
@@ -204,7 +204,7 @@ impl<P: Point> Frame<P> {
         Query { at, rounded: Vec4::from_array(rounded), slack }
     }
 
-    /// The inverse image of `to` in the unit sphere around `from`, in the coordinates of the spheres.
+    /// Returns the inverse image of `to` in the unit sphere around `from`, in the coordinates of the spheres.
     #[inline]
     pub(super) fn inverse(&self, from: P, to: P) -> Inverse<P> {
         let rel = (to - from) * self.scale;
@@ -212,8 +212,8 @@ impl<P: Point> Frame<P> {
         Inverse { at: rel * length2, length2 }
     }
 
-    /// The circumsphere of a cell in the coordinates of the points: the centre, and the square of a radius that is at
-    /// least that of the cell's ball. `None` for a cell without a sphere.
+    /// Returns the circumsphere of a cell in the coordinates of the points: the centre, and the square of a radius
+    /// that is at least the radius of the cell's ball. Returns `None` for a cell without a sphere.
     pub(super) fn ball(&self, sphere: &P::Cell) -> Option<(P, f64)> {
         let mut at = P::default();
         for i in 0..P::DIM {

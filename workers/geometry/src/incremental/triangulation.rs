@@ -10,7 +10,7 @@ use crate::complex::{INFINITE, NONE};
 use crate::point::{Point, Simplex};
 use crate::predicates::{Sign, orientation, raises_dimension};
 
-/// Why a triangulation failed.
+/// The reason why a triangulation failed.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum IncrementalError {
     /// The points span only a point, a line or a plane, or there are none (dimension -1).
@@ -89,7 +89,7 @@ impl<P: Point> Incremental<P> {
         Self::build_while(points, order, &mut || true)
     }
 
-    /// Triangulates as [`Incremental::build`] does, and stops when `go_on` returns `false`. It is called every
+    /// Triangulates as [`Incremental::build`] does, and stops when `go_on` returns `false`. `go_on` is called every
     /// [`STOP_CHECK_INTERVAL`] points.
     ///
     /// # Errors
@@ -223,11 +223,11 @@ impl<P: Point> Incremental<P> {
         self.insert_if_adjacent(p, hint, INFINITE).map(|_| vertex)
     }
 
-    /// Inserts a point as [`Incremental::insert`] does, if a neighbour of the new vertex is below `bound` or the cavity
-    /// has more than 128 cells. Otherwise nothing changes, and the result is `None`.
+    /// Inserts a point as [`Incremental::insert`] does, if a neighbour of the new vertex is below `bound` or the
+    /// cavity has more than 128 cells. Otherwise leaves the triangulation unchanged and returns `None`.
     ///
-    /// A point that is skipped never becomes a neighbour of a vertex below `bound`. Indeed, a Delaunay edge remains one
-    /// when other points are removed, so the two would be neighbours now. Points with a large cavity are inserted
+    /// A point that is skipped never becomes a neighbour of a vertex below `bound`. A Delaunay edge persists if other
+    /// points are removed, so the two would already be neighbours now. Points with a large cavity are inserted
     /// because points in an empty region would otherwise all search the same large cells.
     ///
     /// # Errors
@@ -305,8 +305,8 @@ impl<P: Point> Incremental<P> {
     }
 }
 
-/// Number of cells reserved for each point: slightly more than random points need, as a whole number. Reserved memory
-/// that is never written is not used.
+/// Returns the number of cells reserved for each point: slightly more than random points need, rounded to an integer.
+/// Reserved memory that is never written is not used.
 fn expected_cells(dimension: usize) -> usize {
     if dimension == 2 { 2 } else { 7 }
 }

@@ -53,7 +53,7 @@ mod counters {
         COUNTS.with(|counts| counts[at].set(counts[at].get() + 1));
     }
 
-    /// The thread's counts since the last call: orientations by [`super::Stage`], in-sphere signs by stage, and
+    /// Returns and resets the thread's counts: orientations by [`super::Stage`], in-sphere signs by stage, and
     /// in-sphere signs that were zero.
     pub fn take() -> ([u64; 4], [u64; 4], u64) {
         COUNTS.with(|counts| {

@@ -61,7 +61,7 @@ fn minor<const D: usize, const M: usize>(a: &Row<D>, b: &Row<D>) -> Int<M> {
     a[0].times::<D, M>(b[1]).minus(b[0].times::<D, M>(a[1]))
 }
 
-/// `a.z bc - b.z ac + c.z ab`.
+/// Computes `a.z bc - b.z ac + c.z ab`.
 #[inline]
 fn det3<const D: usize, const M: usize, const C: usize>(
     (a, bc): (&Row<D>, Int<M>),
@@ -71,7 +71,7 @@ fn det3<const D: usize, const M: usize, const C: usize>(
     bc.times::<D, C>(a[2]).minus(ac.times::<D, C>(b[2])).plus(ab.times::<D, C>(c[2]))
 }
 
-/// The squared length in `L` limbs. In the plane the third entry is not used.
+/// Computes the squared length in `L` limbs. In the plane the third entry is not used.
 #[inline]
 fn lift<const D: usize, const L: usize>(a: &Row<D>, dimension: usize) -> Int<L> {
     let square = |x: Int<D>| x.times::<D, L>(x);
@@ -105,7 +105,8 @@ fn in_sphere<const D: usize, const M: usize, const C: usize, const N: usize>(
     Signs { det, cofactors: [bcd.sign(), cda.sign().opposite(), dab.sign(), abc.sign().opposite()] }
 }
 
-/// Number of trailing zero bits that all entries have. The unit could be larger by two to the power of this number.
+/// Returns the number of trailing zero bits that all entries have. The unit could be larger by two to the power of
+/// this number.
 #[inline]
 fn spare(rows: &[Row<1>; 4]) -> u32 {
     rows.as_flattened().iter().fold(1 << 63, |bits, x| bits | x.0[0]).trailing_zeros()

@@ -27,14 +27,14 @@ fn parts(x: f64) -> (u64, i32) {
     (bits & ((1 << 52) - 1) | implicit, biased.max(1) - 1075)
 }
 
-/// The exponent of the last place of `x`; [`NONE`] if `x` is zero.
+/// Returns the exponent of the last place of `x`; [`NONE`] if `x` is zero.
 #[inline]
 fn last_place(x: f64) -> i32 {
     let biased = (x.to_bits() >> 52) as i32 & 0x7ff;
     if x == 0.0 { NONE } else { biased.max(1) - 1075 }
 }
 
-/// The exponent of the lowest set bit of `x`; [`NONE`] if `x` is zero.
+/// Returns the exponent of the lowest set bit of `x`; [`NONE`] if `x` is zero.
 #[inline]
 fn lowest_bit(x: f64) -> i32 {
     let (significand, exponent) = parts(x);
@@ -52,21 +52,21 @@ fn lowest<P: Point>(points: &[P], of: impl Fn(f64) -> i32) -> i32 {
     lowest
 }
 
-/// The exponent of a unit of `points` that is cheap to compute: the lowest last place of their coordinates.
+/// Returns the exponent of a unit of `points` that is cheap to compute: the lowest last place of their coordinates.
 #[inline]
 pub(super) fn quick_unit<P: Point>(points: &[P]) -> i32 {
     lowest(points, last_place)
 }
 
-/// The exponent of the largest unit of `points`: the lowest set bit of all their coordinates.
+/// Returns the exponent of the largest unit of `points`: the lowest set bit of all their coordinates.
 #[inline]
 pub(super) fn largest_unit<P: Point>(points: &[P]) -> i32 {
     lowest(points, lowest_bit)
 }
 
-/// The number of bits of differences up to `reach`, in units of `2^unit`: the differences lie below `2^width`. The
-/// rounding of `reach` does not matter: an exact difference that is at least a power of two never rounds to a number
-/// below that power.
+/// Returns the number of bits of differences up to `reach`, in units of `2^unit`: the differences lie below
+/// `2^width`. The rounding of `reach` does not matter: an exact difference that is at least a power of two never
+/// rounds to a number below that power.
 #[inline]
 pub(super) fn width(reach: f64, unit: i32) -> i32 {
     (reach.to_bits() >> 52) as i32 - 1022 - unit
@@ -94,13 +94,13 @@ pub(super) fn integer<const D: usize>(x: f64, unit: i32) -> Int<D> {
 #[inline]
 pub(super) fn quick_integer(x: f64, unit: i32) -> Int<1> {
     let (significand, exponent) = parts(x);
-    // For zero the shift is negative, hence too large as an unsigned number.
+    // For zero the shift is negative, so it is too large as an unsigned number.
     let limb = significand.checked_shl((exponent - unit) as u32).unwrap_or(0);
     let negative = (x.to_bits() as i64 >> 63) as u64;
     Int([(limb ^ negative).wrapping_sub(negative)])
 }
 
-/// `significand * 2^shift` without the bits that do not fit at either end.
+/// Computes `significand * 2^shift` without the bits that do not fit at either end.
 #[inline]
 fn shifted(significand: u64, shift: i32) -> u64 {
     if shift >= 0 {

@@ -6,8 +6,9 @@
 //!
 //! Suppose that the in-sphere determinant is exactly zero. Then its derivative with respect to the height of the
 //! highest-ranked point decides. If that derivative is zero, the next point decides, and so on to the first nonzero
-//! derivative. The derivative with respect to the height of the query is minus the orientation of the cell. With
-//! respect to the height of a vertex of the cell, it is the orientation with that vertex replaced by the query.
+//! derivative. The derivative with respect to the height of the query is minus the orientation of the cell. The
+//! derivative with respect to the height of a vertex of the cell is the orientation of the cell with that vertex
+//! replaced by the query.
 //!
 //! **Source.** Edelsbrunner and Muecke 1990; Devillers and Teillaud 2011.
 //!
@@ -45,7 +46,7 @@ pub use crate::filter;
 use crate::filter::Rounded;
 use crate::point::{Point, lex_cmp};
 
-/// The orientation of `DIM + 1` points: positive for counter-clockwise triangles and for tetrahedra with
+/// Computes the orientation of `DIM + 1` points: positive for counter-clockwise triangles and for tetrahedra with
 /// `((p1-p0) x (p2-p0)) . (p3-p0) > 0`.
 #[inline]
 pub fn orientation<P: Point>(cell: &[P]) -> Sign {
@@ -149,8 +150,8 @@ pub fn lex_less<P: Point>(a: &P, b: &P) -> bool {
 }
 
 /// Returns the dimension of the affine hull of `points` (`-1` for no points), and the positions of an affine frame of
-/// it. The frame starts with the lexicographically smallest point. Then each point that raises the dimension is added
-/// greedily, in lexicographic order. The set of frame points does not depend on the order of `points`.
+/// the hull. The frame starts with the lexicographically smallest point. Then each point that raises the dimension is
+/// added greedily, in lexicographic order. The set of frame points does not depend on the order of `points`.
 pub fn affine_frame<P: Point>(points: &[P]) -> (isize, Vec<usize>) {
     let mut frame: Vec<usize> = Vec::with_capacity(P::DIM + 1);
     while frame.len() <= P::DIM {

@@ -49,7 +49,7 @@ impl<const N: usize> Int<N> {
         self.minus_shifted(other, 0)
     }
 
-    /// `self - other 2^(64 shift)`.
+    /// Computes `self - other 2^(64 shift)`.
     #[inline]
     fn minus_shifted<const B: usize>(self, other: Int<B>, shift: usize) -> Self {
         let mut out = self.0;
@@ -61,7 +61,7 @@ impl<const N: usize> Int<N> {
         Int(out)
     }
 
-    /// The product modulo `2^(64 R)`.
+    /// Computes the product modulo `2^(64 R)`.
     #[inline]
     pub fn times<const B: usize, const R: usize>(self, other: Int<B>) -> Int<R> {
         if N == 1 && B == 1 && R == 2 {
@@ -75,7 +75,7 @@ impl<const N: usize> Int<N> {
         product.minus_shifted(self.masked(other.is_negative()), B)
     }
 
-    /// The product with a nonnegative number that may use its sign bit, modulo `2^(64 R)`.
+    /// Computes the product with a nonnegative number that may use its sign bit, modulo `2^(64 R)`.
     #[inline]
     pub fn times_natural<const B: usize, const R: usize>(self, other: Int<B>) -> Int<R> {
         const { assert!(R <= N + B && R >= N && R >= B) }
@@ -92,7 +92,7 @@ impl<const N: usize> Int<N> {
         Int(out).minus_shifted(other.masked(self.is_negative()), N)
     }
 
-    /// `self / 2^bits`, rounded down; `bits < 64`.
+    /// Computes `self / 2^bits`, rounded down, for `bits < 64`.
     #[inline]
     pub fn shifted_down(self, bits: u32) -> Self {
         let mut out = self.0;
@@ -103,7 +103,7 @@ impl<const N: usize> Int<N> {
         Int(out)
     }
 
-    /// The number if `keep`, and 0 otherwise.
+    /// Returns the number if `keep` is `true`, otherwise 0.
     #[inline]
     fn masked(self, keep: bool) -> Self {
         let mask = u64::from(keep).wrapping_neg();

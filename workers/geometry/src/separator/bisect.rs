@@ -9,11 +9,11 @@
 //! samples from which a separator is drawn locate the median only to within 0.025 of the set. [`bisection_samples`]
 //! gives the number of samples that minimises the sum of waiting time and sampling time.
 //!
-//! **Departures.** A moved sphere is not a great circle through the centrepoint, so the separator theorem does not
-//! apply. The sizes of its sides are counted, and the number of balls that it crosses is estimated as for any other
-//! surface ([`super::draw_bisecting`]). A moved surface must score less than the original. Bisection is used only if
-//! neither work nor depth is claimed. Bisection balances the work of two equal groups of workers. Three workers get a
-//! half and two quarters, because the tree must not depend on the number of workers.
+//! **Departures.** A moved sphere no longer comes from a great circle through the centrepoint, so the separator
+//! theorem does not apply. The sizes of its sides are counted, and the number of balls that it crosses is estimated
+//! as for any other surface ([`super::draw_bisecting`]). A moved surface must score less than the original. Bisection
+//! is used only if neither work nor depth is claimed. Bisection balances the work of two equal groups of workers.
+//! Three workers get a half and two quarters, because the tree must not depend on the number of workers.
 //!
 //! **Work.** O(samples).
 
@@ -27,14 +27,14 @@ use crate::point::Point;
 /// about 20 ns to process. The total time is smallest near this factor.
 const SHARE: f64 = 4.0;
 
-/// Expected number of samples for the bisection of a subproblem of `population` points. The number is the same on every
-/// machine.
+/// Returns the expected number of samples for the bisection of a subproblem of `population` points. The number is the
+/// same on every machine.
 pub fn bisection_samples(population: u64) -> u64 {
     let n = population.max(1) as f64;
     SAMPLE_TARGET.max((SHARE * n * root(1.0 / n, 3, &mut Cost::default())) as u64)
 }
 
-/// The two values around the median, which are equal if the number of values is odd. Reorders the values.
+/// Returns the two values around the median, which are equal if the number of values is odd. Reorders the values.
 fn median_pair(values: &mut [f64]) -> Option<[f64; 2]> {
     let half = values.len() / 2;
     let odd = values.len() % 2 == 1;
@@ -45,14 +45,14 @@ fn median_pair(values: &mut [f64]) -> Option<[f64; 2]> {
 }
 
 impl<P: Point> Separator<P> {
-    /// The axis of a cut that [`Separator::plane`] created.
+    /// Returns the axis of a cut that [`Separator::plane`] created.
     fn axis(&self) -> Option<usize> {
         let exact = self.a == 0.0 && self.c == 0.0 && self.unit == 1.0 && self.b.norm2() == 1.0;
         (0..P::DIM).find(|&i| exact && self.b.coord(i) == 1.0)
     }
 
-    /// The concentric sphere or parallel plane at the median of some points. If no values of `f` tie, the surface
-    /// bisects the points. Returns `None` if the surface is degenerate after rounding.
+    /// Returns the concentric sphere or parallel plane at the median of some points. If no values of `f` tie, the
+    /// surface bisects the points. Returns `None` if the surface is degenerate after rounding.
     pub(super) fn moved_to_median(&self, points: impl Iterator<Item = P>) -> Option<Self> {
         if let Some(axis) = self.axis() {
             let [low, high] = median_pair(&mut points.map(|x| x.coord(axis)).collect::<Vec<f64>>())?;
@@ -63,7 +63,7 @@ impl<P: Point> Separator<P> {
         Self::from_coefficients(self.origin, self.unit, self.a, self.b, self.c - (0.5 * low + 0.5 * high))
     }
 
-    /// Number of points on the larger side.
+    /// Returns the number of points on the larger side.
     pub(super) fn larger_side(&self, points: &[P]) -> usize {
         let inside = points.iter().filter(|&&x| self.value(self.local(x)) < 0.0).count();
         inside.max(points.len() - inside)
@@ -100,21 +100,21 @@ mod tests {
         assert_eq!(median_pair(&mut [1.0, f64::INFINITY, 2.0, f64::INFINITY]), Some([2.0, f64::INFINITY]));
     }
 
-    /// The points of a set that are samples of a draw.
+    /// Returns the points of a set that are samples of a draw.
     fn samples_of<P: Point>(key: DrawKey, points: &[P]) -> Vec<P> {
         let n = points.len() as u64;
         let many = Sampler::with_target(key, n, bisection_samples(n));
         points.iter().copied().filter(|&x| many.accepts(x)).collect()
     }
 
-    /// The separator of a set, drawn from its samples.
+    /// Draws the separator of a set from its samples.
     fn separator_of<P: Point>(seed: u64, points: &[P]) -> Separator<P> {
         let key = DrawKey { seed, node: 1, attempt: 0 };
         let drawn = draw_bisecting(key, points.len() as u64, &samples_of(key, points), &mut Cost::default());
         drawn.separator.unwrap()
     }
 
-    /// Separators bisect the set from which the samples come, and cross no more balls than those of [`draw`].
+    /// Separators bisect the set from which the samples come, and cross no more balls than separators of [`draw`].
     fn sets_are_bisected<P: Point>() {
         let points = uniform::<P>(200_000, 3);
         let n = points.len() as u64;

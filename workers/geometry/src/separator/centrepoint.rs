@@ -1,17 +1,17 @@
 //! The stereographic lift, centrepoints by iterated Radon points, and the pull-back of great circles.
 //!
 //! **Statement.** Any `D + 2` points of `R^D` are affinely dependent. The convex hull of the points with positive
-//! coefficients and that of the points with negative ones intersect in a *Radon point* (Radon 1921). In a `(D + 2)`-ary
-//! tree over random samples, let each node be the Radon point of its children. Then the root is an approximate
-//! centrepoint with high probability.
+//! coefficients and the convex hull of the points with negative ones intersect in a *Radon point* (Radon 1921). In a
+//! `(D + 2)`-ary tree over random samples, let each node be the Radon point of its children. Then the root is an
+//! approximate centrepoint with high probability.
 //!
 //! **Source.** Clarkson, Eppstein, Miller, Sturtivant and Teng (1996).
 //!
 //! **Work and depth.** Work `O(m)` and depth `O(log m)` for `m` samples in constant dimension. One iteration of the
 //! elimination processes one pivot.
 //!
-//! **Departures.** The leaves are not independent draws. They are random permutations of all samples, one after
-//! another, so that every sample has the same weight.
+//! **Departures.** The leaves are not independent draws. They are concatenated random permutations of all samples, so
+//! that every sample has the same weight.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng;
@@ -76,7 +76,8 @@ pub(super) fn centrepoint<V: Vector>(
     level[0]
 }
 
-/// Computes the Radon point of `V::LEN + 2` points. Also returns the number of means at and below this node.
+/// Computes the Radon point of `V::LEN + 2` points. Also returns the number of means that replaced Radon points at
+/// and below this node.
 fn radon_point<V: Vector>(group: &[(V, u32)], cost: &mut Cost) -> (V, u32) {
     let dependence = affine_dependence(group, cost);
     let zero = V::splat(0.0);

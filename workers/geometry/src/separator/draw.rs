@@ -111,12 +111,12 @@ impl Sampler {
     }
 }
 
-/// The largest admissible fraction of samples on one side: `(d+1)/(d+2) + 0.05`.
+/// Returns the largest admissible fraction of samples on one side: `(d+1)/(d+2) + 0.05`.
 pub fn split_bound<P: Point>() -> f64 {
     (P::DIM + 1) as f64 / (P::DIM + 2) as f64 + 0.05
 }
 
-/// Why a plane replaces the sphere.
+/// The reason why a plane replaces the sphere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlaneReason {
     /// The centrepoint lies on the lifted sphere: most samples coincide at the scale of the rest.
@@ -127,7 +127,7 @@ pub enum PlaneReason {
     AskedFor,
 }
 
-/// Why there is no separator.
+/// The reason why there is no separator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoneReason {
     /// There are no samples.
@@ -143,12 +143,12 @@ pub enum DrawKind {
     Sphere,
     /// An axis-aligned plane.
     Plane {
-        /// Why it is not a sphere.
+        /// The reason why it is not a sphere.
         why: PlaneReason,
     },
     /// No surface.
     None {
-        /// Why there is no surface.
+        /// The reason why there is no surface.
         why: NoneReason,
     },
 }
@@ -315,7 +315,7 @@ fn draw_from<P: Point>(
     }
 }
 
-/// The sorted coordinates of each axis.
+/// Sorts the coordinates of each axis.
 fn sorted_axes<P: Point>(samples: &[P], cost: &mut Cost) -> Vec<Vec<f64>> {
     let all_axes: Vec<usize> = (0..P::DIM).collect();
     cost.map_nested(&all_axes, |&axis, own| {
@@ -465,8 +465,8 @@ impl<P: Point> Scorer<P> {
     }
 }
 
-/// `x^(1/d)` for normal `0 < x <= 1`, by the four basic operations. Newton's method starts from the power of two above
-/// the root, which is less than 4 times too large. A fixed number of iterations therefore suffices.
+/// Computes `x^(1/d)` for normal `0 < x <= 1`, by the four basic operations. Newton's method starts from the power of
+/// two above the root, which is less than 4 times too large. A fixed number of iterations therefore suffices.
 pub(super) fn root(x: f64, d: usize, cost: &mut Cost) -> f64 {
     let degree = d as f64;
     let exponent = (x.to_bits() >> 52) as i64 - 1023;
@@ -477,7 +477,7 @@ pub(super) fn root(x: f64, d: usize, cost: &mut Cost) -> f64 {
     })
 }
 
-/// Returns the surface with the lowest score, and the earliest of several.
+/// Returns the surface with the lowest score, or the earliest one of equal score.
 fn lowest<P: Point>(scored: &[Option<Scored<P>>], cost: &mut Cost) -> Option<Scored<P>> {
     cost.reduce(scored, None, |best: Option<Scored<P>>, next| match (best, next) {
         (Some(b), Some(n)) if n.score < b.score => Some(*n),

@@ -19,7 +19,7 @@ pub enum Side {
 }
 
 impl Side {
-    /// The other side.
+    /// Returns the other side.
     #[must_use]
     pub fn opposite(self) -> Self {
         match self {
@@ -212,8 +212,8 @@ impl<P: Point> Separator<P> {
         )
     }
 
-    /// The radius of a ball around `x` that does not cross: nine tenths of the distance of `x` from `S` in rounded
-    /// arithmetic. Returns 0 if [`Separator::crosses`] does not confirm the radius.
+    /// Returns the radius of a ball around `x` that does not cross: nine tenths of the distance of `x` from `S` in
+    /// rounded arithmetic. Returns 0 if [`Separator::crosses`] does not confirm the radius.
     pub fn clearance(&self, x: P) -> f64 {
         let y = self.local(x);
         let (size, curve) = (self.value(y).abs(), self.a.abs());
@@ -237,8 +237,8 @@ impl<P: Point> Separator<P> {
         self.a != 0.0
     }
 
-    /// The surface and the location of its interior, rounded, for reports. Returns `None` if it exceeds the range of
-    /// floats.
+    /// Returns the surface and the location of its interior, rounded, for reports. Returns `None` if it exceeds the
+    /// range of floats.
     pub fn surface(&self) -> Option<Surface<P>> {
         if let (Some(centre), Some(radius)) = (self.centre(), self.radius()) {
             return Some(Surface::Sphere { centre, radius, ball_is_interior: self.a > 0.0 });
@@ -249,7 +249,8 @@ impl<P: Point> Separator<P> {
         offset.is_finite().then_some(Surface::Plane { normal, offset })
     }
 
-    /// Centre of the sphere, rounded, for reports. Returns `None` for a plane and beyond the range of floats.
+    /// Returns the centre of the sphere, rounded, for reports. Returns `None` for a plane and beyond the range of
+    /// floats.
     pub fn centre(&self) -> Option<P> {
         if !self.is_sphere() {
             return None;
@@ -258,7 +259,8 @@ impl<P: Point> Separator<P> {
         (0..P::DIM).all(|i| centre.coord(i).is_finite()).then_some(centre)
     }
 
-    /// Radius of the sphere, rounded, for reports. Returns `None` for a plane and beyond the range of floats.
+    /// Returns the radius of the sphere, rounded, for reports. Returns `None` for a plane and beyond the range of
+    /// floats.
     pub fn radius(&self) -> Option<f64> {
         if !self.is_sphere() {
             return None;

@@ -1,6 +1,6 @@
 //! The fold of a ledger: totals, phases, and the critical path.
 //!
-//! **Depth.** Every subproblem has a clock of its own. Dependencies are those of the recursion:
+//! **Depth.** Every subproblem has its own clock. The dependencies follow the recursion:
 //! 1. A phase that goes down the tree starts at a node when it has ended at the parent. At the root, it starts when all
 //!    earlier phases have ended at every leaf.
 //! 2. A phase that goes up the tree starts at a node when it has ended at both children.
@@ -62,7 +62,7 @@ pub struct PathStep {
 /// The folded ledger of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Ledger {
-    /// The merged parts of all ranks. Charges of leaders are added to those of members.
+    /// The merged parts of all ranks. Charges of leaders are added to the charges of members.
     pub part: LedgerPart,
     /// The total of the paper's phases.
     pub paper: Total,
@@ -82,8 +82,8 @@ enum Flow {
     Local,
 }
 
-/// The direction of a phase. A descent whose replies return makes two passes over the tree. Both are charged on the
-/// way down, so its flow is [`Flow::Down`].
+/// Returns the direction of a phase. A descent whose replies return makes two passes over the tree. Both are charged
+/// on the way down, so its flow is [`Flow::Down`].
 fn flow(phase: Phase, part: &LedgerPart) -> Flow {
     match phase {
         Phase::Neighbours if part.passes().next().is_some() => Flow::Up,
@@ -125,8 +125,8 @@ impl Ledger {
     }
 }
 
-/// The cost of the bottom-up correction at each node. The correction of a node is a descent below it, so its chain goes
-/// from the node to its children. The scans at each node are over its own items.
+/// Returns the cost of the bottom-up correction at each node. The correction of a node is a descent below it, so its
+/// chain goes from the node to its children. The scans at each node are over its own items.
 fn corrections(part: &LedgerPart) -> BTreeMap<NodeId, Charge> {
     let mut below: BTreeMap<(u32, NodeId), Charge> = BTreeMap::new();
     let mut done = BTreeMap::new();
@@ -302,7 +302,7 @@ fn later(slot: &mut End, end: End) {
     }
 }
 
-/// The end of the node, or of its nearest ancestor that has one.
+/// Returns the end of the node, or of its nearest ancestor that has one.
 fn nearest_ancestor(ends: &BTreeMap<NodeId, End>, node: NodeId) -> Option<End> {
     let mut at = Some(node);
     while let Some(n) = at {

@@ -1,7 +1,7 @@
 //! A part of the ledger as plain numbers, for the wire.
 //!
-//! A head of seven words holds the numbers of rows and the hash of the edges. Rows follow, map by map, each in the order
-//! of its keys. A charge of a leader carries the number of its phase with the highest bit of a byte set.
+//! A head of seven words holds the numbers of rows and the hash of the edges. Rows follow, map by map, each in the
+//! order of its keys. In a charge of a leader, bit 7 of the phase number is set.
 
 use septet_geometry::cost::Cost;
 
@@ -10,7 +10,7 @@ use super::{
 };
 use crate::ids::{NodeId, Phase, Rank};
 
-/// The bit of a leader's charges in the number of the phase.
+/// The bit of the phase number that marks a charge of a leader.
 const LEADER: u64 = 0x80;
 
 /// Words of a charge: phase or level, node, items and the four parts of the cost.
@@ -121,14 +121,14 @@ impl Reader<'_> {
     }
 }
 
-/// The account of a charge of a member or a leader.
+/// Returns the account of a charge of a member or a leader.
 fn account([number, node]: [u64; 2]) -> Option<Account> {
     let phase = Phase::from_number(u8::try_from(number & !LEADER).ok()?)?;
     let role = if number & LEADER == 0 { Role::Member } else { Role::Leader };
     Some(Account { role, phase, node: NodeId(node) })
 }
 
-/// The account of a charge in a pass of the bottom-up correction.
+/// Returns the account of a charge in a pass of the bottom-up correction.
 fn pass([level, node]: [u64; 2]) -> Option<Account> {
     Some(Account::pass(u32::try_from(level).ok()?, NodeId(node)))
 }

@@ -18,7 +18,8 @@ pub struct QueryBatch<P> {
     pub radii2: Bulk<f64>,
     /// Lengths of the runs of consecutive queries that belong to one leaf.
     pub groups: Bulk<u32>,
-    /// Whether a query follows only the side of its centre (the punt). If not, it follows both sides that the ball reaches.
+    /// Whether a query follows only the side of its centre (the punt). If `false`, it follows both sides that the
+    /// ball reaches.
     pub probe: bool,
     /// Number of nearest points wanted, including ties.
     pub wanted: u32,

@@ -16,7 +16,7 @@ fn encoded_len_is_exact_and_messages_round_trip() {
             open: Bulk(vec![0]),
         },
         Body::Decision {
-            verdict: Decision::Split([Child { population: 1, first: 2, ranks: 3, leaf: true }; 2]),
+            decision: Decision::Split([Child { population: 1, first: 2, ranks: 3, leaf: true }; 2]),
             boxes: Bulk(vec![[0.0, 0.0]; 4]),
         },
         Body::Merged(Merged { cells: 4, ..Merged::default() }),

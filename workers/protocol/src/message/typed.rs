@@ -7,6 +7,7 @@ use bincode::{Decode, Encode};
 use septet_geometry::graph::Supergraph;
 
 use crate::codec::Bulk;
+use crate::ids::Phase;
 use crate::outcome::Outcome;
 
 /// The decision of a leader on the set of a node.
@@ -37,7 +38,7 @@ pub struct SetCounts {
 
 /// The supergraph that the coordinator chose.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Choice(pub Supergraph);
+pub struct ChosenSupergraph(pub Supergraph);
 
 /// The counts of sampled stars.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -86,8 +87,8 @@ impl TryFrom<u8> for SetDecision {
     }
 }
 
-impl From<Choice> for (u8, f64) {
-    fn from(Choice(supergraph): Choice) -> (u8, f64) {
+impl From<ChosenSupergraph> for (u8, f64) {
+    fn from(ChosenSupergraph(supergraph): ChosenSupergraph) -> (u8, f64) {
         match supergraph {
             Supergraph::Density { alpha } => (0, alpha),
             Supergraph::Overlap { alpha } => (1, alpha),
@@ -96,14 +97,14 @@ impl From<Choice> for (u8, f64) {
     }
 }
 
-impl TryFrom<(u8, f64)> for Choice {
+impl TryFrom<(u8, f64)> for ChosenSupergraph {
     type Error = ();
 
     fn try_from((kind, parameter): (u8, f64)) -> Result<Self, ()> {
         match kind {
-            0 => Ok(Choice(Supergraph::Density { alpha: parameter })),
-            1 => Ok(Choice(Supergraph::Overlap { alpha: parameter })),
-            2 => Ok(Choice(Supergraph::Knn { k: parameter as u32 })),
+            0 => Ok(ChosenSupergraph(Supergraph::Density { alpha: parameter })),
+            1 => Ok(ChosenSupergraph(Supergraph::Overlap { alpha: parameter })),
+            2 => Ok(ChosenSupergraph(Supergraph::Knn { k: parameter as u32 })),
             _ => Err(()),
         }
     }
@@ -169,7 +170,7 @@ macro_rules! encoded_as {
         impl<Context> Decode<Context> for $type {
             fn decode<D: Decoder<Context = Context>>(decoder: &mut D) -> Result<Self, DecodeError> {
                 let form = <$form as Decode<Context>>::decode(decoder)?;
-                Self::try_from(form).map_err(|()| DecodeError::Other(concat!("invalid ", stringify!($type))))
+                Self::try_from(form).map_err(|_| DecodeError::Other(concat!("invalid ", stringify!($type))))
             }
         }
 
@@ -184,8 +185,9 @@ macro_rules! encoded_as {
 }
 
 encoded_as!(Outcome, u8);
+encoded_as!(Phase, u8);
 encoded_as!(SetDecision, u8);
-encoded_as!(Choice, (u8, f64));
+encoded_as!(ChosenSupergraph, (u8, f64));
 encoded_as!(SetCounts, Bulk<u64>);
 encoded_as!(SampleStars, Bulk<u64>);
 encoded_as!(Fingerprint, Bulk<u64>);
@@ -207,11 +209,12 @@ mod tests {
     #[test]
     fn values_travel_as_codes_and_words() {
         travels_as(Outcome::GatherAll, &2u8);
+        travels_as(Phase::Neighbours, &8u8);
         travels_as(SetDecision::Stop, &0u8);
         travels_as(SetDecision::Exterior, &3u8);
-        travels_as(Choice(Supergraph::Density { alpha: 2.5 }), &(0u8, 2.5));
-        travels_as(Choice(Supergraph::Overlap { alpha: 3.0 }), &(1u8, 3.0));
-        travels_as(Choice(Supergraph::Knn { k: 9 }), &(2u8, 9.0));
+        travels_as(ChosenSupergraph(Supergraph::Density { alpha: 2.5 }), &(0u8, 2.5));
+        travels_as(ChosenSupergraph(Supergraph::Overlap { alpha: 3.0 }), &(1u8, 3.0));
+        travels_as(ChosenSupergraph(Supergraph::Knn { k: 9 }), &(2u8, 9.0));
         let counts = SetCounts { inside: 1, outside: 2, crossing_inside: 3, crossing_outside: 4 };
         travels_as(counts, &Bulk(vec![1u64, 2, 3, 4]));
         travels_as(SampleStars { sampled: 5, certified: [1, 2, 3, 4] }, &Bulk(vec![5u64, 1, 2, 3, 4]));
@@ -221,8 +224,9 @@ mod tests {
     #[test]
     fn codes_and_words_without_meaning_are_errors() {
         assert!(decode::<Outcome>(&[4]).is_err());
+        assert!(decode::<Phase>(&[24]).is_err());
         assert!(decode::<SetDecision>(&[4]).is_err());
-        assert!(decode::<Choice>(&encode(&(3u8, 1.0)).unwrap()).is_err());
+        assert!(decode::<ChosenSupergraph>(&encode(&(3u8, 1.0)).unwrap()).is_err());
         assert!(decode::<SetCounts>(&encode(&Bulk(vec![1u64; 3])).unwrap()).is_err());
     }
 }

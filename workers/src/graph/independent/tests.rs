@@ -88,7 +88,7 @@ fn run<P: Point>(points: &[P], radii2: &[f64], config: &Arc<WorkerConfig>) -> Ou
         }
     }
     let share = first.into_result().unwrap();
-    assert_eq!(share.counted.parts, config.workers);
+    assert_eq!(share.counted.parts, config.ranks());
     let Selected { members, undecided } = share.selected;
     Outcome { members, undecided, phases, steps, messages, ledger: share.counted.ledger }
 }

@@ -54,13 +54,14 @@ impl Barrier {
             return Ok(round.last);
         }
         let number = round.number;
-        while round.number == number && round.failed.is_none() {
+        while round.number == number {
+            if let Some(error) = &round.failed {
+                return Err(error.clone());
+            }
             round = self.open.wait(round).unwrap_or_else(PoisonError::into_inner);
         }
-        match &round.failed {
-            Some(error) => Err(error.clone()),
-            None => Ok(round.last),
-        }
+        // The round is complete for all hosts, even if one of them has ended since.
+        Ok(round.last)
     }
 
     /// Opens the barrier with an error. Returns the first error of the machine.
@@ -81,9 +82,16 @@ struct End<P> {
     round: u32,
     /// Messages of a round that this host has not started.
     early: Vec<Message<P>>,
+    /// Whether all ranks of this host are done.
+    finished: bool,
 }
 
 impl<P: Point> End<P> {
+    /// Ends a host whose ranks are done.
+    fn finish(mut self) {
+        self.finished = true;
+    }
+
     fn round(&mut self, outbox: Vec<Message<P>>, state: HostState) -> Result<Delivery<P>, TransportError> {
         let active = state.is_busy()? || !outbox.is_empty();
         for message in outbox {
@@ -121,8 +129,8 @@ impl<P: Point> Transport<P> for End<P> {
 
 impl<P> Drop for End<P> {
     fn drop(&mut self) {
-        // A panic of a rank does not unwind its host. If the host itself panics, it must not block the other hosts.
-        if std::thread::panicking() {
+        // A host that ends before its ranks are done must not block the other hosts.
+        if !self.finished {
             self.barrier.fail(TransportError::Stopped);
         }
     }
@@ -152,6 +160,7 @@ impl<P: Point> Channel<P> {
             barrier: barrier.clone(),
             round: 0,
             early: Vec::new(),
+            finished: false,
         };
         let coordinator = end(&[COORDINATOR]);
         // The subscriber of the caller also receives the traces of the workers.
@@ -170,7 +179,9 @@ impl<P: Point> Channel<P> {
                     let mut end = end;
                     let mut host = Host::new(ranks.iter().copied(), &config, &pool);
                     // An error has reached all hosts through the barrier.
-                    let _ = serve(&mut end, &mut host);
+                    if serve(&mut end, &mut host).is_ok() {
+                        end.finish();
+                    }
                 });
             })?;
             channel.threads.push(thread);
@@ -179,8 +190,8 @@ impl<P: Point> Channel<P> {
     }
 }
 
-/// The threads of a host, which its workers share. If the threads do not divide evenly, the first hosts get one more
-/// each.
+/// Creates the threads of a host, which its workers share. If the threads do not divide evenly, the first hosts get
+/// one more thread each.
 fn pool(threads: usize, hosts: usize, host: usize, listener: &Dispatch) -> std::io::Result<Pool> {
     let own = threads / hosts + usize::from(host < threads % hosts);
     if own < 2 {
@@ -206,10 +217,53 @@ impl<P: Point> Transport<P> for Channel<P> {
 
 impl<P> Drop for Channel<P> {
     fn drop(&mut self) {
+        // Hosts whose ranks are done do not wait again, so this ends only the others.
         self.end.barrier.fail(TransportError::Stopped);
         for thread in self.threads.drain(..) {
             // The barrier has reported the failure of a worker.
             let _ = thread.join();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::*;
+
+    /// The ends of a machine of two hosts without ranks.
+    fn ends() -> [End<DVec2>; 2] {
+        let barrier = Arc::new(Barrier { state: Mutex::default(), open: Condvar::new(), hosts: 2 });
+        [(); 2].map(|()| End {
+            senders: Arc::default(),
+            receivers: Vec::new(),
+            barrier: barrier.clone(),
+            round: 0,
+            early: Vec::new(),
+            finished: false,
+        })
+    }
+
+    #[test]
+    fn a_host_that_ends_early_ends_the_others() {
+        let [mut stays, leaves] = ends();
+        let waiting = std::thread::spawn(move || stays.exchange(Vec::new(), HostState::Busy).map(drop));
+        drop(leaves);
+        assert_eq!(waiting.join().unwrap(), Err(TransportError::Stopped));
+    }
+
+    #[test]
+    fn a_host_whose_ranks_are_done_does_not_fail_the_machine() {
+        let [mut stays, leaves] = ends();
+        let round = std::thread::spawn(move || {
+            let mut leaves = leaves;
+            let delivery = leaves.exchange(Vec::new(), HostState::Idle).unwrap();
+            leaves.finish();
+            delivery.active
+        });
+        assert!(!stays.exchange(Vec::new(), HostState::Idle).unwrap().active);
+        assert!(!round.join().unwrap());
+        assert!(stays.barrier.state.lock().unwrap().failed.is_none());
     }
 }

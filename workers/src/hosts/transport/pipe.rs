@@ -69,7 +69,7 @@ fn read_round(from: &mut impl Read) -> std::io::Result<(u8, Vec<Frame>)> {
     Ok((state, frames))
 }
 
-/// The error that a failed worker reported.
+/// Returns the error that a failed worker reported.
 fn reported(from: Rank, frames: &[Frame]) -> TransportError {
     let error = frames.first().and_then(|(_, bytes)| codec::decode(bytes).ok());
     error.unwrap_or_else(|| bad(from, &"its report of a failure does not decode"))
@@ -174,7 +174,7 @@ impl Drop for Pipes {
             process.input = None;
         }
         for process in &mut self.children {
-            // A process ends when its input is closed, unless it is busy. Kill it in either case.
+            // A process that is not busy ends when its input is closed. Killing it ends a busy one as well.
             let _ = process.child.kill();
             let _ = process.child.wait();
         }
@@ -211,7 +211,7 @@ impl<P: Point, R: Read + Send, W: Write + Send> Transport<P> for Pipe<R, W> {
 }
 
 impl<R, W: Write> Pipe<R, W> {
-    /// Reports an error to the coordinator, if it still runs.
+    /// Reports an error to the coordinator, if the coordinator is still running.
     fn report(&mut self, error: &TransportError) {
         if let Ok(bytes) = codec::encode(error) {
             let _ = write_round(&mut self.output, FAILED, &[(COORDINATOR, bytes)]);
@@ -223,7 +223,7 @@ impl<R, W: Write> Pipe<R, W> {
 /// reported to the coordinator.
 ///
 /// # Errors
-/// The error of the worker, or [`TransportError::Stopped`] if the coordinator has ended.
+/// Returns the error of the worker, or [`TransportError::Stopped`] if the coordinator has ended.
 pub fn serve_pipe<P: Point>(
     input: impl Read + Send,
     output: impl Write + Send,

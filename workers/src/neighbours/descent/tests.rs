@@ -125,7 +125,7 @@ fn a_reply_to_no_query_is_refused() {
         let [first, second] = replies();
         let mut third = second.clone();
         third.slots[0] = slot;
-        refused(receive([first, second, third].map(Body::Reply).into()), "not asked");
+        refused(receive([first, second, third].map(Body::Reply).into()), "not sent");
     }
 }
 

@@ -1,8 +1,8 @@
-"""Judges a mesh of a .poly file, or of a closed surface in an .off file, by the files that TetGen and Triangle would
+"""Checks a mesh of a .poly file, or of a closed surface in an .off file, by the files that TetGen and Triangle would
 write, with Python's integers alone.
 
-Usage: judge_mesh.py DOMAIN.poly MESH MEASURE [FACETS]
-       judge_mesh.py DOMAIN.off MESH
+Usage: check_mesh.py DOMAIN.poly MESH MEASURE [FACETS]
+       check_mesh.py DOMAIN.off MESH
 with MESH.node, MESH.ele, MESH.edge and in space MESH.face, the volume (area) of the domain, and the numbers, from 1,
 of facets that lie outside of it. A surface says its volume itself. It shares no code with septet, not even a reader.
 

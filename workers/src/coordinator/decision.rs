@@ -7,9 +7,8 @@ use septet_protocol::message::Merged;
 use septet_protocol::outcome::Outcome;
 
 /// Decides on the merged result of a set of `population` points after pass number `pass`.
-pub(crate) fn judge(merged: Merged, population: u64, pass: u32) -> Outcome {
-    let passed = merged.stars == population && merged.disagreements == 0 && merged.minima == 1;
-    match (passed, pass) {
+pub(crate) fn decide(merged: Merged, population: u64, pass: u32) -> Outcome {
+    match (merged.is_certified(population), pass) {
         (true, _) => Outcome::Passed,
         (false, 0) => Outcome::GatherUnresolved,
         (false, 1) => Outcome::GatherAll,
@@ -24,7 +23,7 @@ mod tests {
     #[test]
     fn every_clause_is_needed_and_two_gatherings_are_tried() {
         let whole = Merged { stars: 9, minima: 1, ..Merged::default() };
-        assert_eq!(judge(whole, 9, 0), Outcome::Passed);
+        assert_eq!(decide(whole, 9, 0), Outcome::Passed);
         let broken = [
             Merged { stars: 8, ..whole },
             Merged { disagreements: 1, ..whole },
@@ -32,7 +31,7 @@ mod tests {
             Merged { minima: 0, ..whole },
         ];
         for merged in broken {
-            let outcomes = [0, 1, 2].map(|pass| judge(merged, 9, pass));
+            let outcomes = [0, 1, 2].map(|pass| decide(merged, 9, pass));
             assert_eq!(outcomes, [Outcome::GatherUnresolved, Outcome::GatherAll, Outcome::Failed]);
         }
     }

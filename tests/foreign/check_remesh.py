@@ -1,6 +1,6 @@
-"""Judges a mesh of the volume in a closed surface whose boundary was made anew, by the files that TetGen would write.
+"""Checks a mesh of the volume in a closed surface whose boundary was made anew, by the files that TetGen would write.
 
-Usage: judge_remesh.py DOMAIN.off MESH DISTANCE
+Usage: check_remesh.py DOMAIN.off MESH DISTANCE
 with MESH.node, MESH.ele, MESH.edge, MESH.face. It shares no code with septet, not even a reader.
 
 Exact: every cell is positive; two cells that share a facet lie on opposite sides of it; the faces are the facets of one cell; they are
@@ -15,7 +15,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from judge_mesh import Domain, Mesh, check_borders, check_cells, fail, rows
+from check_mesh import Domain, Mesh, check_borders, check_cells, fail, rows
 
 # Places whose distance is looked at.
 MOST = 10_000

@@ -1,4 +1,4 @@
-//! The verdict on the growth of a count.
+//! The conclusion on the growth of a count.
 
 use serde::Serialize;
 
@@ -14,11 +14,11 @@ pub(super) const APART: f64 = 9.210_340_371_976_182;
 /// If the test for curvature finds none, a law is excluded if the test has at least this power against it.
 const ENOUGH: f64 = 0.95;
 
-/// A verdict.
+/// A conclusion.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "says", rename_all = "kebab-case")]
 #[non_exhaustive]
-pub enum Verdict {
+pub enum Conclusion {
     /// The count does not grow: two one-sided tests find its change over the range of sizes within the margin.
     Flat,
     /// No growth is significant, but a change beyond the margin cannot be excluded.
@@ -47,24 +47,24 @@ pub enum Verdict {
     SizeUnclear,
 }
 
-impl Verdict {
-    /// Returns the verdict on growth. `growth.laws` must be ordered by likelihood, beginning with the best law.
-    pub(super) fn of_growth(growth: &Growth) -> Verdict {
+impl Conclusion {
+    /// Returns the conclusion on growth. `growth.laws` must be ordered by likelihood, beginning with the best law.
+    pub(super) fn of_growth(growth: &Growth) -> Conclusion {
         let (laws, curvature) = (&growth.laws, &growth.curvature);
         if growth.is_flat() {
-            return Verdict::Flat;
+            return Conclusion::Flat;
         }
         let log = laws.iter().find(|fit| fit.law == Law::Log);
         let slope = log.map_or(0.0, |fit| fit.slope.value);
         let sure = log.is_some_and(|fit| fit.slope.low > 0.0 || fit.slope.high < 0.0);
         if !curvature.bends && !sure {
-            return Verdict::Unclear;
+            return Conclusion::Unclear;
         }
         if slope < 0.0 {
-            return Verdict::Falls;
+            return Conclusion::Falls;
         }
         if curvature.bends && curvature.quadratic.value < 0.0 {
-            return Verdict::Slower;
+            return Conclusion::Slower;
         }
         let fits = |fit: &&LawFit| fit.slope.value > 0.0 && !rejects(fit.lack_of_fit);
         let mut running: Vec<Law> =
@@ -81,38 +81,38 @@ impl Verdict {
         }
         running.sort_unstable();
         match running.as_slice() {
-            [law] => Verdict::Law { law: *law },
-            [] => Verdict::NoneOfThese,
-            _ => Verdict::CannotTell { laws: running },
+            [law] => Conclusion::Law { law: *law },
+            [] => Conclusion::NoneOfThese,
+            _ => Conclusion::CannotTell { laws: running },
         }
     }
 
-    pub(super) fn of_levels(test: &Equivalence) -> Verdict {
+    pub(super) fn of_levels(test: &Equivalence) -> Conclusion {
         match (test.flat, test.sloped) {
-            (true, _) => Verdict::SizeFree,
-            (_, true) => Verdict::SizeBound,
-            _ => Verdict::SizeUnclear,
+            (true, _) => Conclusion::SizeFree,
+            (_, true) => Conclusion::SizeBound,
+            _ => Conclusion::SizeUnclear,
         }
     }
 
-    /// Returns the verdict as one sentence.
+    /// Returns the conclusion as one sentence.
     pub fn words(&self) -> String {
         match self {
-            Verdict::Flat => "it does not grow at these n, within the margin".to_string(),
-            Verdict::Law { law } => format!("it grows like {}", law.name()),
-            Verdict::Unclear => "cannot tell whether it grows at these n".to_string(),
-            Verdict::NoneOfThese => "it grows, like none of these".to_string(),
-            Verdict::CannotTell { laws } => {
+            Conclusion::Flat => "it does not grow at these n, within the margin".to_string(),
+            Conclusion::Law { law } => format!("it grows like {}", law.name()),
+            Conclusion::Unclear => "cannot tell whether it grows at these n".to_string(),
+            Conclusion::NoneOfThese => "it grows, like none of these".to_string(),
+            Conclusion::CannotTell { laws } => {
                 let names: Vec<&str> = laws.iter().map(|law| law.name()).collect();
                 format!("it grows; cannot tell {} apart at these n", names.join(", "))
             }
-            Verdict::Slower => "it grows more slowly than log n".to_string(),
-            Verdict::Falls => "it falls".to_string(),
-            Verdict::SizeFree => {
+            Conclusion::Slower => "it grows more slowly than log n".to_string(),
+            Conclusion::Falls => "it falls".to_string(),
+            Conclusion::SizeFree => {
                 "the depth of a level does not depend on its size, within the margin".to_string()
             }
-            Verdict::SizeBound => "the depth of a level depends on its size".to_string(),
-            Verdict::SizeUnclear => {
+            Conclusion::SizeBound => "the depth of a level depends on its size".to_string(),
+            Conclusion::SizeUnclear => {
                 "cannot tell whether the depth of a level depends on its size".to_string()
             }
         }
@@ -130,17 +130,17 @@ impl Growth {
         straight && (!self.curvature.bends || spread <= self.margin * mean)
     }
 
-    /// Returns the verdict in words, with the exponent if no law fits.
-    pub(super) fn words(&self, verdict: &Verdict) -> String {
-        match (verdict, &self.exponent) {
-            (Verdict::NoneOfThese, Some(e)) => format!(
+    /// Returns the conclusion in words, with the exponent if no law fits.
+    pub(super) fn words(&self, conclusion: &Conclusion) -> String {
+        match (conclusion, &self.exponent) {
+            (Conclusion::NoneOfThese, Some(e)) => format!(
                 "{}; its fitted exponent is n^{:.2} [{:.2}, {:.2}]",
-                verdict.words(),
+                conclusion.words(),
                 e.value,
                 e.low,
                 e.high
             ),
-            _ => verdict.words(),
+            _ => conclusion.words(),
         }
     }
 }

@@ -1,0 +1,152 @@
+//! Machines in which rank 0 owns points, because the group of the root has every rank. The results must be those of other
+//! machines: no phase may assume that rank 0 owns no point.
+
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+use septet_geometry::graph::Supergraph;
+use septet_geometry::hash::Draw;
+use septet_protocol::ids::{COORDINATOR, NodeId, Rank};
+use septet_protocol::message::{Child, PointBatch, UNKNOWN_RADIUS2};
+
+use super::*;
+use crate::config::{Correction, Fault, SetRule, Task, Wanted, WorkerConfig};
+use crate::machine::collectives::Group;
+use crate::machine::context::Running;
+
+/// The program of a rank of a machine whose root's group has every rank. The frame is the first points.
+async fn with_everyone<P: Point>(mut cx: Context<P>, points: &[P]) -> Result<Share<P>, TransportError> {
+    let cx = &mut cx;
+    let (population, ranks) = (points.len() as u64, cx.config().ranks());
+    let mut frame = PointBatch::default();
+    for (id, &position) in points.iter().enumerate().take(P::DIM + 1) {
+        frame.push(id as u64, position, COORDINATOR, UNKNOWN_RADIUS2);
+    }
+    let at = |rank: Rank| points.len() * rank as usize / ranks as usize;
+    let range = at(cx.rank())..at(cx.rank() + 1);
+    let ids = range.clone().map(|i| i as u64).collect();
+    let mut block = PointBatch::in_transit(ids, points[range].to_vec());
+    block.radii2.0 = vec![1e-2; block.len()];
+    let leaf = population <= cx.config().tree.leaf;
+    let group = Group::new(NodeId::ROOT, Child { population, first: COORDINATOR, ranks, leaf });
+    let (subdomain, table) = partition(cx, group, block, Plan::new()).await?;
+    assert!(table.owned_len() > 0 || cx.config().fault.is_some() || leaf, "rank {} owns no point", cx.rank());
+    finish(cx, Ground { subdomain, table, frame, population }).await
+}
+
+/// Runs a machine to its end. Returns the result of rank 0.
+fn run<P: Point>(config: WorkerConfig, points: &[P]) -> Share<P> {
+    let config = Arc::new(config);
+    let start = |rank| Running::start(rank, config.clone(), None, |cx| with_everyone(cx, points));
+    let mut ranks: Vec<_> = (0..config.ranks()).map(start).collect();
+    for round in 1.. {
+        let mut wire = Vec::new();
+        for rank in &mut ranks {
+            wire.extend(rank.step().unwrap());
+        }
+        if ranks.iter().all(Running::is_done) {
+            break;
+        }
+        let active = !wire.is_empty() || ranks.iter().any(Running::busy);
+        let mut boxes: Vec<Vec<_>> = ranks.iter().map(|_| Vec::new()).collect();
+        for message in wire {
+            boxes[message.to as usize].push(message);
+        }
+        for (rank, inbox) in ranks.iter_mut().zip(boxes) {
+            rank.deliver(round, active.then_some(inbox));
+        }
+    }
+    ranks.swap_remove(COORDINATOR as usize).into_result().unwrap()
+}
+
+/// The cells of a result, as sorted rows of sorted ids.
+fn cells<P: Point>(share: &Share<P>) -> Vec<Vec<u64>> {
+    let corners = P::DIM + 1;
+    let rows = share.cells.parts.iter().flat_map(|part| part.chunks_exact(corners).map(<[u64]>::to_vec));
+    let of_piece = |piece: &crate::coordinator::PieceRows| {
+        let rows = piece.rows.chunks_exact(2 * corners).map(|row| &row[..corners]);
+        rows.map(|row| row.iter().map(|&v| piece.ids[v as usize]).collect()).collect::<Vec<Vec<u64>>>()
+    };
+    let mut all: Vec<Vec<u64>> = rows.chain(share.pieces.iter().flat_map(of_piece)).collect();
+    for row in &mut all {
+        row.sort_unstable();
+    }
+    all.sort_unstable();
+    all
+}
+
+fn random<P: Point>(n: usize) -> Vec<P> {
+    let mut draw = Draw::new(31);
+    (0..n).map(|_| draw.point()).collect()
+}
+
+/// The ways of a run through the phases: path, supergraph, separator sets, correction, faults, gathering.
+fn ways(workers: u32) -> Vec<(&'static str, WorkerConfig)> {
+    let density = Wanted::Fixed(Supergraph::Density { alpha: 2.5 });
+    let base = WorkerConfig { workers, ..WorkerConfig::plain() };
+    let way = |name, change: &dyn Fn(&mut WorkerConfig)| {
+        let mut config = base.clone();
+        change(&mut config);
+        (name, config)
+    };
+    vec![
+        way("knn", &|_| {}),
+        way("density", &|c| c.graph.wanted = density),
+        way("auto", &|c| c.graph.wanted = Wanted::AutoDensity),
+        way("both", &|c| (c.graph.wanted, c.graph.sets) = (density, SetRule::Both)),
+        way("smaller", &|c| (c.graph.wanted, c.graph.sets) = (density, SetRule::Smaller)),
+        way("bottom-up", &|c| (c.graph.wanted, c.graph.correction) = (density, Correction::BottomUp)),
+        way("picture", &|c| (c.shown.view, c.shown.with_leaves, c.shown.collect_graph) = (100, true, true)),
+        way("gathered", &|c| {
+            (c.graph.wanted, c.exchange_cap) = (Wanted::Fixed(Supergraph::Knn { k: 4 }), Some(0));
+        }),
+        way("unsplit", &|c| c.fault = Some(Fault::RefuseSplit { first: NodeId(2), last: NodeId(3) })),
+        way("whole", &|c| c.tree.leaf = 10_000),
+        way("direct", &|c| (c.counted, c.tree.balanced) = (false, true)),
+        way("direct, picture", &|c| (c.counted, c.shown.view) = (false, 100)),
+        way("direct, unsplit", &|c| {
+            (c.counted, c.fault) = (false, Some(Fault::RefuseSplit { first: NodeId(2), last: NodeId(3) }));
+        }),
+    ]
+}
+
+/// The cells do not depend on the ranks that own points, rank 0 among them or alone.
+fn every_phase_works_with_points_on_rank_0<P: Point>() {
+    let points = random::<P>(600);
+    let mut expected = None;
+    for workers in [0, 1, 4] {
+        for (name, config) in ways(workers) {
+            let (counted, ranks) = (config.counted, config.ranks());
+            let gathers = name == "gathered";
+            let share = run(config, &points);
+            let merged = share.certified.merged;
+            assert_eq!((merged.stars, merged.disagreements, merged.minima), (600, 0, 1), "{name}, {workers}");
+            assert_eq!(share.counted.parts, ranks, "{name}, {workers}");
+            assert_eq!(share.certified.fallback.is_some(), gathers, "{name}, {workers}");
+            let cells = cells(&share);
+            assert_eq!(cells.len() as u64, merged.cells, "{name}, {workers}");
+            assert_eq!(expected.get_or_insert_with(|| cells.clone()), &cells, "{name}, {workers}, {counted}");
+        }
+    }
+}
+
+#[test]
+fn every_phase_works_with_points_on_rank_0_in_both_dimensions() {
+    every_phase_works_with_points_on_rank_0::<DVec2>();
+    every_phase_works_with_points_on_rank_0::<DVec3>();
+}
+
+/// The independent set does not depend on the ranks that own points.
+#[test]
+fn independent_sets_do_not_depend_on_the_owners() {
+    let points = random::<DVec2>(600);
+    let wanted = Wanted::Fixed(Supergraph::Density { alpha: 1.0 });
+    let members = [0, 1, 4].map(|workers| {
+        let mut config = WorkerConfig { workers, ..WorkerConfig::plain() };
+        (config.task, config.graph.wanted) = (Task::Independent { fixed: 3 }, wanted);
+        let mut members = run(config, &points).selected.members;
+        members.sort_unstable();
+        members
+    });
+    assert!(members[0].len() > 10 && members.iter().all(|set| *set == members[0]), "{members:?}");
+}
