@@ -38,7 +38,7 @@ pub fn write_points(
     let format = options.point_format_of(path)?;
     check_first_id(options.first_id)?;
     if path.as_os_str() == "-" {
-        let advice = "standard output needs a stream".to_owned();
+        let advice = "standard output is not a file, use a stream".to_owned();
         return Err(OutputError::UnknownFormat {
             path: path.to_path_buf(),
             advice,

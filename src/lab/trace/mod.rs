@@ -95,7 +95,7 @@ pub fn is_compiled_in() -> bool {
 /// Checks that a trace can be written under this name.
 ///
 /// # Errors
-/// Returns an [`OutputError`] with the reason if it cannot.
+/// Returns an [`OutputError`] with the reason if the trace cannot be written.
 pub fn check(path: &Path) -> Result<(), OutputError> {
     probe(path)
 }

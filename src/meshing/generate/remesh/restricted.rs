@@ -183,7 +183,7 @@ impl<P: Space> Restricted<P> {
     }
 
     /// Considers the faces around each edge whose dual edges cross the surface an even number of times. These are not
-    /// on the boundary. Returns the one with the largest surface ball for each edge. The edges are sorted and have
+    /// on the boundary. For each edge, returns the face with the largest surface ball. The edges are sorted and have
     /// ascending ends.
     pub(super) fn crossed_twice<M: MeshMachine<P> + Sync>(
         &self,
