@@ -45,6 +45,7 @@ pub struct Cost {
     inner_log: u64,
 }
 
+#[expect(clippy::inline_always, reason = "the price of a known primitive is a few instructions")]
 impl Cost {
     /// The cost of an empty computation.
     pub const ZERO: Cost = Cost { work: 0, depth: 0, scans: 0, inner_log: 0 };

@@ -87,6 +87,7 @@ impl Price {
     }
 }
 
+#[expect(clippy::inline_always, reason = "the price of a known primitive is a few instructions")]
 impl Primitive {
     /// Returns the price of one call over `items` items.
     #[inline(always)]
