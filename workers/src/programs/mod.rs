@@ -2,7 +2,7 @@
 //!
 //! The coordinator runs the same functions. It leads the root. Phases in which it has a duty of its own ask
 //! [`Context::is_coordinator`] ([`crate::coordinator`]). It owns no points, because the group of the root has only the
-//! workers ([`root`]). No phase relies on this.
+//! workers (`partition::shared::root`). No phase relies on this.
 
 mod certify;
 mod ground;
