@@ -6,7 +6,7 @@
 //! - for every point: its size divided by the local feature size;
 //! - for the whole mesh: the number of points divided by the integral of `dx / f^d`.
 //!
-//! The promise `R/l <= B` depends on the location of the circumcentre ([`Place`]), so maxima and violations are
+//! The promise `R/l <= B` depends on the location of the circumcentre ([`CentrePlace`]), so maxima and violations are
 //! recorded per location. The comparison of a ratio with its bound is exact. All other values are rounded, and no
 //! decision depends on them.
 //!
