@@ -6,7 +6,7 @@ use septet_geometry::complex::INFINITE;
 use septet_geometry::incremental::{Incremental, insertion_order};
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{NodeId, Rank};
+use septet_protocol::ids::Rank;
 use septet_protocol::message::{Body, PointBatch, UNKNOWN_RADIUS2, is_wanted};
 use septet_protocol::outcome::Outcome;
 
@@ -111,8 +111,10 @@ fn reply<P: Point>(cx: &mut Context<P>, region: &PointBatch<P>, members: &[Membe
             batch.points.push(region.ids[at], region.positions[at], region.owners[at], UNKNOWN_RADIUS2);
         }
     }
-    for (rank, Neighbourhoods { vertices, counts, points }) in batches {
-        let body = Body::Region { vertices: Bulk(vertices), counts: Bulk(counts), points };
-        cx.send(rank, NodeId::ROOT, 0, body);
-    }
+    let body = |Neighbourhoods { vertices, counts, points }| Body::Region {
+        vertices: Bulk(vertices),
+        counts: Bulk(counts),
+        points,
+    };
+    cx.send_each(0, batches.into_iter().map(|(rank, batch)| (rank, body(batch))));
 }

@@ -46,7 +46,7 @@ use septet_geometry::lists::Lists;
 use septet_geometry::point::Point;
 use septet_geometry::priority::{compare, priority};
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ids::{Phase, Rank};
 use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Message};
 use septet_protocol::transport::TransportError;
@@ -330,10 +330,8 @@ impl Selection {
                 self.open[half.leaf] = open;
             }
         }
-        for (owner, ids) in batches {
-            let body = if state == State::In { Body::Joined(Bulk(ids)) } else { Body::Left(Bulk(ids)) };
-            cx.send(owner, NodeId::ROOT, 0, body);
-        }
+        let body = |ids| if state == State::In { Body::Joined(Bulk(ids)) } else { Body::Left(Bulk(ids)) };
+        cx.send_each(0, batches.into_iter().map(|(owner, ids)| (owner, body(ids))));
     }
 }
 

@@ -16,7 +16,7 @@ use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::lists::Lists;
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ids::{Phase, Rank};
 use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Message, PointBatch};
 use septet_protocol::transport::TransportError;
@@ -77,10 +77,12 @@ pub(crate) async fn reverse_edges<P: Point>(
 ) -> Result<BothEnds, TransportError> {
     let mut announced = AnnouncedEdges::none(subdomain);
     let announcements = announce(cx, subdomain, table, &nearest, &mut announced);
-    for (to, Announcement { points, counts, targets, .. }) in announcements {
-        let body = Body::Reverse { points, counts: Bulk(counts), targets: Bulk(targets) };
-        cx.send(to, NodeId::ROOT, 0, body);
-    }
+    let body = |Announcement { points, counts, targets, .. }| Body::Reverse {
+        points,
+        counts: Bulk(counts),
+        targets: Bulk(targets),
+    };
+    cx.send_each(0, announcements.into_iter().map(|(to, announcement)| (to, body(announcement))));
     while cx.exchange().await? {
         for Announcement { points, counts, targets, .. } in take_announcements(cx) {
             // The sender owns all these points.

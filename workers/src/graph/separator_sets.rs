@@ -429,9 +429,7 @@ impl<'a, P: Point> Recursion<'a, P> {
             }
             item.point = u32::MAX;
         }
-        for (to, batch) in replies {
-            cx.send(to, NodeId::ROOT, 0, Body::Lists(batch));
-        }
+        cx.send_each(0, replies.into_iter().map(|(to, batch)| (to, Body::Lists(batch))));
     }
 
     /// Receives the lists of the items that this rank sent.

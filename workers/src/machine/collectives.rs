@@ -84,6 +84,13 @@ impl<P: Point> Context<P> {
         }
     }
 
+    /// Sends each of these ranks its own body about the whole set.
+    pub(crate) fn send_each(&mut self, attempt: u32, bodies: impl IntoIterator<Item = (Rank, Body<P>)>) {
+        for (rank, body) in bodies {
+            self.send(rank, NodeId::ROOT, attempt, body);
+        }
+    }
+
     /// Sends a body about the whole set to the coordinator.
     pub(crate) fn send_to_coordinator(&mut self, body: Body<P>) {
         self.send(COORDINATOR, NodeId::ROOT, 0, body);

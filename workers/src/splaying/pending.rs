@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 
 use septet_geometry::point::Point;
-use septet_protocol::ids::{NodeId, Rank};
+use septet_protocol::ids::Rank;
 
 use crate::machine::context::Context;
 use crate::machine::tasks::Recorder;
@@ -138,9 +138,7 @@ impl<P: Point> StepOutput<P> {
                 messages.entry(table.owners()[proposal.to as usize]).or_default().add(table, proposal);
             }
         }
-        for (rank, message) in messages {
-            cx.send(rank, NodeId::ROOT, round, message.into_proposals());
-        }
+        cx.send_each(round, messages.into_iter().map(|(rank, message)| (rank, message.into_proposals())));
     }
 
     fn send_objections(&self, cx: &mut Context<P>, table: &Table<P>, pending: &mut Pending<P>, round: u32) {
@@ -155,9 +153,7 @@ impl<P: Point> StepOutput<P> {
                 message.add(table, &Proposal { to, cell, from }, witnesses);
             }
         }
-        for (rank, message) in messages {
-            cx.send(rank, NodeId::ROOT, round, message.into_body());
-        }
+        cx.send_each(round, messages.into_iter().map(|(rank, message)| (rank, message.into_body())));
     }
 
     /// Records the messages between stars of different leaves.

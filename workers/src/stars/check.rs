@@ -218,10 +218,8 @@ fn record<P: Point>(cx: &mut Context<P>, leaves: &[Leaf<P>], view: StarsView<'_,
 }
 
 fn send_sums<P: Point>(cx: &mut Context<P>, sums: &Sums) {
-    for (&rank, sum) in sums.remote() {
-        let fingerprint = Fingerprint { sum: sum.hashes(), pairs: sum.pairs() };
-        cx.send(rank, NodeId::ROOT, 0, Body::Fingerprint(fingerprint));
-    }
+    let body = |sum: &PairSum| Body::Fingerprint(Fingerprint { sum: sum.hashes(), pairs: sum.pairs() });
+    cx.send_each(0, sums.remote().iter().map(|(&rank, sum)| (rank, body(sum))));
 }
 
 fn take_sums<P: Point>(cx: &mut Context<P>) -> BTreeMap<Rank, PairSum> {
@@ -250,10 +248,9 @@ fn send_lists<P: Point>(cx: &mut Context<P>, view: StarsView<'_, P>, ranks: &[Ra
             list.push(pair);
         }
     });
-    for (&rank, list) in &shared {
-        let keys = list.iter().map(|pair| pair.key).collect();
-        cx.send(rank, NodeId::ROOT, 0, Body::FingerprintList(Bulk(keys)));
-    }
+    let body =
+        |list: &Vec<_>| Body::FingerprintList(Bulk(list.iter().map(|pair: &SharedPair| pair.key).collect()));
+    cx.send_each(0, shared.iter().map(|(&rank, list)| (rank, body(list))));
     shared
 }
 
