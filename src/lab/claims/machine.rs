@@ -20,9 +20,9 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Theorem 4.4, on the machine",
         statement: "results of subproblems are merged round by round, in O(log n) rounds",
         reading: Reading::AsPrinted,
-        experiment: "One worker per leaf: rounds that merge results, less 2, over log2(n/leaf); results merged in all \
-                     against splits; most merged in one round against half the leaves",
-        bound: "1.5, as the levels'; exactly the splits; half the leaves",
+        experiment: "One worker per leaf: rounds that merge results, minus 2, over log2(n/leaf); merged results in total \
+                     against splits; most results merged in one round against half the leaves",
+        bound: "1.5, as for the levels; exactly the splits; half the leaves",
         check: merged,
     },
     Claim {
@@ -87,7 +87,7 @@ fn merged(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         figures.push(Figure::at_most(what, &on, seed, slope, 1.5));
         let sum: u64 = merged.iter().sum();
         let off = sum.abs_diff(line.tree.nodes - line.tree.leaves) as f64;
-        figures.push(Figure::at_most(format!("results merged, {sum}, off the splits"), &on, seed, off, 0.0));
+        figures.push(Figure::at_most(format!("results merged, {sum}, minus splits"), &on, seed, off, 0.0));
         let most = merged.iter().max().map_or(f64::NAN, |&most| most as f64);
         let half = (line.tree.leaves / 2) as f64;
         figures.push(Figure::at_most("most results merged in one round", &on, seed, most, half));

@@ -70,8 +70,8 @@ pub(super) const CLAIMS: &[Claim] = &[
             instead: "at most ((d+1)/(d+2) + eps) n, and every set above the floor is split",
             because: "two sides of a fifth cannot hold all points",
         },
-        experiment: "Points of every node of the tree counted on both sides of its surface, and nodes left unsplit",
-        bound: "(d+1)/(d+2) + 0.05, the separator theorem's with eps = 0.05; 0 nodes unsplit",
+        experiment: "For every node of the tree, the points on both sides of its surface; and nodes left unsplit",
+        bound: "(d+1)/(d+2) + 0.05, from the separator theorem with eps = 0.05; 0 nodes left unsplit",
         check: split,
     },
     Claim {
@@ -88,7 +88,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 2",
         statement: "such a separator is found in random constant time with n processors",
         reading: Reading::AsPrinted,
-        experiment: "Attempts per split over all nodes, the mean",
+        experiment: "Mean number of attempts per split, over all nodes",
         bound: "1.5: each attempt succeeds with probability at least 2/3",
         check: attempts,
     },
@@ -320,7 +320,7 @@ fn attempts(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         let nodes = specimen.run.ledger.part.nodes.values().filter(|f| f.attempts > 0);
         let (sum, tried) = nodes.fold((0, 0u32), |(sum, count), f| (sum + f.attempts, count + 1));
         let mean = sum as f64 / f64::from(tried);
-        let what = format!("attempts a separator, mean of {tried}");
+        let what = format!("attempts per separator, mean of {tried}");
         figures.push(Figure::at_most(what, &specimen.name, specimen.seed, mean, 1.5));
     }
     Ok(figures)
