@@ -54,7 +54,7 @@ impl Claim {
     pub fn explained(&self) -> [String; 2] {
         let read = match self.reading {
             Reading::AsPrinted => String::new(),
-            Reading::AsRead { instead, because } => format!(" As read: {instead}, for {because}."),
+            Reading::AsRead { instead, because } => format!(" As read: {instead}, because {because}."),
         };
         [
             format!("{}: {}.{read}", self.source, self.statement),

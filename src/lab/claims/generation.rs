@@ -75,7 +75,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "the density graph of generated points contains their Delaunay triangulation",
         reading: Reading::AsRead {
             instead: "with alpha = 1.25 * 2(1+L)/(1-L)",
-            because: "see the claim `alpha`",
+            because: "the proof of the claim `alpha` has a constant of hundreds of digits",
         },
         experiment: "Stars that splaying changed in the recursion over generated points, L = 0.12 and 0.25",
         bound: "0",

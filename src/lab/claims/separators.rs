@@ -35,7 +35,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "no edge of the alpha-density graph joins P_I and P_E",
         reading: Reading::AsRead {
             instead: "B_O contains every ball whose alpha-fold enlargement meets the sphere",
-            because: "if B_O contains only the balls that meet the sphere themselves, edges are lost",
+            because: "edges are lost if B_O contains only the balls that meet the sphere themselves",
         },
         experiment: NO_EDGES,
         bound: "0 edges, a theorem",
@@ -47,7 +47,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "no edge of the (alpha, k)-overlap graph joins a ball of B_I with one of B_E",
         reading: Reading::AsRead {
             instead: "B_O contains every ball whose alpha-fold enlargement meets the sphere",
-            because: "if B_O contains only the balls that meet the sphere themselves, edges are lost",
+            because: "edges are lost if B_O contains only the balls that meet the sphere themselves",
         },
         experiment: NO_EDGES,
         bound: "0 edges, a theorem",
