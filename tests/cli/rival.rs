@@ -98,7 +98,7 @@ fn planes_and_naive_correction_give_the_same_bytes() {
         assert_eq!(report["parameters"]["partition"], if kd { "kd" } else { "sphere" }, "{line}");
         let naive = line.contains("naive");
         assert_eq!(report["parameters"]["neighbours"], if naive { "naive" } else { "descent" }, "{line}");
-        assert_eq!((talk.contains("k-d planes"), talk.contains("naively")), (kd, naive), "{talk}");
+        assert_eq!((talk.contains("k-d planes"), talk.contains("bottom-up")), (kd, naive), "{talk}");
         assert!(!kd || report["tree"]["spheres"] == 0 && report["tree"]["planes"] != 0, "{line}");
     }
     let tasks = "simulate sample:uniform:500 --tasks --neighbours naive --json t.json";
