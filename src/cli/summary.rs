@@ -101,9 +101,9 @@ fn machine(report: &RunReport) -> Vec<String> {
 fn baselines(report: &RunReport) -> Option<String> {
     let p = &report.parameters;
     let cut = (p.partition != Partition::Sphere.name()).then_some("k-d planes separate subproblems");
-    let naive =
+    let bottom_up =
         (p.neighbours != Correction::Descent.name()).then_some("balls are corrected bottom-up, node by node");
-    let both: Vec<&str> = cut.into_iter().chain(naive).collect();
+    let both: Vec<&str> = cut.into_iter().chain(bottom_up).collect();
     (!both.is_empty()).then(|| row("baseline", both.join(", ")))
 }
 
