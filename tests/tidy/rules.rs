@@ -1,6 +1,8 @@
 //! Rules for single files: their length, what they name, what they are free of.
 
-use crate::source::{code, files, is_test};
+use std::fs;
+
+use crate::source::{code, files, is_test, root};
 use crate::syntax::definitions;
 
 /// No file may be longer, but for those named with their reasons.
@@ -164,4 +166,18 @@ fn structs_of_the_machine_are_small() {
 fn a_planted_large_struct_is_found() {
     let text = "struct Small {\n    a: u8,\n}\n\npub struct Large<P> {\n    pub a: P,\n    pub(crate) b: u8,\n    c: u8,\n}\n";
     assert_eq!(large_structs(text, 2), ["Large<P>"]);
+}
+
+/// A template of an issue without front matter in separate lines is not offered.
+#[test]
+fn templates_of_issues_have_front_matter() {
+    let folder = root().join(".github/ISSUE_TEMPLATE");
+    let entries: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    assert!(!entries.is_empty(), "no template was found");
+    for path in entries {
+        let text = fs::read_to_string(&path).unwrap();
+        let head = text.split_once("\n---\n").map_or("", |(head, _)| head);
+        let is_whole = head.starts_with("---\nname: ") && head.contains("\nabout: ");
+        assert!(is_whole, "{} must begin with `---`, a line `name: ` and a line `about: `", path.display());
+    }
 }
