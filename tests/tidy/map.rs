@@ -12,6 +12,9 @@ const CRATES: [&str; 6] = ["workers/src", "src/core", "src/io", "src/lab", "src/
 /// The heading of the table in ARCHITECTURE.md that lists the crates with their rooms, except the rooms of the machine.
 const CRATE_TABLE: &str = "| crate | folder | uses | rooms | content |";
 
+/// The largest numbers of lines and words of the documents that a newcomer reads first.
+const MOST: [(&str, usize, usize); 2] = [("ARCHITECTURE.md", 150, 2_200), ("README.md", 200, 2_200)];
+
 /// Rooms of a crate: the folders beside its root file that hold modules.
 fn rooms(folder: &str) -> Vec<String> {
     let entries = fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().path());
@@ -70,6 +73,41 @@ fn the_map_names_every_crate_and_room() {
     assert!(!crates.is_empty(), "no crate was found in Cargo.toml");
     for (name, _) in crates {
         assert!(map.contains(name), "ARCHITECTURE.md does not name the crate {name}");
+    }
+}
+
+/// The crates of septet in the section `dependencies` of a manifest, without the prefix.
+fn dependencies(manifest: &str) -> BTreeSet<String> {
+    let section = manifest.split_once("\n[dependencies]\n").map_or("", |(_, rest)| rest);
+    let lines = section.lines().take_while(|line| !line.starts_with('['));
+    let names = lines.filter_map(|line| line.strip_prefix("septet-")?.split(['.', ' ']).next());
+    names.map(str::to_string).collect()
+}
+
+#[test]
+fn the_map_lists_the_dependencies_of_every_crate() {
+    for row in rows(&text(), CRATE_TABLE) {
+        let folder = &row[1][0];
+        let manifest = fs::read_to_string(root().join(folder).join("Cargo.toml")).unwrap();
+        let listed: BTreeSet<String> = row[2].iter().cloned().collect();
+        let found = dependencies(&manifest);
+        assert_eq!(found, listed, "ARCHITECTURE.md lists other crates in `uses` than {folder}/Cargo.toml");
+    }
+}
+
+#[test]
+fn the_dependencies_of_a_planted_manifest_are_read() {
+    let manifest = "[package]\n\n[dependencies]\nglam = \"1\"\nseptet-a.workspace = true\nseptet-b = { path = \"b\" }\n\n[dev-dependencies]\nseptet-c.workspace = true\n";
+    assert!(dependencies(manifest).iter().eq(["a", "b"]));
+}
+
+#[test]
+fn the_first_documents_are_short() {
+    for (name, most_lines, most_words) in MOST {
+        let text = fs::read_to_string(root().join(name)).unwrap();
+        let (lines, words) = (text.lines().count(), text.split_whitespace().count());
+        assert!(lines <= most_lines, "{name} has {lines} lines, more than {most_lines}: shorten it");
+        assert!(words <= most_words, "{name} has {words} words, more than {most_words}: shorten it");
     }
 }
 

@@ -1,8 +1,9 @@
 //! The program of every rank: one async function for each task, with a line for each phase.
 //!
-//! The coordinator runs the same functions. It leads the root. Phases in which it has a duty of its own ask
-//! [`Context::is_coordinator`] ([`crate::coordinator`]). It owns no points, because the group of the root has only the
-//! workers (`partition::shared::root`). No phase relies on this.
+//! The coordinator runs the same functions. It leads the root. A phase calls [`Context::is_coordinator`] if the coordinator
+//! has a special duty ([`crate::coordinator`]): frame, choice, decision, gathering and collection. Only the coordinator
+//! gives the phase `load` the source of the points. It owns no points, because the group of the root has only the workers
+//! (`partition::shared::root`). No phase relies on this.
 
 mod certify;
 mod ground;
