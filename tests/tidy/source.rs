@@ -4,6 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+/// Folders that are not searched: outputs of builds, downloads, vendored code.
+const SKIPPED: [&str; 4] = ["target", "node_modules", "data", "three"];
+
 /// The root of the repository.
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -11,10 +14,16 @@ pub fn root() -> &'static Path {
 
 /// All Rust files below a folder, as paths from the root of the repository, with their texts.
 pub fn files(under: &str) -> Vec<(String, String)> {
+    let found = files_of(under, &["rs"]);
+    assert!(!found.is_empty(), "no Rust file is below {under}");
+    found
+}
+
+/// All files with one of these extensions below a folder, except vendored files.
+pub fn files_of(under: &str, extensions: &[&str]) -> Vec<(String, String)> {
     let mut paths = Vec::new();
-    collect(&root().join(under), &mut paths);
+    collect(&root().join(under), extensions, &mut paths);
     paths.sort();
-    assert!(!paths.is_empty(), "no Rust file is below {under}");
     let read = |path: PathBuf| {
         let name = path.strip_prefix(root()).unwrap().to_string_lossy().into_owned();
         (name, fs::read_to_string(&path).unwrap())
@@ -22,14 +31,14 @@ pub fn files(under: &str) -> Vec<(String, String)> {
     paths.into_iter().map(read).collect()
 }
 
-fn collect(directory: &Path, found: &mut Vec<PathBuf>) {
+fn collect(directory: &Path, extensions: &[&str], found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(directory).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        let skipped = name.starts_with('.') || ["target", "node_modules", "data"].contains(&name.as_str());
+        let skipped = name.starts_with('.') || SKIPPED.contains(&name.as_str());
         if path.is_dir() && !skipped {
-            collect(&path, found);
-        } else if path.extension().is_some_and(|e| e == "rs") {
+            collect(&path, extensions, found);
+        } else if path.extension().is_some_and(|e| extensions.iter().any(|extension| e == *extension)) {
             found.push(path);
         }
     }
