@@ -3,8 +3,12 @@
 //! The build and the test command are left out, because they are running. The examples of the library run here too.
 
 use std::fs;
+use std::io::Write;
 use std::path::Path;
 use std::process::Command;
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
 
 /// The lines of README's shell blocks.
 fn commands(readme: &str) -> Vec<String> {
@@ -26,7 +30,10 @@ fn inputs(septet: &str, folder: &Path) {
     fs::write(folder.join("catalogue.csv"), rows.join("\n")).unwrap();
     let run = |line: &str| shell(septet, folder, line);
     run("septet generate uniform -n 200 -o points.node -q");
-    run("septet generate uniform -n 200 -o scan.ply -q && gzip scan.ply");
+    run("septet generate uniform -n 200 -o scan.ply -q");
+    let mut packed = GzEncoder::new(fs::File::create(folder.join("scan.ply.gz")).unwrap(), Compression::fast());
+    packed.write_all(&fs::read(folder.join("scan.ply")).unwrap()).unwrap();
+    packed.finish().unwrap();
     fs::copy(
         Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/domains/good/cube.poly"),
         folder.join("part.poly"),
@@ -34,15 +41,17 @@ fn inputs(septet: &str, folder: &Path) {
     .unwrap();
 }
 
-/// Runs a line in a shell that finds `septet`.
+/// Runs a line in bash, with the folder of `septet` first in `PATH`.
 fn shell(septet: &str, folder: &Path, line: &str) {
     let program = Path::new(septet).parent().unwrap();
-    let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap());
+    let others = std::env::var_os("PATH").unwrap_or_default();
+    let folders = [program.to_path_buf()].into_iter().chain(std::env::split_paths(&others));
+    let path = std::env::join_paths(folders).unwrap();
     let script = format!("set -o pipefail\n{line}");
     let output = Command::new("bash").args(["-c", &script]).current_dir(folder).env("PATH", path).output();
     let output = output.unwrap();
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "`{line}` ended with {}:\n{said}", output.status);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "`{line}` ended with {}:\n{errors}", output.status);
 }
 
 #[test]
