@@ -1,4 +1,4 @@
-//! Outputs and counts of some sixty cases, compared with files that are committed beside this program.
+//! Compares the outputs and counts of all cases with committed files.
 //!
 //! `cargo test --test golden [-- FILTER]` runs the cases whose names contain FILTER and reports which differ from
 //! `outputs.txt` and `counts.txt`, with the first difference. With `SEPTET_GOLDEN=write` it writes these files instead. Outputs
