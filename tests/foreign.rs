@@ -244,7 +244,7 @@ fn mesh(directory: &Path, name: &str, options: &str) -> (PathBuf, PathBuf) {
 
 #[test]
 #[ignore = "needs Python and the test data"]
-fn meshes_of_domains_are_judged_by_another_program() {
+fn meshes_of_domains_pass_another_checker() {
     let directory = tempfile::tempdir().unwrap();
     let python = python();
     for (name, options, measure) in DOMAINS {
@@ -258,7 +258,7 @@ fn meshes_of_domains_are_judged_by_another_program() {
 /// Scans with every triangle kept: the checker finds their planes and volumes itself.
 #[test]
 #[ignore = "needs Python and the test data"]
-fn meshes_of_scans_are_judged_by_another_program() {
+fn meshes_of_scans_pass_another_checker() {
     let directory = tempfile::tempdir().unwrap();
     let python = python();
     let (domain, stem) = mesh(directory.path(), "../../data/hand.off", "--boundary exact");
@@ -271,7 +271,7 @@ fn meshes_of_scans_are_judged_by_another_program() {
 /// of the size, which once were joined by a handle.
 #[test]
 #[ignore = "needs Python and the test data"]
-fn remeshed_scans_are_judged_by_another_program() {
+fn remeshed_scans_pass_another_checker() {
     let python = python();
     let directory = tempfile::tempdir().unwrap();
     let options = "--boundary remesh --max-distance 0.012";

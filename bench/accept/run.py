@@ -75,7 +75,7 @@ def check(binary, name, points, dimension, general):
     if done.returncode != 0:
         printed = (WORK / "log.txt").read_text().strip().splitlines()
         return [name, "", "", "", f"exit {done.returncode}: {printed[0] if printed else ''}", "", ""]
-    told = json.loads(report.read_text())
+    run_report = json.loads(report.read_text())
     verified = run([binary, "verify", points, cells, "--perturbed"], WORK / "verify.txt")
     ours = "passed" if verified.returncode == 0 else f"exit {verified.returncode}"
     if points.suffix == ".npy":
@@ -83,13 +83,13 @@ def check(binary, name, points, dimension, general):
         outside = theirs.stdout.strip() or f"exit {theirs.returncode}"
     else:
         outside = ""
-    fallback = told["fallback"]
+    fallback = run_report["fallback"]
     fell = "" if fallback is None else f"{fallback['points']} points"
     if fallback is not None and name not in MAY_FALL_BACK:
         fell += " FAILED"
     if not outside.startswith("passed"):
         outside += " FAILED"
-    return [name, told["points"]["used"], told["simplices"], f"{told['seconds']['triangulate']:.2f}", ours, outside, fell]
+    return [name, run_report["points"]["used"], run_report["simplices"], f"{run_report['seconds']['triangulate']:.2f}", ours, outside, fell]
 
 
 def main():

@@ -1,11 +1,11 @@
-"""Checks a mesh of the volume in a closed surface whose boundary was made anew, by the files that TetGen would write.
+"""Checks a mesh of the volume in a closed surface with a remeshed boundary. It reads files in TetGen's formats.
 
 Usage: check_remesh.py DOMAIN.off MESH DISTANCE
 with MESH.node, MESH.ele, MESH.edge, MESH.face. It shares no code with septet, not even a reader.
 
 Exact: every cell is positive; two cells that share a facet lie on opposite sides of it; the faces are the facets of one cell; they are
 a closed manifold (every edge in two, turned against each other; one fan at every vertex) with the surface's Euler characteristic.
-By plain numbers: vertices, thirds of edges and middles of faces (some 10,000 of them) are no farther than the distance from the surface, and the surface's
+In floating point: vertices, thirds of edges and middles of faces (some 10,000 of them) are no farther than the distance from the surface, and the surface's
 vertices (likewise) no farther from the faces; the edges of the mesh on ridges lie on segments of the surface; the volumes differ by no more than the
 area times the distance.
 """

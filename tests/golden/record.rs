@@ -10,7 +10,7 @@ use crate::calls::{MeshOutcome, Outcome};
 /// Runs with more rows than this are kept as sums and a hash for each kind and phase.
 const MOST_ROWS: usize = 250;
 
-/// One line of counts: a kind, what it is of, and numbers.
+/// One line of counts: a kind, a subject, and numbers.
 #[derive(Clone, Debug)]
 pub struct Row {
     kind: &'static str,
@@ -19,7 +19,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// With these numbers.
+    /// A row of these numbers.
     pub fn new(kind: &'static str, of: &str, numbers: impl IntoIterator<Item = u64>) -> Self {
         Row { kind, of: of.replace(' ', "-"), numbers: numbers.into_iter().collect() }
     }
@@ -33,7 +33,8 @@ impl Row {
     }
 }
 
-/// Draws beyond the first, as the rounds tell. With a worker for every leaf they are those of groups.
+/// Draws of separators beyond the first of each node, summed over the rounds. With a worker for every leaf, only groups
+/// draw separators.
 pub fn retries(rows: &[Row]) -> u64 {
     rows.iter().filter(|r| r.kind == "round" && r.of == "partition").map(|r| r.numbers[8]).sum()
 }
@@ -41,36 +42,36 @@ pub fn retries(rows: &[Row]) -> u64 {
 /// The lines of one case.
 #[derive(Clone, Debug, Default)]
 pub struct Record {
-    /// Of its outputs.
+    /// Lines of outputs.
     pub outputs: Vec<String>,
-    /// Of its counts.
+    /// Lines of counts.
     pub counts: Vec<String>,
-    /// Groups that drew again.
+    /// Draws of separators beyond the first of each node.
     pub retries: u64,
 }
 
 impl Record {
-    /// A line of outputs.
-    pub fn say(&mut self, run: &str, what: &str, value: impl std::fmt::Display) {
+    /// Adds a line of outputs.
+    pub fn output(&mut self, run: &str, what: &str, value: impl std::fmt::Display) {
         self.outputs.push(format!("{run} {what} {value}"));
     }
 
-    /// The hash of numbers, with their number.
+    /// Adds the count and the hash of numbers.
     pub fn numbers(&mut self, run: &str, what: &str, numbers: &[u64]) {
         if !numbers.is_empty() {
             let bytes: Vec<u8> = numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
-            self.say(run, what, format_args!("{} {}", numbers.len(), sha256(&bytes)));
+            self.output(run, what, format_args!("{} {}", numbers.len(), sha256(&bytes)));
         }
     }
 
     fn facts(&mut self, run: &str, facts: &[(&'static str, u64)]) {
         let text: Vec<String> = facts.iter().map(|(name, value)| format!("{name}={value}")).collect();
-        self.say(run, "facts", text.join(","));
+        self.output(run, "facts", text.join(","));
     }
 
-    /// All of a run, or that it failed.
+    /// Adds all lines of a run, or a line that it failed.
     pub fn run(&mut self, run: &str, outcome: Option<&Outcome>) {
-        let Some(o) = outcome else { return self.say(run, "result", "error") };
+        let Some(o) = outcome else { return self.output(run, "result", "error") };
         self.facts(run, &o.facts);
         self.numbers(run, "cells", &o.cells);
         self.numbers(run, "owners", &o.owners);
@@ -84,7 +85,7 @@ impl Record {
 
     /// Records a mesh, or that there is none.
     pub fn mesh(&mut self, run: &str, outcome: Option<&MeshOutcome>) {
-        let Some(o) = outcome else { return self.say(run, "result", "error") };
+        let Some(o) = outcome else { return self.output(run, "result", "error") };
         self.facts(run, &o.facts);
         self.numbers(run, "points", &o.points);
         self.numbers(run, "carriers", &o.carriers);

@@ -234,7 +234,7 @@ async function plane(page, report) {
             assert.ok(of === all.length && kept >= fewest && kept <= most, `axis ${axis} at ${part}: ${kept}, ${fewest}..${most}`);
             const offset = Number((await page.locator('#mesh-place').textContent()).match(/[-\d.e]+$/)[0]);
             const chosen = everything.filter((c) => heights[c] <= offset);
-            // The offset is told to four digits: cells between it and the plane itself are not told apart.
+            // The page shows four digits of the offset. Cells between that offset and the plane may be on either side.
             if (chosen.length === kept) {
                 assert.equal(drawn, outerFaces(report, chosen), `faces of axis ${axis} at ${part}`);
             }
@@ -360,7 +360,7 @@ async function mesh(page, report) {
     passed += 3;
 }
 
-/** Milliseconds of a frame while the mesh turns, the drawing finished each time; told, not judged. */
+/** Prints the milliseconds of a frame while the mesh turns, with the drawing finished each time. It checks no bound. */
 async function frames(page) {
     const times = await page.evaluate(async () => {
         const turn = document.getElementById('mesh-turn');

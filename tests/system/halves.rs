@@ -1,4 +1,5 @@
-//! The tree of `triangulate`: halves of halves, which see neither who holds them nor the order of the points.
+//! The partition tree of `triangulate`: every separator bisects the points. The tree does not depend on the workers or on the
+//! order of the points.
 
 use std::collections::BTreeMap;
 
@@ -39,14 +40,15 @@ fn trees_are_equal<P: Point>(points: &[P]) {
 }
 
 #[test]
-fn the_tree_sees_neither_workers_nor_order() {
+fn the_tree_does_not_depend_on_workers_or_order() {
     trees_are_equal(&space(Kind::Uniform, 20_000, 4));
     trees_are_equal(&space(Kind::Clusters, 20_000, 4));
     trees_are_equal(&plane(Kind::Uniform, 20_000, 4));
 }
 
-/// Within four standard deviations, by spheres and by planes; those of `simulate` are not.
-fn sides_are_halves<P: Point>(points: &[P]) {
+/// Separators of `triangulate` bisect the points to within four standard deviations, both spheres and planes. Separators of
+/// `simulate` do not.
+fn check_bisection<P: Point>(points: &[P]) {
     let excess = |population: u64, inside: u64| {
         let larger = inside.max(population - inside) as f64 / population as f64;
         (larger - 0.5) * 2.0 * (bisection_samples(population) as f64).sqrt()
@@ -65,13 +67,13 @@ fn sides_are_halves<P: Point>(points: &[P]) {
 }
 
 #[test]
-fn sides_of_even_sets_are_halves() {
-    sides_are_halves(&space(Kind::Uniform, 50_000, 4));
-    sides_are_halves(&plane(Kind::Uniform, 50_000, 4));
+fn separators_bisect_even_sets() {
+    check_bisection(&space(Kind::Uniform, 50_000, 4));
+    check_bisection(&plane(Kind::Uniform, 50_000, 4));
 }
 
-/// With a worker for each leaf all of them have one, and none has more points than that.
-fn leaves_are_those_planned<P: Point>(points: &[P]) {
+/// With a worker for each leaf, every worker has one leaf, and no leaf has more points than the limit.
+fn check_leaves<P: Point>(points: &[P]) {
     let leaf = 300;
     let run = triangulate(points, &threaded(Workers::Leaves, 2, leaf)).unwrap();
     let leaves: Vec<u64> =
@@ -82,8 +84,8 @@ fn leaves_are_those_planned<P: Point>(points: &[P]) {
 }
 
 #[test]
-fn a_worker_for_each_leaf_has_one() {
-    leaves_are_those_planned(&space(Kind::Uniform, 10_000, 4));
-    leaves_are_those_planned(&space(Kind::Clusters, 10_000, 4));
-    leaves_are_those_planned(&plane(Kind::Uniform, 10_000, 4));
+fn every_worker_has_one_leaf() {
+    check_leaves(&space(Kind::Uniform, 10_000, 4));
+    check_leaves(&space(Kind::Clusters, 10_000, 4));
+    check_leaves(&plane(Kind::Uniform, 10_000, 4));
 }

@@ -73,14 +73,14 @@ impl Place {
     /// Runs a line and records how it ended.
     fn code(&self, record: &mut Record, name: &str, line: &str) -> Output {
         let output = self.run(line);
-        record.say(name, "exit", output.status.code().unwrap_or(-1));
+        record.output(name, "exit", output.status.code().unwrap_or(-1));
         output
     }
 
     fn bytes(&self, record: &mut Record, name: &str, file: &str) {
         match fs::read(self.path(file)) {
-            Ok(bytes) => record.say(name, file, format_args!("{} {}", bytes.len(), sha256(&bytes))),
-            Err(_) => record.say(name, file, "missing"),
+            Ok(bytes) => record.output(name, file, format_args!("{} {}", bytes.len(), sha256(&bytes))),
+            Err(_) => record.output(name, file, "missing"),
         }
     }
 
@@ -88,11 +88,11 @@ impl Place {
     fn report(&self, record: &mut Record, name: &str, file: &str) {
         let text = fs::read(self.path(file)).unwrap_or_default();
         let Ok(mut value) = serde_json::from_slice::<Value>(&text) else {
-            return record.say(name, file, "no JSON");
+            return record.output(name, file, "no JSON");
         };
         strip(&mut value);
         for (key, value) in value.as_object().into_iter().flatten() {
-            record.say(name, key, short(value));
+            record.output(name, key, short(value));
         }
     }
 
@@ -102,7 +102,7 @@ impl Place {
         for (i, line) in text.lines().enumerate() {
             let mut value: Value = serde_json::from_str(line).unwrap_or_default();
             strip(&mut value);
-            record.say(name, &format!("line-{}", i + 1), short(&value));
+            record.output(name, &format!("line-{}", i + 1), short(&value));
         }
     }
 }

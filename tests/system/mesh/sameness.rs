@@ -77,10 +77,10 @@ fn on(problem: &Problem, base: &MeshRequest) {
     }
 }
 
-/// Boundaries that are made anew come from circumcentres and their places on the surface, which no machine may round another
-/// way; moving points afterwards goes in the mesh's own order.
+/// Remeshed boundaries do not depend on the machine. They consist of projections of circumcentres, which every machine must
+/// round in the same way. The points then move in the order of the mesh.
 #[test]
-fn surfaces_are_made_anew_alike() {
+fn remeshed_surfaces_do_not_depend_on_the_machine() {
     let base = alone(request(0.5, Some(0.5)));
     let remesh = MeshRequest { boundary: Some(Boundary::Remesh), improve: true, ..base };
     on(&domains::torus(), &remesh);
