@@ -11,11 +11,7 @@ fn a_header_row_is_obeyed_or_refused() {
     let place = Place::new();
     place.file("named.csv", "id,z,y,x\n9,0,0,0\n8,0,0,1\n7,0,1,0\n6,1,0,0\n");
     let output = place.good("triangulate named.csv -o named.npy");
-    assert!(
-        stderr(&output).contains("coordinates are x, y, z; columns id are ignored"),
-        "{}",
-        stderr(&output)
-    );
+    assert!(stderr(&output).contains("coordinates are x, y, z; column id is ignored"), "{}", stderr(&output));
     place.file("plain.xyz", "0 0 0\n1 0 0\n0 1 0\n0 0 1\n");
     place.good("verify plain.xyz named.npy --perturbed");
     place.file("cat.csv", CATALOGUE);

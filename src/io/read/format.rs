@@ -116,6 +116,7 @@ impl Format {
             b"MeshVersionFormatted" => Some(Format::Medit),
             _ if super::signature::is_keyword(word) => Some(Format::Off),
             _ if word.starts_with(b"<?xml") || word.starts_with(b"<VTKFile") => Some(Format::Vtu),
+            _ if super::signature::is_node(data) => Some(Format::Node),
             _ => None,
         }
     }

@@ -239,10 +239,11 @@ impl Chooser<'_> {
         if let Some(mut axes) = header.axes().filter(|axes| dimension.is_none_or(|d| d <= axes.len())) {
             axes.truncate(dimension.unwrap_or(3));
             let others: Vec<usize> = (0..header.names.len()).filter(|i| !axes.contains(i)).collect();
-            let ignored = if others.is_empty() || self.options.keep_columns {
-                String::new()
-            } else {
-                format!("; columns {} are ignored", list(header, &others))
+            let ignored = match others.as_slice() {
+                [] => String::new(),
+                _ if self.options.keep_columns => String::new(),
+                [_] => format!("; column {} is ignored", list(header, &others)),
+                _ => format!("; columns {} are ignored", list(header, &others)),
             };
             let taken = list(header, &axes);
             let note = format!("line {line} is taken as a header row: coordinates are {taken}{ignored}");

@@ -38,7 +38,7 @@ fn a_header_row_and_further_columns_are_noted() {
     assert_eq!(space(&file).len(), 3);
     assert!(noted(
         &file.notes,
-        "line 1 is taken as a header row: coordinates are x, y, z; columns name are ignored"
+        "line 1 is taken as a header row: coordinates are x, y, z; column name is ignored"
     ));
     assert_eq!(file.notes.len(), 1);
     let file = good("a.csv", "1,2,3,here be text\n4,5,6,\n7,8,9\n");

@@ -32,7 +32,7 @@ fn names_of_coordinates_select_their_columns() {
     assert_eq!(plane(&good("a.csv", "value,y,x\n7,2,1\n")), [[1.0, 2.0]]);
     assert_eq!(plane(&good_with("a.csv", "id,z,y,x\n7,3,2,1\n", &TWO)), [[1.0, 2.0]]);
     let notes = good("a.csv", "id,x,y,z\n9,1,2,3\n").notes;
-    assert_eq!(notes, ["line 1 is taken as a header row: coordinates are x, y, z; columns id are ignored"]);
+    assert_eq!(notes, ["line 1 is taken as a header row: coordinates are x, y, z; column id is ignored"]);
 }
 
 #[test]
