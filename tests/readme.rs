@@ -31,7 +31,8 @@ fn inputs(septet: &str, folder: &Path) {
     let run = |line: &str| shell(septet, folder, line);
     run("septet generate uniform -n 200 -o points.node -q");
     run("septet generate uniform -n 200 -o scan.ply -q");
-    let mut packed = GzEncoder::new(fs::File::create(folder.join("scan.ply.gz")).unwrap(), Compression::fast());
+    let mut packed =
+        GzEncoder::new(fs::File::create(folder.join("scan.ply.gz")).unwrap(), Compression::fast());
     packed.write_all(&fs::read(folder.join("scan.ply")).unwrap()).unwrap();
     packed.finish().unwrap();
     fs::copy(
