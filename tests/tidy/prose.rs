@@ -1,7 +1,8 @@
-//! The prose of documents and comments: the share of sentences with constructions that native technical writers avoid, and
-//! of sentences that are too long.
+//! The prose of documents, comments and strings: the share of sentences with constructions that native technical writers
+//! avoid, and of sentences that are too long.
 //!
-//! A marked sentence is a place to look at, not an error: a document or crate may have a few of them.
+//! A marked sentence is a place to look at, not an error: a document or crate may have a few of them. The strings of a crate
+//! (errors, help, summaries) are counted apart from its comments.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,7 +10,7 @@ use std::path::Path;
 
 use fancy_regex::Regex;
 
-use crate::source::{files, is_test, root};
+use crate::source::{files, files_of, is_test, root};
 
 /// Marked sentences may be this share of a document or crate; two are free.
 const MOST_MARKED: f64 = 0.02;
@@ -17,19 +18,9 @@ const MOST_MARKED: f64 = 0.02;
 /// So may be sentences of more than 30 words.
 const MOST_LONG: f64 = 0.05;
 
-/// The documents.
-const DOCUMENTS: [&str; 10] = [
-    "README.md",
-    "ARCHITECTURE.md",
-    "CHANGELOG.md",
-    "bench/README.md",
-    "bench/NOTEBOOK.md",
-    ".github/CONTRIBUTING.md",
-    ".github/SECURITY.md",
-    "src/guide",
-    "workers/src",
-    "src/meshing",
-];
+/// The documents, and folders of documents.
+const DOCUMENTS: [&str; 7] =
+    ["README.md", "ARCHITECTURE.md", "CHANGELOG.md", "bench", ".github", "src", "workers"];
 
 /// The crates, by the folder of their sources.
 const CRATES: [&str; 10] = [
@@ -44,6 +35,12 @@ const CRATES: [&str; 10] = [
     "workers/protocol/src",
     "bench/src",
 ];
+
+/// The files of the crate at the root.
+const ROOT_FILES: [&str; 2] = ["src/lib.rs", "src/main.rs"];
+
+/// A string has at least this many words in small letters if it is prose.
+const LEAST_WORDS: usize = 4;
 
 /// A person may be followed by "who"; a machine may not.
 const PERSON: &str = r"(?<!user )(?<!users )(?<!people )(?<!someone )(?<!anyone )(?<!those )(?<!everyone )(?<!reader )(?<!readers )(?<!author )(?<!callers )(?<!caller )(?<!developers )(?<!contributors )";
@@ -173,15 +170,84 @@ fn comments(text: &str) -> Vec<String> {
     paragraphs(lines)
 }
 
+/// Finds the prose in the string literals of Rust code.
+struct Strings {
+    /// Comments, characters and string literals.
+    literal: Regex,
+    /// Signs of code.
+    foreign: Regex,
+    /// Escapes, lines of roff, and places of values, with their replacements.
+    rules: [(Regex, &'static str); 6],
+    /// The end of a part of a string.
+    end: Regex,
+    /// A word in small letters.
+    word: Regex,
+}
+
+impl Strings {
+    fn new() -> Self {
+        let literal =
+            r##"(?s)//[^\n]*|/\*.*?\*/|b?'(?:\\.[^']*|[^'\\])'|b?r#".*?"#|b?r"[^"]*"|b?"(?:\\.|[^"\\])*""##;
+        let rules = [
+            (r"\\\n\s*", ""),
+            (r"\\n", "\n"),
+            (r#"\\""#, "\""),
+            (r"(?m)^\.[A-Za-z]+\b.*$", "\n"),
+            (r"\\flag\{([^}]*)\}", "X"),
+            (r"\{[^{}]*\}", "X"),
+        ];
+        let regex = |pattern: &str| Regex::new(pattern).unwrap();
+        Strings {
+            literal: regex(literal),
+            foreign: regex(r"</|/>|[;{}]\s*\n|=>|::|^\s*<"),
+            rules: rules.map(|(pattern, by)| (regex(pattern), by)),
+            end: regex(r"\n\s*\n|\n(?=\s+\S)"),
+            word: regex(r"\b[a-z][a-z'-]+\b"),
+        }
+    }
+
+    /// The prose in the strings of a Rust file, up to its tests.
+    fn of(&self, text: &str) -> Vec<String> {
+        let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or("");
+        let mut found = Vec::new();
+        for literal in self.literal.find_iter(code).map(|literal| literal.unwrap().as_str()) {
+            if !literal.starts_with(['"', 'r']) {
+                continue;
+            }
+            let inner = literal.trim_start_matches('r').trim_matches('#');
+            let inner = inner[1..inner.len() - 1].to_string();
+            // Code is recognized after the escapes have been replaced.
+            let replace =
+                |text: String, (rule, by): &(Regex, &str)| rule.replace_all(&text, *by).into_owned();
+            let plain = self.rules[..3].iter().fold(inner, replace);
+            if self.foreign.is_match(&plain).unwrap() {
+                continue;
+            }
+            let plain = self.rules[3..].iter().fold(plain, replace);
+            let parts = self.end.split(&plain).map(Result::unwrap);
+            let prose = parts.filter(|part| self.word.find_iter(part).count() >= LEAST_WORDS);
+            found.extend(prose.map(str::to_string));
+        }
+        found
+    }
+}
+
+/// The texts of an HTML file between its tags.
+fn html(text: &str) -> Vec<String> {
+    let texts = text.split('<').filter_map(|piece| piece.split_once('>'));
+    texts.map(|(_, text)| text.trim().to_string()).filter(|text| !text.is_empty()).collect()
+}
+
 /// Splits texts into sentences and checks them.
 struct Reader {
     splitter: Splitter,
+    strings: Strings,
     patterns: Vec<(&'static str, Regex)>,
 }
 
 impl Reader {
     fn new() -> Self {
-        Reader { splitter: Splitter::new(), patterns: patterns() }
+        Reader { splitter: Splitter::new(), strings: Strings::new(), patterns: patterns() }
     }
 }
 
@@ -243,14 +309,26 @@ fn prose_is_plain() {
             tally.add(&name, &paragraphs(text.lines()), &reader);
         }
     }
-    for folder in CRATES {
-        let tally = tallies.entry(folder.to_string()).or_default();
-        for (name, text) in files(folder).into_iter().filter(|(name, _)| !is_test(name)) {
-            tally.add(&name, &comments(&text), &reader);
+    for (name, text) in files_of("src/cli/page", &["html"]) {
+        tallies.entry(name.clone()).or_default().add(&name, &html(&text), &reader);
+    }
+    let read = |name: &str| (name.to_string(), fs::read_to_string(root().join(name)).unwrap());
+    let crates = CRATES.map(|folder| (folder, files(folder)));
+    let crates = crates.into_iter().chain([("src", ROOT_FILES.map(read).to_vec())]);
+    let mut in_strings = 0;
+    for (folder, files) in crates {
+        let (mut of_comments, mut of_strings) = (Tally::default(), Tally::default());
+        for (name, text) in files.into_iter().filter(|(name, _)| !is_test(name)) {
+            of_comments.add(&name, &comments(&text), &reader);
+            of_strings.add(&name, &reader.strings.of(&text), &reader);
         }
+        in_strings += of_strings.sentences;
+        tallies.insert(folder.to_string(), of_comments);
+        tallies.insert(format!("{folder} (strings)"), of_strings);
     }
     let all: usize = tallies.values().map(|tally| tally.sentences).sum();
-    assert!(all > 5_500, "only {all} sentences are left");
+    assert!(all > 6_500, "only {all} sentences are left");
+    assert!(in_strings > 800, "only {in_strings} sentences are left in strings");
     let poor: Vec<_> = tallies.into_iter().filter(|(_, tally)| !tally.keeps()).collect();
     let rows: Vec<String> = poor
         .iter()
@@ -265,6 +343,30 @@ fn prose_is_plain() {
         })
         .collect();
     assert!(rows.is_empty(), "rewrite sentences of these:\n{}", rows.join("\n"));
+}
+
+#[test]
+fn planted_strings_are_found() {
+    let strings = Strings::new();
+    let text = r##"
+// "A comment is not a string."
+fn f() -> String {
+    let key = ("short", 'x', "one_word_key");
+    let code = "fn main() {\n    call(a_long_argument); }\nand more words";
+    let raw = r#"the input has "two" columns"#;
+    format!("{path}: cannot allocate {bytes} bytes, so \
+        split the input") + "usage of the program\n\nwhat is sent is not told"
+}
+"##;
+    let found = strings.of(text);
+    let expected = [
+        "the input has \"two\" columns",
+        "X: cannot allocate X bytes, so split the input",
+        "usage of the program",
+        "what is sent is not told",
+    ];
+    assert_eq!(found, expected);
+    assert_eq!(html("<p class=\"a\">Drag to turn.</p>\n<b>Reset</b>"), ["Drag to turn.", "Reset"]);
 }
 
 #[test]

@@ -71,4 +71,4 @@ async fn finish<P: Point>(cx: &mut Context<P>, ground: Ground<P>) -> Result<Shar
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -81,7 +81,7 @@ fn random<P: Point>(n: usize) -> Vec<P> {
 }
 
 /// The ways of a run through the phases: path, supergraph, separator sets, correction, faults, gathering.
-fn ways(workers: u32) -> Vec<(&'static str, WorkerConfig)> {
+pub(crate) fn ways(workers: u32) -> Vec<(&'static str, WorkerConfig)> {
     let density = Wanted::Fixed(Supergraph::Density { alpha: 2.5 });
     let base = WorkerConfig { workers, ..WorkerConfig::plain() };
     let way = |name, change: &dyn Fn(&mut WorkerConfig)| {
@@ -108,6 +108,14 @@ fn ways(workers: u32) -> Vec<(&'static str, WorkerConfig)> {
             (c.counted, c.fault) = (false, Some(Fault::RefuseSplit { first: NodeId(2), last: NodeId(3) }));
         }),
     ]
+}
+
+/// A run that selects an independent set.
+pub(crate) fn selecting(workers: u32) -> WorkerConfig {
+    let mut config = WorkerConfig { workers, ..WorkerConfig::plain() };
+    config.task = Task::Independent { fixed: 3 };
+    config.graph.wanted = Wanted::Fixed(Supergraph::Density { alpha: 1.0 });
+    config
 }
 
 /// The cells do not depend on the ranks that own points, rank 0 among them or alone.
@@ -140,11 +148,8 @@ fn every_phase_works_with_points_on_rank_0_in_both_dimensions() {
 #[test]
 fn independent_sets_do_not_depend_on_the_owners() {
     let points = random::<DVec2>(600);
-    let wanted = Wanted::Fixed(Supergraph::Density { alpha: 1.0 });
     let members = [0, 1, 4].map(|workers| {
-        let mut config = WorkerConfig { workers, ..WorkerConfig::plain() };
-        (config.task, config.graph.wanted) = (Task::Independent { fixed: 3 }, wanted);
-        let mut members = run(config, &points).selected.members;
+        let mut members = run(selecting(workers), &points).selected.members;
         members.sort_unstable();
         members
     });

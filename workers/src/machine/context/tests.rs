@@ -7,9 +7,10 @@ use septet_protocol::codec::Bulk;
 use septet_protocol::message::PointBatch;
 
 use super::*;
-use crate::config::Wanted;
+use crate::config::{Task, Wanted};
 use crate::coordinator::{Share, Source};
 use crate::partition::leader::Plan;
+use crate::programs::tests::{selecting, ways};
 use crate::programs::{coordinate, work};
 
 type Journal = BTreeMap<Rank, Vec<Option<Vec<Message<DVec3>>>>>;
@@ -41,7 +42,11 @@ impl Source<DVec3> for Points {
     fn block(&self, block: u32, blocks: u32) -> PointBatch<DVec3> {
         let at = |b: u32| self.0.len() * b as usize / blocks as usize;
         let range = at(block)..at(block + 1);
-        PointBatch::in_transit(range.clone().map(|i| i as u64).collect(), self.0[range].to_vec())
+        let ids: Vec<u64> = range.clone().map(|i| i as u64).collect();
+        let mut points = PointBatch::in_transit(ids, self.0[range].to_vec());
+        // Independent sets take the radii from the input.
+        points.radii2.0 = vec![1e-2; points.len()];
+        points
     }
 }
 
@@ -55,8 +60,7 @@ fn worker(config: &Arc<WorkerConfig>, rank: Rank) -> Running<'static, DVec3> {
     Running::start(rank, config.clone(), None, work::<DVec3>)
 }
 
-/// Runs the machine until rank 0 is done. Returns the messages that every rank received, and those that each sent in
-/// each round.
+/// Runs the machine until rank 0 is done. Returns the messages that every rank received, and the messages of each round.
 fn run(config: &Arc<WorkerConfig>, points: &Points) -> (Journal, Vec<Vec<Message<DVec3>>>) {
     let mut root = first(config, points);
     let mut ranks: Vec<_> = (1..=config.workers).map(|rank| worker(config, rank)).collect();
@@ -67,8 +71,11 @@ fn run(config: &Arc<WorkerConfig>, points: &Points) -> (Journal, Vec<Vec<Message
             wire.extend(rank.step().unwrap());
         }
         if root.is_done() {
-            let certified = root.into_result().unwrap().certified.merged;
-            assert_eq!((certified.stars, certified.disagreements), (points.0.len() as u64, 0));
+            let share = root.into_result().unwrap();
+            let certified = share.certified.merged;
+            let stars = if config.task == Task::Delaunay { points.0.len() as u64 } else { 0 };
+            assert_eq!((certified.stars, certified.disagreements), (stars, 0));
+            assert!(stars > 0 || !share.selected.members.is_empty());
             break;
         }
         let active = root.busy() || ranks.iter().any(Running::busy) || !wire.is_empty();
@@ -107,23 +114,41 @@ fn rebuild<T>(
     }
 }
 
+/// Discards every rank in every round of a run and rebuilds it. Returns the number of rounds.
+fn rebuild_all(config: &Arc<WorkerConfig>, points: &Points) -> usize {
+    let (journal, sent) = run(config, points);
+    for (&rank, deliveries) in &journal {
+        for lost in 0..deliveries.len() {
+            match rank {
+                0 => rebuild(first(config, points), deliveries, &sent, lost),
+                _ => rebuild(worker(config, rank), deliveries, &sent, lost),
+            }
+        }
+    }
+    sent.len()
+}
+
 /// Any rank, including rank 0, can be lost in any round of a run. Rebuilt from its deliveries, it continues as
 /// before.
 #[test]
 fn a_rank_is_rebuilt_from_its_journal() {
     let points = Points(random(500));
     for counted in [false, true] {
-        let config = config(5, counted);
-        let (journal, sent) = run(&config, &points);
-        assert!(sent.len() >= 30, "{} rounds", sent.len());
-        for (&rank, deliveries) in &journal {
-            for lost in 0..deliveries.len() {
-                match rank {
-                    0 => rebuild(first(&config, &points), deliveries, &sent, lost),
-                    _ => rebuild(worker(&config, rank), deliveries, &sent, lost),
-                }
-            }
-        }
+        let rounds = rebuild_all(&config(5, counted), &points);
+        assert!(rounds >= 30, "{rounds} rounds");
+    }
+}
+
+/// A rank is rebuilt in every phase: with every rule of separator sets, both corrections and gathering, in `triangulate`, and in
+/// the selection of an independent set.
+#[test]
+fn a_rank_is_rebuilt_in_every_phase() {
+    let points = Points(random(150));
+    for (name, mut config) in ways(3).into_iter().chain([("independent", selecting(3))]) {
+        config.tree.leaf = if name == "whole" { 10_000 } else { 20 };
+        let rounds = rebuild_all(&Arc::new(config), &points);
+        println!("{name}: {rounds} rounds");
+        assert!(rounds >= 4, "{name}: {rounds} rounds");
     }
 }
 
