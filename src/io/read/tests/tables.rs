@@ -169,3 +169,29 @@ fn tables_are_recognised_by_content() {
     let forced = ReadOptions { format: Some(crate::read::Format::Text), ..PLAIN };
     assert_eq!(good_with("a.zzz", "1 2 3\n", &forced).points.len(), 1);
 }
+
+#[test]
+fn node_files_are_recognised_by_content() {
+    // Without recognition, the header would be a point and the ids its coordinates.
+    let plane_rows = "4 2 0 0\n1 0.5 0\n2 1 0\n3 0 1\n4 1 1.5\n";
+    let space_rows = "# points\n3 3 1 1\n\n0 0 0 0 9 1\n1 1 0 0 9 1 # c\n2 0 1.5 0 9 1\n";
+    let four_columns = "2 3 0 0\n1 0 0 0\n2 1 2 3\n";
+    let short = "2 3\n1 0 0 0.5\n2 1 2 3\n";
+    for name in ["a.dat", "a.pts", "a.asc", "points", "-", "a.zzz"] {
+        let file = parse(name, plane_rows, &PLAIN).unwrap();
+        assert_eq!(plane(&file), [[0.5, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.5]], "{name}");
+        assert_eq!(file.first_id, 1);
+        let file = parse(name, space_rows, &PLAIN).unwrap();
+        assert_eq!(space(&file), [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.5, 0.0]], "{name}");
+        assert_eq!(file.first_id, 0);
+        assert_eq!(space(&parse(name, four_columns, &PLAIN).unwrap()), [[0.0; 3], [1.0, 2.0, 3.0]]);
+        assert_eq!(space(&parse(name, short, &PLAIN).unwrap()), [[0.0, 0.0, 0.5], [1.0, 2.0, 3.0]]);
+        // A file that ends early is incomplete and not a table.
+        let error = parse(name, "300 3 0 0\n1 0 0 0\n2 1 2 3\n", &PLAIN).unwrap_err();
+        assert!(matches!(error, InputError::Truncated { expected: 300, found: 2, .. }), "{error}");
+    }
+    for table in ["4 2 0\n1 0.5 0\n3 1 0\n", "4 2 0\n2 0.5 0\n3 1 0\n", "4 2 1\n1 0.5 0\n2 1 0\n", "1 2 3\n"]
+    {
+        assert_eq!(space(&good("a.dat", table))[0][1], 2.0, "{table}");
+    }
+}
