@@ -169,7 +169,7 @@ pub enum InputError {
         what: &'static str,
     },
     /// The number of coordinates in a row differs from the other rows or from the requested dimension.
-    #[error("{}{place}: {found} coordinates instead of {expected}; give every row the same number, or choose the dimension with -d", shown(.path))]
+    #[error("{}{place}: {found} coordinate{} instead of {expected}; give every row the same number, or choose the dimension with -d", shown(.path), if *.found == 1 { "" } else { "s" })]
     MixedDimension {
         /// The file.
         path: PathBuf,

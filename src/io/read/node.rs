@@ -50,9 +50,11 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
     }
     points.complete(Place::Line(lines.number()), announced)?;
     if attributes > 0 || marker > 0 {
-        points
-            .notes
-            .push(format!("{attributes} attributes and {marker} boundary markers per point are ignored"));
+        let kinds = [(attributes, "attribute"), (marker, "boundary marker")];
+        let counted = |(n, kind): (u64, &str)| format!("{n} {kind}{}", if n == 1 { "" } else { "s" });
+        let ignored: Vec<String> = kinds.into_iter().filter(|(n, _)| *n > 0).map(counted).collect();
+        let verb = if attributes + marker == 1 { "is" } else { "are" };
+        points.notes.push(format!("{} per point {verb} ignored", ignored.join(" and ")));
     }
     Ok(points.finish())
 }

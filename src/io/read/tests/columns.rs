@@ -38,7 +38,7 @@ fn a_header_row_and_further_columns_are_noted() {
     assert_eq!(space(&file).len(), 3);
     assert!(noted(
         &file.notes,
-        "line 1 is taken as a header row: coordinates are x, y, z; columns name are ignored"
+        "line 1 is taken as a header row: coordinates are x, y, z; column name is ignored"
     ));
     assert_eq!(file.notes.len(), 1);
     let file = good("a.csv", "1,2,3,here be text\n4,5,6,\n7,8,9\n");
@@ -145,7 +145,7 @@ fn node_files_of_either_base() {
     let one = good("a.node", "# c\n2 3 1 1\n\n 1 0 0 0 5 1 # c\n2 1 2 3 5 1\n");
     assert_eq!(space(&one), [[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]]);
     assert_eq!(one.first_id, 1);
-    assert!(noted(&one.notes, "attributes"));
+    assert!(noted(&one.notes, "1 attribute and 1 boundary marker per point are ignored"));
     let zero = good("a.node", "2 2\r\n0 0 0\r\n1 1 2\r\n");
     assert_eq!((plane(&zero), zero.first_id), (vec![[0.0, 0.0], [1.0, 2.0]], 0));
     assert_eq!(good("a.node", "0 3 0 0\n").points.len(), 0);

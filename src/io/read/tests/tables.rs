@@ -32,7 +32,7 @@ fn names_of_coordinates_select_their_columns() {
     assert_eq!(plane(&good("a.csv", "value,y,x\n7,2,1\n")), [[1.0, 2.0]]);
     assert_eq!(plane(&good_with("a.csv", "id,z,y,x\n7,3,2,1\n", &TWO)), [[1.0, 2.0]]);
     let notes = good("a.csv", "id,x,y,z\n9,1,2,3\n").notes;
-    assert_eq!(notes, ["line 1 is taken as a header row: coordinates are x, y, z; columns id are ignored"]);
+    assert_eq!(notes, ["line 1 is taken as a header row: coordinates are x, y, z; column id is ignored"]);
 }
 
 #[test]
@@ -79,7 +79,7 @@ fn columns_are_chosen_by_name_and_by_number() {
     );
     for (text, wanted, part) in [
         (text, &["ra", "nothing"][..], "there is no column nothing"),
-        (text, &["ra"], "1 columns instead of two or three"),
+        (text, &["ra"], "1 column instead of two or three"),
         (text, &["7", "1"], "there is no column 7"),
         ("1 2 3\n", &["a", "b"], "not one of 1 to 3"),
         ("a,a,b\n1,2,3\n", &["A", "b"], "more than one"),
@@ -115,6 +115,7 @@ fn other_columns_are_kept() {
     assert_eq!((names, &file.columns[0].values[..]), (vec!["id_1", "id_5"], &[1.0, 6.0][..]));
     assert!(file.columns[1].values[0] == 0.5 && file.columns[1].values[1].is_nan());
     assert!(noted(&file.notes, "column name has text and is not kept"), "{:?}", file.notes);
+    let keep = ReadOptions { dimension: Some(3), ..keep };
     let bare = good_with("a.txt", "1 2 3 4 5\n6 7 8 9\n", &keep);
     assert_eq!((bare.columns[0].name.as_str(), &bare.columns[0].values[..]), ("column_4", &[4.0, 9.0][..]));
     assert!(bare.columns[1].values[1].is_nan() && bare.notes.is_empty(), "{:?}", bare.notes);
@@ -194,4 +195,47 @@ fn node_files_are_recognised_by_content() {
     {
         assert_eq!(space(&good("a.dat", table))[0][1], 2.0, "{table}");
     }
+}
+
+#[test]
+fn more_than_three_unnamed_columns_need_a_choice() {
+    for name in ["a.csv", "a.xyz", "a.txt", "a.dat", "-"] {
+        let error = parse(name, "7,0.5,1,2\n8,4,5,6\n", &PLAIN).unwrap_err();
+        assert!(matches!(error, InputError::Columns { .. }) && error.line() == Some(1), "{error}");
+        let message = error.to_string();
+        assert!(
+            message.contains("4 columns of numbers") && message.ends_with("--columns 1,2,3"),
+            "{message}"
+        );
+    }
+    let text = "7 0.5 1 2\n8 4 5 6\n";
+    assert_eq!(
+        space(&good_with("a.txt", text, &columns(&["2", "3", "4"]))),
+        [[0.5, 1.0, 2.0], [4.0, 5.0, 6.0]]
+    );
+    let file = good_with("a.txt", text, &THREE);
+    assert_eq!(space(&file), [[7.0, 0.5, 1.0], [8.0, 4.0, 5.0]]);
+    assert_eq!(file.notes, ["columns after the first 3 are ignored (from line 1 on)"]);
+    assert_eq!(plane(&good_with("a.txt", text, &TWO)), [[7.0, 0.5], [8.0, 4.0]]);
+    // Text is not a coordinate.
+    assert_eq!(space(&good("a.txt", "7 0.5 1 label\n8 4 5 6\n")), [[7.0, 0.5, 1.0], [8.0, 4.0, 5.0]]);
+    refused("1 2 3 4\n", &ReadOptions { keep_columns: true, ..PLAIN });
+}
+
+#[test]
+fn ignored_columns_are_listed_or_counted() {
+    for (text, end) in [
+        ("x y\n1 2 3\n4 5 6\n", "coordinates are x, y; 1 unnamed column is ignored"),
+        ("x,y,,\n1,2,3,4\n", "coordinates are x, y; 2 unnamed columns are ignored"),
+        ("a,x,y,b\n1,2,3,4\n", "coordinates are x, y; columns a, b are ignored"),
+        ("a,x,y,\n1,2,3,4\n", "coordinates are x, y; column a and 1 unnamed column are ignored"),
+    ] {
+        let notes = good("a.txt", text).notes;
+        assert!(notes.len() == 1 && notes[0].ends_with(end), "{notes:?}");
+    }
+    let notes = good("a.csv", "x,y\n1,2\n3,4,5\n").notes;
+    assert_eq!(notes.last().unwrap(), "columns after the first 2 are ignored (from line 3 on)");
+    let keep = ReadOptions { keep_columns: true, ..PLAIN };
+    let file = good_with("a.csv", "x,y\n1,2,3\n", &keep);
+    assert_eq!((file.columns[0].name.as_str(), &file.columns[0].values[..]), ("column_3", &[3.0][..]));
 }
