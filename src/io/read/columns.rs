@@ -178,24 +178,22 @@ impl<'a> Table<'a, '_> {
         Ok(file)
     }
 
-    /// Returns an empty set for a table without rows of numbers. It is an error if the only line is a count or does
-    /// not name the coordinates.
+    /// Returns an empty set for an empty file. A file that contains only a count or a header row is an error.
     fn without_rows(self) -> Result<PointFile, InputError> {
         if let Some((row, _)) = &self.announced {
             let (path, place) = (self.source.path.to_owned(), row.line.place());
             return Err(InputError::UnsupportedDimension { path, place, found: 1 });
         }
-        let mut dimension = 3;
         if let Some(header) = &self.header {
-            let axes = header.axes();
-            let Some(axes) = axes else {
-                let line = Lines::new(self.source.data).nth(header.line as usize - 1);
-                let line = line.unwrap_or(Line { number: header.line, text: b"" });
-                return Err(self.source.bad_line(&line, "rows of numbers"));
-            };
-            dimension = axes.len();
+            if header.axes().is_some() {
+                let (path, place) = (self.source.path.to_owned(), Place::Line(header.line));
+                return Err(InputError::NoRows { path, place });
+            }
+            let line = Lines::new(self.source.data).nth(header.line as usize - 1);
+            let line = line.unwrap_or(Line { number: header.line, text: b"" });
+            return Err(self.source.bad_line(&line, "rows of numbers"));
         }
-        let points = Collector::new(self.source, self.options, (Place::Whole, dimension), (0, 0, 1))?;
+        let points = Collector::new(self.source, self.options, (Place::Whole, 3), (0, 0, 1))?;
         Ok(points.finish())
     }
 }

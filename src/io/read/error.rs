@@ -124,6 +124,14 @@ pub enum InputError {
     },
     /// Columns are chosen in a file that is not a text table.
     #[error("{}: a .{format} file has no columns to choose; omit --columns and --keep-columns", shown(.path))]
+    /// A table has a header row that names the coordinates, but no rows of points.
+    #[error("{}{place}: the file has a header and no rows; add the rows, or check that the file is complete", shown(.path))]
+    NoRows {
+        /// The file.
+        path: PathBuf,
+        /// The header row.
+        place: Place,
+    },
     NotATable {
         /// The file.
         path: PathBuf,
@@ -231,6 +239,7 @@ impl InputError {
             | Self::Columns { path, .. }
             | Self::NotATable { path, .. }
             | Self::NotFinite { path, .. }
+            | Self::NoRows { path, .. }
             | Self::Truncated { path, .. }
             | Self::Count { path, .. }
             | Self::MixedDimension { path, .. }
@@ -264,6 +273,7 @@ impl InputError {
             | Self::Columns { place, .. }
             | Self::NotFinite { place, .. }
             | Self::Truncated { place, .. }
+            | Self::NoRows { place, .. }
             | Self::Count { place, .. }
             | Self::MixedDimension { place, .. }
             | Self::UnsupportedDimension { place, .. }

@@ -129,10 +129,12 @@ fn a_table_without_numbers_is_refused() {
         assert!(matches!(error, InputError::Syntax { line: 1, .. }), "{error}");
     }
     assert_eq!(bad("a.xyz", "hello world\nand more words\n").line(), Some(2));
-    for (text, dimension) in [("x,y,z\n", 3), ("y,x\n", 2), ("", 3)] {
-        let file = good("a.csv", text);
-        assert_eq!((file.points.len(), file.points.dimension()), (0, dimension), "{text:?}");
+    for text in ["x,y,z\n", "name x y z\n", "# c\ny,x\n\n"] {
+        let error = bad("a.csv", text);
+        assert!(matches!(error, InputError::NoRows { .. }) && !error.is_usage(), "{error}");
+        assert!(error.to_string().contains("a header and no rows"), "{error}");
     }
+    assert_eq!(good("a.csv", "").points.len(), 0);
 }
 
 #[test]
