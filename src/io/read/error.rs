@@ -5,6 +5,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use super::format::Format;
+
 /// A location in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
@@ -122,8 +124,6 @@ pub enum InputError {
         /// A possible choice of columns.
         example: String,
     },
-    /// Columns are chosen in a file that is not a text table.
-    #[error("{}: a .{format} file has no columns to choose; omit --columns and --keep-columns", shown(.path))]
     /// A table has a header row that names the coordinates, but no rows of points.
     #[error("{}{place}: the file has a header and no rows; add the rows, or check that the file is complete", shown(.path))]
     NoRows {
@@ -132,6 +132,8 @@ pub enum InputError {
         /// The header row.
         place: Place,
     },
+    /// Columns are chosen in a file that is not a text table.
+    #[error("{}: a .{format} file has no columns to choose; omit --columns and --keep-columns", shown(.path))]
     NotATable {
         /// The file.
         path: PathBuf,
@@ -237,9 +239,9 @@ impl InputError {
             | Self::Syntax { path, .. }
             | Self::Malformed { path, .. }
             | Self::Columns { path, .. }
+            | Self::NoRows { path, .. }
             | Self::NotATable { path, .. }
             | Self::NotFinite { path, .. }
-            | Self::NoRows { path, .. }
             | Self::Truncated { path, .. }
             | Self::Count { path, .. }
             | Self::MixedDimension { path, .. }
@@ -271,9 +273,9 @@ impl InputError {
             Self::Malformed { offset, .. } => Place::Byte(*offset),
             Self::Unsupported { place, .. }
             | Self::Columns { place, .. }
+            | Self::NoRows { place, .. }
             | Self::NotFinite { place, .. }
             | Self::Truncated { place, .. }
-            | Self::NoRows { place, .. }
             | Self::Count { place, .. }
             | Self::MixedDimension { place, .. }
             | Self::UnsupportedDimension { place, .. }
@@ -297,9 +299,14 @@ impl InputError {
         }
     }
 
-    /// Returns `true` if the file can be read with other options, so that the call is at fault and not the file.
+    /// Returns `true` if the call is at fault and not the file: the file can be read with other options, or the extension
+    /// of its name is unknown.
     pub fn is_usage(&self) -> bool {
-        matches!(self, Self::Columns { .. } | Self::NotATable { .. })
+        match self {
+            Self::Columns { .. } | Self::NotATable { .. } => true,
+            Self::UnknownFormat { path, .. } => !Format::may_be_table(path),
+            _ => false,
+        }
     }
 }
 

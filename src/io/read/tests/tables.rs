@@ -157,7 +157,8 @@ fn tables_are_recognised_by_content() {
         assert_eq!(good(name, "x,y\n1,2\n").points.len(), 1, "{name}");
         assert_eq!(good(name, npy_f8()).points.len(), 4, "{name}");
         for other in [b"words and words\n".as_slice(), b"\x7fELF\x01\x02", b"1 2\x00 3 4\n"] {
-            assert!(matches!(bad(name, other), InputError::UnknownFormat { .. }), "{name}");
+            let error = bad(name, other);
+            assert!(matches!(error, InputError::UnknownFormat { .. }) && !error.is_usage(), "{error}");
         }
     }
     for (name, advice) in [
@@ -166,7 +167,9 @@ fn tables_are_recognised_by_content() {
         ("a.cvs", "rename it if it is a .csv file"),
         ("a.zzz", "use one of .node"),
     ] {
-        let message = bad(name, "1 2 3\n").to_string();
+        let error = bad(name, "1 2 3\n");
+        assert!(error.is_usage(), "{error}");
+        let message = error.to_string();
         assert!(message.contains(advice) && message.contains("--input-format"), "{message}");
     }
     let forced = ReadOptions { format: Some(crate::read::Format::Text), ..PLAIN };
