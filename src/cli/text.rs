@@ -97,6 +97,14 @@ pub fn nearest<'a>(typed: &str, names: impl IntoIterator<Item = &'a str>) -> Vec
     all.into_iter().map(|(_, name)| name).collect()
 }
 
+/// Returns a clause such as `the nearest is uniform; `, or an empty string if no name is near the mistyped one. A name is
+/// near if it differs in at most a third of the letters.
+pub fn suggestion<'a>(typed: &str, names: impl IntoIterator<Item = &'a str>) -> String {
+    let first = nearest(typed, names).into_iter().next();
+    let near = first.filter(|name| 3 * distance(typed, name) <= name.chars().count());
+    near.map_or_else(String::new, |name| format!("the nearest is {name}; "))
+}
+
 /// Returns the edit distance of two words: the number of insertions, deletions, replacements and swaps of adjacent
 /// letters.
 fn distance(a: &str, b: &str) -> usize {
@@ -141,6 +149,20 @@ mod tests {
     fn control_characters_are_escaped() {
         assert_eq!(printable("a\x1b[31mb\tc\n"), "a\\u{1b}[31mb\tc\n");
         assert_eq!(name(Path::new("a\nb\x07")), "a\\nb\\u{7}");
+    }
+
+    #[test]
+    fn only_a_near_name_is_suggested() {
+        let names = ["uniform", "ball", "vtu"];
+        for (typed, expected) in [
+            ("unifrm", "the nearest is uniform; "),
+            ("unfirom", "the nearest is uniform; "),
+            ("bal", "the nearest is ball; "),
+            ("vut", "the nearest is vtu; "),
+            ("foo", ""),
+        ] {
+            assert_eq!(suggestion(typed, names), expected);
+        }
     }
 
     #[test]
