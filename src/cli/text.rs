@@ -97,12 +97,15 @@ pub fn nearest<'a>(typed: &str, names: impl IntoIterator<Item = &'a str>) -> Vec
     all.into_iter().map(|(_, name)| name).collect()
 }
 
-/// Returns a clause such as `the nearest is uniform; `, or an empty string if no name is near the mistyped one. A name is
-/// near if it differs in at most a third of the letters.
-pub fn suggestion<'a>(typed: &str, names: impl IntoIterator<Item = &'a str>) -> String {
+/// Returns the name that is nearest to a mistyped one, if at most a third of its letters differ.
+pub fn near<'a>(typed: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let first = nearest(typed, names).into_iter().next();
-    let near = first.filter(|name| 3 * distance(typed, name) <= name.chars().count());
-    near.map_or_else(String::new, |name| format!("the nearest is {name}; "))
+    first.filter(|name| 3 * distance(typed, name) <= name.chars().count())
+}
+
+/// Returns a clause such as `the nearest is uniform; `, or an empty string if no name is near the mistyped one.
+pub fn suggestion<'a>(typed: &str, names: impl IntoIterator<Item = &'a str>) -> String {
+    near(typed, names).map_or_else(String::new, |name| format!("the nearest is {name}; "))
 }
 
 /// Returns the edit distance of two words: the number of insertions, deletions, replacements and swaps of adjacent
