@@ -140,7 +140,8 @@ fn check(
 fn unknown(error: ClaimError) -> Failure {
     let ClaimError::Unknown { name } = &error else { return error.into() };
     let names: Vec<&str> = registry().map(|claim| claim.name).collect();
-    let help = format!("{}the claims are {}", suggestion(name, names.iter().copied()), names.join(" "));
+    let near = suggestion(name, names.iter().copied());
+    let help = format!("{near}the claims are {}; see `septet reproduce --list`", names.join(" "));
     Failure::new(Code::Usage, format!("there is no claim `{name}`")).help(help)
 }
 
