@@ -369,7 +369,7 @@ fn verify_explains_what_does_not_fit() {
     place.fails("verify flat.xyz tet.ele", 3, &["dimension 3"]);
     place.fails("verify flat.xyz far.ele", 3, &["far.ele", "line 2", "9"]);
     place.fails("verify flat.xyz missing.ele", 3, &["missing.ele"]);
-    place.fails("verify flat.xyz flat.xyz", 3, &["unknown format"]);
+    place.fails("verify flat.xyz flat.xyz", 2, &["unknown format"]);
     place.good("verify space.xyz tet.ele");
 }
 

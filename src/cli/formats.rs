@@ -4,20 +4,21 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use septet_core::model::MeshView;
-use septet_io::read::{Format, ReadOptions};
+use septet_io::read::{Format, ReadOptions, UnknownFormatName};
 use septet_io::write::{MshVersion, OutputError, OutputFormat, PointFormat, WriteOptions, write, write_to};
 
 use super::effects::needs;
 use super::errors::{Code, Failure};
 use super::headings::{INPUT, OUTPUT};
+use super::text::suggestion;
 
 /// Options of every command that reads points.
 #[derive(Debug, Args)]
 pub struct ReadArgs {
     /// Columns of the coordinates in a text table
     ///
-    /// Names from the header row, or 1-based numbers. By default, columns named x, y and z are used, or the first
-    /// columns if the table has no header row.
+    /// Names from the header row, or 1-based numbers. By default, columns named x, y and z are used. A table without a
+    /// header row may have two or three columns; one with more columns needs this option or the dimension.
     #[arg(long, value_name = "X,Y[,Z]", value_delimiter = ',', help_heading = INPUT)]
     columns: Option<Vec<String>>,
     /// Format of the points, for standard input and unknown extensions
@@ -103,17 +104,20 @@ impl FormatArgs {
 
 /// Parses the name of an output format for triangulations.
 pub fn output_format(name: &str) -> Result<OutputFormat, String> {
-    name.parse().map_err(|error: septet_io::read::UnknownFormatName| error.to_string())
+    name.parse().map_err(|error| unknown(name, error))
 }
 
 /// Parses the name of an output format for point sets.
 pub fn point_format(name: &str) -> Result<PointFormat, String> {
-    name.parse().map_err(|error: septet_io::read::UnknownFormatName| error.to_string())
+    name.parse().map_err(|error| unknown(name, error))
+}
+
+fn unknown(name: &str, error: UnknownFormatName) -> String {
+    format!("{}{error}", suggestion(&name.to_ascii_lowercase(), error.known.split(' ')))
 }
 
 fn input_format(name: &str) -> Result<Format, String> {
-    let parsed: Result<Format, _> = name.parse();
-    let parsed = parsed.map_err(|error| error.to_string())?;
+    let parsed = name.parse().map_err(|error| unknown(name, error))?;
     if parsed == Format::Ele { Err("ele is a format of cells, not of points".to_owned()) } else { Ok(parsed) }
 }
 

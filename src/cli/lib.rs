@@ -37,7 +37,7 @@ use tracing_subscriber::layer::Identity;
 
 use errors::{Code, Failure};
 use progress::{Cancelled, Talk, TalkArgs};
-use text::{nearest, printable};
+use text::{near, nearest, printable};
 
 /// Compute exact Delaunay triangulations and meshes on a counted message-passing machine.
 ///
@@ -155,6 +155,14 @@ fn refuse(mut error: clap::Error) -> ! {
         let sorted = nearest(&typed, names.iter().map(String::as_str));
         let sorted = sorted.into_iter().map(str::to_owned).collect();
         error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(sorted));
+    }
+    if let (Some(ContextValue::String(typed)), Some(ContextValue::Strings(names)), None) = (
+        error.get(ContextKind::InvalidValue),
+        error.get(ContextKind::ValidValue),
+        error.get(ContextKind::SuggestedValue),
+    ) && let Some(name) = near(typed, names.iter().map(String::as_str)).map(str::to_owned)
+    {
+        error.insert(ContextKind::SuggestedValue, ContextValue::String(name));
     }
     // A name could contain escape sequences for the terminal.
     let unsafe_text = |value: &ContextValue| match value {

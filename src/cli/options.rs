@@ -15,6 +15,7 @@ use super::effects::needs;
 use super::errors::Failure;
 use super::formats::{FormatArgs, ReadArgs};
 use super::headings::{GRAPH, INPUT, MACHINE, OUTPUT, REPORTS};
+use super::text::suggestion;
 
 /// Options of `septet triangulate`.
 #[derive(Debug, Args)]
@@ -387,7 +388,11 @@ fn shown(text: &str) -> Result<u32, String> {
 
 /// Parses a kind of point set.
 pub fn kind(text: &str) -> Result<Kind, String> {
-    text.trim().parse().map_err(|e: GenerateError| e.to_string())
+    let name = text.trim();
+    name.parse().map_err(|_: GenerateError| {
+        let kinds: Vec<&str> = Kind::all().map(Kind::name).collect();
+        format!("{}expected one of {}", suggestion(name, kinds.iter().copied()), kinds.join(" "))
+    })
 }
 
 /// Parses a number of workers, or `leaves`.

@@ -4,13 +4,16 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use septet_core::config::{Fault, Machine};
-use septet_lab::claims::{CheckedClaim, Claim, ClaimError, ClaimReport, Extent, Lab, LabOptions, select};
+use septet_lab::claims::{
+    CheckedClaim, Claim, ClaimError, ClaimReport, Extent, Lab, LabOptions, registry, select,
+};
 
 use super::effects::excludes;
 use super::errors::{Code, Failure};
 use super::files;
 use super::options::NeighboursArg;
 use super::progress::Talk;
+use super::text::suggestion;
 
 /// The options that a list of claims does not use.
 const NOT_FOR_LISTS: [&str; 8] =
@@ -63,7 +66,7 @@ pub struct ReproduceArgs {
 
 /// Runs the subcommand.
 pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
-    let claims = select(&args.claims)?;
+    let claims = select(&args.claims).map_err(unknown)?;
     if args.list {
         let text: String = claims.iter().map(|claim| listed(claim)).collect();
         return Ok(files::print(&text)?);
@@ -131,6 +134,15 @@ fn check(
     }
     talk.clear();
     Ok(all)
+}
+
+/// Adds the nearest claim and the list of all claims to the failure for an unknown claim.
+fn unknown(error: ClaimError) -> Failure {
+    let ClaimError::Unknown { name } = &error else { return error.into() };
+    let names: Vec<&str> = registry().map(|claim| claim.name).collect();
+    let near = suggestion(name, names.iter().copied());
+    let help = format!("{near}the claims are {}; see `septet reproduce --list`", names.join(" "));
+    Failure::new(Code::Usage, format!("there is no claim `{name}`")).help(help)
 }
 
 fn listed(claim: &Claim) -> String {

@@ -109,19 +109,80 @@ fn baselines(report: &RunReport) -> Option<String> {
 
 /// Suggests the next step after `septet triangulate` or `septet simulate`.
 pub fn next_step(input: &str, outputs: &[PathBuf], json: Option<&Path>) -> String {
-    let has = |ending: &str| outputs.iter().find(|o| o.extension().is_some_and(|e| e == ending));
     let plain = |text: &str| !text.contains(char::is_whitespace) && !text.contains(char::is_control);
-    let text = match (has("vtu"), json) {
-        (Some(mesh), _) if plain(&mesh.to_string_lossy()) => {
+    let is_plain = |path: &Path| path.as_os_str() != "-" && plain(&path.to_string_lossy());
+    let ends = |path: &Path, ending: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
+    let picture = outputs.iter().find(|o| (ends(o, "vtu") || ends(o, "vtk")) && is_plain(o));
+    let check = |o: &PathBuf| Some((points_beside(o, input)?, cells_of(o)?));
+    let checks = outputs.iter().filter(|o| is_plain(o)).find_map(check);
+    let text = match (picture, json, checks) {
+        (Some(mesh), _, _) => {
             format!("open {0} in ParaView, or check it: septet verify {0} {0}", mesh.display())
         }
-        (_, Some(json)) if json.as_os_str() != "-" && plain(&json.to_string_lossy()) => {
-            format!("septet report {} -o report.html", json.display())
+        (_, Some(json), _) if is_plain(json) => format!("septet report {} -o report.html", json.display()),
+        (_, _, Some((points, cells))) if plain(&points) => {
+            format!("check the cells independently: septet verify {points} {}", cells.display())
         }
-        (None, _) if outputs.is_empty() && input != "-" && plain(input) => {
+        (..) if outputs.is_empty() && input != "-" && plain(input) => {
             "add -o mesh.vtu to write the cells, or --json run.json for all counts".to_owned()
         }
         _ => "`septet verify POINTS CELLS` checks the cells independently".to_owned(),
     };
     row("next", text)
+}
+
+/// Splits a path into the part before its extension, the extension in lower case, and `.gz` or an empty string.
+fn split(path: &Path) -> Option<(String, String, &'static str)> {
+    let text = path.to_string_lossy().into_owned();
+    let (text, zip) = text.strip_suffix(".gz").map_or((text.as_str(), ""), |stem| (stem, ".gz"));
+    let (stem, extension) = text.rsplit_once('.')?;
+    Some((stem.to_owned(), extension.to_ascii_lowercase(), zip))
+}
+
+/// Returns the file with the points of an output: the output itself, the `.node` file of its set, or the input.
+fn points_beside(output: &Path, input: &str) -> Option<String> {
+    let (stem, extension, zip) = split(output)?;
+    match extension.as_str() {
+        "vtu" | "vtk" | "msh" | "mesh" => Some(output.display().to_string()),
+        "node" | "ele" | "face" | "edge" | "neigh" => Some(format!("{stem}.node{zip}")),
+        "npy" => (input != "-").then(|| input.to_owned()),
+        _ => None,
+    }
+}
+
+/// Returns the file with the cells of an output: the output itself, or the `.ele` file of its set.
+fn cells_of(output: &Path) -> Option<PathBuf> {
+    let (stem, extension, zip) = split(output)?;
+    match extension.as_str() {
+        "vtu" | "vtk" | "msh" | "mesh" | "npy" => Some(output.to_owned()),
+        "node" | "ele" | "face" | "edge" | "neigh" => Some(format!("{stem}.ele{zip}").into()),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_next_step_names_the_files() {
+        for (output, expected) in [
+            ("a.vtu", "open a.vtu in ParaView, or check it: septet verify a.vtu a.vtu"),
+            ("a.vtk", "open a.vtk in ParaView, or check it: septet verify a.vtk a.vtk"),
+            ("a.vtu.gz", "septet verify a.vtu.gz a.vtu.gz"),
+            ("b/a.1.ele", "septet verify b/a.1.node b/a.1.ele"),
+            ("a.neigh.gz", "septet verify a.node.gz a.ele.gz"),
+            ("a.msh", "septet verify a.msh a.msh"),
+            ("a.npy", "septet verify p.xyz a.npy"),
+            ("a b.msh", "septet verify POINTS CELLS"),
+            ("a.stl", "septet verify POINTS CELLS"),
+        ] {
+            let text = next_step("p.xyz", &[output.into()], None);
+            assert!(text.contains(expected), "{text}");
+        }
+        let json = Some(Path::new("run.json"));
+        assert!(next_step("p.xyz", &[], json).contains("septet report run.json -o report.html"));
+        assert!(next_step("-", &["a.npy".into()], None).contains("POINTS CELLS"));
+        assert!(next_step("p.xyz", &[], None).contains("-o mesh.vtu"));
+    }
 }

@@ -97,6 +97,17 @@ pub fn nearest<'a>(typed: &str, names: impl IntoIterator<Item = &'a str>) -> Vec
     all.into_iter().map(|(_, name)| name).collect()
 }
 
+/// Returns the name that is nearest to a mistyped one, if at most a third of its letters differ.
+pub fn near<'a>(typed: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let first = nearest(typed, names).into_iter().next();
+    first.filter(|name| 3 * distance(typed, name) <= name.chars().count())
+}
+
+/// Returns a clause such as `the nearest is uniform; `, or an empty string if no name is near the mistyped one.
+pub fn suggestion<'a>(typed: &str, names: impl IntoIterator<Item = &'a str>) -> String {
+    near(typed, names).map_or_else(String::new, |name| format!("the nearest is {name}; "))
+}
+
 /// Returns the edit distance of two words: the number of insertions, deletions, replacements and swaps of adjacent
 /// letters.
 fn distance(a: &str, b: &str) -> usize {
@@ -141,6 +152,20 @@ mod tests {
     fn control_characters_are_escaped() {
         assert_eq!(printable("a\x1b[31mb\tc\n"), "a\\u{1b}[31mb\tc\n");
         assert_eq!(name(Path::new("a\nb\x07")), "a\\nb\\u{7}");
+    }
+
+    #[test]
+    fn only_a_near_name_is_suggested() {
+        let names = ["uniform", "ball", "vtu"];
+        for (typed, expected) in [
+            ("unifrm", "the nearest is uniform; "),
+            ("unfirom", "the nearest is uniform; "),
+            ("bal", "the nearest is ball; "),
+            ("vut", "the nearest is vtu; "),
+            ("foo", ""),
+        ] {
+            assert_eq!(suggestion(typed, names), expected);
+        }
     }
 
     #[test]

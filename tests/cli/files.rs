@@ -68,10 +68,22 @@ fn formats_are_recognised_and_stated() {
         place.good(&format!("verify {name} a.vtk --perturbed"));
     }
     place.file("p.foo", square);
-    place.fails("triangulate p.foo", 3, &["unknown format", ".vtk", "--input-format"]);
+    place.fails("triangulate p.foo", 2, &["unknown format", ".vtk", "--input-format"]);
     place.good("triangulate p.foo --input-format xyz -o b.npy");
     place.good("verify p.foo b.npy --input-format txt");
     place.fails("triangulate p.foo --input-format zzz", 2, &["--input-format", "vtu"]);
+    place.fails("triangulate p.foo --input-format vut", 2, &["the nearest is vtu"]);
+    place.file("set.dat", "4 2 0 0\n1 0 0\n2 1 0\n3 0 1\n4 1 1.5\n");
+    let talk = stderr(&place.good("triangulate set.dat -o set.1.ele"));
+    assert!(talk.contains("4 points") && talk.contains("septet verify set.1.node set.1.ele"), "{talk}");
+    place.good("verify set.1.node set.1.ele");
+    place.file("four.csv", "1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n");
+    place.fails("triangulate four.csv", 2, &["4 columns of numbers", "--columns 1,2,3"]);
+    place.good("triangulate four.csv --columns 2,3,4");
+    let talk = stderr(&place.good("triangulate four.csv -d 3"));
+    assert!(talk.contains("columns after the first 3 are ignored"), "{talk}");
+    place.file("header.xyz", "name x y z\n");
+    place.fails("triangulate header.xyz", 3, &["header.xyz, line 1", "a header and no rows"]);
     place.good("generate uniform -n 50 -o p.vtk");
     place.good("triangulate p.vtk -o c.vtu.gz -o c.1.ele.gz -o c.npy");
     for cells in ["c.vtu.gz", "c.1.ele.gz", "c.npy"] {
@@ -99,7 +111,7 @@ fn errors_list_formats_and_name_the_nearest() {
     place.fails("triangulate .", 3, &["is a directory", "name a file in it"]);
     place.fails("triangulate uniform:100", 3, &["no such file", "sample:uniform:100"]);
     place.file("scan.las", "LASF");
-    place.fails("triangulate scan.las", 3, &["convert the point cloud to .ply"]);
+    place.fails("triangulate scan.las", 2, &["convert the point cloud to .ply"]);
 }
 
 #[test]

@@ -5,7 +5,7 @@
 //! lines are skipped.
 //!
 //! **Columns.** A header row selects the columns of the coordinates ([`super::header`]). Without one, the first three
-//! columns are the coordinates, or the first two if there are only two.
+//! columns are the coordinates, or the first two if there are only two. A table with more columns of numbers is refused.
 //!
 //! **Counts.** If the first line is a single integer, it is the number of points (`.pts`). In a chemical `.xyz` file,
 //! a count and a comment line come first, and each further row has an element and three numbers.
@@ -132,8 +132,12 @@ impl<'a> Table<'a, '_> {
         if is_text && lacks_names && self.options.columns.is_none() {
             return Err(self.source.bad_line(&row.line, "a row of numbers"));
         }
-        let place = row.line.place();
-        Selection::of(self.source, place, self.header.as_ref(), &row.fields[..row.filled], self.options)
+        let (place, header, has_count) = (row.line.place(), self.header.as_ref(), self.announced.is_some());
+        let fields = &row.fields[..row.filled];
+        Selection::of(self.source, place, header, fields, has_count, self.options).or_else(|error| {
+            refuse_decimal_commas(self.source, row)?;
+            Err(error)
+        })
     }
 
     fn begin(&self, row: &Row<'_>, selection: &Selection) -> Result<Collector<'a>, InputError> {
@@ -161,9 +165,9 @@ impl<'a> Table<'a, '_> {
             points.notes.push("line 1 is taken as the number of points".to_owned());
         }
         let used = selection.axes.len();
+        let used = if selection.is_positional() { used } else { selection.expected };
         if let Some(line) = self.extra
-            && selection.is_positional()
-            && !self.options.keep_columns
+            && !(selection.is_positional() && self.options.keep_columns)
         {
             points.notes.push(format!("columns after the first {used} are ignored (from line {line} on)"));
         }
@@ -174,24 +178,22 @@ impl<'a> Table<'a, '_> {
         Ok(file)
     }
 
-    /// Returns an empty set for a table without rows of numbers. It is an error if the only line is a count or does
-    /// not name the coordinates.
+    /// Returns an empty set for an empty file. A file that contains only a count or a header row is an error.
     fn without_rows(self) -> Result<PointFile, InputError> {
         if let Some((row, _)) = &self.announced {
             let (path, place) = (self.source.path.to_owned(), row.line.place());
             return Err(InputError::UnsupportedDimension { path, place, found: 1 });
         }
-        let mut dimension = 3;
         if let Some(header) = &self.header {
-            let axes = header.axes();
-            let Some(axes) = axes else {
-                let line = Lines::new(self.source.data).nth(header.line as usize - 1);
-                let line = line.unwrap_or(Line { number: header.line, text: b"" });
-                return Err(self.source.bad_line(&line, "rows of numbers"));
-            };
-            dimension = axes.len();
+            if header.axes().is_some() {
+                let (path, place) = (self.source.path.to_owned(), Place::Line(header.line));
+                return Err(InputError::NoRows { path, place });
+            }
+            let line = Lines::new(self.source.data).nth(header.line as usize - 1);
+            let line = line.unwrap_or(Line { number: header.line, text: b"" });
+            return Err(self.source.bad_line(&line, "rows of numbers"));
         }
-        let points = Collector::new(self.source, self.options, (Place::Whole, dimension), (0, 0, 1))?;
+        let points = Collector::new(self.source, self.options, (Place::Whole, 3), (0, 0, 1))?;
         Ok(points.finish())
     }
 }

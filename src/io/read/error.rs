@@ -5,6 +5,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use super::format::Format;
+
 /// A location in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
@@ -122,6 +124,14 @@ pub enum InputError {
         /// A possible choice of columns.
         example: String,
     },
+    /// A table has a header row that names the coordinates, but no rows of points.
+    #[error("{}{place}: the file has a header and no rows; add the rows, or check that the file is complete", shown(.path))]
+    NoRows {
+        /// The file.
+        path: PathBuf,
+        /// The header row.
+        place: Place,
+    },
     /// Columns are chosen in a file that is not a text table.
     #[error("{}: a .{format} file has no columns to choose; omit --columns and --keep-columns", shown(.path))]
     NotATable {
@@ -169,7 +179,7 @@ pub enum InputError {
         what: &'static str,
     },
     /// The number of coordinates in a row differs from the other rows or from the requested dimension.
-    #[error("{}{place}: {found} coordinates instead of {expected}; give every row the same number, or choose the dimension with -d", shown(.path))]
+    #[error("{}{place}: {found} coordinate{} instead of {expected}; give every row the same number, or choose the dimension with -d", shown(.path), if *.found == 1 { "" } else { "s" })]
     MixedDimension {
         /// The file.
         path: PathBuf,
@@ -229,6 +239,7 @@ impl InputError {
             | Self::Syntax { path, .. }
             | Self::Malformed { path, .. }
             | Self::Columns { path, .. }
+            | Self::NoRows { path, .. }
             | Self::NotATable { path, .. }
             | Self::NotFinite { path, .. }
             | Self::Truncated { path, .. }
@@ -262,6 +273,7 @@ impl InputError {
             Self::Malformed { offset, .. } => Place::Byte(*offset),
             Self::Unsupported { place, .. }
             | Self::Columns { place, .. }
+            | Self::NoRows { place, .. }
             | Self::NotFinite { place, .. }
             | Self::Truncated { place, .. }
             | Self::Count { place, .. }
@@ -287,9 +299,14 @@ impl InputError {
         }
     }
 
-    /// Returns `true` if the file can be read with other options, so that the call is at fault and not the file.
+    /// Returns `true` if the call is at fault and not the file: the file can be read with other options, or the extension
+    /// of its name is unknown.
     pub fn is_usage(&self) -> bool {
-        matches!(self, Self::Columns { .. } | Self::NotATable { .. })
+        match self {
+            Self::Columns { .. } | Self::NotATable { .. } => true,
+            Self::UnknownFormat { path, .. } => !Format::may_be_table(path),
+            _ => false,
+        }
     }
 }
 

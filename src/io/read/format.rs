@@ -94,7 +94,7 @@ impl Format {
         extension.is_empty() || AMBIGUOUS.contains(&extension.as_str())
     }
 
-    /// Returns the format that the first bytes identify.
+    /// Returns the format that the first bytes or lines identify.
     pub(super) fn of_content(data: &[u8]) -> Option<Format> {
         if data.starts_with(b"\x93NUMPY") {
             return Some(Format::Npy);
@@ -116,8 +116,7 @@ impl Format {
             b"MeshVersionFormatted" => Some(Format::Medit),
             _ if super::signature::is_keyword(word) => Some(Format::Off),
             _ if word.starts_with(b"<?xml") || word.starts_with(b"<VTKFile") => Some(Format::Vtu),
-            _ if super::signature::is_node(data) => Some(Format::Node),
-            _ => None,
+            _ => super::node::is_node(data).then_some(Format::Node),
         }
     }
 }

@@ -7,7 +7,9 @@
 //! 3. The header row contains neither `x`, `y` or `z` nor the name of an id column, and the first row has exactly as
 //!    many numbers as the dimension. The columns with numbers are used in order, and a note says so. An unnamed first
 //!    column is treated as an index and not counted.
-//! 4. If there is no header row, the first columns are used.
+//! 4. If there is no header row and no more than three numbers in the first row, the first columns are used. The first
+//!    columns are also used if the options give the dimension, or if the file begins with the number of its points,
+//!    because further columns of such files hold intensities and colours.
 //!
 //! Otherwise the columns are ambiguous, and the reader returns an error that lists the names.
 
@@ -74,7 +76,7 @@ impl Header {
 
     /// Returns the name of a column for point data. The name is not empty and is unique.
     fn name_of_data(&self, position: usize) -> String {
-        let name = self.names[position].trim();
+        let name = self.names.get(position).map_or("", |name| name.trim());
         match self.names.iter().filter(|other| other.trim() == name).count() {
             _ if name.is_empty() => format!("column_{}", position + 1),
             1 => name.to_owned(),
@@ -132,12 +134,14 @@ pub(super) struct Kept {
 }
 
 impl Selection {
-    /// Selects the columns; `row` is the first row of numbers, and `place` its line.
+    /// Selects the columns; `row` is the first row of numbers, and `place` its line. `has_count` is `true` if the file
+    /// begins with the number of its points.
     pub fn of(
         source: Source<'_>,
         place: Place,
         header: Option<&Header>,
         row: &[&[u8]],
+        has_count: bool,
         options: &ReadOptions,
     ) -> Result<Self, InputError> {
         let chooser = Chooser { source, place, header, row, options };
@@ -147,10 +151,17 @@ impl Selection {
                 let (axes, note) = chooser.named(header)?;
                 (axes, Some(note), false)
             }
-            (None, None) => ((0..options.dimension.unwrap_or(row.len().clamp(2, 3))).collect(), None, true),
+            (None, None) => {
+                let numbers = chooser.numbers().len();
+                if numbers > 3 && options.dimension.is_none() && !has_count {
+                    let problem = format!("{numbers} columns of numbers without a header row");
+                    return Err(chooser.error(problem));
+                }
+                ((0..options.dimension.unwrap_or(row.len().clamp(2, 3))).collect(), None, true)
+            }
         };
-        let width = header.map_or(row.len(), |header| header.names.len());
-        let expected = if positional { axes.len() } else { width.max(row.len()) };
+        let width = header.map_or(0, |header| header.names.len()).max(row.len());
+        let expected = if positional { axes.len() } else { width };
         let others = (0..width).filter(|i| options.keep_columns && !axes.contains(i));
         let name = |i: usize| header.map_or_else(|| format!("column_{}", i + 1), |h| h.name_of_data(i));
         let keeping = |i: usize| Keeping {
@@ -209,7 +220,9 @@ impl Chooser<'_> {
     fn wanted(&self, wanted: &[String]) -> Result<Vec<usize>, InputError> {
         if !(2..=3).contains(&wanted.len()) || self.options.dimension.is_some_and(|d| d != wanted.len()) {
             let expected = self.options.dimension.map_or("two or three".to_owned(), |d| d.to_string());
-            return Err(self.error(format!("--columns names {} columns instead of {expected}", wanted.len())));
+            let columns = if wanted.len() == 1 { "column" } else { "columns" };
+            let problem = format!("--columns names {} {columns} instead of {expected}", wanted.len());
+            return Err(self.error(problem));
         }
         wanted.iter().map(|name| self.column(name)).collect()
     }
@@ -238,12 +251,12 @@ impl Chooser<'_> {
         let dimension = self.options.dimension;
         if let Some(mut axes) = header.axes().filter(|axes| dimension.is_none_or(|d| d <= axes.len())) {
             axes.truncate(dimension.unwrap_or(3));
-            let others: Vec<usize> = (0..header.names.len()).filter(|i| !axes.contains(i)).collect();
-            let ignored = match others.as_slice() {
-                [] => String::new(),
-                _ if self.options.keep_columns => String::new(),
-                [_] => format!("; column {} is ignored", list(header, &others)),
-                _ => format!("; columns {} are ignored", list(header, &others)),
+            let width = header.names.len().max(self.row.len());
+            let others: Vec<usize> = (0..width).filter(|i| !axes.contains(i)).collect();
+            let ignored = if others.is_empty() || self.options.keep_columns {
+                String::new()
+            } else {
+                format!("; {}", ignored(header, &others))
             };
             let taken = list(header, &axes);
             let note = format!("line {line} is taken as a header row: coordinates are {taken}{ignored}");
@@ -291,6 +304,21 @@ impl Chooser<'_> {
 /// Shortens a name and makes it printable.
 fn shown(name: &str) -> String {
     excerpt(name.trim().as_bytes())
+}
+
+/// Returns the note that these columns are ignored.
+fn ignored(header: &Header, positions: &[usize]) -> String {
+    let is_named = |i: &usize| header.names.get(*i).is_some_and(|name| !name.trim().is_empty());
+    let (named, unnamed): (Vec<usize>, Vec<usize>) = positions.iter().partition(|i| is_named(i));
+    let verb = if positions.len() == 1 { "is" } else { "are" };
+    let noun = |n: usize| if n == 1 { "column" } else { "columns" };
+    let listed = format!("{} {}", noun(named.len()), list(header, &named));
+    let counted = format!("{} unnamed {}", unnamed.len(), noun(unnamed.len()));
+    match (named.len(), unnamed.len()) {
+        (_, 0) => format!("{listed} {verb} ignored"),
+        (0, _) => format!("{counted} {verb} ignored"),
+        _ => format!("{listed} and {counted} {verb} ignored"),
+    }
 }
 
 /// Lists columns by name, or by 1-based number.

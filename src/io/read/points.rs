@@ -22,7 +22,8 @@ pub struct ReadOptions {
     /// The columns of the coordinates in a text table: two or three names or 1-based numbers.
     ///
     /// Names require a header row and are compared without regard to case, quotes or units in brackets. By default,
-    /// the reader uses the columns `x`, `y` and `z`, or the first columns if there is no header row.
+    /// the reader uses the columns `x`, `y` and `z`, or the first columns if there is no header row. Tables of more than
+    /// three columns without a header row need this option or [`ReadOptions::dimension`].
     pub columns: Option<Vec<String>>,
     /// Whether to keep the other numeric columns of a text table as [`PointFile::columns`].
     pub keep_columns: bool,

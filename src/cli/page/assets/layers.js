@@ -112,9 +112,9 @@ export class PointLayer {
                 [colour, weight] = [new Color(wong(2, state.dark)), this.base * 1.9];
             }
             if (state.ghosts) {
-                const home = view.leaf[i] === state.leaf;
-                colour = home ? new Color(wong(0, state.dark)) : ghosts.has(i) ? new Color(wong(1, state.dark)) : faint;
-                weight = home || ghosts.has(i) ? this.base * 1.5 : this.base * 0.55;
+                const owned = view.leaf[i] === state.leaf;
+                colour = owned ? new Color(wong(0, state.dark)) : ghosts.has(i) ? new Color(wong(1, state.dark)) : faint;
+                weight = owned || ghosts.has(i) ? this.base * 1.5 : this.base * 0.55;
             }
             this.tints.setXYZ(i, colour.r, colour.g, colour.b);
             this.weights.setX(i, state.points ? weight : 0);

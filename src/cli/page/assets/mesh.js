@@ -70,7 +70,7 @@ class Picture extends Stage {
         if (this.cutAt !== key) {
             this.cutAt = key;
             this.cells.cut(plane);
-            this.say(plane);
+            this.describe(plane);
             this.refreshTable?.();
         }
         // The light comes from above the eye.
@@ -91,9 +91,9 @@ class Picture extends Stage {
         this.request();
     }
 
-    say(plane) {
+    describe(plane) {
         const kept = this.cells.kept.reduce((sum, k) => sum + k, 0);
-        const about = this.scale.say(this.cells.kept);
+        const about = this.scale.describe(this.cells.kept);
         get('readout').textContent = `${kept} of ${mesh.cells} cells, ${this.cells.drawn} faces drawn${about && `; ${about}`}`;
         const names = ['x', 'y', 'z'];
         const term = (x, i) => (Math.abs(x) < 5e-4 ? '' : `${Number(x.toFixed(3))} ${names[i]}`);
@@ -141,7 +141,7 @@ export function startMesh() {
     };
     const refresh = () => {
         picture.update();
-        picture.say(picture.plane());
+        picture.describe(picture.plane());
     };
     const slide = (id, by) => {
         get(id).value = Number(get(id).value) + by;

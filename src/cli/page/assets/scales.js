@@ -73,7 +73,7 @@ class Numbers {
     }
 
     /** Describes the range of the values of the kept cells. */
-    say(kept) {
+    describe(kept) {
         let [low, high] = [Infinity, -Infinity];
         this.values.forEach((value, i) => {
             if (kept[i] && value !== null) {
@@ -126,7 +126,7 @@ class Names {
         return [list];
     }
 
-    say(kept) {
+    describe(kept) {
         const seen = new Set(this.values.filter((_, i) => kept[i])).size;
         return `${seen} of ${this.counts.size} ${this.all}`;
     }

@@ -63,7 +63,7 @@ class Picture extends Stage {
     }
 }
 
-function say(picture) {
+function describe(picture) {
     const { state } = picture;
     const at = view.separators.filter((s) => s.level === state.level);
     const crossing = view.crossing.filter((mask) => bit(mask, state.level)).length;
@@ -132,7 +132,7 @@ export function startScene() {
         get('leaf-row').hidden = !get('show-ghosts').checked;
         picture.update();
         key(picture.state);
-        say(picture);
+        describe(picture);
     };
     const step = (by) => {
         get('level').value = Number(get('level').value) + by;

@@ -12,7 +12,7 @@ export function onTheme(listener) {
     listeners.push(listener);
 }
 
-function tell() {
+function notify() {
     for (const listener of listeners) {
         listener(isDark());
     }
@@ -27,7 +27,7 @@ export function startTheme(button) {
             document.documentElement.dataset.theme = state;
         }
         button.textContent = `Theme: ${state}`;
-        tell();
+        notify();
     });
-    system.addEventListener('change', tell);
+    system.addEventListener('change', notify);
 }

@@ -79,7 +79,7 @@ fn columns_are_chosen_by_name_and_by_number() {
     );
     for (text, wanted, part) in [
         (text, &["ra", "nothing"][..], "there is no column nothing"),
-        (text, &["ra"], "1 columns instead of two or three"),
+        (text, &["ra"], "1 column instead of two or three"),
         (text, &["7", "1"], "there is no column 7"),
         ("1 2 3\n", &["a", "b"], "not one of 1 to 3"),
         ("a,a,b\n1,2,3\n", &["A", "b"], "more than one"),
@@ -115,6 +115,7 @@ fn other_columns_are_kept() {
     assert_eq!((names, &file.columns[0].values[..]), (vec!["id_1", "id_5"], &[1.0, 6.0][..]));
     assert!(file.columns[1].values[0] == 0.5 && file.columns[1].values[1].is_nan());
     assert!(noted(&file.notes, "column name has text and is not kept"), "{:?}", file.notes);
+    let keep = ReadOptions { dimension: Some(3), ..keep };
     let bare = good_with("a.txt", "1 2 3 4 5\n6 7 8 9\n", &keep);
     assert_eq!((bare.columns[0].name.as_str(), &bare.columns[0].values[..]), ("column_4", &[4.0, 9.0][..]));
     assert!(bare.columns[1].values[1].is_nan() && bare.notes.is_empty(), "{:?}", bare.notes);
@@ -128,10 +129,12 @@ fn a_table_without_numbers_is_refused() {
         assert!(matches!(error, InputError::Syntax { line: 1, .. }), "{error}");
     }
     assert_eq!(bad("a.xyz", "hello world\nand more words\n").line(), Some(2));
-    for (text, dimension) in [("x,y,z\n", 3), ("y,x\n", 2), ("", 3)] {
-        let file = good("a.csv", text);
-        assert_eq!((file.points.len(), file.points.dimension()), (0, dimension), "{text:?}");
+    for text in ["x,y,z\n", "name x y z\n", "# c\ny,x\n\n"] {
+        let error = bad("a.csv", text);
+        assert!(matches!(error, InputError::NoRows { .. }) && !error.is_usage(), "{error}");
+        assert!(error.to_string().contains("a header and no rows"), "{error}");
     }
+    assert_eq!(good("a.csv", "").points.len(), 0);
 }
 
 #[test]
@@ -154,7 +157,8 @@ fn tables_are_recognised_by_content() {
         assert_eq!(good(name, "x,y\n1,2\n").points.len(), 1, "{name}");
         assert_eq!(good(name, npy_f8()).points.len(), 4, "{name}");
         for other in [b"words and words\n".as_slice(), b"\x7fELF\x01\x02", b"1 2\x00 3 4\n"] {
-            assert!(matches!(bad(name, other), InputError::UnknownFormat { .. }), "{name}");
+            let error = bad(name, other);
+            assert!(matches!(error, InputError::UnknownFormat { .. }) && !error.is_usage(), "{error}");
         }
     }
     for (name, advice) in [
@@ -163,9 +167,80 @@ fn tables_are_recognised_by_content() {
         ("a.cvs", "rename it if it is a .csv file"),
         ("a.zzz", "use one of .node"),
     ] {
-        let message = bad(name, "1 2 3\n").to_string();
+        let error = bad(name, "1 2 3\n");
+        assert!(error.is_usage(), "{error}");
+        let message = error.to_string();
         assert!(message.contains(advice) && message.contains("--input-format"), "{message}");
     }
     let forced = ReadOptions { format: Some(crate::read::Format::Text), ..PLAIN };
     assert_eq!(good_with("a.zzz", "1 2 3\n", &forced).points.len(), 1);
+}
+
+#[test]
+fn node_files_are_recognised_by_content() {
+    // Without recognition, the header would be a point and the ids its coordinates.
+    let plane_rows = "4 2 0 0\n1 0.5 0\n2 1 0\n3 0 1\n4 1 1.5\n";
+    let space_rows = "# points\n3 3 1 1\n\n0 0 0 0 9 1\n1 1 0 0 9 1 # c\n2 0 1.5 0 9 1\n";
+    let four_columns = "2 3 0 0\n1 0 0 0\n2 1 2 3\n";
+    let short = "2 3\n1 0 0 0.5\n2 1 2 3\n";
+    for name in ["a.dat", "a.pts", "a.asc", "points", "-", "a.zzz"] {
+        let file = parse(name, plane_rows, &PLAIN).unwrap();
+        assert_eq!(plane(&file), [[0.5, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.5]], "{name}");
+        assert_eq!(file.first_id, 1);
+        let file = parse(name, space_rows, &PLAIN).unwrap();
+        assert_eq!(space(&file), [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.5, 0.0]], "{name}");
+        assert_eq!(file.first_id, 0);
+        assert_eq!(space(&parse(name, four_columns, &PLAIN).unwrap()), [[0.0; 3], [1.0, 2.0, 3.0]]);
+        assert_eq!(space(&parse(name, short, &PLAIN).unwrap()), [[0.0, 0.0, 0.5], [1.0, 2.0, 3.0]]);
+        // A file that ends early is incomplete and not a table.
+        let error = parse(name, "300 3 0 0\n1 0 0 0\n2 1 2 3\n", &PLAIN).unwrap_err();
+        assert!(matches!(error, InputError::Truncated { expected: 300, found: 2, .. }), "{error}");
+    }
+    for table in ["4 2 0\n1 0.5 0\n3 1 0\n", "4 2 0\n2 0.5 0\n3 1 0\n", "4 2 1\n1 0.5 0\n2 1 0\n", "1 2 3\n"]
+    {
+        assert_eq!(space(&good("a.dat", table))[0][1], 2.0, "{table}");
+    }
+}
+
+#[test]
+fn more_than_three_unnamed_columns_need_a_choice() {
+    for name in ["a.csv", "a.xyz", "a.txt", "a.dat", "-"] {
+        let error = parse(name, "7,0.5,1,2\n8,4,5,6\n", &PLAIN).unwrap_err();
+        assert!(matches!(error, InputError::Columns { .. }) && error.line() == Some(1), "{error}");
+        let message = error.to_string();
+        assert!(
+            message.contains("4 columns of numbers") && message.ends_with("--columns 1,2,3"),
+            "{message}"
+        );
+    }
+    let text = "7 0.5 1 2\n8 4 5 6\n";
+    assert_eq!(
+        space(&good_with("a.txt", text, &columns(&["2", "3", "4"]))),
+        [[0.5, 1.0, 2.0], [4.0, 5.0, 6.0]]
+    );
+    let file = good_with("a.txt", text, &THREE);
+    assert_eq!(space(&file), [[7.0, 0.5, 1.0], [8.0, 4.0, 5.0]]);
+    assert_eq!(file.notes, ["columns after the first 3 are ignored (from line 1 on)"]);
+    assert_eq!(plane(&good_with("a.txt", text, &TWO)), [[7.0, 0.5], [8.0, 4.0]]);
+    // Text is not a coordinate.
+    assert_eq!(space(&good("a.txt", "7 0.5 1 label\n8 4 5 6\n")), [[7.0, 0.5, 1.0], [8.0, 4.0, 5.0]]);
+    refused("1 2 3 4\n", &ReadOptions { keep_columns: true, ..PLAIN });
+}
+
+#[test]
+fn ignored_columns_are_listed_or_counted() {
+    for (text, end) in [
+        ("x y\n1 2 3\n4 5 6\n", "coordinates are x, y; 1 unnamed column is ignored"),
+        ("x,y,,\n1,2,3,4\n", "coordinates are x, y; 2 unnamed columns are ignored"),
+        ("a,x,y,b\n1,2,3,4\n", "coordinates are x, y; columns a, b are ignored"),
+        ("a,x,y,\n1,2,3,4\n", "coordinates are x, y; column a and 1 unnamed column are ignored"),
+    ] {
+        let notes = good("a.txt", text).notes;
+        assert!(notes.len() == 1 && notes[0].ends_with(end), "{notes:?}");
+    }
+    let notes = good("a.csv", "x,y\n1,2\n3,4,5\n").notes;
+    assert_eq!(notes.last().unwrap(), "columns after the first 2 are ignored (from line 3 on)");
+    let keep = ReadOptions { keep_columns: true, ..PLAIN };
+    let file = good_with("a.csv", "x,y\n1,2,3\n", &keep);
+    assert_eq!((file.columns[0].name.as_str(), &file.columns[0].values[..]), ("column_3", &[3.0][..]));
 }
