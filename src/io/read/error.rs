@@ -5,7 +5,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use super::format::Format;
+use super::extension::may_be_table;
 
 /// A location in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -304,7 +304,7 @@ impl InputError {
     pub fn is_usage(&self) -> bool {
         match self {
             Self::Columns { .. } | Self::NotATable { .. } => true,
-            Self::UnknownFormat { path, .. } => !Format::may_be_table(path),
+            Self::UnknownFormat { path, .. } => !may_be_table(path),
             _ => false,
         }
     }

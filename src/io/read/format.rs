@@ -3,6 +3,8 @@
 use std::path::Path;
 use std::str::FromStr;
 
+use super::extension::extension;
+
 /// An input format of points, of cells, or of both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -49,9 +51,6 @@ const EXTENSIONS: [(Format, &[&str]); 12] = [
     (Format::Ele, &["ele"]),
 ];
 
-/// Extensions that many programs use for text tables and for other files. The content of the file decides.
-const AMBIGUOUS: [&str; 6] = ["dat", "pts", "asc", "data", "tsv", "xy"];
-
 /// Extensions of formats that are not read, and the nearest format that is.
 const CONVERSIONS: [(&[&str], &str); 5] = [
     (
@@ -87,13 +86,6 @@ impl Format {
         (extension.parse().ok(), zipped)
     }
 
-    /// Returns `true` if the name does not show whether the file is a table: its extension is ambiguous, such as
-    /// `.dat`, or missing.
-    pub(super) fn may_be_table(path: &Path) -> bool {
-        let (extension, _) = extension(path);
-        extension.is_empty() || AMBIGUOUS.contains(&extension.as_str())
-    }
-
     /// Returns the format that the first bytes or lines identify.
     pub(super) fn of_content(data: &[u8]) -> Option<Format> {
         if data.starts_with(b"\x93NUMPY") {
@@ -116,16 +108,9 @@ impl Format {
             b"MeshVersionFormatted" => Some(Format::Medit),
             _ if super::signature::is_keyword(word) => Some(Format::Off),
             _ if word.starts_with(b"<?xml") || word.starts_with(b"<VTKFile") => Some(Format::Vtu),
-            _ => super::node::is_node(data).then_some(Format::Node),
+            _ => super::signature::is_node(data).then_some(Format::Node),
         }
     }
-}
-
-/// Returns the extension before `.gz` in lower case, or an empty string, and whether the name ends in `.gz`.
-fn extension(path: &Path) -> (String, bool) {
-    let name = path.file_name().map(|n| n.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    let (stem, zipped) = name.strip_suffix(".gz").map_or((name.as_str(), false), |stem| (stem, true));
-    (stem.rsplit_once('.').map_or_else(String::new, |(_, extension)| extension.to_owned()), zipped)
 }
 
 /// Returns advice for a file of unknown format: how to convert it, or the extension with the nearest spelling.

@@ -9,6 +9,7 @@ mod collect;
 mod columns;
 mod domain;
 mod error;
+mod extension;
 mod faces;
 mod format;
 mod header;
@@ -122,7 +123,7 @@ fn check_dimension(path: &Path, dimension: Option<usize>) -> Result<(), InputErr
 /// Standard input is a table unless its content identifies another format.
 fn format_of_points(path: &Path, data: &[u8]) -> Option<Format> {
     let known = Format::of_path(path).0.or_else(|| Format::of_content(data));
-    let is_table = || path.as_os_str() == "-" || (Format::may_be_table(path) && columns::is_table(data));
+    let is_table = || path.as_os_str() == "-" || (extension::may_be_table(path) && columns::is_table(data));
     known.or_else(|| is_table().then_some(Format::Text))
 }
 

@@ -3,7 +3,7 @@
 use super::collect::Collector;
 use super::error::{InputError, Place};
 use super::points::{PointFile, ReadOptions};
-use super::text::{Lines, Source, integer, number};
+use super::text::{Lines, Source, integer};
 
 /// Reads a header `count dimension [attributes [marker]]`, then rows `id x y [z] …`. Ids are consecutive and start at
 /// 0 or 1.
@@ -57,50 +57,4 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
         points.notes.push(format!("{} per point {verb} ignored", ignored.join(" and ")));
     }
     Ok(points.finish())
-}
-
-/// Returns `true` if the first lines are those of a `.node` file: a header, then rows of an id and as many numbers as
-/// the header announces. Ids are consecutive and start at 0 or 1.
-///
-/// A line of fewer than four numbers may also be the first row of a table, or the header of a list of cells. It is a
-/// header of points if it announces the exact number of rows, and a row has a number that is not an integer.
-pub(super) fn is_node(data: &[u8]) -> bool {
-    const ROWS: i64 = 8;
-    let mut lines = Lines::new(data);
-    let Some(first) = lines.next_data() else { return false };
-    // A longer line is not a header.
-    let words: Vec<Option<i64>> = first.words().take(5).map(integer).collect();
-    let Some(header) = words.into_iter().collect::<Option<Vec<i64>>>() else { return false };
-    if !(2..=4).contains(&header.len()) {
-        return false;
-    }
-    let field = |i: usize| header.get(i).copied().unwrap_or(0);
-    let (points, dimension, attributes, marker) = (field(0), field(1), field(2), field(3));
-    if points < 1 || !(2..=3).contains(&dimension) || attributes < 0 || !(0..=1).contains(&marker) {
-        return false;
-    }
-    let width = attributes.saturating_add(1 + dimension + marker);
-    let (mut rows, mut first_id, mut has_fraction) = (0, 0, false);
-    while rows < points.min(ROWS)
-        && let Some(line) = lines.next_data()
-    {
-        let id = line.words().next().and_then(integer).unwrap_or(-1);
-        if rows == 0 {
-            first_id = id;
-        }
-        let is_numeric = line.words().all(|word| number(word).is_some());
-        if !matches!(first_id, 0 | 1)
-            || id != first_id + rows
-            || !is_numeric
-            || line.words().count() as i64 != width
-        {
-            return false;
-        }
-        has_fraction |= line.words().any(|word| integer(word).is_none());
-        rows += 1;
-    }
-    if header.len() == 4 {
-        return rows > 0;
-    }
-    has_fraction && rows + std::iter::from_fn(|| lines.next_data()).count() as i64 == points
 }
