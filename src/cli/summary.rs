@@ -113,7 +113,7 @@ pub fn next_step(input: &str, outputs: &[PathBuf], json: Option<&Path>) -> Strin
     let is_plain = |path: &Path| path.as_os_str() != "-" && plain(&path.to_string_lossy());
     let ends = |path: &Path, ending: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
     let picture = outputs.iter().find(|o| (ends(o, "vtu") || ends(o, "vtk")) && is_plain(o));
-    let check = |o: &PathBuf| Some((points_beside(o, input)?, cells_of(o)?));
+    let check = |o: &PathBuf| Some((points_of(o, input)?, cells_of(o)?));
     let checks = outputs.iter().filter(|o| is_plain(o)).find_map(check);
     let text = match (picture, json, checks) {
         (Some(mesh), _, _) => {
@@ -140,7 +140,7 @@ fn split(path: &Path) -> Option<(String, String, &'static str)> {
 }
 
 /// Returns the file with the points of an output: the output itself, the `.node` file of its set, or the input.
-fn points_beside(output: &Path, input: &str) -> Option<String> {
+fn points_of(output: &Path, input: &str) -> Option<String> {
     let (stem, extension, zip) = split(output)?;
     match extension.as_str() {
         "vtu" | "vtk" | "msh" | "mesh" => Some(output.display().to_string()),
