@@ -104,8 +104,6 @@ pub mod result {
         Ledger, LedgerPart, NodeFacts, PathStep, PhaseTotal, RoundTally, Total,
     };
     #[doc(inline)]
-    pub use septet_protocol::tasks::TaskLog;
-    #[doc(inline)]
     pub use septet_protocol::transport::TransportError;
 }
 
@@ -210,7 +208,8 @@ pub mod generate {
 pub mod experiment {
     #[doc(inline)]
     pub use septet_lab::experiment::fit::{
-        Abscissa, Conclusion, FitError, FitReport, FitRequest, Growth, Key, Law, Series, fit,
+        Abscissa, Conclusion, FitError, FitReport, FitRequest, Growth, Key, Law, NotExcluded, Power, Series,
+        fit,
     };
     #[doc(inline)]
     pub use septet_lab::experiment::{

@@ -197,7 +197,7 @@ fn impossible_options_are_exit_2() {
         place.fails(&format!("simulate p.xyz {options}"), 2, &[word]);
     }
     // The paper's recursion has these; `triangulate` would ignore them.
-    for option in ["--supergraph knn", "--k 5", "--alpha 3", "--separator-sets both", "--tasks"] {
+    for option in ["--supergraph knn", "--k 5", "--alpha 3", "--separator-sets both"] {
         let name = option.split(' ').next().unwrap();
         place.fails(&format!("triangulate p.xyz {option}"), 2, &[name]);
     }
@@ -369,7 +369,7 @@ fn verify_explains_what_does_not_fit() {
     place.fails("verify flat.xyz tet.ele", 3, &["dimension 3"]);
     place.fails("verify flat.xyz far.ele", 3, &["far.ele", "line 2", "9"]);
     place.fails("verify flat.xyz missing.ele", 3, &["missing.ele"]);
-    place.fails("verify flat.xyz flat.xyz", 2, &["unknown format"]);
+    place.fails("verify flat.xyz flat.xyz", 3, &["a table of points as cells", "give the cells"]);
     place.good("verify space.xyz tet.ele");
 }
 

@@ -233,7 +233,7 @@ fn scripts_are_modules_that_parse() {
 fn files_that_are_not_reports_are_refused_by_name() {
     let place = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| fs::write(place.path().join(name), text).unwrap();
-    write("torn.json", "{\"schema\": \"septet-run/1\", ");
+    write("torn.json", "{\"schema\": \"septet-run/2\", ");
     write("other.json", "{\"schema\": \"else/1\"}");
     write("sweep.jsonl", "{\"n\": 5, \"phases\": []}\n{\"n\": \n");
     write("script.jsonl", "{\"n\": 5, \"kind\": \"</script><b>\", \"phases\": []}\n");

@@ -4,14 +4,14 @@ use std::fmt::Write as _;
 use std::io::{ErrorKind, Write as _};
 
 use septet_core::config::ConfigError;
-use septet_core::generate::GenerateError;
+use septet_core::generate::{GenerateError, Kind};
 use septet_io::read::InputError;
 use septet_io::write::OutputError;
 use septet_protocol::transport::TransportError;
 
 use super::excerpt::Excerpt;
 use super::progress::Talk;
-use super::text::{bytes, printable};
+use super::text::{bytes, printable, suggestion};
 
 /// Exit codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -143,6 +143,11 @@ impl From<GenerateError> for Failure {
             }
             GenerateError::Machine(error) => error.into(),
             GenerateError::Incomplete { .. } => Failure::new(Code::Failed, error.to_string()),
+            GenerateError::UnknownKind { ref name } => {
+                let near = suggestion(name, Kind::all().map(Kind::name));
+                Failure::new(Code::Usage, error.to_string())
+                    .help(format!("{near}see `septet generate --help`"))
+            }
             _ => Failure::new(Code::Usage, error.to_string()).help("see `septet generate --help`"),
         }
     }

@@ -12,7 +12,8 @@ use septet_io::write::{
 use super::errors::Failure;
 use super::formats::point_format;
 use super::input;
-use super::options::{count, dimension, kind};
+use super::numbers::count;
+use super::options::{dimension, kind};
 use super::progress::Talk;
 use super::summary::written;
 use super::text::counted;
@@ -20,7 +21,7 @@ use super::text::counted;
 /// Options of `septet generate`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Kinds: uniform, poisson, ball, sphere, grid, fcc, jittered, clusters, slab, line, moment-curve; \
+Kinds: uniform, poisson, ball, sphere, grid, fcc, jittered, clusters, slab, line, moment-curve, shells; \
 f-spaced sets with points on the boundary: well-spaced, graded, graded-line.
 
 Examples:
@@ -43,6 +44,9 @@ pub struct GenerateArgs {
     /// Lipschitz constant of the spacing of a graded set, between 0 and 1 [default: 0.25]
     #[arg(long, value_name = "L")]
     lipschitz: Option<f64>,
+    /// Ratio of consecutive radii of shells, above 1 [default: 1.3]
+    #[arg(long, value_name = "R")]
+    ratio: Option<f64>,
     /// Output file, `-` for standard output
     ///
     /// Formats: .node .xyz .txt .csv .npy .off .ply .vtu .vtk .obj, each also .gz.
@@ -63,6 +67,7 @@ pub fn run(args: &GenerateArgs, talk: &Talk) -> Result<(), Failure> {
         dimension: args.dimension,
         seed: args.seed,
         lipschitz: args.lipschitz,
+        ratio: args.ratio,
     };
     let made = input::make(&request, talk)?;
     let mut progress = |done: u64, total: u64| talk.stage("writing", done, Some(total));

@@ -4,11 +4,15 @@ use std::io::ErrorKind;
 use std::path::Path;
 use std::time::Instant;
 
+use clap::Args;
 use septet_core::generate::{Request, generate, parse_sample};
 use septet_core::model::Points;
 use septet_io::read::{Column, InputError, ReadOptions, read};
 
 use super::errors::{Code, Failure};
+use super::files;
+use super::formats::ReadArgs;
+use super::options::dimension;
 use super::progress::Talk;
 use super::text::counted;
 
@@ -28,6 +32,34 @@ pub struct Loaded {
     pub columns: Vec<Column>,
     /// Measured time to read or generate the points, in seconds.
     pub seconds: f64,
+}
+
+/// Options of the commands that count a set of points and write no triangulation.
+#[derive(Debug, Args)]
+pub struct SetArgs {
+    /// Drop points with coordinates that are not finite numbers, instead of refusing the file
+    #[arg(long)]
+    pub skip_invalid: bool,
+    /// Dimension of the input; 2 keeps the first two coordinates
+    #[arg(short, long = "dimension", value_name = "2|3", value_parser = dimension)]
+    pub dimension: Option<usize>,
+    #[command(flatten)]
+    reading: ReadArgs,
+}
+
+impl SetArgs {
+    /// Reads or generates the points, after checking that `json` can be written and is not the input.
+    pub fn load(&self, name: &str, json: Option<&Path>, talk: &Talk) -> Result<Loaded, Failure> {
+        let sample = sample(name, self.dimension)?;
+        self.reading.check(sample.is_some(), &[("--skip-invalid", self.skip_invalid)])?;
+        let is_file = sample.is_none() && name != "-";
+        let texts: Vec<&Path> = json.into_iter().collect();
+        files::check(is_file.then(|| Path::new(name)), &[], &texts)?;
+        match sample {
+            Some(request) => make(&request, talk),
+            None => open(name, &self.reading.options(self.dimension, self.skip_invalid), talk),
+        }
+    }
 }
 
 /// Parses the sample that an input describes, if it begins with `sample:`. `dimension` is the value of `-d`.

@@ -1,9 +1,11 @@
 //! septet-cli: the subcommands, options, progress messages, errors and exit codes of the program `septet`.
 
 mod completions;
+mod constants;
 mod effects;
 mod errors;
 mod excerpt;
+mod faults;
 mod files;
 mod fit;
 mod formats;
@@ -12,6 +14,7 @@ mod headings;
 mod input;
 mod instruments;
 mod mesh;
+mod numbers;
 mod options;
 mod page;
 mod predict;
@@ -99,7 +102,7 @@ enum Command {
     Mesh(mesh::MeshArgs),
     /// Verify any Delaunay triangulation in exact arithmetic.
     Verify(verify::VerifyArgs),
-    /// Predict rounds, messages and time for other numbers of workers.
+    /// Predict the time of a machine with any number of workers from its counts.
     Predict(predict::PredictArgs),
     /// Create a self-contained HTML page from the reports of runs and meshes.
     Report(report::ReportArgs),

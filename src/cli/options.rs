@@ -11,10 +11,13 @@ use septet_core::generate::{GenerateError, Kind};
 use septet_core::result::view::MOST_POINTS;
 use septet_lab::trace::Detail;
 
+use super::constants::{Auto, ConstantsArgs, auto};
 use super::effects::needs;
 use super::errors::Failure;
+use super::faults::fault;
 use super::formats::{FormatArgs, ReadArgs};
 use super::headings::{GRAPH, INPUT, MACHINE, OUTPUT, REPORTS};
+use super::numbers::count;
 use super::text::suggestion;
 
 /// Options of `septet triangulate`.
@@ -59,11 +62,6 @@ pub struct SimulateArgs {
     pub run: RunArgs,
     #[command(flatten)]
     graph: GraphArgs,
-    /// Record the communication of the leaves in the report, for `septet predict`
-    ///
-    /// With more than one worker, a second run with one worker produces the record.
-    #[arg(long, help_heading = REPORTS, hide_short_help = true)]
-    tasks: bool,
 }
 
 /// Options of both commands.
@@ -72,7 +70,7 @@ pub struct RunArgs {
     /// Point file, `-` for standard input, or `sample:KIND:N` for a generated set
     ///
     /// Files: .node .xyz .txt .csv .npy .off .ply .stl .obj .vtu .vtk .msh .mesh, each also .gz. The full form
-    /// of a sample is `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25]`.
+    /// of a sample is `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25][,ratio=1.3]`.
     pub input: String,
     /// Write the triangulation; may be given several times
     ///
@@ -120,8 +118,8 @@ pub struct RunArgs {
     /// Write the owning worker and the owning leaf of every cell (.vtu .vtk)
     #[arg(long, help_heading = OUTPUT, hide_short_help = true)]
     pub with_owner: bool,
-    /// Inject a fault, for tests: refuse:NODE[-NODE], refuse-draws:EVERY, spoil:RANK, die:RANK:PHASE
-    #[arg(long, hide = true, value_name = "FAULT")]
+    /// Plant a fault in the machine, for tests; `septet reproduce --fault list` lists the faults
+    #[arg(long, hide = true, value_name = "FAULT", value_parser = fault)]
     pub fault: Option<Fault>,
 }
 
@@ -149,8 +147,8 @@ pub struct MachineArgs {
     #[arg(long, value_enum, default_value_t = PartitionArg::Sphere, help_heading = MACHINE, hide_short_help = true)]
     pub partition: PartitionArg,
     /// Largest number of points in a leaf of the partition tree
-    #[arg(long, value_name = "M|auto", default_value = "auto", value_parser = leaf, help_heading = MACHINE, hide_short_help = true)]
-    pub leaf: LeafArg,
+    #[arg(long, value_name = "M|auto", default_value = "auto", value_parser = auto, help_heading = MACHINE, hide_short_help = true)]
+    pub leaf: Auto<u64>,
     /// Transport of the messages
     #[arg(long, value_enum, default_value_t = TransportArg::Channel, help_heading = MACHINE, hide_short_help = true)]
     pub transport: TransportArg,
@@ -182,6 +180,8 @@ pub struct GraphArgs {
     /// Correction of nearest-neighbour balls across separators
     #[arg(long, value_enum, default_value_t = NeighboursArg::Descent, help_heading = GRAPH, hide_short_help = true)]
     pub neighbours: NeighboursArg,
+    #[command(flatten)]
+    pub constants: ConstantsArgs,
 }
 
 /// `--supergraph`.
@@ -286,10 +286,6 @@ impl From<DetailArg> for Detail {
     }
 }
 
-/// `--leaf`.
-#[derive(Clone, Copy, Debug)]
-pub struct LeafArg(Option<u64>);
-
 impl MachineArgs {
     /// Returns the configuration for these options, with defaults for the others.
     pub fn config(&self) -> Result<Config, Failure> {
@@ -321,7 +317,7 @@ impl GraphArgs {
             GraphArg::Knn => GraphKind::Knn,
         };
         let graph = Graph::new(kind, self.alpha, self.k)?;
-        Ok(config.with(|c| {
+        Ok(self.constants.extend(config).with(|c| {
             c.graph = graph;
             c.separator_sets = match self.separator_sets {
                 SetsArg::Both => SeparatorSets::Both,
@@ -345,8 +341,7 @@ impl TriangulateArgs {
 impl SimulateArgs {
     /// Returns the checked configuration of these options.
     pub fn config(&self) -> Result<Config, Failure> {
-        needs("--tasks", self.tasks, "--json", self.run.json.is_some())?;
-        let config = self.graph.extend(self.run.config()?)?.with(|c| c.keep.tasks = self.tasks);
+        let config = self.graph.extend(self.run.config()?)?;
         config.check()?;
         Ok(config)
     }
@@ -363,19 +358,6 @@ impl RunArgs {
             c.planted.fault = self.fault;
         }))
     }
-}
-
-/// Parses a whole number, possibly with an exponent.
-pub fn count(text: &str) -> Result<u64, String> {
-    let parsed = match text.split_once(['e', 'E']) {
-        None => text.parse().ok(),
-        Some((mantissa, exponent)) => exponent
-            .parse()
-            .ok()
-            .and_then(|e| 10u64.checked_pow(e))
-            .and_then(|power| mantissa.parse::<u64>().ok()?.checked_mul(power)),
-    };
-    parsed.ok_or_else(|| "expected a whole number, such as 1000 or 1e6".to_owned())
 }
 
 fn shown(text: &str) -> Result<u32, String> {
@@ -417,10 +399,6 @@ fn neighbours(text: &str) -> Result<Neighbours, String> {
         (_, Some(factor)) => factor.parse().map(Neighbours::Log).map_err(|_| expected()),
         _ => text.parse().map(Neighbours::Count).map_err(|_| expected()),
     }
-}
-
-fn leaf(text: &str) -> Result<LeafArg, String> {
-    if text == "auto" { Ok(LeafArg(None)) } else { count(text).map(|m| LeafArg(Some(m))) }
 }
 
 /// Parses a dimension.

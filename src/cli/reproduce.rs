@@ -3,21 +3,22 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use septet_core::config::{Fault, Machine};
+use septet_core::config::Machine;
 use septet_lab::claims::{
-    CheckedClaim, Claim, ClaimError, ClaimReport, Extent, Lab, LabOptions, registry, select,
+    CheckedClaim, Claim, ClaimError, ClaimJournal, ClaimReport, Extent, Lab, LabOptions, registry, select,
 };
 
 use super::effects::excludes;
 use super::errors::{Code, Failure};
+use super::faults::{FaultArg, fault_or_list, listed as listed_faults};
 use super::files;
 use super::options::NeighboursArg;
 use super::progress::Talk;
 use super::text::suggestion;
 
 /// The options that a list of claims does not use.
-const NOT_FOR_LISTS: [&str; 8] =
-    ["quick", "full", "seed", "neighbours", "threads", "figures", "json", "fault"];
+const NOT_FOR_LISTS: [&str; 9] =
+    ["quick", "full", "seed", "neighbours", "threads", "figures", "json", "journal", "fault"];
 
 /// Options of `septet reproduce`.
 #[derive(Debug, Args)]
@@ -26,19 +27,24 @@ Examples:
   septet reproduce --list
   septet reproduce
   septet reproduce levels alpha --seed 7
-  septet reproduce --full --json claims.json
+  septet reproduce --full --journal claims.jsonl --json claims.json
+  septet reproduce --fault list
+  septet reproduce graph-exact supergraph --fault half-ghosts
 
 Each claim is tested by figures that are measured in runs and compared with fixed bounds. If a claim of the paper is \
-false as printed, the corrected claim is tested, and the figure of the printed one is shown below. The exit code is 4 if a \
-claim fails.")]
+false as printed, the corrected claim is tested, and the figure of the printed one is shown below. Illustrations show the \
+figures of statements that cannot fail. The exit code is 4 if a claim fails.
+
+With `--fault`, every machine has that fault, and only the claims that fail are printed. A claim whose runs end with an error \
+fails. The exit code is 0 if the fault escapes all claims.")]
 pub struct ReproduceArgs {
     /// Claims to test [default: all]
     #[arg(value_name = "CLAIM")]
     claims: Vec<String>,
-    /// Use small sizes: less than three minutes on two cores (the default)
+    /// Use small sizes: less than five minutes of processor time (the default)
     #[arg(long, conflicts_with = "full")]
     quick: bool,
-    /// Use sizes of up to 2^24 points and more seeds: hours
+    /// Use ten octaves of sizes and more seeds: hours
     #[arg(long)]
     full: bool,
     /// Explain each claim in two lines, without testing it
@@ -59,9 +65,12 @@ pub struct ReproduceArgs {
     /// Write results and all figures as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
-    /// Inject a fault into every machine, for tests
-    #[arg(long, value_name = "FAULT", hide = true)]
-    fault: Option<Fault>,
+    /// Append each checked claim to a file; after an interruption, the same command continues
+    #[arg(long, value_name = "FILE")]
+    journal: Option<PathBuf>,
+    /// Plant a fault in every machine and print the claims that fail; `list` lists the faults
+    #[arg(long, value_name = "FAULT|list", value_parser = fault_or_list)]
+    fault: Option<FaultArg>,
 }
 
 /// Runs the subcommand.
@@ -71,6 +80,11 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
         let text: String = claims.iter().map(|claim| listed(claim)).collect();
         return Ok(files::print(&text)?);
     }
+    let fault = match args.fault {
+        Some(FaultArg::List) => return Ok(files::print(&listed_faults())?),
+        Some(FaultArg::Planted(fault)) => Some(fault),
+        None => None,
+    };
     let is_json_printed = args.json.as_deref() == Some(Path::new("-"));
     excludes("--figures", args.figures, "--json -", is_json_printed)?;
     let texts: Vec<&Path> = args.json.iter().map(PathBuf::as_path).collect();
@@ -80,9 +94,11 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
     let extent = if args.full { Extent::Full } else { Extent::Quick };
     let cancel = Some(talk.cancel.clone());
     let correction = args.neighbours.correction();
-    let setting = LabOptions { extent, seed: args.seed, threads, correction, fault: args.fault, cancel };
-    let checked = check(&claims, setting, !is_json_printed, args.figures, talk)?;
-    let report = ClaimReport::of(extent, args.seed, checked);
+    let setting = LabOptions { extent, seed: args.seed, threads, correction, fault, cancel };
+    let journal = args.journal.as_deref().map(|path| ClaimJournal::open(path, &setting)).transpose()?;
+    let show = Show { table: !is_json_printed, figures: args.figures };
+    let checked = check(&claims, setting, journal, show, talk)?;
+    let report = ClaimReport::of(extent, args.seed, checked).with_fault(fault);
     if let Some(path) = &args.json {
         let mut text = serde_json::to_string_pretty(&report)
             .map_err(|e| Failure::new(Code::Failed, format!("the results cannot be written: {e}")))?;
@@ -90,6 +106,11 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
         files::write_text(path, &text)?;
     }
     talk.note(report.summary());
+    result(&report)
+}
+
+/// Returns a failure that names the claims that failed, if any.
+fn result(report: &ClaimReport) -> Result<(), Failure> {
     if report.passed {
         return Ok(());
     }
@@ -99,11 +120,19 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
         .help("`septet reproduce CLAIM --figures` shows all figures of a claim"))
 }
 
+/// The printed parts of the results.
+#[derive(Clone, Copy)]
+struct Show {
+    table: bool,
+    /// Whether all figures are printed.
+    figures: bool,
+}
+
 fn check(
     claims: &[&'static Claim],
     setting: LabOptions,
-    table: bool,
-    figures: bool,
+    mut journal: Option<ClaimJournal>,
+    Show { table, figures }: Show,
     talk: &Talk,
 ) -> Result<Vec<CheckedClaim>, Failure> {
     let show = |text: &str| {
@@ -125,7 +154,19 @@ fn check(
     for (claim, done) in claims.iter().zip(0..) {
         at.set((done, claim.name));
         talk.stage(claim.name, done, Some(total));
-        let checked = claim.check(&mut lab)?;
+        let checked = match journal.as_ref().and_then(|journal| journal.checked(claim)) {
+            Some(checked) => checked,
+            None => {
+                let checked = claim.check(&mut lab)?;
+                journal.as_mut().map_or(Ok(()), |journal| journal.append(&checked))?;
+                checked
+            }
+        };
+        // A fault is expected to make claims fail, so only those claims are shown.
+        if lab.options.fault.is_some() && checked.passed {
+            all.push(checked);
+            continue;
+        }
         show(&checked.rows());
         if figures || !checked.passed {
             show(&checked.details(!figures));

@@ -1,7 +1,7 @@
 //! `septet rival`.
 
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use septet_core::generate::Kind;
@@ -12,9 +12,9 @@ use septet_lab::baselines::{BaselineReport, incremental};
 
 use super::errors::{Code, Failure};
 use super::files;
-use super::formats::ReadArgs;
-use super::input::{self, Loaded};
-use super::options::{count, dimension, kind};
+use super::input::SetArgs;
+use super::numbers::count;
+use super::options::kind;
 use super::progress::Talk;
 use super::text::counted;
 use super::triangulate::place;
@@ -41,7 +41,7 @@ Examples:
   septet rival incremental -n 1e5 --kind uniform
   septet rival incremental points.npy --against --json rival.json")]
 struct IncrementalArgs {
-    /// Point file, `-` for standard input, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25]`
+    /// Point file, `-` for standard input, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25][,ratio=1.3]`
     #[arg(required_unless_present = "kind")]
     input: Option<String>,
     /// Kind of a generated set, instead of an input; requires -n
@@ -59,14 +59,8 @@ struct IncrementalArgs {
     /// Write the counts as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
-    /// Drop points with coordinates that are not finite numbers, instead of refusing the file
-    #[arg(long)]
-    skip_invalid: bool,
-    /// Dimension of the input; 2 keeps the first two coordinates
-    #[arg(short, long = "dimension", value_name = "2|3", value_parser = dimension)]
-    dimension: Option<usize>,
     #[command(flatten)]
-    reading: ReadArgs,
+    set: SetArgs,
 }
 
 impl IncrementalArgs {
@@ -74,22 +68,9 @@ impl IncrementalArgs {
     fn name(&self) -> String {
         let sample = || {
             let (kind, n) = (self.kind?, self.number?);
-            Some(format!("sample:{kind}:{n},d={},seed={}", self.dimension.unwrap_or(3), self.seed))
+            Some(format!("sample:{kind}:{n},d={},seed={}", self.set.dimension.unwrap_or(3), self.seed))
         };
         self.input.clone().or_else(sample).unwrap_or_default()
-    }
-
-    fn load(&self, name: &str, talk: &Talk) -> Result<Loaded, Failure> {
-        let sample = input::sample(name, self.dimension)?;
-        self.reading.check(sample.is_some(), &[("--skip-invalid", self.skip_invalid)])?;
-        let is_file = sample.is_none() && name != "-";
-        let texts: Vec<&Path> = self.json.as_deref().into_iter().collect();
-        files::check(is_file.then(|| Path::new(name)), &[], &texts)?;
-        if let Some(request) = sample {
-            return input::make(&request, talk);
-        }
-        let (dimension, skip_invalid) = (self.dimension, self.skip_invalid);
-        input::open(name, &self.reading.options(dimension, skip_invalid), talk)
     }
 }
 
@@ -97,10 +78,10 @@ impl IncrementalArgs {
 pub fn run(args: &RivalArgs, talk: &Talk) -> Result<(), Failure> {
     let Which::Incremental(args) = &args.rival;
     let name = args.name();
-    let loaded = args.load(&name, talk)?;
+    let loaded = args.set.load(&name, args.json.as_deref(), talk)?;
     let config = Config::default().with(|c| {
         c.machine.seed = args.seed;
-        c.skip_invalid = args.skip_invalid;
+        c.skip_invalid = args.set.skip_invalid;
         c.spacing = loaded.spacing;
         c.control.cancel = Some(talk.cancel.clone());
         c.control.progress = Some(talk.phases());

@@ -199,7 +199,7 @@ impl From<JournalError> for Failure {
     fn from(error: JournalError) -> Self {
         let (code, help) = match &error {
             JournalError::Line { .. } => (Code::Input, "delete the line, or choose another file"),
-            JournalError::NoSweep { .. } => (Code::Input, "choose another file: this one is not a sweep"),
+            JournalError::NoSweep { .. } => (Code::Input, "choose another file: this one has other content"),
             JournalError::OtherSweep { .. } | JournalError::OtherVersion { .. } => {
                 (Code::Usage, "choose another file; `septet fit` accepts several files")
             }

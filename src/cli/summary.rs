@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use septet_core::config::{Correction, Partition};
+use septet_io::without_gz;
 use septet_lab::report::RunReport;
 
 use super::text::{bytes, counted, grouped, name, seconds};
@@ -133,10 +134,10 @@ pub fn next_step(input: &str, outputs: &[PathBuf], json: Option<&Path>) -> Strin
 
 /// Splits a path into the part before its extension, the extension in lower case, and `.gz` or an empty string.
 fn split(path: &Path) -> Option<(String, String, &'static str)> {
-    let text = path.to_string_lossy().into_owned();
-    let (text, zip) = text.strip_suffix(".gz").map_or((text.as_str(), ""), |stem| (stem, ".gz"));
-    let (stem, extension) = text.rsplit_once('.')?;
-    Some((stem.to_owned(), extension.to_ascii_lowercase(), zip))
+    let (plain, zipped) = without_gz(path);
+    let extension = plain.extension()?.to_str()?.to_ascii_lowercase();
+    let stem = plain.with_extension("").to_str()?.to_owned();
+    Some((stem, extension, if zipped { ".gz" } else { "" }))
 }
 
 /// Returns the file with the points of an output: the output itself, the `.node` file of its set, or the input.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use glam::DVec2;
 use septet_core::model::Points;
+use septet_io::extension;
 use septet_io::read::{CellFile, CellOptions, read_cells};
 use septet_lab::report::VerifyReport;
 use septet_verify::{Report, Triangulation, VerifyOptions, verify};
@@ -27,7 +28,7 @@ Examples:
   septet verify mesh.vtu mesh.vtu
   septet verify points.npy cells.npy --perturbed --json -")]
 pub struct VerifyArgs {
-    /// Points: any readable file, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25]`
+    /// Points: any readable file, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25][,ratio=1.3]`
     points: String,
     /// Cells: .ele .vtu .vtk .msh .mesh .npy .off, each also .gz
     cells: PathBuf,
@@ -91,9 +92,7 @@ pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
 
 /// Reads the cells, and returns them with the points in the dimension of the cells.
 fn matched(args: &VerifyArgs, loaded: Loaded, talk: &Talk) -> Result<(Points, CellFile), Failure> {
-    let is_node = Path::new(args.points.strip_suffix(".gz").unwrap_or(&args.points))
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("node"));
+    let is_node = extension(Path::new(&args.points)) == "node";
     let flat = flattened(&loaded.points);
     let dimension = match (&loaded.points, &flat) {
         (Points::Plane(_), _) => Some(2),

@@ -27,4 +27,4 @@ pub use config::Config;
 pub use error::{Error, Refutation};
 pub use run::count::{Ending, RunCounts, count};
 pub use run::independent::{IndependentRun, independent};
-pub use run::{Accounting, Run, Settled, Start, TrafficTotal, run_on, simulate, triangulate};
+pub use run::{Accounting, Run, SetMember, Settled, Start, TrafficTotal, run_on, simulate, triangulate};

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use crate::config::{Config, Correction, Partition, SeparatorSets};
-pub use crate::config::{Control, Graph, Keep, Machine, Planted, Transport};
+pub use crate::config::{Constants, Control, Graph, Keep, Machine, Planted, Transport};
 use crate::mesh::field::SizeField;
 use crate::mesh::{Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, MeshRequest, SingularityRequest};
 
@@ -62,6 +62,8 @@ pub struct SimulateOptions {
     pub spacing: Option<f64>,
     /// The rule that divides subproblems.
     pub partition: Partition,
+    /// The constants of the partition tree.
+    pub constants: Constants,
     /// Whether points that are not finite are dropped and counted; otherwise they are an error.
     pub skip_invalid: bool,
     /// The optional contents of the result.
@@ -82,6 +84,7 @@ impl Default for SimulateOptions {
             correction,
             spacing,
             partition: Partition::default(),
+            constants: Constants::default(),
             skip_invalid: false,
             keep: Keep::default(),
             control: Control::default(),
@@ -96,6 +99,7 @@ impl SimulateOptions {
         Config {
             machine: self.machine.clone(),
             partition: self.partition,
+            constants: self.constants,
             graph: self.graph,
             separator_sets: self.separator_sets,
             correction: self.correction,

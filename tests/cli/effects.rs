@@ -8,13 +8,11 @@ use super::Place;
 /// A line, and the two options or values that its message names.
 type Pair = (&'static str, [&'static str; 2]);
 
-const PAIRS: [Pair; 77] = [
-    // The report holds the picture and the record of tasks.
+const PAIRS: [Pair; 80] = [
+    // The report holds the picture.
     ("triangulate p.xyz --view 10", ["--view", "--json"]),
     ("simulate p.xyz --view 0 -o a.vtu", ["--view", "--json"]),
-    ("simulate p.xyz --tasks", ["--tasks", "--json"]),
-    ("simulate p.xyz --tasks --json r.json --separator-sets both", ["--tasks", "--separator-sets"]),
-    ("simulate p.xyz --tasks --json r.json --neighbours naive", ["--tasks", "--neighbours"]),
+    ("predict sample:grid:27 --skip-invalid", ["--skip-invalid", "sample"]),
     ("mesh cube.poly -o m.vtu --view 10", ["--view", "--json"]),
     ("triangulate p.xyz --trace-level round", ["--trace-level", "--trace"]),
     ("mesh cube.poly -o m.vtu --trace-level round", ["--trace-level", "--trace"]),
@@ -50,6 +48,7 @@ const PAIRS: [Pair; 77] = [
     ("simulate p.xyz --supergraph overlap --k 3", ["k:", "overlap"]),
     ("simulate p.xyz --supergraph knn --alpha 3", ["alpha:", "knn"]),
     ("generate uniform -n 9 --lipschitz 0.3 -o a.xyz", ["lipschitz", "uniform"]),
+    ("generate uniform -n 9 --ratio 2 -o a.xyz", ["ratio", "uniform"]),
     ("mesh cube.poly -o m.vtu --boundary exact --max-distance 1", ["--max-distance", "--boundary remesh"]),
     ("mesh cube.poly -o m.vtu --max-distance 1", ["--max-distance", "--boundary remesh"]),
     ("mesh cube.off -o m.vtu --boundary exact --feature-angle 9", ["--feature-angle", "--boundary remesh"]),
@@ -64,6 +63,12 @@ const PAIRS: [Pair; 77] = [
     ("scale -n 100 --until neighbours --separator-sets both -o r.jsonl", ["--separator-sets", "--until"]),
     ("scale -n 100 --until partition --neighbours naive -o r.jsonl", ["--neighbours", "--until partition"]),
     ("scale -n 100 --until partition --alpha 3 --leaf 9 -o r.jsonl", ["--alpha", "--until"]),
+    (
+        "scale -n 100 --until partition --constants timing --alpha 3 --leaf 9 -o r.jsonl",
+        ["--alpha", "--until"],
+    ),
+    ("scale -n 100 --partition kd --tries 3 -o r.jsonl", ["--tries", "--partition kd"]),
+    ("simulate p.xyz --partition kd --tries 3", ["--tries", "--partition kd"]),
     ("scale -n 100 --until partition --timed -o r.jsonl", ["--timed", "--until"]),
     ("scale -n 100 --neighbours naive --timed -o r.jsonl", ["--timed", "--neighbours"]),
     ("scale -n 100 --lipschitz 0.3 -o r.jsonl", ["--lipschitz", "--kind graded"]),
@@ -86,6 +91,7 @@ const PAIRS: [Pair; 77] = [
     ("reproduce --list --threads 2", ["--list", "--threads"]),
     ("reproduce --list --figures", ["--list", "--figures"]),
     ("reproduce --list --json c.json", ["--list", "--json"]),
+    ("reproduce --list --journal c.jsonl", ["--list", "--journal"]),
     ("reproduce --quick --full", ["--quick", "--full"]),
     ("reproduce levels --figures --json -", ["--figures", "--json -"]),
     // A set is given or generated.

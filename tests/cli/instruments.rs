@@ -59,13 +59,13 @@ fn devices_and_pipes_are_written_to() {
     let reader = std::thread::spawn(move || fs::read(pipe).unwrap());
     place.good("simulate sample:uniform:200 --json pipe");
     let report: Value = serde_json::from_slice(&reader.join().unwrap()).unwrap();
-    assert_eq!(report["schema"], "septet-run/1");
+    assert_eq!(report["schema"], "septet-run/2");
     let log = fs::File::create(place.path("log")).unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_septet"));
     command.args(["simulate", "sample:uniform:200", "--json", "/dev/stdout"]).stdout(log);
     let output = command.stderr(Stdio::piped()).output().unwrap();
     assert!(output.status.success(), "{}", stderr(&output));
-    assert_eq!(place.json("log")["schema"], "septet-run/1");
+    assert_eq!(place.json("log")["schema"], "septet-run/2");
 }
 
 #[test]

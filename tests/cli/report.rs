@@ -16,13 +16,13 @@ const KEYS: [(&str, &str); 17] = [
     ),
     (
         "/parameters",
-        "command input outputs workers threads supergraph alpha k separator_sets partition neighbours leaf \
-         leaf_auto transport delivery_seed lipschitz skip_invalid max_memory with_owner view exchange_cap",
+        "command input outputs workers threads supergraph alpha k separator_sets partition neighbours constants samples \
+         tries leaf leaf_auto transport delivery_seed lipschitz skip_invalid max_memory with_owner view exchange_cap",
     ),
     ("/supergraph", "kind alpha k why"),
     ("/points", "input used duplicate refused"),
     ("/repair", "rounds stars"),
-    ("/how_proved", "hypothesis local_radius exchange"),
+    ("/how_proved", "direct hypothesis local_radius exchange"),
     ("/machine", "workers rounds messages bytes paper repair"),
     ("/machine/paper", "work depth depth_log_scan brent"),
     ("/phases/0", "name paper rounds work depth critical_depth messages bytes seconds"),
@@ -33,7 +33,7 @@ const KEYS: [(&str, &str); 17] = [
     ("/timeline/rows/0", "round phase worker messages bytes points"),
     (
         "/tree",
-        "levels leaves nodes spheres planes largest_split_ratio mean_split_ratio largest_attempts mean_attempts \
+        "samples tries levels leaves nodes spheres planes largest_split_ratio mean_split_ratio largest_attempts mean_attempts \
          largest_separator_ratio mean_separator_ratio by_level",
     ),
     (
@@ -84,7 +84,7 @@ fn the_report_is_whole_and_adds_up() {
             .sum()
     };
     let machine = &report["machine"];
-    assert_eq!(report["schema"], "septet-run/1");
+    assert_eq!(report["schema"], "septet-run/2");
     assert_eq!(machine["paper"]["depth"], sum("critical_path", "depth"));
     assert_eq!(machine["paper"]["depth"], sum("phases", "critical_depth"));
     assert_eq!(machine["bytes"], sum("phases", "bytes"));
@@ -100,6 +100,7 @@ fn the_report_is_whole_and_adds_up() {
     assert_eq!(report["tree"]["nodes"], report["nodes"].as_array().unwrap().len());
     let part = |key: &str| report["how_proved"][key].as_u64().unwrap();
     assert_eq!(part("hypothesis") + part("local_radius") + part("exchange"), 6000);
+    assert_eq!(part("direct"), 0);
     assert_eq!(report["certificate"], "passed");
 }
 
@@ -112,6 +113,8 @@ fn triangulate_has_the_same_keys_and_echoes_its_options() {
     for (pointer, keys) in KEYS {
         assert_keys(&report, pointer, keys);
     }
+    let proved = &report["how_proved"];
+    assert_eq!((&proved["direct"], &proved["hypothesis"]), (&report["points"]["used"], &0.into()));
     let parameters = &report["parameters"];
     let expected = [
         ("command", "triangulate".into()),

@@ -101,8 +101,6 @@ fn planes_and_naive_correction_give_the_same_bytes() {
         assert_eq!((talk.contains("k-d planes"), talk.contains("bottom-up")), (kd, naive), "{talk}");
         assert!(!kd || report["tree"]["spheres"] == 0 && report["tree"]["planes"] != 0, "{line}");
     }
-    let tasks = "simulate sample:uniform:500 --tasks --neighbours naive --json t.json";
-    place.fails(tasks, 2, &["--neighbours descent"]);
     place.fails("triangulate sample:uniform:500 --neighbours naive", 2, &["--neighbours"]);
     place.fails("scale -n 500 --timed --neighbours naive -o s.jsonl", 2, &["--timed"]);
     place.fails("triangulate sample:uniform:500 --partition bsp", 2, &["sphere", "kd"]);

@@ -55,7 +55,7 @@ fn a_sweep_is_kept_taken_up_repeated_and_fitted() {
     }
 
     let other = SWEEP.replace("--seeds 2", "--seeds 3");
-    place.fails(&other, 2, &["another sweep", "choose another file"]);
+    place.fails(&other, 2, &["other options", "choose another file"]);
     place.file("points.jsonl", "1 2 3\n");
     place.fails(&SWEEP.replace("runs.jsonl", "points.jsonl"), 3, &["points.jsonl, line 1"]);
 
@@ -64,7 +64,7 @@ fn a_sweep_is_kept_taken_up_repeated_and_fitted() {
     let text = String::from_utf8(fit.stdout).unwrap();
     assert!(text.contains("verdict:") && text.contains("uniform, 2D"), "{text}");
     let answer = place.json("fit.json");
-    assert_eq!(answer["schema"], "septet-fit/1");
+    assert_eq!(answer["schema"], "septet-fit/2");
     assert_eq!(answer["series"].as_array().unwrap().len(), 2, "kinds apart, workers together");
     let rounds = place.good("fit runs.jsonl -y rounds --phase partition --json -");
     let rounds: Value = serde_json::from_slice(&rounds.stdout).unwrap();
@@ -99,7 +99,7 @@ fn impossible_sweeps_are_refused_before_a_file_is_made() {
     }
     place.fails("scale -n 100 -o none/a.jsonl", 1, &["none/a.jsonl"]);
     // A file that is not a sweep is not overwritten, whether its lines are complete or not.
-    for text in ["precious notes", "precious notes\nand more", "{\"schema\":\"septet-fit/1\""] {
+    for text in ["precious notes", "precious notes\nand more", "{\"schema\":\"septet-fit/2\""] {
         fs::write(place.path("notes"), text).unwrap();
         place.fails("scale -n 100 -o notes", 3, &["notes"]);
         assert_eq!(fs::read_to_string(place.path("notes")).unwrap(), text);

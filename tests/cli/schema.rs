@@ -85,7 +85,7 @@ fn reports_of_runs_match_their_schema() {
     let schema = Schema::of(&place, "run");
     for line in [
         "triangulate sample:uniform:500 --workers 2",
-        "simulate sample:clusters:800 --workers 3 --leaf 50 --tasks --view 100",
+        "simulate sample:clusters:800 --workers 3 --leaf 50 --view 100",
         "simulate sample:uniform:300,d=2 --supergraph knn --workers leaves",
         "triangulate sample:uniform:0",
     ] {
@@ -94,8 +94,7 @@ fn reports_of_runs_match_their_schema() {
     }
     place.run("simulate sample:uniform:500 --fault spoil:1 --json r.json");
     schema.check("an uncertified run", &place.json("r.json"));
-    place.good("simulate sample:uniform:800 --workers 1 --tasks --json one.json");
-    place.good("predict one.json --workers 1,2,48 --json p.json");
+    place.good("predict sample:uniform:800 --workers 1,2,48 --json p.json");
     Schema::of(&place, "predict").check("predict", &place.json("p.json"));
 }
 
@@ -137,7 +136,7 @@ fn other_reports_match_their_schemas() {
     Schema::of(&place, "verify").check("verify", &place.json("v.json"));
     place.good("rival incremental -n 300 --kind uniform --against --json b.json");
     Schema::of(&place, "rival").check("rival", &place.json("b.json"));
-    place.good("reproduce levels --json c.json");
+    place.good("reproduce separator-attempts ply --json c.json");
     Schema::of(&place, "claims").check("claims", &place.json("c.json"));
 }
 

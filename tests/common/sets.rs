@@ -7,7 +7,7 @@ pub use septet_geometry::hash::Draw;
 
 /// Returns a generated set in either dimension.
 fn generated(kind: Kind, n: u64, dimension: usize, seed: u64) -> Points {
-    let request = Request { kind, n, dimension, seed, lipschitz: None };
+    let request = Request { kind, n, dimension, seed, lipschitz: None, ratio: None };
     generate(&request, &mut |_, _, _| {}).unwrap_or_else(|e| panic!("{request:?}: {e}")).points
 }
 

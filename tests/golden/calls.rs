@@ -16,11 +16,11 @@ use septet_core::config::{
 };
 use septet_core::run::independent::independent;
 use septet_core::{Error, Run, count, simulate, triangulate};
-use septet_geometry::cost::Cost;
+use septet_geometry::cost::Price;
 use septet_geometry::point::Point;
 use septet_lab::baselines;
 use septet_protocol::ids::Phase;
-use septet_protocol::ledger::{Ledger, LinkKey, RoundKey, SenderKey, Total};
+use septet_protocol::ledger::{Ledger, LinkKey, RankKey, RoundKey, Total};
 
 use crate::record::Row;
 
@@ -90,8 +90,6 @@ pub struct Order {
     pub cap: Option<u32>,
     /// Number of points in the picture.
     pub picture: u32,
-    /// Whether the communication of the leaves is recorded.
-    pub tasks: bool,
     /// A fault as text.
     pub fault: Option<&'static str>,
 }
@@ -107,8 +105,6 @@ pub struct Outcome {
     pub graph: Vec<u64>,
     /// The picture as numbers.
     pub picture: Vec<u64>,
-    /// Terms of the record of tasks.
-    pub tasks: Vec<u64>,
     /// Single numbers with their names.
     pub facts: Vec<(&'static str, u64)>,
     /// The ledger.
@@ -155,7 +151,6 @@ fn config(order: &Order) -> Config {
         c.planted.exchange_cap = order.cap;
         c.partition = if order.planes { Partition::Kd } else { Partition::Sphere };
         c.correction = if order.naive { Correction::BottomUp } else { Correction::Descent };
-        c.keep.tasks = order.tasks;
         c.planted.fault = order.fault.map(|text| text.parse().expect("a fault"));
     })
 }
@@ -231,7 +226,6 @@ fn outcome(run: &Run) -> Outcome {
         owners: owners.chain(run.owning_leaf().unwrap_or_default().iter().copied()).collect(),
         graph: run.graph.iter().flatten().flat_map(|e| [e.0, e.1]).collect(),
         picture: picture(run),
-        tasks: tasks(run),
         facts,
         rows: ledger(&run.ledger, &run.phase_seconds),
     }
@@ -260,35 +254,7 @@ fn picture(run: &Run) -> Vec<u64> {
     all
 }
 
-fn tasks(run: &Run) -> Vec<u64> {
-    let Some(log) = &run.tasks else { return Vec::new() };
-    let mut all = vec![log.population, log.leaf_size, u64::from(log.blocks), u64::from(log.chosen)];
-    all.extend(log.nodes.iter().flat_map(|n| [n.0, n.1, n.2, n.3]));
-    all.extend(&log.leaves);
-    all.extend(log.frame.iter().map(|&leaf| u64::from(leaf)));
-    let pair = |p: &(u32, u32)| [u64::from(p.0), u64::from(p.1)];
-    all.extend(log.first_blocks.iter().flatten().flat_map(pair));
-    for (node, attempt, blocks) in &log.samples {
-        all.extend([*node, u64::from(*attempt)]);
-        all.extend(blocks.iter().flat_map(pair));
-    }
-    all.extend(log.reach.iter().flat_map(|r| [u64::from(r.0 as u8), u64::from(r.1), r.2, r.3, r.4, r.5]));
-    all.extend(log.reverse.iter().flat_map(|r| [u64::from(r.0), u64::from(r.1), r.2]));
-    all.extend(log.senders.iter().flat_map(|t| [u64::from(t.0), u64::from(t.1), u64::from(t.2), t.3]));
-    let agreement =
-        |a: &(u32, u32, u32, u64, u64, u64)| [u64::from(a.0), u64::from(a.1), u64::from(a.2), a.3, a.4, a.5];
-    all.extend(log.agreement.iter().flat_map(agreement));
-    for sent in &log.exchange {
-        all.extend([sent.step, u32::from(sent.objection), sent.from, sent.to].map(u64::from));
-        all.extend([sent.cells, sent.conflicts]);
-        all.extend(&sent.points);
-    }
-    all.extend(&log.cells);
-    all.extend(log.charges.iter().flat_map(|c| [u64::from(c.0 as u8), c.1, c.2, c.3]));
-    all
-}
-
-fn cost(cost: Cost) -> [u64; 4] {
+fn cost(cost: Price) -> [u64; 4] {
     cost.to_parts()
 }
 
@@ -317,13 +283,20 @@ fn ledger(ledger: &Ledger, phases: &[(Phase, f64)]) -> Vec<Row> {
         let numbers = [u64::from(from), u64::from(to), t.messages, t.bytes, t.points];
         rows.push(Row::new("link", phase.name(), numbers));
     }
-    for (&SenderKey { round, phase, from }, t) in &part.senders {
-        let numbers = [u64::from(round), u64::from(from), t.messages, t.bytes, t.points];
+    for (&RankKey { round, phase, rank }, tally) in part.ranks.iter().filter(|(_, r)| r.sent.messages > 0) {
+        let t = tally.sent;
+        let numbers = [u64::from(round), u64::from(rank), t.messages, t.bytes, t.points];
         rows.push(Row::new("sender", phase.name(), numbers));
     }
     for phase in Phase::ALL {
         for (node, c) in part.members(phase) {
             rows.push(Row::new("charge", phase.name(), [node.0, c.items].into_iter().chain(cost(c.cost))));
+        }
+    }
+    for phase in Phase::ALL {
+        for (step, node, c) in part.steps(phase) {
+            let numbers = [u64::from(step), node.0, c.items].into_iter().chain(cost(c.cost));
+            rows.push(Row::new("step", phase.name(), numbers));
         }
     }
     for (level, node, c) in part.passes() {

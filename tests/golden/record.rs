@@ -77,7 +77,6 @@ impl Record {
         self.numbers(run, "owners", &o.owners);
         self.numbers(run, "graph", &o.graph);
         self.numbers(run, "picture", &o.picture);
-        self.numbers(run, "tasks", &o.tasks);
         let tree = o.rows.iter().filter(|r| r.kind == "node").flat_map(|r| r.numbers[..6].to_vec());
         self.numbers(run, "tree", &tree.collect::<Vec<_>>());
         self.rows(run, &o.rows);

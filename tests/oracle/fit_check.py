@@ -2,7 +2,7 @@
 
 Usage: fit_check.py LINES ANSWER
 
-LINES is a file of `septet scale`, ANSWER a report `septet-fit/1` about it.
+LINES is a file of `septet scale`, ANSWER a report `septet-fit/2` about it.
 """
 
 import json
@@ -10,16 +10,17 @@ import math
 import sys
 
 import numpy as np
-from scipy import stats
+from scipy import optimize, stats
 
 LAWS = {
     "log n": lambda x, d: np.log2(x),
+    "log^1.5 n": lambda x, d: np.log2(x) ** 1.5,
     "log^2 n": lambda x, d: np.log2(x) ** 2,
-    "log^(d/2) n": lambda x, d: np.log2(x) ** (d / 2),
     "n^(1/d)": lambda x, d: x ** (1 / d),
     "n^(1-1/d)": lambda x, d: x ** (1 - 1 / d),
     "n": lambda x, d: x,
     "n log n": lambda x, d: x * np.log2(x),
+    "n log^2 n": lambda x, d: x * np.log2(x) ** 2,
 }
 checked = 0
 
@@ -55,7 +56,49 @@ def count(line, request):
     return next(p for p in line["phases"] if p["name"] == request["phase"])[request["y"]]
 
 
-def growth(lines, request, ours):
+def shares(x, y, w, d, series):
+    """The shares that are not excluded: the upper 95 % end of a higher law's coefficient, over the fitted count."""
+    verdict = series["verdict"]
+    base = {"law": [verdict.get("law")], "cannot-tell": verdict.get("laws", [])}.get(verdict["says"], [])
+    own = [LAWS[min(base, key=list(LAWS).index)](x, d)] if base else []
+    top = int(np.argmax(x))
+    for entry in series["not_excluded"]:
+        column = LAWS[entry["law"]](x, d)
+        beta, error, _, _, freedom = least_squares([*own, column], y, w)
+        high = beta[-1] + stats.t.ppf(0.975, freedom) * error[-1]
+        fitted = beta[0] + sum(b * c[top] for b, c in zip(beta[1:], [*own, column]))
+        close(f"share of {entry['law']}", entry["share"], max(0, high) * column[top] / fitted, 1e-4)
+    falling = [entry["share"] for entry in series["not_excluded"]]
+    assert falling == sorted(falling, reverse=True)
+
+
+def power(x, y, w, ours):
+    """The free exponent, by a bounded minimiser and a root finder on the profile."""
+    z = np.log(x) - np.log(x).mean()
+
+    def residual(e):
+        return least_squares([np.expm1(e * z) / e if abs(e) > 1e-9 else z], y, w)[3]
+
+    grid = np.linspace(-2, 4, 601)
+    start = min(grid, key=residual)
+    best = optimize.minimize_scalar(residual, bounds=(start - 0.02, start + 0.02), method="bounded",
+                                    options={"xatol": 1e-10})
+    freedom = len(y) - 3
+    limit = best.fun * (1 + stats.t.ppf(0.975, freedom) ** 2 / freedom)
+    inside = [e for e in grid if residual(e) <= limit] or [best.x]
+    if ours is None:
+        assert inside[0] == grid[0] and inside[-1] == grid[-1], f"exponents {inside[0]} to {inside[-1]}"
+        return
+    assert residual(ours["exponent"]) <= best.fun * (1 + 1e-9), f"exponent {ours['exponent']}, here {best.x}"
+    for key, end, step in [("low", inside[0], -0.01), ("high", inside[-1], 0.01)]:
+        if ours[key] is None:
+            assert end in (grid[0], grid[-1]), f"{key}: beyond the range, here {end}"
+        else:
+            close(key, ours[key], optimize.brentq(lambda e: residual(e) - limit, end, end + step), 1e-4)
+
+
+def growth(lines, request, series):
+    ours = series["growth"]
     d = lines[0]["dimension"]
     sizes = {}
     for line in lines:
@@ -66,6 +109,8 @@ def growth(lines, request, ours):
     if request["y"] == "work":
         w = w / y**2
     n = len(y)
+    shares(x, y, w, d, series)
+    power(x, y, w, series["power"])
     criteria = {}
     for fit in ours["laws"]:
         beta, error, _, rss, freedom = least_squares([LAWS[fit["law"]](x, d)], y, w)
@@ -126,7 +171,7 @@ def main():
     if answer["request"]["y"] == "level-depth":
         levels(lines, answer["request"], series["levels"])
     else:
-        growth(lines, answer["request"], series["growth"])
+        growth(lines, answer["request"], series)
     print(f"ok {checked} numbers: {series['words']}")
 
 

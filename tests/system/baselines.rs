@@ -11,7 +11,7 @@ use septet_core::generate::Kind;
 use septet_core::{Config, Run, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_geometry::range::{scale, scale_exponent};
-use septet_geometry::separator::{DrawKey, is_sample};
+use septet_geometry::separator::{DrawKey, Sampler, node_samples};
 use septet_lab::baselines::incremental;
 use septet_lab::experiment::fit::{Abscissa, Conclusion, FitRequest, Growth, Key, Law, fit};
 use septet_lab::experiment::{Line, Runner, Sweep, parse_sizes};
@@ -84,6 +84,9 @@ fn k_d_planes_give_the_same_cells_in_the_plane() {
     planes(&plane(Kind::Clusters, 2000, 3));
 }
 
+/// Largest number of samples of a draw by default.
+const SAMPLES: u64 = 100;
+
 /// The rule by itself: across the longest side of the node's samples, half of them lie on either side. Returns
 /// the number of nodes that were cut.
 fn halved<P: Point>(points: &mut [P], node: NodeId, ledger: &Ledger) -> usize {
@@ -94,7 +97,8 @@ fn halved<P: Point>(points: &mut [P], node: NodeId, ledger: &Ledger) -> usize {
     }
     assert_eq!(facts.attempts, 1, "{node:?}");
     let key = DrawKey { seed: Config::default().machine.seed, node: node.0, attempt: 0 };
-    let sampled = |p: &P| is_sample(key, facts.population, *p);
+    let sampler = Sampler::new(key, facts.population, node_samples(SAMPLES, facts.population));
+    let sampled = |p: &P| sampler.accepts(*p);
     let extent = |axis: usize| {
         let coords = || points.iter().filter(|p| sampled(p)).map(|p| p.coord(axis));
         coords().fold(f64::MIN, f64::max) - coords().fold(f64::MAX, f64::min)
@@ -165,8 +169,8 @@ fn heights(ledger: &Ledger) -> BTreeMap<NodeId, u32> {
     heights
 }
 
-/// A node of the descent takes a fixed number of steps; one that corrects by itself takes as many levels as lie
-/// below it, at least two steps each where balls reach that deep. Over all levels that is a square.
+/// A node of the descent takes a fixed number of steps: 10 to replicate and combine balls, and 3 for the pairs at a
+/// leaf. A node that corrects by itself takes as many levels as lie below it. Over all levels, this is a square.
 #[test]
 fn naive_depth_is_quadratic_in_the_levels() {
     let mut rows = Vec::new();
@@ -180,14 +184,17 @@ fn naive_depth_is_quadratic_in_the_levels() {
         for (node, charge) in naive.part.members(Phase::Neighbours) {
             let height = u64::from(heights[&node]);
             assert!(
-                charge.cost.depth() >= 2 && charge.cost.depth() <= 4 * height + 2,
+                charge.cost.depth() >= 2 && charge.cost.depth() <= 10 * (height + 1) + 3,
                 "{node:?}: {charge:?}"
             );
         }
         let h = f64::from(levels(&naive));
         let [slow, fast] = [&naive, &descent].map(|l| depth(l, Phase::Neighbours) as f64);
         println!("n {n}: {h} levels, depth {slow} naive, {fast} by descent");
-        assert!(fast >= h && fast <= 4.0 * h + 2.0, "{n} points: depth {fast} by descent, {h} levels");
+        assert!(
+            fast >= h && fast <= 10.0 * (h + 1.0) + 3.0,
+            "{n} points: depth {fast} by descent, {h} levels"
+        );
         assert!(slow >= h * (h + 1.0), "{n} points: depth {slow}, {h} levels");
         rows.push((h, slow));
     }
@@ -218,7 +225,7 @@ fn sweep(correction: Correction) -> Vec<Line> {
     sweep.jobs().iter().map(|job| runner.run(&sweep, job, &mut |_, _, _| {}).unwrap()).collect()
 }
 
-/// In the plane, where log^(d/2) n is log n itself.
+/// These sizes need not distinguish log^2 n from log^1.5 n, but they exclude log n.
 #[test]
 fn the_fit_distinguishes_the_bottom_up_correction_from_the_descent() {
     let [naive, descent] = [Correction::BottomUp, Correction::Descent].map(sweep);
@@ -230,7 +237,12 @@ fn the_fit_distinguishes_the_bottom_up_correction_from_the_descent() {
     };
     let bends = |growth: Option<Growth>| growth.unwrap().curvature.bends;
     let (conclusion, growth) = ask(&naive, Key::Depth);
-    assert_eq!(conclusion, Conclusion::Law { law: Law::LogSquared });
+    let laws = match &conclusion {
+        Conclusion::Law { law } => vec![*law],
+        Conclusion::CannotTell { laws } => laws.clone(),
+        other => panic!("{other:?}"),
+    };
+    assert!(laws.contains(&Law::LogSquared) && !laws.contains(&Law::Log), "{laws:?}");
     assert!(bends(growth));
     let (conclusion, growth) = ask(&descent, Key::Depth);
     assert!(!bends(growth) && conclusion != Conclusion::Law { law: Law::LogSquared }, "{conclusion:?}");

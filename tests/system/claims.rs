@@ -44,20 +44,44 @@ fn half_of_alpha_loses_edges() {
 }
 
 #[test]
+fn half_of_the_separator_points_lose_edges() {
+    for fault in [Fault::HalfGhosts, Fault::HalfSeparators] {
+        turns(fault, &["graph-exact"], &["lower-hull", "separator-split", "levels"]);
+    }
+}
+
+#[test]
+fn free_phases_cost_less_than_the_bounds_from_outside() {
+    for phase in [
+        "partition",
+        "radii",
+        "neighbours",
+        "summaries",
+        "knn-radii",
+        "knn",
+        "separator-sets",
+        "graph",
+        "hulls",
+        "merge",
+    ] {
+        turns(format!("free:{phase}").parse().unwrap(), &["lower-bounds"], &["separator-split"]);
+    }
+    for phase in ["radii", "neighbours", "summaries", "knn-radii", "graph", "hulls"] {
+        turns(format!("work:{phase}:0.5").parse().unwrap(), &["lower-bounds"], &["separator-split"]);
+    }
+}
+
+#[test]
 fn a_sphere_round_a_sample_splits_nothing() {
-    turns(
-        Fault::SmallSphere,
-        &["separator-split", "levels"],
-        &["no-edges-density", "graph-exact", "lower-hull", "local-hulls"],
-    );
+    turns(Fault::SmallSphere, &["separator-split", "levels"], &["graph-exact", "lower-hull", "local-hulls"]);
 }
 
 #[test]
 fn a_clock_for_each_worker_makes_subproblems_wait() {
     turns(
         Fault::OneClock,
-        &["free-of-workers", "depth", "partition-level-depth", "neighbours-level-depth"],
-        &["levels", "supergraph", "tree-work", "merged-per-round"],
+        &["free-of-workers", "level-depth", "brent"],
+        &["levels", "supergraph", "replication", "merged-per-round"],
     );
 }
 
@@ -67,8 +91,8 @@ fn a_correction_node_by_node_is_no_descent() {
     turns_with(
         naive,
         "naive correction",
-        &["neighbours-level-depth", "tree-depth", "depth"],
-        &["partition-level-depth", "levels", "graph-exact", "local-hulls"],
+        &["level-depth", "depth-law"],
+        &["levels", "graph-exact", "local-hulls", "replication"],
     );
 }
 

@@ -104,8 +104,9 @@ struct Memory {
     copies: BTreeSet<(Rank, u64)>,
     /// Places where answers are awaited: who waits, its name of the query, who was asked.
     awaited: BTreeSet<(Rank, u32, Rank)>,
-    /// Points that a subproblem has taken.
-    taken: BTreeSet<(Phase, NodeId, u64)>,
+    /// For each point that a subproblem has taken, the rank that holds it for the subproblem. A group that does not divide
+    /// its set hands its shares over to one rank.
+    taken: BTreeMap<(Phase, NodeId, u64), Rank>,
 }
 
 impl Memory {
@@ -123,7 +124,12 @@ impl Memory {
                     Body::Move(_) if !mine => return what("is given by another than its worker", id),
                     // A message in flight belongs to no rank until it arrives.
                     Body::Move(_) => drop(self.owner.remove(&id)),
-                    Body::Ghosts(_) | Body::Items { .. } if !self.taken.insert((phase, m.node, id)) => {
+                    Body::Ghosts(_) | Body::Items { .. }
+                        if self
+                            .taken
+                            .insert((phase, m.node, id), m.to)
+                            .is_some_and(|holder| holder != m.from) =>
+                    {
                         return what("is taken twice", id);
                     }
                     _ if !self.may_read(m.from, id) => return what("is read where it never was", id),

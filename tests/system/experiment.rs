@@ -75,7 +75,9 @@ fn a_run_that_stops_counts_what_the_whole_run_counts() {
         c.graph = Graph::Density { alpha: Alpha::Value(3.0) };
     });
     let run = simulate(&points, &whole).unwrap();
-    for (until, last) in [(Until::Partition, "partition"), (Until::Neighbours, "neighbours")] {
+    for (until, last) in
+        [(Until::Partition, "partition"), (Until::Neighbours, "neighbours"), (Until::Graph, "graph")]
+    {
         let config = whole.clone().with(|c| c.until = Some(until));
         let counts = count(&points, &config).unwrap();
         let all = of_run(&run);
@@ -125,7 +127,7 @@ fn a_sweep_goes_on_where_it_was_torn() {
 
     let before = fs::read(&path).unwrap();
     let other = Sweep { seeds: 3, ..sweep.clone() };
-    let refused = Journal::open(&path, &other.words()).unwrap_err();
+    let refused = Journal::<Line>::open(&path, &other.words()).unwrap_err();
     assert!(matches!(refused, JournalError::OtherSweep { .. }), "{refused}");
     assert_eq!(fs::read(&path).unwrap(), before, "a refused file does not change");
     let old = Line { version: "0.0.9".to_string(), ..all[0].clone() };
@@ -135,7 +137,7 @@ fn a_sweep_goes_on_where_it_was_torn() {
         (format!("{}\n", serde_json::to_string(&old).unwrap()), 0),
     ] {
         fs::write(&path, &broken).unwrap();
-        match Journal::open(&path, &sweep.words()).unwrap_err() {
+        match Journal::<Line>::open(&path, &sweep.words()).unwrap_err() {
             JournalError::Line { line: at, .. } => assert_eq!(at, line),
             JournalError::OtherVersion { there, .. } => assert_eq!((there.as_str(), line), ("0.0.9", 0)),
             error => panic!("{error}"),
@@ -159,7 +161,7 @@ fn growth_laws_are_distinguished_where_sizes_suffice() {
         let lines = made(law, 10, 0.02);
         assert_eq!(conclusion(&lines), Conclusion::NoneOfThese);
         let answer = fit(&lines, &FitRequest::new(Key::Depth, Some("partition"))).unwrap();
-        assert!(answer.series[0].words.contains("exponent is n^"), "{}", answer.series[0].words);
+        assert!(answer.series[0].words.contains("as a power n^e, e = "), "{}", answer.series[0].words);
     }
     assert_eq!(conclusion(&made(|n| n * log(n), 10, 0.02)), is(Law::LinearLog));
     let short = conclusion(&made(|n| 3.0 + log(n), 2, 0.05));

@@ -3,7 +3,7 @@
 
 use crate::common::sets::{plane, space};
 use crate::common::{base, check_counted, combinations, threaded, with_graph};
-use septet_core::config::{Alpha, GraphKind, Neighbours, Workers};
+use septet_core::config::{Alpha, GraphKind, Neighbours, SeparatorSets, Workers};
 use septet_core::generate::Kind;
 use septet_core::simulate;
 use septet_geometry::graph::Supergraph;
@@ -134,4 +134,38 @@ fn well_spaced_sets_need_no_exchange() {
     // alpha is 1.25 * 2 (1 + L) / (1 - L) with the generator's constant, 1/4.
     hypothesis(&space(Kind::GradedPoint, 4000, 1), 0.25, "graded");
     hypothesis(&plane(Kind::GradedPoint, 4000, 1), 0.25, "graded");
+}
+
+/// The sets of the recursion are the same for every number of workers, contain every edge, and contain every point.
+#[test]
+fn separator_sets_contain_every_edge() {
+    let points = space(Kind::WellSpaced, 4000, 2);
+    for rule in [SeparatorSets::Both, SeparatorSets::Smaller] {
+        let run = |workers| {
+            let config = base().with(|c| {
+                c.separator_sets = rule;
+                c.spacing = Some(0.0);
+                c.machine.workers = Workers::Count(workers);
+                c.machine.leaf = Some(400);
+                (c.keep.graph, c.keep.sets) = (true, true);
+            });
+            simulate(&points, &config).unwrap()
+        };
+        let one = run(1);
+        let sets = one.sets.clone().unwrap();
+        assert_eq!(Some(&sets), run(5).sets.as_ref(), "{rule:?}");
+        let members: u64 = one.ledger.part.nodes.values().map(|facts| facts.members).sum();
+        assert!(sets.len() as u64 == members && sets.len() > points.len(), "{rule:?}");
+        let mut nodes = vec![Vec::new(); points.len()];
+        for member in &sets {
+            nodes[member.point as usize].push(member.node);
+        }
+        assert!(nodes.iter().all(|nodes| !nodes.is_empty()));
+        for (i, j) in one.graph.unwrap() {
+            assert!(
+                nodes[i as usize].iter().any(|node| nodes[j as usize].contains(node)),
+                "{rule:?}: {i} {j}"
+            );
+        }
+    }
 }

@@ -249,9 +249,9 @@ fn work_is_the_same_for_each_level() {
         let steps = (6 * attempted + 4 * divided) as f64;
         let draws = work(Phase::Partition) - steps;
         assert!(draws > 0.0 && draws <= DRAW * attempts as f64, "{n}: {draws} of {attempts} draws");
-        // Two for each site or copy that comes to a node.
+        // Six for each site or copy that comes to a node.
         let sets = work(Phase::Sets) / divided as f64;
-        assert!((2.0..4.0).contains(&sets), "{n}: {sets} for each site and level");
+        assert!((6.0..12.0).contains(&sets), "{n}: {sets} for each site and level");
         let each = [Phase::Graph, Phase::Independent].map(|phase| work(phase) / n as f64);
         println!(
             "{n}: {levels} levels, {:.0} a draw, {sets:.2} a site and level, {each:?}",

@@ -10,6 +10,8 @@ mod baselines;
 
 mod claims;
 
+mod constants;
+
 mod degenerate;
 
 mod equality;
@@ -33,6 +35,8 @@ mod mesh;
 mod oracle;
 
 mod pieces;
+
+mod planted;
 
 mod predict;
 

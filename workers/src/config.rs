@@ -7,9 +7,9 @@ use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
 
-pub use fault::{Fault, FaultTextError};
+pub use fault::{FAULTS, Factor, Fault, FaultForm, FaultTextError, Law};
 use septet_geometry::graph::Supergraph;
-use septet_geometry::separator::{DrawKey, Sampler, bisection_samples};
+use septet_geometry::separator::{DrawKey, Sampler, bisection_samples, node_samples};
 use septet_protocol::ids::Phase;
 use serde::{Deserialize, Serialize};
 pub use stop::Stop;
@@ -97,9 +97,14 @@ pub enum Task {
 pub struct TreeRules {
     /// A subproblem of at most this many points is not split.
     pub leaf: u64,
+    /// Largest expected number of samples of a draw. Small subproblems have fewer ([`node_samples`]).
+    pub samples: u64,
+    /// Number of great circles of a draw.
+    pub tries: u32,
     /// The surfaces that split subproblems.
     pub partition: Partition,
-    /// Whether separators move to the median: for `triangulate`, whose workers wait for the largest subdomain.
+    /// Whether separators move to the median: for `triangulate`, whose workers wait for the largest subdomain. The
+    /// numbers of samples and great circles are then those of [`septet_geometry::separator::draw_bisecting`].
     pub balanced: bool,
 }
 
@@ -119,12 +124,14 @@ pub struct GraphRules {
 pub struct Shown {
     /// Whether workers send the edges of the supergraph to the coordinator.
     pub collect_graph: bool,
+    /// Whether workers send the members of the separator sets of the leaves to the coordinator.
+    pub collect_sets: bool,
     /// Whether workers send the leaf of every cell.
     pub with_leaves: bool,
     /// Expected number of sampled points in the picture; 0 for no picture.
     pub view: u32,
-    /// Whether the messages between leaves are recorded. One worker only.
-    pub record_tasks: bool,
+    /// Whether ranks record the calls of primitives for a cost trace.
+    pub trace_costs: bool,
 }
 
 /// Parameters of a run that all ranks share. They contain no points.
@@ -166,11 +173,12 @@ impl WorkerConfig {
 
     /// Returns the sampler of an attempt at a subproblem.
     pub(crate) fn sampler(&self, key: DrawKey, population: u64) -> Sampler {
-        if self.tree.balanced {
-            Sampler::with_target(key, population, bisection_samples(population))
+        let target = if self.tree.balanced {
+            bisection_samples(population)
         } else {
-            Sampler::of(key, population)
-        }
+            node_samples(self.tree.samples, population)
+        };
+        Sampler::new(key, population, target)
     }
 }
 
@@ -235,7 +243,13 @@ impl WorkerConfig {
             task: Task::Delaunay,
             workers: 1,
             counted: true,
-            tree: TreeRules { leaf: 60, balanced: false, partition: Partition::Sphere },
+            tree: TreeRules {
+                leaf: 60,
+                samples: 400,
+                tries: 10,
+                balanced: false,
+                partition: Partition::Sphere,
+            },
             graph: GraphRules {
                 wanted: Wanted::Fixed(Supergraph::Knn { k: 8 }),
                 sets: SetRule::Ghost,

@@ -30,7 +30,7 @@ pub mod hosts;
 
 pub use graph::{selection, sharing, summaries};
 pub use hosts::{host, transport};
-pub use machine::{outbox, profile, tasks};
+pub use machine::{outbox, profile};
 pub use partition::leader;
 pub use result::{merge, view};
 pub use state::{frame, table};

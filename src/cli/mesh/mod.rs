@@ -14,6 +14,7 @@ use septet_core::mesh::{
 };
 use septet_core::run::memory::peak_rss;
 use septet_io::read::{AnyInput, DomainFile, read_domain, read_sizes};
+use septet_io::without_gz;
 use septet_io::write::{OutputFormat, WriteOptions, faces_path};
 use septet_lab::report::mesh::tables::TABLES;
 use septet_lab::report::mesh::{
@@ -81,8 +82,7 @@ fn outputs(args: &MeshArgs, tables: &Tables) -> Result<(), Failure> {
     let texts = args.json.iter().chain(&args.tracing.trace).chain(&faces).map(PathBuf::as_path);
     let texts: Vec<&Path> = texts.chain(tables.paths()).collect();
     // The points of a .poly file may be in a .node file of the same name.
-    let name = args.domain.to_string_lossy();
-    let node = Path::new(name.strip_suffix(".gz").unwrap_or(&name)).with_extension("node");
+    let node = without_gz(&args.domain).0.with_extension("node");
     let read = [Some(&args.domain), args.size_field.as_ref(), Some(&node).filter(|n| n.is_file())];
     for path in read.into_iter().flatten() {
         files::check_as(Some(path), &args.output, &options, &texts)?;

@@ -96,6 +96,11 @@ impl RunData {
         self.value["schema"] == septet_lab::report::SCHEMA && self.value["points"].is_object()
     }
 
+    /// Returns whether the run proved stars without the hypothesis, as `triangulate` does.
+    pub(super) fn is_direct(&self) -> bool {
+        self.number("/how_proved/direct").is_some_and(|stars| stars > 0.0)
+    }
+
     /// Returns the number of points.
     pub(super) fn n(&self) -> Option<f64> {
         self.number("/n").or_else(|| self.number("/points/used")).filter(|&n| n > 1.0)
@@ -137,6 +142,9 @@ impl RunData {
             ("separator_sets", "sets ", "ghost"),
             ("partition", "cut by ", "sphere"),
             ("neighbours", "balls corrected by ", "descent"),
+            ("constants", "constants for ", "counting"),
+            ("samples", "samples ", "auto"),
+            ("tries", "great circles ", "auto"),
             ("leaf", "leaf ", "auto"),
         ];
         let named = |&(key, before, usual): &(&str, &str, &str)| {

@@ -3,6 +3,8 @@
 //! The fit is ordinary least squares of `ln y` over `ln x`. The exponent has a 95 % confidence interval by Student's
 //! t, which assumes that the model is correct.
 
+use septet_lab::experiment::fit::{Observation, least_squares};
+
 /// `y = c x^e`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PowerLaw {
@@ -12,25 +14,15 @@ pub(super) struct PowerLaw {
     pub(super) margin: Option<f64>,
 }
 
-/// Student's t at 97.5 % for 1 to 10 degrees of freedom. Above 10, it is close to the normal quantile.
-const STUDENT: [f64; 10] = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228];
-
 /// Fits points with positive coordinates. Returns `None` if all abscissae are equal.
 pub(super) fn power_law(points: &[(f64, f64)]) -> Option<PowerLaw> {
     let logs: Vec<(f64, f64)> =
         points.iter().filter(|p| p.0 > 0.0 && p.1 > 0.0).map(|p| (p.0.ln(), p.1.ln())).collect();
-    let n = logs.len() as f64;
-    let (mx, my) = (logs.iter().map(|p| p.0).sum::<f64>() / n, logs.iter().map(|p| p.1).sum::<f64>() / n);
-    let sxx: f64 = logs.iter().map(|p| (p.0 - mx).powi(2)).sum();
-    if logs.len() < 2 || sxx < 1e-12 {
-        return None;
-    }
-    let exponent = logs.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>() / sxx;
-    let left: f64 = logs.iter().map(|p| (p.1 - my - exponent * (p.0 - mx)).powi(2)).sum();
-    let freedom = logs.len() - 2;
-    let t = |f: usize| STUDENT.get(f - 1).copied().unwrap_or(1.96 + 2.5 / f as f64);
-    let margin = (freedom > 0).then(|| t(freedom) * (left / freedom as f64 / sxx).sqrt());
-    Some(PowerLaw { coefficient: (my - exponent * mx).exp(), exponent, margin })
+    let (constant, exponent) = straight(&logs)?;
+    let row = |&(x, y): &(f64, f64)| Observation { columns: vec![x], y, weight: 1.0 };
+    let fit = least_squares(&logs.iter().map(row).collect::<Vec<_>>());
+    let margin = fit.map(|fit| fit.coefficients[1].high - fit.coefficients[1].value);
+    Some(PowerLaw { coefficient: constant.exp(), exponent, margin })
 }
 
 /// Fits the coefficient of a law: the geometric mean of `y / law(x)`.

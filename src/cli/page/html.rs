@@ -81,7 +81,9 @@ pub(super) fn page(page: &Page) -> Result<String, serde_json::Error> {
     let view = shown.map_or(Value::Null, |run| run.value["view"].clone());
     let space = shown.map_or(3.0, RunData::space);
     let mesh = page.meshes.first();
-    let data = json!({ "tables": tables, "view": view, "space": space, "mesh": picture(mesh) });
+    let direct = shown.is_some_and(RunData::is_direct);
+    let data =
+        json!({ "tables": tables, "view": view, "direct": direct, "space": space, "mesh": picture(mesh) });
     let mut out = String::from("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
     out.push_str("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
     out.push_str(

@@ -14,11 +14,10 @@ use serde::{Deserialize, Serialize};
 pub struct Keep {
     /// Whether the edges of the supergraph are kept. [`crate::simulate`] only.
     pub graph: bool,
+    /// Whether the separator sets of the leaves are kept. [`crate::simulate`] with a rule that forms them only.
+    pub sets: bool,
     /// Whether the worker and the leaf of each cell are kept.
     pub owner: bool,
-    /// Whether the record of tasks is kept, for predictions (`septet_lab::predict`). [`crate::simulate`] only.
-    /// Recording takes a separate run with one worker.
-    pub tasks: bool,
     /// Expected number of points in the picture of the result ([`crate::Run::picture`]); 0 for no picture, at most
     /// [`crate::result::view::MOST_POINTS`].
     pub view: u32,
@@ -80,6 +79,8 @@ pub enum Until {
     Partition,
     /// The nearest-neighbour balls.
     Neighbours,
+    /// The supergraph.
+    Graph,
 }
 
 impl Until {
@@ -93,6 +94,7 @@ impl Until {
         match self {
             Until::Partition => Phase::Partition,
             Until::Neighbours => Phase::Neighbours,
+            Until::Graph => Phase::Graph,
         }
     }
 }

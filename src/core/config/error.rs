@@ -57,21 +57,34 @@ pub enum ConfigError {
         /// The supergraph.
         graph: &'static str,
     },
-    /// The record of tasks does not cover the rule of separator sets.
-    #[error("tasks are recorded with separator sets `ghost` only: leave out --tasks or --separator-sets")]
-    TasksOfSets,
     /// A triangulation is requested from a run that stops before it.
     #[error("a run that stops after the phase `{until}` has counts and no triangulation: use `count`")]
     Stops {
         /// The last phase.
         until: &'static str,
     },
-    /// The record of tasks does not cover the bottom-up correction.
-    #[error("tasks are recorded with --neighbours descent only: leave out --tasks or --neighbours")]
-    TasksOfBottomUp,
     /// The bottom-up correction is requested from a run that does not count.
     #[error("--neighbours naive needs `simulate`: use `simulate`, or leave out --neighbours")]
     BottomUpUncounted,
+    /// A draw has too few samples for a centrepoint.
+    #[error("{samples} samples are too few for a centrepoint: at least {least} (--samples {least})")]
+    Samples {
+        /// The number of samples in the configuration.
+        samples: u64,
+        /// The smallest number of samples.
+        least: u64,
+    },
+    /// The number of great circles is out of range.
+    #[error("a draw tries between 1 and {most} great circles, not {tries} (--tries)")]
+    Tries {
+        /// The number in the configuration.
+        tries: u32,
+        /// The largest number of great circles.
+        most: u32,
+    },
+    /// Great circles are given for a partition by planes.
+    #[error("--tries has no effect with --partition kd, which draws no great circles: leave one of them out")]
+    TriesOfPlanes,
     /// The leaf size is zero.
     #[error("a leaf holds at least one point (--leaf 1)")]
     EmptyLeaf,

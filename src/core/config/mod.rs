@@ -1,15 +1,22 @@
 //! The configuration of a run, in groups, and the checks that need no points.
 
+mod constants;
 mod control;
 mod error;
 mod graph;
 mod machine;
 
+pub(crate) use constants::TreeConstants;
+pub use constants::{Constants, Purpose};
 pub use control::{Control, Keep, Planted, Progress, ProgressFn, Until};
 pub use error::ConfigError;
 pub use graph::{Alpha, DEFAULT_ALPHA, Graph, GraphKind, Neighbours, alpha_of_spacing};
 pub use machine::{Machine, Transport, Workers};
-pub use septet_workers::config::{Correction, Fault, Partition, SetRule as SeparatorSets};
+use septet_geometry::separator::LEAST_SAMPLES;
+pub use septet_workers::config::{
+    Correction, FAULTS, Factor as FaultFactor, Fault, FaultForm, FaultTextError, Law as FaultLaw, Partition,
+    SetRule as SeparatorSets,
+};
 
 /// Returns the name of a rule of separator sets on the command line.
 pub fn sets_name(sets: SeparatorSets) -> &'static str {
@@ -23,6 +30,9 @@ pub fn sets_name(sets: SeparatorSets) -> &'static str {
 /// Largest number of workers.
 pub const MOST_WORKERS: u32 = 1 << 20;
 
+/// Largest number of great circles of a draw.
+const MOST_TRIES: u32 = 1000;
+
 /// The configuration of [`crate::triangulate`], [`crate::simulate`], [`crate::count`] and [`crate::independent()`].
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -31,6 +41,8 @@ pub struct Config {
     pub machine: Machine,
     /// The rule that divides subproblems: sphere separators, or the baseline.
     pub partition: Partition,
+    /// The constants of the partition tree. [`crate::triangulate`] and [`crate::independent()`] ignore them.
+    pub constants: Constants,
     /// The supergraph.
     pub graph: Graph,
     /// The rule that shares separator points between the children of a node.
@@ -56,6 +68,7 @@ impl Default for Config {
         Config {
             machine: Machine::default(),
             partition: Partition::Sphere,
+            constants: Constants::default(),
             graph: Graph::default(),
             separator_sets: SeparatorSets::Ghost,
             correction: Correction::Descent,
@@ -83,12 +96,7 @@ impl Config {
     /// Returns an error for the first parameter that is out of range or that excludes another parameter.
     pub fn check(&self) -> Result<(), ConfigError> {
         self.check_machine()?;
-        if self.keep.tasks && self.correction == Correction::BottomUp {
-            return Err(ConfigError::TasksOfBottomUp);
-        }
-        if self.keep.tasks && self.separator_sets != SeparatorSets::Ghost {
-            return Err(ConfigError::TasksOfSets);
-        }
+        self.check_constants()?;
         match (self.graph.alpha(), self.graph.k()) {
             (Alpha::Value(alpha), _) if !(alpha >= 1.0 && alpha.is_finite()) => {
                 return Err(ConfigError::Alpha { alpha });
@@ -103,6 +111,20 @@ impl Config {
             return Err(ConfigError::SmallerSide { graph: kind.name() });
         }
         Ok(())
+    }
+
+    fn check_constants(&self) -> Result<(), ConfigError> {
+        let Constants { samples, tries, .. } = self.constants;
+        match (samples, tries) {
+            (Some(samples), _) if samples < LEAST_SAMPLES => {
+                Err(ConfigError::Samples { samples, least: LEAST_SAMPLES })
+            }
+            (_, Some(_)) if self.partition == Partition::Kd => Err(ConfigError::TriesOfPlanes),
+            (_, Some(tries)) if !(1..=MOST_TRIES).contains(&tries) => {
+                Err(ConfigError::Tries { tries, most: MOST_TRIES })
+            }
+            _ => Ok(()),
+        }
     }
 
     fn check_machine(&self) -> Result<(), ConfigError> {
@@ -146,6 +168,19 @@ mod tests {
             assert_eq!(error, ConfigError::SmallerSide { graph: graph.kind().name() });
         }
         assert_eq!(with(&|c| c.machine.leaf = Some(0)), ConfigError::EmptyLeaf);
+    }
+
+    #[test]
+    fn constants_out_of_range_are_refused() {
+        let with = |f: &dyn Fn(&mut Constants)| Config::default().with(|c| f(&mut c.constants)).check();
+        assert_eq!(with(&|c| c.samples = Some(36)), Ok(()));
+        assert_eq!(with(&|c| c.samples = Some(35)), Err(ConfigError::Samples { samples: 35, least: 36 }));
+        assert_eq!(with(&|c| c.tries = Some(1000)), Ok(()));
+        for tries in [0, 1001] {
+            assert_eq!(with(&|c| c.tries = Some(tries)), Err(ConfigError::Tries { tries, most: 1000 }));
+        }
+        let planes = Config::default().with(|c| (c.partition, c.constants.tries) = (Partition::Kd, Some(5)));
+        assert_eq!(planes.check(), Err(ConfigError::TriesOfPlanes));
     }
 
     #[test]

@@ -62,6 +62,18 @@ impl Draw {
         }
     }
 
+    /// Draws a uniform point of the sphere of radius 1 about the origin, by rejection from the ball. No sine is needed.
+    pub fn direction<P: Point>(&mut self) -> P {
+        loop {
+            let p: P = self.in_ball();
+            let length = p.norm2().sqrt();
+            // Very short vectors have too few bits for a direction.
+            if length > 1.0 / 64.0 {
+                return p / length;
+            }
+        }
+    }
+
     /// Draws a bell-shaped vector: every coordinate has mean 0, variance 1 and absolute value at most 6.
     pub fn bell<P: Point>(&mut self) -> P {
         let mut sum = P::splat(-6.0);

@@ -32,6 +32,9 @@ pub enum Kind {
     /// The points `(t, t^2, t^3)` for `t = 0..n`, each axis divided by a power of two. In space, every two of them are
     /// Delaunay neighbours.
     MomentCurve,
+    /// 24 points on each of `N/24` spheres (in the plane: circles) about the origin, whose radii grow by a constant
+    /// ratio to 1/2.
+    Shells,
     /// f-spaced with boundary, where f is constant.
     WellSpaced,
     /// f-spaced with boundary, where f grows linearly with the distance from the centre.
@@ -42,7 +45,7 @@ pub enum Kind {
 }
 
 /// All kinds with their names, in the order of the help text.
-const NAMES: [(Kind, &str); 14] = [
+const NAMES: [(Kind, &str); 15] = [
     (Kind::Uniform, "uniform"),
     (Kind::Poisson, "poisson"),
     (Kind::Ball, "ball"),
@@ -54,6 +57,7 @@ const NAMES: [(Kind, &str); 14] = [
     (Kind::Slab, "slab"),
     (Kind::Line, "line"),
     (Kind::MomentCurve, "moment-curve"),
+    (Kind::Shells, "shells"),
     (Kind::WellSpaced, "well-spaced"),
     (Kind::GradedPoint, "graded"),
     (Kind::GradedLine, "graded-line"),
@@ -85,7 +89,8 @@ impl Kind {
         matches!(self, Kind::GradedPoint | Kind::GradedLine)
     }
 
-    /// Returns the largest number of points. Memory, exact coordinates or vertex indices limit it.
+    /// Returns the largest number of points. Memory, exact coordinates or vertex indices limit it. The limit of
+    /// [`Kind::Shells`] also depends on the ratio of radii ([`super::shells::most_points`]).
     pub(super) fn limit(self, dimension: usize) -> u64 {
         match (self, dimension) {
             // t^d must be a 53-bit integer.
@@ -102,6 +107,7 @@ impl Kind {
             Kind::Poisson => "the number of points of a Poisson process is random",
             Kind::Grid | Kind::Jittered => "rounded to a power of an integer side",
             Kind::Fcc => "rounded to an integer number of lattice cells per side",
+            Kind::Shells => "rounded to 24 points per sphere",
             _ => "the number is the requested one, or within 5 % of it",
         }
     }
@@ -123,8 +129,8 @@ impl FromStr for Kind {
     }
 }
 
-/// Parses `KIND:N[,d=2][,seed=7][,lipschitz=0.25]`. The defaults are dimension 3, seed 0 and the default constant. `N`
-/// may have an exponent, as in `1e6`.
+/// Parses `KIND:N[,d=2][,seed=7][,lipschitz=0.25][,ratio=1.3]`. The defaults are dimension 3, seed 0 and the default
+/// constants. `N` may have an exponent, as in `1e6`.
 ///
 /// # Errors
 ///
@@ -139,7 +145,7 @@ pub fn parse_sample(spec: &str) -> Result<Request, GenerateError> {
     let count = parts.next().unwrap_or_default();
     let n = parse_count(count)
         .ok_or_else(|| fail(format!("`{count}` is not a number of points, such as 1000 or 1e6")))?;
-    let mut request = Request { kind, n, dimension: 3, seed: 0, lipschitz: None };
+    let mut request = Request { kind, n, dimension: 3, seed: 0, lipschitz: None, ratio: None };
     for part in parts {
         let (key, value) =
             part.split_once('=').ok_or_else(|| fail(format!("expected KEY=VALUE instead of `{part}`")))?;
@@ -148,7 +154,8 @@ pub fn parse_sample(spec: &str) -> Result<Request, GenerateError> {
             "d" => request.dimension = value.parse().map_err(|_| bad())?,
             "seed" => request.seed = value.parse().map_err(|_| bad())?,
             "lipschitz" => request.lipschitz = Some(value.parse().map_err(|_| bad())?),
-            _ => return Err(fail(format!("unknown key `{key}`: expected d, seed or lipschitz"))),
+            "ratio" => request.ratio = Some(value.parse().map_err(|_| bad())?),
+            _ => return Err(fail(format!("unknown key `{key}`: expected d, seed, lipschitz or ratio"))),
         }
     }
     Ok(request)

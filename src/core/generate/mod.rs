@@ -1,8 +1,8 @@
 //! Point sets for experiments: random, degenerate, clustered, and f-spaced with a known constant.
 //!
-//! A set is a function of (kind, number, dimension, seed, Lipschitz constant). It does not depend on a clock, on the
-//! number of threads, or on any library function except the square root. All kinds lie in the unit square or cube. The
-//! machine generates the f-spaced kinds (`spaced`).
+//! A set is a function of (kind, number, dimension, seed, Lipschitz constant, ratio). It does not depend on a clock, on
+//! the number of threads, or on any library function except the square root. All kinds lie in the unit square or cube,
+//! except shells, which lie around the origin. The machine generates the f-spaced kinds (`spaced`).
 
 mod draw;
 mod faces;
@@ -10,13 +10,16 @@ mod kind;
 mod request;
 mod search;
 mod shapes;
+mod shells;
 mod sizing;
 mod spaced;
 pub mod unit;
 
 use glam::{DVec2, DVec3};
 pub use kind::{Kind, parse_sample};
-pub use request::{GRADED_LIPSCHITZ, GenerateError, GenerateProgress, Generated, Request, Spacing};
+pub use request::{
+    GRADED_LIPSCHITZ, GenerateError, GenerateProgress, Generated, Request, SHELL_RATIO, Spacing,
+};
 use unit::Unit;
 
 use crate::model::Points;
@@ -26,7 +29,7 @@ use crate::model::Points;
 /// # Errors
 ///
 /// Fails if the dimension is neither 2 nor 3, or if the number of points is above the limit of the kind. Also fails
-/// if the Lipschitz constant is out of range, or if the kind does not use one.
+/// if the Lipschitz constant or the ratio is out of range, or if the kind does not use one.
 pub fn generate(
     request: &Request,
     progress: &mut dyn FnMut(&str, u64, u64),
@@ -51,6 +54,7 @@ fn check(request: &Request) -> Result<(), GenerateError> {
             return Err(GenerateError::Lipschitz(constant));
         }
     }
+    shells::check(request)?;
     let limit = kind.limit(dimension);
     if n > limit {
         return Err(GenerateError::TooMany { kind, n, limit });

@@ -10,6 +10,9 @@ use crate::model::Points;
 /// The default Lipschitz constant of the graded kinds.
 pub const GRADED_LIPSCHITZ: f64 = 0.25;
 
+/// The default ratio of consecutive radii of [`Kind::Shells`].
+pub const SHELL_RATIO: f64 = 1.3;
+
 /// The request for a set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Request {
@@ -23,6 +26,8 @@ pub struct Request {
     pub seed: u64,
     /// The Lipschitz constant of the graded kinds, between 0 and 1. The default is [`GRADED_LIPSCHITZ`].
     pub lipschitz: Option<f64>,
+    /// The ratio of consecutive radii of [`Kind::Shells`], above 1. The default is [`SHELL_RATIO`].
+    pub ratio: Option<f64>,
 }
 
 /// The guarantee of an f-spaced set.
@@ -75,6 +80,25 @@ pub enum GenerateError {
     /// The kind has no Lipschitz constant.
     #[error("`{0}` does not use a lipschitz constant: only graded kinds do")]
     LipschitzUnused(Kind),
+    /// The ratio of radii is not a finite number above 1.
+    #[error("ratio = {0} is not a finite number above 1")]
+    Ratio(f64),
+    /// The kind has no ratio of radii.
+    #[error("`{0}` does not use a ratio: only shells do")]
+    RatioUnused(Kind),
+    /// The radii of that many shells exceed the range in which signs are exact.
+    #[error(
+        "{n} points on shells of ratio {ratio} exceed the range of exact coordinates: at most {limit} points, or a \
+         smaller ratio"
+    )]
+    TooManyShells {
+        /// The number of points requested.
+        n: u64,
+        /// The ratio of consecutive radii.
+        ratio: f64,
+        /// The largest number of points with this ratio.
+        limit: u64,
+    },
     /// The kind cannot have that many points.
     #[error("{n} points are too many for `{kind}`: at most {limit}")]
     TooMany {

@@ -19,7 +19,7 @@ pub(super) fn points<P: Point>(request: &Request) -> Vec<P> {
             (0..count).map(|_| draw.point()).collect()
         }
         Kind::Ball => many(&mut || centred(draw.in_ball())),
-        Kind::Sphere => many(&mut || on_sphere(&mut draw)),
+        Kind::Sphere => many(&mut || centred(draw.direction())),
         Kind::Grid => {
             let side = nearest_side(n, |k| k.pow(P::DIM as u32));
             let unit = 1.0 / side.saturating_sub(1).next_power_of_two() as f64;
@@ -32,6 +32,7 @@ pub(super) fn points<P: Point>(request: &Request) -> Vec<P> {
         }
         Kind::Fcc => fcc(n),
         Kind::Clusters => clusters(request, &mut draw),
+        Kind::Shells => super::shells::points(request, &mut draw),
         Kind::Slab => many(&mut || {
             let mut p: P = draw.point();
             p.set_coord(P::DIM - 1, p.coord(P::DIM - 1) / 1000.0);
@@ -53,18 +54,6 @@ pub(super) fn points<P: Point>(request: &Request) -> Vec<P> {
 /// Maps the ball of radius 1 about the origin into the unit cube.
 fn centred<P: Point>(p: P) -> P {
     p * 0.5 + P::splat(0.5)
-}
-
-/// Draws a direction by rejection from the ball, so that no sine is needed.
-fn on_sphere<P: Point>(draw: &mut Draw) -> P {
-    loop {
-        let p: P = draw.in_ball();
-        let length = p.norm2().sqrt();
-        // Very short vectors have too few bits for a direction.
-        if length > 1.0 / 64.0 {
-            return centred(p / length);
-        }
-    }
 }
 
 /// Returns the side `k` whose count is closest to `n`. It is at least 1, unless `n` is 0.

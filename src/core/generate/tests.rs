@@ -3,6 +3,7 @@
 use septet_geometry::incremental::{Incremental, facet_without};
 use septet_geometry::measure::{circumcentre, shortest_edge2};
 use septet_geometry::point::{Point, Simplex, dist2};
+use septet_geometry::range::Digits;
 
 use super::sizing::Sizing;
 use super::*;
@@ -96,7 +97,7 @@ impl Quality {
 }
 
 fn request(kind: Kind, n: u64, dimension: usize, lipschitz: Option<f64>) -> Request {
-    Request { kind, n, dimension, seed: 1, lipschitz }
+    Request { kind, n, dimension, seed: 1, lipschitz, ratio: None }
 }
 
 fn made(request: &Request) -> Generated {
@@ -165,14 +166,15 @@ fn larger_spaced_sets_have_the_requested_number() {
 }
 
 #[test]
-fn every_kind_is_repeatable_and_inside_the_unit_cube() {
+fn every_kind_is_repeatable_and_inside_its_cube() {
     for kind in Kind::all() {
         for dimension in [2, 3] {
             let ask = request(kind, 700, dimension, None);
             let set = made(&ask);
             assert_eq!(set, made(&ask), "{kind}");
             assert_eq!(set.points.dimension(), dimension);
-            assert!(set.points.coordinates().iter().all(|x| (0.0..=1.0).contains(x)), "{kind}");
+            let inside = if kind == Kind::Shells { -0.5..=0.5 } else { 0.0..=1.0 };
+            assert!(set.points.coordinates().iter().all(|x| inside.contains(x)), "{kind}");
             let count = set.points.len() as f64;
             assert!((count / 700.0 - 1.0).abs() < 0.35, "{kind}: {count}");
             let seeded = !matches!(kind, Kind::Grid | Kind::Fcc | Kind::MomentCurve);
@@ -248,4 +250,49 @@ fn impossible_requests_are_rejected() {
     assert!(matches!(unused, GenerateError::LipschitzUnused(Kind::Grid)));
     let many = refusal(request(Kind::MomentCurve, 1 << 20, 3, None));
     assert!(matches!(many, GenerateError::TooMany { limit: 131_072, .. }));
+}
+
+#[test]
+fn shells_have_24_points_and_radii_of_one_ratio() {
+    let Points::Space(points) = made(&request(Kind::Shells, 2400, 3, None)).points else {
+        panic!("not in space");
+    };
+    assert_eq!(points.len(), 2400);
+    let radius = |p: &DVec3| p.length();
+    for (i, shell) in points.chunks_exact(24).enumerate() {
+        let expected = 0.5 / SHELL_RATIO.powi(i32::try_from(i).unwrap());
+        assert!(shell.iter().all(|p| (radius(p) / expected - 1.0).abs() < 1e-12), "shell {i}");
+    }
+    let flat = made(&Request { ratio: Some(2.0), ..request(Kind::Shells, 100, 2, None) });
+    assert_eq!((flat.points.len(), flat.notes.len()), (96, 1));
+    let Points::Plane(flat) = flat.points else { panic!("not in the plane") };
+    assert!((flat[95].length() - 0.0625).abs() < 1e-14);
+}
+
+/// The largest set has exact signs, and one more shell is refused with the largest number of points.
+#[test]
+fn shells_end_with_the_exact_range() {
+    for (dimension, ratio, most) in [(3, 1.3, 900), (2, 1.3, 900), (3, 2.0, 341), (2, 16.0, 85)] {
+        let ask = Request { ratio: Some(ratio), ..request(Kind::Shells, 24 * most, dimension, None) };
+        let exact = match made(&ask).points {
+            Points::Plane(points) => Digits::of(&points).unwrap().exponent(&points).is_ok(),
+            Points::Space(points) => Digits::of(&points).unwrap().exponent(&points).is_ok(),
+        };
+        assert!(exact, "{ratio}");
+        let more = generate(&Request { n: 24 * most + 1, ..ask }, &mut |_, _, _| {}).unwrap_err();
+        assert!(matches!(more, GenerateError::TooManyShells { limit, .. } if limit == 24 * most), "{more}");
+        assert!(more.to_string().contains(&format!("at most {} points", 24 * most)), "{more}");
+    }
+}
+
+#[test]
+fn impossible_ratios_are_rejected() {
+    let refusal = |request: Request| generate(&request, &mut |_, _, _| {}).unwrap_err();
+    for ratio in [1.0, 0.5, -2.0, f64::INFINITY, f64::NAN] {
+        let refused = refusal(Request { ratio: Some(ratio), ..request(Kind::Shells, 48, 3, None) });
+        assert!(matches!(refused, GenerateError::Ratio(_)), "{ratio}");
+    }
+    let unused = refusal(Request { ratio: Some(1.5), ..request(Kind::Grid, 48, 3, None) });
+    assert!(matches!(unused, GenerateError::RatioUnused(Kind::Grid)));
+    assert_eq!(parse_sample("shells:48,ratio=1.5").unwrap().ratio, Some(1.5));
 }

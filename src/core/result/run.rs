@@ -5,7 +5,6 @@ use serde::Serialize;
 use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Ledger;
-use septet_protocol::tasks::TaskLog;
 use septet_workers::coordinator::CellRows;
 
 use crate::model::MeshView;
@@ -36,6 +35,10 @@ pub struct Settled {
     pub workers: u32,
     /// Largest leaf of the partition tree, in points.
     pub leaf: u64,
+    /// Largest expected number of samples of a draw. Balanced separators have other numbers of samples and circles.
+    pub samples: u64,
+    /// Number of great circles of a draw.
+    pub tries: u32,
     /// The supergraph, if the run built one.
     pub supergraph: Option<Supergraph>,
     /// The reason for choosing this supergraph.
@@ -66,6 +69,15 @@ impl TrafficTotal {
     }
 }
 
+/// A member of a set in which all pairs were compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct SetMember {
+    /// Path number of the node of the set: a leaf, or a node whose set was not divided further.
+    pub node: u64,
+    /// Index of the point in the input.
+    pub point: u64,
+}
+
 /// The result of a run.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -80,6 +92,8 @@ pub struct Run {
     pub(crate) export: Export,
     /// Edges of the supergraph, if kept: pairs of input indices, smaller first, sorted.
     pub graph: Option<Vec<(u64, u64)>>,
+    /// The members of the sets in which all pairs were compared, if kept, in order.
+    pub sets: Option<Vec<SetMember>>,
     /// Number of facets of the convex hull.
     pub hull_facets: u64,
     /// Number of unchanged stars whose circumspheres all lie in the ball of radius `alpha r` (`r_k` for nearest
@@ -101,8 +115,6 @@ pub struct Run {
     pub picture: Option<View>,
     /// The parameters that the run used.
     pub settled: Settled,
-    /// The record of tasks, if requested.
-    pub tasks: Option<TaskLog>,
     /// Measured wall-clock seconds of each phase that occurred, in order.
     pub phase_seconds: Vec<(Phase, f64)>,
     /// Measured seconds from points in memory to the certified triangulation in memory, without the canonical order.
@@ -122,6 +134,7 @@ impl Run {
             points,
             export: Export::new(space, Store::Rows(CellRows::default()), false),
             graph: None,
+            sets: None,
             hull_facets: 0,
             stars_local: 0,
             stars_repaired: 0,
@@ -132,7 +145,6 @@ impl Run {
             refutation: None,
             picture: None,
             settled,
-            tasks: None,
             phase_seconds: Vec::new(),
             triangulate_seconds: 0.0,
             total_seconds: 0.0,

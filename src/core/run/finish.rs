@@ -12,7 +12,7 @@ use crate::error::{Error, Refutation};
 use crate::input::prepare::Prepared;
 use crate::result::canonical::{Export, Store};
 use crate::result::pieces::Pieces;
-use crate::result::run::{Run, Settled};
+use crate::result::run::{Run, SetMember, Settled};
 use crate::result::view::Album;
 use crate::run::settings::Settings;
 
@@ -110,6 +110,7 @@ pub(crate) fn finish<P: Point>(
     Ok(Run {
         export: Export::new(P::DIM, store, with_owner),
         graph: machine.shown.collect_graph.then(|| sorted_edges(&share.edges)),
+        sets: machine.shown.collect_sets.then(|| sorted_members(&share.sets)),
         hull_facets: merged.hull_facets,
         stars_local: merged.local,
         stars_repaired: merged.repaired,
@@ -127,6 +128,12 @@ pub(crate) fn finish<P: Point>(
 /// The reason why a triangulation has no supergraph to report.
 const NO_SUPERGRAPH: &str =
     "triangulate uses no supergraph: the interface exchange finds neighbours by circumspheres";
+
+fn sorted_members(pairs: &[[u64; 2]]) -> Vec<SetMember> {
+    let mut members: Vec<SetMember> = pairs.iter().map(|&[node, point]| SetMember { node, point }).collect();
+    members.sort_unstable();
+    members
+}
 
 fn sorted_edges(flat: &[u64]) -> Vec<(u64, u64)> {
     let mut edges: Vec<(u64, u64)> = flat.chunks_exact(2).map(|e| (e[0].min(e[1]), e[0].max(e[1]))).collect();

@@ -4,11 +4,10 @@ pub mod count;
 mod finish;
 pub mod independent;
 pub mod memory;
-mod record;
 mod settings;
 mod transport;
 mod triangulation;
 
-pub use crate::result::run::{Accounting, Run, Settled, TrafficTotal};
+pub use crate::result::run::{Accounting, Run, SetMember, Settled, TrafficTotal};
 pub use transport::Start;
 pub use triangulation::{run_on, simulate, triangulate};

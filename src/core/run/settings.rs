@@ -15,8 +15,8 @@ use septet_workers::config::{
 use septet_workers::selection::FALLBACK_K;
 
 use crate::config::{
-    Alpha, Config, ConfigError, DEFAULT_ALPHA, Fault, Graph, MOST_WORKERS, Neighbours, Until, Workers,
-    alpha_of_spacing,
+    Alpha, Config, ConfigError, Constants, Fault, Graph, MOST_WORKERS, Neighbours, Purpose, TreeConstants,
+    Until, Workers, alpha_of_spacing,
 };
 use crate::coordinator::{Coordinator, Plan};
 use crate::error::Error;
@@ -75,6 +75,7 @@ pub(crate) fn admit(config: &Config, goal: Goal, points: u64, dimension: usize) 
     }
     match goal {
         Goal::Independent { .. } => memory::admit_sites(config, points, dimension),
+        Goal::Prefix(Until::Graph) => memory::admit(config, points, dimension, true),
         // A run that stops before the graph takes less memory than a triangulation.
         Goal::Triangulation | Goal::Prefix(_) => memory::admit(config, points, dimension, false),
         Goal::Simulation => memory::admit(config, points, dimension, true),
@@ -90,8 +91,6 @@ pub(crate) struct Settings {
     pub(crate) why: String,
     /// Number of leaves below each node if every leaf has its own worker; otherwise empty.
     pub(crate) plan: Plan,
-    /// The machine of the run that records the tasks, if they are kept.
-    pub(crate) recording: Option<Arc<WorkerConfig>>,
     /// Traffic of the run that made the plan.
     pub(crate) planning: Option<TrafficTotal>,
 }
@@ -118,7 +117,7 @@ impl Settings {
             _ => supergraph(config, points)?,
         };
         let machine = machine::<P>(config, goal, wanted);
-        let mut settings = Settings { machine, why, plan: Plan::new(), recording: None, planning: None };
+        let mut settings = Settings { machine, why, plan: Plan::new(), planning: None };
         let spans = ready.dimension == P::DIM as isize;
         match config.machine.workers {
             Workers::Count(workers) => settings.machine.workers = workers,
@@ -127,9 +126,6 @@ impl Settings {
         }
         if spans {
             settings.check_workers(points)?;
-        }
-        if config.keep.tasks && goal == Goal::Simulation {
-            settings.recording = Some(Arc::new(recording(&settings.machine)));
         }
         Ok(settings)
     }
@@ -180,6 +176,8 @@ impl Settings {
         Settled {
             workers: machine.workers,
             leaf: machine.tree.leaf,
+            samples: machine.tree.samples,
+            tries: machine.tree.tries,
             supergraph,
             why,
             counted: machine.counted,
@@ -193,15 +191,6 @@ const MOST_IN_A_PIECE: u64 = 1 << 25;
 /// The bit that distinguishes the name of a planning run from the name of the run that it plans.
 const PLANNING: u64 = 1 << 63;
 
-/// The bit that distinguishes the name of a recording run from the name of the run that it records.
-const RECORDING: u64 = 1 << 62;
-
-/// Returns the machine of the run that records the tasks of a run: one worker, under its own name.
-fn recording(machine: &WorkerConfig) -> WorkerConfig {
-    let shown = Shown { record_tasks: true, ..machine.shown };
-    WorkerConfig { run: machine.run ^ RECORDING, workers: 1, shown, ..machine.clone() }
-}
-
 /// Returns the parameters that all ranks share, for one worker.
 fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfig {
     let (counted, whole) = (goal.is_counted(), goal.until().is_none());
@@ -210,12 +199,20 @@ fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfi
         Wanted::Fixed(Supergraph::Density { alpha } | Supergraph::Overlap { alpha }) => Some(alpha),
         _ => None,
     };
-    let leaf = if independent { LEAF_OF_SITES[P::DIM - 2] } else { leaf_size(P::DIM, alpha) };
+    let wished = match goal {
+        Goal::Simulation | Goal::Prefix(_) => config.constants,
+        Goal::Triangulation | Goal::Independent { .. } => {
+            Constants { purpose: Purpose::Timing, ..Constants::default() }
+        }
+    };
+    let constants = TreeConstants::of(wished.purpose, P::DIM, config.separator_sets, alpha);
+    let leaf = if independent { LEAF_OF_SITES[P::DIM - 2] } else { constants.leaf };
     let shown = Shown {
         collect_graph: config.keep.graph && counted,
+        collect_sets: config.keep.sets && counted,
         with_leaves: config.keep.owner,
         view: if whole { config.keep.view.min(MOST_POINTS) } else { 0 },
-        record_tasks: false,
+        trace_costs: false,
     };
     WorkerConfig {
         run: config.machine.name(),
@@ -228,6 +225,8 @@ fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfi
         counted,
         tree: TreeRules {
             leaf: config.machine.leaf.unwrap_or(leaf),
+            samples: wished.samples.unwrap_or(constants.samples),
+            tries: wished.tries.unwrap_or(constants.tries),
             balanced: !counted,
             partition: config.partition,
         },
@@ -239,7 +238,8 @@ fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfi
         shown: if independent { Shown::default() } else { shown },
         until: goal.until().map(Until::phase),
         exchange_cap: config.planted.exchange_cap.filter(|_| !independent),
-        fault: config.planted.fault,
+        // Each point of a conflict graph waits for all its neighbours, so no neighbour may miss it.
+        fault: config.planted.fault.filter(|&fault| !independent || fault != Fault::HalfGhosts),
         stop: Stop::new(config.control.cancel.clone()),
     }
 }
@@ -248,15 +248,6 @@ fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfi
 /// ([`septet_geometry::grid`]). A leaf may therefore be larger, and the tree lower, than in a search over all pairs.
 /// The points of even larger leaves would not fit into the caches.
 const LEAF_OF_SITES: [u64; 2] = [2000, 4000];
-
-/// Returns the smallest leaf size at which separator sets do not fill the leaves. Such a leaf has about 1,000 points in
-/// space at alpha 2.5 and 500 in the plane, and grows with the volume of the alpha-balls.
-fn leaf_size(dimension: usize, alpha: Option<f64>) -> u64 {
-    let floor = if dimension == 3 { 1000.0 } else { 500.0 };
-    let ratio = (alpha.unwrap_or(DEFAULT_ALPHA) / DEFAULT_ALPHA).max(1.0);
-    let growth = (0..dimension).fold(1.0, |g: f64, _| g * ratio);
-    (floor * growth).min(1e9) as u64
-}
 
 /// Returns the supergraph to build, and the reason for it.
 fn supergraph(config: &Config, points: u64) -> Result<(Wanted, String), Error> {
@@ -302,17 +293,4 @@ fn neighbours(k: Neighbours, points: u64) -> Result<(u32, String), Error> {
         }
     };
     Ok((k as u32, why))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn leaves_grow_with_alpha() {
-        assert_eq!(leaf_size(3, None), 1000);
-        assert_eq!(leaf_size(3, Some(5.0)), 8000);
-        assert_eq!(leaf_size(2, Some(5.0)), 2000);
-        assert!((DEFAULT_ALPHA - 2.5).abs() < 1e-15);
-    }
 }

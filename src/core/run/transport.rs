@@ -11,8 +11,7 @@ use crate::config::Config;
 
 /// A function that starts the workers of a machine, for [`crate::run_on`].
 ///
-/// With [`crate::config::Workers::Leaves`] it is called twice: the first machine grows the tree to count the leaves. A
-/// run that records its tasks starts one more machine.
+/// With [`crate::config::Workers::Leaves`] it is called twice: the first machine grows the tree to count the leaves.
 pub type Start<'a, P> = dyn FnMut(&Arc<WorkerConfig>) -> std::io::Result<Box<dyn Transport<P>>> + 'a;
 
 /// Returns a function that starts workers on the transport of the configuration.

@@ -11,7 +11,6 @@ use crate::error::Error;
 use crate::input::prepare::prepare;
 use crate::result::run::Run;
 use crate::run::finish::{Times, certify, finish, flat_result};
-use crate::run::record::take_record;
 use crate::run::settings::{Goal, Settings, admit};
 use crate::run::transport::{Start, started};
 
@@ -66,7 +65,6 @@ pub fn run_on<P: Point>(
         return Ok(flat_result(points.len(), &ready, &settings, call));
     }
     let preparing = call.elapsed();
-    let tasks = take_record(&config.control, settings.recording.as_ref(), &ready, start_machine)?;
     let times = Times { call, preparing, machine: Instant::now() };
     let machine = Arc::new(settings.machine.clone());
     let mut transport = start_machine(&machine)?;
@@ -76,7 +74,7 @@ pub fn run_on<P: Point>(
     let refutation = certify(&collected, ready.positions.len() as u64, settings.machine.ranks())?;
     let plan = settings.planning;
     let run = finish(points.len(), &ready, collected, &settings, &times)?;
-    let run = Run { plan, refutation, tasks, ..run };
+    let run = Run { plan, refutation, ..run };
     match refutation {
         None => Ok(run),
         Some(refutation) => Err(Error::NotCertified { refutation, run: Box::new(run) }),

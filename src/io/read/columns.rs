@@ -70,6 +70,16 @@ pub(super) fn is_table(data: &[u8]) -> bool {
     is_text && (data.trim_ascii().is_empty() || Lines::new(data).take(LINES).any(has_numbers))
 }
 
+/// Returns `true` if the first line with data is a row of points: two or more numbers, and one of them is not an
+/// integer. Headers of other formats have only integers.
+pub(super) fn is_of_points(data: &[u8]) -> bool {
+    let Some(first) = Lines::new(data).next_data() else { return false };
+    let fields = Row::of(first, 16).fields;
+    fields.len() >= 2
+        && fields.iter().all(|field| number(field).is_some())
+        && fields.iter().any(|field| integer(field).is_none())
+}
+
 impl<'a> Table<'a, '_> {
     fn read(mut self) -> Result<PointFile, InputError> {
         let mut reading: Option<(Collector<'a>, Selection)> = None;

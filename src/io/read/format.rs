@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::str::FromStr;
 
-use super::extension::extension;
+use crate::ending::{extension, without_gz};
 
 /// An input format of points, of cells, or of both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -82,8 +82,7 @@ impl Format {
 
     /// Returns the format given by the extension of a file name, and whether the name ends in `.gz`.
     pub(super) fn of_path(path: &Path) -> (Option<Format>, bool) {
-        let (extension, zipped) = extension(path);
-        (extension.parse().ok(), zipped)
+        (extension(path).parse().ok(), without_gz(path).1)
     }
 
     /// Returns the format that the first bytes or lines identify.
@@ -108,6 +107,7 @@ impl Format {
             b"MeshVersionFormatted" => Some(Format::Medit),
             _ if super::signature::is_keyword(word) => Some(Format::Off),
             _ if word.starts_with(b"<?xml") || word.starts_with(b"<VTKFile") => Some(Format::Vtu),
+            _ if super::signature::is_ele(data) => Some(Format::Ele),
             _ => super::signature::is_node(data).then_some(Format::Node),
         }
     }
@@ -115,7 +115,7 @@ impl Format {
 
 /// Returns advice for a file of unknown format: how to convert it, or the extension with the nearest spelling.
 pub(super) fn advice(path: &Path) -> String {
-    let (extension, _) = extension(path);
+    let extension = extension(path);
     let conversion = CONVERSIONS.iter().find(|(extensions, _)| extensions.contains(&extension.as_str()));
     if let Some((_, advice)) = conversion {
         return (*advice).to_owned();

@@ -36,6 +36,8 @@ mod vtu;
 use std::io::Read;
 use std::path::Path;
 
+use crate::ending::extension;
+
 pub use cells::{CellFile, CellOptions};
 pub use domain::{AnyInput, DOMAINS, DomainFile, read_domain};
 pub use error::{InputError, Place};
@@ -122,12 +124,34 @@ fn check_dimension(path: &Path, dimension: Option<usize>) -> Result<(), InputErr
 /// Returns the format of a file of points, given by its name, or by its content if the name does not determine it.
 /// Standard input is a table unless its content identifies another format.
 fn format_of_points(path: &Path, data: &[u8]) -> Option<Format> {
-    let known = Format::of_path(path).0.or_else(|| Format::of_content(data));
+    let named = Format::of_path(path).0;
+    // The rows of a list of cells also form a table.
+    let known = match named {
+        Some(Format::Text | Format::Node) if signature::is_ele(data) => Some(Format::Ele),
+        _ => named.or_else(|| Format::of_content(data)),
+    };
     let is_table = || path.as_os_str() == "-" || (extension::may_be_table(path) && columns::is_table(data));
     known.or_else(|| is_table().then_some(Format::Text))
 }
 
 fn points(path: &Path, data: &[u8], options: &ReadOptions) -> Result<PointFile, InputError> {
+    let read = parsed_points(path, data, options);
+    read.map_err(
+        |error| if is_domain(path, data) { a_domain(Source { path, data }, "points") } else { error },
+    )
+}
+
+/// Returns `true` if the name or the content is that of a `.poly` or `.smesh` file.
+fn is_domain(path: &Path, data: &[u8]) -> bool {
+    matches!(extension(path).as_str(), "poly" | "smesh") || signature::is_poly(data)
+}
+
+/// Returns the error for a domain instead of points or cells.
+fn a_domain(source: Source<'_>, wanted: &str) -> InputError {
+    source.unsupported(Place::Whole, format!("a domain (.poly) as {wanted}"), "mesh it with `septet mesh`")
+}
+
+fn parsed_points(path: &Path, data: &[u8], options: &ReadOptions) -> Result<PointFile, InputError> {
     let source = Source { path, data };
     let Some(format) = options.format.or_else(|| format_of_points(path, data)) else {
         let (path, advice) = (path.to_owned(), format::advice(path));
@@ -149,8 +173,10 @@ fn points(path: &Path, data: &[u8], options: &ReadOptions) -> Result<PointFile, 
         Format::Msh => msh::parse(source, options)?.into_points(options),
         Format::Medit => medit::parse(source, options)?.into_points(options),
         Format::Ele => {
-            let what = "a file of cells (.ele) as points";
-            Err(source.unsupported(Place::Whole, what, "give the .node file that belongs to it"))
+            let what = "a list of cells (.ele) as points";
+            let advice =
+                "give the .node file of its points, or check the cells with `septet verify POINTS CELLS`";
+            Err(source.unsupported(Place::Whole, what, advice))
         }
     }
 }
@@ -166,9 +192,10 @@ fn cell_list(path: &Path, data: &[u8], options: &CellOptions) -> Result<CellFile
         Some(Format::Vtk) => vtk::parse(source, &plain)?.into_cells(options)?,
         Some(Format::Msh) => msh::parse(source, &plain)?.into_cells(options)?,
         Some(Format::Medit) => medit::parse(source, &plain)?.into_cells(options)?,
-        Some(Format::Node) => {
-            let what = "a file of points (.node) as cells";
-            return Err(source.unsupported(Place::Whole, what, "give the .ele file that belongs to it"));
+        _ if is_domain(path, data) => return Err(a_domain(source, "cells")),
+        found if matches!(found, Some(Format::Node | Format::Text)) || columns::is_of_points(data) => {
+            let advice = "give the cells of these points, such as an .ele file, or create them with `septet triangulate`";
+            return Err(source.unsupported(Place::Whole, "a table of points as cells", advice));
         }
         _ => {
             let (path, advice) = (path.to_owned(), format::advice(path));

@@ -1,6 +1,6 @@
 //! Signatures: formats that are recognised by the first bytes or lines of a file.
 
-use super::text::{Lines, integer, number};
+use super::text::{Line, Lines, integer, number};
 
 /// The number of bytes before the first facet of a binary STL file.
 pub(super) const HEAD: usize = 84;
@@ -36,12 +36,7 @@ pub(super) fn is_node(data: &[u8]) -> bool {
     const ROWS: i64 = 8;
     let mut lines = Lines::new(data);
     let Some(first) = lines.next_data() else { return false };
-    // A longer line is not a header.
-    let words: Vec<Option<i64>> = first.words().take(5).map(integer).collect();
-    let Some(header) = words.into_iter().collect::<Option<Vec<i64>>>() else { return false };
-    if !(2..=4).contains(&header.len()) {
-        return false;
-    }
+    let Some(header) = header(first, 2..=4) else { return false };
     let field = |i: usize| header.get(i).copied().unwrap_or(0);
     let (points, dimension, attributes, marker) = (field(0), field(1), field(2), field(3));
     if points < 1 || !(2..=3).contains(&dimension) || attributes < 0 || !(0..=1).contains(&marker) {
@@ -71,4 +66,49 @@ pub(super) fn is_node(data: &[u8]) -> bool {
         return rows > 0;
     }
     has_fraction && rows + std::iter::from_fn(|| lines.next_data()).count() as i64 == points
+}
+
+/// Returns the integers of a header line, or `None` if it has other words, or fewer or more than the limits.
+fn header(line: Line<'_>, words: std::ops::RangeInclusive<usize>) -> Option<Vec<i64>> {
+    let header = line.words().take(words.end() + 1).map(integer).collect::<Option<Vec<i64>>>()?;
+    words.contains(&header.len()).then_some(header)
+}
+
+/// Returns `true` if the first lines are those of an `.ele` file: a header `cells corners [attributes]`, then rows of
+/// an id and as many integers as the header announces. Ids are consecutive and start at 0 or 1. The header of a table
+/// of points has other columns than its rows, so no table is taken for a list of cells.
+pub(super) fn is_ele(data: &[u8]) -> bool {
+    const ROWS: i64 = 8;
+    let mut lines = Lines::new(data);
+    let Some(header) = lines.next_data().and_then(|line| header(line, 2..=3)) else { return false };
+    let (cells, corners, attributes) = (header[0], header[1], header.get(2).copied().unwrap_or(0));
+    if cells < 1 || !matches!(corners, 3 | 4 | 6 | 10) || attributes < 0 {
+        return false;
+    }
+    let width = attributes.saturating_add(1 + corners);
+    let mut rows = (0..cells.min(ROWS)).map(|_| lines.next_data());
+    let first = match rows.next().flatten() {
+        Some(line) if is_cell(line, width) => line.words().next().and_then(integer),
+        _ => return false,
+    };
+    let id = |line: Line<'_>| line.words().next().and_then(integer);
+    matches!(first, Some(0 | 1))
+        && rows
+            .zip(1..)
+            .all(|(line, i)| line.is_some_and(|l| is_cell(l, width) && id(l) == first.map(|f| f + i)))
+}
+
+/// Returns `true` if a line has this many integers and no other words.
+fn is_cell(line: Line<'_>, width: i64) -> bool {
+    line.words().count() as i64 == width && line.words().all(|word| integer(word).is_some())
+}
+
+/// Returns `true` if the points of a `.node` file are followed by the header of a list of facets, as in a `.poly` file.
+pub(super) fn is_poly(data: &[u8]) -> bool {
+    let mut lines = Lines::new(data);
+    let Some(points) = lines.next_data().and_then(|line| header(line, 2..=4)) else { return false };
+    let is_header = points[0] >= 0 && matches!(points[1], 2 | 3);
+    let after = usize::try_from(points[0]).unwrap_or(usize::MAX);
+    let facets = std::iter::from_fn(|| lines.next_data()).nth(after).and_then(|line| header(line, 1..=2));
+    is_header && facets.is_some_and(|f| f[0] >= 0 && matches!(f.get(1), None | Some(0 | 1)))
 }

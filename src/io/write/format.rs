@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use super::error::OutputError;
-use super::names::{extension, siblings};
+use super::names::siblings;
+use crate::ending::extension;
 use crate::read::UnknownFormatName;
 
 /// The version of a Gmsh file.

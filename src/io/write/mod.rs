@@ -31,6 +31,8 @@ use std::path::{Path, PathBuf};
 
 use septet_core::model::MeshView;
 
+use crate::ending::without_gz;
+
 pub use error::OutputError;
 pub use format::{MshVersion, OutputFormat, PointFormat};
 pub use options::WriteOptions;
@@ -79,7 +81,7 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
 /// Returns the path for the faces of a mesh of a domain. For `mesh.vtu`, it is `mesh.faces.vtu` in the same
 /// directory.
 pub fn faces_path(path: &Path) -> PathBuf {
-    let (plain, zipped) = names::without_gz(path);
+    let (plain, zipped) = without_gz(path);
     plain.with_extension(if zipped { "faces.vtu.gz" } else { "faces.vtu" })
 }
 

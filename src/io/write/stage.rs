@@ -14,7 +14,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 
 use super::error::{OutputError, WriteFault};
-use super::names::without_gz;
+use crate::ending::without_gz;
 
 /// The number of the next temporary file of this process.
 static SERIAL: AtomicU64 = AtomicU64::new(0);

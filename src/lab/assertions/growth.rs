@@ -71,15 +71,34 @@ pub fn level_depth_flat(counted: &impl HasCounts, phase: &str, margin: f64) -> R
     }
 }
 
-/// Checks, in every series, that the count grows like `law` and that the sizes suffice to exclude all other laws.
+/// Checks, in every series, that the count grows like `law`, and that the sizes suffice to exclude all other laws. In
+/// addition, the data must exclude every mixture of `law` with a higher law whose share of the count at the largest
+/// size exceeds `share` (see [`NotExcluded`](crate::experiment::fit::NotExcluded)).
 ///
 /// # Errors
-/// Fails if the conclusion is different, or if the runs do not determine the growth.
-pub fn grows_like(counted: &impl HasCounts, request: &FitRequest, law: Law) -> Result<(), Broken> {
+/// Fails if the conclusion is different, if a larger share is not excluded, or if the runs do not determine the growth.
+pub fn grows_like(
+    counted: &impl HasCounts,
+    request: &FitRequest,
+    law: Law,
+    share: f64,
+) -> Result<(), Broken> {
     let lines = counted.lines();
     let report = answered(&lines, request)?;
-    let other = report.series.iter().find(|series| series.conclusion != Conclusion::Law { law });
-    match other.map(|s| format!("{}, expected {}: {}", request.y.name(), law.name(), s.words)) {
+    let (y, expected) = (request.y.name(), law.name());
+    let what = report.series.iter().find_map(|series| {
+        if series.conclusion != (Conclusion::Law { law }) {
+            return Some(format!("{y}, expected {expected}: {}", series.words));
+        }
+        // The first share is the largest. NaN exceeds every bound.
+        let most = series.not_excluded.first().filter(|most| !(most.share <= share))?;
+        let (counted, name) = (short(most.share), most.law.name());
+        Some(format!(
+            "{y}, {expected}: a share of {name} of up to {counted} is not excluded, above {}",
+            short(share)
+        ))
+    });
+    match what {
         None => Ok(()),
         Some(what) => Err(broken(what, &lines, report)),
     }

@@ -10,7 +10,7 @@
 //! use septet::generate::{Kind, Request, generate};
 //! use septet::{Points, SimulateOptions, assert_counts, simulate};
 //!
-//! let request = Request { kind: Kind::WellSpaced, n: 1000, dimension: 2, seed: 1, lipschitz: None };
+//! let request = Request { kind: Kind::WellSpaced, n: 1000, dimension: 2, seed: 1, lipschitz: None, ratio: None };
 //! let set = generate(&request, &mut |_, _, _| {})?;
 //! let Points::Plane(points) = &set.points else { unreachable!() };
 //! let mut options = SimulateOptions::default();
@@ -29,7 +29,7 @@
 //! # use septet::options::Workers;
 //! # use septet::generate::{Kind, Request, generate};
 //! # use septet::{Points, SimulateOptions, assert_counts, simulate};
-//! # let request = Request { kind: Kind::WellSpaced, n: 1000, dimension: 2, seed: 1, lipschitz: None };
+//! # let request = Request { kind: Kind::WellSpaced, n: 1000, dimension: 2, seed: 1, lipschitz: None, ratio: None };
 //! # let set = generate(&request, &mut |_, _, _| {}).unwrap();
 //! # let Points::Plane(points) = &set.points else { unreachable!() };
 //! # let mut options = SimulateOptions::default();

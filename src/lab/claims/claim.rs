@@ -1,4 +1,4 @@
-//! A claim: its statement, its reading, its experiment and the function that checks it.
+//! A claim: its statement, its reading, its role, its experiment and the function that checks it.
 
 use serde::Serialize;
 
@@ -22,11 +22,46 @@ pub enum Reading {
     },
 }
 
+/// The role of a claim.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Role {
+    /// A fault of the machine or of its counts can make the claim fail.
+    Test,
+    /// The figures of a theorem about points, or of an identity of the machine. They show sizes of constants. No fault
+    /// of the machine can make them exceed their bounds, so they do not count as passed.
+    Illustration,
+}
+
+/// The error probabilities of a statistical claim, which compares an end of a 95 % interval with a bound.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Statistics {
+    /// Probability that any statistical claim of a report passes although its bound is exceeded. Holm's method
+    /// adjusts the p-values of the claims of the report to this level.
+    pub level: f64,
+    /// The fault against which the power is counted.
+    pub fault: &'static str,
+    /// Number of seeds, of [`Statistics::of`], at which the claim detects this fault.
+    pub caught: u32,
+    /// Number of seeds at which the fault was planted.
+    pub of: u32,
+    /// The smallest fault of this form that the claim detects at no less than 95 % of the seeds.
+    pub smallest: &'static str,
+}
+
+/// The level of all statistical claims together.
+pub(super) const LEVEL: f64 = 0.05;
+
 /// One claim.
 #[derive(Clone, Copy, Debug)]
 pub struct Claim {
     /// The name on the command line.
     pub name: &'static str,
+    /// Whether the claim is a test.
+    pub role: Role,
+    /// The error probabilities of a statistical claim. `None` if the figures have no error.
+    pub statistics: Option<Statistics>,
     /// The section or theorem of the paper.
     pub source: &'static str,
     /// The statement.
@@ -41,12 +76,17 @@ pub struct Claim {
 }
 
 impl Claim {
-    /// Runs the experiment.
+    /// Runs the experiment. In a laboratory with a planted fault, a claim fails if its experiment ends with an error.
     ///
     /// # Errors
     /// See [`ClaimError`].
     pub fn check(&self, lab: &mut Lab) -> Result<CheckedClaim, ClaimError> {
-        let figures = (self.check)(lab)?;
+        let figures = match (self.check)(lab) {
+            Err(error) if lab.options.fault.is_some() && !error.is_interruption() => {
+                vec![Figure::at_most(error.to_string(), "no result", lab.options.seed, f64::NAN, 0.0)]
+            }
+            figures => figures?,
+        };
         Ok(CheckedClaim::of(self, figures))
     }
 
@@ -56,9 +96,20 @@ impl Claim {
             Reading::AsPrinted => String::new(),
             Reading::AsRead { instead, because } => format!(" As read: {instead}, because {because}."),
         };
+        let role = if self.role == Role::Illustration { " An illustration." } else { "" };
+        let power = self.statistics.map_or_else(String::new, |s| s.explained());
         [
             format!("{}: {}.{read}", self.source, self.statement),
-            format!("{}. Bound: {}.", self.experiment, self.bound),
+            format!("{}. Bound: {}.{role}{power}", self.experiment, self.bound),
         ]
+    }
+}
+
+impl Statistics {
+    fn explained(&self) -> String {
+        let Statistics { level, fault, caught, of, smallest } = self;
+        format!(
+            " Level {level} over all claims (Holm); detects {fault} at {caught} of {of} seeds; smallest fault: {smallest}."
+        )
     }
 }

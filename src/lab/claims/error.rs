@@ -29,6 +29,13 @@ pub enum ClaimError {
     },
 }
 
+impl ClaimError {
+    /// Returns `true` if the caller interrupted the experiment.
+    pub(super) fn is_interruption(&self) -> bool {
+        matches!(self, ClaimError::Run(RunError::Run(septet_core::Error::Interrupted)))
+    }
+}
+
 impl From<septet_core::Error> for ClaimError {
     fn from(error: septet_core::Error) -> Self {
         ClaimError::Run(error.into())

@@ -12,6 +12,17 @@ pub enum Extent {
     /// Less than three minutes on two cores.
     #[default]
     Quick,
-    /// Up to 2^24 points in the phases that allow it. This takes hours.
+    /// Ten octaves of sizes and more seeds. This takes hours.
     Full,
+}
+
+impl Extent {
+    /// Returns the name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Extent::Brief => "brief",
+            Extent::Quick => "quick",
+            Extent::Full => "full",
+        }
+    }
 }

@@ -1,9 +1,9 @@
 //! A measured number and its bound.
 
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// The relation of a figure to its bound.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Relation {
     /// The value is at most the bound.
@@ -13,7 +13,7 @@ pub enum Relation {
 }
 
 /// A measured number and its bound.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Figure {
     /// The measured quantity.
@@ -23,6 +23,7 @@ pub struct Figure {
     /// The first seed of the sets and of the runs.
     pub seed: u64,
     /// The measured value.
+    #[serde(deserialize_with = "number")]
     pub value: f64,
     /// The required relation to the bound.
     pub relation: Relation,
@@ -31,6 +32,14 @@ pub struct Figure {
     /// Whether the figure belongs to the printed statement of a claim that is checked in another reading. Such a
     /// figure is reported but does not decide about the claim.
     pub as_printed: bool,
+    /// Probability of data at least this far below (or above) the bound if the true value were at the bound. `None`
+    /// for a figure without error.
+    pub p: Option<f64>,
+}
+
+/// Reads a number. JSON has `null` instead of a number that is not finite.
+fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::<f64>::deserialize(from)?.unwrap_or(f64::NAN))
 }
 
 impl Figure {
@@ -42,7 +51,7 @@ impl Figure {
         bound: f64,
     ) -> Figure {
         let (what, on) = (what.into(), on.into());
-        Figure { what, on, seed, value, relation: Relation::AtMost, bound, as_printed: false }
+        Figure { what, on, seed, value, relation: Relation::AtMost, bound, as_printed: false, p: None }
     }
 
     pub(super) fn at_least(
@@ -53,6 +62,11 @@ impl Figure {
         bound: f64,
     ) -> Figure {
         Figure { relation: Relation::AtLeast, ..Figure::at_most(what, on, seed, value, bound) }
+    }
+
+    /// Adds the p-value of the test that the figure decides.
+    pub(super) fn with_p(self, p: f64) -> Figure {
+        Figure { p: Some(p), ..self }
     }
 
     /// Marks the figure as belonging to the printed statement.

@@ -19,11 +19,13 @@ use septet_core::run::simulate;
 
 use super::lab::Lab;
 use super::measure::{CellShape, X, shapes};
-use super::{Claim, ClaimError, Figure, Reading};
+use super::{Claim, ClaimError, Figure, Reading, Role};
 
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         name: "f-spaced-ratio",
+        role: Role::Test,
+        statistics: None,
         source: "Theorem 5.3",
         statement: "a maximal f-spaced set with an L-Lipschitz f has radius-edge ratios of at most 1/(1-L)",
         reading: Reading::AsRead {
@@ -38,6 +40,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         name: "approximate-ratio",
+        role: Role::Test,
+        statistics: None,
         source: "Section 5, after Theorem 5.3",
         statement: "a similar theorem is true for a set that is an approximation to the maximal",
         reading: Reading::AsPrinted,
@@ -49,6 +53,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         name: "size-optimal",
+        role: Role::Test,
+        statistics: None,
         source: "Section 5, property (1)",
         statement: "the point set's density is bounded by the size function",
         reading: Reading::AsPrinted,
@@ -59,6 +65,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         name: "set-rounds",
+        role: Role::Test,
+        statistics: None,
         source: "Section 5, algorithm sketch, last step",
         statement: "the maximal independent set is obtained in parallel",
         reading: Reading::AsRead {
@@ -71,6 +79,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         name: "generated-density",
+        role: Role::Test,
+        statistics: None,
         source: "Sections 3 and 5",
         statement: "the density graph of generated points contains their Delaunay triangulation",
         reading: Reading::AsRead {
@@ -150,6 +160,7 @@ fn config(lab: &Lab) -> Config {
         c.machine.workers = Workers::Count(lab.options.threads as u32);
         c.machine.threads = lab.options.threads;
         c.machine.seed = lab.seed();
+        c.planted.fault = lab.options.fault;
         c.control.cancel.clone_from(&lab.options.cancel);
     })
 }
@@ -242,7 +253,6 @@ fn stars(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         let config = config(lab).with(|c| {
             c.spacing = Some(sample.lipschitz);
             c.graph = Graph::default();
-            c.planted.fault = lab.options.fault;
         });
         let run = match sample.d {
             2 => {

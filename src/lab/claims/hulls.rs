@@ -8,11 +8,13 @@ use septet_verify::{Triangulation, VerifyOptions, verify};
 
 use super::lab::{Lab, Sample, Specimen};
 use super::measure::{degrees, density, edges, pairs};
-use super::{Claim, ClaimError, Figure, Reading};
+use super::{Claim, ClaimError, Figure, Reading, Role};
 
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         name: "supergraph",
+        role: Role::Test,
+        statistics: None,
         source: "Section 4.2, Theorem 4.4",
         statement: "with a bounded radius-edge ratio DT(P) is a subgraph of DG_alpha(P)",
         reading: Reading::AsRead {
@@ -25,6 +27,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         name: "lower-hull",
+        role: Role::Test,
+        statistics: None,
         source: "Lemma 4.2",
         statement: "DT(P) is isomorphic to the lower convex hull of the lifted points",
         reading: Reading::AsRead {
@@ -37,6 +41,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         name: "local-hulls",
+        role: Role::Test,
+        statistics: None,
         source: "Lemmas 4.1 and 4.3",
         statement: "the hull of a vertex's graph neighbours gives the vertex's star in DT(P)",
         reading: Reading::AsPrinted,
@@ -46,6 +52,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         name: "hulls-depth",
+        role: Role::Test,
+        statistics: None,
         source: "Lemma 4.1",
         statement: "from G with degrees up to D_2, DT(P) takes O(T_CH(D_2)) with n processors, whatever n",
         reading: Reading::AsPrinted,

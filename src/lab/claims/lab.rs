@@ -5,7 +5,6 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use crate::experiment::{Line, of_counts};
 use septet_core::config::{
     Alpha, Config, Correction, DEFAULT_ALPHA, Fault, Graph, Workers, alpha_of_spacing,
 };
@@ -15,6 +14,7 @@ use septet_core::result::view::MOST_POINTS;
 use septet_core::run::count::{RunCounts, count};
 use septet_core::run::{Run, simulate};
 
+use super::counted::Counted;
 use super::measure::{X, kth_nearest2};
 use super::{ClaimError, Extent};
 
@@ -99,7 +99,7 @@ pub struct Lab<'a> {
     pub options: LabOptions,
     sets: BTreeMap<String, Rc<Generated>>,
     specimens: BTreeMap<String, Rc<Specimen>>,
-    lines: BTreeMap<String, Rc<Vec<Line>>>,
+    counted: BTreeMap<String, Rc<Vec<Counted>>>,
     report: Box<dyn FnMut(&str) + 'a>,
 }
 
@@ -109,8 +109,8 @@ const KEPT: usize = 24;
 impl<'a> Lab<'a> {
     /// Creates an empty laboratory. It calls `report` with a description of every new set and run.
     pub fn new(options: LabOptions, report: impl FnMut(&str) + 'a) -> Lab<'a> {
-        let (sets, specimens, lines) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
-        Lab { options, sets, specimens, lines, report: Box::new(report) }
+        let (sets, specimens, counted) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+        Lab { options, sets, specimens, counted, report: Box::new(report) }
     }
 
     pub(super) fn brief(&self) -> bool {
@@ -144,7 +144,7 @@ impl<'a> Lab<'a> {
         }
         (self.report)(&key);
         let Sample { kind, n, d, lipschitz } = sample;
-        let request = Request { kind, n, dimension: d, seed, lipschitz };
+        let request = Request { kind, n, dimension: d, seed, lipschitz, ratio: None };
         let set = Rc::new(generate(&request, &mut |_, _, _| {})?);
         if self.sets.len() >= KEPT {
             self.sets.pop_first();
@@ -202,30 +202,27 @@ impl<'a> Lab<'a> {
         })
     }
 
-    /// Returns the lines of runs, one for each sample and seed. Lines with the same name are computed only once.
-    pub(super) fn lines(
+    /// Returns the counts of runs, one for each sample and seed. Runs with the same name are computed only once.
+    pub(super) fn counted(
         &mut self,
         name: &str,
         samples: &[Sample],
         seeds: u64,
         change: impl Fn(Config) -> Config,
-    ) -> Result<Rc<Vec<Line>>, ClaimError> {
-        if let Some(lines) = self.lines.get(name) {
-            return Ok(lines.clone());
+    ) -> Result<Rc<Vec<Counted>>, ClaimError> {
+        if let Some(runs) = self.counted.get(name) {
+            return Ok(runs.clone());
         }
-        let mut lines = Vec::new();
+        let mut runs = Vec::new();
         for &sample in samples {
             for seed in self.seeds(seeds) {
                 let counts = self.counts(sample, seed, &change)?;
-                let mut line = of_counts(&counts);
-                (line.kind, line.asked, line.seed) = (sample.kind.name().to_string(), sample.n, seed);
-                line.settings.lipschitz = sample.lipschitz;
-                lines.push(line);
+                runs.push(Counted::of(sample, seed, &counts));
             }
         }
-        let lines = Rc::new(lines);
-        self.lines.insert(name.to_string(), lines.clone());
-        Ok(lines)
+        let runs = Rc::new(runs);
+        self.counted.insert(name.to_string(), runs.clone());
+        Ok(runs)
     }
 
     /// Returns a set together with its run, graph and separators.

@@ -7,16 +7,15 @@ use septet_core::config::Workers;
 use septet_core::generate::Kind;
 
 use super::lab::{Lab, Sample};
-use super::{Claim, ClaimError, Figure, Reading};
+use super::{Claim, ClaimError, Figure, Reading, Role};
 
 const LEAF: u64 = 256;
-
-/// Largest growth of the ratio of depth to levels that is consistent with a constant depth per level.
-const OVER_LEVELS: f64 = 1.35;
 
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         name: "merged-per-round",
+        role: Role::Illustration,
+        statistics: None,
         source: "Theorem 4.4, on the machine",
         statement: "results of subproblems are merged round by round, in O(log n) rounds",
         reading: Reading::AsPrinted,
@@ -27,6 +26,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         name: "rounds",
+        role: Role::Illustration,
+        statistics: None,
         source: "Theorem 4.4, on the machine",
         statement: "the machine's rounds follow the levels: per level, 4 down for separators, 2 for balls, 1 up",
         reading: Reading::AsPrinted,
@@ -36,21 +37,14 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         name: "free-of-workers",
+        role: Role::Test,
+        statistics: None,
         source: "Theorem 4.4",
         statement: "time with n processors is a property of the algorithm: work and depth do not depend on the machine",
         reading: Reading::AsPrinted,
         experiment: "Tree, graph, work and depth of every phase with 1, 3 and 16 workers and with one per leaf",
         bound: "0 runs that differ",
         check: free_of_workers,
-    },
-    Claim {
-        name: "depth",
-        source: "Theorem 4.4",
-        statement: "DT(P) takes O(log n) depth in total",
-        reading: Reading::AsPrinted,
-        experiment: "Depth of every phase over levels plus 1, at the largest n over the smallest",
-        bound: "1.35: a constant per level plus a constant gives at most 1.3; a constant per pair of levels gives at least 1.5",
-        check: depth,
     },
 ];
 
@@ -68,7 +62,8 @@ fn lines(lab: &mut Lab, d: usize) -> Result<Vec<Line>, ClaimError> {
         })
     };
     let seeds = lab.by_extent(2, 5);
-    Ok(lab.lines(&format!("leaves {d}"), &samples, seeds, leaves)?.to_vec())
+    let runs = lab.counted(&format!("leaves {d}"), &samples, seeds, leaves)?;
+    Ok(runs.iter().map(|run| run.line.clone()).collect())
 }
 
 fn named(line: &Line) -> String {
@@ -130,44 +125,4 @@ fn free_of_workers(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         figures.push(Figure::at_most(what, sample.name(), lab.seed(), differ as f64, 0.0));
     }
     Ok(figures)
-}
-
-fn depth(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
-    let mut figures = Vec::new();
-    let seeds = lab.by_extent(3, 5);
-    for d in [2, 3] {
-        // The sizes differ enough to distinguish the number of levels from its square.
-        let sizes = lab.by_extent([4096, 32_768], [4096, 262_144]);
-        let samples = sizes.map(|n| Sample::new(Kind::WellSpaced, n, d));
-        let leaf = |config: Config| config.with(|c| c.machine.leaf = Some(LEAF));
-        let lines = lab.lines(&format!("depth {d}"), &samples, seeds, leaf)?;
-        let phases: Vec<&str> = lines[0].phases.iter().filter(|p| p.paper).map(|p| &*p.name).collect();
-        for phase in phases {
-            figures.extend(depth_over_levels(&lines, phase, &format!("well-spaced {d}D")));
-        }
-    }
-    Ok(figures)
-}
-
-/// Compares the ratio of a phase's depth to the number of levels plus 1 at two sizes: returns its mean at the largest
-/// size over its mean at the smallest. Runs without the phase are ignored. Returns `None` if no run has it.
-pub(super) fn depth_over_levels(lines: &[Line], phase: &str, kind: &str) -> Option<Figure> {
-    // A run has a probe phase only if some leaf has too few neighbours. The phase is checked in the runs that have
-    // it.
-    let depth = |line: &Line| line.phase(phase).map_or(0, |p| p.depth);
-    let of = |line: &Line| depth(line) as f64 / (f64::from(line.tree.levels) + 1.0);
-    let there = || lines.iter().filter(|line| depth(line) > 0);
-    let mean = |asked: u64| {
-        let all: Vec<f64> = there().filter(|line| line.asked == asked).map(of).collect();
-        all.iter().sum::<f64>() / all.len() as f64
-    };
-    let asked = || there().map(|line| line.asked);
-    let (least, most) = (asked().min()?, asked().max()?);
-    let (first, last) = (mean(least), mean(most));
-    let what = format!(
-        "depth of {phase} over levels plus 1: {last:.1} at the largest n over {first:.1} at the smallest"
-    );
-    let on = format!("{kind} n={least}..{most}, {} runs", there().count());
-    let seed = lines.iter().map(|line| line.seed).min()?;
-    Some(Figure::at_most(what, on, seed, last / first, OVER_LEVELS))
 }

@@ -12,37 +12,60 @@
 //! **Repetition.** All results are functions of the claims, the [`Extent`] and the seed. No decision depends on a
 //! clock.
 
+mod ablation;
+mod bounds;
+mod brent;
 mod claim;
+mod counted;
+mod depth_law;
 mod error;
+mod exponent;
 mod extent;
 mod figure;
+mod floors;
 mod generation;
+mod holm;
 mod hulls;
+mod journal;
 mod lab;
+mod level_depth;
+mod lower_bounds;
 mod machine;
 mod measure;
+mod own_sets;
 mod random;
 mod ratio;
 mod recursion;
+mod replication;
 mod report;
 mod separators;
+mod surfaces;
+mod sweeps;
 mod tree;
 
-pub use claim::{Claim, Reading};
+pub use claim::{Claim, Reading, Role, Statistics};
 pub use error::ClaimError;
 pub use extent::Extent;
 pub use figure::{Figure, Relation};
+pub use journal::ClaimJournal;
 pub use lab::{Lab, LabOptions};
 pub use report::{CheckedClaim, ClaimReport, SCHEMA};
 
 /// Returns all claims, in the paper's order.
 pub fn registry() -> impl Iterator<Item = &'static Claim> {
-    let groups: [&'static [Claim]; 8] = [
+    let groups: [&'static [Claim]; 15] = [
         separators::CLAIMS,
+        exponent::CLAIMS,
+        ablation::CLAIMS,
         ratio::CLAIMS,
         hulls::CLAIMS,
         recursion::CLAIMS,
+        replication::CLAIMS,
         tree::CLAIMS,
+        level_depth::CLAIMS,
+        depth_law::CLAIMS,
+        brent::CLAIMS,
+        lower_bounds::CLAIMS,
         random::CLAIMS,
         machine::CLAIMS,
         generation::CLAIMS,

@@ -8,11 +8,13 @@ use septet_core::generate::Kind;
 
 use super::lab::{Lab, Sample, Specimen};
 use super::measure::{distance2, edges, shapes, stars};
-use super::{Claim, ClaimError, Figure, Reading};
+use super::{Claim, ClaimError, Figure, Reading, Role};
 
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         name: "random-neighbours",
+        role: Role::Test,
+        statistics: None,
         source: "Section 4.5",
         statement: "with high probability DT(P) is a subgraph of the (c log n)-nearest-neighbour graph",
         reading: Reading::AsRead {
@@ -26,6 +28,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         name: "random-depth",
+        role: Role::Test,
+        statistics: None,
         source: "Section 4.5",
         statement: "DT(P) of n random points takes O(log^(d/2) n) time with n processors",
         reading: Reading::AsPrinted,

@@ -11,7 +11,7 @@ use super::lab::{Lab, Sample, Specimen};
 use super::measure::{
     CellShape, X, degrees, density, distance2, dot, edges, minus, pairs, shapes, smallest_angle, stars,
 };
-use super::{Claim, ClaimError, Figure, Reading};
+use super::{Claim, ClaimError, Figure, Reading, Role};
 
 /// Tolerance for rounding, for bounds that can be attained.
 const ROUNDING: f64 = 1e-9;
@@ -19,6 +19,8 @@ const ROUNDING: f64 = 1e-9;
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         name: "smallest-angle",
+        role: Role::Illustration,
+        statistics: None,
         source: "Section 3, after Definition 3.1",
         statement: "in the plane the smallest angle is at least asin(1/(2C))",
         reading: Reading::AsPrinted,
@@ -29,6 +31,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         name: "alpha",
+        role: Role::Test,
+        statistics: None,
         source: "Theorem 3.2",
         statement: "P is an alpha-density embedding of DT(P) for an alpha of d and C alone",
         reading: Reading::AsRead {
@@ -43,6 +47,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         name: "radius-vectors",
+        role: Role::Illustration,
+        statistics: None,
         source: "Lemma 3.3",
         statement: "radius vectors from p at an angle below alpha_0 have lengths within a factor C_1",
         reading: Reading::AsPrinted,
@@ -53,6 +59,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         name: "edges-of-radii",
+        role: Role::Illustration,
+        statistics: None,
         source: "Lemma 3.4",
         statement: "cells whose radii are within C_1 have edges within 2 C_1 C",
         reading: Reading::AsPrinted,
@@ -62,6 +70,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         name: "neighbouring-edges",
+        role: Role::Illustration,
+        statistics: None,
         source: "Lemma 3.5",
         statement: "edges of neighbouring cells are within 4 C^2",
         reading: Reading::AsPrinted,
@@ -71,6 +81,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         name: "degree",
+        role: Role::Illustration,
+        statistics: None,
         source: "Lemma 3.7",
         statement: "an alpha-density graph has degrees bounded by a constant of alpha and d",
         reading: Reading::AsPrinted,

@@ -1,17 +1,18 @@
 //! Sections 4.3 and 4.4: construction of the graph by divide and conquer, and the sizes of its parts.
 
 use crate::experiment::of_run;
-use septet_core::Config;
 use septet_core::config::SeparatorSets;
 use septet_core::generate::Kind;
 
 use super::lab::{Lab, Sample};
 use super::measure::{degrees, density, overlap, pairs};
-use super::{Claim, ClaimError, Figure, Reading};
+use super::{Claim, ClaimError, Figure, Reading, Role};
 
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         name: "graph-exact",
+        role: Role::Test,
+        statistics: None,
         source: "Lemma 4.5",
         statement: "the graph computed by the divide and conquer is the alpha-density graph of P",
         reading: Reading::AsPrinted,
@@ -21,19 +22,9 @@ pub(super) const CLAIMS: &[Claim] = &[
         check: exact,
     },
     Claim {
-        name: "replication",
-        source: "Section 4.3 steps 1 to 4, Lemma 4.5",
-        statement: "recursion on P_I u P_O and P_E u P_O down to some constant keeps O(n) points in total",
-        reading: Reading::AsRead {
-            instead: "down to a floor of 1,000 points in space and 500 in the plane at alpha 2.5",
-            because: "with leaves of a few dozen points, separator sets contain nearly all points of a subproblem",
-        },
-        experiment: "Points of all leaves over points, separator sets `both`, at growing n; as printed with a floor of 100",
-        bound: "8: 6.1 at 70,000 and 7.5 at 700,000 points, measured in space; as printed, growth by 1.1 from n to 4n",
-        check: replication,
-    },
-    Claim {
         name: "subproblems-linear",
+        role: Role::Test,
+        statistics: None,
         source: "Section 4.4",
         statement: "a k-overlap graph has O(n) edges: the local hulls' sizes have a linear sum",
         reading: Reading::AsPrinted,
@@ -76,36 +67,6 @@ fn exact(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
             let sum = (missing + extra) as f64;
             figures.push(Figure::at_most(what, &specimen.name, specimen.seed, sum, 0.0));
         }
-    }
-    Ok(figures)
-}
-
-fn replication(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
-    let both = |config: Config| config.with(|c| c.separator_sets = SeparatorSets::Both);
-    let mut figures = Vec::new();
-    for d in [2, 3] {
-        let sizes = lab.by_extent(&[8000, 32_000][..], &[8000, 32_000, 128_000, 512_000]);
-        for &n in sizes {
-            let sample = Sample::new(Kind::WellSpaced, n, d);
-            let run = lab.run(sample, lab.seed(), both)?;
-            let found = of_run(&run).graph.map_or(f64::NAN, |graph| graph.replication);
-            let what = format!("points of all leaves over points, floor {}", run.settled.leaf);
-            figures.push(Figure::at_most(what, sample.name(), lab.seed(), found, 8.0));
-        }
-        let mut found = [f64::NAN; 2];
-        let small = [2000, 8000];
-        for (found, n) in found.iter_mut().zip(small) {
-            let sample = Sample::new(Kind::WellSpaced, n, d);
-            let run =
-                lab.run(sample, lab.seed(), |config| both(config).with(|c| c.machine.leaf = Some(100)))?;
-            *found = of_run(&run).graph.map_or(f64::NAN, |graph| graph.replication);
-        }
-        let what = format!(
-            "growth of replication from n to 4n at a floor of 100 ({:.1} to {:.1})",
-            found[0], found[1]
-        );
-        let on = Sample::new(Kind::WellSpaced, small[1], d).name();
-        figures.push(Figure::at_most(what, on, lab.seed(), found[1] / found[0], 1.1).printed());
     }
     Ok(figures)
 }

@@ -2,12 +2,15 @@
 
 use std::fmt::Write;
 
+use septet_core::config::Fault;
 use serde::Serialize;
 
-use super::{Claim, Extent, Figure, Reading, Relation};
+use super::claim::{LEVEL, Statistics};
+use super::holm::adjusted;
+use super::{Claim, Extent, Figure, Reading, Relation, Role};
 
 /// Name and version of the schema of [`ClaimReport`].
-pub const SCHEMA: &str = "septet-claims/1";
+pub const SCHEMA: &str = "septet-claims/2";
 
 /// A checked claim.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -15,6 +18,10 @@ pub const SCHEMA: &str = "septet-claims/1";
 pub struct CheckedClaim {
     /// The name of the claim.
     pub name: &'static str,
+    /// Whether the claim is a test.
+    pub role: Role,
+    /// The error probabilities of a statistical claim. `None` if the figures have no error.
+    pub statistics: Option<Statistics>,
     /// The section or theorem of the paper.
     pub source: &'static str,
     /// The statement.
@@ -25,8 +32,13 @@ pub struct CheckedClaim {
     pub experiment: &'static str,
     /// The bound and its reason.
     pub bound: &'static str,
-    /// Whether there is a figure of the checked form and every such figure satisfies its bound.
+    /// Whether there is a figure of the checked form and every such figure satisfies its bound. In the report, the
+    /// adjusted p-value of a statistical claim is then also below the level.
     pub passed: bool,
+    /// The largest p-value of the figures. `None` if they have no error.
+    pub p: Option<f64>,
+    /// The p-value after Holm's adjustment over the statistical claims of the report. `None` before the adjustment.
+    pub adjusted_p: Option<f64>,
     /// Whether every figure of the printed form satisfies its bound. `None` if the printed form was checked.
     pub holds_as_printed: Option<bool>,
     /// All figures.
@@ -45,8 +57,15 @@ pub struct ClaimReport {
     pub extent: Extent,
     /// The first seed.
     pub seed: u64,
-    /// Whether all claims passed.
+    /// The fault that every machine had, if one was planted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fault: Option<Fault>,
+    /// Whether there are claims, all tests passed, and all illustrations satisfy their bounds.
     pub passed: bool,
+    /// Number of tests that passed.
+    pub tests_passed: usize,
+    /// Number of tests.
+    pub tests: usize,
     /// The claims, in the paper's order.
     pub claims: Vec<CheckedClaim>,
 }
@@ -56,15 +75,20 @@ impl CheckedClaim {
         let (printed, checked): (Vec<&Figure>, Vec<&Figure>) = figures.iter().partition(|f| f.as_printed);
         let passed = !checked.is_empty() && checked.iter().all(|f| f.holds());
         let holds_as_printed = (!printed.is_empty()).then(|| printed.iter().all(|f| f.holds()));
-        let Claim { name, source, statement, reading, experiment, bound, .. } = *claim;
+        let p = checked.iter().filter_map(|f| f.p).reduce(worse);
+        let Claim { name, role, statistics, source, statement, reading, experiment, bound, .. } = *claim;
         CheckedClaim {
             name,
+            role,
+            statistics,
             source,
             statement,
             reading,
             experiment,
             bound,
             passed,
+            p,
+            adjusted_p: None,
             holds_as_printed,
             figures,
         }
@@ -80,7 +104,11 @@ impl CheckedClaim {
     /// Returns the rows of the claim: one for the checked form, and one for the printed form if it is different.
     pub fn rows(&self) -> String {
         let mut out = String::new();
-        let result = if self.passed { "PASS" } else { "FAIL" };
+        let result = match (self.passed, self.role) {
+            (false, _) => "FAIL",
+            (true, Role::Test) => "PASS",
+            (true, Role::Illustration) => "shown",
+        };
         row(&mut out, result, self.name, self.telling(false));
         if let Some(holds) = self.holds_as_printed {
             let says = if holds { "  as printed: holds" } else { "  as printed: does not hold" };
@@ -131,9 +159,33 @@ fn short(x: f64) -> String {
 
 impl ClaimReport {
     /// Returns the report of checked claims, which are in the paper's order.
-    pub fn of(extent: Extent, seed: u64, claims: Vec<CheckedClaim>) -> ClaimReport {
+    pub fn of(extent: Extent, seed: u64, mut claims: Vec<CheckedClaim>) -> ClaimReport {
+        let mut statistical: Vec<&mut CheckedClaim> = claims.iter_mut().filter(|c| c.p.is_some()).collect();
+        let all: Vec<f64> = statistical.iter().map(|claim| claim.p.unwrap_or(f64::NAN)).collect();
+        for (claim, p) in statistical.iter_mut().zip(adjusted(&all)) {
+            claim.adjusted_p = Some(p);
+            claim.passed &= p <= LEVEL;
+        }
+        let tests: Vec<&CheckedClaim> = claims.iter().filter(|claim| claim.role == Role::Test).collect();
+        let (tests_passed, tests) = (tests.iter().filter(|claim| claim.passed).count(), tests.len());
         let passed = !claims.is_empty() && claims.iter().all(|claim| claim.passed);
-        ClaimReport { schema: SCHEMA, version: env!("CARGO_PKG_VERSION"), extent, seed, passed, claims }
+        ClaimReport {
+            schema: SCHEMA,
+            version: env!("CARGO_PKG_VERSION"),
+            extent,
+            seed,
+            fault: None,
+            passed,
+            tests_passed,
+            tests,
+            claims,
+        }
+    }
+
+    /// Returns the report with the fault that was planted in every machine.
+    #[must_use]
+    pub fn with_fault(self, fault: Option<Fault>) -> ClaimReport {
+        ClaimReport { fault, ..self }
     }
 
     /// Returns the header of the table.
@@ -144,12 +196,19 @@ impl ClaimReport {
 
     /// Returns a summary in one sentence.
     pub fn summary(&self) -> String {
+        let ClaimReport { tests_passed, tests, .. } = self;
+        let illustrations = self.claims.len() - tests;
         let failed = self.claims.iter().filter(|claim| !claim.passed).count();
         let otherwise = self.claims.iter().filter(|claim| claim.holds_as_printed == Some(false)).count();
-        let all = self.claims.len();
+        let planted = self.fault.map_or_else(String::new, |fault| format!("fault {fault}: "));
         format!(
-            "{} of {all} claims pass, {failed} fail; {otherwise} hold as read but not as printed",
-            all - failed
+            "{planted}{tests_passed} of {tests} tests pass, {failed} claims fail; {illustrations} illustrations; \
+             {otherwise} claims hold as read but not as printed"
         )
     }
+}
+
+/// Returns the larger p-value. An undefined p-value is the largest.
+fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
 }

@@ -4,18 +4,17 @@
 
 use std::rc::Rc;
 
-use glam::{DVec2, DVec3};
-use septet_workers::view::shown_hash;
-
 use septet_core::Config;
-use septet_core::config::{Alpha, Graph, Neighbours};
+use septet_core::config::{Alpha, Graph, Neighbours, SeparatorSets};
 use septet_core::generate::Kind;
 use septet_core::result::view::{MOST_POINTS, SeparatorView};
 use septet_core::run::Run;
 
 use super::lab::{Lab, Sample, Specimen};
-use super::measure::{X, degrees, density, distance2, dot, kth_nearest2, nearest, overlap, pairs, ply};
-use super::{Claim, ClaimError, Figure, Reading};
+use super::measure::{X, degrees, density, distance2, kth_nearest2, nearest, overlap, pairs, ply};
+use super::own_sets::{OwnSets, Place, place};
+use super::surfaces::{Tree, height, meets};
+use super::{Claim, ClaimError, Figure, Reading, Role};
 
 /// Returns `(d+1)/(d+2)`.
 fn quotient(d: usize) -> f64 {
@@ -25,12 +24,14 @@ fn quotient(d: usize) -> f64 {
 /// The epsilon of Section 4.3, step 2.
 const EPSILON: f64 = 0.05;
 
-const NO_EDGES: &str = "Edges by definition, from all pairs; surfaces and separator sets P_O from the machine; an edge \
-                        counts if a surface separates its ends and P_O contains neither";
+const NO_EDGES: &str = "Edges by definition, from all pairs; surfaces and separator sets P_O are the machine's own; \
+                        an edge counts if a surface separates its ends and P_O contains neither";
 
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         name: "no-edges-density",
+        role: Role::Test,
+        statistics: None,
         source: "Definition 2.1, Section 2 (3), Section 4.3 step 2",
         statement: "no edge of the alpha-density graph joins P_I and P_E",
         reading: Reading::AsRead {
@@ -43,6 +44,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         name: "no-edges-overlap",
+        role: Role::Test,
+        statistics: None,
         source: "Definition 2.1, Section 2 (3)",
         statement: "no edge of the (alpha, k)-overlap graph joins a ball of B_I with one of B_E",
         reading: Reading::AsRead {
@@ -55,15 +58,19 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         name: "no-edges-knn",
+        role: Role::Test,
+        statistics: None,
         source: "Definition 2.1, Section 4.5",
         statement: "no edge of the k-nearest-neighbour graph joins P_I and P_E",
         reading: Reading::AsPrinted,
-        experiment: "Edges of the graph of 12 nearest neighbours, counted like those of the density graph",
+        experiment: "Edges of the graph of 12 nearest neighbours; surfaces and sets as for the density graph",
         bound: "0 edges, a theorem",
         check: |lab| no_edges(lab, Claimed::Nearest),
     },
     Claim {
         name: "separator-split",
+        role: Role::Test,
+        statistics: None,
         source: "Section 2 (2), Section 4.3 step 2",
         statement: "|B_I|, |B_E| <= (1 - (d+1)/(d+2) + eps) n",
         reading: Reading::AsRead {
@@ -75,16 +82,9 @@ pub(super) const CLAIMS: &[Claim] = &[
         check: split,
     },
     Claim {
-        name: "separator-size",
-        source: "Section 2 (4), Section 4.3 step 2",
-        statement: "|B_O| = O(alpha n^(1-1/d)) for neighbour balls",
-        reading: Reading::AsPrinted,
-        experiment: "Points of every node whose alpha-ball meets its surface, over alpha m^(1-1/d)",
-        bound: "5: single random spheres have at most 3.4 at the 90th percentile",
-        check: size,
-    },
-    Claim {
         name: "separator-attempts",
+        role: Role::Test,
+        statistics: None,
         source: "Section 2",
         statement: "such a separator is found in random constant time with n processors",
         reading: Reading::AsPrinted,
@@ -94,6 +94,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         name: "ply",
+        role: Role::Illustration,
+        statistics: None,
         source: "Section 2, Section 4.2",
         statement: "nearest-neighbour balls are a k-ply system for a constant k",
         reading: Reading::AsPrinted,
@@ -103,6 +105,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         name: "overlap",
+        role: Role::Illustration,
+        statistics: None,
         source: "Section 2, Section 4.4",
         statement: "the alpha-fold enlargement of a ball meets a bounded number of balls that are not smaller",
         reading: Reading::AsPrinted,
@@ -132,65 +136,6 @@ fn specimens(lab: &mut Lab) -> Result<Vec<Rc<Specimen>>, ClaimError> {
     Ok(sampled(lab)?.into_iter().map(|(_, specimen)| specimen).collect())
 }
 
-/// Returns the signed distance of `x` from a separator's surface, negative inside.
-fn height(separator: &SeparatorView, x: &X) -> f64 {
-    let mut vector = [0.0; 3];
-    vector[..separator.vector.len()].copy_from_slice(&separator.vector);
-    match separator.kind {
-        "sphere" => {
-            let out = distance2(x, &vector).sqrt() - separator.number;
-            if separator.interior == "around" { -out } else { out }
-        }
-        _ => dot(&vector, x) - separator.number,
-    }
-}
-
-/// Returns `true` if the ball meets the surface. Distances from a large sphere are rounded, so doubtful balls count as
-/// meeting it.
-fn meets(separator: &SeparatorView, x: &X, radius: f64) -> bool {
-    height(separator, x).abs() <= radius * (1.0 + 1e-9) + 1e-12 * (1.0 + separator.number.abs())
-}
-
-/// The recomputed tree of a run: the points of each node that has a surface, and the leaf of each point.
-struct Tree<'a> {
-    nodes: Vec<(&'a SeparatorView, Vec<u32>)>,
-    leaves: Vec<u64>,
-}
-
-impl<'a> Tree<'a> {
-    fn of(specimen: &'a Specimen) -> Tree<'a> {
-        Tree::of_run(&specimen.run, &specimen.points)
-    }
-
-    fn of_run(run: &'a Run, points: &[X]) -> Tree<'a> {
-        let separators = run.picture.as_ref().map_or(&[][..], |view| &view.separators);
-        let mut leaves = vec![1u64; points.len()];
-        let mut nodes = Vec::new();
-        // A child has a larger node id than its parent, so parents come first.
-        for separator in separators {
-            let inside: Vec<u32> =
-                (0u32..).zip(&leaves).filter(|(_, leaf)| **leaf == separator.node).map(|(i, _)| i).collect();
-            for &i in &inside {
-                let side = u64::from(height(separator, &points[i as usize]) >= 0.0);
-                leaves[i as usize] = 2 * separator.node + side;
-            }
-            nodes.push((separator, inside));
-        }
-        Tree { nodes, leaves }
-    }
-
-    /// Returns the surface that separates two points, if there is one.
-    fn parting(&self, i: u64, j: u64) -> Option<&'a SeparatorView> {
-        let (mut a, mut b) = (self.leaves[i as usize], self.leaves[j as usize]);
-        while a != b {
-            if a > b { a /= 2 } else { b /= 2 }
-        }
-        let at = self.nodes.binary_search_by_key(&a, |(separator, _)| separator.node).ok()?;
-        let leaf = self.leaves[i as usize] == a;
-        (!leaf).then(|| self.nodes[at].0)
-    }
-}
-
 /// The graph of a claim.
 #[derive(Clone, Copy)]
 enum Claimed {
@@ -207,7 +152,13 @@ const OVERLAP: f64 = 2.0;
 
 /// Runs the machine on the points of the specimen with this graph. The picture of the run shows all points.
 fn with_graph(lab: &mut Lab, of: &(Sample, Rc<Specimen>), graph: Claimed) -> Result<Run, ClaimError> {
-    let seen = |config: Config| config.with(|c| c.keep.view = MOST_POINTS);
+    let seen = |config: Config| {
+        config.with(|c| {
+            c.separator_sets = SeparatorSets::Both;
+            c.keep.view = MOST_POINTS;
+            c.keep.sets = true;
+        })
+    };
     let (sample, seed) = (of.0, of.1.seed);
     let with = |graph: Graph| move |config: Config| seen(config).with(|c| c.graph = graph);
     match graph {
@@ -215,28 +166,6 @@ fn with_graph(lab: &mut Lab, of: &(Sample, Rc<Specimen>), graph: Claimed) -> Res
         Claimed::Overlap => lab.run(sample, seed, with(Graph::Overlap { alpha: Alpha::Value(OVERLAP) })),
         Claimed::Nearest => lab.run(sample, seed, with(Graph::Knn { k: Neighbours::Count(NEAREST as u32) })),
     }
-}
-
-/// Returns, for each point, the levels at which the machine has it in the separator set, or `None` if the picture of
-/// the run does not show all points. A picture is ordered by a hash of the coordinates.
-fn sets_of(run: &Run, points: &[X], d: usize) -> Option<Vec<u64>> {
-    let view = run.picture.as_ref()?;
-    let hash =
-        |p: &X| if d == 2 { shown_hash(DVec2::new(p[0], p[1])) } else { shown_hash(DVec3::from_array(*p)) };
-    let mut order: Vec<usize> = (0..points.len()).collect();
-    order.sort_by_key(|&i| hash(&points[i]));
-    let extent = view.high.iter().zip(&view.low).map(|(high, low)| high - low).fold(0.0, f64::max);
-    let near =
-        |(x, &i): (&[f64], &usize)| x.iter().zip(&points[i]).all(|(a, b)| (a - b).abs() <= 1e-3 * extent);
-    let all = view.positions.len() == d * points.len() && view.crossing.len() == points.len();
-    if !all || !view.positions.chunks_exact(d).zip(&order).all(near) {
-        return None;
-    }
-    let mut sets = vec![0; points.len()];
-    for (&i, &levels) in order.iter().zip(&view.crossing) {
-        sets[i] = levels;
-    }
-    Some(sets)
 }
 
 fn no_edges(lab: &mut Lab, graph: Claimed) -> Result<Vec<Figure>, ClaimError> {
@@ -254,15 +183,20 @@ fn no_edges(lab: &mut Lab, graph: Claimed) -> Result<Vec<Figure>, ClaimError> {
         let tree = Tree::of_run(&run, points);
         let parted: Vec<(usize, usize, &SeparatorView)> =
             edges.iter().filter_map(|&(i, j)| Some((i as usize, j as usize, tree.parting(i, j)?))).collect();
-        let lost = sets_of(&run, points, specimen.d).map_or(f64::NAN, |sets| {
-            let lost =
-                |(i, j, s): &&(usize, usize, &SeparatorView)| (sets[*i] | sets[*j]) >> s.level & 1 == 0;
-            parted.iter().filter(lost).count() as f64
-        });
-        let what = format!("edges from P_I to P_E, of {} that a surface separates", parted.len());
+        let sets = OwnSets(run.sets.as_deref().unwrap_or_default()).nodes(points.len());
+        let of = |v: usize, s: &SeparatorView| place(&sets[v], s.node);
+        let divided: Vec<_> = parted
+            .iter()
+            .filter(|(i, j, s)| of(*i, s) != Place::Undivided && of(*j, s) != Place::Undivided)
+            .collect();
+        let lost = divided
+            .iter()
+            .filter(|(i, j, s)| of(*i, s) == Place::OneSide && of(*j, s) == Place::OneSide)
+            .count() as f64;
+        let what = format!("edges from P_I to P_E, of {} that a surface separates", divided.len());
         let (name, seed) = (&specimen.name, specimen.seed);
         figures.push(Figure::at_most(what, name, seed, lost, 0.0));
-        all_parted += parted.len();
+        all_parted += divided.len();
         if let Some(radii2) = own {
             let free = |v: usize, s: &SeparatorView| !meets(s, &points[v], radii2[v].sqrt());
             let lost = parted.iter().filter(|&&(i, j, s)| free(i, s) && free(j, s)).count();
@@ -292,24 +226,6 @@ fn split(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         let unsplit = nodes.filter(|f| f.is_leaf() && f.population > specimen.run.settled.leaf).count();
         figures.push(Figure::at_most("sets above the floor left unsplit", name, seed, unsplit as f64, 0.0));
         figures.push(Figure::at_most(what, name, seed, largest, 1.0 - quotient(d) + EPSILON).printed());
-    }
-    Ok(figures)
-}
-
-fn size(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
-    let mut figures = Vec::new();
-    for specimen in specimens(lab)? {
-        let tree = Tree::of(&specimen);
-        let Specimen { points, nearest2, alpha, d, .. } = &*specimen;
-        let relative = |(separator, members): &(&SeparatorView, Vec<u32>)| {
-            let crossing =
-                |&&i: &&u32| meets(separator, &points[i as usize], alpha * nearest2[i as usize].sqrt());
-            let scale = alpha * (members.len() as f64).powf(1.0 - 1.0 / *d as f64);
-            members.iter().filter(crossing).count() as f64 / scale
-        };
-        let largest = tree.nodes.iter().map(relative).fold(f64::NEG_INFINITY, f64::max);
-        let what = format!("|B_O| / (alpha m^(1-1/d)), largest of {} splits", tree.nodes.len());
-        figures.push(Figure::at_most(what, &specimen.name, specimen.seed, largest, 5.0));
     }
     Ok(figures)
 }

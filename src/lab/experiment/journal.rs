@@ -1,7 +1,7 @@
-//! The file of a sweep, which consists of complete lines only.
+//! The file of a sweep or of checked claims, which consists of complete lines only.
 //!
-//! A run appends its line in one write. An interruption can leave an incomplete line at the end of the file. The next
-//! sweep drops this part if it begins like a line of a sweep. If a complete line is not a run, or is a run of another
+//! Each result is appended in one write. An interruption can leave an incomplete line at the end of the file. The next
+//! call drops this part if it begins like a line of the file. If a complete line is not a result, or belongs to another
 //! sweep, the file is refused and remains unchanged.
 
 use std::collections::BTreeSet;
@@ -9,9 +9,11 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use thiserror::Error;
 
-use super::line::{Line, SCHEMA};
+use super::line::{Line, Program, SCHEMA};
 
 /// A reason why the file of a sweep cannot be read or written.
 #[derive(Debug, Error)]
@@ -25,33 +27,39 @@ pub enum JournalError {
         /// The cause.
         source: io::Error,
     },
-    /// A complete line is not a run.
-    #[error("{}, line {line}: not a run of a sweep: {reason}", path.display())]
+    /// A complete line is not an entry.
+    #[error("{}, line {line}: not a line of {what}: {reason}", path.display())]
     Line {
         /// The file.
         path: PathBuf,
         /// 1-based line number.
         line: usize,
+        /// The expected kind of file.
+        what: &'static str,
         /// The reason.
         reason: String,
     },
-    /// The file belongs to another sweep.
-    #[error("{} belongs to another sweep:\n  in the file: {there}\n  requested:   {asked}", path.display())]
+    /// The file belongs to another sweep, or to claims with other options.
+    #[error("{} belongs to other options of {what}:\n  in the file: {there}\n  requested:   {asked}", path.display())]
     OtherSweep {
         /// The file.
         path: PathBuf,
+        /// The expected kind of file.
+        what: &'static str,
         /// The words that identify the sweep in the file.
         there: String,
         /// The words that identify the requested sweep.
         asked: String,
     },
-    /// The file is not a sweep, and its content would be lost.
-    #[error("{} is not the file of a sweep and remains unchanged; choose another file", path.display())]
+    /// The file is not a journal, and its content would be lost.
+    #[error("{} is not the file of {what} and remains unchanged; choose another file", path.display())]
     NoSweep {
+        /// The expected kind of file.
+        what: &'static str,
         /// The file.
         path: PathBuf,
     },
-    /// The sweep was begun by another version, whose counts may differ.
+    /// The file was begun by another version, whose counts may differ.
     #[error("{} was begun by septet {there}, this is {}", path.display(), env!("CARGO_PKG_VERSION"))]
     OtherVersion {
         /// The file.
@@ -61,20 +69,63 @@ pub enum JournalError {
     },
 }
 
-/// The beginning of every line.
-const BEGINNING: &[u8] = b"{\"schema\":\"septet-scale/";
+/// A line of a journal. The schema is its first field.
+pub trait Entry: Serialize + DeserializeOwned {
+    /// The kind of file, for messages.
+    const WHAT: &'static str;
+    /// Name and version of the schema.
+    const SCHEMA: &'static str;
+    /// Identifies the line in its file.
+    type Key: Ord + std::fmt::Debug;
+
+    /// Returns the stamp of the line.
+    fn stamp(&self) -> Stamp<'_>;
+    /// Returns the key of the line.
+    fn key(&self) -> Self::Key;
+}
+
+/// The fields that all lines of a file share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stamp<'a> {
+    /// Name and version of the schema.
+    pub schema: &'a str,
+    /// Version of septet.
+    pub version: &'a str,
+    /// The words that identify the sweep.
+    pub words: &'a str,
+}
+
+impl Entry for Line {
+    const WHAT: &'static str = "a sweep";
+    const SCHEMA: &'static str = SCHEMA;
+    type Key = (Program, String);
+
+    fn stamp(&self) -> Stamp<'_> {
+        Stamp { schema: &self.schema, version: &self.version, words: &self.sweep }
+    }
+
+    fn key(&self) -> Self::Key {
+        (self.program, self.command.clone())
+    }
+}
 
 /// The lines of a file.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Lines {
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lines<T = Line> {
     /// The complete lines.
-    pub lines: Vec<Line>,
+    pub lines: Vec<T>,
     /// Number of bytes of an incomplete line after them.
     pub incomplete: u64,
-    /// Whether these bytes are the beginning of a line of a sweep.
+    /// Whether these bytes are the beginning of a line of this kind.
     begun: bool,
     /// Number of bytes of the complete lines.
     complete: u64,
+}
+
+impl<T> Default for Lines<T> {
+    fn default() -> Self {
+        Lines { lines: Vec::new(), incomplete: 0, begun: false, complete: 0 }
+    }
 }
 
 /// Reads the complete lines of a sweep.
@@ -82,6 +133,14 @@ pub struct Lines {
 /// # Errors
 /// Fails if the file cannot be read, or if a complete line is not a run.
 pub fn read_lines(path: &Path) -> Result<Lines, JournalError> {
+    read_entries(path)
+}
+
+/// Reads the complete lines of a journal.
+///
+/// # Errors
+/// Fails if the file cannot be read, or if a complete line is not an entry of this kind.
+pub fn read_entries<T: Entry>(path: &Path) -> Result<Lines<T>, JournalError> {
     let io_error = |source| JournalError::Io { path: path.to_path_buf(), source };
     let mut reader = BufReader::new(File::open(path).map_err(io_error)?);
     let mut read = Lines::default();
@@ -91,8 +150,9 @@ pub fn read_lines(path: &Path) -> Result<Lines, JournalError> {
         let length = reader.read_until(b'\n', &mut bytes).map_err(io_error)? as u64;
         if bytes.last() != Some(&b'\n') {
             read.incomplete = length;
-            let shared = bytes.len().min(BEGINNING.len());
-            read.begun = bytes[..shared] == BEGINNING[..shared];
+            let beginning = beginning::<T>();
+            let shared = bytes.len().min(beginning.len());
+            read.begun = bytes[..shared] == beginning[..shared];
             return Ok(read);
         }
         read.complete += length;
@@ -100,71 +160,81 @@ pub fn read_lines(path: &Path) -> Result<Lines, JournalError> {
             continue;
         }
         let number = read.lines.len() + 1;
-        let fail = |reason| JournalError::Line { path: path.to_path_buf(), line: number, reason };
-        let line: Line = serde_json::from_slice(&bytes).map_err(|e| fail(e.to_string()))?;
-        if line.schema != SCHEMA {
-            return Err(fail(format!("its schema is `{}`, not `{SCHEMA}`", line.schema)));
+        let fail =
+            |reason| JournalError::Line { path: path.to_path_buf(), line: number, what: T::WHAT, reason };
+        let line: T = serde_json::from_slice(&bytes).map_err(|e| fail(e.to_string()))?;
+        let schema = line.stamp().schema;
+        if schema != T::SCHEMA {
+            return Err(fail(format!("its schema is `{schema}`, not `{}`", T::SCHEMA)));
         }
         read.lines.push(line);
     }
 }
 
+/// Returns the beginning of every line of a kind, up to the version of the schema.
+fn beginning<T: Entry>() -> Vec<u8> {
+    let name = T::SCHEMA.split_inclusive('/').next().unwrap_or_default();
+    format!("{{\"schema\":\"{name}").into_bytes()
+}
+
 /// The file of a sweep, open for appending.
 #[derive(Debug)]
-pub struct Journal {
+pub struct Journal<T: Entry = Line> {
     path: PathBuf,
     file: File,
     /// Number of bytes of complete lines.
     end: u64,
-    done: BTreeSet<(super::Program, String)>,
+    done: BTreeSet<T::Key>,
     /// Number of bytes of an incomplete line that was dropped.
     pub dropped: u64,
 }
 
 impl Journal {
+    /// Returns `true` if the file contains the run of this program and command.
+    pub fn has(&self, program: Program, command: &str) -> bool {
+        self.done.contains(&(program, command.to_string()))
+    }
+}
+
+impl<T: Entry> Journal<T> {
     /// Opens or creates the file of the sweep that `words` identify. The sweep may be new or interrupted.
     ///
     /// # Errors
-    /// Fails if the file cannot be read or written, is not a sweep, or belongs to another sweep or version.
-    pub fn open(path: &Path, words: &str) -> Result<Journal, JournalError> {
+    /// Fails if the file cannot be read or written, is of another kind, or belongs to another sweep or version.
+    pub fn open(path: &Path, words: &str) -> Result<Self, JournalError> {
         let io_error = |source| JournalError::Io { path: path.to_path_buf(), source };
-        let there = if path.exists() { read_lines(path)? } else { Lines::default() };
+        let there = if path.exists() { read_entries::<T>(path)? } else { Lines::default() };
         for line in &there.lines {
-            let path = || path.to_path_buf();
-            if line.sweep != words {
-                let (there, asked) = (line.sweep.clone(), words.to_string());
-                return Err(JournalError::OtherSweep { path: path(), there, asked });
+            let (path, Stamp { version, words: found, .. }) = (path.to_path_buf(), line.stamp());
+            if found != words {
+                let (there, asked) = (found.to_string(), words.to_string());
+                return Err(JournalError::OtherSweep { path, what: T::WHAT, there, asked });
             }
-            if line.version != env!("CARGO_PKG_VERSION") {
-                return Err(JournalError::OtherVersion { path: path(), there: line.version.clone() });
+            if version != env!("CARGO_PKG_VERSION") {
+                return Err(JournalError::OtherVersion { path, there: version.to_string() });
             }
         }
         if !there.begun && there.incomplete > 0 {
-            return Err(JournalError::NoSweep { path: path.to_path_buf() });
+            return Err(JournalError::NoSweep { path: path.to_path_buf(), what: T::WHAT });
         }
         let open = OpenOptions::new().create(true).truncate(false).write(true).open(path);
         let mut file = open.map_err(io_error)?;
         file.set_len(there.complete).map_err(io_error)?;
         file.seek(SeekFrom::End(0)).map_err(io_error)?;
-        let done = there.lines.iter().map(|line| (line.program, line.command.clone())).collect();
+        let done = there.lines.iter().map(Entry::key).collect();
         Ok(Journal { path: path.to_path_buf(), file, end: there.complete, done, dropped: there.incomplete })
     }
 
-    /// Returns the number of runs in the file.
+    /// Returns the number of lines in the file.
     pub fn done(&self) -> usize {
         self.done.len()
     }
 
-    /// Returns `true` if the file contains the run of this program and command.
-    pub fn has(&self, program: super::Program, command: &str) -> bool {
-        self.done.contains(&(program, command.to_string()))
-    }
-
-    /// Appends a run. If this fails, the file ends with the previous line.
+    /// Appends a line. If this fails, the file ends with the previous line.
     ///
     /// # Errors
     /// Fails if the line cannot be written completely.
-    pub fn append(&mut self, line: &Line) -> Result<(), JournalError> {
+    pub fn append(&mut self, line: &T) -> Result<(), JournalError> {
         let written = serde_json::to_vec(line).map_err(io::Error::other).and_then(|mut bytes| {
             bytes.push(b'\n');
             self.file.write_all(&bytes)?;
@@ -173,7 +243,7 @@ impl Journal {
         match written {
             Ok(length) => {
                 self.end += length;
-                self.done.insert((line.program, line.command.clone()));
+                self.done.insert(line.key());
                 Ok(())
             }
             Err(source) => {

@@ -50,6 +50,12 @@ pub struct Line {
     pub workers: u32,
     /// Largest number of points in a leaf.
     pub leaf: u64,
+    /// Largest expected number of samples from which a separator is drawn.
+    #[serde(default)]
+    pub samples: u64,
+    /// Number of great circles that are drawn for a separator.
+    #[serde(default)]
+    pub tries: u32,
     /// The options as requested.
     pub settings: RunOptions,
     /// The supergraph of the run, such as `density 2.5`. `None` if none was built.
@@ -97,6 +103,15 @@ pub struct RunOptions {
     /// `descent` or `naive`.
     #[serde(default)]
     pub neighbours: String,
+    /// `counting` or `timing`.
+    #[serde(default)]
+    pub constants: String,
+    /// A number, or `auto`.
+    #[serde(default)]
+    pub samples: String,
+    /// A number, or `auto`.
+    #[serde(default)]
+    pub tries: String,
     /// A number, or `auto`.
     pub leaf: String,
     /// `channel` or `sim`.

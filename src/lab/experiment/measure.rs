@@ -68,6 +68,8 @@ fn line(source: &Source<'_>) -> Line {
         n: points,
         workers: settled.workers,
         leaf: settled.leaf,
+        samples: settled.samples,
+        tries: settled.tries,
         settings: RunOptions::default(),
         supergraph: settled.supergraph.filter(|_| whole).map(named),
         phases: phases(ledger, phase_seconds),

@@ -12,7 +12,7 @@ mod runner;
 mod sizes;
 mod sweep;
 
-pub use journal::{Journal, JournalError, Lines, read_lines};
+pub use journal::{Entry, Journal, JournalError, Lines, Stamp, read_entries, read_lines};
 pub use line::{
     DepthLine, GraphLine, LevelLine, Line, PhaseLine, Program, RoundLine, RunOptions, SCHEMA, Spread,
     TreeLine,

@@ -108,6 +108,8 @@ fn serial<P: Point>(points: &[P]) -> Result<Line, RunError> {
         n,
         workers: 1,
         leaf: n,
+        samples: 0,
+        tries: 0,
         settings: RunOptions::default(),
         supergraph: None,
         phases: Vec::new(),

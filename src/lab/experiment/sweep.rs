@@ -5,7 +5,8 @@ use std::fmt::Write;
 use thiserror::Error;
 
 use septet_core::config::{
-    Alpha, Config, ConfigError, Correction, GraphKind, Machine, SeparatorSets, Until, Workers, sets_name,
+    Alpha, Config, ConfigError, Constants, Correction, GraphKind, Machine, Purpose, SeparatorSets, Until,
+    Workers, sets_name,
 };
 use septet_core::generate::{Kind, Request};
 
@@ -78,9 +79,10 @@ pub enum SweepError {
         /// The last phase of the runs.
         until: Until,
     },
-    /// alpha is given together with a leaf size. If a run stops early, alpha only decides the leaf size.
+    /// alpha is given for runs that stop before the supergraph. Then it decides only the leaf size, and only for
+    /// `--constants timing`.
     #[error(
-        "--alpha has no effect with --until and --leaf: it only decides the leaf size; leave one of them out"
+        "--alpha has no effect with --until: it only decides the leaf size of --constants timing; leave one of them out"
     )]
     AlphaOfLeaf,
     /// A Lipschitz constant is given for kinds that have none.
@@ -145,7 +147,10 @@ impl Sweep {
     /// Checks that the phases up to `until` use every option. Defaults are accepted, because [`Sweep::command`] spells
     /// them out.
     fn check_reached(&self, until: Until) -> Result<(), SweepError> {
-        let Config { graph, separator_sets, correction, machine, .. } = &self.config;
+        if until == Until::Graph {
+            return Ok(());
+        }
+        let Config { graph, separator_sets, correction, machine, constants, .. } = &self.config;
         let unreached = [
             ("--supergraph", graph.kind() != GraphKind::Density),
             ("--separator-sets", *separator_sets != SeparatorSets::Ghost),
@@ -154,7 +159,8 @@ impl Sweep {
         if let Some((option, _)) = unreached.into_iter().find(|(_, is_given)| *is_given) {
             return Err(SweepError::Unreached { option, until });
         }
-        if graph.alpha() != Alpha::Auto && machine.leaf.is_some() {
+        let decides_leaf = machine.leaf.is_none() && constants.purpose == Purpose::Timing;
+        if graph.alpha() != Alpha::Auto && !decides_leaf {
             return Err(SweepError::AlphaOfLeaf);
         }
         Ok(())
@@ -175,8 +181,8 @@ impl Sweep {
     }
 
     fn jobs_of_set(&self, size: u64, kind: Kind, seed: u64, jobs: &mut Vec<Job>) {
-        let request =
-            |n| Request { kind, n, dimension: self.dimension, seed, lipschitz: self.lipschitz_of(kind) };
+        let (dimension, lipschitz) = (self.dimension, self.lipschitz_of(kind));
+        let request = |n| Request { kind, n, dimension, seed, lipschitz, ratio: None };
         let mut sets: Vec<u64> = Vec::new();
         for &workers in &self.workers {
             let n = match workers {
@@ -243,14 +249,17 @@ impl Sweep {
         // Writing to a string cannot fail.
         let _ = write!(
             text,
-            " --supergraph {} --alpha {} --k {} --separator-sets {} --partition {} --neighbours {} --leaf {} \
-             --transport {}",
+            " --supergraph {} --alpha {} --k {} --separator-sets {} --partition {} --neighbours {} \
+             --constants {} --samples {} --tries {} --leaf {} --transport {}",
             settings.supergraph,
             settings.alpha,
             settings.k,
             settings.separator_sets,
             settings.partition,
             settings.neighbours,
+            settings.constants,
+            settings.samples,
+            settings.tries,
             settings.leaf,
             settings.transport
         );
@@ -279,7 +288,10 @@ impl Sweep {
             separator_sets: sets_name(config.separator_sets).to_string(),
             partition: config.partition.name().to_string(),
             neighbours: config.correction.name().to_string(),
-            leaf: leaf.map_or_else(|| "auto".to_string(), |leaf| leaf.to_string()),
+            constants: config.constants.purpose.name().to_string(),
+            samples: Constants::text(config.constants.samples),
+            tries: Constants::text(config.constants.tries),
+            leaf: Constants::text(*leaf),
             transport: transport.name().to_string(),
             delivery_seed: transport.delivery_seed(),
             lipschitz: self.lipschitz,
@@ -358,13 +370,16 @@ mod tests {
         let option = "--neighbours";
         assert_eq!(naive(Until::Partition), Err(SweepError::Unreached { option, until: Until::Partition }));
         assert_eq!(naive(Until::Neighbours), Ok(()));
-        let alpha = |leaf| {
+        let alpha = |purpose, leaf| {
             let mut s = sweep();
+            s.config.constants.purpose = purpose;
             (s.config.until, s.config.machine.leaf) = (Some(Until::Partition), leaf);
             s.config.graph = Graph::Density { alpha: Alpha::Value(5.0) };
             s.check()
         };
-        assert_eq!((alpha(None), alpha(Some(9))), (Ok(()), Err(SweepError::AlphaOfLeaf)));
+        assert_eq!(alpha(Purpose::Timing, None), Ok(()));
+        assert_eq!(alpha(Purpose::Timing, Some(9)), Err(SweepError::AlphaOfLeaf));
+        assert_eq!(alpha(Purpose::Counting, None), Err(SweepError::AlphaOfLeaf));
         assert_eq!(refused(&|s| s.kinds = vec![Kind::Uniform]), SweepError::LipschitzUnused);
         let none = refused(&|s| s.workers = vec![Workers::Count(0)]);
         assert_eq!(none, SweepError::Config(ConfigError::NoWorkers));
@@ -374,11 +389,14 @@ mod tests {
     fn words_tell_sweeps_apart() {
         let base = sweep().words();
         assert!(base.contains("-n 100,200 --kind uniform,graded -d 2 --workers 1,4 --seed 3 --seeds 2"));
-        let changes: [&dyn Fn(&mut Sweep); 8] = [
+        let changes: [&dyn Fn(&mut Sweep); 11] = [
             &|s| s.seeds = 4,
             &|s| s.weak = true,
             &|s| s.config.until = Some(Until::Neighbours),
             &|s| s.config.machine.leaf = Some(7),
+            &|s| s.config.constants.purpose = Purpose::Timing,
+            &|s| s.config.constants.samples = Some(64),
+            &|s| s.config.constants.tries = Some(5),
             &|s| s.config.partition = Partition::Kd,
             &|s| s.config.correction = Correction::BottomUp,
             &|s| s.config.graph = Graph::Density { alpha: Alpha::Value(3.0) },

@@ -4,17 +4,25 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 
+use septet_core::Run;
+use septet_protocol::ids::Phase;
+
 use super::hardware::Hardware;
 
-/// Charged work and measured seconds of a phase, in a run with one worker.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Timed {
-    /// Name of the phase.
-    pub name: String,
-    /// Charged work.
-    pub work: u64,
-    /// Measured seconds.
-    pub seconds: f64,
+/// Charged work and measured seconds of a phase.
+#[derive(Clone, Copy, Debug)]
+struct TimedPhase {
+    phase: Phase,
+    work: u64,
+    seconds: f64,
+}
+
+/// Returns the charged work and the measured seconds of each phase of a run.
+fn timed(run: &Run) -> Vec<TimedPhase> {
+    let totals = &run.ledger.phases;
+    let work = |phase| totals.iter().find(|total| total.phase == phase).map_or(0, |total| total.work);
+    let row = |&(phase, seconds): &(Phase, f64)| TimedPhase { phase, work: work(phase), seconds };
+    run.phase_seconds.iter().map(row).collect()
 }
 
 const BOUNCES: u32 = 2000;
@@ -38,9 +46,11 @@ fn median(mut all: Vec<f64>) -> f64 {
     all.get(all.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// Measures latency, overhead and bandwidth of channels between two threads. Rates come from the phases of a run with
-/// one worker. A phase without charged work is assumed to take the same time for every number of workers.
-pub fn calibrate(phases: &[Timed]) -> Hardware {
+/// Measures latency, overhead and bandwidth of channels between two threads. Rates come from the phases of `run`, which
+/// must be a run with one worker on one thread. A phase without charged work is assumed to take the same time for every
+/// number of workers.
+pub fn calibrate(run: &Run) -> Hardware {
+    let phases = timed(run);
     let (out, inbox): Line = unbounded();
     let (reply, back): Line = unbounded();
     let echo = std::thread::spawn(move || {
@@ -64,7 +74,7 @@ pub fn calibrate(phases: &[Timed]) -> Hardware {
         hardware.bandwidth = 2.0 * LARGE as f64 / (large - small);
     }
     let timed = phases.iter().filter(|t| t.work > 0 && t.seconds > 0.0);
-    hardware.phase_rates = timed.map(|t| (t.name.clone(), t.work as f64 / t.seconds)).collect();
+    hardware.phase_rates = timed.map(|t| (t.phase.name().to_owned(), t.work as f64 / t.seconds)).collect();
     let (work, seconds) = phases.iter().fold((0, 0.0), |s, t| (s.0 + t.work, s.1 + t.seconds));
     if work > 0 && seconds > 0.0 {
         hardware.rate = work as f64 / seconds;

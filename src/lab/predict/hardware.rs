@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use septet_protocol::ids::Phase;
 use serde::Serialize;
 
 /// The hardware of a predicted machine.
@@ -33,5 +34,12 @@ impl Default for Hardware {
             phase_rates: BTreeMap::new(),
             fixed: 0.0,
         }
+    }
+}
+
+impl Hardware {
+    /// Returns the charged operations per second of one worker in a phase.
+    pub(super) fn rate_of(&self, phase: Phase) -> f64 {
+        self.phase_rates.get(phase.name()).copied().unwrap_or(self.rate)
     }
 }

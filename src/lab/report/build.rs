@@ -63,7 +63,6 @@ impl RunReport {
             },
             rss_before_bytes: context.rss_before_bytes,
             peak_rss_bytes: context.peak_rss_bytes,
-            tasks: run.tasks.clone(),
         }
     }
 }
@@ -80,14 +79,13 @@ fn supergraph(run: &Run) -> SupergraphReport {
 
 fn how_proved(run: &Run) -> HowProved {
     if run.refutation.is_some() {
-        return HowProved { hypothesis: 0, local_radius: 0, exchange: 0 };
+        return HowProved { direct: 0, hypothesis: 0, local_radius: 0, exchange: 0 };
     }
     let certified = if run.cell_count() == 0 { 0 } else { run.points.used };
-    HowProved {
-        hypothesis: certified.saturating_sub(run.stars_local + run.stars_repaired),
-        local_radius: run.stars_local,
-        exchange: run.stars_repaired,
-    }
+    let others = certified.saturating_sub(run.stars_local + run.stars_repaired);
+    // Only the algorithm of the paper is counted, and only that algorithm has a hypothesis.
+    let (direct, hypothesis) = if run.settled.counted { (0, others) } else { (others, 0) };
+    HowProved { direct, hypothesis, local_radius: run.stars_local, exchange: run.stars_repaired }
 }
 
 fn machine(run: &Run) -> MachineReport {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use septet_core::config::{Config, sets_name};
+use septet_core::config::{Config, Constants, sets_name};
 
 use super::context::RunContext;
 
@@ -33,6 +33,12 @@ pub struct Parameters {
     pub partition: &'static str,
     /// `descent` or `naive`.
     pub neighbours: &'static str,
+    /// `counting` or `timing`; `simulate` only.
+    pub constants: &'static str,
+    /// A number, or `auto`.
+    pub samples: String,
+    /// A number, or `auto`.
+    pub tries: String,
     /// Largest leaf of the run, in points.
     pub leaf: u64,
     /// Whether septet chose the leaf size.
@@ -58,7 +64,7 @@ pub struct Parameters {
 impl Parameters {
     /// Returns the parameters of a configuration.
     pub(super) fn of(config: &Config, context: &RunContext<'_>, leaf: u64) -> Self {
-        let Config { machine, graph, keep, .. } = config;
+        let Config { machine, graph, keep, constants, .. } = config;
         Parameters {
             command: context.command,
             input: context.input.to_owned(),
@@ -71,6 +77,9 @@ impl Parameters {
             separator_sets: sets_name(config.separator_sets),
             partition: config.partition.name(),
             neighbours: config.correction.name(),
+            constants: constants.purpose.name(),
+            samples: Constants::text(constants.samples),
+            tries: Constants::text(constants.tries),
             leaf,
             leaf_auto: machine.leaf.is_none(),
             transport: machine.transport.name(),

@@ -1,6 +1,5 @@
 //! The schema of the report, field by field.
 
-use septet_protocol::tasks::TaskLog;
 use serde::Serialize;
 
 use septet_core::result::view::View;
@@ -11,7 +10,7 @@ use super::traffic::{TimelineReport, TrafficReport};
 
 /// Name and version of the schema of [`RunReport`]. The number changes if a field changes its meaning or disappears.
 /// New fields may appear under the same number.
-pub const SCHEMA: &str = "septet-run/1";
+pub const SCHEMA: &str = "septet-run/2";
 
 /// The report of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -75,9 +74,6 @@ pub struct RunReport {
     pub rss_before_bytes: Option<u64>,
     /// Measured peak of resident memory.
     pub peak_rss_bytes: Option<u64>,
-    /// The task record, which is independent of the number of workers; absent unless requested.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub tasks: Option<TaskLog>,
 }
 
 /// The supergraph.
@@ -127,8 +123,10 @@ pub struct Fallback {
 /// Number of stars by kind of proof; the numbers add up to `points.used`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct HowProved {
-    /// Stars proved by the certificate and the supergraph alone, as the paper assumes; for `triangulate`, by the
-    /// subdomain triangulations alone.
+    /// Stars of `triangulate`, which needs no hypothesis: the certificate over exact subdomain triangulations proves
+    /// them. 0 for `simulate`.
+    pub direct: u64,
+    /// Stars of `simulate` proved by the certificate and the supergraph alone, as the paper assumes.
     pub hypothesis: u64,
     /// Stars proved by a ball of the known radius.
     pub local_radius: u64,
@@ -228,6 +226,11 @@ pub struct RoundReport {
 /// The partition tree. Ratios are `None` if no node was split.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct TreeReport {
+    /// Largest expected number of samples from which a separator is drawn. `None` for `triangulate`, whose separators
+    /// are balanced.
+    pub samples: Option<u64>,
+    /// Number of great circles that are drawn for a separator. `None` for `triangulate`.
+    pub tries: Option<u32>,
     /// Number of levels below the root; 0 for a single leaf.
     pub levels: u32,
     /// Number of leaves.

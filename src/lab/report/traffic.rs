@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use septet_protocol::ids::{Phase, Rank};
-use septet_protocol::ledger::{Ledger, LinkKey, SenderKey, Traffic};
+use septet_protocol::ledger::{Ledger, LinkKey, RankKey, Traffic};
 
 /// Largest number of bins of contiguous workers.
 pub const MOST_BINS: u32 = 512;
@@ -107,8 +107,10 @@ pub(super) fn links(ledger: &Ledger, workers: u32) -> TrafficReport {
 pub(super) fn senders(ledger: &Ledger, workers: u32) -> TimelineReport {
     let bins = bins(workers);
     let mut sums: BTreeMap<(u32, Phase, u32), Traffic> = BTreeMap::new();
-    for (&SenderKey { round, phase, from }, moved) in &ledger.part.senders {
-        sums.entry((round, phase, bin_of(&bins, from))).or_default().add(moved);
+    for (&RankKey { round, phase, rank }, tally) in &ledger.part.ranks {
+        if tally.sent.messages > 0 {
+            sums.entry((round, phase, bin_of(&bins, rank))).or_default().add(&tally.sent);
+        }
     }
     let row = |((round, phase, worker), moved): ((u32, Phase, u32), Traffic)| SenderReport {
         round,

@@ -56,7 +56,10 @@ pub(super) fn summary(run: &Run) -> TreeReport {
         let crossing = facts.crossing_inside + facts.crossing_outside;
         separator.add(crossing as f64 / (facts.population.max(1) as f64).powf(exponent));
     }
+    let settled = &run.settled;
     TreeReport {
+        samples: settled.counted.then_some(settled.samples),
+        tries: settled.counted.then_some(settled.tries),
         largest_split_ratio: split.largest,
         mean_split_ratio: split.mean(),
         mean_attempts: attempts.mean(),

@@ -135,7 +135,7 @@ fn wrong_inputs(record: &mut Record) {
     place.file("mixed.txt", "0 0 0\n1 0 0\n0 1\n");
     place.file("huge.off", "OFF\n100000000000000 0 0\n0 0 0\n");
     place.file("wide.xyz", "1 0 0\n0 1e-300 0\n0 0 1\n1 1 1\n1e300 0 0\n");
-    place.file("bad.json", "{\"schema\": \"septet-run/1\"}");
+    place.file("bad.json", "{\"schema\": \"septet-run/2\"}");
     place.file("open.off", "OFF\n4 3 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n");
     let lines = [
         ("nan", "triangulate nan.xyz -o a.vtu"),
@@ -204,7 +204,7 @@ fn reports(record: &mut Record) {
         ("simulate-2d", "simulate sample:clusters:600,d=2 --workers leaves --leaf 50 --threads 2"),
         (
             "simulate-knn",
-            "simulate sample:line:500 --workers 3 --threads 2 --leaf 50 --supergraph knn --k 10ln --tasks",
+            "simulate sample:line:500 --workers 3 --threads 2 --leaf 50 --supergraph knn --k 10ln",
         ),
         (
             "simulate-both",
@@ -258,7 +258,7 @@ fn verify(record: &mut Record) {
 
 fn generate(record: &mut Record) {
     let place = Place::new();
-    let kinds = "uniform poisson ball sphere grid fcc jittered clusters slab line moment-curve well-spaced graded graded-line";
+    let kinds = "uniform poisson ball sphere grid fcc jittered clusters slab line moment-curve shells well-spaced graded graded-line";
     for kind in kinds.split(' ') {
         for dimension in [2, 3] {
             let file = format!("{kind}-{dimension}.npy");
@@ -292,10 +292,8 @@ fn scale_and_fit(record: &mut Record) {
 
 fn predict(record: &mut Record) {
     let place = Place::new();
-    let run =
-        "simulate sample:uniform:800 --workers 1 --threads 1 --leaf 40 --tasks --view 0 --json run.json";
-    place.code(record, "run", run);
-    place.code(record, "predict", "predict run.json --workers 1,2,4,8 --json predicted.json");
+    let line = "predict sample:uniform:800 --workers 1,2,4,8 --threads 1 --leaf 40 --json predicted.json";
+    place.code(record, "predict", line);
     place.report(record, "predict", "predicted.json");
 }
 

@@ -25,7 +25,6 @@ fn order(crew: Crew, wire: Wire) -> Order {
         naive: false,
         cap: None,
         picture: 0,
-        tasks: false,
         fault: None,
     }
 }
@@ -206,7 +205,6 @@ fn others() -> Vec<Case> {
         ("of-50", Order { picture: 50, ..base.clone() }),
         ("of-all", Order { picture: 20_000, crew: Crew::Leaves, ..base.clone() }),
     ];
-    let tasks = [("tasks", Order { tasks: true, ..base.clone() })];
     let fault =
         |fault| Order { fault: Some(fault), supergraph: Supergraph::Density(Some(2.5)), ..base.clone() };
     let faults = [
@@ -223,7 +221,6 @@ fn others() -> Vec<Case> {
     vec![
         Case::new("repair", move |record| on(record, &repaired)),
         Case::new("picture", move |record| on(record, &pictures)),
-        Case::new("tasks", move |record| on(record, &tasks)),
         Case::new("faults", move |record| on(record, &faults)),
         Case::new("until", |record| {
             for (kind, dimension, crew) in [("uniform", 3, Crew::Leaves), ("clusters", 2, Crew::Of(5))] {

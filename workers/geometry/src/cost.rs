@@ -8,123 +8,114 @@
 //! **Prices.** Every primitive pays through one private call, `Cost::pay`, with its name and its number of items. The
 //! table at [`Primitive`] gives the cost of the call.
 //!
-//! **Integrity.** The fields of [`Cost`] are private, and only the primitives below raise them. Each primitive runs the
-//! loop for which it charges. A caller can therefore neither state a cost nor run an uncharged loop inside a primitive,
-//! unless that loop is a primitive itself. There are two exceptions: [`Cost::from_parts`] decodes a cost, and the
-//! caller counts the items of a [`Sweep`].
+//! **Integrity.** The fields of [`Cost`] are private, and only the primitives below raise them. Each primitive walks the
+//! data for which it charges. The items of a [`Sweep`] are counted while a traversal visits them.
 //!
-//! **Shared subproblems.** Work and depth are charged to subproblems, not to workers. If a group of workers shares a
-//! subproblem, every member charges its own share, and [`Cost::join`] merges the shares (sum of work, maximum depth).
-//! The ledger prices the scans over the number of items of the whole subproblem when it folds the shares
-//! ([`Cost::depth_log_scan`]). So no count depends on the number of workers.
+//! **Scans.** A scan runs over the items of its call. If a group of workers shares a subproblem, a member knows only its
+//! own share of these items. The meter of a subproblem ([`Cost::of_subproblem`]) therefore counts scans, every member
+//! charges its share, and [`Price::join`] merges the shares (sum of work, maximum depth). The ledger prices the scans
+//! over the items of the whole subproblem ([`Price::depth_log_scan`]). The meter of a nested problem
+//! ([`Cost::nested`]), for example of one star, prices each scan at once. So no count depends on the number of workers.
+//!
+//! **Second account.** A meter can also record its calls, without prices ([`Tape`]). The laboratory prices such records
+//! independently of this module.
 
 mod index_sets;
+mod lanes;
 mod price;
 mod sorting;
 mod sweep;
+mod tape;
 
 pub use index_sets::{Marks, Positions};
+pub use lanes::Lanes;
 pub use price::{Price, Primitive, ceil_log2};
 pub use sweep::Sweep;
+pub use tape::{Call, LaneStep, Step, Tape};
 
-use price::sort_steps;
 use sorting::take_others;
 
 use crate::coordinate_arrays::{CoordinateArrays, PairVisitor};
 use crate::kd_blocks::KdBlocks;
 use crate::point::Point;
 
-/// Work and depth of a computation, in the model of [`crate::cost`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// The meter of a computation: its price, and the record of its calls if it keeps one.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
-    work: u64,
-    depth: u64,
-    /// Scans on the longest chain that run over the items of the subproblem.
-    scans: u64,
-    /// Additional depth of scans over other numbers of items, if a scan of `m` items takes `ceil(log2 m)` steps.
-    inner_log: u64,
+    price: Price,
+    /// Whether every scan is priced at once, over the items of its call.
+    is_nested: bool,
+    tape: Option<Box<Tape>>,
 }
 
 #[expect(clippy::inline_always, reason = "the price of a known primitive is a few instructions")]
 impl Cost {
-    /// The cost of an empty computation.
-    pub const ZERO: Cost = Cost { work: 0, depth: 0, scans: 0, inner_log: 0 };
+    /// Creates the meter of a subproblem, whose scans the ledger prices. If `records` is set, it also records its calls.
+    pub fn of_subproblem(records: bool) -> Self {
+        Cost { price: Price::ZERO, is_nested: false, tape: records.then(Box::default) }
+    }
 
-    /// Returns the number of elementary operations.
+    /// Creates an empty meter of the same kind.
+    pub fn fresh(&self) -> Self {
+        Cost { is_nested: self.is_nested, ..Cost::of_subproblem(self.tape.is_some()) }
+    }
+
+    /// Creates the meter of a nested problem, for example of one star. [`Cost::then`] or a lane adds it to this meter.
+    pub fn nested(&self) -> Self {
+        Cost { is_nested: true, ..Cost::of_subproblem(self.tape.is_some()) }
+    }
+
+    /// Returns the price so far.
+    pub fn price(&self) -> Price {
+        self.price
+    }
+
+    /// Returns the number of elementary operations so far.
     pub fn work(&self) -> u64 {
-        self.work
+        self.price.work()
     }
 
-    /// Returns the length of the longest chain of vector steps, with each scan counted as 1.
+    /// Returns the length of the longest chain of vector steps so far, with each scan counted as 1.
     pub fn depth(&self) -> u64 {
-        self.depth
+        self.price.depth()
     }
 
-    /// Returns the number of scans over the subproblem's own items on that chain.
-    pub fn scans(&self) -> u64 {
-        self.scans
-    }
-
-    /// Returns the length of the longest chain if a scan over `items` items counts `ceil(log2 items)`, at least 1.
-    pub fn depth_log_scan(&self, items: u64) -> u64 {
-        self.depth + self.inner_log + self.additional_depth(items)
-    }
-
-    /// Returns the additional depth of the scans if each takes `ceil(log2 items)` steps, at least 1, instead of one.
-    #[inline(always)]
-    fn additional_depth(&self, items: u64) -> u64 {
-        self.scans * (sort_steps(items) - 1)
-    }
-
-    /// Encodes the cost as four numbers: work, depth, scans, and the additional depth of closed scans.
-    pub fn to_parts(self) -> [u64; 4] {
-        [self.work, self.depth, self.scans, self.inner_log]
-    }
-
-    /// Decodes a cost from the numbers of [`Cost::to_parts`].
-    pub fn from_parts(p: [u64; 4]) -> Self {
-        Cost { work: p[0], depth: p[1], scans: p[2], inner_log: p[3] }
+    /// Returns the record of the calls, if the meter keeps one.
+    pub fn into_tape(self) -> Option<Tape> {
+        self.tape.map(|tape| *tape)
     }
 
     /// Appends a computation that runs after this one.
     pub fn then(&mut self, next: Cost) {
-        self.work += next.work;
-        self.depth += next.depth;
-        self.scans += next.scans;
-        self.inner_log += next.inner_log;
+        self.price.then(next.price);
+        if let (Some(tape), Some(next)) = (&mut self.tape, next.tape) {
+            tape.append(*next);
+        }
     }
 
-    /// Adds a computation that runs in parallel: sum of work, maximum depth.
-    pub fn join(&mut self, other: Cost) {
-        self.work += other.work;
-        self.depth = self.depth.max(other.depth);
-        self.scans = self.scans.max(other.scans);
-        self.inner_log = self.inner_log.max(other.inner_log);
+    /// Starts a vector step whose items have their own meters.
+    pub fn lanes(&self) -> Lanes {
+        Lanes::new(self.tape.is_some())
     }
 
-    /// Fixes the number of items of all scans so far. The problem can then become an item of a larger vector step.
-    #[inline(always)]
-    pub fn close(&mut self, items: u64) {
-        self.inner_log += self.additional_depth(items);
-        self.scans = 0;
+    /// Charges a vector step: the sum of the work of its lanes, and their maximum depth.
+    pub fn run_lanes(&mut self, lanes: Lanes) {
+        let (price, step) = lanes.into_step();
+        self.price.then(price);
+        if let (Some(tape), Some(step)) = (&mut self.tape, step) {
+            tape.push(step);
+        }
     }
 
     /// Charges one call of a primitive.
     #[inline(always)]
     fn pay(&mut self, primitive: Primitive, items: usize) {
-        let price = primitive.price(items as u64);
-        self.work += price.work;
-        self.depth += price.depth;
-        self.scans += price.scans;
-    }
-
-    /// Charges one call of a primitive that is an item of a larger problem: its scans run over its own items.
-    #[inline(always)]
-    fn pay_nested(&mut self, primitive: Primitive, items: usize) {
-        let mut inner = Cost::ZERO;
-        inner.pay(primitive, items);
-        inner.close(items as u64);
-        self.then(inner);
+        let items = items as u64;
+        let price = primitive.price(items);
+        self.price.then(if self.is_nested { price.closed(items) } else { price });
+        if let Some(tape) = &mut self.tape {
+            tape.call(Call { primitive, items });
+        }
     }
 
     /// Applies `f` to every item in one vector step.
@@ -139,22 +130,20 @@ impl Cost {
         items.iter_mut().for_each(&mut f);
     }
 
-    /// Applies `f` to every item in one vector step whose items have their own costs. The step costs the sum of their
-    /// work and the maximum of their depths; an item costs at least one unit of each.
+    /// Applies `f` to every item in one vector step whose items have their own meters. The step costs the sum of their
+    /// work and the maximum of their depths. An item without calls costs one unit of each.
     pub fn map_nested<T, U>(&mut self, items: &[T], mut f: impl FnMut(&T, &mut Cost) -> U) -> Vec<U> {
-        let mut all = Cost::ZERO;
+        let mut lanes = self.lanes();
         let out = items
             .iter()
             .map(|item| {
-                let mut own = Cost::ZERO;
+                let mut own = self.nested();
                 let value = f(item, &mut own);
-                own.work = own.work.max(1);
-                own.depth = own.depth.max(1);
-                all.join(own);
+                lanes.add(own);
                 value
             })
             .collect();
-        self.then(all);
+        self.run_lanes(lanes);
         out
     }
 
@@ -208,6 +197,13 @@ impl Cost {
         items.iter().map(|item| f(value, item)).collect()
     }
 
+    /// Computes which children of a node each item reaches, and replicates the items to the children: see
+    /// [`Cost::charge_replication`]. Returns the result of `f` for each item.
+    pub fn replicate<T, U>(&mut self, items: &[T], f: impl FnMut(&T) -> U) -> Vec<U> {
+        self.pay(Primitive::Replicate, items.len());
+        items.iter().map(f).collect()
+    }
+
     /// Splits records, stored as three parallel arrays, by flags from the previous vector step. Records with the flag
     /// `stay` remain in their order, and the others are returned. Any of the arrays may be empty. Costs the same as
     /// [`Cost::split`].
@@ -221,22 +217,6 @@ impl Cost {
     ) -> (Vec<A>, Vec<B>, Vec<C>) {
         self.pay(Primitive::Split, flags.len());
         (take_others(flags, stay, a), take_others(flags, stay, b), take_others(flags, stay, c))
-    }
-
-    /// Reads `out[i] = items[index[i]]`. Reads are exclusive, so the indices must be distinct.
-    ///
-    /// # Errors
-    /// Returns the first index that occurs twice.
-    pub fn gather<T: Copy>(&mut self, items: &[T], index: &[u32]) -> Result<Vec<T>, usize> {
-        self.pay(Primitive::VectorStep, index.len());
-        let mut seen = vec![false; items.len()];
-        index
-            .iter()
-            .map(|&i| {
-                let i = i as usize;
-                if std::mem::replace(&mut seen[i], true) { Err(i) } else { Ok(items[i]) }
-            })
-            .collect()
     }
 
     /// Visits all pairs of a row and a column: a copy-scan replicates the columns, a vector step processes the pairs,
@@ -271,10 +251,27 @@ impl Cost {
         self.pay(Primitive::Sweep, sweep.items() as usize);
     }
 
-    /// Charges a finished sweep that is an item of a larger problem: its scan runs over its own items.
-    #[inline(always)]
-    pub fn charge_nested_sweep(&mut self, sweep: Sweep) {
-        self.pay_nested(Primitive::Sweep, sweep.items() as usize);
+    /// Charges the replication of the items of a finished sweep to the two children of a node. A copy-scan copies the
+    /// separator to the items, two vector steps compute the sides that each item reaches, a scan finds the places of the
+    /// copies, and a vector step and a scan move the items and copy each to its places.
+    pub fn charge_replication(&mut self, sweep: Sweep) {
+        self.pay(Primitive::Replicate, sweep.items() as usize);
+    }
+
+    /// Charges the combination of the results of a finished sweep's items, each with the result of its copy: the results
+    /// are moved together, combined in two vector steps, and collected by a scan.
+    pub fn charge_combination(&mut self, sweep: Sweep) {
+        self.pay(Primitive::Combine, sweep.items() as usize);
+    }
+
+    /// Charges the pairs of items that a finished sweep counted, at the cost of [`Cost::all_pairs`].
+    pub fn charge_pairs(&mut self, sweep: Sweep) {
+        self.pay(Primitive::Pairs, sweep.items() as usize);
+    }
+
+    /// Charges a finished sweep of iterations that one processor performs in sequence.
+    pub fn charge_sequence(&mut self, sweep: Sweep) {
+        self.pay(Primitive::Sequential, sweep.items() as usize);
     }
 
     /// Charges the delivery of a finished sweep's items to their receivers, which drop the items that they already
@@ -288,6 +285,13 @@ impl Cost {
     pub fn sequential<A>(&mut self, iterations: usize, init: A, f: impl FnMut(A, usize) -> A) -> A {
         self.pay(Primitive::Sequential, iterations);
         (0..iterations).fold(init, f)
+    }
+}
+
+impl Lanes {
+    /// Adds a lane. A lane without calls is a vector step over one item.
+    pub fn add(&mut self, lane: Cost) {
+        self.add_lane(lane.price, lane.tape.map(|tape| *tape));
     }
 }
 

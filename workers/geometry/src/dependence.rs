@@ -20,80 +20,32 @@
 //! unites the conflicts of a cell in O(log m) steps for m points. The steps of a chain are then O(log^2 n). With a
 //! concurrent hash table instead of the merge, a chain would take O(log n) steps, which [`Clock::hashed`] counts.
 //!
+//! **Charges.** The baseline is charged by the primitives of [`crate::cost`], as the paper's recursion is:
+//! - the keys of the order, their sort, the search for the first points, and the move of the points;
+//! - in each round: the pack of the ready facets, and a scan that assigns processors to candidates;
+//! - for each facet: the comparison of the pivots, and the update of the facets that a cell has left;
+//! - for each new cell: the union of the conflicts, a copy of the cell to each candidate, a test and a pack of the
+//!   candidates, and for each of its facets the computation of a key and an access to the table of facets.
+//!
 //! **Departures.** The exterior is represented by a vertex, and the first affinely independent points are inserted
 //! first, instead of a bounding simplex. The second cell of a facet is found in a table. An access to the table
-//! counts one step, as in the paper, although an EREW machine would have to sort. The choice favours the baseline.
-//! Drawing the order is not charged. [`crate::predicates`] breaks ties, so the cells equal the cells of
-//! [`crate::incremental`].
+//! counts one step, as in the paper, although an EREW machine would have to sort. Several facets of a cell can be settled
+//! in one round, and each update counts one step. Both choices favour the baseline. [`crate::predicates`] breaks ties,
+//! so the cells equal the cells of [`crate::incremental`].
+
+mod counts;
+mod order;
 
 use std::collections::BTreeMap;
 
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
+pub use counts::{Clock, Round};
+use order::Order;
 
 use crate::complex::INFINITE;
-use crate::cost::Cost;
+use crate::cost::{Cost, Price};
 use crate::incremental::IncrementalError;
-use crate::point::{Point, Simplex, lex_cmp};
-use crate::predicates::{Sign, in_sphere, orientation, raises_dimension};
-
-/// Numbers of steps along a chain of cells.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Clock {
-    /// Number of cells: the dependence depth.
-    pub chain: u64,
-    /// Vector steps, with each scan counted as 1.
-    pub steps: u64,
-    /// Vector steps, with a scan of `m` items counted as `ceil(log2 m)`.
-    pub log_scan: u64,
-    /// Number of vector steps if uniting conflicts took one step, as with a concurrent hash table. The EREW machine has
-    /// no such table.
-    pub hashed: u64,
-}
-
-impl Clock {
-    fn later(self, other: Clock) -> Clock {
-        Clock {
-            chain: self.chain.max(other.chain),
-            steps: self.steps.max(other.steps),
-            log_scan: self.log_scan.max(other.log_scan),
-            hashed: self.hashed.max(other.hashed),
-        }
-    }
-
-    /// Appends one cell to the chain: first the cost of uniting its conflicts (`union`), then its other costs (`rest`).
-    fn then(self, union: Cost, rest: Cost) -> Clock {
-        Clock {
-            chain: self.chain + 1,
-            steps: self.steps + union.depth() + rest.depth(),
-            log_scan: self.log_scan + union.depth_log_scan(1) + rest.depth_log_scan(1),
-            hashed: self.hashed + union.depth().min(1) + rest.depth(),
-        }
-    }
-}
-
-/// Counts of one round.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Round {
-    /// Number of ready facets.
-    pub facets: u64,
-    /// Number of cells created.
-    pub cells: u64,
-    /// Number of in-sphere tests, including those of infinite cells.
-    pub tests: u64,
-    /// Number of elementary operations.
-    pub work: u64,
-    /// Vector steps of the slowest cell.
-    pub steps: u64,
-}
-
-impl Round {
-    /// Adds a cost that is incurred in parallel to the rest of the round.
-    fn charge(&mut self, cost: Cost) {
-        self.work += cost.work();
-        self.steps = self.steps.max(cost.depth());
-    }
-}
+use crate::point::{Point, Simplex};
+use crate::predicates::{Sign, in_sphere, orientation};
 
 /// The Delaunay triangulation, with the counts of its rounds.
 #[derive(Clone, Debug)]
@@ -104,7 +56,8 @@ pub struct Dependence<P: Point> {
     pub hull_facets: u64,
     /// Maxima over all chains.
     pub clock: Clock,
-    /// Counts of each round. The first round tests all points against the first cells; the others settle facets.
+    /// Counts of each round. The first round draws the order and tests all points against the first cells; the others
+    /// settle facets.
     pub rounds: Vec<Round>,
 }
 
@@ -114,14 +67,15 @@ impl<P: Point> Dependence<P> {
     /// # Errors
     /// Fails if points coincide or are not finite, if there are too many, or if they do not span the space.
     pub fn new(points: &[P], seed: u64) -> Result<Self, IncrementalError> {
-        let (order, positions) = insertion(points, seed)?;
-        let mut builder = Builder::new(&positions);
-        let mut ready = builder.start();
-        while !ready.is_empty() {
-            ready = builder.round(&ready);
+        let mut drawing = Cost::default().nested();
+        let order = Order::draw(points, seed, &mut drawing)?;
+        let mut builder = Builder::new(&order.positions);
+        let mut joined = builder.start(drawing.price());
+        while joined.iter().any(Option::is_some) {
+            joined = builder.round(&joined);
         }
         let name = |mut cell: P::Cell| {
-            cell.as_mut().iter_mut().for_each(|v| *v = order[*v as usize]);
+            cell.as_mut().iter_mut().for_each(|v| *v = order.indices[*v as usize]);
             cell
         };
         Ok(Dependence {
@@ -150,48 +104,6 @@ impl<P: Point> Dependence<P> {
         self.rounds.iter().map(bound).sum()
     }
 }
-
-/// Draws a random order that starts with affinely independent points. Returns the indices and the points in this order.
-/// The order is a function of the set and the seed, not of the numbering.
-fn insertion<P: Point>(points: &[P], seed: u64) -> Result<(Vec<u32>, Vec<P>), IncrementalError> {
-    if points.len() > MOST_POINTS {
-        return Err(IncrementalError::TooMany);
-    }
-    let finite = |p: &P| (0..P::DIM).all(|i| p.coord(i).is_finite());
-    if let Some(point) = points.iter().position(|p| !finite(p)) {
-        return Err(IncrementalError::NotFinite { point: point as u32 });
-    }
-    let mut order: Vec<u32> = (0..points.len() as u32).collect();
-    order.sort_unstable_by(|&a, &b| lex_cmp(&points[a as usize], &points[b as usize]).then(a.cmp(&b)));
-    let same = |w: &&[u32]| lex_cmp(&points[w[0] as usize], &points[w[1] as usize]).is_eq();
-    if let Some(pair) = order.windows(2).find(same) {
-        return Err(IncrementalError::Coincident { point: pair[1], vertex: pair[0] });
-    }
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut keyed: Vec<(u64, u32)> = order.into_iter().map(|i| (rng.next_u64(), i)).collect();
-    // Equal keys keep their lexicographic order.
-    keyed.sort_by_key(|k| k.0);
-    let mut frame: Vec<P> = Vec::new();
-    let (mut first, mut rest) = (Vec::new(), Vec::with_capacity(keyed.len()));
-    for (_, i) in keyed {
-        let p = points[i as usize];
-        if frame.len() <= P::DIM && raises_dimension(&frame, p) {
-            frame.push(p);
-            first.push(i);
-        } else {
-            rest.push(i);
-        }
-    }
-    if frame.len() <= P::DIM {
-        return Err(IncrementalError::Flat { dimension: frame.len() as isize - 1 });
-    }
-    first.append(&mut rest);
-    let positions = first.iter().map(|&i| points[i as usize]).collect();
-    Ok((first, positions))
-}
-
-/// Largest number of points, as in [`crate::incremental`].
-const MOST_POINTS: usize = 1 << 26;
 
 /// A cell with facets that are not settled.
 #[derive(Clone, Debug)]
@@ -232,12 +144,18 @@ struct Candidate<P: Point> {
 struct Origin {
     /// The clock after both old cells.
     after: Clock,
-    /// Cost of settling the facet.
-    before: Cost,
+    /// The meter of the new cell.
+    lane: Cost,
     /// Cost of uniting the conflicts.
-    union: Cost,
+    union: Price,
     /// A slot whose facet has a known second cell.
     known: Option<(usize, Half)>,
+}
+
+impl Default for Origin {
+    fn default() -> Self {
+        Origin { after: Clock::default(), lane: Cost::default().nested(), union: Price::ZERO, known: None }
+    }
 }
 
 struct Builder<'a, P: Point> {
@@ -251,6 +169,8 @@ struct Builder<'a, P: Point> {
     infinite: u64,
     clock: Clock,
     rounds: Vec<Round>,
+    /// The steps that all cells of the round wait for.
+    shared: Price,
 }
 
 impl<'a, P: Point> Builder<'a, P> {
@@ -264,12 +184,14 @@ impl<'a, P: Point> Builder<'a, P> {
             infinite: 0,
             clock: Clock::default(),
             rounds: Vec::new(),
+            shared: Price::ZERO,
         }
     }
 
-    /// Creates the first simplex and the infinite cells around it, and tests every other point against each of these
-    /// cells.
-    fn start(&mut self) -> Vec<ReadyFacet> {
+    /// Creates the first simplex and the infinite cells around it, after `drawing` the order. Tests every other point
+    /// against each of these cells. Returns the facets that become ready, slot by slot.
+    fn start(&mut self, drawing: Price) -> Vec<Option<ReadyFacet>> {
+        self.shared = drawing;
         let n = P::DIM + 1;
         let mut simplex = P::Cell::splat(0);
         simplex.as_mut().iter_mut().zip(0..).for_each(|(slot, v)| *slot = v);
@@ -285,33 +207,46 @@ impl<'a, P: Point> Builder<'a, P> {
             cells.push(outer);
         }
         let mut round = Round::default();
-        let mut ready = Vec::new();
+        let mut joined = Vec::new();
         for vertices in cells {
             let others = (n as u32..self.points.len() as u32).map(|point| (point, false)).collect();
-            let origin =
-                Origin { after: Clock::default(), before: Cost::ZERO, union: Cost::ZERO, known: None };
-            self.create(vertices, others, &origin, &mut round, &mut ready);
+            self.create(vertices, others, Origin::default(), &mut round, &mut joined);
         }
+        round.charge_shared(self.shared);
         self.rounds.push(round);
-        ready
+        joined
     }
 
-    /// Settles all ready facets. Returns the facets that become ready, for the next round.
-    fn round(&mut self, ready: &[ReadyFacet]) -> Vec<ReadyFacet> {
+    /// Settles the ready facets among the slots of the cells of the last round. Returns the facets that become ready,
+    /// slot by slot, for the next round.
+    fn round(&mut self, slots: &[Option<ReadyFacet>]) -> Vec<Option<ReadyFacet>> {
+        let ready = self.ready(slots);
         let mut round = Round { facets: ready.len() as u64, ..Round::default() };
-        let mut next = Vec::new();
+        let mut joined = Vec::new();
         for facet in ready {
-            let mut settling = Cost::ZERO;
-            let replaced = settling.map(std::slice::from_ref(facet), |facet| self.replaced_side(facet.sides));
+            let mut lane = Cost::default().nested();
+            let replaced = lane.map(&[facet.sides], |&sides| self.replaced_side(sides));
             if let Some((old, other)) = replaced[0] {
-                self.replace(old, other, settling, &mut round, &mut next);
+                self.replace(old, other, lane, &mut round, &mut joined);
             } else {
-                round.charge(settling);
-                facet.sides.iter().for_each(|side| self.release(side.cell));
+                lane.map(&facet.sides, |side| self.release(side.cell));
+                round.charge(lane.price());
             }
         }
+        round.charge_shared(self.shared);
         self.rounds.push(round);
-        next
+        joined
+    }
+
+    /// Packs the ready facets, and assigns processors to their candidates by a scan over the numbers of conflicts.
+    fn ready(&mut self, slots: &[Option<ReadyFacet>]) -> Vec<ReadyFacet> {
+        let mut cost = Cost::default().nested();
+        let ready: Vec<ReadyFacet> = cost.pack(slots, Option::is_some).into_iter().flatten().collect();
+        let conflicts = |side: &Half| self.cells[side.cell as usize].conflicts.len();
+        let candidates = cost.map(&ready, |facet| facet.sides.iter().map(conflicts).sum());
+        cost.scan(&candidates);
+        self.shared = cost.price();
+        ready
     }
 
     /// Returns the side of a facet whose cell is replaced, then the other side. Returns `None` if both cells remain or
@@ -331,19 +266,20 @@ impl<'a, P: Point> Builder<'a, P> {
         &mut self,
         old: Half,
         other: Half,
-        before: Cost,
+        mut lane: Cost,
         round: &mut Round,
-        next: &mut Vec<ReadyFacet>,
+        joined: &mut Vec<Option<ReadyFacet>>,
     ) {
         let (t, o) = (&self.cells[old.cell as usize], &self.cells[other.cell as usize]);
         let mut vertices = t.vertices;
         vertices.as_mut()[old.slot] = t.conflicts[0];
-        let mut union = Cost::ZERO;
+        let mut union = Cost::default().nested();
         // The pivot is a vertex of the new cell, not a conflict.
         let candidates = union.unite(&t.conflicts[1..], &o.conflicts);
-        let origin = Origin { after: t.clock.later(o.clock), before, union, known: Some((old.slot, other)) };
-        self.create(vertices, candidates, &origin, round, next);
-        self.release(old.cell);
+        let after = t.clock.later(o.clock);
+        lane.map(&[old], |old| self.release(old.cell));
+        let origin = Origin { after, lane, union: union.price(), known: Some((old.slot, other)) };
+        self.create(vertices, candidates, origin, round, joined);
     }
 
     /// Creates a cell from its vertices and the candidates for its conflicts.
@@ -351,29 +287,32 @@ impl<'a, P: Point> Builder<'a, P> {
         &mut self,
         vertices: P::Cell,
         candidates: Vec<(u32, bool)>,
-        origin: &Origin,
+        origin: Origin,
         round: &mut Round,
-        ready: &mut Vec<ReadyFacet>,
+        joined: &mut Vec<Option<ReadyFacet>>,
     ) {
+        let Origin { after, mut lane, union, known } = origin;
         let index = self.free.pop().unwrap_or(self.cells.len() as u32);
-        let mut rest = origin.before;
-        let conflicts = self.conflicts(&vertices, candidates, round, &mut rest);
+        let conflicts = self.conflicts(&vertices, candidates, round, &mut lane);
         let slots: Vec<usize> = (0..=P::DIM).collect();
-        let facets = rest.map(&slots, |&slot| facet_without::<P>(&vertices, slot));
-        for (slot, facet) in facets.into_iter().enumerate() {
-            let known = origin.known.filter(|k| k.0 == slot).map(|k| k.1);
+        let facets = lane.map(&slots, |&slot| (slot, facet_without::<P>(&vertices, slot)));
+        joined.extend(lane.map(&facets, |&(slot, facet)| {
             let half = Half { cell: index, slot };
+            let known = known.filter(|k| k.0 == slot).map(|k| k.1);
             let mate = known.or_else(|| self.table.remove(&facet));
-            match mate {
-                Some(mate) => ready.push(ReadyFacet { sides: [half, mate] }),
-                None => drop(self.table.insert(facet, half)),
+            if mate.is_none() {
+                self.table.insert(facet, half);
             }
-        }
-        let clock = origin.after.then(origin.union, rest);
+            mate.map(|mate| ReadyFacet { sides: [half, mate] })
+        }));
+        let mut own = lane.price();
+        let mut rest = self.shared;
+        rest.then(own);
+        let clock = after.then(union, rest);
         self.clock = self.clock.later(clock);
         round.cells += 1;
-        rest.then(origin.union);
-        round.charge(rest);
+        own.then(union);
+        round.charge(own);
         let cell = OpenCell { vertices, conflicts, clock, open: slots.len() };
         match self.cells.get_mut(index as usize) {
             Some(slot) => *slot = cell,
@@ -399,7 +338,6 @@ impl<'a, P: Point> Builder<'a, P> {
             round.tests += u64::from(!c.certain);
             c.certain || self.in_conflict(&c.cell, c.point)
         });
-        cost.close(candidates.len() as u64);
         kept.into_iter().map(|c| c.point).collect()
     }
 

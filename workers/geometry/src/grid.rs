@@ -142,7 +142,7 @@ pub fn graph_by_grid<P: Point>(
                 count += usize::from(joins);
             });
         });
-        own.charge_nested_sweep(sweep);
+        own.charge_sweep(sweep);
         lists.push(neighbours[..count].iter().copied());
     });
     lists
@@ -159,7 +159,7 @@ mod tests {
     fn checked<P: Point>(points: &[P], radii2: &[f64], rows: usize) -> f64 {
         let members: Vec<u32> = (0..points.len() as u32).collect();
         let rule = Supergraph::Density { alpha: 1.0 };
-        let (mut cost, mut all) = (Cost::ZERO, Cost::ZERO);
+        let (mut cost, mut all) = (Cost::default(), Cost::default());
         let near = graph_by_grid(rule, points, radii2, &members, rows, &mut cost);
         let direct = graph_direct(rule, points, radii2, &members[..rows], &members, &mut all);
         assert_eq!(near.len(), rows);

@@ -287,7 +287,7 @@ mod tests {
             for (size, k) in [(1, 1), (2, 1), (9, 3), (40, 1), (90, 8), (130, 48), (300, 2)] {
                 let points = set::<P>(kind, size, 5);
                 let members: Vec<u32> = (0..points.len() as u32).collect();
-                let mut cost = Cost::ZERO;
+                let mut cost = Cost::default();
                 let all = |_| f64::INFINITY;
                 let direct = nearest_direct(&points, &members, &members, k, all, &mut cost);
                 let blocks = nearest_in_blocks(&KdBlocks::of(&points), 0, k, &mut cost);
@@ -349,7 +349,7 @@ mod tests {
             std::iter::once(DVec3::ZERO).chain(all.filter(|x| x.length_squared() == 101.0)).collect();
         assert_eq!(points.len(), 1 + 168);
         let members: Vec<u32> = (0..points.len() as u32).collect();
-        let mut cost = Cost::ZERO;
+        let mut cost = Cost::default();
         let nearest = nearest_in_blocks(&KdBlocks::of(&points), 0, 3, &mut cost);
         let (kth2, first) = nearest.of(0);
         let mut first = first.to_vec();

@@ -1,7 +1,7 @@
 //! The ledger: the work of subproblems and the traffic of ranks, folded into phases and a critical path.
 //!
-//! Every rank keeps a [`LedgerPart`]. It holds the charges of its computations ([`Cost`] by [`Account`]), the traffic
-//! that left the rank, and the facts of the nodes that it leads or holds. Parts are merged by sums and maxima, which
+//! Every rank keeps a [`LedgerPart`]. It holds the charges of its computations ([`Price`] by [`Account`]), its work and
+//! messages in each round, and the facts of the nodes that it leads or holds. Parts are merged by sums and maxima, which
 //! do not depend on order. [`Ledger::finish`] folds the merged part.
 
 mod fold;
@@ -9,7 +9,7 @@ mod words;
 
 use std::collections::BTreeMap;
 
-use septet_geometry::cost::Cost;
+use septet_geometry::cost::Price;
 
 use crate::ids::{NodeId, Phase, Rank};
 
@@ -35,15 +35,15 @@ pub struct LinkKey {
     pub to: Rank,
 }
 
-/// A sender in a round of a phase.
+/// A rank in a round of a phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct SenderKey {
+pub struct RankKey {
     /// The number of the round.
     pub round: u32,
     /// The phase.
     pub phase: Phase,
-    /// The sender.
-    pub from: Rank,
+    /// The rank.
+    pub rank: Rank,
 }
 
 /// The counts of one round of a phase.
@@ -104,6 +104,26 @@ impl Traffic {
     }
 }
 
+/// The work and the messages of one rank in one round of a phase.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RankTally {
+    /// Work charged by the rank before the exchange that ends the round.
+    pub work: u64,
+    /// Messages that the rank sent.
+    pub sent: Traffic,
+    /// Messages to the rank.
+    pub received: Traffic,
+}
+
+impl RankTally {
+    /// Adds the counts of another part of the ledger for the same rank and round.
+    pub fn add(&mut self, other: &RankTally) {
+        self.work += other.work;
+        self.sent.add(&other.sent);
+        self.received.add(&other.received);
+    }
+}
+
 /// The role in which a rank works for a subproblem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Role {
@@ -113,6 +133,8 @@ pub enum Role {
     Leader,
     /// A member during the bottom-up correction of the balls of its ancestor at this level.
     Pass(u32),
+    /// A member during this step of a phase in which all subproblems step together.
+    Step(u32),
 }
 
 /// The account of a charge: a subproblem in a phase, and the role of the rank that works for it.
@@ -137,6 +159,11 @@ impl Account {
         Account { role: Role::Leader, phase, node }
     }
 
+    /// Returns the account of the members of `node` in step `step` of a phase in which all subproblems step together.
+    pub fn step(phase: Phase, step: u32, node: NodeId) -> Self {
+        Account { role: Role::Step(step), phase, node }
+    }
+
     /// Returns the account of `node` in the bottom-up correction of the balls of its ancestor at `level`.
     pub fn pass(level: u32, node: NodeId) -> Self {
         Account { role: Role::Pass(level), phase: Phase::Neighbours, node }
@@ -147,7 +174,7 @@ impl Account {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Charge {
     /// Work, depth and scans.
-    pub cost: Cost,
+    pub cost: Price,
     /// Items of the subproblem in this phase: the length of its scans.
     pub items: u64,
 }
@@ -244,8 +271,8 @@ pub struct LedgerPart {
     pub rounds: BTreeMap<RoundKey, RoundTally>,
     /// The traffic of each link.
     pub links: BTreeMap<LinkKey, Traffic>,
-    /// The traffic of each sender, round by round.
-    pub senders: BTreeMap<SenderKey, Traffic>,
+    /// The work and the messages of each rank, round by round.
+    pub ranks: BTreeMap<RankKey, RankTally>,
     /// The charges of each account.
     pub charges: BTreeMap<Account, Charge>,
     /// The facts of each node.
@@ -255,8 +282,8 @@ pub struct LedgerPart {
 }
 
 impl LedgerPart {
-    /// Adds a cost to an account. The account keeps the largest number of `items`.
-    pub fn charge(&mut self, account: Account, cost: Cost, items: u64) {
+    /// Adds a price to an account. The account keeps the largest number of `items`.
+    pub fn charge(&mut self, account: Account, cost: Price, items: u64) {
         let entry = self.charges.entry(account).or_default();
         entry.cost.then(cost);
         entry.items = entry.items.max(items);
@@ -278,6 +305,28 @@ impl LedgerPart {
         })
     }
 
+    /// Returns the charges of a phase in which all subproblems step together: the number of the step, the node, the
+    /// charge. They are in the order of the steps.
+    pub fn steps(&self, phase: Phase) -> impl Iterator<Item = (u32, NodeId, &Charge)> {
+        let charges = self.charges.range(Account::step(Phase::ALL[0], 0, NodeId(0))..);
+        charges.filter(move |(account, _)| account.phase == phase).filter_map(|(account, charge)| {
+            match account.role {
+                Role::Step(step) => Some((step, account.node, charge)),
+                _ => None,
+            }
+        })
+    }
+
+    /// Adds the charges of leaders to the charges of the members of the same nodes, because leaders work between the
+    /// steps of their members.
+    pub fn join_leaders(&mut self) {
+        let leaders: Vec<_> =
+            self.charges.extract_if(.., |account, _| account.role == Role::Leader).collect();
+        for (Account { phase, node, .. }, charge) in leaders {
+            self.charges.entry(Account::member(phase, node)).or_default().cost.then(charge.cost);
+        }
+    }
+
     /// Returns the facts of a node, so that the caller can add to them.
     pub fn facts(&mut self, node: NodeId) -> &mut NodeFacts {
         self.nodes.entry(node).or_default()
@@ -288,11 +337,17 @@ impl LedgerPart {
         self.rounds.entry(key).or_default()
     }
 
-    /// Counts one message in its round, on its link and for its sender. Returns the counts of the round.
-    pub fn bill(&mut self, sender: SenderKey, to: Rank, moved: Traffic) -> &mut RoundTally {
-        let SenderKey { round, phase, from } = sender;
+    /// Returns the counts of a rank in a round, so that the caller can add to them.
+    pub fn rank(&mut self, key: RankKey) -> &mut RankTally {
+        self.ranks.entry(key).or_default()
+    }
+
+    /// Counts one message in its round, on its link and for both ranks. Returns the counts of the round.
+    pub fn bill(&mut self, sender: RankKey, to: Rank, moved: Traffic) -> &mut RoundTally {
+        let RankKey { round, phase, rank: from } = sender;
         self.links.entry(LinkKey { phase, from, to }).or_default().add(&moved);
-        self.senders.entry(sender).or_default().add(&moved);
+        self.rank(sender).sent.add(&moved);
+        self.rank(RankKey { rank: to, ..sender }).received.add(&moved);
         let tally = self.tally(RoundKey { round, phase });
         tally.messages += moved.messages;
         tally.bytes += moved.bytes;
@@ -310,8 +365,8 @@ impl LedgerPart {
         for (key, moved) in &other.links {
             self.links.entry(*key).or_default().add(moved);
         }
-        for (key, moved) in &other.senders {
-            self.senders.entry(*key).or_default().add(moved);
+        for (key, tally) in &other.ranks {
+            self.rank(*key).add(tally);
         }
         for (account, charge) in &other.charges {
             let entry = self.charges.entry(*account).or_default();
@@ -332,25 +387,65 @@ mod tests {
     #[test]
     fn parts_add_up() {
         let mut part = LedgerPart::default();
-        let sender = SenderKey { round: 7, phase: Phase::Partition, from: 2 };
-        let later = SenderKey { round: 8, phase: Phase::Probe, from: 2 };
+        let sender = RankKey { round: 7, phase: Phase::Partition, rank: 2 };
+        let later = RankKey { round: 8, phase: Phase::Probe, rank: 2 };
         let link = LinkKey { phase: Phase::Partition, from: 2, to: 5 };
         let moved = Traffic { messages: 1, bytes: 40, points: 3 };
         part.bill(sender, 5, moved);
         part.bill(sender, 5, Traffic { bytes: 60, ..moved });
         part.bill(later, 1, moved);
         assert_eq!(part.links[&link], Traffic { messages: 2, bytes: 100, points: 6 });
-        assert_eq!(part.senders[&later], moved);
+        assert_eq!(part.ranks[&later], RankTally { sent: moved, ..RankTally::default() });
+        let receiver = RankKey { rank: 5, ..sender };
+        assert_eq!(part.ranks[&receiver].received, Traffic { messages: 2, bytes: 100, points: 6 });
+        part.rank(sender).work += 9;
         assert_eq!(part.rounds[&RoundKey { round: 7, phase: Phase::Partition }].largest, 60);
         let mut both = part.clone();
         both.merge(&part);
         assert_eq!(both.links[&link].bytes, 200);
-        assert_eq!(both.senders[&later].messages, 2);
+        assert_eq!((both.ranks[&later].sent.messages, both.ranks[&sender].work), (2, 18));
     }
 
-    /// The order of accounts is the order of their words.
+    /// Parts of three ranks that share the root and own a leaf each merge in any order and any grouping.
     #[test]
-    fn members_come_before_leaders_and_leaders_before_passes() {
+    fn merging_is_associative_and_commutative() {
+        let part_of = |rank: Rank| {
+            let mut part = LedgerPart::default();
+            let n = u64::from(rank);
+            part.charge(
+                Account::member(Phase::Partition, NodeId::ROOT),
+                Price::from_parts([3 * n, 9 - n, n, 2]),
+                10 * n,
+            );
+            part.charge(
+                Account::step(Phase::Repair, rank % 2, NodeId(7)),
+                Price::from_parts([n, n, 0, 1]),
+                n,
+            );
+            part.charge(Account::member(Phase::Hulls, NodeId(3 + n)), Price::from_parts([n, 4, 0, 0]), n);
+            part.bill(
+                RankKey { round: rank % 2, phase: Phase::Graph, rank },
+                0,
+                Traffic { messages: 1, bytes: n, points: 0 },
+            );
+            part.facts(NodeId::ROOT).members = n;
+            part.edge_hash = u64::MAX - n;
+            part
+        };
+        let merged = |mut a: LedgerPart, b: &LedgerPart| {
+            a.merge(b);
+            a
+        };
+        let [a, b, c] = [1, 2, 3].map(part_of);
+        let left = merged(merged(a.clone(), &b), &c);
+        assert_eq!(left, merged(a.clone(), &merged(b.clone(), &c)));
+        assert_eq!(left, merged(c, &merged(b, &a)));
+        assert_eq!(left.charges[&Account::member(Phase::Partition, NodeId::ROOT)].items, 60);
+    }
+
+    /// The order of accounts, on which the queries by role rely.
+    #[test]
+    fn members_come_before_leaders_passes_and_steps() {
         let (root, last) = (NodeId::ROOT, NodeId(u64::MAX));
         let accounts = [
             Account::member(Phase::Load, last),
@@ -359,6 +454,8 @@ mod tests {
             Account::leader(Phase::Done, root),
             Account::pass(0, last),
             Account::pass(1, root),
+            Account::step(Phase::Repair, 1, last),
+            Account::step(Phase::Repair, 2, root),
         ];
         assert!(accounts.is_sorted());
     }

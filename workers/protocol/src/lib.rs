@@ -14,5 +14,3 @@ pub mod outcome;
 pub mod transport;
 
 pub mod ledger;
-
-pub mod tasks;

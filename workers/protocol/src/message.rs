@@ -9,13 +9,12 @@ use bytemuck::Pod;
 use crate::codec::{self, Bulk, CodecError};
 use crate::ids::{NodeId, Rank};
 use crate::outcome::Outcome;
-use crate::tasks::TaskLog;
 
 pub use queries::{QueryBatch, ReplyBatch};
 pub use typed::{ChosenSupergraph, Fingerprint, SampleStars, SetCounts, SetDecision};
 
 /// The version of the protocol. It increases when the meaning or layout of a message changes.
-pub const PROTOCOL_VERSION: u16 = 8;
+pub const PROTOCOL_VERSION: u16 = 9;
 
 /// A message with its envelope.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
@@ -445,10 +444,15 @@ pub enum Body<P> {
     },
     /// Worker to coordinator, on request: edges of the supergraph as pairs of ids.
     Edges(Bulk<u64>),
+    /// Worker to coordinator, on request: the members of the sets in which it compared all pairs. Not billed.
+    Sets {
+        /// The node of each set, once for each member.
+        nodes: Bulk<u64>,
+        /// The ids of the members.
+        points: Bulk<u64>,
+    },
     /// Worker to coordinator: its part of the ledger. Not billed.
     Ledger(Bulk<u64>),
-    /// Worker to coordinator, on request: the record of tasks. Not billed.
-    Tasks(Box<TaskLog>),
     /// Worker to coordinator, on request: its part of the picture. Not billed.
     View(Box<ViewPart<P>>),
 }
@@ -493,15 +497,15 @@ impl<P> Body<P> {
             Body::Piece { .. } => "piece",
             Body::Selected { .. } => "selected",
             Body::Edges(_) => "edges",
+            Body::Sets { .. } => "sets",
             Body::Ledger(_) => "ledger",
-            Body::Tasks(_) => "tasks",
             Body::View(_) => "view",
         }
     }
 
     /// Returns `true` for messages that carry measurements. They are not billed.
     pub fn is_instrument(&self) -> bool {
-        matches!(self, Body::Ledger(_) | Body::Tasks(_) | Body::View(_))
+        matches!(self, Body::Ledger(_) | Body::View(_) | Body::Sets { .. })
     }
 
     /// Returns `true` for input and results in bulk, which the coordinator's control traffic excludes.
@@ -514,11 +518,12 @@ impl<P> Body<P> {
 }
 
 impl<P: Copy> Body<P> {
-    /// Returns `true` if the arrays of a query or reply are consistent. Other bodies are not checked here.
+    /// Returns `true` if the arrays of a query, a reply or sets are consistent. Other bodies are not checked here.
     pub fn is_consistent(&self) -> bool {
         match self {
             Body::Query(batch) => batch.is_consistent(),
             Body::Reply(batch) => batch.is_consistent(),
+            Body::Sets { nodes, points } => nodes.len() == points.len(),
             _ => true,
         }
     }

@@ -6,7 +6,8 @@ use septet_geometry::complex::INFINITE;
 use septet_geometry::incremental::{Incremental, insertion_order};
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::Rank;
+use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, PointBatch, UNKNOWN_RADIUS2, is_wanted};
 use septet_protocol::outcome::Outcome;
 
@@ -64,7 +65,7 @@ struct Member {
 }
 
 /// Returns the points of the region in the order of their ids, without duplicates. A point is unresolved if one of
-/// its copies is unresolved.
+/// its copies is unresolved. The number of copies depends on the ranks, so the caller charges a sort of the result.
 fn members_of<P: Point>(region: &PointBatch<P>) -> Vec<Member> {
     let mut places: BTreeMap<u64, Member> = BTreeMap::new();
     for at in 0..region.len() {
@@ -89,17 +90,21 @@ impl<P> Default for Neighbourhoods<P> {
 
 /// Triangulates the members, and sends each owner the neighbours of its unresolved points.
 fn reply<P: Point>(cx: &mut Context<P>, region: &PointBatch<P>, members: &[Member]) {
-    let points: Vec<P> = members.iter().map(|member| region.positions[member.at]).collect();
+    let mut cost = cx.own_cost();
+    cost.sort(&mut members.to_vec(), |a, b| region.ids[a.at].cmp(&region.ids[b.at]));
+    let points: Vec<P> = cost.map(members, |member| region.positions[member.at]);
     let order = insertion_order(&points);
     let stop = cx.config().stop.clone();
     let Ok(delaunay) = Incremental::build_while(points, Some(&order), &mut || !stop.is_raised()) else {
         return;
     };
+    delaunay.charge(&mut cost);
+    let mut links = cost.sweep();
     let mut batches: BTreeMap<Rank, Neighbourhoods<P>> = BTreeMap::new();
     let mut link: Vec<P::Facet> = Vec::new();
     for (vertex, member) in (0u32..).zip(members).filter(|(_, member)| member.unresolved) {
         delaunay.link_of(vertex, &mut link);
-        let mut around: Vec<u32> = link.iter().flat_map(AsRef::as_ref).copied().collect();
+        let mut around: Vec<u32> = links.visit_all(&link).iter().flat_map(AsRef::as_ref).copied().collect();
         around.sort_unstable();
         around.dedup();
         around.retain(|&v| v != INFINITE);
@@ -111,6 +116,8 @@ fn reply<P: Point>(cx: &mut Context<P>, region: &PointBatch<P>, members: &[Membe
             batch.points.push(region.ids[at], region.positions[at], region.owners[at], UNKNOWN_RADIUS2);
         }
     }
+    cost.charge_sweep(links);
+    cx.charge(Account::leader(Phase::Fallback, NodeId::ROOT), cost, members.len() as u64);
     let body = |Neighbourhoods { vertices, counts, points }| Body::Region {
         vertices: Bulk(vertices),
         counts: Bulk(counts),

@@ -7,7 +7,6 @@ use septet_protocol::ids::Rank;
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::{Body, Merged, Message, ViewPart};
 use septet_protocol::outcome::Outcome;
-use septet_protocol::tasks::TaskLog;
 use septet_protocol::transport::TransportError;
 
 use crate::machine::context::Context;
@@ -54,8 +53,6 @@ pub struct MachineCounts {
     pub ledger: LedgerPart,
     /// Number of ranks whose ledgers have arrived.
     pub parts: u32,
-    /// The record of tasks, if the run keeps one.
-    pub tasks: Option<Box<TaskLog>>,
 }
 
 /// The last certificate.
@@ -97,6 +94,8 @@ pub struct Share<P> {
     pub cells: CellRows,
     /// Edges of the supergraph as pairs of input indices, if the workers send them.
     pub edges: Vec<u64>,
+    /// Node and id of each member of the sets in which all pairs were compared, if the workers send them.
+    pub sets: Vec<[u64; 2]>,
     /// The independent set, if the task asks for one.
     pub selected: Selected,
     /// The counts.
@@ -115,6 +114,7 @@ impl<P> Default for Share<P> {
             pieces: Vec::new(),
             cells: CellRows::default(),
             edges: Vec::new(),
+            sets: Vec::new(),
             selected: Selected::default(),
             counted: MachineCounts::default(),
             views: Vec::new(),
@@ -128,11 +128,7 @@ impl<P> Default for Share<P> {
 fn is_result<P: Point>(message: &Message<P>) -> bool {
     match &message.body {
         Body::View(part) => part.is_consistent(),
-        Body::Cells { .. }
-        | Body::Piece { .. }
-        | Body::Selected { .. }
-        | Body::Tasks(_)
-        | Body::Ledger(_) => true,
+        Body::Cells { .. } | Body::Piece { .. } | Body::Selected { .. } | Body::Ledger(_) => true,
         _ => false,
     }
 }
@@ -171,7 +167,6 @@ impl<P: Point> Share<P> {
                 sums.resize(sums.len().max(undecided.len()), 0);
                 sums.iter_mut().zip(&undecided.0).for_each(|(sum, count)| *sum += count);
             }
-            Body::Tasks(log) => self.counted.tasks = Some(log),
             Body::View(part) => self.views.push(*part),
             Body::Ledger(words) => {
                 let corrupt = || TransportError::BadMessage { from, reason: "corrupt ledger".to_string() };

@@ -187,7 +187,7 @@ pub(crate) async fn ghost_layer<P: Point>(
     frame: &mut PointBatch<P>,
 ) -> Result<GhostLayer, TransportError> {
     cx.enter(Phase::Halo)?;
-    frame::report(cx, table, subdomain.leaves(), frame);
+    frame::report(cx, table, frame);
     let (margins, batches) = own_points(subdomain, table, cx.rank());
     send_batches(cx, subdomain, batches);
     let (mut arrived, mut owners) = (Vec::new(), FrameOwners::default());

@@ -10,11 +10,12 @@
 //! **Source.** Separator sets: paper, Section 4.3. **Departure.** The paper takes the points whose balls cross the
 //! separator. Here, a point goes to a side if one of its edges may reach that side.
 //!
-//! **Rounds.** At most one for each shared level. **Work and depth.** One vector step over the balls at a node.
+//! **Rounds.** At most one for each shared level. **Work and depth.** At each node, the replication of its points
+//! ([`Cost::charge_replication`](septet_geometry::cost::Cost::charge_replication)).
 
 use std::collections::BTreeMap;
 
-use septet_geometry::cost::{Cost, Sweep};
+use septet_geometry::cost::Sweep;
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase, Rank};
@@ -22,8 +23,8 @@ use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Message, PointBatch, UNKNOWN_RADIUS2};
 use septet_protocol::transport::TransportError;
 
+use crate::config::Fault;
 use crate::machine::context::Context;
-use crate::machine::tasks::Reach;
 use crate::state::ghosts::Ghosts;
 use crate::state::subdomain::{Shared, Subdomain, Way};
 use crate::state::table::Table;
@@ -36,15 +37,16 @@ pub(crate) async fn push_ghosts<P: Point>(
     table: &mut Table<P>,
     rule: Supergraph,
 ) -> Result<Ghosts, TransportError> {
-    let mut push = GhostPush::new(subdomain, rule);
+    let edges = EdgeReach { supergraph: rule, fault: cx.config().fault };
+    let mut push = GhostPush::new(subdomain, edges);
     push.push_owned(cx, table);
     while cx.exchange().await? {
         push.pass_on(cx, table);
     }
     for (node, sweep) in push.sweeps {
-        let mut cost = Cost::ZERO;
+        let mut cost = cx.shared_cost();
         let items = sweep.items();
-        cost.charge_sweep(sweep);
+        cost.charge_replication(sweep);
         cx.charge(Account::member(Phase::Sets, node), cost, items);
     }
     Ok(push.ghosts)
@@ -81,10 +83,30 @@ impl Routes {
     }
 }
 
+/// The points of a subproblem that the edges of a point may reach.
+#[derive(Clone, Copy)]
+struct EdgeReach {
+    supergraph: Supergraph,
+    /// A planted fault, which may change the reach.
+    fault: Option<Fault>,
+}
+
+impl EdgeReach {
+    /// Returns `true` if a point may have an edge to an owned point of the child on `side`. `max2` is the largest
+    /// squared radius in that child.
+    fn enters<P: Point>(self, split: &Split<P>, side: usize, max2: f64, x: &MovingPoint<P>) -> bool {
+        if self.fault.is_some_and(|fault| fault.keeps_home(x.position)) {
+            return false;
+        }
+        let reach = self.fault.map_or(1.0, Fault::spread) * self.supergraph.reach(x.radius2, max2);
+        split.reaches(x.position, reach * reach * (1.0 + 1e-12), side)
+    }
+}
+
 /// A walk of points through the part of the tree that one rank holds, with its own counts.
 struct GhostWalk<'a, P> {
     subdomain: &'a Subdomain<P>,
-    rule: Supergraph,
+    edges: EdgeReach,
     counts: GhostCounts,
 }
 
@@ -94,30 +116,27 @@ struct GhostCounts {
     shared: Vec<Sweep>,
     /// For each inner node of this rank's subtree.
     local: Vec<Sweep>,
-    /// The record of the nodes that points reach.
-    reach: Reach,
 }
 
 impl<'a, P: Point> GhostWalk<'a, P> {
-    fn new(subdomain: &'a Subdomain<P>, rule: Supergraph, recorded: bool) -> Self {
+    fn new(subdomain: &'a Subdomain<P>, edges: EdgeReach) -> Self {
         let counts = GhostCounts {
             shared: vec![Sweep::default(); subdomain.path().len()],
             local: vec![Sweep::default(); subdomain.inner_ids().len()],
-            reach: Reach::new(recorded),
         };
-        GhostWalk { subdomain, rule, counts }
+        GhostWalk { subdomain, edges, counts }
     }
 
     /// Returns the destinations of a point from position `start` of the path.
     fn routes(&mut self, start: usize, x: &MovingPoint<P>) -> Routes {
         let mut routes = Routes::default();
-        let (subdomain, rule, shared_sweeps) = (self.subdomain, self.rule, &mut self.counts.shared);
+        let (subdomain, edges, shared_sweeps) = (self.subdomain, self.edges, &mut self.counts.shared);
         let reach = |level: usize, shared: &Shared<P>| {
             shared_sweeps[level].visit();
             let max2 = |side: usize| shared.summaries().map_or(UNKNOWN_RADIUS2, |s| s[side].max_radius2);
             [0, 1].map(|side| {
                 let is_own = x.own_leaf.is_some() && side == shared.mine();
-                is_own || reaches(rule, shared.split(), side, max2(side), x)
+                is_own || edges.enters(shared.split(), side, max2(side), x)
             })
         };
         let arrives = subdomain.follow(start, reach, |way| routes.ways.push(way));
@@ -140,11 +159,8 @@ impl<'a, P: Point> GhostWalk<'a, P> {
                 self.counts.local[inner.number()].visit();
                 for (side, child) in inner.children().iter().enumerate() {
                     let is_own = own_side == Some(side);
-                    if is_own || reaches(self.rule, inner.split(), side, inner.max_radius2()[side], x) {
+                    if is_own || self.edges.enters(inner.split(), side, inner.max_radius2()[side], x) {
                         let own_leaf = x.own_leaf.filter(|_| is_own);
-                        if !is_own {
-                            self.counts.reach.visit(inner.id().child(side));
-                        }
                         self.down(child, &MovingPoint { own_leaf, ..*x }, leaves);
                     }
                 }
@@ -153,38 +169,30 @@ impl<'a, P: Point> GhostWalk<'a, P> {
     }
 }
 
-/// Returns `true` if a point may have an edge to an owned point of the child on `side`. `max2` is the largest squared
-/// radius in that child.
-fn reaches<P: Point>(rule: Supergraph, split: &Split<P>, side: usize, max2: f64, x: &MovingPoint<P>) -> bool {
-    let reach = rule.reach(x.radius2, max2);
-    split.reaches(x.position, reach * reach * (1.0 + 1e-12), side)
-}
-
 /// Points that leave this rank, by node and receiver.
 type Batches<P> = BTreeMap<(NodeId, Rank), PointBatch<P>>;
 
 /// One rank's part in the descent of all points.
 struct GhostPush<'a, P> {
     subdomain: &'a Subdomain<P>,
-    rule: Supergraph,
+    edges: EdgeReach,
     ghosts: Ghosts,
     /// The points that visited each node.
     sweeps: BTreeMap<NodeId, Sweep>,
 }
 
 impl<'a, P: Point> GhostPush<'a, P> {
-    fn new(subdomain: &'a Subdomain<P>, rule: Supergraph) -> Self {
+    fn new(subdomain: &'a Subdomain<P>, edges: EdgeReach) -> Self {
         let ghosts = Ghosts::of_leaves(subdomain.leaves().len());
-        GhostPush { subdomain, rule, ghosts, sweeps: BTreeMap::new() }
+        GhostPush { subdomain, edges, ghosts, sweeps: BTreeMap::new() }
     }
 
     /// Sends owned points to the other leaves that they reach.
     fn push_owned(&mut self, cx: &mut Context<P>, table: &Table<P>) {
-        let (subdomain, rule, recorded) = (self.subdomain, self.rule, cx.is_recording());
+        let (subdomain, edges) = (self.subdomain, self.edges);
         let walked = cx.map(&owned_groups(subdomain.leaves()), |(at, points)| {
-            let mut walk = GhostWalk::new(subdomain, rule, recorded);
+            let mut walk = GhostWalk::new(subdomain, edges);
             let mut found = Vec::new();
-            walk.counts.reach.start(*at);
             for point in points.clone() {
                 let x = MovingPoint::of(table, point, Some(subdomain.leaves()[*at].id()));
                 let routes = walk.routes(0, &x);
@@ -197,9 +205,6 @@ impl<'a, P: Point> GhostPush<'a, P> {
         let mut batches = Batches::new();
         for (found, counts) in walked {
             self.count(&counts);
-            if let (Some(recorder), Some(reached)) = (cx.recorder(), counts.reach.reached) {
-                recorder.reached(Phase::Sets, reached);
-            }
             for (point, routes) in found {
                 self.place(cx.rank(), table, point, routes, &mut batches);
             }
@@ -218,8 +223,7 @@ impl<'a, P: Point> GhostPush<'a, P> {
                 continue;
             };
             let indices = table.intern_all(&points);
-            // The task record contains owned points only.
-            let mut walk = GhostWalk::new(self.subdomain, self.rule, false);
+            let mut walk = GhostWalk::new(self.subdomain, self.edges);
             for point in indices {
                 let routes = walk.routes(start, &MovingPoint::of(table, point, None));
                 self.place(cx.rank(), table, point, routes, &mut batches);

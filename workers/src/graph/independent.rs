@@ -136,12 +136,13 @@ fn conflicts_of_leaves<P: Point>(
     ghosts: &Ghosts,
 ) -> Vec<Lists<u32>> {
     let site = cx.site();
+    let meter = cx.own_cost();
     let indices: Vec<usize> = (0..leaves.len()).collect();
     let results = cx.map(&indices, |&at| {
         let leaf = &leaves[at];
         let _span = site.subproblem(Phase::Graph, leaf.id(), "leaf conflicts", leaf.owned_len());
         let members = ghosts.members(at, leaf);
-        let mut cost = Cost::ZERO;
+        let mut cost = meter.fresh();
         let rows = leaf.owned_len() as usize;
         let lists = graph_by_grid(rule, table.positions(), table.radii2(), &members, rows, &mut cost);
         let mut edges = Edges::default();
@@ -243,7 +244,7 @@ impl Selection {
                     let other = priorities[u as usize];
                     first &= mine.0 < other || compare(mine, (other, positions[u as usize])).is_lt();
                 });
-                own.charge_nested_sweep(sweep);
+                own.charge_sweep(sweep);
                 first
             })
         });
@@ -258,7 +259,7 @@ impl Selection {
                 let mut out = false;
                 let mut sweep = own.sweep();
                 sweep.each(&lists[(v - leaf.start()) as usize], |&u| out |= states[u as usize] == State::In);
-                own.charge_nested_sweep(sweep);
+                own.charge_sweep(sweep);
                 out
             })
         });
@@ -277,12 +278,12 @@ impl Selection {
         let Points { leaves, table } = points;
         let step = if decision == State::In { "join" } else { "leave" };
         let indices: Vec<usize> = (0..leaves.len()).filter(|&at| !self.open[at].is_empty()).collect();
-        let site = cx.site();
+        let (site, meter) = (cx.site(), cx.own_cost());
         cx.map(&indices, |&at| {
             let (leaf, lists) = (&leaves[at], &self.graphs[at]);
             let open = &self.open[at];
             let _span = site.subproblem(Phase::Independent, leaf.id(), step, open.len() as u64);
-            let mut cost = Cost::ZERO;
+            let mut cost = meter.fresh();
             let flags = rule(leaf, open, lists, &mut cost);
             let flagged: Vec<(u32, bool)> = open.iter().copied().zip(flags).collect();
             let mut informed = Vec::new();
@@ -293,7 +294,7 @@ impl Selection {
                         informed.push(Informed { rank: table.owners()[u as usize], point: v });
                     }
                 });
-                own.charge_nested_sweep(sweep);
+                own.charge_sweep(sweep);
             });
             let open = (decision == State::Out).then(|| {
                 let undecided = |&(v, out): &(u32, bool)| !out && self.states[v as usize] == State::Undecided;

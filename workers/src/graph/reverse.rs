@@ -12,7 +12,7 @@
 
 use std::collections::BTreeMap;
 
-use septet_geometry::cost::{Cost, Sweep};
+use septet_geometry::cost::Sweep;
 use septet_geometry::lists::Lists;
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::codec::Bulk;
@@ -108,11 +108,10 @@ fn announce<P: Point>(
     announced: &mut AnnouncedEdges,
 ) -> BTreeMap<Rank, Announcement<P>> {
     let mut announcements: BTreeMap<Rank, Announcement<P>> = BTreeMap::new();
-    let mut other_leaves = Vec::new();
     let nearest = nearest.by_owned(table.owned_len());
     // Both slices have the same length, one entry for each owned point.
     let (positions, radii2) = (table.owned_positions(), &table.radii2()[..table.owned_len() as usize]);
-    for (leaf, number) in subdomain.leaves().iter().zip(0u32..) {
+    for leaf in subdomain.leaves() {
         let mut edges = Sweep::default();
         for point in leaf.owned() {
             let own = positions[point as usize];
@@ -120,19 +119,13 @@ fn announce<P: Point>(
                 if let Some(&x) = positions.get(j as usize) {
                     let edge = Edge { point: j, other: point };
                     announced.add(edge, dist2(x, own), radii2[j as usize]);
-                    if cx.is_recording() {
-                        other_leaves.push(announced.leaf_of[j as usize]);
-                    }
                 } else {
                     let announcement = announcements.entry(table.owners()[j as usize]).or_default();
                     announcement.add(table, point, table.ids()[j as usize]);
                 }
             });
-            if let Some(recorder) = cx.recorder() {
-                recorder.reverse(number, &mut other_leaves);
-            }
         }
-        let mut cost = Cost::ZERO;
+        let mut cost = cx.own_cost();
         cost.charge_sweep(edges);
         cx.charge(Account::member(Phase::Sets, leaf.id()), cost, edges.items());
     }
@@ -170,7 +163,7 @@ impl BothEnds {
         }
         let mut united = Lists::with_capacity(table.owned_len() as usize, items);
         for ((leaf, new), charge_delivery) in subdomain.leaves().iter().zip(new).zip(announced.at_leaf) {
-            let mut cost = Cost::ZERO;
+            let mut cost = cx.own_cost();
             cost.charge_delivery(charge_delivery);
             let row = |edge: &Edge| (edge.point - leaf.start()) as usize;
             let own = cost.sort_by_position(&new, row, leaf.owned_len() as usize);
@@ -181,8 +174,8 @@ impl BothEnds {
                     rest.split_at(rest.iter().take_while(|edge| edge.point == point).count());
                 rest = others;
                 let mut added = Sweep::default();
-                added.visit_lanes(segment.len());
-                inner.charge_nested_sweep(added);
+                let segment = added.visit_all(segment);
+                inner.charge_sweep(added);
                 united.push_two(nearest[point as usize], segment.iter().map(|edge| edge.other));
             });
             cx.charge(Account::member(Phase::Graph, leaf.id()), cost, 0);

@@ -19,8 +19,10 @@
 //! fifth) and of 48 neighbours (not 64). Near a fifth, the uncertified stars and the stars that they disturb cost more
 //! than lists of neighbours. Splaying is cheap, so shorter lists are better.
 
+use std::collections::BTreeMap;
+
 use septet_geometry::complex::INFINITE;
-use septet_geometry::cost::Cost;
+use septet_geometry::cost::{Cost, Lanes};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::hull::StarBuilder;
 use septet_geometry::measure::circumradius2;
@@ -42,6 +44,7 @@ use crate::neighbours::search::{Ball, Search};
 use crate::state::cells::finite_cell;
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
+use crate::state::tree::{Leaf, leaf_number};
 
 /// The candidates for alpha, in the order of preference.
 pub const ALPHAS: [f64; 4] = [2.5, 3.0, 4.0, 6.0];
@@ -51,6 +54,9 @@ pub const UNCERTIFIED_SHARE: f64 = 0.1;
 
 /// The number of nearest neighbours if no alpha suffices.
 pub const FALLBACK_K: u32 = 48;
+
+/// The expected number of sampled stars.
+const SAMPLED_STARS: u64 = 1000;
 
 /// The largest number of points that a sampled star searches for.
 const MOST_CANDIDATES: u32 = 500;
@@ -85,14 +91,21 @@ pub(crate) async fn choice<P: Point>(
 ) -> Result<Choice, TransportError> {
     cx.enter(Phase::Choice)?;
     let balls = balls_of_sample(cx, subdomain, table, population);
-    let search = Search { phase: Phase::Choice, wanted: MOST_CANDIDATES, probe: false, own_leaf: true };
+    let search = Search {
+        phase: Phase::Choice,
+        wanted: MOST_CANDIDATES,
+        probe: false,
+        own_leaf: true,
+        everywhere: false,
+    };
     let mut descent = Descent::new(subdomain, search, &[]);
     descent.launch(cx, table, &balls, None);
-    let mut samples = report_samples(cx, table, balls, &descent);
+    let leaves = subdomain.leaves();
+    let mut samples = report_samples(cx, leaves, table, balls, &descent);
     let (mut chosen, mut why, mut counts) = (None, None, SampleCounts::default());
     while cx.exchange().await? {
         descent.receive(cx, table)?;
-        samples = samples.and_then(|balls| report_samples(cx, table, balls, &descent));
+        samples = samples.and_then(|balls| report_samples(cx, leaves, table, balls, &descent));
         if cx.is_coordinator() {
             why = counts.receive(cx, population).or(why);
         }
@@ -148,14 +161,13 @@ fn balls_of_sample<P: Point>(
     table: &Table<P>,
     population: u64,
 ) -> Vec<Ball> {
-    // A sampler draws about 400 points from its population. Given two fifths of the actual population, it draws about
-    // 1000 points from all points.
-    let sampler = Sampler::of(DrawKey { seed: cx.config().seed, node: 0, attempt: 0 }, population * 2 / 5);
+    let key = DrawKey { seed: cx.config().seed, node: 0, attempt: 0 };
+    let sampler = Sampler::new(key, population, SAMPLED_STARS);
     let positions = table.positions();
     let mut balls = Vec::new();
     for (at, leaf) in subdomain.leaves().iter().enumerate() {
         let members: Vec<u32> = leaf.owned().collect();
-        let mut cost = Cost::ZERO;
+        let mut cost = cx.own_cost();
         let sample = cost.pack(&members, |&point| sampler.accepts(positions[point as usize]));
         let all = |_| f64::INFINITY;
         let nearest = nearest_direct(positions, &sample, &members, 1, all, &mut cost);
@@ -174,6 +186,7 @@ fn balls_of_sample<P: Point>(
 /// Sends the counts of the sample if the lists of all its balls are complete. Otherwise returns the balls.
 fn report_samples<P: Point>(
     cx: &mut Context<P>,
+    leaves: &[Leaf<P>],
     table: &Table<P>,
     balls: Vec<Ball>,
     descent: &Descent<P>,
@@ -181,28 +194,52 @@ fn report_samples<P: Point>(
     if descent.complete().len() < balls.len() {
         return Some(balls);
     }
-    let needed = needed_alphas(table, &balls, descent.complete());
+    let mut charges: BTreeMap<u32, Lanes> = BTreeMap::new();
+    let meter = cx.own_cost();
+    let mut needed = Vec::with_capacity(balls.len());
+    for SampledStar { point, alpha, cost } in sampled_stars(table, &balls, descent.complete(), &meter) {
+        charges.entry(leaf_number(leaves, point)).or_insert_with(|| meter.lanes()).add(cost);
+        needed.push(alpha);
+    }
+    for (leaf, lanes) in charges {
+        let mut cost = meter.fresh();
+        cost.run_lanes(lanes);
+        cx.charge(Account::member(Phase::Choice, leaves[leaf as usize].id()), cost, 0);
+    }
     let certified = ALPHAS.map(|a| needed.iter().flatten().filter(|&&t| t <= a).count() as u64);
     let counts = SampleStars { sampled: needed.len() as u64, certified };
     cx.send_to_coordinator(Body::SampleStars(counts));
     None
 }
 
-/// Returns, for each sampled star, the smallest alpha that certifies it, or `None` if the searched ball is too small.
-fn needed_alphas<P: Point>(table: &Table<P>, samples: &[Ball], sampled: &CompletedLists) -> Vec<Option<f64>> {
+/// The star of a sampled point.
+struct SampledStar {
+    point: u32,
+    /// The smallest alpha that certifies the star, or `None` if the searched ball is too small.
+    alpha: Option<f64>,
+    cost: Cost,
+}
+
+/// Builds the stars of the samples. `meter` is an empty meter.
+fn sampled_stars<P: Point>(
+    table: &Table<P>,
+    samples: &[Ball],
+    sampled: &CompletedLists,
+    meter: &Cost,
+) -> Vec<SampledStar> {
     let mut builder = StarBuilder::default();
     let mut facets: Vec<P::Facet> = Vec::new();
     // Samples are in the order of their indices.
     let radius2 =
         |point: u32| samples.binary_search_by_key(&point, |ball| ball.point).map(|at| samples[at].radius2);
-    let star = |Nearest { point, kth2: farthest2, list: candidates }: Nearest| {
+    let mut alpha = |Nearest { point, kth2: farthest2, list: candidates }: Nearest, cost: &mut Cost| {
         let at = table.positions()[point as usize];
         let distances2 = candidates.iter().map(|&j| dist2(table.positions()[j as usize], at));
         let nearest2 = distances2.fold(f64::INFINITY, f64::min);
         // A truncated list is complete only up to its last point.
         let is_whole = candidates.len() < MOST_CANDIDATES as usize;
         let known2 = if is_whole { radius2(point).unwrap_or(0.0) } else { farthest2 };
-        if !builder.build(table.positions(), point, candidates, &mut Cost::default()) {
+        if !builder.build(table.positions(), point, candidates, cost) {
             return None;
         }
         facets.clear();
@@ -217,6 +254,10 @@ fn needed_alphas<P: Point>(table: &Table<P>, samples: &[Ball], sampled: &Complet
             most2 = most2.max(circumradius2(&corners));
         }
         (4.0 * most2 <= known2).then(|| (4.0 * most2 / nearest2).sqrt())
+    };
+    let star = |nearest: Nearest| {
+        let (point, mut cost) = (nearest.point, meter.nested());
+        SampledStar { point, alpha: alpha(nearest, &mut cost), cost }
     };
     sampled.iter().map(star).collect()
 }

@@ -11,11 +11,13 @@
 //!
 //! **Rounds.** Three for each shared level on the way down (counts, decision, points), and one on the way up.
 //!
-//! **Work and depth.** O(1) steps for each level, and O(1) steps for all pairs of each set at the bottom.
+//! **Work and depth.** At each node, a copy-scan of the separator, the counts, and the replication of the members to the
+//! children ([`Cost::charge_replication`]). At the bottom, a sort and O(1) steps for all pairs of each set. On the way up,
+//! one vector step whose lanes sort the lists of the members in both children.
 
 use std::collections::BTreeMap;
 
-use septet_geometry::cost::{Cost, Sweep};
+use septet_geometry::cost::{Cost, Lanes};
 use septet_geometry::graph::{Supergraph, graph_direct};
 use septet_geometry::lists::Lists;
 use septet_geometry::point::{Point, lex_cmp};
@@ -25,7 +27,7 @@ use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, ListBatch, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
-use crate::config::SetRule;
+use crate::config::{Fault, SetRule};
 use crate::graph::sharing::{Crossing, Place, Sharing, counts_of, lead, set_rule};
 use crate::machine::context::Context;
 use crate::state::subdomain::{Entry, Shared, Subdomain, Way};
@@ -135,16 +137,27 @@ struct Recursion<'a, P> {
     table: &'a mut Table<P>,
     supergraph: Supergraph,
     rule: SetRule,
+    /// A planted fault, which may change the separator sets.
+    fault: Option<Fault>,
     agenda: Agenda,
     items: Vec<SetItem>,
     /// The items that were sent. A returned list names its item by its index here.
     sent: Vec<SentItem>,
     /// For each node, the cost of uniting the lists of its children.
-    unions: BTreeMap<NodeId, Cost>,
+    unions: Unions,
     /// For each node, the members of its set on this rank.
     members: BTreeMap<NodeId, Vec<u32>>,
-    /// For each node, the points whose balls cross its separator.
-    replicated: BTreeMap<NodeId, Sweep>,
+    /// The node of each set in which this rank compared all pairs, once for each member, if the run collects the sets.
+    set_nodes: Vec<u64>,
+    /// The ids of these members.
+    set_points: Vec<u64>,
+}
+
+/// For each node, the vector step that unites the lists of its children.
+struct Unions {
+    /// An empty meter.
+    meter: Cost,
+    of_nodes: BTreeMap<NodeId, Lanes>,
 }
 
 impl<'a, P: Point> Recursion<'a, P> {
@@ -163,12 +176,14 @@ impl<'a, P: Point> Recursion<'a, P> {
             table,
             supergraph,
             rule: set_rule(cx.config().graph.sets, supergraph),
+            fault: cx.config().fault,
             agenda: Agenda { ready: root.into_iter().collect(), ..Agenda::default() },
             items,
             sent: Vec::new(),
-            unions: BTreeMap::new(),
+            unions: Unions { meter: cx.own_cost(), of_nodes: BTreeMap::new() },
             members: members.into_iter().collect(),
-            replicated: BTreeMap::new(),
+            set_nodes: Vec::new(),
+            set_points: Vec::new(),
         }
     }
 
@@ -213,22 +228,24 @@ impl<'a, P: Point> Recursion<'a, P> {
     fn place(&self, split: &Split<P>, item: u32) -> Place {
         let point = self.items[item as usize].point as usize;
         let (x, radius2) = (self.table.positions()[point], self.table.radii2()[point]);
-        let radius = self.supergraph.separator_radius(radius2);
-        Place { side: split.side(x), crosses: split.separator().crosses(x, radius) }
+        let radius = self.fault.map_or(1.0, Fault::spread) * self.supergraph.separator_radius(radius2);
+        let is_removed = self.fault.is_some_and(|fault| fault.removes(x));
+        Place { side: split.side(x), crosses: !is_removed && split.separator().crosses(x, radius) }
     }
 
     /// Sends the counts of this rank's share of the set to the leader of a shared node.
     fn count_set(&mut self, cx: &mut Context<P>, shared: &Shared<P>) {
         let members = self.members.get(&shared.id()).map_or(&[][..], Vec::as_slice);
-        let mut cost = Cost::ZERO;
+        let mut cost = cx.shared_cost();
         let sum = self.count_members(shared.split(), members, &mut cost);
         cx.charge(Account::member(Phase::Sets, shared.id()), cost, members.len() as u64);
         cx.contribute(shared.group(), 0, Body::SetCounts(counts_of(sum)));
     }
 
-    /// Counts the members on each side, and the members on each side whose balls cross the separator.
+    /// Counts the members on each side, and the members on each side whose balls cross the separator. A copy-scan copies
+    /// the separator to every member.
     fn count_members(&self, split: &Split<P>, members: &[u32], cost: &mut Cost) -> [u64; 4] {
-        let places = cost.map(members, |&i| self.place(split, i));
+        let places = cost.map_with(split, members, |split, &i| self.place(split, i));
         cost.reduce(&places, [0u64; 4], |mut sum, place| {
             sum[place.side] += 1;
             sum[2 + place.side] += u64::from(place.crosses);
@@ -263,9 +280,9 @@ impl<'a, P: Point> Recursion<'a, P> {
         let (node, subdomain) = (shared.id(), self.subdomain);
         let level = subdomain.position(node);
         let (mut leaving, mut staying) = (Leaving::new(), Vec::new());
-        let mut cost = Cost::ZERO;
-        let places = cost.map(members, |&i| self.place(shared.split(), i));
-        for (&item, place) in members.iter().zip(places) {
+        let mut cost = cx.shared_cost();
+        let replicated = cost.replicate(members, |&i| self.place(shared.split(), i));
+        for (&item, place) in members.iter().zip(replicated) {
             let reached = [0, 1].map(|side| crossing.sends(place, side));
             let stays = shared.follow(reached, |side| {
                 let (child, rank) = subdomain.beyond(Way { level, side }, cx.rank());
@@ -275,9 +292,6 @@ impl<'a, P: Point> Recursion<'a, P> {
                 staying.push(item);
             } else {
                 self.items[item as usize].outstanding -= 1;
-            }
-            if place.crosses {
-                self.replicated.entry(node).or_default().visit();
             }
         }
         cx.charge(Account::member(Phase::Sets, node), cost, 0);
@@ -359,14 +373,14 @@ impl<'a, P: Point> Recursion<'a, P> {
     /// Finds the neighbours of each member of a set by the recursion in this rank's subtree.
     fn solve(&mut self, cx: &mut Context<P>, tree: &Tree<P>, node: NodeId, members: &[u32]) -> Vec<Vec<u32>> {
         let Tree::Node(inner) = tree else { return self.solve_direct(cx, node, members) };
-        let mut cost = Cost::ZERO;
+        let mut cost = cx.shared_cost();
         let sum = self.count_members(inner.split(), members, &mut cost);
         cx.charge(Account::member(Phase::Sets, node), cost, members.len() as u64);
-        let Sharing::Crossing(crossing) = Sharing::decide(sum, self.rule) else {
+        let Sharing::Crossing(crossing) = Sharing::decide(sum, self.rule, self.fault) else {
             return self.solve_direct(cx, node, members);
         };
-        let mut cost = Cost::ZERO;
-        let places = cost.map(members, |&i| self.place(inner.split(), i));
+        let mut cost = cx.shared_cost();
+        let places = cost.replicate(members, |&i| self.place(inner.split(), i));
         cx.charge(Account::member(Phase::Sets, node), cost, 0);
         let mut children = [Vec::new(), Vec::new()];
         for (&item, &place) in members.iter().zip(&places) {
@@ -375,20 +389,16 @@ impl<'a, P: Point> Recursion<'a, P> {
                     child.push(item);
                 }
             }
-            if place.crosses {
-                self.replicated.entry(node).or_default().visit();
-            }
         }
         let [inside, outside] = &children;
         let mut lists = [
             self.solve(cx, &inner.children()[0], node.child(0), inside).into_iter(),
             self.solve(cx, &inner.children()[1], node.child(1), outside).into_iter(),
         ];
-        let unions = self.unions.entry(node).or_default();
         let united = places.into_iter().map(|place| {
             let mut own = [0, 1].map(|to| crossing.sends(place, to).then(|| lists[to].next()).flatten());
             match own.each_mut().map(Option::take) {
-                [Some(a), Some(b)] => unite(a, b, unions),
+                [Some(a), Some(b)] => self.unions.unite(node, a, b),
                 [a, b] => a.or(b).unwrap_or_default(),
             }
         });
@@ -399,14 +409,18 @@ impl<'a, P: Point> Recursion<'a, P> {
     fn solve_direct(&mut self, cx: &mut Context<P>, node: NodeId, members: &[u32]) -> Vec<Vec<u32>> {
         let (positions, radii2) = (self.table.positions(), self.table.radii2());
         let at = |i: u32| positions[self.items[i as usize].point as usize];
+        let mut cost = cx.own_cost();
         let mut order: Vec<usize> = (0..members.len()).collect();
-        order.sort_unstable_by(|&a, &b| lex_cmp(&at(members[a]), &at(members[b])));
+        cost.sort(&mut order, |&a, &b| lex_cmp(&at(members[a]), &at(members[b])));
         let points: Vec<u32> = order.iter().map(|&i| self.items[members[i] as usize].point).collect();
-        let mut cost = Cost::ZERO;
         let found = graph_direct(self.supergraph, positions, radii2, &points, &points, &mut cost);
         let pairs = (points.len() * points.len()) as u64;
         cx.charge(Account::member(Phase::Graph, node), cost, pairs);
         cx.facts(node).members += points.len() as u64;
+        if cx.config().shown.collect_sets {
+            self.set_nodes.extend(points.iter().map(|_| node.0));
+            self.set_points.extend(points.iter().map(|&i| self.table.ids()[i as usize]));
+        }
         let mut lists = vec![Vec::new(); members.len()];
         for (i, list) in order.into_iter().zip(found.iter()) {
             lists[i] = list.to_vec();
@@ -458,16 +472,16 @@ impl<'a, P: Point> Recursion<'a, P> {
 
     /// Unites the lists of all leaves into the graph neighbours of the owned points, and charges the unions.
     fn finish(self, cx: &mut Context<P>) -> Lists<u32> {
-        let Recursion { table, items, mut unions, replicated, .. } = self;
-        for (node, sweep) in replicated {
-            let mut cost = Cost::ZERO;
-            let items = sweep.items();
-            cost.charge_sweep(sweep);
-            cx.charge(Account::member(Phase::Sets, node), cost, items);
+        let Recursion { table, items, mut unions, set_nodes, set_points, .. } = self;
+        if cx.config().shown.collect_sets {
+            cx.send_to_coordinator(Body::Sets { nodes: Bulk(set_nodes), points: Bulk(set_points) });
         }
         let owned = items.into_iter().take(table.owned_len() as usize);
         let neighbours = owned.map(|mut item| item.united(&mut unions)).collect();
-        for (node, cost) in unions {
+        let Unions { meter, of_nodes } = unions;
+        for (node, lanes) in of_nodes {
+            let mut cost = meter.fresh();
+            cost.run_lanes(lanes);
             cx.charge(Account::member(Phase::Sets, node), cost, 0);
         }
         neighbours
@@ -480,14 +494,16 @@ fn send_items<P: Point>(cx: &mut Context<P>, leaving: Leaving<P>) {
     }
 }
 
-/// Unites the neighbours of a point in the graphs of both children, without multiple edges. The cost is one item of the
-/// vector step over the points of both children.
-fn unite(mut list: Vec<u32>, other: Vec<u32>, all: &mut Cost) -> Vec<u32> {
-    list.extend(other);
-    let mut own = Cost::ZERO;
-    own.distinct_nested(&mut list, Ord::cmp);
-    all.join(own);
-    list
+impl Unions {
+    /// Unites the neighbours of a point in the graphs of both children of a node, without multiple edges. This is one lane
+    /// of the vector step over the points of both children.
+    fn unite(&mut self, node: NodeId, mut list: Vec<u32>, other: Vec<u32>) -> Vec<u32> {
+        list.extend(other);
+        let mut own = self.meter.nested();
+        own.distinct(&mut list, Ord::cmp);
+        self.of_nodes.entry(node).or_insert_with(|| self.meter.lanes()).add(own);
+        list
+    }
 }
 
 impl SetItem {
@@ -497,13 +513,13 @@ impl SetItem {
     }
 
     /// Unites the lists of the item into its neighbours in the graph of the set, node by node from the lowest up.
-    fn united(&mut self, unions: &mut BTreeMap<NodeId, Cost>) -> Vec<u32> {
+    fn united(&mut self, unions: &mut Unions) -> Vec<u32> {
         let mut lists = std::mem::take(&mut self.returned);
         lists.sort_by_key(|list| std::cmp::Reverse(list.node.level()));
         let mut all = self.own.take();
         for ReturnedList { node, neighbours } in lists {
             all = Some(match all {
-                Some(below) => unite(below, neighbours, unions.entry(node).or_default()),
+                Some(below) => unions.unite(node, below, neighbours),
                 None => neighbours,
             });
         }

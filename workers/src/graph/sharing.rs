@@ -11,7 +11,7 @@ use septet_geometry::point::Point;
 use septet_protocol::ids::NodeId;
 use septet_protocol::message::{Body, Message, SetCounts, SetDecision};
 
-use crate::config::SetRule;
+use crate::config::{Fault, SetRule};
 use crate::machine::context::Context;
 use crate::state::subdomain::Group;
 
@@ -58,8 +58,11 @@ pub(crate) enum Sharing {
 
 impl Sharing {
     /// Decides from the numbers of interior points, exterior points, crossing interior points and crossing exterior
-    /// points.
-    pub(crate) fn decide(sum: [u64; 4], rule: SetRule) -> Self {
+    /// points. The planted fault [`Fault::Flood`] divides every set, although each child has all its points.
+    pub(crate) fn decide(sum: [u64; 4], rule: SetRule, fault: Option<Fault>) -> Self {
+        if fault == Some(Fault::Flood) {
+            return Sharing::Crossing(Crossing::Both);
+        }
         let [inside, outside, crossing_inside, crossing_outside] = sum;
         let (crossing, children) = match rule {
             SetRule::Smaller if crossing_inside <= crossing_outside => {
@@ -127,7 +130,7 @@ pub(crate) fn lead<P: Point>(cx: &mut Context<P>, led: &[Group], rule: SetRule) 
     }
     for (node, sum) in sums {
         let Some(group) = led.iter().find(|group| group.node == node) else { continue };
-        let sharing = Sharing::decide(sum, rule);
+        let sharing = Sharing::decide(sum, rule, cx.config().fault);
         cx.broadcast(group, 0, || Body::SetDecision(sharing.into()));
     }
 }
@@ -160,8 +163,8 @@ mod tests {
             ([90, 10, 4, 4], interior, stop),
             ([94, 6, 0, 0], stop, stop),
         ] {
-            assert_eq!(Sharing::decide(sum, SetRule::Smaller), smaller, "{sum:?}");
-            assert_eq!(Sharing::decide(sum, SetRule::Both), paper, "{sum:?}");
+            assert_eq!(Sharing::decide(sum, SetRule::Smaller, None), smaller, "{sum:?}");
+            assert_eq!(Sharing::decide(sum, SetRule::Both, None), paper, "{sum:?}");
         }
     }
 

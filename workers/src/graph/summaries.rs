@@ -7,7 +7,6 @@
 //! leader. **Work and depth.** One reduction over the points of each leaf, and one over the two children of each
 //! inner node.
 
-use septet_geometry::cost::Cost;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Account;
@@ -29,7 +28,7 @@ pub(crate) async fn summaries<P: Point>(
     frame: &mut PointBatch<P>,
 ) -> Result<(), TransportError> {
     cx.enter(Phase::Summaries)?;
-    frame::report(cx, table, subdomain.leaves(), frame);
+    frame::report(cx, table, frame);
     if let Some((root, own)) = own_summary(cx, subdomain, table) {
         cx.contribute_up(subdomain.groups(), root, Body::Summary(own));
     }
@@ -58,7 +57,7 @@ pub(crate) async fn summaries<P: Point>(
 /// Joins the summaries of a node's children, and sends both summaries to the members of the node's group.
 fn join_children<P: Point>(cx: &mut Context<P>, group: &Group, both: [Summary<P>; 2]) -> Summary<P> {
     let _span = cx.site().subproblem(Phase::Summaries, group.node, "join summaries", group.child.population);
-    let mut cost = Cost::ZERO;
+    let mut cost = cx.own_cost();
     let own = cost.reduce(&both, both[0].clone(), |best, s| join_summaries(&best, s));
     cx.charge(Account::leader(Phase::Summaries, group.node), cost, 0);
     let both = Box::new(both);
@@ -75,29 +74,18 @@ fn own_summary<P: Point>(
 ) -> Option<(NodeId, Summary<P>)> {
     let root = subdomain.root();
     let (tree, leaves) = subdomain.tree_mut()?;
-    let mut charges: Vec<Charged> = Vec::new();
     for leaf in &mut *leaves {
         let radii = &table.radii2()[leaf.indices()];
-        let mut cost = Cost::ZERO;
+        let mut cost = cx.own_cost();
         leaf.set_max_radius2(cost.reduce(radii, 0.0, |m: f64, &r| m.max(r)));
-        charges.push(Charged { node: leaf.id(), cost, items: radii.len() as u64 });
+        cx.charge(Account::member(Phase::Summaries, leaf.id()), cost, radii.len() as u64);
     }
-    let Extremes { max_radius2, smallest } = summarise(tree, leaves, table, &mut charges);
-    for Charged { node, cost, items } in charges {
-        cx.charge(Account::member(Phase::Summaries, node), cost, items);
-    }
+    let Extremes { max_radius2, smallest } = summarise(cx, tree, leaves, table);
     (smallest != u32::MAX).then(|| {
         let mut point = PointBatch::default();
         table.export(smallest, &mut point);
         (root, Summary { max_radius2, smallest: point })
     })
-}
-
-/// The cost of a node's summary.
-struct Charged {
-    node: NodeId,
-    cost: Cost,
-    items: u64,
 }
 
 /// The largest squared radius and the smallest point of a set of owned points.
@@ -110,10 +98,10 @@ struct Extremes {
 
 /// Summarises a subtree. Stores in each inner node the summaries of its children.
 fn summarise<P: Point>(
+    cx: &mut Context<P>,
     tree: &mut Tree<P>,
     leaves: &[Leaf<P>],
     table: &Table<P>,
-    charges: &mut Vec<Charged>,
 ) -> Extremes {
     let positions = table.positions();
     let compare = |&a: &u32, &b: &u32| lex_cmp(&positions[a as usize], &positions[b as usize]);
@@ -124,11 +112,11 @@ fn summarise<P: Point>(
             Extremes { max_radius2: leaf.max_radius2(), smallest }
         }
         Tree::Node(inner) => {
-            let both = [0, 1].map(|side| summarise(&mut inner.children_mut()[side], leaves, table, charges));
+            let both = [0, 1].map(|side| summarise(cx, &mut inner.children_mut()[side], leaves, table));
             for (side, child) in both.iter().enumerate() {
                 inner.set_summary(side, child.max_radius2, child.smallest);
             }
-            let mut cost = Cost::ZERO;
+            let mut cost = cx.own_cost();
             let joined = cost.reduce(&both, both[0], |best, child| Extremes {
                 max_radius2: best.max_radius2.max(child.max_radius2),
                 smallest: if compare(&child.smallest, &best.smallest).is_lt() {
@@ -138,7 +126,7 @@ fn summarise<P: Point>(
                 },
             });
             // A leader charges the same reduction over two children.
-            charges.push(Charged { node: inner.id(), cost, items: 0 });
+            cx.charge(Account::member(Phase::Summaries, inner.id()), cost, 0);
             joined
         }
     }

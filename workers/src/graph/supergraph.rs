@@ -12,7 +12,6 @@
 
 use std::ops::Range;
 
-use septet_geometry::cost::Cost;
 use septet_geometry::graph::{Supergraph, graph_direct};
 use septet_geometry::lists::Lists;
 use septet_geometry::point::{Point, lex_cmp};
@@ -30,7 +29,7 @@ use crate::graph::separator_sets::set_recursion;
 use crate::machine::context::Context;
 use crate::neighbours::results::CompletedLists;
 use crate::state::ghosts::Ghosts;
-use crate::state::subdomain::Subdomain;
+use crate::state::subdomain::{Shared, Subdomain};
 use crate::state::table::Table;
 use crate::state::tree::{GROUP, Leaf, Split, Tree};
 
@@ -43,12 +42,20 @@ pub(crate) struct Graph {
     ghosts: Ghosts,
     /// All edges, as pairs of ids. Empty except on the coordinator of a run that collects them.
     edges: Vec<u64>,
+    /// Node and id of each member of the sets in which all pairs were compared. Empty except on the coordinator of a run
+    /// that collects them.
+    sets: Vec<[u64; 2]>,
 }
 
 impl Graph {
     /// Takes the edges that the coordinator collected, as pairs of ids.
     pub(crate) fn take_edges(&mut self) -> Vec<u64> {
         std::mem::take(&mut self.edges)
+    }
+
+    /// Takes the members of sets that the coordinator collected.
+    pub(crate) fn take_sets(&mut self) -> Vec<[u64; 2]> {
+        std::mem::take(&mut self.sets)
     }
 
     /// Returns the neighbours of each owned point, and the ghosts of each leaf.
@@ -68,6 +75,7 @@ pub(crate) async fn supergraph<P: Point>(
 ) -> Result<Graph, TransportError> {
     cx.enter(Phase::Sets)?;
     count_crossings(cx, subdomain, table, rule);
+    charge_seeds(cx, subdomain);
     let (neighbours, ghosts) = match (cx.config().graph.sets, nearest) {
         (SetRule::Ghost, None) => {
             let mut ghosts = push_ghosts(cx, subdomain, table, rule).await?;
@@ -88,11 +96,24 @@ pub(crate) async fn supergraph<P: Point>(
         }
     };
     report_edges(cx, subdomain, table, &neighbours);
-    let mut edges = Vec::new();
+    let (mut edges, mut sets) = (Vec::new(), Vec::new());
     while cx.exchange().await? {
         edges.extend(take_edges(cx));
+        sets.extend(take_sets(cx));
     }
-    Ok(Graph { neighbours, ghosts, edges })
+    Ok(Graph { neighbours, ghosts, edges, sets })
+}
+
+/// Charges each node for a comparison of the smallest points of its two children. On the way down, the machine passes each
+/// leaf a point that is smaller than its own points, if there is one. The local hulls start with these points.
+fn charge_seeds<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>) {
+    let shared = subdomain.path().iter().filter(|shared| shared.first() == cx.rank()).map(Shared::id);
+    let nodes: Vec<NodeId> = shared.chain(subdomain.inner_ids().iter().copied()).collect();
+    for node in nodes {
+        let mut cost = cx.own_cost();
+        cost.map(&[node.child(0), node.child(1)], |_| ());
+        cx.charge(Account::leader(Phase::Sets, node), cost, 0);
+    }
 }
 
 /// Takes the edges that workers sent to the coordinator.
@@ -102,6 +123,17 @@ fn take_edges<P: Point>(cx: &mut Context<P>) -> impl Iterator<Item = u64> + use<
         _ => None,
     });
     parts.into_iter().flatten()
+}
+
+/// Takes the members of sets that workers sent to the coordinator.
+fn take_sets<P: Point>(cx: &mut Context<P>) -> Vec<[u64; 2]> {
+    let parts = cx.take(|m| match &mut m.body {
+        Body::Sets { nodes, points } => {
+            Some(std::mem::take(&mut nodes.0).into_iter().zip(std::mem::take(&mut points.0)))
+        }
+        _ => None,
+    });
+    parts.into_iter().flatten().map(|(node, point)| [node, point]).collect()
 }
 
 /// Counts the balls of owned points that cross each separator above them. The owned points below a node are
@@ -181,14 +213,14 @@ fn graph_of_leaves<P: Point>(
     rule: Supergraph,
     ghosts: &Ghosts,
 ) -> Lists<u32> {
-    let (site, leaves) = (cx.site(), subdomain.leaves());
+    let (site, leaves, meter) = (cx.site(), subdomain.leaves(), cx.own_cost());
     let indices: Vec<usize> = (0..leaves.len()).collect();
     let results = cx.map(&indices, |&at| {
         let leaf = &leaves[at];
         let _span = site.subproblem(Phase::Graph, leaf.id(), "leaf graph", leaf.owned_len());
         let owned: Vec<u32> = leaf.owned().collect();
         let members = ghosts.members(at, leaf);
-        let mut cost = Cost::ZERO;
+        let mut cost = meter.fresh();
         let lists = graph_direct(rule, table.positions(), table.radii2(), &owned, &members, &mut cost);
         (lists, cost, members.len() as u64)
     });

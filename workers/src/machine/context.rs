@@ -16,16 +16,14 @@ use std::task::{self, Poll, Waker};
 use septet_geometry::cost::Cost;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
-use septet_protocol::ledger::{Account, LedgerPart, NodeFacts, RoundKey, RoundTally};
+use septet_protocol::ledger::{Account, LedgerPart, NodeFacts, RankKey, RoundKey, RoundTally};
 use septet_protocol::message::{Body, Message};
-use septet_protocol::tasks::TaskLog;
 use septet_protocol::transport::TransportError;
 use tracing::span::EnteredSpan;
 
 use crate::config::{Pool, WorkerConfig, map_in};
 use crate::machine::outbox::Outbox;
 use crate::machine::profile::{Site, received};
-use crate::machine::tasks::Recorder;
 
 /// A round that ended: its number and the messages to this rank, or `None` if the phase is over.
 type Round<P> = (u32, Option<Vec<Message<P>>>);
@@ -44,7 +42,6 @@ pub struct Context<P: Point> {
     config: Arc<WorkerConfig>,
     pool: Pool,
     ledger: LedgerPart,
-    recorder: Option<Box<Recorder>>,
     out: Outbox<P>,
     phase: Phase,
     /// Messages of this round that the phase has not taken.
@@ -85,12 +82,24 @@ impl<P: Point> Context<P> {
         self.out.round()
     }
 
-    /// Adds a cost to an account of the ledger: a phase, a node and a role. The account keeps the largest number of `items`.
-    ///
-    /// A cost does not name its primitives. It needs no name, because only the primitives of [`septet_geometry::cost`]
-    /// raise a cost, each by its own price ([`septet_geometry::cost::Primitive`]).
+    /// Returns an empty meter for a subproblem that a group may share. The ledger prices its scans over the items of the
+    /// whole subproblem.
+    pub fn shared_cost(&self) -> Cost {
+        Cost::of_subproblem(self.config.shown.trace_costs)
+    }
+
+    /// Returns an empty meter for a subproblem that always belongs to one rank, for example a leaf. Its scans run over
+    /// the items of their calls.
+    pub fn own_cost(&self) -> Cost {
+        self.shared_cost().nested()
+    }
+
+    /// Charges an account of the ledger: a phase, a node and a role. The account keeps the largest number of `items`,
+    /// the length of the scans of a shared meter. The ledger also counts the work for this rank and this round.
     pub fn charge(&mut self, account: Account, cost: Cost, items: u64) {
-        self.ledger.charge(account, cost, items);
+        self.ledger.charge(account, cost.price(), items);
+        let key = RankKey { round: self.round(), phase: account.phase, rank: self.rank };
+        self.ledger.rank(key).work += cost.work();
     }
 
     /// Returns the facts of a node in the ledger, so that the caller can add to them.
@@ -106,21 +115,6 @@ impl<P: Point> Context<P> {
     /// Adds the hash of some edges of the supergraph to the ledger.
     pub fn add_edge_hash(&mut self, hash: u64) {
         self.ledger.edge_hash = self.ledger.edge_hash.wrapping_add(hash);
-    }
-
-    /// Returns `true` if the rank records tasks.
-    pub fn is_recording(&self) -> bool {
-        self.recorder.is_some()
-    }
-
-    /// Returns the record of tasks, if the rank keeps one.
-    pub(crate) fn recorder(&mut self) -> Option<&mut Recorder> {
-        self.recorder.as_deref_mut()
-    }
-
-    /// Ends the record of tasks, if the rank keeps one.
-    pub(crate) fn finish_record(&mut self) -> Option<TaskLog> {
-        self.recorder.take().map(|mut recorder| recorder.finish())
     }
 
     /// Returns the ledger of the rank.
@@ -274,14 +268,12 @@ impl<'a, P: Point, T> Running<'a, P, T> {
     {
         let mailbox = Mailbox { sent: Vec::new(), busy: false, phase: Phase::Load, round: None };
         let mailbox = Rc::new(RefCell::new(mailbox));
-        let recorder = (config.shown.record_tasks && config.workers == 1 && rank == 1).then(Box::default);
         let context = Context {
             rank,
             out: Outbox::new(config.run, rank),
             config,
             pool,
             ledger: LedgerPart::default(),
-            recorder,
             phase: Phase::Load,
             inbox: Vec::new(),
             mailbox: mailbox.clone(),

@@ -4,6 +4,5 @@ pub mod collectives;
 pub mod context;
 pub mod outbox;
 pub mod profile;
-pub mod tasks;
 
 pub use context::{Context, Running};

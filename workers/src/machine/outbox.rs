@@ -2,7 +2,7 @@
 
 use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
-use septet_protocol::ledger::{LedgerPart, RoundKey, SenderKey, Traffic};
+use septet_protocol::ledger::{LedgerPart, RankKey, RoundKey, Traffic};
 use septet_protocol::message::{Body, Message, PROTOCOL_VERSION};
 
 use crate::machine::profile::{Site, sent};
@@ -76,7 +76,7 @@ impl<P: Point> Outbox<P> {
             return Vec::new();
         }
         sent(phase, &self.messages);
-        let (round, from) = (self.round, self.rank);
+        let (round, rank) = (self.round, self.rank);
         ledger.tally(RoundKey { round, phase });
         for message in &self.messages {
             if message.body.is_instrument() {
@@ -84,7 +84,7 @@ impl<P: Point> Outbox<P> {
             }
             let bytes = message.encoded_len() as u64;
             let moved = Traffic { messages: 1, bytes, points: points_in(&message.body) as u64 };
-            let tally = ledger.bill(SenderKey { round, phase, from }, message.to, moved);
+            let tally = ledger.bill(RankKey { round, phase, rank }, message.to, moved);
             if message.to == COORDINATOR && !message.body.is_bulk() {
                 tally.control += bytes;
             }

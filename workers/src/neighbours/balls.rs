@@ -10,7 +10,6 @@
 //! **Rounds.** The radii within leaves need no messages. The two descents, or the passes of the baseline, take
 //! rounds.
 
-use septet_geometry::cost::Cost;
 use septet_geometry::neighbourhood::nearest_direct;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
@@ -40,7 +39,7 @@ pub(crate) async fn nearest_balls<P: Point>(
     if cx.config().graph.correction == Correction::BottomUp {
         return correct_bottom_up(cx, subdomain, table).await;
     }
-    let nearest = |phase, probe| Search { phase, wanted: 1, probe, own_leaf: false };
+    let nearest = |phase, probe| Search { phase, wanted: 1, probe, own_leaf: false, everywhere: false };
     cx.enter(Phase::Probe)?;
     let large = large_balls(subdomain.leaves(), table.radii2());
     let probed = descend(cx, subdomain, table, nearest(Phase::Probe, true), large).await?;
@@ -61,13 +60,14 @@ async fn leaf_radii<P: Point>(
 ) -> Result<(), TransportError> {
     cx.enter(Phase::Radii)?;
     let (positions, site, fault) = (table.positions(), cx.site(), cx.config().fault);
+    let meter = cx.own_cost();
     let results = cx.map(subdomain.leaves(), |leaf| {
         let _span = site.subproblem(Phase::Radii, leaf.id(), "leaf radii", leaf.owned_len());
         let members: Vec<u32> = leaf.owned().collect();
-        let mut cost = Cost::ZERO;
+        let mut cost = meter.fresh();
         let all = |_| f64::INFINITY;
         let nearest = nearest_direct(positions, &members, &members, 1, all, &mut cost);
-        let cost = fault.and_then(|fault| fault.charge_of_radii(&members)).unwrap_or(cost);
+        let cost = fault.and_then(|fault| fault.charge_of_radii(&members, &meter)).unwrap_or(cost);
         (nearest.kth2, cost)
     });
     let mut radii2 = Vec::with_capacity(table.owned_len() as usize);

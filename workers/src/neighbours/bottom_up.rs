@@ -32,7 +32,8 @@ use crate::state::subdomain::{Subdomain, Way};
 use crate::state::table::Table;
 use crate::state::tree::{Inner, Tree, leaf_number};
 
-const SEARCH: Search = Search { phase: Phase::Neighbours, wanted: 1, probe: false, own_leaf: true };
+const SEARCH: Search =
+    Search { phase: Phase::Neighbours, wanted: 1, probe: false, own_leaf: true, everywhere: false };
 
 /// Returns the level at which the correction starts. A group loses at least one rank with each level, so no node below
 /// this level is shared.
@@ -113,7 +114,7 @@ fn correct_node<P: Point>(
     inner: &Inner<P>,
     owned: &[Range<u32>; 2],
 ) {
-    let mut walk = SearchSpace { subdomain, table, blocks: &[], recorded: false }.walk(SEARCH);
+    let mut walk = SearchSpace { subdomain, table, blocks: &[] }.walk(SEARCH);
     let mut nearer = Vec::new();
     let mut found = NeighbourList::default();
     for (side, range) in owned.iter().enumerate() {

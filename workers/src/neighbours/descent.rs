@@ -21,8 +21,8 @@
 //! **Messages.** In one round, a rank may receive queries about several nodes and replies to several batches. The phase
 //! is therefore a loop over one [`Descent`], which keeps track of both.
 //!
-//! **Work and depth.** At each node, one vector step over its balls on the way down and one over its replicated balls
-//! on the way up. At a leaf, one vector step over the pairs of balls and points, and one segmented scan.
+//! **Work and depth.** At each node, the replication of its balls on the way down, and the combination of the results of
+//! its replicated balls on the way up. At a leaf, all pairs of its balls and points.
 
 #[cfg(test)]
 mod tests;
@@ -165,7 +165,7 @@ impl<'a, P: Point> Descent<'a, P> {
         let groups: Vec<&[Ball]> = balls.chunks(GROUP).collect();
         let largest2 = largest_balls(subdomain.leaves(), balls);
         let input = LaunchInput { known, largest2: &largest2 };
-        let space = SearchSpace { recorded: cx.is_recording(), ..self.space(table) };
+        let space = self.space(table);
         let walked = cx.map(&groups, |group| walk_balls(space, search, group, input));
         // The capacity also allows for the balls of other ranks.
         let leaving: usize = walked.iter().map(|walked| walked.leaving.len()).sum();
@@ -175,9 +175,6 @@ impl<'a, P: Point> Descent<'a, P> {
         for (WalkedGroup { complete, leaving, counts }, group) in walked.into_iter().zip(groups) {
             self.complete.add_part(complete);
             self.tallies.add(cx, subdomain, &counts);
-            if let (Some(recorder), Some(reached)) = (cx.recorder(), counts.reach.reached) {
-                recorder.reached(search.phase, reached);
-            }
             self.forward_group(&mut router, table, leaving, group);
         }
         // The last part receives the lists of the balls that leave the path.
@@ -189,7 +186,7 @@ impl<'a, P: Point> Descent<'a, P> {
     where
         'a: 'b,
     {
-        SearchSpace { subdomain: self.subdomain, table, blocks: self.blocks, recorded: false }
+        SearchSpace { subdomain: self.subdomain, table, blocks: self.blocks }
     }
 
     /// Forwards the balls of a group that leave the path.
@@ -242,7 +239,9 @@ impl<'a, P: Point> Descent<'a, P> {
 
     /// Charges the phase at its end. Returns the complete lists.
     pub(crate) fn finish(self, cx: &mut Context<P>) -> CompletedLists {
-        for NodeCharge { node, cost, items } in self.tallies.into_charges() {
+        for NodeCharge { node, cost, items } in
+            self.tallies.into_charges(cx.shared_cost(), self.search.wanted)
+        {
             cx.charge(Account::member(self.search.phase, node), cost, items);
         }
         self.complete

@@ -8,7 +8,6 @@
 //! **Work and depth.** All pairs of points within each leaf, and the descents. **Rounds.** The rounds of two
 //! descents.
 
-use septet_geometry::cost::Cost;
 use septet_geometry::kd_blocks::KdBlocks;
 use septet_geometry::neighbourhood::{NearestLists, nearest_in_blocks};
 use septet_geometry::point::Point;
@@ -16,6 +15,7 @@ use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Account;
 use septet_protocol::transport::TransportError;
 
+use crate::config::Fault;
 use crate::machine::context::Context;
 use crate::neighbours::balls::{all_balls, large_balls};
 use crate::neighbours::descent::Descent;
@@ -38,13 +38,15 @@ pub(crate) async fn nearest_lists<P: Point>(
 
     cx.enter(Phase::KnnProbe)?;
     let mut radii2: Vec<f64> = nearest.iter().flat_map(|leaf| &leaf.kth2).copied().collect();
-    let search = Search { phase: Phase::KnnProbe, wanted: k, probe: true, own_leaf: false };
+    let search =
+        Search { phase: Phase::KnnProbe, wanted: k, probe: true, own_leaf: false, everywhere: false };
     let mut descent = Descent::new(subdomain, search, &blocks);
     descent.launch(cx, table, &large_balls(subdomain.leaves(), &radii2), Some(&nearest));
     descent.run(cx, table).await?.shrink(&mut radii2);
 
     cx.enter(Phase::Knn)?;
-    let search = Search { phase: Phase::Knn, wanted: k, probe: false, own_leaf: false };
+    let everywhere = cx.config().fault == Some(Fault::Flood);
+    let search = Search { phase: Phase::Knn, wanted: k, probe: false, own_leaf: false, everywhere };
     let mut descent = Descent::new(subdomain, search, &blocks);
     descent.launch(cx, table, &all_balls(subdomain.leaves(), &radii2), Some(&nearest));
     drop((radii2, nearest));
@@ -70,11 +72,11 @@ fn leaf_lists<P: Point>(
     table: &Table<P>,
     k: u32,
 ) -> LeafLists<P> {
-    let site = cx.site();
+    let (site, meter) = (cx.site(), cx.own_cost());
     let results = cx.map(subdomain.leaves(), |leaf| {
         let _span = site.subproblem(Phase::KnnRadii, leaf.id(), "leaf lists", leaf.owned_len());
         let blocks = KdBlocks::of(&table.positions()[leaf.indices()]);
-        let mut cost = Cost::ZERO;
+        let mut cost = meter.fresh();
         let nearest = nearest_in_blocks(&blocks, leaf.start(), k as usize, &mut cost);
         (blocks, nearest, cost)
     });

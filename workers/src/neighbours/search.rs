@@ -14,6 +14,8 @@ pub(crate) struct Search {
     pub(crate) probe: bool,
     /// Whether a ball also searches its own leaf.
     pub(crate) own_leaf: bool,
+    /// Whether every ball visits every leaf: a planted fault.
+    pub(crate) everywhere: bool,
 }
 
 /// The ball of an owned point.

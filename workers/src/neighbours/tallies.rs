@@ -56,22 +56,27 @@ impl Tallies {
 
     /// Charges each node for the pass of the bottom-up correction at `level`.
     pub(crate) fn charge_pass<P: Point>(self, cx: &mut Context<P>, level: u32) {
-        for NodeCharge { node, cost, items } in self.into_charges() {
+        for NodeCharge { node, cost, items } in self.into_charges(cx.shared_cost(), 1) {
             cx.charge(Account::pass(level, node), cost, items);
         }
     }
 
-    /// Returns the charge of each node.
-    pub(crate) fn into_charges(self) -> impl Iterator<Item = NodeCharge> {
-        let inner = self.inner.into_iter().map(|(node, Visits { down, both })| {
-            let (mut cost, items) = (Cost::ZERO, down.items());
-            cost.charge_sweep(down);
-            cost.charge_sweep(both);
+    /// Returns the charge of each node. `meter` is an empty meter, and `wanted` the number of points that each ball
+    /// searches for.
+    ///
+    /// At an inner node, the balls are replicated to the children on the way down, and the results of the replicas are
+    /// combined on the way up. At a leaf, each ball is tested against each point.
+    pub(crate) fn into_charges(self, meter: Cost, wanted: u32) -> impl Iterator<Item = NodeCharge> {
+        let own = meter.nested();
+        let inner = self.inner.into_iter().map(move |(node, Visits { down, both })| {
+            let (mut cost, items) = (meter.fresh(), down.items());
+            cost.charge_replication(down);
+            cost.charge_combination(both.times(wanted));
             NodeCharge { node, cost, items }
         });
-        let leaves = self.pairs.into_iter().map(|(node, pairs)| {
-            let (mut cost, items) = (Cost::ZERO, pairs.items());
-            cost.charge_sweep(pairs);
+        let leaves = self.pairs.into_iter().map(move |(node, pairs)| {
+            let (mut cost, items) = (own.fresh(), pairs.items());
+            cost.charge_pairs(pairs);
             NodeCharge { node, cost, items }
         });
         inner.chain(leaves)

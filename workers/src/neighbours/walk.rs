@@ -7,7 +7,6 @@ use septet_geometry::point::Point;
 use septet_geometry::selection::NeighbourList;
 use septet_protocol::ids::NodeId;
 
-use crate::machine::tasks::Reach;
 use crate::neighbours::search::Search;
 use crate::state::subdomain::{Shared, Subdomain, Way};
 use crate::state::table::Table;
@@ -20,14 +19,12 @@ pub(crate) struct SearchSpace<'a, P: Point> {
     pub(crate) table: &'a Table<P>,
     /// The owned points of each leaf in blocks. Empty if balls search for one point only.
     pub(crate) blocks: &'a [KdBlocks<P>],
-    /// Whether to record which nodes the balls reach.
-    pub(crate) recorded: bool,
 }
 
 impl<'a, P: Point> SearchSpace<'a, P> {
     /// Starts a walk with counts of zero.
     pub(crate) fn walk(self, search: Search) -> BallWalk<'a, P> {
-        let SearchSpace { subdomain, table, blocks, recorded } = self;
+        let SearchSpace { subdomain, table, blocks } = self;
         let (shared, local) = (subdomain.path().len(), subdomain.inner_ids().len());
         BallWalk {
             subdomain,
@@ -43,7 +40,6 @@ impl<'a, P: Point> SearchSpace<'a, P> {
                 shared: vec![Visits::default(); shared],
                 local: vec![Visits::default(); local],
                 at_leaf: vec![LeafVisits::default(); subdomain.leaves().len()],
-                reach: Reach::new(recorded),
             },
         }
     }
@@ -145,8 +141,6 @@ pub(crate) struct BallCounts {
     pub(crate) local: Vec<Visits>,
     /// For each leaf.
     pub(crate) at_leaf: Vec<LeafVisits>,
-    /// The record of the nodes that balls reach.
-    pub(crate) reach: Reach,
 }
 
 /// The balls that visited an inner node.
@@ -186,7 +180,6 @@ pub(crate) struct LeafVisits {
 impl<P: Point> BallWalk<'_, P> {
     /// Prepares the walk for the balls of a leaf, whose squared radii are at most `largest2`.
     pub(crate) fn start(&mut self, leaf: usize, largest2: f64) {
-        self.counts.reach.start(leaf);
         self.enclosing.enter(self.subdomain.leaves()[leaf].bounds(), largest2);
     }
 
@@ -213,7 +206,10 @@ impl<P: Point> BallWalk<'_, P> {
         let BallWalk { subdomain, search, enclosing, counts, .. } = self;
         let reach = |level: usize, shared: &Shared<P>| {
             let crosses = &mut enclosing.shared[level];
-            let sides = sides(shared.id(), shared.split(), ball, search.probe, enclosing.ball, crosses);
+            let sides = match search.everywhere {
+                true => [true; 2],
+                false => sides(shared.id(), shared.split(), ball, search.probe, enclosing.ball, crosses),
+            };
             counts.shared[level].visit(sides[0] && sides[1]);
             sides
         };
@@ -232,22 +228,15 @@ impl<P: Point> BallWalk<'_, P> {
                     MovingBall { own_leaf: ball.own_leaf.filter(|&leaf| inner.id().contains(leaf)), ..*ball };
                 let crosses = &mut self.enclosing.local[inner.number()];
                 let enclosure = self.enclosing.ball;
-                let sides = sides(inner.id(), inner.split(), &here, self.search.probe, enclosure, crosses);
+                let sides = match self.search.everywhere {
+                    true => [true; 2],
+                    false => sides(inner.id(), inner.split(), &here, self.search.probe, enclosure, crosses),
+                };
                 self.counts.local[inner.number()].visit(sides[0] && sides[1]);
                 for (side, child) in inner.children().iter().enumerate() {
                     if sides[side] {
                         let own_leaf = here.own_leaf.filter(|&leaf| inner.id().side_of(leaf) == side);
-                        let before = found.len();
                         self.down(child, &MovingBall { own_leaf, ..here }, found);
-                        if own_leaf.is_none() {
-                            let wanted = self.search.wanted as usize;
-                            self.counts.reach.found(
-                                inner.id().child(side),
-                                found.iter().skip(before),
-                                wanted,
-                                ball.radius2,
-                            );
-                        }
                     }
                 }
             }

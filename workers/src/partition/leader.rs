@@ -9,14 +9,14 @@ use septet_geometry::cost::Cost;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::separator::{
     DrawKey, DrawKind, Drawn, SEPARATOR_WORDS, Separator, cut, cut_at_median, draw as draw_separator,
-    draw_bisecting, split_bound,
+    draw_ablated, draw_bisecting, split_bound,
 };
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::ledger::{Account, NodeFacts, NodeKind};
 use septet_protocol::message::{Body, Child, Decision};
 
-use crate::config::{Partition, WorkerConfig};
+use crate::config::{Fault, Partition, WorkerConfig};
 use crate::machine::context::Context;
 use crate::state::subdomain::Group;
 use crate::state::tree::join_bounds;
@@ -56,8 +56,7 @@ impl<P> From<Drawn<P>> for Draw<P> {
     }
 }
 
-/// Draws a separator from samples, which may be in any order. Closes the cost of the draw ([`Cost::close`]) and adds it
-/// to `cost`.
+/// Draws a separator from samples, which may be in any order. The scans of the draw run over the samples.
 pub fn draw_from<P: Point>(
     config: &WorkerConfig,
     node: NodeId,
@@ -67,19 +66,20 @@ pub fn draw_from<P: Point>(
     cost: &mut Cost,
 ) -> Draw<P> {
     let key = DrawKey { seed: config.seed, node: node.0, attempt };
-    let mut own = Cost::ZERO;
+    let mut own = cost.nested();
     if !config.tree.balanced || config.fault.is_some() {
         // Draws and planted separators must not depend on the order of arrival. Bisecting draws sort the samples
         // themselves.
         samples.sort_unstable_by(lex_cmp);
     }
-    let mut drawn = match (config.tree.partition, config.tree.balanced) {
-        (Partition::Sphere, false) => draw_separator(key, population, samples, &mut own),
-        (Partition::Sphere, true) => draw_bisecting(key, population, samples, &mut own),
-        (Partition::Kd, false) => cut(key, samples, &mut own),
-        (Partition::Kd, true) => cut_at_median(key, population, samples, &mut own),
+    let (ablation, tries) = (config.fault.and_then(Fault::ablation), config.tree.tries);
+    let mut drawn = match (ablation, config.tree.partition, config.tree.balanced) {
+        (Some(ablation), ..) => draw_ablated(ablation, key, population, tries, samples, &mut own),
+        (_, Partition::Sphere, false) => draw_separator(key, population, tries, samples, &mut own),
+        (_, Partition::Sphere, true) => draw_bisecting(key, population, samples, &mut own),
+        (_, Partition::Kd, false) => cut(key, samples, &mut own),
+        (_, Partition::Kd, true) => cut_at_median(key, population, samples, &mut own),
     };
-    own.close(samples.len() as u64);
     cost.then(own);
     if let Some(planted) = config.fault.and_then(|fault| fault.separator(samples)) {
         drawn = Drawn { separator: Some(planted), kind: DrawKind::Sphere, ..drawn };
@@ -118,7 +118,7 @@ pub(crate) fn draw<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32) -
     let tally = cx.tally(round);
     tally.active += 1;
     tally.separators += 1;
-    let (mut cost, population) = (Cost::ZERO, group.child.population);
+    let (mut cost, population) = (cx.shared_cost(), group.child.population);
     let _span = cx.site().subproblem(Phase::Partition, group.node, "draw", population);
     let drawn = draw_from(cx.config(), group.node, attempt, population, &mut samples, &mut cost);
     cx.charge(Account::leader(Phase::Partition, group.node), cost, 0);

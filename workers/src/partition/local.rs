@@ -5,11 +5,9 @@ use septet_geometry::point::Point;
 use septet_geometry::separator::DrawKey;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::LedgerPart;
-use septet_protocol::tasks::SampleRow;
 
 use crate::config::WorkerConfig;
 use crate::machine::profile::Site;
-use crate::machine::tasks::record_samples;
 use crate::partition::leader::{
     Accepted, Draw, MAX_ATTEMPTS, acceptable, draw_from, enter_facts, is_leaf, refused,
 };
@@ -22,19 +20,11 @@ pub(crate) struct Grown<P> {
     pub(crate) tree: Vec<Sketch<P>>,
     pub(crate) charges: Vec<(NodeId, Cost, u64)>,
     pub(crate) facts: LedgerPart,
-    /// The samples of each attempt by block, if the run records tasks.
-    pub(crate) samples: Vec<SampleRow>,
 }
 
 impl<P> Default for Grown<P> {
     fn default() -> Self {
-        Grown {
-            leaves: Vec::new(),
-            tree: Vec::new(),
-            charges: Vec::new(),
-            facts: LedgerPart::default(),
-            samples: Vec::new(),
-        }
+        Grown { leaves: Vec::new(), tree: Vec::new(), charges: Vec::new(), facts: LedgerPart::default() }
     }
 }
 
@@ -44,7 +34,6 @@ impl<P> Grown<P> {
         self.tree.append(&mut other.tree);
         self.charges.append(&mut other.charges);
         self.facts.merge(&other.facts);
-        self.samples.append(&mut other.samples);
     }
 }
 
@@ -98,17 +87,13 @@ impl<P: Point> Builder<'_, P> {
         let points: Vec<P> = members.iter().map(|&i| self.positions[i as usize]).collect();
         let population = points.len() as u64;
         let _span = self.site.subproblem(Phase::Partition, node, "split", population);
-        let mut cost = Cost::ZERO;
+        let mut cost = Cost::of_subproblem(self.config.shown.trace_costs);
         let mut found = None;
         let mut attempts = 0;
         while found.is_none() && attempts < MAX_ATTEMPTS {
             let key = DrawKey { seed: self.config.seed, node: node.0, attempt: attempts };
             let sampler = self.config.sampler(key, population);
             let mut samples = cost.pack(&points, |&x| sampler.accepts(x));
-            if self.config.shown.record_tasks {
-                let all = self.positions.len() as u64;
-                grown.samples.push(record_samples(key, population, members, &points, all));
-            }
             let Draw { separator, kind } =
                 draw_from(self.config, node, attempts, population, &mut samples, &mut cost);
             let refused = refused(self.config, node, attempts);

@@ -12,7 +12,8 @@
 //! 3. Members send counts to the leader.
 //! 4. The leader sends its decision. In the same step, members move the points and send the samples of the children.
 //!
-//! **Work and depth.** O(m) work and O(1) depth for each attempt at a node of `m` points, plus the cost of the draw.
+//! **Work and depth.** O(m) work and O(1) depth for each attempt at a node of `m` points, plus the cost of the draw. At
+//! each leaf, a sort of its points.
 
 use septet_geometry::cost::Cost;
 use septet_geometry::incremental::insertion_order;
@@ -210,7 +211,7 @@ fn descend<P: Point>(
     let groups = [0, 1].map(|side| group.below(side, children[side]));
     let mine = usize::from(!groups[0].members().contains(&rank));
     let shared = Shared::new(*group, split, children, mine, rank);
-    let mut cost = Cost::ZERO;
+    let mut cost = cx.shared_cost();
     let items = points.len() as u64;
     let parts = split_batch(points, &sides, mine, &mut cost);
     cx.charge(Account::member(Phase::Partition, group.node), cost, items);
@@ -242,7 +243,7 @@ fn hand_over<P: Point>(cx: &mut Context<P>, group: &Group, points: PointBatch<P>
 
 /// Sends the samples in this rank's share of a node to the node's leader.
 fn send_samples<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32, points: &PointBatch<P>) {
-    let mut cost = Cost::ZERO;
+    let mut cost = cx.shared_cost();
     let key = DrawKey { seed: cx.config().seed, node: group.node.0, attempt };
     let sampler = cx.config().sampler(key, group.child.population);
     let samples = cost.pack(&points.positions, |&x| sampler.accepts(x));
@@ -276,7 +277,7 @@ fn count_sides<P: Point>(
         cx.contribute(group, attempt, body);
         return Ok(None);
     };
-    let mut cost = Cost::ZERO;
+    let mut cost = cx.shared_cost();
     let counted = sides_of(&separator, &points.positions, &mut cost);
     cx.charge(Account::member(Phase::Partition, group.node), cost, points.len() as u64);
     let (inside, outside) = (counted.inside, counted.of.len() as u64 - counted.inside);
@@ -324,14 +325,11 @@ fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: &Poi
         tally.separators += facts.attempts;
         tally.retries += facts.attempts.saturating_sub(1);
     }
-    for (node, cost, items) in &grown.charges {
-        cx.charge(Account::member(Phase::Partition, *node), *cost, *items);
+    for (node, cost, items) in std::mem::take(&mut grown.charges) {
+        cx.charge(Account::member(Phase::Partition, node), cost, items);
     }
     for (node, facts) in std::mem::take(&mut grown.facts.nodes) {
         cx.facts(node).add(&facts);
-    }
-    if let Some(recorder) = cx.recorder() {
-        recorder.grown(&mut grown.samples, &grown.leaves, points.len() as u64);
     }
     settle(cx, node, points, &grown.leaves, grown.tree)
 }
@@ -361,12 +359,20 @@ fn settle<P: Point>(
 ) -> Owned<P> {
     let mut ids = Vec::with_capacity(points.len());
     let mut positions = Vec::with_capacity(points.len());
-    let ordered = cx.map(members, |(_, members)| {
-        let mut members = members.clone();
-        members
-            .sort_unstable_by(|&a, &b| lex_cmp(&points.positions[a as usize], &points.positions[b as usize]));
-        members
-    });
+    let meter = cx.own_cost();
+    let (ordered, costs): (Vec<Vec<u32>>, Vec<Cost>) = cx
+        .map(members, |(_, members)| {
+            let (mut members, mut cost) = (members.clone(), meter.fresh());
+            let at = |i: u32| &points.positions[i as usize];
+            cost.sort(&mut members, |&a, &b| lex_cmp(at(a), at(b)));
+            (members, cost)
+        })
+        .into_iter()
+        .unzip();
+    // If a group has tried to split the leaf, its members have already stated their numbers of points.
+    for ((leaf, _), cost) in members.iter().zip(costs) {
+        cx.charge(Account::member(Phase::Partition, *leaf), cost, 0);
+    }
     let mut leaves = Vec::with_capacity(members.len());
     for ((id, _), members) in members.iter().zip(&ordered) {
         let start = ids.len() as u32;

@@ -9,7 +9,7 @@ use crate::machine::context::Context;
 use crate::result::certified::Certified;
 use crate::result::merge::{Instance, Pass, merge};
 use crate::splaying::fallback::gather;
-use crate::splaying::splay::splay;
+use crate::splaying::splay::{Passed, Start, splay};
 use crate::stars::check::{certificate, check};
 use crate::stars::owned::{Stars, StarsView};
 use crate::state::subdomain::Subdomain;
@@ -25,10 +25,11 @@ pub(super) async fn certify<P: Point>(
     instance: Instance,
 ) -> Result<Certified, TransportError> {
     let mut agreement = check(cx, subdomain, table, stars).await?;
-    let (mut gathered, mut certificate) = (Vec::new(), Certificate::default());
+    let (mut start, mut certificate) = (Start::default(), Certificate::default());
     let mut number = 0;
     loop {
-        let rounds = splay(cx, subdomain, table, stars, &agreement, gathered, instance.population).await?;
+        let Passed { rounds, steps } =
+            splay(cx, subdomain, table, stars, &agreement, start, instance.population).await?;
         agreement = self::certificate(cx, subdomain, table, stars).await?;
         let pass = Pass { number, rounds, instance };
         let view = StarsView::new(table, stars);
@@ -38,7 +39,8 @@ pub(super) async fn certify<P: Point>(
             let passed = outcome == Outcome::Passed;
             return Ok(Certified::new(instance, passed, owned_cells, certificate));
         }
-        gathered = gather(cx, table, stars, &agreement, outcome, &mut certificate).await?;
+        let gathered = gather(cx, subdomain, table, stars, (&agreement, outcome), &mut certificate).await?;
+        start = Start::after_gathering(gathered, steps);
         number += 1;
     }
 }

@@ -48,7 +48,10 @@ pub(super) async fn simulate<P: Point>(
         None => None,
     };
     let mut graph = supergraph(cx, &subdomain, &mut table, rule, nearest).await?;
-    share.edges = graph.take_edges();
+    (share.edges, share.sets) = (graph.take_edges(), graph.take_sets());
+    if cx.config().until == Some(Phase::Graph) {
+        return collect_counts(cx, share).await;
+    }
     let (neighbours, ghosts) = graph.into_parts();
     let mut stars = local_hulls(cx, &subdomain, &mut table, neighbours, &ghosts, &frame).await?;
     let instance = Instance { population, supergraph: rule };

@@ -96,7 +96,10 @@ pub(crate) fn ways(workers: u32) -> Vec<(&'static str, WorkerConfig)> {
         way("both", &|c| (c.graph.wanted, c.graph.sets) = (density, SetRule::Both)),
         way("smaller", &|c| (c.graph.wanted, c.graph.sets) = (density, SetRule::Smaller)),
         way("bottom-up", &|c| (c.graph.wanted, c.graph.correction) = (density, Correction::BottomUp)),
-        way("picture", &|c| (c.shown.view, c.shown.with_leaves, c.shown.collect_graph) = (100, true, true)),
+        way("picture", &|c| {
+            (c.shown.view, c.shown.with_leaves) = (100, true);
+            (c.shown.collect_graph, c.shown.collect_sets) = (true, true);
+        }),
         way("gathered", &|c| {
             (c.graph.wanted, c.exchange_cap) = (Wanted::Fixed(Supergraph::Knn { k: 4 }), Some(0));
         }),

@@ -90,18 +90,18 @@ async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<S
         }
     }
     if cx.is_coordinator() {
+        if let Some(fault) = cx.config().fault {
+            fault.distort(&mut share.counted.ledger);
+        }
         cx.enter(Phase::Done)?;
     }
     Ok(share)
 }
 
-/// Sends the record of tasks, if there is one, and the ledger.
+/// Sends the ledger.
 fn send_ledger<P: Point>(cx: &mut Context<P>) {
-    if let Some(log) = cx.finish_record() {
-        cx.send_to_coordinator(Body::Tasks(Box::new(log)));
-    }
     if let Some(fault) = cx.config().fault {
-        fault.distort(cx.ledger_mut());
+        fault.distort_worker(cx.ledger_mut());
     }
     let words = cx.ledger().to_words();
     cx.send_to_coordinator(Body::Ledger(Bulk(words)));
@@ -133,7 +133,6 @@ fn send_cells<P: Point>(
             // limit.
             cells.reserve_exact((all - sent.min(all)).min(CELLS_PER_MESSAGE + CELLS_PER_MESSAGE / 8));
         }
-        let before = cells.len();
         for vertex in leaf.owned() {
             each_owned_cell(view, owned_cells, vertex, |cell| {
                 cells.extend(cell.as_ref().iter().map(|&v| ids[v as usize]));
@@ -142,11 +141,7 @@ fn send_cells<P: Point>(
                 }
             });
         }
-        // The cells of a leaf stay in one message, so the counts of the leaves determine the number of messages.
-        let own = (cells.len() - before) / (P::DIM + 1);
-        if let Some(recorder) = cx.recorder() {
-            recorder.log.cells.push(own as u64);
-        }
+        // The cells of a leaf stay in one message.
         if cells.len() >= CELLS_PER_MESSAGE {
             sent += cells.len();
             send_message(cx, std::mem::take(&mut cells), std::mem::take(&mut leaves));

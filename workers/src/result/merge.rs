@@ -197,7 +197,7 @@ fn merge_leaves<P: Point>(
         merged[at].1.join(&sweep);
     }
     for (leaf, (_, sweep)) in leaves.iter().zip(&merged) {
-        let mut cost = Cost::ZERO;
+        let mut cost = cx.own_cost();
         cost.charge_sweep(*sweep);
         cx.charge(Account::member(pass.payer(), leaf.id()), cost, sweep.items());
     }
@@ -213,7 +213,7 @@ fn merge_subtree<P: Point>(
 ) -> Option<(NodeId, Merged)> {
     let (root, tree) = (subdomain.root(), subdomain.tree()?);
     let mut charges = Vec::new();
-    let all = merge_tree(tree, leaves, &mut charges);
+    let all = merge_tree(tree, leaves, &cx.own_cost(), &mut charges);
     let round = cx.round();
     cx.tally(round).merged += charges.len() as u64;
     for (node, cost) in charges {
@@ -223,12 +223,17 @@ fn merge_subtree<P: Point>(
 }
 
 /// Merges a subtree. Appends the charge of each inner node.
-fn merge_tree<P: Point>(tree: &Tree<P>, leaves: &[Merged], charges: &mut Vec<(NodeId, Cost)>) -> Merged {
+fn merge_tree<P: Point>(
+    tree: &Tree<P>,
+    leaves: &[Merged],
+    meter: &Cost,
+    charges: &mut Vec<(NodeId, Cost)>,
+) -> Merged {
     match tree {
         Tree::Leaf(at) => leaves[*at],
         Tree::Node(inner) => {
-            let both = [0, 1].map(|side| merge_tree(&inner.children()[side], leaves, charges));
-            let (cost, all) = joined(both);
+            let both = [0, 1].map(|side| merge_tree(&inner.children()[side], leaves, meter, charges));
+            let (cost, all) = joined(both, meter);
             charges.push((inner.id(), cost));
             all
         }
@@ -236,8 +241,8 @@ fn merge_tree<P: Point>(tree: &Tree<P>, leaves: &[Merged], charges: &mut Vec<(No
 }
 
 /// Returns the result of a node from the results of its children, and its cost.
-fn joined(both: [Merged; 2]) -> (Cost, Merged) {
-    let mut cost = Cost::ZERO;
+fn joined(both: [Merged; 2], meter: &Cost) -> (Cost, Merged) {
+    let mut cost = meter.fresh();
     let all = cost.reduce(&both, Merged::default(), |mut sum, m| {
         sum.join(m);
         sum
@@ -272,7 +277,7 @@ fn join_results<P: Point>(
 ) -> Merged {
     let population = group.child.population;
     let _span = cx.site().subproblem(pass.payer(), group.node, "join results", population);
-    let (cost, own) = joined(both);
+    let (cost, own) = joined(both, &cx.own_cost());
     cx.charge(Account::leader(pass.payer(), group.node), cost, 0);
     cx.tally(sent).merged += 1;
     own
@@ -294,7 +299,7 @@ impl<P: Point> Results<'_, P> {
         let (mut finite, mut cells, mut hull_facets) = (0u64, 0u64, 0u64);
         let (mut has_smaller, mut owned_facets, mut bit) = (false, 0, 1u64);
         // Every vertex of every facet is compared.
-        sweep.visit_lanes(P::DIM * link.len());
+        sweep.visit_all(bytemuck::cast_slice::<_, u32>(link));
         sweep.each(link, |facet| {
             let FacetClass { is_smallest, is_finite } = classify(positions, vertex, facet);
             has_smaller |= !is_smallest;

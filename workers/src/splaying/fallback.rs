@@ -7,12 +7,18 @@
 //! ([`crate::splaying::splay`]).
 //!
 //! **Rounds.** Two: the region to rank 0, the neighbours back.
+//!
+//! **Work and depth.** A vector step over the link facets of the open stars. Rank 0 sorts the region, triangulates it in
+//! sequence, and reads the links of the open vertices in a vector step. Its depth is the number of cells that the
+//! triangulation visits, removes and creates.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use septet_geometry::complex::INFINITE;
+use septet_geometry::cost::Sweep;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Message, OF_A_LINK, PointBatch, WANTED};
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
@@ -22,16 +28,18 @@ use crate::machine::context::Context;
 use crate::splaying::messages::GatheredPoint;
 use crate::stars::check::Agreement;
 use crate::stars::owned::Stars;
+use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
+use crate::state::tree::{Leaf, leaf_number};
 
 /// Sends the open vertices and their links to rank 0. Returns the neighbours that rank 0 finds for the open vertices
 /// of this rank.
 pub(crate) async fn gather<P: Point>(
     cx: &mut Context<P>,
+    subdomain: &Subdomain<P>,
     table: &mut Table<P>,
     stars: &mut Stars<P>,
-    agreement: &Agreement,
-    outcome: Outcome,
+    (agreement, outcome): (&Agreement, Outcome),
     certificate: &mut Certificate,
 ) -> Result<Vec<GatheredPoint>, TransportError> {
     cx.enter(Phase::Fallback)?;
@@ -43,6 +51,7 @@ pub(crate) async fn gather<P: Point>(
         // the cell in the next pass of splaying.
         agreement.disagreements().iter().map(|d| d.holder).collect()
     };
+    charge_open(cx, subdomain.leaves(), stars, &open);
     cx.send_to_coordinator(Body::Gather(region(table, stars, &open)));
     let (mut gathered, mut whole) = (Vec::new(), Region::default());
     while cx.exchange().await? {
@@ -52,6 +61,19 @@ pub(crate) async fn gather<P: Point>(
         take_neighbours(cx, table, &mut gathered);
     }
     Ok(gathered)
+}
+
+/// Charges each leaf for the vector step that collects its open vertices and their links.
+fn charge_open<P: Point>(cx: &mut Context<P>, leaves: &[Leaf<P>], stars: &Stars<P>, open: &BTreeSet<u32>) {
+    let mut sweeps: BTreeMap<u32, Sweep> = BTreeMap::new();
+    for &vertex in open {
+        sweeps.entry(leaf_number(leaves, vertex)).or_default().visit_all(stars.link(vertex));
+    }
+    for (leaf, sweep) in sweeps {
+        let mut cost = cx.own_cost();
+        cost.charge_sweep(sweep);
+        cx.charge(Account::member(Phase::Fallback, leaves[leaf as usize].id()), cost, sweep.items());
+    }
 }
 
 /// Returns the open vertices and the other vertices of their links.

@@ -12,12 +12,10 @@ use septet_geometry::point::Point;
 use septet_protocol::ids::Rank;
 
 use crate::machine::context::Context;
-use crate::machine::tasks::Recorder;
 use crate::splaying::messages::{GatheredPoint, Objection, Objections, Proposal};
 use crate::splaying::wire::{CellMessage, ObjectionMessage, take_objections, take_proposals};
 use crate::stars::owned::Stars;
 use crate::state::table::Table;
-use crate::state::tree::{Leaf, leaf_number};
 
 /// The messages to one star in a step, in order.
 #[derive(Clone, Copy)]
@@ -154,22 +152,6 @@ impl<P: Point> StepOutput<P> {
             }
         }
         cx.send_each(round, messages.into_iter().map(|(rank, message)| (rank, message.into_body())));
-    }
-
-    /// Records the messages between stars of different leaves.
-    pub(super) fn record(&self, recorder: &mut Recorder, leaves: &[Leaf<P>], table: &Table<P>, round: u32) {
-        let mut record = |is_objection: bool, message: Proposal<P::Cell>, witnesses: &[u32]| {
-            let between = (leaf_number(leaves, message.from), leaf_number(leaves, message.to));
-            let named = message.cell.as_ref().iter().chain(witnesses).map(|&v| table.ids()[v as usize]);
-            recorder.sent((round - 1, is_objection), between, named, witnesses.len() as u64);
-        };
-        for &proposal in &self.proposals {
-            record(false, proposal, &[]);
-        }
-        for Objection { to, cell, from, witnesses } in self.objections.list() {
-            let message = Proposal { to: *to, cell: *cell, from: *from };
-            record(true, message, &self.objections.witnesses()[witnesses.clone()]);
-        }
     }
 }
 

@@ -71,9 +71,9 @@ impl<P: Point> Splayed<P> {
         Lengths { links: self.links.len(), gained: self.gained.len(), lost: self.lost.len() }
     }
 
-    /// Returns each star with the cost of its step.
-    pub(super) fn costs(&self) -> impl Iterator<Item = (u32, Cost)> {
-        self.stars.iter().map(|star| (star.vertex, star.cost))
+    /// Takes the meter of each star.
+    pub(super) fn take_costs(&mut self) -> impl Iterator<Item = (u32, Cost)> {
+        self.stars.iter_mut().map(|star| (star.vertex, std::mem::take(&mut star.cost)))
     }
 
     /// Calls `f` with the vertex and the change of every star that changed.
@@ -98,6 +98,8 @@ pub(super) struct Tools<P: Point> {
     builder: StarBuilder<P>,
     witnesses: Witnesses<P>,
     seen: Marks,
+    /// An empty meter.
+    meter: Cost,
     /// The points that the current star adds, with repetitions.
     added: Vec<u32>,
     /// The witnesses against the current cell.
@@ -106,11 +108,12 @@ pub(super) struct Tools<P: Point> {
 
 impl<P: Point> Tools<P> {
     /// Creates storage for a table with this number of points.
-    pub(super) fn new(points: usize) -> Self {
+    pub(super) fn new(points: usize, meter: Cost) -> Self {
         Tools {
             builder: StarBuilder::default(),
             witnesses: Witnesses::default(),
             seen: Marks::new(points),
+            meter,
             added: Vec::new(),
             against: Vec::new(),
         }
@@ -137,7 +140,8 @@ impl<'a, P: Point> StarStep<'a, P> {
         out: &'a mut Splayed<P>,
     ) -> Self {
         let start = out.lengths();
-        StarStep { view, inbox, tools, out, start, cost: Cost::ZERO }
+        let cost = tools.meter.nested();
+        StarStep { view, inbox, tools, out, start, cost }
     }
 
     /// Processes the messages of the star, and appends its new link and its own messages to the results.
@@ -154,7 +158,7 @@ impl<'a, P: Point> StarStep<'a, P> {
                 let mut sweep = Sweep::default();
                 let gained = LinkSearch::<P>::new(&self.out.gained[self.start.gained..], vertex);
                 rejected.retain(|cell| !gained.contains(cell, &mut sweep));
-                self.cost.charge_nested_sweep(sweep);
+                self.cost.charge_sweep(sweep);
             }
         }
         self.propose_gained();
@@ -175,21 +179,20 @@ impl<'a, P: Point> StarStep<'a, P> {
         let StarInbox { vertex, proposals, objections, gathered, .. } = self.inbox;
         let (link, mut sweep) = (LinkSearch::<P>::new(self.old_link(), vertex), Sweep::default());
         let mut missing: Vec<P::Cell> = proposals.iter().map(|p| p.cell).collect();
-        self.cost.distinct_nested(&mut missing, Ord::cmp);
+        self.cost.distinct(&mut missing, Ord::cmp);
         missing.retain(|cell| !link.contains(cell, &mut sweep));
         let mut present: Vec<P::Cell> = objections.iter().map(|o| o.cell).collect();
-        self.cost.distinct_nested(&mut present, Ord::cmp);
+        self.cost.distinct(&mut present, Ord::cmp);
         present.retain(|cell| link.contains(cell, &mut sweep));
         // Each cell marks its run of the sorted objections.
-        sweep.visit_lanes(objections.len());
-        let valid = objections.iter().filter(|o| present.binary_search(&o.cell).is_ok());
+        let valid = sweep.visit_all(objections).iter().filter(|o| present.binary_search(&o.cell).is_ok());
         let added = &mut self.tools.added;
         added.clear();
         added.extend(missing.iter().flat_map(AsRef::as_ref));
         added.extend(valid.flat_map(|o| self.inbox.witnesses(o)));
         added.extend(gathered.iter().map(|g| g.point));
-        sweep.visit_lanes(added.len());
-        self.cost.charge_nested_sweep(sweep);
+        sweep.visit_all(added);
+        self.cost.charge_sweep(sweep);
         missing
     }
 
@@ -204,8 +207,9 @@ impl<'a, P: Point> StarStep<'a, P> {
                 tools.builder.created_facets(&mut out.gained);
                 out.lost.extend(tools.builder.removed_facets().iter().map(|&at| old[at as usize]));
                 let mut flags = Sweep::default();
-                flags.visit_lanes(out.links.len() - start.links + old.len());
-                cost.charge_nested_sweep(flags);
+                flags.visit_all(&out.links[start.links..]);
+                flags.visit_all(old);
+                cost.charge_sweep(flags);
             }
             Extended::Same => {}
             Extended::Open => self.rebuild_link(),
@@ -245,8 +249,8 @@ impl<'a, P: Point> StarStep<'a, P> {
             let others = receivers(view, vertex, &cell).filter(|v| senders.iter().all(|p| p.from != *v));
             out.proposals.extend(others.map(|to| Proposal { to, cell, from: vertex }));
         });
-        self.cost.charge_nested_sweep(sweep);
-        self.cost.charge_nested_sweep(step);
+        self.cost.charge_sweep(sweep);
+        self.cost.charge_sweep(step);
     }
 
     /// Sends objections: for each rejected proposal to its proposers, for each lost cell to the stars that must agree on it.
@@ -280,7 +284,7 @@ impl<'a, P: Point> StarStep<'a, P> {
             let others = receivers(view, vertex, &cell).filter(|v| objectors.iter().all(|o| o.from != *v));
             out.objections.add(others, cell, vertex, against);
         }
-        self.cost.charge_nested_sweep(sweep);
+        self.cost.charge_sweep(sweep);
     }
 }
 
@@ -300,8 +304,7 @@ fn with_cell<'a, T, C: Ord>(
     cell_of: impl Fn(&T) -> C,
     sweep: &mut Sweep,
 ) -> &'a [T] {
-    sweep.visit_lanes(messages.len());
-    let first = messages.partition_point(|t| cell_of(t) < *cell);
+    let first = sweep.visit_all(messages).partition_point(|t| cell_of(t) < *cell);
     let count = messages[first..].iter().take_while(|t| cell_of(t) == *cell).count();
     &messages[first..first + count]
 }

@@ -28,7 +28,10 @@
 //!
 //! **Rounds.** One, or two if lists are needed.
 //!
-//! **Work and depth.** One vector step over all link facets.
+//! **Work and depth.** Three vector steps over all link facets: one sums them, and two look up each cell in the star of its
+//! smallest vertex and in the stars of its other vertices. The certificate charges the two look-ups again for the stars
+//! that splaying has changed. The program looks cells up only if sums differ. Because this depends on the ranks that own
+//! the stars, the look-ups are always charged.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -104,6 +107,7 @@ pub(crate) async fn certificate<P: Point>(
     if cx.config().fault == Some(Fault::SpoilStar { rank: cx.rank() }) {
         spoil_star(table, stars);
     }
+    charge_changed(cx, subdomain.leaves(), stars);
     compare(cx, subdomain.leaves(), table, stars, None).await
 }
 
@@ -122,8 +126,7 @@ fn sum_all<P: Point>(
         let (mut sums, mut pairs) = (Sums::default(), Sweep::default());
         for vertex in vertices.clone() {
             let link = view.link(vertex);
-            pairs.visit_lanes(link.len());
-            view.add_facets(vertex, link, &mut sums, Some(&vertex_sums));
+            view.add_facets(vertex, pairs.visit_all(link), &mut sums, Some(&vertex_sums));
         }
         (sums, pairs)
     });
@@ -134,13 +137,33 @@ fn sum_all<P: Point>(
         all.add(sums);
     }
     for (leaf, sweep) in sweeps {
-        let mut cost = Cost::ZERO;
+        let mut cost = cx.own_cost();
         let items = sweep.items();
         cost.charge_sweep(sweep);
+        charge_look_ups(&mut cost, sweep);
         cx.charge(Account::member(Phase::Check, leaf), cost, items);
     }
     stars.set_sums(all);
     vertex_sums
+}
+
+/// Charges two look-ups of the cells of some facets.
+fn charge_look_ups(cost: &mut Cost, facets: Sweep) {
+    cost.charge_sweep(facets);
+    cost.charge_sweep(facets);
+}
+
+/// Charges each leaf for the look-ups of the cells of the stars that splaying has changed.
+fn charge_changed<P: Point>(cx: &mut Context<P>, leaves: &[Leaf<P>], stars: &Stars<P>) {
+    let mut sweeps: BTreeMap<u32, Sweep> = BTreeMap::new();
+    for vertex in stars.changed() {
+        sweeps.entry(leaf_number(leaves, vertex)).or_default().visit_all(stars.link(vertex));
+    }
+    for (leaf, sweep) in sweeps {
+        let mut cost = cx.own_cost();
+        charge_look_ups(&mut cost, sweep);
+        cx.charge(Account::member(Phase::Certificate, leaves[leaf as usize].id()), cost, sweep.items());
+    }
 }
 
 /// Removes a cell from the first owned star that has one: a planted fault.
@@ -164,7 +187,6 @@ async fn compare<P: Point>(
     stars: &mut Stars<P>,
     vertex_sums: Option<VertexSums>,
 ) -> Result<Agreement, TransportError> {
-    record(cx, leaves, StarsView::new(table, stars));
     let mut agreement = compare_within(cx, leaves, StarsView::new(table, stars), vertex_sums);
     stars.drop_zero_sums();
     send_sums(cx, stars.sums());
@@ -198,23 +220,6 @@ fn compare_within<P: Point>(
         return Agreement::default();
     }
     Agreement { disagreements: view.locate(cx.pool(), leaves, vertex_sums), differing: 1 }
-}
-
-/// Records the pairs between every two leaves, if the run keeps a record of tasks.
-fn record<P: Point>(cx: &mut Context<P>, leaves: &[Leaf<P>], view: StarsView<'_, P>) {
-    let Some(recorder) = cx.recorder() else { return };
-    let mut sums: BTreeMap<(u32, u32), PairSum> = BTreeMap::new();
-    for (at, leaf) in (0u32..).zip(leaves) {
-        for vertex in leaf.owned() {
-            view.each_pair(vertex, |key, other| {
-                let to = leaf_number(leaves, other);
-                if to != at {
-                    sums.entry((at, to)).or_default().add_pair(key);
-                }
-            });
-        }
-    }
-    recorder.checked(sums.into_iter().map(|(leaves, sum)| (leaves, (sum.hashes(), sum.pairs()))).collect());
 }
 
 fn send_sums<P: Point>(cx: &mut Context<P>, sums: &Sums) {

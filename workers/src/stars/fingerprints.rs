@@ -8,7 +8,7 @@ use crate::stars::fingerprint_sums::{
     BUCKETS, PairSum, RemoteSums, Sums, VertexSums, bucket_of, mix, point_hash,
 };
 use crate::stars::owned::StarsView;
-use crate::state::cells::{finite_cell, smallest_vertex, star_cell};
+use crate::state::cells::{smallest_vertex, star_cell};
 use crate::state::table::Table;
 
 /// For each point of a table, its hash and its first coordinate. [`VertexHashes::extend`] adds the new points of the
@@ -37,11 +37,6 @@ impl VertexHashes {
     /// distributed as the hashes themselves.
     pub(super) fn list_key(&self, cell_hash: u128, other: u32) -> u64 {
         (cell_hash ^ self.hashes[other as usize]) as u64
-    }
-
-    /// Returns the key of a pair in the record of tasks.
-    fn record_key(&self, cell_hash: u128, other: u32) -> u128 {
-        mix(cell_hash ^ self.hashes[other as usize])
     }
 
     /// Returns the lexicographically smallest vertex of a finite cell.
@@ -85,21 +80,6 @@ struct StarCell<'a, P: Point> {
 }
 
 impl<P: Point> StarsView<'_, P> {
-    /// Calls `f` with the pairs of a star: the key in the record of tasks, and the other vertex of the pair.
-    pub(super) fn each_pair(&self, vertex: u32, mut f: impl FnMut(u128, u32)) {
-        let hashes = self.stars().hashes();
-        for facet in self.link(vertex) {
-            let Some(cell) = finite_cell::<P>(vertex, facet) else { continue };
-            let smallest = self.smallest(&cell);
-            let hash = hashes.cell_hash(cell.as_ref());
-            if smallest == vertex {
-                facet.as_ref().iter().for_each(|&other| f(hashes.record_key(hash, other), other));
-            } else {
-                f(hashes.record_key(hash, vertex), smallest);
-            }
-        }
-    }
-
     /// Adds the pairs of some facets of the star of `vertex` to the sums, and to the sums of their smallest vertices.
     pub(super) fn add_facets(
         &self,

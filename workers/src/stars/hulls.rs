@@ -62,7 +62,8 @@ pub(crate) async fn local_hulls<P: Point>(
     cx.enter(Phase::Hulls)?;
     let seeds = leaf_seeds(subdomain, table);
     let frame = table.intern_all(frame);
-    let candidates = Candidates { table, neighbours: &neighbours, ghosts, frame: &frame, site: cx.site() };
+    let (site, meter) = (cx.site(), cx.own_cost());
+    let candidates = Candidates { table, neighbours: &neighbours, ghosts, frame: &frame, site, meter };
     let stars = hulls_of_leaves(cx, subdomain.leaves(), &seeds, &candidates);
     drop(neighbours);
     while cx.exchange().await? {}
@@ -88,7 +89,8 @@ fn hulls_of_leaves<P: Point>(
     stars
 }
 
-/// Returns, for every leaf, a point smaller than its first point, if there is one.
+/// Returns, for every leaf, a point smaller than its first point, if there is one. The phase of the separator sets, which
+/// goes down the tree, charges for the comparisons ([`crate::graph::supergraph`]).
 fn leaf_seeds<P: Point>(subdomain: &Subdomain<P>, table: &mut Table<P>) -> Vec<Option<u32>> {
     let mut seed = None;
     for shared in subdomain.path() {
@@ -116,13 +118,15 @@ struct Candidates<'a, P: Point> {
     ghosts: &'a Ghosts,
     frame: &'a [u32],
     site: Site,
+    /// An empty meter.
+    meter: Cost,
 }
 
 impl<P: Point> Candidates<'_, P> {
     /// Builds the stars of a leaf. `seed` is a point smaller than its first point.
     fn hulls_of(&self, at: usize, leaf: &Leaf<P>, seed: Option<u32>) -> LeafHulls<P> {
         let _span = self.site.subproblem(Phase::Hulls, leaf.id(), "leaf hulls", leaf.owned_len());
-        let mut cost = Cost::ZERO;
+        let mut cost = self.meter.fresh();
         let nearest = self.nearest_members(at, leaf, &mut cost);
         let mut builder = StarBuilder::default();
         let mut facets = Vec::with_capacity(leaf.owned_len() as usize * usual_facets(P::DIM));

@@ -19,7 +19,7 @@ pub(crate) fn difference<P: Point>(
     new: &[P::Facet],
     cost: &mut Cost,
 ) -> LinkDifference<P::Facet> {
-    let mut own = Cost::ZERO;
+    let mut own = cost.nested();
     let both: Vec<(P::Facet, bool)> =
         old.iter().map(|&f| (f, false)).chain(new.iter().map(|&f| (f, true))).collect();
     let mut both = own.map(&both, |&(mut facet, is_new)| {
@@ -36,7 +36,6 @@ pub(crate) fn difference<P: Point>(
         key != key_at(i.checked_sub(1)) && key != key_at(Some(i + 1))
     });
     let (gained, lost): (Vec<usize>, Vec<usize>) = own.split(&unmatched, |&i| both[i].2);
-    own.close(both.len() as u64);
     cost.then(own);
     let facets = |indices: Vec<usize>| indices.into_iter().map(|i| both[i].1).collect();
     LinkDifference { gained: facets(gained), lost: facets(lost) }
@@ -72,10 +71,10 @@ impl<'a, P: Point> LinkSearch<'a, P> {
     /// Returns `true` if the star has a cell. Charges a comparison with every facet. Compares sums first, and vertices only if
     /// some sum is equal.
     pub(crate) fn contains(&self, cell: &P::Cell, sweep: &mut Sweep) -> bool {
-        sweep.visit_lanes(self.sums.len());
+        let sums = sweep.visit_all(&self.sums);
         let others = sum_of(cell.as_ref()).wrapping_sub(self.vertex);
         let mut any = false;
-        for &sum in &self.sums {
+        for &sum in sums {
             any |= sum == others;
         }
         let mut candidates = self.sums.iter().zip(self.link).filter(|&(&sum, _)| sum == others);

@@ -76,6 +76,11 @@ impl<P: Point> Stars<P> {
         self.changed.contains(&vertex)
     }
 
+    /// Returns the owned points whose stars splaying has changed.
+    pub(crate) fn changed(&self) -> impl Iterator<Item = u32> + '_ {
+        self.changed.iter().copied()
+    }
+
     /// Returns the sums of the cells.
     pub(crate) fn sums(&self) -> &Sums {
         &self.sums

@@ -9,21 +9,12 @@ use septet_protocol::message::{Body, Message, PointBatch};
 
 use crate::machine::context::Context;
 use crate::state::table::Table;
-use crate::state::tree::{Leaf, leaf_number};
 
 /// Reports to the coordinator which points of the frame this rank owns.
-pub(crate) fn report<P: Point>(
-    cx: &mut Context<P>,
-    table: &Table<P>,
-    leaves: &[Leaf<P>],
-    frame: &PointBatch<P>,
-) {
+pub(crate) fn report<P: Point>(cx: &mut Context<P>, table: &Table<P>, frame: &PointBatch<P>) {
     let mut owned_points = PointBatch::default();
     for at in table.owned_among(&frame.ids.0) {
         table.export(at, &mut owned_points);
-        if let Some(recorder) = cx.recorder() {
-            recorder.log.frame.push(leaf_number(leaves, at));
-        }
     }
     if !owned_points.is_empty() {
         cx.send_to_coordinator(Body::Frame(owned_points));

@@ -46,7 +46,7 @@ impl Plan {
     ) -> Result<Vec<(Generated, Config)>, Box<dyn Error>> {
         let mut sets = Vec::new();
         for seed in 1..=self.seeds {
-            let request = Request { kind, n, dimension, seed, lipschitz: None };
+            let request = Request { kind, n, dimension, seed, lipschitz: None, ratio: None };
             let set = generate(&request, &mut |_, _, _| {})?;
             let config = Config::default().with(|c| {
                 c.machine.workers = Workers::Count(self.workers);

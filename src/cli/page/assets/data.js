@@ -3,6 +3,7 @@ const data = JSON.parse(document.getElementById('data').textContent);
 
 export const tables = data.tables;
 export const view = data.view;
+export const direct = data.direct;
 export const space = data.space;
 export const mesh = data.mesh;
 

@@ -1,6 +1,6 @@
 // The partition: its layers, the controls next to them, and the table of the points.
 import { Matrix4, Vector3, Vector4 } from 'three';
-import { bit, space, view } from 'septet/data';
+import { bit, direct, space, view } from 'septet/data';
 import { isDark, onTheme } from 'septet/theme';
 import { tie } from 'septet/tables';
 import { Stage, frameOf } from 'septet/stage';
@@ -8,6 +8,8 @@ import { BoxLayer, CurveLayer, PointLayer, SurfaceLayer, wong } from 'septet/lay
 
 const get = (id) => document.getElementById(id);
 const EVERYTHING = 1e6;
+// The proof of the stars without flags: `triangulate` needs no hypothesis.
+const unmarked = direct ? 'direct' : 'hypothesis';
 
 class Picture extends Stage {
     constructor() {
@@ -76,7 +78,7 @@ function key(state) {
     const names = {
         side: [['inside', wong(0, state.dark)], ['outside', wong(1, state.dark)]],
         owner: [], node: [],
-        proof: [['hypothesis', wong(0, state.dark)], ['local radius', wong(1, state.dark)], ['exchange', wong(2, state.dark)]],
+        proof: [[unmarked, wong(0, state.dark)], ['local radius', wong(1, state.dark)], ['exchange', wong(2, state.dark)]],
     }[state.colour];
     const ghosts = [['owned points of the leaf', wong(0, state.dark)], ['its ghosts', wong(1, state.dark)]];
     const rows = state.ghosts ? ghosts : [...names, ...(state.repaired ? [['repaired star', wong(2, state.dark)]] : [])];
@@ -107,7 +109,7 @@ function table() {
     view.ghost.forEach((point, i) => {
         ghosts.set(point, [...(ghosts.get(point) ?? []), view.leaves[view.ghost_leaf[i]]]);
     });
-    const proof = (flags) => (flags & 1 ? 'exchange' : flags & 2 ? 'local radius' : 'hypothesis');
+    const proof = (flags) => (flags & 1 ? 'exchange' : flags & 2 ? 'local radius' : unmarked);
     const rows = view.owner.map((owner, i) => {
         const leaf = view.leaves[view.leaf[i]];
         const depth = Math.floor(Math.log2(leaf));

@@ -10,6 +10,9 @@ mod tests;
 
 use std::path::Path;
 
+use crate::ending::{extension, without_gz};
+
+use super::columns::is_of_points;
 use super::error::{InputError, Place};
 use super::format::Format;
 use super::load;
@@ -29,34 +32,58 @@ pub fn read_domain(path: &Path, progress: &mut ReadProgress<'_>) -> Result<Domai
     let (format, zipped) = Format::of_path(path);
     let data = load::load(path, zipped, progress)?;
     let source = Source { path, data: &data };
-    let name = path.file_name().map(|n| n.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    let stem = name.strip_suffix(".gz").unwrap_or(&name);
-    let facets = match Path::new(stem).extension().and_then(|e| e.to_str()) {
-        Some("smesh") => Some(poly::Facets::Simple),
-        Some("poly") => Some(poly::Facets::Polygons),
+    let facets = match extension(path).as_str() {
+        "smesh" => Some(poly::Facets::Simple),
+        "poly" => Some(poly::Facets::Polygons),
         _ => None,
     };
-    if let Some(facets) = facets {
-        let mut node = None;
-        if poly::wants_node(source)? {
-            let beside = path.to_string_lossy();
-            let beside = beside.strip_suffix(".gz").unwrap_or(&beside);
-            let beside = Path::new(beside).with_extension("node");
-            node = Some((load::load(&beside, false, progress)?, beside));
-        }
-        let node = node.as_ref().map(|(data, path)| Source { path, data });
-        return poly::read(source, node, facets);
+    let domain = match facets {
+        Some(facets) => with_facets(source, facets, progress),
+        None => of_format(source, format),
+    };
+    domain.map_err(
+        |error| if is_of_points(&data) { source.unsupported(Place::Whole, POINTS, ADVICE) } else { error },
+    )
+}
+
+/// The name of a table of points in messages.
+const POINTS: &str = "a table of points as a domain";
+
+/// The remedy for files that are not domains.
+const ADVICE: &str = "triangulate its points with `septet triangulate`, or give a .poly, .smesh, .stl, .off, .ply or .obj file";
+
+/// Reads a `.poly` or `.smesh` file, and the `.node` file next to it if it has no points.
+fn with_facets(
+    source: Source<'_>,
+    facets: poly::Facets,
+    progress: &mut ReadProgress<'_>,
+) -> Result<DomainFile, InputError> {
+    let mut node = None;
+    if poly::wants_node(source)? {
+        let beside = without_gz(source.path).0.with_extension("node");
+        node = Some((load::load(&beside, false, progress)?, beside));
     }
-    match format.or_else(|| Format::of_content(&data)) {
+    let node = node.as_ref().map(|(data, path)| Source { path, data });
+    poly::read(source, node, facets)
+}
+
+/// Reads a surface whose format is known by its name or by its content.
+fn of_format(source: Source<'_>, format: Option<Format>) -> Result<DomainFile, InputError> {
+    match format.or_else(|| Format::of_content(source.data)) {
         Some(format @ (Format::Off | Format::Ply | Format::Stl | Format::Obj)) => {
             surface::read(source, format)
         }
+        Some(Format::Ele) => Err(source.unsupported(
+            Place::Whole,
+            "a list of cells (.ele) as a domain",
+            "check the cells with `septet verify POINTS CELLS`, or give a .poly, .smesh, .stl, .off, .ply or .obj file",
+        )),
         Some(other) => {
             let what = format!("a .{} file as a domain", other.name());
-            Err(source.unsupported(Place::Whole, what, "give a .poly, .smesh, .stl, .off, .ply or .obj file"))
+            Err(source.unsupported(Place::Whole, what, ADVICE))
         }
         None => {
-            let (path, advice) = (path.to_owned(), String::new());
+            let (path, advice) = (source.path.to_owned(), String::new());
             Err(InputError::UnknownFormat { path, advice, known: DOMAINS })
         }
     }

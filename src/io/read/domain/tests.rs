@@ -212,3 +212,22 @@ fn ply_surfaces() {
                 property list uchar int vertex_indices\nend_header\n0 0\n1 0\n0 1\n3 0 1 2\n";
     assert!(refused("a.ply", flat).contains("plane"));
 }
+
+#[test]
+fn points_and_cells_are_recognised_by_content() {
+    for name in ["a.poly", "a.smesh", "a.off", "a.stl", "a.dat"] {
+        for points in ["0.5 0 0\n0 1 0.5\n1 0 1\n", "0.5,1\n2,3\n"] {
+            let text = refused(name, points);
+            assert!(
+                text.contains("a table of points as a domain") && text.contains("`septet triangulate`"),
+                "{text}"
+            );
+        }
+    }
+    for name in ["a.node", "a.xyz", "a.dat"] {
+        let text = refused(name, POINTS);
+        assert!(text.contains("as a domain") && text.contains("`septet triangulate`"), "{text}");
+    }
+    let text = refused("a.dat", "1 4 0\n1 1 2 3 4\n");
+    assert!(text.contains("a list of cells (.ele) as a domain") && text.contains("`septet verify"), "{text}");
+}

@@ -101,3 +101,52 @@ fn files_of_the_wrong_kind() {
     assert!(matches!(bad("a.ele", "0 3\n"), InputError::Unsupported { .. }));
     assert!(matches!(bad_cells("a.xyz", "1 2 3\n"), InputError::UnknownFormat { .. }));
 }
+
+/// A tetrahedron with one facet, and a square in the plane with one segment.
+const DOMAINS: [&str; 2] = [
+    "# a domain\n4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n1 0\n1 0\n3 1 2 3\n0\n0\n",
+    "4 2 0 0\n0 0 0\n1 1 0\n2 1 1\n3 0 1\n1 1\n0 0 1 5\n0\n",
+];
+
+#[test]
+fn domains_are_recognised_by_content() {
+    for domain in DOMAINS {
+        for name in ["a.poly", "a.smesh", "a.node", "a.txt", "a.dat", "-"] {
+            let Err(error) = parse(name, domain, &PLAIN) else { panic!("{name} has points") };
+            assert!(
+                error
+                    .to_string()
+                    .ends_with("a domain (.poly) as points is not supported; mesh it with `septet mesh`"),
+                "{error}"
+            );
+            let Err(error) = parse_cells(name, domain, &CellOptions::default()) else {
+                panic!("{name} has cells")
+            };
+            assert!(error.to_string().contains("a domain (.poly) as cells"), "{error}");
+        }
+    }
+    let only_facets = "0 3 0 0\n1 0\n1\n3 1 2 3\n0\n0\n";
+    assert!(bad("a.poly", only_facets).to_string().contains("septet mesh"));
+    // A point too many is not a list of facets.
+    assert!(matches!(bad("a.node", "1 2\n1 0.5 0\n2 1 0.5\n"), InputError::Count { .. }));
+}
+
+#[test]
+fn cells_and_points_are_recognised_by_content() {
+    let cells = "2 4 1\n0 0 1 2 3 7\n1 1 2 3 4 7\n";
+    for name in ["a.ele", "a.txt", "a.node", "a.dat", "a"] {
+        let text = bad(name, cells).to_string();
+        assert!(
+            text.contains("a list of cells (.ele) as points") && text.contains("septet verify"),
+            "{text}"
+        );
+    }
+    assert_eq!(good_cells("a.dat", cells).cells, good_cells("a.ele", cells).cells);
+    // A header with the width of its rows is a row of a table.
+    assert_eq!(good("a.txt", "3 4 0\n0 1 2\n1 2 3\n").points.len(), 3);
+    for (name, points) in [("a.xyz", "0 0\n1 0\n"), ("a.dat", "0.5,0\n1,0\n"), ("a.node", "1 2 0 0\n1 0 0\n")]
+    {
+        let text = bad_cells(name, points).to_string();
+        assert!(text.contains("a table of points as cells") && text.contains("septet triangulate"), "{text}");
+    }
+}

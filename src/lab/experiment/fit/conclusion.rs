@@ -95,7 +95,7 @@ impl Conclusion {
         }
     }
 
-    /// Returns the conclusion as one sentence.
+    /// Returns the conclusion as one clause, without shares and exponent.
     pub fn words(&self) -> String {
         match self {
             Conclusion::Flat => "it does not grow at these n, within the margin".to_string(),
@@ -128,19 +128,5 @@ impl Growth {
         let spread = means().fold(f64::NEG_INFINITY, f64::max) - means().fold(f64::INFINITY, f64::min);
         let mean = means().sum::<f64>() / self.table.len().max(1) as f64;
         straight && (!self.curvature.bends || spread <= self.margin * mean)
-    }
-
-    /// Returns the conclusion in words, with the exponent if no law fits.
-    pub(super) fn words(&self, conclusion: &Conclusion) -> String {
-        match (conclusion, &self.exponent) {
-            (Conclusion::NoneOfThese, Some(e)) => format!(
-                "{}; its fitted exponent is n^{:.2} [{:.2}, {:.2}]",
-                conclusion.words(),
-                e.value,
-                e.low,
-                e.high
-            ),
-            _ => conclusion.words(),
-        }
     }
 }

@@ -32,6 +32,26 @@ pub struct Growth {
     pub change: Interval,
     /// The margin of the request. A smaller change does not count as growth.
     pub margin: f64,
+    /// Whether rows are weighted by 1 / y^2.
+    #[serde(skip)]
+    relative: bool,
+}
+
+impl Growth {
+    /// Returns x, the mean y and the weight of each size.
+    pub(super) fn rows(&self) -> Vec<(f64, f64, f64)> {
+        weighted(&self.table, self.relative)
+    }
+}
+
+/// Returns x, the mean y and the weight of each size.
+fn weighted(table: &[SizeRow], relative: bool) -> Vec<(f64, f64, f64)> {
+    let relative = relative && table.iter().all(|row| row.mean > 0.0);
+    let weight = |row: &SizeRow| {
+        let scale = if relative { 1.0 / (row.mean * row.mean) } else { 1.0 };
+        row.runs as f64 * scale
+    };
+    table.iter().map(|row| (row.x, row.mean, weight(row))).collect()
 }
 
 /// The runs of one size.
@@ -115,12 +135,7 @@ pub(super) fn growth(values: &[Measurement], how: How) -> Option<(Growth, Conclu
     if table.len() < LEAST_SIZES {
         return None;
     }
-    let relative = relative && table.iter().all(|row| row.mean > 0.0);
-    let weight = |row: &SizeRow| {
-        let scale = if relative { 1.0 / (row.mean * row.mean) } else { 1.0 };
-        row.runs as f64 * scale
-    };
-    let rows: Vec<(f64, f64, f64)> = table.iter().map(|row| (row.x, row.mean, weight(row))).collect();
+    let rows = weighted(&table, relative);
     let curvature = curvature(&rows)?;
     let mut laws: Vec<LawFit> =
         Law::all(dimension).filter_map(|law| law_fit(law, &rows, dimension, &curvature)).collect();
@@ -131,7 +146,7 @@ pub(super) fn growth(values: &[Measurement], how: How) -> Option<(Growth, Conclu
     }
     let exponent = exponent(&table);
     let change = change(&rows)?;
-    let growth = Growth { table, laws, curvature, exponent, change, margin };
+    let growth = Growth { table, laws, curvature, exponent, change, margin, relative };
     let conclusion = Conclusion::of_growth(&growth);
     Some((growth, conclusion))
 }

@@ -19,6 +19,9 @@
 //!   growth is unclear.
 //! - (6) *Conclusion.* A [`Conclusion`] summarises the tests. A possible conclusion is that the sizes do not
 //!   distinguish the laws.
+//! - (7) *Shares.* A [`NotExcluded`] states the largest share of a law above the conclusion's that the data do not
+//!   exclude, at 2.5 % one-sided. "It grows like log n" then has a bound on how wrong it can be.
+//! - (8) *Power.* `y = a + b x^e` with free e has a 95 % profile interval of e ([`Power`]).
 //!
 //! **Departures.** All seeds at one size have the same position on the sawtooth that the leaf size causes, so they
 //! are not independent observations of curvature. The fit is therefore over the means at each size, and the error is
@@ -28,28 +31,34 @@
 //! A count of a whole run includes repair and the phases of the machine, so it is not fitted. Phases are fitted
 //! separately ([`FitError::Mixes`]).
 
+mod cluster;
 mod conclusion;
 mod data;
 mod design;
 mod distribution;
 mod equivalence;
+mod excluded;
 mod growth;
 mod lack;
 mod nested;
 mod ols;
+mod power;
 mod qr;
 mod report;
 mod resample;
 mod speedup;
 mod table;
 
+pub use cluster::{ClusterRow, Estimate, clustered};
 pub use conclusion::Conclusion;
 pub use data::{Abscissa, FitError, FitRequest, Key, MARGIN};
 pub use design::Law;
 pub use equivalence::Equivalence;
+pub use excluded::NotExcluded;
 pub use growth::{Growth, LawFit};
 pub use nested::Curvature;
 pub use ols::{Fit, Interval, Observation, least_squares};
+pub use power::Power;
 pub use report::{FitReport, SCHEMA, Series, fit};
 pub use resample::Resampled;
 pub use speedup::{SpeedupRow, speedup};

@@ -7,12 +7,17 @@ use serde::Serialize;
 use super::conclusion::Conclusion;
 use super::data::{self, FitError, FitRequest, Key, Measurement};
 use super::equivalence::{Equivalence, equivalence};
+use super::excluded::{NotExcluded, not_excluded};
 use super::growth::{Growth, How, LEAST_SIZES, by_size, growth, level_rows};
+use super::power::{Power, power};
 use super::resample::{Resampled, resample_growth, resample_levels};
 use crate::experiment::Line;
 
 /// Name and version of the schema of [`FitReport`].
-pub const SCHEMA: &str = "septet-fit/1";
+pub const SCHEMA: &str = "septet-fit/2";
+
+/// Number of shares that the verdict in words names.
+const NAMED_SHARES: usize = 2;
 
 /// Number of seeds per size that resampling requires.
 const LEAST_SEEDS: usize = 3;
@@ -44,7 +49,11 @@ pub struct Series {
     /// The conclusion.
     #[serde(rename = "verdict")]
     pub conclusion: Conclusion,
-    /// The conclusion in words.
+    /// The laws above the verdict, and the share of each that the data do not exclude, the largest first.
+    pub not_excluded: Vec<NotExcluded>,
+    /// A power of n with a free exponent. `None` if the sizes do not determine the exponent, and for `level-depth`.
+    pub power: Option<Power>,
+    /// The conclusion, the largest shares and the exponent in words.
     pub words: String,
     /// How often resampling gives the same conclusion, if requested.
     pub resampled: Option<Resampled>,
@@ -85,16 +94,39 @@ fn of_growth(name: String, lines: &[Line], request: &FitRequest) -> Result<Optio
     enough_seeds(&name, counts, request)?;
     let resampled =
         (request.resamples > 0).then(|| resample_growth(&values, how, &conclusion, request.resamples));
-    let words = growth.words(&conclusion);
+    let not_excluded = not_excluded(&growth, &conclusion, dimension);
+    let power = power(&growth.rows());
+    let words = words(&conclusion, &not_excluded, power.as_ref());
     Ok(Some(Series {
         name,
         runs: values.len(),
         growth: Some(growth),
         levels: None,
         conclusion,
+        not_excluded,
+        power,
         words,
         resampled,
     }))
+}
+
+/// Returns the verdict on growth as a sentence: the conclusion, the two largest shares that are not excluded, and the
+/// free exponent if the count grows.
+fn words(conclusion: &Conclusion, shares: &[NotExcluded], power: Option<&Power>) -> String {
+    let mut words = conclusion.words();
+    let largest: Vec<String> =
+        shares.iter().take(NAMED_SHARES).filter(|s| s.share > 0.0).map(NotExcluded::words).collect();
+    if !largest.is_empty() {
+        words += &format!("; at the largest size, up to {} are not excluded", largest.join(" or "));
+    }
+    let grows = matches!(
+        conclusion,
+        Conclusion::Law { .. } | Conclusion::CannotTell { .. } | Conclusion::NoneOfThese
+    );
+    if let Some(power) = power.filter(|_| grows) {
+        words += &format!("; as a power n^e, e = {}", power.words());
+    }
+    words
 }
 
 fn of_levels(name: String, lines: &[Line], request: &FitRequest) -> Result<Option<Series>, FitError> {
@@ -123,6 +155,8 @@ fn of_levels(name: String, lines: &[Line], request: &FitRequest) -> Result<Optio
         growth: None,
         levels: Some(test),
         conclusion,
+        not_excluded: Vec::new(),
+        power: None,
         words,
         resampled,
     }))

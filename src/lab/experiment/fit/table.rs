@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use super::data::Key;
 use super::equivalence::Equivalence;
+use super::excluded::NotExcluded;
 use super::growth::Growth;
 use super::lack::rejects;
 use super::ols::Interval;
@@ -77,7 +78,7 @@ impl Growth {
             line(out, &format!("  {name:<12} {a:<34} {b:<34} {r:>8.5} {behind:>8.1} {p:>9}{out_of}"));
         }
         if let Some(exponent) = &self.exponent {
-            line(out, &format!("  exponent of n: {}", interval(exponent)));
+            line(out, &format!("  exponent of n without a constant: {}", interval(exponent)));
         }
         let (change, margin) = (&self.change, 100.0 * self.margin);
         line(
@@ -151,6 +152,19 @@ impl Equivalence {
 
 impl Series {
     fn write_conclusion(&self, out: &mut String) {
+        if !self.not_excluded.is_empty() {
+            let shares: Vec<String> = self.not_excluded.iter().map(NotExcluded::words).collect();
+            line(
+                out,
+                &format!(
+                    "  not excluded above the verdict, of the count at the largest size: {}",
+                    shares.join(", ")
+                ),
+            );
+        }
+        if let Some(power) = &self.power {
+            line(out, &format!("  y = a + b n^e, e = 0 for log n: e = {}", power.words()));
+        }
         line(out, &format!("  verdict: {}", self.words));
         let Some(r) = &self.resampled else { return };
         let same = 100.0 * r.same_conclusion;

@@ -22,10 +22,12 @@
 /// | sort | `L` steps | `L m` | `L` | 0 |
 /// | distinct | sort, flag, scan, permute | `(L + 3) m` | `L + 3` | 1 |
 /// | delivery | sort by receiver, copy-scan, comparison, scan, permute | `(L + 4) m` | `L + 4` | 2 |
+/// | replication | copy-scan, two steps, scan, permute, copy-scan | `6 m` | 6 | 3 |
+/// | combination | permute, two steps, scan | `4 m` | 4 | 1 |
 /// | merge | steps over `m`, `m/2` (rounded up), ..., 1 items | the sum | number of steps | 0 |
 /// | sequential loop | `m` steps over one item | `m` | `m` | 0 |
 ///
-/// A sweep, a delivery, a merge or a sequential loop without items is free. Without items, the other primitives still
+/// A sweep, a delivery, a replication, a combination, a merge or a sequential loop without items is free. Without items, the other primitives still
 /// cost their depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Primitive {
@@ -49,34 +51,107 @@ pub enum Primitive {
     Distinct,
     /// A sort of items by receiver that drops the items that the receiver already holds.
     Delivery,
+    /// Items that go to one or both children of a node.
+    Replicate,
+    /// Results of items and their copies, combined in pairs.
+    Combine,
     /// A merge of two sorted lists. The items of both lists count.
     Merge,
     /// A loop on one processor. The items are its iterations.
     Sequential,
 }
 
-/// The cost of one call of a primitive.
+/// Work and depth of a computation, in the model of [`crate::cost`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Price {
-    /// Number of elementary operations.
-    pub work: u64,
-    /// Number of consecutive vector steps, with each scan counted as 1.
-    pub depth: u64,
-    /// Number of scans among these steps.
-    pub scans: u64,
+    work: u64,
+    depth: u64,
+    /// Scans on the longest chain that run over the items of the subproblem.
+    scans: u64,
+    /// Additional depth of scans over other numbers of items, if a scan of `m` items takes `ceil(log2 m)` steps.
+    inner_log: u64,
 }
 
+#[expect(clippy::inline_always, reason = "the price of a known primitive is a few instructions")]
 impl Price {
+    /// The price of an empty computation.
+    pub const ZERO: Price = Price { work: 0, depth: 0, scans: 0, inner_log: 0 };
+
+    /// Returns the number of elementary operations.
+    pub fn work(&self) -> u64 {
+        self.work
+    }
+
+    /// Returns the length of the longest chain of vector steps, with each scan counted as 1.
+    pub fn depth(&self) -> u64 {
+        self.depth
+    }
+
+    /// Returns the number of scans over the subproblem's own items on that chain.
+    pub fn scans(&self) -> u64 {
+        self.scans
+    }
+
+    /// Returns the length of the longest chain if a scan over `items` items counts `ceil(log2 items)`, at least 1.
+    pub fn depth_log_scan(&self, items: u64) -> u64 {
+        self.depth + self.inner_log + self.additional_depth(items)
+    }
+
+    /// Returns the additional depth of the scans if each takes `ceil(log2 items)` steps, at least 1, instead of one.
+    #[inline(always)]
+    fn additional_depth(&self, items: u64) -> u64 {
+        self.scans * (sort_steps(items) - 1)
+    }
+
+    /// Encodes the price as four numbers: work, depth, scans, and the additional depth of closed scans.
+    pub fn to_parts(self) -> [u64; 4] {
+        [self.work, self.depth, self.scans, self.inner_log]
+    }
+
+    /// Decodes a price from the numbers of [`Price::to_parts`].
+    pub fn from_parts([work, depth, scans, inner_log]: [u64; 4]) -> Self {
+        Price { work, depth, scans, inner_log }
+    }
+
+    /// Appends a computation that runs after this one.
+    #[inline(always)]
+    pub fn then(&mut self, next: Price) {
+        self.work += next.work;
+        self.depth += next.depth;
+        self.scans += next.scans;
+        self.inner_log += next.inner_log;
+    }
+
+    /// Adds a computation that runs in parallel: sum of work, maximum depth.
+    pub fn join(&mut self, other: Price) {
+        self.work += other.work;
+        self.depth = self.depth.max(other.depth);
+        self.scans = self.scans.max(other.scans);
+        self.inner_log = self.inner_log.max(other.inner_log);
+    }
+
+    /// Fixes the number of items of all scans. The computation can then become an item of a larger vector step.
+    #[must_use]
+    #[inline(always)]
+    pub fn closed(self, items: u64) -> Self {
+        Price { inner_log: self.inner_log + self.additional_depth(items), scans: 0, ..self }
+    }
+
+    /// Returns the price as a lane of a vector step. A lane without calls is a vector step over one item.
+    pub(super) fn of_lane(self) -> Self {
+        if self.depth == 0 { Price::of_steps(1, 1, 0) } else { self }
+    }
+
     /// Returns the price of `steps` vector steps over `items` items, of which `scans` are scans.
     #[inline]
     const fn of_steps(items: u64, steps: u64, scans: u64) -> Self {
-        Price { work: steps * items, depth: steps, scans }
+        Price { work: steps * items, depth: steps, scans, inner_log: 0 }
     }
 
     /// Returns the price of a halving merge.
     #[inline]
     const fn of_merge(items: u64) -> Self {
-        let mut price = Price { work: 0, depth: 0, scans: 0 };
+        let mut price = Price::ZERO;
         let mut left = items;
         while left > 0 {
             price.work += left;
@@ -89,6 +164,44 @@ impl Price {
 
 #[expect(clippy::inline_always, reason = "the price of a known primitive is a few instructions")]
 impl Primitive {
+    /// All primitives.
+    pub const ALL: [Primitive; 14] = [
+        Primitive::VectorStep,
+        Primitive::Scan,
+        Primitive::Pack,
+        Primitive::Split,
+        Primitive::BroadcastMap,
+        Primitive::Pairs,
+        Primitive::Sweep,
+        Primitive::Sort,
+        Primitive::Distinct,
+        Primitive::Delivery,
+        Primitive::Replicate,
+        Primitive::Combine,
+        Primitive::Merge,
+        Primitive::Sequential,
+    ];
+
+    /// Returns the name of the primitive in cost traces.
+    pub fn name(self) -> &'static str {
+        match self {
+            Primitive::VectorStep => "step",
+            Primitive::Scan => "scan",
+            Primitive::Pack => "pack",
+            Primitive::Split => "split",
+            Primitive::BroadcastMap => "broadcast-map",
+            Primitive::Pairs => "pairs",
+            Primitive::Sweep => "sweep",
+            Primitive::Sort => "sort",
+            Primitive::Distinct => "distinct",
+            Primitive::Delivery => "delivery",
+            Primitive::Replicate => "replicate",
+            Primitive::Combine => "combine",
+            Primitive::Merge => "merge",
+            Primitive::Sequential => "sequential",
+        }
+    }
+
     /// Returns the price of one call over `items` items.
     #[inline(always)]
     pub const fn price(self, items: u64) -> Price {
@@ -100,9 +213,15 @@ impl Primitive {
             Primitive::Pairs => Price::of_steps(items, 3, 2),
             Primitive::Sort => Price::of_steps(items, sort_steps(items), 0),
             Primitive::Distinct => Price::of_steps(items, sort_steps(items) + 3, 1),
-            Primitive::Sweep | Primitive::Delivery if items == 0 => Price::of_steps(0, 0, 0),
+            Primitive::Sweep | Primitive::Delivery | Primitive::Replicate | Primitive::Combine
+                if items == 0 =>
+            {
+                Price::ZERO
+            }
             Primitive::BroadcastMap | Primitive::Sweep => Price::of_steps(items, 2, 1),
             Primitive::Delivery => Price::of_steps(items, sort_steps(items) + 4, 2),
+            Primitive::Replicate => Price::of_steps(items, 6, 3),
+            Primitive::Combine => Price::of_steps(items, 4, 1),
             Primitive::Merge => Price::of_merge(items),
             Primitive::Sequential => Price::of_steps(1, items, 0),
         }

@@ -81,23 +81,16 @@ impl Cost {
         sort_and_deduplicate(items, compare);
     }
 
-    /// Sorts and removes duplicates as [`Cost::distinct`] does, for a list that is an item of a larger problem: its
-    /// scan runs over its own items.
-    pub fn distinct_nested<T>(&mut self, items: &mut Vec<T>, compare: impl FnMut(&T, &T) -> Ordering) {
-        self.pay_nested(Primitive::Distinct, items.len());
-        sort_and_deduplicate(items, compare);
-    }
-
     /// Keeps the first occurrence of each index, in the given order. `seen` must have room for the indices. Costs the
-    /// same as [`Cost::distinct_nested`].
+    /// same as [`Cost::distinct`].
     pub fn distinct_indices(&mut self, indices: &mut Vec<u32>, seen: &mut Marks) {
-        self.pay_nested(Primitive::Distinct, indices.len());
+        self.pay(Primitive::Distinct, indices.len());
         seen.clear();
         indices.retain(|&index| seen.insert(index));
     }
 
     /// Replaces each index by its position among the distinct indices, which are returned in the order of their first
-    /// occurrence. Costs the same as [`Cost::distinct_nested`] plus a vector step that reads the positions.
+    /// occurrence. Costs the same as [`Cost::distinct`] plus a vector step that reads the positions.
     pub fn relabel(&mut self, indices: &mut [u32], scratch: &mut Positions) -> Vec<u32> {
         let mut distinct = indices.to_vec();
         self.distinct_indices(&mut distinct, &mut scratch.marks);

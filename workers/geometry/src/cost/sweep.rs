@@ -1,9 +1,8 @@
 //! Vector steps whose items are found by a traversal.
 //!
 //! **Statement.** A [`Sweep`] counts the items of one vector step while the caller visits them. It costs nothing until
-//! it is charged by [`Cost::charge_sweep`](super::Cost::charge_sweep),
-//! [`Cost::charge_nested_sweep`](super::Cost::charge_nested_sweep) or
-//! [`Cost::charge_delivery`](super::Cost::charge_delivery).
+//! a method of [`Cost`](super::Cost) charges it, for example
+//! [`Cost::charge_sweep`](super::Cost::charge_sweep).
 
 use crate::coordinate_arrays::CoordinateArrays;
 use crate::kd_blocks::KdBlocks;
@@ -23,10 +22,17 @@ impl Sweep {
         self.items += 1;
     }
 
-    /// Counts `lanes` items that are processed together, in the lanes of vector registers.
+    /// Counts items that are processed together, in the lanes of vector registers.
     #[inline]
-    pub fn visit_lanes(&mut self, lanes: usize) {
+    pub(crate) fn visit_lanes(&mut self, lanes: usize) {
         self.items += lanes as u64;
+    }
+
+    /// Counts all items of a slice, and returns the slice.
+    #[inline]
+    pub fn visit_all<'a, T>(&mut self, items: &'a [T]) -> &'a [T] {
+        self.items += items.len() as u64;
+        items
     }
 
     /// Processes all items of a slice.
@@ -63,6 +69,12 @@ impl Sweep {
     ) {
         self.items += blocks.len() as u64;
         blocks.find_within(centre, limit2, start, found);
+    }
+
+    /// Returns a sweep in which each item of this one counts as `count` items.
+    #[must_use]
+    pub fn times(self, count: u32) -> Self {
+        Sweep { items: self.items * u64::from(count) }
     }
 
     /// Returns the number of items so far.

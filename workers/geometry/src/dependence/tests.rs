@@ -3,6 +3,9 @@
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
 use super::*;
 use crate::incremental::Incremental;
 
@@ -34,7 +37,7 @@ fn check<P: Point>(points: &[P], seed: u64) -> Dependence<P> {
     assert!(total.cells >= baseline.cells.len() as u64 + baseline.hull_facets);
     assert!(baseline.clock.hashed <= baseline.clock.steps && baseline.clock.steps <= baseline.clock.log_scan);
     assert_eq!(baseline.rounds.last().map(|r| r.cells), Some(0));
-    // Rounds wait for their slowest cell; chains do not.
+    // Rounds wait for their slowest cell; chains do not. Both contain the steps that all cells of a round share.
     assert!(baseline.clock.steps <= total.steps && total.tests <= total.work);
     assert!(baseline.brent(1) == total.work && baseline.brent(u64::MAX) == total.steps);
     baseline

@@ -168,7 +168,7 @@ impl<P: Point> StarBuilder<P> {
             }
             q += 1;
         }
-        cost.charge_nested_sweep(sweep);
+        cost.charge_sweep(sweep);
         if found < P::DIM {
             return None;
         }
@@ -261,7 +261,7 @@ impl<P: Point> StarBuilder<P> {
                 sweep.visit_lanes((1 + P::DIM) * self.link.created().len());
             }
         }
-        cost.charge_nested_sweep(sweep);
+        cost.charge_sweep(sweep);
     }
 
     /// Computes the planes of the new facets. No later image is longer than `longest`.

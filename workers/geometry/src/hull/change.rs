@@ -90,7 +90,7 @@ impl<P: Point> StarBuilder<P> {
             sweep.visit();
             self.points.push(Candidate::of(table, id, self.centre));
         }
-        cost.charge_nested_sweep(sweep);
+        cost.charge_sweep(sweep);
     }
 
     /// Loads the link as a complex, with the planes of its facets. Returns `false` if it is empty or not closed.
@@ -101,12 +101,12 @@ impl<P: Point> StarBuilder<P> {
         for (v, place) in bytemuck::cast_slice_mut(&mut facets).iter_mut().zip(positions) {
             *v = place.wrapping_sub(1);
         }
-        cost.charge_nested_sweep(sweep);
+        cost.charge_sweep(sweep);
         // The counted machine enters all ridges and then looks up all of them. A processor either enters a ridge or
         // looks it up.
         let mut joining = cost.sweep();
         joining.visit_lanes(2 * P::DIM * link.len());
-        cost.charge_nested_sweep(joining);
+        cost.charge_sweep(joining);
         if link.is_empty() || !self.link.load(&facets) {
             return false;
         }

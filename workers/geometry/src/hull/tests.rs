@@ -44,7 +44,7 @@ fn check_stars<P: Point>(points: &[P]) {
     let everyone: Vec<u32> = (0..points.len() as u32).collect();
     let mut builder = StarBuilder::default();
     for v in everyone.iter().copied() {
-        let mut cost = Cost::ZERO;
+        let mut cost = Cost::default();
         assert!(builder.build(points, v, &everyone, &mut cost));
         assert!(cost.work() > 0 && cost.depth() > 0);
         let mut facets = Vec::new();

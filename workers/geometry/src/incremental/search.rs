@@ -20,6 +20,7 @@
 use super::read::corners;
 use super::sphere::Query;
 use super::triangulation::Incremental;
+use crate::cost::Sweep;
 use crate::point::{Point, Simplex};
 use crate::predicates::{Sign, orientation};
 
@@ -27,8 +28,9 @@ impl<P: Point> Incremental<P> {
     /// Finds the finite cell whose closure contains `q`, or an infinite cell whose hull facet `q` lies beyond. The walk
     /// starts at the cell `hint` if it is live, and otherwise at the last cell created.
     pub fn locate(&self, q: P, hint: Option<u32>) -> u32 {
-        let (near, _) = self.descend(&self.frame.query(q), self.start_of(hint));
-        self.walk(q, near)
+        let visited = &mut Sweep::default();
+        let (near, _) = self.descend(&self.frame.query(q), self.start_of(hint), visited);
+        self.walk(q, near, visited)
     }
 
     pub(super) fn start_of(&self, hint: Option<u32>) -> u32 {
@@ -39,9 +41,9 @@ impl<P: Point> Incremental<P> {
     }
 
     /// Descends by powers from `start`. Returns a cell, and whether its sphere certainly contains the point. If it
-    /// does not, no neighbour of the cell has a smaller power.
+    /// does not, no neighbour of the cell has a smaller power. Counts the cells visited.
     #[inline(never)]
-    pub(super) fn descend(&self, query: &Query<P>, start: u32) -> (u32, bool) {
+    pub(super) fn descend(&self, query: &Query<P>, start: u32, visited: &mut Sweep) -> (u32, bool) {
         let slots = &self.cells.slots[..];
         let mut cell = start;
         let mut best = query.power(&slots[start as usize]);
@@ -49,6 +51,7 @@ impl<P: Point> Incremental<P> {
             best.value = f32::INFINITY;
         }
         loop {
+            visited.visit();
             if best.is_inside() {
                 return (cell, true);
             }
@@ -65,9 +68,9 @@ impl<P: Point> Incremental<P> {
         }
     }
 
-    /// Walks by exact orientations to the cell that contains `q`.
+    /// Walks by exact orientations to the cell that contains `q`. Counts the cells visited.
     #[inline(never)]
-    pub(super) fn walk(&self, q: P, start: u32) -> u32 {
+    pub(super) fn walk(&self, q: P, start: u32, visited: &mut Sweep) -> u32 {
         let n = P::Cell::LEN;
         let mut entered = n;
         let mut cell = match self.cells.infinite_slot(start) {
@@ -75,6 +78,7 @@ impl<P: Point> Incremental<P> {
             None => start,
         };
         'walk: loop {
+            visited.visit();
             let mut corners = corners(&self.points, self.cells.cell(cell));
             for slot in (0..n).filter(|&slot| slot != entered) {
                 let corner = std::mem::replace(&mut corners[slot], q);

@@ -7,6 +7,7 @@ use super::sphere::Frame;
 use thiserror::Error;
 
 use crate::complex::{INFINITE, NONE};
+use crate::cost::{Cost, Sweep};
 use crate::point::{Point, Simplex};
 use crate::predicates::{Sign, orientation, raises_dimension};
 
@@ -52,6 +53,8 @@ pub struct Incremental<P: Point> {
     pub(super) last: u32,
     pub(super) frame: Frame<P>,
     pub(super) scratch: Scratch<P>,
+    /// The cells that insertions visited, removed and created, one after another.
+    pub(super) operations: Sweep,
 }
 
 /// Largest number of points. Random points in space have 6.8 cells each, so this number of points has fewer than
@@ -152,6 +155,7 @@ impl<P: Point> Incremental<P> {
             cells: Cells::with_capacity(room * expected_cells(P::DIM)),
             last: 0,
             scratch: Scratch::default(),
+            operations: Sweep::default(),
             points,
         };
         let first = this.start()?;
@@ -283,6 +287,12 @@ impl<P: Point> Incremental<P> {
         Ok(vertices)
     }
 
+    /// Charges all insertions so far as one sequence of operations. Each cell that an insertion visits, removes or creates
+    /// is one operation.
+    pub fn charge(&self, cost: &mut Cost) {
+        cost.charge_sequence(self.operations);
+    }
+
     /// Inserts a vertex, if one of its neighbours will be below `bound` or its cavity is large. Returns `true` if it
     /// was inserted.
     fn insert_vertex(&mut self, vertex: u32, start: u32, bound: u32) -> Result<bool, IncrementalError> {
@@ -291,9 +301,13 @@ impl<P: Point> Incremental<P> {
         }
         let q = self.points[vertex as usize];
         let query = self.frame.query(q);
-        let (mut seed, certain) = self.descend(&query, start);
+        let mut operations = std::mem::take(&mut self.operations);
+        let (mut seed, certain) = self.descend(&query, start, &mut operations);
         if !certain {
-            seed = self.walk(q, seed);
+            seed = self.walk(q, seed, &mut operations);
+        }
+        self.operations = operations;
+        if !certain {
             // Only the cell that contains a point can have it as a vertex.
             for &v in self.cells.cell(seed).as_ref() {
                 if v != INFINITE && self.points[v as usize] == q {

@@ -17,7 +17,8 @@
 //!
 //! **Work.** O(samples).
 
-use super::draw::{SAMPLE_TARGET, root};
+use super::draw::root;
+use super::sampler::SAMPLE_TARGET;
 use super::surface::Separator;
 use crate::cost::Cost;
 use crate::point::Point;
@@ -103,7 +104,7 @@ mod tests {
     /// Returns the points of a set that are samples of a draw.
     fn samples_of<P: Point>(key: DrawKey, points: &[P]) -> Vec<P> {
         let n = points.len() as u64;
-        let many = Sampler::with_target(key, n, bisection_samples(n));
+        let many = Sampler::new(key, n, bisection_samples(n));
         points.iter().copied().filter(|&x| many.accepts(x)).collect()
     }
 
@@ -121,7 +122,7 @@ mod tests {
         let (mut crossing, mut crossing_drawn, mut worst_drawn) = (0, 0, 0.0f64);
         for seed in 0..20 {
             let key = DrawKey { seed, node: 1, attempt: 0 };
-            let few = Sampler::of(key, n);
+            let few = Sampler::new(key, n, SAMPLE_TARGET);
             let all = samples_of(key, &points);
             assert_eq!(
                 points.iter().filter(|&&x| few.accepts(x)).count(),
@@ -141,7 +142,7 @@ mod tests {
             assert_eq!(draw_bisecting(key, n, &turned, &mut Cost::default()), halves);
             assert_eq!(cut_at_median(key, n, &turned, &mut Cost::default()), planes);
             let few: Vec<P> = all.iter().copied().filter(|&x| few.accepts(x)).collect();
-            let drawn = draw(key, n, &few, &mut Cost::default()).separator.unwrap();
+            let drawn = draw(key, n, 10, &few, &mut Cost::default()).separator.unwrap();
             let sum =
                 |s: &Separator<P>| s.count_crossing(points.iter().map(|&x| (x, 0.01))).iter().sum::<u64>();
             crossing += sum(&s);

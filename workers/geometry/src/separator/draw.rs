@@ -1,8 +1,9 @@
 //! Drawing a separator from the samples of a subproblem.
 //!
-//! **Statement.** [`draw`] returns a sphere that satisfies [`split_bound`] on the samples, if one of [`TRIES`] random
-//! great circles does. Otherwise it returns an axis-aligned plane. It returns no surface only if fewer than two samples
-//! are distinct. The result is a function of the [`DrawKey`], the size of the population and the set of samples.
+//! **Statement.** [`draw`] returns a sphere that satisfies [`split_bound`] on the samples, if one of its random great circles
+//! does. Otherwise it returns an axis-aligned plane. It returns no surface only if fewer than two samples are distinct.
+//! The result is a function of the [`DrawKey`], the size of the population, the number of great circles and the set of
+//! samples.
 //!
 //! **Estimator.** Let `q` be the fraction of sample balls that a surface crosses, where the ball of a sample extends to
 //! its nearest other sample. Let there be `m` samples of `n` points with the same density. Then nearest-neighbour
@@ -20,23 +21,19 @@
 //!
 //! **Departures.** See [`super`].
 
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
-
-use super::centrepoint::{centrepoint, has_room, lift, pull_back, unit_vector};
+use super::ablation::{Ablation, Centred, Method};
+use super::centrepoint::{centrepoint, has_room, lift};
+use super::drawn::{DrawKind, Drawn, NoneReason, PlaneReason};
+use super::key::DrawKey;
+use super::sampler::{SAMPLE_TARGET, Sampler};
 use super::surface::Separator;
 use crate::coordinate_arrays::PairVisitor;
 use crate::cost::Cost;
-use crate::hash::mix;
 use crate::kd_blocks::KdBlocks;
-use crate::point::{Point, dist2, lex_cmp};
+use crate::point::{Point, Vector, dist2, lex_cmp};
 
-/// Expected number of samples for the separators of a subproblem with more points than this.
-pub const SAMPLE_TARGET: u64 = 400;
-/// Number of great circles in one draw.
-pub const TRIES: u64 = 10;
 /// Number of great circles in [`draw_bisecting`].
-const BISECTING_TRIES: u64 = 30;
+const BISECTING_TRIES: u32 = 30;
 /// The samples cannot distinguish a larger side below this fraction from a half. It is one half plus two standard
 /// deviations for [`SAMPLE_TARGET`] samples.
 const ABOUT_HALF: f64 = 0.55;
@@ -46,154 +43,17 @@ pub const SCORE_ALPHA: f64 = 2.5;
 /// The first random stream of the permutations; great circles use the streams below it.
 const SHUFFLE_STREAM: u64 = 1 << 32;
 
-/// The parameters of a draw besides the samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct DrawKey {
-    /// Seed of the run.
-    pub seed: u64,
-    /// Number of the subproblem.
-    pub node: u64,
-    /// Number of earlier attempts for this subproblem.
-    pub attempt: u32,
-}
-
-impl DrawKey {
-    fn stream(self, stream: u64) -> ChaCha8Rng {
-        let mut bytes = [0; 32];
-        bytes[..8].copy_from_slice(&self.seed.to_le_bytes());
-        bytes[8..16].copy_from_slice(&self.node.to_le_bytes());
-        bytes[16..20].copy_from_slice(&self.attempt.to_le_bytes());
-        bytes[24..].copy_from_slice(b"separate");
-        let mut rng = ChaCha8Rng::from_seed(bytes);
-        rng.set_stream(stream);
-        rng
-    }
-}
-
-/// Returns `true` if `x` is a sample of the node. A point is a sample if a hash of the key and its coordinate bits lies
-/// in the lowest fraction [`SAMPLE_TARGET`]` / population` of all hashes. In a small population every point is a
-/// sample. The result is independent of workers, blocks and order.
-pub fn is_sample<P: Point>(key: DrawKey, population: u64, x: P) -> bool {
-    Sampler::of(key, population).accepts(x)
-}
-
-/// The test [`is_sample`] for all points of a set, or the same test for another number of samples.
-#[derive(Clone, Copy, Debug)]
-pub struct Sampler {
-    start: u64,
-    /// Points with hashes below this are samples. `None` if every point is a sample.
-    threshold: Option<u64>,
-}
-
-impl Sampler {
-    /// Creates the sampler of one draw from a set of this size.
-    pub fn of(key: DrawKey, population: u64) -> Self {
-        Self::with_target(key, population, SAMPLE_TARGET)
-    }
-
-    /// Creates a sampler with another expected number of samples. Samplers with the same key are nested: a larger
-    /// target only adds samples.
-    pub fn with_target(key: DrawKey, population: u64, target: u64) -> Self {
-        let start = mix(mix(mix(0, key.seed), key.node), u64::from(key.attempt));
-        let share = |n: u64| ((u128::from(target) << 64) / u128::from(n)) as u64;
-        Sampler { start, threshold: (population > target).then(|| share(population)) }
-    }
-
-    /// Returns `true` if the point is a sample.
-    #[inline]
-    pub fn accepts<P: Point>(&self, x: P) -> bool {
-        let Some(threshold) = self.threshold else { return true };
-        let mut h = self.start;
-        for i in 0..P::DIM {
-            h = mix(h, x.coord(i).to_bits());
-        }
-        h < threshold
-    }
-}
-
 /// Returns the largest admissible fraction of samples on one side: `(d+1)/(d+2) + 0.05`.
 pub fn split_bound<P: Point>() -> f64 {
     (P::DIM + 1) as f64 / (P::DIM + 2) as f64 + 0.05
 }
 
-/// The reason why a plane replaces the sphere.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PlaneReason {
-    /// The centrepoint lies on the lifted sphere: most samples coincide at the scale of the rest.
-    CentreOnSphere,
-    /// Every great circle left a side empty or violated the split bound on the samples.
-    NoAdmissibleCircle,
-    /// The caller requested a plane ([`cut`]).
-    AskedFor,
-}
-
-/// The reason why there is no separator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NoneReason {
-    /// There are no samples.
-    NoSamples,
-    /// All samples have the same coordinates.
-    Coincident,
-}
-
-/// The kind of surface that was drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DrawKind {
-    /// The preimage of a great circle, or a sphere concentric with one ([`draw_bisecting`]).
-    Sphere,
-    /// An axis-aligned plane.
-    Plane {
-        /// The reason why it is not a sphere.
-        why: PlaneReason,
-    },
-    /// No surface.
-    None {
-        /// The reason why there is no surface.
-        why: NoneReason,
-    },
-}
-
-/// The result of a draw.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drawn<P> {
-    /// The surface, unless there are fewer than two distinct samples.
-    pub separator: Option<Separator<P>>,
-    /// Kind of the surface.
-    pub kind: DrawKind,
-    /// Score of the surface; lower is better: `estimated_ratio + SCORE_ALPHA * estimated_crossing`.
-    pub score: f64,
-    /// Fraction of the samples on the larger side.
-    pub estimated_ratio: f64,
-    /// Estimated fraction of the population whose nearest-neighbour balls (alpha 1) cross the surface.
-    pub estimated_crossing: f64,
-    /// Number of admissible great circles among [`TRIES`]. In [`draw_bisecting`], circles that are admissible after
-    /// they are moved also count.
-    pub admissible: u32,
-    /// Number of groups of samples whose mean replaced a Radon point.
-    pub means: u32,
-}
-
-impl<P: Point> Drawn<P> {
-    fn none(why: NoneReason) -> Self {
-        Drawn {
-            separator: None,
-            kind: DrawKind::None { why },
-            score: 1.0,
-            estimated_ratio: 1.0,
-            estimated_crossing: 0.0,
-            admissible: 0,
-            means: 0,
-        }
-    }
-}
-
-/// Draws one separator from the samples of a subproblem of `population` points. The samples may be in any order. The
-/// depth is `O(log samples)` for any population.
-pub fn draw<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
-    let mut own = Cost::ZERO;
-    let drawn = draw_from(key, population, samples, None, &mut own);
+/// Draws one separator from the samples of a subproblem of `population` points: the best of `tries` great circles. The
+/// samples may be in any order. The depth is `O(log samples)` for any population.
+pub fn draw<P: Point>(key: DrawKey, population: u64, tries: u32, samples: &[P], cost: &mut Cost) -> Drawn<P> {
     // The scans run over the samples, not over the items of the subproblem.
-    own.close(samples.len() as u64);
+    let mut own = cost.nested();
+    let drawn = draw_by(Method::Whole, key, population, tries, samples, &mut own);
     cost.then(own);
     drawn
 }
@@ -207,9 +67,8 @@ pub fn draw<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut C
 /// A point on the plane is exterior, as for every plane. The plane is not scored, and no scoring is charged. The depth
 /// is `O(log samples)`, and the work is `O(samples log samples)`.
 pub fn cut<P: Point>(key: DrawKey, samples: &[P], cost: &mut Cost) -> Drawn<P> {
-    let mut own = Cost::ZERO;
+    let mut own = cost.nested();
     let drawn = cut_from(key, samples, &mut own);
-    own.close(samples.len() as u64);
     cost.then(own);
     drawn
 }
@@ -242,13 +101,14 @@ fn cut_from<P: Point>(key: DrawKey, samples: &[P], cost: &mut Cost) -> Drawn<P> 
 }
 
 /// Draws a separator for a balanced bisection. Compared with [`draw`], it tries more great circles. Each circle is also
-/// moved to the median of the samples of [`Sampler::of`], and the best circle to the median of all samples. In each
+/// moved to the median of the [`SAMPLE_TARGET`] samples of a draw, and the best circle to the median of all samples. In each
 /// case the surface with the lower score is used (`super::bisect`).
 ///
 /// The samples may be in any order. The work is O(samples). The individual steps are not charged, because this function
 /// claims no depth.
 pub fn draw_bisecting<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
-    draw_from(key, population, &draw_samples(key, population, samples), Some(samples), cost)
+    let few = draw_samples(key, population, samples);
+    draw_by(Method::Bisecting(samples), key, population, BISECTING_TRIES, &few, cost)
 }
 
 /// Cuts as [`cut`] does, but moves the plane to the median of all samples.
@@ -261,18 +121,19 @@ pub fn cut_at_median<P: Point>(key: DrawKey, population: u64, samples: &[P], cos
     Drawn { separator: Some(separator), score: ratio, estimated_ratio: ratio, ..drawn }
 }
 
-/// Selects the samples from which [`draw`] would draw.
+/// Selects about [`SAMPLE_TARGET`] of the samples.
 fn draw_samples<P: Point>(key: DrawKey, population: u64, samples: &[P]) -> Vec<P> {
-    let sampler = Sampler::of(key, population);
+    let sampler = Sampler::new(key, population, SAMPLE_TARGET);
     samples.iter().copied().filter(|&x| sampler.accepts(x)).collect()
 }
 
-/// Implements [`draw`] if `all` is `None`, and otherwise [`draw_bisecting`] with all samples.
-fn draw_from<P: Point>(
+/// Implements [`draw`] and its variants.
+pub(super) fn draw_by<P: Point>(
+    method: Method<'_, P>,
     key: DrawKey,
     population: u64,
+    tries: u32,
     samples: &[P],
-    all: Option<&[P]>,
     cost: &mut Cost,
 ) -> Drawn<P> {
     let mut sorted = samples.to_vec();
@@ -285,18 +146,23 @@ fn draw_from<P: Point>(
     let frame = Frame::of(&sorted, cost);
     let scorer = Scorer::of(&frame, sorted, population, cost);
     let lifted = cost.map(&scorer.local, |&y| lift(y));
-    let (centre, means) = centrepoint(&lifted, |copy| key.stream(SHUFFLE_STREAM + copy), cost);
-
-    let tries: Vec<u64> = (0..if all.is_some() { BISECTING_TRIES } else { TRIES }).collect();
+    let (centre, means) = if method.lacks(Ablation::NoCentrepoint) {
+        (P::Lifted::splat(0.0), 0)
+    } else {
+        centrepoint(&lifted, |copy| key.stream(SHUFFLE_STREAM + copy), cost)
+    };
+    let (at, all) = (Centred { origin: frame.origin, unit: frame.unit, centre }, method.bisected());
+    let tries: Vec<u64> = (0..u64::from(tries)).collect();
     let scored = cost.map_nested(&tries, |&number, own| {
-        let normal = unit_vector(&mut key.stream(number), own)?;
-        let circle = pull_back(frame.origin, frame.unit, centre, normal)?;
+        let circle = method.surface(at, &scorer.local, &mut key.stream(number), own)?;
         let drawn = scorer.admit(circle, own);
         if all.is_some() { scorer.admit_bisecting(circle, drawn, own) } else { drawn }
     });
     let admissible = cost.reduce(&scored, 0, |count, s| count + u32::from(s.is_some()));
-    let (best, kind) = if let Some(best) = lowest(&scored, cost) {
-        (Some(best), DrawKind::Sphere)
+    let first = || scored.iter().flatten().next().copied();
+    let best = if method.lacks(Ablation::NoScoring) { first() } else { lowest(&scored, cost) };
+    let (best, kind) = if best.is_some() {
+        (best, method.kind())
     } else {
         let why =
             if has_room(centre) { PlaneReason::NoAdmissibleCircle } else { PlaneReason::CentreOnSphere };
@@ -419,10 +285,8 @@ impl<P: Point> Scorer<P> {
     fn score(&self, separator: Separator<P>, cost: &mut Cost) -> Scored<P> {
         let m = self.balls.len();
         let mut seen = cost.sweep();
-        seen.visit_lanes(m);
-        let [inside, across] = separator.count_inside_and_crossing(&self.balls);
+        let [inside, across] = separator.count_inside_and_crossing(seen.visit_all(&self.balls));
         cost.charge_sweep(seen);
-        cost.close(m as u64);
         let ratio = inside.max(m - inside) as f64 / m as f64;
         let crossing = across as f64 / m as f64 * self.thinning;
         Scored { separator, ratio, crossing, score: ratio + SCORE_ALPHA * crossing }
@@ -510,7 +374,6 @@ fn cut_across<P: Point>(coords: &[f64], axis: usize, cost: &mut Cost) -> Option<
             (None, Some(larger)) => Some((i, larger)),
             _ => best,
         });
-    cost.close(m as u64);
     let (i, larger) = best?;
     Some((Separator::between(axis, coords[i], coords[i + 1]), larger))
 }

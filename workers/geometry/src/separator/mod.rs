@@ -13,7 +13,7 @@
 //! "Approximating center points with iterative Radon points", 1996.
 //!
 //! **Work and depth.** A draw from `m` samples: work `O(m^2)` and depth `O(log m)`, for any size of the population (`m`
-//! is about [`SAMPLE_TARGET`]). A side test or a crossing test: `O(1)`.
+//! is at most a constant, [`node_samples`]). A side test or a crossing test: `O(1)`.
 //!
 //! **Departures.**
 //! - The frame of the samples has their coordinatewise median as its origin. Its unit is the largest power of two that
@@ -24,7 +24,7 @@
 //!   `w = s n + (n . z) z / (1 + s)` and `s = sqrt(1 - |z|^2)`. This formula combines the rotation of `z` to an axis
 //!   with the dilation by `sqrt((1-r)/(1+r))`, where `r = |z|`.
 //! - The balance and the number of crossed balls vary from circle to circle, so several great circles are drawn
-//!   ([`TRIES`]) and scored on the samples. A circle that violates [`split_bound`] on the samples is discarded.
+//!   and scored on the samples. A circle that violates [`split_bound`] on the samples is discarded.
 //! - If the caller needs only a balanced bisection, circles may be moved away from the centrepoint
 //!   ([`draw_bisecting`]).
 //! - If no circle is admissible, an axis-aligned plane cuts the samples by exact comparison. This happens if the
@@ -32,16 +32,21 @@
 
 #![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
+mod ablation;
 mod bisect;
 mod centrepoint;
 mod draw;
+mod drawn;
+mod key;
+mod sampler;
 mod surface;
 
+pub use ablation::{Ablation, draw_ablated};
 pub use bisect::bisection_samples;
-pub use draw::{
-    DrawKey, DrawKind, Drawn, NoneReason, PlaneReason, SAMPLE_TARGET, SCORE_ALPHA, Sampler, TRIES, cut,
-    cut_at_median, draw, draw_bisecting, is_sample, split_bound,
-};
+pub use draw::{SCORE_ALPHA, cut, cut_at_median, draw, draw_bisecting, split_bound};
+pub use drawn::{DrawKind, Drawn, NoneReason, PlaneReason};
+pub use key::DrawKey;
+pub use sampler::{LEAST_SAMPLES, SAMPLE_TARGET, Sampler, node_samples};
 pub use surface::{SEPARATOR_WORDS, Separator, Side, Surface};
 
 #[cfg(test)]

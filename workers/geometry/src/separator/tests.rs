@@ -6,6 +6,9 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use super::*;
 use crate::cost::{Cost, ceil_log2};
 
+/// Number of great circles in a draw.
+const TRIES: u32 = 10;
+
 fn unit(rng: &mut ChaCha8Rng) -> f64 {
     (rng.next_u64() >> 11) as f64 * (f64::EPSILON / 2.0)
 }
@@ -33,8 +36,9 @@ pub(super) fn key(seed: u64) -> DrawKey {
 
 fn draw_at<P: Point>(key: DrawKey, points: &[P]) -> Drawn<P> {
     let n = points.len() as u64;
-    let samples: Vec<P> = points.iter().copied().filter(|&x| is_sample(key, n, x)).collect();
-    draw(key, n, &samples, &mut Cost::default())
+    let sampler = Sampler::new(key, n, 400);
+    let samples: Vec<P> = points.iter().copied().filter(|&x| sampler.accepts(x)).collect();
+    draw(key, n, TRIES, &samples, &mut Cost::default())
 }
 
 pub(super) fn ratio<P: Point>(s: &Separator<P>, points: &[P]) -> f64 {
@@ -139,7 +143,7 @@ fn nasty_sets_split<P: Point>() {
         let mut planes = 0;
         let mut worst = 0.0_f64;
         for seed in 0..20 {
-            let drawn = draw(key(seed), 1 << 20, &points, &mut Cost::default());
+            let drawn = draw(key(seed), 1 << 20, TRIES, &points, &mut Cost::default());
             let s = drawn.separator.unwrap();
             planes += usize::from(drawn.kind != DrawKind::Sphere);
             worst = worst.max(ratio(&s, &points));
@@ -159,14 +163,14 @@ fn nasty_sets_are_split() {
 
 #[test]
 fn coincident_samples_have_no_separator() {
-    let drawn = draw(key(1), 9, &[DVec3::ONE; 9], &mut Cost::default());
+    let drawn = draw(key(1), 9, TRIES, &[DVec3::ONE; 9], &mut Cost::default());
     assert_eq!(drawn.kind, DrawKind::None { why: NoneReason::Coincident });
-    let drawn = draw::<DVec2>(key(1), 9, &[], &mut Cost::default());
+    let drawn = draw::<DVec2>(key(1), 9, TRIES, &[], &mut Cost::default());
     assert_eq!((drawn.kind, drawn.separator), (DrawKind::None { why: NoneReason::NoSamples }, None));
     // A thousand coincident points and one other point are cut by a plane, although no split is balanced.
     let mut lopsided = vec![DVec2::ONE; 1000];
     lopsided.push(DVec2::new(1.0, 1.0 + f64::EPSILON));
-    let drawn = draw(key(1), 1001, &lopsided, &mut Cost::default());
+    let drawn = draw(key(1), 1001, TRIES, &lopsided, &mut Cost::default());
     assert_eq!(ratio(&drawn.separator.unwrap(), &lopsided), 1000.0 / 1001.0);
 }
 
@@ -179,7 +183,7 @@ fn progression<P: Point>() {
         if points.len() < 2 {
             continue;
         }
-        let drawn = draw(key(points.len() as u64), points.len() as u64, &points, &mut Cost::default());
+        let drawn = draw(key(points.len() as u64), points.len() as u64, TRIES, &points, &mut Cost::default());
         let s = drawn.separator.unwrap();
         let (inside, outside): (Vec<P>, Vec<P>) = points.iter().partition(|&&x| s.side(x) == Side::Interior);
         assert!(!inside.is_empty() && !outside.is_empty());
@@ -202,13 +206,16 @@ fn draws_are_functions_of_key_and_sample_set() {
     let mut turned = points.clone();
     turned.reverse();
     turned.rotate_left(123);
-    let (mut one, mut two) = (Cost::ZERO, Cost::ZERO);
-    assert_eq!(draw(key(4), 5000, &points, &mut one), draw(key(4), 5000, &turned, &mut two));
+    let (mut one, mut two) = (Cost::default(), Cost::default());
+    assert_eq!(draw(key(4), 5000, TRIES, &points, &mut one), draw(key(4), 5000, TRIES, &turned, &mut two));
     assert_eq!(one, two);
     let other = DrawKey { attempt: 1, ..key(4) };
-    assert_ne!(draw(other, 5000, &points, &mut one), draw(key(4), 5000, &points, &mut two));
+    assert_ne!(draw(other, 5000, TRIES, &points, &mut one), draw(key(4), 5000, TRIES, &points, &mut two));
     let many = uniform::<DVec3>(100_000, 2);
-    let count = |key| many.iter().filter(|&&x| is_sample(key, 100_000, x)).count();
+    let count = |key| {
+        let sampler = Sampler::new(key, 100_000, 400);
+        many.iter().filter(|&&x| sampler.accepts(x)).count()
+    };
     assert!((300..500).contains(&count(key(4))) && (300..500).contains(&count(other)));
 }
 
@@ -217,8 +224,8 @@ fn depth_is_logarithmic_in_the_samples_alone() {
     for m in [50, 100, 200, 400, 800] {
         let points = uniform::<DVec3>(m, 9);
         let run = |population: u64| {
-            let mut cost = Cost::ZERO;
-            draw(key(4), population, &points, &mut cost);
+            let mut cost = Cost::default();
+            draw(key(4), population, TRIES, &points, &mut cost);
             cost
         };
         let cost = run(1 << 40);
@@ -226,10 +233,10 @@ fn depth_is_logarithmic_in_the_samples_alone() {
             "{m} samples: work {} depth {} log {}",
             cost.work(),
             cost.depth(),
-            cost.depth_log_scan(m as u64)
+            cost.price().depth_log_scan(m as u64)
         );
         assert_eq!(cost, run(1 << 20));
-        assert_eq!(cost.scans(), 0);
+        assert_eq!(cost.price().scans(), 0);
         assert!(cost.depth() <= 50 + 5 * ceil_log2(m as u64));
         assert!(cost.work() <= 6 * (m * m) as u64 + 300 * m as u64);
     }
@@ -377,7 +384,7 @@ fn cuts_are_medians_of_the_longest_side() {
         assert_eq!(slab.iter().filter(|&&p| plane.side(p) == Side::Interior).count().abs_diff(199), 0);
         assert_eq!(drawn.estimated_ratio, 200.0 / 399.0);
         let sphere = &mut Cost::default();
-        draw(attempt(i as u32), 399, &slab, sphere);
+        draw(attempt(i as u32), 399, TRIES, &slab, sphere);
         assert!(cost.depth() < 40 && 5 * cost.work() < sphere.work(), "{cost:?} {sphere:?}");
     }
     // Three of every four points lie on one plane, so they form one side.

@@ -5,12 +5,16 @@
 //!    earlier phases have ended at every leaf.
 //! 2. A phase that goes up the tree starts at a node when it has ended at both children.
 //! 3. A local phase starts at a node when the node's previous phase has ended.
+//! 4. In a phase whose subproblems step together, a step starts when the previous step has ended at every node, because
+//!    a node may need the messages of any other node. The first step starts when all earlier phases have ended.
 //!
 //! Workers, rounds and the coordinator have no influence on the depth.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Account, Charge, LedgerPart, Role};
+use septet_geometry::cost::Price;
+
+use super::{Account, Charge, LedgerPart};
 use crate::ids::{NodeId, Phase};
 
 /// Totals of one phase.
@@ -80,17 +84,23 @@ enum Flow {
     Down,
     Up,
     Local,
+    Steps,
 }
 
 /// Returns the direction of a phase. A descent whose replies return makes two passes over the tree. Both are charged
 /// on the way down, so its flow is [`Flow::Down`].
 fn flow(phase: Phase, part: &LedgerPart) -> Flow {
     match phase {
+        Phase::Repair => Flow::Steps,
         Phase::Neighbours if part.passes().next().is_some() => Flow::Up,
         Phase::Summaries | Phase::Merge | Phase::Check | Phase::Certificate => Flow::Up,
-        Phase::Partition | Phase::Sets | Phase::Probe | Phase::Neighbours | Phase::KnnProbe | Phase::Knn => {
-            Flow::Down
-        }
+        Phase::Partition
+        | Phase::Choice
+        | Phase::Sets
+        | Phase::Probe
+        | Phase::Neighbours
+        | Phase::KnnProbe
+        | Phase::Knn => Flow::Down,
         _ => Flow::Local,
     }
 }
@@ -98,13 +108,12 @@ fn flow(phase: Phase, part: &LedgerPart) -> Flow {
 impl Ledger {
     /// Folds the merged parts of a run over `population` points.
     pub fn finish(mut part: LedgerPart, population: u64) -> Ledger {
-        let leaders: Vec<_> =
-            part.charges.extract_if(.., |account, _| account.role == Role::Leader).collect();
-        for (Account { phase, node, .. }, charge) in leaders {
-            part.charges.entry(Account::member(phase, node)).or_default().cost.then(charge.cost);
-        }
+        part.join_leaders();
         for (node, charge) in corrections(&part) {
             part.charges.insert(Account::member(Phase::Neighbours, node), charge);
+        }
+        for (account, charge) in steps_of_nodes(&part) {
+            part.charges.insert(account, charge);
         }
         let paper: Vec<Phase> = Phase::ALL.into_iter().filter(|p| p.is_paper()).collect();
         let repair: Vec<Phase> = Phase::ALL.into_iter().filter(|p| p.is_repair()).collect();
@@ -135,7 +144,7 @@ fn corrections(part: &LedgerPart) -> BTreeMap<NodeId, Charge> {
     rows.sort_by_key(|&(_, node, _)| std::cmp::Reverse(node));
     for (level, node, charge) in rows {
         let mut all = *charge;
-        all.cost.close(charge.items);
+        all.cost = all.cost.closed(charge.items);
         all.cost.then(below.remove(&(level, node)).unwrap_or_default().cost);
         match node.parent().filter(|_| node.level() > level) {
             Some(parent) => below.entry((level, parent)).or_default().cost.join(all.cost),
@@ -143,6 +152,19 @@ fn corrections(part: &LedgerPart) -> BTreeMap<NodeId, Charge> {
         }
     }
     done
+}
+
+/// Returns, for each node, the sum of its charges over all steps.
+fn steps_of_nodes(part: &LedgerPart) -> BTreeMap<Account, Charge> {
+    let mut sums: BTreeMap<Account, Charge> = BTreeMap::new();
+    for phase in Phase::ALL {
+        for (_, node, charge) in part.steps(phase) {
+            let sum = sums.entry(Account::member(phase, node)).or_default();
+            sum.cost.then(charge.cost.closed(charge.items));
+            sum.items = sum.items.max(charge.items);
+        }
+    }
+    sums
 }
 
 fn phase_total(part: &LedgerPart, phase: Phase, critical_depth: u64) -> Option<PhaseTotal> {
@@ -164,19 +186,25 @@ fn phase_total(part: &LedgerPart, phase: Phase, critical_depth: u64) -> Option<P
 }
 
 fn total(part: &LedgerPart, phases: &[Phase], population: u64) -> Total {
-    // Work and depth of each step.
-    let mut steps: BTreeMap<(Phase, u32), (u64, u64)> = BTreeMap::new();
-    let mut work = 0;
+    // Each step of Brent's bound: the nodes of one level in a phase, or one step of a phase that has steps.
+    let mut steps: BTreeMap<(Phase, u32), Price> = BTreeMap::new();
     for &phase in phases {
-        for (node, charge) in part.members(phase) {
-            work += charge.cost.work();
-            let step = steps.entry((phase, node.level())).or_default();
-            step.0 += charge.cost.work();
-            step.1 = step.1.max(charge.cost.depth());
+        match flow(phase, part) {
+            Flow::Steps => {
+                for (step, _, charge) in part.steps(phase) {
+                    steps.entry((phase, step)).or_default().join(charge.cost);
+                }
+            }
+            _ => {
+                for (node, charge) in part.members(phase) {
+                    steps.entry((phase, node.level())).or_default().join(charge.cost);
+                }
+            }
         }
     }
     let n = population.max(1);
-    let brent = steps.values().map(|&(w, d)| w.saturating_sub(d) / n + d).sum();
+    let work = steps.values().map(Price::work).sum();
+    let brent = steps.values().map(|p| p.work().saturating_sub(p.depth()) / n + p.depth()).sum();
     Total {
         work,
         depth: Clock::run(part, phases, false).end(),
@@ -203,6 +231,10 @@ impl Clock {
         let mut clock = Clock { steps: Vec::new(), ends: BTreeMap::new(), last: (0, None) };
         for &phase in phases {
             let depth = |c: &Charge| if log_scan { c.cost.depth_log_scan(c.items) } else { c.cost.depth() };
+            if flow(phase, part) == Flow::Steps {
+                clock.steps(phase, part.steps(phase).map(|(step, node, charge)| (step, node, depth(charge))));
+                continue;
+            }
             let mut charges: Vec<(NodeId, u64)> =
                 part.members(phase).map(|(node, charge)| (node, depth(charge))).collect();
             if charges.is_empty() {
@@ -212,7 +244,7 @@ impl Clock {
             match flow(phase, part) {
                 Flow::Down => clock.down(phase, &charges),
                 Flow::Up => clock.up(phase, &charges),
-                Flow::Local => clock.local(phase, &charges),
+                Flow::Local | Flow::Steps => clock.local(phase, &charges),
             }
         }
         clock
@@ -278,6 +310,21 @@ impl Clock {
         }
     }
 
+    /// Runs a phase whose subproblems step together: a step starts when everything before it has ended.
+    fn steps(&mut self, phase: Phase, charges: impl Iterator<Item = (u32, NodeId, u64)>) {
+        let (mut current, mut barrier) = (None, self.last);
+        for (step, node, depth) in charges {
+            if current != Some(step) {
+                (current, barrier) = (Some(step), self.last);
+                self.ends.clear();
+            }
+            let end = self.push(node, phase, depth, barrier);
+            self.ends.insert(node, end);
+        }
+        // Every later phase waits for all stars.
+        self.ends.clear();
+    }
+
     fn end(&self) -> u64 {
         self.last.0
     }
@@ -316,15 +363,12 @@ fn nearest_ancestor(ends: &BTreeMap<NodeId, End>, node: NodeId) -> Option<End> {
 
 #[cfg(test)]
 mod tests {
-    use septet_geometry::cost::Cost;
-
     use super::super::RoundKey;
     use super::*;
 
-    fn cost(trips: usize) -> Cost {
-        let mut c = Cost::ZERO;
-        c.sequential(trips, (), |(), _| ());
-        c
+    /// The price of a loop.
+    fn cost(trips: u64) -> Price {
+        Price::from_parts([trips, trips, 0, 0])
     }
 
     #[test]
@@ -364,6 +408,25 @@ mod tests {
         assert_eq!(ledger.paper.work, 2 + 3 + 5 + 7 + 11 + 1 + 2 + 4);
         let path: Vec<NodeId> = ledger.critical_path.iter().map(|s| s.node).collect();
         assert_eq!(path, [ll, l, NodeId::ROOT]);
+    }
+
+    #[test]
+    fn steps_wait_for_all_nodes_of_the_step_before() {
+        let mut part = LedgerPart::default();
+        let (l, r) = (NodeId(2), NodeId(3));
+        part.charge(Account::member(Phase::Check, l), cost(3), 10);
+        part.charge(Account::member(Phase::Check, r), cost(4), 10);
+        for (step, node, trips) in [(1, l, 10), (1, r, 2), (2, l, 1), (2, r, 20), (9, l, 7)] {
+            part.charge(Account::step(Phase::Repair, step, node), cost(trips), 10);
+        }
+        part.charge(Account::member(Phase::Certificate, l), cost(5), 10);
+        let ledger = Ledger::finish(part, 10);
+        assert_eq!(ledger.repair.depth, 4 + (10 + 20 + 7) + 5);
+        assert_eq!(ledger.repair.work, 3 + 4 + 10 + 2 + 1 + 20 + 7 + 5);
+        let repair = ledger.phases.iter().find(|total| total.phase == Phase::Repair);
+        assert_eq!(repair.map(|total| (total.work, total.depth)), Some((40, 37)));
+        let sum = ledger.part.charges[&Account::member(Phase::Repair, l)].cost;
+        assert_eq!((sum.work(), sum.depth()), (18, 18));
     }
 
     #[test]

@@ -1,19 +1,18 @@
 //! A part of the ledger as plain numbers, for the wire.
 //!
-//! A head of seven words holds the numbers of rows and the hash of the edges. Rows follow, map by map, each in the
-//! order of its keys. In a charge of a leader, bit 7 of the phase number is set.
+//! A head of six words holds the numbers of rows and the hash of the edges. Rows follow, map by map, each in the order
+//! of its keys. The first word of a charge holds the phase (bits 0 to 7), the role (bits 8 to 15) and the level of a pass
+//! or the number of a step (bits 32 to 63).
 
-use septet_geometry::cost::Cost;
+use septet_geometry::cost::Price;
 
 use super::{
-    Account, Charge, LedgerPart, LinkKey, NodeFacts, NodeKind, Role, RoundKey, RoundTally, SenderKey, Traffic,
+    Account, Charge, LedgerPart, LinkKey, NodeFacts, NodeKind, RankKey, RankTally, Role, RoundKey,
+    RoundTally, Traffic,
 };
 use crate::ids::{NodeId, Phase, Rank};
 
-/// The bit of the phase number that marks a charge of a leader.
-const LEADER: u64 = 0x80;
-
-/// Words of a charge: phase or level, node, items and the four parts of the cost.
+/// Words of a charge: phase and role, node, items and the four parts of the price.
 const CHARGE_WORDS: usize = 7;
 
 impl RoundTally {
@@ -115,49 +114,64 @@ impl Reader<'_> {
         self.small()
     }
 
-    fn charge(&mut self) -> Option<([u64; 2], Charge)> {
+    fn charge(&mut self) -> Option<(Account, Charge)> {
         let [first, node, items, cost @ ..] = self.take::<CHARGE_WORDS>()?;
-        Some(([first, node], Charge { cost: Cost::from_parts(cost), items }))
+        Some((Account::from_words(first, node)?, Charge { cost: Price::from_parts(cost), items }))
     }
 }
 
-/// Returns the account of a charge of a member or a leader.
-fn account([number, node]: [u64; 2]) -> Option<Account> {
-    let phase = Phase::from_number(u8::try_from(number & !LEADER).ok()?)?;
-    let role = if number & LEADER == 0 { Role::Member } else { Role::Leader };
-    Some(Account { role, phase, node: NodeId(node) })
+impl Role {
+    /// Returns the role as a number, and the level of a pass or the number of a step, otherwise 0.
+    fn numbers(self) -> [u32; 2] {
+        match self {
+            Role::Member => [0, 0],
+            Role::Leader => [1, 0],
+            Role::Pass(level) => [2, level],
+            Role::Step(step) => [3, step],
+        }
+    }
+
+    fn from_numbers(role: u32, number: u32) -> Option<Self> {
+        match (role, number) {
+            (0, 0) => Some(Role::Member),
+            (1, 0) => Some(Role::Leader),
+            (2, level) => Some(Role::Pass(level)),
+            (3, step) => Some(Role::Step(step)),
+            _ => None,
+        }
+    }
 }
 
-/// Returns the account of a charge in a pass of the bottom-up correction.
-fn pass([level, node]: [u64; 2]) -> Option<Account> {
-    Some(Account::pass(u32::try_from(level).ok()?, NodeId(node)))
+impl Account {
+    /// Returns the word that holds phase and role.
+    fn first_word(&self) -> u64 {
+        let [role, number] = self.role.numbers();
+        u64::from(number) << 32 | u64::from(role) << 8 | self.phase as u64
+    }
+
+    fn from_words(first: u64, node: u64) -> Option<Self> {
+        let role = Role::from_numbers(first as u32 >> 8, (first >> 32) as u32)?;
+        Some(Account { role, phase: Phase::from_number(first as u8)?, node: NodeId(node) })
+    }
 }
 
 impl LedgerPart {
     /// Returns the part as words.
     pub fn to_words(&self) -> Vec<u64> {
-        let passes = self.charges.keys().filter(|account| matches!(account.role, Role::Pass(_))).count();
         let mut out = vec![
             self.rounds.len() as u64,
-            (self.charges.len() - passes) as u64,
+            self.charges.len() as u64,
             self.nodes.len() as u64,
             self.edge_hash,
             self.links.len() as u64,
-            self.senders.len() as u64,
-            passes as u64,
+            self.ranks.len() as u64,
         ];
         for (key, tally) in &self.rounds {
             out.extend([u64::from(key.round), key.phase as u64]);
             out.extend(tally.parts());
         }
-        // Members, leaders, then passes: the order of accounts.
         for (account, charge) in &self.charges {
-            let first = match account.role {
-                Role::Member => account.phase as u64,
-                Role::Leader => account.phase as u64 | LEADER,
-                Role::Pass(level) => u64::from(level),
-            };
-            out.extend([first, account.node.0, charge.items]);
+            out.extend([account.first_word(), account.node.0, charge.items]);
             out.extend(charge.cost.to_parts());
         }
         for (node, facts) in &self.nodes {
@@ -168,9 +182,10 @@ impl LedgerPart {
             out.extend([key.phase as u64, u64::from(key.from), u64::from(key.to)]);
             out.extend(moved.parts());
         }
-        for (key, moved) in &self.senders {
-            out.extend([u64::from(key.round), key.phase as u64, u64::from(key.from)]);
-            out.extend(moved.parts());
+        for (key, tally) in &self.ranks {
+            out.extend([u64::from(key.round), key.phase as u64, u64::from(key.rank), tally.work]);
+            out.extend(tally.sent.parts());
+            out.extend(tally.received.parts());
         }
         out
     }
@@ -178,19 +193,15 @@ impl LedgerPart {
     /// Returns the part in these words, or `None` if they are not exactly one part.
     pub fn from_words(words: &[u64]) -> Option<Self> {
         let mut rest = Reader(words);
-        let [rounds, charges, nodes, edge_hash, links, senders, passes] = rest.take()?;
+        let [rounds, charges, nodes, edge_hash, links, ranks] = rest.take()?;
         let mut part = LedgerPart { edge_hash, ..LedgerPart::default() };
         for _ in 0..rounds {
             let key = RoundKey { round: rest.small()?, phase: rest.phase()? };
             part.rounds.insert(key, RoundTally::from_parts(&rest.take()?));
         }
         for _ in 0..charges {
-            let (words, charge) = rest.charge()?;
-            part.charges.insert(account(words)?, charge);
-        }
-        for _ in 0..passes {
-            let (words, charge) = rest.charge()?;
-            part.charges.insert(pass(words)?, charge);
+            let (account, charge) = rest.charge()?;
+            part.charges.insert(account, charge);
         }
         for _ in 0..nodes {
             let [node] = rest.take()?;
@@ -200,9 +211,11 @@ impl LedgerPart {
             let key = LinkKey { phase: rest.phase()?, from: rest.rank()?, to: rest.rank()? };
             part.links.insert(key, Traffic::from_parts(&rest.take()?));
         }
-        for _ in 0..senders {
-            let key = SenderKey { round: rest.small()?, phase: rest.phase()?, from: rest.rank()? };
-            part.senders.insert(key, Traffic::from_parts(&rest.take()?));
+        for _ in 0..ranks {
+            let key = RankKey { round: rest.small()?, phase: rest.phase()?, rank: rest.rank()? };
+            let [work] = rest.take()?;
+            let [sent, received] = [rest.take()?, rest.take()?].map(|words| Traffic::from_parts(&words));
+            part.ranks.insert(key, RankTally { work, sent, received });
         }
         rest.0.is_empty().then_some(part)
     }
@@ -216,9 +229,9 @@ mod tests {
     #[test]
     fn a_part_survives_its_words() {
         let mut part = LedgerPart::default();
-        let cost = Cost::from_parts([4, 3, 2, 1]);
+        let cost = Price::from_parts([4, 3, 2, 1]);
         part.bill(
-            SenderKey { round: 7, phase: Phase::Partition, from: 2 },
+            RankKey { round: 7, phase: Phase::Partition, rank: 2 },
             5,
             Traffic { messages: 1, bytes: 40, points: 3 },
         );
@@ -226,16 +239,21 @@ mod tests {
         part.charge(Account::member(Phase::Graph, NodeId(6)), cost, 9);
         part.charge(Account::leader(Phase::Graph, NodeId(6)), cost, 0);
         part.charge(Account::pass(2, NodeId(6)), cost, 1);
+        part.charge(Account::step(Phase::Repair, 70_000, NodeId(6)), cost, 1);
         part.edge_hash = 77;
         let words = part.to_words();
         assert_eq!(LedgerPart::from_words(&words), Some(part));
         for cut in 0..words.len() {
             assert_eq!(LedgerPart::from_words(&words[..cut]), None);
         }
-        let mut unknown = words.clone();
-        unknown[8] = 99;
-        assert_eq!(LedgerPart::from_words(&unknown), None);
-        assert_eq!(words[..7], [1, 2, 1, 77, 1, 1, 1]);
-        assert_eq!(words[7 + 11 + 7], Phase::Graph as u64 | LEADER);
+        assert_eq!(words[..6], [1, 4, 1, 77, 1, 1]);
+        // The first charge follows the head and one round.
+        let (phase, leader) = (6 + 1, 6 + 11 + 7);
+        assert_eq!(words[leader], Phase::Graph as u64 | 1 << 8);
+        for (at, word) in [(phase, 99), (leader, 9 << 8), (leader, 1 << 32 | 1 << 8)] {
+            let mut unknown = words.clone();
+            unknown[at] = word;
+            assert_eq!(LedgerPart::from_words(&unknown), None);
+        }
     }
 }

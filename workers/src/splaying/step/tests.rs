@@ -15,7 +15,7 @@ use crate::config::WorkerConfig;
 use crate::machine::context::{Context, Running};
 use crate::splaying::messages::GatheredPoint;
 use crate::splaying::pending::Pending;
-use crate::splaying::splay::splay;
+use crate::splaying::splay::{Passed, Start, splay};
 use crate::stars::check::{Agreement, certificate, check};
 use crate::stars::owned::Stars;
 use crate::state::subdomain::{Subdomain, Subtree};
@@ -68,7 +68,8 @@ impl<P: Point> Rank<P> {
         let Rank { subdomain, table, stars } = &mut self;
         let before = check(&mut cx, subdomain, table, stars).await?;
         let population = u64::from(table.owned_len());
-        let rounds = splay(&mut cx, subdomain, table, stars, &before, Vec::new(), population).await?;
+        let Passed { rounds, .. } =
+            splay(&mut cx, subdomain, table, stars, &before, Start::default(), population).await?;
         let after = certificate(&mut cx, subdomain, table, stars).await?;
         Ok((self, rounds, after))
     }
@@ -90,7 +91,8 @@ fn cells<P: Point>(vertex: u32, link: &[P::Facet]) -> BTreeSet<P::Cell> {
 
 /// Runs the step of the one star that has messages.
 fn step<P: Point>(rank: &Rank<P>, mut pending: Pending<P>) -> Splayed<P> {
-    let (mut tools, mut out) = (Tools::new(rank.table.positions().len()), Splayed::default());
+    let (mut tools, mut out) =
+        (Tools::new(rank.table.positions().len(), Cost::default()), Splayed::default());
     pending.sort();
     StarStep::new(rank.view(), pending.by_star()[0], &mut tools, &mut out).run();
     out

@@ -1,0 +1,108 @@
+//! The constants of the partition tree: the samples and great circles of a draw, and the largest leaf.
+//!
+//! No result depends on them, but work, depth and time do. The program `constants` of `bench` counts the recursion for
+//! other constants.
+
+use crate::config::{DEFAULT_ALPHA, SeparatorSets};
+
+/// The quantity that the constants of a partition tree keep small.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Purpose {
+    /// Work and depth on the machine of the paper.
+    #[default]
+    Counting,
+    /// Time on processors with caches, for which larger leaves are better.
+    Timing,
+}
+
+impl Purpose {
+    /// Returns the name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Purpose::Counting => "counting",
+            Purpose::Timing => "timing",
+        }
+    }
+}
+
+/// The constants of a counted run as requested. The purpose decides those that are `None`. The leaf size is part of
+/// [`crate::config::Machine`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Constants {
+    /// The purpose.
+    pub purpose: Purpose,
+    /// Largest expected number of samples of a draw. Small subproblems have fewer samples.
+    pub samples: Option<u64>,
+    /// Number of great circles of a draw.
+    pub tries: Option<u32>,
+}
+
+impl Constants {
+    /// Returns a constant as it is given on the command line.
+    pub fn text<T: ToString>(constant: Option<T>) -> String {
+        constant.map_or_else(|| "auto".to_owned(), |number| number.to_string())
+    }
+}
+
+/// The constants that a run uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct TreeConstants {
+    pub(crate) samples: u64,
+    pub(crate) tries: u32,
+    /// Largest leaf, in points.
+    pub(crate) leaf: u64,
+}
+
+/// Largest leaf for [`Purpose::Counting`], in the plane and in space, if children share no separator points.
+const COUNTING_LEAF: [u64; 2] = [40, 60];
+
+impl TreeConstants {
+    /// Returns the constants for a purpose. The children of a node share separator points by the rule `sets`, in a
+    /// supergraph with parameter `alpha` if it has one.
+    pub(crate) fn of(purpose: Purpose, dimension: usize, sets: SeparatorSets, alpha: Option<f64>) -> Self {
+        match (purpose, sets) {
+            (Purpose::Counting, SeparatorSets::Ghost) => {
+                TreeConstants { samples: 100, tries: 10, leaf: COUNTING_LEAF[dimension - 2] }
+            }
+            (Purpose::Counting, SeparatorSets::Both | SeparatorSets::Smaller) => {
+                TreeConstants { samples: 100, tries: 10, leaf: leaf_of_unions(dimension, alpha) }
+            }
+            (Purpose::Timing, _) => {
+                TreeConstants { samples: 400, tries: 10, leaf: leaf_of_unions(dimension, alpha) }
+            }
+        }
+    }
+}
+
+/// Returns the smallest leaf size at which separator sets do not fill the leaves, if the children of a node receive the
+/// separator points of each other. Such a leaf has about 1,000 points in space at alpha 2.5 and 500 in the plane, and
+/// grows with the volume of the alpha-balls.
+fn leaf_of_unions(dimension: usize, alpha: Option<f64>) -> u64 {
+    let floor = if dimension == 3 { 1000.0 } else { 500.0 };
+    let ratio = (alpha.unwrap_or(DEFAULT_ALPHA) / DEFAULT_ALPHA).max(1.0);
+    let growth = (0..dimension).fold(1.0, |g: f64, _| g * ratio);
+    (floor * growth).min(1e9) as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn leaves_of_unions_grow_with_alpha() {
+        assert_eq!(leaf_of_unions(3, None), 1000);
+        assert_eq!(leaf_of_unions(3, Some(5.0)), 8000);
+        assert_eq!(leaf_of_unions(2, Some(5.0)), 2000);
+        assert!((DEFAULT_ALPHA - 2.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn only_unions_and_processors_need_large_leaves() {
+        let leaf = |purpose, sets| TreeConstants::of(purpose, 3, sets, Some(2.5)).leaf;
+        assert_eq!(leaf(Purpose::Counting, SeparatorSets::Ghost), COUNTING_LEAF[1]);
+        assert_eq!(leaf(Purpose::Counting, SeparatorSets::Both), 1000);
+        assert_eq!(leaf(Purpose::Counting, SeparatorSets::Smaller), 1000);
+        assert_eq!(leaf(Purpose::Timing, SeparatorSets::Ghost), 1000);
+    }
+}

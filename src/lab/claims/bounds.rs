@@ -1,0 +1,208 @@
+//! The constants of `brent`: 1.15 times the largest value of the seeds 1 to 3.
+//!
+//! `septet reproduce brent level-depth replication --figures --seed S` prints the values. After a change of the charges,
+//! `bench/accept/bounds.py` prints these tables from the reports of 20 seeds.
+
+use septet_core::generate::Kind;
+
+/// A bound in the plane and in space.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bound {
+    plane: f64,
+    space: f64,
+}
+
+impl Bound {
+    const fn new(plane: f64, space: f64) -> Bound {
+        Bound { plane, space }
+    }
+
+    /// Returns the bound in `d` dimensions.
+    pub(super) fn of(self, d: usize) -> f64 {
+        if d == 2 { self.plane } else { self.space }
+    }
+}
+
+/// The bounds of a phase.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PhaseBounds {
+    pub(super) name: &'static str,
+    /// Whether only runs with nearest-neighbour lists have the phase.
+    pub(super) of_lists: bool,
+    /// Bound on the work over `n log2 n`.
+    pub(super) work: Bound,
+    /// Bound on the depth over `log2 n`.
+    pub(super) depth: Bound,
+}
+
+const fn phase(name: &'static str, work: Bound, depth: Bound) -> PhaseBounds {
+    PhaseBounds { name, of_lists: false, work, depth }
+}
+
+const fn of_lists(name: &'static str, work: Bound, depth: Bound) -> PhaseBounds {
+    PhaseBounds { name, of_lists: true, work, depth }
+}
+
+/// Bound on `T_n` over `log2 n`.
+pub(super) const T_N: Bound = Bound::new(232.0, 521.0);
+
+/// The bounds of the phases.
+pub(super) const PHASES: [PhaseBounds; 14] = [
+    phase("partition", Bound::new(47.2, 46.1), Bound::new(72.1, 76.2)),
+    phase("radii", Bound::new(17.5, 17.5), Bound::new(0.384, 0.384)),
+    phase("probe", Bound::new(0.118, 0.121), Bound::new(8.98, 8.64)),
+    phase("neighbours", Bound::new(11.8, 32.3), Bound::new(9.71, 10.1)),
+    phase("summaries", Bound::new(0.135, 0.135), Bound::new(1.03, 1.06)),
+    phase("separator-sets", Bound::new(6.25, 13.8), Bound::new(6.65, 6.87)),
+    phase("graph", Bound::new(39.7, 106.0), Bound::new(0.384, 0.384)),
+    phase("hulls", Bound::new(29.8, 208.0), Bound::new(4.09, 10.8)),
+    phase("check", Bound::new(4.48, 16.4), Bound::new(0.767, 0.768)),
+    // Splaying is rare on these points. Its certificate costs at most as much as a check and a merge.
+    phase("certificate", Bound::new(9.0, 38.0), Bound::new(1.9, 1.9)),
+    phase("merge", Bound::new(4.48, 21.9), Bound::new(1.10, 1.14)),
+    of_lists("knn-radii", Bound::new(18.3, 16.7), Bound::new(0.384, 0.384)),
+    of_lists("knn-probe", Bound::new(0.804, 1.99), Bound::new(8.29, 8.54)),
+    of_lists("knn", Bound::new(41.3, 108.0), Bound::new(9.29, 9.37)),
+];
+
+/// The cap on the depth of a small node in a phase that goes down the tree.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LevelCap {
+    pub(super) name: &'static str,
+    /// Whether only some nodes of a run have the phase. The cap then holds for nodes of any size.
+    pub(super) probes: bool,
+    pub(super) depth: Bound,
+}
+
+const fn level(name: &'static str, depth: Bound) -> LevelCap {
+    LevelCap { name, probes: false, depth }
+}
+
+const fn of_probe(name: &'static str, depth: Bound) -> LevelCap {
+    LevelCap { probes: true, ..level(name, depth) }
+}
+
+/// The caps of the levels, in steps.
+pub(super) const LEVELS: [LevelCap; 7] = [
+    level("partition", Bound::new(93.2, 96.6)),
+    of_probe("probe", Bound::new(11.5, 11.5)),
+    level("neighbours", Bound::new(11.5, 11.5)),
+    level("summaries", Bound::new(1.15, 1.15)),
+    of_probe("knn-probe", Bound::new(11.5, 11.5)),
+    level("knn", Bound::new(11.5, 11.5)),
+    level("separator-sets", Bound::new(8.05, 8.05)),
+];
+
+/// The bounds of `replication` on a kind of points, over the number of points.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ReplicationBounds {
+    pub(super) kind: Kind,
+    /// Points of all leaves of density graphs.
+    pub(super) density: Bound,
+    /// Points of all leaves of overlap graphs.
+    pub(super) overlap: Bound,
+    /// Items of the descent of nearest-neighbour lists, over all nodes.
+    pub(super) items: Bound,
+    /// Visits of balls to leaves.
+    pub(super) visits: Bound,
+    /// Bytes of the messages of the lists.
+    pub(super) bytes: Bound,
+}
+
+const fn of_kind(kind: Kind, [density, overlap, items, visits, bytes]: [Bound; 5]) -> ReplicationBounds {
+    ReplicationBounds { kind, density, overlap, items, visits, bytes }
+}
+
+/// The bounds of `replication`: 1.15 times the largest value of the seeds 1 to 3.
+pub(super) const REPLICATION: [ReplicationBounds; 9] = [
+    of_kind(
+        Kind::Uniform,
+        [
+            Bound::new(2.12, 6.07),
+            Bound::new(3.17, 11.2),
+            Bound::new(110.0, 366.0),
+            Bound::new(2.23, 7.95),
+            Bound::new(32.0, 159.0),
+        ],
+    ),
+    of_kind(
+        Kind::Jittered,
+        [
+            Bound::new(2.91, 9.21),
+            Bound::new(3.68, 14.1),
+            Bound::new(115.0, 383.0),
+            Bound::new(2.36, 8.34),
+            Bound::new(36.7, 205.0),
+        ],
+    ),
+    of_kind(
+        Kind::Grid,
+        [
+            Bound::new(3.49, 13.2),
+            Bound::new(4.29, 18.2),
+            Bound::new(117.0, 385.0),
+            Bound::new(2.40, 8.43),
+            Bound::new(37.5, 214.0),
+        ],
+    ),
+    of_kind(
+        Kind::Sphere,
+        [
+            Bound::new(1.21, 2.23),
+            Bound::new(1.33, 3.36),
+            Bound::new(30.1, 122.0),
+            Bound::new(0.472, 2.49),
+            Bound::new(1.38, 47.3),
+        ],
+    ),
+    of_kind(
+        Kind::Slab,
+        [
+            Bound::new(1.76, 2.21),
+            Bound::new(2.35, 3.30),
+            Bound::new(63.0, 114.0),
+            Bound::new(1.21, 2.34),
+            Bound::new(2.43, 33.8),
+        ],
+    ),
+    of_kind(
+        Kind::Clusters,
+        [
+            Bound::new(2.14, 6.19),
+            Bound::new(4.33, 17.9),
+            Bound::new(114.0, 380.0),
+            Bound::new(2.31, 8.30),
+            Bound::new(10.5, 38.7),
+        ],
+    ),
+    of_kind(
+        Kind::Line,
+        [
+            Bound::new(1.92, 3.56),
+            Bound::new(2.82, 5.36),
+            Bound::new(80.4, 142.0),
+            Bound::new(1.60, 3.11),
+            Bound::new(4.71, 8.44),
+        ],
+    ),
+    of_kind(
+        Kind::WellSpaced,
+        [
+            Bound::new(3.21, 12.2),
+            Bound::new(4.04, 17.7),
+            Bound::new(115.0, 387.0),
+            Bound::new(2.32, 8.46),
+            Bound::new(34.2, 192.0),
+        ],
+    ),
+    of_kind(
+        Kind::GradedPoint,
+        [
+            Bound::new(3.24, 13.0),
+            Bound::new(4.34, 25.1),
+            Bound::new(118.0, 450.0),
+            Bound::new(2.39, 9.81),
+            Bound::new(41.7, 214.0),
+        ],
+    ),
+];

@@ -1,0 +1,83 @@
+//! Section 2 and Lemma 4.5: the depth of one level does not depend on the size of its nodes.
+
+use crate::experiment::fit::{ClusterRow, clustered};
+
+use super::bounds::LEVELS;
+use super::counted::NodeCounts;
+use super::lab::Lab;
+use super::sweeps::{Sweep, lists, recursions, trees};
+use super::{Claim, ClaimError, Figure, Reading, Role};
+
+/// Largest growth of a level for each doubling of its nodes, in steps.
+const STEPS: f64 = 0.5;
+
+/// The smallest node of the fit. The samples of larger nodes have a constant size.
+const CAPPED: u64 = 1600;
+
+pub(super) const CLAIMS: &[Claim] = &[Claim {
+    name: "level-depth",
+    role: Role::Test,
+    statistics: None,
+    source: "Section 2, Section 4.3, Lemma 4.5",
+    statement: "a level of the recursion takes constant time with n processors, whatever the size of its nodes",
+    reading: Reading::AsPrinted,
+    experiment: "Fit of the depth of a node per attempt against log2 of its points m, over all split nodes of at least 1,600 \
+                 points: the upper end of the one-sided 95 % interval of the slope, errors clustered by run; for smaller nodes \
+                 and for all nodes that probe, the largest depth",
+    bound: "0.5 steps per doubling: a single scan of m items that is charged log2 m steps adds 1; smaller nodes: a cap in \
+            steps, the constant depth of the primitives of a level",
+    check: levels,
+}];
+
+fn levels(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
+    let seed = lab.seed();
+    let mut figures = Vec::new();
+    for sweep in [recursions(lab)?, lists(lab)?, trees(lab)?].concat() {
+        for level in LEVELS {
+            let phase = level.name;
+            if sweep.phases().iter().any(|name| name == phase) {
+                let below = if level.probes { u64::MAX } else { CAPPED };
+                figures.extend((!level.probes).then(|| slope(&sweep, phase, seed)).flatten());
+                figures.push(cap(&sweep, Nodes { phase, below }, seed, level.depth.of(sweep.dimension())));
+            }
+        }
+    }
+    Ok(figures)
+}
+
+/// Returns the depth of a node per attempt at its separator, if the node has a depth in the phase.
+fn depth(node: &NodeCounts, phase: &str) -> Option<f64> {
+    let attempts = if phase == "partition" { node.facts.attempts.max(1) } else { 1 };
+    Some(*node.depth.get(phase)? as f64 / attempts as f64)
+}
+
+fn slope(sweep: &Sweep, phase: &str, seed: u64) -> Option<Figure> {
+    let mut rows = Vec::new();
+    for (cluster, run) in (0..).zip(sweep.runs.iter()) {
+        for node in run.splits().filter(|node| node.facts.population >= CAPPED) {
+            let Some(y) = depth(node, phase) else { continue };
+            rows.push(ClusterRow { cluster, columns: vec![(node.facts.population as f64).log2()], y });
+        }
+    }
+    let slope = clustered(&rows, 1)?;
+    let what = format!("steps of {phase} per doubling of a node, estimated {:.3}", slope.value);
+    let figure = Figure::at_most(what, &sweep.name, seed, slope.upper(), STEPS);
+    Some(figure.with_p(slope.p_below(STEPS)))
+}
+
+/// The split nodes with fewer points than `below`, in a phase.
+#[derive(Clone, Copy)]
+struct Nodes<'a> {
+    phase: &'a str,
+    below: u64,
+}
+
+fn cap(sweep: &Sweep, Nodes { phase, below }: Nodes<'_>, seed: u64, bound: f64) -> Figure {
+    let largest = sweep.largest(|run| {
+        let smaller = run.splits().filter(|node| node.facts.population < below);
+        smaller.filter_map(|node| depth(node, phase)).fold(0.0, f64::max)
+    });
+    let size = if below == CAPPED { "below 1,600 points" } else { "of any size" };
+    let what = format!("steps of {phase} at a node {size}");
+    Figure::at_most(what, &sweep.name, seed, largest, bound)
+}

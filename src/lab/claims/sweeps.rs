@@ -1,0 +1,135 @@
+//! The runs that several claims share, over sizes from 8 leaves up.
+
+use std::rc::Rc;
+
+use septet_core::Config;
+use septet_core::config::{Alpha, DEFAULT_ALPHA, Graph, Neighbours, Until};
+use septet_core::generate::Kind;
+
+use super::counted::Counted;
+use super::lab::{Lab, Sample};
+use super::{ClaimError, Extent};
+
+/// Largest leaf, in points. The union of separator sets needs larger leaves, but these runs use ghosts.
+pub(super) const LEAF: u64 = 60;
+
+/// The smallest size of a sweep. It has at least 8 leaves.
+const SMALLEST: u64 = 512;
+
+/// k of the sweep of nearest-neighbour lists.
+pub(super) const LIST: u32 = 12;
+
+/// The runs of a sweep, and the name of their points.
+#[derive(Clone)]
+pub(super) struct Sweep {
+    pub(super) name: String,
+    pub(super) runs: Rc<Vec<Counted>>,
+}
+
+impl Sweep {
+    /// Returns the dimension of the points.
+    pub(super) fn dimension(&self) -> usize {
+        self.runs.first().map_or(3, |run| run.line.dimension)
+    }
+
+    /// Returns the largest value of all runs.
+    pub(super) fn largest(&self, value: impl Fn(&Counted) -> f64) -> f64 {
+        self.runs.iter().map(value).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Returns the names of the counted phases of all runs, in order.
+    pub(super) fn phases(&self) -> Vec<String> {
+        let counted = |name: &&str| {
+            self.runs.iter().any(|run| run.line.phase(name).is_some_and(|phase| phase.depth > 0))
+        };
+        septet_protocol::ids::Phase::ALL
+            .into_iter()
+            .map(septet_protocol::ids::Phase::name)
+            .filter(counted)
+            .map(str::to_string)
+            .collect()
+    }
+}
+
+/// The sizes of a sweep: a number of octaves, sizes per octave, and seeds of each size.
+struct Extents {
+    octaves: u32,
+    parts: u32,
+    seeds: u64,
+}
+
+/// Sizes per octave.
+const PARTS: u32 = 8;
+
+/// Returns samples of eight sizes per octave.
+pub(super) fn sizes(smallest: u64, octaves: u32, kind: Kind, d: usize) -> Vec<Sample> {
+    samples(smallest, &Extents { octaves, parts: PARTS, seeds: 1 }, kind, d)
+}
+
+fn samples(smallest: u64, extents: &Extents, kind: Kind, d: usize) -> Vec<Sample> {
+    let size = |i: u32| (smallest as f64 * (f64::from(i) / f64::from(extents.parts)).exp2()).round() as u64;
+    (0..=extents.octaves * extents.parts).map(|i| Sample::new(kind, size(i), d)).collect()
+}
+
+/// Returns the sweeps of the paper's recursion over well-spaced sets in the plane and in space.
+pub(super) fn recursions(lab: &mut Lab) -> Result<Vec<Sweep>, ClaimError> {
+    let leaf = |config: Config| config.with(|c| c.machine.leaf = Some(LEAF));
+    let extents = extents(lab, [4, 7, 10]);
+    sweeps(lab, &extents, ("recursion", Kind::WellSpaced), leaf)
+}
+
+/// Returns the sweeps of nearest-neighbour lists over uniform sets, up to the graph.
+pub(super) fn lists(lab: &mut Lab) -> Result<Vec<Sweep>, ClaimError> {
+    let lists = |config: Config| {
+        config.with(|c| {
+            c.machine.leaf = Some(LEAF);
+            c.graph = Graph::Knn { k: Neighbours::Count(LIST) };
+            c.until = Some(Until::Graph);
+        })
+    };
+    let extents = extents(lab, [4, 5, 8]);
+    sweeps(lab, &extents, ("lists", Kind::Uniform), lists)
+}
+
+/// Returns the sweeps of the tree and the neighbour balls over uniform sets, which have no spacing.
+pub(super) fn trees(lab: &mut Lab) -> Result<Vec<Sweep>, ClaimError> {
+    let stop = |config: Config| {
+        config.with(|c| {
+            c.machine.leaf = Some(LEAF);
+            c.graph = Graph::Density { alpha: Alpha::Value(DEFAULT_ALPHA) };
+            c.until = Some(Until::Neighbours);
+        })
+    };
+    let extents = Extents { parts: 2, ..extents(lab, [5, 8, 12]) };
+    sweeps(lab, &extents, ("tree", Kind::Uniform), stop)
+}
+
+/// Returns the extents for the numbers of octaves of the brief, the quick and the full extent. Depths are a sawtooth in
+/// the number of points, so many sizes per octave are better than many seeds per size.
+fn extents(lab: &Lab, octaves: [u32; 3]) -> Extents {
+    let [brief, quick, full] = octaves;
+    match lab.options.extent {
+        Extent::Brief => Extents { octaves: brief, parts: PARTS, seeds: 1 },
+        Extent::Quick => Extents { octaves: quick, parts: PARTS, seeds: 1 },
+        Extent::Full => Extents { octaves: full, parts: 2 * PARTS, seeds: 2 },
+    }
+}
+
+/// Returns the sweeps in the plane and in space. The name and the kind identify them.
+fn sweeps(
+    lab: &mut Lab,
+    extents: &Extents,
+    (what, kind): (&str, Kind),
+    change: impl Fn(Config) -> Config,
+) -> Result<Vec<Sweep>, ClaimError> {
+    let mut all = Vec::new();
+    for d in [2, 3] {
+        let samples = samples(SMALLEST, extents, kind, d);
+        let runs = lab.counted(&format!("{what} {d}"), &samples, extents.seeds, &change)?;
+        let sizes = || samples.iter().map(|sample| sample.n);
+        let (least, most) = (sizes().min().unwrap_or(0), sizes().max().unwrap_or(0));
+        let name = format!("{} {d}D n={least}..{most}, {} runs", kind.name(), runs.len());
+        all.push(Sweep { name, runs });
+    }
+    Ok(all)
+}
