@@ -19,6 +19,9 @@ mod faults;
 #[path = "cli/files.rs"]
 mod files;
 
+#[path = "cli/fold.rs"]
+mod fold;
+
 #[path = "cli/help.rs"]
 mod help;
 

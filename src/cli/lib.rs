@@ -8,6 +8,7 @@ mod excerpt;
 mod faults;
 mod files;
 mod fit;
+mod fold;
 mod formats;
 mod generate;
 mod headings;
@@ -41,6 +42,7 @@ use tracing_subscriber::layer::Identity;
 use errors::{Code, Failure};
 use progress::{Cancelled, Talk, TalkArgs};
 use text::{near, nearest, printable};
+use triangulate::Goal;
 
 /// Compute exact Delaunay triangulations and meshes on a counted message-passing machine.
 ///
@@ -110,6 +112,8 @@ enum Command {
     Scale(scale::ScaleArgs),
     /// Fit growth laws to the counts of a sweep.
     Fit(fit::FitArgs),
+    /// Price a cost trace, and compare its counts with a report.
+    Fold(fold::FoldArgs),
     /// Count another algorithm on the same points, as a baseline.
     Rival(rival::RivalArgs),
     /// Test the claims of the paper by experiments.
@@ -185,8 +189,11 @@ fn refuse(mut error: clap::Error) -> ! {
 
 fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
     match command {
-        Command::Triangulate(args) => triangulate::run(&args.run, args.config()?, false, talk),
-        Command::Simulate(args) => triangulate::run(&args.run, args.config()?, true, talk),
+        Command::Triangulate(args) => triangulate::run(&args.run, args.config()?, Goal::Triangulate, talk),
+        Command::Simulate(args) => {
+            let goal = Goal::Simulate { cost_trace: args.cost_trace.as_deref() };
+            triangulate::run(&args.run, args.config()?, goal, talk)
+        }
         Command::Generate(args) => logged(talk, || generate::run(&args, talk)),
         Command::Mesh(args) => mesh::run(&args, talk),
         Command::Verify(args) => logged(talk, || verify::run(&args, talk)),
@@ -194,6 +201,7 @@ fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
         Command::Report(args) => logged(talk, || report::run(&args, talk)),
         Command::Scale(args) => logged(talk, || scale::run(&args, talk)),
         Command::Fit(args) => logged(talk, || fit::run(&args, talk)),
+        Command::Fold(args) => logged(talk, || fold::run(&args, talk)),
         Command::Rival(args) => logged(talk, || rival::run(&args, talk)),
         Command::Reproduce(args) => logged(talk, || reproduce::run(&args, talk)),
         Command::Completions(args) => completions::run(&args, Cli::command()),

@@ -62,6 +62,11 @@ pub struct SimulateArgs {
     pub run: RunArgs,
     #[command(flatten)]
     graph: GraphArgs,
+    /// Write all calls of primitives with their dependencies, for `septet fold`
+    ///
+    /// The file has JSON lines without prices, about 1 kB for each point.
+    #[arg(long, value_name = "FILE|-", help_heading = REPORTS, hide_short_help = true)]
+    pub cost_trace: Option<PathBuf>,
 }
 
 /// Options of both commands.
@@ -341,7 +346,8 @@ impl TriangulateArgs {
 impl SimulateArgs {
     /// Returns the checked configuration of these options.
     pub fn config(&self) -> Result<Config, Failure> {
-        let config = self.graph.extend(self.run.config()?)?;
+        let config =
+            self.graph.extend(self.run.config()?)?.with(|c| c.keep.costs = self.cost_trace.is_some());
         config.check()?;
         Ok(config)
     }

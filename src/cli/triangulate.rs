@@ -5,12 +5,13 @@ use std::time::Instant;
 
 use septet_core::model::{MeshView, Points};
 use septet_core::result::view::MOST_POINTS;
+use septet_core::run::CostTrace;
 use septet_core::run::memory::{admit, peak_rss, rss};
 use septet_core::{Config, Error, Run};
 use septet_geometry::range::RangeError;
 use septet_io::read::ReadOptions;
 use septet_io::write::{OutputFormat, WriteOptions};
-use septet_lab::report::{RunContext, RunReport};
+use septet_lab::report::{CostHeader, RunContext, RunReport, write_cost_trace};
 
 use super::effects::needs;
 use super::errors::{Code, Failure};
@@ -25,8 +26,38 @@ use super::summary;
 /// The tables of a run, as they appear in file names.
 const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
 
+/// The subcommand, with the options of its own.
+#[derive(Clone, Copy, Debug)]
+pub enum Goal<'a> {
+    /// `septet triangulate`.
+    Triangulate,
+    /// `septet simulate`.
+    Simulate {
+        /// The file of the cost trace.
+        cost_trace: Option<&'a Path>,
+    },
+}
+
+impl<'a> Goal<'a> {
+    /// Returns the name of the subcommand.
+    fn name(self) -> &'static str {
+        match self {
+            Goal::Triangulate => "triangulate",
+            Goal::Simulate { .. } => "simulate",
+        }
+    }
+
+    fn cost_trace(self) -> Option<&'a Path> {
+        match self {
+            Goal::Triangulate => None,
+            Goal::Simulate { cost_trace } => cost_trace,
+        }
+    }
+}
+
 /// Runs either subcommand.
-pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Result<(), Failure> {
+pub fn run(args: &RunArgs, mut config: Config, goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
+    let counted = matches!(goal, Goal::Simulate { .. });
     let start = Instant::now();
     super::threads::limit_threads(config.machine.threads);
     let sample = input::sample(&args.input, args.dimension)?;
@@ -34,6 +65,7 @@ pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Re
     check_trace(&args.tracing)?;
     let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
     let texts = args.json.iter().chain(&args.tracing.trace).map(PathBuf::as_path).chain(tables.paths());
+    let texts = texts.chain(goal.cost_trace());
     let texts: Vec<&Path> = texts.collect();
     let of_files = [("--keep-columns", args.keep_columns), ("--skip-invalid", args.skip_invalid)];
     args.reading.check(sample.is_some(), &of_files)?;
@@ -66,10 +98,14 @@ pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Re
     if failure.is_none() {
         files.extend(write_all(args, &run, &loaded, talk)?);
     }
+    if let (Some(path), Some(trace)) = (goal.cost_trace(), &run.costs) {
+        write_costs(path, trace, CostHeader::of(&config, &run.settled, run.points.used, run.space))?;
+        files.extend((path.as_os_str() != "-").then(|| path.to_owned()));
+    }
     let write_seconds = start.elapsed().as_secs_f64() - run_seconds;
     talk.clear();
     let setting = RunContext {
-        command: if counted { "simulate" } else { "triangulate" },
+        command: goal.name(),
         input: &args.input,
         outputs: &args.output,
         skipped: loaded.skipped,
@@ -85,6 +121,16 @@ pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Re
     print_report(args, &report, &files, talk)?;
     tables.print(&rendered);
     failure.map_or(Ok(()), Err)
+}
+
+/// Writes the cost trace.
+fn write_costs(path: &Path, trace: &CostTrace, header: CostHeader) -> Result<(), Failure> {
+    let mut text = Vec::new();
+    let written = write_cost_trace(&mut text, header, trace).map_err(|e| e.to_string());
+    let text = written.and_then(|()| String::from_utf8(text).map_err(|e| e.to_string()));
+    let text =
+        text.map_err(|e| Failure::new(Code::Failed, format!("the cost trace cannot be written: {e}")))?;
+    Ok(files::write_text(path, &text)?)
 }
 
 /// Returns a failure if an option is set that no output or report uses.

@@ -1,5 +1,7 @@
 //! septet-lab: experiments with septet's machine, and reports of its runs.
 
+pub mod accounts;
+
 pub mod report;
 
 pub mod trace;

@@ -2,7 +2,7 @@
 
 use super::*;
 
-const COMMANDS: [&str; 14] = [
+const COMMANDS: [&str; 15] = [
     "triangulate",
     "simulate",
     "generate",
@@ -12,6 +12,7 @@ const COMMANDS: [&str; 14] = [
     "report",
     "scale",
     "fit",
+    "fold",
     "rival incremental",
     "reproduce",
     "schema",

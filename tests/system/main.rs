@@ -4,6 +4,8 @@
 
 use septet_common as common;
 
+mod accounts;
+
 mod assertions;
 
 mod baselines;

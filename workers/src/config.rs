@@ -1,5 +1,6 @@
 //! The parameters of a run, which every rank has before it starts.
 
+mod cost_log;
 mod fault;
 mod stop;
 
@@ -7,6 +8,7 @@ use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
 
+pub use cost_log::{ChargeRecord, ChargesByRank, CostLog};
 pub use fault::{FAULTS, Factor, Fault, FaultForm, FaultTextError, Law};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::separator::{DrawKey, Sampler, bisection_samples, node_samples};
@@ -130,8 +132,6 @@ pub struct Shown {
     pub with_leaves: bool,
     /// Expected number of sampled points in the picture; 0 for no picture.
     pub view: u32,
-    /// Whether ranks record the calls of primitives for a cost trace.
-    pub trace_costs: bool,
 }
 
 /// Parameters of a run that all ranks share. They contain no points.
@@ -163,6 +163,9 @@ pub struct WorkerConfig {
     /// The request to stop, for ranks in the caller's process. Other processes end with the caller's.
     #[serde(skip)]
     pub stop: Stop,
+    /// The place for the charges of ranks in the caller's process, if the run keeps them.
+    #[serde(skip)]
+    pub cost_log: CostLog,
 }
 
 impl WorkerConfig {
@@ -260,6 +263,7 @@ impl WorkerConfig {
             exchange_cap: None,
             fault: None,
             stop: Stop::default(),
+            cost_log: CostLog::default(),
         }
     }
 }

@@ -18,6 +18,9 @@ pub struct Keep {
     pub sets: bool,
     /// Whether the worker and the leaf of each cell are kept.
     pub owner: bool,
+    /// Whether the calls of primitives are kept, for a cost trace ([`crate::run::CostTrace`]). Only runs that count, with
+    /// all ranks in the caller's process.
+    pub costs: bool,
     /// Expected number of points in the picture of the result ([`crate::Run::picture`]); 0 for no picture, at most
     /// [`crate::result::view::MOST_POINTS`].
     pub view: u32,

@@ -1,6 +1,7 @@
 //! The result of a run: pieces of the triangulation, cells in canonical order, a picture.
 
 pub mod canonical;
+pub mod cost_trace;
 pub mod pieces;
 pub mod refutation;
 pub mod run;

@@ -9,6 +9,7 @@ use septet_workers::coordinator::CellRows;
 
 use crate::model::MeshView;
 use crate::result::canonical::{Export, Store};
+use crate::result::cost_trace::CostTrace;
 use crate::result::pieces::Pieces;
 use crate::result::refutation::Refutation;
 use crate::result::view::View;
@@ -115,6 +116,8 @@ pub struct Run {
     pub picture: Option<View>,
     /// The parameters that the run used.
     pub settled: Settled,
+    /// The calls of primitives, if requested.
+    pub costs: Option<CostTrace>,
     /// Measured wall-clock seconds of each phase that occurred, in order.
     pub phase_seconds: Vec<(Phase, f64)>,
     /// Measured seconds from points in memory to the certified triangulation in memory, without the canonical order.
@@ -145,6 +148,7 @@ impl Run {
             refutation: None,
             picture: None,
             settled,
+            costs: None,
             phase_seconds: Vec::new(),
             triangulate_seconds: 0.0,
             total_seconds: 0.0,

@@ -13,8 +13,9 @@ use crate::config::Config;
 use crate::coordinator::Coordinator;
 use crate::error::Error;
 use crate::input::prepare::prepare;
+use crate::result::cost_trace::CostTrace;
 use crate::result::run::{Run, Settled};
-use crate::run::finish::flat_result;
+use crate::run::finish::{cost_trace, flat_result};
 use crate::run::settings::{Goal, Settings, admit};
 use crate::run::transport::started;
 use crate::run::triangulation::simulate;
@@ -35,6 +36,8 @@ pub struct RunCounts {
     pub phase_seconds: Vec<(Phase, f64)>,
     /// Measured seconds of the whole call.
     pub seconds: f64,
+    /// The calls of primitives, if requested.
+    pub costs: Option<CostTrace>,
     /// The result of the remaining phases. `None` if the run stopped before them.
     pub end: Option<Ending>,
 }
@@ -74,6 +77,7 @@ impl From<Run> for RunCounts {
             ledger: run.ledger,
             phase_seconds: run.phase_seconds,
             seconds: run.total_seconds,
+            costs: run.costs,
             end: Some(end),
         }
     }
@@ -120,6 +124,7 @@ fn counts<P: Point>(points: &[P], config: &Config) -> Result<RunCounts, Error> {
         ledger: Ledger::finish(collected.share.counted.ledger, points),
         phase_seconds: collected.seconds,
         seconds: start.elapsed().as_secs_f64(),
+        costs: cost_trace(&settings.machine)?,
         end: None,
     })
 }

@@ -5,12 +5,14 @@ use std::time::{Duration, Instant};
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Ledger;
+use septet_workers::config::WorkerConfig;
 use septet_workers::coordinator::Share;
 
 use crate::coordinator::{Collected, incomplete};
 use crate::error::{Error, Refutation};
 use crate::input::prepare::Prepared;
 use crate::result::canonical::{Export, Store};
+use crate::result::cost_trace::CostTrace;
 use crate::result::pieces::Pieces;
 use crate::result::run::{Run, SetMember, Settled};
 use crate::result::view::Album;
@@ -36,7 +38,8 @@ pub(crate) fn flat_result<P: Point>(
     let why = if settings.why.is_empty() { "nothing to triangulate" } else { &settings.why };
     let seconds = call.elapsed().as_secs_f64();
     let settled = settings.settled(None, why.to_string());
-    Run { triangulate_seconds: seconds, total_seconds: seconds, ..empty(input, ready, settled) }
+    let costs = settings.machine.cost_log.take().map(CostTrace::of);
+    Run { costs, triangulate_seconds: seconds, total_seconds: seconds, ..empty(input, ready, settled) }
 }
 
 fn empty<P: Point>(input: usize, ready: &Prepared<'_, P>, settled: Settled) -> Run {
@@ -71,6 +74,22 @@ pub(crate) fn certify<P: Point>(
         points: population,
     };
     Ok((!passed).then_some(refutation))
+}
+
+/// Orders the charges that the ranks recorded, if the run keeps them.
+///
+/// # Errors
+/// Fails if the record of a rank is missing, for example because the rank runs in another process.
+pub(crate) fn cost_trace(machine: &WorkerConfig) -> Result<Option<CostTrace>, Error> {
+    let Some(charges) = machine.cost_log.take() else { return Ok(None) };
+    let (arrived, ranks) = (charges.len(), machine.ranks());
+    if arrived != ranks as usize {
+        let reason = format!(
+            "{arrived} of {ranks} ranks recorded their charges: a cost trace needs all ranks in one process"
+        );
+        return Err(incomplete(reason));
+    }
+    Ok(Some(CostTrace::of(charges)))
 }
 
 /// Puts the result together.

@@ -24,7 +24,9 @@ use crate::error::Error as RunError;
 pub use crate::error::SiteError;
 use crate::input::coincide::coincidences;
 use crate::input::prepare::{Prepared, without_negative_zero};
+use crate::result::cost_trace::CostTrace;
 use crate::result::run::{Settled, TrafficTotal};
+use crate::run::finish::cost_trace;
 use crate::run::settings::{Goal, Settings, admit};
 use crate::run::transport::started;
 
@@ -42,6 +44,8 @@ pub struct IndependentRun {
     pub settled: Settled,
     /// Traffic of the run that counts the leaves for [`crate::config::Workers::Leaves`]; not part of the ledger.
     pub plan: Option<TrafficTotal>,
+    /// The calls of primitives, if requested.
+    pub costs: Option<CostTrace>,
     /// Measured wall-clock seconds of each phase that occurred, in order.
     pub phase_seconds: Vec<(Phase, f64)>,
     /// Measured seconds of the whole call.
@@ -114,6 +118,7 @@ fn choose<P: Point>(
         ledger: Ledger::finish(share.counted.ledger, ready.positions.len() as u64),
         settled: settings.settled(share.choice.supergraph, settings.why.clone()),
         plan: settings.planning,
+        costs: cost_trace(&settings.machine)?,
         phase_seconds: collected.seconds,
         seconds: start.elapsed().as_secs_f64(),
     })

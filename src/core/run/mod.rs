@@ -8,6 +8,7 @@ mod settings;
 mod transport;
 mod triangulation;
 
+pub use crate::result::cost_trace::{CostRow, CostTrace};
 pub use crate::result::run::{Accounting, Run, SetMember, Settled, TrafficTotal};
 pub use transport::Start;
 pub use triangulation::{run_on, simulate, triangulate};

@@ -10,7 +10,7 @@ use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Ledger;
 use septet_workers::config::{
-    Correction, GraphRules, SetRule, Shown, Stop, Task, TreeRules, Wanted, WorkerConfig,
+    Correction, CostLog, GraphRules, SetRule, Shown, Stop, Task, TreeRules, Wanted, WorkerConfig,
 };
 use septet_workers::selection::FALLBACK_K;
 
@@ -139,7 +139,13 @@ impl Settings {
     ) -> Result<(), Error> {
         let run = self.machine.run ^ PLANNING;
         let until = Some(Phase::Partition);
-        let machine = Arc::new(WorkerConfig { run, counted: true, until, ..self.machine.clone() });
+        let machine = Arc::new(WorkerConfig {
+            run,
+            counted: true,
+            until,
+            cost_log: CostLog::default(),
+            ..self.machine.clone()
+        });
         let mut transport = start_machine(&machine)?;
         let grown =
             Coordinator::new(&config.control, machine).run(transport.as_mut(), ready, &Plan::new())?;
@@ -212,7 +218,6 @@ fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfi
         collect_sets: config.keep.sets && counted,
         with_leaves: config.keep.owner,
         view: if whole { config.keep.view.min(MOST_POINTS) } else { 0 },
-        trace_costs: false,
     };
     WorkerConfig {
         run: config.machine.name(),
@@ -241,6 +246,7 @@ fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfi
         // Each point of a conflict graph waits for all its neighbours, so no neighbour may miss it.
         fault: config.planted.fault.filter(|&fault| !independent || fault != Fault::HalfGhosts),
         stop: Stop::new(config.control.cancel.clone()),
+        cost_log: if config.keep.costs && counted { CostLog::recording() } else { CostLog::default() },
     }
 }
 

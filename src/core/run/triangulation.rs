@@ -10,7 +10,7 @@ use crate::coordinator::Coordinator;
 use crate::error::Error;
 use crate::input::prepare::prepare;
 use crate::result::run::Run;
-use crate::run::finish::{Times, certify, finish, flat_result};
+use crate::run::finish::{Times, certify, cost_trace, finish, flat_result};
 use crate::run::settings::{Goal, Settings, admit};
 use crate::run::transport::{Start, started};
 
@@ -74,7 +74,8 @@ pub fn run_on<P: Point>(
     let refutation = certify(&collected, ready.positions.len() as u64, settings.machine.ranks())?;
     let plan = settings.planning;
     let run = finish(points.len(), &ready, collected, &settings, &times)?;
-    let run = Run { plan, refutation, ..run };
+    let costs = cost_trace(&settings.machine)?;
+    let run = Run { plan, costs, refutation, ..run };
     match refutation {
         None => Ok(run),
         Some(refutation) => Err(Error::NotCertified { refutation, run: Box::new(run) }),

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use crate::accounts::AccountError;
 use crate::experiment::RunError;
 use crate::experiment::fit::FitError;
 
@@ -21,6 +22,12 @@ pub enum ClaimError {
         /// The reason.
         reason: String,
     },
+    /// A cost trace cannot be folded.
+    #[error(transparent)]
+    Account(#[from] AccountError),
+    /// A cost trace cannot be written.
+    #[error("a cost trace cannot be written: {0}")]
+    Trace(#[from] std::io::Error),
     /// There is no claim with this name.
     #[error("there is no claim `{name}`; `septet reproduce --list` lists all claims")]
     Unknown {

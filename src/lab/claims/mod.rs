@@ -13,6 +13,7 @@
 //! clock.
 
 mod ablation;
+mod accounts;
 mod bounds;
 mod brent;
 mod claim;
@@ -53,7 +54,7 @@ pub use report::{CheckedClaim, ClaimReport, SCHEMA};
 
 /// Returns all claims, in the paper's order.
 pub fn registry() -> impl Iterator<Item = &'static Claim> {
-    let groups: [&'static [Claim]; 15] = [
+    let groups: [&'static [Claim]; 16] = [
         separators::CLAIMS,
         exponent::CLAIMS,
         ablation::CLAIMS,
@@ -68,6 +69,7 @@ pub fn registry() -> impl Iterator<Item = &'static Claim> {
         lower_bounds::CLAIMS,
         random::CLAIMS,
         machine::CLAIMS,
+        accounts::CLAIMS,
         generation::CLAIMS,
     ];
     groups.into_iter().flatten()

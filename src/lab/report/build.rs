@@ -5,7 +5,7 @@ use septet_protocol::ids::Phase;
 use septet_protocol::ledger::{Ledger, RoundKey, RoundTally, Total};
 
 use septet_core::config::Config;
-use septet_core::run::Run;
+use septet_core::run::{Run, Settled};
 
 use super::context::RunContext;
 use super::schema::{
@@ -25,7 +25,7 @@ impl RunReport {
             version: env!("CARGO_PKG_VERSION"),
             parameters: Parameters::of(config, context, run.settled.leaf),
             seed: config.machine.seed,
-            supergraph: supergraph(run),
+            supergraph: supergraph(&run.settled),
             points: PointsReport {
                 input: points.input + context.skipped,
                 used: points.used,
@@ -67,14 +67,15 @@ impl RunReport {
     }
 }
 
-fn supergraph(run: &Run) -> SupergraphReport {
-    let (kind, alpha, k) = match run.settled.supergraph {
+/// Returns the supergraph of a run.
+pub(super) fn supergraph(settled: &Settled) -> SupergraphReport {
+    let (kind, alpha, k) = match settled.supergraph {
         Some(Supergraph::Density { alpha }) => ("density", Some(alpha), None),
         Some(Supergraph::Overlap { alpha }) => ("overlap", Some(alpha), None),
         Some(Supergraph::Knn { k }) => ("knn", None, Some(k)),
         None => ("none", None, None),
     };
-    SupergraphReport { kind, alpha, k, why: run.settled.why.clone() }
+    SupergraphReport { kind, alpha, k, why: settled.why.clone() }
 }
 
 fn how_proved(run: &Run) -> HowProved {

@@ -6,6 +6,7 @@
 
 mod build;
 mod context;
+mod cost_trace;
 pub(crate) mod json;
 pub mod mesh;
 mod parameters;
@@ -17,6 +18,7 @@ mod tree;
 mod verify;
 
 pub use context::RunContext;
+pub use cost_trace::{CostHeader, ledger_counts, write_cost_trace};
 pub use parameters::Parameters;
 pub use schema::{
     Fallback, GraphReport, HowProved, MachineReport, NodeReport, PathReport, PhaseReport, PointsReport,

@@ -83,6 +83,8 @@ pub(crate) struct Selection {
     open: Vec<Vec<u32>>,
     /// The number of undecided owned points at the start of each round, up to the last round with an undecided point.
     undecided: Vec<u64>,
+    /// The number of halves of rounds so far, which is the same on all ranks.
+    halves: u32,
 }
 
 /// The leaves of a rank and its points.
@@ -314,9 +316,11 @@ impl Selection {
         state: State,
     ) {
         let mut batches: BTreeMap<Rank, Vec<u64>> = BTreeMap::new();
+        self.halves += 1;
         for half in halves {
             let leaf = &points.leaves[half.leaf];
-            cx.charge(Account::member(Phase::Independent, leaf.id()), half.cost, leaf.owned_len());
+            let account = Account::step(Phase::Independent, self.halves, leaf.id());
+            cx.charge(account, half.cost, leaf.owned_len());
             for point in half.decided {
                 self.decide(point, state);
             }

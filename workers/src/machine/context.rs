@@ -21,7 +21,7 @@ use septet_protocol::message::{Body, Message};
 use septet_protocol::transport::TransportError;
 use tracing::span::EnteredSpan;
 
-use crate::config::{Pool, WorkerConfig, map_in};
+use crate::config::{ChargeRecord, Pool, WorkerConfig, map_in};
 use crate::machine::outbox::Outbox;
 use crate::machine::profile::{Site, received};
 
@@ -42,6 +42,8 @@ pub struct Context<P: Point> {
     config: Arc<WorkerConfig>,
     pool: Pool,
     ledger: LedgerPart,
+    /// The record of the charges, if the run keeps it.
+    charges: Vec<ChargeRecord>,
     out: Outbox<P>,
     phase: Phase,
     /// Messages of this round that the phase has not taken.
@@ -85,7 +87,7 @@ impl<P: Point> Context<P> {
     /// Returns an empty meter for a subproblem that a group may share. The ledger prices its scans over the items of the
     /// whole subproblem.
     pub fn shared_cost(&self) -> Cost {
-        Cost::of_subproblem(self.config.shown.trace_costs)
+        Cost::of_subproblem(self.config.cost_log.is_recording())
     }
 
     /// Returns an empty meter for a subproblem that always belongs to one rank, for example a leaf. Its scans run over
@@ -100,6 +102,9 @@ impl<P: Point> Context<P> {
         self.ledger.charge(account, cost.price(), items);
         let key = RankKey { round: self.round(), phase: account.phase, rank: self.rank };
         self.ledger.rank(key).work += cost.work();
+        if let Some(tape) = cost.into_tape().filter(|tape| !tape.is_empty()) {
+            self.charges.push(ChargeRecord { account, round: self.round(), tape });
+        }
     }
 
     /// Returns the facts of a node in the ledger, so that the caller can add to them.
@@ -115,6 +120,11 @@ impl<P: Point> Context<P> {
     /// Adds the hash of some edges of the supergraph to the ledger.
     pub fn add_edge_hash(&mut self, hash: u64) {
         self.ledger.edge_hash = self.ledger.edge_hash.wrapping_add(hash);
+    }
+
+    /// Files the record of the charges, if the run keeps it.
+    pub(crate) fn file_charges(&mut self) {
+        self.config.cost_log.file(self.rank, std::mem::take(&mut self.charges));
     }
 
     /// Returns the ledger of the rank.
@@ -274,6 +284,7 @@ impl<'a, P: Point, T> Running<'a, P, T> {
             config,
             pool,
             ledger: LedgerPart::default(),
+            charges: Vec::new(),
             phase: Phase::Load,
             inbox: Vec::new(),
             mailbox: mailbox.clone(),

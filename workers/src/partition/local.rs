@@ -87,7 +87,7 @@ impl<P: Point> Builder<'_, P> {
         let points: Vec<P> = members.iter().map(|&i| self.positions[i as usize]).collect();
         let population = points.len() as u64;
         let _span = self.site.subproblem(Phase::Partition, node, "split", population);
-        let mut cost = Cost::of_subproblem(self.config.shown.trace_costs);
+        let mut cost = Cost::of_subproblem(self.config.cost_log.is_recording());
         let mut found = None;
         let mut attempts = 0;
         while found.is_none() && attempts < MAX_ATTEMPTS {

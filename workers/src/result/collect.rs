@@ -98,11 +98,12 @@ async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<S
     Ok(share)
 }
 
-/// Sends the ledger.
+/// Sends the ledger, and files the record of charges.
 fn send_ledger<P: Point>(cx: &mut Context<P>) {
     if let Some(fault) = cx.config().fault {
         fault.distort_worker(cx.ledger_mut());
     }
+    cx.file_charges();
     let words = cx.ledger().to_words();
     cx.send_to_coordinator(Body::Ledger(Bulk(words)));
 }

@@ -49,6 +49,11 @@ impl Tape {
         &self.steps
     }
 
+    /// Returns the entries in their order.
+    pub fn into_steps(self) -> Vec<Step> {
+        self.steps
+    }
+
     /// Returns `true` if nothing was recorded.
     pub fn is_empty(&self) -> bool {
         self.steps.is_empty()

@@ -3,7 +3,7 @@
 //! **Depth.** Every subproblem has its own clock. The dependencies follow the recursion:
 //! 1. A phase that goes down the tree starts at a node when it has ended at the parent. At the root, it starts when all
 //!    earlier phases have ended at every leaf.
-//! 2. A phase that goes up the tree starts at a node when it has ended at both children.
+//! 2. A phase that goes up the tree starts at a node when it has ended at all nodes below.
 //! 3. A local phase starts at a node when the node's previous phase has ended.
 //! 4. In a phase whose subproblems step together, a step starts when the previous step has ended at every node, because
 //!    a node may need the messages of any other node. The first step starts when all earlier phases have ended.
@@ -91,9 +91,9 @@ enum Flow {
 /// on the way down, so its flow is [`Flow::Down`].
 fn flow(phase: Phase, part: &LedgerPart) -> Flow {
     match phase {
-        Phase::Repair => Flow::Steps,
+        Phase::Repair | Phase::Independent => Flow::Steps,
         Phase::Neighbours if part.passes().next().is_some() => Flow::Up,
-        Phase::Summaries | Phase::Merge | Phase::Check | Phase::Certificate => Flow::Up,
+        Phase::Summaries | Phase::Merge | Phase::Check | Phase::Certificate | Phase::Fallback => Flow::Up,
         Phase::Partition
         | Phase::Choice
         | Phase::Sets
@@ -279,11 +279,7 @@ impl Clock {
         let charged: BTreeSet<NodeId> = charges.iter().map(|c| c.0).collect();
         let mut pending: BTreeMap<NodeId, End> = BTreeMap::new();
         for (&node, &end) in &before {
-            let mut at = Some(node);
-            while let Some(n) = at.filter(|n| !charged.contains(n)) {
-                at = n.parent();
-            }
-            if let Some(n) = at {
+            if let Some(n) = nearest(&charged, Some(node)) {
                 later(pending.entry(n).or_insert(end), end);
             }
         }
@@ -293,7 +289,7 @@ impl Clock {
             let from = pending.get(&node).copied().unwrap_or_else(above);
             let end = self.push(node, phase, depth, from);
             ends.insert(node, end);
-            if let Some(parent) = node.parent() {
+            if let Some(parent) = nearest(&charged, node.parent()) {
                 later(pending.entry(parent).or_insert(end), end);
             }
         }
@@ -347,6 +343,15 @@ fn later(slot: &mut End, end: End) {
     if end.0 > slot.0 {
         *slot = end;
     }
+}
+
+/// Returns the node, or its nearest ancestor, that belongs to the set.
+fn nearest(nodes: &BTreeSet<NodeId>, from: Option<NodeId>) -> Option<NodeId> {
+    let mut at = from;
+    while let Some(node) = at.filter(|node| !nodes.contains(node)) {
+        at = node.parent();
+    }
+    at
 }
 
 /// Returns the end of the node, or of its nearest ancestor that has one.

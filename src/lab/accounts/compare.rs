@@ -1,0 +1,107 @@
+//! The comparison of the second account with the counts of the ledger.
+
+use std::fmt;
+
+use serde::Deserialize;
+
+use super::{Accounts, TotalAccount};
+
+/// The counts of a run, as its report states them.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+pub struct ReportedCounts {
+    /// The totals.
+    pub machine: ReportedTotals,
+    /// The phases in their order.
+    pub phases: Vec<ReportedPhase>,
+}
+
+/// The totals of a run, as its report states them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+pub struct ReportedTotals {
+    /// The phases of the paper.
+    pub paper: ReportedTotal,
+    /// The phases of agreement and repair.
+    pub repair: ReportedTotal,
+}
+
+/// A total of a run. `None` if the run does not count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+pub struct ReportedTotal {
+    /// Work.
+    pub work: Option<u64>,
+    /// Depth.
+    pub depth: Option<u64>,
+    /// Brent's bound.
+    pub brent: Option<u64>,
+}
+
+/// A phase of a run. `None` if the run does not count.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+pub struct ReportedPhase {
+    /// The name.
+    pub name: String,
+    /// Work.
+    pub work: Option<u64>,
+    /// Depth.
+    pub depth: Option<u64>,
+}
+
+/// A count that differs between both accounts.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// The phase, or the total.
+    pub phase: String,
+    /// The count.
+    pub count: &'static str,
+    /// The value by the cost trace.
+    pub traced: u64,
+    /// The value by the ledger.
+    pub reported: u64,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Difference { phase, count, traced, reported } = self;
+        write!(f, "{count} of {phase}: {traced} by the cost trace, {reported} by the ledger")
+    }
+}
+
+impl Accounts {
+    /// Returns the counts that differ from the ledger's, phase by phase, then for the totals.
+    pub fn differences(&self, reported: &ReportedCounts) -> Vec<Difference> {
+        let mut names: Vec<&str> = self.phases.iter().map(|phase| phase.phase.as_str()).collect();
+        let others = reported.phases.iter().map(|phase| phase.name.as_str());
+        names.extend(others.filter(|name| self.phases.iter().all(|phase| phase.phase != *name)));
+        let mut all = Vec::new();
+        for name in names {
+            let traced = self.phases.iter().find(|phase| phase.phase == name);
+            let ledger = reported.phases.iter().find(|phase| phase.name == name);
+            let row = |count, traced: Option<u64>, ledger: Option<Option<u64>>| {
+                let (traced, reported) = (traced.unwrap_or(0), ledger.flatten().unwrap_or(0));
+                (traced != reported).then(|| Difference { phase: name.to_owned(), count, traced, reported })
+            };
+            all.extend(row("work", traced.map(|p| p.work), ledger.map(|p| p.work)));
+            all.extend(row("depth", traced.map(|p| p.depth), ledger.map(|p| p.depth)));
+        }
+        all.extend(of_total("paper", &self.paper, &reported.machine.paper));
+        all.extend(of_total("repair", &self.repair, &reported.machine.repair));
+        all
+    }
+}
+
+fn of_total(name: &str, traced: &TotalAccount, reported: &ReportedTotal) -> Vec<Difference> {
+    let rows = [
+        ("work", traced.work, reported.work),
+        ("depth", traced.depth, reported.depth),
+        ("brent", traced.brent, reported.brent),
+    ];
+    let rows = rows.into_iter().map(|(count, traced, reported)| (count, traced, reported.unwrap_or(0)));
+    rows.filter(|(_, traced, reported)| traced != reported)
+        .map(|(count, traced, reported)| Difference {
+            phase: format!("{name} (total)"),
+            count,
+            traced,
+            reported,
+        })
+        .collect()
+}

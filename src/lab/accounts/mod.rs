@@ -1,0 +1,86 @@
+//! A second account of work and depth, from the cost trace of a run.
+//!
+//! **Statement.** A cost trace lists calls of primitives without prices, and names for each row the rows before it.
+//! [`fold`] prices the rows, adds the work of each phase, and takes the longest path. The results equal the counts of the
+//! ledger, phase by phase ([`Accounts::differences`]).
+//!
+//! **Independence.** This module reads only the text of the trace. It has its own list of prices and of the phases in each
+//! total, and shares no code with the ledger or with the meters of the machine.
+//!
+//! **Checks.** Every row except the first names an earlier row, and every row except the last is named by a later one. So
+//! a trace without one of its rows, or without a reference that no other path replaces, is refused.
+
+mod clock;
+mod compare;
+mod error;
+mod price;
+mod row;
+
+use std::io::BufRead;
+
+pub use compare::{Difference, ReportedCounts, ReportedPhase, ReportedTotal, ReportedTotals};
+pub use error::AccountError;
+
+use clock::Clocks;
+use row::{Header, Row};
+
+/// Name and version of the format of cost traces.
+pub const SCHEMA: &str = "septet-cost/1";
+
+/// Work and depth of a phase.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PhaseAccount {
+    /// The name.
+    pub phase: String,
+    /// The sum of the prices of its rows.
+    pub work: u64,
+    /// The longest path through its rows.
+    pub depth: u64,
+}
+
+/// Work and depth of a group of phases.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TotalAccount {
+    /// The sum of the prices of its rows.
+    pub work: u64,
+    /// The longest path through its rows.
+    pub depth: u64,
+    /// Brent's bound with as many processors as points: `(work - depth) / n + depth`, summed over levels and steps.
+    pub brent: u64,
+}
+
+/// The second account of a run.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Accounts {
+    /// The phases with rows, in their order.
+    pub phases: Vec<PhaseAccount>,
+    /// The phases of the paper.
+    pub paper: TotalAccount,
+    /// The phases of agreement and repair.
+    pub repair: TotalAccount,
+}
+
+/// Prices a cost trace, given as JSON lines, and takes its longest paths.
+///
+/// # Errors
+/// Fails if the text is not a complete cost trace.
+pub fn fold(mut text: impl BufRead) -> Result<Accounts, AccountError> {
+    let (mut line, mut number) = (String::new(), 0);
+    let mut next = || {
+        line.clear();
+        number += 1;
+        let read =
+            text.read_line(&mut line).map_err(|source| AccountError::Unreadable { line: number, source })?;
+        Ok::<_, AccountError>((read > 0).then(|| (number, line.trim_end().to_owned())))
+    };
+    let Some((_, first)) = next()? else { return Err(AccountError::Empty) };
+    let header = Header::parse(&first)?;
+    let mut clocks = Clocks::default();
+    while let Some((number, text)) = next()? {
+        clocks.add(&Row::parse(number, &text)?)?;
+    }
+    clocks.finish(&header)
+}
+
+#[cfg(test)]
+mod tests;

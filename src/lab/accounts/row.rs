@@ -1,0 +1,71 @@
+//! The lines of a cost trace.
+
+use serde::Deserialize;
+
+use super::SCHEMA;
+use super::error::AccountError;
+
+/// The first line. Other fields of the line, such as the parameters, have no influence on the account.
+#[derive(Debug, Deserialize)]
+pub(super) struct Header {
+    schema: String,
+    /// Number of points.
+    pub(super) points: u64,
+    /// Number of rows.
+    pub(super) rows: u64,
+}
+
+impl Header {
+    pub(super) fn parse(line: &str) -> Result<Self, AccountError> {
+        let header: Header =
+            serde_json::from_str(line).map_err(|source| AccountError::Syntax { line: 1, source })?;
+        if header.schema != SCHEMA {
+            return Err(AccountError::Schema { found: header.schema });
+        }
+        Ok(header)
+    }
+}
+
+/// A call of a primitive, or a vector step whose items have their own calls.
+#[derive(Debug, Deserialize)]
+pub(super) struct Entry {
+    pub(super) primitive: String,
+    pub(super) items: u64,
+    /// The calls of all lanes.
+    #[serde(default)]
+    pub(super) calls: Vec<Calls>,
+    /// The calls of the longest lane, in their order.
+    #[serde(default)]
+    pub(super) longest: Vec<Entry>,
+}
+
+/// Equal calls of the lanes of a vector step.
+#[derive(Debug, Deserialize)]
+pub(super) struct Calls {
+    pub(super) primitive: String,
+    pub(super) items: u64,
+    /// The number of these calls.
+    pub(super) times: u64,
+}
+
+/// One row.
+#[derive(Debug, Deserialize)]
+pub(super) struct Row {
+    /// The position of the row, from 0.
+    pub(super) row: u64,
+    pub(super) phase: String,
+    #[serde(default)]
+    pub(super) node: Option<u64>,
+    #[serde(default)]
+    pub(super) step: Option<u32>,
+    #[serde(flatten)]
+    pub(super) entry: Entry,
+    /// The rows that end before this row starts.
+    pub(super) after: Vec<u64>,
+}
+
+impl Row {
+    pub(super) fn parse(line: u64, text: &str) -> Result<Self, AccountError> {
+        serde_json::from_str(text).map_err(|source| AccountError::Syntax { line, source })
+    }
+}

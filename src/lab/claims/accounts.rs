@@ -1,0 +1,87 @@
+//! The counts of the ledger against a second account, from the cost traces of runs.
+
+use crate::accounts::{Difference, fold};
+use crate::report::{CostHeader, ledger_counts, write_cost_trace};
+use septet_core::Config;
+use septet_core::config::{Correction, Graph, Neighbours, Partition, SeparatorSets, Workers};
+use septet_core::generate::Kind;
+
+use super::lab::{Lab, Sample};
+use super::{Claim, ClaimError, Figure, Reading, Role};
+
+/// Largest leaf, small enough for several levels.
+const LEAF: u64 = 200;
+
+pub(super) const CLAIMS: &[Claim] = &[Claim {
+    name: "accounts",
+    role: Role::Test,
+    statistics: None,
+    source: "Theorem 4.4, on the machine",
+    statement: "work and depth are the sum and the longest path of the prices of all primitives",
+    reading: Reading::AsPrinted,
+    experiment: "Cost traces of runs in the plane and in space, with repair and with each baseline: a fold that shares no \
+                 code with the ledger prices the rows and takes the longest paths",
+    bound: "0 differences in the work and the depth of every phase and every total",
+    check: accounts,
+}];
+
+/// A set, and a change of the configuration.
+struct Case {
+    sample: Sample,
+    name: &'static str,
+    change: fn(&mut Config),
+}
+
+fn cases(lab: &Lab) -> Vec<Case> {
+    let n = lab.size(3000, 20_000);
+    let case = |kind, d, name, change| Case { sample: Sample::new(kind, n, d), name, change };
+    vec![
+        case(Kind::WellSpaced, 3, "", |_| {}),
+        case(Kind::Uniform, 2, "", |_| {}),
+        case(Kind::Clusters, 3, ", which needs repair", |_| {}),
+        case(Kind::Uniform, 3, ", separator points to both sides", |c| {
+            c.separator_sets = SeparatorSets::Both
+        }),
+        case(Kind::Uniform, 3, ", 12 nearest neighbours", |c| {
+            c.graph = Graph::Knn { k: Neighbours::Count(12) }
+        }),
+        case(Kind::Uniform, 2, ", split by planes", |c| c.partition = Partition::Kd),
+        case(Kind::Uniform, 2, ", bottom-up correction", |c| c.correction = Correction::BottomUp),
+    ]
+}
+
+fn accounts(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
+    let mut figures = Vec::new();
+    for Case { sample, name, change } in cases(lab) {
+        let differences = differences(lab, sample, change)?;
+        let first = differences.first().map_or_else(String::new, |first| format!("; the first: {first}"));
+        let what = format!("counts that differ between ledger and cost trace{first}");
+        let on = format!("{}{name}", sample.name());
+        figures.push(Figure::at_most(what, on, lab.seed(), differences.len() as f64, 0.0));
+    }
+    Ok(figures)
+}
+
+/// Runs a set with three workers, and compares both accounts.
+fn differences(
+    lab: &mut Lab,
+    sample: Sample,
+    change: fn(&mut Config),
+) -> Result<Vec<Difference>, ClaimError> {
+    let mut used = Config::default();
+    let run = lab.run(sample, lab.seed(), |config| {
+        used = config.with(|c| {
+            c.machine.workers = Workers::Count(3);
+            c.machine.leaf = Some(LEAF);
+            c.keep.costs = true;
+            change(c);
+        });
+        used.clone()
+    })?;
+    let mut text = Vec::new();
+    if let Some(trace) = &run.costs {
+        let header = CostHeader::of(&used, &run.settled, run.points.used, run.space);
+        write_cost_trace(&mut text, header, trace)?;
+    }
+    Ok(fold(text.as_slice())?.differences(&ledger_counts(&run.ledger)))
+}
