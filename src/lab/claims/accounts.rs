@@ -5,6 +5,8 @@ use crate::report::{CostHeader, ledger_counts, write_cost_trace};
 use septet_core::Config;
 use septet_core::config::{Correction, Graph, Neighbours, Partition, SeparatorSets, Workers};
 use septet_core::generate::Kind;
+use septet_core::run::CostTrace;
+use septet_protocol::ledger::Ledger;
 
 use super::lab::{Lab, Sample};
 use super::{Claim, ClaimError, Figure, Reading, Role};
@@ -19,8 +21,8 @@ pub(super) const CLAIMS: &[Claim] = &[Claim {
     source: "Theorem 4.4, on the machine",
     statement: "work and depth are the sum and the longest path of the prices of all primitives",
     reading: Reading::AsPrinted,
-    experiment: "Cost traces of runs in the plane and in space, with repair and with each baseline: a fold that shares no \
-                 code with the ledger prices the rows and takes the longest paths",
+    experiment: "Cost traces of runs in the plane and in space, with repair and with each baseline, and of an independent \
+                 set: a fold that shares no code with the ledger prices the rows and takes the longest paths",
     bound: "0 differences in the work and the depth of every phase and every total",
     check: accounts,
 }];
@@ -53,35 +55,56 @@ fn cases(lab: &Lab) -> Vec<Case> {
 fn accounts(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     for Case { sample, name, change } in cases(lab) {
-        let differences = differences(lab, sample, change)?;
-        let first = differences.first().map_or_else(String::new, |first| format!("; the first: {first}"));
-        let what = format!("counts that differ between ledger and cost trace{first}");
+        let mut config = Config::default();
+        let run = lab.run(sample, lab.seed(), |base| {
+            config = traced(base).with(change);
+            config.clone()
+        })?;
+        let header = CostHeader::of(&config, &run.settled, run.points.used, run.space);
         let on = format!("{}{name}", sample.name());
-        figures.push(Figure::at_most(what, on, lab.seed(), differences.len() as f64, 0.0));
+        figures.push(figure(lab.seed(), on, &differences(header, run.costs.as_ref(), &run.ledger)?));
     }
+    figures.push(of_sites(lab)?);
     Ok(figures)
 }
 
-/// Runs a set with three workers, and compares both accounts.
-fn differences(
-    lab: &mut Lab,
-    sample: Sample,
-    change: fn(&mut Config),
-) -> Result<Vec<Difference>, ClaimError> {
-    let mut used = Config::default();
-    let run = lab.run(sample, lab.seed(), |config| {
-        used = config.with(|c| {
-            c.machine.workers = Workers::Count(3);
-            c.machine.leaf = Some(LEAF);
-            c.keep.costs = true;
-            change(c);
-        });
-        used.clone()
+/// Compares the accounts of an independent set.
+fn of_sites(lab: &mut Lab) -> Result<Figure, ClaimError> {
+    let sample = Sample::new(Kind::Uniform, lab.size(3000, 20_000), 3);
+    let mut config = Config::default();
+    let run = lab.independent(sample, |base| {
+        config = traced(base);
+        config.clone()
     })?;
+    let header = CostHeader::of(&config, &run.settled, sample.n, sample.d);
+    let on = format!("{}, independent set", sample.name());
+    Ok(figure(lab.seed(), on, &differences(header, run.costs.as_ref(), &run.ledger)?))
+}
+
+/// Returns the configuration of a machine with three workers that keeps the calls of primitives.
+fn traced(base: Config) -> Config {
+    base.with(|c| {
+        c.machine.workers = Workers::Count(3);
+        c.machine.leaf = Some(LEAF);
+        c.keep.costs = true;
+    })
+}
+
+fn figure(seed: u64, on: String, differences: &[Difference]) -> Figure {
+    let first = differences.first().map_or_else(String::new, |first| format!("; the first: {first}"));
+    let what = format!("counts that differ between ledger and cost trace{first}");
+    Figure::at_most(what, on, seed, differences.len() as f64, 0.0)
+}
+
+/// Compares both accounts of a run. Without a trace, the second account is empty, and the text is refused.
+fn differences(
+    header: CostHeader,
+    trace: Option<&CostTrace>,
+    ledger: &Ledger,
+) -> Result<Vec<Difference>, ClaimError> {
     let mut text = Vec::new();
-    if let Some(trace) = &run.costs {
-        let header = CostHeader::of(&used, &run.settled, run.points.used, run.space);
+    if let Some(trace) = trace {
         write_cost_trace(&mut text, header, trace)?;
     }
-    Ok(fold(text.as_slice())?.differences(&ledger_counts(&run.ledger)))
+    Ok(fold(text.as_slice())?.differences(&ledger_counts(ledger)))
 }

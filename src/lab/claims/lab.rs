@@ -13,6 +13,7 @@ use septet_core::model::Points;
 use septet_core::result::view::MOST_POINTS;
 use septet_core::run::count::{RunCounts, count};
 use septet_core::run::{Run, simulate};
+use septet_core::{IndependentRun, independent};
 
 use super::counted::Counted;
 use super::measure::{X, kth_nearest2};
@@ -184,6 +185,25 @@ impl<'a> Lab<'a> {
         Ok(match &set.points {
             Points::Plane(points) => simulate(points, &config)?,
             Points::Space(points) => simulate(points, &config)?,
+        })
+    }
+
+    /// Computes an independent set of sites at the points of a set, with a modified configuration. All sites have the
+    /// same size, the mean distance of the points.
+    pub(super) fn independent(
+        &mut self,
+        sample: Sample,
+        change: impl FnOnce(Config) -> Config,
+    ) -> Result<IndependentRun, ClaimError> {
+        let seed = self.seed();
+        let set = self.set(sample, seed)?;
+        (self.report)(&format!("independent set of {} seed {seed}", sample.name()));
+        let config = change(self.base(&set, seed));
+        let size = (sample.n as f64).powf(-1.0 / sample.d as f64);
+        let sizes = vec![size; set.points.len()];
+        Ok(match &set.points {
+            Points::Plane(points) => independent(points, &sizes, 0, &config)?,
+            Points::Space(points) => independent(points, &sizes, 0, &config)?,
         })
     }
 

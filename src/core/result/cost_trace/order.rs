@@ -178,7 +178,7 @@ impl Order {
         for (site, stages) in calls {
             let from = nearest_ancestor(&ends, site.node);
             let start = from.map_or_else(|| start.clone(), |end| vec![end]);
-            start.iter().for_each(|before| drop(open.remove(before)));
+            open.retain(|row| !start.contains(row));
             let end = self.rows.subproblem(site.place(phase), stages, start);
             ends.insert(site.node, end);
             open.insert(end);

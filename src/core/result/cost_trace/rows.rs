@@ -67,7 +67,9 @@ impl Rows {
     fn push(&mut self, row: CostRow) -> RowId {
         let id = self.rows.len() as RowId;
         for open in self.open.values_mut() {
-            row.after.iter().for_each(|before| drop(open.remove(before)));
+            for before in &row.after {
+                open.remove(before);
+            }
         }
         self.open.entry(Group::of(row.phase)).or_default().insert(id);
         self.rows.push(row);

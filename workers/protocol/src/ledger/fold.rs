@@ -312,13 +312,11 @@ impl Clock {
         for (step, node, depth) in charges {
             if current != Some(step) {
                 (current, barrier) = (Some(step), self.last);
+                // Every later step and every later phase waits for all stars.
                 self.ends.clear();
             }
-            let end = self.push(node, phase, depth, barrier);
-            self.ends.insert(node, end);
+            self.push(node, phase, depth, barrier);
         }
-        // Every later phase waits for all stars.
-        self.ends.clear();
     }
 
     fn end(&self) -> u64 {
@@ -432,6 +430,19 @@ mod tests {
         assert_eq!(repair.map(|total| (total.work, total.depth)), Some((40, 37)));
         let sum = ledger.part.charges[&Account::member(Phase::Repair, l)].cost;
         assert_eq!((sum.work(), sum.depth()), (18, 18));
+    }
+
+    #[test]
+    fn a_phase_without_steps_is_no_barrier() {
+        let mut part = LedgerPart::default();
+        let (l, r) = (NodeId(2), NodeId(3));
+        for (phase, node, trips) in
+            [(Phase::Graph, l, 1), (Phase::Graph, r, 9), (Phase::Hulls, l, 9), (Phase::Hulls, r, 1)]
+        {
+            part.charge(Account::member(phase, node), cost(trips), 10);
+        }
+        // `independent` lies between these phases, and this run does not have it.
+        assert_eq!(Ledger::finish(part, 10).paper.depth, 10);
     }
 
     #[test]
