@@ -151,7 +151,7 @@ impl Clocks {
         for (step, Price { work, depth }) in self.steps {
             let total =
                 &mut self.totals[usize::from(Group::of(&self.phases[step.phase].phase) == Group::Repair)];
-            total.brent += work.saturating_sub(depth) / points + depth;
+            total.brent += work.saturating_sub(depth).div_ceil(points) + depth;
         }
         let [paper, repair] = self.totals;
         let phases = self.phases.into_iter().filter(|phase| phase.work + phase.depth > 0).collect();

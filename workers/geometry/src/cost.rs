@@ -8,8 +8,9 @@
 //! **Prices.** Every primitive pays through one private call, `Cost::pay`, with its name and its number of items. The
 //! table at [`Primitive`] gives the cost of the call.
 //!
-//! **Integrity.** The fields of [`Cost`] are private, and only the primitives below raise them. Each primitive walks the
-//! data for which it charges. The items of a [`Sweep`] are counted while a traversal visits them.
+//! **Integrity.** The fields of [`Cost`] are private, and only the primitives below raise them. A primitive takes its
+//! items from the data that it walks, or from a [`Sweep`], which counts items while a traversal visits them. The traversal
+//! itself may be faster on a processor than the step that it charges.
 //!
 //! **Scans.** A scan runs over the items of its call. If a group of workers shares a subproblem, a member knows only its
 //! own share of these items. The meter of a subproblem ([`Cost::of_subproblem`]) therefore counts scans, every member
@@ -232,6 +233,31 @@ impl Cost {
         cols.each_row(rows, visitor);
     }
 
+    /// Visits all pairs like [`Cost::all_pairs`], for a visitor that keeps a list of columns for each row. The scan computes
+    /// the places of the pairs in the lists, and another vector step moves the pairs there.
+    pub fn all_pairs_to_lists<P: Point>(
+        &mut self,
+        rows: &[P],
+        cols: &CoordinateArrays<P>,
+        visitor: &mut impl PairVisitor,
+    ) {
+        self.all_pairs(rows, cols, visitor);
+        self.pay(Primitive::VectorStep, rows.len() * cols.len());
+    }
+
+    /// Visits all pairs like [`Cost::all_pairs`], for a visitor that keeps the `k` nearest columns of each row. For `k > 1`,
+    /// the pairs are also sorted by row and distance, and a vector step moves the first `k` pairs of each row.
+    pub fn all_pairs_to_nearest<P: Point>(
+        &mut self,
+        rows: &[P],
+        cols: &CoordinateArrays<P>,
+        k: usize,
+        visitor: &mut impl PairVisitor,
+    ) {
+        self.all_pairs(rows, cols, visitor);
+        self.charge_lists_of(rows.len() * cols.len(), k);
+    }
+
     /// Visits all pairs of points of one set, at the cost of [`Cost::all_pairs`]. A processor tests each point only
     /// against the blocks within the limit of the point.
     pub fn all_pairs_in_blocks<P: Point>(&mut self, points: &KdBlocks<P>, visitor: &mut impl PairVisitor) {
@@ -272,6 +298,38 @@ impl Cost {
     /// Charges a finished sweep of iterations that one processor performs in sequence.
     pub fn charge_sequence(&mut self, sweep: Sweep) {
         self.pay(Primitive::Sequential, sweep.items() as usize);
+    }
+
+    /// Charges a stable sort of a finished sweep's items.
+    pub fn charge_sort(&mut self, sweep: Sweep) {
+        self.pay(Primitive::Sort, sweep.items() as usize);
+    }
+
+    /// Charges the lists of a finished sweep's pairs: see [`Cost::charge_lists_of`].
+    pub fn charge_lists(&mut self, pairs: Sweep, k: usize) {
+        self.charge_lists_of(pairs.items() as usize, k);
+    }
+
+    /// Charges the lists that the pairs of rows and columns leave, after [`Cost::all_pairs`]. For `k = 1`, the reduction of
+    /// each row is the result. Otherwise the pairs are sorted by row and distance, and a vector step moves the first `k`
+    /// pairs of each row.
+    fn charge_lists_of(&mut self, pairs: usize, k: usize) {
+        if k > 1 {
+            self.pay(Primitive::Sort, pairs);
+            self.pay(Primitive::VectorStep, pairs);
+        }
+    }
+
+    /// Charges a merge of two sorted lists of `len` items for each item of a finished sweep: `max(ceil(log2 (2 len)), 1)`
+    /// vector steps over all items of the lists (bitonic merge, Batcher 1968). Lists of one item are a comparison, which
+    /// [`Cost::charge_combination`] contains.
+    pub fn charge_list_merges(&mut self, sweep: Sweep, len: u32) {
+        if len > 1 {
+            let items = sweep.items() * 2 * u64::from(len);
+            for _ in 0..ceil_log2(2 * u64::from(len)) {
+                self.pay(Primitive::VectorStep, items as usize);
+            }
+        }
     }
 
     /// Charges the delivery of a finished sweep's items to their receivers, which drop the items that they already

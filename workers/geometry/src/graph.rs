@@ -119,7 +119,7 @@ pub fn graph_direct<P: Point>(
         list: Vec::new(),
         lists: Lists::default(),
     };
-    cost.all_pairs(&points, &columns, &mut edges);
+    cost.all_pairs_to_lists(&points, &columns, &mut edges);
     edges.lists
 }
 

@@ -92,7 +92,7 @@ pub fn nearest_direct<P: Point>(
     let columns = CoordinateArrays::of(cols.iter().map(at));
     let bounds = (0..rows.len()).map(limit2).collect();
     let mut nearest = Nearest::new(rows, cols, k, bounds);
-    cost.all_pairs(&points, &columns, &mut nearest);
+    cost.all_pairs_to_nearest(&points, &columns, k, &mut nearest);
     nearest.lists
 }
 
@@ -110,6 +110,11 @@ pub fn nearest_in_blocks<P: Point>(
     nearest.starts_small = k > 1;
     nearest.lists = NearestLists::with_capacity(members.len(), members.len() * k.min(members.len()));
     cost.all_pairs_in_blocks(blocks, &mut nearest);
+    let mut pairs = cost.sweep();
+    for _ in &members {
+        pairs.visit_all(&members);
+    }
+    cost.charge_lists(pairs, k);
     let mut found = nearest.lists;
     let (mut kth2, mut positions) = (vec![0.0; members.len()], vec![0; members.len()]);
     for (position, (&i, &of_place)) in (0u32..).zip(blocks.order().iter().zip(&found.kth2)) {

@@ -93,18 +93,21 @@ fn reply<P: Point>(cx: &mut Context<P>, region: &PointBatch<P>, members: &[Membe
     let mut cost = cx.own_cost();
     cost.sort(&mut members.to_vec(), |a, b| region.ids[a.at].cmp(&region.ids[b.at]));
     let points: Vec<P> = cost.map(members, |member| region.positions[member.at]);
-    let order = insertion_order(&points);
+    let (order, mut on_curve) = (insertion_order(&points), cost.sweep());
+    on_curve.visit_all(&points);
+    cost.charge_sort(on_curve);
     let stop = cx.config().stop.clone();
     let Ok(delaunay) = Incremental::build_while(points, Some(&order), &mut || !stop.is_raised()) else {
         return;
     };
     delaunay.charge(&mut cost);
-    let mut links = cost.sweep();
+    let (mut links, mut ends) = (cost.sweep(), cost.sweep());
     let mut batches: BTreeMap<Rank, Neighbourhoods<P>> = BTreeMap::new();
     let mut link: Vec<P::Facet> = Vec::new();
     for (vertex, member) in (0u32..).zip(members).filter(|(_, member)| member.unresolved) {
         delaunay.link_of(vertex, &mut link);
         let mut around: Vec<u32> = links.visit_all(&link).iter().flat_map(AsRef::as_ref).copied().collect();
+        ends.visit_all(&around);
         around.sort_unstable();
         around.dedup();
         around.retain(|&v| v != INFINITE);
@@ -117,6 +120,7 @@ fn reply<P: Point>(cx: &mut Context<P>, region: &PointBatch<P>, members: &[Membe
         }
     }
     cost.charge_sweep(links);
+    cost.charge_sort(ends);
     cx.charge(Account::leader(Phase::Fallback, NodeId::ROOT), cost, members.len() as u64);
     let body = |Neighbourhoods { vertices, counts, points }| Body::Region {
         vertices: Bulk(vertices),

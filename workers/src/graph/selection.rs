@@ -11,7 +11,7 @@
 //! The phase precedes the nearest-neighbour balls, because only some supergraphs need them for all points.
 //!
 //! **Work and depth.** All pairs of a sampled point and a point of its leaf, and the descent
-//! (`crate::neighbours::descent`). The stars of the sample are not charged.
+//! (`crate::neighbours::descent`). Then the stars of the sample, in one vector step.
 //!
 //! **Rounds.** The rounds of the descent, one round for the reports to the coordinator, and one for its choice.
 //!

@@ -220,7 +220,9 @@ fn graph_of_leaves<P: Point>(
         let _span = site.subproblem(Phase::Graph, leaf.id(), "leaf graph", leaf.owned_len());
         let owned: Vec<u32> = leaf.owned().collect();
         let members = ghosts.members(at, leaf);
-        let mut cost = meter.fresh();
+        let (mut cost, mut sorted) = (meter.fresh(), meter.sweep());
+        members[leaf.owned_len() as usize..].iter().for_each(|_| sorted.visit());
+        cost.charge_sort(sorted);
         let lists = graph_direct(rule, table.positions(), table.radii2(), &owned, &members, &mut cost);
         (lists, cost, members.len() as u64)
     });

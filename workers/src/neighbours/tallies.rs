@@ -65,18 +65,20 @@ impl Tallies {
     /// searches for.
     ///
     /// At an inner node, the balls are replicated to the children on the way down, and the results of the replicas are
-    /// combined on the way up. At a leaf, each ball is tested against each point.
+    /// combined on the way up, list by list if there are lists. At a leaf, each ball is tested against each point.
     pub(crate) fn into_charges(self, meter: Cost, wanted: u32) -> impl Iterator<Item = NodeCharge> {
         let own = meter.nested();
         let inner = self.inner.into_iter().map(move |(node, Visits { down, both })| {
             let (mut cost, items) = (meter.fresh(), down.items());
             cost.charge_replication(down);
-            cost.charge_combination(both.times(wanted));
+            cost.charge_combination(both);
+            cost.charge_list_merges(both, wanted);
             NodeCharge { node, cost, items }
         });
         let leaves = self.pairs.into_iter().map(move |(node, pairs)| {
             let (mut cost, items) = (own.fresh(), pairs.items());
             cost.charge_pairs(pairs);
+            cost.charge_lists(pairs, wanted as usize);
             NodeCharge { node, cost, items }
         });
         inner.chain(leaves)

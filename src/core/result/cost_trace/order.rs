@@ -58,6 +58,8 @@ fn flow(phase: Phase) -> Flow {
     match phase {
         Phase::Summaries | Phase::Merge | Phase::Check | Phase::Certificate | Phase::Fallback => Flow::Up,
         Phase::Partition | Phase::Choice | Phase::Sets => Flow::Down,
+        // A leaf may receive the ends of edges from any other leaf, so the graph waits for everything before it.
+        Phase::Graph => Flow::Down,
         Phase::Probe | Phase::Neighbours | Phase::KnnProbe | Phase::Knn => Flow::Down,
         _ => Flow::Local,
     }

@@ -71,12 +71,6 @@ impl Sweep {
         blocks.find_within(centre, limit2, start, found);
     }
 
-    /// Returns a sweep in which each item of this one counts as `count` items.
-    #[must_use]
-    pub fn times(self, count: u32) -> Self {
-        Sweep { items: self.items * u64::from(count) }
-    }
-
     /// Returns the number of items so far.
     pub fn items(&self) -> u64 {
         self.items

@@ -165,6 +165,12 @@ proptest! {
         prop_assert_eq!(cost_of(|c| c.charge_replication(swept(m))), as_calls(P::Replicate));
         prop_assert_eq!(cost_of(|c| c.charge_combination(swept(m))), as_calls(P::Combine));
         prop_assert_eq!(cost_of(|c| c.charge_pairs(swept(m))), as_calls(P::Pairs));
+        prop_assert_eq!(cost_of(|c| c.charge_sort(swept(m))), as_calls(P::Sort));
+        let merges = [(P::VectorStep, 2 * 12 * m); 5];
+        prop_assert_eq!(cost_of(|c| c.charge_list_merges(swept(m), 12)), paid(&merges));
+        prop_assert_eq!(cost_of(|c| c.charge_list_merges(swept(m), 1)), Price::ZERO);
+        prop_assert_eq!(cost_of(|c| c.charge_lists(swept(m), 1)), Price::ZERO);
+        prop_assert_eq!(cost_of(|c| c.charge_lists(swept(m), 2)), paid(&[(P::Sort, m), (P::VectorStep, m)]));
         prop_assert_eq!(cost_of(|c| c.charge_sequence(swept(m))), as_calls(P::Sequential));
         prop_assert_eq!(cost_of(|c| c.charge_delivery(swept(m))), as_calls(P::Delivery));
         prop_assert_eq!(cost_of(|c| c.sequential(m, (), |(), _| ())), as_calls(P::Sequential));
@@ -177,6 +183,12 @@ proptest! {
         let pairs = paid(&[(P::Pairs, points.len() * points.len())]);
         let columns = CoordinateArrays::of(points.iter().copied());
         prop_assert_eq!(cost_of(|c| c.all_pairs(&points, &columns, &mut Ignore)), pairs);
+        let all = points.len() * points.len();
+        let lists = paid(&[(P::Pairs, all), (P::VectorStep, all)]);
+        prop_assert_eq!(cost_of(|c| c.all_pairs_to_lists(&points, &columns, &mut Ignore)), lists);
+        let nearest = paid(&[(P::Pairs, all), (P::Sort, all), (P::VectorStep, all)]);
+        prop_assert_eq!(cost_of(|c| c.all_pairs_to_nearest(&points, &columns, 3, &mut Ignore)), nearest);
+        prop_assert_eq!(cost_of(|c| c.all_pairs_to_nearest(&points, &columns, 1, &mut Ignore)), pairs);
         prop_assert_eq!(cost_of(|c| c.all_pairs_in_blocks(&KdBlocks::of(&points), &mut Ignore)), pairs);
     }
 }

@@ -154,6 +154,7 @@ impl<P: Point> StarBuilder<P> {
         let mut facet = P::Facet::splat(0);
         let (mut found, mut q) = (0, 1);
         let mut sweep = cost.sweep();
+        // The first candidate of each dimension needs those before it, so each dimension is a sweep.
         while found < P::DIM {
             if q == self.points.len() && !more(self) {
                 break;
@@ -165,6 +166,7 @@ impl<P: Point> StarBuilder<P> {
                 facet.as_mut()[found] = q as u32 - 1;
                 found += 1;
                 basis[found] = p.at;
+                cost.charge_sweep(std::mem::take(&mut sweep));
             }
             q += 1;
         }
@@ -214,12 +216,14 @@ impl<P: Point> StarBuilder<P> {
     }
 
     /// Sweeps over the facets, and replaces the cavity if there is one. If `checks_reach` is set, the sweep is also
-    /// charged for the test of each facet's reach.
+    /// charged for the test of each facet's reach. Up to four dependent sweeps follow: over the facets that single precision
+    /// left uncertain, the ridges of the cavity, the planes of the new facets, and their ridges.
     #[inline(always)]
     pub(super) fn insert(&mut self, q: u32, checks_reach: bool, cost: &mut Cost) {
         let image = candidate(&self.points, q).image;
         let mut sweep = cost.sweep();
         sweep.visit_lanes(if checks_reach { 2 * self.link.len() } else { self.link.len() });
+        cost.charge_sweep(sweep);
         self.uncertain.clear();
         let (mut seed, mut undecided) = (None, false);
         self.planes.each_uncertain(&image.at, |facet, side| {
@@ -236,9 +240,13 @@ impl<P: Point> StarBuilder<P> {
             }
             let (sides, cavity) = (&self.sides, if undecided { &self.cavity } else { &self.uncertain });
             let conflicts = !cavity.is_empty();
-            // Counts the facets that single precision left uncertain, and the ridges of the removed facets.
-            sweep.visit_lanes(self.uncertain.len() + P::DIM * cavity.len());
+            let mut exact = cost.sweep();
+            exact.visit_all(&self.uncertain);
+            cost.charge_sweep(exact);
             if conflicts {
+                let mut ridges = cost.sweep();
+                cavity.iter().for_each(|_| ridges.visit_lanes(P::DIM));
+                cost.charge_sweep(ridges);
                 for &facet in cavity {
                     if let Some(is_removed) = self.loaded.get_mut(facet as usize)
                         && !*is_removed
@@ -257,11 +265,12 @@ impl<P: Point> StarBuilder<P> {
             }
             if conflicts {
                 self.enter_created(image.length);
-                // Counts the planes of the new facets, and their ridges.
-                sweep.visit_lanes((1 + P::DIM) * self.link.created().len());
+                let (mut planes, mut ridges) = (cost.sweep(), cost.sweep());
+                planes.visit_all(self.link.created()).iter().for_each(|_| ridges.visit_lanes(P::DIM));
+                cost.charge_sweep(planes);
+                cost.charge_sweep(ridges);
             }
         }
-        cost.charge_sweep(sweep);
     }
 
     /// Computes the planes of the new facets. No later image is longer than `longest`.

@@ -48,7 +48,7 @@ pub struct Total {
     /// Depth if a scan of `m` items counts `ceil(log2 m)`.
     pub depth_log_scan: u64,
     /// Brent's bound on the time with `n` processors. A step is a phase at a level of the tree. The bound is the sum
-    /// of `floor((work - depth) / n) + depth` over all steps.
+    /// of `ceil((work - depth) / n) + depth` over all steps.
     pub brent: u64,
 }
 
@@ -94,7 +94,9 @@ fn flow(phase: Phase, part: &LedgerPart) -> Flow {
         Phase::Repair | Phase::Independent => Flow::Steps,
         Phase::Neighbours if part.passes().next().is_some() => Flow::Up,
         Phase::Summaries | Phase::Merge | Phase::Check | Phase::Certificate | Phase::Fallback => Flow::Up,
-        Phase::Partition
+        // A leaf may receive the ends of edges from any other leaf, so the graph waits for everything before it.
+        Phase::Graph
+        | Phase::Partition
         | Phase::Choice
         | Phase::Sets
         | Phase::Probe
@@ -204,7 +206,7 @@ fn total(part: &LedgerPart, phases: &[Phase], population: u64) -> Total {
     }
     let n = population.max(1);
     let work = steps.values().map(Price::work).sum();
-    let brent = steps.values().map(|p| p.work().saturating_sub(p.depth()) / n + p.depth()).sum();
+    let brent = steps.values().map(|p| p.work().saturating_sub(p.depth()).div_ceil(n) + p.depth()).sum();
     Total {
         work,
         depth: Clock::run(part, phases, false).end(),
