@@ -11,10 +11,11 @@
 use crate::experiment::Spread;
 use crate::experiment::fit::{ClusterRow, Estimate, clustered};
 
+use super::claim::LEVEL;
 use super::counted::Counted;
 use super::lab::Lab;
 use super::sweeps::{Sweep, lists, recursions};
-use super::{Claim, ClaimError, Figure, Reading, Role};
+use super::{Claim, ClaimError, Figure, Reading, Role, Statistics};
 
 /// Largest quadratic term, as a share of the depth at the largest size.
 const SHARE: f64 = 0.1;
@@ -28,7 +29,13 @@ const LOCAL: [&str; 5] = ["radii", "graph", "hulls", "check", "knn-radii"];
 pub(super) const CLAIMS: &[Claim] = &[Claim {
     name: "depth-law",
     role: Role::Test,
-    statistics: None,
+    statistics: Some(Statistics {
+        level: LEVEL,
+        fault: "slow:hulls:root3",
+        caught: 0,
+        of: 0,
+        smallest: "not measured",
+    }),
     source: "Theorem 4.4, Lemma 4.5",
     statement: "DT(P) takes O(log n) depth on an EREW PRAM with unit-time scans",
     reading: Reading::AsPrinted,

@@ -3,10 +3,11 @@
 use crate::experiment::fit::{ClusterRow, clustered};
 
 use super::bounds::LEVELS;
+use super::claim::LEVEL;
 use super::counted::NodeCounts;
 use super::lab::Lab;
 use super::sweeps::{Sweep, lists, recursions, trees};
-use super::{Claim, ClaimError, Figure, Reading, Role};
+use super::{Claim, ClaimError, Figure, Reading, Role, Statistics};
 
 /// Largest growth of a level for each doubling of its nodes, in steps.
 const STEPS: f64 = 0.5;
@@ -17,7 +18,13 @@ const CAPPED: u64 = 1600;
 pub(super) const CLAIMS: &[Claim] = &[Claim {
     name: "level-depth",
     role: Role::Test,
-    statistics: None,
+    statistics: Some(Statistics {
+        level: LEVEL,
+        fault: "slow:partition:log",
+        caught: 0,
+        of: 0,
+        smallest: "not measured",
+    }),
     source: "Section 2, Section 4.3, Lemma 4.5",
     statement: "a level of the recursion takes constant time with n processors, for any size of its nodes",
     reading: Reading::AsPrinted,

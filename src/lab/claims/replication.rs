@@ -8,10 +8,11 @@ use septet_core::config::{Alpha, DEFAULT_ALPHA, Graph, Neighbours, Until, Worker
 use septet_core::generate::Kind;
 
 use super::bounds::{REPLICATION, ReplicationBounds};
+use super::claim::LEVEL;
 use super::counted::Counted;
 use super::lab::{Lab, Sample};
 use super::sweeps::{LEAF, LIST, recursions, sizes};
-use super::{Claim, ClaimError, Extent, Figure, Reading, Role};
+use super::{Claim, ClaimError, Extent, Figure, Reading, Role, Statistics};
 
 /// alpha of the overlap graphs.
 const OVERLAP: f64 = 2.0;
@@ -28,7 +29,13 @@ const SMALLEST: u64 = 512;
 pub(super) const CLAIMS: &[Claim] = &[Claim {
     name: "replication",
     role: Role::Test,
-    statistics: None,
+    statistics: Some(Statistics {
+        level: LEVEL,
+        fault: "flood",
+        caught: 0,
+        of: 0,
+        smallest: "not measured",
+    }),
     source: "Section 4.3 steps 1 to 4, Lemma 4.5",
     statement: "recursion on P_I u P_O and P_E u P_O down to some constant keeps O(n) points in total",
     reading: Reading::AsRead {

@@ -8,7 +8,7 @@ use septet_core::config::{Alpha, DEFAULT_ALPHA, Graph, Neighbours, Until};
 use septet_core::generate::Kind;
 
 use super::counted::Counted;
-use super::figure::worse;
+use super::figure::largest;
 use super::lab::{Lab, Sample};
 use super::{ClaimError, Extent};
 
@@ -57,7 +57,7 @@ impl Sweep {
 
     /// Returns the largest value of all runs. It is undefined if there is no run or a value is undefined.
     pub(super) fn largest(&self, value: impl Fn(&Counted) -> f64) -> f64 {
-        self.runs.iter().map(value).reduce(worse).unwrap_or(f64::NAN)
+        largest(self.runs.iter().map(value))
     }
 
     /// Returns `true` if every run must charge the phase.
