@@ -1,7 +1,7 @@
 //! Theorem 4.4 with its two halves: time with n processors, and work.
 //!
 //! **Statement.** Let a phase have work `W` and depth `D` at level l. By Brent's principle, n processors run all levels
-//! in `T_n = sum over phases and levels of (W - D) / n + D` steps. `T_n` of a run is `machine.paper.brent +
+//! in `T_n = sum over phases and levels of ceil((W - D) / n) + D` steps. `T_n` of a run is `machine.paper.brent +
 //! machine.repair.brent` of its report. Theorem 4.4 says that `T_n` is `O(log n)`, and hence that the work is
 //! `O(n log n)`.
 

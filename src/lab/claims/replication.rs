@@ -55,7 +55,7 @@ fn replication(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     for bounds in &REPLICATION {
         for d in [2, 3] {
-            let sample = Sample::new(bounds.kind, lab.size(1 << 16, 1 << 16), d);
+            let sample = Sample::new(bounds.kind, if lab.brief() { 1 << 13 } else { 1 << 16 }, d);
             figures.extend(members(lab, sample, bounds)?);
             figures.extend(of_lists(lab, sample, bounds)?);
         }
