@@ -21,7 +21,7 @@ const fn pair(fault: &'static str, fail: &'static [&'static str]) -> Pair {
 
 /// The pairs of faults and claims. The guide has them in the last column of the table of faults. `bench/accept/faults.py`
 /// measures them at full size, where `slow:hulls:root3` needs no factor.
-const PAIRS: [Pair; 13] = [
+static PAIRS: [Pair; 13] = [
     pair("slow:partition:log2", &["level-depth"]),
     pair("slow:hulls:root3:4", &["depth-law"]),
     pair("sequential-leaf", &["brent"]),
@@ -39,11 +39,14 @@ const PAIRS: [Pair; 13] = [
 ];
 
 /// The pairs of [`a_clock_for_each_worker_makes_subproblems_wait`].
-const OF_CLOCKS: [&str; 3] = ["free-of-workers", "level-depth", "brent"];
+static OF_CLOCKS: [&str; 3] = ["free-of-workers", "level-depth", "brent"];
 
 /// The claims that must fail for a fault of each form of charges, for every phase in [`BOUNDED`] or every phase of the paper.
-const OF_CHARGES: [(&str, &[&str]); 3] =
-    [("slow", &["accounts"]), ("work", &["accounts", "lower-bounds"]), ("free", &["accounts", "lower-bounds"])];
+static OF_CHARGES: [(&str, &[&str]); 3] = [
+    ("slow", &["accounts"]),
+    ("work", &["accounts", "lower-bounds"]),
+    ("free", &["accounts", "lower-bounds"]),
+];
 
 /// The phases of the paper with a natural size. The results do not need the probes.
 const BOUNDED: [&str; 11] = [
@@ -123,8 +126,8 @@ fn the_right_machine_passes() {
 
 #[test]
 fn every_fault_of_a_pair_is_caught() {
-    for Pair { fault, fail, extent } in PAIRS {
-        fails(fault, fail, extent);
+    for Pair { fault, fail, extent } in &PAIRS {
+        fails(fault, fail, *extent);
     }
 }
 
@@ -195,11 +198,7 @@ fn a_sphere_round_a_sample_leaves_other_claims() {
 
 #[test]
 fn a_clock_for_each_worker_makes_subproblems_wait() {
-    turns(
-        Fault::OneClock,
-        &OF_CLOCKS,
-        &["levels", "supergraph", "replication", "merged-per-round"],
-    );
+    turns(Fault::OneClock, &OF_CLOCKS, &["levels", "supergraph", "replication", "merged-per-round"]);
 }
 
 #[test]

@@ -49,8 +49,8 @@ fn phases(sweep: &Sweep, seed: u64, lists: bool) -> Vec<Figure> {
     let mut figures = Vec::new();
     let d = sweep.dimension();
     for phase in PHASES.iter().filter(|phase| phase.of_lists == lists) {
-        let work = sweep
-            .largest(|run| sweep.count(run, phase.name, |p| p.work) / (run.line.n as f64 * run.log()));
+        let work =
+            sweep.largest(|run| sweep.count(run, phase.name, |p| p.work) / (run.line.n as f64 * run.log()));
         let what = format!("work of {} over n log2 n", phase.name);
         figures.push(Figure::at_most(what, &sweep.name, seed, work, phase.work.of(d)));
         let depth = sweep.largest(|run| sweep.count(run, phase.name, |p| p.depth) / run.log());

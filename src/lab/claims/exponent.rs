@@ -41,11 +41,11 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 2 (4), Section 4.3 step 2",
         statement: "|B_O| = O(alpha n^(1-1/d)) for sphere separators of neighbour balls, for any points",
         reading: Reading::AsPrinted,
-        experiment: "Fit of log |B_O| against log m over all nodes of at least 500 points, leaves of 60, alpha 2.5, draws from \
-                     400 samples, errors clustered by run: five well-spaced sets, and five sets of 9,600 points on shells of \
-                     ratio 1.3, by spheres and by planes at the median; the end of the one-sided 95 % interval. On shells, the \
-                     largest share of the root for spheres and the smallest for planes. The default of 100 samples does not \
-                     show the exponent of large nodes (`separator-samples`)",
+        experiment: "Fit of log |B_O| against log m over all nodes of at least 500 points, with leaves of 60, alpha 2.5 and draws \
+                     from 400 samples: the end of the one-sided 95 % interval, with errors clustered by run. Five well-spaced \
+                     sets by spheres, and five sets of 9,600 points on shells of ratio 1.3 by spheres and by planes at the \
+                     median. On shells, the largest share of the root for spheres and the smallest for planes. The default of \
+                     100 samples does not show the exponent of large nodes (`separator-samples`)",
         bound: "1 - 1/d and 0.03 (in the plane 0.10, where the term of next order is larger) on well-spaced sets; 0.75 on \
                 shells, where nodes are small, against at least 0.90 for planes, which cut all shells; 0.12 n at the root, as \
                 1.3^-i decays within a few shells, against at least 0.5 n",

@@ -131,12 +131,7 @@ pub(super) struct Floor {
     pub(super) depth: &'static [Term],
 }
 
-const fn floor(
-    runs: Runs,
-    phase: &'static str,
-    work: &'static [Term],
-    depth: &'static [Term],
-) -> Floor {
+const fn floor(runs: Runs, phase: &'static str, work: &'static [Term], depth: &'static [Term]) -> Floor {
     Floor { phase, runs, work, depth }
 }
 

@@ -31,8 +31,8 @@ pub(super) const CLAIMS: &[Claim] = &[Claim {
     experiment: "Fit of the depth of a node per attempt against log2 of its points m, over all split nodes of at least 1,600 \
                  points: the upper end of the one-sided 95 % interval of the slope, errors clustered by run; for smaller nodes \
                  and for all nodes that probe, the largest depth",
-    bound: "0.5 steps per doubling: a single scan of m items that is charged log2 m steps adds 1; for smaller nodes and \
-            probes, 1.15 times the largest depth over the seeds 1 to 3, because the primitives of a level have a constant depth",
+    bound: "0.5 steps per doubling: a single scan of m items that is charged log2 m steps adds 1. For smaller nodes and \
+            probes, 1.15 times the largest depth over the seeds 1 to 3: the primitives of a level have a constant depth",
     check: levels,
 }];
 

@@ -26,11 +26,10 @@ pub(super) const CLAIMS: &[Claim] = &[Claim {
     statement: "the work and depth of every phase count all operations of the phase",
     reading: Reading::AsPrinted,
     experiment: "Leaves of 60 points, on well-spaced sets, uniform sets and clusters: density graphs, lists of 12 neighbours, and \
-                 independent sets of sites. The work and the depth of each phase over sums of natural sizes (pairs in leaves, balls \
-                 at nodes, candidates times link facets, levels, rounds), which are recomputed from points, cells, surfaces \
-                 and sites",
-    bound: "0.9 times the sum of the natural sizes, each times the price of the primitives that the guide lists for the phase: \
-            samples are random, and some balls have smaller radii than in the machine. Probes have no natural size",
+                 independent sets of sites. The work and the depth of each phase, over sums of natural sizes such as pairs in \
+                 leaves, balls at nodes, levels or rounds. All sizes are recomputed from points, cells, surfaces and sites",
+    bound: "0.9 times the sum of natural sizes, each times the price of the primitives that the guide lists for the phase. \
+            Samples are random, and some balls are smaller here than in the machine. Probes have no natural size",
     check: lower_bounds,
 }];
 
@@ -55,7 +54,8 @@ fn lower_bounds(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
             for (of, measured) in runs {
                 let certain = of == Runs::Graphs && kind == Kind::WellSpaced;
                 let floors = FLOORS.iter();
-                let floors = floors.filter(|floor| floor.runs == of || certain && floor.runs == Runs::WellSpaced);
+                let floors =
+                    floors.filter(|floor| floor.runs == of || certain && floor.runs == Runs::WellSpaced);
                 figures.extend(floors.flat_map(|floor| checked(&measured, floor, lab.seed())));
             }
         }

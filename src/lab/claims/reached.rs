@@ -124,9 +124,15 @@ mod tests {
         let expected =
             Reached { at_nodes: 4.0, to_both: 2.0, pairs_with_visitors: 4.0, pairs_with_members: 12.0 };
         assert_eq!(found, expected);
-        let boxed = reached(&tree, &points, &[0.9; 4], |i, node| {
-            if node.distance(&points[i]) <= 0.9 { 0.9 } else { -1.0 }
-        });
+        let boxed =
+            reached(
+                &tree,
+                &points,
+                &[0.9; 4],
+                |i, node| {
+                    if node.distance(&points[i]) <= 0.9 { 0.9 } else { -1.0 }
+                },
+            );
         // The boxes are farther away than the plane.
         assert_eq!((boxed.to_both, boxed.pairs_with_members), (0.0, 8.0));
         assert!(is_below(12, 3) && is_below(3, 3) && !is_below(12, 2) && !is_below(1, 2));

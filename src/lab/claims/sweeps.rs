@@ -31,17 +31,8 @@ pub(super) struct Sweep {
 }
 
 /// The phases of a complete run with a density graph.
-const OF_RECURSIONS: &[&str] = &[
-    "partition",
-    "radii",
-    "neighbours",
-    "summaries",
-    "separator-sets",
-    "graph",
-    "hulls",
-    "check",
-    "merge",
-];
+const OF_RECURSIONS: &[&str] =
+    &["partition", "radii", "neighbours", "summaries", "separator-sets", "graph", "hulls", "check", "merge"];
 
 /// The phases down the tree, and within its leaves, of a run up to the graph of nearest-neighbour lists.
 const OF_LISTS: &[&str] = &["partition", "summaries", "knn-radii", "knn"];
