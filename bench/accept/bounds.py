@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Prints the tables of src/lab/claims/bounds.rs: 1.15 times the largest value of several seeds.
+"""Prints the tables of src/lab/claims/bounds.rs: 1.15 times the largest value over the seeds of the reports.
 
     for s in 1 2 3; do
         septet reproduce brent level-depth replication --seed $s --json c$s.json

@@ -99,6 +99,10 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
     let show = Show { table: !is_json_printed, figures: args.figures };
     let checked = check(&claims, setting, journal, show, talk)?;
     let report = ClaimReport::of(extent, args.seed, checked).with_fault(fault);
+    // Holm's method needs the p-values of all claims.
+    for claim in report.claims.iter().filter(|claim| claim.is_statistical()) {
+        show.claim(claim, fault.is_some(), talk);
+    }
     if let Some(path) = &args.json {
         let mut text = serde_json::to_string_pretty(&report)
             .map_err(|e| Failure::new(Code::Failed, format!("the results cannot be written: {e}")))?;
@@ -128,28 +132,43 @@ struct Show {
     figures: bool,
 }
 
-fn check(
-    claims: &[&'static Claim],
-    setting: LabOptions,
-    mut journal: Option<ClaimJournal>,
-    Show { table, figures }: Show,
-    talk: &Talk,
-) -> Result<Vec<CheckedClaim>, Failure> {
-    let show = |text: &str| {
-        if table {
+impl Show {
+    fn text(self, text: &str, talk: &Talk) {
+        if self.table {
             talk.aside(|| {
                 // If the reader has closed the pipe, the exit code still gives the result.
                 let _ = files::print(text);
             });
         }
-    };
+    }
+
+    /// Prints the rows of a claim. A planted fault is expected to make claims fail, so only those claims are printed.
+    fn claim(self, claim: &CheckedClaim, planted: bool, talk: &Talk) {
+        if planted && claim.passed {
+            return;
+        }
+        self.text(&claim.rows(), talk);
+        if self.figures || !claim.passed {
+            self.text(&claim.details(!self.figures), talk);
+        }
+    }
+}
+
+/// Checks the claims. Prints those without p-values; the results of the others depend on the p-values of all claims.
+fn check(
+    claims: &[&'static Claim],
+    setting: LabOptions,
+    mut journal: Option<ClaimJournal>,
+    show: Show,
+    talk: &Talk,
+) -> Result<Vec<CheckedClaim>, Failure> {
     let at = std::cell::Cell::new((0, ""));
     let total = claims.len() as u64;
     let mut lab = Lab::new(setting, |what| {
         let (done, claim) = at.get();
         talk.stage(&format!("{claim}: {what}"), done, Some(total));
     });
-    show(&ClaimReport::head());
+    show.text(&ClaimReport::head(), talk);
     let mut all = Vec::new();
     for (claim, done) in claims.iter().zip(0..) {
         at.set((done, claim.name));
@@ -162,14 +181,8 @@ fn check(
                 checked
             }
         };
-        // A fault is expected to make claims fail, so only those claims are shown.
-        if lab.options.fault.is_some() && checked.passed {
-            all.push(checked);
-            continue;
-        }
-        show(&checked.rows());
-        if figures || !checked.passed {
-            show(&checked.details(!figures));
+        if !checked.is_statistical() {
+            show.claim(&checked, lab.options.fault.is_some(), talk);
         }
         all.push(checked);
     }

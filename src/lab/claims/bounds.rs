@@ -1,7 +1,10 @@
-//! The constants of `brent`: 1.15 times the largest value of the seeds 1 to 3.
+//! The constants of `brent`, `level-depth` and `replication`.
+//!
+//! Each constant is 1.15 times the largest value over the seeds 1 to 3, rounded up to three digits. The only exception is
+//! the certificate, whose constants follow from those of a check and a merge. The claims state this in their bounds.
 //!
 //! `septet reproduce brent level-depth replication --figures --seed S` prints the values. After a change of the charges,
-//! `bench/accept/bounds.py` prints these tables from the reports of 20 seeds.
+//! `bench/accept/bounds.py` prints these tables from the reports of these seeds.
 
 use septet_core::generate::Kind;
 
@@ -43,10 +46,10 @@ const fn of_lists(name: &'static str, work: Bound, depth: Bound) -> PhaseBounds 
     PhaseBounds { name, of_lists: true, work, depth }
 }
 
-/// Bound on `T_n` over `log2 n`.
+/// Bound on `T_n` over `log2 n`: 1.15 times the largest value over the seeds 1 to 3.
 pub(super) const T_N: Bound = Bound::new(232.0, 521.0);
 
-/// The bounds of the phases.
+/// The bounds of the phases: 1.15 times the largest values over the seeds 1 to 3.
 pub(super) const PHASES: [PhaseBounds; 14] = [
     phase("partition", Bound::new(47.2, 46.1), Bound::new(72.1, 76.2)),
     phase("radii", Bound::new(17.5, 17.5), Bound::new(0.384, 0.384)),
@@ -82,7 +85,7 @@ const fn of_probe(name: &'static str, depth: Bound) -> LevelCap {
     LevelCap { probes: true, ..level(name, depth) }
 }
 
-/// The caps of the levels, in steps.
+/// The caps of the levels, in steps: 1.15 times the largest depth of a node over the seeds 1 to 3.
 pub(super) const LEVELS: [LevelCap; 7] = [
     level("partition", Bound::new(93.2, 96.6)),
     of_probe("probe", Bound::new(11.5, 11.5)),
@@ -113,7 +116,7 @@ const fn of_kind(kind: Kind, [density, overlap, items, visits, bytes]: [Bound; 5
     ReplicationBounds { kind, density, overlap, items, visits, bytes }
 }
 
-/// The bounds of `replication`: 1.15 times the largest value of the seeds 1 to 3.
+/// The bounds of `replication`: 1.15 times the largest value over the seeds 1 to 3.
 pub(super) const REPLICATION: [ReplicationBounds; 9] = [
     of_kind(
         Kind::Uniform,

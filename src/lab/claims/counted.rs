@@ -59,11 +59,6 @@ impl Counted {
     pub(super) fn splits(&self) -> impl Iterator<Item = &NodeCounts> {
         self.nodes.iter().filter(|node| !node.facts.is_leaf())
     }
-
-    /// Returns the leaves.
-    pub(super) fn leaves(&self) -> impl Iterator<Item = &NodeCounts> {
-        self.nodes.iter().filter(|node| node.facts.is_leaf())
-    }
 }
 
 impl NodeCounts {

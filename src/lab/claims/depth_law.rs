@@ -11,10 +11,11 @@
 use crate::experiment::Spread;
 use crate::experiment::fit::{ClusterRow, Estimate, clustered};
 
+use super::claim::LEVEL;
 use super::counted::Counted;
 use super::lab::Lab;
 use super::sweeps::{Sweep, lists, recursions};
-use super::{Claim, ClaimError, Figure, Reading, Role};
+use super::{Claim, ClaimError, Figure, Reading, Role, Statistics};
 
 /// Largest quadratic term, as a share of the depth at the largest size.
 const SHARE: f64 = 0.1;
@@ -28,7 +29,13 @@ const LOCAL: [&str; 5] = ["radii", "graph", "hulls", "check", "knn-radii"];
 pub(super) const CLAIMS: &[Claim] = &[Claim {
     name: "depth-law",
     role: Role::Test,
-    statistics: None,
+    statistics: Some(Statistics {
+        level: LEVEL,
+        fault: "slow:hulls:root3",
+        caught: 0,
+        of: 0,
+        smallest: "not measured",
+    }),
     source: "Theorem 4.4, Lemma 4.5",
     statement: "DT(P) takes O(log n) depth on an EREW PRAM with unit-time scans",
     reading: Reading::AsPrinted,
@@ -44,9 +51,8 @@ fn law(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let seed = lab.seed();
     let mut figures = Vec::new();
     for sweep in recursions(lab)? {
-        figures.push(bend(&sweep, "all phases but the probe", seed, |run| Some(sum(run))));
-        let phases = sweep.phases().into_iter().filter(|phase| phase != "probe");
-        figures.extend(phases.map(|phase| of_phase(&sweep, &phase, seed)));
+        figures.push(bend(&sweep, "all phases but the probe", seed, sum));
+        figures.extend(sweep.phases.iter().map(|phase| of_phase(&sweep, phase, seed)));
     }
     for sweep in lists(lab)? {
         figures.extend(["knn-radii", "knn"].map(|phase| of_phase(&sweep, phase, seed)));
@@ -54,8 +60,9 @@ fn law(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
+/// Returns the figure of a phase that every run must charge. It has no value if a run does not charge the phase.
 fn of_phase(sweep: &Sweep, phase: &str, seed: u64) -> Figure {
-    bend(sweep, phase, seed, |run| Some(run.line.phase(phase)?.depth as f64))
+    bend(sweep, phase, seed, |run| sweep.count(run, phase, |line| line.depth))
 }
 
 /// Returns the depth of all phases, without the steps of the probe on the longest chain.
@@ -65,10 +72,10 @@ fn sum(run: &Counted) -> f64 {
     (of(run.line.paper) + of(run.line.repair)).saturating_sub(probe) as f64
 }
 
-/// Returns the figure of a phase, over the runs that have a depth in it.
-fn bend(sweep: &Sweep, phase: &str, seed: u64, depth: impl Fn(&Counted) -> Option<f64>) -> Figure {
+/// Returns the figure of a phase. It has no value if the depth of a run is undefined.
+fn bend(sweep: &Sweep, phase: &str, seed: u64, depth: impl Fn(&Counted) -> f64) -> Figure {
     let local = LOCAL.contains(&phase);
-    let runs: Vec<(&Counted, f64)> = sweep.runs.iter().filter_map(|run| Some((run, depth(run)?))).collect();
+    let runs: Vec<(&Counted, f64)> = sweep.runs.iter().map(|run| (run, depth(run))).collect();
     let asked = || runs.iter().map(|(run, _)| run.line.asked);
     let (least, most) = (asked().min().unwrap_or(1), asked().max().unwrap_or(1));
     let above = |n: u64| (n as f64 / least as f64).log2();
@@ -82,7 +89,9 @@ fn bend(sweep: &Sweep, phase: &str, seed: u64, depth: impl Fn(&Counted) -> Optio
     let mean = last.iter().sum::<f64>() / last.len().max(1) as f64;
     let (what, column, scale) =
         if local { ("growth", 1, above(most)) } else { ("quadratic share", 2, above(most) * above(most)) };
-    let share = clustered(&rows, column).map(|term: Estimate| term.times(scale / mean.max(1.0)));
+    let defined = runs.iter().all(|(_, y)| y.is_finite());
+    let share = defined.then(|| clustered(&rows, column)).flatten();
+    let share = share.map(|term: Estimate| term.times(scale / mean.max(1.0)));
     let estimate = share.map_or(f64::NAN, |share| share.value);
     let what = format!(
         "{what} of the depth of {phase}, {mean:.0} at the largest n, estimated {:.2} %",

@@ -12,7 +12,7 @@ pub enum Extent {
     /// Less than three minutes on two cores.
     #[default]
     Quick,
-    /// Ten octaves of sizes and more seeds. This takes hours.
+    /// Eight to twelve octaves of sizes and more seeds. This takes hours.
     Full,
 }
 

@@ -37,6 +37,21 @@ pub struct Figure {
     pub p: Option<f64>,
 }
 
+/// Returns the larger value. An undefined value is the largest.
+pub(super) fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
+}
+
+/// Returns the largest value. It is undefined without values, or if a value is undefined.
+pub(super) fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
+    values.into_iter().reduce(worse).unwrap_or(f64::NAN)
+}
+
+/// Returns the smallest value. It is undefined without values, or if a value is undefined.
+pub(super) fn smallest(values: impl IntoIterator<Item = f64>) -> f64 {
+    -largest(values.into_iter().map(|value| -value))
+}
+
 /// Reads a number. JSON has `null` instead of a number that is not finite.
 fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     Ok(Option::<f64>::deserialize(from)?.unwrap_or(f64::NAN))
@@ -93,7 +108,27 @@ impl Figure {
             // to it.
             (true, true) => 0.5,
             (false, true) => f64::INFINITY,
+            // A figure without a value is decisive.
+            _ if self.value.is_nan() => f64::INFINITY,
             _ => above / below,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_undefined_value_satisfies_no_bound() {
+        for figure in [
+            Figure::at_most("depth", "no points", 1, f64::NAN, f64::INFINITY),
+            Figure::at_least("depth", "no points", 1, f64::NAN, 0.0),
+        ] {
+            assert!(!figure.holds() && figure.strain().is_infinite(), "{figure:?}");
+        }
+        assert!([[1.0, f64::NAN], [f64::NAN, 1.0]].into_iter().all(|[a, b]| worse(a, b).is_nan()));
+        assert_eq!([largest([1.0, 2.0, 0.5]), smallest([1.0, 2.0, 0.5])], [2.0, 0.5]);
+        assert!(largest([]).is_nan() && smallest([]).is_nan() && smallest([1.0, f64::NAN]).is_nan());
     }
 }

@@ -55,7 +55,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         role: Role::Test,
         statistics: None,
         source: "Lemma 4.1",
-        statement: "from G with degrees up to D_2, DT(P) takes O(T_CH(D_2)) with n processors, whatever n",
+        statement: "from G with degrees up to D_2, DT(P) takes O(T_CH(D_2)) with n processors, for any n",
         reading: Reading::AsPrinted,
         experiment: "Depth of the phase `hulls` over the largest degree of the graph, at several sizes",
         bound: "4 steps per neighbour: a step and a scan for each neighbour tested against the link, and as many again for the \

@@ -64,6 +64,11 @@ impl Sample {
         Sample { kind, n, d, lipschitz: kind.is_graded().then_some(GRADED_LIPSCHITZ) }
     }
 
+    /// Returns the size of all sites at the points: their mean distance.
+    pub(super) fn site_size(&self) -> f64 {
+        (self.n as f64).powf(-1.0 / self.d as f64)
+    }
+
     pub(super) fn name(&self) -> String {
         let graded = self.lipschitz.map_or_else(String::new, |l| format!(" L={l}"));
         format!("{}{graded} {}D n={}", self.kind.name(), self.d, self.n)
@@ -156,6 +161,11 @@ impl<'a> Lab<'a> {
         Ok(set)
     }
 
+    /// Returns the points of a set.
+    pub(super) fn points(&mut self, sample: Sample, seed: u64) -> Result<Vec<X>, ClaimError> {
+        Ok(coordinates(&self.set(sample, seed)?.points))
+    }
+
     fn base(&self, set: &Generated, seed: u64) -> Config {
         let spacing = set.spacing.map(|s| s.lipschitz);
         Config::default().with(|c| {
@@ -199,8 +209,7 @@ impl<'a> Lab<'a> {
         let set = self.set(sample, seed)?;
         (self.report)(&format!("independent set of {} seed {seed}", sample.name()));
         let config = change(self.base(&set, seed));
-        let size = (sample.n as f64).powf(-1.0 / sample.d as f64);
-        let sizes = vec![size; set.points.len()];
+        let sizes = vec![sample.site_size(); set.points.len()];
         Ok(match &set.points {
             Points::Plane(points) => independent(points, &sizes, 0, &config)?,
             Points::Space(points) => independent(points, &sizes, 0, &config)?,

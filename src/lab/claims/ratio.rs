@@ -7,6 +7,7 @@ use std::rc::Rc;
 
 use septet_core::generate::Kind;
 
+use super::figure::smallest;
 use super::lab::{Lab, Sample, Specimen};
 use super::measure::{
     CellShape, X, degrees, density, distance2, dot, edges, minus, pairs, shapes, smallest_angle, stars,
@@ -124,13 +125,13 @@ fn angle(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         let angles: Vec<f64> = free
             .map(|(row, _)| smallest_angle(&row.iter().map(|&v| points[v as usize]).collect::<Vec<X>>()))
             .collect();
-        let smallest = angles.iter().copied().fold(f64::INFINITY, f64::min);
-        let (constant, degrees) = (known_ratio(&specimen), smallest * 180.0 / PI);
+        let least = smallest(angles.iter().copied());
+        let (constant, degrees) = (known_ratio(&specimen), least * 180.0 / PI);
         let count = angles.len();
         let what = format!(
             "smallest angle of {count} triangles, {degrees:.2} degrees, over asin(1/(2C)), C = {constant:.3}"
         );
-        let quotient = smallest / (0.5 / constant).asin();
+        let quotient = least / (0.5 / constant).asin();
         figures.push(Figure::at_least(what, &specimen.name, specimen.seed, quotient, 1.0 - ROUNDING));
         let largest = ratio_of(&shapes);
         let what = "smallest angle over asin(1/(2C)), all triangles, C the largest measured";
@@ -138,7 +139,7 @@ fn angle(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
             .cells()
             .chunks_exact(3)
             .map(|row| smallest_angle(&row.iter().map(|&v| points[v as usize]).collect::<Vec<X>>()));
-        let quotient = at_all.fold(f64::INFINITY, f64::min) / (0.5 / largest).asin();
+        let quotient = smallest(at_all) / (0.5 / largest).asin();
         figures.push(Figure::at_least(what, &specimen.name, specimen.seed, quotient, 1.0 - ROUNDING));
     }
     Ok(figures)
@@ -155,7 +156,8 @@ fn alpha(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     for specimen in specimens(lab)? {
         let Specimen { points, nearest2, run, d, seed, .. } = &*specimen;
-        let Some(lipschitz) = specimen.spacing.map(|s| s.lipschitz) else { continue };
+        // A set without a spacing has no bound.
+        let lipschitz = specimen.spacing.map_or(f64::NAN, |s| s.lipschitz);
         let shapes = shapes(points, run.cells(), *d);
         let interior: Vec<bool> = stars(points.len(), run.cells(), *d)
             .iter()
@@ -175,6 +177,7 @@ fn alpha(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         let constant = ratio_of(&shapes);
         let count = interior.iter().filter(|&&is| is).count();
         let what = format!("alpha needed at {count} interior vertices (C = {constant:.3})");
+        let needed = if count == 0 { f64::NAN } else { needed };
         figures.push(Figure::at_most(what, &specimen.name, *seed, needed, theorem));
         let what = format!("alpha needed at all {} vertices", points.len());
         figures.push(Figure::at_most(what, &specimen.name, *seed, at_all, 1.25 * theorem));
@@ -245,6 +248,7 @@ fn edge_ratios(lab: &mut Lab, neighbouring: bool) -> Result<Vec<Figure>, ClaimEr
         });
         let of = if neighbouring { "4 C^2" } else { "(2 C R/r)" };
         let what = format!("E/e over {of}, largest of {checked} pairs, C = {constant:.3}");
+        let largest = if checked == 0 { f64::NAN } else { largest };
         figures.push(Figure::at_most(what, &specimen.name, specimen.seed, largest, 1.0 + ROUNDING));
     }
     Ok(figures)

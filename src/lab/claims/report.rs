@@ -6,6 +6,7 @@ use septet_core::config::Fault;
 use serde::Serialize;
 
 use super::claim::{LEVEL, Statistics};
+use super::figure::worse;
 use super::holm::adjusted;
 use super::{Claim, Extent, Figure, Reading, Relation, Role};
 
@@ -94,6 +95,11 @@ impl CheckedClaim {
         }
     }
 
+    /// Returns `true` if the figures have errors, so that the result depends on Holm's adjustment.
+    pub fn is_statistical(&self) -> bool {
+        self.p.is_some()
+    }
+
     /// Returns the decisive figure: the figure farthest beyond its bound, or the figure nearest to its bound if none
     /// is beyond.
     pub fn telling(&self, as_printed: bool) -> Option<&Figure> {
@@ -113,6 +119,16 @@ impl CheckedClaim {
         if let Some(holds) = self.holds_as_printed {
             let says = if holds { "  as printed: holds" } else { "  as printed: does not hold" };
             row(&mut out, "", says, self.telling(true));
+        }
+        if let Some(p) = self.adjusted_p.filter(|&p| p > LEVEL) {
+            let (mark, name, p) = ("    x", "    adjusted p", short(p));
+            // Writing to a string cannot fail.
+            let _ = writeln!(
+                out,
+                "{mark:<5} {name:<28} {p:>9} <= {LEVEL:<8} {:>4}  adjusted p = {p} > {LEVEL} (Holm, over the \
+                 statistical claims of this call)",
+                ""
+            );
         }
         out
     }
@@ -208,7 +224,47 @@ impl ClaimReport {
     }
 }
 
-/// Returns the larger p-value. An undefined p-value is the largest.
-fn worse(a: f64, b: f64) -> f64 {
-    if a.is_nan() || a > b { a } else { b }
+#[cfg(test)]
+mod tests {
+    use super::super::registry;
+    use super::*;
+
+    fn checked(name: &str, p: Option<f64>) -> CheckedClaim {
+        let claim = registry().find(|claim| claim.name == name).unwrap();
+        let figure = Figure::at_most("depth", "some points", 1, 0.4, 0.5);
+        CheckedClaim::of(claim, vec![Figure { p, ..figure }])
+    }
+
+    /// Alone, each of the p-values is below the level. Over three claims, the adjusted values are 0.003, 0.06 and 0.06.
+    #[test]
+    fn a_claim_that_passes_alone_may_fail_in_a_report() {
+        let claims = vec![
+            checked("level-depth", Some(0.001)),
+            checked("depth-law", Some(0.04)),
+            checked("replication", Some(0.03)),
+            checked("levels", None),
+        ];
+        assert!(claims.iter().all(|claim| claim.passed && claim.adjusted_p.is_none()));
+        let report = ClaimReport::of(Extent::Quick, 1, claims);
+        let passed: Vec<bool> = report.claims.iter().map(|claim| claim.passed).collect();
+        assert_eq!(passed, [true, false, false, true]);
+        assert_eq!((report.tests_passed, report.tests, report.passed), (2, 4, false));
+        for (claim, expected) in report.claims.iter().zip([Some(0.003), Some(0.06), Some(0.06), None]) {
+            let close = |a: f64, b: f64| (a - b).abs() < 1e-12;
+            assert_eq!(claim.is_statistical(), expected.is_some());
+            assert!(claim.adjusted_p.zip(expected).is_none_or(|(p, q)| close(p, q)), "{}", claim.name);
+            let rows = claim.rows();
+            assert_eq!(rows.contains("adjusted p = 0.06000 > 0.05"), !claim.passed, "{rows}");
+            assert_eq!(rows.starts_with("FAIL"), !claim.passed, "{rows}");
+        }
+        let alone = ClaimReport::of(Extent::Quick, 1, vec![checked("depth-law", Some(0.04))]);
+        assert!(alone.passed && !alone.claims[0].rows().contains("adjusted"));
+    }
+
+    /// A missing p-value of one figure makes the p-value of the claim undefined, so the claim fails.
+    #[test]
+    fn an_undefined_p_value_fails() {
+        let report = ClaimReport::of(Extent::Quick, 1, vec![checked("depth-law", Some(f64::NAN))]);
+        assert!(!report.passed && report.claims[0].adjusted_p == Some(1.0));
+    }
 }

@@ -10,6 +10,7 @@ use septet_core::generate::Kind;
 use septet_core::result::view::{MOST_POINTS, SeparatorView};
 use septet_core::run::Run;
 
+use super::figure::largest;
 use super::lab::{Lab, Sample, Specimen};
 use super::measure::{X, degrees, density, distance2, kth_nearest2, nearest, overlap, pairs, ply};
 use super::own_sets::{OwnSets, Place, place};
@@ -218,14 +219,14 @@ fn split(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
             let inside = members.iter().filter(|&&i| height(separator, &points[i as usize]) < 0.0).count();
             inside.max(members.len() - inside) as f64 / members.len().max(1) as f64
         };
-        let largest = tree.nodes.iter().map(larger).fold(f64::NEG_INFINITY, f64::max);
+        let most = largest(tree.nodes.iter().map(larger));
         let (name, seed) = (&specimen.name, specimen.seed);
         let what = format!("larger side of {} splits", tree.nodes.len());
-        figures.push(Figure::at_most(&*what, name, seed, largest, quotient(d) + EPSILON));
+        figures.push(Figure::at_most(&*what, name, seed, most, quotient(d) + EPSILON));
         let nodes = specimen.run.ledger.part.nodes.values();
         let unsplit = nodes.filter(|f| f.is_leaf() && f.population > specimen.run.settled.leaf).count();
         figures.push(Figure::at_most("sets above the floor left unsplit", name, seed, unsplit as f64, 0.0));
-        figures.push(Figure::at_most(what, name, seed, largest, 1.0 - quotient(d) + EPSILON).printed());
+        figures.push(Figure::at_most(what, name, seed, most, 1.0 - quotient(d) + EPSILON).printed());
     }
     Ok(figures)
 }

@@ -1,10 +1,13 @@
 //! The surfaces of a run, and the tree that they define, recomputed from points.
 
+use std::collections::BTreeMap;
+
 use septet_core::result::view::SeparatorView;
 use septet_core::run::Run;
 
 use super::lab::Specimen;
 use super::measure::{X, distance2, dot};
+use super::reached::Division;
 
 /// Returns the signed distance of `x` from a separator's surface, negative inside.
 pub(super) fn height(separator: &SeparatorView, x: &X) -> f64 {
@@ -51,6 +54,21 @@ impl<'a> Tree<'a> {
             nodes.push((separator, inside));
         }
         Tree { nodes, leaves }
+    }
+
+    /// Returns the number of points of each leaf.
+    pub(super) fn populations(&self) -> BTreeMap<u64, u64> {
+        let mut populations = BTreeMap::new();
+        for &leaf in &self.leaves {
+            *populations.entry(leaf).or_default() += 1;
+        }
+        populations
+    }
+
+    /// Returns the tree without its members.
+    pub(super) fn division(&self) -> Division<'_, impl Fn(usize, &X) -> f64> {
+        let nodes = self.nodes.iter().map(|(separator, _)| separator.node).collect();
+        Division { nodes, leaves: &self.leaves, height: |at: usize, x: &X| height(self.nodes[at].0, x) }
     }
 
     /// Returns the surface that separates two points, if there is one.

@@ -2,11 +2,13 @@
 
 use std::rc::Rc;
 
+use crate::experiment::PhaseLine;
 use septet_core::Config;
 use septet_core::config::{Alpha, DEFAULT_ALPHA, Graph, Neighbours, Until};
 use septet_core::generate::Kind;
 
 use super::counted::Counted;
+use super::figure::largest;
 use super::lab::{Lab, Sample};
 use super::{ClaimError, Extent};
 
@@ -23,8 +25,20 @@ pub(super) const LIST: u32 = 12;
 #[derive(Clone)]
 pub(super) struct Sweep {
     pub(super) name: String,
+    /// The phases that every run must charge. A run probes only if a ball is large, so probes are not among them.
+    pub(super) phases: &'static [&'static str],
     pub(super) runs: Rc<Vec<Counted>>,
 }
+
+/// The phases of a complete run with a density graph.
+const OF_RECURSIONS: &[&str] =
+    &["partition", "radii", "neighbours", "summaries", "separator-sets", "graph", "hulls", "check", "merge"];
+
+/// The phases down the tree, and within its leaves, of a run up to the graph of nearest-neighbour lists.
+const OF_LISTS: &[&str] = &["partition", "summaries", "knn-radii", "knn"];
+
+/// The phases of a run up to the neighbour balls.
+const OF_TREES: &[&str] = &["partition", "radii", "neighbours"];
 
 impl Sweep {
     /// Returns the dimension of the points.
@@ -32,22 +46,27 @@ impl Sweep {
         self.runs.first().map_or(3, |run| run.line.dimension)
     }
 
-    /// Returns the largest value of all runs.
+    /// Returns the largest value of all runs. It is undefined if there is no run or a value is undefined.
     pub(super) fn largest(&self, value: impl Fn(&Counted) -> f64) -> f64 {
-        self.runs.iter().map(value).fold(f64::NEG_INFINITY, f64::max)
+        largest(self.runs.iter().map(value))
     }
 
-    /// Returns the names of the counted phases of all runs, in order.
-    pub(super) fn phases(&self) -> Vec<String> {
-        let counted = |name: &&str| {
-            self.runs.iter().any(|run| run.line.phase(name).is_some_and(|phase| phase.depth > 0))
-        };
-        septet_protocol::ids::Phase::ALL
-            .into_iter()
-            .map(septet_protocol::ids::Phase::name)
-            .filter(counted)
-            .map(str::to_string)
-            .collect()
+    /// Returns `true` if every run must charge the phase.
+    pub(super) fn must_have(&self, phase: &str) -> bool {
+        self.phases.contains(&phase)
+    }
+
+    /// Returns `true` if a run charged the phase.
+    pub(super) fn has(&self, phase: &str) -> bool {
+        self.runs.iter().any(|run| run.line.phase(phase).is_some_and(|phase| phase.depth > 0))
+    }
+
+    /// Returns a count of a phase in a run. Without charges, the count of a phase that must occur is undefined, and that
+    /// of another phase is 0.
+    pub(super) fn count(&self, run: &Counted, phase: &str, of: impl Fn(&PhaseLine) -> u64) -> f64 {
+        let missing = if self.must_have(phase) { f64::NAN } else { 0.0 };
+        let charged = run.line.phase(phase).filter(|line| line.work > 0 && line.depth > 0);
+        charged.map_or(missing, |line| of(line) as f64)
     }
 }
 
@@ -75,7 +94,7 @@ fn samples(smallest: u64, extents: &Extents, kind: Kind, d: usize) -> Vec<Sample
 pub(super) fn recursions(lab: &mut Lab) -> Result<Vec<Sweep>, ClaimError> {
     let leaf = |config: Config| config.with(|c| c.machine.leaf = Some(LEAF));
     let extents = extents(lab, [4, 7, 10]);
-    sweeps(lab, &extents, ("recursion", Kind::WellSpaced), leaf)
+    sweeps(lab, &extents, ("recursion", Kind::WellSpaced, OF_RECURSIONS), leaf)
 }
 
 /// Returns the sweeps of nearest-neighbour lists over uniform sets, up to the graph.
@@ -88,7 +107,7 @@ pub(super) fn lists(lab: &mut Lab) -> Result<Vec<Sweep>, ClaimError> {
         })
     };
     let extents = extents(lab, [4, 5, 8]);
-    sweeps(lab, &extents, ("lists", Kind::Uniform), lists)
+    sweeps(lab, &extents, ("lists", Kind::Uniform, OF_LISTS), lists)
 }
 
 /// Returns the sweeps of the tree and the neighbour balls over uniform sets, which have no spacing.
@@ -101,7 +120,7 @@ pub(super) fn trees(lab: &mut Lab) -> Result<Vec<Sweep>, ClaimError> {
         })
     };
     let extents = Extents { parts: 2, ..extents(lab, [5, 8, 12]) };
-    sweeps(lab, &extents, ("tree", Kind::Uniform), stop)
+    sweeps(lab, &extents, ("tree", Kind::Uniform, OF_TREES), stop)
 }
 
 /// Returns the extents for the numbers of octaves of the brief, the quick and the full extent. Depths are a sawtooth in
@@ -115,11 +134,11 @@ fn extents(lab: &Lab, octaves: [u32; 3]) -> Extents {
     }
 }
 
-/// Returns the sweeps in the plane and in space. The name and the kind identify them.
+/// Returns the sweeps in the plane and in space. The name and the kind identify them. Their runs must charge the phases.
 fn sweeps(
     lab: &mut Lab,
     extents: &Extents,
-    (what, kind): (&str, Kind),
+    (what, kind, phases): (&str, Kind, &'static [&'static str]),
     change: impl Fn(Config) -> Config,
 ) -> Result<Vec<Sweep>, ClaimError> {
     let mut all = Vec::new();
@@ -129,7 +148,7 @@ fn sweeps(
         let sizes = || samples.iter().map(|sample| sample.n);
         let (least, most) = (sizes().min().unwrap_or(0), sizes().max().unwrap_or(0));
         let name = format!("{} {d}D n={least}..{most}, {} runs", kind.name(), runs.len());
-        all.push(Sweep { name, runs });
+        all.push(Sweep { name, phases, runs });
     }
     Ok(all)
 }

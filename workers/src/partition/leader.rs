@@ -74,9 +74,12 @@ pub fn draw_from<P: Point>(
     }
     let (ablation, tries) = (config.fault.and_then(Fault::ablation), config.tree.tries);
     let mut drawn = match (ablation, config.tree.partition, config.tree.balanced) {
-        (Some(ablation), ..) => draw_ablated(ablation, key, population, tries, samples, &mut own),
-        (_, Partition::Sphere, false) => draw_separator(key, population, tries, samples, &mut own),
-        (_, Partition::Sphere, true) => draw_bisecting(key, population, samples, &mut own),
+        // An ablation removes a part of the draw of spheres. The planes of the baseline have none of these parts.
+        (Some(ablation), Partition::Sphere, _) => {
+            draw_ablated(ablation, key, population, tries, samples, &mut own)
+        }
+        (None, Partition::Sphere, false) => draw_separator(key, population, tries, samples, &mut own),
+        (None, Partition::Sphere, true) => draw_bisecting(key, population, samples, &mut own),
         (_, Partition::Kd, false) => cut(key, samples, &mut own),
         (_, Partition::Kd, true) => cut_at_median(key, population, samples, &mut own),
     };

@@ -52,7 +52,7 @@ pub const FAULTS: [FaultForm; 22] = [
     form("median-planes", "Planes across the longest side, at the median, replace great circles."),
     form("no-centrepoint", "Great circles pass through the centre of the lift, not through a centrepoint."),
     form("no-map", "No conformal map corrects the normals of great circles."),
-    form("no-scoring", "The first admissible great circle is used, whatever its score."),
+    form("no-scoring", "The first admissible great circle is used, regardless of its score."),
     form("refuse:NODE[-NODE]", "Leaders do not split these shared nodes."),
     form("refuse-draws:EVERY", "About one of EVERY separators is rejected."),
     form("spoil:RANK", "The worker loses a cell of one of its stars before every certificate."),
