@@ -47,7 +47,7 @@ fn set_of(line: &Line) -> Set {
 ///
 /// # Errors
 /// Returns [`FitError::NoSerial`] if `lines` has no serial run on the points of a timed run, and
-/// [`FitError::NotTimed`] if it has no timed run.
+/// [`FitError::NotTimed`] if it has no timed run, or [`FitError::NoRuns`] if it is empty.
 pub fn speedup(lines: &[Line]) -> Result<Vec<SpeedupRow>, FitError> {
     let mut serial: BTreeMap<Set, f64> = BTreeMap::new();
     for line in lines.iter().filter(|line| line.program == Program::Serial) {
@@ -64,6 +64,9 @@ pub fn speedup(lines: &[Line]) -> Result<Vec<SpeedupRow>, FitError> {
         let settings = &line.settings;
         let key = (set.0, line.asked, line.workers, settings.workers.clone(), settings.threads);
         timed.entry(key).or_default().push((line.seconds, best));
+    }
+    if lines.is_empty() {
+        return Err(FitError::NoRuns);
     }
     if timed.is_empty() {
         return Err(FitError::NotTimed);
