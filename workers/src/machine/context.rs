@@ -156,7 +156,7 @@ impl<P: Point> Context<P> {
     }
 
     /// Queues a message for this round.
-    pub fn send(&mut self, to: Rank, node: NodeId, attempt: u32, body: Body<P>) {
+    pub(super) fn send(&mut self, to: Rank, node: NodeId, attempt: u32, body: Body<P>) {
         self.out.send(to, node, attempt, body);
     }
 
