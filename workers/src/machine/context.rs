@@ -1,6 +1,6 @@
 //! The machine as a rank sees it: one future per rank, one exchange per round.
 //!
-//! A rank is an `async fn`. It computes, queues messages with [`Context::send`], and awaits [`Context::exchange`].
+//! A rank is an `async fn`. It computes, queues messages (`machine::collectives`), and awaits [`Context::exchange`].
 //! The exchange delivers the messages of the round. If no rank sent a message, the exchange returns `false`, and the
 //! phase is over on all ranks. A host polls its ranks in turn, and each runs until its next exchange. There is no
 //! other executor and no waker.

@@ -4,7 +4,8 @@
 //! `y = a + b g(x) + c h(x)` over the means at each size has the two-sided 95 % interval `[low, high]` of c, by
 //! Student's t. The share of h is `c h(X) / y(X)`, where y(X) is the fitted value. [`NotExcluded::share`] is
 //! `max(0, high) h(X) / y(X)`: a mixture with a larger share is rejected at a one-sided level of 2.5 %. If the
-//! conclusion names several laws, g is the lowest of them. If the count does not grow, g is absent and the fit is `y = a + c h(x)`.
+//! conclusion names several laws, g is the lowest of them. If the count does not grow, g is absent and the fit is
+//! `y = a + c h(x)`.
 //!
 //! **Several higher laws.** A check that every share is at most a bound rejects a union of hypotheses ("some law has a
 //! larger share"). It passes only if each of them is rejected, so its level is 2.5 % without a correction (Berger 1982).

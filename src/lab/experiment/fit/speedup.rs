@@ -46,8 +46,8 @@ fn set_of(line: &Line) -> Set {
 /// Computes the speed-up of every timed run, by set size, workers and threads.
 ///
 /// # Errors
-/// Returns [`FitError::NoSerial`] if `lines` has no serial run on the points of a timed run, and
-/// [`FitError::NotTimed`] if it has no timed run, or [`FitError::NoRuns`] if it is empty.
+/// Returns [`FitError::NoRuns`] without lines, [`FitError::NotTimed`] without a timed run, and [`FitError::NoSerial`]
+/// without a serial run on the points of a timed run.
 pub fn speedup(lines: &[Line]) -> Result<Vec<SpeedupRow>, FitError> {
     let mut serial: BTreeMap<Set, f64> = BTreeMap::new();
     for line in lines.iter().filter(|line| line.program == Program::Serial) {
