@@ -49,7 +49,7 @@ pub struct FitArgs {
     /// of the mean over the whole range of sizes. [default: 0.05]
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     margin: Option<f64>,
-    /// Number of bootstrap samples of the seeds; the report states how many of them give the same verdict
+    /// Number of bootstrap samples of the seeds; the report states how many of them give the same conclusion
     #[arg(long, value_name = "TIMES")]
     resample: Option<u32>,
     /// Print the speed-up of timed runs over the best serial run on the same points
@@ -70,6 +70,9 @@ pub fn run(args: &FitArgs, talk: &Talk) -> Result<(), Failure> {
             talk.note(format!("note: {}: the incomplete last line is ignored", file.display()));
         }
         lines.append(&mut read.lines);
+    }
+    if lines.is_empty() {
+        return Err(in_files(&args.files, FitError::NoRuns));
     }
     let (value, text) = if args.speedup {
         let rows = speedup(&lines).map_err(|error| in_files(&args.files, error))?;
@@ -154,7 +157,8 @@ fn is_report(file: &Path) -> bool {
 impl From<FitError> for Failure {
     fn from(error: FitError) -> Self {
         let code = match error {
-            FitError::TooFewSizes { .. }
+            FitError::NoRuns
+            | FitError::TooFewSizes { .. }
             | FitError::TooFewLevels { .. }
             | FitError::TooFewSeeds { .. }
             | FitError::Nothing { .. }

@@ -4,6 +4,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use septet_core::config::DEFAULT_SEED;
 use septet_core::generate::{Kind, Request};
 use septet_io::write::{
     OutputError, PointFormat, WriteOptions, check_points_output, write_points, write_points_to,
@@ -39,7 +40,7 @@ pub struct GenerateArgs {
     #[arg(short, long = "dimension", value_name = "2|3", default_value = "3", value_parser = dimension)]
     dimension: usize,
     /// Seed of the random draws
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(long, value_name = "S", default_value_t = DEFAULT_SEED)]
     seed: u64,
     /// Lipschitz constant of the spacing of a graded set, between 0 and 1 [default: 0.25]
     #[arg(long, value_name = "L")]

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use septet_core::Config;
 use septet_core::config::{
-    Alpha, Correction, Fault, Graph, GraphKind, Neighbours, Partition, SeparatorSets, Transport, Workers,
+    Alpha, Correction, DEFAULT_SEED, Fault, Graph, GraphKind, Neighbours, Partition, SeparatorSets,
+    Transport, Workers,
 };
 use septet_core::generate::{GenerateError, Kind};
 use septet_core::result::view::MOST_POINTS;
@@ -87,7 +88,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "P|leaves", value_parser = workers, allow_negative_numbers = true, help_heading = MACHINE)]
     pub workers: Option<Workers>,
     /// Seed of the random draws
-    #[arg(long, value_name = "S", default_value_t = 1, help_heading = MACHINE, hide_short_help = true)]
+    #[arg(long, value_name = "S", default_value_t = DEFAULT_SEED, help_heading = MACHINE, hide_short_help = true)]
     pub seed: u64,
     #[command(flatten)]
     pub machine: MachineArgs,

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use septet_core::config::{Transport, Workers};
+use septet_core::config::{DEFAULT_SEED, Transport, Workers};
 use septet_core::model::Points;
 use septet_core::{Config, Run, simulate};
 use septet_lab::predict::{Hardware, Prediction, calibrate, predict, takes_over};
@@ -55,7 +55,7 @@ pub struct PredictArgs {
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
     /// Seed of the random draws
-    #[arg(long, value_name = "S", default_value_t = 1, help_heading = MACHINE)]
+    #[arg(long, value_name = "S", default_value_t = DEFAULT_SEED, help_heading = MACHINE)]
     seed: u64,
     #[command(flatten)]
     machine: MachineArgs,

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use septet_core::config::Machine;
+use septet_core::config::{DEFAULT_SEED, Machine};
 use septet_lab::claims::{
     CheckedClaim, Claim, ClaimError, ClaimJournal, ClaimReport, Extent, Lab, LabOptions, registry, select,
 };
@@ -51,7 +51,7 @@ pub struct ReproduceArgs {
     #[arg(long, conflicts_with_all = NOT_FOR_LISTS)]
     list: bool,
     /// First seed of the sets and runs
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(long, value_name = "S", default_value_t = DEFAULT_SEED)]
     seed: u64,
     /// Correction of neighbour balls; the claims about its depth fail for `naive`
     #[arg(long, value_enum, default_value_t = NeighboursArg::Descent)]

@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
+use septet_core::config::DEFAULT_SEED;
 use septet_core::generate::Kind;
 use septet_core::model::Points;
 use septet_core::{Config, simulate, triangulate};
@@ -51,7 +52,7 @@ struct IncrementalArgs {
     #[arg(short = 'n', long = "number", value_name = "N", value_parser = count, conflicts_with = "input", requires = "kind")]
     number: Option<u64>,
     /// Seed of the insertion order, of septet, and of the generated set
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(long, value_name = "S", default_value_t = DEFAULT_SEED)]
     seed: u64,
     /// Also run `simulate` on the same points and print its counts
     #[arg(long)]

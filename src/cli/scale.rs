@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use septet_core::config::{Until, Workers};
+use septet_core::config::{DEFAULT_SEED, Until, Workers};
 use septet_core::generate::Kind;
 use septet_lab::experiment::{
     Job, Journal, JournalError, Line, RunError, Runner, Sweep, SweepError, parse_sizes,
@@ -45,7 +45,7 @@ pub struct ScaleArgs {
     #[arg(long, value_name = "P|leaves,..", default_value = "leaves", value_delimiter = ',', value_parser = workers, allow_negative_numbers = true)]
     workers: Vec<Workers>,
     /// First seed of the sets and runs
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(long, value_name = "S", default_value_t = DEFAULT_SEED)]
     seed: u64,
     /// Number of consecutive seeds
     #[arg(long, value_name = "COUNT", default_value_t = 5)]

@@ -62,7 +62,7 @@ fn a_sweep_is_kept_taken_up_repeated_and_fitted() {
     place.fails("fit runs.jsonl -y levels -x n/leaf --resample 20", 3, &["2 seeds", "--seeds 3"]);
     let fit = place.good("fit runs.jsonl -y levels -x n/leaf --json fit.json");
     let text = String::from_utf8(fit.stdout).unwrap();
-    assert!(text.contains("verdict:") && text.contains("uniform, 2D"), "{text}");
+    assert!(text.contains("conclusion:") && text.contains("uniform, 2D"), "{text}");
     let answer = place.json("fit.json");
     assert_eq!(answer["schema"], "septet-fit/2");
     assert_eq!(answer["series"].as_array().unwrap().len(), 2, "kinds apart, workers together");
@@ -80,6 +80,11 @@ fn a_sweep_is_kept_taken_up_repeated_and_fitted() {
     place.fails("fit runs.jsonl -y level-depth --phase partition --margin 2", 2, &["margin"]);
     place.fails("fit runs.jsonl --speedup", 3, &["scale --timed"]);
     place.fails("fit none.jsonl -y levels", 3, &["none.jsonl"]);
+    place.file("empty.jsonl", "");
+    for options in ["", " -y levels", " --speedup"] {
+        let words = ["empty.jsonl: there are no runs", "septet scale -o FILE"];
+        place.fails(&format!("fit empty.jsonl{options}"), 3, &words);
+    }
 }
 
 #[test]

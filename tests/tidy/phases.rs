@@ -8,15 +8,11 @@ use crate::source::{COMMON, Crate, Module, room};
 use crate::syntax::definitions;
 
 /// The files that the file of a phase also imports, with the reason.
-const EXCEPTIONS: [(&str, &[&str], &str); 3] = [
-    (
-        "graph::selection",
-        &["neighbours::descent", "neighbours::results", "neighbours::search"],
-        "it sends the balls of a sample down the tree and reads their lists as they complete",
-    ),
-    ("result::merge", &["coordinator::decision"], "rank 0 decides on the merged result"),
-    ("splaying::fallback", &["coordinator::region"], "rank 0 triangulates the gathered points"),
-];
+const EXCEPTIONS: [(&str, &[&str], &str); 1] = [(
+    "graph::selection",
+    &["neighbours::descent", "neighbours::results", "neighbours::search"],
+    "it sends the balls of a sample down the tree and reads their lists as they complete",
+)];
 
 /// The imports of files with phase functions beyond the rule: other than the common rooms, the file's own room, and files
 /// that define a type in the signatures of its phase functions.

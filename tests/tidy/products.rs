@@ -13,7 +13,7 @@ use crate::syntax::{
 const TABLE: &str = "| products | made by | also changed by |";
 
 /// The products with visible fields, for the reasons in ARCHITECTURE.md.
-const VISIBLE: [&str; 5] = ["Share", "Choice", "Certificate", "Input", "Ground"];
+const VISIBLE: [&str; 3] = ["Share", "Choice", "Certificate"];
 
 /// Rooms without phase functions. The functions of the machine are the steps of a phase.
 const WITHOUT_PHASES: [&str; 5] = ["config", "coordinator", "hosts", "machine", "state"];

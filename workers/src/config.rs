@@ -110,7 +110,7 @@ pub struct TreeRules {
     pub balanced: bool,
 }
 
-/// The rules of the supergraph and its separator sets.
+/// The rules of the supergraph, of its separator sets, and of the repair of its stars.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct GraphRules {
     /// The supergraph.
@@ -119,6 +119,8 @@ pub struct GraphRules {
     pub sets: SetRule,
     /// The correction of nearest-neighbour balls.
     pub correction: Correction,
+    /// Rounds of splaying before unresolved regions are gathered; `6 log2 n` if `None`.
+    pub exchange_cap: Option<u32>,
 }
 
 /// The additional outputs of a run.
@@ -156,8 +158,6 @@ pub struct WorkerConfig {
     pub shown: Shown,
     /// The phase after which the run stops and collects only the counts.
     pub until: Option<Phase>,
-    /// Rounds of splaying before unresolved regions are gathered; `6 log2 n` if `None`.
-    pub exchange_cap: Option<u32>,
     /// A fault planted by a test.
     pub fault: Option<Fault>,
     /// The request to stop, for ranks in the caller's process. Other processes end with the caller's.
@@ -257,10 +257,10 @@ impl WorkerConfig {
                 wanted: Wanted::Fixed(Supergraph::Knn { k: 8 }),
                 sets: SetRule::Ghost,
                 correction: Correction::Descent,
+                exchange_cap: None,
             },
             shown: Shown::default(),
             until: None,
-            exchange_cap: None,
             fault: None,
             stop: Stop::default(),
             cost_log: CostLog::default(),
@@ -301,7 +301,7 @@ mod tests {
             config.graph.sets = [SetRule::Both, SetRule::Smaller, SetRule::Ghost][i % 3];
             config.task = if odd { Task::Delaunay } else { Task::Independent { fixed: 7 } };
             config.until = odd.then_some(Phase::Partition);
-            config.exchange_cap = (!odd).then_some(9);
+            config.graph.exchange_cap = (!odd).then_some(9);
             config.fault = odd.then_some(Fault::SpoilStar { rank: 2 });
             let line = config.to_string();
             let back: WorkerConfig = line.parse().unwrap();

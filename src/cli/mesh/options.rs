@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use septet_core::config::{Config, Workers};
+use septet_core::config::{Config, DEFAULT_SEED, Workers};
 use septet_core::mesh::view::MOST_CELLS;
 use septet_core::mesh::{Boundary, MeshRequest, SingularityRequest, SingularityShape};
 
@@ -133,7 +133,7 @@ pub struct MeshArgs {
     #[arg(long, value_name = "T", help_heading = MACHINE)]
     pub threads: Option<usize>,
     /// Seed of the random draws
-    #[arg(long, value_name = "S", default_value_t = 1, help_heading = MACHINE, hide_short_help = true)]
+    #[arg(long, value_name = "S", default_value_t = DEFAULT_SEED, help_heading = MACHINE, hide_short_help = true)]
     pub seed: u64,
     /// Transport of the messages
     #[arg(long, value_enum, default_value_t = TransportArg::Channel, help_heading = MACHINE, hide_short_help = true)]

@@ -4,6 +4,9 @@ use std::fmt;
 
 use septet_workers::transport::TransportKind;
 
+/// The seed of the random draws, unless another is given.
+pub const DEFAULT_SEED: u64 = 1;
+
 /// The number of workers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Workers {
@@ -83,7 +86,7 @@ impl Default for Machine {
             workers: Workers::Count(cores as u32),
             threads: cores,
             transport: Transport::Channel,
-            seed: 1,
+            seed: DEFAULT_SEED,
             run: None,
             leaf: None,
             max_memory: None,

@@ -9,7 +9,8 @@
 //! `order` connects the subproblems of a phase with each other and with earlier phases.
 //!
 //! **Groups.** The phases of the paper, the phases of repair, and the other phases have separate orders. The first rows of
-//! a phase also follow all earlier rows of the other groups. A clock of one group ignores these references.
+//! a phase also follow all earlier rows of the other groups. The depth of a group is the
+//! longest path through its own rows, so it does not count these rows.
 
 mod order;
 mod rows;

@@ -236,13 +236,17 @@ fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfi
             partition: config.partition,
         },
         graph: if independent {
-            GraphRules { wanted, sets: SetRule::Ghost, correction: Correction::Descent }
+            GraphRules { wanted, sets: SetRule::Ghost, correction: Correction::Descent, exchange_cap: None }
         } else {
-            GraphRules { wanted, sets: config.separator_sets, correction: config.correction }
+            GraphRules {
+                wanted,
+                sets: config.separator_sets,
+                correction: config.correction,
+                exchange_cap: config.planted.exchange_cap,
+            }
         },
         shown: if independent { Shown::default() } else { shown },
         until: goal.until().map(Until::phase),
-        exchange_cap: config.planted.exchange_cap.filter(|_| !independent),
         // Each point of a conflict graph waits for all its neighbours, so no neighbour may miss it.
         fault: config.planted.fault.filter(|&fault| !independent || fault != Fault::HalfGhosts),
         stop: Stop::new(config.control.cancel.clone()),

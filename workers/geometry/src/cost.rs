@@ -277,15 +277,17 @@ impl Cost {
         self.pay(Primitive::Sweep, sweep.items() as usize);
     }
 
-    /// Charges the replication of the items of a finished sweep to the two children of a node. A copy-scan copies the
-    /// separator to the items, two vector steps compute the sides that each item reaches, a scan finds the places of the
-    /// copies, and a vector step and a scan move the items and copy each to its places.
+    /// Charges the replication of the items of a finished sweep to the two children of a node:
+    /// 1. A copy-scan copies the separator to the items.
+    /// 2. Two vector steps compute the sides that each item reaches.
+    /// 3. A scan finds the places of the copies.
+    /// 4. A vector step moves the items, and a copy-scan copies each to its places.
     pub fn charge_replication(&mut self, sweep: Sweep) {
         self.pay(Primitive::Replicate, sweep.items() as usize);
     }
 
-    /// Charges the combination of the results of a finished sweep's items, each with the result of its copy: the results
-    /// are moved together, combined in two vector steps, and collected by a scan.
+    /// Charges the combination of the results of a finished sweep's items. A vector step moves the result of each item
+    /// and the result of its copy together. Two vector steps combine them, and a scan collects them.
     pub fn charge_combination(&mut self, sweep: Sweep) {
         self.pay(Primitive::Combine, sweep.items() as usize);
     }

@@ -105,7 +105,7 @@ struct Balls<'a, P> {
 }
 
 /// Points that leave the path, keyed by the place at which they leave it.
-type Batches<P> = BTreeMap<Way, PointBatch<P>>;
+type BatchesByWay<P> = BTreeMap<Way, PointBatch<P>>;
 
 /// Divides points in insertion order into runs.
 fn runs<P: Point>(positions: &[P]) -> Vec<Run> {
@@ -193,7 +193,7 @@ pub(crate) async fn ghost_layer<P: Point>(
     let (mut arrived, mut owners) = (Vec::new(), FrameOwners::default());
     while cx.exchange().await? {
         owners.receive(cx, table, frame);
-        let mut batches = Batches::new();
+        let mut batches = BatchesByWay::new();
         for (node, points) in cx.take(|m| match &mut m.body {
             Body::Ghosts(points) => Some((m.node, std::mem::take(points))),
             _ => None,
@@ -215,12 +215,16 @@ pub(crate) async fn ghost_layer<P: Point>(
 }
 
 /// Computes the margins of the owned points, and collects the points to be sent.
-fn own_points<P: Point>(subdomain: &Subdomain<P>, table: &Table<P>, rank: Rank) -> (Vec<Margin>, Batches<P>) {
+fn own_points<P: Point>(
+    subdomain: &Subdomain<P>,
+    table: &Table<P>,
+    rank: Rank,
+) -> (Vec<Margin>, BatchesByWay<P>) {
     let path = subdomain.path();
     if path.is_empty() {
-        return (Vec::new(), Batches::new());
+        return (Vec::new(), BatchesByWay::new());
     }
-    let mut batches = Batches::new();
+    let mut batches = BatchesByWay::new();
     let mut margins: Vec<Margin> = Vec::with_capacity(table.owned_len() as usize);
     let mut gaps2 = Vec::new();
     for Run { points: run, scale2 } in runs(table.owned_positions()) {
@@ -249,7 +253,7 @@ fn forward<P: Point>(
     start: usize,
     points: &PointBatch<P>,
     at: usize,
-    batches: &mut Batches<P>,
+    batches: &mut BatchesByWay<P>,
 ) -> bool {
     let (x, radius2) = (points.positions[at], points.radii2[at]);
     let reach = |_: usize, shared: &Shared<P>| [0, 1].map(|side| shared.split().reaches(x, radius2, side));
@@ -258,11 +262,9 @@ fn forward<P: Point>(
     })
 }
 
-fn send_batches<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, batches: Batches<P>) {
-    for (way, points) in batches {
-        let (node, to) = subdomain.beyond(way, cx.rank());
-        cx.send(to, node, 0, Body::Ghosts(points));
-    }
+fn send_batches<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, batches: BatchesByWay<P>) {
+    let rank = cx.rank();
+    cx.route(batches.into_iter().map(|(way, points)| (subdomain.beyond(way, rank), Body::Ghosts(points))));
 }
 
 #[cfg(test)]

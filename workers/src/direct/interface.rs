@@ -263,10 +263,9 @@ impl<P: Point> Router<'_, P> {
     }
 
     fn send_parcels(&self, cx: &mut Context<P>, parcels: Parcels<P>) {
-        for (way, parcel) in parcels.into_iter().filter(|(_, p)| !p.batch.points.is_empty()) {
-            let (node, to) = self.subdomain.beyond(way, cx.rank());
-            cx.send(to, node, 0, parcel.batch.into_body());
-        }
+        let rank = cx.rank();
+        let filled = parcels.into_iter().filter(|(_, parcel)| !parcel.batch.points.is_empty());
+        cx.route(filled.map(|(way, parcel)| (self.subdomain.beyond(way, rank), parcel.batch.into_body())));
     }
 
     /// Adds a cell of `batch` to the parcel that leaves the path at `way`. If one rank holds that child, adds only the

@@ -11,7 +11,7 @@ use septet_geometry::incremental::{
 };
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::ids::Phase;
-use septet_protocol::message::{Merged, PointBatch};
+use septet_protocol::message::{Merged, PointBatch, UNKNOWN_RADIUS2};
 use septet_protocol::transport::TransportError;
 
 use crate::config::Stop;
@@ -263,7 +263,7 @@ impl<P: Point> SubdomainTriangulation<P> {
 
     /// Returns the squared distance of every owned point to its nearest vertex, which is a neighbour.
     pub(crate) fn nearest_edges(&self) -> Vec<f64> {
-        let mut radii2 = vec![f64::INFINITY; self.owned as usize];
+        let mut radii2 = vec![UNKNOWN_RADIUS2; self.owned as usize];
         let points = self.delaunay.vertices();
         for cell in self.delaunay.cells() {
             let vertices = cell.as_ref();

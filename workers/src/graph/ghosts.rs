@@ -254,7 +254,5 @@ impl<'a, P: Point> GhostPush<'a, P> {
 }
 
 fn send<P: Point>(cx: &mut Context<P>, batches: Batches<P>) {
-    for ((node, to), batch) in batches {
-        cx.send(to, node, 0, Body::Ghosts(batch));
-    }
+    cx.route(batches.into_iter().map(|(receiver, batch)| (receiver, Body::Ghosts(batch))));
 }

@@ -489,9 +489,8 @@ impl<'a, P: Point> Recursion<'a, P> {
 }
 
 fn send_items<P: Point>(cx: &mut Context<P>, leaving: Leaving<P>) {
-    for (Receiver { node, rank }, ItemBatch { points, slots }) in leaving {
-        cx.send(rank, node, 0, Body::Items { points, slots: Bulk(slots) });
-    }
+    let body = |ItemBatch { points, slots }| Body::Items { points, slots: Bulk(slots) };
+    cx.route(leaving.into_iter().map(|(Receiver { node, rank }, batch)| ((node, rank), body(batch))));
 }
 
 impl Unions {

@@ -91,6 +91,18 @@ impl<P: Point> Context<P> {
         }
     }
 
+    /// Sends a body about a node to a rank.
+    pub(crate) fn send_to(&mut self, (node, to): (NodeId, Rank), body: Body<P>) {
+        self.send(to, node, 0, body);
+    }
+
+    /// Sends bodies about nodes to ranks, in the order of the items.
+    pub(crate) fn route(&mut self, bodies: impl IntoIterator<Item = ((NodeId, Rank), Body<P>)>) {
+        for (receiver, body) in bodies {
+            self.send_to(receiver, body);
+        }
+    }
+
     /// Sends a body about the whole set to the coordinator.
     pub(crate) fn send_to_coordinator(&mut self, body: Body<P>) {
         self.send(COORDINATOR, NodeId::ROOT, 0, body);

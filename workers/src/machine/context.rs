@@ -1,6 +1,6 @@
 //! The machine as a rank sees it: one future per rank, one exchange per round.
 //!
-//! A rank is an `async fn`. It computes, queues messages with [`Context::send`], and awaits [`Context::exchange`].
+//! A rank is an `async fn`. It computes, queues messages (`machine::collectives`), and awaits [`Context::exchange`].
 //! The exchange delivers the messages of the round. If no rank sent a message, the exchange returns `false`, and the
 //! phase is over on all ranks. A host polls its ranks in turn, and each runs until its next exchange. There is no
 //! other executor and no waker.
@@ -156,7 +156,7 @@ impl<P: Point> Context<P> {
     }
 
     /// Queues a message for this round.
-    pub fn send(&mut self, to: Rank, node: NodeId, attempt: u32, body: Body<P>) {
+    pub(super) fn send(&mut self, to: Rank, node: NodeId, attempt: u32, body: Body<P>) {
         self.out.send(to, node, attempt, body);
     }
 

@@ -23,7 +23,7 @@ use septet_protocol::transport::TransportError;
 
 use crate::config::WorkerConfig;
 use crate::machine::context::Context;
-use crate::neighbours::descent::{Descent, Pending};
+use crate::neighbours::descent::{Descent, WaitingBall};
 use crate::neighbours::router::QueryRouter;
 use crate::neighbours::search::Search;
 use crate::neighbours::tallies::Tallies;
@@ -84,7 +84,7 @@ fn cross<P: Point>(
         descent.visit(shared.id(), crosses);
         if crosses {
             let leaf = u64::from(leaf_number(subdomain.leaves(), point));
-            descent.forward(&mut router, &[out], leaf, Pending::of_owned(point, centre, radius2));
+            descent.forward(&mut router, &[out], leaf, WaitingBall::of_owned(point, centre, radius2));
         }
     }
     router.send(cx);

@@ -20,12 +20,12 @@ impl ListChain {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ChunkedLists {
     blocks: Vec<Vec<u32>>,
-    runs: Vec<Run>,
+    runs: Vec<IndexRun>,
 }
 
 /// Consecutive indices of a block that belong to one list.
 #[derive(Clone, Copy, Debug)]
-struct Run {
+struct IndexRun {
     begin: usize,
     block: u32,
     len: u32,
@@ -55,7 +55,7 @@ impl ChunkedLists {
             return;
         }
         let at = self.runs.len() as u32;
-        self.runs.push(Run { begin: run.start, block, len: run.len() as u32, next: NONE });
+        self.runs.push(IndexRun { begin: run.start, block, len: run.len() as u32, next: NONE });
         match self.runs.get_mut(chain.last as usize) {
             Some(last) => last.next = at,
             None => chain.first = at,
@@ -67,7 +67,7 @@ impl ChunkedLists {
     pub(crate) fn parts(&self, chain: ListChain) -> impl Iterator<Item = &[u32]> {
         let mut at = chain.first;
         std::iter::from_fn(move || {
-            let &Run { begin, block, len, next } = self.runs.get(at as usize)?;
+            let &IndexRun { begin, block, len, next } = self.runs.get(at as usize)?;
             at = next;
             Some(&self.blocks[block as usize][begin..begin + len as usize])
         })

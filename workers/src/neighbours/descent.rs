@@ -80,7 +80,7 @@ enum Origin {
 
 /// A ball that waits for replies.
 #[derive(Clone, Debug)]
-pub(crate) struct Pending<P> {
+pub(crate) struct WaitingBall<P> {
     origin: Origin,
     /// The number of replies that have not arrived.
     outstanding: u32,
@@ -90,10 +90,10 @@ pub(crate) struct Pending<P> {
     list: ListChain,
 }
 
-impl<P> Pending<P> {
+impl<P> WaitingBall<P> {
     /// Creates the record of an owned point's ball that has not found any points.
     pub(crate) fn of_owned(point: u32, centre: P, radius2: f64) -> Self {
-        Pending { origin: Origin::Owned(point), outstanding: 0, centre, radius2, list: ListChain::EMPTY }
+        WaitingBall { origin: Origin::Owned(point), outstanding: 0, centre, radius2, list: ListChain::EMPTY }
     }
 }
 
@@ -112,7 +112,7 @@ pub(crate) struct Descent<'a, P: Point> {
     blocks: &'a [KdBlocks<P>],
     search: Search,
     /// Balls that left this rank. Replies name them by their index.
-    pending: Vec<Pending<P>>,
+    pending: Vec<WaitingBall<P>>,
     /// The points that pending balls have found so far.
     chains: ChunkedLists,
     /// The queries received from other ranks.
@@ -201,7 +201,7 @@ impl<'a, P: Point> Descent<'a, P> {
         for WalkedBall { ball, found, ways } in leaving.iter() {
             let ball = &group[ball];
             let mut pending =
-                Pending::of_owned(ball.point, table.positions()[ball.point as usize], ball.radius2);
+                WaitingBall::of_owned(ball.point, table.positions()[ball.point as usize], ball.radius2);
             self.chains.add(&mut pending.list, block, begin..begin + found.len());
             begin += found.len();
             self.forward(router, ways, ball.leaf as u64, pending);
@@ -216,9 +216,9 @@ impl<'a, P: Point> Descent<'a, P> {
         router: &mut QueryRouter<P>,
         ways: &[Way],
         group: u64,
-        mut pending: Pending<P>,
+        mut pending: WaitingBall<P>,
     ) {
-        let Pending { centre, radius2, .. } = pending;
+        let WaitingBall { centre, radius2, .. } = pending;
         let replica = Replica { slot: self.pending.len() as u32, centre, radius2, group };
         router.add(self.subdomain, ways, &replica);
         pending.outstanding = ways.len() as u32;
@@ -293,10 +293,8 @@ impl<'a, P: Point> Descent<'a, P> {
     fn send_replies(&mut self, cx: &mut Context<P>, table: &Table<P>) {
         let Descent { received, marks, .. } = self;
         marks.resize(table.ids().len().max(marks.len()), NONE);
-        for queries in received.iter_mut().filter(|queries| queries.is_complete()) {
-            let reply = queries.take(table, marks);
-            cx.send(queries.from(), NodeId::ROOT, 0, Body::Reply(reply));
-        }
+        let complete = received.iter_mut().filter(|queries| queries.is_complete());
+        cx.send_each(0, complete.map(|queries| (queries.from(), Body::Reply(queries.take(table, marks)))));
     }
 
     /// Walks the balls of another rank. Forwards those that leave the path.
@@ -328,7 +326,7 @@ impl<'a, P: Point> Descent<'a, P> {
             outstanding += 1;
             let origin = Origin::Batch { batch: index, query: ball as u32 };
             let (centre, radius2) = (batch.centres[ball], batch.radii2[ball]);
-            let pending = Pending { origin, outstanding: 0, centre, radius2, list };
+            let pending = WaitingBall { origin, outstanding: 0, centre, radius2, list };
             // The balls of one leaf arrive in one batch.
             self.forward(router, ways, u64::from(index) << 32 | group, pending);
         }
@@ -368,7 +366,7 @@ impl<'a, P: Point> Descent<'a, P> {
         self.received.push(ReceivedQueries::of(from, batch, nothing, queries as u32));
         for (i, slot) in relayed.slots.iter_mut().enumerate() {
             *slot = self.pending.len() as u32;
-            self.pending.push(Pending {
+            self.pending.push(WaitingBall {
                 origin: Origin::Batch { batch: index, query: i as u32 },
                 outstanding: 1,
                 centre: relayed.centres[i],

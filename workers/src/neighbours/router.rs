@@ -63,8 +63,6 @@ impl<P: Point> QueryRouter<P> {
 
     /// Sends all batches.
     pub(crate) fn send(self, cx: &mut Context<P>) {
-        for ((node, to), OutgoingBatch { batch, .. }) in self.batches {
-            cx.send(to, node, 0, Body::Query(batch));
-        }
+        cx.route(self.batches.into_iter().map(|(receiver, out)| (receiver, Body::Query(out.batch))));
     }
 }

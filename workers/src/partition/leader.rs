@@ -132,7 +132,7 @@ pub(crate) fn draw<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32) -
 
 /// Decides on an attempt at a node from the counts that arrived: accepts the separator, retries, or leaves the node
 /// unsplit. Sends the decision to the members, and the plans of the children to their leaders.
-pub(crate) fn decide<P: Point>(
+pub(crate) fn decide_split<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
     attempt: u32,

@@ -28,7 +28,7 @@ use septet_protocol::transport::TransportError;
 use crate::config::{Task, WorkerConfig};
 use crate::coordinator::{Source, distribute};
 use crate::machine::context::Context;
-use crate::partition::leader::{Plan, decide, draw, is_leaf, separator_of};
+use crate::partition::leader::{Plan, decide_split, draw, is_leaf, separator_of};
 use crate::partition::local::{Builder, Grown};
 use crate::state::subdomain::{Group, Shared, Subdomain, Subtree, Unsplit};
 use crate::state::table::Table;
@@ -38,11 +38,27 @@ use crate::state::tree::{Bounds, Inner, Leaf, Split, Tree, bounds};
 #[derive(Debug)]
 pub(crate) struct Input<P> {
     /// Number of points of all ranks.
-    pub(crate) population: u64,
+    population: u64,
     /// Points that span the space.
-    pub(crate) frame: PointBatch<P>,
+    frame: PointBatch<P>,
     /// The block of this rank; empty unless the rank is a member of the root's group.
-    pub(crate) block: PointBatch<P>,
+    block: PointBatch<P>,
+}
+
+impl<P> Input<P> {
+    fn new() -> Self {
+        Input { population: 0, frame: PointBatch::default(), block: PointBatch::default() }
+    }
+
+    /// Returns the number of points of all ranks.
+    pub(crate) fn population(&self) -> u64 {
+        self.population
+    }
+
+    /// Returns the points that span the space, and the block of this rank.
+    pub(crate) fn into_frame_and_block(self) -> (PointBatch<P>, PointBatch<P>) {
+        (self.frame, self.block)
+    }
 }
 
 /// Distributes the points of `source`, if this rank has one, and receives the input of this rank.
@@ -50,7 +66,7 @@ pub(crate) async fn load<P: Point>(
     cx: &mut Context<P>,
     source: Option<&dyn Source<P>>,
 ) -> Result<Input<P>, TransportError> {
-    let mut input = Input { population: 0, frame: PointBatch::default(), block: PointBatch::default() };
+    let mut input = Input::new();
     if let Some(source) = source {
         cx.enter(Phase::Load)?;
         let root = root(cx.config(), source.population());
@@ -100,7 +116,7 @@ pub(crate) async fn partition<P: Point>(
         };
         led.extend((group.leader == cx.rank()).then_some(group));
         let (Some(part), Some(points)) = (part, share.take()) else { break };
-        let (below, kept) = descend(cx, &group, children, part, points, &mut path);
+        let (below, kept) = enter_child(cx, &group, children, part, points, &mut path);
         (group, share) = (below, Some(kept));
     }
     if let (Some(_), Some(parent)) = (unsplit, path.last_mut()) {
@@ -170,7 +186,7 @@ async fn agree<P: Point>(
         };
         // The leader receives the numbers of points on both sides.
         cx.next_round().await?;
-        let decision = drawn.map(|drawn| decide(cx, group, attempt, drawn, plan));
+        let decision = drawn.map(|drawn| decide_split(cx, group, attempt, drawn, plan));
         // The members receive the decision.
         cx.next_round().await?;
         let Some(points) = &share else {
@@ -199,7 +215,7 @@ async fn agree<P: Point>(
 
 /// Moves the points to the children's groups and sends the children's samples. Returns the child's group that contains
 /// this rank, and the rank's share of its points.
-fn descend<P: Point>(
+fn enter_child<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
     children: [Child; 2],
@@ -226,7 +242,7 @@ fn descend<P: Point>(
         if side == mine {
             kept = points;
         } else if !points.is_empty() {
-            cx.send(shared.member_below(rank, side), below.node, 0, Body::Move(points));
+            cx.send_to((below.node, shared.member_below(rank, side)), Body::Move(points));
         }
     }
     path.push(shared);
@@ -237,7 +253,7 @@ fn descend<P: Point>(
 fn hand_over<P: Point>(cx: &mut Context<P>, group: &Group, points: PointBatch<P>) {
     // The holder always sends to itself, so it starts even if no other rank has points.
     if !points.is_empty() || group.child.first == cx.rank() {
-        cx.send(group.child.first, group.node, 0, Body::Move(points));
+        cx.send_to((group.node, group.child.first), Body::Move(points));
     }
 }
 

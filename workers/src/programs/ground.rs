@@ -8,11 +8,33 @@ use crate::state::table::Table;
 /// A rank after the partition.
 pub(super) struct Ground<P> {
     /// The part of the tree that the rank holds.
-    pub(super) subdomain: Subdomain<P>,
+    subdomain: Subdomain<P>,
     /// The points of the rank.
-    pub(super) table: Table<P>,
+    table: Table<P>,
     /// Points that span the space.
-    pub(super) frame: PointBatch<P>,
+    frame: PointBatch<P>,
     /// The number of points of all ranks.
-    pub(super) population: u64,
+    population: u64,
+}
+
+impl<P> Ground<P> {
+    /// Collects the state of a rank.
+    pub(super) fn new(
+        subdomain: Subdomain<P>,
+        table: Table<P>,
+        frame: PointBatch<P>,
+        population: u64,
+    ) -> Self {
+        Ground { subdomain, table, frame, population }
+    }
+
+    /// Returns the number of points of all ranks.
+    pub(super) fn population(&self) -> u64 {
+        self.population
+    }
+
+    /// Returns the subdomain, the points of the rank, and the points that span the space.
+    pub(super) fn into_parts(self) -> (Subdomain<P>, Table<P>, PointBatch<P>) {
+        (self.subdomain, self.table, self.frame)
+    }
 }

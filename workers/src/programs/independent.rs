@@ -14,13 +14,14 @@ use crate::result::collect::collect_selected;
 /// Builds the conflict graph of the sites, whose radii are part of the input. Then runs rounds of local priorities.
 pub(super) async fn independent_set<P: Point>(
     cx: &mut Context<P>,
-    Ground { mut subdomain, mut table, mut frame, .. }: Ground<P>,
+    ground: Ground<P>,
     fixed: u64,
 ) -> Result<Share<P>, TransportError> {
     let Wanted::Fixed(rule) = cx.config().graph.wanted else {
         let reason = "a conflict graph has a fixed rule".to_string();
         return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
     };
+    let (mut subdomain, mut table, mut frame) = ground.into_parts();
     let mut share = Share::default();
     share.choice.supergraph = Some(rule);
     summaries(cx, &mut subdomain, &mut table, &mut frame).await?;

@@ -1,7 +1,7 @@
 //! The program of every rank: one async function for each task, with a line for each phase.
 //!
 //! The coordinator runs the same functions. It leads the root. A phase calls [`Context::is_coordinator`] if the coordinator
-//! has a special duty ([`crate::coordinator`]): frame, choice, decision, gathering and collection. Only the coordinator
+//! has a special duty: frame, choice, decision, gathering and collection. Only the coordinator
 //! gives the phase `load` the source of the points. It owns no points, because the group of the root has only the workers
 //! (`partition::shared::root`). No phase relies on this.
 
@@ -19,7 +19,7 @@ use crate::config::Task;
 use crate::coordinator::{Share, Source};
 use crate::machine::context::Context;
 use crate::partition::leader::Plan;
-use crate::partition::shared::{Input, load, partition, root};
+use crate::partition::shared::{load, partition, root};
 use crate::result::collect::collect_counts;
 use ground::Ground;
 use independent::independent_set;
@@ -52,13 +52,15 @@ async fn run<P: Point>(
     plan: Plan,
 ) -> Result<Share<P>, TransportError> {
     let cx = &mut cx;
-    let Input { population, frame, block } = load(cx, source).await?;
+    let input = load(cx, source).await?;
+    let population = input.population();
+    let (frame, block) = input.into_frame_and_block();
     let group = root(cx.config(), population);
     let (subdomain, table) = partition(cx, group, block, plan).await?;
     if cx.config().until == Some(Phase::Partition) {
         return collect_counts(cx, Share::default()).await;
     }
-    finish(cx, Ground { subdomain, table, frame, population }).await
+    finish(cx, Ground::new(subdomain, table, frame, population)).await
 }
 
 /// The task of the run, after the partition.

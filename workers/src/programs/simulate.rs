@@ -22,8 +22,10 @@ use crate::stars::hulls::local_hulls;
 /// Computes nearest-neighbour balls, the supergraph in separator sets, local hulls, the certificate and the cells.
 pub(super) async fn simulate<P: Point>(
     cx: &mut Context<P>,
-    Ground { mut subdomain, mut table, mut frame, population }: Ground<P>,
+    ground: Ground<P>,
 ) -> Result<Share<P>, TransportError> {
+    let population = ground.population();
+    let (mut subdomain, mut table, mut frame) = ground.into_parts();
     let mut share = Share::default();
     if cx.config().until == Some(Phase::Neighbours) {
         nearest_balls(cx, &subdomain, &mut table).await?;

@@ -31,7 +31,7 @@ async fn with_everyone<P: Point>(mut cx: Context<P>, points: &[P]) -> Result<Sha
     let group = Group::new(NodeId::ROOT, Child { population, first: COORDINATOR, ranks, leaf });
     let (subdomain, table) = partition(cx, group, block, Plan::new()).await?;
     assert!(table.owned_len() > 0 || cx.config().fault.is_some() || leaf, "rank {} owns no point", cx.rank());
-    finish(cx, Ground { subdomain, table, frame, population }).await
+    finish(cx, Ground::new(subdomain, table, frame, population)).await
 }
 
 /// Runs a machine to its end. Returns the result of rank 0.
@@ -101,7 +101,7 @@ pub(crate) fn ways(workers: u32) -> Vec<(&'static str, WorkerConfig)> {
             (c.shown.collect_graph, c.shown.collect_sets) = (true, true);
         }),
         way("gathered", &|c| {
-            (c.graph.wanted, c.exchange_cap) = (Wanted::Fixed(Supergraph::Knn { k: 4 }), Some(0));
+            (c.graph.wanted, c.graph.exchange_cap) = (Wanted::Fixed(Supergraph::Knn { k: 4 }), Some(0));
         }),
         way("unsplit", &|c| c.fault = Some(Fault::RefuseSplit { first: NodeId(2), last: NodeId(3) })),
         way("whole", &|c| c.tree.leaf = 10_000),

@@ -22,8 +22,10 @@ const SHOWN: Supergraph = Supergraph::Density { alpha: 2.5 };
 /// Computes the ghost layer, the subdomain triangulation, the interface exchange, the certificate and the cells.
 pub(super) async fn triangulate<P: Point>(
     cx: &mut Context<P>,
-    Ground { subdomain, mut table, mut frame, population }: Ground<P>,
+    ground: Ground<P>,
 ) -> Result<Share<P>, TransportError> {
+    let population = ground.population();
+    let (subdomain, mut table, mut frame) = ground.into_parts();
     let mut share = Share::default();
     if let Wanted::Fixed(rule) = cx.config().graph.wanted {
         share.choice.supergraph = Some(rule);

@@ -20,9 +20,9 @@ use septet_protocol::message::{Body, Merged, Message};
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
-use crate::coordinator::decide;
 use crate::machine::collectives::{Reduction, Rising};
 use crate::machine::context::Context;
+use crate::result::decision::decide;
 use crate::stars::check::Agreement;
 use crate::stars::owned::StarsView;
 use crate::state::cells::{first_coordinate, smallest_vertex, star_cell};

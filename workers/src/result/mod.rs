@@ -1,6 +1,7 @@
-//! The result: the merged certificate, the owned cells, and the data for pictures.
+//! The result: the merged certificate, the decision on it, the owned cells, and the data for pictures.
 
 pub(crate) mod certified;
 pub mod collect;
+mod decision;
 pub mod merge;
 pub mod view;

@@ -23,9 +23,10 @@ use septet_protocol::message::{Body, Message, OF_A_LINK, PointBatch, WANTED};
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
-use crate::coordinator::{Certificate, Region};
+use crate::coordinator::Certificate;
 use crate::machine::context::Context;
 use crate::splaying::messages::GatheredPoint;
+use crate::splaying::region::Region;
 use crate::stars::check::Agreement;
 use crate::stars::owned::Stars;
 use crate::state::subdomain::Subdomain;

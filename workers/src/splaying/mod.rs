@@ -5,6 +5,7 @@
 pub(crate) mod fallback;
 pub(crate) mod messages;
 mod pending;
+mod region;
 pub(crate) mod splay;
 mod step;
 mod wire;

@@ -96,7 +96,7 @@ pub(crate) async fn splay<P: Point>(
         stars.extract_links(table);
     }
     let mut found: Vec<_> = agreement.disagreements().iter().filter_map(|d| proposal(stars, d)).collect();
-    let last = cx.config().exchange_cap.unwrap_or(6 * (64 - population.max(2).leading_zeros()));
+    let last = cx.config().graph.exchange_cap.unwrap_or(6 * (64 - population.max(2).leading_zeros()));
     let mut rounds = 0;
     // All ranks step together, so they agree on the number of the round.
     for round in 1.. {

@@ -280,7 +280,7 @@ impl<P> Subdomain<P> {
         match self.entry(node, cx.rank()) {
             Entry::Here(start) => Some((start, item)),
             Entry::Relay(holder) => {
-                cx.send(holder, node, 0, into_body(item));
+                cx.send_to((node, holder), into_body(item));
                 None
             }
         }

@@ -52,8 +52,8 @@ enum Flow {
 
 /// Returns the direction of a phase without a correction and without steps.
 ///
-/// The lists of separator sets are united on the way up. A chain down the tree and back has the same nodes as a chain down
-/// the tree that pays for both ways at once.
+/// The phase of separator sets goes down the tree and unites lists on the way up. It counts as going down: a chain down
+/// and back visits the same nodes as a chain down, so each node pays for both ways at once.
 fn flow(phase: Phase) -> Flow {
     match phase {
         Phase::Summaries | Phase::Merge | Phase::Check | Phase::Certificate | Phase::Fallback => Flow::Up,
@@ -83,7 +83,7 @@ struct Current {
     open: Vec<RowId>,
     /// The barrier after `open`, once a row needs it.
     barrier: Option<RowId>,
-    /// The barrier after the rows of the other groups, if there are new ones.
+    /// The gate: the barrier after the rows of the other groups, if there are new ones.
     gate: Option<RowId>,
 }
 
@@ -188,8 +188,8 @@ impl Order {
         self.rows.join(top.unwrap_or(Place::of_phase(phase)), open.into_iter().collect())
     }
 
-    /// Returns the rows after which a node starts: the given ones, or the barrier before the phase. A row of an earlier
-    /// phase does not follow the other groups, so the gate is added to it.
+    /// Returns the rows after which a node starts: the given ones, or the barrier before the phase. Rows of earlier phases
+    /// do not follow the new rows of other groups. So the gate is added, unless one of the rows comes after it.
     fn start(&mut self, current: &mut Current, from: Vec<RowId>) -> Vec<RowId> {
         let Current { phase, barrier, gate, .. } = *current;
         let is_late = |rows: &[RowId]| gate.is_none_or(|gate| rows.iter().any(|&row| row > gate));

@@ -157,6 +157,9 @@ impl FitRequest {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FitError {
+    /// There are no lines.
+    #[error("there are no runs; write some with `septet scale -o FILE`")]
+    NoRuns,
     /// There is no such count.
     #[error("there is no count `{name}`; the counts are {known}")]
     UnknownKey {
@@ -285,6 +288,9 @@ pub(super) fn phases(lines: &[Line]) -> String {
 
 /// Returns an error for requests that mix different quantities or are meaningless.
 pub(super) fn check(lines: &[Line], request: &FitRequest) -> Result<(), FitError> {
+    if lines.is_empty() {
+        return Err(FitError::NoRuns);
+    }
     let key = request.y.name();
     if !(request.margin > 0.0 && request.margin < 1.0) {
         return Err(FitError::Margin { margin: request.margin });

@@ -21,8 +21,8 @@ pub struct Equivalence {
     pub margin: f64,
     /// The margin in steps.
     pub margin_steps: f64,
-    /// The larger p-value of the two tests: the probability of data at least this flat if the slope were at the
-    /// nearer end of the margin.
+    /// The larger p-value of the two tests: if the slope were at the nearer end of the margin, the probability of data
+    /// at least this flat.
     pub p: f64,
     /// Whether the depth is flat: p is below 5 %.
     pub flat: bool,

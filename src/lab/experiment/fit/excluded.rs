@@ -1,10 +1,11 @@
 //! The share of a higher law that the data do not exclude.
 //!
-//! **Statement.** Let g be the law of a verdict, h a higher law of the list, and X the largest size. The fit
+//! **Statement.** Let g be the law of a conclusion, h a higher law of the list, and X the largest size. The fit
 //! `y = a + b g(x) + c h(x)` over the means at each size has the two-sided 95 % interval `[low, high]` of c, by
 //! Student's t. The share of h is `c h(X) / y(X)`, where y(X) is the fitted value. [`NotExcluded::share`] is
-//! `max(0, high) h(X) / y(X)`: a mixture with a larger share is rejected at a one-sided level of 2.5 %. If the verdict
-//! names several laws, g is the lowest of them. If the count does not grow, g is absent and the fit is `y = a + c h(x)`.
+//! `max(0, high) h(X) / y(X)`: a mixture with a larger share is rejected at a one-sided level of 2.5 %. If the
+//! conclusion names several laws, g is the lowest of them. If the count does not grow, g is absent and the fit is
+//! `y = a + c h(x)`.
 //!
 //! **Several higher laws.** A check that every share is at most a bound rejects a union of hypotheses ("some law has a
 //! larger share"). It passes only if each of them is rejected, so its level is 2.5 % without a correction (Berger 1982).
@@ -41,8 +42,8 @@ impl NotExcluded {
     }
 }
 
-/// Returns the laws above the verdict, with the largest share first. The list is empty if the verdict names no law, and
-/// if no law of the list is higher.
+/// Returns the laws above the conclusion, with the largest share first. The list is empty if the conclusion names no law,
+/// or if no law of the list is higher.
 pub(super) fn not_excluded(growth: &Growth, conclusion: &Conclusion, dimension: usize) -> Vec<NotExcluded> {
     let Some(base) = Base::of(conclusion) else { return Vec::new() };
     let higher = Law::all(dimension).filter(|&law| base.is_below(law));
@@ -52,7 +53,7 @@ pub(super) fn not_excluded(growth: &Growth, conclusion: &Conclusion, dimension: 
     shares
 }
 
-/// The law of a verdict.
+/// The law of a conclusion.
 #[derive(Clone, Copy, Debug)]
 enum Base {
     Constant,

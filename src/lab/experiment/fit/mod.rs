@@ -19,8 +19,8 @@
 //!   growth is unclear.
 //! - (6) *Conclusion.* A [`Conclusion`] summarises the tests. A possible conclusion is that the sizes do not
 //!   distinguish the laws.
-//! - (7) *Shares.* A [`NotExcluded`] states the largest share of a law above the conclusion's that the data do not
-//!   exclude, at 2.5 % one-sided. "It grows like log n" then has a bound on how wrong it can be.
+//! - (7) *Shares.* A [`NotExcluded`] states the largest share of a higher law that the data do not exclude, at 2.5 %
+//!   one-sided. This share bounds the error of the conclusion "it grows like log n".
 //! - (8) *Power.* `y = a + b x^e` with free e has a 95 % profile interval of e ([`Power`]).
 //!
 //! **Departures.** All seeds at one size have the same position on the sawtooth that the leaf size causes, so they

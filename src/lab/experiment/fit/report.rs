@@ -16,7 +16,7 @@ use crate::experiment::Line;
 /// Name and version of the schema of [`FitReport`].
 pub const SCHEMA: &str = "septet-fit/2";
 
-/// Number of shares that the verdict in words names.
+/// Number of shares that the conclusion in words names.
 const NAMED_SHARES: usize = 2;
 
 /// Number of seeds per size that resampling requires.
@@ -49,7 +49,7 @@ pub struct Series {
     /// The conclusion.
     #[serde(rename = "verdict")]
     pub conclusion: Conclusion,
-    /// The laws above the verdict, and the share of each that the data do not exclude, the largest first.
+    /// The laws above the conclusion, and the share of each that the data do not exclude, the largest first.
     pub not_excluded: Vec<NotExcluded>,
     /// A power of n with a free exponent. `None` if the sizes do not determine the exponent, and for `level-depth`.
     pub power: Option<Power>,
@@ -110,8 +110,8 @@ fn of_growth(name: String, lines: &[Line], request: &FitRequest) -> Result<Optio
     }))
 }
 
-/// Returns the verdict on growth as a sentence: the conclusion, the two largest shares that are not excluded, and the
-/// free exponent if the count grows.
+/// Returns the conclusion on growth as a sentence, with the two largest shares that are not excluded, and with the free
+/// exponent if the count grows.
 fn words(conclusion: &Conclusion, shares: &[NotExcluded], power: Option<&Power>) -> String {
     let mut words = conclusion.words();
     let largest: Vec<String> =

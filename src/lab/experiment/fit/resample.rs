@@ -1,8 +1,8 @@
 //! Resampling of the seeds, to estimate the reliability of a conclusion.
 //!
-//! **Statement.** Each repetition draws, with replacement and at every size, as many runs as the data have, and
-//! determines the conclusion. For levels, it draws from all runs together. The fraction of repetitions that agree
-//! with the data estimates the power of the test with these sizes and numbers of seeds (Efron 1979).
+//! **Statement.** Each repetition draws runs with replacement, at every size as many as the data have, and determines
+//! the conclusion. For levels, it draws from all runs together. The fraction of repetitions whose conclusion equals
+//! that of the data estimates the power of the test for these sizes and numbers of seeds (Efron 1979).
 
 use std::collections::BTreeMap;
 

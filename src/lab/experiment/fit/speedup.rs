@@ -46,8 +46,8 @@ fn set_of(line: &Line) -> Set {
 /// Computes the speed-up of every timed run, by set size, workers and threads.
 ///
 /// # Errors
-/// Returns [`FitError::NoSerial`] if `lines` has no serial run on the points of a timed run, and
-/// [`FitError::NotTimed`] if it has no timed run.
+/// Returns [`FitError::NoRuns`] without lines, [`FitError::NotTimed`] without a timed run, and [`FitError::NoSerial`]
+/// without a serial run on the points of a timed run.
 pub fn speedup(lines: &[Line]) -> Result<Vec<SpeedupRow>, FitError> {
     let mut serial: BTreeMap<Set, f64> = BTreeMap::new();
     for line in lines.iter().filter(|line| line.program == Program::Serial) {
@@ -64,6 +64,9 @@ pub fn speedup(lines: &[Line]) -> Result<Vec<SpeedupRow>, FitError> {
         let settings = &line.settings;
         let key = (set.0, line.asked, line.workers, settings.workers.clone(), settings.threads);
         timed.entry(key).or_default().push((line.seconds, best));
+    }
+    if lines.is_empty() {
+        return Err(FitError::NoRuns);
     }
     if timed.is_empty() {
         return Err(FitError::NotTimed);

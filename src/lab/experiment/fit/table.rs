@@ -157,7 +157,7 @@ impl Series {
             line(
                 out,
                 &format!(
-                    "  not excluded above the verdict, of the count at the largest size: {}",
+                    "  not excluded above the conclusion, of the count at the largest size: {}",
                     shares.join(", ")
                 ),
             );
@@ -165,7 +165,7 @@ impl Series {
         if let Some(power) = &self.power {
             line(out, &format!("  y = a + b n^e, e = 0 for log n: e = {}", power.words()));
         }
-        line(out, &format!("  verdict: {}", self.words));
+        line(out, &format!("  conclusion: {}", self.words));
         let Some(r) = &self.resampled else { return };
         let same = 100.0 * r.same_conclusion;
         let rest = if self.levels.is_some() {
@@ -173,7 +173,7 @@ impl Series {
         } else {
             format!("bends upwards in {:.1} %", 100.0 * r.bends)
         };
-        line(out, &format!("  of {} resamplings: the same verdict in {same:.1} %; {rest}", r.times));
+        line(out, &format!("  of {} resamplings: the same conclusion in {same:.1} %; {rest}", r.times));
     }
 }
 

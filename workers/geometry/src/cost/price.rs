@@ -27,8 +27,8 @@
 /// | merge | steps over `m`, `m/2` (rounded up), ..., 1 items | the sum | number of steps | 0 |
 /// | sequential loop | `m` steps over one item | `m` | `m` | 0 |
 ///
-/// A sweep, a delivery, a replication, a combination, a merge or a sequential loop without items is free. Without items, the other primitives still
-/// cost their depth.
+/// A sweep, a delivery, a replication, a combination, a merge or a sequential loop without items is free. Without
+/// items, the other primitives still cost their depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Primitive {
     /// One operation on every item.

@@ -121,8 +121,7 @@ fn sort_and_deduplicate<T>(items: &mut Vec<T>, mut compare: impl FnMut(&T, &T) -
 }
 
 /// Removes the items whose flag is not `stay` from an array, and returns them. Does nothing to an empty array. Branches
-/// on the flags would be unpredictable, so each item is written to both lists, and only the list to which it belongs
-/// grows.
+/// on the flags would be unpredictable. So each item is written to both lists, but only the list that keeps it grows.
 pub(super) fn take_others<T: Copy>(flags: &[u8], stay: u8, items: &mut Vec<T>) -> Vec<T> {
     let Some(&first) = items.first() else { return Vec::new() };
     let all = flags.iter().filter(|&&flag| flag != stay).count();

@@ -1,8 +1,8 @@
 //! Records of the calls of a meter, without prices.
 //!
 //! **Statement.** A [`Tape`] lists the calls of primitives in their order. A vector step whose items have their own
-//! meters is one entry ([`LaneStep`]): the number of the calls of all lanes by primitive and items, which determines
-//! their work, and the calls of the lane with the greatest depth.
+//! meters is one entry ([`LaneStep`]). The entry has two parts: how often all lanes together made each call, which
+//! determines their work, and the calls of the lane with the greatest depth.
 
 use std::collections::BTreeMap;
 

@@ -42,8 +42,8 @@ impl Fault {
 
     /// Changes the charges of the merged ledger of a run.
     ///
-    /// A law applies to the points of an inner node. The size of a leaf is bounded, so a law applies to all points of
-    /// the run there, as if the leaf waited for all of them.
+    /// A law is a function of a number of points. At an inner node, this is the number of its points. The size of a leaf
+    /// is bounded, so there it is the number of points of the run, as if the leaf waited for all of them.
     pub(crate) fn distort(self, ledger: &mut LedgerPart) {
         let (Fault::Slow { phase, .. } | Fault::Work { phase, .. } | Fault::Free { phase }) = self else {
             return;
@@ -57,7 +57,7 @@ impl Fault {
         }
     }
 
-    /// Changes the cost of a node, to whose number of points a law applies.
+    /// Changes the cost of a node. A law has the value for this number of points.
     fn change(self, cost: &mut Price, points: u64) {
         let [work, depth, scans, inner_log] = cost.to_parts();
         *cost = Price::from_parts(match self {

@@ -1,6 +1,6 @@
 //! The laws of additional steps in faults of charges.
 
-/// The law of the steps that a phase takes in addition.
+/// The law of a phase's additional steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Law {
     /// The logarithm to base 2.

@@ -53,8 +53,8 @@ impl Fault {
         self == Fault::SmallSphere && inside > 0 && outside > 0
     }
 
-    /// Returns the factor of the distance that the edges of a point may reach: infinite if every point goes to every
-    /// leaf.
+    /// Returns the factor by which the fault multiplies the distance that the edges of a point may reach. It is infinite
+    /// if every point goes to every leaf.
     pub(crate) fn spread(self) -> f64 {
         match self {
             Fault::Flood => f64::INFINITY,

@@ -58,7 +58,7 @@ async fn waiting(mut cx: Context<DVec2>, lists: Rc<RefCell<Vec<Found>>>) -> Resu
     let mut table = Table::of_owned(vec![0], vec![DVec2::ZERO], 1);
     let search = Search { phase: Phase::Knn, wanted: 3, probe: false, own_leaf: false, everywhere: false };
     let mut descent = Descent::new(&subdomain, search, &[]);
-    descent.pending.push(Pending { outstanding: 2, ..Pending::of_owned(0, DVec2::ZERO, 25.0) });
+    descent.pending.push(WaitingBall { outstanding: 2, ..WaitingBall::of_owned(0, DVec2::ZERO, 25.0) });
     let complete = descent.run(&mut cx, &mut table).await?;
     let ids = |list: &[u32]| list.iter().map(|&j| table.ids()[j as usize]).collect();
     lists

@@ -11,7 +11,7 @@ use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, PointBatch, UNKNOWN_RADIUS2, is_wanted};
 use septet_protocol::outcome::Outcome;
 
-use super::share::Certificate;
+use crate::coordinator::Certificate;
 use crate::machine::collectives::Reports;
 use crate::machine::context::Context;
 
