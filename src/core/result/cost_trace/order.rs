@@ -53,12 +53,13 @@ enum Flow {
 /// Returns the direction of a phase without a correction and without steps.
 ///
 /// The lists of separator sets are united on the way up. A chain down the tree and back has the same nodes as a chain down
-/// the tree that pays for both ways at once.
+/// the tree that pays for both ways at once. The supergraph is built at leaves only. It uses edges that other leaves
+/// announce in the phase of separator sets, so it starts when all earlier phases have ended.
 fn flow(phase: Phase) -> Flow {
     match phase {
         Phase::Summaries | Phase::Merge | Phase::Check | Phase::Certificate | Phase::Fallback => Flow::Up,
         Phase::Partition | Phase::Choice | Phase::Sets => Flow::Down,
-        Phase::Probe | Phase::Neighbours | Phase::KnnProbe | Phase::Knn => Flow::Down,
+        Phase::Probe | Phase::Neighbours | Phase::KnnProbe | Phase::Knn | Phase::Graph => Flow::Down,
         _ => Flow::Local,
     }
 }
