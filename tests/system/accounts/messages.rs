@@ -176,15 +176,23 @@ fn of_rounds(rows: &Rows<'_>, sent: &Sent, payer: Phase) -> Ends {
 }
 
 /// Returns the work of the receiver at the node of a message that went down the tree, and the work of the sender at the
-/// nearest node above. Phases may charge such work at their end.
-fn of_levels(rows: &Rows<'_>, sent: &Sent) -> Ends {
+/// nearest node above. Phases may charge such work at their end. The bottom-up correction goes down the tree in each of its
+/// steps.
+fn of_levels(rows: &Rows<'_>, sent: &Sent) -> Vec<Ends> {
     let Sent { phase, from, to, node, .. } = *sent;
-    let above = rows.find(phase, from, |at, _| at != node && at.contains(node));
-    let nearest = above.iter().filter_map(|&at| rows.rows[at].node).max();
-    Ends {
-        earlier: above.into_iter().filter(|&at| rows.rows[at].node == nearest).collect(),
-        later: rows.find(phase, to, |at, _| at == node),
-    }
+    let all_above = rows.find(phase, from, |at, _| at != node && at.contains(node));
+    let all_later = rows.find(phase, to, |at, _| at == node);
+    let of_step = |all: &[usize], step| -> Vec<usize> {
+        all.iter().copied().filter(|&at| rows.rows[at].step == step).collect()
+    };
+    let steps: BTreeSet<Option<u32>> = all_later.iter().map(|&at| rows.rows[at].step).collect();
+    let ends = steps.into_iter().map(|step| {
+        let above = of_step(&all_above, step);
+        let nearest = above.iter().filter_map(|&at| rows.rows[at].node).max();
+        let earlier = above.into_iter().filter(|&at| rows.rows[at].node == nearest).collect();
+        Ends { earlier, later: of_step(&all_later, step) }
+    });
+    ends.collect()
 }
 
 /// Returns `true` for phases whose messages go down the tree.
@@ -259,9 +267,8 @@ impl Found {
         for sent in log.borrow().iter() {
             self.sending.insert(sent.phase);
             let rounds = payers(sent.phase).iter().map(|&payer| (payer, of_rounds(&rows, sent, payer)));
-            let has_levels = goes_down(sent.phase) && config.correction == Correction::Descent;
-            let levels = has_levels.then(|| (sent.phase, of_levels(&rows, sent)));
-            for (payer, ends) in rounds.chain(levels) {
+            let levels = if goes_down(sent.phase) { of_levels(&rows, sent) } else { Vec::new() };
+            for (payer, ends) in rounds.chain(levels.into_iter().map(|ends| (sent.phase, ends))) {
                 if rows.assert_order(&ends, sent) {
                     *self.pairs.entry(payer).or_default() += 1;
                 }
