@@ -218,6 +218,49 @@ pub mod experiment {
     };
 }
 
+/// A second account of work and depth: the calls of primitives of a run without prices, and a fold that prices them. It
+/// shares no code with the ledger.
+///
+/// ```
+/// use septet::accounts::{CostHeader, fold, ledger_counts, write_cost_trace};
+///
+/// let cube: Vec<[f64; 3]> =
+///     (0..8).map(|i| [f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)]).collect();
+/// let mut options = septet::SimulateOptions::default();
+/// options.keep.costs = true;
+/// let run = septet::simulate(&cube, &options)?;
+///
+/// let header = CostHeader::of(&options.config(), &run.settled, run.points.used, run.space);
+/// let mut text = Vec::new();
+/// write_cost_trace(&mut text, header, run.costs.as_ref().expect("kept"))?;
+/// let accounts = fold(text.as_slice())?;
+/// assert_eq!(accounts.paper.depth, run.ledger.paper.depth);
+/// assert!(accounts.differences(&ledger_counts(&run.ledger)).is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub mod accounts {
+    #[doc(inline)]
+    pub use septet_core::run::{CostRow, CostTrace};
+    #[doc(inline)]
+    pub use septet_geometry::cost::{Call, LaneStep, Primitive, Step, Tape};
+    #[doc(inline)]
+    pub use septet_lab::accounts::{
+        AccountError, Accounts, Difference, PhaseAccount, ReportError, ReportedCounts, ReportedPhase,
+        ReportedRun, ReportedTotal, ReportedTotals, SCHEMA, TotalAccount, fold,
+    };
+    #[doc(inline)]
+    pub use septet_lab::report::{CostHeader, ledger_counts, write_cost_trace};
+}
+
+/// The paper's claims as experiments with bounds that are stated before the run.
+pub mod claims {
+    #[doc(inline)]
+    pub use septet_lab::claims::{
+        CheckedClaim, Claim, ClaimError, ClaimJournal, ClaimReport, Extent, Figure, Lab, LabOptions, Reading,
+        Relation, Role, SCHEMA, Statistics, registry, select,
+    };
+}
+
 /// Assertions on counts, for tests. See [`assert_counts!`](crate::assert_counts).
 #[doc(inline)]
 pub use septet_lab::assertions;

@@ -68,7 +68,7 @@ impl Failure {
     }
 
     /// Splits a message at its last semicolon: the clause after it becomes the help.
-    fn split(code: Code, message: &str) -> Self {
+    pub fn split(code: Code, message: &str) -> Self {
         match message.rsplit_once("; ") {
             Some((what, help)) => Failure::new(code, what).help(help),
             None => Failure::new(code, message),

@@ -1,11 +1,9 @@
 //! An excerpt of a text file around a defect, printed below an error.
 
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::io::BufRead;
 use std::path::Path;
 
-use flate2::read::MultiGzDecoder;
-
+use super::gzip;
 use super::progress::Talk;
 use super::text::name;
 
@@ -33,13 +31,10 @@ impl Excerpt {
         if path.as_os_str() == "-" {
             return None;
         }
-        let mut reader = BufReader::new(File::open(path).ok()?);
-        let zipped = reader.fill_buf().ok()?.starts_with(&[0x1f, 0x8b]);
-        let reader: Box<dyn Read> =
-            if zipped { Box::new(MultiGzDecoder::new(reader)) } else { Box::new(reader) };
+        let reader = gzip::open(path).ok()?;
         let line = usize::try_from(line).ok().filter(|&line| line > 0)?;
         let first = line.saturating_sub(1).max(1);
-        let raw = BufReader::new(reader).split(b'\n').skip(first - 1).map_while(Result::ok);
+        let raw = reader.split(b'\n').skip(first - 1).map_while(Result::ok);
         let lines: Vec<_> = (first..=line + 1).zip(raw.map(|raw| shown(&raw))).collect();
         let text = &lines.iter().find(|(number, _)| *number == line)?.1;
         let (start, length) = fault(text, column);

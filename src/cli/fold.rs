@@ -1,14 +1,14 @@
 //! `septet fold`.
 
-use std::fs::File;
-use std::io::BufReader;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use septet_lab::accounts::{Accounts, ReportedCounts, fold};
+use septet_lab::accounts::{Accounts, ReportedRun, fold};
 
 use super::errors::{Code, Failure};
 use super::files;
+use super::gzip;
 use super::input;
 use super::progress::Talk;
 use super::text::counted;
@@ -22,26 +22,32 @@ The exit code is 4 if a count differs from the report.
 Examples:
   septet simulate sample:uniform:1e4 --cost-trace costs.jsonl --json run.json
   septet fold costs.jsonl
-  septet fold costs.jsonl --report run.json")]
+  septet fold costs.jsonl --report run.json
+  septet simulate sample:uniform:1e4 --cost-trace - | septet fold -")]
 pub struct FoldArgs {
-    /// Cost trace of `septet simulate --cost-trace`
+    /// Cost trace of `septet simulate --cost-trace`; also .gz, and `-` for standard input
     trace: PathBuf,
-    /// Report of the same run (`--json`), to compare the counts
+    /// Report of the same run (`--json`), to compare the counts; also .gz
     #[arg(long, value_name = "RUN.json")]
     report: Option<PathBuf>,
 }
 
 /// Prints the counts by phase, and compares them with the report.
 pub fn run(args: &FoldArgs, talk: &Talk) -> Result<(), Failure> {
+    let is_stream = |path: &Path| path.as_os_str() == "-";
+    if is_stream(&args.trace) && args.report.as_deref().is_some_and(is_stream) {
+        let message = "the trace and the report both come from standard input";
+        return Err(Failure::new(Code::Usage, message).help("give a file for one of them"));
+    }
     let reported = args.report.as_deref().map(reported).transpose()?;
-    let trace = File::open(&args.trace).map_err(|error| input::unreadable(&args.trace, &error))?;
-    let accounts = fold(BufReader::new(trace)).map_err(|error| {
-        Failure::new(Code::Input, format!("{}: {error}", args.trace.display()))
-            .help("give a file that `septet simulate --cost-trace` wrote")
-    })?;
+    let trace = gzip::open(&args.trace).map_err(|error| input::unreadable(&args.trace, &error))?;
+    let refused = |path: &Path, text: &str| Failure::split(Code::Input, text).in_place(&input::name(path));
+    let accounts = fold(trace).map_err(|error| refused(&args.trace, &error.to_string()))?;
+    let differences = reported.as_ref().map(|run| accounts.compare(run)).transpose();
+    let path = args.report.as_deref().unwrap_or(&args.trace);
+    let differences = differences.map_err(|error| refused(path, &error.to_string()))?;
     files::print(&table(&accounts))?;
-    let Some(reported) = reported else { return Ok(()) };
-    let differences = accounts.differences(&reported);
+    let differences = differences.unwrap_or_default();
     for difference in &differences {
         talk.note(difference.to_string());
     }
@@ -54,16 +60,17 @@ pub fn run(args: &FoldArgs, talk: &Talk) -> Result<(), Failure> {
         counted(number, "count"),
         if number == 1 { "differs" } else { "differ" }
     );
-    Err(Failure::new(Code::Rejected, message))
+    let help = "write both files in one run; if they still differ, please report it with the input";
+    Err(Failure::new(Code::Rejected, message).help(help))
 }
 
 /// Reads the counts of a report.
-fn reported(path: &Path) -> Result<ReportedCounts, Failure> {
-    let text = std::fs::read(path).map_err(|error| input::unreadable(path, &error))?;
-    serde_json::from_slice(&text).map_err(|error| {
-        Failure::new(Code::Input, format!("{}: not the report of a run: {error}", path.display()))
-            .help("give a file that `septet simulate --json` wrote")
-    })
+fn reported(path: &Path) -> Result<ReportedRun, Failure> {
+    let mut text = Vec::new();
+    let read = gzip::open(path).and_then(|mut reader| reader.read_to_end(&mut text));
+    read.map_err(|error| input::unreadable(path, &error))?;
+    ReportedRun::parse(&text)
+        .map_err(|error| Failure::split(Code::Input, &error.to_string()).in_place(&input::name(path)))
 }
 
 /// Formats the counts of the phases and the totals.

@@ -130,9 +130,14 @@ pub fn open(path: &str, options: &ReadOptions, talk: &Talk) -> Result<Loaded, Fa
     })
 }
 
+/// Returns the name of an input in messages.
+pub fn name(path: &Path) -> String {
+    if path.as_os_str() == "-" { "standard input".to_owned() } else { path.display().to_string() }
+}
+
 /// Returns the failure for a file that cannot be read, worded like the errors of the point readers.
 pub fn unreadable(path: &Path, error: &std::io::Error) -> Failure {
-    let name = path.display();
+    let name = name(path);
     match error.kind() {
         ErrorKind::NotFound => Failure::new(Code::Input, format!("{name}: no such file"))
             .help("check the name and the directory"),

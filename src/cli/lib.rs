@@ -11,6 +11,7 @@ mod fit;
 mod fold;
 mod formats;
 mod generate;
+mod gzip;
 mod headings;
 mod input;
 mod instruments;

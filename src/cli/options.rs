@@ -65,7 +65,7 @@ pub struct SimulateArgs {
     graph: GraphArgs,
     /// Write all calls of primitives with their dependencies, for `septet fold`
     ///
-    /// The file has JSON lines without prices, about 1 kB for each point.
+    /// The file has JSON lines without prices, about 1 kB for each point. If its name ends in .gz, it is compressed.
     #[arg(long, value_name = "FILE|-", help_heading = REPORTS, hide_short_help = true)]
     pub cost_trace: Option<PathBuf>,
 }

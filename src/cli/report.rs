@@ -9,6 +9,7 @@ use clap::Args;
 
 use super::errors::{Code, Failure};
 use super::files;
+use super::gzip;
 use super::input;
 use super::progress::Talk;
 use super::summary::{row, written};
@@ -27,7 +28,7 @@ Examples:
 
 Reports are written by `septet simulate --json` and `septet mesh --json`, sweeps by `septet scale`.")]
 pub struct ReportArgs {
-    /// Reports of runs and meshes, or sweeps; `-` for standard input
+    /// Reports of runs and meshes, or sweeps, each also .gz; `-` for standard input
     #[arg(required = true, value_name = "RUNS")]
     runs: Vec<PathBuf>,
     /// HTML page to write, `-` for standard output
@@ -70,12 +71,8 @@ fn bad(error: &PageError) -> Failure {
 
 fn text_of(path: &Path) -> Result<String, Failure> {
     let mut text = String::new();
-    let read = if path.as_os_str() == "-" {
-        std::io::stdin().lock().read_to_string(&mut text).map(|_| text)
-    } else {
-        fs::read_to_string(path)
-    };
-    read.map_err(|error| input::unreadable(path, &error))
+    let read = gzip::open(path).and_then(|mut reader| reader.read_to_string(&mut text));
+    read.map(|_| text).map_err(|error| input::unreadable(path, &error))
 }
 
 /// Writes named figures into a directory, which is created if it does not exist.

@@ -1,4 +1,4 @@
-//! `septet schema`: JSON schemas of the reports.
+//! `septet schema`: JSON schemas of the reports and of cost traces.
 
 use clap::{Args, ValueEnum};
 
@@ -38,6 +38,8 @@ enum Which {
     Rival,
     /// `--json` of `septet verify`
     Verify,
+    /// A line of `--cost-trace` of `septet simulate`
+    Cost,
 }
 
 impl Which {
@@ -53,6 +55,7 @@ impl Which {
             Which::Predict => include_str!("schemas/predict.schema.json"),
             Which::Rival => include_str!("schemas/rival.schema.json"),
             Which::Verify => include_str!("schemas/verify.schema.json"),
+            Which::Cost => include_str!("schemas/cost.schema.json"),
         }
     }
 }

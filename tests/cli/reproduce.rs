@@ -54,6 +54,12 @@ fn results_are_json_and_tables() {
 }
 
 #[test]
+fn both_accounts_agree() {
+    let good = Place::new().run("reproduce accounts");
+    assert_eq!(code(&good), 0, "{}{}", stdout(&good), stderr(&good));
+}
+
+#[test]
 fn a_failed_claim_has_its_exit_code() {
     let place = Place::new();
     let bad =

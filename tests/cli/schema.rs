@@ -129,6 +129,31 @@ fn sweeps_and_fits_match_their_schemas() {
 }
 
 #[test]
+fn cost_traces_match_their_schema() {
+    let place = Place::new();
+    let schema = Schema::of(&place, "cost");
+    let mut nested = 0;
+    for line in [
+        "simulate sample:clusters:800 --workers 3 --leaf 60",
+        "simulate sample:uniform:400,d=2 --neighbours naive --constants timing --leaf 60",
+        "simulate sample:uniform:400 --supergraph knn --fault work:hulls:2",
+    ] {
+        place.good(&format!("{line} --cost-trace c.jsonl"));
+        let text = fs::read_to_string(place.path("c.jsonl")).unwrap();
+        let rows: Vec<Value> = text.lines().map(|row| serde_json::from_str(row).unwrap()).collect();
+        rows.iter().for_each(|row| schema.check(line, row));
+        nested += rows.iter().filter(|row| row["longest"].is_array()).count();
+        let mut other = rows[1].clone();
+        other["work"] = 1.into();
+        assert!(schema.matches(&schema.0, &other, "").is_err(), "{line}: an unknown field");
+        let mut header = rows[0].clone();
+        header.as_object_mut().unwrap().remove("samples");
+        assert!(schema.matches(&schema.0, &header, "").is_err(), "{line}: a header without samples");
+    }
+    assert!(nested > 10, "{nested}");
+}
+
+#[test]
 fn other_reports_match_their_schemas() {
     let place = Place::new();
     place.file("p.xyz", "0 0\n2 0\n0 1\n3 3\n").file("bad.ele", "2 3 0\n0 0 1 3\n1 0 3 2\n");

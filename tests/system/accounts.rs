@@ -3,9 +3,11 @@
 mod messages;
 
 use glam::DVec3;
-use septet_core::config::{Correction, Graph, Neighbours, Partition, Workers};
+use septet_core::config::{
+    Correction, Graph, GraphKind, Neighbours, Partition, Purpose, SeparatorSets, Workers,
+};
 use septet_core::generate::Kind;
-use septet_core::run::{CostTrace, Settled};
+use septet_core::run::CostTrace;
 use septet_core::{Config, Run, independent, simulate};
 use septet_geometry::point::Point;
 use septet_lab::accounts::{AccountError, Accounts, fold};
@@ -22,15 +24,16 @@ fn traced(workers: Workers) -> Config {
     threaded(workers, 2, LEAF).with(|c| c.keep.costs = true)
 }
 
-fn text_of(trace: &CostTrace, config: &Config, settled: &Settled, points: u64) -> Vec<u8> {
+fn text_of(header: CostHeader, trace: &CostTrace) -> Vec<u8> {
     let mut text = Vec::new();
-    write_cost_trace(&mut text, CostHeader::of(config, settled, points, 3), trace).unwrap();
+    write_cost_trace(&mut text, header, trace).unwrap();
     text
 }
 
 fn text<P: Point>(points: &[P], config: &Config) -> (Run, Vec<u8>) {
     let run = simulate(points, config).unwrap_or_else(|e| panic!("{config:?}: {e}"));
-    let text = text_of(run.costs.as_ref().expect("kept"), config, &run.settled, run.points.used);
+    let header = CostHeader::of(config, &run.settled, run.points.used, run.space);
+    let text = text_of(header, run.costs.as_ref().expect("kept"));
     (run, text)
 }
 
@@ -84,6 +87,40 @@ fn accounts_agree_on_baselines() {
     });
 }
 
+/// Both accounts of one run are equal. Returns the run.
+fn on_one_machine<P: Point>(points: &[P], what: &str, change: impl Fn(&mut Config)) -> Run {
+    let (run, text) = text(points, &traced(Workers::Count(3)).with(change));
+    assert_equal(&text, &run.ledger, what);
+    let header = text.split(|&byte| byte == b'\n').next().expect("a header");
+    let header: serde_json::Value = serde_json::from_slice(header).unwrap();
+    assert_eq!(header["dimension"], P::DIM, "{what}");
+    run
+}
+
+#[test]
+fn accounts_agree_on_all_kinds_of_sets() {
+    for kind in Kind::all() {
+        on_one_machine(&plane(kind, 500, 3), &format!("{kind} in the plane"), |_| {});
+        on_one_machine(&space(kind, 500, 3), &format!("{kind} in space"), |_| {});
+    }
+}
+
+/// The automatic parameters, with each rule that shares separator points, and with the constants for time.
+#[test]
+fn accounts_agree_on_automatic_parameters() {
+    let (flat, solid) = (plane(Kind::GradedPoint, 1500, 4), space(Kind::WellSpaced, 1500, 4));
+    let unions = |choice: &(GraphKind, SeparatorSets, _, _)| choice.1 != SeparatorSets::Ghost;
+    for choice in combinations(true).into_iter().filter(unions) {
+        on_one_machine(&flat, &format!("{choice:?} in the plane"), |c| *c = with_graph(c, choice));
+        on_one_machine(&solid, &format!("{choice:?} in space"), |c| *c = with_graph(c, choice));
+    }
+    // Without a fixed leaf size, the purpose decides it.
+    let timing = |c: &mut Config| (c.constants.purpose, c.machine.leaf) = (Purpose::Timing, None);
+    let leaf = |run: &Run| run.settled.leaf;
+    assert_eq!(leaf(&on_one_machine(&flat, "timing in the plane", timing)), 500);
+    assert!(leaf(&on_one_machine(&solid, "timing in space", timing)) >= 1000);
+}
+
 /// A graph that is too small leaves stars for splaying, and a small cap of rounds gathers them.
 #[test]
 fn accounts_agree_on_repair_and_gathering() {
@@ -111,7 +148,8 @@ fn accounts_agree_on_independent_sets() {
             let (places, sizes) =
                 if fixed == 0 { (&places[..], &sizes[..]) } else { (&places[..1200], &sizes[..1200]) };
             let run = independent(places, sizes, fixed, &config).unwrap();
-            let text = text_of(run.costs.as_ref().unwrap(), &config, &run.settled, places.len() as u64);
+            let header = CostHeader::of(&config, &run.settled, places.len() as u64, 3);
+            let text = text_of(header, run.costs.as_ref().unwrap());
             let accounts = assert_equal(&text, &run.ledger, &format!("{workers:?}, {fixed} fixed"));
             assert!(accounts.phases.iter().any(|phase| phase.phase == "independent" && phase.depth > 0));
         }

@@ -67,14 +67,14 @@ pub fn check_text_output(path: &Path) -> Result<(), OutputError> {
     stage::probe(path)
 }
 
-/// Writes text, such as a report or a table, to a file. The write is atomic, except that a device or pipe receives
-/// the text directly.
+/// Writes text, such as a report or a table, to a file. If its name ends in `.gz`, the text is compressed. The write is
+/// atomic, except that a device or pipe receives the text directly.
 ///
 /// # Errors
 /// Returns an [`OutputError`] if writing fails. An existing file then remains unchanged.
 pub fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
     let mut stage = Stage::default();
-    stage.write_plain(path, |out| Ok(out.write_all(text.as_bytes())?))?;
+    stage.write(path, |out| Ok(out.write_all(text.as_bytes())?))?;
     stage.commit().map(|_| ())
 }
 

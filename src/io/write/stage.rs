@@ -63,7 +63,7 @@ impl Stage {
     }
 
     /// Writes one file of the set without compression.
-    pub(in crate::write) fn write_plain(
+    fn write_plain(
         &mut self,
         target: &Path,
         body: impl FnOnce(&mut dyn Write) -> Result<(), WriteFault>,

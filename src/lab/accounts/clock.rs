@@ -27,22 +27,26 @@ const PAPER: [&str; 13] = [
 /// The phases of the total of repair.
 const REPAIR: [&str; 4] = ["check", "repair", "certificate", "fallback"];
 
+/// The other phases of a run.
+const OTHERS: [&str; 7] = ["load", "halo", "pieces", "seam", "choice", "collect", "done"];
+
 /// The total to which a phase belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Group {
+pub(super) enum Group {
     Paper,
     Repair,
     Neither,
 }
 
 impl Group {
-    fn of(phase: &str) -> Self {
+    /// Returns the group of a phase, or `None` if no phase has this name.
+    pub(super) fn of(phase: &str) -> Option<Self> {
         if PAPER.contains(&phase) {
-            Group::Paper
+            Some(Group::Paper)
         } else if REPAIR.contains(&phase) {
-            Group::Repair
+            Some(Group::Repair)
         } else {
-            Group::Neither
+            OTHERS.contains(&phase).then_some(Group::Neither)
         }
     }
 }
@@ -63,12 +67,24 @@ struct Ends {
     step: (Option<BrentStep>, u64),
 }
 
+impl Ends {
+    /// Returns the ends of a row that starts at these times, or `None` above the largest number.
+    fn after(self, depth: u64) -> Option<Self> {
+        Some(Ends {
+            phase: (self.phase.0, self.phase.1.checked_add(depth)?),
+            group: (self.group.0, self.group.1.checked_add(depth)?),
+            step: (self.step.0, self.step.1.checked_add(depth)?),
+        })
+    }
+}
+
 /// The clocks of the rows so far.
 #[derive(Debug, Default)]
 pub(super) struct Clocks {
     phases: Vec<PhaseAccount>,
     totals: [TotalAccount; 2],
-    steps: BTreeMap<BrentStep, Price>,
+    /// The total that a step belongs to, and its price.
+    steps: BTreeMap<BrentStep, (usize, Price)>,
     ends: Vec<Ends>,
     /// Whether a later row names the row.
     named: Vec<bool>,
@@ -85,29 +101,33 @@ impl Clocks {
             return Err(AccountError::Loose { row: row.row });
         }
         let price = price::of_entry(row.row, &row.entry)?;
-        let phase = self.phase(&row.phase);
-        let number = row.step.or(row.node.map(u64::ilog2));
-        let step = number.map(|number| BrentStep { phase, number });
-        let group = Group::of(&row.phase);
-        let (mut in_phase, mut in_group, mut in_step) = (0, 0, 0);
+        let mut ends = self.start(row)?;
         for &after in &row.after {
             let before = usize::try_from(after).ok().filter(|&at| at < self.ends.len());
             let at = before.ok_or(AccountError::Order { row: row.row, after })?;
             self.named[at] = true;
-            let ends = self.ends[at];
-            in_phase = later(in_phase, ends.phase.1, ends.phase.0 == phase);
-            in_group = later(in_group, ends.group.1, ends.group.0 == group);
-            in_step = later(in_step, ends.step.1, ends.step.0 == step);
+            let earlier = self.ends[at];
+            later(&mut ends.phase, earlier.phase);
+            later(&mut ends.group, earlier.group);
+            later(&mut ends.step, earlier.step);
         }
-        let ends = Ends {
-            phase: (phase, in_phase + price.depth),
-            group: (group, in_group + price.depth),
-            step: (step, in_step + price.depth),
-        };
-        self.count(ends, price.work);
-        self.ends.push(ends);
+        let counted = ends.after(price.depth).and_then(|ends| self.count(ends, price.work).map(|()| ends));
+        self.ends.push(counted.ok_or(AccountError::Overflow { row: row.row })?);
         self.named.push(false);
         Ok(())
+    }
+
+    /// Returns the clocks of a row at time 0.
+    fn start(&mut self, row: &Row) -> Result<Ends, AccountError> {
+        let unknown = || AccountError::Phase { row: row.row, phase: row.phase.clone() };
+        let group = Group::of(&row.phase).ok_or_else(unknown)?;
+        let level = match row.node {
+            Some(node) => Some(node.checked_ilog2().ok_or(AccountError::Node { row: row.row })?),
+            None => None,
+        };
+        let phase = self.phase(&row.phase);
+        let step = row.step.or(level).map(|number| BrentStep { phase, number });
+        Ok(Ends { phase: (phase, 0), group: (group, 0), step: (step, 0) })
     }
 
     /// Returns the position of a phase.
@@ -119,22 +139,24 @@ impl Clocks {
         })
     }
 
-    /// Adds the work of a row, and keeps the latest ends.
-    fn count(&mut self, ends: Ends, work: u64) {
+    /// Adds the work of a row, and keeps the latest ends. Returns `None` if a sum is above the largest number.
+    fn count(&mut self, ends: Ends, work: u64) -> Option<()> {
         let phase = &mut self.phases[ends.phase.0];
-        phase.work += work;
+        phase.work = phase.work.checked_add(work)?;
         phase.depth = phase.depth.max(ends.phase.1);
-        let total = match ends.group.0 {
-            Group::Paper => &mut self.totals[0],
-            Group::Repair => &mut self.totals[1],
-            Group::Neither => return,
+        let number = match ends.group.0 {
+            Group::Paper => 0,
+            Group::Repair => 1,
+            Group::Neither => return Some(()),
         };
-        total.work += work;
+        let total = &mut self.totals[number];
+        total.work = total.work.checked_add(work)?;
         total.depth = total.depth.max(ends.group.1);
         if let (Some(step), depth) = ends.step {
-            let sum = self.steps.entry(step).or_default();
-            *sum = Price { work: sum.work + work, depth: sum.depth.max(depth) };
+            let (_, sum) = self.steps.entry(step).or_insert((number, Price::default()));
+            *sum = Price { work: sum.work.checked_add(work)?, depth: sum.depth.max(depth) };
         }
+        Some(())
     }
 
     /// Checks that the trace is complete, and returns its account.
@@ -148,18 +170,22 @@ impl Clocks {
             return Err(AccountError::Unused { row: row as u64 });
         }
         let points = header.points.max(1);
-        for (step, Price { work, depth }) in self.steps {
-            let total =
-                &mut self.totals[usize::from(Group::of(&self.phases[step.phase].phase) == Group::Repair)];
-            total.brent += work.saturating_sub(depth).div_ceil(points) + depth;
+        for (total, Price { work, depth }) in self.steps.into_values() {
+            let total = &mut self.totals[total];
+            let bound = work.saturating_sub(depth).div_ceil(points).checked_add(depth);
+            let sum = bound.and_then(|bound| total.brent.checked_add(bound));
+            // The last row ends when all steps have ended.
+            total.brent = sum.ok_or(AccountError::Overflow { row: found.saturating_sub(1) })?;
         }
         let [paper, repair] = self.totals;
-        let phases = self.phases.into_iter().filter(|phase| phase.work + phase.depth > 0).collect();
-        Ok(Accounts { phases, paper, repair })
+        let phases = self.phases.into_iter().filter(|phase| phase.work > 0 || phase.depth > 0).collect();
+        Ok(Accounts { points: header.points, seed: header.seed, phases, paper, repair })
     }
 }
 
-/// Returns the later end, if the other row counts.
-fn later(end: u64, other: u64, counts: bool) -> u64 {
-    if counts { end.max(other) } else { end }
+/// Keeps the later of two ends on the same clock. An end on another clock does not count.
+fn later<C: PartialEq>(end: &mut (C, u64), other: (C, u64)) {
+    if end.0 == other.0 {
+        end.1 = end.1.max(other.1);
+    }
 }

@@ -4,7 +4,59 @@ use std::fmt;
 
 use serde::Deserialize;
 
+use super::error::ReportError;
 use super::{Accounts, TotalAccount};
+
+/// Name and version of the format of the reports of runs.
+const RUN_SCHEMA: &str = "septet-run/2";
+
+/// A run, as its report states it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ReportedRun {
+    /// The seed.
+    pub seed: u64,
+    /// Number of distinct points.
+    pub points: u64,
+    /// The counts.
+    pub counts: ReportedCounts,
+}
+
+/// The name of the format, which is read first: other formats have other fields.
+#[derive(Deserialize)]
+struct Format {
+    schema: String,
+}
+
+/// The fields of a report that identify its run.
+#[derive(Deserialize)]
+struct Identity {
+    seed: u64,
+    points: UsedPoints,
+}
+
+#[derive(Deserialize)]
+struct UsedPoints {
+    used: u64,
+}
+
+impl ReportedRun {
+    /// Reads the report of a run (`--json`).
+    ///
+    /// # Errors
+    /// Fails if the text is not the report of a run with counts.
+    pub fn parse(text: &[u8]) -> Result<Self, ReportError> {
+        let Format { schema } = serde_json::from_slice(text)?;
+        if schema != RUN_SCHEMA {
+            return Err(ReportError::Schema { found: schema });
+        }
+        let Identity { seed, points } = serde_json::from_slice(text)?;
+        let counts: ReportedCounts = serde_json::from_slice(text)?;
+        if counts.machine.paper.work.is_none() {
+            return Err(ReportError::NoCounts);
+        }
+        Ok(ReportedRun { seed, points: points.used, counts })
+    }
+}
 
 /// The counts of a run, as its report states them.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -67,6 +119,20 @@ impl fmt::Display for Difference {
 }
 
 impl Accounts {
+    /// Returns the counts that differ from the report of the same run, as [`Accounts::differences`] does.
+    ///
+    /// # Errors
+    /// Fails if the report is of a run with another seed or another number of points.
+    pub fn compare(&self, run: &ReportedRun) -> Result<Vec<Difference>, ReportError> {
+        if run.seed != self.seed {
+            return Err(ReportError::Seed { reported: run.seed, traced: self.seed });
+        }
+        if run.points != self.points {
+            return Err(ReportError::Points { reported: run.points, traced: self.points });
+        }
+        Ok(self.differences(&run.counts))
+    }
+
     /// Returns the counts that differ from the ledger's, phase by phase, then for the totals.
     pub fn differences(&self, reported: &ReportedCounts) -> Vec<Difference> {
         let mut names: Vec<&str> = self.phases.iter().map(|phase| phase.phase.as_str()).collect();

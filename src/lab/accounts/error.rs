@@ -1,4 +1,4 @@
-//! Errors of the second account.
+//! Errors of the second account. The clause after the last semicolon of a message states the next step.
 
 use thiserror::Error;
 
@@ -7,7 +7,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum AccountError {
     /// The text cannot be read.
-    #[error("line {line} cannot be read: {source}")]
+    #[error("line {line} cannot be read: {source}; write the cost trace again")]
     Unreadable {
         /// The line, from 1.
         line: u64,
@@ -15,10 +15,12 @@ pub enum AccountError {
         source: std::io::Error,
     },
     /// There is no line.
-    #[error("the cost trace is empty")]
+    #[error("the cost trace is empty; give a file that `septet simulate --cost-trace` wrote")]
     Empty,
     /// A line is not a row.
-    #[error("line {line} is not a row of a cost trace: {source}")]
+    #[error(
+        "line {line} is not a line of a cost trace: {source}; give a file that `septet simulate --cost-trace` wrote"
+    )]
     Syntax {
         /// The line, from 1.
         line: u64,
@@ -26,13 +28,15 @@ pub enum AccountError {
         source: serde_json::Error,
     },
     /// The text has another format.
-    #[error("the format is `{found}` instead of `septet-cost/1`")]
+    #[error(
+        "the format is `{found}` instead of `septet-cost/1`; give a file that `septet simulate --cost-trace` wrote"
+    )]
     Schema {
         /// The format in the text.
         found: String,
     },
     /// The number of a row is not its position.
-    #[error("row {expected} is missing: row {found} is at its position")]
+    #[error("row {expected} is missing: row {found} is at its position; write the cost trace again")]
     Missing {
         /// The missing row.
         expected: u64,
@@ -40,7 +44,7 @@ pub enum AccountError {
         found: u64,
     },
     /// The number of rows differs from the header.
-    #[error("{found} of {expected} rows are there: the cost trace is incomplete")]
+    #[error("the trace has {found} of {expected} rows; write the cost trace again")]
     Incomplete {
         /// The number in the header.
         expected: u64,
@@ -48,7 +52,9 @@ pub enum AccountError {
         found: u64,
     },
     /// A row names a row that does not come before it.
-    #[error("row {row} is after row {after}, which does not come before it")]
+    #[error(
+        "row {row} names row {after} in `after`, which does not come before it; write the cost trace again"
+    )]
     Order {
         /// The row.
         row: u64,
@@ -56,29 +62,97 @@ pub enum AccountError {
         after: u64,
     },
     /// A row other than the first names no row.
-    #[error("row {row} is after no other row")]
+    #[error("row {row} has no predecessor in `after`; write the cost trace again")]
     Loose {
         /// The row.
         row: u64,
     },
     /// No row names a row other than the last.
-    #[error("no row is after row {row}")]
+    #[error("row {row} has no successor; write the cost trace again")]
     Unused {
         /// The row.
         row: u64,
     },
     /// A primitive has no price.
-    #[error("row {row}: the primitive `{primitive}` has no price")]
+    #[error(
+        "row {row}: the primitive `{primitive}` has no price; use the version of septet that wrote the trace"
+    )]
     Primitive {
         /// The row.
         row: u64,
         /// The primitive.
         primitive: String,
     },
+    /// No phase has this name.
+    #[error("row {row}: there is no phase `{phase}`; use the version of septet that wrote the trace")]
+    Phase {
+        /// The row.
+        row: u64,
+        /// The name.
+        phase: String,
+    },
+    /// A node is 0. The root is 1.
+    #[error("row {row}: there is no node 0, because the root is 1; write the cost trace again")]
+    Node {
+        /// The row.
+        row: u64,
+    },
+    /// A count is above the largest 64-bit number.
+    #[error("row {row}: work or depth is above 2^64 - 1; write the cost trace again")]
+    Overflow {
+        /// The row.
+        row: u64,
+    },
     /// The longest lane makes a call that its vector step does not count.
-    #[error("row {row}: the longest lane has calls that the vector step does not have")]
+    #[error("row {row}: `longest` has calls that `calls` does not have; write the cost trace again")]
     Longest {
         /// The row.
         row: u64,
+    },
+    /// Vector steps are nested too deeply.
+    #[error("row {row}: `lanes` may contain `lanes` at one level only; write the cost trace again")]
+    Nesting {
+        /// The row.
+        row: u64,
+    },
+}
+
+/// A text that is not the report of the run of a cost trace.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ReportError {
+    /// The text is not a report.
+    #[error("the text is not the report of a run: {0}; give a file that `septet simulate --json` wrote")]
+    Syntax(#[from] serde_json::Error),
+    /// The text has another format.
+    #[error(
+        "the format is `{found}` instead of `septet-run/2`; give a file that `septet simulate --json` wrote"
+    )]
+    Schema {
+        /// The format in the text.
+        found: String,
+    },
+    /// The run does not count work and depth.
+    #[error("this run has no counts; run `septet simulate --json`")]
+    NoCounts,
+    /// The seeds differ.
+    #[error(
+        "the report is of another run: seed {reported}, and the trace has seed {traced}; write both files in one run"
+    )]
+    Seed {
+        /// The seed of the report.
+        reported: u64,
+        /// The seed of the trace.
+        traced: u64,
+    },
+    /// The numbers of points differ.
+    #[error(
+        "the report is of another run: {reported} points, and the trace has {traced} points; write both files in one run"
+    )]
+    Points {
+        /// The number of distinct points of the report.
+        reported: u64,
+        /// The number of distinct points of the trace.
+        traced: u64,
     },
 }

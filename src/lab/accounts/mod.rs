@@ -7,6 +7,10 @@
 //! **Independence.** This module reads only the text of the trace. It has its own list of prices and of the phases in each
 //! total, and shares no code with the ledger or with the meters of the machine.
 //!
+//! **Limits.** Both accounts use the calls and the numbers of items that the ranks record. The machine also chooses the
+//! longest lane of `lanes`, by the prices of its own meters. The fold checks only that the calls of this lane occur among
+//! the calls of all lanes. A lane that the machine prices too low could therefore hide a deeper one.
+//!
 //! **Checks.** Every row except the first names an earlier row, and every row except the last is named by a later one. So
 //! a trace without one of its rows, or without a reference that no other path replaces, is refused.
 
@@ -18,8 +22,8 @@ mod row;
 
 use std::io::BufRead;
 
-pub use compare::{Difference, ReportedCounts, ReportedPhase, ReportedTotal, ReportedTotals};
-pub use error::AccountError;
+pub use compare::{Difference, ReportedCounts, ReportedPhase, ReportedRun, ReportedTotal, ReportedTotals};
+pub use error::{AccountError, ReportError};
 
 use clock::Clocks;
 use row::{Header, Row};
@@ -52,6 +56,10 @@ pub struct TotalAccount {
 /// The second account of a run.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Accounts {
+    /// Number of distinct points.
+    pub points: u64,
+    /// The seed of the run.
+    pub seed: u64,
     /// The phases with rows, in their order.
     pub phases: Vec<PhaseAccount>,
     /// The phases of the paper.
@@ -63,7 +71,7 @@ pub struct Accounts {
 /// Prices a cost trace, given as JSON lines, and takes its longest paths.
 ///
 /// # Errors
-/// Fails if the text is not a complete cost trace.
+/// Fails if the text is not a complete cost trace, or if a count is above the largest 64-bit number.
 pub fn fold(mut text: impl BufRead) -> Result<Accounts, AccountError> {
     let (mut line, mut number) = (String::new(), 0);
     let mut next = || {

@@ -12,6 +12,17 @@ pub(super) struct Price {
     pub(super) depth: u64,
 }
 
+impl Price {
+    /// Adds a price that is paid at the same time or later, or returns `None` above the largest number.
+    fn plus(self, other: Price) -> Option<Price> {
+        let work = self.work.checked_add(other.work)?;
+        Some(Price { work, depth: self.depth.checked_add(other.depth)? })
+    }
+}
+
+/// The largest number of vector steps inside each other, such as `lanes` in the longest lane of `lanes`.
+const DEEPEST: u32 = 2;
+
 /// Computes the number of vector steps of a sort: `ceil(log2 items)`, at least 1.
 fn sort_steps(items: u64) -> u64 {
     let mut steps = 1;
@@ -21,8 +32,17 @@ fn sort_steps(items: u64) -> u64 {
     steps
 }
 
-/// Returns the price of one call, or `None` for an unknown primitive.
-pub(super) fn of_call(primitive: &str, items: u64) -> Option<Price> {
+/// The reason why a call has no price.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Unpriced {
+    /// The primitive is unknown.
+    Unknown,
+    /// The price is above the largest number.
+    TooLarge,
+}
+
+/// Returns the price of one call.
+pub(super) fn of_call(primitive: &str, items: u64) -> Result<Price, Unpriced> {
     let steps = match primitive {
         "barrier" => 0,
         "sweep" | "delivery" | "replicate" | "combine" if items == 0 => 0,
@@ -34,21 +54,22 @@ pub(super) fn of_call(primitive: &str, items: u64) -> Option<Price> {
         "sort" => sort_steps(items),
         "distinct" => sort_steps(items) + 3,
         "delivery" => sort_steps(items) + 4,
-        "sequential" => return Some(Price { work: items, depth: items }),
-        "merge" => return Some(of_merge(items)),
-        _ => return None,
+        "sequential" => return Ok(Price { work: items, depth: items }),
+        "merge" => return of_merge(items).ok_or(Unpriced::TooLarge),
+        _ => return Err(Unpriced::Unknown),
     };
-    Some(Price { work: steps * items, depth: steps })
+    let work = items.checked_mul(steps).ok_or(Unpriced::TooLarge)?;
+    Ok(Price { work, depth: steps })
 }
 
 /// Returns the price of vector steps over all items, over half of them, and so on down to one item.
-fn of_merge(items: u64) -> Price {
+fn of_merge(items: u64) -> Option<Price> {
     let (mut price, mut left) = (Price::default(), items);
     while left > 0 {
-        price = Price { work: price.work + left, depth: price.depth + 1 };
+        price = price.plus(Price { work: left, depth: 1 })?;
         left = if left > 1 { left - left / 2 } else { 0 };
     }
-    price
+    Some(price)
 }
 
 /// The number of times that each call occurs.
@@ -56,37 +77,62 @@ type Counts<'a> = BTreeMap<(&'a str, u64), u64>;
 
 /// Returns the price of a row.
 pub(super) fn of_entry(row: u64, entry: &Entry) -> Result<Price, AccountError> {
+    nested(row, entry, 0)
+}
+
+/// Returns the price of an entry inside this number of vector steps.
+fn nested(row: u64, entry: &Entry, outside: u32) -> Result<Price, AccountError> {
     if entry.primitive != "lanes" {
         return priced(row, &entry.primitive, entry.items);
     }
-    let mut work = 0;
+    if outside == DEEPEST {
+        return Err(AccountError::Nesting { row });
+    }
+    let overflow = || AccountError::Overflow { row };
+    let mut work = 0_u64;
     let mut counts = Counts::new();
     for calls in &entry.calls {
-        work += calls.times * priced(row, &calls.primitive, calls.items)?.work;
-        *counts.entry((&calls.primitive, calls.items)).or_default() += calls.times;
+        let all = priced(row, &calls.primitive, calls.items)?.work.checked_mul(calls.times);
+        work = all.and_then(|all| work.checked_add(all)).ok_or_else(overflow)?;
+        add(&mut counts, &calls.primitive, calls.items, calls.times).ok_or_else(overflow)?;
     }
     let mut longest = Counts::new();
-    count(&entry.longest, &mut longest);
+    count(&entry.longest, &mut longest).ok_or_else(overflow)?;
     if longest.iter().any(|(call, times)| counts.get(call).is_none_or(|all| all < times)) {
         return Err(AccountError::Longest { row });
     }
-    let depths = entry.longest.iter().map(|entry| Ok(of_entry(row, entry)?.depth));
-    Ok(Price { work, depth: depths.sum::<Result<u64, AccountError>>()? })
+    let mut depth = 0_u64;
+    for entry in &entry.longest {
+        let inner = nested(row, entry, outside + 1)?.depth;
+        depth = depth.checked_add(inner).ok_or_else(overflow)?;
+    }
+    Ok(Price { work, depth })
 }
 
 fn priced(row: u64, primitive: &str, items: u64) -> Result<Price, AccountError> {
-    of_call(primitive, items).ok_or_else(|| AccountError::Primitive { row, primitive: primitive.to_owned() })
+    of_call(primitive, items).map_err(|reason| match reason {
+        Unpriced::Unknown => AccountError::Primitive { row, primitive: primitive.to_owned() },
+        Unpriced::TooLarge => AccountError::Overflow { row },
+    })
 }
 
-/// Counts the calls of a lane, with those of the vector steps inside.
-fn count<'a>(lane: &'a [Entry], counts: &mut Counts<'a>) {
+/// Adds equal calls. Returns `None` if their number is too large.
+fn add<'a>(counts: &mut Counts<'a>, primitive: &'a str, items: u64, times: u64) -> Option<()> {
+    let count = counts.entry((primitive, items)).or_default();
+    *count = count.checked_add(times)?;
+    Some(())
+}
+
+/// Counts the calls of a lane, with those of the vector steps inside. Returns `None` if a number is too large.
+fn count<'a>(lane: &'a [Entry], counts: &mut Counts<'a>) -> Option<()> {
     for entry in lane {
         if entry.primitive == "lanes" {
             for calls in &entry.calls {
-                *counts.entry((&calls.primitive, calls.items)).or_default() += calls.times;
+                add(counts, &calls.primitive, calls.items, calls.times)?;
             }
         } else {
-            *counts.entry((&entry.primitive, entry.items)).or_default() += 1;
+            add(counts, &entry.primitive, entry.items, 1)?;
         }
     }
+    Some(())
 }

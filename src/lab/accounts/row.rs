@@ -5,24 +5,31 @@ use serde::Deserialize;
 use super::SCHEMA;
 use super::error::AccountError;
 
-/// The first line. Other fields of the line, such as the parameters, have no influence on the account.
+/// The first line. The account does not depend on the other fields of the line.
 #[derive(Debug, Deserialize)]
 pub(super) struct Header {
-    schema: String,
     /// Number of points.
     pub(super) points: u64,
+    /// The seed of the run.
+    pub(super) seed: u64,
     /// Number of rows.
     pub(super) rows: u64,
 }
 
+/// The name of the format, which is read first: other formats have other fields.
+#[derive(Debug, Deserialize)]
+struct Format {
+    schema: String,
+}
+
 impl Header {
     pub(super) fn parse(line: &str) -> Result<Self, AccountError> {
-        let header: Header =
-            serde_json::from_str(line).map_err(|source| AccountError::Syntax { line: 1, source })?;
-        if header.schema != SCHEMA {
-            return Err(AccountError::Schema { found: header.schema });
+        let syntax = |source| AccountError::Syntax { line: 1, source };
+        let Format { schema } = serde_json::from_str(line).map_err(syntax)?;
+        if schema != SCHEMA {
+            return Err(AccountError::Schema { found: schema });
         }
-        Ok(header)
+        serde_json::from_str(line).map_err(syntax)
     }
 }
 

@@ -1,9 +1,10 @@
 use septet_geometry::cost::Primitive;
+use septet_protocol::ids::Phase;
 
 use super::*;
 
 /// A trace of two parallel chains, each with a step of a later phase.
-const TRACE: &str = r#"{"schema":"septet-cost/1","version":"0","points":2,"rows":8}
+const TRACE: &str = r#"{"schema":"septet-cost/1","version":"0","points":2,"seed":5,"rows":8}
 {"row":0,"phase":"load","primitive":"barrier","items":0,"after":[]}
 {"row":1,"phase":"partition","node":1,"rank":1,"primitive":"pack","items":10,"after":[0]}
 {"row":2,"phase":"partition","node":2,"rank":1,"primitive":"sort","items":5,"after":[1]}
@@ -47,28 +48,102 @@ fn incomplete_traces_are_refused() {
         assert!(TRACE.contains(from), "{from}");
         folded(&TRACE.replace(from, to)).unwrap_err().to_string()
     };
-    assert_eq!(with("\"after\":[2]", "\"after\":[]"), "row 4 is after no other row");
-    assert_eq!(with("\"after\":[4,5]", "\"after\":[4]"), "no row is after row 5");
-    assert_eq!(with("\"after\":[2]", "\"after\":[9]"), "row 4 is after row 9, which does not come before it");
-    assert_eq!(with("\"scan\"", "\"scam\""), "row 6: the primitive `scam` has no price");
-    assert_eq!(with("cost/1", "cost/9"), "the format is `septet-cost/9` instead of `septet-cost/1`");
-    let longest = "row 4: the longest lane has calls that the vector step does not have";
-    assert_eq!(
-        with("[{\"primitive\":\"sequential\",\"items\":7}]", "[{\"primitive\":\"sequential\",\"items\":8}]"),
-        longest
-    );
-    assert_eq!(folded("").unwrap_err().to_string(), "the cost trace is empty");
+    let again = "; write the cost trace again";
+    let row = |number: u64, text: &str| format!("row {number} {text}{again}");
+    assert_eq!(with("\"after\":[2]", "\"after\":[]"), row(4, "has no predecessor in `after`"));
+    assert_eq!(with("\"after\":[4,5]", "\"after\":[4]"), row(5, "has no successor"));
+    let order = "names row 9 in `after`, which does not come before it";
+    assert_eq!(with("\"after\":[2]", "\"after\":[9]"), row(4, order));
+    assert_eq!(with("\"rows\":8", "\"rows\":9"), format!("the trace has 8 of 9 rows{again}"));
+    let version = "; use the version of septet that wrote the trace";
+    assert_eq!(with("\"scan\"", "\"scam\""), format!("row 6: the primitive `scam` has no price{version}"));
+    assert_eq!(with("\"check\"", "\"lunch\""), format!("row 6: there is no phase `lunch`{version}"));
+    let file = "; give a file that `septet simulate --cost-trace` wrote";
+    let format = "the format is `septet-cost/9` instead of `septet-cost/1`";
+    assert_eq!(with("cost/1", "cost/9"), format!("{format}{file}"));
+    assert_eq!(folded("").unwrap_err().to_string(), format!("the cost trace is empty{file}"));
+}
+
+#[test]
+fn damaged_rows_are_refused() {
+    let with = |from: &str, to: &str| {
+        assert!(TRACE.contains(from), "{from}");
+        folded(&TRACE.replace(from, to)).unwrap_err()
+    };
+    assert!(matches!(with("\"node\":1,", "\"node\":0,"), AccountError::Node { row: 1 }));
+    let most = format!("\"items\":{}", u64::MAX);
+    let long = format!("\"primitive\":\"sequential\",{most}");
+    // Two rows of one phase, and a total.
+    let pair = TRACE.replace("\"primitive\":\"pack\",\"items\":10", &long);
+    assert!(matches!(folded(&pair).unwrap_err(), AccountError::Overflow { row: 2 }));
+    let pair = pair.replace("\"primitive\":\"sort\",\"items\":5", &long);
+    assert!(matches!(folded(&pair).unwrap_err(), AccountError::Overflow { row: 2 }));
+    for primitive in ["pack", "merge", "sort"] {
+        let other = format!("\"primitive\":\"{primitive}\",{most}");
+        let error = with("\"primitive\":\"pack\",\"items\":10", &other);
+        assert!(matches!(error, AccountError::Overflow { row: 1 }), "{primitive}: {error}");
+    }
+    let times = format!("\"times\":{}", u64::MAX);
+    assert!(matches!(with("\"times\":2", &times), AccountError::Overflow { row: 4 }));
+    let lane = "[{\"primitive\":\"sequential\",\"items\":7}]";
+    let other = lane.replace('7', "8");
+    assert!(matches!(with(lane, &other), AccountError::Longest { row: 4 }));
+}
+
+/// The longest lane may contain a vector step, whose longest lane contains none.
+#[test]
+fn deep_nesting_is_refused() {
+    let lane = "[{\"primitive\":\"sequential\",\"items\":7}]";
+    let calls = "[{\"primitive\":\"sequential\",\"items\":7,\"times\":1}]";
+    let inside = |longest: &str| {
+        format!("[{{\"primitive\":\"lanes\",\"items\":1,\"calls\":{calls},\"longest\":{longest}}}]")
+    };
+    let depth = |longest: &str| {
+        let accounts = folded(&TRACE.replace(lane, longest));
+        accounts.map(|accounts| accounts.paper.depth)
+    };
+    assert_eq!(depth(&inside(lane)).unwrap(), depth(lane).unwrap());
+    assert!(matches!(depth(&inside(&inside(lane))).unwrap_err(), AccountError::Nesting { row: 4 }));
+}
+
+/// The list of phases of this account against the list of the machine.
+#[test]
+fn all_phases_are_known() {
+    for phase in Phase::ALL {
+        let group = match clock::Group::of(phase.name()) {
+            Some(clock::Group::Paper) => (true, false),
+            Some(clock::Group::Repair) => (false, true),
+            Some(clock::Group::Neither) => (false, false),
+            None => panic!("{phase:?}"),
+        };
+        assert_eq!(group, (phase.is_paper(), phase.is_repair()), "{phase:?}");
+    }
+    assert_eq!(clock::Group::of("lunch"), None);
 }
 
 #[test]
 fn differences_name_the_phase() {
-    let text = r#"{"schema":"septet-run/1","machine":{"workers":2,"paper":{"work":85,"depth":13,"depth_log_scan":9,"brent":48},
+    let text = r#"{"schema":"septet-run/2","seed":5,"points":{"input":3,"used":2},
+        "machine":{"workers":2,"paper":{"work":85,"depth":13,"depth_log_scan":9,"brent":48},
         "repair":{"work":9,"depth":1,"brent":5}},"phases":[{"name":"partition","work":61,"depth":7},
         {"name":"hulls","work":24,"depth":8},{"name":"check","work":9,"depth":1},{"name":"load","work":0,"depth":0}]}"#;
-    let reported: ReportedCounts = serde_json::from_str(text).unwrap();
-    let accounts = folded(TRACE).unwrap();
-    let differences: Vec<String> = accounts.differences(&reported).iter().map(ToString::to_string).collect();
+    let compared = |text: &str| folded(TRACE).unwrap().compare(&ReportedRun::parse(text.as_bytes())?);
+    let differences: Vec<String> = compared(text).unwrap().iter().map(ToString::to_string).collect();
     assert_eq!(differences, ["depth of hulls: 7 by the cost trace, 8 by the ledger"]);
+    let with = |from: &str, to: &str| {
+        assert!(text.contains(from), "{from}");
+        compared(&text.replace(from, to)).unwrap_err().to_string()
+    };
+    let other = "the report is of another run: ";
+    let once = "; write both files in one run";
+    assert_eq!(with("\"seed\":5", "\"seed\":3"), format!("{other}seed 3, and the trace has seed 5{once}"));
+    let points = format!("{other}4 points, and the trace has 2 points{once}");
+    assert_eq!(with("\"used\":2", "\"used\":4"), points);
+    let counts = "\"paper\":{\"work\":85,\"depth\":13,\"depth_log_scan\":9,\"brent\":48}";
+    let none = "\"paper\":{\"work\":null,\"depth\":null,\"brent\":null}";
+    assert_eq!(with(counts, none), "this run has no counts; run `septet simulate --json`");
+    assert!(with("run/2", "mesh/1").starts_with("the format is `septet-mesh/1` instead of `septet-run/2`"));
+    assert!(with("\"seed\"", "\"seat\"").contains("missing field `seed`"));
 }
 
 /// The price list of this account against the list of the meters, which share no code.

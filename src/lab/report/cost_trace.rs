@@ -22,11 +22,18 @@ pub struct CostHeader {
     dimension: usize,
     seed: u64,
     workers: u32,
+    constants: &'static str,
     leaf: u64,
+    samples: u64,
+    tries: u32,
     supergraph: SupergraphReport,
     separator_sets: &'static str,
     partition: &'static str,
     neighbours: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fault: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    exchange_cap: Option<u32>,
     rows: u64,
 }
 
@@ -40,11 +47,16 @@ impl CostHeader {
             dimension,
             seed: config.machine.seed,
             workers: settled.workers,
+            constants: config.constants.purpose.name(),
             leaf: settled.leaf,
+            samples: settled.samples,
+            tries: settled.tries,
             supergraph: supergraph(settled),
             separator_sets: sets_name(config.separator_sets),
             partition: config.partition.name(),
             neighbours: config.correction.name(),
+            fault: config.planted.fault.map(|fault| fault.to_string()),
+            exchange_cap: config.planted.exchange_cap,
             rows: 0,
         }
     }

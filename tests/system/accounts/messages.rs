@@ -2,17 +2,17 @@
 //! sender.
 
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 use std::sync::Arc;
 
-use septet_core::config::{Correction, Graph, Neighbours, SeparatorSets, Workers};
+use septet_core::config::{Alpha, Correction, Graph, Neighbours, SeparatorSets, Workers};
 use septet_core::generate::Kind;
 use septet_core::run::{CostRow, CostTrace};
 use septet_core::{Config, run_on};
 use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
-use septet_protocol::message::Message;
+use septet_protocol::message::{Body, Message};
 use septet_protocol::transport::{Delivery, HostState, Transport, TransportError};
 use septet_workers::config::WorkerConfig;
 use septet_workers::host::Host;
@@ -28,6 +28,15 @@ struct Sent {
     to: Rank,
     node: NodeId,
     round: u32,
+    /// Whether the message announces edges of a graph of nearest neighbours.
+    is_announcement: bool,
+}
+
+impl Sent {
+    fn of<P: Point>(phase: Phase, message: &Message<P>) -> Self {
+        let Message { from, to, node, round, ref body, .. } = *message;
+        Sent { phase, from, to, node, round, is_announcement: matches!(body, Body::Reverse { .. }) }
+    }
 }
 
 type Log = Rc<RefCell<Vec<Sent>>>;
@@ -62,8 +71,8 @@ impl<P: Point> Transport<P> for Noting<P> {
         let mut all = std::mem::take(&mut self.pending);
         all.extend(outbox);
         let phase = self.host.phase();
-        let sent = |m: &Message<P>| Sent { phase, from: m.from, to: m.to, node: m.node, round: m.round };
-        self.log.borrow_mut().extend(all.iter().filter(|m| m.from != m.to).map(sent));
+        let sent = all.iter().filter(|m| m.from != m.to).map(|m| Sent::of(phase, m));
+        self.log.borrow_mut().extend(sent);
         let active = busy || !all.is_empty();
         let (inbox, inner) = all.into_iter().partition(|message| message.to == COORDINATOR);
         if !self.host.is_done() {
@@ -111,16 +120,30 @@ impl<'a> Rows<'a> {
         all.filter(counts).collect()
     }
 
-    /// Panics unless each of the later rows follows one of the earlier rows.
-    fn assert_order(&self, earlier: &[usize], later: &[usize], sent: &Sent) {
+    /// Returns `true` if a row follows another.
+    fn follows(&self, row: usize, at: usize) -> bool {
+        self.before[row][at / 64] >> (at % 64) & 1 == 1
+    }
+
+    /// Panics unless each of the later rows follows one of the earlier rows. Returns whether there are rows on both ends.
+    fn assert_order(&self, Ends { earlier, later }: &Ends, sent: &Sent) -> bool {
         for &row in later {
-            let follows = |at: &usize| self.before[row][at / 64] >> (at % 64) & 1 == 1;
             assert!(
-                earlier.iter().any(follows),
+                earlier.is_empty() || earlier.iter().any(|&at| self.follows(row, at)),
                 "{sent:?}: row {row} {:?} follows none of {earlier:?}",
                 self.rows[row]
             );
         }
+        !earlier.is_empty() && !later.is_empty()
+    }
+
+    /// Panics unless each of the later rows follows all earlier rows. Returns whether there are rows on both ends.
+    fn assert_all_before(&self, Ends { earlier, later }: &Ends, sent: &Sent) -> bool {
+        for &row in later {
+            let missing = earlier.iter().find(|&&at| !self.follows(row, at));
+            assert_eq!(missing, None, "{sent:?}: row {row} {:?} does not follow it", self.rows[row]);
+        }
+        !earlier.is_empty() && !later.is_empty()
     }
 }
 
@@ -130,78 +153,166 @@ struct Ends {
     later: Vec<usize>,
 }
 
+/// Returns the phases to which the work on messages of a phase is charged. The merge after gathering belongs to the
+/// certificate.
+fn payers(phase: Phase) -> &'static [Phase] {
+    match phase {
+        Phase::Merge => &[Phase::Merge, Phase::Certificate],
+        _ => Phase::ALL.iter().find(|&&other| other == phase).map_or(&[], std::slice::from_ref),
+    }
+}
+
 /// Returns the work of the sender in the round of the message, and of the receiver in the next round.
-fn of_rounds(rows: &Rows<'_>, sent: &Sent) -> Ends {
-    let Sent { phase, from, to, node, round } = *sent;
+fn of_rounds(rows: &Rows<'_>, sent: &Sent, payer: Phase) -> Ends {
+    let Sent { phase, from, to, node, round, .. } = *sent;
     let is_up = matches!(phase, Phase::Summaries | Phase::Merge | Phase::Fallback);
     let is_step = matches!(phase, Phase::Repair | Phase::Independent);
     let sends = |at: NodeId| at == node || is_step || is_up && (at.contains(node) || node.contains(at));
     let uses = |at: NodeId| at == node || is_step || is_up && at.contains(node);
     Ends {
-        earlier: rows.find(phase, from, |at, charged| charged == round && sends(at)),
-        later: rows.find(phase, to, |at, charged| charged == round + 1 && uses(at)),
+        earlier: rows.find(payer, from, |at, charged| charged == round && sends(at)),
+        later: rows.find(payer, to, |at, charged| charged == round + 1 && uses(at)),
     }
 }
 
 /// Returns the work of the receiver at the node of a message that went down the tree, and the work of the sender at the
-/// nearest node above. Phases may charge such work at their end.
-fn of_levels(rows: &Rows<'_>, sent: &Sent) -> Ends {
+/// nearest node above. Phases may charge such work at their end. The bottom-up correction goes down the tree in each of its
+/// steps.
+fn of_levels(rows: &Rows<'_>, sent: &Sent) -> Vec<Ends> {
     let Sent { phase, from, to, node, .. } = *sent;
-    let above = rows.find(phase, from, |at, _| at != node && at.contains(node));
-    let nearest = above.iter().filter_map(|&at| rows.rows[at].node).max();
+    let all_above = rows.find(phase, from, |at, _| at != node && at.contains(node));
+    let all_later = rows.find(phase, to, |at, _| at == node);
+    let of_step = |all: &[usize], step| -> Vec<usize> {
+        all.iter().copied().filter(|&at| rows.rows[at].step == step).collect()
+    };
+    let steps: BTreeSet<Option<u32>> = all_later.iter().map(|&at| rows.rows[at].step).collect();
+    let ends = steps.into_iter().map(|step| {
+        let above = of_step(&all_above, step);
+        let nearest = above.iter().filter_map(|&at| rows.rows[at].node).max();
+        let earlier = above.into_iter().filter(|&at| rows.rows[at].node == nearest).collect();
+        Ends { earlier, later: of_step(&all_later, step) }
+    });
+    ends.collect()
+}
+
+/// Returns `true` for phases whose messages go down the tree.
+fn goes_down(phase: Phase) -> bool {
+    matches!(
+        phase,
+        Phase::Partition
+            | Phase::Choice
+            | Phase::Probe
+            | Phase::Neighbours
+            | Phase::KnnProbe
+            | Phase::Knn
+            | Phase::Sets
+    )
+}
+
+/// Returns the work of the sender of a message in the phase of separator sets, and all work of the receiver on the graph.
+/// The graph starts when that phase has ended everywhere.
+fn of_graph(rows: &Rows<'_>, sent: &Sent) -> Ends {
     Ends {
-        earlier: above.into_iter().filter(|&at| rows.rows[at].node == nearest).collect(),
-        later: rows.find(phase, to, |at, _| at == node),
+        earlier: rows.find(Phase::Sets, sent.from, |_, charged| charged == sent.round),
+        later: rows.find(Phase::Graph, sent.to, |_, _| true),
     }
 }
 
-/// Checks all messages of a run. Returns the number of messages with rows on both ends, by phase.
-fn checked<P: Point>(points: &[P], change: impl Fn(&mut Config)) -> BTreeMap<Phase, usize> {
-    let config = traced(Workers::Count(5)).with(change);
-    let log = Log::default();
-    let run = run_on(points, &config, true, &mut |machine| {
-        Ok(Box::new(Noting::new(machine, log.clone())) as Box<dyn Transport<P>>)
-    });
-    let run = run.unwrap();
-    let rows = Rows::new(run.costs.as_ref().unwrap());
-    let mut pairs = BTreeMap::new();
-    for sent in log.borrow().iter() {
-        let goes_down = matches!(
-            sent.phase,
-            Phase::Partition | Phase::Probe | Phase::Neighbours | Phase::KnnProbe | Phase::Knn | Phase::Sets
-        );
-        let levels = (goes_down && config.correction == Correction::Descent).then(|| of_levels(&rows, sent));
-        for Ends { earlier, later } in [of_rounds(&rows, sent)].into_iter().chain(levels) {
-            if !earlier.is_empty() && !later.is_empty() {
-                rows.assert_order(&earlier, &later, sent);
-                *pairs.entry(sent.phase).or_default() += 1;
+/// The phases of these runs that send messages and have rows.
+const PHASES: [Phase; 12] = [
+    Phase::Partition,
+    Phase::Choice,
+    Phase::Neighbours,
+    Phase::Summaries,
+    Phase::KnnProbe,
+    Phase::Knn,
+    Phase::Sets,
+    Phase::Check,
+    Phase::Repair,
+    Phase::Certificate,
+    Phase::Fallback,
+    Phase::Merge,
+];
+
+/// The phases whose messages connect no rows, with the reasons.
+const EXEMPT: [(Phase, &str); 1] = [(
+    Phase::Check,
+    "a leaf pays for the comparison of its sums before it sends them, and not after it has others",
+)];
+
+/// The messages and the rows of runs.
+#[derive(Debug, Default)]
+struct Found {
+    /// The phases in which ranks sent messages.
+    sending: BTreeSet<Phase>,
+    /// The phases in which ranks made calls.
+    charging: BTreeSet<Phase>,
+    /// Number of messages with rows on both ends, by phase.
+    pairs: BTreeMap<Phase, usize>,
+    /// Number of announcements of edges with rows in both phases.
+    announced: usize,
+}
+
+impl Found {
+    /// Checks all messages of a run.
+    fn check<P: Point>(&mut self, points: &[P], change: impl Fn(&mut Config)) {
+        let config = traced(Workers::Count(5)).with(change);
+        let log = Log::default();
+        let run = run_on(points, &config, true, &mut |machine| {
+            Ok(Box::new(Noting::new(machine, log.clone())) as Box<dyn Transport<P>>)
+        });
+        let run = run.unwrap();
+        let rows = Rows::new(run.costs.as_ref().unwrap());
+        self.charging.extend(rows.of_rank.keys().map(|(phase, _)| phase));
+        for sent in log.borrow().iter() {
+            self.sending.insert(sent.phase);
+            let rounds = payers(sent.phase).iter().map(|&payer| (payer, of_rounds(&rows, sent, payer)));
+            let levels = if goes_down(sent.phase) { of_levels(&rows, sent) } else { Vec::new() };
+            for (payer, ends) in rounds.chain(levels.into_iter().map(|ends| (sent.phase, ends))) {
+                if rows.assert_order(&ends, sent) {
+                    *self.pairs.entry(payer).or_default() += 1;
+                }
+            }
+            if sent.phase == Phase::Sets {
+                let found = rows.assert_all_before(&of_graph(&rows, sent), sent);
+                self.announced += usize::from(found && sent.is_announcement);
             }
         }
     }
-    pairs
+
+    fn pairs_of(&self, phase: Phase) -> usize {
+        self.pairs.get(&phase).copied().unwrap_or(0)
+    }
+}
+
+fn density(config: &mut Config) {
+    config.graph = Graph::Density { alpha: Alpha::Value(2.5) };
 }
 
 #[test]
 fn rows_follow_the_senders_of_their_data() {
-    let pairs = checked(&space(Kind::Uniform, 500, 6), |_| {});
-    println!("{pairs:?}");
-    for phase in [Phase::Partition, Phase::Neighbours, Phase::Summaries, Phase::Merge] {
-        assert!(pairs.get(&phase).is_some_and(|&pairs| pairs > 3), "{phase:?}: {pairs:?}");
-    }
-    let pairs = checked(&plane(Kind::Uniform, 600, 6), |c| c.separator_sets = SeparatorSets::Both);
-    assert!(pairs.get(&Phase::Sets).is_some_and(|&pairs| pairs > 3), "{pairs:?}");
-    checked(&space(Kind::Uniform, 500, 7), |c| c.correction = Correction::BottomUp);
-}
-
-#[test]
-fn rows_of_repair_follow_the_senders_of_their_data() {
-    let points = space(Kind::Uniform, 500, 8);
+    let mut all = Found::default();
+    all.check(&space(Kind::Uniform, 500, 6), |_| {});
+    all.check(&plane(Kind::Uniform, 600, 6), |c| c.separator_sets = SeparatorSets::Both);
+    all.check(&space(Kind::Uniform, 500, 6), density);
+    all.check(&space(Kind::Clusters, 500, 6), |c| c.graph = Graph::Knn { k: Neighbours::Count(12) });
     let small = |c: &mut Config| c.graph = Graph::Knn { k: Neighbours::Count(3) };
-    let pairs = checked(&points, small);
-    assert!(pairs.get(&Phase::Repair).is_some_and(|&pairs| pairs > 3), "{pairs:?}");
-    let pairs = checked(&points, |c| {
+    all.check(&space(Kind::Uniform, 500, 8), small);
+    all.check(&space(Kind::Uniform, 500, 8), |c| {
         small(c);
         c.planted.exchange_cap = Some(1);
     });
-    assert!(pairs.get(&Phase::Fallback).is_some_and(|&pairs| pairs > 0), "{pairs:?}");
+    assert!(all.announced > 3, "{all:?}");
+    let both: Vec<Phase> = all.sending.intersection(&all.charging).copied().collect();
+    assert_eq!(both, PHASES);
+    for phase in PHASES {
+        let exempt = EXEMPT.iter().find(|(exempt, _)| *exempt == phase);
+        assert_eq!(all.pairs_of(phase) > 3, exempt.is_none(), "{phase:?}, {exempt:?}: {all:?}");
+    }
+    let mut bottom_up = Found::default();
+    bottom_up.check(&space(Kind::Uniform, 500, 7), |c| {
+        density(c);
+        c.correction = Correction::BottomUp;
+    });
+    assert!(bottom_up.pairs_of(Phase::Neighbours) > 3, "{bottom_up:?}");
 }

@@ -54,13 +54,13 @@ enum Flow {
 ///
 /// The phase of separator sets goes down the tree and unites lists on the way up. It counts as going down: a chain down
 /// and back visits the same nodes as a chain down, so each node pays for both ways at once.
+/// The supergraph is built at leaves only. It uses edges that other leaves announce in the phase of separator sets, so it
+/// starts when all earlier phases have ended.
 fn flow(phase: Phase) -> Flow {
     match phase {
         Phase::Summaries | Phase::Merge | Phase::Check | Phase::Certificate | Phase::Fallback => Flow::Up,
         Phase::Partition | Phase::Choice | Phase::Sets => Flow::Down,
-        // A leaf may receive the ends of edges from any other leaf, so the graph waits for everything before it.
-        Phase::Graph => Flow::Down,
-        Phase::Probe | Phase::Neighbours | Phase::KnnProbe | Phase::Knn => Flow::Down,
+        Phase::Probe | Phase::Neighbours | Phase::KnnProbe | Phase::Knn | Phase::Graph => Flow::Down,
         _ => Flow::Local,
     }
 }
