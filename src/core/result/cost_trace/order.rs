@@ -14,8 +14,7 @@ use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::ledger::Role;
 use septet_workers::config::{ChargeRecord, ChargesByRank};
 
-use super::CostRow;
-use super::rows::{Group, Place, RowId, Rows, Stage, Stages};
+use super::rows::{CostRow, Group, Place, RowId, Rows, Stage, Stages};
 
 /// The number of a step, if there is one, and a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

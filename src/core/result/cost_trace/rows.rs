@@ -5,7 +5,25 @@ use std::collections::{BTreeMap, BTreeSet};
 use septet_geometry::cost::{Step, Tape};
 use septet_protocol::ids::{NodeId, Phase, Rank};
 
-use super::CostRow;
+/// A row of a cost trace.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CostRow {
+    /// The phase.
+    pub phase: Phase,
+    /// The subproblem. `None` for a barrier of a whole phase.
+    pub node: Option<NodeId>,
+    /// The step of a phase in which all subproblems step together, or the level of the ancestor whose balls the bottom-up
+    /// correction corrects.
+    pub step: Option<u32>,
+    /// The rank. `None` for a barrier.
+    pub rank: Option<Rank>,
+    /// The round in which the rank charged the call. `None` for a barrier.
+    pub round: Option<u32>,
+    /// The call or the vector step. `None` for a barrier.
+    pub entry: Option<Step>,
+    /// Positions of the rows that end before this row starts. They are smaller than the position of this row.
+    pub after: Vec<u64>,
+}
 
 /// The position of a row.
 pub(super) type RowId = u64;
