@@ -47,7 +47,7 @@ const fn of_lists(name: &'static str, work: Bound, depth: Bound) -> PhaseBounds 
 }
 
 /// Bound on `T_n` over `log2 n`: 1.15 times the largest value over the seeds 1 to 3.
-pub(super) const T_N: Bound = Bound::new(232.0, 521.0);
+pub(super) const T_N: Bound = Bound::new(272.0, 618.0);
 
 /// The bounds of the phases: 1.15 times the largest values over the seeds 1 to 3.
 pub(super) const PHASES: [PhaseBounds; 14] = [
@@ -57,15 +57,15 @@ pub(super) const PHASES: [PhaseBounds; 14] = [
     phase("neighbours", Bound::new(11.8, 32.3), Bound::new(9.71, 10.1)),
     phase("summaries", Bound::new(0.135, 0.135), Bound::new(1.03, 1.06)),
     phase("separator-sets", Bound::new(6.25, 13.8), Bound::new(6.65, 6.87)),
-    phase("graph", Bound::new(39.7, 106.0), Bound::new(0.384, 0.384)),
-    phase("hulls", Bound::new(29.8, 208.0), Bound::new(4.09, 10.8)),
+    phase("graph", Bound::new(53.9, 148.0), Bound::new(1.41, 1.67)),
+    phase("hulls", Bound::new(34.6, 208.0), Bound::new(12.6, 26.6)),
     phase("check", Bound::new(4.48, 16.4), Bound::new(0.767, 0.768)),
     // Splaying is rare on these points. Its certificate costs at most as much as a check and a merge.
     phase("certificate", Bound::new(9.0, 38.0), Bound::new(1.9, 1.9)),
     phase("merge", Bound::new(4.48, 21.9), Bound::new(1.10, 1.14)),
-    of_lists("knn-radii", Bound::new(18.3, 16.7), Bound::new(0.384, 0.384)),
-    of_lists("knn-probe", Bound::new(0.804, 1.99), Bound::new(8.29, 8.54)),
-    of_lists("knn", Bound::new(41.3, 108.0), Bound::new(9.29, 9.37)),
+    of_lists("knn-radii", Bound::new(96.6, 86.5), Bound::new(2.05, 2.05)),
+    of_lists("knn-probe", Bound::new(2.89, 7.38), Bound::new(13.0, 13.2)),
+    of_lists("knn", Bound::new(174.0, 502.0), Bound::new(14.9, 15.2)),
 ];
 
 /// The cap on the depth of a small node in a phase that goes down the tree.
@@ -91,8 +91,8 @@ pub(super) const LEVELS: [LevelCap; 7] = [
     of_probe("probe", Bound::new(11.5, 11.5)),
     level("neighbours", Bound::new(11.5, 11.5)),
     level("summaries", Bound::new(1.15, 1.15)),
-    of_probe("knn-probe", Bound::new(11.5, 11.5)),
-    level("knn", Bound::new(11.5, 11.5)),
+    of_probe("knn-probe", Bound::new(17.3, 17.3)),
+    level("knn", Bound::new(17.3, 17.3)),
     level("separator-sets", Bound::new(8.05, 8.05)),
 ];
 
