@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::error::AccountError;
 use super::price::{self, Price};
 use super::row::{Header, Row};
-use super::{Accounts, PhaseAccount, TotalAccount};
+use super::totals::{Accounts, PhaseAccount, TotalAccount};
 
 /// The phases of the paper's total.
 const PAPER: [&str; 13] = [

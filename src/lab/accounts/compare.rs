@@ -5,7 +5,7 @@ use std::fmt;
 use serde::Deserialize;
 
 use super::error::ReportError;
-use super::{Accounts, TotalAccount};
+use super::totals::{Accounts, TotalAccount};
 
 /// Name and version of the format of the reports of runs.
 const RUN_SCHEMA: &str = "septet-run/2";

@@ -2,8 +2,10 @@
 
 use serde::Deserialize;
 
-use super::SCHEMA;
 use super::error::AccountError;
+
+/// Name and version of the format of cost traces.
+pub const SCHEMA: &str = "septet-cost/1";
 
 /// The first line. The account does not depend on the other fields of the line.
 #[derive(Debug, Deserialize)]
