@@ -10,8 +10,8 @@
 //!   points, between 36 and 100, so a sort has at least 6 steps. A leaf sorts its points.
 //! - `radii`, `knn-radii`. All pairs within a leaf: 3 per pair, 3 steps.
 //! - `neighbours`, `knn`. At each node, a replication of its balls (6 per ball, 6 steps) and a combination of the results of
-//!   balls that go to both children (4 per result, 4 steps; a list has [`LIST`] results). At a leaf, all pairs of visiting
-//!   balls and points (3 per pair, 3 steps).
+//!   balls that go to both children (4 per result; a list has [`LIST`] results). At a leaf, all pairs of visiting balls and
+//!   points (3 per pair, 3 steps). A node without such balls combines nothing, so only replications count as steps.
 //! - `summaries`. A reduction over the points of a leaf (1 per point, 1 step), and over the two children of a node (2, 1
 //!   step).
 //! - `separator-sets`. A comparison of the two children (2, 1 step), and a replication of the points that go down (6 per
@@ -139,7 +139,7 @@ const fn floor(runs: Runs, phase: &'static str, work: &'static [Term], depth: &'
 const OF_PAIRS: &[Term] = &[(3.0, Natural::One)];
 
 /// The steps of a descent.
-const OF_DESCENT: &[Term] = &[(10.0, Natural::Levels), (3.0, Natural::One)];
+const OF_DESCENT: &[Term] = &[(6.0, Natural::Levels), (3.0, Natural::One)];
 
 /// The floors of the phases of the paper with a natural size, and of the check.
 pub(super) const FLOORS: [Floor; 12] = [

@@ -2,7 +2,8 @@
 //!
 //! **Statement.** All points start at the root. A point always continues towards its own leaf. It continues to the other
 //! child of a node if its reach into this child is at least its distance from the child's side of the surface. A machine
-//! without further knowledge of the child cannot stop there.
+//! without further knowledge of the child cannot stop there. The caller decides whether the box of the child's points is
+//! known.
 
 use std::collections::BTreeMap;
 

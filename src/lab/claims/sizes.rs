@@ -51,7 +51,7 @@ impl Sizes {
         let radii = radii(&nearest2);
         add_balls(&mut sizes, &tree, points, &radii);
         // An edge is at most alpha times the smaller radius of its ends.
-        let reach = |i: usize, node: &Extremes| alpha * radii[i].min(node.radius);
+        let reach = |i: usize, node: &Extremes| within(node, &points[i], alpha * radii[i].min(node.radius));
         let edges = reached(&tree.division(), points, &radii, reach);
         let candidates = degrees(points.len(), &pairs(points, &nearest2, density(alpha)));
         let stars = stars(points.len(), run.cells(), sample.d);
@@ -93,11 +93,14 @@ fn of_tree(tree: &Tree, points: usize) -> BTreeMap<Natural, f64> {
     ])
 }
 
-/// Adds the sizes of a descent of balls. A ball does not enter a node if it misses the box of the node's points.
+/// Returns the reach of a point into a node, or minus infinity if it misses the box of the node's points.
+fn within(node: &Extremes, x: &X, reach: f64) -> f64 {
+    if node.distance(x) <= reach { reach } else { f64::NEG_INFINITY }
+}
+
+/// Adds the sizes of a descent of balls.
 fn add_balls(sizes: &mut BTreeMap<Natural, f64>, tree: &Tree, points: &[X], radii: &[f64]) {
-    let reach = |i: usize, node: &Extremes| {
-        if node.distance(&points[i]) <= radii[i] { radii[i] } else { f64::NEG_INFINITY }
-    };
+    let reach = |i: usize, node: &Extremes| within(node, &points[i], radii[i]);
     let balls = reached(&tree.division(), points, radii, reach);
     sizes.extend([
         (Natural::BallsAtNodes, balls.at_nodes),
