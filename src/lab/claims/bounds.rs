@@ -57,7 +57,7 @@ pub(super) const PHASES: [PhaseBounds; 14] = [
     phase("neighbours", Bound::new(11.8, 32.3), Bound::new(9.71, 10.1)),
     phase("summaries", Bound::new(0.135, 0.135), Bound::new(1.03, 1.06)),
     phase("separator-sets", Bound::new(6.25, 13.8), Bound::new(6.65, 6.87)),
-    phase("graph", Bound::new(53.9, 148.0), Bound::new(1.41, 1.67)),
+    phase("graph", Bound::new(53.0, 142.0), Bound::new(0.512, 0.512)),
     phase("hulls", Bound::new(34.6, 208.0), Bound::new(12.6, 26.6)),
     phase("check", Bound::new(4.48, 16.4), Bound::new(0.767, 0.768)),
     // Splaying is rare on these points. Its certificate costs at most as much as a check and a merge.
