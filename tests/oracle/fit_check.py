@@ -130,8 +130,8 @@ def growth(lines, request, series):
     seen = (stats.t.ppf(0.995, freedom) + stats.t.ppf(0.95, freedom)) * error[2]
     close("smallest seen", ours["curvature"]["smallest_seen"], seen, 1e-5)
     # What was said to be seen in 95 % of repetitions is, by the exact distribution.
-    power = stats.nct.sf(stats.t.ppf(0.995, freedom), freedom, seen / error[2])
-    assert 0.9 < power < 0.99, f"power {power} at {freedom} degrees of freedom"
+    seen_in = stats.nct.sf(stats.t.ppf(0.995, freedom), freedom, seen / error[2])
+    assert 0.9 < seen_in < 0.99, f"power {seen_in} at {freedom} degrees of freedom"
     runs = np.array([len(rows) for rows in table], float)
     beta, error, _, _, freedom = least_squares([np.log(x)], np.log(y), runs)
     interval("exponent", ours["exponent"], beta[1], error[1], freedom)

@@ -210,7 +210,7 @@ fn a_correction_node_by_node_is_no_descent() {
         naive,
         "naive correction",
         &["level-depth", "depth-law"],
-        &["levels", "graph-exact", "local-hulls", "replication"],
+        &["levels", "graph-exact", "local-hulls"],
     );
 }
 

@@ -44,8 +44,9 @@ fn cases(lab: &Lab) -> Vec<Case> {
         case(Kind::Uniform, 3, ", separator points to both sides", |c| {
             c.separator_sets = SeparatorSets::Both
         }),
-        case(Kind::Uniform, 3, ", 12 nearest neighbours", |c| {
-            c.graph = Graph::Knn { k: Neighbours::Count(12) }
+        case(Kind::Slab, 3, ", 12 nearest neighbours, some of which probe", |c| {
+            c.graph = Graph::Knn { k: Neighbours::Count(12) };
+            c.machine.leaf = Some(30);
         }),
         case(Kind::Uniform, 2, ", split by planes", |c| c.partition = Partition::Kd),
         case(Kind::Uniform, 2, ", bottom-up correction", |c| c.correction = Correction::BottomUp),
