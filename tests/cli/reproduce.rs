@@ -117,7 +117,7 @@ fn a_journal_continues_a_call() {
     let first = lines.split_inclusive('\n').next().unwrap();
     assert_eq!(lines.lines().count(), 2);
     // The first claim is complete, and with another value. The line of the second one is cut off.
-    let known = first.replacen("\"value\":1.0", "\"value\":1.25", 1);
+    let known = first.replacen("\"value\":0.0", "\"value\":-1.0", 1);
     fs::write(place.path("cut.jsonl"), format!("{known}{}", &lines[first.len()..first.len() + 30])).unwrap();
     let again =
         place.run("reproduce separator-attempts separator-split --journal cut.jsonl --json again.json");
