@@ -77,10 +77,10 @@ fn reported(path: &Path) -> Result<ReportedRun, Failure> {
 fn table(accounts: &Accounts) -> String {
     let mut text = format!("{:<16} {:>16} {:>10} {:>10}\n", "phase", "work", "depth", "brent");
     for row in &accounts.phases {
-        text += &format!("{:<16} {:>16} {:>10}\n", row.phase, row.work, row.depth);
+        text = format!("{text}{:<16} {:>16} {:>10}\n", row.phase, row.work, row.depth);
     }
     for (name, total) in [("paper", &accounts.paper), ("repair", &accounts.repair)] {
-        text += &format!("{name:<16} {:>16} {:>10} {:>10}\n", total.work, total.depth, total.brent);
+        text = format!("{text}{name:<16} {:>16} {:>10} {:>10}\n", total.work, total.depth, total.brent);
     }
     text
 }

@@ -173,13 +173,13 @@ fn check(
     for (claim, done) in claims.iter().zip(0..) {
         at.set((done, claim.name));
         talk.stage(claim.name, done, Some(total));
-        let checked = match journal.as_ref().and_then(|journal| journal.checked(claim)) {
-            Some(checked) => checked,
-            None => {
-                let checked = claim.check(&mut lab)?;
-                journal.as_mut().map_or(Ok(()), |journal| journal.append(&checked))?;
-                checked
-            }
+        let known = journal.as_ref().and_then(|journal| journal.checked(claim));
+        let checked = if let Some(checked) = known {
+            checked
+        } else {
+            let checked = claim.check(&mut lab)?;
+            journal.as_mut().map_or(Ok(()), |journal| journal.append(&checked))?;
+            checked
         };
         if !checked.is_statistical() {
             show.claim(&checked, lab.options.fault.is_some(), talk);

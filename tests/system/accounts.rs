@@ -83,7 +83,7 @@ fn accounts_agree_on_baselines() {
     on_machines(&points, "planes", |c| c.partition = Partition::Kd);
     on_machines(&points, "bottom-up", |c| c.correction = Correction::BottomUp);
     on_machines(&plane(Kind::Uniform, 2000, 3), "bottom-up in the plane", |c| {
-        c.correction = Correction::BottomUp
+        c.correction = Correction::BottomUp;
     });
 }
 
@@ -173,10 +173,10 @@ fn a_run_without_a_request_keeps_no_calls() {
 
 /// A change of one row of a trace: without it, without its references, or with other items.
 fn broken(text: &str, row: usize, change: &dyn Fn(&str) -> Option<String>) -> Result<Accounts, AccountError> {
-    let lines = text.lines().enumerate().filter_map(|(at, line)| match at == row + 1 {
-        true => change(line),
-        false => Some(line.to_owned()),
-    });
+    let lines = text
+        .lines()
+        .enumerate()
+        .filter_map(|(at, line)| if at == row + 1 { change(line) } else { Some(line.to_owned()) });
     fold(lines.map(|line| line + "\n").collect::<String>().as_bytes())
 }
 

@@ -75,10 +75,11 @@ pub(crate) fn admit(config: &Config, goal: Goal, points: u64, dimension: usize) 
     }
     match goal {
         Goal::Independent { .. } => memory::admit_sites(config, points, dimension),
-        Goal::Prefix(Until::Graph) => memory::admit(config, points, dimension, true),
         // A run that stops before the graph takes less memory than a triangulation.
-        Goal::Triangulation | Goal::Prefix(_) => memory::admit(config, points, dimension, false),
-        Goal::Simulation => memory::admit(config, points, dimension, true),
+        Goal::Triangulation | Goal::Prefix(Until::Partition | Until::Neighbours) => {
+            memory::admit(config, points, dimension, false)
+        }
+        Goal::Simulation | Goal::Prefix(Until::Graph) => memory::admit(config, points, dimension, true),
     }
 }
 

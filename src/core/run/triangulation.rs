@@ -75,7 +75,7 @@ pub fn run_on<P: Point>(
     let plan = settings.planning;
     let run = finish(points.len(), &ready, collected, &settings, &times)?;
     let costs = cost_trace(&settings.machine)?;
-    let run = Run { plan, costs, refutation, ..run };
+    let run = Run { plan, refutation, costs, ..run };
     match refutation {
         None => Ok(run),
         Some(refutation) => Err(Error::NotCertified { refutation, run: Box::new(run) }),

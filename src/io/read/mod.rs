@@ -127,7 +127,8 @@ fn format_of_points(path: &Path, data: &[u8]) -> Option<Format> {
     let named = Format::of_path(path).0;
     // The rows of a list of cells also form a table.
     let known = match named {
-        Some(Format::Text | Format::Node) if signature::is_ele(data) => Some(Format::Ele),
+        Some(Format::Text) if signature::is_ele(data) => Some(Format::Ele),
+        Some(Format::Node) if signature::is_ele_despite_name(data) => Some(Format::Ele),
         _ => named.or_else(|| Format::of_content(data)),
     };
     let is_table = || path.as_os_str() == "-" || (extension::may_be_table(path) && columns::is_table(data));

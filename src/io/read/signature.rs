@@ -98,9 +98,17 @@ pub(super) fn is_ele(data: &[u8]) -> bool {
             .all(|(line, i)| line.is_some_and(|l| is_cell(l, width) && id(l) == first.map(|f| f + i)))
 }
 
-/// Returns `true` if a line has this many integers and no other words.
+/// Returns `true` if the content of a file named `.node` is that of an `.ele` file. Triangles have the header of points in
+/// space, so the name decides.
+pub(super) fn is_ele_despite_name(data: &[u8]) -> bool {
+    let corners = Lines::new(data).next_data().and_then(|line| header(line, 2..=3)).map(|header| header[1]);
+    corners.is_some_and(|corners| corners > 3) && is_ele(data)
+}
+
+/// Returns `true` if a line has this many integers and no other words, and its first two corners differ.
 fn is_cell(line: Line<'_>, width: i64) -> bool {
-    line.words().count() as i64 == width && line.words().all(|word| integer(word).is_some())
+    let differ = line.words().nth(1) != line.words().nth(2);
+    differ && line.words().count() as i64 == width && line.words().all(|word| integer(word).is_some())
 }
 
 /// Returns `true` if the points of a `.node` file are followed by the header of a list of facets, as in a `.poly` file.

@@ -107,9 +107,9 @@ impl Clocks {
             let at = before.ok_or(AccountError::Order { row: row.row, after })?;
             self.named[at] = true;
             let earlier = self.ends[at];
-            later(&mut ends.phase, earlier.phase);
-            later(&mut ends.group, earlier.group);
-            later(&mut ends.step, earlier.step);
+            later(&mut ends.phase, &earlier.phase);
+            later(&mut ends.group, &earlier.group);
+            later(&mut ends.step, &earlier.step);
         }
         let counted = ends.after(price.depth).and_then(|ends| self.count(ends, price.work).map(|()| ends));
         self.ends.push(counted.ok_or(AccountError::Overflow { row: row.row })?);
@@ -184,7 +184,7 @@ impl Clocks {
 }
 
 /// Keeps the later of two ends on the same clock. An end on another clock does not count.
-fn later<C: PartialEq>(end: &mut (C, u64), other: (C, u64)) {
+fn later<C: PartialEq>(end: &mut (C, u64), other: &(C, u64)) {
     if end.0 == other.0 {
         end.1 = end.1.max(other.1);
     }

@@ -61,6 +61,7 @@ pub(super) struct Calls {
 #[derive(Debug, Deserialize)]
 pub(super) struct Row {
     /// The position of the row, from 0.
+    #[expect(clippy::struct_field_names, reason = "the name in the format")]
     pub(super) row: u64,
     pub(super) phase: String,
     #[serde(default)]

@@ -30,7 +30,8 @@ fn clocks_take_the_longest_paths() {
     // A merge takes 5, 3, 2 and 1 operations.
     assert_eq!(phase("hulls"), (7 + 6 + 11, 7));
     assert_eq!(phase("check"), (9, 1));
-    let brent = [(30, 3), (31, 4), (24, 7)].map(|(work, depth): (u64, u64)| (work - depth) / 2 + depth);
+    let brent =
+        [(30, 3), (31, 4), (24, 7)].map(|(work, depth): (u64, u64)| (work - depth).div_ceil(2) + depth);
     assert_eq!(accounts.paper, TotalAccount { work: 85, depth: 3 + 3 + 7, brent: brent.iter().sum() });
     assert_eq!(accounts.repair, TotalAccount { work: 9, depth: 1, brent: 5 });
 }
@@ -124,7 +125,7 @@ fn all_phases_are_known() {
 #[test]
 fn differences_name_the_phase() {
     let text = r#"{"schema":"septet-run/2","seed":5,"points":{"input":3,"used":2},
-        "machine":{"workers":2,"paper":{"work":85,"depth":13,"depth_log_scan":9,"brent":48},
+        "machine":{"workers":2,"paper":{"work":85,"depth":13,"depth_log_scan":9,"brent":51},
         "repair":{"work":9,"depth":1,"brent":5}},"phases":[{"name":"partition","work":61,"depth":7},
         {"name":"hulls","work":24,"depth":8},{"name":"check","work":9,"depth":1},{"name":"load","work":0,"depth":0}]}"#;
     let compared = |text: &str| folded(TRACE).unwrap().compare(&ReportedRun::parse(text.as_bytes())?);

@@ -91,7 +91,7 @@ pub fn grows_like(
             return Some(format!("{y}, expected {expected}: {}", series.words));
         }
         // The first share is the largest. NaN exceeds every bound.
-        let most = series.not_excluded.first().filter(|most| !(most.share <= share))?;
+        let most = series.not_excluded.first().filter(|most| most.share > share || most.share.is_nan())?;
         let (counted, name) = (short(most.share), most.law.name());
         Some(format!(
             "{y}, {expected}: a share of {name} of up to {counted} is not excluded, above {}",

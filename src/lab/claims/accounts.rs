@@ -42,7 +42,7 @@ fn cases(lab: &Lab) -> Vec<Case> {
         case(Kind::Uniform, 2, "", |_| {}),
         case(Kind::Clusters, 3, ", which needs repair", |_| {}),
         case(Kind::Uniform, 3, ", separator points to both sides", |c| {
-            c.separator_sets = SeparatorSets::Both
+            c.separator_sets = SeparatorSets::Both;
         }),
         case(Kind::Slab, 3, ", 12 nearest neighbours, some of which probe", |c| {
             c.graph = Graph::Knn { k: Neighbours::Count(12) };

@@ -8,10 +8,11 @@
 //!   (1). Then the node splits its points (4). These are 10 operations per point of a split node, and 10 steps. A draw
 //!   sorts the samples, and visits all pairs of samples (3 operations per pair, 3 steps). A node draws a quarter of its
 //!   points, between 36 and 100, so a sort has at least 6 steps. A leaf sorts its points.
-//! - `radii`, `knn-radii`. All pairs within a leaf: 3 per pair, 3 steps.
+//! - `radii`, `knn-radii`. All pairs within a leaf: 3 per pair, 3 steps. Lists also sort the pairs, in at least 6 steps, and
+//!   move them: 10 per pair.
 //! - `neighbours`, `knn`. At each node, a replication of its balls (6 per ball, 6 steps) and a combination of the results of
-//!   balls that go to both children (4 per result; a list has [`LIST`] results). At a leaf, all pairs of visiting balls and
-//!   points (3 per pair, 3 steps). A node without such balls combines nothing, so only replications count as steps.
+//!   balls that go to both children (4 per ball). Two lists of [`LIST`] neighbours are merged in 5 steps over both. At a
+//!   leaf, all pairs of visiting balls and points (3 per pair, 3 steps; 10 per pair for lists). A node without such balls combines nothing, so only replications count as steps.
 //! - `summaries`. A reduction over the points of a leaf (1 per point, 1 step), and over the two children of a node (2, 1
 //!   step).
 //! - `separator-sets`. A comparison of the two children (2, 1 step), and a replication of the points that go down (6 per
@@ -136,6 +137,9 @@ const fn floor(runs: Runs, phase: &'static str, work: &'static [Term], depth: &'
 }
 
 /// Pairs: broadcast, step, reduction.
+/// Steps of a merge of two lists of [`LIST`] neighbours, `ceil(log2 24)`.
+const MERGE: f64 = 5.0;
+
 const OF_PAIRS: &[Term] = &[(3.0, Natural::One)];
 
 /// The steps of a descent.
@@ -162,14 +166,14 @@ pub(super) const FLOORS: [Floor; 12] = [
         &[(1.0, Natural::Points), (2.0, Natural::Splits)],
         &[(1.0, Natural::Levels), (1.0, Natural::One)],
     ),
-    floor(Runs::Lists, "knn-radii", &[(3.0, Natural::PairsInLeaves)], OF_PAIRS),
+    floor(Runs::Lists, "knn-radii", &[(10.0, Natural::PairsInLeaves)], OF_PAIRS),
     floor(
         Runs::Lists,
         "knn",
         &[
             (6.0, Natural::BallsAtNodes),
-            (4.0 * LIST as f64, Natural::BallsToBoth),
-            (3.0, Natural::PairsWithVisitors),
+            (4.0 + 2.0 * LIST as f64 * MERGE, Natural::BallsToBoth),
+            (10.0, Natural::PairsWithVisitors),
         ],
         OF_DESCENT,
     ),

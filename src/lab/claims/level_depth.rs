@@ -43,7 +43,7 @@ fn levels(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         for level in LEVELS {
             let phase = level.name;
             // A sweep without a large ball does not probe. A phase that must occur has figures even without charges.
-            if !sweep.must_have(phase) && !(level.probes && sweep.has(phase)) {
+            if !(sweep.must_have(phase) || level.probes && sweep.has(phase)) {
                 continue;
             }
             let below = if level.probes { u64::MAX } else { CAPPED };

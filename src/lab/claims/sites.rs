@@ -13,7 +13,7 @@ use super::measure::{X, pairs};
 /// The counts of the rounds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Rounds {
-    pub(super) rounds: f64,
+    pub(super) number: f64,
     /// Undecided sites, over all rounds.
     pub(super) open_points: f64,
     /// Neighbours of undecided sites, over all rounds.
@@ -44,7 +44,7 @@ fn rounds(lists: &[Vec<usize>], priorities: &[u64]) -> Rounds {
     let mut counts = Rounds::default();
     let mut undecided: Vec<usize> = (0..lists.len()).collect();
     while !undecided.is_empty() {
-        counts.rounds += 1.0;
+        counts.number += 1.0;
         counts.open_points += undecided.len() as f64;
         counts.open_edges += undecided.iter().map(|&v| lists[v].len() as f64).sum::<f64>();
         let key = |v: usize| (priorities[v], v);
@@ -67,9 +67,9 @@ mod tests {
     #[test]
     fn rounds_by_hand() {
         let lists = [vec![1], vec![0, 2], vec![1, 3], vec![2]];
-        let expected = Rounds { rounds: 2.0, open_points: 6.0, open_edges: 9.0 };
+        let expected = Rounds { number: 2.0, open_points: 6.0, open_edges: 9.0 };
         assert_eq!(rounds(&lists, &[1, 2, 3, 4]), expected);
         assert_eq!(rounds(&[], &[]), Rounds::default());
-        assert_eq!(rounds(&[vec![]], &[1]), Rounds { rounds: 1.0, open_points: 1.0, open_edges: 0.0 });
+        assert_eq!(rounds(&[vec![]], &[1]), Rounds { number: 1.0, open_points: 1.0, open_edges: 0.0 });
     }
 }

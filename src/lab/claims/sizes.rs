@@ -29,7 +29,7 @@ impl Sizes {
     /// Returns the sizes of an independent set.
     pub(super) fn of_rounds(rounds: &Rounds) -> Sizes {
         Sizes(BTreeMap::from([
-            (Natural::Rounds, rounds.rounds),
+            (Natural::Rounds, rounds.number),
             (Natural::OpenPoints, rounds.open_points),
             (Natural::OpenEdges, rounds.open_edges),
         ]))

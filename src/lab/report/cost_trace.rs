@@ -65,6 +65,7 @@ impl CostHeader {
 /// A row.
 #[derive(Serialize)]
 struct Row<'a> {
+    #[expect(clippy::struct_field_names, reason = "the name in the format")]
     row: u64,
     phase: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -84,7 +84,7 @@ impl<P: Point> Transport<P> for Noting<P> {
 
 /// The rows of each rank in each phase, and which rows follow which.
 struct Rows<'a> {
-    rows: &'a [CostRow],
+    all: &'a [CostRow],
     of_rank: BTreeMap<(Phase, Rank), Vec<usize>>,
     /// For each row, a bit for each row before it.
     before: Vec<Vec<u64>>,
@@ -107,14 +107,14 @@ impl<'a> Rows<'a> {
             }
             before.push(bits);
         }
-        Rows { rows, of_rank, before }
+        Rows { all: rows, of_rank, before }
     }
 
     /// Returns the rows of a rank in the phase of a message for the nodes and rounds that `counts` accepts.
     fn find(&self, phase: Phase, rank: Rank, counts: impl Fn(NodeId, u32) -> bool) -> Vec<usize> {
         let all = self.of_rank.get(&(phase, rank)).into_iter().flatten().copied();
         let counts = |at: &usize| {
-            let row = &self.rows[*at];
+            let row = &self.all[*at];
             row.node.zip(row.round).is_some_and(|(node, round)| counts(node, round))
         };
         all.filter(counts).collect()
@@ -131,7 +131,7 @@ impl<'a> Rows<'a> {
             assert!(
                 earlier.is_empty() || earlier.iter().any(|&at| self.follows(row, at)),
                 "{sent:?}: row {row} {:?} follows none of {earlier:?}",
-                self.rows[row]
+                self.all[row]
             );
         }
         !earlier.is_empty() && !later.is_empty()
@@ -141,7 +141,7 @@ impl<'a> Rows<'a> {
     fn assert_all_before(&self, Ends { earlier, later }: &Ends, sent: &Sent) -> bool {
         for &row in later {
             let missing = earlier.iter().find(|&&at| !self.follows(row, at));
-            assert_eq!(missing, None, "{sent:?}: row {row} {:?} does not follow it", self.rows[row]);
+            assert_eq!(missing, None, "{sent:?}: row {row} {:?} does not follow it", self.all[row]);
         }
         !earlier.is_empty() && !later.is_empty()
     }
@@ -183,13 +183,13 @@ fn of_levels(rows: &Rows<'_>, sent: &Sent) -> Vec<Ends> {
     let all_above = rows.find(phase, from, |at, _| at != node && at.contains(node));
     let all_later = rows.find(phase, to, |at, _| at == node);
     let of_step = |all: &[usize], step| -> Vec<usize> {
-        all.iter().copied().filter(|&at| rows.rows[at].step == step).collect()
+        all.iter().copied().filter(|&at| rows.all[at].step == step).collect()
     };
-    let steps: BTreeSet<Option<u32>> = all_later.iter().map(|&at| rows.rows[at].step).collect();
+    let steps: BTreeSet<Option<u32>> = all_later.iter().map(|&at| rows.all[at].step).collect();
     let ends = steps.into_iter().map(|step| {
         let above = of_step(&all_above, step);
-        let nearest = above.iter().filter_map(|&at| rows.rows[at].node).max();
-        let earlier = above.into_iter().filter(|&at| rows.rows[at].node == nearest).collect();
+        let nearest = above.iter().filter_map(|&at| rows.all[at].node).max();
+        let earlier = above.into_iter().filter(|&at| rows.all[at].node == nearest).collect();
         Ends { earlier, later: of_step(&all_later, step) }
     });
     ends.collect()

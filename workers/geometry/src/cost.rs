@@ -57,11 +57,13 @@ impl Cost {
     }
 
     /// Creates an empty meter of the same kind.
+    #[must_use]
     pub fn fresh(&self) -> Self {
         Cost { is_nested: self.is_nested, ..Cost::of_subproblem(self.tape.is_some()) }
     }
 
     /// Creates the meter of a nested problem, for example of one star. [`Cost::then`] or a lane adds it to this meter.
+    #[must_use]
     pub fn nested(&self) -> Self {
         Cost { is_nested: true, ..Cost::of_subproblem(self.tape.is_some()) }
     }

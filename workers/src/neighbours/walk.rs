@@ -206,9 +206,10 @@ impl<P: Point> BallWalk<'_, P> {
         let BallWalk { subdomain, search, enclosing, counts, .. } = self;
         let reach = |level: usize, shared: &Shared<P>| {
             let crosses = &mut enclosing.shared[level];
-            let sides = match search.everywhere {
-                true => [true; 2],
-                false => sides(shared.id(), shared.split(), ball, search.probe, enclosing.ball, crosses),
+            let sides = if search.everywhere {
+                [true; 2]
+            } else {
+                sides(shared.id(), shared.split(), ball, search.probe, enclosing.ball, crosses)
             };
             counts.shared[level].visit(sides[0] && sides[1]);
             sides
@@ -228,9 +229,10 @@ impl<P: Point> BallWalk<'_, P> {
                     MovingBall { own_leaf: ball.own_leaf.filter(|&leaf| inner.id().contains(leaf)), ..*ball };
                 let crosses = &mut self.enclosing.local[inner.number()];
                 let enclosure = self.enclosing.ball;
-                let sides = match self.search.everywhere {
-                    true => [true; 2],
-                    false => sides(inner.id(), inner.split(), &here, self.search.probe, enclosure, crosses),
+                let sides = if self.search.everywhere {
+                    [true; 2]
+                } else {
+                    sides(inner.id(), inner.split(), &here, self.search.probe, enclosure, crosses)
                 };
                 self.counts.local[inner.number()].visit(sides[0] && sides[1]);
                 for (side, child) in inner.children().iter().enumerate() {

@@ -22,7 +22,8 @@ fn whole_grid(journal: &Journal, n: u64) -> String {
     let mut leaves: Vec<u64> = all.iter().map(|s| s.leaf).collect();
     leaves.sort_unstable();
     leaves.dedup();
-    let heads: String = leaves.iter().map(|leaf| format!(" leaf {leaf} |")).collect();
+    let heads: Vec<String> = leaves.iter().map(|leaf| format!(" leaf {leaf} |")).collect();
+    let heads = heads.concat();
     let mut text =
         format!("n = {n}: work per point / T_n\n\n| cut | samples | tries |{heads}\n|---|---|---|");
     text += &"---|".repeat(leaves.len());
@@ -31,12 +32,12 @@ fn whole_grid(journal: &Journal, n: u64) -> String {
     rows.sort_unstable();
     rows.dedup();
     for row in rows {
-        text += &format!("| {} | {} | {} |", row.method.name(), row.samples, shown(row.tries.into()));
+        // Writing to a string does not fail.
+        let _ = write!(text, "| {} | {} | {} |", row.method.name(), row.samples, shown(row.tries.into()));
         for &leaf in &leaves {
-            match journal.means(Setting { leaf, ..row }, n) {
-                Some(m) => text += &format!(" {:.0} / {:.0} |", m.work, m.steps),
-                None => text += " - |",
-            }
+            let means = journal.means(Setting { leaf, ..row }, n);
+            let shown = means.map_or("-".to_owned(), |m| format!("{:.0} / {:.0}", m.work, m.steps));
+            let _ = write!(text, " {shown} |");
         }
         text.push('\n');
     }

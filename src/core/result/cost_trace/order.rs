@@ -58,8 +58,14 @@ enum Flow {
 fn flow(phase: Phase) -> Flow {
     match phase {
         Phase::Summaries | Phase::Merge | Phase::Check | Phase::Certificate | Phase::Fallback => Flow::Up,
-        Phase::Partition | Phase::Choice | Phase::Sets => Flow::Down,
-        Phase::Probe | Phase::Neighbours | Phase::KnnProbe | Phase::Knn | Phase::Graph => Flow::Down,
+        Phase::Partition
+        | Phase::Choice
+        | Phase::Probe
+        | Phase::Neighbours
+        | Phase::KnnProbe
+        | Phase::Knn
+        | Phase::Sets
+        | Phase::Graph => Flow::Down,
         _ => Flow::Local,
     }
 }
@@ -115,10 +121,10 @@ impl Order {
         let has_steps = calls.keys().any(|site| site.step.is_some());
         let ends = match flow(current.phase) {
             _ if has_steps && current.phase == Phase::Neighbours => {
-                self.up(current, before, corrections(calls))
+                self.up(current, &before, corrections(calls))
             }
             _ if has_steps => self.steps(current, calls),
-            Flow::Up => self.up(current, before, subproblems(calls)),
+            Flow::Up => self.up(current, &before, subproblems(calls)),
             Flow::Down => self.down(current, Ends::new(), calls),
             Flow::Local => self.down(current, before, calls),
         };
@@ -136,19 +142,19 @@ impl Order {
     }
 
     /// Starts each node when all nodes below have ended, and when the previous phase has ended there.
-    fn up(&mut self, mut current: Current, before: Ends, tasks: Tasks) -> Ends {
+    fn up(&mut self, mut current: Current, before: &Ends, tasks: Tasks) -> Ends {
         let nodes: BTreeSet<NodeId> = tasks.keys().map(|(_, node)| *node).collect();
         let mut pending: BTreeMap<NodeId, Vec<RowId>> = BTreeMap::new();
-        for (&node, &end) in &before {
+        for (&node, &end) in before {
             if let Some(at) = nearest(&nodes, Some(node)) {
                 pending.entry(at).or_default().push(end);
             }
         }
         let mut ends = Ends::new();
         for ((_, node), calls) in tasks.into_iter().rev() {
-            let from = pending.remove(&node).or_else(|| nearest_ancestor(&before, node).map(|end| vec![end]));
+            let from = pending.remove(&node).or_else(|| nearest_ancestor(before, node).map(|end| vec![end]));
             let start = self.start(&mut current, from.unwrap_or_default());
-            let end = self.descent(current.phase, calls, start);
+            let end = self.descent(current.phase, calls, &start);
             ends.insert(node, end);
             if let Some(parent) = nearest(&nodes, node.parent()) {
                 pending.entry(parent).or_default().push(end);
@@ -173,12 +179,12 @@ impl Order {
     }
 
     /// Runs the calls from a node down the tree. Returns the row that follows all of them.
-    fn descent(&mut self, phase: Phase, calls: Calls, start: Vec<RowId>) -> RowId {
+    fn descent(&mut self, phase: Phase, calls: Calls, start: &[RowId]) -> RowId {
         let (mut ends, mut open) = (Ends::new(), BTreeSet::new());
         let top = calls.keys().next().map(|site| site.place(phase));
         for (site, stages) in calls {
             let from = nearest_ancestor(&ends, site.node);
-            let start = from.map_or_else(|| start.clone(), |end| vec![end]);
+            let start = from.map_or_else(|| start.to_vec(), |end| vec![end]);
             open.retain(|row| !start.contains(row));
             let end = self.rows.subproblem(site.place(phase), stages, start);
             ends.insert(site.node, end);

@@ -99,7 +99,7 @@ fn off_triangles() {
 fn files_of_the_wrong_kind() {
     assert!(matches!(bad_cells("a.node", "0 3\n"), InputError::Unsupported { .. }));
     assert!(matches!(bad("a.ele", "0 3\n"), InputError::Unsupported { .. }));
-    assert!(matches!(bad_cells("a.xyz", "1 2 3\n"), InputError::UnknownFormat { .. }));
+    assert!(matches!(bad_cells("a.xyz", "1 2 3\n"), InputError::Unsupported { .. }));
 }
 
 /// A tetrahedron with one facet, and a square in the plane with one segment.

@@ -117,14 +117,14 @@ fn words(conclusion: &Conclusion, shares: &[NotExcluded], power: Option<&Power>)
     let largest: Vec<String> =
         shares.iter().take(NAMED_SHARES).filter(|s| s.share > 0.0).map(NotExcluded::words).collect();
     if !largest.is_empty() {
-        words += &format!("; at the largest size, up to {} are not excluded", largest.join(" or "));
+        words = format!("{words}; at the largest size, up to {} are not excluded", largest.join(" or "));
     }
     let grows = matches!(
         conclusion,
         Conclusion::Law { .. } | Conclusion::CannotTell { .. } | Conclusion::NoneOfThese
     );
     if let Some(power) = power.filter(|_| grows) {
-        words += &format!("; as a power n^e, e = {}", power.words());
+        words = format!("{words}; as a power n^e, e = {}", power.words());
     }
     words
 }

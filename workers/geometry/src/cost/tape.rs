@@ -80,7 +80,7 @@ impl Tape {
             match step {
                 Step::Call(call) => *calls.entry(*call).or_default() += 1,
                 Step::Lanes(lanes) => {
-                    lanes.calls.iter().for_each(|(call, n)| *calls.entry(*call).or_default() += n)
+                    lanes.calls.iter().for_each(|(call, n)| *calls.entry(*call).or_default() += n);
                 }
             }
         }

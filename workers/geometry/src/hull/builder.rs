@@ -245,7 +245,9 @@ impl<P: Point> StarBuilder<P> {
             cost.charge_sweep(exact);
             if conflicts {
                 let mut ridges = cost.sweep();
-                cavity.iter().for_each(|_| ridges.visit_lanes(P::DIM));
+                for _ in cavity {
+                    ridges.visit_lanes(P::DIM);
+                }
                 cost.charge_sweep(ridges);
                 for &facet in cavity {
                     if let Some(is_removed) = self.loaded.get_mut(facet as usize)
@@ -266,7 +268,9 @@ impl<P: Point> StarBuilder<P> {
             if conflicts {
                 self.enter_created(image.length);
                 let (mut planes, mut ridges) = (cost.sweep(), cost.sweep());
-                planes.visit_all(self.link.created()).iter().for_each(|_| ridges.visit_lanes(P::DIM));
+                for _ in planes.visit_all(self.link.created()) {
+                    ridges.visit_lanes(P::DIM);
+                }
                 cost.charge_sweep(planes);
                 cost.charge_sweep(ridges);
             }

@@ -246,7 +246,7 @@ mod tests {
         for cut in 0..words.len() {
             assert_eq!(LedgerPart::from_words(&words[..cut]), None);
         }
-        assert_eq!(words[..6], [1, 4, 1, 77, 1, 1]);
+        assert_eq!(words[..6], [1, 4, 1, 77, 1, 2]);
         // The first charge follows the head and one round.
         let (phase, leader) = (6 + 1, 6 + 11 + 7);
         assert_eq!(words[leader], Phase::Graph as u64 | 1 << 8);

@@ -276,7 +276,7 @@ mod tests {
     fn every_form_has_a_text() {
         for form in FAULTS {
             let has_name = |text: &&str| text.split(':').next() == Some(form.name());
-            assert!(TEXTS.iter().any(|text| has_name(&text)), "{}", form.text);
+            assert!(TEXTS.iter().any(has_name), "{}", form.text);
             assert!(form.effect.ends_with('.') && !form.effect.contains('\n'), "{}", form.effect);
         }
     }

@@ -132,7 +132,9 @@ fn checked<P: Point>(points: &[P], radii2: &[f64], what: &str) {
             };
             assert_eq!(charges(&outcome.ledger), charges(&one.ledger), "{what}");
             let divided = workers > 1 && points.len() > 100 && leaf < 100;
-            assert_eq!(outcome.messages > 0, divided, "{what}: {} messages", outcome.messages);
+            // The parts of two workers may have no common edge.
+            let talks = outcome.messages > 0;
+            assert!(talks == divided || !talks && workers == 2, "{what}: {} messages", outcome.messages);
         }
     }
 }
