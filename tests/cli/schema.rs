@@ -141,8 +141,8 @@ fn cost_traces_match_their_schema() {
         place.good(&format!("{line} --cost-trace c.jsonl"));
         let text = fs::read_to_string(place.path("c.jsonl")).unwrap();
         let rows: Vec<Value> = text.lines().map(|row| serde_json::from_str(row).unwrap()).collect();
-        for row in rows {
-            schema.check(line, &row);
+        for row in &rows {
+            schema.check(line, row);
         }
         nested += rows.iter().filter(|row| row["longest"].is_array()).count();
         let mut other = rows[1].clone();

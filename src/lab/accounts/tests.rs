@@ -40,7 +40,7 @@ fn clocks_take_the_longest_paths() {
 fn incomplete_traces_are_refused() {
     let without = |row: usize| {
         let lines = TRACE.lines().enumerate().filter(|(at, _)| *at != row + 1);
-        folded(&lines.map(|(_, line)| format!("{line}\n")).collect::<String>())
+        folded(&lines.map(|(_, line)| line.to_owned() + "\n").collect::<String>())
     };
     for row in 0..8 {
         assert!(without(row).is_err(), "{row}");

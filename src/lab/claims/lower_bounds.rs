@@ -118,6 +118,7 @@ fn of_sites(lab: &mut Lab, sample: Sample) -> Result<Measured, ClaimError> {
 mod tests {
     use septet_core::config::Fault;
 
+    use super::super::sites::Rounds;
     use super::super::{Extent, LabOptions};
     use super::*;
 
@@ -148,7 +149,7 @@ mod tests {
 
     #[test]
     fn sizes_without_items_bound_nothing() {
-        let sizes = Sizes::of_rounds(&Default::default());
+        let sizes = Sizes::of_rounds(&Rounds::default());
         let sites = FLOORS.iter().find(|floor| floor.runs == Runs::Sites).unwrap();
         assert!(sizes.sum(sites.work).is_nan() && sizes.sum(sites.depth).is_nan());
         assert!(!Figure::at_least("work", "no sites", 1, 1.0 / sizes.sum(sites.work), SHARE).holds());
