@@ -140,7 +140,7 @@ fn differences_name_the_phase() {
     assert_eq!(with("\"seed\":5", "\"seed\":3"), format!("{other}seed 3, and the trace has seed 5{once}"));
     let points = format!("{other}4 points, and the trace has 2 points{once}");
     assert_eq!(with("\"used\":2", "\"used\":4"), points);
-    let counts = "\"paper\":{\"work\":85,\"depth\":13,\"depth_log_scan\":9,\"brent\":48}";
+    let counts = "\"paper\":{\"work\":85,\"depth\":13,\"depth_log_scan\":9,\"brent\":51}";
     let none = "\"paper\":{\"work\":null,\"depth\":null,\"brent\":null}";
     assert_eq!(with(counts, none), "this run has no counts; run `septet simulate --json`");
     assert!(with("run/2", "mesh/1").starts_with("the format is `septet-mesh/1` instead of `septet-run/2`"));

@@ -3,7 +3,7 @@
 //! **Model.** Blelloch's scan-vector model (*Vector Models for Data-Parallel Computing*, 1990). A problem of `m`
 //! items has `m` virtual processors, up to a stated constant factor. A vector step over `m` items costs work `m` and
 //! depth 1. If the items have their own costs, the step costs the sum of their work and the maximum of their depths.
-//! A scan costs one step. A second depth ([`Cost::depth_log_scan`]) charges `ceil(log2 m)` for it.
+//! A scan costs one step. A second depth ([`Price::depth_log_scan`]) charges `ceil(log2 m)` for it.
 //!
 //! **Prices.** Every primitive pays through one private call, `Cost::pay`, with its name and its number of items. The
 //! table at [`Primitive`] gives the cost of the call.
@@ -309,7 +309,7 @@ impl Cost {
         self.pay(Primitive::Sort, sweep.items() as usize);
     }
 
-    /// Charges the lists of a finished sweep's pairs: see [`Cost::charge_lists_of`].
+    /// Charges the lists of a finished sweep's pairs, as [`Cost::all_pairs_to_nearest`] does.
     pub fn charge_lists(&mut self, pairs: Sweep, k: usize) {
         self.charge_lists_of(pairs.items() as usize, k);
     }

@@ -53,7 +53,7 @@ pub struct Drawn<P> {
     pub estimated_ratio: f64,
     /// Estimated fraction of the population whose nearest-neighbour balls (alpha 1) cross the surface.
     pub estimated_crossing: f64,
-    /// Number of admissible great circles among [`super::TRIES`]. In [`super::draw_bisecting`], circles that are admissible after
+    /// Number of admissible great circles among those of a draw. In [`super::draw_bisecting`], circles that are admissible after
     /// they are moved also count.
     pub admissible: u32,
     /// Number of groups of samples whose mean replaced a Radon point.
