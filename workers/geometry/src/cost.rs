@@ -324,7 +324,7 @@ impl Cost {
         }
     }
 
-    /// Charges a merge of two sorted lists of `len` items for each item of a finished sweep: `max(ceil(log2 (2 len)), 1)`
+    /// Charges a merge of two sorted lists of `len` items for each item of a finished sweep: `ceil(log2 (2 len))`
     /// vector steps over all items of the lists (bitonic merge, Batcher 1968). Lists of one item are a comparison, which
     /// [`Cost::charge_combination`] contains.
     pub fn charge_list_merges(&mut self, sweep: Sweep, len: u32) {
