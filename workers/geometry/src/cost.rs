@@ -276,7 +276,24 @@ impl Cost {
     /// Charges a finished sweep: one vector step, and one scan that collects its result.
     #[inline(always)]
     pub fn charge_sweep(&mut self, sweep: Sweep) {
-        self.pay(Primitive::Sweep, sweep.items() as usize);
+        self.charge_sweeps([sweep]);
+    }
+
+    /// Charges finished sweeps that run one after the other.
+    #[inline(always)]
+    pub fn charge_sweeps<const N: usize>(&mut self, sweeps: [Sweep; N]) {
+        let mut sum = Price::ZERO;
+        for sweep in sweeps {
+            let items = sweep.items();
+            let price = Primitive::Sweep.price(items);
+            sum.then(if self.is_nested { price.closed(items) } else { price });
+        }
+        self.price.then(sum);
+        if let Some(tape) = &mut self.tape {
+            for sweep in sweeps {
+                tape.call(Call { primitive: Primitive::Sweep, items: sweep.items() });
+            }
+        }
     }
 
     /// Charges the replication of the items of a finished sweep to the two children of a node:

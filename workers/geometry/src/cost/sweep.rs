@@ -35,6 +35,12 @@ impl Sweep {
         items
     }
 
+    /// Counts `parts` items for each item of a slice, for example the ridges of facets.
+    #[inline]
+    pub(crate) fn visit_parts<T>(&mut self, items: &[T], parts: usize) {
+        self.items += (items.len() * parts) as u64;
+    }
+
     /// Processes all items of a slice.
     #[inline]
     pub fn each<T>(&mut self, items: &[T], f: impl FnMut(&T)) {

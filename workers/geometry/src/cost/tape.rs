@@ -59,7 +59,8 @@ impl Tape {
         self.steps.is_empty()
     }
 
-    /// Appends a call.
+    /// Appends a call. Most meters have no tape.
+    #[cold]
     pub(super) fn call(&mut self, call: Call) {
         self.steps.push(Step::Call(call));
     }

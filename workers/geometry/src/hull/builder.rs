@@ -223,7 +223,6 @@ impl<P: Point> StarBuilder<P> {
         let image = candidate(&self.points, q).image;
         let mut sweep = cost.sweep();
         sweep.visit_lanes(if checks_reach { 2 * self.link.len() } else { self.link.len() });
-        cost.charge_sweep(sweep);
         self.uncertain.clear();
         let (mut seed, mut undecided) = (None, false);
         self.planes.each_uncertain(&image.at, |facet, side| {
@@ -234,47 +233,41 @@ impl<P: Point> StarBuilder<P> {
                 _ => undecided = true,
             }
         });
-        if !self.uncertain.is_empty() {
-            if undecided {
-                self.decide(q, seed);
-            }
-            let (sides, cavity) = (&self.sides, if undecided { &self.cavity } else { &self.uncertain });
-            let conflicts = !cavity.is_empty();
-            let mut exact = cost.sweep();
-            exact.visit_all(&self.uncertain);
-            cost.charge_sweep(exact);
-            if conflicts {
-                let mut ridges = cost.sweep();
-                for _ in cavity {
-                    ridges.visit_lanes(P::DIM);
-                }
-                cost.charge_sweep(ridges);
-                for &facet in cavity {
-                    if let Some(is_removed) = self.loaded.get_mut(facet as usize)
-                        && !*is_removed
-                    {
-                        *is_removed = true;
-                        self.removed.push(facet);
-                    }
-                }
-                self.link.replace(q, cavity, |facet| sides[facet as usize] == Side::Conflict);
-                for &facet in self.link.free() {
-                    self.planes.remove(facet);
+        if self.uncertain.is_empty() {
+            cost.charge_sweep(sweep);
+            return;
+        }
+        if undecided {
+            self.decide(q, seed);
+        }
+        let (sides, cavity) = (&self.sides, if undecided { &self.cavity } else { &self.uncertain });
+        let conflicts = !cavity.is_empty();
+        let (mut exact, mut removed) = (cost.sweep(), cost.sweep());
+        let (mut planes, mut ridges) = (cost.sweep(), cost.sweep());
+        exact.visit_all(&self.uncertain);
+        removed.visit_parts(cavity, P::DIM);
+        if conflicts {
+            for &facet in cavity {
+                if let Some(is_removed) = self.loaded.get_mut(facet as usize)
+                    && !*is_removed
+                {
+                    *is_removed = true;
+                    self.removed.push(facet);
                 }
             }
-            for &facet in &self.uncertain {
-                self.sides[facet as usize] = Side::Clear;
-            }
-            if conflicts {
-                self.enter_created(image.length);
-                let (mut planes, mut ridges) = (cost.sweep(), cost.sweep());
-                for _ in planes.visit_all(self.link.created()) {
-                    ridges.visit_lanes(P::DIM);
-                }
-                cost.charge_sweep(planes);
-                cost.charge_sweep(ridges);
+            self.link.replace(q, cavity, |facet| sides[facet as usize] == Side::Conflict);
+            for &facet in self.link.free() {
+                self.planes.remove(facet);
             }
         }
+        for &facet in &self.uncertain {
+            self.sides[facet as usize] = Side::Clear;
+        }
+        if conflicts {
+            self.enter_created(image.length);
+            ridges.visit_parts(planes.visit_all(self.link.created()), P::DIM);
+        }
+        cost.charge_sweeps([sweep, exact, removed, planes, ridges]);
     }
 
     /// Computes the planes of the new facets. No later image is longer than `longest`.
