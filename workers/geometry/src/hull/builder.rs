@@ -247,12 +247,15 @@ impl<P: Point> StarBuilder<P> {
         exact.visit_all(&self.uncertain);
         removed.visit_parts(cavity, P::DIM);
         if conflicts {
-            for &facet in cavity {
-                if let Some(is_removed) = self.loaded.get_mut(facet as usize)
-                    && !*is_removed
-                {
-                    *is_removed = true;
-                    self.removed.push(facet);
+            // Most links were not loaded.
+            if !self.loaded.is_empty() {
+                for &facet in cavity {
+                    if let Some(is_removed) = self.loaded.get_mut(facet as usize)
+                        && !*is_removed
+                    {
+                        *is_removed = true;
+                        self.removed.push(facet);
+                    }
                 }
             }
             self.link.replace(q, cavity, |facet| sides[facet as usize] == Side::Conflict);
