@@ -9,13 +9,21 @@
 //!    a node may need the messages of any other node. The first step starts when all earlier phases have ended.
 //!
 //! Workers, rounds and the coordinator have no influence on the depth.
+//!
+//! **Associativity.** The fold of a subtree is computed from the charges of its root and the folds of its children
+//! ([`subtree`]).
 
-use std::collections::{BTreeMap, BTreeSet};
+mod chains;
+mod plan;
+mod subtree;
 
-use septet_geometry::cost::Price;
+use std::collections::BTreeMap;
 
 use super::{Account, Charge, LedgerPart};
 use crate::ids::{NodeId, Phase};
+
+use plan::Plan;
+use subtree::{Depths, Fold};
 
 /// Totals of one phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,37 +82,9 @@ pub struct Ledger {
     pub repair: Total,
     /// The totals of the phases that occurred, in order.
     pub phases: Vec<PhaseTotal>,
-    /// The longest chain of the paper's phases, first step first. Its depths add up to `paper.depth`.
+    /// The longest chain of the paper's phases, first step first. Its depths add up to `paper.depth`. Of chains of equal
+    /// length, it ends as high in the tree as possible, and then in an interior child.
     pub critical_path: Vec<PathStep>,
-}
-
-/// The direction of a phase over the tree.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Flow {
-    Down,
-    Up,
-    Local,
-    Steps,
-}
-
-/// Returns the direction of a phase. A descent whose replies return makes two passes over the tree. Both are charged
-/// on the way down, so its flow is [`Flow::Down`].
-fn flow(phase: Phase, part: &LedgerPart) -> Flow {
-    match phase {
-        Phase::Repair | Phase::Independent => Flow::Steps,
-        Phase::Neighbours if part.passes().next().is_some() => Flow::Up,
-        Phase::Summaries | Phase::Merge | Phase::Check | Phase::Certificate | Phase::Fallback => Flow::Up,
-        // A leaf may receive the ends of edges from any other leaf, so the graph waits for everything before it.
-        Phase::Graph
-        | Phase::Partition
-        | Phase::Choice
-        | Phase::Sets
-        | Phase::Probe
-        | Phase::Neighbours
-        | Phase::KnnProbe
-        | Phase::Knn => Flow::Down,
-        _ => Flow::Local,
-    }
 }
 
 impl Ledger {
@@ -117,22 +97,16 @@ impl Ledger {
         for (account, charge) in steps_of_nodes(&part) {
             part.charges.insert(account, charge);
         }
-        let paper: Vec<Phase> = Phase::ALL.into_iter().filter(|p| p.is_paper()).collect();
-        let repair: Vec<Phase> = Phase::ALL.into_iter().filter(|p| p.is_repair()).collect();
-        let clock = Clock::run(&part, &paper, false);
-        let path = clock.path();
-        let mut phases = Vec::new();
-        for phase in Phase::ALL {
-            let on_path: u64 = path.iter().filter(|s| s.phase == phase).map(|s| s.depth).sum();
-            phases.extend(phase_total(&part, phase, on_path));
-        }
-        Ledger {
-            paper: total(&part, &paper, population),
-            repair: total(&part, &repair, population),
-            phases,
-            critical_path: path,
-            part,
-        }
+        let plan = Plan::of(&part);
+        let fold = Fold::of_subtree(&plan, NodeId::ROOT, &part);
+        let (paper, path) = fold.paper(&plan, population.max(1));
+        let alone = fold.alone(&plan);
+        let phases = Phase::ALL.into_iter().filter_map(|phase| {
+            let on_path = path.iter().filter(|s| s.phase == phase).map(|s| s.depth).sum();
+            phase_total(&part, phase, alone.get(&phase).copied().unwrap_or_default(), on_path)
+        });
+        let phases = phases.collect();
+        Ledger { paper, repair: fold.repair(&plan, population.max(1)), phases, critical_path: path, part }
     }
 }
 
@@ -169,7 +143,7 @@ fn steps_of_nodes(part: &LedgerPart) -> BTreeMap<Account, Charge> {
     sums
 }
 
-fn phase_total(part: &LedgerPart, phase: Phase, critical_depth: u64) -> Option<PhaseTotal> {
+fn phase_total(part: &LedgerPart, phase: Phase, alone: Depths, critical_depth: u64) -> Option<PhaseTotal> {
     let rounds: Vec<_> = part.rounds.iter().filter(|(key, _)| key.phase == phase).map(|(_, t)| t).collect();
     let work = part.members(phase).map(|(_, charge)| charge.cost.work()).sum();
     if rounds.is_empty() && work == 0 {
@@ -179,195 +153,18 @@ fn phase_total(part: &LedgerPart, phase: Phase, critical_depth: u64) -> Option<P
         phase,
         rounds: rounds.iter().filter(|t| t.messages > 0).count() as u64,
         work,
-        depth: Clock::run(part, &[phase], false).end(),
-        depth_log_scan: Clock::run(part, &[phase], true).end(),
+        depth: alone.depth,
+        depth_log_scan: alone.depth_log_scan,
         critical_depth,
         messages: rounds.iter().map(|t| t.messages).sum(),
         bytes: rounds.iter().map(|t| t.bytes).sum(),
     })
 }
 
-fn total(part: &LedgerPart, phases: &[Phase], population: u64) -> Total {
-    // Each step of Brent's bound: the nodes of one level in a phase, or one step of a phase that has steps.
-    let mut steps: BTreeMap<(Phase, u32), Price> = BTreeMap::new();
-    for &phase in phases {
-        match flow(phase, part) {
-            Flow::Steps => {
-                for (step, _, charge) in part.steps(phase) {
-                    steps.entry((phase, step)).or_default().join(charge.cost);
-                }
-            }
-            _ => {
-                for (node, charge) in part.members(phase) {
-                    steps.entry((phase, node.level())).or_default().join(charge.cost);
-                }
-            }
-        }
-    }
-    let n = population.max(1);
-    let work = steps.values().map(Price::work).sum();
-    let brent = steps.values().map(|p| p.work().saturating_sub(p.depth()).div_ceil(n) + p.depth()).sum();
-    Total {
-        work,
-        depth: Clock::run(part, phases, false).end(),
-        depth_log_scan: Clock::run(part, phases, true).end(),
-        brent,
-    }
-}
-
-/// A time, and the step that ended then.
-type End = (u64, Option<usize>);
-
-/// The clocks of all subproblems, phase after phase.
-struct Clock {
-    /// All steps so far, each with the step that it waited for.
-    steps: Vec<(PathStep, Option<usize>)>,
-    /// The end of the previous phase at each node.
-    ends: BTreeMap<NodeId, End>,
-    /// The latest end of all.
-    last: End,
-}
-
-impl Clock {
-    fn run(part: &LedgerPart, phases: &[Phase], log_scan: bool) -> Clock {
-        let mut clock = Clock { steps: Vec::new(), ends: BTreeMap::new(), last: (0, None) };
-        for &phase in phases {
-            let depth = |c: &Charge| if log_scan { c.cost.depth_log_scan(c.items) } else { c.cost.depth() };
-            if flow(phase, part) == Flow::Steps {
-                clock.steps(phase, part.steps(phase).map(|(step, node, charge)| (step, node, depth(charge))));
-                continue;
-            }
-            let mut charges: Vec<(NodeId, u64)> =
-                part.members(phase).map(|(node, charge)| (node, depth(charge))).collect();
-            if charges.is_empty() {
-                continue;
-            }
-            charges.sort_by_key(|(node, _)| (node.level(), node.0));
-            match flow(phase, part) {
-                Flow::Down => clock.down(phase, &charges),
-                Flow::Up => clock.up(phase, &charges),
-                Flow::Local | Flow::Steps => clock.local(phase, &charges),
-            }
-        }
-        clock
-    }
-
-    /// Adds a step that starts at `from`. Returns its end.
-    fn push(&mut self, node: NodeId, phase: Phase, depth: u64, from: End) -> End {
-        self.steps.push((PathStep { node, phase, depth }, from.1));
-        let end = (from.0 + depth, Some(self.steps.len() - 1));
-        if end.0 > self.last.0 || self.last.1.is_none() {
-            self.last = end;
-        }
-        end
-    }
-
-    /// Runs a phase down the tree: the root starts when all earlier phases have ended, a node when its parent has ended.
-    fn down(&mut self, phase: Phase, charges: &[(NodeId, u64)]) {
-        let barrier = self.last;
-        let mut ends: BTreeMap<NodeId, End> = BTreeMap::new();
-        for &(node, depth) in charges {
-            let from = nearest_ancestor(&ends, node).unwrap_or(barrier);
-            let end = self.push(node, phase, depth, from);
-            ends.insert(node, end);
-        }
-        self.ends = ends;
-    }
-
-    /// Runs a phase up the tree: a node starts when its children have ended, a leaf when its previous phase has ended.
-    fn up(&mut self, phase: Phase, charges: &[(NodeId, u64)]) {
-        let before = std::mem::take(&mut self.ends);
-        let barrier = self.last;
-        let charged: BTreeSet<NodeId> = charges.iter().map(|c| c.0).collect();
-        let mut pending: BTreeMap<NodeId, End> = BTreeMap::new();
-        for (&node, &end) in &before {
-            if let Some(n) = nearest(&charged, Some(node)) {
-                later(pending.entry(n).or_insert(end), end);
-            }
-        }
-        let mut ends = BTreeMap::new();
-        for &(node, depth) in charges.iter().rev() {
-            let above = || nearest_ancestor(&before, node).unwrap_or(barrier);
-            let from = pending.get(&node).copied().unwrap_or_else(above);
-            let end = self.push(node, phase, depth, from);
-            ends.insert(node, end);
-            if let Some(parent) = nearest(&charged, node.parent()) {
-                later(pending.entry(parent).or_insert(end), end);
-            }
-        }
-        self.ends = ends;
-    }
-
-    /// Runs a local phase: a node starts when its previous phase has ended.
-    fn local(&mut self, phase: Phase, charges: &[(NodeId, u64)]) {
-        let barrier = self.last;
-        for &(node, depth) in charges {
-            let from = nearest_ancestor(&self.ends, node).unwrap_or(barrier);
-            let end = self.push(node, phase, depth, from);
-            self.ends.insert(node, end);
-        }
-    }
-
-    /// Runs a phase whose subproblems step together: a step starts when everything before it has ended.
-    fn steps(&mut self, phase: Phase, charges: impl Iterator<Item = (u32, NodeId, u64)>) {
-        let (mut current, mut barrier) = (None, self.last);
-        for (step, node, depth) in charges {
-            if current != Some(step) {
-                (current, barrier) = (Some(step), self.last);
-                // Every later step and every later phase waits for all stars.
-                self.ends.clear();
-            }
-            self.push(node, phase, depth, barrier);
-        }
-    }
-
-    fn end(&self) -> u64 {
-        self.last.0
-    }
-
-    fn path(&self) -> Vec<PathStep> {
-        let mut path = Vec::new();
-        let mut at = self.last.1;
-        while let Some(i) = at {
-            path.push(self.steps[i].0);
-            at = self.steps[i].1;
-        }
-        path.reverse();
-        path.retain(|s| s.depth > 0);
-        path
-    }
-}
-
-/// Keeps the later of two ends.
-fn later(slot: &mut End, end: End) {
-    if end.0 > slot.0 {
-        *slot = end;
-    }
-}
-
-/// Returns the node, or its nearest ancestor, that belongs to the set.
-fn nearest(nodes: &BTreeSet<NodeId>, from: Option<NodeId>) -> Option<NodeId> {
-    let mut at = from;
-    while let Some(node) = at.filter(|node| !nodes.contains(node)) {
-        at = node.parent();
-    }
-    at
-}
-
-/// Returns the end of the node, or of its nearest ancestor that has one.
-fn nearest_ancestor(ends: &BTreeMap<NodeId, End>, node: NodeId) -> Option<End> {
-    let mut at = Some(node);
-    while let Some(n) = at {
-        if let Some(&end) = ends.get(&n) {
-            return Some(end);
-        }
-        at = n.parent();
-    }
-    None
-}
-
 #[cfg(test)]
 mod tests {
+    use septet_geometry::cost::Price;
+
     use super::super::RoundKey;
     use super::*;
 
