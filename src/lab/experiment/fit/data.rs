@@ -7,7 +7,7 @@ use std::str::FromStr;
 use serde::Serialize;
 use thiserror::Error;
 
-use super::super::line::{Line, PhaseLine, Program};
+use super::super::line::{Line, PhaseLine, Program, RunOptions};
 
 /// A count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -23,7 +23,7 @@ pub enum Key {
     Edges,
     /// Largest degree of the supergraph.
     MaxDegree,
-    /// Sum of the sizes of all leaves, divided by the number of points.
+    /// Number of points of all leaves, ghosts included, divided by the number of points.
     Replication,
     /// Number of rounds of splaying.
     ExchangeRounds,
@@ -70,7 +70,7 @@ impl Key {
         KEYS.iter().find(|(key, _)| *key == self).map_or("", |(_, name)| name)
     }
 
-    /// Returns `true` if this is a count of a phase.
+    /// Returns `true` if the count belongs to a phase and not to a whole run.
     pub fn of_phase(self) -> bool {
         use Key::{Bytes, Depth, DepthLogScan, LevelDepth, Messages, Rounds, Seconds, Work};
         matches!(self, Depth | DepthLogScan | Work | Rounds | Messages | Bytes | Seconds | LevelDepth)
@@ -107,7 +107,7 @@ pub enum Abscissa {
     #[default]
     #[serde(rename = "n")]
     Points,
-    /// The number of distinct points divided by the size of the largest leaf.
+    /// The number of distinct points divided by the largest permitted number of points in a leaf.
     #[serde(rename = "n/leaf")]
     PointsOverLeaf,
 }
@@ -126,7 +126,7 @@ impl FromStr for Abscissa {
 
 /// The default margin of the equivalence tests: 5 % of the mean. For depth by level, it limits the change per
 /// doubling. For growth, it limits the change over the range of sizes. Over n = 2^10 to 2^20, a count proportional to
-/// log n changes by at least 7 % of its mean per doubling.
+/// log n changes by 6.7 % of its mean per doubling.
 pub const MARGIN: f64 = 0.05;
 
 /// A request for a fit.
@@ -169,7 +169,7 @@ pub enum FitError {
         known: String,
     },
     /// The abscissa is neither n nor n/leaf.
-    #[error("`{name}` is not a size; -x takes n or n/leaf")]
+    #[error("`{name}` is not an abscissa; -x takes n or n/leaf")]
     UnknownAbscissa {
         /// The unknown name.
         name: String,
@@ -265,7 +265,7 @@ pub enum FitError {
     },
 }
 
-/// The value of a run.
+/// The value of a count in one run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Measurement {
     /// Number of points requested. It identifies runs of the same size.
@@ -275,7 +275,7 @@ pub(super) struct Measurement {
     pub(super) y: f64,
 }
 
-/// Lists the distinct phases of the lines in order of appearance.
+/// Lists the distinct phases of the paper and of repair, in the order in which the lines name them.
 pub(super) fn phases(lines: &[Line]) -> String {
     let mut names: Vec<&str> = Vec::new();
     for phase in lines.iter().flat_map(|line| &line.phases).filter(|p| p.paper || p.repair) {
@@ -311,8 +311,8 @@ pub(super) fn check(lines: &[Line], request: &FitRequest) -> Result<(), FitError
     Err(FitError::UnknownPhase { phase: phase.to_string(), phases: phases(lines) })
 }
 
-/// Groups lines that belong to one curve. Lines of a group differ only in size and seed, and in workers if the count
-/// does not depend on them. Of several lines with the same size and seed, one is kept.
+/// Groups lines that belong to one curve: those with the same [`series_name`]. Of several lines with the same size and
+/// seed, the first is kept.
 pub(super) fn series(lines: &[Line], request: &FitRequest) -> BTreeMap<String, Vec<Line>> {
     let mut series: BTreeMap<String, Vec<Line>> = BTreeMap::new();
     let mut seen: BTreeSet<(String, u64, u64)> = BTreeSet::new();
@@ -325,7 +325,9 @@ pub(super) fn series(lines: &[Line], request: &FitRequest) -> BTreeMap<String, V
     series
 }
 
-/// Returns the name of the group of a run for this count: everything except size and seed.
+/// Returns the name of the group of a run for this count. The name contains the kind, the dimension and the Lipschitz
+/// constant of the set. It also contains the options of the algorithm, unless their values are defaults. It contains
+/// workers, threads and the transport only if the count depends on them. It contains neither size nor seed.
 pub(crate) fn series_name(line: &Line, key: Key) -> String {
     let machine = key.of_machine();
     let s = &line.settings;
@@ -344,23 +346,32 @@ pub(crate) fn series_name(line: &Line, key: Key) -> String {
             parts.push(s.transport.clone());
         }
     }
-    for (what, value) in [
+    parts.extend(options_in_name(s));
+    parts.join(", ")
+}
+
+/// Returns the options of the algorithm that are not defaults.
+fn options_in_name(settings: &RunOptions) -> Vec<String> {
+    let s = settings;
+    let options = [
         ("", &s.supergraph),
         ("alpha ", &s.alpha),
         ("k ", &s.k),
         ("sets ", &s.separator_sets),
-        ("cut by ", &s.partition),
+        ("partition ", &s.partition),
         ("neighbours ", &s.neighbours),
         ("leaf ", &s.leaf),
-    ] {
-        if !value.is_empty() && !["auto", "sphere", "descent"].contains(&value.as_str()) {
-            parts.push(format!("{what}{value}"));
-        }
-    }
-    parts.join(", ")
+        ("constants for ", &s.constants),
+        ("samples ", &s.samples),
+        ("tries ", &s.tries),
+    ];
+    let is_default = |value: &str| ["", "auto", "sphere", "descent", "counting"].contains(&value);
+    let changed = options.into_iter().filter(|(_, value)| !is_default(value));
+    let until = s.until.map(|until| format!("until {}", until.name()));
+    changed.map(|(what, value)| format!("{what}{value}")).chain(until).collect()
 }
 
-/// Returns the value of a line, or `None` if the run stopped before it was counted.
+/// Returns the value of the count in a line, or `None` if the line does not contain the count.
 pub(super) fn value(line: &Line, request: &FitRequest) -> Option<Measurement> {
     let tree = &line.tree;
     let splits = tree.nodes - tree.leaves;
@@ -388,7 +399,7 @@ fn of_phase(line: &Line, request: &FitRequest) -> Option<f64> {
     let name = request.phase.as_deref()?;
     let group = match name {
         "paper" => Some(line.paper?),
-        // A run in which no stars disagree still has a certificate.
+        // Even a run in which no stars disagree has this total, because it has a certificate.
         "repair" => Some(line.repair?),
         _ => None,
     };
@@ -426,4 +437,27 @@ pub(super) fn levels(line: &Line, phase: &str) -> Vec<(f64, f64)> {
         Some((size.log2(), depth.sum as f64 / depth.nodes as f64))
     };
     line.levels.iter().filter_map(row).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use septet_core::config::Until;
+
+    use super::*;
+
+    #[test]
+    fn runs_with_other_options_belong_to_other_series() {
+        let name_of = |change: fn(&mut RunOptions)| {
+            let mut settings = RunOptions { supergraph: "auto".to_string(), ..RunOptions::default() };
+            change(&mut settings);
+            options_in_name(&settings).join(", ")
+        };
+        assert_eq!(name_of(|_| {}), "");
+        assert_eq!(name_of(|s| s.constants = "counting".to_string()), "");
+        assert_eq!(name_of(|s| s.constants = "timing".to_string()), "constants for timing");
+        assert_eq!(name_of(|s| s.samples = "400".to_string()), "samples 400");
+        assert_eq!(name_of(|s| s.tries = "5".to_string()), "tries 5");
+        assert_eq!(name_of(|s| s.until = Some(Until::Partition)), "until partition");
+        assert_eq!(name_of(|s| s.leaf = "60".to_string()), "leaf 60");
+    }
 }
