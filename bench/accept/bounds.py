@@ -12,6 +12,7 @@ import re
 import sys
 
 SLACK = 1.15
+CLAIMS = ["brent", "level-depth", "replication"]
 LEVELS = "partition probe neighbours summaries knn-probe knn separator-sets".split()
 KINDS = {
     "uniform": "Uniform", "jittered": "Jittered", "grid": "Grid", "sphere": "Sphere", "slab": "Slab",
@@ -26,7 +27,7 @@ def largest(paths):
     for path in paths:
         with open(path) as file:
             claims = json.load(file)["claims"]
-        for claim in claims:
+        for claim in (claim for claim in claims if claim["name"] in CLAIMS):
             for figure in claim["figures"]:
                 kind, dimension = re.match(r"([a-z-]+).* ([23])D", figure["on"]).groups()
                 key = (claim["name"], figure["what"], kind, int(dimension))
