@@ -1,6 +1,6 @@
-//! A baseline: parallel randomized incremental insertion ([`septet_geometry::dependence`]). It runs on the same
-//! points as septet, and its work is counted with the same primitives. It exists for comparison only, and its code is
-//! sequential.
+//! A baseline: parallel randomized incremental insertion ([`septet_geometry::dependence`]). It runs on the same points
+//! as septet, and the same primitives count its work and depth. It exists for comparison only. Its code is sequential,
+//! but counts the rounds and chains of the parallel algorithm.
 
 use std::time::Instant;
 
@@ -24,7 +24,7 @@ pub const BASELINE_SCHEMA: &str = "septet-rival/1";
 pub struct Baseline {
     /// Number of coordinates: 2 or 3.
     pub space: usize,
-    /// Dimension of the affine hull of the points. Below `space` there are no cells and no counts.
+    /// Dimension of the affine hull of the points. If it is below `space`, there are no cells and no counts.
     pub dimension: isize,
     /// The input points, counted by use.
     pub points: Accounting,
@@ -32,7 +32,7 @@ pub struct Baseline {
     pub cells: Vec<u64>,
     /// Number of facets of the convex hull.
     pub hull_facets: u64,
-    /// The longest chains of dependent cells.
+    /// Maxima over all chains of dependent cells.
     pub clock: Clock,
     /// The counts of each round.
     pub rounds: Vec<Round>,
@@ -42,8 +42,8 @@ pub struct Baseline {
     pub seconds: f64,
 }
 
-/// Triangulates by rounds of incremental insertions, in an order drawn from the seed. Only the seed, `skip_invalid`
-/// and the memory limit of the configuration are used.
+/// Triangulates by rounds of incremental insertions, in an order drawn from the seed. It uses only the seed,
+/// `skip_invalid` and the memory limit of the configuration.
 ///
 /// # Errors
 /// See [`Error`].
@@ -132,7 +132,7 @@ pub struct IncrementalReport {
 /// One round of insertions.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct BaselineRound {
-    /// Number of facets that became final.
+    /// Number of facets between two cells that the round settled ([`Round::facets`]).
     pub facets: u64,
     /// Number of cells created.
     pub cells: u64,
@@ -140,7 +140,7 @@ pub struct BaselineRound {
     pub tests: u64,
     /// Number of operations.
     pub work: u64,
-    /// Vector steps of the longest cell of the round.
+    /// Vector steps of the round: those of the slowest cell, and those that all cells share.
     pub steps: u64,
 }
 
@@ -173,8 +173,8 @@ pub struct SeptetTotal {
 }
 
 impl BaselineReport {
-    /// Returns the report of a baseline and of septet's run on the same points. If the run was counted, the report
-    /// includes its counts.
+    /// Returns the report of a baseline and of septet's run on the same points. The report includes the counts of the
+    /// run if the run was counted.
     pub fn of(baseline: &Baseline, run: &Run, input: &str, seed: u64) -> Self {
         let row = |r: &Round| BaselineRound {
             facets: r.facets,

@@ -56,7 +56,7 @@ fn bounds_hold_or_name_the_round() {
     let merged: Vec<u32> = line.rounds.iter().filter(|r| r.merged > 0).map(|r| r.round).collect();
     let sent: Vec<u32> =
         line.rounds.iter().filter(|r| r.phase == "merge" && r.messages > 0).map(|r| r.round).collect();
-    says(levels(&line, 0.0, 2.0), &["levels of the tree: ", "0 log2 n + 2", "level 3", "<- above it"]);
+    says(levels(&line, 0.0, 2.0), &["levels of the tree: ", "0 log2 n + 2", "level 3", "<- above the bound"]);
     says(levels_over_leaf(&line, 0.1, 0.0), &["log2(n/leaf)", "level 1"]);
     says(depth_of_levels(&line, "partition", 3), &["partition: ", "level 0", "largest node of"]);
     says(rounds(&line, "merge", 0.0, 2.0), &[&format!("round {} of merge", sent[2])]);
@@ -152,7 +152,7 @@ fn growth_holds_or_shows_the_fit() {
     tilt(&mut levels, 0.3);
     says(
         level_depth_flat(&levels, "partition", 0.05),
-        &["slope per doubling", "margin, stated before", "first level away from the mean: level "],
+        &["slope per doubling", "margin, stated in advance", "first level away from the mean: level "],
     );
     says(level_depth_flat(&levels[..1].to_vec(), "partition", 0.05), &["do not determine a slope"]);
 }

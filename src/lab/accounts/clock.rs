@@ -1,4 +1,7 @@
 //! The longest paths through the rows of a cost trace.
+//!
+//! **Clocks.** A clock measures the longest path through the rows of one phase, of one group of phases, or of one step
+//! of Brent's bound. It ignores all other rows.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +10,7 @@ use super::price::{self, Price};
 use super::row::{Header, Row};
 use super::totals::{Accounts, PhaseAccount, TotalAccount};
 
-/// The phases of the paper's total.
+/// The phases in the paper's total.
 const PAPER: [&str; 13] = [
     "partition",
     "radii",
@@ -24,13 +27,13 @@ const PAPER: [&str; 13] = [
     "merge",
 ];
 
-/// The phases of the total of repair.
+/// The phases in the total of repair.
 const REPAIR: [&str; 4] = ["check", "repair", "certificate", "fallback"];
 
 /// The other phases of a run.
 const OTHERS: [&str; 7] = ["load", "halo", "pieces", "seam", "choice", "collect", "done"];
 
-/// The total to which a phase belongs.
+/// The group of a phase: the total to which it belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Group {
     Paper,
@@ -54,12 +57,12 @@ impl Group {
 /// A step of Brent's bound: the rows of a phase at one level of the tree, or in one step of the phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct BrentStep {
-    /// The position of the phase.
+    /// The index of the phase in [`Clocks::phases`].
     phase: usize,
     number: u32,
 }
 
-/// The ends of a row on the clocks of its phase, its group and its step. A clock ignores the rows of others.
+/// The times at which a row ends on the clocks of its phase, its group and its step.
 #[derive(Clone, Copy, Debug)]
 struct Ends {
     phase: (usize, u64),
@@ -68,7 +71,7 @@ struct Ends {
 }
 
 impl Ends {
-    /// Returns the ends of a row that starts at these times, or `None` above the largest number.
+    /// Returns the ends of a row that starts at these times, or `None` if one is above the largest 64-bit number.
     fn after(self, depth: u64) -> Option<Self> {
         Some(Ends {
             phase: (self.phase.0, self.phase.1.checked_add(depth)?),
@@ -83,10 +86,10 @@ impl Ends {
 pub(super) struct Clocks {
     phases: Vec<PhaseAccount>,
     totals: [TotalAccount; 2],
-    /// The total that a step belongs to, and its price.
+    /// For each step of Brent's bound, the index of its total, and the work and depth of the step.
     steps: BTreeMap<BrentStep, (usize, Price)>,
     ends: Vec<Ends>,
-    /// Whether a later row names the row.
+    /// For each row, whether a later row names it.
     named: Vec<bool>,
 }
 
@@ -117,7 +120,7 @@ impl Clocks {
         Ok(())
     }
 
-    /// Returns the clocks of a row at time 0.
+    /// Returns the clocks of a row, all at time 0.
     fn start(&mut self, row: &Row) -> Result<Ends, AccountError> {
         let unknown = || AccountError::Phase { row: row.row, phase: row.phase.clone() };
         let group = Group::of(&row.phase).ok_or_else(unknown)?;
@@ -130,7 +133,7 @@ impl Clocks {
         Ok(Ends { phase: (phase, 0), group: (group, 0), step: (step, 0) })
     }
 
-    /// Returns the position of a phase.
+    /// Returns the index of a phase, which is added if it is new.
     fn phase(&mut self, name: &str) -> usize {
         let at = self.phases.iter().rposition(|account| account.phase == name);
         at.unwrap_or_else(|| {
@@ -139,7 +142,8 @@ impl Clocks {
         })
     }
 
-    /// Adds the work of a row, and keeps the latest ends. Returns `None` if a sum is above the largest number.
+    /// Adds the work of a row to its phase, total and step, and keeps the latest ends. Returns `None` if a sum is above
+    /// the largest 64-bit number.
     fn count(&mut self, ends: Ends, work: u64) -> Option<()> {
         let phase = &mut self.phases[ends.phase.0];
         phase.work = phase.work.checked_add(work)?;
@@ -174,7 +178,7 @@ impl Clocks {
             let total = &mut self.totals[total];
             let bound = work.saturating_sub(depth).div_ceil(points).checked_add(depth);
             let sum = bound.and_then(|bound| total.brent.checked_add(bound));
-            // The last row ends when all steps have ended.
+            // A sum over steps belongs to no single row. The error names the last row.
             total.brent = sum.ok_or(AccountError::Overflow { row: found.saturating_sub(1) })?;
         }
         let [paper, repair] = self.totals;

@@ -76,7 +76,7 @@ pub struct ReportedTotals {
     pub repair: ReportedTotal,
 }
 
-/// A total of a run. `None` if the run does not count.
+/// A total of a run. Its fields are `None` if the run does not count work and depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 pub struct ReportedTotal {
     /// Work.
@@ -87,7 +87,7 @@ pub struct ReportedTotal {
     pub brent: Option<u64>,
 }
 
-/// A phase of a run. `None` if the run does not count.
+/// A phase of a run. Its counts are `None` if the run does not count work and depth.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 pub struct ReportedPhase {
     /// The name.
@@ -101,13 +101,13 @@ pub struct ReportedPhase {
 /// A count that differs between both accounts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// The phase, or the total.
+    /// The name of the phase or of the total.
     pub phase: String,
     /// The count.
     pub count: &'static str,
-    /// The value by the cost trace.
+    /// The value according to the cost trace.
     pub traced: u64,
-    /// The value by the ledger.
+    /// The value according to the ledger.
     pub reported: u64,
 }
 
@@ -119,7 +119,7 @@ impl fmt::Display for Difference {
 }
 
 impl Accounts {
-    /// Returns the counts that differ from the report of the same run, as [`Accounts::differences`] does.
+    /// Returns the counts that differ from the report of the same run (see [`Accounts::differences`]).
     ///
     /// # Errors
     /// Fails if the report is of a run with another seed or another number of points.
@@ -133,7 +133,8 @@ impl Accounts {
         Ok(self.differences(&run.counts))
     }
 
-    /// Returns the counts that differ from the ledger's, phase by phase, then for the totals.
+    /// Returns the counts that differ from the counts of the ledger: first those of the phases, then those of the
+    /// totals. A missing count is 0.
     pub fn differences(&self, reported: &ReportedCounts) -> Vec<Difference> {
         let mut names: Vec<&str> = self.phases.iter().map(|phase| phase.phase.as_str()).collect();
         let others = reported.phases.iter().map(|phase| phase.name.as_str());

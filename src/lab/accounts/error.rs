@@ -17,7 +17,7 @@ pub enum AccountError {
     /// There is no line.
     #[error("the cost trace is empty; give a file that `septet simulate --cost-trace` wrote")]
     Empty,
-    /// A line is not a row.
+    /// A line is neither a header nor a row.
     #[error(
         "line {line} is not a line of a cost trace: {source}; give a file that `septet simulate --cost-trace` wrote"
     )]
@@ -61,13 +61,13 @@ pub enum AccountError {
         /// The row that it names.
         after: u64,
     },
-    /// A row other than the first names no row.
+    /// A row other than the first names no earlier row.
     #[error("row {row} has no predecessor in `after`; write the cost trace again")]
     Loose {
         /// The row.
         row: u64,
     },
-    /// No row names a row other than the last.
+    /// A row other than the last is named by no later row.
     #[error("row {row} has no successor; write the cost trace again")]
     Unused {
         /// The row.
@@ -91,7 +91,7 @@ pub enum AccountError {
         /// The name.
         phase: String,
     },
-    /// A node is 0. The root is 1.
+    /// The node id of a row is 0. Ids begin with 1, the root.
     #[error("row {row}: there is no node 0, because the root is 1; write the cost trace again")]
     Node {
         /// The row.
@@ -103,13 +103,13 @@ pub enum AccountError {
         /// The row.
         row: u64,
     },
-    /// The longest lane makes a call that its vector step does not count.
+    /// The longest lane makes a call more often than all lanes together.
     #[error("row {row}: `longest` has calls that `calls` does not have; write the cost trace again")]
     Longest {
         /// The row.
         row: u64,
     },
-    /// Vector steps are nested too deeply.
+    /// More than two `lanes` are nested.
     #[error("row {row}: `lanes` may contain `lanes` at one level only; write the cost trace again")]
     Nesting {
         /// The row.
@@ -117,7 +117,7 @@ pub enum AccountError {
     },
 }
 
-/// A text that is not the report of the run of a cost trace.
+/// A text that is not the report of the run that wrote the cost trace.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReportError {
@@ -137,7 +137,8 @@ pub enum ReportError {
     NoCounts,
     /// The seeds differ.
     #[error(
-        "the report is of another run: seed {reported}, and the trace has seed {traced}; write both files in one run"
+        "the report belongs to another run: it has seed {reported}, and the trace has seed {traced}; write both files \
+         in one run"
     )]
     Seed {
         /// The seed of the report.
@@ -147,7 +148,8 @@ pub enum ReportError {
     },
     /// The numbers of points differ.
     #[error(
-        "the report is of another run: {reported} points, and the trace has {traced} points; write both files in one run"
+        "the report belongs to another run: it has {reported} points, and the trace has {traced} points; write both \
+         files in one run"
     )]
     Points {
         /// The number of distinct points of the report.

@@ -1,4 +1,4 @@
-//! The prices of the primitives, from the table in the guide (`machine`).
+//! The prices of the primitives, from the table on the page `machine` of the guide.
 
 use std::collections::BTreeMap;
 
@@ -13,14 +13,14 @@ pub(super) struct Price {
 }
 
 impl Price {
-    /// Adds a price that is paid at the same time or later, or returns `None` above the largest number.
+    /// Adds the price of a later step. Returns `None` if a sum is above the largest 64-bit number.
     fn plus(self, other: Price) -> Option<Price> {
         let work = self.work.checked_add(other.work)?;
         Some(Price { work, depth: self.depth.checked_add(other.depth)? })
     }
 }
 
-/// The largest number of vector steps inside each other, such as `lanes` in the longest lane of `lanes`.
+/// The largest number of nested `lanes`: the longest lane of a `lanes` entry may contain another one.
 const DEEPEST: u32 = 2;
 
 /// Computes the number of vector steps of a sort: `ceil(log2 items)`, at least 1.
@@ -37,7 +37,7 @@ fn sort_steps(items: u64) -> u64 {
 pub(super) enum Unpriced {
     /// The primitive is unknown.
     Unknown,
-    /// The price is above the largest number.
+    /// The price is above the largest 64-bit number.
     TooLarge,
 }
 
@@ -62,7 +62,7 @@ pub(super) fn of_call(primitive: &str, items: u64) -> Result<Price, Unpriced> {
     Ok(Price { work, depth: steps })
 }
 
-/// Returns the price of vector steps over all items, over half of them, and so on down to one item.
+/// Returns the price of vector steps over all items, over half of them (rounded up), and so on down to one item.
 fn of_merge(items: u64) -> Option<Price> {
     let (mut price, mut left) = (Price::default(), items);
     while left > 0 {
@@ -80,7 +80,7 @@ pub(super) fn of_entry(row: u64, entry: &Entry) -> Result<Price, AccountError> {
     nested(row, entry, 0)
 }
 
-/// Returns the price of an entry inside this number of vector steps.
+/// Returns the price of an entry that is nested in `outside` other entries.
 fn nested(row: u64, entry: &Entry, outside: u32) -> Result<Price, AccountError> {
     if entry.primitive != "lanes" {
         return priced(row, &entry.primitive, entry.items);
@@ -116,14 +116,15 @@ fn priced(row: u64, primitive: &str, items: u64) -> Result<Price, AccountError> 
     })
 }
 
-/// Adds equal calls. Returns `None` if their number is too large.
+/// Adds `times` equal calls to the counts. Returns `None` if their number is above the largest 64-bit number.
 fn add<'a>(counts: &mut Counts<'a>, primitive: &'a str, items: u64, times: u64) -> Option<()> {
     let count = counts.entry((primitive, items)).or_default();
     *count = count.checked_add(times)?;
     Some(())
 }
 
-/// Counts the calls of a lane, with those of the vector steps inside. Returns `None` if a number is too large.
+/// Counts the calls of a lane, including all calls of the `lanes` in it. Returns `None` if a number is above the
+/// largest 64-bit number.
 fn count<'a>(lane: &'a [Entry], counts: &mut Counts<'a>) -> Option<()> {
     for entry in lane {
         if entry.primitive == "lanes" {

@@ -48,12 +48,12 @@ pub(super) struct Entry {
     pub(super) longest: Vec<Entry>,
 }
 
-/// Equal calls of the lanes of a vector step.
+/// Equal calls of all lanes of a vector step.
 #[derive(Debug, Deserialize)]
 pub(super) struct Calls {
     pub(super) primitive: String,
     pub(super) items: u64,
-    /// The number of these calls.
+    /// The number of times that the call occurs.
     pub(super) times: u64,
 }
 

@@ -135,7 +135,7 @@ fn differences_name_the_phase() {
         assert!(text.contains(from), "{from}");
         compared(&text.replace(from, to)).unwrap_err().to_string()
     };
-    let other = "the report is of another run: ";
+    let other = "the report belongs to another run: it has ";
     let once = "; write both files in one run";
     assert_eq!(with("\"seed\":5", "\"seed\":3"), format!("{other}seed 3, and the trace has seed 5{once}"));
     let points = format!("{other}4 points, and the trace has 2 points{once}");

@@ -5,20 +5,21 @@
 pub struct PhaseAccount {
     /// The name.
     pub phase: String,
-    /// The sum of the prices of its rows.
+    /// The sum of the work of its rows.
     pub work: u64,
-    /// The longest path through its rows.
+    /// The depth of the longest path through its rows.
     pub depth: u64,
 }
 
 /// Work and depth of a group of phases.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TotalAccount {
-    /// The sum of the prices of its rows.
+    /// The sum of the work of its rows.
     pub work: u64,
-    /// The longest path through its rows.
+    /// The depth of the longest path through its rows.
     pub depth: u64,
-    /// Brent's bound with as many processors as points: `ceil((work - depth) / n) + depth`, summed over levels and steps.
+    /// Brent's bound with as many processors as points: `ceil((work - depth) / n) + depth`, summed over the phases and,
+    /// within a phase, over its levels or steps.
     pub brent: u64,
 }
 

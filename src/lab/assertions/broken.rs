@@ -41,11 +41,12 @@ impl Row {
 pub struct Broken {
     /// The name of the count, and its relation to the bound.
     pub what: String,
-    /// All runs that were checked.
+    /// All runs that were checked. Empty for a check of growth.
     pub table: Vec<Row>,
     /// The growth of the count, if there are enough sizes for a fit.
     pub fit: Option<Box<FitReport>>,
-    /// The first round, level or count that exceeds the bound, in words.
+    /// The first round, level or count that exceeds the bound, in words. For a check of growth, a round or level that
+    /// may explain the failure.
     pub first: Option<String>,
 }
 
@@ -57,7 +58,7 @@ impl fmt::Display for Broken {
             writeln!(f, "  {n:>12} {workers:>8} {seed:>6} {counted:>12} {bound:>12}")?;
         }
         for row in &self.table {
-            let mark = if row.beyond { "  <- above it" } else { "" };
+            let mark = if row.beyond { "  <- above the bound" } else { "" };
             let (counted, bound) = (short(row.counted), short(row.bound));
             let Row { n, workers, seed, .. } = row;
             writeln!(f, "  {n:>12} {workers:>8} {seed:>6} {counted:>12} {bound:>12}{mark}")?;
@@ -83,15 +84,17 @@ pub(super) fn short(x: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_string()
 }
 
-/// Describes a round in words.
+/// Describes a round that exceeds a bound, in words.
 pub(super) fn describe(round: &RoundLine) -> String {
     let RoundLine { round, phase, merged, points, messages, bytes, .. } = round;
     format!(
-        "round above it: round {round} of {phase}, {messages} messages, {bytes} bytes, {merged} merged, {points} points"
+        "round above the bound: round {round} of {phase}, {messages} messages, {bytes} bytes, {merged} merged, \
+         {points} points"
     )
 }
 
-/// Compares a count of each run with a bound for that run.
+/// Compares a count of each run with a bound for that run. `count` returns both. If a count exceeds its bound, the
+/// error contains the fit that `question` requests, and the words of `first`.
 pub(super) fn compare(
     lines: &[Line],
     what: &str,

@@ -20,6 +20,7 @@ fn answered(lines: &[Line], request: &FitRequest) -> Result<FitReport, Broken> {
     fit(lines, request).map_err(|error| refused(&error))
 }
 
+/// Describes the round with the most bytes in the largest run, of this phase or of any phase.
 fn last_round(lines: &[Line], phase: Option<&str>) -> Option<String> {
     let of = |r: &&RoundLine| r.messages > 0 && phase.is_none_or(|phase| r.phase == phase);
     let largest = lines.iter().max_by_key(|line| line.n)?;
@@ -28,7 +29,7 @@ fn last_round(lines: &[Line], phase: Option<&str>) -> Option<String> {
         .iter()
         .filter(of)
         .max_by_key(|r| r.bytes)
-        .map(|r| describe(r).replace("above it", "to check"))
+        .map(|r| describe(r).replace("above the bound", "to check"))
 }
 
 fn broken(what: String, lines: &[Line], report: FitReport) -> Broken {
@@ -57,7 +58,7 @@ fn first_level(lines: &[Line], phase: &str, margin: f64) -> Option<String> {
 /// per doubling.
 ///
 /// # Errors
-/// Fails if a series is not flat, or if it has too few levels or seeds for a decision.
+/// Fails if a series is not flat, or if it has too few levels or runs for a decision.
 pub fn level_depth_flat(counted: &impl HasCounts, phase: &str, margin: f64) -> Result<(), Broken> {
     let lines = counted.lines();
     let report = answered(&lines, &FitRequest { margin, ..FitRequest::new(Key::LevelDepth, Some(phase)) })?;
@@ -72,8 +73,8 @@ pub fn level_depth_flat(counted: &impl HasCounts, phase: &str, margin: f64) -> R
 }
 
 /// Checks, in every series, that the count grows like `law`, and that the sizes suffice to exclude all other laws. In
-/// addition, the data must exclude every mixture of `law` with a higher law whose share of the count at the largest
-/// size exceeds `share` (see [`NotExcluded`](crate::experiment::fit::NotExcluded)).
+/// addition, the data must exclude every mixture of `law` with a law that grows faster, if the share of that law in the
+/// count at the largest size exceeds `share` (see [`NotExcluded`](crate::experiment::fit::NotExcluded)).
 ///
 /// # Errors
 /// Fails if the conclusion is different, if a larger share is not excluded, or if the runs do not determine the growth.
@@ -104,8 +105,8 @@ pub fn grows_like(
     }
 }
 
-/// Checks, in every series, that the exponent of n in the count is at most `most`. The upper end of its 95 % interval
-/// is compared.
+/// Checks, in every series, that the exponent of n in the count is at most `most`. The check compares the upper end of
+/// its 95 % interval.
 ///
 /// # Errors
 /// Fails if the exponent is larger, or if the runs do not determine it.
@@ -123,8 +124,8 @@ pub fn exponent(counted: &impl HasCounts, request: &FitRequest, most: f64) -> Re
     Err(broken(what, &lines, report))
 }
 
-/// Checks that the bytes of a phase on a fixed number of workers grow like the surface of a separator. The upper end
-/// of the 95 % interval of the exponent of n must be at most `1 - 1/d + slack`.
+/// Checks that the bytes of a phase on a fixed number of workers grow no faster than a separator set, like
+/// `n^(1 - 1/d)`. The upper end of the 95 % interval of the exponent of n must be at most `1 - 1/d + slack`.
 ///
 /// # Errors
 /// Fails if the exponent is larger, or if the runs do not determine it.

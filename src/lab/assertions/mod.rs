@@ -39,8 +39,8 @@
 //! # let run = simulate(points, &options).unwrap();
 //! // rounds("merge", 0.0, 2.0): rounds of merge: 5 above 2 = 0 log2 n + 2
 //! //             n  workers   seed      counted        bound
-//! //           994       13      0            5            2  <- above it
-//! //   first round above it: round 50 of merge, 2 messages, 240 bytes, 1 merged, 0 points
+//! //           994       13      0            5            2  <- above the bound
+//! //   first round above the bound: round 50 of merge, 2 messages, 240 bytes, 1 merged, 0 points
 //! assert_counts!(run, rounds("merge", 0.0, 2.0));
 //! ```
 //!

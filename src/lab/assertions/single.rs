@@ -40,12 +40,12 @@ fn tree_levels(lines: &[Line], text: &str, bound: impl Fn(&Line) -> f64) -> Resu
     let first = |line: &Line, bound: f64| {
         let level = line.levels.iter().find(|level| f64::from(level.level) > bound)?;
         let LevelLine { level, nodes, points, .. } = level;
-        Some(format!("level above it: level {level}, {nodes} nodes with {points} points"))
+        Some(format!("level above the bound: level {level}, {nodes} nodes with {points} points"))
     };
     compare(lines, "levels of the tree", text, count, Some(&FitRequest::new(Key::Levels, None)), first)
 }
 
-/// Checks that the depth of every subproblem in this phase is at most `most`, at every level and size.
+/// Checks that the depth of every subproblem that was split is at most `most` in this phase, at every level and size.
 ///
 /// # Errors
 /// Fails if a level has a larger depth.
@@ -59,7 +59,9 @@ pub fn depth_of_levels(counted: &impl HasCounts, phase: &str, most: u64) -> Resu
     let first = |line: &Line, bound: f64| {
         let level = line.levels.iter().find(|level| of_level(level) as f64 > bound)?;
         let (depth, LevelLine { level: number, largest, .. }) = (of_level(level), level);
-        Some(format!("level above it: level {number}, depth {depth}, largest node of {largest} points"))
+        Some(format!(
+            "level above the bound: level {number}, depth {depth}, largest node of {largest} points"
+        ))
     };
     let question = FitRequest::new(Key::LevelDepth, Some(phase));
     let what = format!("largest depth of a subproblem in {phase}");
@@ -127,11 +129,11 @@ pub fn messages_per_worker(
         beyond(line, phase, bound * f64::from(line.workers.max(1)), |round| round.messages)
     };
     let question = FitRequest::new(Key::Messages, Some(phase));
-    let what = format!("messages of {phase} a worker");
+    let what = format!("messages of {phase} per worker");
     compare(&counted.lines(), &what, &law(slope, constant), count, Some(&question), first)
 }
 
-/// Checks that the phase sends at most `factor n^(1 - 1/d)` bytes, the surface of one separator.
+/// Checks that the phase sends at most `factor n^(1 - 1/d)` bytes: a multiple of the size of one separator set.
 ///
 /// # Errors
 /// Fails if a run sends more.
@@ -146,7 +148,7 @@ pub fn bytes(counted: &impl HasCounts, phase: &str, factor: f64) -> Result<(), B
     compare(&counted.lines(), &format!("bytes of {phase}"), &text, count, Some(&question), first)
 }
 
-/// Returns the first round of a phase at which the running sum exceeds the bound.
+/// Describes the first round of a phase at which the running sum of `of` exceeds the bound.
 fn beyond(line: &Line, phase: &str, bound: f64, of: impl Fn(&RoundLine) -> u64) -> Option<String> {
     let mut sum = 0;
     let over = |round: &&RoundLine| {
@@ -160,7 +162,7 @@ fn beyond(line: &Line, phase: &str, bound: f64, of: impl Fn(&RoundLine) -> u64) 
 /// The supergraph then contained the triangulation.
 ///
 /// # Errors
-/// Fails if a run repaired stars, or stopped before that phase.
+/// Fails if a run repaired stars, or stopped early.
 pub fn no_repair(counted: &impl HasCounts) -> Result<(), Broken> {
     let count = |line: &Line| {
         let end = line.end.map(|end| end.exchange_rounds + end.stars_repaired + end.gathered);
@@ -170,15 +172,16 @@ pub fn no_repair(counted: &impl HasCounts) -> Result<(), Broken> {
         line.rounds.iter().find(|r| r.phase == "repair" && r.messages > 0).map(describe)
     };
     let question = FitRequest::new(Key::ExchangeRounds, None);
-    let what = "rounds of exchange, stars repaired and points gathered";
+    let what = "rounds of splaying, stars changed and points gathered";
     compare(&counted.lines(), what, "none", count, Some(&question), first)
 }
 
-/// Checks that the counts that do not depend on workers are equal in all runs: tree, levels, graph, and the work and
-/// depth of every phase.
+/// Checks that the counts that do not depend on the number of workers are equal in all runs. These are the numbers of
+/// points, the tree, its levels, the graph, the result, and the work and depth of every phase of the paper and of
+/// repair.
 ///
 /// # Errors
-/// Fails if two runs differ. The error names the difference.
+/// Fails if there are fewer than two runs, or if two runs differ. The error names the difference.
 pub fn same_counts(counted: &impl HasCounts) -> Result<(), Broken> {
     let lines = counted.lines();
     let Some((reference, others)) = lines.split_first() else { return Err(nothing("same counts")) };

@@ -1,4 +1,4 @@
-//! The parts of the draw of a separator, each removed or replaced.
+//! The effect of each part of the draw of a separator: runs in which one part is removed or replaced.
 
 use std::rc::Rc;
 
@@ -13,7 +13,7 @@ use super::lab::{Lab, Sample};
 use super::sweeps::LEAF;
 use super::{Claim, ClaimError, Figure, Reading, Role};
 
-/// Number of seeds of each mean.
+/// Number of seeds over which each mean is taken.
 const SEEDS: u64 = 5;
 
 pub(super) const CLAIMS: &[Claim] = &[Claim {
@@ -21,11 +21,13 @@ pub(super) const CLAIMS: &[Claim] = &[Claim {
     role: Role::Illustration,
     statistics: None,
     source: "Section 2, Section 4.3 step 2",
-    statement: "a separator is a great circle through a centrepoint of the lift, after a conformal map, the best of several",
+    statement: "a separator is the best of several great circles through a centrepoint of the lift, after a conformal \
+                map",
     reading: Reading::AsPrinted,
-    experiment: "Shells, well-spaced and uniform sets of 9,600 points, leaves of 60, five seeds: the separator sets of all nodes, \
-                 and of the root, over the points, with each part of the draw removed or replaced",
-    bound: "0: the figures show what each part buys",
+    experiment: "Shells, well-spaced and uniform sets of 9,600 points, leaves of 60, five seeds: the sizes of the \
+                 separator sets of all nodes and of the root over the number of points, with one part of the draw \
+                 removed or replaced",
+    bound: "0: the figures show the effect of each part",
     check: table,
 }];
 

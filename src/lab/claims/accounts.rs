@@ -1,4 +1,4 @@
-//! The counts of the ledger against a second account, from the cost traces of runs.
+//! The comparison of the counts of the ledger with a second account, which is computed from the cost traces of runs.
 
 use crate::accounts::{Difference, fold};
 use crate::report::{CostHeader, ledger_counts, write_cost_trace};
@@ -11,7 +11,7 @@ use septet_protocol::ledger::Ledger;
 use super::lab::{Lab, Sample};
 use super::{Claim, ClaimError, Figure, Reading, Role};
 
-/// Largest leaf, small enough for several levels.
+/// Largest number of points in a leaf, small enough for several levels.
 const LEAF: u64 = 200;
 
 pub(super) const CLAIMS: &[Claim] = &[Claim {
@@ -27,7 +27,7 @@ pub(super) const CLAIMS: &[Claim] = &[Claim {
     check: accounts,
 }];
 
-/// A set, and a change of the configuration.
+/// A point set, and a change of the configuration.
 struct Case {
     sample: Sample,
     name: &'static str,
@@ -69,7 +69,7 @@ fn accounts(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Compares the accounts of an independent set.
+/// Compares both accounts of the computation of an independent set.
 fn of_sites(lab: &mut Lab) -> Result<Figure, ClaimError> {
     let sample = Sample::new(Kind::Uniform, lab.size(3000, 20_000), 3);
     let mut config = Config::default();
@@ -97,7 +97,7 @@ fn figure(seed: u64, on: String, differences: &[Difference]) -> Figure {
     Figure::at_most(what, on, seed, differences.len() as f64, 0.0)
 }
 
-/// Compares both accounts of a run. Without a trace, the second account is empty, and the text is refused.
+/// Compares both accounts of a run. Without a trace, [`fold`] gets an empty text and rejects it.
 fn differences(
     header: CostHeader,
     trace: Option<&CostTrace>,

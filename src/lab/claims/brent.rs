@@ -1,9 +1,9 @@
 //! Theorem 4.4 with its two halves: time with n processors, and work.
 //!
 //! **Statement.** Let a phase have work `W` and depth `D` at level l. By Brent's principle, n processors run all levels
-//! in `T_n = sum over phases and levels of ceil((W - D) / n) + D` steps. `T_n` of a run is `machine.paper.brent +
-//! machine.repair.brent` of its report. Theorem 4.4 says that `T_n` is `O(log n)`, and hence that the work is
-//! `O(n log n)`.
+//! in `T_n = sum over phases and levels of ceil((W - D) / n) + D` steps. `T_n` of a run is
+//! `machine.paper.brent + machine.repair.brent` of its report. Theorem 4.4 states that `T_n` is `O(log n)`, and hence
+//! that the work is `O(n log n)`.
 
 use super::bounds::{PHASES, T_N};
 use super::lab::Lab;
@@ -43,8 +43,8 @@ fn time(sweep: &Sweep, seed: u64) -> Figure {
     Figure::at_most("T_n over log2 n", &sweep.name, seed, largest, bound)
 }
 
-/// Returns the figures of the phases with a bound: the phases of the lists, or all other phases. A phase that must occur
-/// and has no charge has no value, so its figures fail.
+/// Returns the figures of the phases with a bound. If `lists` is set, these are the phases of nearest-neighbour lists.
+/// Otherwise, they are all other phases. A phase that must occur has no value without a charge, so its figures fail.
 fn phases(sweep: &Sweep, seed: u64, lists: bool) -> Vec<Figure> {
     let mut figures = Vec::new();
     let d = sweep.dimension();

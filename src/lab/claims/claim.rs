@@ -15,7 +15,7 @@ pub enum Reading {
     AsPrinted,
     /// The form that the algorithm needs.
     AsRead {
-        /// The reading.
+        /// The reading that is checked instead.
         instead: &'static str,
         /// The reason why the printed statement is not checked.
         because: &'static str,
@@ -28,12 +28,13 @@ pub enum Reading {
 pub enum Role {
     /// A fault of the machine or of its counts can make the claim fail.
     Test,
-    /// The figures of a theorem about points, or of an identity of the machine. They show sizes of constants. No fault
-    /// of the machine can make them exceed their bounds, so they do not count as passed.
+    /// The claim is a theorem about points, or an identity of the machine. Its figures show the sizes of constants. No
+    /// fault of the machine can make them exceed their bounds, so the claim does not count as passed.
     Illustration,
 }
 
-/// The error probabilities of a statistical claim, which compares an end of a 95 % interval with a bound.
+/// The error probabilities of a statistical claim. Such a claim compares an end of a one-sided 95 % interval with a
+/// bound.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Statistics {
@@ -46,11 +47,11 @@ pub struct Statistics {
     pub caught: u32,
     /// Number of seeds at which the fault was planted.
     pub of: u32,
-    /// The smallest fault of this form that the claim detects at no less than 95 % of the seeds.
+    /// The smallest fault of this form that the claim detects at 95 % of the seeds or more.
     pub smallest: &'static str,
 }
 
-/// The level of all statistical claims together.
+/// The significance level of all statistical claims of a report together ([`Statistics::level`]).
 pub(super) const LEVEL: f64 = 0.05;
 
 /// One claim.
@@ -58,15 +59,15 @@ pub(super) const LEVEL: f64 = 0.05;
 pub struct Claim {
     /// The name on the command line.
     pub name: &'static str,
-    /// Whether the claim is a test.
+    /// The role: test or illustration.
     pub role: Role,
-    /// The error probabilities of a statistical claim. `None` if the figures have no error.
+    /// The error probabilities of a statistical claim. `None` if the figures have no statistical error.
     pub statistics: Option<Statistics>,
     /// The section or theorem of the paper.
     pub source: &'static str,
     /// The statement.
     pub statement: &'static str,
-    /// The form that is checked.
+    /// The form of the statement that is checked.
     pub reading: Reading,
     /// The runs and measurements.
     pub experiment: &'static str,
@@ -90,7 +91,8 @@ impl Claim {
         Ok(CheckedClaim::of(self, figures))
     }
 
-    /// Returns two lines: the statement, and how it is checked.
+    /// Returns two lines. The first has the source, the statement and its reading. The second has the experiment, the
+    /// bound, and the role and the error probabilities if there are any to state.
     pub fn explained(&self) -> [String; 2] {
         let read = match self.reading {
             Reading::AsPrinted => String::new(),

@@ -22,7 +22,7 @@ pub(super) struct NodeCounts {
     pub(super) level: u32,
     pub(super) facts: NodeFacts,
     pub(super) depth: BTreeMap<&'static str, u64>,
-    /// Items of its charges in every phase.
+    /// The number of items of the node's charges in every phase.
     pub(super) items: BTreeMap<&'static str, u64>,
 }
 
@@ -50,7 +50,7 @@ impl Counted {
         of(self.line.paper) + of(self.line.repair)
     }
 
-    /// Returns a sum over all nodes, over the number of points.
+    /// Returns a sum over all nodes, divided by the number of points.
     pub(super) fn per_point(&self, of: impl Fn(&NodeCounts) -> u64) -> f64 {
         self.nodes.iter().map(of).sum::<u64>() as f64 / self.line.n as f64
     }

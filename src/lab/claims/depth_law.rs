@@ -1,12 +1,16 @@
 //! Theorem 4.4: the depth of every phase grows like log n.
 //!
-//! **Statement.** Let L be log2 of n over the smallest n. The number of levels h is a sawtooth in L, so h is a column of
-//! the fit: `depth = a + b L + c L^2 + e h`. The claim `levels` bounds h. A phase within leaves has no levels. Its depth
-//! does not grow at all, so its fit is `depth = a + b L`, and the growth `b L` has the same bound. The depth of the hulls
-//! is that of the largest star. The largest of n stars grows slowly towards the bound on all stars, so the growth of the
-//! hulls has a larger bound. A quadratic term of the hulls would have an error of 5 % of their depth.
+//! **Statement.** Let L be log2 of n over the smallest n, and let h be the number of levels. The fit is
+//! `depth = a + b L + c L^2 + e h`, and `c L^2` at the largest n is bounded. The number of levels is a sawtooth in L,
+//! so it has its own column; the claim `levels` bounds it.
 //!
-//! A run probes only if a ball is large. The probes are therefore not part of these fits. `brent` bounds their depth.
+//! **Phases within leaves.** They have no levels, so their depth must not grow at all. Their fit is `depth = a + b L`,
+//! and the growth `b L` has the bound of the quadratic term. The hulls are an exception. Their depth is that of the
+//! largest star, and the largest of n stars grows slowly towards the bound on all stars. So the growth of the hulls has
+//! a larger bound. A quadratic term of the hulls would have an error of 5 % of their depth.
+//!
+//! **Probes.** A run probes only if a ball is large. The probes are therefore not part of these fits. `brent` and
+//! `level-depth` bound their depth.
 
 use crate::experiment::Spread;
 use crate::experiment::fit::{ClusterRow, Estimate, clustered};
@@ -17,7 +21,7 @@ use super::lab::Lab;
 use super::sweeps::{Sweep, lists, recursions};
 use super::{Claim, ClaimError, Figure, Reading, Role, Statistics};
 
-/// Largest quadratic term, as a share of the depth at the largest size.
+/// Largest quadratic term, and largest growth of a phase within leaves, as a share of the depth at the largest size.
 const SHARE: f64 = 0.1;
 
 /// Largest growth of the depth of the hulls, as a share of the depth at the largest size.
@@ -39,11 +43,12 @@ pub(super) const CLAIMS: &[Claim] = &[Claim {
     source: "Theorem 4.4, Lemma 4.5",
     statement: "DT(P) takes O(log n) depth on an EREW PRAM with unit-time scans",
     reading: Reading::AsPrinted,
-    experiment: "Fit of depth = a + b L + c L^2 + e h over eight sizes per octave, L = log2 of n over the smallest n, which has \
-                 8 leaves, h the levels: the upper end of the one-sided 95 % interval of c L^2 at the largest n over the depth \
-                 there, for each phase and the sum; for phases within leaves, the growth b L of a + b L",
-    bound: "10 %: a depth with a larger share that bends upwards is not distinguished from log^2 n; 20 % for the growth of the \
-            hulls: the largest of more stars grows towards the bound on all stars, by 8 % in space, and n^(1/3) adds 30 %",
+    experiment: "Fit of depth = a + b L + c L^2 + e h over eight sizes per octave, L = log2 of n over the smallest n, \
+                 which has 8 leaves, h the levels. The upper end of the one-sided 95 % interval of c L^2 at the \
+                 largest n over the depth there, for each phase and the sum; for phases within leaves, the growth \
+                 b L of a + b L",
+    bound: "10 %: with a larger share, a depth is not distinguished from log^2 n; 20 % for the growth of the hulls: \
+            the largest star grows towards the bound on all stars by 8 % in space, a depth like n^(1/3) by 30 %",
     check: law,
 }];
 
@@ -65,7 +70,7 @@ fn of_phase(sweep: &Sweep, phase: &str, seed: u64) -> Figure {
     bend(sweep, phase, seed, |run| sweep.count(run, phase, |line| line.depth))
 }
 
-/// Returns the depth of all phases, without the steps of the probe on the longest chain.
+/// Returns the depth of the paper's phases and of repair, without the steps of the probe on the longest chain.
 fn sum(run: &Counted) -> f64 {
     let of = |spread: Option<Spread>| spread.map_or(0, |total| total.depth);
     let probe = run.line.phase("probe").map_or(0, |phase| phase.critical_depth);

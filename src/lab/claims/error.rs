@@ -13,7 +13,7 @@ pub enum ClaimError {
     /// A run failed.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The runs do not determine the figure.
+    /// The runs do not determine a figure.
     #[error(transparent)]
     Fit(#[from] FitError),
     /// A domain of the experiment could not be meshed.

@@ -1,4 +1,4 @@
-//! Section 2 (4): the size of separators grows like `m^(1-1/d)`, and planes do not have this property.
+//! Section 2 (4): the separator set of a sphere grows like `m^(1-1/d)`, and that of a plane does not.
 
 use std::rc::Rc;
 
@@ -14,18 +14,18 @@ use super::lab::{Lab, Sample};
 use super::sweeps::LEAF;
 use super::{Claim, ClaimError, Extent, Figure, Reading, Role, Statistics};
 
-/// The smallest node of the fits.
+/// The smallest node of the fits, in points.
 const SMALLEST: u64 = 500;
 
 /// Number of runs over each kind of points.
 const RUNS: u64 = 5;
 
-/// Number of runs over well-spaced sets. The exponents are 0.02 to 0.06 below their bounds, and the estimates of single runs
-/// differ by 0.01 in space and 0.08 in the plane.
+/// Number of runs over well-spaced sets. Fewer would not suffice: the exponents are 0.02 to 0.06 below their bounds,
+/// and the estimates of single runs differ by 0.01 in space and 0.08 in the plane.
 const RUNS_OF_WELL_SPACED: u64 = 20;
 
-/// Number of samples of a draw. With fewer samples, as in the default for counting, great circles are farther from the
-/// best ones at large nodes, and the exponent is larger. The illustration `separator-samples` shows by how much.
+/// Number of samples of a draw. With fewer samples, as in the default for counting, the drawn great circles of large
+/// nodes are farther from the best ones. The exponent is then larger, as the illustration `separator-samples` shows.
 const SAMPLES: u64 = 1000;
 
 /// Number of points on the shells.
@@ -50,9 +50,9 @@ pub(super) const CLAIMS: &[Claim] = &[
                      sets by spheres, and five sets of 9,600 points on shells of ratio 1.3 by spheres and by planes at the \
                      median. On shells, the largest share of the root for spheres and the smallest for planes. The default of \
                      100 samples does not show the exponent of large nodes (`separator-samples`)",
-        bound: "1 - 1/d and 0.03 (in the plane 0.10, where the term of next order is larger) on well-spaced sets; 0.75 on \
-                shells, where nodes are small, against at least 0.90 for planes, which cut all shells; 0.12 n at the root, as \
-                1.3^-i decays within a few shells, against at least 0.5 n",
+        bound: "1 - 1/d + 0.03 (in the plane + 0.10, where the term of next order is larger) on well-spaced sets; \
+                0.75 on shells, where nodes are small, against at least 0.90 for planes, which cut all shells; \
+                0.12 n at the root, as 1.3^-i decays within a few shells, against at least 0.5 n",
         check: exponents,
     },
     Claim {
@@ -64,7 +64,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "The exponents of `separator-exponent` on well-spaced sets, with the default number of samples for counting \
                      and with 1,000",
-        bound: "0: the figures show what more samples buy",
+        bound: "0: the figures show the effect of more samples",
         check: by_samples,
     },
 ];
@@ -90,7 +90,7 @@ fn exponents(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Shows the exponents for both numbers of samples. The figures have no errors, because they decide nothing.
+/// Returns the exponents for both numbers of samples. The figures have no p-values, because they decide nothing.
 fn by_samples(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let seed = lab.seed();
     let mut figures = Vec::new();
@@ -145,8 +145,8 @@ fn sample() -> Sample {
     Sample::new(Kind::Shells, SHELLS, 3)
 }
 
-/// Returns the runs over some points by these separators, up to the graph. Without a number of samples, a node draws the
-/// default number.
+/// Returns the runs over a sample with separators of this kind, up to the graph. If `samples` is `None`, a node draws
+/// the default number.
 fn separated(
     lab: &mut Lab,
     sample: Sample,
@@ -167,7 +167,8 @@ fn separated(
     lab.counted(&name, &[sample], if is_well_spaced { RUNS_OF_WELL_SPACED } else { RUNS }, change)
 }
 
-/// Returns the exponent of `|B_O|` in m over all nodes of at least [`SMALLEST`] points.
+/// Returns the exponent of `|B_O|` in m over all nodes of at least [`SMALLEST`] points. A node has m points, and the
+/// balls of `B_O` cross its separator.
 fn exponent(runs: &[Counted]) -> Option<Estimate> {
     let mut rows = Vec::new();
     for (cluster, run) in (0..).zip(runs) {
@@ -181,7 +182,7 @@ fn exponent(runs: &[Counted]) -> Option<Estimate> {
     clustered(&rows, 1)
 }
 
-/// Returns `|B_O| / n` at the root of each run. It is undefined for a run without a root.
+/// Returns `|B_O| / n` at the root of each run. It is NaN for a run without a root.
 pub(super) fn roots(runs: &[Counted]) -> impl Iterator<Item = f64> {
     let root = |run: &Counted| {
         let root = run.nodes.iter().find(|node| node.level == 0);

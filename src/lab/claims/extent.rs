@@ -6,8 +6,7 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Extent {
-    /// A third of the quick sizes, and fewer sets. It is used by tests of the claims and is not available on the
-    /// command line.
+    /// A third of the quick sizes, and fewer sets. Tests of the claims use it. It is not available on the command line.
     Brief,
     /// Less than three minutes on two cores.
     #[default]

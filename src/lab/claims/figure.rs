@@ -29,25 +29,25 @@ pub struct Figure {
     pub relation: Relation,
     /// The bound.
     pub bound: f64,
-    /// Whether the figure belongs to the printed statement of a claim that is checked in another reading. Such a
-    /// figure is reported but does not decide about the claim.
+    /// Whether the figure belongs to the printed statement of a claim that is checked in another reading. Such a figure
+    /// is reported, but does not decide whether the claim passes.
     pub as_printed: bool,
-    /// Probability of data at least this far below (or above) the bound if the true value were at the bound. `None`
-    /// for a figure without error.
+    /// The p-value: if the true value were at the bound, the probability of an estimate at least this far on the
+    /// permitted side of it. `None` for a figure without statistical error.
     pub p: Option<f64>,
 }
 
-/// Returns the larger value. An undefined value is the largest.
+/// Returns the larger value. NaN counts as larger than any number.
 pub(super) fn worse(a: f64, b: f64) -> f64 {
     if a.is_nan() || a > b { a } else { b }
 }
 
-/// Returns the largest value. It is undefined without values, or if a value is undefined.
+/// Returns the largest value, or NaN if there are no values or one of them is NaN.
 pub(super) fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().reduce(worse).unwrap_or(f64::NAN)
 }
 
-/// Returns the smallest value. It is undefined without values, or if a value is undefined.
+/// Returns the smallest value, or NaN if there are no values or one of them is NaN.
 pub(super) fn smallest(values: impl IntoIterator<Item = f64>) -> f64 {
     -largest(values.into_iter().map(|value| -value))
 }
@@ -79,7 +79,7 @@ impl Figure {
         Figure { relation: Relation::AtLeast, ..Figure::at_most(what, on, seed, value, bound) }
     }
 
-    /// Adds the p-value of the test that the figure decides.
+    /// Adds the p-value of the test of the figure against its bound.
     pub(super) fn with_p(self, p: f64) -> Figure {
         Figure { p: Some(p), ..self }
     }
@@ -97,15 +97,16 @@ impl Figure {
         }
     }
 
-    /// Returns the ratio of the figure to its bound: 1 at the bound, above 1 if the bound is exceeded.
+    /// Returns the ratio of the value to an upper bound, or of a lower bound to the value. It is 1 at the bound and
+    /// above 1 beyond it.
     pub(super) fn strain(&self) -> f64 {
         let (above, below) = match self.relation {
             Relation::AtMost => (self.value, self.bound),
             Relation::AtLeast => (self.bound, self.value),
         };
         match (self.holds(), below == 0.0) {
-            // If value and bound are both zero, the figure ranks between values far from their bound and values close
-            // to it.
+            // If the bound holds with a divisor of zero, the figure ranks between values far from their bound and
+            // values close to it.
             (true, true) => 0.5,
             (false, true) => f64::INFINITY,
             // A figure without a value is decisive.

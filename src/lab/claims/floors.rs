@@ -1,37 +1,43 @@
 //! The constants of `lower-bounds`: the operations that each phase cannot avoid.
 //!
-//! **Derivation.** Every floor is a sum of terms. A term is a natural size times the price of the primitives that the
-//! guide names for the phase ("Work and depth" and "Prices" of `src/guide/machine.md`). The code of the phases is not
-//! used.
+//! **Derivation.** Every floor is a sum of terms. A term is a *natural size* ([`Natural`]), such as the number of pairs
+//! in leaves, times a price. The price is that of the primitives that the guide names for the phase ("Work and depth"
+//! and "Prices" of `src/guide/machine.md`). The derivation does not use the code of the phases. Below, a number in
+//! parentheses is both the operations per item and the steps.
 //!
-//! - `partition`. An attempt at a node packs the samples (3), broadcasts the separator and finds sides (2), and counts them
-//!   (1). Then the node splits its points (4). These are 10 operations per point of a split node, and 10 steps. A draw
-//!   sorts the samples, and visits all pairs of samples (3 operations per pair, 3 steps). A node draws a quarter of its
-//!   points, between 36 and 100, so a sort has at least 6 steps. A leaf sorts its points.
-//! - `radii`, `knn-radii`. All pairs within a leaf: 3 per pair, 3 steps. Lists also sort the pairs, in at least 6 steps, and
-//!   move them: 10 per pair.
-//! - `neighbours`, `knn`. At each node, a replication of its balls (6 per ball, 6 steps) and a combination of the results of
-//!   balls that go to both children (4 per ball). Two lists of [`LIST`] neighbours are merged in 5 steps over both. At a
-//!   leaf, all pairs of visiting balls and points (3 per pair, 3 steps; 10 per pair for lists). A node without such balls combines nothing, so only replications count as steps.
-//! - `summaries`. A reduction over the points of a leaf (1 per point, 1 step), and over the two children of a node (2, 1
-//!   step).
-//! - `separator-sets`. A comparison of the two children (2, 1 step), and a replication of the points that go down (6 per
-//!   point, 6 steps).
-//! - `graph`. All pairs of owned points and members of a leaf: 3 per pair, 3 steps.
-//! - `hulls`. A sweep over the link facets for each candidate, 2 per facet. The first candidates meet links that are smaller
-//!   than the final one, so a candidate counts 1.6 per facet of the final link. Candidates follow each other.
-//! - `check`. A sum and two look-ups of each link facet: 3 sweeps, 6 per facet, 6 steps.
-//! - `merge`. A sweep over the vertices of the link facets (2 per vertex, 2 steps), and a reduction over the two children of
-//!   a node (2, 1 step).
-//! - `independent`. In each half round, an undecided point sweeps its list to decide, and again to inform its neighbours.
-//!   These are 4 sweeps per round: 8 per entry, 8 steps. A pack keeps the undecided points (3 per point, 3 steps).
+//! - `partition`. An attempt at a node packs the samples (3), broadcasts the separator and finds the sides of the
+//!   points (2), and counts the sides (1). Then the node splits its points (4). These are 10 operations per point of a
+//!   split node, and 10 steps. A draw sorts the samples, and visits all pairs of samples (3 operations per pair, 3
+//!   steps). The number of samples is a quarter of the points, but at least 36 and at most 100. So the sort has at
+//!   least 6 steps. A leaf sorts its points.
+//! - `radii`, `knn-radii`. All pairs within a leaf: 3 operations per pair, 3 steps. Lists also sort the pairs (at least
+//!   6) and move them (1): 10 operations per pair in total.
+//! - `neighbours`, `knn`. At each node, a replication of its balls: 6 operations per ball, 6 steps. For each ball that
+//!   goes to both children, a combination of both results: 4 operations. A node without such balls combines nothing, so
+//!   only replications count as steps. Two lists of [`LIST`] neighbours are merged in 5 steps over both lists. At a
+//!   leaf, all pairs of visiting balls and points: 3 operations per pair, 3 steps; for lists, 10 operations per pair.
+//! - `summaries`. A reduction over the points of a leaf: 1 operation per point, 1 step. A reduction over the two
+//!   children of a node: 2 operations, 1 step.
+//! - `separator-sets`. A comparison of the two children: 2 operations, 1 step. A replication of the points that go
+//!   down: 6 operations per point, 6 steps.
+//! - `graph`. All pairs of an owned point and a member of a leaf: 3 operations per pair, 3 steps. The members are the
+//!   owned points and the ghosts.
+//! - `hulls`. A sweep over the link facets for each candidate: 2 operations per facet. The first candidates meet links
+//!   that are smaller than the final one, so a candidate counts 1.6 operations per facet of the final link. Candidates
+//!   are added in sequence, so each counts at least one step.
+//! - `check`. A sum and two look-ups of each link facet. These are 3 sweeps: 6 operations per facet, 6 steps.
+//! - `merge`. A sweep over the vertices of the link facets: 2 operations per vertex, 2 steps. A reduction over the two
+//!   children of a node: 2 operations, 1 step.
+//! - `independent`. In each half round, an undecided point sweeps its list of neighbours to decide, and again to inform
+//!   them. These are 4 sweeps per round: 8 operations per entry, 8 steps. A pack keeps the undecided points: 3
+//!   operations per point, 3 steps.
 //!
-//! The probes have no floor: a result does not need them.
+//! The probes have no floor, because the result can be computed without them.
 
 use super::sweeps::LIST;
 
-/// The share of a sum that a phase must reach. The samples of a node are random, and their number varies by a few percent.
-/// Balls have their final radii here, and larger ones in the machine.
+/// The share of its floor that a phase must reach. The samples of a node are random, and their number varies by a few
+/// percent. Balls have their final radii here, and larger ones in the machine.
 pub(super) const SHARE: f64 = 0.9;
 
 /// A size or a depth that a phase cannot avoid, from points, cells, surfaces and sites alone.
@@ -49,31 +55,31 @@ pub(super) enum Natural {
     PointsTimesLevels,
     /// Pairs of samples of all split nodes.
     PairsOfSamples,
-    /// `L m` for the m points of each leaf; the sum.
+    /// `ceil(log2 m) m` for the m points of a leaf, summed over the leaves.
     SortsInLeaves,
     /// Ordered pairs of points of one leaf.
     PairsInLeaves,
-    /// Balls at all split nodes.
+    /// Balls that reach a split node, summed over all split nodes.
     BallsAtNodes,
-    /// Balls that go to both children, over all split nodes.
+    /// Balls that go to both children of a split node, summed over all split nodes.
     BallsToBoth,
     /// Pairs of a ball that visits a leaf and a point of the leaf.
     PairsWithVisitors,
-    /// Points that edges may take to a split node, over all split nodes.
+    /// Points that a split node owns or that may have an edge into it, summed over all split nodes.
     PointsAtNodes,
-    /// Pairs of an owned point of a leaf and a point that is owned there or has an edge there.
+    /// Pairs of an owned point of a leaf and a point that is owned there or may have an edge into the leaf.
     PairsWithMembers,
     /// The facets of the links of all points, `d + 1` for each cell.
     LinkFacets,
-    /// The vertices of these facets, with the point of the link.
+    /// The vertices of these facets, and for each facet the point of the link.
     VerticesOfFacets,
-    /// For each point, its neighbours in the graph times the facets of its link; the sum.
+    /// The neighbours of a point in the graph times the facets of its link, summed over the points.
     CandidatesTimesFacets,
     /// The largest number of neighbours in the graph.
     LargestDegree,
-    /// The lengths of the lists of undecided points, over all rounds.
+    /// The lengths of the neighbour lists of undecided points, summed over all rounds.
     OpenEdges,
-    /// Undecided points, over all rounds.
+    /// The numbers of undecided points, summed over all rounds.
     OpenPoints,
     /// Rounds of local priorities.
     Rounds,
@@ -109,8 +115,8 @@ impl Natural {
 /// The runs that have a floor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Runs {
-    /// Density graphs of well-spaced sets. They contain all edges of the triangulation, so the stars that are built are
-    /// those of the cells.
+    /// Density graphs of well-spaced sets. They contain all edges of the triangulation, so the local hulls are the
+    /// stars of the triangulation.
     WellSpaced,
     /// Density graphs of all sets.
     Graphs,
@@ -120,7 +126,7 @@ pub(super) enum Runs {
     Sites,
 }
 
-/// Operations for each item of a natural size.
+/// A number of operations or steps per item, and the natural size that counts the items.
 pub(super) type Term = (f64, Natural);
 
 /// The floors of the work and of the depth of a phase: sums of terms.
@@ -136,13 +142,13 @@ const fn floor(runs: Runs, phase: &'static str, work: &'static [Term], depth: &'
     Floor { phase, runs, work, depth }
 }
 
-/// Pairs: broadcast, step, reduction.
 /// Steps of a merge of two lists of [`LIST`] neighbours, `ceil(log2 24)`.
 const MERGE: f64 = 5.0;
 
+/// The steps of all pairs: broadcast, step, reduction.
 const OF_PAIRS: &[Term] = &[(3.0, Natural::One)];
 
-/// The steps of a descent.
+/// The steps of a descent: a replication at each level, then all pairs at a leaf.
 const OF_DESCENT: &[Term] = &[(6.0, Natural::Levels), (3.0, Natural::One)];
 
 /// The floors of the phases of the paper with a natural size, and of the check.

@@ -1,7 +1,8 @@
 //! Section 5: points for meshes, generated for the unit cube and square.
 //!
-//! At the centre, sizes are a tenth of the largest size. From there, they grow with slope L up to the largest size.
-//! All sizes are below the local feature size, so f is known in advance. Circumspheres and sizes are recomputed.
+//! The size function f is a tenth of the largest size at the centre. From there, it grows with slope L up to the
+//! largest size. Its values are below the local feature size everywhere, so f is known in advance. The measurements
+//! recompute circumspheres and sizes.
 
 use glam::{DVec2, DVec3};
 use septet_geometry::point::Simplex;
@@ -60,7 +61,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "The number of points over the integral of dx/f^d over the cells, at two sizes that differ by a factor of two",
         bound: "2^d (2+2L)^d / v_d, v_d the unit ball: balls of radius f/(2+L) around points are disjoint, and a corner keeps \
-                1/2^d of its own; growth by 1.25 from one size to the other",
+                1/2^d of its own; growth by at most 1.25 from one size to the other",
         check: density,
     },
     Claim {
@@ -87,7 +88,8 @@ pub(super) const CLAIMS: &[Claim] = &[
             instead: "with alpha = 1.25 * 2(1+L)/(1-L)",
             because: "the proof of the claim `alpha` has a constant of hundreds of digits",
         },
-        experiment: "Stars that splaying changed in the recursion over generated points, L = 0.12 and 0.25",
+        experiment: "Stars that splaying changed, and rounds of splaying, in the recursion over generated points, \
+                     L = 0.12 and 0.25",
         bound: "0",
         check: stars,
     },
@@ -165,7 +167,7 @@ fn config(lab: &Lab) -> Config {
     })
 }
 
-/// Generates the sets at the largest size of this extent, and at `shrink` times that size.
+/// Generates the sets at `shrink` times the largest size of this extent.
 fn samples(lab: &Lab, slopes: &[f64], shrink: f64) -> Result<Vec<MeshSample>, ClaimError> {
     let [plane, space] = if lab.brief() { [0.06, 0.15] } else { lab.by_extent([0.02, 0.08], [0.004, 0.03]) };
     let mut all = Vec::new();
@@ -216,7 +218,7 @@ fn density(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Approximates the integral of `f^-d` over a cell by the mean over its corners.
+/// Approximates the integral of `f^-d` over a cell by the measure of the cell times the mean over its corners.
 fn integral(sample: &MeshSample, row: &[u64]) -> f64 {
     let corners: Vec<X> = row.iter().map(|&v| sample.points[v as usize]).collect();
     let side = |i: usize| [0, 1, 2].map(|k| corners[i][k] - corners[0][k]);
@@ -260,7 +262,7 @@ fn stars(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
             }
             _ => simulate(&sample.points.iter().map(|x| DVec3::from(*x)).collect::<Vec<_>>(), &config)?,
         };
-        let what = format!("stars repaired of {}, and rounds of exchange", sample.points.len());
+        let what = format!("stars changed, of {}, and rounds of splaying", sample.points.len());
         let value = (run.stars_repaired + run.exchange_rounds) as f64;
         figures.push(Figure::at_most(what, &sample.name, lab.seed(), value, 0.0));
     }

@@ -1,8 +1,8 @@
 //! Holm's adjustment of p-values (1979).
 //!
 //! **Statement.** Let `p_1 <= .. <= p_m` be the p-values of m tests. The adjusted value of `p_i` is the maximum over
-//! `j <= i` of `(m - j + 1) p_j`, at most 1. If all tests with adjusted values of at most a reject, the probability
-//! that a true hypothesis is rejected is at most a, for any dependence between the tests.
+//! `j <= i` of `(m - j + 1) p_j`, at most 1. Reject every hypothesis whose adjusted value is at most a. Then the
+//! probability that any true hypothesis is rejected is at most a, for any dependence between the tests.
 
 /// Returns the adjusted p-values, in the order of the p-values. An undefined p-value counts as 1.
 pub(super) fn adjusted(all: &[f64]) -> Vec<f64> {

@@ -120,7 +120,7 @@ fn local_hulls(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         let run = &specimen.run;
         let gathered = run.fallback.as_ref().map_or(0, |fallback| fallback.1);
         let sum = run.stars_repaired + run.exchange_rounds + gathered;
-        let what = format!("stars changed, of {}, rounds of exchange and points gathered", run.points.used);
+        let what = format!("stars changed, of {}, rounds of splaying and points gathered", run.points.used);
         figures.push(Figure::at_most(what, &specimen.name, specimen.seed, sum as f64, 0.0));
     }
     Ok(figures)

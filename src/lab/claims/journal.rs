@@ -1,6 +1,6 @@
-//! The journal of a call of `reproduce`: the figures of every claim that was checked.
+//! The journal of a call of `reproduce`: the figures of every claim that the call has checked.
 //!
-//! A call that was interrupted continues with the claims that its journal does not contain.
+//! After an interruption, the same call continues with the claims that its journal does not contain.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ const SCHEMA: &str = "septet-claims-journal/1";
 struct ClaimLine {
     schema: String,
     version: String,
-    /// The options that decide the figures.
+    /// The options that determine the figures.
     options: String,
     claim: String,
     figures: Vec<Figure>,
@@ -80,7 +80,7 @@ impl ClaimJournal {
     }
 }
 
-/// Returns the options that decide the figures.
+/// Returns the options that determine the figures, in words.
 fn words(options: &LabOptions) -> String {
     let LabOptions { extent, seed, correction, fault, .. } = options;
     let fault = fault.map_or_else(String::new, |fault| format!(" --fault {fault}"));

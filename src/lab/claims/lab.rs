@@ -1,4 +1,5 @@
-//! The sets and runs that claims share. Each is computed only once.
+//! The sets and runs that claims share. Specimens and counted runs are computed only once. A limited number of sets is
+//! kept.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -64,7 +65,7 @@ impl Sample {
         Sample { kind, n, d, lipschitz: kind.is_graded().then_some(GRADED_LIPSCHITZ) }
     }
 
-    /// Returns the size of all sites at the points: their mean distance.
+    /// Returns the common size of sites at the points: `n^(-1/d)`, their mean distance in the unit square or cube.
     pub(super) fn site_size(&self) -> f64 {
         (self.n as f64).powf(-1.0 / self.d as f64)
     }
@@ -81,7 +82,7 @@ pub(super) struct Specimen {
     pub(super) seed: u64,
     pub(super) d: usize,
     pub(super) points: Vec<X>,
-    /// The spacing of the set.
+    /// The size function of the set and its Lipschitz constant. `None` for kinds that have none.
     pub(super) spacing: Option<Spacing>,
     /// The alpha that follows from the spacing, or the default.
     pub(super) alpha: f64,
@@ -91,8 +92,9 @@ pub(super) struct Specimen {
 }
 
 impl Specimen {
-    /// Returns `true` if a location in the unit square or cube is farther than `f/(1-L)` from the boundary, so that
-    /// no ball that protects the boundary contains it. In a set without a spacing, no location is free.
+    /// Returns `true` if a location in the unit square or cube is *free*: farther than `f/(1-L)` from the boundary, so
+    /// that no ball that protects the boundary contains it. Here, f is the size at the location, and L is the Lipschitz
+    /// constant. Returns `false` for a set without a spacing.
     pub(super) fn is_free(&self, x: &X) -> bool {
         let gap = x[..self.d].iter().map(|x| x.min(1.0 - x)).fold(f64::INFINITY, f64::min);
         self.spacing.is_some_and(|s| gap * (1.0 - s.lipschitz) > s.size(*x))
@@ -109,7 +111,7 @@ pub struct Lab<'a> {
     report: Box<dyn FnMut(&str) + 'a>,
 }
 
-/// Maximum number of sets that are kept.
+/// Maximum number of sets that are kept in memory.
 const KEPT: usize = 24;
 
 impl<'a> Lab<'a> {
@@ -174,7 +176,7 @@ impl<'a> Lab<'a> {
             c.machine.seed = seed;
             c.correction = self.options.correction;
             c.spacing = spacing;
-            // Sets with a known spacing use the default alpha. Sets without one use a fixed alpha.
+            // If the spacing is known, alpha follows from it. Otherwise, alpha is fixed.
             let alpha = if spacing.is_some() { Alpha::Auto } else { Alpha::Value(DEFAULT_ALPHA) };
             c.graph = Graph::Density { alpha };
             c.planted.fault = self.options.fault;
@@ -182,7 +184,7 @@ impl<'a> Lab<'a> {
         })
     }
 
-    /// Runs the recursion on a set, with a modified configuration.
+    /// Runs the paper's recursion on a set. `change` modifies the configuration.
     pub(super) fn run(
         &mut self,
         sample: Sample,
@@ -198,8 +200,8 @@ impl<'a> Lab<'a> {
         })
     }
 
-    /// Computes an independent set of sites at the points of a set, with a modified configuration. All sites have the
-    /// same size, the mean distance of the points.
+    /// Computes an independent set of sites at the points of a set. All sites have the same size
+    /// ([`Sample::site_size`]). `change` modifies the configuration.
     pub(super) fn independent(
         &mut self,
         sample: Sample,
@@ -231,7 +233,8 @@ impl<'a> Lab<'a> {
         })
     }
 
-    /// Returns the counts of runs, one for each sample and seed. Runs with the same name are computed only once.
+    /// Returns the counts of runs, one for each sample and seed. `name` identifies the runs: a second call with the
+    /// same name returns the same runs.
     pub(super) fn counted(
         &mut self,
         name: &str,

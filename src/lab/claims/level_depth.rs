@@ -1,4 +1,4 @@
-//! Section 2 and Lemma 4.5: the depth of one level does not depend on the size of its nodes.
+//! Section 2 and Lemma 4.5: the depth of one level does not depend on the number of points of its nodes.
 
 use crate::experiment::fit::{ClusterRow, clustered};
 
@@ -9,10 +9,10 @@ use super::lab::Lab;
 use super::sweeps::{Sweep, lists, recursions, trees};
 use super::{Claim, ClaimError, Figure, Reading, Role, Statistics};
 
-/// Largest growth of a level for each doubling of its nodes, in steps.
+/// Largest growth of the depth of a level for each doubling of the points of its nodes, in steps.
 const STEPS: f64 = 0.5;
 
-/// The smallest node of the fit. The samples of larger nodes have a constant size.
+/// The smallest node of the fit, in points. Larger nodes draw a constant number of samples.
 const CAPPED: u64 = 1600;
 
 pub(super) const CLAIMS: &[Claim] = &[Claim {
@@ -28,9 +28,9 @@ pub(super) const CLAIMS: &[Claim] = &[Claim {
     source: "Section 2, Section 4.3, Lemma 4.5",
     statement: "a level of the recursion takes constant time with n processors, for any size of its nodes",
     reading: Reading::AsPrinted,
-    experiment: "Fit of the depth of a node per attempt against log2 of its points m, over all split nodes of at least 1,600 \
-                 points: the upper end of the one-sided 95 % interval of the slope, errors clustered by run; for smaller nodes \
-                 and for all nodes that probe, the largest depth",
+    experiment: "Fit of the depth of a node per attempt against log2 of its points m, over all split nodes of at \
+                 least 1,600 points. The upper end of the one-sided 95 % interval of the slope, errors clustered by \
+                 run; for smaller nodes and for all nodes that probe, the largest depth",
     bound: "0.5 steps per doubling: a single scan of m items that is charged log2 m steps adds 1. For smaller nodes and \
             probes, 1.15 times the largest depth over the seeds 1 to 3: the primitives of a level have a constant depth",
     check: levels,
@@ -54,13 +54,15 @@ fn levels(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Returns the depth of a node per attempt at its separator, if the node has a depth in the phase.
+/// Returns the depth of a node in a phase, if it has one. In `partition`, this is the depth per attempt at the
+/// separator.
 fn depth(node: &NodeCounts, phase: &str) -> Option<f64> {
     let attempts = if phase == "partition" { node.facts.attempts.max(1) } else { 1 };
     Some(*node.depth.get(phase)? as f64 / attempts as f64)
 }
 
-/// Returns the growth of a level. It has no value if fewer than three runs have nodes of at least [`CAPPED`] points.
+/// Returns the figure of the growth of a level. It has no value if fewer than three runs have nodes of at least
+/// [`CAPPED`] points.
 fn slope(sweep: &Sweep, phase: &str, seed: u64) -> Figure {
     let mut rows = Vec::new();
     for (cluster, run) in (0..).zip(sweep.runs.iter()) {

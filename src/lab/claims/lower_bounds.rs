@@ -1,9 +1,9 @@
 //! Lower bounds on the charges, from points, cells, surfaces and sites alone.
 //!
 //! A second account of the same run cannot find a step that both accounts omit. These bounds do not come from charges:
-//! they count the pairs, tests and visits that a machine without further knowledge needs for its result. The tree is
-//! that of the run, but the points of its nodes, and the nodes that balls and edges reach, are recomputed from the
-//! surfaces.
+//! they count the pairs, tests and visits that a machine needs for its result if it has no further knowledge of the
+//! points. The tree is that of the run, but the points of its nodes, and the nodes that balls and edges reach, are
+//! recomputed from the surfaces of its separators.
 
 use septet_core::Config;
 use septet_core::config::{Alpha, DEFAULT_ALPHA, Graph, Neighbours, Workers};
@@ -33,7 +33,7 @@ pub(super) const CLAIMS: &[Claim] = &[Claim {
     check: lower_bounds,
 }];
 
-/// The work and depth of the phases of a run, and its natural sizes.
+/// The work and depth of the phases of a run, and the natural sizes of the run.
 struct Measured {
     on: String,
     ledger: Ledger,
@@ -79,7 +79,8 @@ fn named(terms: &[Term]) -> String {
     terms.iter().map(named).collect::<Vec<String>>().join(" + ")
 }
 
-/// Returns a machine with one worker that keeps the surfaces.
+/// Returns the configuration of a machine with one worker that builds this graph and keeps the surfaces of its
+/// separators.
 fn seen(config: Config, graph: Graph) -> Config {
     config.with(|c| {
         c.machine.workers = Workers::Count(1);
@@ -127,7 +128,7 @@ mod tests {
         lower_bounds(&mut Lab::new(options, |_| {})).unwrap()
     }
 
-    /// The bounds have a slack of 5 % at least, and half of the work of any phase is below its bound on some set.
+    /// The bounds have a slack of at least 5 %. On some set, half of the work of each phase is below its bound.
     #[test]
     fn half_of_the_work_of_a_phase_is_too_little() {
         for seed in [1, 2] {

@@ -1,4 +1,4 @@
-//! The algorithm on the machine: results are merged round by round, and counts do not depend on the machine.
+//! The algorithm on the machine: results are merged round by round, and counts do not depend on the number of workers.
 
 use crate::assertions::{HasCounts, same_counts};
 use crate::experiment::Line;
@@ -21,7 +21,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "One worker per leaf: rounds that merge results, minus 2, over log2(n/leaf); merged results in total \
                      against splits; most results merged in one round against half the leaves",
-        bound: "1.5, as for the levels; exactly the splits; half the leaves",
+        bound: "1.5, as for the levels; equal to the splits; half the leaves",
         check: merged,
     },
     Claim {

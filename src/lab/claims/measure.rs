@@ -33,8 +33,8 @@ pub(super) fn kth_nearest2(points: &[X], k: usize) -> Vec<f64> {
     points.par_iter().map(of).collect()
 }
 
-/// Returns, in order, the pairs `i < j` that satisfy a symmetric rule. The rule receives their squared distance and
-/// their two radii.
+/// Returns, in order, the pairs `i < j` that satisfy a symmetric rule. The rule receives the squared distance of a pair
+/// and its two squared radii.
 pub(super) fn pairs(
     points: &[X],
     radii2: &[f64],
@@ -161,7 +161,8 @@ pub(super) fn smallest_angle(corners: &[X]) -> f64 {
     (0..3).map(angle).fold(f64::INFINITY, f64::min)
 }
 
-/// Returns the largest number of balls that contain one of the `places` in their interior.
+/// Returns the largest number of balls that contain one of the `places` in their interior. Balls are reduced slightly,
+/// against rounding.
 pub(super) fn ply(points: &[X], radii2: &[f64], places: &[X]) -> u64 {
     let holding = |place: &X| {
         points.iter().zip(radii2).filter(|&(p, &r2)| distance2(p, place) < r2 * (1.0 - 1e-12)).count() as u64

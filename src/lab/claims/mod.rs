@@ -1,13 +1,12 @@
-//! The paper's claims as experiments. Each claim is measured by code that is independent of the algorithm, and
-//! compared with a bound stated in advance.
+//! The paper's claims as experiments. The figures of each claim are compared with bounds that were stated in advance.
 //!
 //! **Claims.** A claim consists of a statement of the paper, an experiment, and figures with their bounds. A figure is
-//! taken from the ledgers of runs, or measured on their points, cells and separators. The measurements (`measure`)
-//! share no code with the algorithm: they use all pairs, Cramer's rule and plain distances. Each bound has a reason: a
-//! proof, or a measurement at other sizes with a stated slack.
+//! taken from the ledgers of runs, or measured on their points, cells and separators. The code of the measurements
+//! (`measure`) is independent of the algorithm: it uses all pairs, Cramer's rule and plain distances. Each bound has a
+//! reason: a proof, or a measurement at other sizes with a stated slack.
 //!
-//! **Readings.** If a statement is false as printed, the claim says so. It is then checked in the reading that the
-//! algorithm needs ([`Reading::AsRead`]), and the figure of the printed form is reported below.
+//! **Readings.** If a statement is false as printed, its claim says so, and checks the reading that the algorithm needs
+//! ([`Reading::AsRead`]). The report then also shows the figure of the printed form.
 //!
 //! **Repetition.** All results are functions of the claims, the [`Extent`] and the seed. No decision depends on a
 //! clock.

@@ -2,12 +2,12 @@
 
 use septet_core::run::SetMember;
 
-/// The machine's sets, in which it compares all pairs. A point that is in the sets of both children of a node is in the
-/// separator set `P_O` of the node.
+/// The sets in which the machine compares all pairs: those of leaves, and of nodes whose sets were not divided further.
+/// A point that occurs in such sets below both children of a node is in the separator set `P_O` of the node.
 pub(super) struct OwnSets<'a>(pub(super) &'a [SetMember]);
 
 impl OwnSets<'_> {
-    /// Returns, for each point, the nodes of the sets that contain it, in order.
+    /// Returns, for each point, the nodes of the sets that contain it, in the order of the members.
     pub(super) fn nodes(&self, points: usize) -> Vec<Vec<u64>> {
         let mut nodes = vec![Vec::new(); points];
         for member in self.0 {
@@ -17,7 +17,7 @@ impl OwnSets<'_> {
     }
 }
 
-/// Returns the child of `ancestor` that is `node` or contains it, or `None` if the node is not below.
+/// Returns the child of `ancestor` that is `node` or contains it, or `None` if `node` is not below `ancestor`.
 fn child_towards(ancestor: u64, node: u64) -> Option<u64> {
     let deeper = node.ilog2().checked_sub(ancestor.ilog2() + 1)?;
     (node >> (deeper + 1) == ancestor).then_some(node >> deeper)
@@ -28,9 +28,9 @@ fn child_towards(ancestor: u64, node: u64) -> Option<u64> {
 pub(super) enum Place {
     /// A set at the node or above contains the point, so the node does not divide the point from others.
     Undivided,
-    /// Only the set of one child contains the point.
+    /// The sets that contain the point lie below at most one child.
     OneSide,
-    /// The point is in `P_O`: the sets of both children contain it.
+    /// The point is in `P_O`: sets below both children contain it.
     Separator,
 }
 

@@ -23,7 +23,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         },
         experiment: "Poisson sets; the smaller of the two ranks of an edge over ln n, maximal over the edges: at interior \
                      vertices, and as printed at all vertices",
-        bound: "14 in space and 7 in the plane: 10.9 and 4.8 measured to n = 10^6",
+        bound: "14 in space and 7 in the plane: 10.9 and 4.8 measured up to n = 10^6",
         check: neighbours,
     },
     Claim {
@@ -57,7 +57,9 @@ fn neighbours(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Takes the smaller rank of each edge. Returns its maximum over the edges with an interior end, and over all edges.
+/// For each edge, ranks either end among all points by the distance from the other end, and takes the smaller of both
+/// ranks. Returns the maximum over the edges with an interior end, and over all edges. The circumspheres of all cells
+/// at an interior vertex lie in the unit square or cube.
 fn ranks(specimen: &Specimen) -> (u64, u64) {
     let Specimen { points, run, d, .. } = specimen;
     let shapes = shapes(points, run.cells(), *d);

@@ -27,7 +27,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Angles, from their sides, of triangles with free circumcentres, farther than f/(1-L) from the \
                      boundary; C = 1/(1-L), known in advance",
-        bound: "1 as a quotient: R <= f(c) and edges of at least f(c) - L R give C, and C the angle",
+        bound: "1 for the quotient: R <= f(c) and edges of at least f(c) - L R give C, and C the angle",
         check: angle,
     },
     Claim {
@@ -42,8 +42,9 @@ pub(super) const CLAIMS: &[Claim] = &[
             because: "the proof's constant D^K has hundreds of digits",
         },
         experiment: "Longest edge over nearest neighbour, at vertices with all circumcentres free, farther than f/(1-L) \
-                     from the boundary, and at all",
-        bound: "2(1+L)/(1-L) in the interior, a theorem; 1.25 times that at all, an observation with 6 % to spare",
+                     from the boundary, and at all vertices",
+        bound: "2(1+L)/(1-L) in the interior, a theorem; 1.25 times that at all vertices, an observation with 6 % to \
+                spare",
         check: alpha,
     },
     Claim {
@@ -93,7 +94,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
 ];
 
-/// Returns the sets that satisfy the hypothesis.
+/// Returns f-spaced sets, whose radius-edge ratios are bounded away from the boundary.
 fn specimens(lab: &mut Lab) -> Result<Vec<Rc<Specimen>>, ClaimError> {
     let n = lab.size(8000, 40_000);
     let mut samples = Vec::new();
@@ -109,8 +110,9 @@ fn ratio_of(shapes: &[CellShape]) -> f64 {
     shapes.iter().map(CellShape::ratio).fold(0.0, f64::max)
 }
 
-/// Returns `1 / (1 - L)`, the largest radius-edge ratio of a maximal set with an L-Lipschitz spacing at free
-/// circumcentres. It is known before any measurement.
+/// Returns `1 / (1 - L)`, with a tolerance for rounding. This bounds the radius-edge ratio of the cells with free
+/// circumcentres ([`Specimen::is_free`]) in a maximal set with an L-Lipschitz spacing. It is known before any
+/// measurement.
 fn known_ratio(specimen: &Specimen) -> f64 {
     specimen.spacing.map_or(f64::NAN, |s| 1.0 / (1.0 - s.lipschitz) * (1.0 + ROUNDING))
 }
@@ -145,8 +147,8 @@ fn angle(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Returns a lower bound on the number of caps of angle `alpha_0` that cover the sphere of directions: its area over
-/// the area of a cap.
+/// Returns a lower bound on the number of caps of opening angle `alpha_0` that cover the sphere of directions: the area
+/// of the sphere over the area of a cap.
 fn caps(alpha_0: f64, d: usize) -> f64 {
     let half = alpha_0 / 2.0;
     if d == 2 { (PI / half).ceil() } else { (2.0 / (1.0 - half.cos())).ceil() }

@@ -1,9 +1,10 @@
 //! The nodes that balls and edges reach, computed from points, radii and surfaces alone.
 //!
-//! **Statement.** All points start at the root. A point always continues towards its own leaf. It continues to the other
-//! child of a node if its reach into this child is at least its distance from the child's side of the surface. A machine
-//! without further knowledge of the child cannot stop there. The caller decides whether the box of the child's points is
-//! known.
+//! **Statement.** All points start at the root and descend. The caller defines the *reach* of a point into a node, such
+//! as the radius of its ball. At a split node, a point continues to the child that contains its own leaf, if there is
+//! one. It also continues to a child if its reach into this child is at least its distance from the child's side of the
+//! surface. A machine without further knowledge of the child cannot stop the point there. The reach may depend on the
+//! box of the child's points, if the machine knows this box.
 
 use std::collections::BTreeMap;
 
@@ -45,17 +46,18 @@ impl Extremes {
 /// The counts of a descent of all points.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Reached {
-    /// Points at all split nodes.
+    /// Number of points at a split node, summed over all split nodes.
     pub(super) at_nodes: f64,
-    /// Points that continue to both children, over all split nodes.
+    /// Number of points that continue to both children, summed over all split nodes.
     pub(super) to_both: f64,
-    /// Pairs of a point that reaches a leaf and an owned point of this leaf, without the pairs of owned points.
+    /// Number of pairs of a point that reaches a leaf and an owned point of this leaf, without the pairs of two owned
+    /// points.
     pub(super) pairs_with_visitors: f64,
-    /// The same, with the pairs of owned points.
+    /// The same number, with the pairs of two owned points.
     pub(super) pairs_with_members: f64,
 }
 
-/// Returns the counts of a descent. `reach` returns the reach of a point into a node.
+/// Returns the counts of a descent. `reach` returns the reach of a point into a node with these extremes.
 pub(super) fn reached<F: Fn(usize, &X) -> f64>(
     tree: &Division<F>,
     points: &[X],

@@ -29,7 +29,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "a k-overlap graph has O(n) edges: the local hulls' sizes have a linear sum",
         reading: Reading::AsPrinted,
         experiment: "Twice the edges of the 2-overlap graph over n, for evenly and unevenly dense sets, from all pairs; \
-                     that the machine's has as many",
+                     the difference from the edges of the machine's graph",
         bound: "2 ply (alpha + 2)^d: each edge is charged to its smaller ball; growth by 1.5 from n to 4n (a quadratic sum: 4)",
         check: subproblems,
     },
@@ -90,7 +90,7 @@ fn subproblems(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
                 let what = format!("sum of sizes over points, the largest size {most}");
                 figures.push(Figure::at_most(what, &specimen.name, specimen.seed, sum, bound));
                 if let Some(before) = smaller.replace(sum) {
-                    let what = format!("growth of the same from n/4 points, {before:.2} to {sum:.2}");
+                    let what = format!("growth of this sum from n/4 points, {before:.2} to {sum:.2}");
                     figures.push(Figure::at_most(what, &specimen.name, specimen.seed, sum / before, 1.5));
                 }
                 if n == sizes[0] {

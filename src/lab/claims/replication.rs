@@ -48,7 +48,8 @@ pub(super) const CLAIMS: &[Claim] = &[Claim {
 fn replication(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     let n = if lab.brief() { 1 << 13 } else { 1 << 16 };
-    // The bounds are those of 2^16 points. A smaller graded set has a larger replication.
+    // The bounds were measured at 2^16 points. A smaller graded set has a larger replication, so brief runs omit graded
+    // sets.
     let brief = lab.brief();
     for bounds in REPLICATION.iter().filter(|bounds| !(brief && bounds.kind.is_graded())) {
         for d in [2, 3] {
@@ -68,7 +69,7 @@ fn density() -> Graph {
     Graph::Density { alpha: Alpha::Value(DEFAULT_ALPHA) }
 }
 
-/// Returns the runs up to a graph, of one seed for each sample.
+/// Returns the runs up to a graph, with `seeds` seeds for each sample.
 fn runs(lab: &mut Lab, samples: &[Sample], graph: Graph, seeds: u64) -> Result<Rc<Vec<Counted>>, ClaimError> {
     let lists = matches!(graph, Graph::Knn { .. });
     let change = move |config: Config| {
@@ -109,7 +110,8 @@ fn of_lists(lab: &mut Lab, sample: Sample, bounds: &ReplicationBounds) -> Result
     };
     let mut figures =
         vec![figure("items", items, bounds.items.of(d)), figure("visits", visits, bounds.visits.of(d))];
-    // Balls cross the borders of workers. In the smaller sets of the brief extent, a larger share of them does.
+    // A ball causes messages if it crosses the boundary of a subdomain. In the smaller sets of the brief extent, a
+    // larger share of the balls crosses one.
     if lab.options.extent != Extent::Brief {
         figures.push(figure("bytes", bytes, bounds.bytes.of(d)));
     }
@@ -124,7 +126,7 @@ fn growths(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     }
     for kind in [Kind::GradedPoint, Kind::Jittered] {
         for d in [2, 3] {
-            // In space, the effect of the boundary decays more slowly.
+            // In space, the effect of the boundary decays more slowly, so more octaves are necessary.
             let octaves = lab.by_extent(if d == 2 { 5 } else { 7 }, 10);
             let samples = sizes(SMALLEST, octaves, kind, d);
             let runs = runs(lab, &samples, density(), 1)?;
@@ -135,8 +137,8 @@ fn growths(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Returns the growth of the replication per doubling, as a share of the mean, without the effect of the boundary. All
-/// runs of one size are a cluster.
+/// Returns the figure of the growth of the replication per doubling of n, as a share of the mean and without the effect
+/// of the boundary. All runs of one size form a cluster.
 fn growth(runs: &[Counted], name: &str, seed: u64) -> Figure {
     let large = runs.iter().filter(|run| run.line.asked >= SMALLEST);
     let row = |run: &Counted| ClusterRow {

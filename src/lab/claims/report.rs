@@ -19,28 +19,29 @@ pub const SCHEMA: &str = "septet-claims/2";
 pub struct CheckedClaim {
     /// The name of the claim.
     pub name: &'static str,
-    /// Whether the claim is a test.
+    /// The role: test or illustration.
     pub role: Role,
-    /// The error probabilities of a statistical claim. `None` if the figures have no error.
+    /// The error probabilities of a statistical claim. `None` if the figures have no statistical error.
     pub statistics: Option<Statistics>,
     /// The section or theorem of the paper.
     pub source: &'static str,
     /// The statement.
     pub statement: &'static str,
-    /// The form that was checked.
+    /// The form of the statement that was checked.
     pub reading: Reading,
     /// The runs and measurements.
     pub experiment: &'static str,
     /// The bound and its reason.
     pub bound: &'static str,
-    /// Whether there is a figure of the checked form and every such figure satisfies its bound. In the report, the
-    /// adjusted p-value of a statistical claim is then also below the level.
+    /// Whether there is a figure of the checked form and every such figure satisfies its bound. In a report, the
+    /// adjusted p-value of a statistical claim must also be at most the level.
     pub passed: bool,
-    /// The largest p-value of the figures. `None` if they have no error.
+    /// The largest p-value of the figures. `None` if they have no statistical error.
     pub p: Option<f64>,
     /// The p-value after Holm's adjustment over the statistical claims of the report. `None` before the adjustment.
     pub adjusted_p: Option<f64>,
-    /// Whether every figure of the printed form satisfies its bound. `None` if the printed form was checked.
+    /// Whether every figure of the printed form satisfies its bound. `None` if no figure belongs to the printed form
+    /// ([`Figure::as_printed`]).
     pub holds_as_printed: Option<bool>,
     /// All figures.
     pub figures: Vec<Figure>,
@@ -95,19 +96,20 @@ impl CheckedClaim {
         }
     }
 
-    /// Returns `true` if the figures have errors, so that the result depends on Holm's adjustment.
+    /// Returns `true` if the figures have p-values, so that the result depends on Holm's adjustment.
     pub fn is_statistical(&self) -> bool {
         self.p.is_some()
     }
 
-    /// Returns the decisive figure: the figure farthest beyond its bound, or the figure nearest to its bound if none
-    /// is beyond.
+    /// Returns the decisive figure of the printed form if `as_printed` is set, and otherwise of the checked form. It is
+    /// the figure farthest beyond its bound, or the figure nearest to its bound if none is beyond.
     pub fn telling(&self, as_printed: bool) -> Option<&Figure> {
         let of = self.figures.iter().filter(|f| f.as_printed == as_printed);
         of.max_by(|a, b| a.strain().total_cmp(&b.strain()))
     }
 
-    /// Returns the rows of the claim: one for the checked form, and one for the printed form if it is different.
+    /// Returns the rows of the claim: one for the checked form, one for the printed form if it has figures, and one for
+    /// an adjusted p-value above the level.
     pub fn rows(&self) -> String {
         let mut out = String::new();
         let result = match (self.passed, self.role) {
@@ -133,7 +135,8 @@ impl CheckedClaim {
         out
     }
 
-    /// Returns the rows of all figures, or only of the figures beyond their bounds if `beyond` is set.
+    /// Returns the rows of all figures. If `beyond` is set, returns only the rows of figures of the checked form that
+    /// are beyond their bounds.
     pub fn details(&self, beyond: bool) -> String {
         let mut out = String::new();
         for figure in self.figures.iter().filter(|f| !(beyond && (f.holds() || f.as_printed))) {
@@ -160,7 +163,7 @@ fn row(out: &mut String, result: &str, name: &str, figure: Option<&Figure>) {
     let _ = writeln!(out, "{result:<5} {name:<28} {value:>9} {relation} {bound:<8} {seed:>4}  {what}; {on}");
 }
 
-/// Formats a number with about four digits.
+/// Formats a number with about four significant digits.
 fn short(x: f64) -> String {
     let size = x.abs();
     if x == x.trunc() && size < 1e7 {
@@ -174,7 +177,8 @@ fn short(x: f64) -> String {
 }
 
 impl ClaimReport {
-    /// Returns the report of checked claims, which are in the paper's order.
+    /// Returns the report of checked claims, which must be in the paper's order. Adjusts the p-values of the
+    /// statistical claims.
     pub fn of(extent: Extent, seed: u64, mut claims: Vec<CheckedClaim>) -> ClaimReport {
         let mut statistical: Vec<&mut CheckedClaim> = claims.iter_mut().filter(|c| c.p.is_some()).collect();
         let all: Vec<f64> = statistical.iter().map(|claim| claim.p.unwrap_or(f64::NAN)).collect();

@@ -1,6 +1,7 @@
 //! Section 2: sphere separators of overlap, density and nearest-neighbour graphs; ply and overlap of the balls.
 //!
-//! The separators come from runs. Sides, crossings, sizes and edges are recomputed from points and spheres.
+//! The separators come from runs. The measurements recompute sides, crossings, sizes and edges from points and
+//! surfaces.
 
 use std::rc::Rc;
 
@@ -37,7 +38,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "no edge of the alpha-density graph joins P_I and P_E",
         reading: Reading::AsRead {
             instead: "B_O contains every ball whose alpha-fold enlargement meets the sphere",
-            because: "edges are lost if B_O contains only the balls that meet the sphere themselves",
+            because: "edges are lost if B_O contains only the balls that meet the sphere without the enlargement",
         },
         experiment: NO_EDGES,
         bound: "0 edges, a theorem",
@@ -51,7 +52,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "no edge of the (alpha, k)-overlap graph joins a ball of B_I with one of B_E",
         reading: Reading::AsRead {
             instead: "B_O contains every ball whose alpha-fold enlargement meets the sphere",
-            because: "edges are lost if B_O contains only the balls that meet the sphere themselves",
+            because: "edges are lost if B_O contains only the balls that meet the sphere without the enlargement",
         },
         experiment: NO_EDGES,
         bound: "0 edges, a theorem",
@@ -75,7 +76,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 2 (2), Section 4.3 step 2",
         statement: "|B_I|, |B_E| <= (1 - (d+1)/(d+2) + eps) n",
         reading: Reading::AsRead {
-            instead: "at most ((d+1)/(d+2) + eps) n, and every set above the floor is split",
+            instead: "at most ((d+1)/(d+2) + eps) n, and every node above the leaf size is split",
             because: "two sides of a fifth cannot hold all points",
         },
         experiment: "For every node of the tree, the points on both sides of its surface; and nodes left unsplit",
@@ -100,7 +101,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 2, Section 4.2",
         statement: "nearest-neighbour balls are a k-ply system for a constant k",
         reading: Reading::AsPrinted,
-        experiment: "Balls that contain a location in their interior, for locations halfway between neighbours and just inside balls",
+        experiment: "Balls that contain a location in their interior, for locations at half of the radius of a ball \
+                     and just inside its boundary",
         bound: "5 in the plane, 12 in space: from a common location, any two centres are more than 60 degrees apart",
         check: plies,
     },
@@ -119,7 +121,7 @@ pub(super) const CLAIMS: &[Claim] = &[
 
 /// Returns sets of all kinds, because the separator theorem makes no assumption about the points.
 fn sampled(lab: &mut Lab) -> Result<Vec<(Sample, Rc<Specimen>)>, ClaimError> {
-    // The largest set for which a picture shows every point.
+    // For the full extent, this is the largest set for which the picture of a run shows every point.
     let n = lab.size(8000, 20_000);
     let kinds = [Kind::WellSpaced, Kind::Uniform, Kind::GradedPoint, Kind::Clusters];
     let samples = kinds.iter().flat_map(|&kind| [2, 3].map(|d| Sample::new(kind, n, d)));
@@ -225,7 +227,13 @@ fn split(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         figures.push(Figure::at_most(&*what, name, seed, most, quotient(d) + EPSILON));
         let nodes = specimen.run.ledger.part.nodes.values();
         let unsplit = nodes.filter(|f| f.is_leaf() && f.population > specimen.run.settled.leaf).count();
-        figures.push(Figure::at_most("sets above the floor left unsplit", name, seed, unsplit as f64, 0.0));
+        figures.push(Figure::at_most(
+            "nodes above the leaf size left unsplit",
+            name,
+            seed,
+            unsplit as f64,
+            0.0,
+        ));
         figures.push(Figure::at_most(what, name, seed, most, 1.0 - quotient(d) + EPSILON).printed());
     }
     Ok(figures)
@@ -243,7 +251,7 @@ fn attempts(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Returns the largest number of directions with pairwise angles above 60 degrees.
+/// Returns the bound on the ply: the largest number of directions with pairwise angles above 60 degrees.
 fn most_ply(d: usize) -> f64 {
     if d == 2 { 5.0 } else { 12.0 }
 }
@@ -252,7 +260,8 @@ fn plies(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     for specimen in specimens(lab)? {
         let Specimen { points, nearest2, d, .. } = &*specimen;
-        // The locations lie towards other points: halfway to another point, and just inside the ball.
+        // The locations lie in the ball of a point, in the direction of another point: at half of its radius, and just
+        // inside its boundary.
         let places = points.iter().zip(nearest2).enumerate().flat_map(|(i, (p, r2))| {
             let other = &points[(i * 7919 + 1) % points.len()];
             let length = distance2(p, other).sqrt().max(f64::MIN_POSITIVE);
@@ -283,8 +292,9 @@ fn overlaps(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         }
         let most = larger.iter().max().map_or(f64::NAN, |&most| most as f64);
         let largest = degrees(points.len(), &edges).into_iter().max().unwrap_or(0);
-        let what =
-            format!("balls not smaller that an alpha-fold ball meets, alpha = 2 (largest degree {largest})");
+        let what = format!(
+            "balls that are not smaller and meet an alpha-fold ball, alpha = 2 (largest degree {largest})"
+        );
         let bound = most_ply(specimen.d) * (alpha + 2.0).powi(specimen.d as i32);
         figures.push(Figure::at_most(what, &specimen.name, specimen.seed, most, bound));
     }

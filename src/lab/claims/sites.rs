@@ -1,8 +1,8 @@
 //! The rounds of local priorities on sites, computed from the sites alone.
 //!
-//! **Statement.** Two sites are adjacent if they are closer than their sizes. In each round, a site whose priority precedes
-//! those of all its undecided neighbours joins, and then the neighbours of the sites that joined leave. The lists are
-//! found from all pairs.
+//! **Statement.** Two sites are adjacent if their distance is less than the smaller of their sizes. In each round, a
+//! site joins the independent set if its priority precedes those of all its undecided neighbours. Then the neighbours
+//! of the sites that joined leave. Neighbours are found from all pairs.
 
 use glam::{DVec2, DVec3};
 use septet_geometry::priority::priority;
@@ -14,13 +14,13 @@ use super::measure::{X, pairs};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Rounds {
     pub(super) number: f64,
-    /// Undecided sites, over all rounds.
+    /// Number of undecided sites, summed over all rounds.
     pub(super) open_points: f64,
-    /// Neighbours of undecided sites, over all rounds.
+    /// Number of neighbours of undecided sites, decided neighbours included, summed over all rounds.
     pub(super) open_edges: f64,
 }
 
-/// Returns the counts for sites at the points of a sample, all of one size.
+/// Returns the counts for sites of one common size at the points of a sample.
 pub(super) fn rounds_of(sample: Sample, points: &[X], seed: u64) -> Rounds {
     let priorities: Vec<u64> = points
         .iter()

@@ -15,11 +15,12 @@ use super::sweeps::LIST;
 /// The limits of the number of samples of a node. Between them, a node draws a quarter of its points.
 const SAMPLES: (f64, f64) = (36.0, 100.0);
 
-/// The natural sizes of a run. A size that the run does not have is undefined.
+/// The natural sizes of a run. A size without an entry is undefined, because the run does not have it.
 pub(super) struct Sizes(BTreeMap<Natural, f64>);
 
 impl Sizes {
-    /// Returns a sum of terms. Without items, no bound follows, and the sum is undefined.
+    /// Returns a sum of terms. The sum is NaN if a size is undefined. It is also NaN without items, because no bound
+    /// follows then.
     pub(super) fn sum(&self, terms: &[Term]) -> f64 {
         let of = |natural| self.0.get(&natural).copied().unwrap_or(f64::NAN);
         let sum = terms.iter().map(|&(operations, natural)| operations * of(natural)).sum::<f64>();
@@ -50,7 +51,7 @@ impl Sizes {
         let nearest2 = kth_nearest2(points, 1);
         let radii = radii(&nearest2);
         add_balls(&mut sizes, &tree, points, &radii);
-        // An edge is at most alpha times the smaller radius of its ends.
+        // The length of an edge is at most alpha times the smaller radius of its ends.
         let reach = |i: usize, node: &Extremes| within(node, &points[i], alpha * radii[i].min(node.radius));
         let edges = reached(&tree.division(), points, &radii, reach);
         let candidates = degrees(points.len(), &pairs(points, &nearest2, density(alpha)));

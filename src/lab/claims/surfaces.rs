@@ -65,7 +65,7 @@ impl<'a> Tree<'a> {
         populations
     }
 
-    /// Returns the tree without its members.
+    /// Returns the tree without the points of its nodes.
     pub(super) fn division(&self) -> Division<'_, impl Fn(usize, &X) -> f64> {
         let nodes = self.nodes.iter().map(|(separator, _)| separator.node).collect();
         Division { nodes, leaves: &self.leaves, height: |at: usize, x: &X| height(self.nodes[at].0, x) }

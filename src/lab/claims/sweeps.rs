@@ -12,10 +12,10 @@ use super::figure::largest;
 use super::lab::{Lab, Sample};
 use super::{ClaimError, Extent};
 
-/// Largest leaf, in points. The union of separator sets needs larger leaves, but these runs use ghosts.
+/// Largest leaf, in points. The separator sets `both` and `smaller` need larger leaves, but these runs use `ghost`.
 pub(super) const LEAF: u64 = 60;
 
-/// The smallest size of a sweep. It has at least 8 leaves.
+/// The smallest number of points of a sweep. Its tree has at least 8 leaves.
 const SMALLEST: u64 = 512;
 
 /// k of the sweep of nearest-neighbour lists.
@@ -34,7 +34,7 @@ pub(super) struct Sweep {
 const OF_RECURSIONS: &[&str] =
     &["partition", "radii", "neighbours", "summaries", "separator-sets", "graph", "hulls", "check", "merge"];
 
-/// The phases down the tree, and within its leaves, of a run up to the graph of nearest-neighbour lists.
+/// The phases of a run up to the graph of nearest-neighbour lists that go down the tree or run within its leaves.
 const OF_LISTS: &[&str] = &["partition", "summaries", "knn-radii", "knn"];
 
 /// The phases of a run up to the neighbour balls.
@@ -61,8 +61,8 @@ impl Sweep {
         self.runs.iter().any(|run| run.line.phase(phase).is_some_and(|phase| phase.depth > 0))
     }
 
-    /// Returns a count of a phase in a run. Without charges, the count of a phase that must occur is undefined, and that
-    /// of another phase is 0.
+    /// Returns a count of a phase in a run. Without charges, the count of a phase that must occur is undefined, and
+    /// that of another phase is 0.
     pub(super) fn count(&self, run: &Counted, phase: &str, of: impl Fn(&PhaseLine) -> u64) -> f64 {
         let missing = if self.must_have(phase) { f64::NAN } else { 0.0 };
         let charged = run.line.phase(phase).filter(|line| line.work > 0 && line.depth > 0);
@@ -70,7 +70,7 @@ impl Sweep {
     }
 }
 
-/// The sizes of a sweep: a number of octaves, sizes per octave, and seeds of each size.
+/// The sizes and seeds of a sweep: the number of octaves, of sizes per octave, and of seeds for each size.
 struct Extents {
     octaves: u32,
     parts: u32,
@@ -123,8 +123,9 @@ pub(super) fn trees(lab: &mut Lab) -> Result<Vec<Sweep>, ClaimError> {
     sweeps(lab, &extents, ("tree", Kind::Uniform, OF_TREES), stop)
 }
 
-/// Returns the extents for the numbers of octaves of the brief, the quick and the full extent. Depths are a sawtooth in
-/// the number of points, so many sizes per octave are better than many seeds per size.
+/// Returns the sizes and seeds of a sweep. `octaves` contains the number of octaves for the brief, the quick and the
+/// full extent. A depth is a sawtooth in the number of points. More sizes per octave are therefore better than more
+/// seeds per size.
 fn extents(lab: &Lab, octaves: [u32; 3]) -> Extents {
     let [brief, quick, full] = octaves;
     match lab.options.extent {
@@ -134,7 +135,8 @@ fn extents(lab: &Lab, octaves: [u32; 3]) -> Extents {
     }
 }
 
-/// Returns the sweeps in the plane and in space. The name and the kind identify them. Their runs must charge the phases.
+/// Returns the sweeps in the plane and in space. The first word identifies their runs in the laboratory, which computes
+/// them only once. All runs must charge the phases.
 fn sweeps(
     lab: &mut Lab,
     extents: &Extents,

@@ -2,7 +2,7 @@
 //!
 //! Each result is appended in one write. An interruption can leave an incomplete line at the end of the file. The next
 //! call drops this part if it begins like a line of the file. If a complete line is not a result, or belongs to another
-//! sweep, the file is refused and remains unchanged.
+//! sweep, the next call rejects the file and leaves it unchanged.
 
 use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions};
@@ -32,7 +32,7 @@ pub enum JournalError {
     Line {
         /// The file.
         path: PathBuf,
-        /// 1-based line number.
+        /// 1-based line number. Blank lines are not counted.
         line: usize,
         /// The expected kind of file.
         what: &'static str,
@@ -51,7 +51,7 @@ pub enum JournalError {
         /// The words that identify the requested sweep.
         asked: String,
     },
-    /// The file is not a journal, and its content would be lost.
+    /// The file does not begin like a journal. Opening it would delete its content.
     #[error("{} is not the file of {what} and remains unchanged; choose another file", path.display())]
     NoSweep {
         /// The expected kind of file.
@@ -60,7 +60,7 @@ pub enum JournalError {
         path: PathBuf,
     },
     /// The file was begun by another version, whose counts may differ.
-    #[error("{} was begun by septet {there}, this is {}", path.display(), env!("CARGO_PKG_VERSION"))]
+    #[error("{} was begun by septet {there}, this is septet {}", path.display(), env!("CARGO_PKG_VERSION"))]
     OtherVersion {
         /// The file.
         path: PathBuf,
@@ -230,7 +230,7 @@ impl<T: Entry> Journal<T> {
         self.done.len()
     }
 
-    /// Appends a line. If this fails, the file ends with the previous line.
+    /// Appends a line. After a failure, the file ends with the previous line.
     ///
     /// # Errors
     /// Fails if the line cannot be written completely.
@@ -247,7 +247,7 @@ impl<T: Entry> Journal<T> {
                 Ok(())
             }
             Err(source) => {
-                // If this fails to remove the incomplete line, the next reader drops it.
+                // If the incomplete line cannot be removed, the next reader drops it.
                 let _ = self.file.set_len(self.end).and_then(|()| self.file.seek(SeekFrom::End(0)));
                 Err(JournalError::Io { path: self.path.clone(), source })
             }
@@ -257,7 +257,7 @@ impl<T: Entry> Journal<T> {
     /// Waits until the lines are on disk.
     ///
     /// # Errors
-    /// Fails if the operating system cannot confirm this.
+    /// Fails if the operating system cannot confirm that the lines are on disk.
     pub fn sync(&self) -> Result<(), JournalError> {
         self.file.sync_all().map_err(|source| JournalError::Io { path: self.path.clone(), source })
     }

@@ -58,21 +58,21 @@ pub struct Line {
     pub tries: u32,
     /// The options as requested.
     pub settings: RunOptions,
-    /// The supergraph of the run, such as `density 2.5`. `None` if none was built.
+    /// The supergraph of the run, such as `density 2.5`. `None` without a supergraph, or if the run stopped early.
     pub supergraph: Option<String>,
     /// The phases that occurred.
     pub phases: Vec<PhaseLine>,
     /// Totals of the paper's phases. `None` if not counted.
     pub paper: Option<Spread>,
-    /// Totals of the phases of agreement and repair.
+    /// Totals of the phases of agreement and repair. `None` if not counted, or if the run stopped early.
     pub repair: Option<Spread>,
     /// The partition tree.
     pub tree: TreeLine,
-    /// The levels of the tree, beginning with the root.
+    /// The levels of the tree, beginning with the root. Empty if not counted.
     pub levels: Vec<LevelLine>,
-    /// Rounds in which messages were sent.
+    /// Rounds in which messages were sent or results were merged.
     pub rounds: Vec<RoundLine>,
-    /// Edges, largest degree and replication of the supergraph. `None` if none was built.
+    /// Edges, largest degree and replication of the supergraph. `None` if not counted, or if the run stopped early.
     pub graph: Option<GraphLine>,
     /// The result of a complete run. `None` if the run stopped early.
     pub end: Option<Ending>,
@@ -162,7 +162,7 @@ pub struct Spread {
     pub depth_log_scan: u64,
     /// Brent's bound on the steps with as many processors as points.
     pub brent: u64,
-    /// Number of rounds.
+    /// Number of rounds with messages.
     pub rounds: u64,
     /// Number of messages.
     pub messages: u64,
@@ -186,7 +186,7 @@ pub struct TreeLine {
     /// Size of the larger side over the number of owned points of the node; the maximum over all splits.
     pub largest_split_ratio: f64,
     /// Number of points whose balls meet the separator, over `m^(1 - 1/d)` for m owned points; the maximum over all
-    /// splits. `None` if the run stopped before it counted them.
+    /// splits. `None` if the run stopped early.
     pub largest_separator_ratio: Option<f64>,
 }
 
@@ -207,7 +207,7 @@ pub struct LevelLine {
     pub largest: u64,
     /// Number of attempts at separators.
     pub attempts: u64,
-    /// Number of points whose balls meet a separator. `None` if the run stopped before it counted them.
+    /// Number of points whose balls meet a separator. `None` if the run stopped early.
     pub separator_points: Option<u64>,
     /// Depth by phase, for the nodes that were split.
     pub depth: BTreeMap<String, DepthLine>,
@@ -252,7 +252,7 @@ pub struct GraphLine {
     pub edges: u64,
     /// Largest degree.
     pub max_degree: u64,
-    /// Sum of the sizes of all leaves, divided by the number of points.
+    /// Number of points of all leaves, ghosts included, divided by the number of points.
     pub replication: f64,
 }
 

@@ -14,7 +14,7 @@ use super::line::{
     TreeLine,
 };
 
-/// The data of a line.
+/// The parts of a run or of its counts from which a line is made.
 struct Source<'a> {
     space: usize,
     points: u64,
@@ -25,7 +25,7 @@ struct Source<'a> {
     end: Option<Ending>,
 }
 
-/// Returns the line of a run made through the library. Kind, seed and options are empty.
+/// Returns the line of a run made through the library. Kind and options are empty, and the seed is 0.
 pub fn of_run(run: &Run) -> Line {
     line(&Source {
         space: run.space,
@@ -38,7 +38,7 @@ pub fn of_run(run: &Run) -> Line {
     })
 }
 
-/// Returns the line of counts made through the library. Kind, seed and options are empty.
+/// Returns the line of counts made through the library. Kind and options are empty, and the seed is 0.
 pub fn of_counts(counts: &RunCounts) -> Line {
     line(&Source {
         space: counts.space,

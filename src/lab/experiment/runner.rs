@@ -39,7 +39,8 @@ pub struct Runner {
 }
 
 impl Runner {
-    /// Executes a run of a sweep. It calls `progress` while it generates the set.
+    /// Executes a run of a sweep. Calls `progress` while it generates the set, unless the previous run had the same
+    /// set.
     ///
     /// # Errors
     /// See [`RunError`].

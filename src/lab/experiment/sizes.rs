@@ -17,9 +17,9 @@ pub struct SizesError {
 /// Largest number of sizes in one sweep.
 const MOST: usize = 10_000;
 
-/// Parses sizes: numbers (`1000`, `1e6`, `2^20`) and ranges `A..B`. A range includes both ends and has `per-octave`
-/// sizes per doubling. They are evenly spaced on a logarithmic scale and rounded. The result is ascending, without
-/// repetitions.
+/// Parses sizes: numbers (`1000`, `1e6`, `2^20`) and ranges `A..B`. A range includes both ends. The part `per-octave=K`
+/// sets the number of sizes per doubling in all ranges; without it, there is one. The sizes of a range are evenly
+/// spaced on a logarithmic scale and rounded. The result is ascending, without repetitions.
 ///
 /// # Errors
 /// Fails if a part cannot be parsed, or if a range descends or starts at 0. The error contains the part.

@@ -33,7 +33,7 @@ pub struct Sweep {
     pub seeds: u64,
     /// Whether sizes count points per worker.
     pub weak: bool,
-    /// Whether `triangulate` and the serial kernel are timed, in addition to each counted run.
+    /// Whether the sweep also times `triangulate` for each counted run, and the serial kernel once for each set.
     pub timed: bool,
     /// The remaining options.
     pub config: Config,
@@ -53,7 +53,7 @@ pub enum SweepError {
     /// unknown before the run.
     #[error("--weak needs numbers of workers: the number of `leaves` is unknown before the run")]
     WeakLeaves,
-    /// There are more points than 32-bit indices.
+    /// The total number of points does not fit into 64 bits.
     #[error("{n} points for each of {workers} workers are too many")]
     TooMany {
         /// Number of points per worker.
@@ -68,10 +68,11 @@ pub enum SweepError {
     TimedUntil,
     /// Times are requested for the bottom-up correction, which exists only so that it can be counted.
     #[error(
-        "--timed compares triangulations, and none uses the naive correction; leave out --timed or --neighbours"
+        "--timed compares triangulations, and no triangulation uses the naive correction; leave out --timed or \
+         --neighbours"
     )]
     TimedBottomUp,
-    /// An option is given that no phase of the runs uses.
+    /// An option is given that no phase up to `until` uses.
     #[error("{option} has no effect with --until {}; leave one of them out", .until.name())]
     Unreached {
         /// The option.
@@ -79,8 +80,8 @@ pub enum SweepError {
         /// The last phase of the runs.
         until: Until,
     },
-    /// alpha is given for runs that stop before the supergraph. Then it decides only the leaf size, and only for
-    /// `--constants timing`.
+    /// alpha is given for runs that stop before the supergraph. In such runs, alpha determines only the leaf size, and
+    /// only for `--constants timing`.
     #[error(
         "--alpha has no effect with --until: it only decides the leaf size of --constants timing; leave one of them out"
     )]

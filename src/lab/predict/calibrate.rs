@@ -32,8 +32,8 @@ const TRIALS: usize = 5;
 
 type Line = (Sender<Vec<u8>>, Receiver<Vec<u8>>);
 
-/// Returns the time in seconds to fill a buffer of `bytes` bytes, send it to another thread, read it there and send
-/// it back.
+/// Measures one exchange with another thread: fills a buffer of `bytes` bytes, sends it, and receives a copy of it.
+/// Returns the seconds, or `None` if no copy arrives within ten seconds.
 fn bounce(out: &Sender<Vec<u8>>, back: &Receiver<Vec<u8>>, bytes: usize) -> Option<f64> {
     let start = Instant::now();
     out.send(vec![1; bytes]).ok()?;

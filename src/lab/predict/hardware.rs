@@ -8,7 +8,7 @@ use serde::Serialize;
 /// The hardware of a predicted machine.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Hardware {
-    /// Seconds that a transfer from one rank to another takes.
+    /// Seconds that a message takes from one rank to another, without the time for its bytes.
     pub latency: f64,
     /// Seconds that a rank spends on each message.
     pub overhead: f64,
@@ -23,8 +23,8 @@ pub struct Hardware {
 }
 
 impl Default for Hardware {
-    /// Returns typical values for a current cluster: 2 us and 10 GB/s between nodes, 1 us per message, and 1e9
-    /// operations per second.
+    /// Returns typical values for a current cluster: a latency of 2 us and 10 GB/s between nodes, an overhead of 1 us
+    /// per message, and 1e9 operations per second.
     fn default() -> Self {
         Hardware {
             latency: 2e-6,

@@ -1,20 +1,20 @@
-//! Predicted times of a machine, from the counts of a run with as many workers.
+//! Predicted times of a machine, from the counts of a run with the same number of workers.
 //!
 //! **Statement.** The ledger of a run counts the work, the messages and the bytes of every rank in every round
 //! ([`septet_protocol::ledger::RankTally`]). These counts depend on the points, the parameters and the number of
-//! workers, but not on the threads and the transport of the run. A computer with two cores can therefore count a machine
-//! with thousands of workers, and a cost model turns the counts into seconds.
+//! workers, but not on the threads and the transport of the run. A computer with two cores can therefore count a
+//! machine with thousands of workers, and a cost model turns the counts into seconds.
 //!
 //! **Models.** All ranks wait for each other at the end of a round, so each round costs the time of its slowest rank.
 //! - In BSP (Valiant 1990), a round costs `max work / rate + h / bandwidth + latency`. Here `h` is the largest number
 //!   of bytes that one rank sends or receives.
 //! - In `LogGP` (Alexandrov et al. 1995), the computation costs the same, and the gap equals the overhead. A rank with
-//!   `m` messages, sent and received, and `b` bytes in the direction with more bytes needs `m overhead + b / bandwidth`.
-//!   The round costs the largest of these times, and the latency.
+//!   `m` messages, sent and received, and `b` bytes in the direction with more bytes needs
+//!   `m overhead + b / bandwidth`. The communication of the round costs the largest of these times, plus the latency.
 //! - Brent's bound on the steps with p processors is `work / p + depth`, with the work and depth of the ledger.
 //!
-//! A round without messages has no communication. A phase may charge the work of several rounds in the last of them, so
-//! the maxima may be smaller than the maxima of the actual rounds.
+//! A round without messages has no communication. A phase may charge the work of several rounds in the last of them.
+//! The maximum over the ranks of the sum is at most the sum of the maxima, so the prediction may be too low.
 
 use septet_core::{Run, TrafficTotal};
 use septet_protocol::ids::{Phase, Rank};
@@ -43,9 +43,10 @@ pub struct Prediction {
     pub messages: u64,
     /// Bytes of all messages.
     pub bytes: u64,
-    /// Bytes divided by the size of `n^(1-1/d) p^(1/d)` point records, which is the surface of p subdomains.
+    /// Bytes divided by the size of `n^(1-1/d) p^(1/d)` point records. This number of points lies on the surfaces of p
+    /// subdomains.
     pub surface_ratio: f64,
-    /// Charged work of the busiest rank of a round, summed over the rounds.
+    /// Charged work of the busiest rank of each round, summed over the rounds.
     pub busiest_work: u64,
     /// `work / p + depth`.
     pub brent: u64,
@@ -60,7 +61,8 @@ pub struct Prediction {
 /// Predicted seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct PredictedSeconds {
-    /// Computation of the slowest rank of a round, summed over all rounds.
+    /// Computation of the slowest rank of each round, summed over all rounds, plus the time that does not depend on the
+    /// workers.
     pub compute: f64,
     /// Communication, summed over all rounds.
     pub communicate: f64,

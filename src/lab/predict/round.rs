@@ -7,7 +7,7 @@ use septet_protocol::ledger::{Ledger, RankKey, RankTally};
 
 use super::hardware::Hardware;
 
-/// The largest loads of a rank in one round. Different ranks may have them.
+/// The largest loads of a rank in one round. Each may be the load of a different rank.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Round {
     /// Charged work.

@@ -19,8 +19,8 @@ pub struct RunContext<'a> {
     pub write_seconds: f64,
     /// Measured seconds of the whole command.
     pub total_seconds: f64,
-    /// Measured memory before the run.
+    /// Measured resident memory before the run, in bytes.
     pub rss_before_bytes: Option<u64>,
-    /// Measured peak memory.
+    /// Measured peak of resident memory, in bytes.
     pub peak_rss_bytes: Option<u64>,
 }

@@ -62,7 +62,7 @@ impl CostHeader {
     }
 }
 
-/// A row.
+/// A row of a cost trace.
 #[derive(Serialize)]
 struct Row<'a> {
     #[expect(clippy::struct_field_names, reason = "the name in the format")]
@@ -81,7 +81,7 @@ struct Row<'a> {
     after: &'a [u64],
 }
 
-/// The name of a primitive, and its number of items.
+/// A call of a primitive, or a vector step whose items have their own calls.
 #[derive(Serialize)]
 struct Entry {
     primitive: &'static str,
@@ -143,7 +143,7 @@ pub fn write_cost_trace(out: &mut impl Write, header: CostHeader, trace: &CostTr
     Ok(())
 }
 
-/// Returns the counts of a ledger in the form in which a report states them.
+/// Returns the counts of a ledger in the form of a report.
 pub fn ledger_counts(ledger: &Ledger) -> ReportedCounts {
     let total = |total: &Total| ReportedTotal {
         work: Some(total.work),

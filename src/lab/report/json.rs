@@ -1,5 +1,6 @@
-//! The layout of the JSON. Each field of an object and each row of a list is on a separate line, and deeper values
-//! stay on that line. Reports are therefore small, and can be read and compared line by line.
+//! The layout of the JSON. Each field of the outermost object begins a line, and so does each object that is an element
+//! of a list near the top. Deeper values stay on the line of the object that contains them. Reports are therefore
+//! small, and can be read and compared line by line.
 
 use std::io::{self, Write};
 
@@ -8,7 +9,7 @@ use serde_json::ser::Formatter;
 
 use super::RunReport;
 
-/// Containers deeper than this stay on one line.
+/// Largest number of open containers at which an object in a list begins a line.
 const OPEN_LEVELS: usize = 3;
 
 /// A formatter that breaks lines in the outer levels.

@@ -8,7 +8,7 @@ use septet_core::config::{Config, Constants, sets_name};
 
 use super::context::RunContext;
 
-/// The options of a run as requested. Other fields of the report contain the values that the run used.
+/// The options of a run as requested, except `leaf`. Other fields of the report contain the values that the run used.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Parameters {
     /// `triangulate` or `simulate`.
@@ -39,7 +39,7 @@ pub struct Parameters {
     pub samples: String,
     /// A number, or `auto`.
     pub tries: String,
-    /// Largest leaf of the run, in points.
+    /// Largest number of points in a leaf, as the run used it.
     pub leaf: u64,
     /// Whether septet chose the leaf size.
     pub leaf_auto: bool,

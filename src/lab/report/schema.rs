@@ -24,13 +24,13 @@ pub struct RunReport {
     pub parameters: Parameters,
     /// Seed of every random draw.
     pub seed: u64,
-    /// The supergraph that was used; none for `triangulate`, or if there was nothing to triangulate.
+    /// The supergraph of the run. Its kind is `none` for `triangulate`, and if there was nothing to triangulate.
     pub supergraph: SupergraphReport,
     /// The input points, counted by use.
     pub points: PointsReport,
     /// Number of coordinates: 2 or 3.
     pub space: usize,
-    /// Dimension of the affine hull of the points; -1 for no points. Below `space` there are no simplices.
+    /// Dimension of the affine hull of the points; -1 for no points. If it is below `space`, there are no simplices.
     pub dimension: isize,
     /// Number of triangles or tetrahedra.
     pub simplices: u64,
@@ -38,7 +38,7 @@ pub struct RunReport {
     pub hull_facets: u64,
     /// `passed`, or `failed: ` and the reason. If it failed, there are no simplices.
     pub certificate: String,
-    /// Splaying of stars that disagree.
+    /// The splaying of stars that disagree.
     pub repair: RepairReport,
     /// Points that were gathered because splaying was stopped early.
     pub fallback: Option<Fallback>,
@@ -66,11 +66,11 @@ pub struct RunReport {
     pub graph: Option<GraphReport>,
     /// Sampled points and the tree, for pictures. `None` if not requested.
     pub view: Option<View>,
-    /// Bytes received by the coordinator, except for reading and merging.
+    /// Bytes that the coordinator received, except input, cells and other results in bulk.
     pub control_bytes: u64,
     /// Measured wall-clock seconds.
     pub seconds: RunSeconds,
-    /// Measured resident memory before the run, when the points are already in memory.
+    /// Measured resident memory before the run, with the points in memory.
     pub rss_before_bytes: Option<u64>,
     /// Measured peak of resident memory.
     pub peak_rss_bytes: Option<u64>,
@@ -128,7 +128,7 @@ pub struct HowProved {
     pub direct: u64,
     /// Stars of `simulate` proved by the certificate and the supergraph alone, as the paper assumes.
     pub hypothesis: u64,
-    /// Stars proved by a ball of the known radius.
+    /// Unchanged stars whose circumspheres all lie in the ball of the known radius around the vertex.
     pub local_radius: u64,
     /// Stars changed by splaying.
     pub exchange: u64,
@@ -187,7 +187,7 @@ pub struct PhaseReport {
     pub seconds: f64,
 }
 
-/// One link of the critical path.
+/// One entry of the critical path.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct PathReport {
     /// Id of the node: the root is 1, and the children of s are 2s (inside) and 2s + 1 (outside).
@@ -217,7 +217,7 @@ pub struct RoundReport {
     pub bytes: u64,
     /// Bytes of the longest message.
     pub largest: u64,
-    /// Number of separators drawn again.
+    /// Number of separators drawn after a rejected one.
     pub retries: u64,
     /// Number of separators drawn.
     pub separators: u64,
@@ -243,16 +243,16 @@ pub struct TreeReport {
     pub planes: u64,
     /// Size of the larger side over the number of owned points of the node; the maximum over all splits.
     pub largest_split_ratio: Option<f64>,
-    /// Mean of the ratio, over all nodes.
+    /// Mean of this ratio, over all splits.
     pub mean_split_ratio: Option<f64>,
-    /// Largest number of attempts at a separator.
+    /// Largest number of attempts at the separator of a node.
     pub largest_attempts: u64,
-    /// Mean number of attempts.
+    /// Mean number of attempts per split.
     pub mean_attempts: Option<f64>,
     /// Number of points whose balls meet the separator, over `m^(1 - 1/d)` for m owned points; the maximum over all
     /// splits.
     pub largest_separator_ratio: Option<f64>,
-    /// Mean of the ratio, over all nodes.
+    /// Mean of this ratio, over all splits.
     pub mean_separator_ratio: Option<f64>,
     /// The levels, beginning with the root.
     pub by_level: Vec<TreeLevelReport>,
@@ -271,9 +271,9 @@ pub struct TreeLevelReport {
     pub points: u64,
     /// Number of owned points of the largest node.
     pub largest: u64,
-    /// Largest split ratio.
+    /// Largest split ratio of the level (see [`TreeReport::largest_split_ratio`]).
     pub largest_split_ratio: Option<f64>,
-    /// Largest number of attempts at a separator.
+    /// Largest number of attempts at the separator of a node.
     pub largest_attempts: u64,
     /// Number of points whose balls meet a separator.
     pub separator_points: u64,
@@ -321,7 +321,7 @@ pub struct GraphReport {
     pub max_degree: u64,
     /// Mean degree.
     pub mean_degree: f64,
-    /// Sum of the sizes of all leaves, divided by the number of points.
+    /// Number of points of all leaves, ghosts included, divided by the number of points.
     pub replication: f64,
 }
 

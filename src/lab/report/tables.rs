@@ -1,5 +1,5 @@
 //! The report as tables of phases, rounds and tree levels, in aligned text, Markdown or CSV. A column contains either
-//! modelled counts or measured times, and its name says which.
+//! modelled counts or measured times. Its name states the kind.
 
 use std::fmt::Write;
 
@@ -28,7 +28,7 @@ pub(crate) enum TableColumn {
     Measured(&'static str),
 }
 
-/// A cell; empty if not counted.
+/// The text of a cell. Empty if the value was not counted.
 type Cell = String;
 
 /// A table.
@@ -179,7 +179,7 @@ impl RunReport {
     fn phase_table(&self, format: TableFormat) -> Table {
         use TableColumn::{Label, Measured, Modelled};
         let mut columns = vec![Label("phase")];
-        // In aligned text, an asterisk at the name replaces the column.
+        // In aligned text, an asterisk at the names of other phases replaces the column `paper`.
         let starred = format == TableFormat::Text;
         if !starred {
             columns.push(Label("paper"));

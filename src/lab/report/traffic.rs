@@ -23,9 +23,9 @@ pub struct BinReport {
 /// Messages by phase, sender and receiver.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct TrafficReport {
-    /// Ranks of each bin; `from` and `to` are positions in this list.
+    /// The bins. `from` and `to` are positions in this list.
     pub bins: Vec<BinReport>,
-    /// Whether bins contain more than one rank.
+    /// Whether some bins contain more than one rank.
     pub grouped: bool,
     /// One row for each phase and pair of bins with messages.
     pub rows: Vec<LinkReport>,
@@ -49,9 +49,9 @@ pub struct LinkReport {
 /// Messages by round, phase and sender.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct TimelineReport {
-    /// Ranks of each bin; `worker` is a position in this list.
+    /// The bins. `worker` is a position in this list.
     pub bins: Vec<BinReport>,
-    /// Whether bins contain more than one rank.
+    /// Whether some bins contain more than one rank.
     pub grouped: bool,
     /// One row for each round, phase and bin with messages.
     pub rows: Vec<SenderReport>,

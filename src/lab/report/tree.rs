@@ -29,7 +29,7 @@ impl Spread {
     }
 }
 
-/// Returns the size of the larger side over the number of owned points.
+/// Returns the size of the larger side over the number of owned points of the node.
 fn split_ratio(facts: &NodeFacts) -> f64 {
     facts.inside.max(facts.population - facts.inside) as f64 / facts.population.max(1) as f64
 }
@@ -93,7 +93,7 @@ fn levels(run: &Run) -> Vec<TreeLevelReport> {
         for row in levels.values_mut() {
             let depth = |phase| Some(deepest(&run.ledger, phase, row.level));
             row.partition_depth = depth(Phase::Partition);
-            // Only supergraphs that are built from nearest-neighbour balls have this phase.
+            // Only runs whose supergraph is built from nearest-neighbour balls have this phase.
             row.neighbours_depth = depth(Phase::Neighbours).filter(|_| has_balls);
             row.merge_depth = depth(Phase::Merge);
         }

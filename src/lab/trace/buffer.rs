@@ -1,8 +1,9 @@
 //! The recording of trace rows: a clock, a buffer for each thread, and the state that all threads share.
 //!
-//! A thread writes rows into its own buffer, so its rows are in the order of their times. It flushes the buffer to
-//! the file when the buffer is full. Counters and arrows need an order among threads, so their rows are created under
-//! a common lock, which only messages and steps take. Locks are nested in the order thread, shared, processes, file.
+//! A thread writes rows into its own buffer, so its rows are in the order of their times. It flushes the buffer to the
+//! file when the buffer is full. Counters and the ids of arrows need an order among threads. They are created under a
+//! common lock, which only messages, steps and the end of the trace take. Locks are nested in the order thread, shared,
+//! processes, file.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -28,7 +29,7 @@ struct Rows {
 }
 
 impl Rows {
-    /// Returns the time in nanoseconds since `start`, later than all previous times.
+    /// Returns the time since `start` in microseconds, which is later than all previous times.
     fn now(&mut self, start: Instant) -> f64 {
         self.last = (start.elapsed().as_nanos() as u64).max(self.last + 1);
         microseconds(self.last)
@@ -59,7 +60,7 @@ struct Buffer {
 #[derive(Debug, Default)]
 struct Shared {
     flights: Flights,
-    /// Number of current steps in each run.
+    /// Number of running steps in each run.
     active: std::collections::BTreeMap<u64, u64>,
     rows: Rows,
 }

@@ -116,14 +116,14 @@ pub(super) enum Naming<'a> {
     Sort { sort_index: u64 },
 }
 
-/// The value of a counter. Perfetto forms the name of the track from the name of the event and this name:
+/// The value of a counter. Perfetto forms the name of the track from the name of the event and the name of the value:
 /// `bytes in flight`, `active subproblems`.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) enum Value {
     /// Bytes in transit.
     #[serde(rename = "in flight")]
     InFlight(u64),
-    /// Number of tree nodes at which a step is running.
+    /// Number of running steps at nodes of the tree.
     #[serde(rename = "subproblems")]
     Subproblems(u64),
 }

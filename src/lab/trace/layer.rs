@@ -65,7 +65,7 @@ impl Visit for Fields {
     fn record_debug(&mut self, _: &Field, _: &dyn std::fmt::Debug) {}
 }
 
-/// The track of a slice.
+/// The kind of a slice, which determines its track.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Phase,

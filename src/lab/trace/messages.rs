@@ -23,8 +23,8 @@ impl Flights {
         self.next
     }
 
-    /// Removes a received message and returns the id of its arrow. Returns `None` if its sending was not recorded or it
-    /// has already arrived.
+    /// Removes a received message and returns the id of its arrow. Returns `None` if the sending was not recorded, or
+    /// if the message has already arrived.
     pub(super) fn arrive(&mut self, name: Name) -> Option<u64> {
         let (id, bytes) = self.open.remove(&name)?;
         *self.sums.entry(name.0).or_default() -= bytes;

@@ -1,6 +1,6 @@
 //! Traces of runs in Chrome's JSON format, which Perfetto (<https://ui.perfetto.dev>) opens.
 //!
-//! Workers report their work as spans and events ([`septet_workers::profile`]). The layer reads the clock and writes:
+//! Ranks report their work as spans and events ([`septet_workers::profile`]). The layer reads the clock and writes:
 //!
 //! - A process for the coordinator and for every worker of a run, in the order of their ranks.
 //! - In each process, a track `rounds` with one slice for the work between two exchanges. Its name is the phase,
@@ -9,7 +9,7 @@
 //! - Tracks `steps`, one for each operating system thread that worked for the rank. A slice is a step at a node of
 //!   the partition tree (`split`, `draw`, `leaf hulls`, ...).
 //! - An arrow for every message, from the slice of the sender to the slice of the receiver.
-//! - Counters at the coordinator: bytes in flight, and tree nodes at which a step is running.
+//! - Counters at the coordinator: bytes in flight, and running steps at nodes of the tree.
 //!
 //! There is no global state: the caller installs the layer for all threads or for a scope. `tracing` itself has
 //! global state, however. While only a scope has a subscriber, an event may be lost if another thread without a
@@ -31,10 +31,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`septet_core::config::Machine::run`] distinguishes the runs of one layer. Each run has its own processes in the
-//! trace, and so does the planning run of [`septet_core::config::Workers::Leaves`]. A worker in a separate process is
-//! not recorded here, and its messages have no arrows. If that process installs a layer, its trace contains the slices
-//! of the worker.
+//! [`septet_core::config::Machine::run`] identifies a run among the runs of one layer. Each run has its own processes
+//! in the trace, and so does the planning run of [`septet_core::config::Workers::Leaves`]. A worker in a separate
+//! process is not recorded here, and its messages have no arrows. If that process installs a layer, its trace contains
+//! the slices of the worker.
 //!
 //! Times are microseconds since the creation of the layer, with three decimals, strictly increasing in each thread.
 //! Each thread collects its rows in a buffer of 64 KiB. The file grows under a temporary name. When it is finished,

@@ -47,14 +47,14 @@ impl Lane {
     }
 }
 
-/// A run in the trace.
+/// The number of a run in the trace, and whether it is a planning run.
 #[derive(Clone, Copy, Debug)]
 struct Known {
     number: u64,
     planning: bool,
 }
 
-/// The processes and threads that have names.
+/// The runs of the trace, and the processes and threads that already have names.
 #[derive(Debug, Default)]
 pub(super) struct Processes {
     runs: BTreeMap<u64, Known>,

@@ -5,18 +5,20 @@
 //! depth 1. If the items have their own costs, the step costs the sum of their work and the maximum of their depths.
 //! A scan costs one step. A second depth ([`Price::depth_log_scan`]) charges `ceil(log2 m)` for it.
 //!
-//! **Prices.** Every primitive pays through one private call, `Cost::pay`, with its name and its number of items. The
-//! table at [`Primitive`] gives the cost of the call.
+//! **Prices.** Every primitive pays through the private method `Cost::pay`, with its name and its number of items. The
+//! table at [`Primitive`] gives the cost of the call. Two methods do not use it: [`Cost::charge_sweeps`] adds the
+//! prices of several sweeps at once, and [`Cost::run_lanes`] adds the price of its lanes.
 //!
-//! **Integrity.** The fields of [`Cost`] are private, and only the primitives below raise them. A primitive takes its
-//! items from the data that it walks, or from a [`Sweep`], which counts items while a traversal visits them. The traversal
-//! itself may be faster on a processor than the step that it charges.
+//! **Integrity.** The fields of [`Cost`] are private, and only the methods below increase them. A primitive takes its
+//! number of items from the data that it walks, or from a [`Sweep`], which counts items while a traversal visits them.
+//! On a processor, the traversal itself may be faster than the step that it charges.
 //!
-//! **Scans.** A scan runs over the items of its call. If a group of workers shares a subproblem, a member knows only its
-//! own share of these items. The meter of a subproblem ([`Cost::of_subproblem`]) therefore counts scans, every member
-//! charges its share, and [`Price::join`] merges the shares (sum of work, maximum depth). The ledger prices the scans
-//! over the items of the whole subproblem ([`Price::depth_log_scan`]). The meter of a nested problem
-//! ([`Cost::nested`]), for example of one star, prices each scan at once. So no count depends on the number of workers.
+//! **Scans.** A scan runs over the items of its call. If a group of workers shares a subproblem, a member knows only
+//! its own share of these items. The meter of a subproblem ([`Cost::of_subproblem`]) therefore counts scans, every
+//! member charges its share, and [`Price::join`] merges the shares (sum of work, maximum depth). The ledger prices the
+//! scans over the items of the whole subproblem ([`Price::depth_log_scan`]). The meter of a nested problem
+//! ([`Cost::nested`]), for example of one star, prices each scan at once. No count therefore depends on the number of
+//! workers.
 //!
 //! **Second account.** A meter can also record its calls, without prices ([`Tape`]). The laboratory prices such records
 //! independently of this module.
@@ -51,7 +53,8 @@ pub struct Cost {
 
 #[expect(clippy::inline_always, reason = "the price of a known primitive is a few instructions")]
 impl Cost {
-    /// Creates the meter of a subproblem, whose scans the ledger prices. If `records` is set, it also records its calls.
+    /// Creates the meter of a subproblem, whose scans the ledger prices. If `records` is set, it also records its
+    /// calls.
     pub fn of_subproblem(records: bool) -> Self {
         Cost { price: Price::ZERO, is_nested: false, tape: records.then(Box::default) }
     }
@@ -96,12 +99,12 @@ impl Cost {
         }
     }
 
-    /// Starts a vector step whose items have their own meters.
+    /// Starts a vector step whose items have their own meters. [`Cost::run_lanes`] charges it.
     pub fn lanes(&self) -> Lanes {
         Lanes::new(self.tape.is_some())
     }
 
-    /// Charges a vector step: the sum of the work of its lanes, and their maximum depth.
+    /// Charges a vector step: the sum of the work of its lanes, and the maximum of their depths.
     pub fn run_lanes(&mut self, lanes: Lanes) {
         let (price, step) = lanes.into_step();
         self.price.then(price);
@@ -183,7 +186,7 @@ impl Cost {
         items.iter().copied().partition(|t| left(t))
     }
 
-    /// Copies one value to every item by a copy-scan; `set` stores it.
+    /// Copies one value to every item by a copy-scan. `set` stores the value in an item.
     pub fn broadcast<T>(&mut self, items: &mut [T], mut set: impl FnMut(&mut T)) {
         self.pay(Primitive::Scan, items.len());
         items.iter_mut().for_each(&mut set);
@@ -235,8 +238,8 @@ impl Cost {
         cols.each_row(rows, visitor);
     }
 
-    /// Visits all pairs like [`Cost::all_pairs`], for a visitor that keeps a list of columns for each row. The scan computes
-    /// the places of the pairs in the lists, and another vector step moves the pairs there.
+    /// Visits all pairs like [`Cost::all_pairs`], for a visitor that keeps a list of columns for each row. The scan
+    /// computes the positions of the pairs in the lists, and another vector step moves the pairs there.
     pub fn all_pairs_to_lists<P: Point>(
         &mut self,
         rows: &[P],
@@ -247,8 +250,8 @@ impl Cost {
         self.pay(Primitive::VectorStep, rows.len() * cols.len());
     }
 
-    /// Visits all pairs like [`Cost::all_pairs`], for a visitor that keeps the `k` nearest columns of each row. For `k > 1`,
-    /// the pairs are also sorted by row and distance, and a vector step moves the first `k` pairs of each row.
+    /// Visits all pairs like [`Cost::all_pairs`], for a visitor that keeps the `k` nearest columns of each row. For
+    /// `k > 1`, the pairs are also sorted by row and distance, and a vector step moves the first `k` pairs of each row.
     pub fn all_pairs_to_nearest<P: Point>(
         &mut self,
         rows: &[P],
@@ -299,8 +302,8 @@ impl Cost {
     /// Charges the replication of the items of a finished sweep to the two children of a node:
     /// 1. A copy-scan copies the separator to the items.
     /// 2. Two vector steps compute the sides that each item reaches.
-    /// 3. A scan finds the places of the copies.
-    /// 4. A vector step moves the items, and a copy-scan copies each to its places.
+    /// 3. A scan computes the positions of the copies.
+    /// 4. A vector step moves the items, and a copy-scan copies each item to its positions.
     pub fn charge_replication(&mut self, sweep: Sweep) {
         self.pay(Primitive::Replicate, sweep.items() as usize);
     }
@@ -316,7 +319,7 @@ impl Cost {
         self.pay(Primitive::Pairs, sweep.items() as usize);
     }
 
-    /// Charges a finished sweep of iterations that one processor performs in sequence.
+    /// Charges the iterations that a finished sweep counted, which one processor performs in sequence.
     pub fn charge_sequence(&mut self, sweep: Sweep) {
         self.pay(Primitive::Sequential, sweep.items() as usize);
     }
@@ -326,14 +329,14 @@ impl Cost {
         self.pay(Primitive::Sort, sweep.items() as usize);
     }
 
-    /// Charges the lists of a finished sweep's pairs, as [`Cost::all_pairs_to_nearest`] does.
+    /// Charges the lists of the `k` nearest of a finished sweep's pairs, as [`Cost::all_pairs_to_nearest`] does.
     pub fn charge_lists(&mut self, pairs: Sweep, k: usize) {
         self.charge_lists_of(pairs.items() as usize, k);
     }
 
-    /// Charges the lists that the pairs of rows and columns leave, after [`Cost::all_pairs`]. For `k = 1`, the reduction of
-    /// each row is the result. Otherwise the pairs are sorted by row and distance, and a vector step moves the first `k`
-    /// pairs of each row.
+    /// Charges the lists of the `k` nearest columns of each row, after the pairs were charged by [`Cost::all_pairs`].
+    /// For `k = 1`, the reduction of each row is the result. Otherwise the pairs are sorted by row and distance, and a
+    /// vector step moves the first `k` pairs of each row.
     fn charge_lists_of(&mut self, pairs: usize, k: usize) {
         if k > 1 {
             self.pay(Primitive::Sort, pairs);
@@ -342,8 +345,8 @@ impl Cost {
     }
 
     /// Charges a merge of two sorted lists of `len` items for each item of a finished sweep: `ceil(log2 (2 len))`
-    /// vector steps over all items of the lists (bitonic merge, Batcher 1968). Lists of one item are a comparison, which
-    /// [`Cost::charge_combination`] contains.
+    /// vector steps over all items of the lists (bitonic merge, Batcher 1968). For lists of one item, the merge is a
+    /// comparison, which [`Cost::charge_combination`] includes.
     pub fn charge_list_merges(&mut self, sweep: Sweep, len: u32) {
         if len > 1 {
             let items = sweep.items() * 2 * u64::from(len);

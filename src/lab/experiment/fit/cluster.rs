@@ -1,8 +1,10 @@
-//! Least squares with errors that are clustered, and one-sided tests of a coefficient.
+//! Least squares with clustered errors, and one-sided tests of a coefficient.
 //!
-//! **Statement.** The rows of a cluster (a run, or all runs of one size) may depend on each other. The error of a
-//! coefficient is the clustered sandwich CR1: with G clusters, N rows and K coefficients, the sum over clusters of the
-//! squared scores, times `G/(G-1) (N-1)/(N-K)`. Tests use Student's distribution with G - 1 degrees of freedom.
+//! **Statement.** The rows of a cluster (a run, or all runs of one size) may depend on each other. The *score* of a
+//! cluster is the contribution of its residuals to a coefficient: the row of `(A'A)^-1 A'` for the coefficient, times
+//! the residuals. The variance of the coefficient is the clustered sandwich CR1: with G clusters, N rows and K
+//! coefficients, it is the sum of the squared scores times `G/(G-1) (N-1)/(N-K)`. Tests use Student's distribution with
+//! G - 1 degrees of freedom.
 
 use std::collections::BTreeMap;
 
@@ -56,7 +58,7 @@ impl Estimate {
         if self.error > 0.0 {
             return t_above(self.freedom, distance / self.error);
         }
-        // Data without error decide by themselves.
+        // Without an error, the estimate decides.
         f64::from(u8::from(distance <= 0.0))
     }
 

@@ -7,11 +7,11 @@ use super::equivalence::Equivalence;
 use super::growth::{Growth, LawFit};
 use super::lack::rejects;
 
-/// A law remains possible if its Akaike criterion exceeds the best law's criterion by at most this difference: 2 ln
-/// 100. The best law is then at most a hundred times as likely.
+/// A law remains possible if its Akaike criterion exceeds that of the best law by at most this difference, `2 ln 100`.
+/// The best law is then at most a hundred times as likely as the other law.
 pub(super) const APART: f64 = 9.210_340_371_976_182;
 
-/// If the test for curvature finds none, a law is excluded if the test has at least this power against it.
+/// If the test for curvature finds none, it excludes the laws against which it has at least this power.
 const ENOUGH: f64 = 0.95;
 
 /// A conclusion.
@@ -21,9 +21,9 @@ const ENOUGH: f64 = 0.95;
 pub enum Conclusion {
     /// The count does not grow: two one-sided tests find its change over the range of sizes within the margin.
     Flat,
-    /// No growth is significant, but a change beyond the margin cannot be excluded.
+    /// Growth is not significant, but a change beyond the margin is not excluded either.
     Unclear,
-    /// The count grows like this law, and like no other law of the list.
+    /// The count grows like this law, and like no other [`Law`].
     Law {
         /// The law.
         law: Law,
@@ -33,9 +33,9 @@ pub enum Conclusion {
         /// The laws.
         laws: Vec<Law>,
     },
-    /// The count grows, but no law of the list fits.
+    /// The count grows, but no [`Law`] fits.
     NoneOfThese,
-    /// The count bends downwards against log n: it grows more slowly than any law of the list.
+    /// The count bends downwards against log n: it grows more slowly than any [`Law`].
     Slower,
     /// The count decreases.
     Falls,
@@ -100,11 +100,11 @@ impl Conclusion {
         match self {
             Conclusion::Flat => "it does not grow at these n, within the margin".to_string(),
             Conclusion::Law { law } => format!("it grows like {}", law.name()),
-            Conclusion::Unclear => "cannot tell whether it grows at these n".to_string(),
-            Conclusion::NoneOfThese => "it grows, like none of these".to_string(),
+            Conclusion::Unclear => "its growth at these n is unclear".to_string(),
+            Conclusion::NoneOfThese => "it grows, but like none of these laws".to_string(),
             Conclusion::CannotTell { laws } => {
                 let names: Vec<&str> = laws.iter().map(|law| law.name()).collect();
-                format!("it grows; cannot tell {} apart at these n", names.join(", "))
+                format!("it grows, but these n do not distinguish {}", names.join(", "))
             }
             Conclusion::Slower => "it grows more slowly than log n".to_string(),
             Conclusion::Falls => "it falls".to_string(),
@@ -113,15 +113,15 @@ impl Conclusion {
             }
             Conclusion::SizeBound => "the depth of a level depends on its size".to_string(),
             Conclusion::SizeUnclear => {
-                "cannot tell whether the depth of a level depends on its size".to_string()
+                "it is unclear whether the depth of a level depends on its size".to_string()
             }
         }
     }
 }
 
 impl Growth {
-    /// Returns `true` if an equivalence test finds no growth. If the means bend, which a straight line cannot show,
-    /// their spread must also be within the margin.
+    /// Returns `true` if an equivalence test finds no growth. The test fits a straight line, which cannot show a bend.
+    /// If the means bend, their spread must therefore also be within the margin.
     fn is_flat(&self) -> bool {
         let straight = self.change.low.abs().max(self.change.high.abs()) < self.margin;
         let means = || self.table.iter().map(|row| row.mean);

@@ -8,7 +8,7 @@ pub enum Law {
     /// log2 n.
     #[serde(rename = "log n")]
     Log,
-    /// (log2 n)^1.5. In space, it is the law (log2 n)^(d/2) of Section 4.5 of the paper.
+    /// (log2 n)^1.5. In space, this is the law (log2 n)^(d/2) of Section 4.5 of the paper.
     #[serde(rename = "log^1.5 n")]
     LogThreeHalves,
     /// (log2 n)^2.

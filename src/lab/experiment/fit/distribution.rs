@@ -107,8 +107,8 @@ pub(super) fn f_above(above: f64, below: f64, f: f64) -> f64 {
 
 /// Returns the t with `P(T <= t) = p`, or NaN if there are no degrees of freedom or p is not a probability.
 ///
-/// It uses Newton's method from 0. P(T > t) decreases and is convex for t > 0, so the iterates increase to the root
-/// and do not pass it. They stop when rounding prevents a further increase.
+/// It uses Newton's method, starting at 0. P(T > t) decreases and is convex for t > 0, so the iterates increase to the
+/// root and do not pass it. They stop when rounding prevents a further increase.
 pub(super) fn t_quantile(freedom: f64, p: f64) -> f64 {
     if freedom.is_nan() || freedom <= 0.0 || !(0.0..=1.0).contains(&p) {
         return f64::NAN;

@@ -13,7 +13,7 @@ const SIZE: f64 = 0.05;
 /// The slope of depth against log2 of the size, and whether it is within the margin.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Equivalence {
-    /// Steps per doubling, with the 90 % interval of the two tests.
+    /// Steps per doubling of the size, with the 90 % interval of the two tests.
     pub slope: Interval,
     /// Mean depth.
     pub mean: f64,
@@ -21,8 +21,8 @@ pub struct Equivalence {
     pub margin: f64,
     /// The margin in steps.
     pub margin_steps: f64,
-    /// The larger p-value of the two tests: if the slope were at the nearer end of the margin, the probability of data
-    /// at least this flat.
+    /// The larger p-value of the two tests: the probability of data at least this flat if the slope were at the nearer
+    /// end of the margin.
     pub p: f64,
     /// Whether the depth is flat: p is below 5 %.
     pub flat: bool,
@@ -40,7 +40,7 @@ pub struct Equivalence {
 pub(super) type LevelRow = (usize, f64, f64);
 
 /// Tests `depth = a + s log2 m` for s within the margin. The error treats runs as clusters (CR1). Returns `None` for
-/// fewer than 3 runs with more than one size.
+/// fewer than 3 runs, or if all levels have the same size.
 pub(super) fn equivalence(levels: &[LevelRow], margin: f64) -> Option<Equivalence> {
     let rows: Vec<Observation> =
         levels.iter().map(|&(_, x, y)| Observation { columns: vec![x], y, weight: 1.0 }).collect();
@@ -68,7 +68,7 @@ pub(super) fn equivalence(levels: &[LevelRow], margin: f64) -> Option<Equivalenc
         if error > 0.0 {
             return t_above(freedom, distance / error);
         }
-        // If all depths are 0, they cannot depend on the size.
+        // If all depths are 0, they do not depend on the size, and p is 0.
         f64::from(u8::from(distance < 0.0 || (distance == 0.0 && mean != 0.0)))
     };
     let p = beyond(steps - value).max(beyond(steps + value));

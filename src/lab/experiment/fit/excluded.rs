@@ -1,14 +1,15 @@
-//! The share of a higher law that the data do not exclude.
+//! The largest share of a faster-growing law that the data do not exclude.
 //!
-//! **Statement.** Let g be the law of a conclusion, h a higher law of the list, and X the largest size. The fit
-//! `y = a + b g(x) + c h(x)` over the means at each size has the two-sided 95 % interval `[low, high]` of c, by
+//! **Statement.** Let g be the law of a conclusion, h a law of [`Law`] that grows faster, and X the largest size. The
+//! fit `y = a + b g(x) + c h(x)` over the means at each size has the two-sided 95 % interval `[low, high]` of c, by
 //! Student's t. The share of h is `c h(X) / y(X)`, where y(X) is the fitted value. [`NotExcluded::share`] is
 //! `max(0, high) h(X) / y(X)`: a mixture with a larger share is rejected at a one-sided level of 2.5 %. If the
 //! conclusion names several laws, g is the lowest of them. If the count does not grow, g is absent and the fit is
 //! `y = a + c h(x)`.
 //!
 //! **Several higher laws.** A check that every share is at most a bound rejects a union of hypotheses ("some law has a
-//! larger share"). It passes only if each of them is rejected, so its level is 2.5 % without a correction (Berger 1982).
+//! larger share"). It passes only if each hypothesis is rejected, so its level is 2.5 % without a correction (Berger
+//! 1982).
 //!
 //! **Departures.** y(X) is treated as known, because its relative error is far below that of c. The share refers to the
 //! whole count, including the constant a. A share can exceed 1: in such a mixture, a or b is negative.
@@ -20,18 +21,19 @@ use super::design::Law;
 use super::growth::Growth;
 use super::ols::{Observation, least_squares};
 
-/// A higher law, and the largest share of it that the data do not exclude.
+/// A *higher* law, which grows faster than the law of the conclusion, and the largest share of it that the data do not
+/// exclude.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct NotExcluded {
     /// The higher law.
     pub law: Law,
-    /// The share of the count at the largest size. Larger shares are excluded at a one-sided level of 2.5 %.
+    /// The share of the law in the count at the largest size. Larger shares are excluded at a one-sided level of 2.5 %.
     pub share: f64,
 }
 
 impl NotExcluded {
-    /// Returns the share and its law, rounded up to a percent.
+    /// Returns the law and its share, rounded up to a whole percent. Shares of 1 or more are "all of" the law.
     pub(super) fn words(&self) -> String {
         let law = self.law.name();
         if self.share < 1.0 {
@@ -42,8 +44,8 @@ impl NotExcluded {
     }
 }
 
-/// Returns the laws above the conclusion, with the largest share first. The list is empty if the conclusion names no law,
-/// or if no law of the list is higher.
+/// Returns the laws above the conclusion with their shares, the largest share first. The list is empty if the
+/// conclusion names no law, or if no [`Law`] is higher.
 pub(super) fn not_excluded(growth: &Growth, conclusion: &Conclusion, dimension: usize) -> Vec<NotExcluded> {
     let Some(base) = Base::of(conclusion) else { return Vec::new() };
     let higher = Law::all(dimension).filter(|&law| base.is_below(law));
@@ -53,7 +55,7 @@ pub(super) fn not_excluded(growth: &Growth, conclusion: &Conclusion, dimension: 
     shares
 }
 
-/// The law of a conclusion.
+/// The law that a conclusion names, or a constant.
 #[derive(Clone, Copy, Debug)]
 enum Base {
     Constant,
@@ -131,8 +133,8 @@ mod tests {
         (conclusion, shares)
     }
 
-    /// The planted mixture `95 L + 0.5 L^2` has 9.5 % of log^2 n at L = 20. An upper end of a 95 % interval misses it in
-    /// 2.5 % of draws.
+    /// The planted mixture `95 L + 0.5 L^2` has 9.5 % of log^2 n at L = 20. An upper end of a 95 % interval misses it
+    /// in 2.5 % of draws.
     #[test]
     fn a_planted_share_is_not_excluded() {
         let mut rng = ChaCha8Rng::seed_from_u64(3);

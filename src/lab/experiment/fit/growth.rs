@@ -13,7 +13,7 @@ use super::lack::lack_of_fit;
 use super::nested::{Curvature, curvature};
 use super::ols::{Interval, Observation, least_squares};
 
-/// Number of sizes that a curve with three coefficients needs for an error estimate.
+/// Smallest number of sizes of a fit. A curve with three coefficients then leaves two degrees of freedom for the error.
 pub(super) const LEAST_SIZES: usize = 5;
 
 /// Growth with n.
@@ -81,17 +81,18 @@ pub struct LawFit {
     pub slope: Interval,
     /// Fraction of the (weighted) variance that the law explains.
     pub r_squared: f64,
-    /// Probability of a residual of at least this size if the law holds, compared with more flexible curves.
+    /// The p-value of the tests for lack of fit: the probability of residuals at least this much larger than those of
+    /// more flexible curves if the law holds.
     pub lack_of_fit: f64,
     /// Akaike's criterion minus its value for the best law.
     pub behind: f64,
-    /// Quadratic term of the fitted law's values in log2 x.
+    /// Quadratic term in log2 x of the fitted values of the law.
     pub bend: f64,
-    /// Probability that the nested test would detect a quadratic term of this size in data with this error.
+    /// Probability that the nested test would detect the quadratic term `bend` in data with this error.
     pub power: f64,
 }
 
-/// Returns the levels with the index of their run.
+/// Returns the levels of all runs, each with the index of its run.
 pub(super) fn level_rows(runs: &[Vec<(f64, f64)>]) -> Vec<LevelRow> {
     let of_run = |(run, levels): (usize, &Vec<(f64, f64)>)| {
         levels.iter().map(|&(x, y)| (run, x, y)).collect::<Vec<_>>()

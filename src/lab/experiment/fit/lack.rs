@@ -2,17 +2,18 @@
 //!
 //! **Statement.** F tests compare the residual of `y = a + b g` over the means at each size with the residuals of two
 //! flexible references through the same means:
-//! - *steepness*: `y = a + b g + c g ln x`, where c changes the law's exponent. For g = log n, this is the nested test
-//!   of curvature; for log^2 n, it adds log^3 n; for a power of n, it adds the derivative with respect to the
+//! - *steepness*: `y = a + b g + c g ln x`, where c changes the exponent of the law. For g = log n, this is the nested
+//!   test of curvature; for log^2 n, it adds log^3 n; for a power of n, it adds the derivative with respect to the
 //!   exponent.
 //! - *shape*: the cubic in log2 x.
 //!
 //! A law does not fit if either test rejects it at 0.5 %. The joint level is therefore at most 1 %.
 //!
-//! **Departure.** In textbooks, a test for lack of fit estimates the error from the spread of repetitions at one
-//! size. Here, all seeds at one size have the same position on the sawtooth that the leaf size causes, and many
-//! counts do not vary with the seed at all. With this error, every law would be rejected. Instead, the error is the
-//! residual of the reference between sizes, which includes both the sawtooth and the seeds.
+//! **Departure.** In textbooks, a test for lack of fit estimates the error from the spread of repetitions at one size.
+//! Here, all seeds at one size have the same position on the sawtooth that the leaf size causes, and many counts do not
+//! vary with the seed at all. An error estimated from the seeds would therefore be too small, and every law would be
+//! rejected. Instead, the error is the residual of the reference between sizes, which includes both the sawtooth and
+//! the seeds.
 
 use super::design::Law;
 use super::distribution::f_above;
@@ -54,7 +55,7 @@ fn columns(rows: &[Row], of: impl Fn(f64) -> Vec<f64>) -> Vec<Observation> {
 /// determined.
 fn against(law: &Fit, reference: &[Observation], rows: &[Row]) -> f64 {
     let Some(better) = least_squares(reference) else { return 1.0 };
-    // A smaller residual is due to rounding.
+    // Smaller residuals are caused by rounding.
     let rounding = 1e-24 * rows.iter().map(|r| r.2 * r.1 * r.1).sum::<f64>();
     let more = law.freedom - better.freedom;
     if law.rss <= better.rss.max(rounding) || more <= 0.0 {

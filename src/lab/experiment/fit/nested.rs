@@ -16,7 +16,8 @@ const POWER: f64 = 0.95;
 pub struct Curvature {
     /// The coefficient c.
     pub quadratic: Interval,
-    /// F with 1 and `freedom` degrees of freedom for c = 0, which is the square of Student's t.
+    /// The F statistic of the hypothesis c = 0, with 1 and `freedom` degrees of freedom. It is the square of Student's
+    /// t.
     pub f: f64,
     /// Degrees of freedom of the error.
     pub freedom: f64,
@@ -24,7 +25,7 @@ pub struct Curvature {
     pub p: f64,
     /// Whether p is below 1 %.
     pub bends: bool,
-    /// The smallest |c| that a test at 1 % detects in 95 % of repetitions with this error.
+    /// The smallest |c| that the test at 1 % would detect in 95 % of repetitions with this error.
     pub smallest_seen: f64,
     /// The critical value of t.
     pub critical: f64,
@@ -33,7 +34,7 @@ pub struct Curvature {
 /// Tests the quadratic term. Returns `None` for fewer than 4 distinct x.
 ///
 /// For the power, the distribution of t under an alternative is approximated by a shifted central distribution. At 10
-/// degrees of freedom, the error is below one percent.
+/// degrees of freedom, the approximation changes the power by less than one percent.
 pub(super) fn curvature(rows: &[(f64, f64, f64)]) -> Option<Curvature> {
     let full = parabola(rows)?;
     let quadratic = full.coefficients[2];
@@ -69,8 +70,8 @@ fn parabola(rows: &[(f64, f64, f64)]) -> Option<Fit> {
 }
 
 impl Curvature {
-    /// Returns the quadratic term of the fitted law's values at the same x, and the probability that the test detects
-    /// a curvature of this size in data with this error.
+    /// Returns the quadratic term of these rows, which are the fitted values of a law at the same x. Also returns the
+    /// probability that the test detects a curvature of this size in data with the error of this fit.
     pub(super) fn power_against(&self, rows: &[(f64, f64, f64)]) -> (f64, f64) {
         let Some(fit) = parabola(rows) else { return (0.0, 0.0) };
         let bend = fit.coefficients[2].value;

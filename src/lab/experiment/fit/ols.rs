@@ -1,15 +1,16 @@
 //! Weighted least squares with Student's intervals.
 //!
 //! **Statement.** For rows `(1, g_1, .., g_k)` with values y and weights w, the fit minimises the sum of
-//! `w (y - fit)^2`. It uses Householder's QR ([`super::qr`]) of the rows scaled by sqrt(w), with columns scaled so
-//! that their largest entry is 1. The error variance is the weighted residual sum over n - k - 1.
+//! `w (y - fit)^2`. It uses Householder's QR ([`super::qr`]) of the rows scaled by sqrt(w), with columns scaled so that
+//! their largest entry is 1 before the weights are applied. The error variance is the weighted sum of squared residuals
+//! over `N - k - 1`, where N is the number of rows.
 
 use serde::Serialize;
 
 use super::distribution::t_quantile;
 use super::qr::{Solution, Triangle};
 
-/// A row of the fit.
+/// One observation: a row of the fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
     /// The columns without the constant.
@@ -20,16 +21,17 @@ pub struct Observation {
     pub weight: f64,
 }
 
-/// A coefficient with its interval.
+/// An estimate with its interval. The level of the interval is 95 %, unless the field that contains it states another
+/// one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Interval {
     /// The estimate.
     pub value: f64,
     /// The standard error.
     pub error: f64,
-    /// Lower end of the 95 % interval.
+    /// Lower end of the interval.
     pub low: f64,
-    /// Upper end of the 95 % interval.
+    /// Upper end of the interval.
     pub high: f64,
 }
 

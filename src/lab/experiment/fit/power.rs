@@ -1,10 +1,10 @@
 //! A power of n with a free exponent.
 //!
 //! **Statement.** `y = a + b x^e` is fitted by weighted least squares over the means at each size, where e is free and
-//! e = 0 stands for log n. For fixed e, the fit is linear, with the residual sum R(e). The exponent is the minimum of R
-//! over [-2, 4]. Its 95 % interval contains the e with `R(e) <= R_min (1 + t^2 / f)`, where f is the number of sizes
-//! minus 3 and t is Student's quantile at 97.5 % (profile interval; Bates and Watts 1988, Section 6.1). If the e of the
-//! interval are not connected, the interval spans all of them.
+//! e = 0 stands for log n. For fixed e, the fit is linear, with the residual sum R(e). The exponent is the e in [-2, 4]
+//! with the smallest R(e). Its 95 % interval contains the e with `R(e) <= R_min (1 + t^2 / f)`, where f is the number
+//! of sizes minus 3 and t is Student's quantile at 97.5 % (profile interval; Bates and Watts 1988, Section 6.1). If
+//! these e do not form an interval, the interval spans all of them.
 //!
 //! **Use.** A small power looks like a power of log n: over ten octaves, n^0.1 is fitted well by log^2 n. The interval
 //! shows which powers explain the data.
@@ -22,7 +22,7 @@ const RANGE: RangeInclusive<f64> = -2.0..=4.0;
 /// Number of steps of the grid over the range.
 const STEPS: u32 = 120;
 
-/// Number of bisections. Each halves a step of the grid.
+/// Number of iterations of a search within a step of the grid, by golden section or by bisection.
 const HALVINGS: u32 = 40;
 
 /// The exponent of `y = a + b x^e`, with its 95 % interval.
@@ -47,7 +47,8 @@ impl Power {
     }
 }
 
-/// Fits rows of x, mean y and weight. Returns `None` for fewer than 4 sizes, and if the interval is the whole range.
+/// Fits rows of x, mean y and weight. Returns `None` for fewer than 4 sizes, or if the interval is the whole search
+/// range.
 pub(super) fn power(rows: &[(f64, f64, f64)]) -> Option<Power> {
     let freedom = rows.len().checked_sub(3).filter(|&f| f > 0)? as f64;
     let profile = Profile::of(rows);
@@ -69,7 +70,7 @@ pub(super) fn power(rows: &[(f64, f64, f64)]) -> Option<Power> {
 /// The residual sum as a function of the exponent.
 struct Profile<'a> {
     rows: &'a [(f64, f64, f64)],
-    /// Mean of ln x. The powers are of x over the geometric mean.
+    /// Mean of ln x. Powers are taken of x over its geometric mean.
     middle: f64,
 }
 

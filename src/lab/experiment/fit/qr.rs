@@ -18,7 +18,8 @@ pub(super) struct Solution {
     pub bread: Vec<Vec<f64>>,
 }
 
-/// The sum starts at 0. `Iterator::sum` starts at -0, which would be the result for vectors of zeros.
+/// Returns the inner product. The sum starts at 0, because `Iterator::sum` starts at -0 and would return -0 for empty
+/// vectors.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
 }

@@ -34,7 +34,7 @@ pub struct FitReport {
     pub series: Vec<Series>,
 }
 
-/// Runs that differ only in size and seed.
+/// Runs of one curve, which differ in size and seed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Series {
@@ -49,13 +49,14 @@ pub struct Series {
     /// The conclusion.
     #[serde(rename = "verdict")]
     pub conclusion: Conclusion,
-    /// The laws above the conclusion, and the share of each that the data do not exclude, the largest first.
+    /// The laws above the conclusion, with the largest share of each that the data do not exclude. The largest share
+    /// comes first.
     pub not_excluded: Vec<NotExcluded>,
     /// A power of n with a free exponent. `None` if the sizes do not determine the exponent, and for `level-depth`.
     pub power: Option<Power>,
-    /// The conclusion, the largest shares and the exponent in words.
+    /// The conclusion in words, with the largest shares and the exponent.
     pub words: String,
-    /// How often resampling gives the same conclusion, if requested.
+    /// The result of resampling, if requested: how often it gives the same conclusion.
     pub resampled: Option<Resampled>,
 }
 

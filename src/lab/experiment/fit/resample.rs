@@ -1,8 +1,9 @@
 //! Resampling of the seeds, to estimate the reliability of a conclusion.
 //!
-//! **Statement.** Each repetition draws runs with replacement, at every size as many as the data have, and determines
-//! the conclusion. For levels, it draws from all runs together. The fraction of repetitions whose conclusion equals
-//! that of the data estimates the power of the test for these sizes and numbers of seeds (Efron 1979).
+//! **Statement.** At every size, each repetition draws as many runs as the data have there, with replacement. For
+//! levels, it draws from all runs together. It then determines the conclusion from the drawn runs. The fraction of
+//! repetitions whose conclusion equals that of the data estimates the power of the test for these sizes and numbers of
+//! seeds (Efron 1979).
 
 use std::collections::BTreeMap;
 
@@ -23,12 +24,13 @@ const SEED: u64 = 1;
 pub struct Resampled {
     /// Number of repetitions.
     pub times: u32,
-    /// Fraction with the same conclusion.
+    /// Fraction of the repetitions with the conclusion of the data.
     #[serde(rename = "same_verdict")]
     pub same_conclusion: f64,
-    /// Fraction that bends upwards relative to log n at 1 %; for levels, the fraction beyond the margin.
+    /// Fraction of the repetitions that bend upwards relative to log n at 1 %. For levels, the fraction whose interval
+    /// lies outside the margin.
     pub bends: f64,
-    /// For levels, the fraction found flat.
+    /// For levels, the fraction of the repetitions that are flat; otherwise 0.
     pub flat: f64,
 }
 

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::super::line::{Line, Program};
 use super::data::FitError;
 
-/// The runs with one set size and one number of workers.
+/// The runs with one kind and size of set, one number of workers and one number of threads.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SpeedupRow {
     /// Kind and dimension.
@@ -96,7 +96,7 @@ fn row(set: String, n: u64, workers: String, threads: usize, pairs: &[(f64, f64)
     }
 }
 
-/// Returns the median of sorted values.
+/// Returns the median of the values. There must be at least one.
 fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);

@@ -11,7 +11,7 @@ use super::ols::Interval;
 use super::report::{FitReport, Series};
 use super::speedup::SpeedupRow;
 
-/// Formats a number with four significant digits.
+/// Formats a number with about four significant digits.
 fn short(x: f64) -> String {
     match x.abs() {
         a if a == 0.0 || (1e-3..1e6).contains(&a) => {
@@ -64,7 +64,8 @@ impl Growth {
         }
         line(
             out,
-            "  y = a + b g, with 95 % intervals; behind: Akaike's criterion above the best's (9.2 is 100 to 1)",
+            "  y = a + b g, with 95 % intervals; behind: Akaike's criterion minus that of the best law (9.2: the best \
+             is 100 times as likely)",
         );
         line(
             out,
@@ -84,7 +85,8 @@ impl Growth {
         line(
             out,
             &format!(
-                "  change over these sizes: {:.1} % of the mean [{:.1}, {:.1}] (90 %); margin, stated before: {} %",
+                "  change over these sizes: {:.1} % of the mean [{:.1}, {:.1}] (90 %); margin, stated in advance: \
+                 {} %",
                 100.0 * change.value,
                 100.0 * change.low,
                 100.0 * change.high,
@@ -115,7 +117,7 @@ impl Growth {
     }
 }
 
-/// Formats a p-value with two significant digits; below 0.001 with an exponent.
+/// Formats a p-value: with two decimals from 0.1 on, with three from 0.001 on, and with an exponent below.
 fn p_value(p: f64) -> String {
     match p {
         p if p >= 0.1 => format!("{p:.2}"),
@@ -139,7 +141,7 @@ impl Equivalence {
         line(
             out,
             &format!(
-                "  margin, stated before: {} % of the mean = {} per doubling; p = {}; smallest margin that would \
+                "  margin, stated in advance: {} % of the mean = {} per doubling; p = {}; smallest margin that would \
                  pass: {} %",
                 short(100.0 * self.margin),
                 short(self.margin_steps),
@@ -157,7 +159,7 @@ impl Series {
             line(
                 out,
                 &format!(
-                    "  not excluded above the conclusion, of the count at the largest size: {}",
+                    "  largest shares of faster laws that are not excluded, at the largest size: {}",
                     shares.join(", ")
                 ),
             );

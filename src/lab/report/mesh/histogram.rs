@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use septet_meshing::quality::histogram::Histogram;
 
-/// Counts over equal bins; numbers that are not finite are null.
+/// Counts over equal bins.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HistogramReport {
     /// The lower end of the first bin.
@@ -13,13 +13,13 @@ pub struct HistogramReport {
     pub to: f64,
     /// Number of values below the first bin.
     pub below: u64,
-    /// Number of values above the last bin.
+    /// Number of values that are NaN, or at or above the upper end of the last bin.
     pub above: u64,
-    /// The smallest value. `None` if there are no values.
+    /// The smallest value. `None` if there are no values, or if it is not finite.
     pub least: Option<f64>,
-    /// The largest value. `None` if there are no values.
+    /// The largest value. `None` if there are no values, or if it is not finite.
     pub most: Option<f64>,
-    /// The mean. `None` if there are no values.
+    /// The mean. `None` if there are no values, or if it is not finite.
     pub mean: Option<f64>,
     /// Number of values in each bin.
     pub counts: Vec<u64>,

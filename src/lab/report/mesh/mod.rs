@@ -1,7 +1,8 @@
 //! The report of `septet mesh`: a documented, versioned schema.
 //!
-//! A feature is numbered by its position in the domain, and its name contains its id in the file. Times (fields whose
-//! names end in `seconds`) and memory sizes are measured and do not repeat. All other fields repeat exactly.
+//! The number of a feature is its position in the domain. The name of a feature contains its ids in the file. Times
+//! (fields whose names end in `seconds`) and memory sizes are measured and do not repeat. All other fields repeat
+//! exactly.
 
 use std::path::PathBuf;
 
@@ -48,7 +49,7 @@ pub struct MeshContext<'a> {
     pub first_id: u64,
     /// Measured times.
     pub seconds: MeshSeconds,
-    /// Measured peak memory.
+    /// Measured peak of resident memory, in bytes.
     pub peak_rss_bytes: Option<u64>,
 }
 
@@ -62,13 +63,13 @@ pub struct CheckedMesh<'a, P: Triangulate> {
     pub mesh: &'a Mesh<P>,
     /// The stages of generation.
     pub stages: &'a [StageLine],
-    /// Its quality.
+    /// The quality of the mesh.
     pub quality: &'a Quality<P>,
-    /// Its conformity.
+    /// The conformity of the mesh to its domain.
     pub conformity: &'a Conformity,
     /// The runs of the machine.
     pub run_log: &'a RunLog,
-    /// Its picture, if there is one.
+    /// The picture of the mesh, if there is one.
     pub picture: Option<&'a MeshPicture>,
 }
 

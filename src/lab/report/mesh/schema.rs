@@ -9,7 +9,7 @@ use septet_core::mesh::view::MeshPicture;
 
 use super::histogram::HistogramReport;
 
-/// A word of the schema.
+/// A text in the report: borrowed when the report is written, and owned when it is read back.
 type Word = Cow<'static, str>;
 
 /// Reads a number that is null if it is not finite.
@@ -54,7 +54,7 @@ pub struct MeshReport {
     /// The runs of the machine, in order.
     #[serde(skip_deserializing)]
     pub runs: Vec<RunLine>,
-    /// Radius-edge ratios by the location of the circumcentre.
+    /// Radius-edge ratios, by the location of the circumcentre of a cell.
     pub radius_edge: Vec<PlaceReport>,
     /// The features with the worst cells.
     #[serde(skip_deserializing)]
@@ -63,7 +63,7 @@ pub struct MeshReport {
     pub quality: QualityReport,
     /// The comparison with the domain.
     pub conformity: ConformityReport,
-    /// The distance from the surface. `None` unless it was remeshed.
+    /// The distances between the boundary and the surface. `None` unless the surface was remeshed.
     #[serde(skip_deserializing)]
     pub deviation: Option<DeviationReport>,
     /// The picture. `None` if not requested or too large.
@@ -76,18 +76,18 @@ pub struct MeshReport {
     pub peak_rss_bytes: Option<u64>,
 }
 
-/// The distance between the boundary of a remeshed surface and the surface, in the unit of the file.
+/// The distances between a remeshed boundary and its surface, in the unit of the file.
 #[derive(Clone, Debug, Serialize)]
 pub struct DeviationReport {
     /// Largest distance from sampled points of the boundary to the surface.
     pub of_boundary: f64,
     /// Largest distance from vertices of the surface to the boundary.
     pub of_surface: f64,
-    /// Number of boundary edges shorter than half the size.
+    /// Number of boundary edges shorter than half the size at both ends.
     pub finer_edges: u64,
     /// Euler characteristics of the boundary and of the surface.
     pub euler: [i64; 2],
-    /// The requested limit.
+    /// The requested limit of both distances.
     pub asked: Option<f64>,
 }
 
@@ -159,7 +159,7 @@ pub struct DomainReport {
     pub segments: u64,
     /// Number of facets.
     pub facets: u64,
-    /// Number of components inside.
+    /// Number of components inside the domain.
     pub components: u64,
     /// Number of components with a region in the input.
     #[serde(skip_deserializing)]
@@ -180,7 +180,7 @@ pub struct CountReport {
     pub segment_points: u64,
     /// Number of points on facets.
     pub facet_points: u64,
-    /// Number of points inside.
+    /// Number of points in the interior of the domain.
     pub volume_points: u64,
     /// Number of cells.
     pub cells: u64,
@@ -221,21 +221,21 @@ pub struct StageReport {
     pub seconds: f64,
 }
 
-/// An interval that contains a number. The upper bound is null if rounding leaves it open.
+/// An interval that contains a ratio. The upper bound is null if rounding prevents a finite one.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RatioRange {
     /// The lower bound.
     #[serde(skip_deserializing)]
     pub lower: f64,
-    /// The upper bound; not finite if open.
+    /// The upper bound; infinite if rounding prevents a finite one.
     #[serde(deserialize_with = "number")]
     pub upper: f64,
 }
 
-/// The radius-edge ratios of the cells with one kind of location of the circumcentre.
+/// The radius-edge ratios of the cells whose circumcentres have one kind of location.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct PlaceReport {
-    /// `free`, `near`, `above` or `outside`.
+    /// `free`, `near`, `above` or `outside` ([`septet_meshing::quality::CentrePlace`]).
     pub place: Word,
     /// Number of cells.
     pub cells: u64,
@@ -261,7 +261,8 @@ pub struct CellReport {
     pub least_angle: f64,
     /// Largest angle in degrees.
     pub largest_angle: f64,
-    /// The feature whose ball contains the circumcentre, if any.
+    /// The feature near the circumcentre, or nearest to a circumcentre outside the domain. `None` for a free
+    /// circumcentre, and for a flat cell.
     pub feature: Option<String>,
     /// The mean of the vertices of the cell.
     pub at: Vec<f64>,
@@ -269,7 +270,8 @@ pub struct CellReport {
     pub vertices: Vec<(u32, String)>,
 }
 
-/// A feature with the cells whose circumcentres lie near it.
+/// A feature with the cells whose circumcentres lie near it, or outside the domain with this feature as the nearest
+/// one.
 #[derive(Clone, Debug, Serialize)]
 pub struct FeatureReport {
     /// The name of the feature.
@@ -280,7 +282,7 @@ pub struct FeatureReport {
     pub over: u64,
     /// The largest radius-edge ratio.
     pub radius_edge: RatioRange,
-    /// Index of the cell with this ratio.
+    /// Index of the cell with the largest ratio.
     pub worst_cell: u32,
     /// Smallest angle in degrees.
     pub least_angle: f64,
@@ -322,7 +324,7 @@ pub struct QualityReport {
     /// Largest slope of the sizes along an edge.
     #[serde(deserialize_with = "number")]
     pub lipschitz: f64,
-    /// The vertices of this edge.
+    /// The vertices of the edge with this slope.
     #[serde(skip_deserializing)]
     pub steepest_edge: [u32; 2],
     /// The cells with the smallest angles.

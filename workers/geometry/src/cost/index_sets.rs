@@ -3,9 +3,9 @@
 /// A set of indices. Starting a new set takes O(1) time.
 #[derive(Clone, Debug, Default)]
 pub struct Marks {
-    /// Number of the current set. An index belongs to the set if its mark equals this.
+    /// Number of the current set. An index belongs to this set if its mark equals this number.
     round: u32,
-    /// The mark of each index, at the index plus 1 (modulo 2^32).
+    /// The mark of each index, at the position `index + 1` (modulo 2^32).
     marks: Vec<u32>,
 }
 

@@ -3,12 +3,13 @@
 use super::price::{Price, Primitive};
 use super::tape::{Call, LaneStep, Step, Tape};
 
-/// A vector step whose items have their own meters: the sum of their work, and their maximum depth.
+/// A vector step whose items have their own meters: the sum of their work, and the maximum of their depths.
 #[derive(Clone, Debug, Default)]
 pub struct Lanes {
     price: Price,
-    /// The record of the step, and the depth of its longest lane, if calls are recorded.
+    /// The record of the step, if calls are recorded.
     record: Option<Box<LaneStep>>,
+    /// The depth of the longest lane, if calls are recorded.
     longest: u64,
 }
 

@@ -55,7 +55,7 @@ pub enum Primitive {
     Replicate,
     /// Results of items and their copies, combined in pairs.
     Combine,
-    /// A merge of two sorted lists. The items of both lists count.
+    /// A merge of two sorted lists. The number of items is the sum of both lengths.
     Merge,
     /// A loop on one processor. The items are its iterations.
     Sequential,
@@ -66,9 +66,10 @@ pub enum Primitive {
 pub struct Price {
     work: u64,
     depth: u64,
-    /// Scans on the longest chain that run over the items of the subproblem.
+    /// Open scans: those on the longest chain that run over the items of the subproblem.
     scans: u64,
-    /// Additional depth of scans over other numbers of items, if a scan of `m` items takes `ceil(log2 m)` steps.
+    /// Additional depth of the closed scans, which run over known numbers of items, if a scan of `m` items takes
+    /// `ceil(log2 m)` steps.
     inner_log: u64,
 }
 
@@ -87,7 +88,7 @@ impl Price {
         self.depth
     }
 
-    /// Returns the number of scans over the subproblem's own items on that chain.
+    /// Returns the number of scans over the subproblem's own items on the longest chain.
     pub fn scans(&self) -> u64 {
         self.scans
     }
@@ -97,7 +98,8 @@ impl Price {
         self.depth + self.inner_log + self.additional_depth(items)
     }
 
-    /// Returns the additional depth of the scans if each takes `ceil(log2 items)` steps, at least 1, instead of one.
+    /// Returns the additional depth of the open scans if each takes `ceil(log2 items)` steps, at least 1, instead of
+    /// one.
     #[inline(always)]
     fn additional_depth(&self, items: u64) -> u64 {
         self.scans * (sort_steps(items) - 1)
@@ -130,7 +132,8 @@ impl Price {
         self.inner_log = self.inner_log.max(other.inner_log);
     }
 
-    /// Fixes the number of items of all scans. The computation can then become an item of a larger vector step.
+    /// Closes all open scans: fixes their number of items. The computation can then become an item of a larger vector
+    /// step.
     #[must_use]
     #[inline(always)]
     pub fn closed(self, items: u64) -> Self {

@@ -18,8 +18,8 @@ impl Cost {
     }
 
     /// Sorts indices by `key`, and by `compare` if keys differ at most in their last bits. The sort is unstable, and
-    /// `compare` must agree with `key`. Costs the same as [`Cost::sort`]. Internally, positions replace the last bits
-    /// of the keys.
+    /// `compare` must agree with `key`. Costs the same as [`Cost::sort`]. Internally, positions in `indices` replace
+    /// the last bits of the keys.
     pub fn sort_keyed(
         &mut self,
         indices: &mut Vec<u32>,
@@ -89,8 +89,8 @@ impl Cost {
         indices.retain(|&index| seen.insert(index));
     }
 
-    /// Replaces each index by its position among the distinct indices, which are returned in the order of their first
-    /// occurrence. Costs the same as [`Cost::distinct`] plus a vector step that reads the positions.
+    /// Replaces each index by its position among the distinct indices. Returns the distinct indices in the order of
+    /// their first occurrence. Costs the same as [`Cost::distinct`] plus a vector step that reads the positions.
     pub fn relabel(&mut self, indices: &mut [u32], scratch: &mut Positions) -> Vec<u32> {
         let mut distinct = indices.to_vec();
         self.distinct_indices(&mut distinct, &mut scratch.marks);
@@ -121,7 +121,8 @@ fn sort_and_deduplicate<T>(items: &mut Vec<T>, mut compare: impl FnMut(&T, &T) -
 }
 
 /// Removes the items whose flag is not `stay` from an array, and returns them. Does nothing to an empty array. Branches
-/// on the flags would be unpredictable. So each item is written to both lists, but only the list that keeps it grows.
+/// on the flags would be unpredictable. The function therefore writes each item to both lists, but only the list that
+/// keeps the item grows.
 pub(super) fn take_others<T: Copy>(flags: &[u8], stay: u8, items: &mut Vec<T>) -> Vec<T> {
     let Some(&first) = items.first() else { return Vec::new() };
     let all = flags.iter().filter(|&&flag| flag != stay).count();

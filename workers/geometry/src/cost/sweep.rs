@@ -9,7 +9,7 @@ use crate::kd_blocks::KdBlocks;
 use crate::point::Point;
 use crate::selection::NeighbourList;
 
-/// Counts the items of a vector step one by one.
+/// The number of items of a vector step that have been visited so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sweep {
     items: u64,
@@ -41,14 +41,15 @@ impl Sweep {
         self.items += (items.len() * parts) as u64;
     }
 
-    /// Processes all items of a slice.
+    /// Counts and processes all items of a slice.
     #[inline]
     pub fn each<T>(&mut self, items: &[T], f: impl FnMut(&T)) {
         self.items += items.len() as u64;
         items.iter().for_each(f);
     }
 
-    /// Processes the distances of a point to all points of a range: see [`CoordinateArrays::each_within`].
+    /// Counts the points of a range, and processes their distances from a centre: see
+    /// [`CoordinateArrays::each_within`].
     #[inline]
     pub fn each_distance<P: Point>(
         &mut self,
@@ -62,8 +63,8 @@ impl Sweep {
         points.each_within(range, centre, limit2, near);
     }
 
-    /// Finds the points within the limit of a centre (`KdBlocks::find_within`). The machine tests all points in one
-    /// step, so all are charged. A processor tests only the points of blocks within the limit.
+    /// Counts all points, and finds those within the limit of a centre (`KdBlocks::find_within`). The machine tests all
+    /// points in one step, so all are charged. A processor tests only the points of blocks within the limit.
     #[inline]
     pub fn each_in_blocks<P: Point>(
         &mut self,

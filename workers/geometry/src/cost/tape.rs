@@ -13,7 +13,7 @@ use super::price::Primitive;
 pub struct Call {
     /// The primitive.
     pub primitive: Primitive,
-    /// Its number of items.
+    /// The number of items of the call.
     pub items: u64,
 }
 
@@ -59,7 +59,7 @@ impl Tape {
         self.steps.is_empty()
     }
 
-    /// Appends a call. Most meters have no tape.
+    /// Appends a call. This function is cold, because most meters have no tape.
     #[cold]
     pub(super) fn call(&mut self, call: Call) {
         self.steps.push(Step::Call(call));

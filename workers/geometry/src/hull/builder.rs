@@ -1,7 +1,6 @@
 //! Construction of the link of a star: one sweep over its facets for each candidate.
 //!
-//! **Statement.** After each step, the link belongs to the star of the centre among the candidates so far (see
-//! [`super`]).
+//! **Statement.** After each step, the link is that of the centre's star among the candidates so far (see [`super`]).
 //!
 //! **Work and depth.** As in [`super`], plus a sort of the candidates.
 
@@ -20,24 +19,27 @@ use crate::simd::widest;
 pub struct StarBuilder<P: Point> {
     pub(super) link: Complex<P::Facet>,
     pub(super) planes: Planes,
-    /// Candidates by distance, and the number of candidates already moved to `points`.
+    /// Positions of the candidates in the table, by distance.
     pub(super) order: Vec<u32>,
+    /// Number of candidates of `order` that were already taken.
     taken: usize,
+    /// Scratch storage for the sort.
     keys: Vec<u64>,
     pub(super) centre: P,
-    /// Infinity, then the candidates moved here, in order. Vertex `v` of the link is entry `v + 1`.
+    /// The point at infinity, then the candidates taken from `order`, in their order. Vertex `v` of the link is entry
+    /// `v + 1`.
     pub(super) points: Vec<Candidate<P>>,
     /// Facets that the current candidate may conflict with.
     uncertain: Vec<u32>,
-    /// The cavity, if some facets were undecided.
+    /// The facets of the cavity, if some facets were undecided. Otherwise, `uncertain` is the cavity.
     cavity: Vec<u32>,
-    /// For each facet, its side for the current candidate in rounded arithmetic.
+    /// For each facet, the side on which the current candidate lies, as far as it is known.
     pub(super) sides: Vec<Side>,
     /// For each facet of the link that [`StarBuilder::extend`] loaded, whether it was removed.
     pub(super) loaded: Vec<bool>,
     /// The removed facets of that link, in the order of their removal.
     pub(super) removed: Vec<u32>,
-    /// Scratch: maps positions in the table to positions in `points`.
+    /// Scratch storage: maps positions in the table to positions in `points`.
     pub(super) positions: Positions,
 }
 
@@ -144,7 +146,8 @@ impl<P: Point> StarBuilder<P> {
         !next.is_empty()
     }
 
-    /// Finds the first candidates, in order, that span a cell with the centre. The facet is positively oriented.
+    /// Finds the first candidates, in order, that span a cell with the centre. Returns their facet, positively
+    /// oriented, or `None` if there are no such candidates.
     fn first_simplex(
         &mut self,
         more: &mut impl FnMut(&mut Self) -> bool,
@@ -154,7 +157,7 @@ impl<P: Point> StarBuilder<P> {
         let mut facet = P::Facet::splat(0);
         let (mut found, mut q) = (0, 1);
         let mut sweep = cost.sweep();
-        // The first candidate of each dimension needs those before it, so each dimension is a sweep.
+        // The search for a candidate that raises the dimension needs all earlier ones, so each dimension is a sweep.
         while found < P::DIM {
             if q == self.points.len() && !more(self) {
                 break;
@@ -209,15 +212,17 @@ impl<P: Point> StarBuilder<P> {
         }
     }
 
-    /// Returns the squared length of a candidate's image. No later image is longer.
+    /// Returns the squared length of a candidate's image under inversion. Later candidates are not closer, so no later
+    /// image is longer.
     fn reach_of(&self, q: u32) -> f64 {
         let length = candidate(&self.points, q).image.length;
         length * length
     }
 
-    /// Sweeps over the facets, and replaces the cavity if there is one. If `checks_reach` is set, the sweep is also
-    /// charged for the test of each facet's reach. Up to four dependent sweeps follow: over the facets that single precision
-    /// left uncertain, the ridges of the cavity, the planes of the new facets, and their ridges.
+    /// Sweeps over the facets, and replaces the cavity if there is one. If `checks_reach` is set, the sweep also
+    /// charges the test of each facet's reach. Up to four dependent sweeps follow. They are over the facets that single
+    /// precision left uncertain, the ridges of the cavity, the new facets (for their planes), and the ridges of the new
+    /// facets.
     #[inline(always)]
     pub(super) fn insert(&mut self, q: u32, checks_reach: bool, cost: &mut Cost) {
         let image = candidate(&self.points, q).image;
@@ -273,7 +278,7 @@ impl<P: Point> StarBuilder<P> {
         cost.charge_sweeps([sweep, exact, removed, planes, ridges]);
     }
 
-    /// Computes the planes of the new facets. No later image is longer than `longest`.
+    /// Computes the planes of the new facets. No later image may be longer than `longest`.
     #[inline(always)]
     fn enter_created(&mut self, longest: f64) {
         let slots = self.link.slots() as usize;
