@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Prints the tables of src/lab/claims/bounds.rs: 1.15 times the largest value over the seeds of the reports.
+"""Prints the tables of src/lab/claims/bounds.rs: the largest value over the seeds of the reports, times 1.15 or 1.5.
 
     for s in 1 2 3; do
         septet reproduce brent level-depth replication --seed $s --json c$s.json
@@ -12,6 +12,9 @@ import re
 import sys
 
 SLACK = 1.15
+# These counts sum over few balls, and vary by up to 21 % between seeds. Other counts vary by at most 7 %.
+VARIABLE = ["bytes of lists", "work of probe", "work of knn-probe"]
+SLACK_OF_VARIABLE = 1.5
 CLAIMS = ["brent", "level-depth", "replication"]
 LEVELS = "partition probe neighbours summaries knn-probe knn separator-sets".split()
 KINDS = {
@@ -35,9 +38,9 @@ def largest(paths):
     return found
 
 
-def rounded(value):
+def rounded(value, what):
     """Returns the bound: the value with slack, rounded up to three digits."""
-    value *= SLACK
+    value *= SLACK_OF_VARIABLE if any(variable in what for variable in VARIABLE) else SLACK
     if value == 0:
         return "0.0"
     unit = 10.0 ** (math.floor(math.log10(value)) - 2)
@@ -50,7 +53,7 @@ def bound(found, claim, what, kind=None):
     def of(dimension):
         keys = (k for k in found if k[0] == claim and what in k[1] and k[3] == dimension)
         return max((found[k] for k in keys if kind in (None, k[2])), default=0.0)
-    return f"Bound::new({rounded(of(2))}, {rounded(of(3))})"
+    return f"Bound::new({rounded(of(2), what)}, {rounded(of(3), what)})"
 
 
 def main():
