@@ -21,8 +21,8 @@ pub(super) const CLAIMS: &[Claim] = &[Claim {
                  largest T_n = machine.paper.brent + machine.repair.brent over log2 n; for each phase, the largest work over \
                  n log2 n and the largest depth over log2 n",
     bound: "1.15 times the largest value over the seeds 1 to 3, measured once before the run: counts vary by a few percent \
-            between seeds, and a second pass of a phase adds 100 %; 1.5 times for the work of probes, which sums over few \
-            balls and varies by up to 17 %",
+            between seeds, and a second pass of a phase adds 100 %; for the work of a probe, a tenth of the bound of the \
+            descent that follows, because a probe processes few balls",
     check: brent,
 }];
 
