@@ -56,9 +56,13 @@ fn reports_of_other_runs_are_refused() {
     let place = Place::new();
     place.good("simulate sample:uniform:300 --leaf 60 --seed 2 --cost-trace c.jsonl");
     place.good("simulate sample:uniform:300 --leaf 60 --seed 3 --json seed.json");
-    place.fails("fold c.jsonl --report seed.json", 3, &["another run: seed 3, and the trace has seed 2"]);
+    place.fails(
+        "fold c.jsonl --report seed.json",
+        3,
+        &["another run: it has seed 3, and the trace has seed 2"],
+    );
     place.good("simulate sample:uniform:200 --leaf 60 --seed 2 --json few.json");
-    place.fails("fold c.jsonl --report few.json", 3, &["another run: 200 points", "has 300 points"]);
+    place.fails("fold c.jsonl --report few.json", 3, &["another run: it has 200 points", "has 300 points"]);
     place.good("triangulate sample:uniform:300 --seed 2 --json direct.json");
     let words = &["direct.json: this run has no counts", "run `septet simulate --json`"];
     place.fails("fold c.jsonl --report direct.json", 3, words);

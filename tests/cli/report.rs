@@ -26,7 +26,7 @@ const KEYS: [(&str, &str); 17] = [
     ("/machine", "workers rounds messages bytes paper repair"),
     ("/machine/paper", "work depth depth_log_scan brent"),
     ("/phases/0", "name paper rounds work depth critical_depth messages bytes seconds"),
-    ("/rounds/0", "round phase active merged points messages bytes largest retries separators"),
+    ("/rounds/0", "round phase active merged points largest_load messages bytes largest retries separators"),
     ("/traffic", "bins grouped rows"),
     ("/traffic/rows/0", "phase from to messages bytes"),
     ("/timeline", "bins grouped rows"),

@@ -32,6 +32,7 @@ mod independent;
 
 mod ledger;
 
+mod levelling;
 mod mesh;
 
 mod oracle;

@@ -151,6 +151,7 @@ fn rounds(ledger: &Ledger) -> Vec<RoundReport> {
         active: t.active,
         merged: t.merged,
         points: t.points,
+        largest_load: t.largest_load,
         messages: t.messages,
         bytes: t.bytes,
         largest: t.largest,

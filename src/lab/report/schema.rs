@@ -211,6 +211,9 @@ pub struct RoundReport {
     pub merged: u64,
     /// Number of points sent.
     pub points: u64,
+    /// Largest number of points of a worker once the points of the round have arrived; 0 except after moves of points to
+    /// their owners.
+    pub largest_load: u64,
     /// Number of messages.
     pub messages: u64,
     /// Bytes of all messages.

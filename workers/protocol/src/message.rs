@@ -1,6 +1,7 @@
 //! The messages: a closed enum of bodies in an envelope with version, run, subproblem, attempt, round and sequence.
 
 mod queries;
+mod split;
 mod typed;
 
 use bincode::{Decode, Encode};
@@ -11,10 +12,11 @@ use crate::ids::{NodeId, Rank};
 use crate::outcome::Outcome;
 
 pub use queries::{QueryBatch, ReplyBatch};
+pub use split::{Child, Decision, Route};
 pub use typed::{ChosenSupergraph, Fingerprint, SampleStars, SetCounts, SetDecision};
 
 /// The version of the protocol. It increases when the meaning or layout of a message changes.
-pub const PROTOCOL_VERSION: u16 = 9;
+pub const PROTOCOL_VERSION: u16 = 10;
 
 /// A message with its envelope.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
@@ -111,6 +113,24 @@ impl<P: Copy> PointBatch<P> {
         self.radii2.append(&mut other.radii2);
     }
 
+    /// Splits off the points from index `at` to the end. All columns with an entry per point are split.
+    ///
+    /// # Panics
+    /// Panics if there are fewer than `at` points.
+    #[must_use]
+    pub fn split_off(&mut self, at: usize) -> Self {
+        if at == 0 {
+            return std::mem::take(self);
+        }
+        let (owners, radii2) = (at.min(self.owners.len()), at.min(self.radii2.len()));
+        PointBatch {
+            ids: Bulk(self.ids.split_off(at)),
+            positions: Bulk(self.positions.split_off(at)),
+            owners: Bulk(self.owners.split_off(owners)),
+            radii2: Bulk(self.radii2.split_off(radii2)),
+        }
+    }
+
     /// Returns the number of points.
     pub fn len(&self) -> usize {
         self.ids.len()
@@ -138,30 +158,6 @@ pub struct ListBatch<P> {
     pub counts: Bulk<u32>,
     /// All lists, one after the other.
     pub points: PointBatch<P>,
-}
-
-/// A child subproblem, as decided by the leader of its parent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
-pub struct Child {
-    /// Number of owned points.
-    pub population: u64,
-    /// The first rank of its group.
-    pub first: Rank,
-    /// Number of ranks of its group.
-    pub ranks: u32,
-    /// Whether the child is a leaf.
-    pub leaf: bool,
-}
-
-/// The decision of a leader on an attempt.
-#[derive(Clone, Debug, PartialEq, Encode, Decode)]
-pub enum Decision {
-    /// Another separator is drawn.
-    Retry,
-    /// The subproblem is not split. The lowest rank of its group holds it as a leaf.
-    Leaf,
-    /// The subproblem is split into these children.
-    Split([Child; 2]),
 }
 
 /// The summary of a subproblem: its owned points and their balls.
@@ -325,6 +321,8 @@ pub enum Body<P> {
         decision: Decision,
         /// Four corners, as in `Counts`; empty unless split.
         boxes: Bulk<P>,
+        /// The member's routes to both children; empty unless split.
+        routes: Box<[Route; 2]>,
     },
     /// Member to member: points that move to a child.
     Move(PointBatch<P>),
@@ -524,6 +522,7 @@ impl<P: Copy> Body<P> {
             Body::Query(batch) => batch.is_consistent(),
             Body::Reply(batch) => batch.is_consistent(),
             Body::Sets { nodes, points } => nodes.len() == points.len(),
+            Body::Decision { routes, .. } => routes.iter().all(|r| r.receivers.len() == r.counts.len()),
             _ => true,
         }
     }

@@ -32,5 +32,5 @@ pub(crate) fn distribute<P: Point>(cx: &mut Context<P>, source: &dyn Source<P>, 
     let blocks = root.child.ranks;
     let blocks: Vec<PointBatch<P>> =
         (0..blocks).into_par_iter().map(|block| source.block(block, blocks)).collect();
-    cx.scatter(root, blocks.into_iter().map(Body::Block));
+    cx.scatter(root, 0, blocks.into_iter().map(Body::Block));
 }

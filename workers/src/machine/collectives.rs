@@ -60,9 +60,9 @@ impl<P: Point> Context<P> {
     }
 
     /// Sends each member of a group its own body, in the order of the ranks.
-    pub(crate) fn scatter(&mut self, group: &Group, bodies: impl IntoIterator<Item = Body<P>>) {
+    pub(crate) fn scatter(&mut self, group: &Group, attempt: u32, bodies: impl IntoIterator<Item = Body<P>>) {
         for (rank, body) in group.members().zip(bodies) {
-            self.send(rank, group.node, 0, body);
+            self.send(rank, group.node, attempt, body);
         }
     }
 

@@ -117,6 +117,12 @@ impl<P: Point> Context<P> {
         self.ledger.tally(RoundKey { round, phase: self.phase })
     }
 
+    /// Counts the points that this rank holds once the points of a round have arrived.
+    pub fn record_load(&mut self, round: u32, points: usize) {
+        let load = &mut self.tally(round).largest_load;
+        *load = (*load).max(points as u64);
+    }
+
     /// Adds the hash of some edges of the supergraph to the ledger.
     pub fn add_edge_hash(&mut self, hash: u64) {
         self.ledger.edge_hash = self.ledger.edge_hash.wrapping_add(hash);

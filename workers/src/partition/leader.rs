@@ -14,10 +14,11 @@ use septet_geometry::separator::{
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::ledger::{Account, NodeFacts, NodeKind};
-use septet_protocol::message::{Body, Child, Decision};
+use septet_protocol::message::{Body, Child, Decision, Route};
 
 use crate::config::{Fault, Partition, WorkerConfig};
 use crate::machine::context::Context;
+use crate::partition::levelling::routes;
 use crate::state::subdomain::Group;
 use crate::state::tree::join_bounds;
 
@@ -176,24 +177,44 @@ pub(crate) fn decide_split<P: Point>(
         facts.separator = separator.as_ref().map_or(0, separator_hash);
         send_plan(cx, group, children, plan);
     }
-    cx.broadcast(group, attempt, || Body::Decision {
+    let routes = match &decision {
+        Decision::Split(children) => routes_of(group, children, counts.iter().map(|c| c.1)),
+        _ => vec![Default::default(); group.members().len()],
+    };
+    let body = |routes| Body::Decision {
         decision: decision.clone(),
         boxes: Bulk(boxes.clone()),
-    });
+        routes: Box::new(routes),
+    };
+    cx.scatter(group, attempt, routes.into_iter().map(body));
     decision
 }
 
-/// Divides the ranks of a group between the children in proportion to their planned leaves, or to their points if there
-/// is no plan.
+/// Returns the routes of each member to both children. `counts` contains the numbers of interior and exterior points of each
+/// member.
+fn routes_of(
+    group: &Group,
+    children: &[Child; 2],
+    counts: impl Iterator<Item = (u64, u64)>,
+) -> Vec<[Route; 2]> {
+    let (inside, outside): (Vec<u64>, Vec<u64>) = counts.unzip();
+    let interior = routes(group.members(), &inside, &children[0]);
+    let exterior = routes(group.members(), &outside, &children[1]);
+    interior.into_iter().zip(exterior).map(|(a, b)| [a, b]).collect()
+}
+
+/// Divides the ranks of a group between the children: in proportion to their planned leaves if there is a plan.
+/// Otherwise, a separator that bisects the points halves the ranks, and any other separator divides them in proportion
+/// to the points.
 fn place(group: &Group, population: [u64; 2], plan: &Plan, config: &WorkerConfig) -> [Child; 2] {
     let ids = [group.node.child(0), group.node.child(1)];
     let planned = |i: usize| plan.get(&ids[i]).map(|&l| u64::from(l));
-    let weight = match (planned(0), planned(1)) {
-        (Some(a), Some(b)) => [a, b],
-        _ => population,
-    };
     let Child { first, ranks, .. } = group.child;
-    let interior = divide(ranks, weight);
+    let interior = match (planned(0), planned(1)) {
+        (Some(a), Some(b)) => divide(ranks, [a, b]),
+        _ if config.tree.balanced => halve(ranks, population),
+        _ => divide(ranks, population),
+    };
     let child = |i: usize, first: Rank, ranks: u32| Child {
         population: population[i],
         first,
@@ -227,6 +248,17 @@ pub fn divide(ranks: u32, weight: [u64; 2]) -> u32 {
     let total = (a + b).max(1);
     let rounded = (2 * u128::from(ranks) * a + total) / (2 * total);
     (rounded as u32).clamp(1, ranks - 1)
+}
+
+/// Returns the number of ranks for the interior child of a separator that bisects the points: half of them, because a
+/// group whose number of ranks is a power of two then stays one. If the children's weights are too different, the number
+/// is proportional to them.
+fn halve(ranks: u32, weight: [u64; 2]) -> u32 {
+    let half = if weight[0] < weight[1] { ranks / 2 } else { ranks.div_ceil(2) };
+    let proportional = divide(ranks, weight);
+    let [a, b] = weight.map(|w| w as f64);
+    let load = |interior: u32| (a / f64::from(interior)).max(b / f64::from(ranks - interior));
+    if load(half) <= 1.1 * load(proportional) { half } else { proportional }
 }
 
 /// Returns the separator that a [`Body::Sphere`] contains, if any.

@@ -1,5 +1,6 @@
 //! The partition tree: nodes that several ranks share, and the subtree that one rank grows alone.
 
 pub mod leader;
+mod levelling;
 pub(crate) mod local;
 pub(crate) mod shared;

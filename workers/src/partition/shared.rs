@@ -22,13 +22,14 @@ use septet_geometry::separator::{DrawKey, Separator, Side};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Account;
-use septet_protocol::message::{Body, Child, Decision, Message, PointBatch};
+use septet_protocol::message::{Body, Child, Decision, Message, PointBatch, Route};
 use septet_protocol::transport::TransportError;
 
 use crate::config::{Task, WorkerConfig};
 use crate::coordinator::{Source, distribute};
 use crate::machine::context::Context;
 use crate::partition::leader::{Plan, decide_split, draw, is_leaf, separator_of};
+use crate::partition::levelling;
 use crate::partition::local::{Builder, Grown};
 use crate::state::subdomain::{Group, Shared, Subdomain, Subtree, Unsplit};
 use crate::state::table::Table;
@@ -116,7 +117,7 @@ pub(crate) async fn partition<P: Point>(
         };
         led.extend((group.leader == cx.rank()).then_some(group));
         let (Some(part), Some(points)) = (part, share.take()) else { break };
-        let (below, kept) = enter_child(cx, &group, children, part, points, &mut path);
+        let (below, kept) = enter_child(cx, &group, children, part, points, &mut path)?;
         (group, share) = (below, Some(kept));
     }
     if let (Some(_), Some(parent)) = (unsplit, path.last_mut()) {
@@ -126,10 +127,15 @@ pub(crate) async fn partition<P: Point>(
         hand_over(cx, &group, points);
     }
     let mut owned = None;
-    while cx.exchange().await? {
+    loop {
+        let round = cx.round();
+        if !cx.exchange().await? {
+            break;
+        }
         let moves = take_moves(cx);
         if !moves.is_empty() {
             let points = united(PointBatch::default(), moves);
+            cx.record_load(round, points.len());
             owned = Some(if cx.config().counted {
                 grow(cx, group.node, unsplit.is_some(), &points)
             } else {
@@ -160,6 +166,8 @@ struct Part<P> {
     split: Split<P>,
     /// The side of each point of the member's share.
     sides: Vec<u8>,
+    /// The member's routes to both children.
+    routes: Box<[Route; 2]>,
 }
 
 /// Makes attempts at a node, of four rounds each, until its leader accepts a separator or gives up. The members have
@@ -172,10 +180,12 @@ async fn agree<P: Point>(
 ) -> Result<Option<Agreed<P>>, TransportError> {
     let leads = cx.rank() == group.leader;
     for attempt in 0.. {
+        let round = cx.round();
         // The leader receives samples. Before the first attempt, members also receive the points that move to them.
         cx.next_round().await?;
         if let Some(points) = &mut share {
             **points = united(std::mem::take(*points), take_moves(cx));
+            cx.record_load(round, points.len());
         }
         let drawn = leads.then(|| draw(cx, group, attempt));
         // The members receive the separator.
@@ -197,15 +207,17 @@ async fn agree<P: Point>(
             }
         };
         plan.extend(take_plan(cx));
-        let (decision, boxes) = cx.take_one(|m| match &mut m.body {
-            Body::Decision { decision, boxes } => Some((decision.clone(), std::mem::take(&mut boxes.0))),
+        let (decision, boxes, routes) = cx.take_one(|m| match &mut m.body {
+            Body::Decision { decision, boxes, routes } => {
+                Some((decision.clone(), std::mem::take(&mut boxes.0), std::mem::take(routes)))
+            }
             _ => None,
         })?;
         match (decision, counted, boxes.as_slice()) {
             (Decision::Retry, _, _) => send_samples(cx, group, attempt + 1, points),
             (Decision::Split(children), Some(CountedSides { separator, sides }), &[a, b, c, d]) => {
                 let split = Split::new(separator, [(a, b), (c, d)]);
-                return Ok(Some(Agreed { children, part: Some(Part { split, sides }) }));
+                return Ok(Some(Agreed { children, part: Some(Part { split, sides, routes }) }));
             }
             _ => return Ok(None),
         }
@@ -219,10 +231,10 @@ fn enter_child<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
     children: [Child; 2],
-    Part { split, sides }: Part<P>,
+    Part { split, sides, routes }: Part<P>,
     points: PointBatch<P>,
     path: &mut Vec<Shared<P>>,
-) -> (Group, PointBatch<P>) {
+) -> Result<(Group, PointBatch<P>), TransportError> {
     let rank = cx.rank();
     let groups = [0, 1].map(|side| group.below(side, children[side]));
     let mine = usize::from(!groups[0].members().contains(&rank));
@@ -239,14 +251,13 @@ fn enter_child<P: Point>(
             continue;
         }
         send_samples(cx, &below, 0, &points);
+        let stay = levelling::follow(cx, &below, points, &routes[side])?;
         if side == mine {
-            kept = points;
-        } else if !points.is_empty() {
-            cx.send_to((below.node, shared.member_below(rank, side)), Body::Move(points));
+            kept = stay;
         }
     }
     path.push(shared);
-    (groups[mine], kept)
+    Ok((groups[mine], kept))
 }
 
 /// Sends this rank's share of a node to the rank that takes the whole node.

@@ -6,7 +6,7 @@
 
 use septet_geometry::cost::Price;
 
-use super::{
+use super::part::{
     Account, Charge, LedgerPart, LinkKey, NodeFacts, NodeKind, RankKey, RankTally, Role, RoundKey,
     RoundTally, Traffic,
 };
@@ -16,7 +16,7 @@ use crate::ids::{NodeId, Phase, Rank};
 const CHARGE_WORDS: usize = 7;
 
 impl RoundTally {
-    const LEN: usize = 9;
+    const LEN: usize = 10;
 
     fn parts(&self) -> [u64; Self::LEN] {
         [
@@ -24,6 +24,7 @@ impl RoundTally {
             self.bytes,
             self.largest,
             self.points,
+            self.largest_load,
             self.active,
             self.merged,
             self.separators,
@@ -33,8 +34,20 @@ impl RoundTally {
     }
 
     fn from_parts(p: &[u64; Self::LEN]) -> Self {
-        let &[messages, bytes, largest, points, active, merged, separators, retries, control] = p;
-        RoundTally { messages, bytes, largest, points, active, merged, separators, retries, control }
+        let &[messages, bytes, largest, points, largest_load, active, merged, separators, retries, control] =
+            p;
+        RoundTally {
+            messages,
+            bytes,
+            largest,
+            points,
+            largest_load,
+            active,
+            merged,
+            separators,
+            retries,
+            control,
+        }
     }
 }
 
@@ -248,7 +261,7 @@ mod tests {
         }
         assert_eq!(words[..6], [1, 4, 1, 77, 1, 2]);
         // The first charge follows the head and one round.
-        let (phase, leader) = (6 + 1, 6 + 11 + 7);
+        let (phase, leader) = (6 + 1, 6 + 12 + 7);
         assert_eq!(words[leader], Phase::Graph as u64 | 1 << 8);
         for (at, word) in [(phase, 99), (leader, 9 << 8), (leader, 1 << 32 | 1 << 8)] {
             let mut unknown = words.clone();

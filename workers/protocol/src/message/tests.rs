@@ -18,6 +18,10 @@ fn encoded_len_is_exact_and_messages_round_trip() {
         Body::Decision {
             decision: Decision::Split([Child { population: 1, first: 2, ranks: 3, leaf: true }; 2]),
             boxes: Bulk(vec![[0.0, 0.0]; 4]),
+            routes: Box::new([
+                Route { receivers: Bulk(vec![2, 4]), counts: Bulk(vec![7, 1]) },
+                Route::default(),
+            ]),
         },
         Body::Merged(Merged { cells: 4, ..Merged::default() }),
         Body::Outcome(crate::outcome::Outcome::GatherUnresolved),

@@ -15,8 +15,9 @@
 use std::collections::VecDeque;
 
 use super::plan::{Flow, Stage};
-use super::{Charge, PathStep};
 use crate::ids::{NodeId, Phase};
+use crate::ledger::part::Charge;
+use crate::ledger::totals::PathStep;
 
 /// A chain of dependent phases at subproblems.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! The phases of a run in their order, and the direction of each over the tree.
 
-use super::LedgerPart;
 use crate::ids::Phase;
+use crate::ledger::part::LedgerPart;
 
 /// The direction of a phase over the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,8 +12,9 @@ use septet_geometry::cost::Price;
 
 use super::chains::{Chains, Row};
 use super::plan::{Flow, Plan, Stage};
-use super::{Charge, LedgerPart, PathStep, Total};
 use crate::ids::{NodeId, Phase};
+use crate::ledger::part::{Charge, LedgerPart};
+use crate::ledger::totals::{PathStep, Total};
 
 /// Length of the longest chain of one phase alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -259,8 +260,8 @@ fn rows(plan: &Plan, part: &LedgerPart) -> BTreeMap<NodeId, Row> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Account;
     use super::*;
+    use crate::ledger::part::Account;
 
     /// A tree of five levels with holes, and charges that differ for every node and phase.
     fn part() -> LedgerPart {
