@@ -47,7 +47,7 @@ pub struct Statistics {
     pub caught: u32,
     /// Number of seeds at which the fault was planted.
     pub of: u32,
-    /// The smallest fault of this form that the claim detects at 95 % of the seeds or more.
+    /// The smallest fault of this form that was planted and that the claim detects.
     pub smallest: &'static str,
 }
 

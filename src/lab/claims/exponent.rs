@@ -38,9 +38,9 @@ pub(super) const CLAIMS: &[Claim] = &[
         statistics: Some(Statistics {
             level: LEVEL,
             fault: "random-planes",
-            caught: 0,
-            of: 0,
-            smallest: "not measured",
+            caught: 20,
+            of: 20,
+            smallest: "random-planes, which has no factor",
         }),
         source: "Section 2 (4), Section 4.3 step 2",
         statement: "|B_O| = O(alpha n^(1-1/d)) for sphere separators of neighbour balls, for any points",
