@@ -6,8 +6,8 @@
 //!
 //! **Rounds.** None of its own: the routes travel with the decision of the leader, and the points in the round after it.
 //!
-//! **Work.** For the leader, the number of ranks of the group. This is placement and no charge: the tree does not depend
-//! on it.
+//! **Work.** For the leader, the number of ranks of the group. The placement of points is not a charge, because no
+//! separator and no split depends on it.
 
 use std::ops::Range;
 
