@@ -11,7 +11,7 @@ const KEYS: [(&str, &str); 17] = [
     (
         "",
         "schema version parameters seed supergraph points space dimension simplices hull_facets certificate \
-         repair fallback how_proved machine plan phases critical_path rounds traffic timeline tree nodes graph view control_bytes seconds \
+         repair fallback how_proved machine plan phases critical_path rounds traffic timeline tree nodes graph view coordinator control_bytes seconds \
          rss_before_bytes peak_rss_bytes",
     ),
     (

@@ -1,6 +1,7 @@
 //! septet-common: code that the test programs share.
 
 pub mod data;
+pub mod observed;
 
 pub mod samples;
 

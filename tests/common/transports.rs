@@ -14,7 +14,7 @@ use septet_core::{Config, Error, Run, run_on, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_protocol::transport::TransportError;
 use septet_workers::config::WorkerConfig;
-use septet_workers::transport::pipe::{Pipes, serve_pipe};
+use septet_workers::transport::pipe::{Processes, serve_pipe};
 
 /// The environment variable that holds the rank of a worker process.
 pub const RANK: &str = "SEPTET_PIPE_RANK";
@@ -97,14 +97,13 @@ fn over_processes<P: Point>(
     counted: bool,
     program: ProcessProgram,
 ) -> Result<Run, Error> {
-    run_on(points, config, counted, &mut |machine| {
-        let pipes = Pipes::launch(machine, &mut |machine, rank| {
+    run_on(points, config, counted, &mut |_| {
+        Box::new(Processes::new(move |machine, rank| {
             let mut command = program();
             command.env(RANK, rank.to_string()).env(CONFIG, machine.to_string());
             command.env(DIMENSION, P::DIM.to_string());
             command
-        })?;
-        Ok(Box::new(pipes) as Box<dyn septet_protocol::transport::Transport<P>>)
+        }))
     })
 }
 

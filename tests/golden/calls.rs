@@ -275,7 +275,7 @@ fn ledger(ledger: &Ledger, phases: &[(Phase, f64)]) -> Vec<Row> {
     }
     for (&RoundKey { round, phase }, t) in &part.rounds {
         let moved = [t.messages, t.bytes, t.largest, t.points];
-        let done = [t.active, t.merged, t.separators, t.retries, t.control];
+        let done = [t.active, t.merged, t.separators, t.retries];
         let numbers = [u64::from(round)].into_iter().chain(moved).chain(done);
         rows.push(Row::new("round", phase.name(), numbers));
     }

@@ -18,68 +18,19 @@ use septet_core::generate::Kind;
 use septet_core::run_on;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
 use septet_protocol::message::{Body, ListBatch, Message, PointBatch, ReplyBatch};
-use septet_protocol::transport::{Delivery, HostState, Transport, TransportError};
-use septet_workers::config::WorkerConfig;
-use septet_workers::host::Host;
 
+use crate::common::observed::Observed;
 use crate::common::sets::space;
 use crate::common::{combinations, simulated, with_graph};
 
+/// The number of points of every run, all distinct.
+const POINTS: u64 = 1500;
+
 type Sent = (Phase, Message<DVec3>);
-
-/// One thread of workers that keeps every message.
-struct Observed {
-    host: Host<DVec3>,
-    size: u32,
-    begun: bool,
-    wire: Vec<Message<DVec3>>,
-    log: Arc<Mutex<Vec<Sent>>>,
-}
-
-impl Observed {
-    fn new(config: &Arc<WorkerConfig>, log: Arc<Mutex<Vec<Sent>>>) -> Self {
-        let host = Host::new(1..=config.workers, config, &None);
-        Observed { host, size: config.workers + 1, begun: false, wire: Vec::new(), log }
-    }
-
-    fn send(&mut self, messages: Vec<Message<DVec3>>) {
-        let phase = self.host.phase();
-        self.log.lock().unwrap().extend(messages.iter().map(|m| (phase, m.clone())));
-        self.wire.extend(messages);
-    }
-}
-
-impl Transport<DVec3> for Observed {
-    fn size(&self) -> u32 {
-        self.size
-    }
-
-    fn exchange(
-        &mut self,
-        outbox: Vec<Message<DVec3>>,
-        state: HostState,
-    ) -> Result<Delivery<DVec3>, TransportError> {
-        if !std::mem::replace(&mut self.begun, true) {
-            let sent = self.host.begin()?;
-            self.send(sent);
-        }
-        let busy = state.is_busy()? || self.host.busy();
-        self.send(outbox);
-        let all = std::mem::take(&mut self.wire);
-        let active = busy || !all.is_empty();
-        let (inbox, inner): (Vec<_>, Vec<_>) = all.into_iter().partition(|m| m.to == COORDINATOR);
-        if !self.host.is_done() {
-            let sent = self.host.turn(Delivery { inbox: inner, active })?;
-            self.send(sent);
-        }
-        Ok(Delivery { inbox, active })
-    }
-}
 
 fn records(body: &Body<DVec3>) -> Vec<&PointBatch<DVec3>> {
     match body {
         Body::Start { frame: points, .. }
-        | Body::Block(points)
         | Body::Move(points)
         | Body::Frame(points)
         | Body::Ghosts(points)
@@ -110,6 +61,15 @@ struct Memory {
 }
 
 impl Memory {
+    /// The memory of a number of workers, each with its block of the points.
+    fn of_blocks(workers: u32) -> Self {
+        let block_of = |rank: Rank| {
+            let at = |block: u32| POINTS * u64::from(block) / u64::from(workers);
+            (at(rank - 1)..at(rank)).map(move |id| (id, rank))
+        };
+        Memory { owner: (1..=workers).flat_map(block_of).collect(), ..Memory::default() }
+    }
+
     fn may_read(&self, rank: Rank, id: u64) -> bool {
         rank == COORDINATOR || self.owner.get(&id) == Some(&rank) || self.copies.contains(&(rank, id))
     }
@@ -143,7 +103,7 @@ impl Memory {
     /// The writes of a message at its receiver.
     fn write(&mut self, m: &Message<DVec3>) -> Option<String> {
         match &m.body {
-            Body::Block(points) | Body::Move(points) => {
+            Body::Move(points) => {
                 for &id in points.ids.iter() {
                     if self.owner.insert(id, m.to).is_some() {
                         return Some(format!("point {id} has two owners"));
@@ -173,8 +133,8 @@ impl Memory {
 }
 
 /// The first access that is not exclusive.
-fn conflict(log: &[Sent]) -> Option<String> {
-    let mut memory = Memory::default();
+fn conflict(log: &[Sent], workers: u32) -> Option<String> {
+    let mut memory = Memory::of_blocks(workers);
     for step in log.chunk_by(|a, b| a.1.round == b.1.round) {
         // All reads of a step come before its writes.
         for (phase, message) in step {
@@ -197,10 +157,13 @@ fn logged(workers: u32, choice: usize, counted: bool) -> Vec<Sent> {
 }
 
 fn logged_of(config: &Config, counted: bool) -> Vec<Sent> {
-    let points = space(Kind::Uniform, 1500, 4);
+    let points = space(Kind::Uniform, POINTS, 4);
     let log = Arc::new(Mutex::new(Vec::new()));
-    let run = run_on(&points, config, counted, &mut |machine| {
-        Ok(Box::new(Observed::new(machine, log.clone())) as Box<dyn Transport<DVec3>>)
+    let run = run_on(&points, config, counted, &mut |_| {
+        let log = log.clone();
+        Box::new(Observed(move |phase, messages: &[Message<DVec3>]| {
+            log.lock().unwrap().extend(messages.iter().map(|m| (phase, m.clone())));
+        }))
     });
     assert!(run.unwrap().refutation.is_none());
     let mut log = std::mem::take(&mut *log.lock().unwrap());
@@ -214,7 +177,7 @@ fn accesses_between_workers_are_exclusive() {
         for (workers, counted) in [(2, true), (5, true), (16, true), (5, false)] {
             let log = logged(workers, choice, counted);
             assert!(log.len() > 50, "{} messages", log.len());
-            let found = conflict(&log);
+            let found = conflict(&log, workers);
             assert!(found.is_none(), "{:?}, {workers} workers: {found:?}", combinations(false)[choice]);
         }
     }
@@ -230,7 +193,7 @@ fn accesses_of_rivals_are_exclusive() {
         let log = logged_of(&config, true);
         let asked = log.iter().filter(|(phase, _)| *phase == Phase::Neighbours).count();
         assert!(asked >= 2 * workers as usize, "{asked} messages of the correction");
-        assert_eq!(conflict(&log), None, "{workers} workers");
+        assert_eq!(conflict(&log, workers), None, "{workers} workers");
     }
 }
 
@@ -244,7 +207,7 @@ fn the_log_finds_what_is_not_exclusive() {
         let (phase, mut message) = log[at].clone();
         change(&mut message);
         log.insert(at, (phase, message));
-        conflict(&log)
+        conflict(&log, 5)
     };
     let elsewhere = |m: &mut Message<DVec3>| m.to = m.to % 5 + 1;
     let full = |points: &PointBatch<DVec3>| !points.is_empty();

@@ -5,10 +5,11 @@ use crate::common::transports::{TestTransport, each_transport};
 use crate::common::{assert_same_counts, combinations, simulated, threaded, with_graph, with_workers};
 use septet_core::config::Workers;
 use septet_core::generate::Kind;
-use septet_core::{Config, Run, simulate};
+use septet_core::{Config, Run, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_lab::assert_counts;
-use septet_protocol::ids::NodeId;
+use septet_protocol::ids::COORDINATOR;
+use septet_protocol::ledger::LinkKey;
 
 const LEAF: u64 = 60;
 
@@ -102,21 +103,32 @@ fn depths_on_the_critical_path_add_up() {
 /// Bounds on the bytes to the coordinator outside loading and merging: the samples and counts of the root, and a summary
 /// and a certificate from each worker. Measured: 28 bytes per sample and 320 per worker. A draw has at most 100 samples
 /// by default.
-const BYTES_PER_SAMPLE: u64 = 40;
-const BYTES_PER_WORKER: u64 = 450;
-const SAMPLES: u64 = 100;
+/// Bytes to and from the coordinator that do not depend on the number of workers.
+const BYTES_OF_A_RUN: u64 = 1 << 16;
+const BYTES_PER_WORKER: u64 = 600;
 
+/// Bytes to the coordinator and from it, over all phases.
+fn coordinator_bytes(run: &Run) -> [u64; 2] {
+    let sum = |is_its: fn(&LinkKey) -> bool| {
+        let links = run.ledger.part.links.iter().filter(|(link, _)| is_its(link));
+        links.map(|(_, traffic)| traffic.bytes).sum()
+    };
+    [sum(|link| link.to == COORDINATOR), sum(|link| link.from == COORDINATOR)]
+}
+
+/// Neither points nor results pass through the coordinator.
 #[test]
-fn the_coordinator_receives_few_control_bytes() {
-    for n in [2000, 8000] {
-        let points = space(Kind::Uniform, n, 8);
-        for workers in [1, 2, 8, 64, 500] {
-            let run = counted(&points, &simulated(Workers::Count(workers), 4, LEAF));
-            let control: u64 = run.ledger.part.rounds.values().map(|tally| tally.control).sum();
-            let attempts = run.ledger.part.nodes[&NodeId::ROOT].attempts;
-            println!("n {n} workers {workers}: control {control}, attempts {attempts}");
-            let bound = BYTES_PER_SAMPLE * attempts * SAMPLES + BYTES_PER_WORKER * u64::from(workers);
-            assert!(control <= bound, "{control} bytes above {bound}, {n} points, {workers} workers");
+fn the_bytes_of_the_coordinator_do_not_grow_with_the_points() {
+    for workers in [1, 2, 8, 64, 500] {
+        let bytes = [2000, 16_000].map(|n| {
+            let (points, config) = (space(Kind::Uniform, n, 8), simulated(Workers::Count(workers), 4, LEAF));
+            let runs = [simulate(&points, &config), triangulate(&points, &config)];
+            runs.map(|run| coordinator_bytes(&run.unwrap()))
+        });
+        println!("{workers} workers: {bytes:?}");
+        let bound = BYTES_OF_A_RUN + BYTES_PER_WORKER * u64::from(workers);
+        for (few, many) in bytes[0].iter().flatten().zip(bytes[1].iter().flatten()) {
+            assert!(*many <= bound && *many as f64 <= 1.05 * *few as f64 + 1000.0, "{few}, {many}");
         }
     }
 }

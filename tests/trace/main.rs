@@ -9,34 +9,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use glam::DVec3;
-use septet_core::config::{Correction, Workers};
-use septet_core::{Config, Run, run_on, simulate};
+use septet_core::config::{Correction, Progress, Workers};
+use septet_core::{Config, Run, simulate};
 use septet_lab::trace::{Detail, layer};
-use septet_protocol::message::Message;
-use septet_protocol::transport::{Delivery, HostState, Transport, TransportError};
-use septet_workers::transport::launch;
 use tracing_subscriber::layer::SubscriberExt;
 
 use septet_common::sets::space;
 use septet_common::{assert_same_counts, simulated, threaded};
 use septet_core::generate::Kind as Points;
-
-/// Counts the exchanges of the machine it passes on to.
-struct CountingTransport<P> {
-    inner: Box<dyn Transport<P>>,
-    exchanges: Arc<AtomicU64>,
-}
-
-impl<P> Transport<P> for CountingTransport<P> {
-    fn size(&self) -> u32 {
-        self.inner.size()
-    }
-
-    fn exchange(&mut self, outbox: Vec<Message<P>>, state: HostState) -> Result<Delivery<P>, TransportError> {
-        self.exchanges.fetch_add(1, Ordering::Relaxed);
-        self.inner.exchange(outbox, state)
-    }
-}
 
 /// One test at a time: `tracing` keeps for each event of the program whether anybody listens, and decides it by
 /// the thread that comes by first; a test without a listener would decide it for one with.
@@ -57,12 +37,12 @@ fn traced<T>(path: &Path, detail: Detail, work: impl FnOnce() -> T) -> T {
 /// A traced run, and the number of its exchanges.
 fn counted_run(path: &Path, points: &[DVec3], config: &Config) -> (Run, u64) {
     let exchanges = Arc::new(AtomicU64::new(0));
-    let run = traced(path, Detail::default(), || {
-        run_on(points, config, true, &mut |machine| {
-            let inner = launch(config.machine.transport_kind(), machine)?;
-            Ok(Box::new(CountingTransport { inner, exchanges: exchanges.clone() }))
-        })
+    let counter = exchanges.clone();
+    let config = config.clone().with(|c| {
+        c.control.progress =
+            Some(Arc::new(move |seen: Progress| counter.store(seen.round.into(), Ordering::Relaxed)));
     });
+    let run = traced(path, Detail::default(), || simulate(points, &config));
     (run.unwrap(), exchanges.load(Ordering::Relaxed))
 }
 
@@ -74,9 +54,7 @@ fn assert_complete(path: &Path, run: &Run, exchanges: u64) {
     let messages = billed + workers;
     let seen = rules::read(path);
     for rank in 0..=workers {
-        // The coordinator hands out the blocks before the first; after the last there is nothing to do.
-        let expected = exchanges - u64::from(rank > 0);
-        assert_eq!(seen.slices[&(rank + 1, "round".to_owned())], expected, "rank {rank}");
+        assert_eq!(seen.slices[&(rank + 1, "round".to_owned())], exchanges, "rank {rank}");
     }
     assert_eq!(seen.arrows, messages);
     assert_eq!(seen.last["bytes in flight"], 0);
@@ -95,7 +73,7 @@ fn assert_read_by_perfetto(path: &Path, run: &Run, exchanges: u64) {
     for (rank, (pid, name, place)) in (0u64..).zip(perfetto.processes()) {
         let expected = if rank == 0 { "coordinator".to_owned() } else { format!("worker {rank}") };
         assert_eq!((pid, name, place), (rank + 1, expected, rank + 1));
-        assert_eq!(perfetto.slices(pid, "rounds", "round"), exchanges - u64::from(rank > 0), "rank {rank}");
+        assert_eq!(perfetto.slices(pid, "rounds", "round"), exchanges, "rank {rank}");
     }
     let steps: u64 = seen.slices.iter().filter(|s| s.0.1 == "subproblem").map(|s| s.1).sum();
     assert_eq!(perfetto.slices_of("subproblem"), steps);

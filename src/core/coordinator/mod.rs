@@ -1,19 +1,21 @@
-//! The host of rank 0. It runs the coordinator against a transport, measures the phases, reports progress and handles
-//! cancellation. The coordinator's program is [`septet_workers::coordinator`].
+//! Runs a machine over prepared points, measures the phases, reports progress and handles cancellation.
 
 use std::sync::Arc;
 use std::time::Instant;
 
+use tracing::span::EnteredSpan;
+
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, Phase};
+use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::PointBatch;
-use septet_protocol::transport::{HostState, Transport, TransportError};
+use septet_protocol::transport::TransportError;
 use septet_workers::config::WorkerConfig;
-use septet_workers::coordinator::{Share, Source};
-use septet_workers::machine::Running;
+use septet_workers::coordinator::{Certificate, Choice, Share, Source, merged_ledger};
+use septet_workers::host::{Job, Watch};
 use septet_workers::profile::{phase_span, run_span};
-use septet_workers::programs::coordinate;
+use septet_workers::transport::{Machine, MachineError};
 
 use crate::config::{Control, Progress};
 use crate::error::Error;
@@ -21,23 +23,39 @@ use crate::input::prepare::Prepared;
 
 pub(crate) use septet_workers::leader::Plan;
 
-/// The result that the coordinator collected, with measured times.
+/// The results of all ranks, with measured times.
 #[derive(Debug)]
 pub(crate) struct Collected<P> {
-    /// The result.
-    pub(crate) share: Share<P>,
+    /// The shares of all ranks, in the order of the ranks.
+    pub(crate) shares: Vec<Share<P>>,
+    /// The merged ledgers of all ranks.
+    pub(crate) ledger: LedgerPart,
+    /// The certificate.
+    pub(crate) certified: Certificate,
+    /// The supergraph.
+    pub(crate) choice: Choice,
     /// Wall-clock seconds of each phase, in order.
     pub(crate) seconds: Vec<(Phase, f64)>,
 }
 
 impl<P> Collected<P> {
-    /// Checks that the ledgers of all ranks arrived.
-    pub(crate) fn check_ledgers(&self, ranks: u32) -> Result<(), Error> {
-        let arrived = self.share.counted.parts;
-        if arrived == ranks {
-            return Ok(());
+    /// Merges the ledgers of these `ranks`, and takes the certificate and the choice from the share of the coordinator.
+    fn of(
+        mut shares: Vec<Share<P>>,
+        config: &WorkerConfig,
+        seconds: Vec<(Phase, f64)>,
+    ) -> Result<Self, Error> {
+        let (arrived, ranks) = (shares.len(), config.ranks());
+        if arrived != ranks as usize {
+            return Err(incomplete(format!("the shares of {arrived} of {ranks} ranks arrived")));
         }
-        Err(incomplete(format!("{arrived} of {ranks} ledgers arrived")))
+        let ledger = merged_ledger(&shares, config.fault);
+        let Some(first) = shares.first_mut().filter(|share| share.rank == COORDINATOR) else {
+            return Err(incomplete("the share of the coordinator is missing".to_string()));
+        };
+        let certified = std::mem::take(&mut first.certified);
+        let choice = std::mem::take(&mut first.choice);
+        Ok(Collected { shares, ledger, certified, choice, seconds })
     }
 }
 
@@ -70,56 +88,63 @@ impl<P: Point> Source<P> for Prepared<'_, P> {
     }
 }
 
-/// The host of rank 0.
+/// A run of a machine, as its caller observes it.
 pub(crate) struct Coordinator<'a> {
     control: &'a Control,
-    machine: Arc<WorkerConfig>,
+    config: Arc<WorkerConfig>,
 }
 
 impl<'a> Coordinator<'a> {
-    pub(crate) fn new(control: &'a Control, machine: Arc<WorkerConfig>) -> Self {
-        Coordinator { control, machine }
+    pub(crate) fn new(control: &'a Control, config: Arc<WorkerConfig>) -> Self {
+        Coordinator { control, config }
     }
 
-    /// Runs rank 0 until the machine stops, and measures the phases.
+    /// Runs all ranks until the machine stops, and measures the phases.
     pub(crate) fn run<P: Point>(
         self,
-        transport: &mut dyn Transport<P>,
+        machine: &mut dyn Machine<P>,
         points: &Prepared<'_, P>,
         plan: &Plan,
     ) -> Result<Collected<P>, Error> {
-        let Coordinator { control, machine } = self;
-        let _run = run_span(&machine, points.positions.len() as u64);
-        let failure = |error| match error {
-            TransportError::Stopped if control.is_cancelled() => Error::Interrupted,
-            error => error.into(),
-        };
-        let program = |cx| coordinate(cx, points as &dyn Source<P>, plan.clone());
-        let mut rank = Running::start(COORDINATOR, machine.clone(), None, program);
-        let mut span = phase_span(machine.run, rank.phase());
-        let mut sent = rank.step();
-        let (mut round, mut started, mut seconds) = (0, Instant::now(), Vec::new());
-        while sent.is_err() || !rank.is_done() {
-            let (outbox, state) = HostState::after(sent, rank.busy());
-            // Like every rank, rank 0 reads the request to stop at each exchange. The round returns it on all hosts.
-            let delivery = transport.exchange(outbox, state).map_err(failure)?;
-            round += 1;
-            if !delivery.active {
-                add_seconds(&mut seconds, rank.phase(), started.elapsed().as_secs_f64());
-                started = Instant::now();
-            }
-            rank.deliver(round, delivery.active.then_some(delivery.inbox));
-            sent = rank.step();
-            if !delivery.active {
-                drop(span);
-                span = phase_span(machine.run, rank.phase());
-            }
-            if let Some(progress) = &control.progress {
-                let position = (rank.phase() as usize, Phase::ALL.len() - 1);
-                progress(Progress { phase: rank.phase().name(), position, round });
-            }
+        let Coordinator { control, config } = self;
+        let _run = run_span(&config, points.positions.len() as u64);
+        let mut log =
+            PhaseLog { control, run: config.run, span: None, started: Instant::now(), seconds: Vec::new() };
+        let job = Job { config, source: points, plan };
+        let shares = machine.run(&job, &mut log).map_err(|error| match error {
+            MachineError::Transport(TransportError::Stopped) if control.is_cancelled() => Error::Interrupted,
+            MachineError::Transport(error) => error.into(),
+            MachineError::Start(error) => error.into(),
+        })?;
+        Collected::of(shares, &job.config, log.seconds)
+    }
+}
+
+/// The measured phases of a run.
+struct PhaseLog<'a> {
+    control: &'a Control,
+    run: u64,
+    span: Option<EnteredSpan>,
+    started: Instant,
+    seconds: Vec<(Phase, f64)>,
+}
+
+impl Watch for PhaseLog<'_> {
+    fn phase_ends(&mut self, phase: Phase) {
+        add_seconds(&mut self.seconds, phase, self.started.elapsed().as_secs_f64());
+        self.started = Instant::now();
+    }
+
+    fn phase_begins(&mut self, phase: Phase) {
+        self.span = None;
+        self.span = Some(phase_span(self.run, phase));
+    }
+
+    fn round(&mut self, round: u32, phase: Phase) {
+        if let Some(progress) = &self.control.progress {
+            let position = (phase as usize, Phase::ALL.len() - 1);
+            progress(Progress { phase: phase.name(), position, round });
         }
-        Ok(Collected { share: rank.into_result().unwrap_or_default(), seconds })
     }
 }
 

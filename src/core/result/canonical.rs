@@ -10,7 +10,8 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use septet_geometry::point::Point;
-use septet_workers::coordinator::CellRows;
+use septet_protocol::ids::Rank;
+use septet_workers::coordinator::Share;
 
 use crate::result::pieces::Pieces;
 
@@ -42,11 +43,38 @@ pub struct LabelledCells {
     pub leaf: Option<Vec<u64>>,
 }
 
+/// Cells as rows of input indices, part by part.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct OwnedRows {
+    /// The rows of each rank.
+    parts: Vec<Vec<u64>>,
+    /// The rank of each cell, if kept.
+    owners: Vec<Rank>,
+    /// The leaf of each cell, if kept.
+    leaves: Vec<u64>,
+}
+
+impl OwnedRows {
+    /// Takes the cells of all shares. If `with_owner` is set, also takes the rank and the leaf of each.
+    pub(crate) fn of<P: Point>(shares: &mut [Share<P>], with_owner: bool) -> Self {
+        let mut all = OwnedRows::default();
+        for share in shares {
+            let mut cells = std::mem::take(&mut share.cells);
+            if with_owner {
+                all.owners.extend(std::iter::repeat_n(share.rank, cells.rows.len() / (P::DIM + 1)));
+                all.leaves.append(&mut cells.leaves);
+            }
+            all.parts.push(cells.rows);
+        }
+        all
+    }
+}
+
 /// Cells before they are exported.
 #[derive(Clone, Debug)]
 pub(crate) enum Store {
-    /// Rows of input indices, in the order in which they arrived.
-    Rows(CellRows),
+    /// Rows of input indices, rank by rank.
+    Rows(OwnedRows),
     /// Subdomain triangulations.
     Pieces(Pieces),
 }
@@ -93,7 +121,7 @@ impl Export {
     fn unsorted(&self) -> LabelledCells {
         match &self.store {
             Store::Pieces(pieces) => pieces.rows(self.with_owner),
-            Store::Rows(CellRows { parts, owners, leaves }) => LabelledCells {
+            Store::Rows(OwnedRows { parts, owners, leaves }) => LabelledCells {
                 rows: parts.concat(),
                 owner: self.with_owner.then(|| owners.clone()),
                 leaf: self.with_owner.then(|| leaves.clone()),
@@ -144,7 +172,7 @@ mod tests {
         assert_eq!(sorted.rows, [1, 2, 3, 4, 5, 6]);
         assert_eq!(sorted.owner, Some(vec![8, 7]));
         let parts = vec![vec![9, 8, 7, 6], vec![], vec![0, 1, 2, 3]];
-        let export = Export::new(3, Store::Rows(CellRows { parts, ..CellRows::default() }), false);
+        let export = Export::new(3, Store::Rows(OwnedRows { parts, ..OwnedRows::default() }), false);
         assert_eq!(export.len(), 2);
         assert_eq!(export.canonical().rows, [0, 1, 2, 3, 6, 7, 8, 9]);
     }

@@ -6,6 +6,7 @@
 //! rows.
 
 use rayon::prelude::*;
+use septet_protocol::ids::Rank;
 use septet_workers::coordinator::PieceRows;
 use septet_workers::state::rows::{HULL, INTERFACE};
 
@@ -44,12 +45,12 @@ impl Pieces {
     /// - if a list of open cells does not ascend or contains an index that is not a cell.
     ///
     /// A facet between pieces is not detected if neither of its cells is listed as open.
-    pub(crate) fn join(corners: usize, mut loose: Vec<PieceRows>, hull_facets: u64) -> Option<Self> {
-        loose.sort_by_key(|l| l.owner);
-        let facets = |(at, loose): (usize, &PieceRows)| open_facets(loose, corners, at as u32);
+    pub(crate) fn join(corners: usize, mut loose: Vec<(Rank, PieceRows)>, hull_facets: u64) -> Option<Self> {
+        loose.sort_by_key(|l| l.0);
+        let facets = |(at, (_, loose)): (usize, &(Rank, PieceRows))| open_facets(loose, corners, at as u32);
         let parts: Option<Vec<(u64, Vec<Open>)>> = loose.par_iter().enumerate().map(facets).collect();
         let piece =
-            |PieceRows { owner, leaf, ids, rows, .. }| Piece { owner, leaf, ids, rows, seam: Vec::new() };
+            |(owner, PieceRows { leaf, ids, rows, .. })| Piece { owner, leaf, ids, rows, seam: Vec::new() };
         let mut pieces: Vec<Piece> = loose.into_iter().map(piece).collect();
         let (mut hull, mut open) = (0, Vec::new());
         for (own, facets) in parts? {
@@ -171,7 +172,7 @@ mod tests {
             [(1, vec![0, 1, 2], [HULL, INTERFACE, HULL]), (2, vec![0, 2, 3], [HULL, HULL, INTERFACE])];
         let loose = sides.into_iter().zip(open).map(|((owner, ids, across), open)| {
             let rows = [0, 1, 2].into_iter().chain(across).collect();
-            PieceRows { owner, leaf: 1, ids, rows, open: open.to_vec() }
+            (owner, PieceRows { leaf: 1, ids, rows, open: open.to_vec() })
         });
         // The order differs from the order of the owners.
         Pieces::join(3, loose.rev().collect(), 4)

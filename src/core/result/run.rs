@@ -5,10 +5,9 @@ use serde::Serialize;
 use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Ledger;
-use septet_workers::coordinator::CellRows;
 
 use crate::model::MeshView;
-use crate::result::canonical::{Export, Store};
+use crate::result::canonical::{Export, OwnedRows, Store};
 use crate::result::cost_trace::CostTrace;
 use crate::result::pieces::Pieces;
 use crate::result::refutation::Refutation;
@@ -135,7 +134,7 @@ impl Run {
             space,
             dimension,
             points,
-            export: Export::new(space, Store::Rows(CellRows::default()), false),
+            export: Export::new(space, Store::Rows(OwnedRows::default()), false),
             graph: None,
             sets: None,
             hull_facets: 0,

@@ -112,16 +112,15 @@ fn counts<P: Point>(points: &[P], config: &Config) -> Result<RunCounts, Error> {
         return Ok(flat_result(points.len(), &ready, &settings, start).into());
     }
     let machine = Arc::new(settings.machine.clone());
-    let mut transport = start_machine(&machine)?;
+    let mut hosts = start_machine(&machine);
     let coordinator = Coordinator::new(&config.control, machine);
-    let collected = coordinator.run(transport.as_mut(), &ready, &settings.plan)?;
-    collected.check_ledgers(settings.machine.ranks())?;
+    let collected = coordinator.run(hosts.as_mut(), &ready, &settings.plan)?;
     let points = ready.positions.len() as u64;
     Ok(RunCounts {
         space: P::DIM,
         points,
         settled: settings.settled(None, settings.why.clone()),
-        ledger: Ledger::finish(collected.share.counted.ledger, points),
+        ledger: Ledger::finish(collected.ledger, points),
         phase_seconds: collected.seconds,
         seconds: start.elapsed().as_secs_f64(),
         costs: cost_trace(&settings.machine)?,

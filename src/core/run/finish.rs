@@ -3,15 +3,16 @@
 use std::time::{Duration, Instant};
 
 use septet_geometry::point::Point;
-use septet_protocol::ids::Phase;
+use septet_protocol::ids::{Phase, Rank};
 use septet_protocol::ledger::Ledger;
+use septet_protocol::message::ViewPart;
 use septet_workers::config::WorkerConfig;
-use septet_workers::coordinator::Share;
+use septet_workers::coordinator::{PieceRows, Share};
 
 use crate::coordinator::{Collected, incomplete};
 use crate::error::{Error, Refutation};
 use crate::input::prepare::Prepared;
-use crate::result::canonical::{Export, Store};
+use crate::result::canonical::{Export, OwnedRows, Store};
 use crate::result::cost_trace::CostTrace;
 use crate::result::pieces::Pieces;
 use crate::result::run::{Run, SetMember, Settled};
@@ -49,23 +50,21 @@ fn empty<P: Point>(input: usize, ready: &Prepared<'_, P>, settled: Settled) -> R
 /// Returns the reasons against the certificate, if there are any.
 ///
 /// # Errors
-/// Fails if cells or ledgers are missing.
+/// Fails if cells are missing.
 pub(crate) fn certify<P: Point>(
     collected: &Collected<P>,
     population: u64,
-    ranks: u32,
 ) -> Result<Option<Refutation>, Error> {
-    let Share { pieces, cells, certified, counted, .. } = &collected.share;
-    let merged = &certified.merged;
+    let merged = &collected.certified.merged;
     let passed = merged.is_certified(population);
-    let of_pieces: usize = pieces.iter().map(|p| p.rows.len() / 2).sum();
-    let of_stars: usize = cells.parts.iter().map(Vec::len).sum();
-    let rows = ((of_stars + of_pieces) / (P::DIM + 1)) as u64;
-    // Stars that disagree send no cells.
+    let entries = |share: &Share<P>| {
+        share.cells.rows.len() + share.piece.as_ref().map_or(0, |piece| piece.rows.len() / 2)
+    };
+    let rows = (collected.shares.iter().map(entries).sum::<usize>() / (P::DIM + 1)) as u64;
+    // Shares have no cells if stars disagree.
     let expected = if passed { merged.cells } else { 0 };
-    if rows != expected || counted.parts != ranks {
-        let parts = counted.parts;
-        return Err(incomplete(format!("{rows} of {expected} cells and {parts} of {ranks} ledgers arrived")));
+    if rows != expected {
+        return Err(incomplete(format!("{rows} of {expected} cells arrived")));
     }
     let refutation = Refutation {
         disagreements: merged.disagreements,
@@ -104,38 +103,41 @@ pub(crate) fn finish<P: Point>(
     times: &Times,
 ) -> Result<Run, Error> {
     let population = ready.positions.len() as u64;
-    let Collected { share, seconds: phase_seconds } = collected;
+    let Collected { mut shares, ledger, certified, choice, seconds: phase_seconds } = collected;
     let machine = &settings.machine;
-    let merged = share.certified.merged;
+    let merged = certified.merged;
     let with_owner = machine.shown.with_leaves;
     let (store, untimed) = if machine.counted {
         // The measured time ends before the cells are collected as rows.
         let collect: f64 = phase_seconds.iter().filter(|s| s.0 == Phase::Collect).map(|s| s.1).sum();
-        (Store::Rows(share.cells), collect)
+        (Store::Rows(OwnedRows::of(&mut shares, with_owner)), collect)
     } else {
-        // Stars that disagree send no cells.
-        let hull_facets = if share.pieces.is_empty() { 0 } else { merged.hull_facets };
-        let joined = Pieces::join(P::DIM + 1, share.pieces, hull_facets);
+        let take = |share: &mut Share<P>| share.piece.take().map(|piece| (share.rank, piece));
+        let pieces: Vec<(Rank, PieceRows)> = shares.iter_mut().filter_map(take).collect();
+        // Shares have no cells if stars disagree.
+        let hull_facets = if pieces.is_empty() { 0 } else { merged.hull_facets };
+        let joined = Pieces::join(P::DIM + 1, pieces, hull_facets);
         (Store::Pieces(joined.ok_or_else(|| incomplete("the pieces do not fit together".to_string()))?), 0.0)
     };
     let triangulate_seconds = (times.preparing + times.machine.elapsed()).as_secs_f64() - untimed;
     let (supergraph, why) = if machine.counted {
-        (share.choice.supergraph, share.choice.why.unwrap_or_else(|| settings.why.clone()))
+        (choice.supergraph, choice.why.unwrap_or_else(|| settings.why.clone()))
     } else {
         (None, NO_SUPERGRAPH.to_string())
     };
+    let views: Vec<ViewPart<P>> = shares.iter_mut().filter_map(|share| share.view.take()).collect();
     let picture = (machine.shown.view > 0)
-        .then(|| Album::of(&share.views).view::<P>(population, machine.shown.view, ready.exponent));
+        .then(|| Album::of(&views).view::<P>(population, machine.shown.view, ready.exponent));
     Ok(Run {
         export: Export::new(P::DIM, store, with_owner),
-        graph: machine.shown.collect_graph.then(|| sorted_edges(&share.edges)),
-        sets: machine.shown.collect_sets.then(|| sorted_members(&share.sets)),
+        graph: machine.shown.collect_graph.then(|| sorted_edges(&shares)),
+        sets: machine.shown.collect_sets.then(|| sorted_members(&shares)),
         hull_facets: merged.hull_facets,
         stars_local: merged.local,
         stars_repaired: merged.repaired,
         exchange_rounds: merged.exchange_rounds,
-        fallback: share.certified.fallback,
-        ledger: Ledger::finish(share.counted.ledger, population),
+        fallback: certified.fallback,
+        ledger: Ledger::finish(ledger, population),
         picture,
         phase_seconds,
         triangulate_seconds,
@@ -148,14 +150,16 @@ pub(crate) fn finish<P: Point>(
 const NO_SUPERGRAPH: &str =
     "triangulate uses no supergraph: the interface exchange finds neighbours by circumspheres";
 
-fn sorted_members(pairs: &[[u64; 2]]) -> Vec<SetMember> {
-    let mut members: Vec<SetMember> = pairs.iter().map(|&[node, point]| SetMember { node, point }).collect();
+fn sorted_members<P>(shares: &[Share<P>]) -> Vec<SetMember> {
+    let pairs = shares.iter().flat_map(|share| &share.sets);
+    let mut members: Vec<SetMember> = pairs.map(|&[node, point]| SetMember { node, point }).collect();
     members.sort_unstable();
     members
 }
 
-fn sorted_edges(flat: &[u64]) -> Vec<(u64, u64)> {
-    let mut edges: Vec<(u64, u64)> = flat.chunks_exact(2).map(|e| (e[0].min(e[1]), e[0].max(e[1]))).collect();
+fn sorted_edges<P>(shares: &[Share<P>]) -> Vec<(u64, u64)> {
+    let ends = shares.iter().flat_map(|share| share.edges.chunks_exact(2));
+    let mut edges: Vec<(u64, u64)> = ends.map(|e| (e[0].min(e[1]), e[0].max(e[1]))).collect();
     edges.sort_unstable();
     edges
 }

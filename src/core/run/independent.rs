@@ -17,9 +17,10 @@ use septet_geometry::point::{Coordinates, Point, PointSlice};
 use septet_geometry::range::{scale, scale_exponent};
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Ledger;
+use septet_workers::coordinator::Selected;
 
 use crate::config::Config;
-use crate::coordinator::Coordinator;
+use crate::coordinator::{Collected, Coordinator};
 use crate::error::Error as RunError;
 pub use crate::error::SiteError;
 use crate::input::coincide::coincidences;
@@ -104,24 +105,35 @@ fn choose<P: Point>(
     let mut start_machine = started(config);
     let settings = Settings::decide(config, goal, &ready, &mut start_machine)?;
     let machine = Arc::new(settings.machine.clone());
-    let mut transport = start_machine(&machine)?;
+    let mut hosts = start_machine(&machine);
     let coordinator = Coordinator::new(&config.control, machine);
-    let collected = coordinator.run(transport.as_mut(), &ready, &settings.plan)?;
-    drop(transport);
-    collected.check_ledgers(settings.machine.ranks())?;
-    let share = collected.share;
-    let mut members = share.selected.members;
+    let collected = coordinator.run(hosts.as_mut(), &ready, &settings.plan)?;
+    drop(hosts);
+    let Collected { shares, ledger, choice, seconds: phase_seconds, .. } = collected;
+    let Selected { mut members, undecided } = united(shares.into_iter().map(|share| share.selected));
     members.sort_unstable();
     Ok(IndependentRun {
         members: members.into_iter().map(|id| id as usize).collect(),
-        undecided: share.selected.undecided,
-        ledger: Ledger::finish(share.counted.ledger, ready.positions.len() as u64),
-        settled: settings.settled(share.choice.supergraph, settings.why.clone()),
+        undecided,
+        ledger: Ledger::finish(ledger, ready.positions.len() as u64),
+        settled: settings.settled(choice.supergraph, settings.why.clone()),
         plan: settings.planning,
         costs: cost_trace(&settings.machine)?,
-        phase_seconds: collected.seconds,
+        phase_seconds,
         seconds: start.elapsed().as_secs_f64(),
     })
+}
+
+/// Unites the shares of an independent set, and sums the numbers of undecided points in each round.
+fn united(shares: impl Iterator<Item = Selected>) -> Selected {
+    let mut all = Selected::default();
+    for Selected { mut members, undecided } in shares {
+        all.members.append(&mut members);
+        let sums = &mut all.undecided;
+        sums.resize(sums.len().max(undecided.len()), 0);
+        sums.iter_mut().zip(undecided).for_each(|(sum, count)| *sum += count);
+    }
+    all
 }
 
 /// Checks the sites, and scales them and their sizes into the exact range.

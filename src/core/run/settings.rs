@@ -147,10 +147,9 @@ impl Settings {
             cost_log: CostLog::default(),
             ..self.machine.clone()
         });
-        let mut transport = start_machine(&machine)?;
-        let grown =
-            Coordinator::new(&config.control, machine).run(transport.as_mut(), ready, &Plan::new())?;
-        let part = grown.share.counted.ledger;
+        let mut hosts = start_machine(&machine);
+        let grown = Coordinator::new(&config.control, machine).run(hosts.as_mut(), ready, &Plan::new())?;
+        let part = grown.ledger;
         for (node, _) in part.nodes.iter().filter(|(_, facts)| facts.is_leaf()) {
             let mut at = Some(*node);
             while let Some(n) = at {

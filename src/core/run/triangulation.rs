@@ -67,11 +67,11 @@ pub fn run_on<P: Point>(
     let preparing = call.elapsed();
     let times = Times { call, preparing, machine: Instant::now() };
     let machine = Arc::new(settings.machine.clone());
-    let mut transport = start_machine(&machine)?;
+    let mut hosts = start_machine(&machine);
     let coordinator = Coordinator::new(&config.control, machine);
-    let collected = coordinator.run(transport.as_mut(), &ready, &settings.plan)?;
-    drop(transport);
-    let refutation = certify(&collected, ready.positions.len() as u64, settings.machine.ranks())?;
+    let collected = coordinator.run(hosts.as_mut(), &ready, &settings.plan)?;
+    drop(hosts);
+    let refutation = certify(&collected, ready.positions.len() as u64)?;
     let plan = settings.planning;
     let run = finish(points.len(), &ready, collected, &settings, &times)?;
     let costs = cost_trace(&settings.machine)?;

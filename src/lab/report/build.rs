@@ -1,7 +1,7 @@
 //! Converts a run into its report.
 
 use septet_geometry::graph::Supergraph;
-use septet_protocol::ids::Phase;
+use septet_protocol::ids::{COORDINATOR, Phase};
 use septet_protocol::ledger::{Ledger, RoundKey, RoundTally, Total};
 
 use septet_core::config::Config;
@@ -9,8 +9,8 @@ use septet_core::run::{Run, Settled};
 
 use super::context::RunContext;
 use super::schema::{
-    Fallback, HowProved, MachineReport, PathReport, PhaseReport, PointsReport, RepairReport, RoundReport,
-    RunReport, RunSeconds, SCHEMA, SupergraphReport, TotalReport,
+    CoordinatorReport, Fallback, HowProved, MachineReport, PathReport, PhaseReport, PointsReport,
+    RepairReport, RoundReport, RunReport, RunSeconds, SCHEMA, SupergraphReport, TotalReport,
 };
 use super::{Parameters, traffic, tree};
 
@@ -20,6 +20,7 @@ impl RunReport {
         let counted = run.settled.counted;
         let ledger = &run.ledger;
         let points = &run.points;
+        let coordinator = CoordinatorReport::of(ledger);
         RunReport {
             schema: SCHEMA,
             version: env!("CARGO_PKG_VERSION"),
@@ -54,7 +55,8 @@ impl RunReport {
             nodes: if counted { tree::nodes(ledger) } else { Vec::new() },
             graph: counted.then(|| tree::graph(run)),
             view: run.picture.clone(),
-            control_bytes: ledger.part.rounds.values().map(|t| t.control).sum(),
+            coordinator,
+            control_bytes: coordinator.bytes_in,
             seconds: RunSeconds {
                 read: context.read_seconds,
                 triangulate: run.triangulate_seconds,
@@ -76,6 +78,18 @@ pub(super) fn supergraph(settled: &Settled) -> SupergraphReport {
         None => ("none", None, None),
     };
     SupergraphReport { kind, alpha, k, why: settled.why.clone() }
+}
+
+impl CoordinatorReport {
+    /// Sums the traffic of the coordinator over all phases.
+    fn of(ledger: &Ledger) -> Self {
+        let mut sums = CoordinatorReport { bytes_in: 0, bytes_out: 0 };
+        for (link, traffic) in &ledger.part.links {
+            sums.bytes_in += if link.to == COORDINATOR { traffic.bytes } else { 0 };
+            sums.bytes_out += if link.from == COORDINATOR { traffic.bytes } else { 0 };
+        }
+        sums
+    }
 }
 
 fn how_proved(run: &Run) -> HowProved {

@@ -66,7 +66,9 @@ pub struct RunReport {
     pub graph: Option<GraphReport>,
     /// Sampled points and the tree, for pictures. `None` if not requested.
     pub view: Option<View>,
-    /// Bytes that the coordinator received, except input, cells and other results in bulk.
+    /// The traffic of the coordinator, over all phases.
+    pub coordinator: CoordinatorReport,
+    /// The same as `coordinator.bytes_in`.
     pub control_bytes: u64,
     /// Measured wall-clock seconds.
     pub seconds: RunSeconds,
@@ -74,6 +76,15 @@ pub struct RunReport {
     pub rss_before_bytes: Option<u64>,
     /// Measured peak of resident memory.
     pub peak_rss_bytes: Option<u64>,
+}
+
+/// The traffic of the coordinator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct CoordinatorReport {
+    /// Bytes of all messages to the coordinator.
+    pub bytes_in: u64,
+    /// Bytes of all messages from the coordinator.
+    pub bytes_out: u64,
 }
 
 /// The supergraph.

@@ -4,20 +4,17 @@
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
-use std::sync::Arc;
 
 use septet_core::config::{Alpha, Correction, Graph, Neighbours, SeparatorSets, Workers};
 use septet_core::generate::Kind;
 use septet_core::run::{CostRow, CostTrace};
 use septet_core::{Config, run_on};
 use septet_geometry::point::Point;
-use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
+use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message};
-use septet_protocol::transport::{Delivery, HostState, Transport, TransportError};
-use septet_workers::config::WorkerConfig;
-use septet_workers::host::Host;
 
 use super::traced;
+use crate::common::observed::Observed;
 use crate::common::sets::{plane, space};
 
 /// The envelope of a message between two ranks, and the phase in which it was sent.
@@ -40,47 +37,6 @@ impl Sent {
 }
 
 type Log = Rc<RefCell<Vec<Sent>>>;
-
-/// A machine on one thread that notes every message.
-struct Noting<P: Point> {
-    host: Host<P>,
-    size: u32,
-    has_begun: bool,
-    pending: Vec<Message<P>>,
-    log: Log,
-}
-
-impl<P: Point> Noting<P> {
-    fn new(config: &Arc<WorkerConfig>, log: Log) -> Self {
-        let host = Host::new(1..=config.workers, config, &None);
-        Noting { host, size: config.workers + 1, has_begun: false, pending: Vec::new(), log }
-    }
-}
-
-impl<P: Point> Transport<P> for Noting<P> {
-    fn size(&self) -> u32 {
-        self.size
-    }
-
-    fn exchange(&mut self, outbox: Vec<Message<P>>, state: HostState) -> Result<Delivery<P>, TransportError> {
-        let busy = state.is_busy()?;
-        if !std::mem::replace(&mut self.has_begun, true) {
-            self.pending = self.host.begin()?;
-        }
-        let busy = busy || self.host.busy();
-        let mut all = std::mem::take(&mut self.pending);
-        all.extend(outbox);
-        let phase = self.host.phase();
-        let sent = all.iter().filter(|m| m.from != m.to).map(|m| Sent::of(phase, m));
-        self.log.borrow_mut().extend(sent);
-        let active = busy || !all.is_empty();
-        let (inbox, inner) = all.into_iter().partition(|message| message.to == COORDINATOR);
-        if !self.host.is_done() {
-            self.pending = self.host.turn(Delivery { inbox: inner, active })?;
-        }
-        Ok(Delivery { inbox, active })
-    }
-}
 
 /// The rows of each rank in each phase, and which rows follow which.
 struct Rows<'a> {
@@ -258,8 +214,12 @@ impl Found {
     fn check<P: Point>(&mut self, points: &[P], change: impl Fn(&mut Config)) {
         let config = traced(Workers::Count(5)).with(change);
         let log = Log::default();
-        let run = run_on(points, &config, true, &mut |machine| {
-            Ok(Box::new(Noting::new(machine, log.clone())) as Box<dyn Transport<P>>)
+        let run = run_on(points, &config, true, &mut |_| {
+            let log = log.clone();
+            Box::new(Observed(move |phase, messages: &[Message<P>]| {
+                let sent = messages.iter().filter(|m| m.from != m.to).map(|m| Sent::of(phase, m));
+                log.borrow_mut().extend(sent);
+            }))
         });
         let run = run.unwrap();
         let rows = Rows::new(run.costs.as_ref().unwrap());

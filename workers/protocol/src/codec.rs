@@ -44,6 +44,12 @@ pub enum CodecError {
     /// The bytes do not decode.
     #[error("malformed message: {0}")]
     Malformed(#[from] DecodeError),
+    /// The bytes decode to a value without a meaning.
+    #[error("{what} is corrupt")]
+    Corrupt {
+        /// The value.
+        what: &'static str,
+    },
     /// The value does not encode.
     #[error("message cannot be encoded: {0}")]
     Unencodable(#[from] EncodeError),

@@ -7,7 +7,7 @@ use thiserror::Error;
 /// A rank of the machine. Rank 0 is the coordinator, workers are `1..=p`.
 pub type Rank = u32;
 
-/// The rank of the coordinator. It distributes the input, leads the root and collects the result. It owns no point.
+/// The rank of the coordinator. It owns no point, and neither points nor results pass through it.
 pub const COORDINATOR: Rank = 0;
 
 /// A subproblem: a node of the partition tree, identified by its path. The root is 1. The interior child of `s` is `2s`,

@@ -16,7 +16,7 @@ pub use split::{Child, Decision, Route};
 pub use typed::{ChosenSupergraph, Fingerprint, SampleStars, SetCounts, SetDecision};
 
 /// The version of the protocol. It increases when the meaning or layout of a message changes.
-pub const PROTOCOL_VERSION: u16 = 10;
+pub const PROTOCOL_VERSION: u16 = 11;
 
 /// A message with its envelope.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
@@ -292,8 +292,6 @@ pub enum Body<P> {
         /// `d + 1` affinely independent points.
         frame: PointBatch<P>,
     },
-    /// Coordinator to worker: its block of the input, in transit.
-    Block(PointBatch<P>),
     /// Leader to the leader of a child: the plan of the placement, as numbers of leaves below nodes.
     Plan {
         /// Nodes.
@@ -414,45 +412,6 @@ pub enum Body<P> {
         /// All points.
         points: PointBatch<P>,
     },
-    /// Worker to coordinator: cells as rows of point ids, and the leaf of each.
-    Cells {
-        /// `d + 1` ids per row, positively oriented.
-        cells: Bulk<u64>,
-        /// Leaf of the smallest vertex.
-        leaves: Bulk<u64>,
-    },
-    /// Worker to coordinator: the cells of its subdomain with their adjacency (`triangulate` only).
-    Piece {
-        /// The leaf of the worker's points.
-        leaf: u64,
-        /// Input index of each vertex.
-        ids: Bulk<u64>,
-        /// Per cell, `d + 1` vertices, positively oriented, then the neighbour across the facet opposite to each. A
-        /// neighbour is a cell or one of two marks (hull, another subdomain).
-        rows: Bulk<u32>,
-        /// Indices of the cells with a mark, ascending.
-        open: Bulk<u32>,
-    },
-    /// Worker to coordinator: its share of the independent set.
-    Selected {
-        /// Ids of the members that joined.
-        members: Bulk<u64>,
-        /// Number of undecided owned points at the start of each round, up to the last round with an undecided point.
-        undecided: Bulk<u64>,
-    },
-    /// Worker to coordinator, on request: edges of the supergraph as pairs of ids.
-    Edges(Bulk<u64>),
-    /// Worker to coordinator, on request: the members of the sets in which it compared all pairs. Not billed.
-    Sets {
-        /// The node of each set, once for each member.
-        nodes: Bulk<u64>,
-        /// The ids of the members.
-        points: Bulk<u64>,
-    },
-    /// Worker to coordinator: its part of the ledger. Not billed.
-    Ledger(Bulk<u64>),
-    /// Worker to coordinator, on request: its part of the picture. Not billed.
-    View(Box<ViewPart<P>>),
 }
 
 impl<P> Body<P> {
@@ -460,7 +419,6 @@ impl<P> Body<P> {
     pub fn kind(&self) -> &'static str {
         match self {
             Body::Start { .. } => "start",
-            Body::Block(_) => "block",
             Body::Plan { .. } => "plan",
             Body::Samples(_) => "samples",
             Body::Sphere(_) => "sphere",
@@ -491,27 +449,7 @@ impl<P> Body<P> {
             Body::Outcome(_) => "outcome",
             Body::Gather(_) => "gather",
             Body::Region { .. } => "region",
-            Body::Cells { .. } => "cells",
-            Body::Piece { .. } => "piece",
-            Body::Selected { .. } => "selected",
-            Body::Edges(_) => "edges",
-            Body::Sets { .. } => "sets",
-            Body::Ledger(_) => "ledger",
-            Body::View(_) => "view",
         }
-    }
-
-    /// Returns `true` for messages that carry measurements. They are not billed.
-    pub fn is_instrument(&self) -> bool {
-        matches!(self, Body::Ledger(_) | Body::View(_) | Body::Sets { .. })
-    }
-
-    /// Returns `true` for input and results in bulk, which the coordinator's control traffic excludes.
-    pub fn is_bulk(&self) -> bool {
-        matches!(
-            self,
-            Body::Block(_) | Body::Cells { .. } | Body::Piece { .. } | Body::Selected { .. } | Body::Edges(_)
-        )
     }
 }
 
@@ -521,7 +459,6 @@ impl<P: Copy> Body<P> {
         match self {
             Body::Query(batch) => batch.is_consistent(),
             Body::Reply(batch) => batch.is_consistent(),
-            Body::Sets { nodes, points } => nodes.len() == points.len(),
             Body::Decision { routes, .. } => routes.iter().all(|r| r.receivers.len() == r.counts.len()),
             _ => true,
         }

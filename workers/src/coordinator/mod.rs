@@ -1,12 +1,13 @@
-//! The duties of rank 0, the coordinator.
+//! Both ends of a run: the input that the ranks read, and the results that stay with them.
 //!
-//! The coordinator runs the same program as every rank ([`crate::programs`]): it leads the root of the tree and owns no
-//! point. In some phases it has further duties. Two are here: it distributes the input and collects the result. It also
-//! decides on certificates (`result::decision`), and triangulates gathered stars (`splaying::region`).
+//! Rank 0, the coordinator, runs the same program as every rank ([`crate::programs`]) and owns no point. It announces the
+//! number of points and the frame, which is here. It also chooses the supergraph (`graph::selection`), decides on
+//! certificates (`result::decision`), and triangulates gathered stars (`splaying::region`). Neither the points nor the
+//! results of the ranks pass through the coordinator ([`Source`], [`Share`]).
 
 mod share;
 mod source;
 
-pub use share::{CellRows, Certificate, Choice, MachineCounts, PieceRows, Selected, Share};
+pub use share::{CellRows, Certificate, Choice, PieceRows, Selected, Share, merged_ledger};
 pub use source::Source;
-pub(crate) use source::distribute;
+pub(crate) use source::announce;

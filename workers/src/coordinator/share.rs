@@ -1,62 +1,47 @@
-//! The result of a run, as the coordinator collects it.
+//! The results of a run, which stay with the ranks.
 
 use septet_geometry::graph::Supergraph;
-use septet_geometry::point::Point;
-use septet_protocol::codec::Bulk;
 use septet_protocol::ids::Rank;
 use septet_protocol::ledger::LedgerPart;
-use septet_protocol::message::{Body, Merged, Message, ViewPart};
-use septet_protocol::outcome::Outcome;
-use septet_protocol::transport::TransportError;
+use septet_protocol::message::{Merged, ViewPart};
 
-use crate::machine::context::Context;
+use crate::config::Fault;
 
-/// The part of a triangulation that one worker sends.
-#[derive(Clone, Debug)]
+/// The cells of a subdomain triangulation with their adjacency. A cell belongs to the rank that owns its
+/// lexicographically smallest vertex.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PieceRows {
-    /// The worker.
-    pub owner: Rank,
-    /// The node of the tree that the worker holds.
+    /// The node of the tree that the rank holds.
     pub leaf: u64,
     /// Input indices of the vertices.
     pub ids: Vec<u64>,
-    /// For each cell its vertices, as positions in `ids`, then its neighbours.
+    /// For each cell its vertices, as positions in `ids`, positively oriented, then its neighbours. The neighbour
+    /// opposite a vertex is a cell of this piece, or a mark for the hull or for another piece.
     pub rows: Vec<u32>,
-    /// The cells that have a facet without a neighbour in this part.
+    /// The cells with a mark instead of a neighbour, ascending.
     pub open: Vec<u32>,
 }
 
 /// Cells as rows of input indices.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CellRows {
-    /// The rows, in the parts in which they arrived.
-    pub parts: Vec<Vec<u64>>,
-    /// The worker of each cell, if the workers send leaves.
-    pub owners: Vec<Rank>,
-    /// The node of each cell's leaf, if the workers send leaves.
+    /// `d + 1` indices per cell, positively oriented.
+    pub rows: Vec<u64>,
+    /// The leaf of the smallest vertex of each cell, if the run keeps leaves.
     pub leaves: Vec<u64>,
 }
 
-/// A maximal independent set.
-#[derive(Clone, Debug, Default)]
+/// A share of a maximal independent set.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Selected {
-    /// The members, in the order of arrival.
+    /// Input indices of the members that joined.
     pub members: Vec<u64>,
-    /// Points undecided at the start of each round of local priorities.
+    /// Number of undecided owned points at the start of each round, up to the last round with an undecided point.
     pub undecided: Vec<u64>,
 }
 
-/// The counts of the machine.
-#[derive(Clone, Debug, Default)]
-pub struct MachineCounts {
-    /// The ledgers of all ranks.
-    pub ledger: LedgerPart,
-    /// Number of ranks whose ledgers have arrived.
-    pub parts: u32,
-}
-
 /// The last certificate.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Certificate {
     /// The merged result of all workers. Its rounds of exchange are the sum over all passes.
     pub merged: Merged,
@@ -77,7 +62,7 @@ impl Certificate {
 }
 
 /// The supergraph of the run.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Choice {
     /// The supergraph, if there is one.
     pub supergraph: Option<Supergraph>,
@@ -85,96 +70,58 @@ pub struct Choice {
     pub why: Option<String>,
 }
 
-/// The result of a run.
-#[derive(Clone, Debug)]
+/// The results that a rank has at the end of a run. They stay with the rank. The certificate and the choice are complete
+/// on the coordinator only.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Share<P> {
-    /// Parts of a triangulation, in the order of arrival.
-    pub pieces: Vec<PieceRows>,
-    /// Cells of stars.
+    /// The rank.
+    pub rank: Rank,
+    /// The cells of the rank's subdomain (`triangulate` only).
+    pub piece: Option<PieceRows>,
+    /// The cells of the rank's stars (`simulate` only).
     pub cells: CellRows,
-    /// Edges of the supergraph as pairs of input indices, if the workers send them.
+    /// The edges of the supergraph that count at an owned point, as pairs of input indices, if the run keeps them.
     pub edges: Vec<u64>,
-    /// Node and id of each member of the sets in which all pairs were compared, if the workers send them.
+    /// Node and input index of each member of the sets in which the rank compared all pairs, if the run keeps them.
     pub sets: Vec<[u64; 2]>,
-    /// The independent set, if the task asks for one.
+    /// The share of the independent set, if the task asks for one.
     pub selected: Selected,
-    /// The counts.
-    pub counted: MachineCounts,
-    /// The workers' parts of the picture, in the order of arrival.
-    pub views: Vec<ViewPart<P>>,
+    /// The part of the picture, if the run has one.
+    pub view: Option<ViewPart<P>>,
+    /// The ledger of the rank.
+    pub ledger: LedgerPart,
     /// The certificate.
     pub certified: Certificate,
     /// The supergraph.
     pub choice: Choice,
 }
 
-impl<P> Default for Share<P> {
-    fn default() -> Self {
+impl<P> Share<P> {
+    /// Creates the share of a rank without results.
+    pub fn new(rank: Rank) -> Self {
         Share {
-            pieces: Vec::new(),
+            rank,
+            piece: None,
             cells: CellRows::default(),
             edges: Vec::new(),
             sets: Vec::new(),
             selected: Selected::default(),
-            counted: MachineCounts::default(),
-            views: Vec::new(),
+            view: None,
+            ledger: LedgerPart::default(),
             certified: Certificate::default(),
             choice: Choice::default(),
         }
     }
 }
 
-/// Returns `true` if the message is part of a result and, for a view, if its arrays fit together.
-fn is_result<P: Point>(message: &Message<P>) -> bool {
-    match &message.body {
-        Body::View(part) => part.is_consistent(),
-        Body::Cells { .. } | Body::Piece { .. } | Body::Selected { .. } | Body::Ledger(_) => true,
-        _ => false,
+/// Merges the ledgers of all ranks.
+pub fn merged_ledger<P>(shares: &[Share<P>], fault: Option<Fault>) -> LedgerPart {
+    let mut all = LedgerPart::default();
+    for share in shares {
+        all.merge(&share.ledger);
     }
-}
-
-impl<P: Point> Share<P> {
-    /// Takes the results of a round.
-    ///
-    /// # Errors
-    /// Fails if a ledger does not decode.
-    pub(crate) fn receive(&mut self, cx: &mut Context<P>) -> Result<(), TransportError> {
-        let with_leaves = cx.config().shown.with_leaves;
-        let results = cx.take(|m| {
-            is_result(m).then(|| (m.from, std::mem::replace(&mut m.body, Body::Outcome(Outcome::default()))))
-        });
-        for (from, body) in results {
-            self.add(from, body, with_leaves)?;
-        }
-        Ok(())
+    if let Some(fault) = fault {
+        fault.distort(&mut all);
     }
-
-    fn add(&mut self, from: Rank, body: Body<P>, with_leaves: bool) -> Result<(), TransportError> {
-        match body {
-            Body::Cells { cells: Bulk(rows), mut leaves } => {
-                if with_leaves {
-                    self.cells.owners.extend(std::iter::repeat_n(from, rows.len() / (P::DIM + 1)));
-                    self.cells.leaves.append(&mut leaves);
-                }
-                self.cells.parts.push(rows);
-            }
-            Body::Piece { leaf, ids: Bulk(ids), rows: Bulk(rows), open: Bulk(open) } => {
-                self.pieces.push(PieceRows { owner: from, leaf, ids, rows, open });
-            }
-            Body::Selected { mut members, undecided } => {
-                self.selected.members.append(&mut members);
-                let sums = &mut self.selected.undecided;
-                sums.resize(sums.len().max(undecided.len()), 0);
-                sums.iter_mut().zip(&undecided.0).for_each(|(sum, count)| *sum += count);
-            }
-            Body::View(part) => self.views.push(*part),
-            Body::Ledger(words) => {
-                let corrupt = || TransportError::BadMessage { from, reason: "corrupt ledger".to_string() };
-                self.counted.ledger.merge(&LedgerPart::from_words(&words).ok_or_else(corrupt)?);
-                self.counted.parts += 1;
-            }
-            _ => {}
-        }
-        Ok(())
-    }
+    all
 }

@@ -1,19 +1,17 @@
-//! The input of a run, as the coordinator distributes it.
+//! The input of a run, as the ranks read it.
 
-use rayon::prelude::*;
 use septet_geometry::point::Point;
 use septet_protocol::ids::COORDINATOR;
 use septet_protocol::message::{Body, PointBatch, UNKNOWN_RADIUS2};
 
-use crate::machine::collectives::Group;
 use crate::machine::context::Context;
 
-/// The points of a run.
+/// The points of a run. Every host has a source, which holds at least the blocks of its own ranks.
 pub trait Source<P>: Sync {
-    /// Returns the number of points.
+    /// Returns the number of points. Only the coordinator reads it.
     fn population(&self) -> u64;
 
-    /// Returns the frame: `d + 1` points that span the space, with their input indices.
+    /// Returns the frame: `d + 1` points that span the space, with their input indices. Only the coordinator reads it.
     fn frame(&self) -> Vec<(u64, P)>;
 
     /// Returns the points of block `block`, if the input is divided into `blocks` equal parts in its order. The batch
@@ -21,16 +19,12 @@ pub trait Source<P>: Sync {
     fn block(&self, block: u32, blocks: u32) -> PointBatch<P>;
 }
 
-/// Sends every rank the number of points and the frame, and each member of `root` its block.
-pub(crate) fn distribute<P: Point>(cx: &mut Context<P>, source: &dyn Source<P>, root: &Group) {
+/// Sends every rank the number of points and the frame.
+pub(crate) fn announce<P: Point>(cx: &mut Context<P>, source: &dyn Source<P>) {
     let population = source.population();
     let mut frame = PointBatch::default();
     for (id, position) in source.frame() {
         frame.push(id, position, COORDINATOR, UNKNOWN_RADIUS2);
     }
     cx.send_to_all(|| Body::Start { population, frame: frame.clone() });
-    let blocks = root.child.ranks;
-    let blocks: Vec<PointBatch<P>> =
-        (0..blocks).into_par_iter().map(|block| source.block(block, blocks)).collect();
-    cx.scatter(root, 0, blocks.into_iter().map(Body::Block));
 }

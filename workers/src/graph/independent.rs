@@ -341,11 +341,16 @@ impl Selection {
 }
 
 impl Selection {
-    /// Returns the message to rank 0: the owned points that joined, and the number of undecided points in each round.
-    pub(crate) fn into_message<P: Point>(self, table: &Table<P>, fixed: u64) -> Body<P> {
+    /// Returns the ids of the owned points that joined, without the fixed ones.
+    pub(crate) fn members<P: Point>(&self, table: &Table<P>, fixed: u64) -> Vec<u64> {
         let owned = table.owned_ids().iter().zip(&self.states);
         let members = owned.filter(|&(&id, &state)| state == State::In && id >= fixed).map(|(&id, _)| id);
-        Body::Selected { members: Bulk(members.collect()), undecided: Bulk(self.undecided) }
+        members.collect()
+    }
+
+    /// Returns the number of undecided owned points at the start of each round.
+    pub(crate) fn into_undecided(self) -> Vec<u64> {
+        self.undecided
     }
 }
 

@@ -34,13 +34,14 @@ use crate::state::subdomain::{Entry, Shared, Subdomain, Way};
 use crate::state::table::Table;
 use crate::state::tree::{Split, Tree};
 
-/// Finds the graph neighbours of the owned points in the sets of the leaves, and unites them on the way up.
+/// Finds the graph neighbours of the owned points in the sets of the leaves, and unites them on the way up. Also returns
+/// node and id of each member of the sets in which this rank compared all pairs, if the run keeps them.
 pub(crate) async fn set_recursion<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
     supergraph: Supergraph,
-) -> Result<Lists<u32>, TransportError> {
+) -> Result<(Lists<u32>, Vec<[u64; 2]>), TransportError> {
     let mut recursion = Recursion::of_owned(cx, subdomain, table, supergraph);
     while cx.exchange_if(recursion.is_pending()).await? {
         recursion.agenda.step += 1;
@@ -147,10 +148,8 @@ struct Recursion<'a, P> {
     unions: Unions,
     /// For each node, the members of its set on this rank.
     members: BTreeMap<NodeId, Vec<u32>>,
-    /// The node of each set in which this rank compared all pairs, once for each member, if the run collects the sets.
-    set_nodes: Vec<u64>,
-    /// The ids of these members.
-    set_points: Vec<u64>,
+    /// Node and id of each member of the sets in which this rank compared all pairs, if the run keeps them.
+    sets: Vec<[u64; 2]>,
 }
 
 /// For each node, the vector step that unites the lists of its children.
@@ -182,8 +181,7 @@ impl<'a, P: Point> Recursion<'a, P> {
             sent: Vec::new(),
             unions: Unions { meter: cx.own_cost(), of_nodes: BTreeMap::new() },
             members: members.into_iter().collect(),
-            set_nodes: Vec::new(),
-            set_points: Vec::new(),
+            sets: Vec::new(),
         }
     }
 
@@ -418,8 +416,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         cx.charge(Account::member(Phase::Graph, node), cost, pairs);
         cx.facts(node).members += points.len() as u64;
         if cx.config().shown.collect_sets {
-            self.set_nodes.extend(points.iter().map(|_| node.0));
-            self.set_points.extend(points.iter().map(|&i| self.table.ids()[i as usize]));
+            self.sets.extend(points.iter().map(|&i| [node.0, self.table.ids()[i as usize]]));
         }
         let mut lists = vec![Vec::new(); members.len()];
         for (i, list) in order.into_iter().zip(found.iter()) {
@@ -471,11 +468,8 @@ impl<'a, P: Point> Recursion<'a, P> {
     }
 
     /// Unites the lists of all leaves into the graph neighbours of the owned points, and charges the unions.
-    fn finish(self, cx: &mut Context<P>) -> Lists<u32> {
-        let Recursion { table, items, mut unions, set_nodes, set_points, .. } = self;
-        if cx.config().shown.collect_sets {
-            cx.send_to_coordinator(Body::Sets { nodes: Bulk(set_nodes), points: Bulk(set_points) });
-        }
+    fn finish(self, cx: &mut Context<P>) -> (Lists<u32>, Vec<[u64; 2]>) {
+        let Recursion { table, items, mut unions, sets, .. } = self;
         let owned = items.into_iter().take(table.owned_len() as usize);
         let neighbours = owned.map(|mut item| item.united(&mut unions)).collect();
         let Unions { meter, of_nodes } = unions;
@@ -484,7 +478,7 @@ impl<'a, P: Point> Recursion<'a, P> {
             cost.run_lanes(lanes);
             cx.charge(Account::member(Phase::Sets, node), cost, 0);
         }
-        neighbours
+        (neighbours, sets)
     }
 }
 

@@ -7,7 +7,7 @@
 //!    their nearest neighbours.
 //! 3. *Sets* ([`crate::graph::separator_sets`]): the recursion of the paper.
 //!
-//! **Rounds.** The rounds of the rule, and one round to collect the edges. **Work and depth.** By rule 1, all pairs
+//! **Rounds.** The rounds of the rule. **Work and depth.** By rule 1, all pairs
 //! of an owned point and a member of the same leaf.
 
 use std::ops::Range;
@@ -15,10 +15,8 @@ use std::ops::Range;
 use septet_geometry::graph::{Supergraph, graph_direct};
 use septet_geometry::lists::Lists;
 use septet_geometry::point::{Point, lex_cmp};
-use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Account;
-use septet_protocol::message::Body;
 use septet_protocol::transport::TransportError;
 
 use crate::config::SetRule;
@@ -40,20 +38,19 @@ pub(crate) struct Graph {
     neighbours: Lists<u32>,
     /// The ghosts of each leaf under rule 1. Empty under the other rules.
     ghosts: Ghosts,
-    /// All edges, as pairs of ids. Empty except on the coordinator of a run that collects them.
+    /// The edges that count at an owned point, as pairs of ids. Empty unless the run keeps them.
     edges: Vec<u64>,
-    /// Node and id of each member of the sets in which all pairs were compared. Empty except on the coordinator of a run
-    /// that collects them.
+    /// Node and id of each member of the sets in which this rank compared all pairs. Empty unless the run keeps them.
     sets: Vec<[u64; 2]>,
 }
 
 impl Graph {
-    /// Takes the edges that the coordinator collected, as pairs of ids.
+    /// Takes the edges that count at an owned point, as pairs of ids.
     pub(crate) fn take_edges(&mut self) -> Vec<u64> {
         std::mem::take(&mut self.edges)
     }
 
-    /// Takes the members of sets that the coordinator collected.
+    /// Takes the members of the sets in which this rank compared all pairs, with the node of each.
     pub(crate) fn take_sets(&mut self) -> Vec<[u64; 2]> {
         std::mem::take(&mut self.sets)
     }
@@ -76,6 +73,7 @@ pub(crate) async fn supergraph<P: Point>(
     cx.enter(Phase::Sets)?;
     count_crossings(cx, subdomain, table, rule);
     charge_seeds(cx, subdomain);
+    let mut sets = Vec::new();
     let (neighbours, ghosts) = match (cx.config().graph.sets, nearest) {
         (SetRule::Ghost, None) => {
             let mut ghosts = push_ghosts(cx, subdomain, table, rule).await?;
@@ -92,17 +90,14 @@ pub(crate) async fn supergraph<P: Point>(
             (reverse.unite(cx, subdomain, table), Ghosts::default())
         }
         (SetRule::Both | SetRule::Smaller, _) => {
-            let neighbours = set_recursion(cx, subdomain, table, rule).await?;
+            let neighbours;
+            (neighbours, sets) = set_recursion(cx, subdomain, table, rule).await?;
             cx.enter(Phase::Graph)?;
             (neighbours, Ghosts::default())
         }
     };
-    report_edges(cx, subdomain, table, &neighbours);
-    let (mut edges, mut sets) = (Vec::new(), Vec::new());
-    while cx.exchange().await? {
-        edges.extend(take_edges(cx));
-        sets.extend(take_sets(cx));
-    }
+    let edges = count_edges(cx, subdomain, table, &neighbours);
+    while cx.exchange().await? {}
     Ok(Graph { neighbours, ghosts, edges, sets })
 }
 
@@ -116,26 +111,6 @@ fn charge_seeds<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>) {
         cost.map(&[node.child(0), node.child(1)], |_| ());
         cx.charge(Account::leader(Phase::Sets, node), cost, 0);
     }
-}
-
-/// Takes the edges that workers sent to the coordinator.
-fn take_edges<P: Point>(cx: &mut Context<P>) -> impl Iterator<Item = u64> + use<P> {
-    let parts = cx.take(|m| match &mut m.body {
-        Body::Edges(Bulk(part)) => Some(std::mem::take(part)),
-        _ => None,
-    });
-    parts.into_iter().flatten()
-}
-
-/// Takes the members of sets that workers sent to the coordinator.
-fn take_sets<P: Point>(cx: &mut Context<P>) -> Vec<[u64; 2]> {
-    let parts = cx.take(|m| match &mut m.body {
-        Body::Sets { nodes, points } => {
-            Some(std::mem::take(&mut nodes.0).into_iter().zip(std::mem::take(&mut points.0)))
-        }
-        _ => None,
-    });
-    parts.into_iter().flatten().map(|(node, point)| [node, point]).collect()
 }
 
 /// Counts the balls of owned points that cross each separator above them. The owned points below a node are
@@ -235,14 +210,14 @@ fn graph_of_leaves<P: Point>(
     neighbours
 }
 
-/// Counts each edge once, at its smaller end. Sends the edges to rank 0 if the run collects them.
-fn report_edges<P: Point>(
+/// Counts each edge once, at its smaller end. Returns the edges that count here, if the run keeps them.
+fn count_edges<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &Table<P>,
     neighbours: &Lists<u32>,
-) {
-    let mut sent = Vec::new();
+) -> Vec<u64> {
+    let mut kept = Vec::new();
     for leaf in subdomain.leaves() {
         let mut edges = Edges::default();
         for point in leaf.owned() {
@@ -250,12 +225,10 @@ fn report_edges<P: Point>(
             edges.add(table, point, list);
             if cx.config().shown.collect_graph {
                 let counted = edges_of(table, point, list).filter(|edge| edge.1);
-                sent.extend(counted.flat_map(|edge| edge.0));
+                kept.extend(counted.flat_map(|edge| edge.0));
             }
         }
         edges.enter(leaf.id(), cx);
     }
-    if !sent.is_empty() {
-        cx.send_to_coordinator(Body::Edges(Bulk(sent)));
-    }
+    kept
 }

@@ -1,4 +1,4 @@
-//! The host of ranks: the loop that every thread or process of workers runs.
+//! The host of ranks: the loop that every thread or process of the machine runs.
 
 use std::sync::Arc;
 
@@ -8,19 +8,50 @@ use septet_protocol::message::Message;
 use septet_protocol::transport::{Delivery, HostState, Transport, TransportError};
 
 use crate::config::{Pool, WorkerConfig};
+use crate::coordinator::{Share, Source};
 use crate::machine::context::Running;
-use crate::programs::work;
+use crate::partition::leader::Plan;
+use crate::programs::run;
+
+/// The task of a machine: its parameters, its input and the plan of the placement.
+pub struct Job<'a, P> {
+    /// The parameters.
+    pub config: Arc<WorkerConfig>,
+    /// The points, or at least the blocks of the ranks of this host.
+    pub source: &'a dyn Source<P>,
+    /// Number of leaves below each node, if every leaf has a rank of its own; otherwise empty.
+    pub plan: &'a Plan,
+}
+
+/// An observer of a host.
+pub trait Watch {
+    /// Observes the end of a phase on all hosts.
+    fn phase_ends(&mut self, _phase: Phase) {}
+
+    /// Observes the first round of a phase, after the ranks have computed.
+    fn phase_begins(&mut self, _phase: Phase) {}
+
+    /// Observes each round, after the ranks have computed.
+    fn round(&mut self, _round: u32, _phase: Phase) {}
+}
+
+/// An observer that does nothing.
+pub struct Unwatched;
+
+impl Watch for Unwatched {}
 
 /// The ranks of a host.
-pub struct Host<P: Point> {
-    ranks: Vec<Running<'static, P>>,
+pub struct Host<'a, P: Point> {
+    ranks: Vec<Running<'a, P, Share<P>>>,
     round: u32,
 }
 
-impl<P: Point> Host<P> {
-    /// Creates a host of the workers with these ranks, without starting them.
-    pub fn new(ranks: impl Iterator<Item = Rank>, config: &Arc<WorkerConfig>, pool: &Pool) -> Self {
-        let start = |rank| Running::start(rank, config.clone(), pool.clone(), work);
+impl<'a, P: Point> Host<'a, P> {
+    /// Creates a host of these ranks, ascending with equal steps, without starting them.
+    pub fn new(ranks: impl Iterator<Item = Rank>, job: &Job<'a, P>, pool: &Pool) -> Self {
+        let (source, plan) = (job.source, job.plan);
+        let start =
+            |rank| Running::start(rank, job.config.clone(), pool.clone(), move |cx| run(cx, source, plan));
         Host { ranks: ranks.map(start).collect(), round: 0 }
     }
 
@@ -37,6 +68,16 @@ impl<P: Point> Host<P> {
     /// Returns the current phase.
     pub fn phase(&self) -> Phase {
         self.ranks.first().map_or(Phase::Done, Running::phase)
+    }
+
+    /// Returns the number of rounds that have ended.
+    pub fn round(&self) -> u32 {
+        self.round
+    }
+
+    /// Returns the shares of the ranks that are done, in the order of the ranks.
+    pub fn into_shares(self) -> Vec<Share<P>> {
+        self.ranks.into_iter().filter_map(Running::into_result).collect()
     }
 
     /// Runs all ranks until their first exchange.
@@ -87,12 +128,25 @@ impl<P: Point> Host<P> {
 ///
 /// # Errors
 /// The first error of the machine.
-pub fn serve<P: Point>(transport: &mut dyn Transport<P>, host: &mut Host<P>) -> Result<(), TransportError> {
+pub fn serve<P: Point>(
+    transport: &mut dyn Transport<P>,
+    host: &mut Host<'_, P>,
+    watch: &mut dyn Watch,
+) -> Result<(), TransportError> {
+    watch.phase_begins(host.phase());
     let mut sent = host.begin();
     while sent.is_err() || !host.is_done() {
         let (outbox, state) = HostState::after(sent, host.busy());
         let delivery = transport.exchange(outbox, state)?;
+        let ended = !delivery.active;
+        if ended {
+            watch.phase_ends(host.phase());
+        }
         sent = host.turn(delivery);
+        if ended {
+            watch.phase_begins(host.phase());
+        }
+        watch.round(host.round(), host.phase());
     }
     Ok(())
 }

@@ -1,12 +1,12 @@
 //! Collective operations of groups of ranks, in terms of messages.
 //!
-//! A *group* is a node of the partition tree with the ranks that share it. Its lowest rank leads it; the coordinator
-//! leads the root. Members send to their leader, a leader sends to its members, and results of children are combined on
+//! A *group* is a node of the partition tree with the ranks that share it. One of them leads it ([`leader`]). Members send to their leader, a leader sends to its members, and results of children are combined on
 //! the way up the tree. Every operation queues messages of the current round and never waits.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use septet_geometry::hash::finalise;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, NodeId, Rank};
 use septet_protocol::message::{Body, Child};
@@ -24,15 +24,17 @@ pub struct Group {
     pub child: Child,
 }
 
-/// Returns the rank that leads a node: the coordinator for the root, otherwise the lowest rank of the node's group.
-pub(crate) fn leader(node: NodeId, first_rank: Rank) -> Rank {
-    if node == NodeId::ROOT { COORDINATOR } else { first_rank }
+/// Returns the rank that leads a node: a member of its group, by a hash of the node. A rank that is the lowest of many
+/// groups therefore does not lead all of them.
+pub(crate) fn leader(node: NodeId, child: &Child) -> Rank {
+    let ranks = u128::from(child.ranks.max(1));
+    child.first + (u128::from(finalise(node.0)) * ranks >> 64) as Rank
 }
 
 impl Group {
     /// Creates the group of a node.
     pub(crate) fn new(node: NodeId, child: Child) -> Self {
-        Group { node, leader: leader(node, child.first), child }
+        Group { node, leader: leader(node, &child), child }
     }
 
     /// Creates the group of a child.
@@ -189,8 +191,10 @@ mod tests {
     }
 
     #[test]
-    fn the_coordinator_leads_the_root_and_the_lowest_rank_every_other_node() {
-        assert_eq!((group(1).leader, group(2).leader), (COORDINATOR, 3));
+    fn members_lead_and_share_the_nodes() {
+        let led_by_3 = (1..=1000).filter(|&node| group(node).leader == 3).count();
+        assert!((450..550).contains(&led_by_3), "{led_by_3}");
+        assert!((1..=1000).all(|node| group(node).members().contains(&group(node).leader)));
         assert_eq!(group(1).below(1, Child { population: 0, first: 4, ranks: 1, leaf: true }).leader, 4);
     }
 

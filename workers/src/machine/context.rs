@@ -133,9 +133,9 @@ impl<P: Point> Context<P> {
         self.config.cost_log.file(self.rank, std::mem::take(&mut self.charges));
     }
 
-    /// Returns the ledger of the rank.
-    pub(crate) fn ledger(&self) -> &LedgerPart {
-        &self.ledger
+    /// Takes the ledger of the rank.
+    pub(crate) fn take_ledger(&mut self) -> LedgerPart {
+        std::mem::take(&mut self.ledger)
     }
 
     /// Returns the ledger of the rank, for changes by a planted fault.

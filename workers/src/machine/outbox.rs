@@ -1,7 +1,7 @@
 //! The messages that a rank sends in a round, and the meter that bills them.
 
 use septet_geometry::point::Point;
-use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
+use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::ledger::{LedgerPart, RankKey, RoundKey, Traffic};
 use septet_protocol::message::{Body, Message, PROTOCOL_VERSION};
 
@@ -79,15 +79,9 @@ impl<P: Point> Outbox<P> {
         let (round, rank) = (self.round, self.rank);
         ledger.tally(RoundKey { round, phase });
         for message in &self.messages {
-            if message.body.is_instrument() {
-                continue;
-            }
             let bytes = message.encoded_len() as u64;
             let moved = Traffic { messages: 1, bytes, points: points_in(&message.body) as u64 };
-            let tally = ledger.bill(RankKey { round, phase, rank }, message.to, moved);
-            if message.to == COORDINATOR && !message.body.is_bulk() {
-                tally.control += bytes;
-            }
+            ledger.bill(RankKey { round, phase, rank }, message.to, moved);
         }
         std::mem::take(&mut self.messages)
     }
@@ -96,7 +90,7 @@ impl<P: Point> Outbox<P> {
 /// Returns the number of points in a message.
 fn points_in<P: Point>(body: &Body<P>) -> usize {
     match body {
-        Body::Block(b) | Body::Move(b) | Body::Ghosts(b) | Body::Gather(b) => b.len(),
+        Body::Move(b) | Body::Ghosts(b) | Body::Gather(b) => b.len(),
         Body::Items { points, .. }
         | Body::Seam { points, .. }
         | Body::Reverse { points, .. }

@@ -1,6 +1,6 @@
 //! The leader of a shared subproblem: it collects samples and counts, draws separators, and decides on the split.
 //!
-//! The lowest rank of a group leads it; the coordinator leads the root. A leader acts at the end of a round. The round
+//! A leader is a member of the group ([`crate::machine::collectives`]). It acts at the end of a round. The round
 //! model guarantees that the messages of all its members have then arrived.
 
 use std::collections::BTreeMap;
@@ -139,7 +139,7 @@ pub(crate) fn decide_split<P: Point>(
     attempt: u32,
     Draw { separator, kind }: Draw<P>,
     plan: &Plan,
-) -> Decision {
+) {
     let node = group.node;
     let counts = cx.take(|m| match &mut m.body {
         Body::Counts { inside, outside, boxes } => {
@@ -187,7 +187,6 @@ pub(crate) fn decide_split<P: Point>(
         routes: Box::new(routes),
     };
     cx.scatter(group, attempt, routes.into_iter().map(body));
-    decision
 }
 
 /// Returns the routes of each member to both children. `counts` contains the numbers of interior and exterior points of each

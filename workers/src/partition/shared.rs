@@ -26,7 +26,7 @@ use septet_protocol::message::{Body, Child, Decision, Message, PointBatch, Route
 use septet_protocol::transport::TransportError;
 
 use crate::config::{Task, WorkerConfig};
-use crate::coordinator::{Source, distribute};
+use crate::coordinator::{Source, announce};
 use crate::machine::context::Context;
 use crate::partition::leader::{Plan, decide_split, draw, is_leaf, separator_of};
 use crate::partition::levelling;
@@ -62,16 +62,17 @@ impl<P> Input<P> {
     }
 }
 
-/// Distributes the points of `source`, if this rank has one, and receives the input of this rank.
+/// Reads the block of this rank from `source`. The coordinator announces the number of points and the frame.
 pub(crate) async fn load<P: Point>(
     cx: &mut Context<P>,
-    source: Option<&dyn Source<P>>,
+    source: &dyn Source<P>,
 ) -> Result<Input<P>, TransportError> {
+    cx.enter(Phase::Load)?;
     let mut input = Input::new();
-    if let Some(source) = source {
-        cx.enter(Phase::Load)?;
-        let root = root(cx.config(), source.population());
-        distribute(cx, source, &root);
+    if cx.is_coordinator() {
+        announce(cx, source);
+    } else {
+        input.block = source.block(cx.rank() - 1, cx.config().workers);
     }
     while cx.exchange().await? {
         let starts = cx.take(|m| match &mut m.body {
@@ -81,22 +82,13 @@ pub(crate) async fn load<P: Point>(
         for (population, frame) in starts {
             (input.population, input.frame) = (population, frame);
         }
-        let blocks = cx.take(|m| match &mut m.body {
-            Body::Block(points) => Some(std::mem::take(points)),
-            _ => None,
-        });
-        for block in blocks {
-            input.block = block;
-        }
     }
     Ok(input)
 }
 
 /// Splits the points of all ranks until each rank has its subdomain. `group` is the group of the root. Returns the
 /// subdomain and the table of its points.
-///
-/// The coordinator leads the root's group without being a member of it, so it has no share of the points. Its part ends
-/// when the group has agreed on the root.
+/// A rank that is not a member of the group, such as the coordinator, waits until the phase ends.
 pub(crate) async fn partition<P: Point>(
     cx: &mut Context<P>,
     mut group: Group,
@@ -109,15 +101,14 @@ pub(crate) async fn partition<P: Point>(
     if let (Some(points), false) = (&share, group.is_whole()) {
         send_samples(cx, &group, 0, points);
     }
-    while !group.is_whole() {
-        let Some(Agreed { children, part }) = agree(cx, &group, share.as_mut(), &mut plan).await? else {
-            let end = Unsplit { node: group.node, holder: group.child.first };
-            unsplit = share.is_some().then_some(end);
+    while let Some(points) = share.as_mut().filter(|_| !group.is_whole()) {
+        let Some(agreed) = agree(cx, &group, points, &mut plan).await? else {
+            unsplit = Some(Unsplit { node: group.node, holder: group.child.first });
             break;
         };
         led.extend((group.leader == cx.rank()).then_some(group));
-        let (Some(part), Some(points)) = (part, share.take()) else { break };
-        let (below, kept) = enter_child(cx, &group, children, part, points, &mut path)?;
+        let points = std::mem::take(points);
+        let (below, kept) = enter_child(cx, &group, agreed, points, &mut path)?;
         (group, share) = (below, Some(kept));
     }
     if let (Some(_), Some(parent)) = (unsplit, path.last_mut()) {
@@ -147,22 +138,16 @@ pub(crate) async fn partition<P: Point>(
     Ok((Subdomain::new(path, unsplit, subtree, led), table.unwrap_or_default()))
 }
 
-/// Creates the group of the root: all workers, led by the coordinator.
+/// Creates the group of the root: all workers.
 pub(crate) fn root(config: &WorkerConfig, population: u64) -> Group {
     let leaf = is_leaf(config, NodeId::ROOT, population);
     Group::new(NodeId::ROOT, Child { population, first: 1, ranks: config.workers, leaf })
 }
 
-/// A split that a group agreed on.
+/// A split that a group agreed on, as one of its members knows it.
 struct Agreed<P> {
     /// The groups of the children.
     children: [Child; 2],
-    /// The part of a member; `None` for a leader that is not a member.
-    part: Option<Part<P>>,
-}
-
-/// The part of a member in a split.
-struct Part<P> {
     split: Split<P>,
     /// The side of each point of the member's share.
     sides: Vec<u8>,
@@ -175,7 +160,7 @@ struct Part<P> {
 async fn agree<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
-    mut share: Option<&mut PointBatch<P>>,
+    points: &mut PointBatch<P>,
     plan: &mut Plan,
 ) -> Result<Option<Agreed<P>>, TransportError> {
     let leads = cx.rank() == group.leader;
@@ -183,29 +168,19 @@ async fn agree<P: Point>(
         let round = cx.round();
         // The leader receives samples. Before the first attempt, members also receive the points that move to them.
         cx.next_round().await?;
-        if let Some(points) = &mut share {
-            **points = united(std::mem::take(*points), take_moves(cx));
-            cx.record_load(round, points.len());
-        }
+        *points = united(std::mem::take(points), take_moves(cx));
+        cx.record_load(round, points.len());
         let drawn = leads.then(|| draw(cx, group, attempt));
         // The members receive the separator.
         cx.next_round().await?;
-        let counted = match &share {
-            Some(points) => count_sides(cx, group, attempt, points)?,
-            None => None,
-        };
+        let counted = count_sides(cx, group, attempt, points)?;
         // The leader receives the numbers of points on both sides.
         cx.next_round().await?;
-        let decision = drawn.map(|drawn| decide_split(cx, group, attempt, drawn, plan));
+        if let Some(drawn) = drawn {
+            decide_split(cx, group, attempt, drawn, plan);
+        }
         // The members receive the decision.
         cx.next_round().await?;
-        let Some(points) = &share else {
-            match decision {
-                Some(Decision::Retry) => continue,
-                Some(Decision::Split(children)) => return Ok(Some(Agreed { children, part: None })),
-                _ => return Ok(None),
-            }
-        };
         plan.extend(take_plan(cx));
         let (decision, boxes, routes) = cx.take_one(|m| match &mut m.body {
             Body::Decision { decision, boxes, routes } => {
@@ -217,7 +192,7 @@ async fn agree<P: Point>(
             (Decision::Retry, _, _) => send_samples(cx, group, attempt + 1, points),
             (Decision::Split(children), Some(CountedSides { separator, sides }), &[a, b, c, d]) => {
                 let split = Split::new(separator, [(a, b), (c, d)]);
-                return Ok(Some(Agreed { children, part: Some(Part { split, sides, routes }) }));
+                return Ok(Some(Agreed { children, split, sides, routes }));
             }
             _ => return Ok(None),
         }
@@ -230,8 +205,7 @@ async fn agree<P: Point>(
 fn enter_child<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
-    children: [Child; 2],
-    Part { split, sides, routes }: Part<P>,
+    Agreed { children, split, sides, routes }: Agreed<P>,
     points: PointBatch<P>,
     path: &mut Vec<Shared<P>>,
 ) -> Result<(Group, PointBatch<P>), TransportError> {

@@ -9,7 +9,7 @@ use crate::coordinator::Share;
 use crate::graph::independent::{conflict_graphs, independent};
 use crate::graph::summaries::summaries;
 use crate::machine::context::Context;
-use crate::result::collect::collect_selected;
+use crate::result::collect::collect_counts;
 
 /// Builds the conflict graph of the sites, whose radii are part of the input. Then runs rounds of local priorities.
 pub(super) async fn independent_set<P: Point>(
@@ -22,10 +22,12 @@ pub(super) async fn independent_set<P: Point>(
         return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
     };
     let (mut subdomain, mut table, mut frame) = ground.into_parts();
-    let mut share = Share::default();
+    let mut share = Share::new(cx.rank());
     share.choice.supergraph = Some(rule);
     summaries(cx, &mut subdomain, &mut table, &mut frame).await?;
     let graphs = conflict_graphs(cx, &subdomain, &mut table, rule).await?;
     let selection = independent(cx, subdomain.leaves(), &table, graphs, fixed).await?;
-    collect_selected(cx, &table, selection, fixed, share).await
+    share.selected.members = selection.members(&table, fixed);
+    share.selected.undecided = selection.into_undecided();
+    collect_counts(cx, share).await
 }

@@ -26,7 +26,7 @@ pub(super) async fn simulate<P: Point>(
 ) -> Result<Share<P>, TransportError> {
     let population = ground.population();
     let (mut subdomain, mut table, mut frame) = ground.into_parts();
-    let mut share = Share::default();
+    let mut share = Share::new(cx.rank());
     if cx.config().until == Some(Phase::Neighbours) {
         nearest_balls(cx, &subdomain, &mut table).await?;
         return collect_counts(cx, share).await;

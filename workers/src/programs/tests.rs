@@ -34,8 +34,8 @@ async fn with_everyone<P: Point>(mut cx: Context<P>, points: &[P]) -> Result<Sha
     finish(cx, Ground::new(subdomain, table, frame, population)).await
 }
 
-/// Runs a machine to its end. Returns the result of rank 0.
-fn run<P: Point>(config: WorkerConfig, points: &[P]) -> Share<P> {
+/// Runs a machine to its end. Returns the shares of the ranks.
+fn run_everyone<P: Point>(config: WorkerConfig, points: &[P]) -> Vec<Share<P>> {
     let config = Arc::new(config);
     let start = |rank| Running::start(rank, config.clone(), None, |cx| with_everyone(cx, points));
     let mut ranks: Vec<_> = (0..config.ranks()).map(start).collect();
@@ -56,18 +56,19 @@ fn run<P: Point>(config: WorkerConfig, points: &[P]) -> Share<P> {
             rank.deliver(round, active.then_some(inbox));
         }
     }
-    ranks.swap_remove(COORDINATOR as usize).into_result().unwrap()
+    ranks.into_iter().map(|rank| rank.into_result().unwrap()).collect()
 }
 
 /// The cells of a result, as sorted rows of sorted ids.
-fn cells<P: Point>(share: &Share<P>) -> Vec<Vec<u64>> {
+fn cells<P: Point>(shares: &[Share<P>]) -> Vec<Vec<u64>> {
     let corners = P::DIM + 1;
-    let rows = share.cells.parts.iter().flat_map(|part| part.chunks_exact(corners).map(<[u64]>::to_vec));
+    let rows = shares.iter().flat_map(|share| share.cells.rows.chunks_exact(corners).map(<[u64]>::to_vec));
     let of_piece = |piece: &crate::coordinator::PieceRows| {
         let rows = piece.rows.chunks_exact(2 * corners).map(|row| &row[..corners]);
         rows.map(|row| row.iter().map(|&v| piece.ids[v as usize]).collect()).collect::<Vec<Vec<u64>>>()
     };
-    let mut all: Vec<Vec<u64>> = rows.chain(share.pieces.iter().flat_map(of_piece)).collect();
+    let mut all: Vec<Vec<u64>> =
+        rows.chain(shares.iter().filter_map(|share| share.piece.as_ref()).flat_map(of_piece)).collect();
     for row in &mut all {
         row.sort_unstable();
     }
@@ -129,12 +130,13 @@ fn every_phase_works_with_points_on_rank_0<P: Point>() {
         for (name, config) in ways(workers) {
             let (counted, ranks) = (config.counted, config.ranks());
             let gathers = name == "gathered";
-            let share = run(config, &points);
+            let shares = run_everyone(config, &points);
+            let share = &shares[0];
             let merged = share.certified.merged;
             assert_eq!((merged.stars, merged.disagreements, merged.minima), (600, 0, 1), "{name}, {workers}");
-            assert_eq!(share.counted.parts, ranks, "{name}, {workers}");
+            assert_eq!(shares.len() as u32, ranks, "{name}, {workers}");
             assert_eq!(share.certified.fallback.is_some(), gathers, "{name}, {workers}");
-            let cells = cells(&share);
+            let cells = cells(&shares);
             assert_eq!(cells.len() as u64, merged.cells, "{name}, {workers}");
             assert_eq!(expected.get_or_insert_with(|| cells.clone()), &cells, "{name}, {workers}, {counted}");
         }
@@ -152,7 +154,8 @@ fn every_phase_works_with_points_on_rank_0_in_both_dimensions() {
 fn independent_sets_do_not_depend_on_the_owners() {
     let points = random::<DVec2>(600);
     let members = [0, 1, 4].map(|workers| {
-        let mut members = run(selecting(workers), &points).selected.members;
+        let shares = run_everyone(selecting(workers), &points);
+        let mut members: Vec<u64> = shares.into_iter().flat_map(|share| share.selected.members).collect();
         members.sort_unstable();
         members
     });

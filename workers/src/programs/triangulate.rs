@@ -26,7 +26,7 @@ pub(super) async fn triangulate<P: Point>(
 ) -> Result<Share<P>, TransportError> {
     let population = ground.population();
     let (subdomain, mut table, mut frame) = ground.into_parts();
-    let mut share = Share::default();
+    let mut share = Share::new(cx.rank());
     if let Wanted::Fixed(rule) = cx.config().graph.wanted {
         share.choice.supergraph = Some(rule);
     }

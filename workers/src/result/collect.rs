@@ -1,19 +1,16 @@
-//! Collects cells, members of independent sets, and ledgers on the coordinator.
+//! Builds the share of a rank: its cells, its data for pictures and its ledger. The share stays with the rank.
 //!
-//! **Rounds.** Two. The ledger follows the results, because it bills their messages.
+//! **Rounds.** None: no rank sends a message.
 
 use septet_geometry::point::{Point, Simplex};
-use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase};
-use septet_protocol::message::Body;
 use septet_protocol::transport::TransportError;
 
-use crate::coordinator::Share;
-use crate::graph::independent::Selection;
+use crate::coordinator::{CellRows, PieceRows, Share};
 use crate::machine::context::Context;
 use crate::result::certified::Certified;
 use crate::result::merge::{Instance, OwnedCells, Results, classify};
-use crate::result::view::send_view;
+use crate::result::view::view_part;
 use crate::stars::owned::{Stars, StarsView};
 use crate::state::bits::ones;
 use crate::state::cells::finite_cell;
@@ -23,10 +20,7 @@ use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 use crate::state::tree::Leaf;
 
-/// A message of cells is sent when it contains at least this number of indices.
-pub const CELLS_PER_MESSAGE: usize = 1 << 20;
-
-/// Collects the ledgers only.
+/// Adds the ledger to the share.
 pub(crate) async fn collect_counts<P: Point>(
     cx: &mut Context<P>,
     share: Share<P>,
@@ -35,20 +29,7 @@ pub(crate) async fn collect_counts<P: Point>(
     collect(cx, share).await
 }
 
-/// Collects the members of an independent set, then the ledgers.
-pub(crate) async fn collect_selected<P: Point>(
-    cx: &mut Context<P>,
-    table: &Table<P>,
-    selection: Selection,
-    fixed: u64,
-    share: Share<P>,
-) -> Result<Share<P>, TransportError> {
-    cx.enter(Phase::Collect)?;
-    cx.send_to_coordinator(selection.into_message(table, fixed));
-    collect(cx, share).await
-}
-
-/// Collects the cells and the data for pictures, if the certificate passed, then the ledgers.
+/// Adds the cells and the data for pictures to the share, if the certificate passed. Then adds the ledger.
 pub(crate) async fn collect_cells<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -64,48 +45,28 @@ pub(crate) async fn collect_cells<P: Point>(
         if cx.config().shown.view > 0 {
             add_picture_data(&mut table, &mut stars);
             let results = Results::new(subdomain, StarsView::new(&table, &stars), supergraph);
-            send_view(cx, results, ghosts, population);
+            share.view = Some(view_part(cx, results, ghosts, population));
         }
         if cx.config().counted {
-            send_cells(cx, subdomain, StarsView::new(&table, &stars), certified.owned_cells());
+            share.cells = cells(cx, subdomain, StarsView::new(&table, &stars), certified.owned_cells());
         } else if table.owned_len() > 0 {
-            send_subdomain(cx, subdomain, table, stars);
+            share.piece = Some(piece(subdomain, table, stars));
         }
     }
     share.certified = certified.into_certificate();
     collect(cx, share).await
 }
 
-/// Sends the ledger to the coordinator after the messages with results have been billed. The coordinator receives all
-/// results and ledgers. Only the coordinator returns a complete result.
+/// Ends the run of a rank: adds the ledger to the share, and files the record of charges.
 async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<Share<P>, TransportError> {
-    cx.exchange_if(true).await?;
-    if cx.is_coordinator() {
-        share.receive(cx)?;
-    }
-    send_ledger(cx);
-    while cx.exchange().await? {
-        if cx.is_coordinator() {
-            share.receive(cx)?;
-        }
-    }
-    if cx.is_coordinator() {
-        if let Some(fault) = cx.config().fault {
-            fault.distort(&mut share.counted.ledger);
-        }
-        cx.enter(Phase::Done)?;
-    }
-    Ok(share)
-}
-
-/// Sends the ledger, and files the record of charges.
-fn send_ledger<P: Point>(cx: &mut Context<P>) {
+    while cx.exchange().await? {}
     if let Some(fault) = cx.config().fault {
         fault.distort_worker(cx.ledger_mut());
     }
     cx.file_charges();
-    let words = cx.ledger().to_words();
-    cx.send_to_coordinator(Body::Ledger(Bulk(words)));
+    share.ledger = cx.take_ledger();
+    cx.enter(Phase::Done)?;
+    Ok(share)
 }
 
 /// Computes the radii and links of a subdomain triangulation, which pictures show.
@@ -118,39 +79,27 @@ fn add_picture_data<P: Point>(table: &mut Table<P>, stars: &mut Stars<P>) {
     }
 }
 
-/// Sends the cells that belong to owned points, as rows of ids.
-fn send_cells<P: Point>(
-    cx: &mut Context<P>,
+/// Returns the cells that belong to owned points, as rows of ids.
+fn cells<P: Point>(
+    cx: &Context<P>,
     subdomain: &Subdomain<P>,
     view: StarsView<'_, P>,
     owned_cells: &OwnedCells,
-) {
-    let ids = view.table().ids();
-    let (mut cells, mut leaves) = (Vec::new(), Vec::new());
-    let (mut sent, all) = (0, owned_cells.count() as usize * (P::DIM + 1));
+) -> CellRows {
+    let (ids, with_leaves) = (view.table().ids(), cx.config().shown.with_leaves);
+    let mut cells = CellRows::default();
+    cells.rows.reserve_exact(owned_cells.count() as usize * (P::DIM + 1));
     for leaf in subdomain.leaves() {
-        if cells.is_empty() {
-            // A message exceeds its limit by at most the cells of one leaf. These need far less than an eighth of the
-            // limit.
-            cells.reserve_exact((all - sent.min(all)).min(CELLS_PER_MESSAGE + CELLS_PER_MESSAGE / 8));
-        }
         for vertex in leaf.owned() {
             each_owned_cell(view, owned_cells, vertex, |cell| {
-                cells.extend(cell.as_ref().iter().map(|&v| ids[v as usize]));
-                if cx.config().shown.with_leaves {
-                    leaves.push(leaf.id().0);
+                cells.rows.extend(cell.as_ref().iter().map(|&v| ids[v as usize]));
+                if with_leaves {
+                    cells.leaves.push(leaf.id().0);
                 }
             });
         }
-        // The cells of a leaf stay in one message.
-        if cells.len() >= CELLS_PER_MESSAGE {
-            sent += cells.len();
-            send_message(cx, std::mem::take(&mut cells), std::mem::take(&mut leaves));
-        }
     }
-    if !cells.is_empty() {
-        send_message(cx, cells, leaves);
-    }
+    cells
 }
 
 /// Calls `f` with the cells that belong to an owned point.
@@ -168,30 +117,15 @@ fn each_owned_cell<P: Point>(
     known.chain(others).filter_map(|facet| finite_cell::<P>(vertex, facet)).for_each(|cell| f(&cell));
 }
 
-fn send_message<P: Point>(cx: &mut Context<P>, cells: Vec<u64>, leaves: Vec<u64>) {
-    let body = Body::Cells { cells: Bulk(cells), leaves: Bulk(leaves) };
-    cx.send_to_coordinator(body);
-}
-
-/// Sends the cells that belong to this rank, with their neighbours.
-fn send_subdomain<P: Point>(
-    cx: &mut Context<P>,
-    subdomain: &Subdomain<P>,
-    table: Table<P>,
-    mut stars: Stars<P>,
-) {
+/// Returns the cells that belong to this rank, with their neighbours.
+fn piece<P: Point>(subdomain: &Subdomain<P>, table: Table<P>, mut stars: Stars<P>) -> PieceRows {
     let cells = match stars.take_triangulation() {
         Some(triangulation) => triangulation.into_rows(),
         None => rows_of_links(StarsView::new(&table, &stars)),
     };
     let (rows, open) = cells.into_parts();
-    let body = Body::Piece {
-        leaf: subdomain.leaves().first().map_or(NodeId::ROOT, Leaf::id).0,
-        ids: Bulk(table.into_ids()),
-        rows: Bulk(rows),
-        open: Bulk(open),
-    };
-    cx.send_to_coordinator(body);
+    let leaf = subdomain.leaves().first().map_or(NodeId::ROOT, Leaf::id).0;
+    PieceRows { leaf, ids: table.into_ids(), rows, open }
 }
 
 /// Returns the cells that belong to this rank, from links. Matches facets to find neighbours. A facet without a match

@@ -1,7 +1,6 @@
 //! The data of a rank for pictures: sampled points, and the splits that it reports.
 //!
-//! Ranks send these data only on request. The data are traffic of an instrument: the ledger does not bill them, and no
-//! result of the run depends on them. A hash of the coordinates decides whether a point is in the sample, so the sample
+//! Ranks make these data only on request, and no other result of the run depends on them. A hash of the coordinates decides whether a point is in the sample, so the sample
 //! is the same for every number of ranks.
 
 use std::collections::BTreeSet;
@@ -11,7 +10,7 @@ use septet_geometry::hash::finalise;
 use septet_geometry::measure::Diameters;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Rank};
-use septet_protocol::message::{Body, SHOWN_LOCAL, SHOWN_REPAIRED, ViewPart};
+use septet_protocol::message::{SHOWN_LOCAL, SHOWN_REPAIRED, ViewPart};
 
 use crate::machine::context::Context;
 use crate::result::merge::Results;
@@ -35,19 +34,19 @@ pub fn is_shown<P: Point>(population: u64, wanted: u32, x: P) -> bool {
     ((shown_hash(x) >> 11) as f64) < rate * (1u64 << 53) as f64
 }
 
-/// Sends a sample of the points, and the splits that this rank reports.
-pub(crate) fn send_view<P: Point>(
-    cx: &mut Context<P>,
+/// Returns a sample of the points, and the splits that this rank reports.
+pub(crate) fn view_part<P: Point>(
+    cx: &Context<P>,
     results: Results<'_, P>,
     ghosts: &Ghosts,
     population: u64,
-) {
+) -> ViewPart<P> {
     let sample = Sample { population, wanted: cx.config().shown.view };
     let mut part = ViewPart::default();
     results.show_points(sample, &mut part);
     results.show_ghosts(ghosts, sample, &mut part);
     results.show_splits(cx.rank(), &mut part);
-    cx.send_to_coordinator(Body::View(Box::new(part)));
+    part
 }
 
 /// The sample: about `wanted` of `population` points.

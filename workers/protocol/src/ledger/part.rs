@@ -59,8 +59,6 @@ pub struct RoundTally {
     pub separators: u64,
     /// Separators drawn after a rejected one.
     pub retries: u64,
-    /// Bytes that the coordinator received, except input, cells and other results in bulk.
-    pub control: u64,
 }
 
 impl RoundTally {
@@ -75,7 +73,6 @@ impl RoundTally {
         self.merged += other.merged;
         self.separators += other.separators;
         self.retries += other.retries;
-        self.control += other.control;
     }
 }
 
@@ -338,7 +335,7 @@ impl LedgerPart {
     }
 
     /// Counts one message in its round, on its link and for both ranks. Returns the counts of the round.
-    pub fn bill(&mut self, sender: RankKey, to: Rank, moved: Traffic) -> &mut RoundTally {
+    pub fn bill(&mut self, sender: RankKey, to: Rank, moved: Traffic) {
         let RankKey { round, phase, rank: from } = sender;
         self.links.entry(LinkKey { phase, from, to }).or_default().add(&moved);
         self.rank(sender).sent.add(&moved);
@@ -348,7 +345,6 @@ impl LedgerPart {
         tally.bytes += moved.bytes;
         tally.points += moved.points;
         tally.largest = tally.largest.max(moved.bytes);
-        tally
     }
 
     /// Merges the part of another rank. Ranks work on one account in parallel, so their work is added, and their

@@ -16,7 +16,7 @@ use crate::ids::{NodeId, Phase, Rank};
 const CHARGE_WORDS: usize = 7;
 
 impl RoundTally {
-    const LEN: usize = 10;
+    const LEN: usize = 9;
 
     fn parts(&self) -> [u64; Self::LEN] {
         [
@@ -29,25 +29,12 @@ impl RoundTally {
             self.merged,
             self.separators,
             self.retries,
-            self.control,
         ]
     }
 
     fn from_parts(p: &[u64; Self::LEN]) -> Self {
-        let &[messages, bytes, largest, points, largest_load, active, merged, separators, retries, control] =
-            p;
-        RoundTally {
-            messages,
-            bytes,
-            largest,
-            points,
-            largest_load,
-            active,
-            merged,
-            separators,
-            retries,
-            control,
-        }
+        let &[messages, bytes, largest, points, largest_load, active, merged, separators, retries] = p;
+        RoundTally { messages, bytes, largest, points, largest_load, active, merged, separators, retries }
     }
 }
 

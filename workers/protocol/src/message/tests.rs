@@ -6,15 +6,9 @@ fn encoded_len_is_exact_and_messages_round_trip() {
     batch.push(3, [1.0f64, 2.0], 1, 0.5);
     assert!(batch.is_consistent());
     let bodies = [
-        Body::Block(batch.clone()),
+        Body::Move(batch.clone()),
         Body::Samples(Bulk(vec![[0.0, 1.0]])),
         Body::Seam { points: batch.clone(), cells: Bulk(vec![0, 1, u32::MAX]) },
-        Body::Piece {
-            leaf: 1,
-            ids: Bulk(vec![7, 8, 9]),
-            rows: Bulk(vec![0, 1, 2, 5, 6, 7]),
-            open: Bulk(vec![0]),
-        },
         Body::Decision {
             decision: Decision::Split([Child { population: 1, first: 2, ranks: 3, leaf: true }; 2]),
             boxes: Bulk(vec![[0.0, 0.0]; 4]),
@@ -27,9 +21,6 @@ fn encoded_len_is_exact_and_messages_round_trip() {
         Body::Outcome(crate::outcome::Outcome::GatherUnresolved),
         Body::Joined(Bulk(vec![7, 1 << 40])),
         Body::Left(Bulk(Vec::new())),
-        Body::Selected { members: Bulk(vec![0, 3]), undecided: Bulk(vec![9, 2]) },
-        Body::Sets { nodes: Bulk(vec![2, 3]), points: Bulk(vec![9, 1 << 40]) },
-        Body::View(Box::new(ViewPart { points: batch, flags: Bulk(vec![2]), ..ViewPart::default() })),
     ];
     for body in bodies {
         let message = Message {

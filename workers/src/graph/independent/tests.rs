@@ -7,12 +7,9 @@ use septet_geometry::point::dist2;
 
 use super::*;
 use crate::config::{Task, Wanted, WorkerConfig};
-use crate::coordinator::{Selected, Source};
-use crate::hosts::host::Host;
-use crate::machine::context::Running;
+use crate::coordinator::{Share, Source, merged_ledger};
+use crate::hosts::host::{Host, Job};
 use crate::partition::leader::Plan;
-use crate::programs::coordinate;
-use septet_protocol::ids::COORDINATOR;
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::PointBatch;
 use septet_protocol::transport::Delivery;
@@ -61,36 +58,35 @@ impl<P: Point> Source<P> for Sites<'_, P> {
 /// Runs a machine without a transport. Messages arrive unchanged, in reverse order.
 fn run<P: Point>(points: &[P], radii2: &[f64], config: &Arc<WorkerConfig>) -> Outcome {
     let sites = Sites(points, radii2);
-    let mut first =
-        Running::start(COORDINATOR, config.clone(), None, |cx| coordinate(cx, &sites, Plan::new()));
-    let mut host = Host::<P>::new(1..=config.workers, config, &None);
-    let mut wire = first.step().unwrap();
-    wire.extend(host.begin().unwrap());
+    let job = Job { config: config.clone(), source: &sites, plan: &Plan::new() };
+    let mut host = Host::<P>::new(0..config.ranks(), &job, &None);
+    let mut wire = host.begin().unwrap();
     let (mut steps, mut messages, mut phases) = (0, 0, Vec::new());
-    for round in 1.. {
-        let active = first.busy() || host.busy() || !wire.is_empty();
+    loop {
+        let active = host.busy() || !wire.is_empty();
         if active && host.phase() == Phase::Independent {
             steps += 1;
             messages += wire.len();
         }
         wire.reverse();
-        let (up, inbox) = std::mem::take(&mut wire).into_iter().partition(|m| m.to == 0);
-        first.deliver(round, active.then_some(up));
-        wire = first.step().unwrap();
-        wire.extend(host.turn(Delivery { inbox, active }).unwrap());
-        assert_eq!(first.is_done(), host.is_done());
-        if first.is_done() {
+        wire = host.turn(Delivery { inbox: wire, active }).unwrap();
+        if host.is_done() {
             break;
         }
         if !active {
-            assert_eq!(first.phase(), host.phase());
             phases.push(host.phase());
         }
     }
-    let share = first.into_result().unwrap();
-    assert_eq!(share.counted.parts, config.ranks());
-    let Selected { members, undecided } = share.selected;
-    Outcome { members, undecided, phases, steps, messages, ledger: share.counted.ledger }
+    let shares = host.into_shares();
+    assert_eq!(shares.len() as u32, config.ranks());
+    let ledger = merged_ledger(&shares, None);
+    let (mut members, mut undecided) = (Vec::new(), Vec::new());
+    for Share { selected, .. } in shares {
+        members.extend(selected.members);
+        undecided.resize(undecided.len().max(selected.undecided.len()), 0);
+        undecided.iter_mut().zip(selected.undecided).for_each(|(sum, count)| *sum += count);
+    }
+    Outcome { members, undecided, phases, steps, messages, ledger }
 }
 
 /// Returns the set of the greedy algorithm, which compares all pairs of points.

@@ -1,5 +1,6 @@
-//! Workers in threads. Every message goes through the channel of its receiver: buffers move, and their length is
-//! billed. The workers share the available threads. A host with more than one core processes its leaves in parallel.
+//! Hosts in threads. Every message goes through the channel of its receiver: buffers move, and their length is billed.
+//! The workers share the available threads. A host with more than one core processes its leaves in parallel. The
+//! coordinator runs on the thread of the caller.
 //!
 //! A round ends at a barrier that combines the states of the hosts. The machine cannot deadlock:
 //! 1. Sends never block, because channels are unbounded. A channel never holds more than the messages of a round.
@@ -7,7 +8,7 @@
 //! 3. A host that fails opens the barrier with its error.
 
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
-use std::thread::JoinHandle;
+use std::thread::{Builder, Scope, ScopedJoinHandle};
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use septet_geometry::point::Point;
@@ -16,8 +17,10 @@ use septet_protocol::message::Message;
 use septet_protocol::transport::{Delivery, HostState, Transport, TransportError};
 use tracing::dispatcher::{self, Dispatch};
 
-use crate::config::{Pool, WorkerConfig};
-use crate::hosts::host::{Host, serve};
+use crate::config::Pool;
+use crate::coordinator::Share;
+use crate::hosts::host::{Host, Job, Unwatched, Watch, serve};
+use crate::hosts::transport::{Machine, MachineError};
 
 /// The barrier of all hosts. Hosts share no other data.
 struct Barrier {
@@ -136,57 +139,98 @@ impl<P> Drop for End<P> {
     }
 }
 
-/// The coordinator's end of a machine of threads.
-pub(crate) struct Channel<P> {
-    end: End<P>,
-    threads: Vec<JoinHandle<()>>,
+/// A machine of threads.
+pub(crate) struct Channels {
+    threads: usize,
 }
 
-impl<P: Point> Channel<P> {
-    pub(crate) fn launch(config: &Arc<WorkerConfig>, threads: usize) -> std::io::Result<Self> {
-        let threads = threads.max(1);
-        let hosts = threads.min(config.workers as usize);
-        let (mut senders, mut receivers) = (Vec::new(), Vec::new());
-        for _ in 0..=config.workers {
-            let (sender, receiver) = unbounded();
-            senders.push(sender);
-            receivers.push(Some(receiver));
-        }
-        let senders = Arc::new(senders);
-        let barrier = Arc::new(Barrier { state: Mutex::default(), open: Condvar::new(), hosts: hosts + 1 });
-        let mut end = |ranks: &[Rank]| End {
-            senders: senders.clone(),
-            receivers: ranks.iter().filter_map(|&r| receivers[r as usize].take()).collect(),
-            barrier: barrier.clone(),
+impl Channels {
+    /// Creates a machine whose workers share this number of threads, at least one.
+    pub(crate) fn new(threads: usize) -> Self {
+        Channels { threads: threads.max(1) }
+    }
+}
+
+/// The thread of a host. It returns the shares of its ranks, or `None` if the machine failed.
+type HostThread<'scope, P> = ScopedJoinHandle<'scope, Option<Vec<Share<P>>>>;
+
+/// The channels and the barrier of a machine.
+struct Wires<P> {
+    senders: Arc<Vec<Sender<Message<P>>>>,
+    receivers: Vec<Option<Receiver<Message<P>>>>,
+    barrier: Arc<Barrier>,
+}
+
+impl<P: Point> Wires<P> {
+    fn new(ranks: u32, hosts: usize) -> Self {
+        let (senders, receivers): (Vec<_>, Vec<_>) = (0..ranks).map(|_| unbounded()).unzip();
+        let barrier = Arc::new(Barrier { state: Mutex::default(), open: Condvar::new(), hosts });
+        Wires { senders: Arc::new(senders), receivers: receivers.into_iter().map(Some).collect(), barrier }
+    }
+
+    /// Returns the end of a host of these ranks.
+    fn end(&mut self, ranks: &[Rank]) -> End<P> {
+        End {
+            senders: self.senders.clone(),
+            receivers: ranks.iter().filter_map(|&r| self.receivers[r as usize].take()).collect(),
+            barrier: self.barrier.clone(),
             round: 0,
             early: Vec::new(),
             finished: false,
-        };
-        let coordinator = end(&[COORDINATOR]);
-        // The subscriber of the caller also receives the traces of the workers.
-        let listener = dispatcher::get_default(Clone::clone);
-        let mut channel = Channel { end: coordinator, threads: Vec::new() };
-        for host in 0..hosts {
-            let pool = pool(threads, hosts, host, &listener)?;
-            let ranks: Vec<Rank> =
-                (1..=config.workers).filter(|r| (*r as usize - 1) % hosts == host).collect();
-            let end = end(&ranks);
-            let config = config.clone();
-            let name = format!("septet-{host}");
-            let listener = listener.clone();
-            let thread = std::thread::Builder::new().name(name).spawn(move || {
-                dispatcher::with_default(&listener, || {
-                    let mut end = end;
-                    let mut host = Host::new(ranks.iter().copied(), &config, &pool);
-                    // An error has reached all hosts through the barrier.
-                    if serve(&mut end, &mut host).is_ok() {
-                        end.finish();
-                    }
-                });
-            })?;
-            channel.threads.push(thread);
         }
-        Ok(channel)
+    }
+}
+
+/// Starts the thread of a host.
+fn spawn<'scope, 'env, P: Point>(
+    scope: &'scope Scope<'scope, 'env>,
+    job: &'env Job<'env, P>,
+    name: String,
+    ranks: Vec<Rank>,
+    (mut end, pool): (End<P>, Pool),
+) -> std::io::Result<HostThread<'scope, P>> {
+    // The subscriber of the caller also receives the traces of the workers.
+    let listener = dispatcher::get_default(Clone::clone);
+    Builder::new().name(name).spawn_scoped(scope, move || {
+        dispatcher::with_default(&listener, || {
+            let mut host = Host::new(ranks.into_iter(), job, &pool);
+            // An error has reached all hosts through the barrier.
+            serve(&mut end, &mut host, &mut Unwatched).ok()?;
+            end.finish();
+            Some(host.into_shares())
+        })
+    })
+}
+
+impl<P: Point> Machine<P> for Channels {
+    fn run(&mut self, job: &Job<'_, P>, watch: &mut dyn Watch) -> Result<Vec<Share<P>>, MachineError> {
+        let (threads, workers) = (self.threads, job.config.workers);
+        let hosts = threads.min(workers as usize);
+        let mut wires = Wires::new(job.config.ranks(), hosts + 1);
+        let mut end = wires.end(&[COORDINATOR]);
+        let listener = dispatcher::get_default(Clone::clone);
+        std::thread::scope(|scope| {
+            let mut running = Vec::new();
+            for host in 0..hosts {
+                let ranks: Vec<Rank> = (1..=workers).filter(|r| (*r as usize - 1) % hosts == host).collect();
+                let ends = (wires.end(&ranks), pool(threads, hosts, host, &listener)?);
+                running.push(spawn(scope, job, format!("septet-{host}"), ranks, ends)?);
+            }
+            let mut host = Host::new(std::iter::once(COORDINATOR), job, &None);
+            serve(&mut end, &mut host, watch)?;
+            // Hosts whose ranks are done do not wait again, so this ends only the others.
+            drop(end);
+            let mut shares = host.into_shares();
+            for thread in running {
+                let ended = || TransportError::WorkerFailed {
+                    rank: COORDINATOR,
+                    reason: "a host ended before its ranks were done".to_string(),
+                };
+                shares.extend(thread.join().ok().flatten().ok_or_else(ended)?);
+            }
+            shares.sort_by_key(|share| share.rank);
+            Ok(shares)
+        })
     }
 }
 
@@ -203,27 +247,6 @@ fn pool(threads: usize, hosts: usize, host: usize, listener: &Dispatch) -> std::
         std::thread::Builder::new().spawn(run).map(drop)
     });
     builder.build().map(|p| Some(Arc::new(p))).map_err(std::io::Error::other)
-}
-
-impl<P: Point> Transport<P> for Channel<P> {
-    fn size(&self) -> u32 {
-        self.end.size()
-    }
-
-    fn exchange(&mut self, outbox: Vec<Message<P>>, state: HostState) -> Result<Delivery<P>, TransportError> {
-        self.end.exchange(outbox, state)
-    }
-}
-
-impl<P> Drop for Channel<P> {
-    fn drop(&mut self) {
-        // Hosts whose ranks are done do not wait again, so this ends only the others.
-        self.end.barrier.fail(TransportError::Stopped);
-        for thread in self.threads.drain(..) {
-            // The barrier has reported the failure of a worker.
-            let _ = thread.join();
-        }
-    }
 }
 
 #[cfg(test)]

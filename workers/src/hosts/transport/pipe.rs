@@ -10,7 +10,10 @@
 //! | state u8 (0 idle, 1 busy, 2 failed), number of frames u32 | active u8, number of frames u32 |
 //! | per frame: receiver u32, length u64, bytes | per frame: receiver u32, length u64, bytes |
 //!
-//! A worker that failed or was interrupted sends one frame, the encoded [`TransportError`].
+//! A worker that failed or was interrupted sends one frame, the encoded [`TransportError`]. Before the first round, a
+//! worker receives a frame with its block ([`Assigned`]). After the last, it sends a frame with its share.
+
+mod frames;
 
 use std::io::{BufReader, BufWriter, Error, Read, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
@@ -23,7 +26,10 @@ use septet_protocol::message::Message;
 use septet_protocol::transport::{Delivery, HostState, Transport, TransportError};
 
 use crate::config::WorkerConfig;
-use crate::hosts::host::{Host, serve};
+use crate::coordinator::Share;
+use crate::hosts::host::{Host, Job, Unwatched, Watch, serve};
+use crate::hosts::transport::{Machine, MachineError};
+use frames::{Assigned, share_from_bytes, share_to_bytes};
 
 const IDLE: u8 = 0;
 const BUSY: u8 = 1;
@@ -79,8 +85,37 @@ fn bad(from: Rank, error: &dyn std::fmt::Display) -> TransportError {
     TransportError::BadMessage { from, reason: error.to_string() }
 }
 
+/// Starts the process of a rank with these parameters: returns the program and the arguments. The program must call
+/// [`serve_pipe`] with the same parameters and rank.
+pub type Program = dyn FnMut(&WorkerConfig, Rank) -> Command;
+
+/// A machine of processes, one for each worker. The coordinator runs in the process of the caller, which sends each
+/// worker its block before the first round and receives its share after the last.
+pub struct Processes {
+    program: Box<Program>,
+}
+
+impl Processes {
+    /// Creates a machine whose workers run a program.
+    pub fn new(program: impl FnMut(&WorkerConfig, Rank) -> Command + 'static) -> Self {
+        Processes { program: Box::new(program) }
+    }
+}
+
+impl<P: Point> Machine<P> for Processes {
+    fn run(&mut self, job: &Job<'_, P>, watch: &mut dyn Watch) -> Result<Vec<Share<P>>, MachineError> {
+        let mut pipes = Pipes::launch(&job.config, &mut self.program)?;
+        pipes.send_blocks(job)?;
+        let mut host = Host::new(std::iter::once(COORDINATOR), job, &None);
+        serve(&mut pipes, &mut host, watch)?;
+        let mut shares = host.into_shares();
+        shares.extend(pipes.receive_shares()?);
+        Ok(shares)
+    }
+}
+
 /// The coordinator's end of a machine of processes. Dropping it ends the processes.
-pub struct Pipes {
+struct Pipes {
     children: Vec<Process>,
 }
 
@@ -91,18 +126,11 @@ struct Process {
 }
 
 impl Pipes {
-    /// Starts the processes of ranks `1..=workers`. `command` returns the program and the arguments for a rank. The
-    /// program must call [`serve_pipe`] with the same parameters and rank.
-    ///
-    /// # Errors
-    /// Fails if a process cannot be started.
-    pub fn launch(
-        config: &Arc<WorkerConfig>,
-        command: &mut dyn FnMut(&WorkerConfig, Rank) -> Command,
-    ) -> std::io::Result<Self> {
+    /// Starts the processes of ranks `1..=workers`.
+    fn launch(config: &WorkerConfig, program: &mut Program) -> std::io::Result<Self> {
         let mut pipes = Pipes { children: Vec::new() };
         for rank in 1..=config.workers {
-            let mut child = command(config, rank).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
+            let mut child = program(config, rank).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
             let (Some(input), Some(output)) = (child.stdin.take(), child.stdout.take()) else {
                 return Err(Error::other("a process without pipes"));
             };
@@ -110,6 +138,31 @@ impl Pipes {
             pipes.children.push(Process { child, input, output: BufReader::new(output) });
         }
         Ok(pipes)
+    }
+
+    /// Sends each worker its block.
+    fn send_blocks<P: Point>(&mut self, job: &Job<'_, P>) -> Result<(), TransportError> {
+        for rank in 1..=job.config.workers {
+            let bytes = Assigned::of(job, rank).to_bytes().map_err(|e| bad(COORDINATOR, &e))?;
+            let written = match &mut self.children[rank as usize - 1].input {
+                Some(input) => write_round(input, IDLE, &[(rank, bytes)]),
+                None => return Err(TransportError::Stopped),
+            };
+            written.map_err(|e| self.failure(rank, &e))?;
+        }
+        Ok(())
+    }
+
+    /// Receives the share of each worker.
+    fn receive_shares<P: Point>(&mut self) -> Result<Vec<Share<P>>, TransportError> {
+        let mut shares = Vec::with_capacity(self.children.len());
+        for rank in 1..=self.children.len() as Rank {
+            let read = read_round(&mut self.children[rank as usize - 1].output);
+            let (_, frames) = read.map_err(|e| self.failure(rank, &e))?;
+            let [(_, bytes)] = frames.as_slice() else { return Err(bad(rank, &"it sent no share")) };
+            shares.push(share_from_bytes(rank, bytes).map_err(|e| bad(rank, &e))?);
+        }
+        Ok(shares)
     }
 
     fn failure(&mut self, rank: Rank, error: &Error) -> TransportError {
@@ -230,8 +283,20 @@ pub fn serve_pipe<P: Point>(
     rank: Rank,
     config: WorkerConfig,
 ) -> Result<(), TransportError> {
-    let size = config.workers + 1;
+    let size = config.ranks();
     let mut pipe = Pipe { input: BufReader::new(input), output: BufWriter::new(output), size };
-    let mut host = Host::<P>::new(std::iter::once(rank), &Arc::new(config), &None);
-    serve(&mut pipe, &mut host)
+    let (_, frames) = read_round(&mut pipe.input).map_err(|_| TransportError::Stopped)?;
+    let decoded = frames.first().map(|(_, bytes)| Assigned::<P>::from_bytes(bytes));
+    let missing = || bad(COORDINATOR, &"it sent no block");
+    let assigned = decoded.ok_or_else(missing).and_then(|d| d.map_err(|e| bad(COORDINATOR, &e)));
+    let assigned = assigned.inspect_err(|error| pipe.report(error))?;
+    let job = Job { config: Arc::new(config), source: &assigned, plan: assigned.plan() };
+    let mut host = Host::<P>::new(std::iter::once(rank), &job, &None);
+    serve(&mut pipe, &mut host, &mut Unwatched)?;
+    for share in host.into_shares() {
+        let bytes = share_to_bytes(&share).map_err(|e| bad(rank, &e))?;
+        let sent = write_round(&mut pipe.output, IDLE, &[(COORDINATOR, bytes)]);
+        sent.map_err(|_| TransportError::Stopped)?;
+    }
+    Ok(())
 }

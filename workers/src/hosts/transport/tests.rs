@@ -1,16 +1,15 @@
 use std::sync::atomic::AtomicBool;
 
 use glam::DVec2;
-use septet_protocol::ids::{COORDINATOR, Phase};
+use septet_protocol::ids::Phase;
 use septet_protocol::message::PointBatch;
-use septet_protocol::transport::{HostState, TransportError};
+use septet_protocol::transport::TransportError;
 
 use super::*;
 use crate::config::{Fault, Stop};
 use crate::coordinator::Source;
-use crate::machine::Running;
+use crate::hosts::host::Unwatched;
 use crate::partition::leader::Plan;
-use crate::programs::coordinate;
 
 const KINDS: [TransportKind; 3] = [
     TransportKind::Channel { threads: 1 },
@@ -41,22 +40,19 @@ fn point(i: u64) -> DVec2 {
     DVec2::from_angle(2.4 * i as f64) * (i as f64).sqrt()
 }
 
-/// Runs a machine of three workers to its end, or to the error that its caller receives.
+/// Runs a machine of three workers to its end, or to the error that its caller receives. Returns the number of stars.
 fn outcome(kind: TransportKind, fault: Option<Fault>, stop: Stop) -> Result<u64, TransportError> {
     let config = WorkerConfig { workers: 3, fault, stop, ..WorkerConfig::plain() };
     let config = Arc::new(config);
-    let mut transport = launch::<DVec2>(kind, &config).unwrap();
-    let mut rank = Running::start(COORDINATOR, config, None, |cx| coordinate(cx, &Spiral, Plan::new()));
-    let mut sent = rank.step();
-    let mut round = 0;
-    while sent.is_err() || !rank.is_done() {
-        let (outbox, state) = HostState::after(sent, rank.busy());
-        let delivery = transport.exchange(outbox, state)?;
-        round += 1;
-        rank.deliver(round, delivery.active.then_some(delivery.inbox));
-        sent = rank.step();
-    }
-    Ok(rank.into_result().unwrap().certified.merged.stars)
+    let mut machine = machine::<DVec2>(kind, &config);
+    let job = Job { config, source: &Spiral, plan: &Plan::new() };
+    let shares = machine.run(&job, &mut Unwatched).map_err(|error| match error {
+        MachineError::Transport(error) => error,
+        MachineError::Start(error) => panic!("{error}"),
+    })?;
+    let ranks: Vec<_> = shares.iter().map(|share| share.rank).collect();
+    assert_eq!(ranks, [0, 1, 2, 3]);
+    Ok(shares[0].certified.merged.stars)
 }
 
 /// A rank that fails or panics, the coordinator too, ends the machine with the same error on every transport.

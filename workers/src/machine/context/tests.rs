@@ -10,8 +10,11 @@ use super::*;
 use crate::config::{Task, Wanted};
 use crate::coordinator::{Share, Source};
 use crate::partition::leader::Plan;
+use crate::programs::run;
 use crate::programs::tests::{selecting, ways};
-use crate::programs::{coordinate, work};
+
+/// No plan of the placement.
+static NO_PLAN: Plan = Plan::new();
 
 type Journal = BTreeMap<Rank, Vec<Option<Vec<Message<DVec3>>>>>;
 
@@ -50,42 +53,39 @@ impl Source<DVec3> for Points {
     }
 }
 
-/// Rank 0, which has not begun.
-fn first<'a>(config: &Arc<WorkerConfig>, points: &'a Points) -> Running<'a, DVec3, Share<DVec3>> {
-    Running::start(0, config.clone(), None, |cx| coordinate(cx, points, Plan::new()))
+/// A rank that has not begun.
+fn started<'a>(
+    config: &Arc<WorkerConfig>,
+    rank: Rank,
+    points: &'a Points,
+) -> Running<'a, DVec3, Share<DVec3>> {
+    Running::start(rank, config.clone(), None, |cx| run(cx, points, &NO_PLAN))
 }
 
-/// A worker that has not begun.
-fn worker(config: &Arc<WorkerConfig>, rank: Rank) -> Running<'static, DVec3> {
-    Running::start(rank, config.clone(), None, work::<DVec3>)
-}
-
-/// Runs the machine until rank 0 is done. Returns the messages that every rank received, and the messages of each round.
-fn run(config: &Arc<WorkerConfig>, points: &Points) -> (Journal, Vec<Vec<Message<DVec3>>>) {
-    let mut root = first(config, points);
-    let mut ranks: Vec<_> = (1..=config.workers).map(|rank| worker(config, rank)).collect();
+/// Runs the machine until all ranks are done. Returns the messages that every rank received, and the messages of each round.
+fn record(config: &Arc<WorkerConfig>, points: &Points) -> (Journal, Vec<Vec<Message<DVec3>>>) {
+    let mut ranks: Vec<_> = (0..config.ranks()).map(|rank| started(config, rank, points)).collect();
     let (mut journal, mut sent) = (Journal::new(), Vec::new());
     for round in 1.. {
-        let mut wire = root.step().unwrap();
+        let mut wire = Vec::new();
         for rank in &mut ranks {
             wire.extend(rank.step().unwrap());
         }
-        if root.is_done() {
-            let share = root.into_result().unwrap();
-            let certified = share.certified.merged;
+        if ranks.iter().all(Running::is_done) {
+            let shares: Vec<_> = ranks.into_iter().filter_map(Running::into_result).collect();
+            let certified = shares[0].certified.merged;
             let stars = if config.task == Task::Delaunay { points.0.len() as u64 } else { 0 };
             assert_eq!((certified.stars, certified.disagreements), (stars, 0));
-            assert!(stars > 0 || !share.selected.members.is_empty());
+            assert!(stars > 0 || shares.iter().any(|share| !share.selected.members.is_empty()));
             break;
         }
-        let active = root.busy() || ranks.iter().any(Running::busy) || !wire.is_empty();
+        let active = ranks.iter().any(Running::busy) || !wire.is_empty();
         let mut inbox_of = |rank: Rank| {
             let inbox = wire.iter().rev().filter(|m| m.to == rank).cloned().collect();
             let inbox = active.then_some(inbox);
             journal.entry(rank).or_default().push(inbox.clone());
             inbox
         };
-        root.deliver(round, inbox_of(0));
         for rank in &mut ranks {
             rank.deliver(round, inbox_of(rank.rank()));
         }
@@ -116,13 +116,10 @@ fn rebuild<T>(
 
 /// Discards every rank in every round of a run and rebuilds it. Returns the number of rounds.
 fn rebuild_all(config: &Arc<WorkerConfig>, points: &Points) -> usize {
-    let (journal, sent) = run(config, points);
+    let (journal, sent) = record(config, points);
     for (&rank, deliveries) in &journal {
         for lost in 0..deliveries.len() {
-            match rank {
-                0 => rebuild(first(config, points), deliveries, &sent, lost),
-                _ => rebuild(worker(config, rank), deliveries, &sent, lost),
-            }
+            rebuild(started(config, rank, points), deliveries, &sent, lost);
         }
     }
     sent.len()
@@ -156,8 +153,9 @@ fn a_rank_is_rebuilt_in_every_phase() {
 #[test]
 fn what_has_no_place_is_refused() {
     let config = config(2, false);
+    let points = Points(random(10));
     let deliver = |bodies: Vec<Option<Vec<Body<DVec3>>>>| {
-        let mut rank = Running::start(1, config.clone(), None, work::<DVec3>);
+        let mut rank = started(&config, 1, &points);
         rank.step().unwrap();
         let mut outcome = Ok(Vec::new());
         for (round, bodies) in (1..).zip(bodies) {
@@ -170,7 +168,7 @@ fn what_has_no_place_is_refused() {
         outcome.unwrap_err().to_string()
     };
     let start = || Some(vec![Body::Start { population: 100, frame: PointBatch::default() }]);
-    let late = deliver(vec![start(), None, Some(vec![Body::Block(PointBatch::default())])]);
+    let late = deliver(vec![start(), None, Some(vec![Body::Gather(PointBatch::default())])]);
     assert_eq!(late, "bad message from rank 2: it has no place in phase partition");
     let silent = deliver(vec![start(), None, Some(vec![]), None]);
     assert_eq!(silent, "worker 1 failed: no rank sent a message in the middle of phase partition");
@@ -185,7 +183,7 @@ fn futures_are_small() {
     let all = |cx: Context<DVec3>| async move {
         let mut cx = cx;
         let exchange = size_of_val(&cx.exchange());
-        let sizes = [size_of_val(&cx), exchange, size_of_val(&work(cx))];
+        let sizes = [size_of_val(&cx), exchange, size_of_val(&run(cx, &Points(Vec::new()), &NO_PLAN))];
         println!("context, exchange, work: {sizes:?}");
         Ok(sizes[2])
     };

@@ -1,0 +1,134 @@
+//! The frames before the first round and after the last: the block of a worker, and its share.
+
+use septet_geometry::point::Point;
+use septet_protocol::codec::{self, Bulk, CodecError};
+use septet_protocol::ids::{COORDINATOR, NodeId, Rank};
+use septet_protocol::ledger::LedgerPart;
+use septet_protocol::message::{PointBatch, UNKNOWN_RADIUS2, ViewPart};
+
+use crate::coordinator::{CellRows, PieceRows, Selected, Share, Source};
+use crate::hosts::host::Job;
+use crate::partition::leader::Plan;
+
+/// The input that the coordinator assigns to a worker.
+pub(super) struct Assigned<P> {
+    population: u64,
+    frame: PointBatch<P>,
+    block: PointBatch<P>,
+    plan: Plan,
+}
+
+impl<P: Point> Assigned<P> {
+    /// Returns the input of a worker.
+    pub(super) fn of(job: &Job<'_, P>, rank: Rank) -> Self {
+        let mut frame = PointBatch::default();
+        for (id, position) in job.source.frame() {
+            frame.push(id, position, COORDINATOR, UNKNOWN_RADIUS2);
+        }
+        let block = job.source.block(rank - 1, job.config.workers);
+        Assigned { population: job.source.population(), frame, block, plan: job.plan.clone() }
+    }
+
+    /// Returns the plan of the placement.
+    pub(super) fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    pub(super) fn to_bytes(&self) -> Result<Vec<u8>, CodecError> {
+        let (nodes, leaves): (Vec<u64>, Vec<u32>) = self.plan.iter().map(|(node, l)| (node.0, *l)).unzip();
+        codec::encode(&(self.population, &self.frame, &self.block, Bulk(nodes), Bulk(leaves)))
+    }
+
+    pub(super) fn from_bytes(bytes: &[u8]) -> Result<Self, CodecError> {
+        let (population, frame, block, nodes, leaves): (_, _, _, Bulk<u64>, Bulk<u32>) =
+            codec::decode(bytes)?;
+        let plan = nodes.0.into_iter().map(NodeId).zip(leaves.0).collect();
+        Ok(Assigned { population, frame, block, plan })
+    }
+}
+
+impl<P: Point> Source<P> for Assigned<P> {
+    fn population(&self) -> u64 {
+        self.population
+    }
+
+    fn frame(&self) -> Vec<(u64, P)> {
+        self.frame.ids.iter().copied().zip(self.frame.positions.iter().copied()).collect()
+    }
+
+    fn block(&self, _: u32, _: u32) -> PointBatch<P> {
+        self.block.clone()
+    }
+}
+
+/// A piece as it travels: its leaf, ids, rows and open cells.
+type PieceFrame = (u64, Bulk<u64>, Bulk<u32>, Bulk<u32>);
+
+/// A share as it travels: the ledger, the piece, cells and leaves, edges, sets, members and undecided points, the view.
+type ShareFrame<P> = (
+    Bulk<u64>,
+    Option<PieceFrame>,
+    (Bulk<u64>, Bulk<u64>),
+    Bulk<u64>,
+    Bulk<[u64; 2]>,
+    (Bulk<u64>, Bulk<u64>),
+    Option<ViewPart<P>>,
+);
+
+/// Encodes the share of a worker.
+pub(super) fn share_to_bytes<P: Point>(share: &Share<P>) -> Result<Vec<u8>, CodecError> {
+    let bulk = |words: &Vec<u64>| Bulk(words.clone());
+    let piece = share.piece.as_ref();
+    let piece = piece.map(|p| (p.leaf, bulk(&p.ids), Bulk(p.rows.clone()), Bulk(p.open.clone())));
+    let frame: ShareFrame<P> = (
+        Bulk(share.ledger.to_words()),
+        piece,
+        (bulk(&share.cells.rows), bulk(&share.cells.leaves)),
+        bulk(&share.edges),
+        Bulk(share.sets.clone()),
+        (bulk(&share.selected.members), bulk(&share.selected.undecided)),
+        share.view.clone(),
+    );
+    codec::encode(&frame)
+}
+
+/// Decodes the share of a worker.
+pub(super) fn share_from_bytes<P: Point>(rank: Rank, bytes: &[u8]) -> Result<Share<P>, CodecError> {
+    let (words, piece, cells, edges, sets, selected, view): ShareFrame<P> = codec::decode(bytes)?;
+    let ledger = LedgerPart::from_words(&words).ok_or(CodecError::Corrupt { what: "the ledger" })?;
+    let piece =
+        piece.map(|(leaf, ids, rows, open)| PieceRows { leaf, ids: ids.0, rows: rows.0, open: open.0 });
+    Ok(Share {
+        piece,
+        cells: CellRows { rows: cells.0.0, leaves: cells.1.0 },
+        edges: edges.0,
+        sets: sets.0,
+        selected: Selected { members: selected.0.0, undecided: selected.1.0 },
+        view,
+        ledger,
+        ..Share::new(rank)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::*;
+
+    #[test]
+    fn shares_travel_whole() {
+        let share = Share::<DVec2> {
+            piece: Some(PieceRows { leaf: 5, ids: vec![1 << 40], rows: vec![7, 8], open: vec![0] }),
+            cells: CellRows { rows: vec![1, 2, 3], leaves: vec![9] },
+            edges: vec![4, 5],
+            sets: vec![[6, 7]],
+            selected: Selected { members: vec![8], undecided: vec![2, 1] },
+            view: Some(ViewPart::default()),
+            ..Share::new(3)
+        };
+        let bytes = share_to_bytes(&share).unwrap();
+        assert_eq!(share_from_bytes::<DVec2>(3, &bytes).unwrap(), share);
+        assert!(share_from_bytes::<DVec2>(3, &bytes[1..]).is_err());
+    }
+}
