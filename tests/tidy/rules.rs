@@ -76,11 +76,11 @@ fn a_planted_long_function_is_found() {
     assert!(long_functions(text, 7).is_empty());
 }
 
-/// The transports are the workers' business; the library gets one from `launch` or from its caller.
+/// The transports are the workers' business; the library gets a machine from `machine` or from its caller.
 #[test]
 fn the_library_names_no_transport_type() {
-    let concrete = ["channel::Channel", "sim::Sim", "pipe::Pipes", "Pipes", "Channel::launch", "Sim::new"];
-    for name in ["Channel", "Sim", "Pipes"] {
+    let concrete = ["channel::Channels", "sim::Sim", "pipe::Processes", "Processes", "Channels::new", "Sim::new"];
+    for name in ["Channels", "Sim", "Processes"] {
         let transports = files("workers/src/hosts/transport");
         let defines = |text: &str| definitions(text).iter().any(|definition| definition.name == name);
         assert!(transports.iter().any(|(_, text)| defines(text)), "no transport has the name {name}");
