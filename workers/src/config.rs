@@ -132,6 +132,8 @@ pub struct Shown {
     pub collect_sets: bool,
     /// Whether workers send the leaf of every cell.
     pub with_leaves: bool,
+    /// Whether workers send the input indices of the points that they own.
+    pub with_owned: bool,
     /// Expected number of sampled points in the picture; 0 for no picture.
     pub view: u32,
 }

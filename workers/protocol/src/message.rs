@@ -453,6 +453,8 @@ pub enum Body<P> {
     Ledger(Bulk<u64>),
     /// Worker to coordinator, on request: its part of the picture. Not billed.
     View(Box<ViewPart<P>>),
+    /// Worker to coordinator, on request: the input indices of the points that it owns.
+    Owned(Bulk<u64>),
 }
 
 impl<P> Body<P> {
@@ -498,6 +500,7 @@ impl<P> Body<P> {
             Body::Sets { .. } => "sets",
             Body::Ledger(_) => "ledger",
             Body::View(_) => "view",
+            Body::Owned(_) => "owned",
         }
     }
 
@@ -510,7 +513,12 @@ impl<P> Body<P> {
     pub fn is_bulk(&self) -> bool {
         matches!(
             self,
-            Body::Block(_) | Body::Cells { .. } | Body::Piece { .. } | Body::Selected { .. } | Body::Edges(_)
+            Body::Block(_)
+                | Body::Cells { .. }
+                | Body::Piece { .. }
+                | Body::Owned(_)
+                | Body::Selected { .. }
+                | Body::Edges(_)
         )
     }
 }

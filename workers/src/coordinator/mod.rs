@@ -7,6 +7,6 @@
 mod share;
 mod source;
 
-pub use share::{CellRows, Certificate, Choice, MachineCounts, PieceRows, Selected, Share};
+pub use share::{CellRows, Certificate, Choice, MachineCounts, OwnedPoints, PieceRows, Selected, Share};
 pub use source::Source;
 pub(crate) use source::distribute;

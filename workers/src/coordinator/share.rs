@@ -26,6 +26,15 @@ pub struct PieceRows {
     pub open: Vec<u32>,
 }
 
+/// The points that one worker owns.
+#[derive(Clone, Debug)]
+pub struct OwnedPoints {
+    /// The worker.
+    pub owner: Rank,
+    /// Their input indices.
+    pub ids: Vec<u64>,
+}
+
 /// Cells as rows of input indices.
 #[derive(Clone, Debug, Default)]
 pub struct CellRows {
@@ -92,6 +101,8 @@ pub struct Share<P> {
     pub pieces: Vec<PieceRows>,
     /// Cells of stars.
     pub cells: CellRows,
+    /// The points of each worker, if the workers send them, in the order of arrival.
+    pub owned: Vec<OwnedPoints>,
     /// Edges of the supergraph as pairs of input indices, if the workers send them.
     pub edges: Vec<u64>,
     /// Node and id of each member of the sets in which all pairs were compared, if the workers send them.
@@ -113,6 +124,7 @@ impl<P> Default for Share<P> {
         Share {
             pieces: Vec::new(),
             cells: CellRows::default(),
+            owned: Vec::new(),
             edges: Vec::new(),
             sets: Vec::new(),
             selected: Selected::default(),
@@ -128,7 +140,11 @@ impl<P> Default for Share<P> {
 fn is_result<P: Point>(message: &Message<P>) -> bool {
     match &message.body {
         Body::View(part) => part.is_consistent(),
-        Body::Cells { .. } | Body::Piece { .. } | Body::Selected { .. } | Body::Ledger(_) => true,
+        Body::Cells { .. }
+        | Body::Piece { .. }
+        | Body::Owned(_)
+        | Body::Selected { .. }
+        | Body::Ledger(_) => true,
         _ => false,
     }
 }
@@ -161,6 +177,7 @@ impl<P: Point> Share<P> {
             Body::Piece { leaf, ids: Bulk(ids), rows: Bulk(rows), open: Bulk(open) } => {
                 self.pieces.push(PieceRows { owner: from, leaf, ids, rows, open });
             }
+            Body::Owned(Bulk(ids)) => self.owned.push(OwnedPoints { owner: from, ids }),
             Body::Selected { mut members, undecided } => {
                 self.selected.members.append(&mut members);
                 let sums = &mut self.selected.undecided;

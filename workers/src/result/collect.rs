@@ -66,6 +66,9 @@ pub(crate) async fn collect_cells<P: Point>(
             let results = Results::new(subdomain, StarsView::new(&table, &stars), supergraph);
             send_view(cx, results, ghosts, population);
         }
+        if cx.config().shown.with_owned && table.owned_len() > 0 {
+            cx.send_to_coordinator(Body::Owned(Bulk(table.owned_ids().to_vec())));
+        }
         if cx.config().counted {
             send_cells(cx, subdomain, StarsView::new(&table, &stars), certified.owned_cells());
         } else if table.owned_len() > 0 {

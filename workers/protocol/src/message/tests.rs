@@ -29,6 +29,7 @@ fn encoded_len_is_exact_and_messages_round_trip() {
         Body::Left(Bulk(Vec::new())),
         Body::Selected { members: Bulk(vec![0, 3]), undecided: Bulk(vec![9, 2]) },
         Body::Sets { nodes: Bulk(vec![2, 3]), points: Bulk(vec![9, 1 << 40]) },
+        Body::Owned(Bulk(vec![3, 1 << 40])),
         Body::View(Box::new(ViewPart { points: batch, flags: Bulk(vec![2]), ..ViewPart::default() })),
     ];
     for body in bodies {
