@@ -129,7 +129,8 @@ fn with_arrays<T>(
         let ids = if array.section == Section::PointData { &part.point_ids } else { &part.cell_ids };
         array.record = Box::new(|buffer, i| buffer.extend_from_slice(&ids[i].to_le_bytes()));
     }
-    arrays.push(ghost_types(Section::PointData, part.point_ids.len(), part.owned_points));
+    let of_points = arrays.iter().take_while(|array| array.section == Section::PointData).count();
+    arrays.insert(of_points, ghost_types(Section::PointData, part.point_ids.len(), part.owned_points));
     arrays.push(ghost_types(Section::CellData, part.cell_ids.len(), part.owned_cells));
     body(&view, arrays)
 }
