@@ -66,7 +66,8 @@ pub enum DivisionError {
     },
 }
 
-/// A triangulation divided among its workers. It takes 16 bytes for each cell and 12 bytes for each point.
+/// A triangulation divided among its workers. It takes 8 bytes for each cell, 12 for each point and 16 for each ghost
+/// cell.
 #[derive(Debug)]
 pub struct Division<'a> {
     mesh: MeshView<'a>,
@@ -141,7 +142,11 @@ impl<'a> Division<'a> {
             let new = (0..4).filter(move |&at| is_new(at)).map(move |at| others[at]);
             new.filter(move |&other| other != own).map(move |other| (other, cell as u64))
         };
-        let mut ghosts: Vec<(u32, u64)> = rows().enumerate().flat_map_iter(of_others).collect();
+        let is_shared = |(cell, row): &(usize, &[u64])| {
+            row.iter().any(|&vertex| shares.point_owner[vertex as usize] != owners[*cell])
+        };
+        let mut ghosts: Vec<(u32, u64)> =
+            rows().enumerate().filter(is_shared).flat_map_iter(of_others).collect();
         ghosts.par_sort_unstable();
         let cells = Groups::of(&owners, shares.workers);
         Ok(Division { mesh, shares, points, place, cells, ghosts })
@@ -175,17 +180,26 @@ impl<'a> Division<'a> {
                 u64::from(self.place[*vertex as usize])
             }
         };
-        let rows = cells.par_iter().flat_map_iter(|cell| row(cell).iter().map(local)).collect();
+        let mut rows = vec![0; cells.len() * corners];
+        rows.par_chunks_exact_mut(corners).zip(&cells).for_each(|(to, cell)| {
+            to.iter_mut().zip(row(cell)).for_each(|(to, vertex)| *to = local(vertex));
+        });
         let point_ids = [owned, &ghost_points].concat();
-        let of_point = |&point: &u64| &self.mesh.coordinates[point as usize * dimension..][..dimension];
+        let mut coordinates = Vec::with_capacity(point_ids.len() * dimension);
+        for &point in &point_ids {
+            coordinates.extend_from_slice(&self.mesh.coordinates[point as usize * dimension..][..dimension]);
+        }
+        let first = self.cells.starts[worker as usize] as u64;
+        let numbers =
+            (first..).take(own.len()).chain(cells[own.len()..].iter().map(|&cell| self.number(cell)));
         Part {
             dimension,
             owned_points: owned.len(),
             owned_cells: own.len(),
-            coordinates: point_ids.iter().flat_map(of_point).copied().collect(),
+            coordinates,
             point_ids,
             cells: rows,
-            cell_ids: cells.par_iter().map(|&cell| self.number(cell)).collect(),
+            cell_ids: numbers.collect(),
             owner: self.mesh.owner.map(|of| cells.iter().map(|&cell| of[cell as usize]).collect()),
             owning_leaf: self
                 .mesh

@@ -211,9 +211,9 @@ mod tests {
             let (directory, target, folder) = waiting();
             let path = target.join(other);
             if other.ends_with('/') {
-                fs::create_dir(&path).unwrap()
+                fs::create_dir(&path).unwrap();
             } else {
-                fs::write(&path, "").unwrap()
+                fs::write(&path, "").unwrap();
             }
             let Err(error) = folder.place() else { panic!("{other}") };
             assert!(error.to_string().contains(other.trim_end_matches('/')), "{error}");
