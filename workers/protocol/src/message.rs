@@ -511,15 +511,8 @@ impl<P> Body<P> {
 
     /// Returns `true` for input and results in bulk, which the coordinator's control traffic excludes.
     pub fn is_bulk(&self) -> bool {
-        matches!(
-            self,
-            Body::Block(_)
-                | Body::Cells { .. }
-                | Body::Piece { .. }
-                | Body::Owned(_)
-                | Body::Selected { .. }
-                | Body::Edges(_)
-        )
+        matches!(self, Body::Block(_) | Body::Cells { .. } | Body::Piece { .. } | Body::Owned(_))
+            || matches!(self, Body::Selected { .. } | Body::Edges(_))
     }
 }
 
