@@ -86,6 +86,8 @@ pub mod options {
 /// The contents of a [`Run`]: pieces with their adjacency, counts, and pictures.
 pub mod result {
     #[doc(inline)]
+    pub use septet_core::result::part::{Division, DivisionError, Part};
+    #[doc(inline)]
     pub use septet_core::result::pieces::{Piece, Pieces};
     #[doc(inline)]
     pub use septet_core::result::view::{SeparatorView, View};
@@ -110,7 +112,7 @@ pub mod result {
 /// Readers and writers of files.
 pub mod io {
     #[doc(inline)]
-    pub use septet_core::model::{Labels, MeshView, Patches};
+    pub use septet_core::model::{Labels, MeshView, Patches, Shares};
 
     /// Readers of points, cells, domains and sizes.
     pub mod read {
@@ -123,6 +125,11 @@ pub mod io {
     }
 
     /// Writers of triangulations, meshes and points.
+    ///
+    /// A `.pvtu` file has a piece for each worker. It needs a run that keeps the worker of each point
+    /// ([`TriangulateOptions::with_point_owner`](crate::TriangulateOptions::with_point_owner),
+    /// [`Keep::point_owner`](crate::options::Keep::point_owner)). [`Division`](crate::result::Division) gives the content
+    /// of the pieces without files.
     pub mod write {
         #[doc(inline)]
         pub use septet_io::write::{

@@ -31,6 +31,9 @@ mod instruments;
 #[path = "cli/mesh.rs"]
 mod mesh;
 
+#[path = "cli/pieces.rs"]
+mod pieces;
+
 #[path = "cli/predict.rs"]
 mod predict;
 

@@ -1,8 +1,9 @@
 //! The files of small meshes, read by other programs.
 //!
 //! `SEPTET_PYTHON` names a Python interpreter with the packages that `tests/foreign/read_with_others.py` lists.
-//! `tests/foreign/check_mesh.py` checks meshes of domains, and `tests/foreign/check_remesh.py` those with a remeshed
-//! boundary. `tests/run` makes the interpreter and runs these tests, which a plain `cargo test` ignores.
+//! `tests/foreign/check_pieces.py` checks `.pvtu` files, `tests/foreign/check_mesh.py` meshes of domains, and
+//! `tests/foreign/check_remesh.py` those with a remeshed boundary. `tests/run` makes the interpreter and runs these tests,
+//! which a plain `cargo test` ignores.
 
 use std::ffi::OsString;
 use std::fs;
@@ -10,6 +11,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use glam::DVec3;
+use septet_common::sets::space;
+use septet_core::generate::Kind;
 use septet_core::model::{MeshView, Points};
 use septet_io::read::{ReadOptions, read};
 use septet_io::write::{WriteOptions, check_output, topology, write, write_points};
@@ -98,6 +101,7 @@ fn write_all(directory: &Path, mesh: &Mesh) {
         cells: &mesh.cells,
         owner: Some(&owner),
         owning_leaf: Some(&owning_leaf),
+        shares: None,
         labels: None,
     };
     let options = WriteOptions { with_owner: true, first_id: mesh.first_id, ..WriteOptions::default() };
@@ -185,6 +189,73 @@ fn numpy_reads_and_writes_the_same_arrays() {
     }
     // Ours; three versions and two orders of doubles; two orders of ten types.
     assert_eq!(count, 1 + 6 + 20, "{printed}");
+}
+
+/// Runs the checker of a `.pvtu` file. Returns its output, and whether the file passes.
+fn checked_pieces(python: &OsString, directory: &Path, used: u64) -> (bool, String) {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/foreign/check_pieces.py");
+    let mut command = Command::new(python);
+    command.current_dir(directory).arg("-B").arg(script).args(["m.vtu", "m.pvtu", &used.to_string()]);
+    let output = command.output().unwrap_or_else(|e| panic!("cannot run {}: {e}", python.display()));
+    let printed = [output.stdout, output.stderr].map(|s| String::from_utf8_lossy(&s).into_owned()).concat();
+    (output.status.success() && printed.starts_with("ok "), printed)
+}
+
+/// Triangulates on eight workers. Returns the number of vertices.
+fn in_pieces(directory: &Path, command: &str, input: &str) -> u64 {
+    let line = format!("{command} {input} --workers 8 -q -o m.vtu -o m.pvtu --json m.json");
+    let made = Command::new(env!("CARGO_BIN_EXE_septet"))
+        .current_dir(directory)
+        .args(line.split_whitespace())
+        .output()
+        .unwrap();
+    assert!(made.status.success(), "{line}: {}", String::from_utf8_lossy(&made.stderr));
+    let report = fs::read(directory.join("m.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&report).unwrap();
+    report["points"]["used"].as_u64().unwrap()
+}
+
+/// VTK reads the pieces as one grid and as three update pieces.
+#[test]
+#[ignore = "needs Python with vtk and numpy"]
+fn pieces_are_one_triangulation() {
+    let python = python();
+    let directory = tempfile::tempdir().unwrap();
+    let made = |input: &str| in_pieces(directory.path(), "triangulate", input);
+    // Clusters in which every fifth point occurs twice.
+    let mut points = space(Kind::Clusters, 4000, 1);
+    let again: Vec<DVec3> = points.iter().copied().step_by(5).collect();
+    points.extend(again);
+    let path = directory.path().join("twice.npy");
+    write_points(&path, &Points::Space(points), &WriteOptions::default(), &mut |_, _| {}).unwrap();
+    // The spheres in the cube and the circles in the square are closed.
+    for (input, used, closed) in [
+        ("sample:uniform:20000", 20_000, "; 2 regions, 0 open edges;"),
+        ("sample:uniform:20000,d=2", 20_000, "; 2 regions, 0 open edges;"),
+        ("twice.npy", 4000, ""),
+        ("sample:uniform:7", 7, ""),
+    ] {
+        assert_eq!(made(input), used, "{input}");
+        let (good, printed) = checked_pieces(&python, directory.path(), used);
+        assert!(good, "{input}: {printed}");
+        let ends = printed.split(" polygons, ").nth(1).unwrap_or_default();
+        assert!(closed.is_empty() || ends.starts_with(&closed[2..]), "{input}: {printed}");
+        println!("{input}: {}", printed.trim());
+    }
+    assert_eq!(in_pieces(directory.path(), "simulate", "sample:uniform:3000"), 3000);
+    assert!(checked_pieces(&python, directory.path(), 3000).0);
+    // A point too many, a piece twice, and a ghost that is marked as owned.
+    assert!(!checked_pieces(&python, directory.path(), 2999).0);
+    let piece = |number: u32| directory.path().join(format!("m.pieces/000{number}.vtu"));
+    let [first, second] = [0, 1].map(|number| fs::read(piece(number)).unwrap());
+    fs::write(piece(1), &first).unwrap();
+    assert!(!checked_pieces(&python, directory.path(), 3000).0);
+    let marks: &[u8] = &[0, 0, 0, 1, 1, 1];
+    let at = second.windows(marks.len()).rposition(|found| found == marks).unwrap() + 3;
+    fs::write(piece(1), [&second[..at], &[0], &second[at + 1..]].concat()).unwrap();
+    assert!(!checked_pieces(&python, directory.path(), 3000).0);
+    fs::write(piece(1), &second).unwrap();
+    assert!(checked_pieces(&python, directory.path(), 3000).0);
 }
 
 /// Domains of `tests/domains/good`, options, their areas and volumes, and the facets outside.

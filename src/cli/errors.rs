@@ -112,12 +112,17 @@ impl From<InputError> for Failure {
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
         let help = match &error {
-            OutputError::UnknownFormat { .. } | OutputError::NotOneFile => {
+            OutputError::UnknownFormat { .. }
+            | OutputError::NotOneFile
+            | OutputError::Compressed { .. }
+            | OutputError::NotText { .. }
+            | OutputError::NoPieces { .. } => {
                 return Failure::split(Code::Usage, &error.to_string());
             }
             OutputError::TooLarge { .. } => return Failure::split(Code::Limit, &error.to_string()),
             OutputError::MissingDirectory { .. } => "create the directory, or choose another",
             OutputError::IsDirectory { .. } => "give the name of a file in it",
+            OutputError::Obstructed { .. } => "choose another name for the output, or move the obstacle away",
             OutputError::NotWritable { .. } => "choose a directory that you can write to",
             OutputError::Stream { source } if source.kind() == ErrorKind::BrokenPipe => {
                 return Failure::new(Code::ReaderGone, error.to_string());

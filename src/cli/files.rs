@@ -36,6 +36,25 @@ fn files_of(path: &Path, options: &WriteOptions<'_>) -> Vec<PathBuf> {
     options.format_of(path).map_or_else(|_| vec![path.to_owned()], |format| format.files(path))
 }
 
+/// Returns `true` if two outputs write the same file, or if one is in a folder that the other replaces.
+fn overlap(a: &Path, b: &Path) -> bool {
+    a.starts_with(b) || b.starts_with(a)
+}
+
+/// Returns the reason why an output would overwrite a file with another name than its own.
+fn help(output: &Path, options: &WriteOptions<'_>) -> &'static str {
+    match options.format_of(output) {
+        Ok(OutputFormat::TetGen) => {
+            "an output named .node, .ele, .face, .edge or .neigh writes all five files: choose another name, such \
+             as one that ends in .1.ele"
+        }
+        Ok(OutputFormat::Pvtu) => {
+            "an output named NAME.pvtu replaces the folder NAME.pieces: choose another name for the output"
+        }
+        _ => "choose another name for the output",
+    }
+}
+
 /// Checks all outputs of a run before any work.
 ///
 /// `texts` are single files: report, tables, trace. `-` is standard output.
@@ -65,7 +84,9 @@ pub fn check_as(
     let texts = texts.iter().copied().filter(|t| !is_stream(t));
     for output in outputs {
         // An unknown format is a usage error. Usage errors are reported before other failures.
-        if options.format_of(output)? == OutputFormat::TetGen && is_stream(output) {
+        if matches!(options.format_of(output)?, OutputFormat::TetGen | OutputFormat::Pvtu)
+            && is_stream(output)
+        {
             return Err(OutputError::NotOneFile.into());
         }
     }
@@ -76,15 +97,14 @@ pub fn check_as(
         own.sort();
         own.dedup();
         for file in own {
-            if Some(&file) == input_identity.as_ref() {
+            if input_identity.as_ref().is_some_and(|input| overlap(input, &file)) {
                 let message = format!(
                     "output {} would overwrite the input file {}",
                     output.display(),
                     input.unwrap_or(output).display()
                 );
                 let help = if files.len() > 1 {
-                    "an output named .node, .ele, .face, .edge or .neigh writes all five files: choose another name, such \
-                     as one that ends in .1.ele"
+                    help(output, options)
                 } else {
                     "choose another name for the output"
                 };
@@ -94,7 +114,7 @@ pub fn check_as(
             if is_device(&file) {
                 continue;
             }
-            if let Some((_, other)) = taken.iter().find(|(f, _)| *f == file) {
+            if let Some((_, other)) = taken.iter().find(|(f, _)| overlap(f, &file)) {
                 let message =
                     format!("outputs {} and {} would write the same file", other.display(), output.display());
                 return Err(Failure::new(Code::Usage, message).help("give each output its own name"));

@@ -59,7 +59,7 @@ impl ReadArgs {
 pub struct FormatArgs {
     /// Format of all outputs, regardless of their names; required for `-o -`
     ///
-    /// vtu, vtk, msh, msh22, mesh, off, stl, npy or ele.
+    /// vtu, pvtu, vtk, msh, msh22, mesh, off, stl, npy or ele.
     #[arg(long, value_name = "NAME", value_parser = output_format, help_heading = OUTPUT, hide_short_help = true)]
     format: Option<OutputFormat>,
     /// Version of files named .msh [default: 4.1]

@@ -24,6 +24,7 @@ mod progress;
 mod report;
 mod reproduce;
 mod rival;
+mod rows;
 mod scale;
 mod schema;
 mod summary;

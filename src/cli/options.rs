@@ -10,6 +10,7 @@ use septet_core::config::{
 };
 use septet_core::generate::{GenerateError, Kind};
 use septet_core::result::view::MOST_POINTS;
+use septet_io::write::OutputFormat;
 use septet_lab::trace::Detail;
 
 use super::constants::{Auto, ConstantsArgs, auto};
@@ -81,7 +82,8 @@ pub struct RunArgs {
     /// Write the triangulation; may be given several times
     ///
     /// Formats: .vtu .vtk .msh .msh22 .mesh .off .stl .npy. Any of .node .ele .face .edge .neigh writes all five
-    /// files. Each also .gz, and `-` for standard output.
+    /// files. Each also .gz, and `-` for standard output. NAME.pvtu writes a piece for each worker into the folder
+    /// NAME.pieces, which it replaces.
     #[arg(short, long = "output", value_name = "OUT", help_heading = OUTPUT)]
     pub output: Vec<PathBuf>,
     /// Number of workers, or `leaves` for one per leaf of the partition tree [default: cores]
@@ -116,12 +118,12 @@ pub struct RunArgs {
     pub dimension: Option<usize>,
     #[command(flatten)]
     pub reading: ReadArgs,
-    /// Keep the other numeric columns of a text table as point data (.vtu .vtk)
+    /// Keep the other numeric columns of a text table as point data (.vtu .pvtu .vtk)
     #[arg(long, help_heading = INPUT, hide_short_help = true)]
     pub keep_columns: bool,
     #[command(flatten)]
     pub writing: FormatArgs,
-    /// Write the owning worker and the owning leaf of every cell (.vtu .vtk)
+    /// Write the owning worker and the owning leaf of every cell (.vtu .pvtu .vtk)
     #[arg(long, help_heading = OUTPUT, hide_short_help = true)]
     pub with_owner: bool,
     /// Plant a fault in the machine, for tests; `septet reproduce --fault list` lists the faults
@@ -362,6 +364,7 @@ impl RunArgs {
             c.machine.seed = self.seed;
             c.skip_invalid = self.skip_invalid;
             c.keep.owner = self.with_owner;
+            c.keep.point_owner = self.writing.any(&self.output, &[OutputFormat::Pvtu]);
             c.planted.fault = self.fault;
         }))
     }

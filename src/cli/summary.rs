@@ -114,9 +114,11 @@ pub fn next_step(input: &str, outputs: &[PathBuf], json: Option<&Path>) -> Strin
     let is_plain = |path: &Path| path.as_os_str() != "-" && plain(&path.to_string_lossy());
     let ends = |path: &Path, ending: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
     let picture = outputs.iter().find(|o| (ends(o, "vtu") || ends(o, "vtk")) && is_plain(o));
+    let pieces = outputs.iter().find(|o| ends(o, "pvtu") && is_plain(o));
     let check = |o: &PathBuf| Some((points_of(o, input)?, cells_of(o)?));
     let checks = outputs.iter().filter(|o| is_plain(o)).find_map(check);
-    let text = match (picture, json, checks) {
+    let text = match (picture.or(pieces), json, checks) {
+        (Some(mesh), _, _) if ends(mesh, "pvtu") => format!("open {} in ParaView", mesh.display()),
         (Some(mesh), _, _) => {
             format!("open {0} in ParaView, or check it: septet verify {0} {0}", mesh.display())
         }
@@ -170,6 +172,7 @@ mod tests {
         for (output, expected) in [
             ("a.vtu", "open a.vtu in ParaView, or check it: septet verify a.vtu a.vtu"),
             ("a.vtk", "open a.vtk in ParaView, or check it: septet verify a.vtk a.vtk"),
+            ("a.pvtu", "open a.pvtu in ParaView"),
             ("a.vtu.gz", "septet verify a.vtu.gz a.vtu.gz"),
             ("b/a.1.ele", "septet verify b/a.1.node b/a.1.ele"),
             ("a.neigh.gz", "septet verify a.node.gz a.ele.gz"),

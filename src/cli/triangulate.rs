@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use septet_core::model::{MeshView, Points};
+use septet_core::model::Points;
 use septet_core::result::view::MOST_POINTS;
 use septet_core::run::CostTrace;
 use septet_core::run::memory::{admit, peak_rss, rss};
@@ -21,6 +21,7 @@ use super::input::{self, Loaded};
 use super::instruments::{Tables, check_trace, traced};
 use super::options::RunArgs;
 use super::progress::Talk;
+use super::rows::InputRows;
 use super::summary;
 
 /// The tables of a run, as they appear in file names.
@@ -136,9 +137,11 @@ fn write_costs(path: &Path, trace: &CostTrace, header: CostHeader) -> Result<(),
 /// Returns a failure if an option is set that no output or report uses.
 fn check_effects(args: &RunArgs) -> Result<(), Failure> {
     args.writing.check(&args.output)?;
-    let has_data = args.writing.any(&args.output, &[OutputFormat::Vtu, OutputFormat::Vtk]);
-    needs("--keep-columns", args.keep_columns, "-o OUT.vtu or -o OUT.vtk", has_data)?;
-    needs("--with-owner", args.with_owner, "-o OUT.vtu or -o OUT.vtk", has_data)?;
+    let has_data =
+        args.writing.any(&args.output, &[OutputFormat::Vtu, OutputFormat::Pvtu, OutputFormat::Vtk]);
+    let outputs = "-o OUT.vtu, -o OUT.pvtu or -o OUT.vtk";
+    needs("--keep-columns", args.keep_columns, outputs, has_data)?;
+    needs("--with-owner", args.with_owner, outputs, has_data)?;
     needs("--view", args.view.is_some(), "--json", args.json.is_some())
 }
 
@@ -209,14 +212,12 @@ fn write_all(args: &RunArgs, run: &Run, loaded: &Loaded, talk: &Talk) -> Result<
         let mut progress = |done: u64, total: u64| talk.stage(&stage, done, Some(total));
         let view = run.view(loaded.points.coordinates());
         let written = match (&loaded.source_index, options.format_of(output)?) {
-            // In a file that has only cells, indices count all rows of the input, including dropped ones.
-            (Some(source), OutputFormat::Npy) => {
-                let cells: Vec<u64> = view.cells.iter().map(|&v| source[v as usize]).collect();
-                let rows = loaded.points.len() + loaded.skipped as usize;
-                let coordinates = vec![0.0; rows * run.space];
-                let view = MeshView { cells: &cells, coordinates: &coordinates, ..view };
-                let options = WriteOptions { point_data: &[], ..options };
-                write_mesh(output, &view, &options, &mut progress)
+            // In a file that has only cells, or only some of the points, indices count all rows of the input, including
+            // dropped ones.
+            (Some(source), OutputFormat::Npy | OutputFormat::Pvtu) => {
+                let rows = InputRows::of(&view, &loaded.columns, source, loaded.skipped);
+                let options = WriteOptions { point_data: &rows.columns, ..options };
+                write_mesh(output, &rows.view(&view), &options, &mut progress)
             }
             _ => write_mesh(output, &view, &options, &mut progress),
         };

@@ -59,8 +59,20 @@ pub struct MeshView<'a> {
     pub owner: Option<&'a [u32]>,
     /// The leaf of the partition tree that owns the smallest vertex of each cell, if requested.
     pub owning_leaf: Option<&'a [u64]>,
+    /// The distribution of the points among workers, if requested.
+    pub shares: Option<Shares<'a>>,
     /// Labels of cells, faces, edges and points, if the triangulation is a mesh of a domain.
     pub labels: Option<&'a Labels>,
+}
+
+/// The distribution of the points of a triangulation among workers. A cell belongs to the worker of its
+/// lexicographically smallest vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct Shares<'a> {
+    /// Number of workers. Their ranks are 1 to this number.
+    pub workers: u32,
+    /// The rank of the worker that holds each point; 0 for a point that is not a vertex.
+    pub point_owner: &'a [u32],
 }
 
 /// Edges or triangles of a mesh that lie on features of its domain.

@@ -23,6 +23,8 @@ pub struct TriangulateOptions {
     pub skip_invalid: bool,
     /// Whether the result has the worker and the leaf of each cell.
     pub with_owner: bool,
+    /// Whether the result has the worker that holds each point. A `.pvtu` file needs it.
+    pub with_point_owner: bool,
     /// Expected number of points in the picture of the result; 0 for no picture.
     pub view: u32,
     /// Progress and cancellation.
@@ -38,7 +40,12 @@ impl TriangulateOptions {
             machine: self.machine.clone(),
             partition: self.partition,
             skip_invalid: self.skip_invalid,
-            keep: Keep { owner: self.with_owner, view: self.view, ..Keep::default() },
+            keep: Keep {
+                owner: self.with_owner,
+                point_owner: self.with_point_owner,
+                view: self.view,
+                ..Keep::default()
+            },
             control: self.control.clone(),
             planted: self.planted,
             ..Config::default()

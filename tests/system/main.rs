@@ -37,6 +37,8 @@ mod mesh;
 
 mod oracle;
 
+mod parts;
+
 mod pieces;
 
 mod planted;

@@ -79,7 +79,8 @@ fn a_planted_long_function_is_found() {
 /// The transports are the workers' business; the library gets a machine from `machine` or from its caller.
 #[test]
 fn the_library_names_no_transport_type() {
-    let concrete = ["channel::Channels", "sim::Sim", "pipe::Processes", "Processes", "Channels::new", "Sim::new"];
+    let concrete =
+        ["channel::Channels", "sim::Sim", "pipe::Processes", "Processes", "Channels::new", "Sim::new"];
     for name in ["Channels", "Sim", "Processes"] {
         let transports = files("workers/src/hosts/transport");
         let defines = |text: &str| definitions(text).iter().any(|definition| definition.name == name);

@@ -126,12 +126,14 @@ pub struct GraphRules {
 /// The additional outputs of a run.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Shown {
-    /// Whether workers send the edges of the supergraph to the coordinator.
+    /// Whether the ranks keep the edges of the supergraph.
     pub collect_graph: bool,
-    /// Whether workers send the members of the separator sets of the leaves to the coordinator.
+    /// Whether the ranks keep the members of the separator sets of the leaves.
     pub collect_sets: bool,
-    /// Whether workers send the leaf of every cell.
+    /// Whether the ranks keep the leaf of every cell.
     pub with_leaves: bool,
+    /// Whether the ranks keep the input indices of the points that they own.
+    pub with_owned: bool,
     /// Expected number of sampled points in the picture; 0 for no picture.
     pub view: u32,
 }

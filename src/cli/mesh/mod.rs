@@ -15,7 +15,7 @@ use septet_core::mesh::{
 use septet_core::run::memory::peak_rss;
 use septet_io::read::{AnyInput, DomainFile, read_domain, read_sizes};
 use septet_io::without_gz;
-use septet_io::write::{OutputFormat, WriteOptions, faces_path};
+use septet_io::write::{OutputError, OutputFormat, WriteOptions, faces_path};
 use septet_lab::report::mesh::tables::TABLES;
 use septet_lab::report::mesh::{
     CheckedMesh, MeshContext, MeshReport, MeshSeconds, feature_name, unscaled_measure,
@@ -73,6 +73,10 @@ pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
 /// Checks that all output files can be written.
 fn outputs(args: &MeshArgs, tables: &Tables) -> Result<(), Failure> {
     let options = args.writing.options();
+    // No worker holds the points of a mesh, because its vertices are not the points of one run.
+    if let Some(path) = args.output.iter().find(|o| matches!(options.format_of(o), Ok(OutputFormat::Pvtu))) {
+        return Err(OutputError::NoPieces { path: path.clone() }.into());
+    }
     let faces: Vec<PathBuf> = args
         .output
         .iter()

@@ -18,6 +18,8 @@ pub struct Keep {
     pub sets: bool,
     /// Whether the worker and the leaf of each cell are kept.
     pub owner: bool,
+    /// Whether the worker that holds each point is kept ([`crate::Run::point_owner`]). A `.pvtu` file needs it.
+    pub point_owner: bool,
     /// Whether the calls of primitives are kept, for a cost trace ([`crate::run::CostTrace`]). Only runs that count, with
     /// all ranks in the caller's process.
     pub costs: bool,

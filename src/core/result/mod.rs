@@ -2,7 +2,9 @@
 
 pub mod canonical;
 pub mod cost_trace;
+pub mod part;
 pub mod pieces;
+pub(crate) mod point_owner;
 pub mod refutation;
 pub mod run;
 pub mod view;

@@ -6,7 +6,7 @@ use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Ledger;
 
-use crate::model::MeshView;
+use crate::model::{MeshView, Shares};
 use crate::result::canonical::{Export, OwnedRows, Store};
 use crate::result::cost_trace::CostTrace;
 use crate::result::pieces::Pieces;
@@ -90,6 +90,8 @@ pub struct Run {
     pub points: Accounting,
     /// The cells.
     pub(crate) export: Export,
+    /// The worker that holds each input point, if kept; 0 for a point that is not a vertex.
+    pub(crate) point_owner: Option<Vec<u32>>,
     /// Edges of the supergraph, if kept: pairs of input indices, smaller first, sorted.
     pub graph: Option<Vec<(u64, u64)>>,
     /// The members of the sets in which all pairs were compared, if kept, in order.
@@ -135,6 +137,7 @@ impl Run {
             dimension,
             points,
             export: Export::new(space, Store::Rows(OwnedRows::default()), false),
+            point_owner: None,
             graph: None,
             sets: None,
             hull_facets: 0,
@@ -183,6 +186,12 @@ impl Run {
         self.export.canonical().leaf.as_deref()
     }
 
+    /// Returns the rank of the worker that holds each input point, if kept. It is 0 for duplicates and dropped points,
+    /// which are not vertices. If the points do not span the space, no machine runs, and all vertices count for worker 1.
+    pub fn point_owner(&self) -> Option<&[u32]> {
+        self.point_owner.as_deref()
+    }
+
     /// Returns the triangulation in the form that writers take, with the coordinates of the input.
     pub fn view<'a>(&'a self, coordinates: &'a [f64]) -> MeshView<'a> {
         MeshView {
@@ -191,6 +200,9 @@ impl Run {
             cells: self.cells(),
             owner: self.owner(),
             owning_leaf: self.owning_leaf(),
+            shares: self
+                .point_owner()
+                .map(|point_owner| Shares { workers: self.settled.workers, point_owner }),
             labels: None,
         }
     }

@@ -15,6 +15,7 @@ use crate::input::prepare::Prepared;
 use crate::result::canonical::{Export, OwnedRows, Store};
 use crate::result::cost_trace::CostTrace;
 use crate::result::pieces::Pieces;
+use crate::result::point_owner::{all_of_one, point_owner};
 use crate::result::run::{Run, SetMember, Settled};
 use crate::result::view::Album;
 use crate::run::settings::Settings;
@@ -40,7 +41,15 @@ pub(crate) fn flat_result<P: Point>(
     let seconds = call.elapsed().as_secs_f64();
     let settled = settings.settled(None, why.to_string());
     let costs = settings.machine.cost_log.take().map(CostTrace::of);
-    Run { costs, triangulate_seconds: seconds, total_seconds: seconds, ..empty(input, ready, settled) }
+    let ids = ready.ids(0..ready.positions.len());
+    let point_owner = settings.machine.shown.with_owned.then(|| all_of_one(input, ids));
+    Run {
+        costs,
+        point_owner,
+        triangulate_seconds: seconds,
+        total_seconds: seconds,
+        ..empty(input, ready, settled)
+    }
 }
 
 fn empty<P: Point>(input: usize, ready: &Prepared<'_, P>, settled: Settled) -> Run {
@@ -126,10 +135,17 @@ pub(crate) fn finish<P: Point>(
         (None, NO_SUPERGRAPH.to_string())
     };
     let views: Vec<ViewPart<P>> = shares.iter_mut().filter_map(|share| share.view.take()).collect();
+    // Shares have no points if stars disagree.
+    let has_owners = machine.shown.with_owned && merged.is_certified(population);
+    let owners = has_owners.then(|| {
+        let reason = || incomplete("the workers do not hold each point once".to_string());
+        point_owner(input, &shares, population).ok_or_else(reason)
+    });
     let picture = (machine.shown.view > 0)
         .then(|| Album::of(&views).view::<P>(population, machine.shown.view, ready.exponent));
     Ok(Run {
         export: Export::new(P::DIM, store, with_owner),
+        point_owner: owners.transpose()?,
         graph: machine.shown.collect_graph.then(|| sorted_edges(&shares)),
         sets: machine.shown.collect_sets.then(|| sorted_members(&shares)),
         hull_facets: merged.hull_facets,

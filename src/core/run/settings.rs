@@ -217,6 +217,7 @@ fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfi
         collect_graph: config.keep.graph && counted,
         collect_sets: config.keep.sets && counted,
         with_leaves: config.keep.owner,
+        with_owned: config.keep.point_owner && whole && !independent,
         view: if whole { config.keep.view.min(MOST_POINTS) } else { 0 },
     };
     WorkerConfig {

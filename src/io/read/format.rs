@@ -54,7 +54,7 @@ const EXTENSIONS: [(Format, &[&str]); 12] = [
 /// Extensions of formats that are not read, and the nearest format that is.
 const CONVERSIONS: [(&[&str], &str); 5] = [
     (
-        &["vtp", "vti", "vtr", "vts", "pvtu", "pvd", "xdmf", "xmf", "ex2", "exo"],
+        &["vtp", "vti", "vtr", "vts", "pvd", "xdmf", "xmf", "ex2", "exo"],
         "write .vtu with ParaView or meshio, or ",
     ),
     (&["las", "laz", "pcd", "e57"], "convert the point cloud to .ply, or "),

@@ -10,7 +10,7 @@ use super::topology::TopologyError;
 #[non_exhaustive]
 pub enum OutputError {
     /// The extension of the path does not belong to a format that can be written here.
-    #[error("{}: unknown output format, {advice}; use one of {known} (each also with .gz), or state the format with --format", .path.display())]
+    #[error("{}: unknown output format, {advice}; use one of {known} (each but .pvtu also with .gz), or state the format with --format", .path.display())]
     UnknownFormat {
         /// The path.
         path: PathBuf,
@@ -19,9 +19,37 @@ pub enum OutputError {
         /// The known extensions, separated by spaces.
         known: String,
     },
-    /// The format consists of several files and cannot be written to one stream.
-    #[error("a .node/.ele set has several files and cannot be written to a stream; choose another format")]
+    /// The format consists of several files and cannot be written to one stream or device.
+    #[error(
+        "a .node/.ele set or a .pvtu file has several files and cannot be written to a stream; choose another format"
+    )]
     NotOneFile,
+    /// The path of a `.pvtu` file ends in `.gz`.
+    #[error("{}: VTK does not read a compressed .pvtu file; omit .gz", .path.display())]
+    Compressed {
+        /// The path.
+        path: PathBuf,
+    },
+    /// The name of a `.pvtu` file cannot be written in XML, but the file contains the path of its pieces.
+    #[error("{}: the name of a .pvtu file must be Unicode without control characters; choose another name", .path.display())]
+    NotText {
+        /// The path.
+        path: PathBuf,
+    },
+    /// A `.pvtu` file has a piece for each worker, but the mesh does not state the worker of each point.
+    #[error("{}: a .pvtu file needs the worker of each point, which only triangulate and simulate keep; write .vtu", .path.display())]
+    NoPieces {
+        /// The path.
+        path: PathBuf,
+    },
+    /// The folder of the pieces of a `.pvtu` file would replace something else.
+    #[error("{}: the pieces of the .pvtu file cannot be written here, because {obstacle}", .path.display())]
+    Obstructed {
+        /// The folder.
+        path: PathBuf,
+        /// The obstacle.
+        obstacle: String,
+    },
     /// The mesh has more entries than the format can count.
     #[error("{}: {entries} entries are too many for a .vtk file, which counts in 32 bits; write .vtu", .path.display())]
     TooLarge {

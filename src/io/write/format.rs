@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use super::error::OutputError;
-use super::names::siblings;
+use super::names::{pieces_path, siblings};
 use crate::ending::extension;
 use crate::read::UnknownFormatName;
 
@@ -24,6 +24,8 @@ pub enum MshVersion {
 pub enum OutputFormat {
     /// `.vtu`, an unstructured grid of VTK.
     Vtu,
+    /// `.pvtu`, a parallel unstructured grid of VTK: one `.vtu` file for each worker, in the folder `NAME.pieces`.
+    Pvtu,
     /// `.vtk`, an unstructured grid in a legacy file of VTK, binary.
     Vtk,
     /// `.node`, `.ele`, `.face`, `.edge` and `.neigh`, the set of `TetGen` and Triangle.
@@ -41,17 +43,14 @@ pub enum OutputFormat {
 }
 
 /// The extensions of [`OutputFormat`] without dots.
-const MESHES: &str = "vtu vtk node ele face edge neigh msh msh22 msh2 msh41 mesh npy off stl";
+const MESHES: &str = "vtu pvtu vtk node ele face edge neigh msh msh22 msh2 msh41 mesh npy off stl";
 
 /// The extensions of [`PointFormat`] without dots.
 const POINTS: &str = "node xyz txt csv npy off ply vtu vtk obj";
 
 /// Extensions of formats that are not written, and the nearest format that is.
 const NEAREST: [(&[&str], &str); 5] = [
-    (
-        &["vtp", "pvtu", "pvd", "xdmf", "xmf", "vti", "vtr", "vts", "ex2", "exo", "cgns"],
-        "write .vtu for ParaView",
-    ),
+    (&["vtp", "pvd", "xdmf", "xmf", "vti", "vtr", "vts", "ex2", "exo", "cgns"], "write .vtu for ParaView"),
     (&["npz", "h5", "hdf5", "parquet", "mat", "pkl"], "write .npy for NumPy"),
     (&["obj", "ply", "3mf", "gltf", "glb", "dae"], "write .stl or .off for a surface"),
     (&["bdf", "inp", "unv", "med", "cas"], "write .msh for meshio and Gmsh"),
@@ -67,10 +66,12 @@ impl OutputFormat {
         extension(path).parse().map_err(|_| unknown(path, MESHES))
     }
 
-    /// Returns the files that this format writes under a path, without the faces of a mesh of a domain.
+    /// Returns the files that this format writes under a path, without the faces of a mesh of a domain. A `.pvtu` file is
+    /// followed by the folder of its pieces.
     pub fn files(self, path: &Path) -> Vec<PathBuf> {
         match self {
             Self::TetGen => siblings(path).collect(),
+            Self::Pvtu => vec![path.to_owned(), pieces_path(path)],
             _ => vec![path.to_owned()],
         }
     }
@@ -83,6 +84,7 @@ impl FromStr for OutputFormat {
     fn from_str(name: &str) -> Result<Self, UnknownFormatName> {
         match name.to_ascii_lowercase().as_str() {
             "vtu" => Ok(Self::Vtu),
+            "pvtu" => Ok(Self::Pvtu),
             "vtk" => Ok(Self::Vtk),
             "node" | "ele" | "face" | "edge" | "neigh" => Ok(Self::TetGen),
             "msh" => Ok(Self::Msh(None)),

@@ -5,6 +5,7 @@
 
 mod buckets;
 mod error;
+mod folder;
 mod format;
 mod labels;
 mod medit;
@@ -15,6 +16,7 @@ mod npy;
 mod off;
 mod options;
 mod points;
+mod pvtu;
 mod quality;
 mod records;
 #[doc(hidden)]
@@ -50,6 +52,10 @@ use stage::Stage;
 /// Returns an [`OutputError`] that names the obstacle.
 pub fn check_output(path: &Path, options: &WriteOptions<'_>) -> Result<OutputFormat, OutputError> {
     let format = options.format_of(path)?;
+    if format == OutputFormat::Pvtu {
+        pvtu::check(path)?;
+        return Ok(format);
+    }
     stage::probe(path)?;
     if format == OutputFormat::TetGen {
         for file in format.files(path) {
@@ -89,7 +95,8 @@ pub fn faces_path(path: &Path) -> PathBuf {
 ///
 /// The options or the extension determine the format. Each of `.node`, `.ele`, `.face`, `.edge` and `.neigh` writes the
 /// whole set (in the plane, without `.face`). For a `.vtu` file of a mesh with labels, the faces go to a second file
-/// ([`faces_path`]). If the name ends in `.gz`, the output is compressed.
+/// ([`faces_path`]). `NAME.pvtu` lists the files of the folder `NAME.pieces`, one for each worker, and replaces the
+/// folder; the mesh must have [`MeshView::shares`]. If the name ends in `.gz`, the output is compressed.
 ///
 /// `progress` receives the number of records written and their total.
 ///
@@ -104,6 +111,11 @@ pub fn write(
     let format = options.format_of(path)?;
     check_mesh(mesh, options)?;
     let mut progress = WriteProgress::new(records(format, mesh), progress);
+    if format == OutputFormat::Pvtu {
+        let files = pvtu::write(path, mesh, options, &mut progress)?;
+        progress.finish();
+        return Ok(files);
+    }
     let mut stage = Stage::default();
     match format {
         OutputFormat::TetGen => tetgen::write(path, mesh, options, &mut stage, &mut progress)?,
@@ -129,7 +141,7 @@ pub fn write_to(
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<(), OutputError> {
     let format = options.format_of(Path::new("-"))?;
-    if format == OutputFormat::TetGen {
+    if matches!(format, OutputFormat::TetGen | OutputFormat::Pvtu) {
         return Err(OutputError::NotOneFile);
     }
     check_mesh(mesh, options)?;
@@ -143,7 +155,9 @@ pub fn write_to(
 /// Returns the number of records to write.
 fn records(format: OutputFormat, mesh: &MeshView<'_>) -> u64 {
     match format {
-        OutputFormat::Vtu | OutputFormat::Vtk => vtu::records(mesh),
+        OutputFormat::Vtu | OutputFormat::Pvtu | OutputFormat::Vtk => {
+            vtu::records(mesh.point_count(), mesh.cell_count())
+        }
         OutputFormat::TetGen => tetgen::records(mesh),
         OutputFormat::Npy | OutputFormat::Stl => mesh.cell_count() as u64,
         OutputFormat::Msh(_) | OutputFormat::Medit | OutputFormat::Off => {
@@ -161,7 +175,7 @@ fn write_body(
     progress: &mut WriteProgress<'_>,
 ) -> Result<(), WriteFault> {
     match format {
-        OutputFormat::Vtu => vtu::write(out, mesh, options, progress),
+        OutputFormat::Vtu | OutputFormat::Pvtu => vtu::write(out, mesh, options, progress),
         OutputFormat::Vtk => vtk::write(out, mesh, options, progress),
         OutputFormat::Msh(version) => msh::write(out, mesh, version.unwrap_or(options.msh), progress),
         OutputFormat::Medit => medit::write(out, mesh, progress),

@@ -69,8 +69,8 @@ mod tests {
 
     /// Returns the bytes that [`write_cells`] writes.
     fn cells_file(dimension: usize, cells: &[u64]) -> Vec<u8> {
-        let (owner, owning_leaf, labels) = (None, None, None);
-        let mesh = MeshView { dimension, coordinates: &[], cells, owner, owning_leaf, labels };
+        let (owner, owning_leaf, shares, labels) = (None, None, None, None);
+        let mesh = MeshView { dimension, coordinates: &[], cells, owner, owning_leaf, shares, labels };
         let mut bytes = Vec::new();
         let mut report = |_, _| {};
         write_cells(&mut bytes, &mesh, &mut WriteProgress::new(cells.len() as u64, &mut report)).unwrap();

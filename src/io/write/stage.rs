@@ -69,11 +69,7 @@ impl Stage {
         body: impl FnOnce(&mut dyn Write) -> Result<(), WriteFault>,
     ) -> Result<(), OutputError> {
         let file = self.open(target)?;
-        let mut buffered = BufWriter::with_capacity(1 << 18, file);
-        body(&mut buffered).map_err(|fault| fault.at(target))?;
-        let io_error = |source| OutputError::Io { path: target.to_path_buf(), source };
-        let file = buffered.into_inner().map_err(|error| io_error(error.into_error()))?;
-        sync(&file).map_err(io_error)
+        write_synced(file, target, body)
     }
 
     /// Renames all files to their targets, replaces existing files, and returns the targets. If a rename fails, the
@@ -108,14 +104,25 @@ impl Drop for Stage {
     }
 }
 
+/// Writes the content of a file and waits until it is on disk. Errors name the target.
+pub(super) fn write_synced(
+    file: File,
+    target: &Path,
+    body: impl FnOnce(&mut dyn Write) -> Result<(), WriteFault>,
+) -> Result<(), OutputError> {
+    let mut buffered = BufWriter::with_capacity(1 << 18, file);
+    body(&mut buffered).map_err(|fault| fault.at(target))?;
+    let io_error = |source| OutputError::Io { path: target.to_path_buf(), source };
+    let file = buffered.into_inner().map_err(|error| io_error(error.into_error()))?;
+    sync(&file).map_err(io_error)
+}
+
 /// Checks that a file can be written under this name: creates and removes a temporary file next to it. A special target
 /// is not opened, because a pipe waits for its reader. Only its permissions are checked.
 pub fn probe(target: &Path) -> Result<(), OutputError> {
     refuse_directory(target)?;
     if let Ok(metadata) = fs::metadata(target) {
-        if metadata.permissions().readonly() {
-            return Err(not_writable(target, io::Error::new(ErrorKind::PermissionDenied, "it is read-only")));
-        }
+        refuse_read_only(target, &metadata)?;
         if is_special(target) {
             return Ok(());
         }
@@ -129,6 +136,14 @@ fn not_writable(target: &Path, source: io::Error) -> OutputError {
     OutputError::NotWritable { path: target.to_path_buf(), source }
 }
 
+/// Refuses a file or folder that is read-only.
+pub(super) fn refuse_read_only(target: &Path, found: &fs::Metadata) -> Result<(), OutputError> {
+    if found.permissions().readonly() {
+        return Err(not_writable(target, io::Error::new(ErrorKind::PermissionDenied, "it is read-only")));
+    }
+    Ok(())
+}
+
 fn refuse_directory(target: &Path) -> Result<(), OutputError> {
     if target.is_dir() || target.file_name().is_none() {
         return Err(OutputError::IsDirectory { path: target.to_path_buf() });
@@ -137,7 +152,7 @@ fn refuse_directory(target: &Path) -> Result<(), OutputError> {
 }
 
 /// Returns `true` if a rename must not replace this target: a device, a pipe, a socket, or the name of an open file.
-fn is_special(target: &Path) -> bool {
+pub(super) fn is_special(target: &Path) -> bool {
     let of_system = |directory: PathBuf| directory == Path::new("/dev") || directory.starts_with("/proc");
     fs::metadata(target).is_ok_and(|found| {
         !found.is_dir() && (!found.is_file() || directory_of(target).canonicalize().is_ok_and(of_system))
@@ -155,6 +170,15 @@ fn directory_of(path: &Path) -> &Path {
 
 /// Creates a temporary file in the directory of the target.
 fn create_beside(target: &Path) -> Result<(File, PathBuf), OutputError> {
+    beside(target, |path| OpenOptions::new().write(true).create_new(true).open(path))
+}
+
+/// Calls `make` with temporary names in the directory of the target until the name is free. Returns the result and the
+/// name.
+pub(super) fn beside<T>(
+    target: &Path,
+    make: impl Fn(&Path) -> io::Result<T>,
+) -> Result<(T, PathBuf), OutputError> {
     let path = || target.to_path_buf();
     let directory = directory_of(target);
     if !directory.is_dir() {
@@ -166,8 +190,8 @@ fn create_beside(target: &Path) -> Result<(File, PathBuf), OutputError> {
         let serial = SERIAL.fetch_add(1, Ordering::Relaxed);
         let name = format!(".septet-{}-{serial}.partial", std::process::id());
         let temporary = directory.join(name);
-        match OpenOptions::new().write(true).create_new(true).open(&temporary) {
-            Ok(file) => return Ok((file, temporary)),
+        match make(&temporary) {
+            Ok(made) => return Ok((made, temporary)),
             Err(error) if error.kind() == ErrorKind::AlreadyExists => last = Some(error),
             Err(source) => {
                 return Err(OutputError::NotWritable { path: path(), source });

@@ -16,7 +16,8 @@ pub(super) const VERTEX: u8 = 1;
 pub(super) const TRIANGLE: u8 = 5;
 pub(super) const TETRAHEDRON: u8 = 10;
 
-const CELL_DATA: &str = "CellData GlobalIds=\"GlobalCellIds\" Scalars=\"radius_edge_ratio\"";
+pub(super) const POINT_DATA: &str = "PointData GlobalIds=\"GlobalPointIds\"";
+pub(super) const CELL_DATA: &str = "CellData GlobalIds=\"GlobalCellIds\" Scalars=\"radius_edge_ratio\"";
 
 /// The section of the file that has an array.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -50,14 +51,20 @@ impl Array<'_> {
     pub fn has_global_ids(&self) -> bool {
         self.attributes == IDS
     }
+
+    /// Returns the type, the further attributes and the name in XML.
+    pub fn declaration(&self) -> String {
+        let Array { name, kind, attributes, .. } = self;
+        format!("type=\"{kind}\"{attributes} Name=\"{}\"", escaped(name))
+    }
 }
 
 /// The attribute of an array of global ids.
 const IDS: &str = " IdType=\"1\"";
 
 /// Returns the number of records that `write` reports, without the records of owners.
-pub(super) fn records(mesh: &MeshView<'_>) -> u64 {
-    (2 * mesh.point_count() + 5 * mesh.cell_count()) as u64
+pub(super) fn records(points: usize, cells: usize) -> u64 {
+    (2 * points + 5 * cells) as u64
 }
 
 /// Writes a triangulation.
@@ -67,6 +74,16 @@ pub(super) fn write(
     options: &WriteOptions<'_>,
     progress: &mut WriteProgress<'_>,
 ) -> Result<(), WriteFault> {
+    Ok(write_grid(out, mesh, data_arrays(mesh, options), progress)?)
+}
+
+/// Writes points and cells with these arrays of point data and cell data.
+pub(super) fn write_grid<'a>(
+    out: &mut dyn Write,
+    mesh: &MeshView<'a>,
+    mut arrays: Vec<Array<'a>>,
+    progress: &mut WriteProgress<'_>,
+) -> io::Result<()> {
     let corners = mesh.dimension + 1;
     let (cells, count) = (mesh.cells, mesh.cell_count());
     let (dimension, coordinates) = (mesh.dimension, mesh.coordinates);
@@ -76,13 +93,11 @@ pub(super) fn write(
             buffer.extend_from_slice(&vertex.to_le_bytes());
         }
     });
-    let mut arrays = data_arrays(mesh, options);
     arrays.push(points(dimension, coordinates));
     let width = 8 * corners;
     arrays.push(cell_array(Section::Cells, "connectivity", "Int64", (count, width), connectivity));
     arrays.extend(offsets_and_types(count, corners, kind));
-    let data = ["PointData GlobalIds=\"GlobalPointIds\"", CELL_DATA];
-    Ok(head_and_arrays(out, data, (mesh.point_count(), count), &arrays, progress)?)
+    head_and_arrays(out, [POINT_DATA, CELL_DATA], (mesh.point_count(), count), &arrays, progress)
 }
 
 /// Returns the arrays of point data and cell data.
@@ -122,7 +137,7 @@ pub(super) fn write_points(
     let mut arrays = vec![point_ids(count), points(set.dimension(), set.coordinates())];
     arrays.push(cell_array(Section::Cells, "connectivity", "Int64", (count, 8), index));
     arrays.extend(offsets_and_types(count, 1, VERTEX));
-    let data = ["PointData GlobalIds=\"GlobalPointIds\"", "CellData"];
+    let data = [POINT_DATA, "CellData"];
     Ok(head_and_arrays(out, data, (count, count), &arrays, progress)?)
 }
 
@@ -232,7 +247,7 @@ pub(super) fn head_and_arrays(
 }
 
 /// Escapes a name for an XML attribute. Control characters, which XML does not allow, become `?`.
-fn escaped(name: &str) -> String {
+pub(super) fn escaped(name: &str) -> String {
     let mut escaped = String::with_capacity(name.len());
     for c in name.chars() {
         match c {
@@ -276,9 +291,8 @@ fn write_head(
     for (section, tag) in sections {
         writeln!(out, "      <{tag}>")?;
         let own = arrays.iter().zip(&offsets).filter(|(array, _)| array.section == section);
-        for (Array { name, kind, attributes, .. }, offset) in own {
-            let name = escaped(name);
-            write!(out, "        <DataArray type=\"{kind}\"{attributes} Name=\"{name}\" ")?;
+        for (array, offset) in own {
+            write!(out, "        <DataArray {} ", array.declaration())?;
             writeln!(out, "format=\"appended\" offset=\"{offset}\"/>")?;
         }
         let name = tag.split(' ').next().unwrap_or(tag);

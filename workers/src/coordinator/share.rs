@@ -80,6 +80,8 @@ pub struct Share<P> {
     pub piece: Option<PieceRows>,
     /// The cells of the rank's stars (`simulate` only).
     pub cells: CellRows,
+    /// Input indices of the points that the rank owns, if the run keeps them.
+    pub owned: Vec<u64>,
     /// The edges of the supergraph that count at an owned point, as pairs of input indices, if the run keeps them.
     pub edges: Vec<u64>,
     /// Node and input index of each member of the sets in which the rank compared all pairs, if the run keeps them.
@@ -103,6 +105,7 @@ impl<P> Share<P> {
             rank,
             piece: None,
             cells: CellRows::default(),
+            owned: Vec::new(),
             edges: Vec::new(),
             sets: Vec::new(),
             selected: Selected::default(),

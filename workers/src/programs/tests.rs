@@ -98,7 +98,7 @@ pub(crate) fn ways(workers: u32) -> Vec<(&'static str, WorkerConfig)> {
         way("smaller", &|c| (c.graph.wanted, c.graph.sets) = (density, SetRule::Smaller)),
         way("bottom-up", &|c| (c.graph.wanted, c.graph.correction) = (density, Correction::BottomUp)),
         way("picture", &|c| {
-            (c.shown.view, c.shown.with_leaves) = (100, true);
+            (c.shown.view, c.shown.with_leaves, c.shown.with_owned) = (100, true, true);
             (c.shown.collect_graph, c.shown.collect_sets) = (true, true);
         }),
         way("gathered", &|c| {
@@ -107,7 +107,9 @@ pub(crate) fn ways(workers: u32) -> Vec<(&'static str, WorkerConfig)> {
         way("unsplit", &|c| c.fault = Some(Fault::RefuseSplit { first: NodeId(2), last: NodeId(3) })),
         way("whole", &|c| c.tree.leaf = 10_000),
         way("direct", &|c| (c.counted, c.tree.balanced) = (false, true)),
-        way("direct, picture", &|c| (c.counted, c.shown.view) = (false, 100)),
+        way("direct, picture", &|c| {
+            (c.counted, c.shown.view, c.shown.with_owned) = (false, 100, true);
+        }),
         way("direct, unsplit", &|c| {
             (c.counted, c.fault) = (false, Some(Fault::RefuseSplit { first: NodeId(2), last: NodeId(3) }));
         }),

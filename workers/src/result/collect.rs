@@ -47,6 +47,9 @@ pub(crate) async fn collect_cells<P: Point>(
             let results = Results::new(subdomain, StarsView::new(&table, &stars), supergraph);
             share.view = Some(view_part(cx, results, ghosts, population));
         }
+        if cx.config().shown.with_owned {
+            share.owned = table.owned_ids().to_vec();
+        }
         if cx.config().counted {
             share.cells = cells(cx, subdomain, StarsView::new(&table, &stars), certified.owned_cells());
         } else if table.owned_len() > 0 {

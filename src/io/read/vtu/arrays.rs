@@ -117,6 +117,10 @@ fn first_tag<'a>(data: &'a [u8], name: &[u8]) -> Option<Tag<'a>> {
 
 fn root_of<'a>(source: Source<'a>, root: &Tag<'_>) -> Result<Arrays<'a>, InputError> {
     let place = Place::Line(source.line_at(root.start));
+    if root.attribute("type") == Some("PUnstructuredGrid") {
+        let advice = "it only lists its pieces; give one of the .vtu files that it names, or write .vtu instead of .pvtu";
+        return Err(source.unsupported(place, "a parallel grid (.pvtu)", advice));
+    }
     if root.attribute("type") != Some("UnstructuredGrid") {
         let what = format!("VTK data of type {}", shown(root.attribute("type").unwrap_or_default()));
         return Err(source.unsupported(place, what, "save an unstructured grid (.vtu)"));

@@ -2,6 +2,7 @@
 
 mod binary;
 mod gmsh_and_medit;
+mod pvtu;
 mod tetgen_and_off;
 mod vtk;
 

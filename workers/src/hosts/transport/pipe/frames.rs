@@ -64,8 +64,10 @@ impl<P: Point> Source<P> for Assigned<P> {
 /// A piece as it travels: its leaf, ids, rows and open cells.
 type PieceFrame = (u64, Bulk<u64>, Bulk<u32>, Bulk<u32>);
 
-/// A share as it travels: the ledger, the piece, cells and leaves, edges, sets, members and undecided points, the view.
+/// A share as it travels: the ledger, the owned points, the piece, cells and leaves, edges, sets, members and undecided
+/// points, the view.
 type ShareFrame<P> = (
+    Bulk<u64>,
     Bulk<u64>,
     Option<PieceFrame>,
     (Bulk<u64>, Bulk<u64>),
@@ -82,6 +84,7 @@ pub(super) fn share_to_bytes<P: Point>(share: &Share<P>) -> Result<Vec<u8>, Code
     let piece = piece.map(|p| (p.leaf, bulk(&p.ids), Bulk(p.rows.clone()), Bulk(p.open.clone())));
     let frame: ShareFrame<P> = (
         Bulk(share.ledger.to_words()),
+        bulk(&share.owned),
         piece,
         (bulk(&share.cells.rows), bulk(&share.cells.leaves)),
         bulk(&share.edges),
@@ -94,11 +97,12 @@ pub(super) fn share_to_bytes<P: Point>(share: &Share<P>) -> Result<Vec<u8>, Code
 
 /// Decodes the share of a worker.
 pub(super) fn share_from_bytes<P: Point>(rank: Rank, bytes: &[u8]) -> Result<Share<P>, CodecError> {
-    let (words, piece, cells, edges, sets, selected, view): ShareFrame<P> = codec::decode(bytes)?;
+    let (words, owned, piece, cells, edges, sets, selected, view): ShareFrame<P> = codec::decode(bytes)?;
     let ledger = LedgerPart::from_words(&words).ok_or(CodecError::Corrupt { what: "the ledger" })?;
     let piece =
         piece.map(|(leaf, ids, rows, open)| PieceRows { leaf, ids: ids.0, rows: rows.0, open: open.0 });
     Ok(Share {
+        owned: owned.0,
         piece,
         cells: CellRows { rows: cells.0.0, leaves: cells.1.0 },
         edges: edges.0,
@@ -121,6 +125,7 @@ mod tests {
         let share = Share::<DVec2> {
             piece: Some(PieceRows { leaf: 5, ids: vec![1 << 40], rows: vec![7, 8], open: vec![0] }),
             cells: CellRows { rows: vec![1, 2, 3], leaves: vec![9] },
+            owned: vec![2],
             edges: vec![4, 5],
             sets: vec![[6, 7]],
             selected: Selected { members: vec![8], undecided: vec![2, 1] },

@@ -1,0 +1,214 @@
+//! `.pvtu` files and their pieces.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use septet_core::model::Shares;
+
+use super::binary::words;
+use super::*;
+use crate::read::{Column, InputError, ReadOptions, read};
+
+/// The workers of the points of a sample: the lower half, the upper half, and a worker without points between them.
+fn halves(sample: &Sample) -> Vec<u32> {
+    sample.coordinates.chunks(sample.dimension).map(|point| if point[0] < 0.5 { 1 } else { 3 }).collect()
+}
+
+/// The files below a directory, by their paths in it.
+fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(directory).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        if path.is_dir() {
+            found.extend(files(&path).into_iter().map(|(inner, bytes)| (format!("{name}/{inner}"), bytes)));
+        } else {
+            found.insert(name, fs::read(path).unwrap());
+        }
+    }
+    found
+}
+
+/// Writes a sample of three workers to `m.pvtu` in a directory.
+fn write_to_directory(
+    directory: &Path,
+    sample: &Sample,
+    options: &WriteOptions<'_>,
+) -> Result<Vec<PathBuf>, OutputError> {
+    let owners = halves(sample);
+    let shares = Some(Shares { workers: 3, point_owner: &owners });
+    let mesh = MeshView { shares, ..sample.view() };
+    write(&directory.join("m.pvtu"), &mesh, options, &mut |_, _| {})
+}
+
+const NAMES: [&str; 4] = ["m.pieces/0000.vtu", "m.pieces/0001.vtu", "m.pieces/0002.vtu", "m.pvtu"];
+
+#[test]
+fn every_worker_has_a_piece() {
+    for sample in [kuhn(3), squares(4)] {
+        let directory = tempfile::tempdir().unwrap();
+        let values: Vec<f64> = (0..sample.view().point_count()).map(|i| i as f64 / 4.0).collect();
+        let columns = [Column { name: "a<b".to_owned(), values }];
+        let options = WriteOptions { with_owner: true, point_data: &columns, ..WriteOptions::default() };
+        let written = write_to_directory(directory.path(), &sample, &options).unwrap();
+        assert_eq!(written, ["m.pvtu", "m.pieces"].map(|name| directory.path().join(name)));
+        let files = files(directory.path());
+        assert_eq!(files.keys().collect::<Vec<_>>(), NAMES.iter().collect::<Vec<_>>());
+        let list = std::str::from_utf8(&files["m.pvtu"]).unwrap();
+        let declared: Vec<&str> =
+            list.lines().filter_map(|l| l.trim().strip_prefix("<PDataArray ")).collect();
+        let (mut cells, mut points) = (0, 0);
+        for piece in &NAMES[..3] {
+            assert!(list.contains(&format!("<Piece Source=\"{piece}\"/>")), "{list}");
+            let (head, arrays) = vtu_arrays(&files[*piece]);
+            // The list declares the arrays of every piece.
+            let in_piece = head.lines().filter_map(|l| l.trim().strip_prefix("<DataArray "));
+            let of_cells = ["connectivity", "offsets", "types"].map(|name| format!("Name=\"{name}\""));
+            let found: Vec<String> = in_piece
+                .filter(|line| !of_cells.iter().any(|name| line.contains(name)))
+                .map(|line| line.split(" format=").next().unwrap().to_owned() + "/>")
+                .collect();
+            assert_eq!(found, declared);
+            let owned = |name: &str| words(&arrays[name]).len();
+            assert_eq!(owned("GlobalPointIds") == 0, piece.contains("0001"));
+            let numbers = words(&arrays["a&lt;b"]);
+            for (id, value) in words(&arrays["GlobalPointIds"]).iter().zip(numbers) {
+                assert_eq!(f64::from_bits(value), *id as f64 / 4.0);
+            }
+            points += list_of(&head, "NumberOfPoints");
+            cells += list_of(&head, "NumberOfCells");
+        }
+        assert!(points > sample.view().point_count() && cells > sample.view().cell_count());
+        assert!(list.contains("PointData GlobalIds=\"GlobalPointIds\"") && list.contains("GhostLevel=\"1\""));
+    }
+}
+
+/// The number in the head of a piece.
+fn list_of(head: &str, name: &str) -> usize {
+    let value = head.split(&format!("{name}=\"")).nth(1).unwrap();
+    value.split('"').next().unwrap().parse().unwrap()
+}
+
+#[test]
+fn points_and_cells_are_owned_once() {
+    let sample = awkward(kuhn(3));
+    let directory = tempfile::tempdir().unwrap();
+    write_to_directory(directory.path(), &sample, &WriteOptions::default()).unwrap();
+    let (mut points, mut cells) = (Vec::new(), Vec::new());
+    let mut rows = Vec::new();
+    for (name, bytes) in files(directory.path()).iter().filter(|(name, _)| name.starts_with("m.pieces/")) {
+        let (_, arrays) = vtu_arrays(bytes);
+        let types = arrays["vtkGhostType"].clone();
+        let ids = words(&arrays["GlobalPointIds"]);
+        for (at, id) in ids.iter().enumerate() {
+            let bits: Vec<u64> = words(&arrays["Points"])[3 * at..3 * at + 3].to_vec();
+            let expected = &sample.coordinates[3 * *id as usize..][..3];
+            assert_eq!(bits, expected.iter().map(|c| c.to_bits()).collect::<Vec<_>>(), "{name}");
+        }
+        // The arrays of points and of cells have the same name; cells come last.
+        let of_cells = words(&arrays["GlobalCellIds"]);
+        for ((id, row), kind) in of_cells.iter().zip(words(&arrays["connectivity"]).chunks(4)).zip(types) {
+            if kind == 0 {
+                cells.push(*id);
+                rows.push(row.iter().map(|&v| ids[v as usize]).collect::<Vec<u64>>());
+            }
+        }
+        points.extend(ids);
+    }
+    assert_eq!(cells, (0..sample.view().cell_count() as u64).collect::<Vec<_>>());
+    rows.sort();
+    assert_eq!(rows.concat(), sample.cells);
+    points.sort_unstable();
+    points.dedup();
+    assert_eq!(points.len(), sample.view().point_count());
+}
+
+#[test]
+fn pieces_do_not_depend_on_the_number_of_threads() {
+    let sample = awkward(kuhn(9));
+    let with_threads = |threads: usize| {
+        let directory = tempfile::tempdir().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| write_to_directory(directory.path(), &sample, &WriteOptions::default())).unwrap();
+        files(directory.path())
+    };
+    assert!(with_threads(1) == with_threads(2) && with_threads(1) == with_threads(5));
+}
+
+#[test]
+fn a_failure_leaves_the_former_files() {
+    let sample = kuhn(1);
+    let options = WriteOptions::default();
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("m.pvtu");
+    write_to_directory(directory.path(), &sample, &options).unwrap();
+    let before = files(directory.path());
+    // No workers of points, and a caller that panics between two pieces.
+    let error = write(&path, &sample.view(), &options, &mut |_, _| {}).unwrap_err();
+    assert!(matches!(error, OutputError::NoPieces { .. }), "{error}");
+    let owners = vec![0; 8];
+    let mesh = MeshView { shares: Some(Shares { workers: 3, point_owner: &owners }), ..sample.view() };
+    let error = write(&path, &mesh, &options, &mut |_, _| {}).unwrap_err();
+    assert!(matches!(error, OutputError::InvalidMesh { .. }), "{error}");
+    let stopped = std::panic::catch_unwind(|| {
+        let owners = halves(&sample);
+        let mesh = MeshView { shares: Some(Shares { workers: 3, point_owner: &owners }), ..sample.view() };
+        write(&path, &mesh, &options, &mut |done, _| assert!(done == 0))
+    });
+    assert!(stopped.is_err());
+    assert!(files(directory.path()) == before);
+    // A directory takes the name of the list after the check.
+    fs::remove_file(&path).unwrap();
+    let owners = halves(&sample);
+    let mesh = MeshView { shares: Some(Shares { workers: 3, point_owner: &owners }), ..sample.view() };
+    let error = write(&path, &mesh, &options, &mut |done, _| {
+        if done > 0 && !path.exists() {
+            fs::create_dir(&path).unwrap();
+        }
+    });
+    assert!(matches!(error, Err(OutputError::IsDirectory { .. })), "{error:?}");
+    fs::remove_dir(&path).unwrap();
+    assert!(files(directory.path()).keys().eq(&NAMES[..3]));
+}
+
+#[test]
+fn obstacles_are_found_before_any_work() {
+    let directory = tempfile::tempdir().unwrap();
+    let at = |name: &str| directory.path().join(name);
+    let options = WriteOptions { format: Some(OutputFormat::Pvtu), ..WriteOptions::default() };
+    let check = |path: &Path| check_output(path, &options);
+    assert_eq!(check(&at("m.pvtu")).unwrap(), OutputFormat::Pvtu);
+    assert!(matches!(check(&at("m.pvtu.gz")), Err(OutputError::Compressed { .. })));
+    assert!(matches!(check(&at("m\n.pvtu")), Err(OutputError::NotText { .. })));
+    assert!(matches!(check(&at("none/m.pvtu")), Err(OutputError::MissingDirectory { .. })));
+    fs::create_dir(at("d.pvtu")).unwrap();
+    assert!(matches!(check(&at("d.pvtu")), Err(OutputError::IsDirectory { .. })));
+    fs::write(at("f.pieces"), "").unwrap();
+    assert!(matches!(check(&at("f.pvtu")), Err(OutputError::Obstructed { .. })));
+    fs::create_dir(at("m.pieces")).unwrap();
+    fs::write(at("m.pieces/0000.vtu"), "").unwrap();
+    check(&at("m.pvtu")).unwrap();
+    fs::write(at("m.pieces/notes.txt"), "").unwrap();
+    let error = check(&at("m.pvtu")).unwrap_err();
+    assert!(error.to_string().contains("notes.txt"), "{error}");
+    let mut permissions = fs::metadata(at("m.pieces")).unwrap().permissions();
+    permissions.set_readonly(true);
+    fs::set_permissions(at("m.pieces"), permissions).unwrap();
+    assert!(matches!(check(&at("m.pvtu")), Err(OutputError::NotWritable { .. })));
+    let mut bytes = Vec::new();
+    let error = write_to(&mut bytes, &kuhn(1).view(), &options, &mut |_, _| {}).unwrap_err();
+    assert!(matches!(error, OutputError::NotOneFile) && bytes.is_empty());
+    #[cfg(unix)]
+    assert!(matches!(check(Path::new("/dev/null")), Err(OutputError::NotOneFile)));
+}
+
+#[test]
+fn a_list_of_pieces_is_not_read() {
+    let directory = tempfile::tempdir().unwrap();
+    write_to_directory(directory.path(), &kuhn(1), &WriteOptions::default()).unwrap();
+    let read = |name: &str| read(&directory.path().join(name), &ReadOptions::default(), &mut |_, _| {});
+    let error = read("m.pvtu").unwrap_err();
+    assert!(matches!(error, InputError::Unsupported { .. }), "{error}");
+    assert!(error.to_string().contains("lists its pieces"), "{error}");
+    assert_eq!(read("m.pieces/0000.vtu").unwrap().points.len(), 8);
+}
