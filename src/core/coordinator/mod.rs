@@ -7,7 +7,7 @@ use std::time::Instant;
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, Phase};
-use septet_protocol::message::PointBatch;
+use septet_protocol::message::{PointBatch, PointSum};
 use septet_protocol::transport::{HostState, Transport, TransportError};
 use septet_workers::config::WorkerConfig;
 use septet_workers::coordinator::{Share, Source};
@@ -31,13 +31,16 @@ pub(crate) struct Collected<P> {
 }
 
 impl<P> Collected<P> {
-    /// Checks that the ledgers of all ranks arrived.
+    /// Checks that the ledgers of all ranks arrived, and that all messages arrived as they were sent.
     pub(crate) fn check_ledgers(&self, ranks: u32) -> Result<(), Error> {
         let arrived = self.share.counted.parts;
-        if arrived == ranks {
-            return Ok(());
+        if arrived != ranks {
+            return Err(incomplete(format!("{arrived} of {ranks} ledgers arrived")));
         }
-        Err(incomplete(format!("{arrived} of {ranks} ledgers arrived")))
+        if self.share.counted.ledger.balance != 0 {
+            return Err(incomplete("the messages that the ranks received are not those that were sent".into()));
+        }
+        Ok(())
     }
 }
 
@@ -47,8 +50,8 @@ pub(crate) fn incomplete(reason: String) -> Error {
 }
 
 impl<P: Point> Source<P> for Prepared<'_, P> {
-    fn population(&self) -> u64 {
-        self.positions.len() as u64
+    fn population(&self) -> PointSum {
+        self.sum()
     }
 
     fn frame(&self) -> Vec<(u64, P)> {

@@ -2,11 +2,15 @@
 
 use std::time::{Duration, Instant};
 
+use rayon::prelude::*;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
+use septet_protocol::checksum::row_hash;
 use septet_protocol::ledger::Ledger;
+use septet_protocol::message::PointSum;
 use septet_workers::config::WorkerConfig;
-use septet_workers::coordinator::Share;
+use septet_workers::coordinator::{PieceRows, Share};
+use septet_workers::state::rows::{cells_hash, piece_hash};
 
 use crate::coordinator::{Collected, incomplete};
 use crate::error::{Error, Refutation};
@@ -49,13 +53,14 @@ fn empty<P: Point>(input: usize, ready: &Prepared<'_, P>, settled: Settled) -> R
 /// Returns the reasons against the certificate, if there are any.
 ///
 /// # Errors
-/// Fails if cells or ledgers are missing.
+/// Fails if cells or ledgers are missing, or if the cells are not those of the certificate.
 pub(crate) fn certify<P: Point>(
     collected: &Collected<P>,
-    population: u64,
+    population: PointSum,
     ranks: u32,
 ) -> Result<Option<Refutation>, Error> {
-    let Share { pieces, cells, certified, counted, .. } = &collected.share;
+    collected.check_ledgers(ranks)?;
+    let Share { pieces, cells, certified, .. } = &collected.share;
     let merged = &certified.merged;
     let passed = merged.is_certified(population);
     let of_pieces: usize = pieces.iter().map(|p| p.rows.len() / 2).sum();
@@ -63,17 +68,34 @@ pub(crate) fn certify<P: Point>(
     let rows = ((of_stars + of_pieces) / (P::DIM + 1)) as u64;
     // Stars that disagree send no cells.
     let expected = if passed { merged.cells } else { 0 };
-    if rows != expected || counted.parts != ranks {
-        let parts = counted.parts;
-        return Err(incomplete(format!("{rows} of {expected} cells and {parts} of {ranks} ledgers arrived")));
+    if rows != expected {
+        return Err(incomplete(format!("{rows} of {expected} cells arrived")));
+    }
+    if passed && merged.cell_hash != cell_hash(&collected.share) {
+        return Err(incomplete("the cells that arrived are not those of the certificate".to_string()));
     }
     let refutation = Refutation {
         disagreements: merged.disagreements,
         minima: merged.minima,
         stars: merged.stars,
-        points: population,
+        points: population.count,
+        foreign: merged.point_hash != population.hash,
     };
     Ok((!passed).then_some(refutation))
+}
+
+/// Returns the sum of the hashes of the cells that arrived.
+fn cell_hash<P: Point>(share: &Share<P>) -> u64 {
+    let corners = P::DIM + 1;
+    let of_piece = |piece: &PieceRows| {
+        let parts = piece.rows.par_chunks(2 * corners << 14).map(|rows| cells_hash(rows, corners));
+        piece_hash(piece.owner, parts.reduce(|| 0, u64::wrapping_add), &piece.ids)
+    };
+    let of_rows = |rows: &Vec<u64>| {
+        rows.chunks_exact(corners).fold(0, |sum: u64, row| sum.wrapping_add(row_hash(row)))
+    };
+    let pieces = share.pieces.par_iter().map(of_piece);
+    pieces.chain(share.cells.parts.par_iter().map(of_rows)).reduce(|| 0, u64::wrapping_add)
 }
 
 /// Orders the charges that the ranks recorded, if the run keeps them.

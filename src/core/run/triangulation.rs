@@ -71,7 +71,7 @@ pub fn run_on<P: Point>(
     let coordinator = Coordinator::new(&config.control, machine);
     let collected = coordinator.run(transport.as_mut(), &ready, &settings.plan)?;
     drop(transport);
-    let refutation = certify(&collected, ready.positions.len() as u64, settings.machine.ranks())?;
+    let refutation = certify(&collected, ready.sum(), settings.machine.ranks())?;
     let plan = settings.planning;
     let run = finish(points.len(), &ready, collected, &settings, &times)?;
     let costs = cost_trace(&settings.machine)?;

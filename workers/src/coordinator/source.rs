@@ -3,15 +3,15 @@
 use rayon::prelude::*;
 use septet_geometry::point::Point;
 use septet_protocol::ids::COORDINATOR;
-use septet_protocol::message::{Body, PointBatch, UNKNOWN_RADIUS2};
+use septet_protocol::message::{Body, PointBatch, PointSum, UNKNOWN_RADIUS2};
 
 use crate::machine::collectives::Group;
 use crate::machine::context::Context;
 
 /// The points of a run.
 pub trait Source<P>: Sync {
-    /// Returns the number of points.
-    fn population(&self) -> u64;
+    /// Returns the number of points and the sum of their hashes, which the certificate requires of the workers.
+    fn population(&self) -> PointSum;
 
     /// Returns the frame: `d + 1` points that span the space, with their input indices.
     fn frame(&self) -> Vec<(u64, P)>;
@@ -23,7 +23,7 @@ pub trait Source<P>: Sync {
 
 /// Sends every rank the number of points and the frame, and each member of `root` its block.
 pub(crate) fn distribute<P: Point>(cx: &mut Context<P>, source: &dyn Source<P>, root: &Group) {
-    let population = source.population();
+    let population = root.child.population;
     let mut frame = PointBatch::default();
     for (id, position) in source.frame() {
         frame.push(id, position, COORDINATOR, UNKNOWN_RADIUS2);

@@ -64,7 +64,7 @@ pub(crate) async fn collect_cells<P: Point>(
         if cx.config().shown.view > 0 {
             add_picture_data(&mut table, &mut stars);
             let results = Results::new(subdomain, StarsView::new(&table, &stars), supergraph);
-            send_view(cx, results, ghosts, population);
+            send_view(cx, results, ghosts, population.count);
         }
         if cx.config().counted {
             send_cells(cx, subdomain, StarsView::new(&table, &stars), certified.owned_cells());
