@@ -38,7 +38,9 @@ impl<P> Collected<P> {
             return Err(incomplete(format!("{arrived} of {ranks} ledgers arrived")));
         }
         if self.share.counted.ledger.balance != 0 {
-            return Err(incomplete("the messages that the ranks received are not those that were sent".into()));
+            return Err(incomplete(
+                "the messages that the ranks received are not those that were sent".into(),
+            ));
         }
         Ok(())
     }

@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use septet_geometry::point::Point;
-use septet_protocol::ids::Phase;
 use septet_protocol::checksum::row_hash;
+use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Ledger;
 use septet_protocol::message::PointSum;
 use septet_workers::config::WorkerConfig;
@@ -59,7 +59,6 @@ pub(crate) fn certify<P: Point>(
     population: PointSum,
     ranks: u32,
 ) -> Result<Option<Refutation>, Error> {
-    collected.check_ledgers(ranks)?;
     let Share { pieces, cells, certified, .. } = &collected.share;
     let merged = &certified.merged;
     let passed = merged.is_certified(population);
@@ -73,6 +72,9 @@ pub(crate) fn certify<P: Point>(
     }
     if passed && merged.cell_hash != cell_hash(&collected.share) {
         return Err(incomplete("the cells that arrived are not those of the certificate".to_string()));
+    }
+    if passed {
+        collected.check_ledgers(ranks)?;
     }
     let refutation = Refutation {
         disagreements: merged.disagreements,
@@ -91,9 +93,8 @@ fn cell_hash<P: Point>(share: &Share<P>) -> u64 {
         let parts = piece.rows.par_chunks(2 * corners << 14).map(|rows| cells_hash(rows, corners));
         piece_hash(piece.owner, parts.reduce(|| 0, u64::wrapping_add), &piece.ids)
     };
-    let of_rows = |rows: &Vec<u64>| {
-        rows.chunks_exact(corners).fold(0, |sum: u64, row| sum.wrapping_add(row_hash(row)))
-    };
+    let of_rows =
+        |rows: &Vec<u64>| rows.chunks_exact(corners).fold(0, |sum: u64, row| sum.wrapping_add(row_hash(row)));
     let pieces = share.pieces.par_iter().map(of_piece);
     pieces.chain(share.cells.parts.par_iter().map(of_rows)).reduce(|| 0, u64::wrapping_add)
 }

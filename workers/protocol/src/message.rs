@@ -1,5 +1,6 @@
 //! The messages: a closed enum of bodies in an envelope with version, run, subproblem, attempt, round and sequence.
 
+mod defects;
 mod kinds;
 mod merged;
 mod queries;

@@ -205,6 +205,11 @@ impl<P: Point> Context<P> {
         if let Some(message) = inbox.iter().find(|m| m.run != self.config.run || m.to != self.rank) {
             return Err(bad(message, "it belongs to another run or rank".to_string()));
         }
+        for message in &inbox {
+            if let Some(defect) = message.body.defect(self.config.ranks()) {
+                return Err(bad(message, defect.to_string()));
+            }
+        }
         self.inbox = inbox;
         Ok(true)
     }

@@ -10,7 +10,6 @@ use septet_protocol::transport::TransportError;
 
 use crate::config::{Fault, WorkerConfig};
 use crate::machine::context::bad;
-use crate::machine::profile;
 
 /// The number of messages of the planted kind that a rank has sent.
 #[derive(Debug, Default)]
@@ -30,10 +29,9 @@ impl Flips {
         for message in sent.iter_mut().filter(|message| message.body.kind() == flip.kind()) {
             let earlier = self.0;
             self.0 += 1;
-            if !flip.strikes(message.from, config.ranks(), earlier) {
+            if (message.from, earlier) != flip.target(config.ranks()) {
                 continue;
             }
-            profile::flipped(message);
             let failed = |error: &dyn std::fmt::Display| bad(message, error.to_string());
             let mut bytes = message.encode().map_err(|error| failed(&error))?;
             let body = encoded_len(&message.body);

@@ -2,7 +2,7 @@
 //!
 //! This module reads no clock and writes no output. The caller's subscriber does both; the subscriber of
 //! `septet::trace` writes Chrome's JSON. Every span and event carries the fields that identify it, so a subscriber
-//! does not need its parents. There are five targets:
+//! does not need its parents. There are four targets, from coarse to fine:
 //!
 //! | target | level | span or event | fields |
 //! |---|---|---|---|
@@ -11,7 +11,6 @@
 //! | | | span `stage`, a part of a task that consists of several runs | run, phase (its name) |
 //! | [`ROUND`] | DEBUG | span `round`: the work of one rank between two exchanges | run, phase, round, worker, messages (received), begins (whether a phase begins with it) |
 //! | [`MESSAGE`] | TRACE | events `sent` and `received` | run, phase, from, to, round (of sending), sequence, bytes, kind, subproblem |
-//! | [`FLIP`] | TRACE | event `flipped`: a message of which a planted fault flips a bit | run, from, to, round, kind |
 //! | [`SUBPROBLEM`] | TRACE | span `subproblem`: one step at one node of the tree | run, phase, round, worker, subproblem, step, points |
 //!
 //! `run` is [`crate::config::WorkerConfig::run`]. The triple (run, from, sequence) identifies a message. Messages of a
@@ -33,9 +32,6 @@ pub const ROUND: &str = "septet::round";
 
 /// Target of messages.
 pub const MESSAGE: &str = "septet::message";
-
-/// Target of planted flips of bits.
-pub const FLIP: &str = "septet::flip";
 
 /// Target of steps at nodes of the tree.
 pub const SUBPROBLEM: &str = "septet::subproblem";
@@ -125,20 +121,6 @@ pub fn received<P: Point>(phase: Phase, messages: &[Message<P>]) {
             trace(phase, message, Direction::Received);
         }
     }
-}
-
-/// Traces a message of which a planted fault flips a bit.
-pub(super) fn flipped<P: Point>(message: &Message<P>) {
-    tracing::event!(
-        name: "flipped",
-        target: FLIP,
-        Level::TRACE,
-        run = message.run,
-        from = message.from,
-        to = message.to,
-        round = message.round,
-        kind = message.body.kind(),
-    );
 }
 
 /// The direction of a traced message.

@@ -14,10 +14,10 @@ use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::measure::Diameters;
 use septet_geometry::point::Point;
+use septet_protocol::checksum::row_hash;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Merged, Message, PointSum};
-use septet_protocol::checksum::row_hash;
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
