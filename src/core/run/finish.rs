@@ -59,7 +59,7 @@ pub(crate) fn certify<P: Point>(
     population: PointSum,
     ranks: u32,
 ) -> Result<Option<Refutation>, Error> {
-    let Share { pieces, cells, certified, .. } = &collected.share;
+    let Share { pieces, cells, certified, counted, .. } = &collected.share;
     let merged = &certified.merged;
     let passed = merged.is_certified(population);
     let of_pieces: usize = pieces.iter().map(|p| p.rows.len() / 2).sum();
@@ -67,8 +67,9 @@ pub(crate) fn certify<P: Point>(
     let rows = ((of_stars + of_pieces) / (P::DIM + 1)) as u64;
     // Stars that disagree send no cells.
     let expected = if passed { merged.cells } else { 0 };
-    if rows != expected {
-        return Err(incomplete(format!("{rows} of {expected} cells arrived")));
+    if rows != expected || counted.parts != ranks {
+        let parts = counted.parts;
+        return Err(incomplete(format!("{rows} of {expected} cells and {parts} of {ranks} ledgers arrived")));
     }
     if passed && merged.cell_hash != cell_hash(&collected.share) {
         return Err(incomplete("the cells that arrived are not those of the certificate".to_string()));

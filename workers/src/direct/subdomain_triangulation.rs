@@ -318,8 +318,10 @@ impl<P: Point> SubdomainTriangulation<P> {
 /// Random points need slightly less. Reserved memory costs nothing before it is written.
 const LAYERS: f64 = 4.0;
 
-/// Triangulates the owned points and the ghosts that arrived. Returns no triangulation if there are no owned points, or
-/// if they and the frame lie in a plane.
+/// Triangulates the owned points and the ghosts that arrived. Returns no triangulation if there are no owned points.
+///
+/// # Errors
+/// Fails if the owned points and the frame lie in a plane, because then the frame is not that of the input.
 pub(crate) async fn triangulate_subdomain<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -350,6 +352,10 @@ pub(crate) async fn triangulate_subdomain<P: Point>(
         held.add_to_first(ghosts);
     }
     while cx.exchange().await? {}
+    if owned > 0 && triangulation.is_none() {
+        let reason = "its points and the points of the frame do not span the space".to_string();
+        return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
+    }
     Ok((triangulation, held))
 }
 

@@ -25,7 +25,8 @@ pub struct Merged {
     pub exchange_rounds: u64,
     /// The sum of the hashes of the owned points ([`PointSum`]).
     pub point_hash: u64,
-    /// The sum of the hashes of the cells, as the subproblem sends them to the coordinator (`result::cell_sum`).
+    /// The sum of the hashes of the cells in the form in which they are sent to the coordinator: rows of ids, or rows of
+    /// local indices (`piece_hash` of the workers).
     pub cell_hash: u64,
 }
 
@@ -66,13 +67,13 @@ impl Merged {
 
     /// Adds another result, disjoint from this one.
     pub fn join(&mut self, other: &Merged) {
-        self.stars = self.stars.wrapping_add(other.stars);
-        self.cells = self.cells.wrapping_add(other.cells);
-        self.hull_facets = self.hull_facets.wrapping_add(other.hull_facets);
-        self.minima = self.minima.wrapping_add(other.minima);
-        self.disagreements = self.disagreements.wrapping_add(other.disagreements);
-        self.repaired = self.repaired.wrapping_add(other.repaired);
-        self.local = self.local.wrapping_add(other.local);
+        self.stars += other.stars;
+        self.cells += other.cells;
+        self.hull_facets += other.hull_facets;
+        self.minima += other.minima;
+        self.disagreements += other.disagreements;
+        self.repaired += other.repaired;
+        self.local += other.local;
         self.exchange_rounds = self.exchange_rounds.max(other.exchange_rounds);
         self.point_hash = self.point_hash.wrapping_add(other.point_hash);
         self.cell_hash = self.cell_hash.wrapping_add(other.cell_hash);
