@@ -321,7 +321,8 @@ const LAYERS: f64 = 4.0;
 /// Triangulates the owned points and the ghosts that arrived. Returns no triangulation if there are no owned points.
 ///
 /// # Errors
-/// Fails if the owned points and the frame lie in a plane, because then the frame is not that of the input.
+/// Fails if the owned points and the frame lie in a plane, because then the frame is not that of the input, or if there
+/// are too many points.
 pub(crate) async fn triangulate_subdomain<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -353,7 +354,7 @@ pub(crate) async fn triangulate_subdomain<P: Point>(
     }
     while cx.exchange().await? {}
     if owned > 0 && triangulation.is_none() {
-        let reason = "its points and the points of the frame do not span the space".to_string();
+        let reason = "its points and the frame do not span the space, or are too many".to_string();
         return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
     }
     Ok((triangulation, held))
