@@ -87,11 +87,14 @@ pub(crate) fn certify<P: Point>(
     Ok((!passed).then_some(refutation))
 }
 
+/// Number of cells that one core hashes in turn.
+const CELLS: usize = 1 << 14;
+
 /// Returns the sum of the hashes of the cells that arrived.
 fn cell_hash<P: Point>(share: &Share<P>) -> u64 {
     let corners = P::DIM + 1;
     let of_piece = |piece: &PieceRows| {
-        let parts = piece.rows.par_chunks(2 * corners << 14).map(|rows| cells_hash(rows, corners));
+        let parts = piece.rows.par_chunks(2 * corners * CELLS).map(|rows| cells_hash(rows, corners));
         piece_hash(piece.owner, parts.reduce(|| 0, u64::wrapping_add), &piece.ids)
     };
     let of_rows =

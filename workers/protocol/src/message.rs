@@ -1,7 +1,7 @@
 //! The messages: a closed enum of bodies in an envelope with version, run, subproblem, attempt, round and sequence.
 
 mod defects;
-mod kinds;
+pub mod kinds;
 mod merged;
 mod queries;
 mod split;
@@ -15,7 +15,6 @@ use crate::codec::{self, Bulk, CodecError};
 use crate::ids::{NodeId, Rank};
 use crate::outcome::Outcome;
 
-pub use kinds::KINDS;
 pub use merged::{Merged, PointSum};
 pub use queries::{QueryBatch, ReplyBatch};
 pub use split::{Child, Decision, Route};

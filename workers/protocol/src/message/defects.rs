@@ -46,11 +46,10 @@ fn of_ranks(ranks: u32, named: &[Rank]) -> Option<&'static str> {
 /// Returns the defect of positions in a batch of `points` points. If the last argument is `true`, infinity and marked
 /// positions are valid.
 fn of_positions(positions: &[u32], points: usize, is_seam: bool) -> Option<&'static str> {
-    let is_valid = |&at: &u32| match is_seam {
-        true => at == u32::MAX || ((at & POSITION) as usize) < points,
-        false => (at as usize) < points,
-    };
-    unless(positions.iter().all(is_valid), POINT)
+    let of_seam = |&at: &u32| at == u32::MAX || ((at & POSITION) as usize) < points;
+    let of_batch = |&at: &u32| (at as usize) < points;
+    let valid = if is_seam { positions.iter().all(of_seam) } else { positions.iter().all(of_batch) };
+    unless(valid, POINT)
 }
 
 fn add_up_to(counts: &[u32], sum: usize) -> bool {
@@ -169,5 +168,128 @@ impl<P: Point> Body<P> {
             Body::View(part) => unless(part.is_consistent(), COLUMNS),
             _ => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+    use septet_geometry::point::Point;
+
+    use super::*;
+    use crate::codec::Bulk;
+
+    const RANKS: u32 = 4;
+
+    fn batch<P: Point>() -> PointBatch<P> {
+        let mut points = PointBatch::default();
+        (0..3).for_each(|id| points.push(id, P::splat(id as f64), 1, f64::INFINITY));
+        points
+    }
+
+    /// Expects a valid body, and a defect after each change of it.
+    fn refuses(body: &Body<DVec2>, changes: &[fn(&mut Body<DVec2>)]) {
+        assert_eq!(body.defect(RANKS), None, "{body:?}");
+        for (at, change) in changes.iter().enumerate() {
+            let mut changed = body.clone();
+            change(&mut changed);
+            assert!(changed.defect(RANKS).is_some(), "change {at}: {changed:?}");
+        }
+    }
+
+    macro_rules! change {
+        ($body:pat => $change:expr) => {
+            |body| {
+                let $body = body else { unreachable!() };
+                $change;
+            }
+        };
+    }
+
+    #[test]
+    fn defects_of_points_are_found() {
+        refuses(
+            &Body::Ghosts(batch()),
+            &[
+                change!(Body::Ghosts(points) => points.owners[2] = RANKS),
+                change!(Body::Ghosts(points) => points.radii2[0] = f64::NAN),
+                change!(Body::Ghosts(points) => points.radii2[0] = -1.0),
+                change!(Body::Ghosts(points) => points.positions[1].x = f64::INFINITY),
+                change!(Body::Ghosts(points) => points.positions[1].y = 1e300),
+                change!(Body::Ghosts(points) => points.positions[1].y = 1e-300),
+                change!(Body::Ghosts(points) => points.ids.push(7)),
+                change!(Body::Ghosts(points) => points.radii2.0.clear()),
+            ],
+        );
+        let block = PointBatch::in_transit(vec![7], vec![DVec2::ONE]);
+        refuses(&Body::Block(block), &[change!(Body::Block(points) => points.owners.0 = vec![1, 2])]);
+    }
+
+    #[test]
+    fn defects_of_indices_are_found() {
+        let cells = Bulk(vec![0, 1, 2]);
+        refuses(
+            &Body::Seam { points: batch(), cells: Bulk(vec![0, 1 | 1 << 31, u32::MAX]) },
+            &[
+                change!(Body::Seam { cells, .. } => cells[0] = 3),
+                change!(Body::Seam { cells, .. } => cells[0] = 3 | 1 << 31),
+                change!(Body::Seam { cells, .. } => cells.push(0)),
+            ],
+        );
+        refuses(
+            &Body::Propose { points: batch(), cells: cells.clone() },
+            &[change!(Body::Propose { cells, .. } => cells[0] = u32::MAX)],
+        );
+        refuses(
+            &Body::Object { points: batch(), cells, counts: Bulk(vec![2]), conflicts: Bulk(vec![0, 2]) },
+            &[
+                change!(Body::Object { cells, .. } => cells[1] = 3),
+                change!(Body::Object { conflicts, .. } => conflicts[1] = 3),
+                change!(Body::Object { counts, .. } => counts[0] = 1),
+                change!(Body::Object { counts, .. } => counts.push(0)),
+            ],
+        );
+        refuses(
+            &Body::Region { vertices: Bulk(vec![4]), counts: Bulk(vec![3]), points: batch() },
+            &[
+                change!(Body::Region { counts, .. } => counts[0] = 4),
+                change!(Body::Region { vertices, .. } => vertices.push(5)),
+            ],
+        );
+    }
+
+    #[test]
+    fn defects_of_groups_and_counts_are_found() {
+        let child = Child { population: 5, first: 2, ranks: 2, leaf: false };
+        let split = Body::Decision {
+            decision: Decision::Split([Child { first: 1, ranks: 1, ..child }, child]),
+            boxes: Bulk(Vec::new()),
+            routes: Box::default(),
+        };
+        refuses(
+            &split,
+            &[
+                change!(Body::Decision { decision: Decision::Split([_, b]), .. } => b.ranks = 3),
+                change!(Body::Decision { decision: Decision::Split([_, b]), .. } => b.ranks = 0),
+                change!(Body::Decision { decision: Decision::Split([_, b]), .. } => b.first = u32::MAX),
+                change!(Body::Decision { decision: Decision::Split([a, _]), .. } => a.population = MOST),
+                change!(Body::Decision { routes, .. } => routes[1].push(RANKS, 1)),
+                change!(Body::Decision { routes, .. } => routes[0].push(1, MOST)),
+            ],
+        );
+        refuses(
+            &Body::Merged(Merged::default()),
+            &[
+                change!(Body::Merged(merged) => merged.cells = MOST),
+                change!(Body::Merged(merged) => merged.exchange_rounds = u64::MAX),
+            ],
+        );
+        refuses(
+            &Body::Counts { inside: 3, outside: 4, boxes: Bulk(vec![DVec2::ZERO; 4]) },
+            &[
+                change!(Body::Counts { inside, .. } => *inside = MOST),
+                change!(Body::Counts { boxes, .. } => boxes.0.truncate(3)),
+            ],
+        );
     }
 }

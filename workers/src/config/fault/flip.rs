@@ -2,7 +2,7 @@
 
 use septet_geometry::hash::mix;
 use septet_protocol::ids::{COORDINATOR, Rank};
-use septet_protocol::message::KINDS;
+use septet_protocol::message::kinds::KINDS;
 
 /// The kinds that only the coordinator sends.
 const OF_COORDINATOR: [&str; 5] = ["start", "block", "choice", "outcome", "region"];

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use septet_geometry::separator::Ablation;
 use septet_protocol::ids::{NodeId, Phase};
-use septet_protocol::message::KINDS;
+use septet_protocol::message::kinds::KINDS;
 use thiserror::Error;
 
 use super::Fault;
