@@ -193,7 +193,8 @@ pub(crate) async fn independent<P: Point>(
     let mut rounds = 0;
     while cx.exchange_if(selection.is_pending()).await? {
         rounds += 1;
-        if rounds > population.max(1) {
+        // A last round may only deliver messages.
+        if rounds > population + 2 {
             let reason = "sites remain undecided after as many rounds as there are sites".to_string();
             return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
         }
