@@ -50,6 +50,21 @@ fn a_dead_worker_is_exit_6_and_leaves_nothing() {
 }
 
 #[test]
+fn a_flipped_bit_is_exit_4_or_6_and_leaves_nothing() {
+    let place = Place::new();
+    for (kind, expected) in [("move", 4), ("fingerprint", 6)] {
+        for transport in ["channel", "sim"] {
+            let machine = format!("--workers 3 --transport {transport} --fault flip:{kind}:1");
+            let output = place.run(&format!("triangulate sample:uniform:2000 {machine} -o a.vtu"));
+            assert_eq!(code(&output), expected, "{kind}: {}", stderr(&output));
+            assert!(place.names().is_empty(), "{kind}: cells were written");
+        }
+    }
+    let line = "triangulate sample:uniform:2000 --fault flip:mov:1";
+    place.fails(line, 2, &["no kind of messages `mov`", "move"]);
+}
+
+#[test]
 fn faults_are_not_offered() {
     let place = Place::new();
     for line in ["triangulate --help", "simulate --help", "scale --help"] {

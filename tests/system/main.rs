@@ -24,6 +24,8 @@ mod experiment;
 
 mod faults;
 
+mod flips;
+
 mod graphs;
 
 mod halves;

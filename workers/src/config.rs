@@ -9,7 +9,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 pub use cost_log::{ChargeRecord, ChargesByRank, CostLog};
-pub use fault::{FAULTS, Factor, Fault, FaultForm, FaultTextError, Law};
+pub use fault::{FAULTS, Factor, Fault, FaultForm, FaultTextError, Flip, Law};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::separator::{DrawKey, Sampler, bisection_samples, node_samples};
 use septet_protocol::ids::Phase;

@@ -9,7 +9,7 @@ use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, Phase};
 use septet_protocol::ledger::LedgerPart;
-use septet_protocol::message::PointBatch;
+use septet_protocol::message::{PointBatch, PointSum};
 use septet_protocol::transport::TransportError;
 use septet_workers::config::WorkerConfig;
 use septet_workers::coordinator::{Certificate, Choice, Share, Source, merged_ledger};
@@ -50,6 +50,10 @@ impl<P> Collected<P> {
             return Err(incomplete(format!("the shares of {arrived} of {ranks} ranks arrived")));
         }
         let ledger = merged_ledger(&shares, config.fault);
+        if ledger.balance != 0 {
+            let reason = "the messages that the ranks received are not those that were sent";
+            return Err(incomplete(reason.to_string()));
+        }
         let Some(first) = shares.first_mut().filter(|share| share.rank == COORDINATOR) else {
             return Err(incomplete("the share of the coordinator is missing".to_string()));
         };
@@ -65,8 +69,8 @@ pub(crate) fn incomplete(reason: String) -> Error {
 }
 
 impl<P: Point> Source<P> for Prepared<'_, P> {
-    fn population(&self) -> u64 {
-        self.positions.len() as u64
+    fn population(&self) -> PointSum {
+        self.sum()
     }
 
     fn frame(&self) -> Vec<(u64, P)> {

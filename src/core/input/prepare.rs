@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::predicates::smallest_outside;
 use septet_geometry::range::{Digits, RangeError, all_finite, scale};
+use septet_protocol::message::PointSum;
 
 use crate::error::Error;
 use crate::input::coincide::coincidences;
@@ -71,6 +72,16 @@ impl<P: Point> Prepared<'_, P> {
     /// Returns `true` if the points do not span the space.
     pub(crate) fn is_flat(&self) -> bool {
         self.dimension < P::DIM as isize
+    }
+
+    /// Returns the number of points and the sum of their hashes.
+    pub(crate) fn sum(&self) -> PointSum {
+        let ranges = (0..self.positions.len()).into_par_iter().step_by(BLOCK);
+        let block = |start: usize| {
+            let points = &self.positions[start..self.positions.len().min(start + BLOCK)];
+            PointSum::of(self.ids(start..start + points.len()).zip(points.iter().copied()))
+        };
+        ranges.map(block).reduce(PointSum::default, PointSum::join)
     }
 
     /// Returns the input index of a point.

@@ -5,7 +5,7 @@ use thiserror::Error;
 /// The reasons why the stars do not form a triangulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
-#[error("{disagreements} disagreements, {minima} minima, {stars} of {points} stars")]
+#[error("{disagreements} disagreements, {minima} minima, {stars} of {points} stars{}", owned(*.foreign))]
 pub struct Refutation {
     /// Number of cells missing from a star.
     pub disagreements: u64,
@@ -15,4 +15,10 @@ pub struct Refutation {
     pub stars: u64,
     /// Number of points.
     pub points: u64,
+    /// Whether the points of the stars are not those of the input.
+    pub foreign: bool,
+}
+
+fn owned(foreign: bool) -> &'static str {
+    if foreign { ", of points that are not those of the input" } else { "" }
 }

@@ -2,12 +2,15 @@
 
 use std::time::{Duration, Instant};
 
+use rayon::prelude::*;
 use septet_geometry::point::Point;
+use septet_protocol::checksum::row_hash;
 use septet_protocol::ids::{Phase, Rank};
 use septet_protocol::ledger::Ledger;
-use septet_protocol::message::ViewPart;
+use septet_protocol::message::{PointSum, ViewPart};
 use septet_workers::config::WorkerConfig;
 use septet_workers::coordinator::{PieceRows, Share};
+use septet_workers::state::rows::{cells_hash, piece_hash};
 
 use crate::coordinator::{Collected, incomplete};
 use crate::error::{Error, Refutation};
@@ -59,10 +62,10 @@ fn empty<P: Point>(input: usize, ready: &Prepared<'_, P>, settled: Settled) -> R
 /// Returns the reasons against the certificate, if there are any.
 ///
 /// # Errors
-/// Fails if cells are missing.
+/// Fails if cells are missing, or if the cells are not those of the certificate.
 pub(crate) fn certify<P: Point>(
     collected: &Collected<P>,
-    population: u64,
+    population: PointSum,
 ) -> Result<Option<Refutation>, Error> {
     let merged = &collected.certified.merged;
     let passed = merged.is_certified(population);
@@ -75,13 +78,38 @@ pub(crate) fn certify<P: Point>(
     if rows != expected {
         return Err(incomplete(format!("{rows} of {expected} cells arrived")));
     }
+    if passed && merged.cell_hash != cell_hash(&collected.shares) {
+        return Err(incomplete("the cells of the shares are not those of the certificate".to_string()));
+    }
     let refutation = Refutation {
         disagreements: merged.disagreements,
         minima: merged.minima,
         stars: merged.stars,
-        points: population,
+        points: population.count,
+        foreign: merged.point_hash != population.hash,
     };
     Ok((!passed).then_some(refutation))
+}
+
+/// Number of cells that one core hashes in turn.
+const CELLS: usize = 1 << 14;
+
+/// Returns the sum of the hashes of the cells of all shares.
+fn cell_hash<P: Point>(shares: &[Share<P>]) -> u64 {
+    let corners = P::DIM + 1;
+    let of_piece = |rank: Rank, piece: &PieceRows| {
+        let parts = piece.rows.par_chunks(2 * corners * CELLS).map(|rows| cells_hash(rows, corners));
+        piece_hash(rank, parts.reduce(|| 0, u64::wrapping_add), &piece.ids)
+    };
+    let of_rows = |rows: &[u64]| {
+        let rows = rows.par_chunks_exact(corners).with_min_len(CELLS);
+        rows.map(row_hash).reduce(|| 0, u64::wrapping_add)
+    };
+    let of_share = |share: &Share<P>| {
+        let piece = share.piece.as_ref().map_or(0, |piece| of_piece(share.rank, piece));
+        piece.wrapping_add(of_rows(&share.cells.rows))
+    };
+    shares.par_iter().map(of_share).reduce(|| 0, u64::wrapping_add)
 }
 
 /// Orders the charges that the ranks recorded, if the run keeps them.
@@ -136,7 +164,7 @@ pub(crate) fn finish<P: Point>(
     };
     let views: Vec<ViewPart<P>> = shares.iter_mut().filter_map(|share| share.view.take()).collect();
     // Shares have no points if stars disagree.
-    let has_owners = machine.shown.with_owned && merged.is_certified(population);
+    let has_owners = machine.shown.with_owned && merged.is_certified(ready.sum());
     let owners = has_owners.then(|| {
         let reason = || incomplete("the workers do not hold each point once".to_string());
         point_owner(input, &shares, population).ok_or_else(reason)

@@ -71,7 +71,7 @@ pub fn run_on<P: Point>(
     let coordinator = Coordinator::new(&config.control, machine);
     let collected = coordinator.run(hosts.as_mut(), &ready, &settings.plan)?;
     drop(hosts);
-    let refutation = certify(&collected, ready.positions.len() as u64)?;
+    let refutation = certify(&collected, ready.sum())?;
     let plan = settings.planning;
     let run = finish(points.len(), &ready, collected, &settings, &times)?;
     let costs = cost_trace(&settings.machine)?;

@@ -77,6 +77,11 @@ pub fn encoded_len<T: Encode>(value: &T) -> usize {
     size.bytes_written
 }
 
+/// Encodes a value into a writer.
+pub(crate) fn encode_into<T: Encode>(value: &T, writer: &mut impl Writer) -> Result<(), EncodeError> {
+    bincode::encode_into_writer(value, writer, layout())
+}
+
 /// Decodes a whole frame.
 ///
 /// # Errors

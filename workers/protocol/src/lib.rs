@@ -7,6 +7,8 @@ pub mod ids;
 
 pub mod codec;
 
+pub mod checksum;
+
 pub mod message;
 
 pub mod outcome;

@@ -1,5 +1,8 @@
 //! The messages: a closed enum of bodies in an envelope with version, run, subproblem, attempt, round and sequence.
 
+mod defects;
+pub mod kinds;
+mod merged;
 mod queries;
 mod split;
 mod typed;
@@ -7,10 +10,12 @@ mod typed;
 use bincode::{Decode, Encode};
 use bytemuck::Pod;
 
+use crate::checksum::hash_of;
 use crate::codec::{self, Bulk, CodecError};
 use crate::ids::{NodeId, Rank};
 use crate::outcome::Outcome;
 
+pub use merged::{Merged, PointSum};
 pub use queries::{QueryBatch, ReplyBatch};
 pub use split::{Child, Decision, Route};
 pub use typed::{ChosenSupergraph, Fingerprint, SampleStars, SetCounts, SetDecision};
@@ -46,6 +51,11 @@ impl<P: Pod> Message<P> {
     /// Returns the exact length of [`Message::encode`] in bytes, which the ledger bills.
     pub fn encoded_len(&self) -> usize {
         codec::encoded_len(self)
+    }
+
+    /// Returns a hash of the envelope and the body.
+    pub fn content_hash(&self) -> u64 {
+        hash_of(self)
     }
 
     /// Encodes the message.
@@ -168,47 +178,6 @@ pub struct Summary<P> {
     pub max_radius2: f64,
     /// The lexicographically smallest owned point (one entry).
     pub smallest: PointBatch<P>,
-}
-
-/// The merged result of a subproblem: the union of the results of its children.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Encode, Decode)]
-pub struct Merged {
-    /// Stars with a finite cell, built by the exact kernel.
-    pub stars: u64,
-    /// Finite cells whose lexicographically smallest vertex the subproblem owns.
-    pub cells: u64,
-    /// Hull facets whose lexicographically smallest vertex the subproblem owns.
-    pub hull_facets: u64,
-    /// Vertices without a lexicographically smaller neighbour: 1 in a complete triangulation.
-    pub minima: u64,
-    /// Pairs of workers whose fingerprints differ, and local disagreements.
-    pub disagreements: u64,
-    /// Stars that splaying changed.
-    pub repaired: u64,
-    /// Unchanged stars whose circumspheres all lie in the ball of radius `alpha r` around their vertex.
-    pub local: u64,
-    /// Rounds of splaying, the largest over the parts.
-    pub exchange_rounds: u64,
-}
-
-impl Merged {
-    /// Returns `true` if the result of a set of `population` points fulfils the three clauses of the certificate: every
-    /// point has a star, all stars agree, and exactly one point has no lexicographically smaller neighbour.
-    pub fn is_certified(&self, population: u64) -> bool {
-        self.stars == population && self.disagreements == 0 && self.minima == 1
-    }
-
-    /// Adds another result, disjoint from this one.
-    pub fn join(&mut self, other: &Merged) {
-        self.stars += other.stars;
-        self.cells += other.cells;
-        self.hull_facets += other.hull_facets;
-        self.minima += other.minima;
-        self.disagreements += other.disagreements;
-        self.repaired += other.repaired;
-        self.local += other.local;
-        self.exchange_rounds = self.exchange_rounds.max(other.exchange_rounds);
-    }
 }
 
 /// The flag of a star that splaying changed, in [`ViewPart::flags`].
@@ -412,45 +381,6 @@ pub enum Body<P> {
         /// All points.
         points: PointBatch<P>,
     },
-}
-
-impl<P> Body<P> {
-    /// Returns the name of the kind in traces.
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Body::Start { .. } => "start",
-            Body::Plan { .. } => "plan",
-            Body::Samples(_) => "samples",
-            Body::Sphere(_) => "sphere",
-            Body::Counts { .. } => "counts",
-            Body::Decision { .. } => "decision",
-            Body::Move(_) => "move",
-            Body::Query(_) => "query",
-            Body::Reply(_) => "answer",
-            Body::Summary(_) => "summary",
-            Body::Children(_) => "children",
-            Body::Frame(_) => "frame",
-            Body::SampleStars(_) => "sample stars",
-            Body::Choice(_) => "choice",
-            Body::Ghosts(_) => "ghosts",
-            Body::Seam { .. } => "seam",
-            Body::Reverse { .. } => "reverse",
-            Body::Items { .. } => "items",
-            Body::SetCounts(_) => "set counts",
-            Body::SetDecision(_) => "set decision",
-            Body::Lists(_) => "lists",
-            Body::Fingerprint(_) => "fingerprint",
-            Body::FingerprintList(_) => "fingerprint list",
-            Body::Propose { .. } => "propose",
-            Body::Object { .. } => "object",
-            Body::Joined(_) => "joined",
-            Body::Left(_) => "left",
-            Body::Merged(_) => "merged",
-            Body::Outcome(_) => "outcome",
-            Body::Gather(_) => "gather",
-            Body::Region { .. } => "region",
-        }
-    }
 }
 
 impl<P: Copy> Body<P> {

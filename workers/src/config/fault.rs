@@ -6,6 +6,7 @@
 
 mod charges;
 mod factor;
+mod flip;
 mod forms;
 mod law;
 mod machine;
@@ -16,6 +17,7 @@ use septet_protocol::ids::{NodeId, Phase, Rank};
 use serde::{Deserialize, Serialize};
 
 pub use factor::Factor;
+pub use flip::Flip;
 pub use forms::{FAULTS, FaultForm};
 pub use law::Law;
 pub use text::FaultTextError;
@@ -57,6 +59,8 @@ pub enum Fault {
         /// The phase.
         phase: Phase,
     },
+    /// One bit of one message is flipped before the message is sent.
+    Flip(Flip),
     /// Every point goes to every leaf.
     Flood,
     /// Points go to all leaves within a multiple of their reach.

@@ -10,6 +10,7 @@ use septet_geometry::incremental::{
     Incremental, KeptCells, STOP_CHECK_INTERVAL, facet_without, insertion_order, insertion_round,
 };
 use septet_geometry::point::{Point, dist2};
+use septet_protocol::checksum::row_hash;
 use septet_protocol::ids::Phase;
 use septet_protocol::message::{Merged, PointBatch, UNKNOWN_RADIUS2};
 use septet_protocol::transport::TransportError;
@@ -163,30 +164,38 @@ impl<P: Point> SubdomainTriangulation<P> {
     /// Scans all cells once. Counts the contribution of the owned stars to the merged result. Finds the cells that
     /// belong to this worker, which are those whose smallest vertex is owned. Calls `mixed` with each finite cell that
     /// has both owned vertices and ghosts, and with its smallest vertex, all as local indices.
-    pub(crate) fn scan(&mut self, positions: &[P], mixed: impl FnMut(&P::Cell, u32)) {
+    pub(crate) fn scan(&mut self, positions: &[P], mut mixed: impl FnMut(&P::Cell, u32)) {
         let firsts = FirstCoordinates::new(positions);
         let mut kept = KeptCells::of(self.slots());
         // The last entry represents all vertices that are not owned. No bit is ever set in it.
         let mut seen = vec![0u8; self.owned as usize + 1];
-        let others = self.scan_owned(&firsts, &mut seen, &mut kept);
+        let mut cell_hash = 0;
+        let others = self.scan_owned(&firsts, &mut seen, &mut kept, &mut cell_hash);
         seen.truncate(self.owned as usize);
-        let hull_facets = self.scan_interface(&others, &firsts, &mut seen, &mut kept, mixed);
+        let hull_facets = self.scan_interface(&others, &firsts, &mut seen, &mut kept, |cell, smallest| {
+            if smallest < self.owned {
+                cell_hash = cell_hash.wrapping_add(row_hash(cell.as_ref()));
+            }
+            mixed(cell, smallest);
+        });
         self.merged = Merged {
             cells: u64::from(kept.len()),
             stars: seen.iter().filter(|&&s| s & HAS_CELL != 0).count() as u64,
             minima: seen.iter().filter(|&&s| s & HAS_SMALLER == 0).count() as u64,
             hull_facets,
+            cell_hash,
             ..Merged::default()
         };
         self.kept = kept;
     }
 
-    /// Scans the cells whose vertices are all owned. Returns the slots of the others.
+    /// Scans the cells whose vertices are all owned, and adds their hashes to `cell_hash`. Returns the slots of the others.
     fn scan_owned(
         &self,
         firsts: &FirstCoordinates<'_, P>,
         seen: &mut [u8],
         kept: &mut KeptCells,
+        cell_hash: &mut u64,
     ) -> Vec<u32> {
         let cells = self.delaunay.complex();
         let mut others = Vec::new();
@@ -208,6 +217,10 @@ impl<P: Point> SubdomainTriangulation<P> {
                 } else {
                     others.push(slot);
                 }
+            }
+            for i in ones(owned) {
+                let cell = cells.cell(word * u64::BITS + i as u32);
+                *cell_hash = cell_hash.wrapping_add(row_hash(cell.as_ref()));
             }
             kept.keep_word(word as usize, owned);
         }
@@ -305,8 +318,11 @@ impl<P: Point> SubdomainTriangulation<P> {
 /// Random points need slightly less. Reserved memory costs nothing before it is written.
 const LAYERS: f64 = 4.0;
 
-/// Triangulates the owned points and the ghosts that arrived. Returns no triangulation if there are no owned points, or
-/// if they and the frame lie in a plane.
+/// Triangulates the owned points and the ghosts that arrived. Returns no triangulation if there are no owned points.
+///
+/// # Errors
+/// Fails if the owned points and the frame lie in a plane, because then the frame is not that of the input, or if there
+/// are too many points.
 pub(crate) async fn triangulate_subdomain<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -337,6 +353,10 @@ pub(crate) async fn triangulate_subdomain<P: Point>(
         held.add_to_first(ghosts);
     }
     while cx.exchange().await? {}
+    if owned > 0 && triangulation.is_none() {
+        let reason = "its points and the frame do not span the space, or are too many".to_string();
+        return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
+    }
     Ok((triangulation, held))
 }
 

@@ -163,14 +163,26 @@ fn conflicts_of_leaves<P: Point>(
     graphs
 }
 
+/// The sites of all ranks.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sites {
+    /// Sites with smaller ids are members from the start.
+    pub(crate) fixed: u64,
+    /// Number of sites. No more rounds of local priorities are needed, because each decides the first undecided site.
+    pub(crate) population: u64,
+}
+
 /// Runs rounds of local priorities until no rank has an undecided point. In the first half of a round, points that
 /// precede all their undecided neighbours join. In the second half, the neighbours of points in the set leave.
+///
+/// # Errors
+/// Fails if points remain undecided after as many rounds as there are points, because then a message was damaged.
 pub(crate) async fn independent<P: Point>(
     cx: &mut Context<P>,
     leaves: &[Leaf<P>],
     table: &Table<P>,
     graphs: Vec<Lists<u32>>,
-    fixed: u64,
+    Sites { fixed, population }: Sites,
 ) -> Result<Selection, TransportError> {
     cx.enter(Phase::Independent)?;
     let points = &Points { leaves, table };
@@ -178,7 +190,14 @@ pub(crate) async fn independent<P: Point>(
     if fixed > 0 {
         selection.leave(cx, points);
     }
+    let mut rounds = 0;
     while cx.exchange_if(selection.is_pending()).await? {
+        rounds += 1;
+        // A last round may only deliver messages.
+        if rounds > population + 2 {
+            let reason = "sites remain undecided after as many rounds as there are sites".to_string();
+            return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
+        }
         selection.receive(cx, table);
         selection.join(cx, points);
         if !cx.exchange_if(selection.is_pending()).await? {

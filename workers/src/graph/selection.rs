@@ -29,7 +29,7 @@ use septet_geometry::measure::circumradius2;
 use septet_geometry::neighbourhood::nearest_direct;
 use septet_geometry::point::{Point, dist2};
 use septet_geometry::separator::{DrawKey, Sampler};
-use septet_protocol::ids::Phase;
+use septet_protocol::ids::{COORDINATOR, Phase};
 use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, ChosenSupergraph, SampleStars};
 use septet_protocol::transport::TransportError;
@@ -81,6 +81,14 @@ pub fn choose(wanted: Wanted, sample: u64, certified: &[u64], population: u64) -
     (Supergraph::Knn { k }, why)
 }
 
+/// Returns `true` if [`choose`] can return the supergraph.
+fn is_choice(rule: Supergraph) -> bool {
+    match rule {
+        Supergraph::Density { alpha } | Supergraph::Overlap { alpha } => ALPHAS.contains(&alpha),
+        Supergraph::Knn { k } => (1..=FALLBACK_K).contains(&k),
+    }
+}
+
 /// Chooses the supergraph. Each rank samples stars and reports how many of them each alpha certifies. The coordinator
 /// sums the reports and sends the supergraph to every rank. Only the coordinator's result contains the reason.
 pub(crate) async fn choice<P: Point>(
@@ -113,6 +121,10 @@ pub(crate) async fn choice<P: Point>(
             Body::Choice(ChosenSupergraph(rule)) => Some(rule),
             _ => None,
         });
+        if let Some(rule) = received.iter().find(|&&rule| !is_choice(rule)) {
+            let reason = format!("the coordinator cannot choose {rule:?}");
+            return Err(TransportError::BadMessage { from: COORDINATOR, reason });
+        }
         chosen = received.last().copied().or(chosen);
     }
     descent.finish(cx);

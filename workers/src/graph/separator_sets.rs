@@ -49,7 +49,7 @@ pub(crate) async fn set_recursion<P: Point>(
         recursion.take_items(cx);
         recursion.apply_decisions(cx);
         recursion.handle_ready(cx);
-        recursion.take_lists(cx);
+        recursion.take_lists(cx)?;
     }
     Ok(recursion.finish(cx))
 }
@@ -444,27 +444,35 @@ impl<'a, P: Point> Recursion<'a, P> {
     }
 
     /// Receives the lists of the items that this rank sent.
-    fn take_lists(&mut self, cx: &mut Context<P>) {
+    ///
+    /// # Errors
+    /// Fails if a list is for an item that does not wait for one.
+    fn take_lists(&mut self, cx: &mut Context<P>) -> Result<(), TransportError> {
         let received = cx.take(|m: &mut Message<P>| match &mut m.body {
-            Body::Lists(batch) => Some(std::mem::take(batch)),
+            Body::Lists(batch) => Some((m.from, std::mem::take(batch))),
             _ => None,
         });
         if received.is_empty() {
-            return;
+            return Ok(());
         }
-        for batch in received {
+        for (from, batch) in received {
+            let unsent = || TransportError::BadMessage {
+                from,
+                reason: "a list is for an item that was not sent".to_string(),
+            };
             let neighbours = self.table.intern_all(&batch.points);
             let mut at = 0;
             for (&slot, &count) in batch.slots.iter().zip(&batch.counts.0) {
                 let end = at + count as usize;
-                let SentItem { item, node } = self.sent[slot as usize];
+                let &SentItem { item, node } = self.sent.get(slot as usize).ok_or_else(unsent)?;
                 let item = &mut self.items[item as usize];
                 item.returned.push(ReturnedList { node, neighbours: neighbours[at..end].to_vec() });
-                item.outstanding -= 1;
+                item.outstanding = item.outstanding.checked_sub(1).ok_or_else(unsent)?;
                 at = end;
             }
         }
         self.return_lists(cx);
+        Ok(())
     }
 
     /// Unites the lists of all leaves into the graph neighbours of the owned points, and charges the unions.

@@ -22,6 +22,7 @@ use septet_protocol::transport::TransportError;
 use tracing::span::EnteredSpan;
 
 use crate::config::{ChargeRecord, Pool, WorkerConfig, map_in};
+use crate::machine::flips::Flips;
 use crate::machine::outbox::Outbox;
 use crate::machine::profile::{Site, received};
 
@@ -45,6 +46,8 @@ pub struct Context<P: Point> {
     /// The record of the charges, if the run keeps it.
     charges: Vec<ChargeRecord>,
     out: Outbox<P>,
+    /// The progress of planted flips.
+    flips: Flips,
     phase: Phase,
     /// Messages of this round that the phase has not taken.
     inbox: Vec<Message<P>>,
@@ -184,18 +187,28 @@ impl<P: Point> Context<P> {
     pub async fn exchange_if(&mut self, pending: bool) -> Result<bool, TransportError> {
         self.refuse_rest()?;
         self.config.stop.check()?;
-        let sent = self.out.take(self.phase, &mut self.ledger);
+        let mut sent = self.out.take(self.phase, &mut self.ledger);
+        self.flips.strike(&self.config, &mut sent)?;
         self.span = None;
         let (round, inbox) = self.pass(sent, pending || self.out.has_own()).await;
         self.out.set_round(round);
         let Some(mut inbox) = inbox else { return Ok(false) };
         self.span = Some(self.site().round(self.phase, Some(inbox.len())));
         received(self.phase, &inbox);
-        inbox.extend(self.out.take_own());
         inbox.sort_by_key(|m| (m.from, m.sequence));
         inbox.dedup_by_key(|m| (m.from, m.sequence));
+        for message in &inbox {
+            self.ledger.balance = self.ledger.balance.wrapping_sub(message.content_hash());
+        }
+        inbox.extend(self.out.take_own());
+        inbox.sort_by_key(|m| (m.from, m.sequence));
         if let Some(message) = inbox.iter().find(|m| m.run != self.config.run || m.to != self.rank) {
             return Err(bad(message, "it belongs to another run or rank".to_string()));
+        }
+        for message in &inbox {
+            if let Some(defect) = message.body.defect(self.config.ranks()) {
+                return Err(bad(message, defect.to_string()));
+            }
         }
         self.inbox = inbox;
         Ok(true)
@@ -259,7 +272,7 @@ impl<P: Point> Context<P> {
     }
 }
 
-fn bad<P>(message: &Message<P>, reason: String) -> TransportError {
+pub(super) fn bad<P>(message: &Message<P>, reason: String) -> TransportError {
     TransportError::BadMessage { from: message.from, reason }
 }
 
@@ -287,6 +300,7 @@ impl<'a, P: Point, T> Running<'a, P, T> {
         let context = Context {
             rank,
             out: Outbox::new(config.run, rank),
+            flips: Flips::default(),
             config,
             pool,
             ledger: LedgerPart::default(),

@@ -2,6 +2,7 @@
 
 pub mod collectives;
 pub mod context;
+mod flips;
 pub mod outbox;
 pub mod profile;
 

@@ -70,7 +70,7 @@ impl<P: Point> Outbox<P> {
         std::mem::take(&mut self.own)
     }
 
-    /// Takes the messages to other ranks, bills them to the ledger and traces them.
+    /// Takes the messages to other ranks, bills them to the ledger, adds their hashes to its balance and traces them.
     pub fn take(&mut self, phase: Phase, ledger: &mut LedgerPart) -> Vec<Message<P>> {
         if self.messages.is_empty() {
             return Vec::new();
@@ -79,6 +79,7 @@ impl<P: Point> Outbox<P> {
         let (round, rank) = (self.round, self.rank);
         ledger.tally(RoundKey { round, phase });
         for message in &self.messages {
+            ledger.balance = ledger.balance.wrapping_add(message.content_hash());
             let bytes = message.encoded_len() as u64;
             let moved = Traffic { messages: 1, bytes, points: points_in(&message.body) as u64 };
             ledger.bill(RankKey { round, phase, rank }, message.to, moved);

@@ -152,7 +152,9 @@ pub(crate) fn decide_split<P: Point>(
     let inside: u64 = counts.iter().map(|c| c.1.0).sum();
     let outside: u64 = counts.iter().map(|c| c.1.1).sum();
     let mut boxes: Vec<P> = Vec::new();
-    let good = !refused(cx.config(), node, attempt) && acceptable::<P>(cx.config(), inside, outside);
+    let counted = counts.iter().all(|c| c.2.len() == 4);
+    let good =
+        counted && !refused(cx.config(), node, attempt) && acceptable::<P>(cx.config(), inside, outside);
     let decision = if cx.config().fault.is_some_and(|fault| fault.refuses(node)) {
         Decision::Leaf
     } else if separator.is_some() && good {

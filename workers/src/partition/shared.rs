@@ -22,7 +22,7 @@ use septet_geometry::separator::{DrawKey, Separator, Side};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Account;
-use septet_protocol::message::{Body, Child, Decision, Message, PointBatch, Route};
+use septet_protocol::message::{Body, Child, Decision, Message, PointBatch, PointSum, Route};
 use septet_protocol::transport::TransportError;
 
 use crate::config::{Task, WorkerConfig};
@@ -38,8 +38,8 @@ use crate::state::tree::{Bounds, Inner, Leaf, Split, Tree, bounds};
 /// The input of a rank.
 #[derive(Debug)]
 pub(crate) struct Input<P> {
-    /// Number of points of all ranks.
-    population: u64,
+    /// The points of all ranks. Only the coordinator knows the sum of their hashes.
+    population: PointSum,
     /// Points that span the space.
     frame: PointBatch<P>,
     /// The block of this rank; empty unless the rank is a member of the root's group.
@@ -48,11 +48,11 @@ pub(crate) struct Input<P> {
 
 impl<P> Input<P> {
     fn new() -> Self {
-        Input { population: 0, frame: PointBatch::default(), block: PointBatch::default() }
+        Input { population: PointSum::default(), frame: PointBatch::default(), block: PointBatch::default() }
     }
 
-    /// Returns the number of points of all ranks.
-    pub(crate) fn population(&self) -> u64 {
+    /// Returns the number of points of all ranks, and on the coordinator the sum of their hashes.
+    pub(crate) fn population(&self) -> PointSum {
         self.population
     }
 
@@ -70,6 +70,7 @@ pub(crate) async fn load<P: Point>(
     cx.enter(Phase::Load)?;
     let mut input = Input::new();
     if cx.is_coordinator() {
+        input.population = source.population();
         announce(cx, source);
     } else {
         input.block = source.block(cx.rank() - 1, cx.config().workers);
@@ -80,7 +81,7 @@ pub(crate) async fn load<P: Point>(
             _ => None,
         });
         for (population, frame) in starts {
-            (input.population, input.frame) = (population, frame);
+            (input.population.count, input.frame) = (population, frame);
         }
     }
     Ok(input)

@@ -29,7 +29,7 @@ pub(super) async fn certify<P: Point>(
     let mut number = 0;
     loop {
         let Passed { rounds, steps } =
-            splay(cx, subdomain, table, stars, &agreement, start, instance.population).await?;
+            splay(cx, subdomain, table, stars, &agreement, start, instance.population.count).await?;
         agreement = self::certificate(cx, subdomain, table, stars).await?;
         let pass = Pass { number, rounds, instance };
         let view = StarsView::new(table, stars);

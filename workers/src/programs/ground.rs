@@ -1,6 +1,6 @@
 //! The state of a rank between the partition and its task.
 
-use septet_protocol::message::PointBatch;
+use septet_protocol::message::{PointBatch, PointSum};
 
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
@@ -13,8 +13,8 @@ pub(super) struct Ground<P> {
     table: Table<P>,
     /// Points that span the space.
     frame: PointBatch<P>,
-    /// The number of points of all ranks.
-    population: u64,
+    /// The points of all ranks.
+    population: PointSum,
 }
 
 impl<P> Ground<P> {
@@ -23,13 +23,13 @@ impl<P> Ground<P> {
         subdomain: Subdomain<P>,
         table: Table<P>,
         frame: PointBatch<P>,
-        population: u64,
+        population: PointSum,
     ) -> Self {
         Ground { subdomain, table, frame, population }
     }
 
-    /// Returns the number of points of all ranks.
-    pub(super) fn population(&self) -> u64 {
+    /// Returns the number of points of all ranks, and on the coordinator the sum of their hashes.
+    pub(super) fn population(&self) -> PointSum {
         self.population
     }
 

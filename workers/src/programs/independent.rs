@@ -6,7 +6,7 @@ use septet_protocol::transport::TransportError;
 use super::ground::Ground;
 use crate::config::Wanted;
 use crate::coordinator::Share;
-use crate::graph::independent::{conflict_graphs, independent};
+use crate::graph::independent::{Sites, conflict_graphs, independent};
 use crate::graph::summaries::summaries;
 use crate::machine::context::Context;
 use crate::result::collect::collect_counts;
@@ -21,12 +21,13 @@ pub(super) async fn independent_set<P: Point>(
         let reason = "a conflict graph has a fixed rule".to_string();
         return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
     };
+    let population = ground.population().count;
     let (mut subdomain, mut table, mut frame) = ground.into_parts();
     let mut share = Share::new(cx.rank());
     share.choice.supergraph = Some(rule);
     summaries(cx, &mut subdomain, &mut table, &mut frame).await?;
     let graphs = conflict_graphs(cx, &subdomain, &mut table, rule).await?;
-    let selection = independent(cx, subdomain.leaves(), &table, graphs, fixed).await?;
+    let selection = independent(cx, subdomain.leaves(), &table, graphs, Sites { fixed, population }).await?;
     share.selected.members = selection.members(&table, fixed);
     share.selected.undecided = selection.into_undecided();
     collect_counts(cx, share).await

@@ -39,7 +39,7 @@ pub async fn run<P: Point>(
     let input = load(cx, source).await?;
     let population = input.population();
     let (frame, block) = input.into_frame_and_block();
-    let group = root(cx.config(), population);
+    let group = root(cx.config(), population.count);
     let plan = if cx.rank() == group.leader { plan.clone() } else { Plan::new() };
     let (subdomain, table) = partition(cx, group, block, plan).await?;
     if cx.config().until == Some(Phase::Partition) {

@@ -33,7 +33,7 @@ pub(super) async fn simulate<P: Point>(
     }
     share.choice = match cx.config().graph.wanted {
         Wanted::Fixed(rule) => Choice { supergraph: Some(rule), why: None },
-        _ => choice(cx, &subdomain, &mut table, population).await?,
+        _ => choice(cx, &subdomain, &mut table, population.count).await?,
     };
     let Some(rule) = share.choice.supergraph else {
         let reason = "phase choice ended without a choice".to_string();

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::hash::Draw;
 use septet_protocol::ids::{COORDINATOR, NodeId, Rank};
-use septet_protocol::message::{Child, PointBatch, UNKNOWN_RADIUS2};
+use septet_protocol::message::{Child, PointBatch, PointSum, UNKNOWN_RADIUS2};
 
 use super::*;
 use crate::config::{Correction, Fault, SetRule, Task, Wanted, WorkerConfig};
@@ -31,6 +31,7 @@ async fn with_everyone<P: Point>(mut cx: Context<P>, points: &[P]) -> Result<Sha
     let group = Group::new(NodeId::ROOT, Child { population, first: COORDINATOR, ranks, leaf });
     let (subdomain, table) = partition(cx, group, block, Plan::new()).await?;
     assert!(table.owned_len() > 0 || cx.config().fault.is_some() || leaf, "rank {} owns no point", cx.rank());
+    let population = PointSum::of((0..).zip(points.iter().copied()));
     finish(cx, Ground::new(subdomain, table, frame, population)).await
 }
 

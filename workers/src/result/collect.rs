@@ -45,7 +45,7 @@ pub(crate) async fn collect_cells<P: Point>(
         if cx.config().shown.view > 0 {
             add_picture_data(&mut table, &mut stars);
             let results = Results::new(subdomain, StarsView::new(&table, &stars), supergraph);
-            share.view = Some(view_part(cx, results, ghosts, population));
+            share.view = Some(view_part(cx, results, ghosts, population.count));
         }
         if cx.config().shown.with_owned {
             share.owned = table.owned_ids().to_vec();

@@ -14,9 +14,10 @@ use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::measure::Diameters;
 use septet_geometry::point::Point;
+use septet_protocol::checksum::row_hash;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Account;
-use septet_protocol::message::{Body, Merged, Message};
+use septet_protocol::message::{Body, Merged, Message, PointSum};
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
@@ -26,6 +27,7 @@ use crate::result::decision::decide;
 use crate::stars::check::Agreement;
 use crate::stars::owned::StarsView;
 use crate::state::cells::{first_coordinate, smallest_vertex, star_cell};
+use crate::state::rows::piece_hash;
 use crate::state::subdomain::{Group, Subdomain};
 use crate::state::tree::{Tree, owned_groups};
 
@@ -35,12 +37,14 @@ pub(crate) struct Results<'a, P: Point> {
     subdomain: &'a Subdomain<P>,
     view: StarsView<'a, P>,
     supergraph: Supergraph,
+    /// Whether cells are sent as rows of ids. If `false`, they are sent as rows of local indices.
+    by_id: bool,
 }
 
 impl<'a, P: Point> Results<'a, P> {
     /// Views the results of a rank.
     pub(crate) fn new(subdomain: &'a Subdomain<P>, view: StarsView<'a, P>, supergraph: Supergraph) -> Self {
-        Results { subdomain, view, supergraph }
+        Results { subdomain, view, supergraph, by_id: true }
     }
 
     /// Returns the subdomain.
@@ -53,6 +57,17 @@ impl<'a, P: Point> Results<'a, P> {
         self.view
     }
 
+    /// Returns the hash of a cell in the form in which it is sent to the coordinator.
+    fn hash_of(&self, cell: &P::Cell) -> u64 {
+        let (ids, vertices) = (self.view.table().ids(), cell.as_ref());
+        if !self.by_id {
+            return row_hash(vertices);
+        }
+        let mut row = [0; 4];
+        row.iter_mut().zip(vertices).for_each(|(id, &v)| *id = ids[v as usize]);
+        row_hash(&row[..vertices.len()])
+    }
+
     /// Returns the radius of the separator ball of an owned point.
     pub(super) fn separator_radius(&self, vertex: u32) -> f64 {
         self.supergraph.separator_radius(self.view.table().radii2()[vertex as usize])
@@ -62,8 +77,8 @@ impl<'a, P: Point> Results<'a, P> {
 /// Properties of the run that are equal on all ranks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Instance {
-    /// The number of points of all ranks.
-    pub(crate) population: u64,
+    /// The points of all ranks. Only the coordinator knows the sum of their hashes.
+    pub(crate) population: PointSum,
     /// The supergraph of the stars.
     pub(crate) supergraph: Supergraph,
 }
@@ -135,6 +150,7 @@ pub(crate) async fn merge<P: Point>(
 ) -> Result<MergedResult, TransportError> {
     cx.enter(Phase::Merge)?;
     let results = Results::new(subdomain, view, pass.instance.supergraph);
+    let results = Results { by_id: cx.config().counted, ..results };
     let mut owned_cells = OwnedCells::default();
     let leaves = match view.merged() {
         Some(own) => vec![own],
@@ -143,6 +159,10 @@ pub(crate) async fn merge<P: Point>(
     if let Some((root, mut own)) = merge_subtree(cx, subdomain, &leaves, pass) {
         owned_cells.count = own.cells;
         own.disagreements += agreement.count();
+        own.point_hash = view.table().owned_sum().hash;
+        if !cx.config().counted {
+            own.cell_hash = piece_hash(cx.rank(), own.cell_hash, view.table().ids());
+        }
         own.exchange_rounds = u64::from(pass.rounds);
         send_up(cx, subdomain, root, own);
     }
@@ -297,7 +317,7 @@ impl<P: Point> Results<'_, P> {
     pub(super) fn merge_star(&self, vertex: u32, diameters: &mut Diameters, sweep: &mut Sweep) -> MergedStar {
         let (positions, link) = (self.view.table().positions(), self.view.link(vertex));
         let (mut finite, mut cells, mut hull_facets) = (0u64, 0u64, 0u64);
-        let (mut has_smaller, mut owned_facets, mut bit) = (false, 0, 1u64);
+        let (mut has_smaller, mut owned_facets, mut bit, mut cell_hash) = (false, 0, 1u64, 0u64);
         // Every vertex of every facet is compared.
         sweep.visit_all(bytemuck::cast_slice::<_, u32>(link));
         sweep.each(link, |facet| {
@@ -307,6 +327,9 @@ impl<P: Point> Results<'_, P> {
             let is_owned = u64::from(is_smallest && is_finite);
             cells += is_owned;
             owned_facets |= bit * is_owned;
+            if is_smallest && is_finite {
+                cell_hash = cell_hash.wrapping_add(self.hash_of(&star_cell::<P>(vertex, facet)));
+            }
             // The bit is 0 from the 65th facet on.
             bit <<= 1;
             hull_facets += u64::from(is_smallest && !is_finite);
@@ -320,6 +343,7 @@ impl<P: Point> Results<'_, P> {
             repaired: u64::from(repaired),
             stars: u64::from(finite > 0),
             cells,
+            cell_hash,
             hull_facets,
             minima: u64::from(!has_smaller),
             local: u64::from(provable),

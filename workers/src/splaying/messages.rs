@@ -2,6 +2,10 @@
 
 use std::ops::Range;
 
+use septet_geometry::point::Point;
+
+use crate::state::table::Table;
+
 /// A cell that the star of `to` may lack. Both `to` and `from` are vertices of the cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Proposal<C> {
@@ -11,6 +15,14 @@ pub(super) struct Proposal<C> {
     pub(super) cell: C,
     /// The sender, whose star has the cell.
     pub(super) from: u32,
+}
+
+impl<C: AsRef<[u32]>> Proposal<C> {
+    /// Returns `true` if the receiver is an owned point and the vertices differ. A damaged message may have other cells;
+    /// the certificate decides on their stars.
+    pub(super) fn is_for_star_of<P: Point>(&self, table: &Table<P>) -> bool {
+        table.is_owned(self.to) && self.cell.as_ref().is_sorted_by(|a, b| a < b)
+    }
 }
 
 /// A cell that is not Delaunay. Both `to` and `from` are vertices of the cell.

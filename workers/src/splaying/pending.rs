@@ -96,12 +96,12 @@ impl<P: Point> Pending<P> {
         }
         for message in proposals {
             let indices = message.intern(table);
-            self.proposals.extend(message.proposals(&indices).filter(|own| table.is_owned(own.to)));
+            self.proposals.extend(message.proposals(&indices).filter(|own| own.is_for_star_of(table)));
         }
         for message in objections {
             let indices = message.cells.intern(table);
             for (own, witnesses) in message.cells.proposals(&indices).zip(message.witnesses(&indices)) {
-                if table.is_owned(own.to) {
+                if own.is_for_star_of(table) {
                     self.objections.add([own.to].into_iter(), own.cell, own.from, &witnesses);
                 }
             }

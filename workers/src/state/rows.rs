@@ -1,6 +1,9 @@
 //! The cells of a rank as rows of vertices and neighbours.
 
+use septet_geometry::hash::finalise;
 use septet_geometry::incremental::FIRST_MARK;
+use septet_protocol::checksum::{checksum, row_hash};
+use septet_protocol::ids::Rank;
 
 /// A neighbour entry in the rows of cells, which marks a facet on the hull.
 pub const HULL: u32 = u32::MAX;
@@ -8,6 +11,20 @@ pub const HULL: u32 = u32::MAX;
 /// A neighbour entry in the rows of cells, which marks a neighbour that belongs to another worker. All cell indices are
 /// smaller.
 pub const INTERFACE: u32 = FIRST_MARK;
+
+/// Returns the hash of the cells of a worker that sends rows of local indices: of the sum of the hashes of its cells, and
+/// of the input index of each local index.
+pub fn piece_hash(owner: Rank, cells: u64, ids: &[u64]) -> u64 {
+    let odd = finalise(u64::from(owner)) | 1;
+    cells.wrapping_add(checksum(bytemuck::cast_slice(ids))).wrapping_mul(odd)
+}
+
+/// Returns the sum of the hashes of the cells in rows of `2 * corners` entries, of which the first `corners` are the
+/// vertices.
+pub fn cells_hash(rows: &[u32], corners: usize) -> u64 {
+    let hash = |row: &[u32]| row_hash(&row[..corners]);
+    rows.chunks_exact(2 * corners).fold(0, |sum, row| sum.wrapping_add(hash(row)))
+}
 
 /// The cells that belong to a worker.
 #[derive(Debug)]

@@ -14,7 +14,7 @@ use septet_geometry::coordinate_arrays::CoordinateArrays;
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::Rank;
-use septet_protocol::message::{PointBatch, UNKNOWN_RADIUS2};
+use septet_protocol::message::{PointBatch, PointSum, UNKNOWN_RADIUS2};
 
 /// Hashes one 64-bit id by multiplication, for maps whose order is never used.
 #[derive(Default)]
@@ -162,6 +162,11 @@ impl<P: Point> Table<P> {
     /// Adds an unknown radius for each point that has none.
     pub fn with_radii(&mut self) {
         self.radii2.resize(self.ids.len(), UNKNOWN_RADIUS2);
+    }
+
+    /// Returns the number of owned points and the sum of their hashes.
+    pub(crate) fn owned_sum(&self) -> PointSum {
+        PointSum::of(self.owned_ids().iter().copied().zip(self.owned_positions().iter().copied()))
     }
 
     /// Returns the local index of a point. Adds the point as a ghost if the table does not contain it.

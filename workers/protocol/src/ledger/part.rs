@@ -271,6 +271,9 @@ pub struct LedgerPart {
     pub nodes: BTreeMap<NodeId, NodeFacts>,
     /// Order-free hash of all edges of the supergraph.
     pub edge_hash: u64,
+    /// The sum of the hashes of the messages that the ranks sent minus the sum of those that they received, modulo
+    /// `2^64`. It is 0 in the merged ledger of a run in which every message arrived unchanged.
+    pub balance: u64,
 }
 
 impl LedgerPart {
@@ -368,6 +371,7 @@ impl LedgerPart {
             self.nodes.entry(*node).or_default().add(facts);
         }
         self.edge_hash = self.edge_hash.wrapping_add(other.edge_hash);
+        self.balance = self.balance.wrapping_add(other.balance);
     }
 }
 

@@ -1,7 +1,7 @@
 //! A part of the ledger as plain numbers, for the wire.
 //!
-//! A head of six words holds the numbers of rows and the hash of the edges. Rows follow, map by map, each in the order
-//! of its keys. The first word of a charge holds the phase (bits 0 to 7), the role (bits 8 to 15) and the level of a pass
+//! A head of seven words holds the numbers of rows, the hash of the edges and the balance. Rows follow, map by map, each
+//! in the order of its keys. The last word is the hash of the others. The first word of a charge holds the phase (bits 0 to 7), the role (bits 8 to 15) and the level of a pass
 //! or the number of a step (bits 32 to 63).
 
 use septet_geometry::cost::Price;
@@ -10,6 +10,7 @@ use super::part::{
     Account, Charge, LedgerPart, LinkKey, NodeFacts, NodeKind, RankKey, RankTally, Role, RoundKey,
     RoundTally, Traffic,
 };
+use crate::checksum::checksum;
 use crate::ids::{NodeId, Phase, Rank};
 
 /// Words of a charge: phase and role, node, items and the four parts of the price.
@@ -165,6 +166,7 @@ impl LedgerPart {
             self.edge_hash,
             self.links.len() as u64,
             self.ranks.len() as u64,
+            self.balance,
         ];
         for (key, tally) in &self.rounds {
             out.extend([u64::from(key.round), key.phase as u64]);
@@ -187,14 +189,19 @@ impl LedgerPart {
             out.extend(tally.sent.parts());
             out.extend(tally.received.parts());
         }
+        out.push(checksum(bytemuck::cast_slice(&out)));
         out
     }
 
-    /// Returns the part in these words, or `None` if they are not exactly one part.
+    /// Returns the part in these words, or `None` if they are not exactly one part or their hash is wrong.
     pub fn from_words(words: &[u64]) -> Option<Self> {
+        let (&hash, words) = words.split_last()?;
+        if hash != checksum(bytemuck::cast_slice(words)) {
+            return None;
+        }
         let mut rest = Reader(words);
-        let [rounds, charges, nodes, edge_hash, links, ranks] = rest.take()?;
-        let mut part = LedgerPart { edge_hash, ..LedgerPart::default() };
+        let [rounds, charges, nodes, edge_hash, links, ranks, balance] = rest.take()?;
+        let mut part = LedgerPart { edge_hash, balance, ..LedgerPart::default() };
         for _ in 0..rounds {
             let key = RoundKey { round: rest.small()?, phase: rest.phase()? };
             part.rounds.insert(key, RoundTally::from_parts(&rest.take()?));
@@ -240,20 +247,28 @@ mod tests {
         part.charge(Account::leader(Phase::Graph, NodeId(6)), cost, 0);
         part.charge(Account::pass(2, NodeId(6)), cost, 1);
         part.charge(Account::step(Phase::Repair, 70_000, NodeId(6)), cost, 1);
-        part.edge_hash = 77;
+        (part.edge_hash, part.balance) = (77, 78);
         let words = part.to_words();
         assert_eq!(LedgerPart::from_words(&words), Some(part));
         for cut in 0..words.len() {
             assert_eq!(LedgerPart::from_words(&words[..cut]), None);
         }
-        assert_eq!(words[..6], [1, 4, 1, 77, 1, 2]);
+        assert_eq!(words[..7], [1, 4, 1, 77, 1, 2, 78]);
         // The first charge follows the head and one round.
-        let (phase, leader) = (6 + 1, 6 + 12 + 7);
+        let (phase, leader) = (7 + 1, 7 + 12 + 7);
         assert_eq!(words[leader], Phase::Graph as u64 | 1 << 8);
         for (at, word) in [(phase, 99), (leader, 9 << 8), (leader, 1 << 32 | 1 << 8)] {
             let mut unknown = words.clone();
             unknown[at] = word;
             assert_eq!(LedgerPart::from_words(&unknown), None);
+            let (hash, others) = unknown.split_last_mut().unwrap();
+            *hash = checksum(bytemuck::cast_slice(others));
+            assert_eq!(LedgerPart::from_words(&unknown), None, "although the hash is right");
+        }
+        for bit in 0..64 * words.len() {
+            let mut flipped = words.clone();
+            flipped[bit / 64] ^= 1 << (bit % 64);
+            assert_eq!(LedgerPart::from_words(&flipped), None, "bit {bit}");
         }
     }
 }

@@ -26,7 +26,7 @@ const fn form(text: &'static str, effect: &'static str) -> FaultForm {
 }
 
 /// All faults: first those of charges, then those of the machine, then those that end or disturb a run.
-pub const FAULTS: [FaultForm; 22] = [
+pub const FAULTS: [FaultForm; 23] = [
     form(
         "slow:PHASE:LAW[:FACTOR]",
         "Each node of the phase takes FACTOR times LAW additional steps. LAW is log, log2 (the square of log) or root3.",
@@ -58,4 +58,8 @@ pub const FAULTS: [FaultForm; 22] = [
     form("spoil:RANK", "The worker loses a cell of one of its stars before every certificate."),
     form("die:RANK:PHASE", "The worker ends when the phase begins."),
     form("panic:RANK:PHASE", "The worker panics when the phase begins."),
+    form(
+        "flip:KIND:SEED",
+        "One bit of one message of this kind is flipped before it is sent. KIND is start, block, plan, samples, sphere, counts, decision, move, query, answer, summary, children, frame, sample-stars, choice, ghosts, seam, reverse, items, set-counts, set-decision, lists, fingerprint, fingerprint-list, propose, object, joined, left, merged, outcome, gather, region, cells, piece, selected, edges, sets, ledger or view.",
+    ),
 ];

@@ -5,10 +5,12 @@ use std::str::FromStr;
 
 use septet_geometry::separator::Ablation;
 use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::message::kinds::KINDS;
 use thiserror::Error;
 
 use super::Fault;
 use super::factor::Factor;
+use super::flip::Flip;
 use super::forms::{FAULTS, FaultForm};
 use super::law::Law;
 
@@ -36,6 +38,12 @@ pub enum FaultTextError {
         /// The name of the fault.
         fault: &'static str,
         /// The text that should be a phase.
+        name: String,
+    },
+    /// No kind of messages has this name.
+    #[error("there is no kind of messages `{name}`; the kinds are {}", names(&self.choices()))]
+    Kind {
+        /// The unknown name.
         name: String,
     },
     /// No law has this name.
@@ -66,6 +74,7 @@ impl FaultTextError {
         match self {
             FaultTextError::Name { name }
             | FaultTextError::Phase { name, .. }
+            | FaultTextError::Kind { name }
             | FaultTextError::Law { name } => name,
             FaultTextError::Form { .. } | FaultTextError::Factor { .. } => "",
         }
@@ -78,6 +87,7 @@ impl FaultTextError {
             FaultTextError::Phase { fault, .. } => {
                 Phase::ALL.into_iter().filter(|&phase| acts(fault, phase)).map(Phase::name).collect()
             }
+            FaultTextError::Kind { .. } => KINDS.to_vec(),
             FaultTextError::Law { .. } => Law::ALL.into_iter().map(Law::name).collect(),
             FaultTextError::Form { .. } | FaultTextError::Factor { .. } => Vec::new(),
         }
@@ -129,6 +139,12 @@ impl Parameters<'_> {
         })
     }
 
+    fn flip(&self) -> Result<Fault, FaultTextError> {
+        let (name, seed) = (self.words[0], self.number(1)?);
+        let unknown = || FaultTextError::Kind { name: name.to_string() };
+        Flip::new(name, seed).map(Fault::Flip).ok_or_else(unknown)
+    }
+
     fn nodes(&self) -> Result<Fault, FaultTextError> {
         let (first, last) = self.words[0].split_once('-').unwrap_or((self.words[0], self.words[0]));
         let node = |text: &str| text.parse().map(NodeId).map_err(|_| self.misfit());
@@ -153,6 +169,7 @@ impl Parameters<'_> {
             ("refuse-draws", 1) => self.every()?,
             ("spoil", 1) => Fault::SpoilStar { rank: self.number(0)? },
             ("die", 2) => Fault::DieAt { rank: self.number(0)?, phase: self.phase(1)? },
+            ("flip", 2) => self.flip()?,
             ("panic", 2) => Fault::PanicAt { rank: self.number(0)?, phase: self.phase(1)? },
             (name, 0) => plain(name).ok_or_else(|| self.misfit())?,
             _ => return Err(self.misfit()),
@@ -208,6 +225,7 @@ impl fmt::Display for Fault {
             Fault::SpoilStar { rank } => write!(f, "spoil:{rank}"),
             Fault::DieAt { rank, phase } => write!(f, "die:{rank}:{}", phase.name()),
             Fault::PanicAt { rank, phase } => write!(f, "panic:{rank}:{}", phase.name()),
+            Fault::Flip(flip) => write!(f, "flip:{}:{}", flip.kind(), flip.seed()),
             Fault::Flood => f.write_str("flood"),
             Fault::FarGhosts { factor } => write!(f, "far-ghosts:{factor}"),
             Fault::HalfGhosts => f.write_str("half-ghosts"),
@@ -232,7 +250,7 @@ mod tests {
     use super::*;
 
     /// Texts of all forms.
-    const TEXTS: [&str; 24] = [
+    const TEXTS: [&str; 25] = [
         "slow:partition:log2:3",
         "slow:separator-sets:root3:0.1",
         "slow:hulls:log:1",
@@ -257,6 +275,7 @@ mod tests {
         "spoil:1",
         "die:2:hulls",
         "panic:1:load",
+        "flip:sample-stars:7",
     ];
 
     #[test]
@@ -300,6 +319,8 @@ mod tests {
             "free",
             "free:hulls:1",
             "far-ghosts",
+            "flip:block",
+            "flip:block:x",
             "slow:hulls:log:1:1",
         ] {
             assert!(matches!(error(text), FaultTextError::Form { .. }), "{text}");
@@ -311,6 +332,7 @@ mod tests {
         assert!(!error("free:huls").choices().contains(&"repair"));
         assert!(error("die:1:huls").choices().contains(&"repair"));
         assert_eq!(error("slow:hulls:lg").choices(), ["log", "log2", "root3"]);
+        assert!(error("flip:blok:1").choices().contains(&"block"));
         for text in [
             "work:hulls:0",
             "work:hulls:-1",

@@ -11,7 +11,7 @@ use crate::coordinator::{Share, Source, merged_ledger};
 use crate::hosts::host::{Host, Job};
 use crate::partition::leader::Plan;
 use septet_protocol::ledger::LedgerPart;
-use septet_protocol::message::PointBatch;
+use septet_protocol::message::{PointBatch, PointSum};
 use septet_protocol::transport::Delivery;
 
 fn config(fixed: u64, leaf: u64, workers: u32) -> Arc<WorkerConfig> {
@@ -38,8 +38,8 @@ struct Outcome {
 struct Sites<'a, P>(&'a [P], &'a [f64]);
 
 impl<P: Point> Source<P> for Sites<'_, P> {
-    fn population(&self) -> u64 {
-        self.0.len() as u64
+    fn population(&self) -> PointSum {
+        PointSum::of((0..).zip(self.0.iter().copied()))
     }
 
     fn frame(&self) -> Vec<(u64, P)> {

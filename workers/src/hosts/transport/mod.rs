@@ -2,6 +2,8 @@
 
 mod channel;
 
+mod frames;
+
 pub mod pipe;
 
 mod sim;

@@ -3,24 +3,20 @@
 //! In a round, every worker writes its state and its frames. The coordinator's process reads one worker after the
 //! other, adds its own frames, and writes to each worker the frames for its rank and whether the machine was active.
 //! A worker writes everything, then reads everything; the coordinator reads everything, then writes everything. The
-//! processes therefore cannot deadlock in any order. Integers are little-endian.
-//!
-//! | from a worker | to a worker |
-//! |---|---|
-//! | state u8 (0 idle, 1 busy, 2 failed), number of frames u32 | active u8, number of frames u32 |
-//! | per frame: receiver u32, length u64, bytes | per frame: receiver u32, length u64, bytes |
+//! processes therefore cannot deadlock in any order. A worker writes the state 0 (idle), 1 (busy) or 2 (failed), the
+//! coordinator 1 if the machine was active and 0 otherwise. `frames` describes the bytes.
 //!
 //! A worker that failed or was interrupted sends one frame, the encoded [`TransportError`]. Before the first round, a
 //! worker receives a frame with its block ([`Assigned`]). After the last, it sends a frame with its share.
 
-mod frames;
+mod shares;
 
-use std::io::{BufReader, BufWriter, Error, Read, Write};
+use std::io::{BufReader, BufWriter, Error, ErrorKind, Read, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::Arc;
 
 use septet_geometry::point::Point;
-use septet_protocol::codec::{self, FRAME_LIMIT};
+use septet_protocol::codec;
 use septet_protocol::ids::{COORDINATOR, Rank};
 use septet_protocol::message::Message;
 use septet_protocol::transport::{Delivery, HostState, Transport, TransportError};
@@ -28,52 +24,13 @@ use septet_protocol::transport::{Delivery, HostState, Transport, TransportError}
 use crate::config::WorkerConfig;
 use crate::coordinator::Share;
 use crate::hosts::host::{Host, Job, Unwatched, Watch, serve};
+use crate::hosts::transport::frames::{Frame, read_round, write_round};
 use crate::hosts::transport::{Machine, MachineError};
-use frames::{Assigned, share_from_bytes, share_to_bytes};
+use shares::{Assigned, share_from_bytes, share_to_bytes};
 
 const IDLE: u8 = 0;
 const BUSY: u8 = 1;
 const FAILED: u8 = 2;
-
-/// A frame and its receiver.
-type Frame = (Rank, Vec<u8>);
-
-fn write_round(to: &mut impl Write, state: u8, frames: &[Frame]) -> std::io::Result<()> {
-    to.write_all(&[state])?;
-    to.write_all(&(frames.len() as u32).to_le_bytes())?;
-    for (rank, bytes) in frames {
-        to.write_all(&rank.to_le_bytes())?;
-        to.write_all(&(bytes.len() as u64).to_le_bytes())?;
-        to.write_all(bytes)?;
-    }
-    to.flush()
-}
-
-fn read_array<const N: usize>(from: &mut impl Read) -> std::io::Result<[u8; N]> {
-    let mut bytes = [0; N];
-    from.read_exact(&mut bytes)?;
-    Ok(bytes)
-}
-
-fn read_round(from: &mut impl Read) -> std::io::Result<(u8, Vec<Frame>)> {
-    let [state] = read_array(from)?;
-    let count = u32::from_le_bytes(read_array(from)?);
-    let mut frames = Vec::new();
-    for _ in 0..count {
-        let rank = Rank::from_le_bytes(read_array(from)?);
-        let length = u64::from_le_bytes(read_array(from)?);
-        if length > FRAME_LIMIT as u64 {
-            return Err(Error::other(format!("a frame of {length} bytes")));
-        }
-        let mut bytes = Vec::new();
-        // The buffer grows with the bytes that arrive, not with the claimed length.
-        if from.by_ref().take(length).read_to_end(&mut bytes)? as u64 != length {
-            return Err(std::io::ErrorKind::UnexpectedEof.into());
-        }
-        frames.push((rank, bytes));
-    }
-    Ok((state, frames))
-}
 
 /// Returns the error that a failed worker reported.
 fn reported(from: Rank, frames: &[Frame]) -> TransportError {
@@ -166,6 +123,9 @@ impl Pipes {
     }
 
     fn failure(&mut self, rank: Rank, error: &Error) -> TransportError {
+        if error.kind() == ErrorKind::InvalidData {
+            return bad(rank, error);
+        }
         let process = &mut self.children[rank as usize - 1];
         process.input = None;
         let ended = match process.child.try_wait() {
@@ -256,7 +216,14 @@ impl<P: Point, R: Read + Send, W: Write + Send> Transport<P> for Pipe<R, W> {
         let state = if busy { BUSY } else { IDLE };
         // A pipe breaks when the coordinator has ended.
         write_round(&mut self.output, state, &frames).map_err(|_| TransportError::Stopped)?;
-        let (active, frames) = read_round(&mut self.input).map_err(|_| TransportError::Stopped)?;
+        let (active, frames) = read_round(&mut self.input).map_err(|error| match error.kind() {
+            ErrorKind::InvalidData => {
+                let error = bad(COORDINATOR, &error);
+                self.report(&error);
+                error
+            }
+            _ => TransportError::Stopped,
+        })?;
         let decoded = frames.iter().map(|(_, bytes)| Message::decode(bytes).map_err(|e| bad(0, &e)));
         let inbox = decoded.collect::<Result<_, _>>().inspect_err(|error| self.report(error))?;
         Ok(Delivery { inbox, active: active != 0 })

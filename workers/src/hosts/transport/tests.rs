@@ -2,7 +2,7 @@ use std::sync::atomic::AtomicBool;
 
 use glam::DVec2;
 use septet_protocol::ids::Phase;
-use septet_protocol::message::PointBatch;
+use septet_protocol::message::{PointBatch, PointSum};
 use septet_protocol::transport::TransportError;
 
 use super::*;
@@ -21,8 +21,8 @@ const KINDS: [TransportKind; 3] = [
 struct Spiral;
 
 impl Source<DVec2> for Spiral {
-    fn population(&self) -> u64 {
-        300
+    fn population(&self) -> PointSum {
+        PointSum::of((0..300).map(|i| (i, point(i))))
     }
 
     fn frame(&self) -> Vec<(u64, DVec2)> {

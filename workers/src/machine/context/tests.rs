@@ -4,7 +4,7 @@ use glam::DVec3;
 use septet_geometry::graph::Supergraph;
 use septet_geometry::hash::Draw;
 use septet_protocol::codec::Bulk;
-use septet_protocol::message::PointBatch;
+use septet_protocol::message::{PointBatch, PointSum};
 
 use super::*;
 use crate::config::{Task, Wanted};
@@ -34,8 +34,8 @@ fn config(workers: u32, counted: bool) -> Arc<WorkerConfig> {
 struct Points(Vec<DVec3>);
 
 impl Source<DVec3> for Points {
-    fn population(&self) -> u64 {
-        self.0.len() as u64
+    fn population(&self) -> PointSum {
+        PointSum::of((0..).zip(self.0.iter().copied()))
     }
 
     fn frame(&self) -> Vec<(u64, DVec3)> {

@@ -4,7 +4,7 @@ use septet_geometry::point::Point;
 use septet_protocol::codec::{self, Bulk, CodecError};
 use septet_protocol::ids::{COORDINATOR, NodeId, Rank};
 use septet_protocol::ledger::LedgerPart;
-use septet_protocol::message::{PointBatch, UNKNOWN_RADIUS2, ViewPart};
+use septet_protocol::message::{PointBatch, PointSum, UNKNOWN_RADIUS2, ViewPart};
 
 use crate::coordinator::{CellRows, PieceRows, Selected, Share, Source};
 use crate::hosts::host::Job;
@@ -12,7 +12,7 @@ use crate::partition::leader::Plan;
 
 /// The input that the coordinator assigns to a worker.
 pub(super) struct Assigned<P> {
-    population: u64,
+    population: PointSum,
     frame: PointBatch<P>,
     block: PointBatch<P>,
     plan: Plan,
@@ -36,19 +36,21 @@ impl<P: Point> Assigned<P> {
 
     pub(super) fn to_bytes(&self) -> Result<Vec<u8>, CodecError> {
         let (nodes, leaves): (Vec<u64>, Vec<u32>) = self.plan.iter().map(|(node, l)| (node.0, *l)).unzip();
-        codec::encode(&(self.population, &self.frame, &self.block, Bulk(nodes), Bulk(leaves)))
+        let PointSum { count, hash } = self.population;
+        codec::encode(&((count, hash), &self.frame, &self.block, Bulk(nodes), Bulk(leaves)))
     }
 
     pub(super) fn from_bytes(bytes: &[u8]) -> Result<Self, CodecError> {
-        let (population, frame, block, nodes, leaves): (_, _, _, Bulk<u64>, Bulk<u32>) =
+        let ((count, hash), frame, block, nodes, leaves): ((u64, u64), _, _, Bulk<u64>, Bulk<u32>) =
             codec::decode(bytes)?;
         let plan = nodes.0.into_iter().map(NodeId).zip(leaves.0).collect();
+        let population = PointSum { count, hash };
         Ok(Assigned { population, frame, block, plan })
     }
 }
 
 impl<P: Point> Source<P> for Assigned<P> {
-    fn population(&self) -> u64 {
+    fn population(&self) -> PointSum {
         self.population
     }
 
