@@ -49,9 +49,7 @@ fn counted_run(path: &Path, points: &[DVec3], config: &Config) -> (Run, u64) {
 /// One slice between any two exchanges for each worker, one arrow for each message.
 fn assert_complete(path: &Path, run: &Run, exchanges: u64) {
     let workers = u64::from(run.settled.workers);
-    let billed: u64 = run.ledger.phases.iter().map(|p| p.messages).sum();
-    // Each worker's part of the ledger travels unbilled.
-    let messages = billed + workers;
+    let messages: u64 = run.ledger.phases.iter().map(|p| p.messages).sum();
     let seen = rules::read(path);
     for rank in 0..=workers {
         assert_eq!(seen.slices[&(rank + 1, "round".to_owned())], exchanges, "rank {rank}");

@@ -50,16 +50,23 @@ impl<P> Collected<P> {
             return Err(incomplete(format!("the shares of {arrived} of {ranks} ranks arrived")));
         }
         let ledger = merged_ledger(&shares, config.fault);
-        if ledger.balance != 0 {
-            let reason = "the messages that the ranks received are not those that were sent";
-            return Err(incomplete(reason.to_string()));
-        }
         let Some(first) = shares.first_mut().filter(|share| share.rank == COORDINATOR) else {
             return Err(incomplete("the share of the coordinator is missing".to_string()));
         };
         let certified = std::mem::take(&mut first.certified);
         let choice = std::mem::take(&mut first.choice);
         Ok(Collected { shares, ledger, certified, choice, seconds })
+    }
+
+    /// Checks that the ranks received the messages that were sent.
+    ///
+    /// # Errors
+    /// Fails if the hashes of sent and received messages do not balance.
+    pub(crate) fn check_balance(&self) -> Result<(), Error> {
+        if self.ledger.balance == 0 {
+            return Ok(());
+        }
+        Err(incomplete("the messages that the ranks received are not those that were sent".to_string()))
     }
 }
 

@@ -115,6 +115,7 @@ fn counts<P: Point>(points: &[P], config: &Config) -> Result<RunCounts, Error> {
     let mut hosts = start_machine(&machine);
     let coordinator = Coordinator::new(&config.control, machine);
     let collected = coordinator.run(hosts.as_mut(), &ready, &settings.plan)?;
+    collected.check_balance()?;
     let points = ready.positions.len() as u64;
     Ok(RunCounts {
         space: P::DIM,

@@ -81,6 +81,9 @@ pub(crate) fn certify<P: Point>(
     if passed && merged.cell_hash != cell_hash(&collected.shares) {
         return Err(incomplete("the cells of the shares are not those of the certificate".to_string()));
     }
+    if passed {
+        collected.check_balance()?;
+    }
     let refutation = Refutation {
         disagreements: merged.disagreements,
         minima: merged.minima,

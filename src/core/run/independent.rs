@@ -108,6 +108,7 @@ fn choose<P: Point>(
     let mut hosts = start_machine(&machine);
     let coordinator = Coordinator::new(&config.control, machine);
     let collected = coordinator.run(hosts.as_mut(), &ready, &settings.plan)?;
+    collected.check_balance()?;
     drop(hosts);
     let Collected { shares, ledger, choice, seconds: phase_seconds, .. } = collected;
     let Selected { mut members, undecided } = united(shares.into_iter().map(|share| share.selected));

@@ -149,6 +149,7 @@ impl Settings {
         });
         let mut hosts = start_machine(&machine);
         let grown = Coordinator::new(&config.control, machine).run(hosts.as_mut(), ready, &Plan::new())?;
+        grown.check_balance()?;
         let part = grown.ledger;
         for (node, _) in part.nodes.iter().filter(|(_, facts)| facts.is_leaf()) {
             let mut at = Some(*node);

@@ -125,7 +125,10 @@ pub(crate) async fn choice<P: Point>(
             let reason = format!("the coordinator cannot choose {rule:?}");
             return Err(TransportError::BadMessage { from: COORDINATOR, reason });
         }
-        chosen = received.last().copied().or(chosen);
+        if let Some(&rule) = received.last() {
+            cx.pass_on(|| Body::Choice(ChosenSupergraph(rule)));
+            chosen = Some(rule);
+        }
     }
     descent.finish(cx);
     if chosen.is_none() {

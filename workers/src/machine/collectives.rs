@@ -110,12 +110,36 @@ impl<P: Point> Context<P> {
         self.send(COORDINATOR, NodeId::ROOT, 0, body);
     }
 
-    /// Sends the same body about the whole set from the coordinator to every rank, itself included.
+    /// Sends the same body about the whole set from the coordinator to every rank, itself included, through a tree. Every
+    /// receiver calls [`Context::pass_on`].
     pub(crate) fn send_to_all(&mut self, mut body: impl FnMut() -> Body<P>) {
-        for rank in 0..self.config().ranks() {
+        self.send(self.rank(), NodeId::ROOT, 0, body());
+        self.send_down(body);
+    }
+
+    /// Passes a body that the coordinator sent to all ranks to the ranks below this one. The coordinator has already done
+    /// this.
+    pub(crate) fn pass_on(&mut self, body: impl FnMut() -> Body<P>) {
+        if !self.is_coordinator() {
+            self.send_down(body);
+        }
+    }
+
+    fn send_down(&mut self, mut body: impl FnMut() -> Body<P>) {
+        for rank in ranks_below(self.rank(), self.config().ranks()) {
             self.send(rank, NodeId::ROOT, 0, body());
         }
     }
+}
+
+/// The largest number of ranks below a rank in the tree of all ranks.
+const FAN: u64 = 32;
+
+/// Returns the ranks below a rank in the tree of all ranks, whose root is the coordinator. Of p workers, the last are at
+/// level `ceil(log_32 p)` or one level lower.
+fn ranks_below(rank: Rank, ranks: u32) -> Range<Rank> {
+    let at = |i: u64| (FAN * u64::from(rank) + i).min(u64::from(ranks)) as Rank;
+    at(1)..at(FAN + 1)
 }
 
 /// Counts the reports of all ranks, the coordinator included, at the coordinator.
@@ -196,6 +220,16 @@ mod tests {
         assert!((450..550).contains(&led_by_3), "{led_by_3}");
         assert!((1..=1000).all(|node| group(node).members().contains(&group(node).leader)));
         assert_eq!(group(1).below(1, Child { population: 0, first: 4, ranks: 1, leaf: true }).leader, 4);
+    }
+
+    #[test]
+    fn every_worker_is_below_one_rank() {
+        for ranks in [1, 2, 33, 34, 1057, 1058, 5000] {
+            let below: Vec<Rank> = (0..ranks).flat_map(|rank| ranks_below(rank, ranks)).collect();
+            assert_eq!(below, (1..ranks).collect::<Vec<_>>());
+        }
+        assert_eq!(ranks_below(2, 80), 65..80);
+        assert!(ranks_below(Rank::MAX, Rank::MAX).is_empty());
     }
 
     #[test]

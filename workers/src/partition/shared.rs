@@ -81,6 +81,7 @@ pub(crate) async fn load<P: Point>(
             _ => None,
         });
         for (population, frame) in starts {
+            cx.pass_on(|| Body::Start { population, frame: frame.clone() });
             (input.population.count, input.frame) = (population, frame);
         }
     }

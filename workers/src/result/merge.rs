@@ -182,7 +182,10 @@ pub(crate) async fn merge<P: Point>(
                 send_up(cx, subdomain, node, own);
             }
         }
-        outcome = take_outcome(cx).or(outcome);
+        if let Some(decision) = take_outcome(cx) {
+            cx.pass_on(|| Body::Outcome(decision));
+            outcome = Some(decision);
+        }
     }
     let outcome = outcome.ok_or_else(|| {
         let reason = "phase merge ended without a decision on the certificate".to_string();

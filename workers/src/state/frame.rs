@@ -51,6 +51,7 @@ impl<P: Point> FrameOwners<P> {
                 table.set_owner(id, owner);
             }
             *frame = points;
+            cx.pass_on(|| Body::Frame(frame.clone()));
         }
     }
 }

@@ -332,7 +332,7 @@ mod tests {
         assert!(!error("free:huls").choices().contains(&"repair"));
         assert!(error("die:1:huls").choices().contains(&"repair"));
         assert_eq!(error("slow:hulls:lg").choices(), ["log", "log2", "root3"]);
-        assert!(error("flip:blok:1").choices().contains(&"block"));
+        assert!(error("flip:mov:1").choices().contains(&"move"));
         for text in [
             "work:hulls:0",
             "work:hulls:-1",

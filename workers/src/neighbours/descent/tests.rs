@@ -28,7 +28,7 @@ type Found = (u32, f64, Vec<u64>);
 /// Runs a rank that owns a point at the origin, whose ball waits for two replies. The rank receives the messages
 /// `bodies` in one round. Returns the lists of the rank.
 fn receive(bodies: Vec<Body<DVec2>>) -> Result<Vec<Found>, TransportError> {
-    let config = Arc::new(WorkerConfig::plain());
+    let config = Arc::new(WorkerConfig { workers: 2, ..WorkerConfig::plain() });
     let run = config.run;
     let lists = Rc::new(RefCell::new(Vec::new()));
     let mut rank = Running::start(1, config, None, |cx| waiting(cx, lists.clone()));
