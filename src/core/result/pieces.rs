@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 use septet_protocol::ids::Rank;
-use septet_workers::coordinator::PieceRows;
+use septet_workers::coordinator::{PieceRows, Seam};
 use septet_workers::state::rows::{HULL, INTERFACE};
 
 use crate::result::canonical::LabelledCells;
@@ -22,7 +22,8 @@ pub struct Piece {
     /// Input index of each vertex.
     pub ids: Vec<u64>,
     /// One row per cell: `d + 1` vertices, positively oriented, then the neighbour across the facet opposite each vertex.
-    /// A neighbour is a cell of this piece, or [`HULL`], or [`INTERFACE`] plus a position in `seam`.
+    /// A neighbour is a cell of this piece, or [`HULL`], or [`INTERFACE`] plus one plus a position in
+    /// `seam`.
     pub rows: Vec<u32>,
     /// Neighbours in other pieces: piece and cell.
     pub seam: Vec<(u32, u32)>,
@@ -35,47 +36,26 @@ pub struct Pieces {
     pieces: Vec<Piece>,
 }
 
-/// A facet that another piece may share: the input indices of its vertices (sorted), the piece, the position in `rows`.
-type Open = ([u64; 3], u32, u32);
-
 impl Pieces {
-    /// Joins pieces across their interfaces. Their cells have `corners` vertices. Returns `None`
-    /// - if three cells share a facet,
-    /// - if the number of facets with one cell is not `hull_facets`, or
-    /// - if a list of open cells does not ascend or contains an index that is not a cell.
-    ///
-    /// A facet between pieces is not detected if neither of its cells is listed as open.
-    pub(crate) fn join(corners: usize, mut loose: Vec<(Rank, PieceRows)>, hull_facets: u64) -> Option<Self> {
-        loose.sort_by_key(|l| l.0);
-        let facets = |(at, (_, loose)): (usize, &(Rank, PieceRows))| open_facets(loose, corners, at as u32);
-        let parts: Option<Vec<(u64, Vec<Open>)>> = loose.par_iter().enumerate().map(facets).collect();
-        let piece =
-            |(owner, PieceRows { leaf, ids, rows, .. })| Piece { owner, leaf, ids, rows, seam: Vec::new() };
-        let mut pieces: Vec<Piece> = loose.into_iter().map(piece).collect();
-        let (mut hull, mut open) = (0, Vec::new());
-        for (own, facets) in parts? {
-            hull += own;
-            open.extend(facets);
+    /// Joins the pieces of ranks, in the order of the ranks. Their cells have `corners` vertices. Returns `None` if the
+    /// number of facets on the hull is not `hull_facets`, or if a neighbour is in a piece that does not exist.
+    pub(crate) fn join(corners: usize, loose: Vec<(Rank, PieceRows)>, hull_facets: u64) -> Option<Self> {
+        let hull: u64 = loose.iter().map(|(_, piece)| piece.hull_facets).sum();
+        if hull != hull_facets || !loose.is_sorted_by_key(|(rank, _)| *rank) {
+            return None;
         }
-        open.par_sort_unstable();
-        for pair in open.chunk_by(|a, b| a.0 == b.0) {
-            let [(_, a, at), (_, b, bt)] = match *pair {
-                [a, b] => [a, b],
-                [(_, a, at)] => {
-                    pieces[a as usize].rows[at as usize] = HULL;
-                    hull += 1;
-                    continue;
-                }
-                _ => return None,
-            };
-            let width = 2 * corners as u32;
-            for (piece, place, other) in [(a, at, (b, bt / width)), (b, bt, (a, at / width))] {
-                let piece = &mut pieces[piece as usize];
-                piece.rows[place as usize] = INTERFACE + piece.seam.len() as u32;
-                piece.seam.push(other);
-            }
-        }
-        (hull == hull_facets).then_some(Pieces { corners, pieces })
+        let cells: Vec<(Rank, usize)> =
+            loose.iter().map(|(rank, piece)| (*rank, piece.rows.len() / (2 * corners).max(1))).collect();
+        let place = |seam: &Seam| {
+            let at = cells.binary_search_by_key(&seam.rank, |(rank, _)| *rank).ok()?;
+            ((seam.cell as usize) < cells[at].1).then_some((at as u32, seam.cell))
+        };
+        let piece = |(owner, PieceRows { leaf, ids, rows, seam, .. })| {
+            let seam = seam.iter().map(place).collect::<Option<Vec<_>>>()?;
+            Some(Piece { owner, leaf, ids, rows, seam })
+        };
+        let pieces = loose.into_iter().map(piece).collect::<Option<Vec<_>>>()?;
+        Some(Pieces { corners, pieces })
     }
 
     /// Returns the pieces, ordered by rank.
@@ -99,7 +79,7 @@ impl Pieces {
         let own = &self.pieces[piece as usize];
         match own.rows[(2 * cell as usize + 1) * self.corners + slot] {
             HULL => None,
-            code if code >= INTERFACE => Some(own.seam[(code - INTERFACE) as usize]),
+            code if code > INTERFACE => Some(own.seam[(code - INTERFACE) as usize - 1]),
             code => Some((piece, code)),
         }
     }
@@ -128,70 +108,35 @@ impl Pieces {
     }
 }
 
-/// Returns the number of hull facets of the open cells of a piece, and all their facets that other pieces may share.
-/// Returns `None` if the open cells do not ascend or one of them does not exist.
-fn open_facets(piece: &PieceRows, corners: usize, at: u32) -> Option<(u64, Vec<Open>)> {
-    if !piece.open.is_sorted_by(|a, b| a < b) {
-        return None;
-    }
-    let width = 2 * corners;
-    let (mut hull, mut open) = (0, Vec::with_capacity(piece.open.len()));
-    for &cell in &piece.open {
-        let start = cell as usize * width;
-        let row = piece.rows.get(start..start + width)?;
-        for (slot, &code) in row.iter().enumerate().skip(corners) {
-            match code {
-                HULL => hull += 1,
-                INTERFACE.. => open.push((facet(piece, corners, start + slot), at, (start + slot) as u32)),
-                _ => {}
-            }
-        }
-    }
-    Some((hull, open))
-}
-
-/// Returns the sorted input indices of a facet's vertices. In the plane, a zero comes first.
-fn facet(piece: &PieceRows, corners: usize, place: usize) -> [u64; 3] {
-    let cell = &piece.rows[place / (2 * corners) * 2 * corners..][..corners];
-    let mut facet = [0; 3];
-    let others = cell.iter().enumerate().filter(|&(slot, _)| slot != place % corners);
-    for (to, (_, &v)) in facet[4 - corners..].iter_mut().zip(others) {
-        *to = piece.ids[v as usize];
-    }
-    facet[4 - corners..].sort_unstable();
-    facet
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Joins a square of two triangles, each in its own piece, with these lists of open cells.
-    fn square(open: [&[u32]; 2]) -> Option<Pieces> {
-        let sides =
-            [(1, vec![0, 1, 2], [HULL, INTERFACE, HULL]), (2, vec![0, 2, 3], [HULL, HULL, INTERFACE])];
-        let loose = sides.into_iter().zip(open).map(|((owner, ids, across), open)| {
-            let rows = [0, 1, 2].into_iter().chain(across).collect();
-            (owner, PieceRows { leaf: 1, ids, rows, open: open.to_vec() })
+    /// Joins a square of two triangles, each in its own piece, with this cell across the diagonal of the first.
+    fn square(across: Seam, hull_facets: u64) -> Option<Pieces> {
+        let diagonal = INTERFACE + 1;
+        let first = ([0, 1, 2], [HULL, diagonal, HULL], across);
+        let second = ([0, 2, 3], [HULL, HULL, diagonal], Seam { rank: 3, cell: 0 });
+        let loose = [(3, first), (7, second)].map(|(rank, (ids, neighbours, across))| {
+            let rows = [0, 1, 2].into_iter().chain(neighbours).collect();
+            let (ids, seam) = (ids.to_vec(), vec![across]);
+            (rank, PieceRows { leaf: 1, ids, rows, open: vec![0], seam, hull_facets: 2 })
         });
-        // The order differs from the order of the owners.
-        Pieces::join(3, loose.rev().collect(), 4)
+        Pieces::join(3, loose.into(), hull_facets)
     }
 
     #[test]
-    fn pieces_are_joined_by_their_open_cells() {
-        let joined = square([&[0], &[0]]).unwrap();
+    fn neighbours_are_found_across_pieces() {
+        let joined = square(Seam { rank: 7, cell: 0 }, 4).unwrap();
         let across = |piece, slot| joined.neighbour(piece, 0, slot);
         assert_eq!([0, 1, 2].map(|slot| across(0, slot)), [None, Some((1, 0)), None]);
         assert_eq!([0, 1, 2].map(|slot| across(1, slot)), [None, None, Some((0, 0))]);
     }
 
     #[test]
-    fn lists_that_are_wrong_are_refused() {
-        for open in
-            [[&[0][..], &[]], [&[], &[0]], [&[0], &[1]], [&[0], &[u32::MAX]], [&[0, 0], &[0]], [&[0, 0], &[]]]
-        {
-            assert_eq!(square(open), None, "{open:?}");
-        }
+    fn pieces_that_do_not_fit_are_refused() {
+        assert_eq!(square(Seam { rank: 7, cell: 0 }, 3), None);
+        assert_eq!(square(Seam { rank: 5, cell: 0 }, 4), None);
+        assert_eq!(square(Seam { rank: 7, cell: 1 }, 4), None);
     }
 }

@@ -381,6 +381,22 @@ pub enum Body<P> {
         /// All points.
         points: PointBatch<P>,
     },
+    /// A facet of a cell whose neighbour may be on another rank, to the owner of the facet's smallest vertex.
+    Facets {
+        /// `d` ids per facet, ascending.
+        vertices: Bulk<u64>,
+        /// The entry of each facet in the rows of the sender.
+        entries: Bulk<u32>,
+    },
+    /// The cells across facets, to a rank that sent the facets.
+    Across {
+        /// The entry of each facet in the rows of the receiver.
+        entries: Bulk<u32>,
+        /// The rank of the other cell; that of the receiver for a facet on the hull.
+        ranks: Bulk<Rank>,
+        /// The other cell; `u32::MAX` for a facet on the hull.
+        cells: Bulk<u32>,
+    },
 }
 
 impl<P: Copy> Body<P> {

@@ -8,6 +8,6 @@
 mod share;
 mod source;
 
-pub use share::{CellRows, Certificate, Choice, PieceRows, Selected, Share, merged_ledger};
+pub use share::{CellRows, Certificate, Choice, PieceRows, Seam, Selected, Share, merged_ledger};
 pub use source::Source;
 pub(crate) use source::announce;

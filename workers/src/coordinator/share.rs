@@ -16,10 +16,24 @@ pub struct PieceRows {
     /// Input indices of the vertices.
     pub ids: Vec<u64>,
     /// For each cell its vertices, as positions in `ids`, positively oriented, then its neighbours. The neighbour
-    /// opposite a vertex is a cell of this piece, or a mark for the hull or for another piece.
+    /// opposite a vertex is a cell of this piece, or [`HULL`](crate::state::rows::HULL), or
+    /// [`INTERFACE`](crate::state::rows::INTERFACE) plus one plus a position in `seam`.
     pub rows: Vec<u32>,
-    /// The cells with a mark instead of a neighbour, ascending.
+    /// The cells with a facet on the hull or to another piece, ascending.
     pub open: Vec<u32>,
+    /// The neighbours in other pieces.
+    pub seam: Vec<Seam>,
+    /// Number of facets on the hull.
+    pub hull_facets: u64,
+}
+
+/// A cell of another rank.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Seam {
+    /// The rank.
+    pub rank: Rank,
+    /// The cell of its piece.
+    pub cell: u32,
 }
 
 /// Cells as rows of input indices.

@@ -1,6 +1,6 @@
 //! Builds the share of a rank: its cells, its data for pictures and its ledger. The share stays with the rank.
 //!
-//! **Rounds.** None: no rank sends a message.
+//! **Rounds.** None for `simulate`. Two for `triangulate`, for the facets between pieces ([`crate::result::facets`]).
 
 use septet_geometry::point::{Point, Simplex};
 use septet_protocol::ids::{NodeId, Phase};
@@ -9,6 +9,7 @@ use septet_protocol::transport::TransportError;
 use crate::coordinator::{CellRows, PieceRows, Share};
 use crate::machine::context::Context;
 use crate::result::certified::Certified;
+use crate::result::facets::{count_hull, pair_facets, send_facets, store_neighbours};
 use crate::result::merge::{Instance, OwnedCells, Results, classify};
 use crate::result::view::view_part;
 use crate::stars::owned::{Stars, StarsView};
@@ -53,16 +54,22 @@ pub(crate) async fn collect_cells<P: Point>(
         if cx.config().counted {
             share.cells = cells(cx, subdomain, StarsView::new(&table, &stars), certified.owned_cells());
         } else if table.owned_len() > 0 {
-            share.piece = Some(piece(subdomain, table, stars));
+            share.piece = Some(piece(cx, subdomain, table, stars));
         }
     }
     share.certified = certified.into_certificate();
     collect(cx, share).await
 }
 
-/// Ends the run of a rank: adds the ledger to the share, and files the record of charges.
+/// Ends the run of a rank: pairs the facets between pieces, adds the ledger to the share, and files the record of charges.
 async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<Share<P>, TransportError> {
-    while cx.exchange().await? {}
+    while cx.exchange().await? {
+        pair_facets(cx)?;
+        store_neighbours(cx, share.piece.as_mut())?;
+    }
+    if let Some(piece) = &mut share.piece {
+        count_hull(cx, piece)?;
+    }
     if let Some(fault) = cx.config().fault {
         fault.distort_worker(cx.ledger_mut());
     }
@@ -120,15 +127,21 @@ fn each_owned_cell<P: Point>(
     known.chain(others).filter_map(|facet| finite_cell::<P>(vertex, facet)).for_each(|cell| f(&cell));
 }
 
-/// Returns the cells that belong to this rank, with their neighbours.
-fn piece<P: Point>(subdomain: &Subdomain<P>, table: Table<P>, mut stars: Stars<P>) -> PieceRows {
+/// Returns the cells that belong to this rank, with their neighbours. Sends the facets that other ranks may share.
+fn piece<P: Point>(
+    cx: &mut Context<P>,
+    subdomain: &Subdomain<P>,
+    table: Table<P>,
+    mut stars: Stars<P>,
+) -> PieceRows {
     let cells = match stars.take_triangulation() {
         Some(triangulation) => triangulation.into_rows(),
         None => rows_of_links(StarsView::new(&table, &stars)),
     };
+    send_facets(cx, &table, &cells);
     let (rows, open) = cells.into_parts();
     let leaf = subdomain.leaves().first().map_or(NodeId::ROOT, Leaf::id).0;
-    PieceRows { leaf, ids: table.into_ids(), rows, open }
+    PieceRows { leaf, ids: table.into_ids(), rows, open, ..PieceRows::default() }
 }
 
 /// Returns the cells that belong to this rank, from links. Matches facets to find neighbours. A facet without a match

@@ -3,5 +3,6 @@
 pub(crate) mod certified;
 pub mod collect;
 mod decision;
+mod facets;
 pub mod merge;
 pub mod view;

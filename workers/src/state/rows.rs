@@ -42,6 +42,16 @@ impl AdjacencyRows {
         AdjacencyRows { rows, open }
     }
 
+    /// Returns the rows.
+    pub(crate) fn rows(&self) -> &[u32] {
+        &self.rows
+    }
+
+    /// Returns the indices of the open cells.
+    pub(crate) fn open(&self) -> &[u32] {
+        &self.open
+    }
+
     /// Returns the rows and the indices of the open cells.
     pub(crate) fn into_parts(self) -> (Vec<u32>, Vec<u32>) {
         (self.rows, self.open)

@@ -161,6 +161,11 @@ impl<P: Point> Body<P> {
                 })
                 .or_else(|| of_positions(cells, points.len(), false))
                 .or_else(|| of_positions(conflicts, points.len(), false)),
+            Body::Facets { vertices, entries } => unless(vertices.len() == P::DIM * entries.len(), COLUMNS),
+            Body::Across { entries, ranks: across, cells } => {
+                unless([across.len(), cells.len()] == [entries.len(); 2], COLUMNS)
+                    .or_else(|| of_ranks(ranks, across))
+            }
             Body::Region { vertices, counts, points } => points.defect(ranks).or_else(|| {
                 unless(vertices.len() == counts.len() && add_up_to(counts, points.len()), COLUMNS)
             }),

@@ -3,7 +3,7 @@
 use super::Body;
 
 /// The names of all kinds, in the order of [`Body`].
-pub const KINDS: [&str; 31] = [
+pub const KINDS: [&str; 33] = [
     "start",
     "plan",
     "samples",
@@ -35,6 +35,8 @@ pub const KINDS: [&str; 31] = [
     "outcome",
     "gather",
     "region",
+    "facets",
+    "across",
 ];
 
 impl<P> Body<P> {
@@ -72,6 +74,8 @@ impl<P> Body<P> {
             Body::Outcome(_) => "outcome",
             Body::Gather(_) => "gather",
             Body::Region { .. } => "region",
+            Body::Facets { .. } => "facets",
+            Body::Across { .. } => "across",
         }
     }
 }

@@ -6,7 +6,7 @@ use septet_protocol::ids::{COORDINATOR, NodeId, Rank};
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::{PointBatch, PointSum, UNKNOWN_RADIUS2, ViewPart};
 
-use crate::coordinator::{CellRows, PieceRows, Selected, Share, Source};
+use crate::coordinator::{CellRows, PieceRows, Seam, Selected, Share, Source};
 use crate::hosts::host::Job;
 use crate::partition::leader::Plan;
 
@@ -63,8 +63,8 @@ impl<P: Point> Source<P> for Assigned<P> {
     }
 }
 
-/// A piece as it travels: its leaf, ids, rows and open cells.
-type PieceFrame = (u64, Bulk<u64>, Bulk<u32>, Bulk<u32>);
+/// A piece as it travels: its leaf and hull facets, ids, rows, open cells, and ranks and cells of other pieces.
+type PieceFrame = ((u64, u64), Bulk<u64>, Bulk<u32>, Bulk<u32>, (Bulk<Rank>, Bulk<u32>));
 
 /// A share as it travels: the ledger, the owned points, the piece, cells and leaves, edges, sets, members and undecided
 /// points, the view.
@@ -82,8 +82,11 @@ type ShareFrame<P> = (
 /// Encodes the share of a worker.
 pub(super) fn share_to_bytes<P: Point>(share: &Share<P>) -> Result<Vec<u8>, CodecError> {
     let bulk = |words: &Vec<u64>| Bulk(words.clone());
-    let piece = share.piece.as_ref();
-    let piece = piece.map(|p| (p.leaf, bulk(&p.ids), Bulk(p.rows.clone()), Bulk(p.open.clone())));
+    let piece = share.piece.as_ref().map(|p| {
+        let (ranks, cells): (Vec<Rank>, Vec<u32>) = p.seam.iter().map(|seam| (seam.rank, seam.cell)).unzip();
+        let counts = (p.leaf, p.hull_facets);
+        (counts, bulk(&p.ids), Bulk(p.rows.clone()), Bulk(p.open.clone()), (Bulk(ranks), Bulk(cells)))
+    });
     let frame: ShareFrame<P> = (
         Bulk(share.ledger.to_words()),
         bulk(&share.owned),
@@ -101,8 +104,10 @@ pub(super) fn share_to_bytes<P: Point>(share: &Share<P>) -> Result<Vec<u8>, Code
 pub(super) fn share_from_bytes<P: Point>(rank: Rank, bytes: &[u8]) -> Result<Share<P>, CodecError> {
     let (words, owned, piece, cells, edges, sets, selected, view): ShareFrame<P> = codec::decode(bytes)?;
     let ledger = LedgerPart::from_words(&words).ok_or(CodecError::Corrupt { what: "the ledger" })?;
-    let piece =
-        piece.map(|(leaf, ids, rows, open)| PieceRows { leaf, ids: ids.0, rows: rows.0, open: open.0 });
+    let piece = piece.map(|((leaf, hull_facets), ids, rows, open, (ranks, cells))| {
+        let seam = ranks.0.into_iter().zip(cells.0).map(|(rank, cell)| Seam { rank, cell });
+        PieceRows { leaf, ids: ids.0, rows: rows.0, open: open.0, seam: seam.collect(), hull_facets }
+    });
     Ok(Share {
         owned: owned.0,
         piece,
@@ -125,7 +130,14 @@ mod tests {
     #[test]
     fn shares_travel_whole() {
         let share = Share::<DVec2> {
-            piece: Some(PieceRows { leaf: 5, ids: vec![1 << 40], rows: vec![7, 8], open: vec![0] }),
+            piece: Some(PieceRows {
+                leaf: 5,
+                ids: vec![1 << 40],
+                rows: vec![7, 8],
+                open: vec![0],
+                seam: vec![Seam { rank: 2, cell: 9 }],
+                hull_facets: 3,
+            }),
             cells: CellRows { rows: vec![1, 2, 3], leaves: vec![9] },
             owned: vec![2],
             edges: vec![4, 5],
