@@ -21,9 +21,10 @@ const fn pair(fault: &'static str, fail: &'static [&'static str]) -> Pair {
 
 /// The pairs of faults and claims. The guide has them in the last column of the table of faults. `bench/accept/faults.py`
 /// measures them at full size, where `slow:hulls:root3` needs no factor.
-static PAIRS: [Pair; 12] = [
+static PAIRS: [Pair; 13] = [
     pair("slow:partition:log2", &["level-depth"]),
     pair("slow:hulls:root3:4", &["depth-law"]),
+    pair("sequential-leaf", &["brent"]),
     pair("free-loop", &["lower-bounds"]),
     pair("flood", &["brent", "replication"]),
     pair("far-ghosts:3", &["brent", "replication"]),
