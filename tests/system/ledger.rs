@@ -100,12 +100,10 @@ fn depths_on_the_critical_path_add_up() {
     depth_adds_up(&plane(Kind::Clusters, 3000, 7));
 }
 
-/// Bounds on the bytes to the coordinator outside loading and merging: the samples and counts of the root, and a summary
-/// and a certificate from each worker. Measured: 28 bytes per sample and 320 per worker. A draw has at most 100 samples
-/// by default.
-/// Bytes to and from the coordinator that do not depend on the number of workers.
-const BYTES_OF_A_RUN: u64 = 1 << 16;
-const BYTES_PER_WORKER: u64 = 600;
+/// Bounds on the bytes to the coordinator and from it. The counts of the sampled stars come from each worker; everything
+/// else goes through trees. Messages to all ranks go to at most 32 ranks.
+const BYTES_OF_A_RUN: u64 = 1 << 15;
+const BYTES_PER_WORKER: u64 = 256;
 
 /// Bytes to the coordinator and from it, over all phases.
 fn coordinator_bytes(run: &Run) -> [u64; 2] {

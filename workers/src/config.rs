@@ -127,9 +127,9 @@ pub struct GraphRules {
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Shown {
     /// Whether the ranks keep the edges of the supergraph.
-    pub collect_graph: bool,
+    pub with_edges: bool,
     /// Whether the ranks keep the members of the separator sets of the leaves.
-    pub collect_sets: bool,
+    pub with_sets: bool,
     /// Whether the ranks keep the leaf of every cell.
     pub with_leaves: bool,
     /// Whether the ranks keep the input indices of the points that they own.

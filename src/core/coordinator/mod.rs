@@ -47,7 +47,7 @@ impl<P> Collected<P> {
     ) -> Result<Self, Error> {
         let (arrived, ranks) = (shares.len(), config.ranks());
         if arrived != ranks as usize {
-            return Err(incomplete(format!("the shares of {arrived} of {ranks} ranks arrived")));
+            return Err(incomplete(format!("the machine returned the shares of {arrived} of {ranks} ranks")));
         }
         let ledger = merged_ledger(&shares, config.fault);
         let Some(first) = shares.first_mut().filter(|share| share.rank == COORDINATOR) else {

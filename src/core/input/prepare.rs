@@ -8,6 +8,7 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
@@ -42,6 +43,8 @@ pub struct Prepared<'a, P: Point> {
     pub(crate) frame: Vec<usize>,
     /// Squared radii of the balls of sites; empty if nearest neighbours define the balls.
     pub(crate) radii2: Vec<f64>,
+    /// The number of points and the sum of their hashes, after the first request.
+    sum: OnceLock<PointSum>,
 }
 
 impl<P: Point> Prepared<'_, P> {
@@ -56,6 +59,7 @@ impl<P: Point> Prepared<'_, P> {
             dimension: P::DIM as isize,
             frame: Vec::new(),
             radii2,
+            sum: OnceLock::new(),
         }
     }
 
@@ -76,6 +80,10 @@ impl<P: Point> Prepared<'_, P> {
 
     /// Returns the number of points and the sum of their hashes.
     pub(crate) fn sum(&self) -> PointSum {
+        *self.sum.get_or_init(|| self.hashed())
+    }
+
+    fn hashed(&self) -> PointSum {
         let ranges = (0..self.positions.len()).into_par_iter().step_by(BLOCK);
         let block = |start: usize| {
             let points = &self.positions[start..self.positions.len().min(start + BLOCK)];
@@ -143,6 +151,7 @@ pub fn prepare<P: Point>(points: &[P], skip_invalid: bool) -> Result<Prepared<'_
         dimension,
         frame,
         radii2: Vec::new(),
+        sum: OnceLock::new(),
     })
 }
 

@@ -58,7 +58,15 @@ pub enum DivisionError {
         /// Number of workers.
         workers: u32,
     },
-    /// A vertex of a cell belongs to no worker.
+    /// The owners or the leaves of cells are more or fewer than the cells.
+    #[error("{labels} owners or leaves of {cells} cells")]
+    Labels {
+        /// Number of owners or leaves.
+        labels: usize,
+        /// Number of cells.
+        cells: usize,
+    },
+    /// A vertex of a cell is not a point, or belongs to no worker.
     #[error("point {point} belongs to no worker, but it is a vertex of a cell")]
     NoWorker {
         /// The point.
@@ -241,7 +249,13 @@ fn check(mesh: &MeshView<'_>, shares: Shares<'_>) -> Result<(), DivisionError> {
     if let Some(point) = point_owner.iter().position(|&owner| owner > workers) {
         return Err(DivisionError::Worker { point, owner: point_owner[point], workers });
     }
-    let has_none = |vertex: &&u64| point_owner[**vertex as usize] == 0;
+    let cells = mesh.cell_count();
+    let labels = [mesh.owner.map(<[u32]>::len), mesh.owning_leaf.map(<[u64]>::len)];
+    if let Some(labels) = labels.into_iter().flatten().find(|&labels| labels != cells) {
+        return Err(DivisionError::Labels { labels, cells });
+    }
+    // A vertex that is not a point has no worker either.
+    let has_none = |vertex: &&u64| point_owner.get(**vertex as usize).is_none_or(|&owner| owner == 0);
     mesh.cells.par_iter().find_first(has_none).map_or(Ok(()), |&point| Err(DivisionError::NoWorker { point }))
 }
 

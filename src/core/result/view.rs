@@ -1,5 +1,5 @@
 //! The picture of a run: sampled points with their owners and the proofs of their stars, and the separators of the tree.
-//! Workers send their parts to the coordinator.
+//! The shares of the ranks contain its parts.
 //!
 //! A hash of the coordinates selects the points, so the sample does not depend on the number of workers. Coordinates are
 //! rounded to a millionth of the set's extent, which suffices for a picture.

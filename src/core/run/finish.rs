@@ -76,7 +76,9 @@ pub(crate) fn certify<P: Point>(
     // Shares have no cells if stars disagree.
     let expected = if passed { merged.cells } else { 0 };
     if rows != expected {
-        return Err(incomplete(format!("{rows} of {expected} cells arrived")));
+        return Err(incomplete(format!(
+            "the shares contain {rows} cells, but the certificate counts {expected}"
+        )));
     }
     if passed && merged.cell_hash != cell_hash(&collected.shares) {
         return Err(incomplete("the cells of the shares are not those of the certificate".to_string()));
@@ -177,8 +179,8 @@ pub(crate) fn finish<P: Point>(
     Ok(Run {
         export: Export::new(P::DIM, store, with_owner),
         point_owner: owners.transpose()?,
-        graph: machine.shown.collect_graph.then(|| sorted_edges(&shares)),
-        sets: machine.shown.collect_sets.then(|| sorted_members(&shares)),
+        graph: machine.shown.with_edges.then(|| sorted_edges(&shares)),
+        sets: machine.shown.with_sets.then(|| sorted_members(&shares)),
         hull_facets: merged.hull_facets,
         stars_local: merged.local,
         stars_repaired: merged.repaired,

@@ -215,8 +215,8 @@ fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfi
     let constants = TreeConstants::of(wished.purpose, P::DIM, config.separator_sets, alpha);
     let leaf = if independent { LEAF_OF_SITES[P::DIM - 2] } else { constants.leaf };
     let shown = Shown {
-        collect_graph: config.keep.graph && counted,
-        collect_sets: config.keep.sets && counted,
+        with_edges: config.keep.graph && counted,
+        with_sets: config.keep.sets && counted,
         with_leaves: config.keep.owner,
         with_owned: config.keep.point_owner && whole && !independent,
         view: if whole { config.keep.view.min(MOST_POINTS) } else { 0 },

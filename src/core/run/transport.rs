@@ -18,5 +18,5 @@ pub(crate) fn started<P: Point>(
     config: &Config,
 ) -> impl FnMut(&Arc<WorkerConfig>) -> Box<dyn Machine<P>> + use<P> {
     let kind = config.machine.transport_kind();
-    move |parameters| machine::<P>(kind, parameters)
+    move |_| machine::<P>(kind)
 }

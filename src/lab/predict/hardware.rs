@@ -18,7 +18,8 @@ pub struct Hardware {
     pub rate: f64,
     /// Charged operations per second by phase, if measured.
     pub phase_rates: BTreeMap<String, f64>,
-    /// Seconds that do not depend on the number of workers: reading and collecting the result.
+    /// Seconds that do not depend on the number of workers: the phases without charged work. They are
+    /// measured with one worker, so they are too long for larger numbers of workers, which read their blocks in parallel.
     pub fixed: f64,
 }
 

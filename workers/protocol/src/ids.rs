@@ -64,7 +64,7 @@ impl NodeId {
 #[serde(into = "u8", try_from = "u8")]
 #[repr(u8)]
 pub enum Phase {
-    /// Distribution of the points in blocks.
+    /// Each rank reads its block of the points.
     Load,
     /// Section 2, and step 2 of Section 4.3: sphere separators, level by level.
     Partition,
@@ -108,7 +108,7 @@ pub enum Phase {
     Fallback,
     /// Reduction of the results up the tree.
     Merge,
-    /// Collection of cells and counts on the coordinator.
+    /// Each rank builds its share of the result.
     Collect,
     /// The end of the run.
     Done,

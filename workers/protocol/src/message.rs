@@ -254,7 +254,7 @@ impl<P: Copy> ViewPart<P> {
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
 pub enum Body<P> {
-    /// Coordinator to worker: number of points, and a frame that spans the space.
+    /// Coordinator to all ranks, through a tree: number of points, and a frame that spans the space.
     Start {
         /// Number of distinct points of the run.
         population: u64,
@@ -301,11 +301,11 @@ pub enum Body<P> {
     Summary(Summary<P>),
     /// Leader to member: the summaries of both children.
     Children(Box<[Summary<P>; 2]>),
-    /// Worker to coordinator, then coordinator to worker: the points of the frame with their owners.
+    /// Worker to coordinator, then coordinator to all ranks, through a tree: the points of the frame with their owners.
     Frame(PointBatch<P>),
     /// Worker to coordinator: the counts of its sampled stars.
     SampleStars(SampleStars),
-    /// Coordinator to worker: the chosen supergraph.
+    /// Coordinator to all ranks, through a tree: the chosen supergraph.
     Choice(ChosenSupergraph),
     /// Ghosts for a subproblem that their balls reach. In the ghost layer these are the halo balls.
     Ghosts(PointBatch<P>),
@@ -367,7 +367,7 @@ pub enum Body<P> {
     Left(Bulk<u64>),
     /// Leader to the leader of the parent: the merged result of the subproblem.
     Merged(Merged),
-    /// Coordinator to worker: the decision on a certificate.
+    /// Coordinator to all ranks, through a tree: the decision on a certificate.
     Outcome(Outcome),
     /// Worker to coordinator: the vertices of unresolved stars and of their links. The radius of a point marks its role
     /// ([`WANTED`], [`OF_A_LINK`]).
@@ -400,12 +400,11 @@ pub enum Body<P> {
 }
 
 impl<P: Copy> Body<P> {
-    /// Returns `true` if the arrays of a query, a reply or sets are consistent. Other bodies are not checked here.
+    /// Returns `true` if the arrays of a query or a reply are consistent. Other bodies are not checked here.
     pub fn is_consistent(&self) -> bool {
         match self {
             Body::Query(batch) => batch.is_consistent(),
             Body::Reply(batch) => batch.is_consistent(),
-            Body::Decision { routes, .. } => routes.iter().all(|r| r.receivers.len() == r.counts.len()),
             _ => true,
         }
     }

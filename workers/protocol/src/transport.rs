@@ -86,9 +86,6 @@ pub enum TransportError {
 
 /// A way to move messages between the ranks of the machine.
 pub trait Transport<P> {
-    /// Returns the number of ranks, including the coordinator.
-    fn size(&self) -> u32;
-
     /// Ends a round: sends the messages of the host's ranks, and returns the messages to them.
     ///
     /// # Errors

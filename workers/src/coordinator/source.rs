@@ -12,7 +12,8 @@ pub trait Source<P>: Sync {
     /// coordinator reads it.
     fn population(&self) -> PointSum;
 
-    /// Returns the frame: `d + 1` points that span the space, with their input indices. Only the coordinator reads it.
+    /// Returns the frame: `d + 1` points that span the space, with their input indices. Only the host of the coordinator
+    /// has it.
     fn frame(&self) -> Vec<(u64, P)>;
 
     /// Returns the points of block `block`, if the input is divided into `blocks` equal parts in its order. The batch

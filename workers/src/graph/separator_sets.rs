@@ -415,7 +415,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         let pairs = (points.len() * points.len()) as u64;
         cx.charge(Account::member(Phase::Graph, node), cost, pairs);
         cx.facts(node).members += points.len() as u64;
-        if cx.config().shown.collect_sets {
+        if cx.config().shown.with_sets {
             self.sets.extend(points.iter().map(|&i| [node.0, self.table.ids()[i as usize]]));
         }
         let mut lists = vec![Vec::new(); members.len()];

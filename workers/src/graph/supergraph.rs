@@ -223,7 +223,7 @@ fn count_edges<P: Point>(
         for point in leaf.owned() {
             let list = &neighbours[point as usize];
             edges.add(table, point, list);
-            if cx.config().shown.collect_graph {
+            if cx.config().shown.with_edges {
                 let counted = edges_of(table, point, list).filter(|edge| edge.1);
                 kept.extend(counted.flat_map(|edge| edge.0));
             }

@@ -1,6 +1,7 @@
 //! Collective operations of groups of ranks, in terms of messages.
 //!
-//! A *group* is a node of the partition tree with the ranks that share it. One of them leads it ([`leader`]). Members send to their leader, a leader sends to its members, and results of children are combined on
+//! A *group* is a node of the partition tree with the ranks that share it. One of them leads it ([`leader`]). Members
+//! send to their leader, a leader sends to its members, and results of children are combined on
 //! the way up the tree. Every operation queues messages of the current round and never waits.
 
 use std::collections::BTreeMap;
@@ -135,8 +136,8 @@ impl<P: Point> Context<P> {
 /// The largest number of ranks below a rank in the tree of all ranks.
 const FAN: u64 = 32;
 
-/// Returns the ranks below a rank in the tree of all ranks, whose root is the coordinator. Of p workers, the last are at
-/// level `ceil(log_32 p)` or one level lower.
+/// Returns the ranks below a rank in the tree of all ranks, whose root is the coordinator. Worker r is at level 1 for
+/// r <= 32, at level 2 for r <= 1,056, and so on.
 fn ranks_below(rank: Rank, ranks: u32) -> Range<Rank> {
     let at = |i: u64| (FAN * u64::from(rank) + i).min(u64::from(ranks)) as Rank;
     at(1)..at(FAN + 1)

@@ -90,6 +90,7 @@ pub(crate) async fn load<P: Point>(
 
 /// Splits the points of all ranks until each rank has its subdomain. `group` is the group of the root. Returns the
 /// subdomain and the table of its points.
+///
 /// A rank that is not a member of the group, such as the coordinator, waits until the phase ends.
 pub(crate) async fn partition<P: Point>(
     cx: &mut Context<P>,

@@ -100,7 +100,7 @@ pub(crate) fn ways(workers: u32) -> Vec<(&'static str, WorkerConfig)> {
         way("bottom-up", &|c| (c.graph.wanted, c.graph.correction) = (density, Correction::BottomUp)),
         way("picture", &|c| {
             (c.shown.view, c.shown.with_leaves, c.shown.with_owned) = (100, true, true);
-            (c.shown.collect_graph, c.shown.collect_sets) = (true, true);
+            (c.shown.with_edges, c.shown.with_sets) = (true, true);
         }),
         way("gathered", &|c| {
             (c.graph.wanted, c.graph.exchange_cap) = (Wanted::Fixed(Supergraph::Knn { k: 4 }), Some(0));

@@ -3,9 +3,9 @@
 //! **Statement.** A cell belongs to its lexicographically smallest vertex, so the leaves have disjoint sets of cells
 //! and the union of these sets contains every cell. The merged result of a subproblem consists of counts, among them
 //! those of the certificate's conditions. Results go from children to parents. Rank 0 decides on the result of the
-//! root. The cells themselves are sent once ([`crate::result::collect`]).
+//! root. The cells themselves stay with the ranks ([`crate::result::collect`]).
 //!
-//! **Rounds.** One for each level of shared nodes, and one for the decision.
+//! **Rounds.** One for each level of shared nodes, and those of the decision, which goes down a tree of ranks.
 //!
 //! **Work and depth.** One vector step over all link facets; O(1) for each node.
 
@@ -37,7 +37,7 @@ pub(crate) struct Results<'a, P: Point> {
     subdomain: &'a Subdomain<P>,
     view: StarsView<'a, P>,
     supergraph: Supergraph,
-    /// Whether cells are sent as rows of ids. If `false`, they are sent as rows of local indices.
+    /// Whether the share has rows of ids. If `false`, it has rows of local indices.
     by_id: bool,
 }
 
@@ -57,7 +57,7 @@ impl<'a, P: Point> Results<'a, P> {
         self.view
     }
 
-    /// Returns the hash of a cell in the form in which it is sent to the coordinator.
+    /// Returns the hash of a cell in the form that it has in the share.
     fn hash_of(&self, cell: &P::Cell) -> u64 {
         let (ids, vertices) = (self.view.table().ids(), cell.as_ref());
         if !self.by_id {

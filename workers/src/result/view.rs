@@ -1,7 +1,7 @@
 //! The data of a rank for pictures: sampled points, and the splits that it reports.
 //!
-//! Ranks make these data only on request, and no other result of the run depends on them. A hash of the coordinates decides whether a point is in the sample, so the sample
-//! is the same for every number of ranks.
+//! Ranks make these data only on request, and no other result of the run depends on them. A hash of the coordinates
+//! decides whether a point is in the sample, so the sample is the same for every number of ranks.
 
 use std::collections::BTreeSet;
 

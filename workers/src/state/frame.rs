@@ -1,7 +1,7 @@
 //! The frame: points that span the space, and their owners.
 //!
 //! The coordinator selects the frame when it reads the input. Each rank reports which points of the frame it owns, and the
-//! coordinator then sends all owners to all ranks. These messages travel with those of another phase:
+//! coordinator then sends all owners to all ranks, through a tree. These messages travel with those of another phase:
 //! `crate::direct::ghost_layer` or [`crate::graph::summaries`].
 
 use septet_geometry::point::Point;

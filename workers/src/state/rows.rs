@@ -12,7 +12,7 @@ pub const HULL: u32 = u32::MAX;
 /// smaller.
 pub const INTERFACE: u32 = FIRST_MARK;
 
-/// Returns the hash of the cells of a worker that sends rows of local indices: of the sum of the hashes of its cells, and
+/// Returns the hash of the cells of a worker whose rows have local indices: of the sum of the hashes of its cells, and
 /// of the input index of each local index.
 pub fn piece_hash(owner: Rank, cells: u64, ids: &[u64]) -> u64 {
     let odd = finalise(u64::from(owner)) | 1;

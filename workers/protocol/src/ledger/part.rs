@@ -337,7 +337,7 @@ impl LedgerPart {
         self.ranks.entry(key).or_default()
     }
 
-    /// Counts one message in its round, on its link and for both ranks. Returns the counts of the round.
+    /// Counts one message in its round, on its link and for both ranks.
     pub fn bill(&mut self, sender: RankKey, to: Rank, moved: Traffic) {
         let RankKey { round, phase, rank: from } = sender;
         self.links.entry(LinkKey { phase, from, to }).or_default().add(&moved);

@@ -1,8 +1,8 @@
 //! A part of the ledger as plain numbers, for the wire.
 //!
 //! A head of seven words holds the numbers of rows, the hash of the edges and the balance. Rows follow, map by map, each
-//! in the order of its keys. The last word is the hash of the others. The first word of a charge holds the phase (bits 0 to 7), the role (bits 8 to 15) and the level of a pass
-//! or the number of a step (bits 32 to 63).
+//! in the order of its keys. The last word is the hash of the others. The first word of a charge holds the phase (bits 0
+//! to 7), the role (bits 8 to 15) and the level of a pass or the number of a step (bits 32 to 63).
 
 use septet_geometry::cost::Price;
 

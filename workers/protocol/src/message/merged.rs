@@ -25,7 +25,7 @@ pub struct Merged {
     pub exchange_rounds: u64,
     /// The sum of the hashes of the owned points ([`PointSum`]).
     pub point_hash: u64,
-    /// The sum of the hashes of the cells in the form in which they are sent to the coordinator: rows of ids, or rows of
+    /// The sum of the hashes of the cells in the form of the share: rows of ids, or rows of local indices: rows of ids, or rows of
     /// local indices (`piece_hash` of the workers).
     pub cell_hash: u64,
 }

@@ -319,8 +319,8 @@ mod tests {
             "free",
             "free:hulls:1",
             "far-ghosts",
-            "flip:block",
-            "flip:block:x",
+            "flip:move",
+            "flip:move:x",
             "slow:hulls:log:1:1",
         ] {
             assert!(matches!(error(text), FaultTextError::Form { .. }), "{text}");

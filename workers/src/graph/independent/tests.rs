@@ -22,7 +22,7 @@ fn config(fixed: u64, leaf: u64, workers: u32) -> Arc<WorkerConfig> {
     Arc::new(config)
 }
 
-/// The set that the workers send, the phases of the run, and the number of steps in phase `independent`.
+/// The set that the shares contain, the phases of the run, and the number of steps in phase `independent`.
 #[derive(Default)]
 struct Outcome {
     members: Vec<u64>,

@@ -121,10 +121,6 @@ impl<P: Point> End<P> {
 }
 
 impl<P: Point> Transport<P> for End<P> {
-    fn size(&self) -> u32 {
-        self.senders.len() as u32
-    }
-
     fn exchange(&mut self, outbox: Vec<Message<P>>, state: HostState) -> Result<Delivery<P>, TransportError> {
         self.round(outbox, state).map_err(|error| self.barrier.fail(error))
     }
@@ -151,8 +147,8 @@ impl Channels {
     }
 }
 
-/// The thread of a host. It returns the shares of its ranks, or `None` if the machine failed.
-type HostThread<'scope, P> = ScopedJoinHandle<'scope, Option<Vec<Share<P>>>>;
+/// The thread of a host. It returns the shares of its ranks.
+type HostThread<'scope, P> = ScopedJoinHandle<'scope, Result<Vec<Share<P>>, TransportError>>;
 
 /// The channels and the barrier of a machine.
 struct Wires<P> {
@@ -194,10 +190,9 @@ fn spawn<'scope, 'env, P: Point>(
     Builder::new().name(name).spawn_scoped(scope, move || {
         dispatcher::with_default(&listener, || {
             let mut host = Host::new(ranks.into_iter(), job, &pool);
-            // An error has reached all hosts through the barrier.
-            serve(&mut end, &mut host, &mut Unwatched).ok()?;
+            serve(&mut end, &mut host, &mut Unwatched)?;
             end.finish();
-            Some(host.into_shares())
+            Ok(host.into_shares())
         })
     })
 }
@@ -218,15 +213,12 @@ impl<P: Point> Machine<P> for Channels {
             }
             let mut host = Host::new(std::iter::once(COORDINATOR), job, &None);
             serve(&mut end, &mut host, watch)?;
-            // Hosts whose ranks are done do not wait again, so this ends only the others.
-            drop(end);
+            end.finish();
             let mut shares = host.into_shares();
-            for thread in running {
-                let ended = || TransportError::WorkerFailed {
-                    rank: COORDINATOR,
-                    reason: "a host ended before its ranks were done".to_string(),
-                };
-                shares.extend(thread.join().ok().flatten().ok_or_else(ended)?);
+            for (first, thread) in (1..).zip(running) {
+                let reason = "its host ended before its ranks were done".to_string();
+                let ended = |_| TransportError::WorkerFailed { rank: first, reason };
+                shares.extend(thread.join().map_err(ended)??);
             }
             shares.sort_by_key(|share| share.rank);
             Ok(shares)

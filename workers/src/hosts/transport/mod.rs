@@ -8,14 +8,11 @@ pub mod pipe;
 
 mod sim;
 
-use std::sync::Arc;
-
 use septet_geometry::point::Point;
 use septet_protocol::ids::COORDINATOR;
 use septet_protocol::transport::{Transport, TransportError};
 use thiserror::Error;
 
-use crate::config::WorkerConfig;
 use crate::coordinator::Share;
 use crate::hosts::host::{Host, Job, Watch, serve};
 
@@ -68,12 +65,10 @@ pub enum TransportKind {
 }
 
 /// Returns a machine of a kind.
-pub fn machine<P: Point>(kind: TransportKind, config: &Arc<WorkerConfig>) -> Box<dyn Machine<P>> {
+pub fn machine<P: Point>(kind: TransportKind) -> Box<dyn Machine<P>> {
     match kind {
         TransportKind::Channel { threads } => Box::new(channel::Channels::new(threads)),
-        TransportKind::Sim { delivery_seed } => {
-            Box::new(OneHost(sim::Sim::<P>::new(config.ranks(), delivery_seed)))
-        }
+        TransportKind::Sim { delivery_seed } => Box::new(OneHost(sim::Sim::<P>::new(delivery_seed))),
     }
 }
 

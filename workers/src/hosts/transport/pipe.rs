@@ -115,8 +115,11 @@ impl Pipes {
         let mut shares = Vec::with_capacity(self.children.len());
         for rank in 1..=self.children.len() as Rank {
             let read = read_round(&mut self.children[rank as usize - 1].output);
-            let (_, frames) = read.map_err(|e| self.failure(rank, &e))?;
-            let [(_, bytes)] = frames.as_slice() else { return Err(bad(rank, &"it sent no share")) };
+            let (state, frames) = read.map_err(|e| self.failure(rank, &e))?;
+            if state == FAILED {
+                return Err(reported(rank, &frames));
+            }
+            let [(_, bytes)] = frames.as_slice() else { return Err(bad(rank, &"it did not send one share")) };
             shares.push(share_from_bytes(rank, bytes).map_err(|e| bad(rank, &e))?);
         }
         Ok(shares)
@@ -137,10 +140,6 @@ impl Pipes {
 }
 
 impl<P: Point> Transport<P> for Pipes {
-    fn size(&self) -> u32 {
-        self.children.len() as u32 + 1
-    }
-
     fn exchange(&mut self, outbox: Vec<Message<P>>, state: HostState) -> Result<Delivery<P>, TransportError> {
         let ranks = self.children.len() + 1;
         let mut boxes: Vec<Vec<Frame>> = vec![Vec::new(); ranks];
@@ -198,14 +197,9 @@ impl Drop for Pipes {
 struct Pipe<R, W> {
     input: R,
     output: W,
-    size: u32,
 }
 
 impl<P: Point, R: Read + Send, W: Write + Send> Transport<P> for Pipe<R, W> {
-    fn size(&self) -> u32 {
-        self.size
-    }
-
     fn exchange(&mut self, outbox: Vec<Message<P>>, state: HostState) -> Result<Delivery<P>, TransportError> {
         let busy = state.is_busy().inspect_err(|error| self.report(error))?;
         let encoded = outbox.iter().map(|m| match m.encode() {
@@ -230,6 +224,21 @@ impl<P: Point, R: Read + Send, W: Write + Send> Transport<P> for Pipe<R, W> {
     }
 }
 
+impl<R: Read, W> Pipe<R, W> {
+    /// Reads the input of the worker.
+    fn read_assigned<P: Point>(&mut self) -> Result<Assigned<P>, TransportError> {
+        let (_, frames) = read_round(&mut self.input).map_err(|error| match error.kind() {
+            ErrorKind::InvalidData => bad(COORDINATOR, &error),
+            // A pipe breaks when the coordinator has ended.
+            _ => TransportError::Stopped,
+        })?;
+        let [(_, bytes)] = frames.as_slice() else {
+            return Err(bad(COORDINATOR, &"it did not send one block"));
+        };
+        Assigned::from_bytes(bytes).map_err(|e| bad(COORDINATOR, &e))
+    }
+}
+
 impl<R, W: Write> Pipe<R, W> {
     /// Reports an error to the coordinator, if the coordinator is still running.
     fn report(&mut self, error: &TransportError) {
@@ -250,18 +259,14 @@ pub fn serve_pipe<P: Point>(
     rank: Rank,
     config: WorkerConfig,
 ) -> Result<(), TransportError> {
-    let size = config.ranks();
-    let mut pipe = Pipe { input: BufReader::new(input), output: BufWriter::new(output), size };
-    let (_, frames) = read_round(&mut pipe.input).map_err(|_| TransportError::Stopped)?;
-    let decoded = frames.first().map(|(_, bytes)| Assigned::<P>::from_bytes(bytes));
-    let missing = || bad(COORDINATOR, &"it sent no block");
-    let assigned = decoded.ok_or_else(missing).and_then(|d| d.map_err(|e| bad(COORDINATOR, &e)));
-    let assigned = assigned.inspect_err(|error| pipe.report(error))?;
+    let mut pipe = Pipe { input: BufReader::new(input), output: BufWriter::new(output) };
+    let assigned = pipe.read_assigned::<P>().inspect_err(|error| pipe.report(error))?;
     let job = Job { config: Arc::new(config), source: &assigned, plan: assigned.plan() };
     let mut host = Host::<P>::new(std::iter::once(rank), &job, &None);
     serve(&mut pipe, &mut host, &mut Unwatched)?;
     for share in host.into_shares() {
-        let bytes = share_to_bytes(&share).map_err(|e| bad(rank, &e))?;
+        let bytes = share_to_bytes(&share).map_err(|e| bad(rank, &e));
+        let bytes = bytes.inspect_err(|error| pipe.report(error))?;
         let sent = write_round(&mut pipe.output, IDLE, &[(COORDINATOR, bytes)]);
         sent.map_err(|_| TransportError::Stopped)?;
     }

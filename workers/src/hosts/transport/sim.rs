@@ -12,15 +12,14 @@ use septet_protocol::transport::{Delivery, HostState, Transport, TransportError}
 
 /// The transport of a simulated machine of one host.
 pub(crate) struct Sim<P> {
-    size: u32,
     order: ChaCha8Rng,
     points: PhantomData<fn(P)>,
 }
 
 impl<P> Sim<P> {
-    /// Creates the transport of a number of ranks.
-    pub(crate) fn new(size: u32, delivery_seed: u64) -> Self {
-        Sim { size, order: ChaCha8Rng::seed_from_u64(delivery_seed), points: PhantomData }
+    /// Creates a transport with this seed of the order.
+    pub(crate) fn new(delivery_seed: u64) -> Self {
+        Sim { order: ChaCha8Rng::seed_from_u64(delivery_seed), points: PhantomData }
     }
 }
 
@@ -29,10 +28,6 @@ fn bad(from: u32, error: &dyn std::fmt::Display) -> TransportError {
 }
 
 impl<P: Point> Transport<P> for Sim<P> {
-    fn size(&self) -> u32 {
-        self.size
-    }
-
     fn exchange(&mut self, outbox: Vec<Message<P>>, state: HostState) -> Result<Delivery<P>, TransportError> {
         let active = state.is_busy()? || !outbox.is_empty();
         let mut frames = Vec::with_capacity(outbox.len());

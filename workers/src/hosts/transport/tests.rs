@@ -1,3 +1,4 @@
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use glam::DVec2;
@@ -6,7 +7,7 @@ use septet_protocol::message::{PointBatch, PointSum};
 use septet_protocol::transport::TransportError;
 
 use super::*;
-use crate::config::{Fault, Stop};
+use crate::config::{Fault, Stop, WorkerConfig};
 use crate::coordinator::Source;
 use crate::hosts::host::Unwatched;
 use crate::partition::leader::Plan;
@@ -44,7 +45,7 @@ fn point(i: u64) -> DVec2 {
 fn outcome(kind: TransportKind, fault: Option<Fault>, stop: Stop) -> Result<u64, TransportError> {
     let config = WorkerConfig { workers: 3, fault, stop, ..WorkerConfig::plain() };
     let config = Arc::new(config);
-    let mut machine = machine::<DVec2>(kind, &config);
+    let mut machine = machine::<DVec2>(kind);
     let job = Job { config, source: &Spiral, plan: &Plan::new() };
     let shares = machine.run(&job, &mut Unwatched).map_err(|error| match error {
         MachineError::Transport(error) => error,
@@ -61,7 +62,7 @@ fn failures_and_panics_reach_the_caller() {
     for kind in KINDS {
         assert_eq!(outcome(kind, None, Stop::default()), Ok(300), "{kind:?}");
         for rank in [0, 2] {
-            for phase in [Phase::Partition, Phase::Hulls] {
+            for phase in [Phase::Partition, Phase::Hulls, Phase::Collect, Phase::Done] {
                 for fault in [Fault::DieAt { rank, phase }, Fault::PanicAt { rank, phase }] {
                     let verb = if matches!(fault, Fault::DieAt { .. }) { "ended" } else { "panicked" };
                     let reason = format!("it {verb} at the beginning of phase {}", phase.name());

@@ -1,32 +1,29 @@
 //! The frames before the first round and after the last: the block of a worker, and its share.
 
+use std::sync::{Mutex, PoisonError};
+
 use septet_geometry::point::Point;
-use septet_protocol::codec::{self, Bulk, CodecError};
-use septet_protocol::ids::{COORDINATOR, NodeId, Rank};
+use septet_protocol::codec::{self, Bulk, CodecError, FRAME_LIMIT};
+use septet_protocol::ids::{NodeId, Rank};
 use septet_protocol::ledger::LedgerPart;
-use septet_protocol::message::{PointBatch, PointSum, UNKNOWN_RADIUS2, ViewPart};
+use septet_protocol::message::{PointBatch, PointSum, ViewPart};
 
 use crate::coordinator::{CellRows, PieceRows, Seam, Selected, Share, Source};
 use crate::hosts::host::Job;
 use crate::partition::leader::Plan;
 
-/// The input that the coordinator assigns to a worker.
+/// The input that the coordinator assigns to a worker: its block, and the plan of the placement.
 pub(super) struct Assigned<P> {
-    population: PointSum,
-    frame: PointBatch<P>,
-    block: PointBatch<P>,
+    /// The block, until the worker has taken it.
+    block: Mutex<PointBatch<P>>,
     plan: Plan,
 }
 
 impl<P: Point> Assigned<P> {
     /// Returns the input of a worker.
     pub(super) fn of(job: &Job<'_, P>, rank: Rank) -> Self {
-        let mut frame = PointBatch::default();
-        for (id, position) in job.source.frame() {
-            frame.push(id, position, COORDINATOR, UNKNOWN_RADIUS2);
-        }
-        let block = job.source.block(rank - 1, job.config.workers);
-        Assigned { population: job.source.population(), frame, block, plan: job.plan.clone() }
+        let block = Mutex::new(job.source.block(rank - 1, job.config.workers));
+        Assigned { block, plan: job.plan.clone() }
     }
 
     /// Returns the plan of the placement.
@@ -36,31 +33,35 @@ impl<P: Point> Assigned<P> {
 
     pub(super) fn to_bytes(&self) -> Result<Vec<u8>, CodecError> {
         let (nodes, leaves): (Vec<u64>, Vec<u32>) = self.plan.iter().map(|(node, l)| (node.0, *l)).unzip();
-        let PointSum { count, hash } = self.population;
-        codec::encode(&((count, hash), &self.frame, &self.block, Bulk(nodes), Bulk(leaves)))
+        let block = self.block.lock().unwrap_or_else(PoisonError::into_inner);
+        within_limit(codec::encode(&(&*block, Bulk(nodes), Bulk(leaves)))?)
     }
 
     pub(super) fn from_bytes(bytes: &[u8]) -> Result<Self, CodecError> {
-        let ((count, hash), frame, block, nodes, leaves): ((u64, u64), _, _, Bulk<u64>, Bulk<u32>) =
-            codec::decode(bytes)?;
+        let (block, nodes, leaves): (_, Bulk<u64>, Bulk<u32>) = codec::decode(bytes)?;
         let plan = nodes.0.into_iter().map(NodeId).zip(leaves.0).collect();
-        let population = PointSum { count, hash };
-        Ok(Assigned { population, frame, block, plan })
+        Ok(Assigned { block: Mutex::new(block), plan })
     }
 }
 
+/// The source of a worker's process. It has the block of its rank only, which the rank takes once.
 impl<P: Point> Source<P> for Assigned<P> {
     fn population(&self) -> PointSum {
-        self.population
+        PointSum::default()
     }
 
     fn frame(&self) -> Vec<(u64, P)> {
-        self.frame.ids.iter().copied().zip(self.frame.positions.iter().copied()).collect()
+        Vec::new()
     }
 
     fn block(&self, _: u32, _: u32) -> PointBatch<P> {
-        self.block.clone()
+        std::mem::take(&mut self.block.lock().unwrap_or_else(PoisonError::into_inner))
     }
+}
+
+/// Returns the bytes of a frame, unless there are too many.
+fn within_limit(bytes: Vec<u8>) -> Result<Vec<u8>, CodecError> {
+    if bytes.len() > FRAME_LIMIT { Err(CodecError::TooLong { bytes: bytes.len() }) } else { Ok(bytes) }
 }
 
 /// A piece as it travels: its leaf and hull facets, ids, rows, open cells, and ranks and cells of other pieces.
@@ -97,7 +98,7 @@ pub(super) fn share_to_bytes<P: Point>(share: &Share<P>) -> Result<Vec<u8>, Code
         (bulk(&share.selected.members), bulk(&share.selected.undecided)),
         share.view.clone(),
     );
-    codec::encode(&frame)
+    within_limit(codec::encode(&frame)?)
 }
 
 /// Decodes the share of a worker.
@@ -108,6 +109,14 @@ pub(super) fn share_from_bytes<P: Point>(rank: Rank, bytes: &[u8]) -> Result<Sha
         let seam = ranks.0.into_iter().zip(cells.0).map(|(rank, cell)| Seam { rank, cell });
         PieceRows { leaf, ids: ids.0, rows: rows.0, open: open.0, seam: seam.collect(), hull_facets }
     });
+    let corrupt = |what| Err(CodecError::Corrupt { what });
+    let leaves = cells.1.len();
+    match () {
+        () if view.as_ref().is_some_and(|view| !view.is_consistent()) => corrupt("the picture"),
+        () if edges.len() % 2 != 0 => corrupt("the graph"),
+        () if leaves > 0 && leaves * (P::DIM + 1) != cells.0.len() => corrupt("the list of leaves"),
+        () => Ok(()),
+    }?;
     Ok(Share {
         owned: owned.0,
         piece,
@@ -149,5 +158,16 @@ mod tests {
         let bytes = share_to_bytes(&share).unwrap();
         assert_eq!(share_from_bytes::<DVec2>(3, &bytes).unwrap(), share);
         assert!(share_from_bytes::<DVec2>(3, &bytes[1..]).is_err());
+        let spoilt: [fn(&mut Share<DVec2>); 3] = [
+            |share| share.edges.push(6),
+            |share| share.cells.leaves.push(9),
+            |share| share.view.as_mut().unwrap().leaves.push(1),
+        ];
+        for spoil in spoilt {
+            let mut other = share.clone();
+            spoil(&mut other);
+            let bytes = share_to_bytes(&other).unwrap();
+            assert!(share_from_bytes::<DVec2>(3, &bytes).is_err(), "{other:?}");
+        }
     }
 }
