@@ -312,7 +312,9 @@ pub mod guide {
 pub mod testing {
     pub use septet_core::config::Fault;
     pub use septet_core::options::Planted;
-    pub use septet_core::{Config, Start, run_on};
+    pub use septet_core::{
+        Config, Host, Job, Machine, MachineError, OneHost, Share, Start, Unwatched, Watch, run_on, serve,
+    };
 }
 
 /// The examples in README.

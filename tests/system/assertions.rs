@@ -47,7 +47,7 @@ fn bounds_hold_or_name_the_round() {
         levels(1.5, -7.0),
         levels_over_leaf(1.5, 2.0),
         depth_of_levels("partition", 1000),
-        rounds("merge", 1.5, -7.0),
+        rounds("merge", 1.5, -6.0),
         merges(1.5, -7.0),
         messages_per_worker("merge", 0.0, 4.0),
         bytes("separator-sets", 1e5),
