@@ -29,7 +29,7 @@ pub struct Group {
 /// groups therefore does not lead all of them.
 pub(crate) fn leader(node: NodeId, child: &Child) -> Rank {
     let ranks = u128::from(child.ranks.max(1));
-    child.first + (u128::from(finalise(node.0)) * ranks >> 64) as Rank
+    child.first + ((u128::from(finalise(node.0)) * ranks) >> 64) as Rank
 }
 
 impl Group {
