@@ -1,6 +1,6 @@
 //! Collective operations of groups of ranks, in terms of messages.
 //!
-//! A *group* is a node of the partition tree with the ranks that share it. One of them leads it ([`leader`]). Members
+//! A *group* is a node of the partition tree with the ranks that share it. One of them leads it (`leader`). Members
 //! send to their leader, a leader sends to its members, and results of children are combined on
 //! the way up the tree. Every operation queues messages of the current round and never waits.
 

@@ -1,6 +1,6 @@
 //! Builds the share of a rank: its cells, its data for pictures and its ledger. The share stays with the rank.
 //!
-//! **Rounds.** None for `simulate`. Two for `triangulate`, for the facets between pieces ([`crate::result::facets`]).
+//! **Rounds.** None for `simulate`. Two for `triangulate`, for the facets between pieces (`result::facets`).
 
 use septet_geometry::point::{Point, Simplex};
 use septet_protocol::ids::{NodeId, Phase};

@@ -7,7 +7,7 @@
 //! coordinator 1 if the machine was active and 0 otherwise. `frames` describes the bytes.
 //!
 //! A worker that failed or was interrupted sends one frame, the encoded [`TransportError`]. Before the first round, a
-//! worker receives a frame with its block ([`Assigned`]). After the last, it sends a frame with its share.
+//! worker receives a frame with its block (`Assigned`). After the last, it sends a frame with its share.
 
 mod shares;
 
