@@ -107,7 +107,8 @@ impl<'a> Table<'a, '_> {
                 return Err(self.source.surplus(line.place(), "points", count));
             }
             self.note_extra(&row, selection)?;
-            push(self.source, points, selection, &row, self.options)?;
+            let at = points.met;
+            push(self.source, points, selection, &row, self.options).map_err(|error| error.in_row(at))?;
         }
         match reading {
             Some((points, selection)) => self.finish(points, selection),
