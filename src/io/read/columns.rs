@@ -156,7 +156,8 @@ impl<'a> Table<'a, '_> {
         let rows = self.source.data.len() / (row.line.text.len() + 1) + 1;
         let size = (rows as u64, self.source.data.len(), 4);
         let found = if selection.is_positional() { row.filled } else { selection.axes.len() };
-        let mut points = Collector::new(self.source, self.options, (row.line.place(), found), size)?;
+        let points = Collector::new(self.source, self.options, (row.line.place(), found), size);
+        let mut points = points.map_err(|error| error.in_row(0))?;
         points.notes.extend(selection.note.clone());
         Ok(points)
     }
