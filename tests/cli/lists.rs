@@ -67,7 +67,7 @@ fn a_list_has_the_outputs_of_the_whole_file() {
             .file("mixed.txt", "# parts\npart-0.npy\n\npart-1.csv\npart-2.xyz\n  part-3.npy\r\npart-4.csv\n");
         assert_whole(&place, "@mixed.txt");
         fs::create_dir(place.path("names")).unwrap();
-        let lines = |name: &str| (0..5).map(|part| format!("{name}/part-{part}.xyz\n")).collect::<String>();
+        let lines = |folder: &str| [0, 1, 2, 3, 4].map(|part| format!("{folder}/part-{part}.xyz")).join("\n");
         place.file("names/list", lines(".."));
         assert_whole(&place, "@names/list");
         let output = place.feed("triangulate @- -o stream.npy", lines(".").as_bytes());

@@ -11,7 +11,8 @@ use super::error::{EntryFault, ListError};
 /// Reads the paths of a list.
 pub(super) fn read(list: &Path) -> Result<Vec<PathBuf>, ListError> {
     let (_, zipped) = Format::of_path(list);
-    let data = load::load(list, zipped, &mut |_, _| {}).map_err(|error| ListError::List { error })?;
+    let data = load::load(list, zipped, &mut |_, _| {})
+        .map_err(|error| ListError::List { error: Box::new(error) })?;
     let folder = list.parent().unwrap_or(Path::new(""));
     let itself = list.canonicalize().ok();
     let mut files = Vec::new();

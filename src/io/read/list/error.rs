@@ -66,7 +66,7 @@ pub enum ListError {
     #[error("{error}")]
     List {
         /// The error, which names the list.
-        error: InputError,
+        error: Box<InputError>,
     },
     /// A line of the list does not name a file.
     #[error("{}, line {line}: {name}: {fault}", shown(.list))]
@@ -90,7 +90,7 @@ pub enum ListError {
     #[error("{}{error}", at_row(.error, *.before))]
     File {
         /// The error, which names the file and the row in the file.
-        error: InputError,
+        error: Box<InputError>,
         /// The number of rows in the files before this one.
         before: u64,
     },

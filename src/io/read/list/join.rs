@@ -96,7 +96,7 @@ pub fn read_list(
         let file = match read(path, options, &mut step) {
             // A part of a table may have no rows.
             Err(InputError::NoRows { .. }) => empty(options),
-            file => file.map_err(|error| ListError::File { error, before: joined.rows })?,
+            file => file.map_err(|error| ListError::File { error: Box::new(error), before: joined.rows })?,
         };
         extent.done += size;
         joined.add(path, file, extent)?;
@@ -187,7 +187,8 @@ fn append(
     };
     reserved.map_err(|_| {
         let bytes = ((known + added) * 8 * width) as u64;
-        ListError::File { error: InputError::OutOfMemory { path: path.to_owned(), bytes }, before }
+        let error = Box::new(InputError::OutOfMemory { path: path.to_owned(), bytes });
+        ListError::File { error, before }
     })?;
     if !columns::append(&mut all.columns, file.columns) {
         let (path, first) = (path.to_owned(), first.to_owned());

@@ -23,7 +23,9 @@ struct Folder(TempDir);
 impl Folder {
     fn new(files: &[(&str, &str)]) -> Self {
         let folder = Folder(tempfile::tempdir().unwrap());
-        files.iter().for_each(|(name, text)| folder.write(name, text));
+        for (name, text) in files {
+            folder.write(name, text);
+        }
         folder
     }
 
@@ -147,8 +149,8 @@ fn a_faulty_line_of_a_list_is_refused() {
     assert_eq!(folder.entry(b"part-1.xyz\n\xff\n"), (2, EntryFault::NotUtf8));
     folder.write("list.txt", "# nothing\n\n");
     assert!(matches!(folder.list("@list.txt"), Err(ListError::NoEntry { .. })));
-    let error = folder.list("@absent.txt").unwrap_err();
-    assert!(matches!(error, ListError::List { error: InputError::Missing { .. } }), "{error}");
+    let Err(ListError::List { error }) = folder.list("@absent.txt") else { panic!("read") };
+    assert!(matches!(*error, InputError::Missing { .. }), "{error}");
 }
 
 #[test]
@@ -296,7 +298,9 @@ fn memory_is_reserved_once_for_equal_files() {
     let rows: Vec<f64> = (0..3000).map(f64::from).collect();
     let folder = Folder::new(&[]);
     let names: Vec<String> = (0..40).map(|i| format!("{i:02}.npy")).collect();
-    names.iter().for_each(|name| folder.write(name, doubles(&rows)));
+    for name in &names {
+        folder.write(name, doubles(&rows));
+    }
     let all = folder.good(&names.iter().map(String::as_str).collect::<Vec<_>>());
     let Points::Space(points) = &all.content.points else { panic!("dimension") };
     assert_eq!(points.len(), 40_000);
