@@ -118,9 +118,10 @@ pub mod io {
     pub mod read {
         #[doc(inline)]
         pub use septet_io::read::{
-            AnyInput, CellFile, CellOptions, Column, DomainFile, Format, InputError, Place, PointFile,
-            ReadOptions, ReadProgress, UnknownFormatName, read, read_cells, read_cells_from, read_domain,
-            read_from, read_sizes,
+            AnyInput, CellFile, CellOptions, Column, CoordinateType, DomainFile, EntryFault, FileList,
+            Format, InputError, ListError, ListedFile, Place, PointFile, PointList, ReadOptions,
+            ReadProgress, UnknownFormatName, read, read_cells, read_cells_from, read_domain, read_from,
+            read_list, read_sizes,
         };
     }
 

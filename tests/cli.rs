@@ -28,6 +28,9 @@ mod help;
 #[path = "cli/instruments.rs"]
 mod instruments;
 
+#[path = "cli/lists.rs"]
+mod lists;
+
 #[path = "cli/mesh.rs"]
 mod mesh;
 

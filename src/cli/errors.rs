@@ -5,7 +5,7 @@ use std::io::{ErrorKind, Write as _};
 
 use septet_core::config::ConfigError;
 use septet_core::generate::{GenerateError, Kind};
-use septet_io::read::InputError;
+use septet_io::read::{InputError, ListError};
 use septet_io::write::OutputError;
 use septet_protocol::transport::TransportError;
 
@@ -93,19 +93,39 @@ impl Failure {
 
 impl From<InputError> for Failure {
     fn from(error: InputError) -> Self {
-        let code = match error {
-            InputError::OutOfMemory { .. } => Code::Limit,
-            _ if error.is_usage() => Code::Usage,
-            _ => Code::Input,
-        };
-        let mut failure = Failure::split(code, &error.to_string());
-        if failure.help.is_none() && matches!(error, InputError::Syntax { .. }) {
-            failure.help = Some("correct the file, or give it the extension of its format".into());
+        of_file(&error, &error.to_string())
+    }
+}
+
+/// Returns the failure for a file that cannot be read.
+fn of_file(error: &InputError, message: &str) -> Failure {
+    let code = match error {
+        InputError::OutOfMemory { .. } => Code::Limit,
+        _ if error.is_usage() => Code::Usage,
+        _ => Code::Input,
+    };
+    let mut failure = Failure::split(code, message);
+    if failure.help.is_none() && matches!(error, InputError::Syntax { .. }) {
+        failure.help = Some("correct the file, or give it the extension of its format".into());
+    }
+    if let Some(line) = error.line() {
+        failure.excerpt = Excerpt::of(error.path(), line, error.column()).map(Box::new);
+    }
+    failure
+}
+
+impl From<ListError> for Failure {
+    fn from(error: ListError) -> Self {
+        let message = error.to_string();
+        match &error {
+            ListError::File { error, .. } | ListError::List { error } => of_file(error, &message),
+            ListError::Pattern { .. } => Failure::split(Code::Usage, &message),
+            ListError::Entry { list, line, .. } => {
+                let excerpt = Excerpt::of(list, *line, None).map(Box::new);
+                Failure { excerpt, ..Failure::split(Code::Input, &message) }
+            }
+            _ => Failure::split(Code::Input, &message),
         }
-        if let Some(line) = error.line() {
-            failure.excerpt = Excerpt::of(error.path(), line, error.column()).map(Box::new);
-        }
-        failure
     }
 }
 

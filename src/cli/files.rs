@@ -58,21 +58,21 @@ fn help(output: &Path, options: &WriteOptions<'_>) -> &'static str {
 /// Checks all outputs of a run before any work.
 ///
 /// `texts` are single files: report, tables, trace. `-` is standard output.
-pub fn check(input: Option<&Path>, outputs: &[PathBuf], texts: &[&Path]) -> Result<(), Failure> {
-    check_as(input, outputs, &WriteOptions::default(), texts)
+pub fn check(inputs: &[&Path], outputs: &[PathBuf], texts: &[&Path]) -> Result<(), Failure> {
+    check_as(inputs, outputs, &WriteOptions::default(), texts)
 }
 
 /// Checks all outputs of a run before any work, given the options of their writers.
 ///
 /// If an output goes to standard output, nothing else may go there.
 pub fn check_as(
-    input: Option<&Path>,
+    inputs: &[&Path],
     outputs: &[PathBuf],
     options: &WriteOptions<'_>,
     texts: &[&Path],
 ) -> Result<(), Failure> {
     let mut taken: Vec<(PathBuf, &Path)> = Vec::new();
-    let input_identity = input.map(identity);
+    let inputs: Vec<(&Path, PathBuf)> = inputs.iter().map(|input| (*input, identity(input))).collect();
     let is_stream = |path: &Path| path.as_os_str() == "-";
     let streams = outputs.iter().map(PathBuf::as_path).filter(|o| is_stream(o));
     if streams.clone().next().is_some()
@@ -97,12 +97,9 @@ pub fn check_as(
         own.sort();
         own.dedup();
         for file in own {
-            if input_identity.as_ref().is_some_and(|input| overlap(input, &file)) {
-                let message = format!(
-                    "output {} would overwrite the input file {}",
-                    output.display(),
-                    input.unwrap_or(output).display()
-                );
+            if let Some((input, _)) = inputs.iter().find(|(_, input)| overlap(input, &file)) {
+                let (from, to) = (input.display(), output.display());
+                let message = format!("output {to} would overwrite the input file {from}");
                 let help = if files.len() > 1 {
                     help(output, options)
                 } else {

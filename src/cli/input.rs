@@ -1,13 +1,15 @@
 //! The input points, which are read from a file or standard input, or generated.
 
 use std::io::ErrorKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
 use septet_core::generate::{Request, generate, parse_sample};
 use septet_core::model::Points;
-use septet_io::read::{Column, InputError, ReadOptions, read};
+use septet_io::read::{
+    Column, FileList, InputError, ListedFile, PointFile, PointList, ReadOptions, read, read_list,
+};
 
 use super::errors::{Code, Failure};
 use super::files;
@@ -30,8 +32,91 @@ pub struct Loaded {
     pub first_id: u64,
     /// Other columns of a text table, if they are kept.
     pub columns: Vec<Column>,
+    /// Files of a list of files, in their order. Empty for other inputs.
+    pub files: Vec<ListedFile>,
     /// Measured time to read or generate the points, in seconds.
     pub seconds: f64,
+}
+
+impl Loaded {
+    /// Returns a clause with the file of a row of a list, and with the row in this file.
+    pub fn place_of(&self, row: u64) -> Option<String> {
+        let file = self.files.iter().find(|f| (f.first_row..f.first_row + f.rows).contains(&row))?;
+        Some(format!("; point {row} is row {} of {}", row - file.first_row, file.path.display()))
+    }
+
+    /// Returns the points of a file, or of the files of a list.
+    fn of(file: PointFile, files: Vec<ListedFile>, start: Instant, talk: &Talk) -> Self {
+        talk.check();
+        for note in &file.notes {
+            talk.note(format!("note: {note}"));
+        }
+        if file.skipped > 0 {
+            talk.note(format!("note: {} skipped", counted(file.skipped as u64, "invalid point")));
+        }
+        Loaded {
+            points: file.points,
+            spacing: None,
+            skipped: file.skipped as u64,
+            source_index: file.source_index,
+            first_id: file.first_id,
+            columns: file.columns,
+            files,
+            seconds: start.elapsed().as_secs_f64(),
+        }
+    }
+}
+
+/// The input of a command that reads points.
+pub enum Input<'a> {
+    /// A sample to be generated.
+    Sample(Request),
+    /// A file, or `-` for standard input.
+    File(&'a str),
+    /// A list of files.
+    List(FileList),
+}
+
+impl<'a> Input<'a> {
+    /// Parses an argument, and finds the files of a list. `dimension` is the value of `-d`.
+    pub fn of(argument: &'a str, dimension: Option<usize>) -> Result<Self, Failure> {
+        if let Some(request) = sample(argument, dimension)? {
+            return Ok(Input::Sample(request));
+        }
+        Ok(FileList::of_argument(argument)?.map_or(Input::File(argument), Input::List))
+    }
+
+    /// Returns `true` for a sample.
+    pub fn is_sample(&self) -> bool {
+        matches!(self, Input::Sample(_))
+    }
+
+    /// Returns all files that are read, so that no output overwrites them.
+    pub fn files(&self) -> Vec<&Path> {
+        match self {
+            Input::Sample(_) | Input::File("-") => Vec::new(),
+            Input::File(name) => vec![Path::new(name)],
+            Input::List(list) => list.files().iter().map(PathBuf::as_path).chain(list.source()).collect(),
+        }
+    }
+
+    /// Reads or generates the points.
+    pub fn load(&self, options: &ReadOptions, talk: &Talk) -> Result<Loaded, Failure> {
+        match self {
+            Input::Sample(request) => make(request, talk),
+            Input::File(name) => open(name, options, talk),
+            Input::List(list) => open_list(list, options, talk),
+        }
+    }
+}
+
+/// Refuses an input that names several files. `reason` states what the command reads.
+pub fn refuse_list(input: &Path, reason: &str) -> Result<(), Failure> {
+    if !input.to_str().is_some_and(FileList::is_named_by) {
+        return Ok(());
+    }
+    let message = format!("{}: a pattern or list of files cannot be given here: {reason}", input.display());
+    Err(Failure::new(Code::Usage, message).help("give the name of a single file"))
 }
 
 /// Options of the commands that count a set of points and write no triangulation.
@@ -50,15 +135,11 @@ pub struct SetArgs {
 impl SetArgs {
     /// Reads or generates the points, after checking that `json` can be written and is not the input.
     pub fn load(&self, name: &str, json: Option<&Path>, talk: &Talk) -> Result<Loaded, Failure> {
-        let sample = sample(name, self.dimension)?;
-        self.reading.check(sample.is_some(), &[("--skip-invalid", self.skip_invalid)])?;
-        let is_file = sample.is_none() && name != "-";
+        let input = Input::of(name, self.dimension)?;
+        self.reading.check(input.is_sample(), &[("--skip-invalid", self.skip_invalid)])?;
         let texts: Vec<&Path> = json.into_iter().collect();
-        files::check(is_file.then(|| Path::new(name)), &[], &texts)?;
-        match sample {
-            Some(request) => make(&request, talk),
-            None => open(name, &self.reading.options(self.dimension, self.skip_invalid), talk),
-        }
+        files::check(&input.files(), &[], &texts)?;
+        input.load(&self.reading.options(self.dimension, self.skip_invalid), talk)
     }
 }
 
@@ -94,6 +175,7 @@ pub fn make(request: &Request, talk: &Talk) -> Result<Loaded, Failure> {
         source_index: None,
         first_id: 0,
         columns: Vec::new(),
+        files: Vec::new(),
         seconds: start.elapsed().as_secs_f64(),
     })
 }
@@ -112,22 +194,19 @@ pub fn open(path: &str, options: &ReadOptions, talk: &Talk) -> Result<Loaded, Fa
     talk.stage("reading", 0, None);
     let read = read(Path::new(path), options, &mut |read, total| talk.stage("reading", read, total));
     let file = read.map_err(|error| with_sample(error, path))?;
-    talk.check();
-    for note in &file.notes {
-        talk.note(format!("note: {note}"));
-    }
-    if file.skipped > 0 {
-        talk.note(format!("note: {} skipped", counted(file.skipped as u64, "invalid point")));
-    }
-    Ok(Loaded {
-        points: file.points,
-        spacing: None,
-        skipped: file.skipped as u64,
-        source_index: file.source_index,
-        first_id: file.first_id,
-        columns: file.columns,
-        seconds: start.elapsed().as_secs_f64(),
-    })
+    Ok(Loaded::of(file, Vec::new(), start, talk))
+}
+
+/// Reads the points of all files of a list.
+fn open_list(list: &FileList, options: &ReadOptions, talk: &Talk) -> Result<Loaded, Failure> {
+    let start = Instant::now();
+    talk.stage("reading", 0, None);
+    let PointList { mut content, files } =
+        read_list(list, options, &mut |read, total| talk.stage("reading", read, total))?;
+    let [points, of] =
+        [(content.points.len(), "point"), (files.len(), "file")].map(|(n, noun)| counted(n as u64, noun));
+    content.notes.insert(0, format!("read {points} from {of}"));
+    Ok(Loaded::of(content, files, start, talk))
 }
 
 /// Returns the name of an input in messages.

@@ -35,9 +35,10 @@ mod verify;
 
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
 use std::process::ExitCode;
 
-use clap::error::{ContextKind, ContextValue};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ColorChoice, CommandFactory, FromArgMatches, Parser, Subcommand};
 use tracing_subscriber::layer::Identity;
 
@@ -173,6 +174,10 @@ fn refuse(mut error: clap::Error) -> ! {
     {
         error.insert(ContextKind::SuggestedValue, ContextValue::String(name));
     }
+    if reads_several(&error) {
+        let tip = "quote a pattern, such as 'part-*.npy', or name the files in a list, such as @list.txt";
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+    }
     // A name could contain escape sequences for the terminal.
     let unsafe_text = |value: &ContextValue| match value {
         ContextValue::String(text) if text.contains(char::is_control) => Some(printable(text)),
@@ -187,6 +192,21 @@ fn refuse(mut error: clap::Error) -> ! {
         error.insert(kind, ContextValue::String(text));
     }
     error.exit()
+}
+
+/// Returns `true` if a command that reads points has a second file as its argument, as from a pattern that the shell has
+/// expanded.
+fn reads_several(error: &clap::Error) -> bool {
+    let reads_points =
+        |a: String| matches!(a.as_str(), "triangulate" | "simulate" | "predict" | "incremental");
+    match error.get(ContextKind::InvalidArg) {
+        Some(ContextValue::String(argument)) => {
+            error.kind() == ErrorKind::UnknownArgument
+                && Path::new(argument).is_file()
+                && std::env::args_os().filter_map(|a| a.into_string().ok()).any(reads_points)
+        }
+        _ => false,
+    }
 }
 
 fn run(command: Command, talk: &Talk) -> Result<(), Failure> {

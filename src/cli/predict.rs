@@ -29,7 +29,7 @@ Examples:
   septet predict points.npy --workers 2,48,96 --latency 5e-6 --bandwidth 1e9
   septet predict sample:uniform:1e5 --workers 2 --calibrate")]
 pub struct PredictArgs {
-    /// Point file, `-` for standard input, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25]`
+    /// Point file, pattern in quotes, `@LIST`, `-` for standard input, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25]`
     input: String,
     /// Numbers of workers: a list, or a range `A..B` for A, 2A, 4A, ... up to B
     #[arg(long, value_name = "P,..|A..B", default_value = "1..64", value_parser = worker_counts)]

@@ -43,7 +43,7 @@ pub struct ReportArgs {
 pub fn run(args: &ReportArgs, talk: &Talk) -> Result<(), Failure> {
     for input in &args.runs {
         let texts: Vec<&Path> = args.output.as_deref().into_iter().collect();
-        files::check(Some(input), &[], &texts)?;
+        files::check(&[input], &[], &texts)?;
     }
     let texts = args.runs.iter().map(|path| Ok((path.display().to_string(), text_of(path)?)));
     let texts: Vec<(String, String)> = texts.collect::<Result<_, Failure>>()?;

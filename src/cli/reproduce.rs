@@ -88,7 +88,7 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
     let is_json_printed = args.json.as_deref() == Some(Path::new("-"));
     excludes("--figures", args.figures, "--json -", is_json_printed)?;
     let texts: Vec<&Path> = args.json.iter().map(PathBuf::as_path).collect();
-    files::check(None, &[], &texts)?;
+    files::check(&[], &[], &texts)?;
     let threads = args.threads.map_or_else(|| Machine::default().threads, |threads| threads as usize);
     super::threads::limit_threads(threads);
     let extent = if args.full { Extent::Full } else { Extent::Quick };

@@ -42,7 +42,7 @@ Examples:
   septet rival incremental -n 1e5 --kind uniform
   septet rival incremental points.npy --against --json rival.json")]
 struct IncrementalArgs {
-    /// Point file, `-` for standard input, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25][,ratio=1.3]`
+    /// Point file, pattern in quotes, `@LIST`, `-` for standard input, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25][,ratio=1.3]`
     #[arg(required_unless_present = "kind")]
     input: Option<String>,
     /// Kind of a generated set, instead of an input; requires -n

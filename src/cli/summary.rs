@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use septet_core::config::{Correction, Partition};
+use septet_io::read::FileList;
 use septet_io::without_gz;
 use septet_lab::report::RunReport;
 
@@ -148,7 +149,8 @@ fn points_of(output: &Path, input: &str) -> Option<String> {
     match extension.as_str() {
         "vtu" | "vtk" | "msh" | "mesh" => Some(output.display().to_string()),
         "node" | "ele" | "face" | "edge" | "neigh" => Some(format!("{stem}.node{zip}")),
-        "npy" => (input != "-").then(|| input.to_owned()),
+        // `septet verify` reads the points of one file.
+        "npy" => (input != "-" && !FileList::is_named_by(input)).then(|| input.to_owned()),
         _ => None,
     }
 }

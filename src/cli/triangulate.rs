@@ -17,7 +17,7 @@ use super::effects::needs;
 use super::errors::{Code, Failure};
 use super::files;
 use super::formats::write_mesh;
-use super::input::{self, Loaded};
+use super::input::{Input, Loaded};
 use super::instruments::{Tables, check_trace, traced};
 use super::options::RunArgs;
 use super::progress::Talk;
@@ -61,27 +61,23 @@ pub fn run(args: &RunArgs, mut config: Config, goal: Goal<'_>, talk: &Talk) -> R
     let counted = matches!(goal, Goal::Simulate { .. });
     let start = Instant::now();
     super::threads::limit_threads(config.machine.threads);
-    let sample = input::sample(&args.input, args.dimension)?;
-    let is_file = sample.is_none() && args.input != "-";
+    let input = Input::of(&args.input, args.dimension)?;
     check_trace(&args.tracing)?;
     let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
     let texts = args.json.iter().chain(&args.tracing.trace).map(PathBuf::as_path).chain(tables.paths());
     let texts = texts.chain(goal.cost_trace());
     let texts: Vec<&Path> = texts.collect();
     let of_files = [("--keep-columns", args.keep_columns), ("--skip-invalid", args.skip_invalid)];
-    args.reading.check(sample.is_some(), &of_files)?;
+    args.reading.check(input.is_sample(), &of_files)?;
     let options = args.writing.options();
-    files::check_as(is_file.then(|| Path::new(&args.input)), &args.output, &options, &texts)?;
+    files::check_as(&input.files(), &args.output, &options, &texts)?;
     check_effects(args)?;
-    let loaded = if let Some(request) = sample {
+    if let Input::Sample(request) = &input {
         // A sample that is too large is refused before it is generated.
         admit(&config, request.n, request.dimension, counted)?;
-        input::make(&request, talk)?
-    } else {
-        let options = args.reading.options(args.dimension, args.skip_invalid);
-        let options = ReadOptions { keep_columns: args.keep_columns, ..options };
-        input::open(&args.input, &options, talk)?
-    };
+    }
+    let reading = args.reading.options(args.dimension, args.skip_invalid);
+    let loaded = input.load(&ReadOptions { keep_columns: args.keep_columns, ..reading }, talk)?;
     config.spacing = loaded.spacing;
     if args.json.is_some() {
         config.keep.view = args.view.unwrap_or(if counted { MOST_POINTS } else { 0 });
@@ -193,8 +189,13 @@ pub fn place(error: Error, loaded: &Loaded, input: &str) -> Failure {
         RangeError::NotFinite { index, .. } => *index = at(*index),
         RangeError::Spread { low, high, .. } => (*low, *high) = (at(*low), at(*high)),
     }
+    let rows = match &error {
+        RangeError::NotFinite { index, .. } => vec![*index],
+        RangeError::Spread { low, high, .. } => vec![*low, *high],
+    };
     let name = if input == "-" { "standard input" } else { input };
-    Failure::new(Code::Input, format!("{name}: {error} (points counted from 0)"))
+    let places: String = rows.into_iter().filter_map(|row| loaded.place_of(row as u64)).collect();
+    Failure::new(Code::Input, format!("{name}: {error} (points counted from 0{places})"))
         .help("round the coordinates to a common grid, or drop these points")
 }
 

@@ -47,10 +47,12 @@ pub struct VerifyArgs {
 
 /// Reads the triangulation, verifies it and prints a line per level.
 pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
-    for input in [Path::new(&args.points), &args.cells] {
-        let json: Vec<&Path> = args.json.as_deref().into_iter().collect();
-        files::check(Some(input), &[], &json)?;
+    let inputs = [Path::new(&args.points), &args.cells];
+    for input in inputs {
+        input::refuse_list(input, "a triangulation has one file of points and one file of cells")?;
     }
+    let json: Vec<&Path> = args.json.as_deref().into_iter().collect();
+    files::check(&inputs, &[], &json)?;
     let sample = input::sample(&args.points, None)?;
     args.reading.check(sample.is_some(), &[])?;
     let loaded = match sample {

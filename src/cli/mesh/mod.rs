@@ -32,6 +32,7 @@ use tracing_subscriber::layer::Identity;
 use super::errors::{Code, Failure};
 use super::files::{self, write_text};
 use super::formats::write_mesh;
+use super::input::refuse_list;
 use super::instruments::{Tables, check_trace, traced};
 use super::progress::Talk;
 use super::report::write_figures;
@@ -51,6 +52,9 @@ pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
     let mut request = args.request()?;
     super::threads::limit_threads(request.machine.threads);
     request.cancel = Some(talk.cancel.clone());
+    for file in [Some(&args.domain), args.size_field.as_ref()].into_iter().flatten() {
+        refuse_list(file, "a domain or a file of sizes is one file")?;
+    }
     check_trace(&args.tracing)?;
     let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
     outputs(args, &tables)?;
@@ -88,9 +92,8 @@ fn outputs(args: &MeshArgs, tables: &Tables) -> Result<(), Failure> {
     // The points of a .poly file may be in a .node file of the same name.
     let node = without_gz(&args.domain).0.with_extension("node");
     let read = [Some(&args.domain), args.size_field.as_ref(), Some(&node).filter(|n| n.is_file())];
-    for path in read.into_iter().flatten() {
-        files::check_as(Some(path), &args.output, &options, &texts)?;
-    }
+    let read: Vec<&Path> = read.into_iter().flatten().map(PathBuf::as_path).collect();
+    files::check_as(&read, &args.output, &options, &texts)?;
     args.writing.check(&args.output)
 }
 

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::error::{InputError, Place};
-use super::points::{PointFile, ReadOptions};
+use super::points::{CoordinateType, PointFile, ReadOptions};
 use super::text::{Line, NUMBER, Source, number};
 use septet_core::model::Points;
 
@@ -19,6 +19,8 @@ pub(super) struct Collector<'a> {
     kept: Vec<u64>,
     pub notes: Vec<String>,
     pub first_id: u64,
+    /// The type of the coordinates in a binary file.
+    pub coordinate_type: Option<CoordinateType>,
 }
 
 impl<'a> Collector<'a> {
@@ -38,7 +40,13 @@ impl<'a> Collector<'a> {
         }
         let used = options.dimension.unwrap_or(dimension.min(3));
         if used > dimension {
-            return Err(InputError::MixedDimension { path: path(), place, expected: used, found: dimension });
+            return Err(InputError::MixedDimension {
+                path: path(),
+                place,
+                expected: used,
+                found: dimension,
+                row: None,
+            });
         }
         let capacity = usize::try_from(announced).unwrap_or(usize::MAX).min(bytes / least.max(1) + 1);
         let (mut plane, mut space) = (Vec::new(), Vec::new());
@@ -57,6 +65,7 @@ impl<'a> Collector<'a> {
             kept: Vec::new(),
             notes: Vec::new(),
             first_id: 0,
+            coordinate_type: None,
         })
     }
 
@@ -121,7 +130,7 @@ impl<'a> Collector<'a> {
     /// Drops a row with an unreadable number, or returns an error if the options do not allow this.
     pub fn malformed(&mut self, line: &Line<'_>, word: &[u8]) -> Result<(), InputError> {
         if !self.skip_invalid {
-            return Err(self.source.bad_word(line, word, NUMBER));
+            return Err(self.source.bad_word(line, word, NUMBER).in_row(self.met));
         }
         self.drop_one();
         Ok(())
@@ -142,6 +151,7 @@ impl<'a> Collector<'a> {
             place,
             expected: self.dimension(),
             found,
+            row: Some(self.met),
         }
     }
 
@@ -172,6 +182,7 @@ impl<'a> Collector<'a> {
             source_index: (self.skipped > 0).then_some(self.kept),
             first_id: self.first_id,
             columns: Vec::new(),
+            coordinate_type: self.coordinate_type,
         }
     }
 }

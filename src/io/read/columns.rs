@@ -107,7 +107,8 @@ impl<'a> Table<'a, '_> {
                 return Err(self.source.surplus(line.place(), "points", count));
             }
             self.note_extra(&row, selection)?;
-            push(self.source, points, selection, &row, self.options)?;
+            let at = points.met;
+            push(self.source, points, selection, &row, self.options).map_err(|error| error.in_row(at))?;
         }
         match reading {
             Some((points, selection)) => self.finish(points, selection),
@@ -155,7 +156,8 @@ impl<'a> Table<'a, '_> {
         let rows = self.source.data.len() / (row.line.text.len() + 1) + 1;
         let size = (rows as u64, self.source.data.len(), 4);
         let found = if selection.is_positional() { row.filled } else { selection.axes.len() };
-        let mut points = Collector::new(self.source, self.options, (row.line.place(), found), size)?;
+        let points = Collector::new(self.source, self.options, (row.line.place(), found), size);
+        let mut points = points.map_err(|error| error.in_row(0))?;
         points.notes.extend(selection.note.clone());
         Ok(points)
     }

@@ -97,6 +97,8 @@ pub enum InputError {
         text: String,
         /// The text that the format requires.
         expected: String,
+        /// The zero-based index in the file of the point, if the error concerns a row of points.
+        row: Option<u64>,
     },
     /// Binary content violates the rules of the format.
     #[error("{}, byte {offset}: found {found}, expected {expected}", shown(.path))]
@@ -189,6 +191,8 @@ pub enum InputError {
         expected: usize,
         /// The number of coordinates in the row.
         found: usize,
+        /// The zero-based index in the file of the point, if the error concerns a row of points.
+        row: Option<u64>,
     },
     /// The dimension is neither 2 nor 3.
     #[error("{}{place}: dimension {found}; only 2 and 3 are supported", shown(.path))]
@@ -259,6 +263,23 @@ impl InputError {
         self
     }
 
+    /// Returns the error for this row of points, given by its zero-based index in the file.
+    pub(super) fn in_row(mut self, index: u64) -> Self {
+        if let Self::Syntax { row, .. } | Self::MixedDimension { row, .. } = &mut self {
+            *row = Some(index);
+        }
+        self
+    }
+
+    /// Returns the zero-based index in the file of the offending point, if the error concerns a single row of points.
+    pub fn row(&self) -> Option<u64> {
+        match self {
+            Self::NotFinite { index, .. } => Some(*index),
+            Self::Syntax { row, .. } | Self::MixedDimension { row, .. } => *row,
+            _ => None,
+        }
+    }
+
     /// Returns the location of the error in the file.
     pub fn place(&self) -> Place {
         match self {
@@ -311,7 +332,7 @@ impl InputError {
 }
 
 /// Formats the name of the file for messages.
-fn shown(path: &Path) -> String {
+pub(super) fn shown(path: &Path) -> String {
     if path.as_os_str() == "-" { "standard input".to_owned() } else { path.display().to_string() }
 }
 

@@ -51,7 +51,13 @@ impl<'a> FileMesh<'a> {
         let Points::Space(space) = &file.points else {
             if options.dimension == Some(3) {
                 let path = self.source.path.to_owned();
-                return Err(InputError::MixedDimension { path, place: Place::Whole, expected: 3, found: 2 });
+                return Err(InputError::MixedDimension {
+                    path,
+                    place: Place::Whole,
+                    expected: 3,
+                    found: 2,
+                    row: None,
+                });
             }
             return Ok(file);
         };

@@ -13,6 +13,7 @@ mod extension;
 mod faces;
 mod format;
 mod header;
+mod list;
 mod load;
 mod medit;
 mod mesh;
@@ -42,7 +43,8 @@ pub use cells::{CellFile, CellOptions};
 pub use domain::{AnyInput, DOMAINS, DomainFile, read_domain};
 pub use error::{InputError, Place};
 pub use format::{Format, UnknownFormatName};
-pub use points::{Column, PointFile, ReadOptions, ReadProgress};
+pub use list::{EntryFault, FileList, ListError, ListedFile, PointList, read_list};
+pub use points::{Column, CoordinateType, PointFile, ReadOptions, ReadProgress};
 pub use sizes::read_sizes;
 
 use text::Source;

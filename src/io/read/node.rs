@@ -40,7 +40,7 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
             } else {
                 format!("the point id {expected_id}")
             };
-            return Err(source.bad_word(&line, word, expected));
+            return Err(source.bad_word(&line, word, expected).in_row(points.met));
         }
         if line.words().count() <= dimension {
             let found = line.words().count() - 1;

@@ -163,6 +163,7 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
     }
     let size = (array.rows, array.data.len(), array.columns * array.scalar.size());
     let mut points = Collector::new(source, options, (place, array.columns), size)?;
+    points.coordinate_type = Some(array.scalar.coordinate_type());
     let mut rounded = 0_u64;
     for row in 0..array.rows as usize {
         let mut at = [0.0; 3];

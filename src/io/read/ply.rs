@@ -53,6 +53,7 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
             }
         }
         Some(endian) => {
+            points.coordinate_type = Some(vertex.properties[axes[0]].scalar.coordinate_type());
             let offset = source.data.len() - lines.rest().len();
             let mut cursor = Cursor { source, offset, endian };
             for element in before {

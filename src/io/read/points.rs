@@ -1,5 +1,7 @@
 //! The points of a file, and the options for reading them.
 
+use std::fmt;
+
 use septet_core::model::Points;
 
 use super::format::Format;
@@ -38,6 +40,28 @@ pub struct Column {
     pub values: Vec<f64>,
 }
 
+/// The type of the coordinates in a binary file. All types are converted to doubles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum CoordinateType {
+    /// 32-bit floating-point numbers.
+    Float32,
+    /// 64-bit floating-point numbers.
+    Float64,
+    /// Integers of any size.
+    Integer,
+}
+
+impl fmt::Display for CoordinateType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            CoordinateType::Float32 => "float32",
+            CoordinateType::Float64 => "float64",
+            CoordinateType::Integer => "integer",
+        })
+    }
+}
+
 /// The points of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointFile {
@@ -53,4 +77,6 @@ pub struct PointFile {
     pub first_id: u64,
     /// The columns kept because of [`ReadOptions::keep_columns`].
     pub columns: Vec<Column>,
+    /// The type of the coordinates in a binary file, or `None` for text.
+    pub coordinate_type: Option<CoordinateType>,
 }

@@ -1,5 +1,7 @@
 //! Number types of binary files.
 
+use super::points::CoordinateType;
+
 /// The byte order of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Endian {
@@ -98,6 +100,15 @@ impl Scalar {
             Scalar::I16 | Scalar::U16 => 2,
             Scalar::I32 | Scalar::U32 | Scalar::F32 => 4,
             Scalar::I64 | Scalar::U64 | Scalar::F64 => 8,
+        }
+    }
+
+    /// Returns the type of coordinates that are stored as these numbers.
+    pub fn coordinate_type(self) -> CoordinateType {
+        match self {
+            Scalar::F32 => CoordinateType::Float32,
+            Scalar::F64 => CoordinateType::Float64,
+            _ => CoordinateType::Integer,
         }
     }
 

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::collect::Collector;
 use super::error::{InputError, Place};
 use super::faces::Faces;
-use super::points::{PointFile, ReadOptions};
+use super::points::{CoordinateType, PointFile, ReadOptions};
 use super::signature::{FACET, HEAD, announced, is_binary};
 use super::text::{Line, Lines, NUMBER, Source, number};
 
@@ -65,6 +65,7 @@ impl Welder<'_> {
 }
 
 fn read_binary(source: Source<'_>, welder: &mut Welder<'_>) -> Result<(), InputError> {
+    welder.points.coordinate_type = Some(CoordinateType::Float32);
     let data = source.data;
     let size = data.len() as u64;
     let count = announced(data)

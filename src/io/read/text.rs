@@ -157,6 +157,7 @@ impl Source<'_> {
             column: None,
             text: excerpt(line.text.trim_ascii()),
             expected: expected.into(),
+            row: None,
         }
     }
 
@@ -169,6 +170,7 @@ impl Source<'_> {
             column: (offset <= line.text.len()).then_some(offset as u64 + 1),
             text: excerpt(word),
             expected: expected.into(),
+            row: None,
         }
     }
 
@@ -203,6 +205,7 @@ impl Source<'_> {
             column: None,
             text: text.into(),
             expected: expected.to_owned(),
+            row: None,
         }
     }
 

@@ -195,6 +195,7 @@ impl<'a> Cursor<'a> {
         let read = self.values(count.saturating_mul(3), scalar, Scalar::float, number)?;
         let line = Place::Line(source.line_at(offset));
         let mut points = Collector::new(source, options, (line, 3), (count, read.items.len(), 3))?;
+        points.coordinate_type = self.is_binary.then(|| scalar.coordinate_type());
         for (i, at) in read.items.chunks_exact(3).enumerate() {
             let axis = at.iter().position(|c| !c.is_finite()).unwrap_or(0);
             let byte = (read.start + (3 * i + axis) * read.size) as u64;

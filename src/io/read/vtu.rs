@@ -46,6 +46,7 @@ fn read_points<'a>(grid: &Arrays<'a>, options: &ReadOptions) -> Result<Collector
     agree(grid, array, "points", grid.point_count, found, over)?;
     let place = array.place();
     let mut points = Collector::new(source, options, (place, 3), (found, values.len(), 3))?;
+    points.coordinate_type = array.is_binary().then(|| array.scalar.coordinate_type());
     for (i, at) in values.chunks_exact(3).enumerate() {
         let axis = at.iter().position(|c| !c.is_finite()).unwrap_or(0);
         let pushed = points.push(place, at);

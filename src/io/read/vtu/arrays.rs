@@ -219,6 +219,11 @@ fn appended<'a>(source: Source<'a>, tag: &Tag<'_>) -> Result<Appended<'a>, Input
 }
 
 impl DataArray<'_> {
+    /// Returns `true` if the values are not text.
+    pub fn is_binary(&self) -> bool {
+        !matches!(self.storage, Storage::Ascii)
+    }
+
     /// Returns the line of its opening tag.
     pub fn place(&self) -> Place {
         Place::Line(self.line)

@@ -1,0 +1,155 @@
+//! Errors of lists of files. The remedy follows the last semicolon of a message.
+
+use std::path::PathBuf;
+
+use super::super::error::{InputError, shown};
+use super::super::points::CoordinateType;
+
+/// A reason why a line of a list does not name a file.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum EntryFault {
+    /// The file does not exist.
+    #[error("no such file ({}); check the name, which is relative to the folder of the list", .path.display())]
+    Missing {
+        /// The path with the folder of the list.
+        path: PathBuf,
+    },
+    /// The path is a directory.
+    #[error("is a directory; name the files in it, one per line")]
+    Folder,
+    /// The line names the list that contains it.
+    #[error("is this list itself; remove the line")]
+    Itself,
+    /// The line begins with `@`.
+    #[error(
+        "a list cannot contain a list; copy its lines, or write ./@NAME for a file whose name begins with @"
+    )]
+    List,
+    /// The line is `-`.
+    #[error("a list cannot contain standard input; save the points to a file and name it")]
+    StandardInput,
+    /// The line is not UTF-8.
+    #[error("the name is not UTF-8; save the list as UTF-8, or rename the file")]
+    NotUtf8,
+}
+
+/// A reason why a list of files cannot be read as one set of points.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ListError {
+    /// The pattern violates the rules of patterns.
+    #[error("{}: invalid pattern: {problem}; use *, ? and [...] only, in the file name", .pattern.display())]
+    Pattern {
+        /// The pattern with its folder.
+        pattern: PathBuf,
+        /// The violated rule.
+        problem: &'static str,
+    },
+    /// The folder of a pattern cannot be read.
+    #[error("{}: the folder {} cannot be read: {source}; check the folder, which cannot be a pattern", .pattern.display(), .folder.display())]
+    Folder {
+        /// The pattern with its folder.
+        pattern: PathBuf,
+        /// The folder.
+        folder: PathBuf,
+        /// The error of the operating system.
+        source: std::io::Error,
+    },
+    /// No file matches the pattern.
+    #[error("{}: no file matches this pattern; check the name and the folder", .pattern.display())]
+    NoMatch {
+        /// The pattern with its folder.
+        pattern: PathBuf,
+    },
+    /// The list itself cannot be read.
+    #[error("{error}")]
+    List {
+        /// The error, which names the list.
+        error: Box<InputError>,
+    },
+    /// A line of the list does not name a file.
+    #[error("{}, line {line}: {name}: {fault}", shown(.list))]
+    Entry {
+        /// The list.
+        list: PathBuf,
+        /// The 1-based line number.
+        line: u64,
+        /// The line without surrounding whitespace.
+        name: String,
+        /// The reason.
+        fault: EntryFault,
+    },
+    /// The list has only comments and empty lines.
+    #[error("{}: the list names no file; write one path per line", shown(.list))]
+    NoEntry {
+        /// The list.
+        list: PathBuf,
+    },
+    /// A file cannot be read.
+    #[error("{}{error}", at_row(.error, *.before))]
+    File {
+        /// The error, which names the file and the row in the file.
+        error: Box<InputError>,
+        /// The number of rows in the files before this one.
+        before: u64,
+    },
+    /// Two files have points of different dimensions.
+    #[error("{}: points of dimension {found}, but {} has points of dimension {expected}; give files of one dimension, or use -d 2", .path.display(), .first.display())]
+    MixedDimension {
+        /// The file.
+        path: PathBuf,
+        /// The dimension of its points: 2 or 3.
+        found: usize,
+        /// The first file with points.
+        first: PathBuf,
+        /// The dimension of the points in the first file.
+        expected: usize,
+    },
+    /// Two binary files store coordinates as different types.
+    #[error("{}: coordinates of type {found}, but {} has type {expected}; save all files with one type", .path.display(), .first.display())]
+    MixedTypes {
+        /// The file.
+        path: PathBuf,
+        /// The type of its coordinates.
+        found: CoordinateType,
+        /// The first binary file with points.
+        first: PathBuf,
+        /// The type of the coordinates in the first file.
+        expected: CoordinateType,
+    },
+    /// Two files have other kept columns.
+    #[error("{}: the kept columns are {}, but {} has {}; give all files the same numeric columns, or omit --keep-columns", .path.display(), names(.found), .first.display(), names(.expected))]
+    MixedColumns {
+        /// The file.
+        path: PathBuf,
+        /// The names of its numeric columns that are not coordinates.
+        found: Vec<String>,
+        /// The first file with points.
+        first: PathBuf,
+        /// The names of the columns of the first file.
+        expected: Vec<String>,
+    },
+}
+
+impl ListError {
+    /// Returns the index across all files of the offending point, if the error concerns a single row of points.
+    pub fn row(&self) -> Option<u64> {
+        match self {
+            Self::File { error, before } => error.row().map(|row| before + row),
+            _ => None,
+        }
+    }
+}
+
+/// Formats the row across the files of a list, and the row in the file, if the error concerns a single row of points.
+/// `before` is the number of rows in the files before this one.
+fn at_row(error: &InputError, before: u64) -> String {
+    let at = |row| format!("row {} of the list, row {row} of its file (both from 0): ", before + row);
+    error.row().map_or_else(String::new, at)
+}
+
+/// Formats the names of columns.
+fn names(names: &[String]) -> String {
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}

@@ -1,0 +1,18 @@
+//! Lists of point files, which are read as one set of points.
+//!
+//! A pattern such as `part-*.npy` or a file of names such as `@parts.txt` names the files ([`FileList`]). The points are
+//! numbered across the files in their order ([`read_list`]).
+
+mod columns;
+mod entries;
+mod error;
+mod files;
+mod join;
+mod notes;
+mod pattern;
+#[cfg(test)]
+mod tests;
+
+pub use error::{EntryFault, ListError};
+pub use files::FileList;
+pub use join::{ListedFile, PointList, read_list};
