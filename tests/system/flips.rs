@@ -210,7 +210,7 @@ fn no_flip_escapes_in_space() {
 #[test]
 #[ignore = "a survey of minutes"]
 fn survey() {
-    let wanted = std::env::var("SEPTET_FLIPS").map_or(100, |number| number.parse().expect("a number"));
+    let wanted = std::env::var("SEPTET_FLIPS").map_or(5, |number| number.parse().expect("a number"));
     no_flip_escapes(&mixed(plane(Kind::Uniform, 1000, 5)), wanted);
     no_flip_escapes(&mixed(space(Kind::Uniform, 1000, 5)), wanted);
 }
