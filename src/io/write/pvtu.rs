@@ -4,8 +4,9 @@
 //! A piece contains a [`Part`]: the points and cells of a worker, and its ghosts. `vtkGhostType` is 1 for ghosts and 0
 //! for all others. The ids of points are their rows in the input. A worker without points has an empty piece.
 //!
-//! The folder of the pieces is replaced as a whole, and the `.pvtu` file is renamed last. If the program is killed between
-//! these two steps, a former `.pvtu` file may list the new pieces.
+//! The folder of the pieces is replaced as a whole, and the `.pvtu` file is renamed last. If the program is killed in
+//! between, the folder may be missing, or the former `.pvtu` file may list the new pieces. The former pieces are then in a
+//! folder with a temporary name.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
