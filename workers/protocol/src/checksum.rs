@@ -53,6 +53,9 @@ fn advance(chains: &mut [u64; 4], step: &[u8; STEP]) {
 
 /// Returns the hash of a cell: a row of at most four vertices, in their order. Sums of these hashes do not depend on the
 /// order of the cells.
+///
+/// If all vertices are below `2^32`, different rows give different factors. Larger vertices overlap: some pairs of such
+/// rows have the same hash. No such row occurs in a run of fewer than `2^32` points.
 #[inline]
 pub fn row_hash<T: Copy + Into<u64>>(row: &[T]) -> u64 {
     let mut words = [0; 4];
@@ -60,7 +63,7 @@ pub fn row_hash<T: Copy + Into<u64>>(row: &[T]) -> u64 {
         *word = v.into();
     }
     let [a, b, c, d] = words;
-    // Vertices of 32 bits need one multiplication. The high halves of longer ones change the keys.
+    // Each factor holds two vertices of 32 bits.
     let (low, high) = (a ^ b.rotate_left(32), c ^ d.rotate_left(32));
     fold(low ^ KEYS[0], high ^ KEYS[1])
 }

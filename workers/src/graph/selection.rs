@@ -13,7 +13,8 @@
 //! **Work and depth.** All pairs of a sampled point and a point of its leaf, and the descent
 //! (`crate::neighbours::descent`). Then the stars of the sample, in one vector step.
 //!
-//! **Rounds.** The rounds of the descent, one round for the reports to the coordinator, and those of its choice down the tree of ranks.
+//! **Rounds.** The rounds of the descent, one round for the reports to the coordinator, and those of its choice down the
+//! tree of ranks.
 //!
 //! **Departures.** The paper leaves `alpha` open. Measurements (`bench/README.md`) gave the limits of a tenth (not a
 //! fifth) and of 48 neighbours (not 64). Near a fifth, the uncertified stars and the stars that they disturb cost more

@@ -25,8 +25,8 @@ pub struct Merged {
     pub exchange_rounds: u64,
     /// The sum of the hashes of the owned points ([`PointSum`]).
     pub point_hash: u64,
-    /// The sum of the hashes of the cells in the form of the share: rows of ids, or rows of local indices: rows of ids, or rows of
-    /// local indices (`piece_hash` of the workers).
+    /// The sum of the hashes of the cells in the form of the share: rows of ids, or rows of local indices (`piece_hash`
+    /// of the workers).
     pub cell_hash: u64,
 }
 
