@@ -41,7 +41,7 @@ pub struct Loaded {
 impl Loaded {
     /// Returns a clause with the file of a row of a list, and with the row in this file.
     pub fn place_of(&self, row: u64) -> Option<String> {
-        let file = self.files.iter().find(|f| (f.first_row..f.first_row + f.rows).contains(&row))?;
+        let file = ListedFile::of_row(&self.files, row)?;
         Some(format!("; point {row} is row {} of {}", row - file.first_row, file.path.display()))
     }
 

@@ -28,6 +28,14 @@ pub struct ListedFile {
     pub rows: u64,
 }
 
+impl ListedFile {
+    /// Returns the file of a point among the files of a list. `row` is the zero-based row of the point in the list.
+    /// Dropped points count.
+    pub fn of_row(files: &[ListedFile], row: u64) -> Option<&ListedFile> {
+        files.get(files.partition_point(|file| file.first_row + file.rows <= row))
+    }
+}
+
 /// The points of all files of a list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointList {
@@ -41,8 +49,7 @@ pub struct PointList {
 impl PointList {
     /// Returns the file of a point, given by its zero-based row in the list. Dropped points count.
     pub fn file_of(&self, row: u64) -> Option<&ListedFile> {
-        let after = self.files.partition_point(|file| file.first_row + file.rows <= row);
-        self.files.get(after)
+        ListedFile::of_row(&self.files, row)
     }
 }
 
