@@ -42,7 +42,7 @@ pub(crate) struct Results<'a, P: Point> {
 }
 
 impl<'a, P: Point> Results<'a, P> {
-    /// Views the results of a rank.
+    /// Views the results of a rank whose share has rows of ids.
     pub(crate) fn new(subdomain: &'a Subdomain<P>, view: StarsView<'a, P>, supergraph: Supergraph) -> Self {
         Results { subdomain, view, supergraph, by_id: true }
     }
@@ -149,8 +149,8 @@ pub(crate) async fn merge<P: Point>(
     pass: Pass,
 ) -> Result<MergedResult, TransportError> {
     cx.enter(Phase::Merge)?;
-    let results = Results::new(subdomain, view, pass.instance.supergraph);
-    let results = Results { by_id: cx.config().counted, ..results };
+    let supergraph = pass.instance.supergraph;
+    let results = Results { subdomain, view, supergraph, by_id: cx.config().counted };
     let mut owned_cells = OwnedCells::default();
     let leaves = match view.merged() {
         Some(own) => vec![own],
@@ -324,13 +324,13 @@ impl<P: Point> Results<'_, P> {
         // Every vertex of every facet is compared.
         sweep.visit_all(bytemuck::cast_slice::<_, u32>(link));
         sweep.each(link, |facet| {
-            let FacetClass { is_smallest, is_finite } = classify(positions, vertex, facet);
+            let class = classify(positions, vertex, facet);
+            let FacetClass { is_smallest, is_finite } = class;
             has_smaller |= !is_smallest;
             finite += u64::from(is_finite);
-            let is_owned = u64::from(is_smallest && is_finite);
-            cells += is_owned;
-            owned_facets |= bit * is_owned;
-            if is_smallest && is_finite {
+            cells += u64::from(class.is_owned());
+            owned_facets |= bit * u64::from(class.is_owned());
+            if class.is_owned() {
                 cell_hash = cell_hash.wrapping_add(self.hash_of(&star_cell::<P>(vertex, facet)));
             }
             // The bit is 0 from the 65th facet on.
