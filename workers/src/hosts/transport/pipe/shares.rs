@@ -109,14 +109,16 @@ pub(super) fn share_from_bytes<P: Point>(rank: Rank, bytes: &[u8]) -> Result<Sha
         let seam = ranks.0.into_iter().zip(cells.0).map(|(rank, cell)| Seam { rank, cell });
         PieceRows { leaf, ids: ids.0, rows: rows.0, open: open.0, seam: seam.collect(), hull_facets }
     });
-    let corrupt = |what| Err(CodecError::Corrupt { what });
     let leaves = cells.1.len();
-    match () {
-        () if view.as_ref().is_some_and(|view| !view.is_consistent()) => corrupt("the picture"),
-        () if edges.len() % 2 != 0 => corrupt("the graph"),
-        () if leaves > 0 && leaves * (P::DIM + 1) != cells.0.len() => corrupt("the list of leaves"),
-        () => Ok(()),
-    }?;
+    for (what, fits) in [
+        ("the picture", view.as_ref().is_none_or(ViewPart::is_consistent)),
+        ("the graph", edges.len() % 2 == 0),
+        ("the list of leaves", leaves == 0 || leaves * (P::DIM + 1) == cells.0.len()),
+    ] {
+        if !fits {
+            return Err(CodecError::Corrupt { what });
+        }
+    }
     Ok(Share {
         owned: owned.0,
         piece,
