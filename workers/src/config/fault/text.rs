@@ -301,6 +301,13 @@ mod tests {
     }
 
     #[test]
+    fn the_text_of_flips_names_every_kind() {
+        let flip = FAULTS.iter().find(|form| form.name() == "flip").unwrap();
+        let named = flip.effect.split_once("KIND is ").unwrap().1.trim_end_matches('.').replace(" or ", ", ");
+        assert!(named.split(", ").eq(KINDS), "{named}");
+    }
+
+    #[test]
     fn errors_name_the_part_that_is_wrong() {
         let error = |text: &str| text.parse::<Fault>().expect_err(text);
         for text in ["", "sleep:3", "floods", "Flood"] {
