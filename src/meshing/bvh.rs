@@ -52,26 +52,6 @@ impl<P: Point> Bounds<P> {
         self.high - self.low
     }
 
-    /// Returns `true` if a segment may meet the box. The box is widened by a bound on the rounding, so the answer
-    /// `false` is certain.
-    pub fn meets_segment(&self, p: P, q: P) -> bool {
-        let mut span = [0.0f64, 1.0];
-        for i in 0..P::DIM {
-            let (from, along) = (p.coord(i), q.coord(i) - p.coord(i));
-            let pad = 1e-12 * (from.abs() + along.abs() + self.low.coord(i).abs() + self.high.coord(i).abs());
-            let (low, high) = (self.low.coord(i) - pad - from, self.high.coord(i) + pad - from);
-            if along == 0.0 {
-                if low > 0.0 || high < 0.0 {
-                    return false;
-                }
-                continue;
-            }
-            let (a, b) = (low / along, high / along);
-            span = [span[0].max(a.min(b)), span[1].min(a.max(b))];
-        }
-        span[0] <= span[1]
-    }
-
     /// Returns the squared distance to a point, rounded, or 0 if the point is inside.
     pub fn dist2(&self, p: P) -> f64 {
         let mut gap = P::splat(0.0);
@@ -80,6 +60,49 @@ impl<P: Point> Bounds<P> {
             gap.set_coord(i, (self.low.coord(i) - c).max(c - self.high.coord(i)).max(0.0));
         }
         gap.norm2()
+    }
+}
+
+/// A segment, prepared for tests against many boxes.
+struct Segment<P> {
+    from: P,
+    along: P,
+    /// `|from| + |along|` along each axis.
+    size: P,
+}
+
+impl<P: Point> Segment<P> {
+    fn new(p: P, q: P) -> Self {
+        let along = q - p;
+        let mut size = p;
+        for i in 0..P::DIM {
+            size.set_coord(i, p.coord(i).abs() + along.coord(i).abs());
+        }
+        Segment { from: p, along, size }
+    }
+
+    /// Returns `true` if the segment may meet the box. The box is widened by a bound on the rounding, so the answer
+    /// `false` is certain.
+    fn may_meet(&self, b: &Bounds<P>) -> bool {
+        let (mut start, mut end) = (0.0f64, 1.0f64);
+        for i in 0..P::DIM {
+            let (from, along) = (self.from.coord(i), self.along.coord(i));
+            let pad = 1e-12 * (self.size.coord(i) + b.low.coord(i).abs() + b.high.coord(i).abs());
+            let (low, high) = (b.low.coord(i) - pad - from, b.high.coord(i) + pad - from);
+            if along == 0.0 {
+                if low > 0.0 || high < 0.0 {
+                    return false;
+                }
+                continue;
+            }
+            let (first, last) = if along > 0.0 { (low, high) } else { (high, low) };
+            start = start.max(first / along);
+            end = end.min(last / along);
+            if start > end {
+                return false;
+            }
+        }
+        true
     }
 }
 
@@ -153,7 +176,20 @@ impl<P: Point> Bvh<P> {
     }
 
     /// Calls `f` with each item whose box meets `query`, in the order of the tree, until `f` returns `false`.
-    pub fn visit(&self, query: &Bounds<P>, mut f: impl FnMut(u32) -> bool) {
+    pub fn visit(&self, query: &Bounds<P>, f: impl FnMut(u32) -> bool) {
+        self.visit_where(|bounds| bounds.meets(query), f);
+    }
+
+    /// Calls `f` with each item whose box may meet the segment from `p` to `q`, in the order of the tree, until `f`
+    /// returns `false`. Boxes are widened by a bound on the rounding.
+    pub fn visit_along(&self, p: P, q: P, f: impl FnMut(u32) -> bool) {
+        let segment = Segment::new(p, q);
+        self.visit_where(|bounds| segment.may_meet(bounds), f);
+    }
+
+    /// Calls `f` with each item whose box passes `test`, in the order of the tree, until `f` returns `false`. A box
+    /// must pass if a box inside it passes.
+    fn visit_where(&self, test: impl Fn(&Bounds<P>) -> bool, mut f: impl FnMut(u32) -> bool) {
         // Every level halves the items, so 32 levels suffice for 2^32 leaves.
         let mut stack = [0u32; 34];
         let mut top = usize::from(!self.nodes.is_empty());
@@ -161,39 +197,12 @@ impl<P: Point> Bvh<P> {
             top -= 1;
             let at = stack[top];
             let node = &self.nodes[at as usize];
-            if !node.bounds.meets(query) {
+            if !test(&node.bounds) {
                 continue;
             }
             if node.right == 0 {
                 let items = &self.order[node.range.0 as usize..node.range.1 as usize];
-                for &i in items.iter().filter(|&&i| self.boxes[i as usize].meets(query)) {
-                    if !f(i) {
-                        return;
-                    }
-                }
-            } else {
-                stack[top] = node.right;
-                stack[top + 1] = at + 1;
-                top += 2;
-            }
-        }
-    }
-
-    /// Calls `f` with each item whose box may meet the segment from `p` to `q`, in the order of the tree, until `f`
-    /// returns `false`. Boxes are widened by a bound on the rounding.
-    pub fn visit_along(&self, p: P, q: P, mut f: impl FnMut(u32) -> bool) {
-        let mut stack = [0u32; 34];
-        let mut top = usize::from(!self.nodes.is_empty());
-        while top > 0 {
-            top -= 1;
-            let at = stack[top];
-            let node = &self.nodes[at as usize];
-            if !node.bounds.meets_segment(p, q) {
-                continue;
-            }
-            if node.right == 0 {
-                let items = &self.order[node.range.0 as usize..node.range.1 as usize];
-                for &i in items.iter().filter(|&&i| self.boxes[i as usize].meets_segment(p, q)) {
+                for &i in items.iter().filter(|&&i| test(&self.boxes[i as usize])) {
                     if !f(i) {
                         return;
                     }

@@ -52,11 +52,12 @@ macro_rules! vector {
             }
             #[inline]
             fn coord(&self, i: usize) -> f64 {
-                self[i]
+                // Indexing a vector branches on the index; indexing an array does not.
+                AsRef::<[f64; $len]>::as_ref(self)[i]
             }
             #[inline]
             fn set_coord(&mut self, i: usize, value: f64) {
-                self[i] = value;
+                AsMut::<[f64; $len]>::as_mut(self)[i] = value;
             }
             #[inline]
             fn dot(self, other: Self) -> f64 {
