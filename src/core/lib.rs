@@ -28,6 +28,6 @@ pub use error::{Error, Refutation};
 pub use run::count::{Ending, RunCounts, count};
 pub use run::independent::{IndependentRun, independent};
 pub use run::{Accounting, Run, SetMember, Settled, Start, TrafficTotal, run_on, simulate, triangulate};
-pub use septet_workers::coordinator::Share;
 pub use septet_workers::host::{Host, Job, Unwatched, Watch, serve};
+pub use septet_workers::share::Share;
 pub use septet_workers::transport::{Machine, MachineError, OneHost};

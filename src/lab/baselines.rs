@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use septet_core::config::Config;
 use septet_core::error::Error;
-use septet_core::input::prepare::prepare;
+use septet_core::input::sequential::distinct;
 use septet_core::result::canonical::{LabelledCells, canonicalise};
 use septet_core::run::memory::admit;
 use septet_core::run::{Accounting, Run};
@@ -50,11 +50,11 @@ pub struct Baseline {
 pub fn incremental<P: Point>(points: &[P], config: &Config) -> Result<Baseline, Error> {
     let start = Instant::now();
     admit(config, points.len() as u64, P::DIM, true)?;
-    let ready = prepare(points, config.skip_invalid)?;
+    let ready = distinct(points, config.skip_invalid)?;
     let mut baseline = Baseline {
         space: P::DIM,
         dimension: ready.dimension,
-        points: ready.accounting(points.len()),
+        points: ready.points,
         cells: Vec::new(),
         hull_facets: 0,
         clock: Clock::default(),
@@ -65,7 +65,7 @@ pub fn incremental<P: Point>(points: &[P], config: &Config) -> Result<Baseline, 
     if ready.dimension == P::DIM as isize {
         let made = Dependence::new(&ready.positions, config.machine.seed).map_err(Error::Baseline)?;
         let vertices = made.cells.iter().flat_map(AsRef::as_ref);
-        let rows = vertices.map(|&v| ready.id(v as usize)).collect();
+        let rows = vertices.map(|&v| ready.rows[v as usize]).collect();
         baseline.cells = canonicalise::<P>(LabelledCells { rows, owner: None, leaf: None }).rows;
         baseline.hull_facets = made.hull_facets;
         baseline.clock = made.clock;

@@ -4,8 +4,8 @@ use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, Phase};
 use septet_protocol::message::Message;
 use septet_protocol::transport::Delivery;
-use septet_workers::coordinator::Share;
 use septet_workers::host::{Host, Job, Watch};
+use septet_workers::share::Share;
 use septet_workers::transport::{Machine, MachineError};
 
 /// A machine of one host. Before every delivery, it calls the function with the messages of the round, those of ranks

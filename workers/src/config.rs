@@ -2,6 +2,7 @@
 
 mod cost_log;
 mod fault;
+mod neighbours;
 mod stop;
 
 use std::fmt;
@@ -10,6 +11,7 @@ use std::sync::Arc;
 
 pub use cost_log::{ChargeRecord, ChargesByRank, CostLog};
 pub use fault::{FAULTS, Factor, Fault, FaultForm, FaultTextError, Flip, Law};
+pub use neighbours::{FALLBACK_K, Neighbours};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::separator::{DrawKey, Sampler, bisection_samples, node_samples};
 use septet_protocol::ids::Phase;
@@ -22,11 +24,42 @@ use thiserror::Error;
 pub enum Wanted {
     /// This supergraph.
     Fixed(#[serde(with = "SupergraphText")] Supergraph),
+    /// The nearest neighbours by this rule.
+    Nearest(Neighbours),
     /// A density graph with the alpha that a sample of stars needs, or 48 nearest neighbours.
     AutoDensity,
     /// An overlap graph with the alpha that a sample of stars needs, or 48 nearest neighbours.
     AutoOverlap,
 }
+
+impl Wanted {
+    /// Returns the supergraph for a number of points, unless it depends on a sample or its k is invalid.
+    pub fn fixed(self, points: u64) -> Option<Supergraph> {
+        match self {
+            Wanted::Fixed(rule) => Some(rule),
+            Wanted::Nearest(k) => k.of(points).map(|k| Supergraph::Knn { k }),
+            Wanted::AutoDensity | Wanted::AutoOverlap => None,
+        }
+    }
+}
+
+/// The reason why a run does not start with its points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// k is not positive or not less than the number of points.
+    Neighbours {
+        /// The k of the configuration.
+        k: u32,
+    },
+    /// The pieces are too large.
+    Piece {
+        /// Expected number of points of a worker.
+        points: u64,
+    },
+}
+
+/// The largest number of points that one worker can triangulate at once, with room for uneven subdomains.
+pub const MOST_IN_A_PIECE: u64 = 1 << 25;
 
 /// The rule by which children share separator points (paper, Section 4.3, and refinements).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -147,6 +180,8 @@ pub struct WorkerConfig {
     pub seed: u64,
     /// The task.
     pub task: Task,
+    /// Whether rows with a coordinate that is not finite are removed. Otherwise, the run refuses the input.
+    pub skip_invalid: bool,
     /// Number of workers.
     pub workers: u32,
     /// Whether workers split down to the smallest leaves and count work and depth. If `false`, each worker
@@ -174,6 +209,18 @@ impl WorkerConfig {
     /// Returns the number of ranks: the workers and the coordinator.
     pub fn ranks(&self) -> u32 {
         self.workers + 1
+    }
+
+    /// Returns the reason why a run with this number of points does not start, if there is one.
+    pub fn refusal(&self, points: u64) -> Option<Refusal> {
+        match self.graph.wanted {
+            Wanted::Nearest(rule @ Neighbours::Count(k)) if rule.of(points).is_none() => {
+                return Some(Refusal::Neighbours { k });
+            }
+            _ => {}
+        }
+        let share = points / u64::from(self.workers);
+        (!self.counted && share > MOST_IN_A_PIECE).then_some(Refusal::Piece { points: share })
     }
 
     /// Returns the sampler of an attempt at a subproblem.
@@ -246,6 +293,7 @@ impl WorkerConfig {
             run: 1,
             seed: 5,
             task: Task::Delaunay,
+            skip_invalid: false,
             workers: 1,
             counted: true,
             tree: TreeRules {
@@ -291,6 +339,7 @@ mod tests {
         let wanted = [
             Wanted::AutoDensity,
             Wanted::AutoOverlap,
+            Wanted::Nearest(Neighbours::Log(0.1 + 0.2)),
             Wanted::Fixed(Supergraph::Density { alpha: 0.1 + 0.2 }),
             Wanted::Fixed(Supergraph::Overlap { alpha: f64::INFINITY }),
             Wanted::Fixed(Supergraph::Knn { k: 64 }),

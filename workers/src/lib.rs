@@ -22,7 +22,9 @@ mod splaying;
 
 pub mod result;
 
-pub mod coordinator;
+pub mod input;
+
+pub mod share;
 
 pub mod programs;
 

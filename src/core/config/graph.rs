@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::config::ConfigError;
+use crate::config::{ConfigError, Neighbours};
 
 /// The kinds of supergraphs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -44,28 +44,6 @@ impl fmt::Display for Alpha {
         match self {
             Alpha::Auto => f.write_str("auto"),
             Alpha::Value(alpha) => alpha.fmt(f),
-        }
-    }
-}
-
-/// k of a nearest-neighbour graph.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Neighbours {
-    /// 48, or all other points if there are fewer.
-    Auto,
-    /// A fixed number, less than the number of points.
-    Count(u32),
-    /// `ceil(c ln n)`.
-    Log(f64),
-}
-
-impl fmt::Display for Neighbours {
-    /// Writes the value as it is given on the command line.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Neighbours::Auto => f.write_str("auto"),
-            Neighbours::Count(k) => k.fmt(f),
-            Neighbours::Log(factor) => write!(f, "{factor}ln"),
         }
     }
 }

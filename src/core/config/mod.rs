@@ -10,9 +10,10 @@ pub(crate) use constants::TreeConstants;
 pub use constants::{Constants, Purpose};
 pub use control::{Control, Keep, Planted, Progress, ProgressFn, Until};
 pub use error::ConfigError;
-pub use graph::{Alpha, DEFAULT_ALPHA, Graph, GraphKind, Neighbours, alpha_of_spacing};
+pub use graph::{Alpha, DEFAULT_ALPHA, Graph, GraphKind, alpha_of_spacing};
 pub use machine::{DEFAULT_SEED, Machine, Transport, Workers};
 use septet_geometry::separator::LEAST_SAMPLES;
+pub use septet_workers::config::Neighbours;
 pub use septet_workers::config::{
     Correction, FAULTS, Factor as FaultFactor, Fault, FaultForm, FaultTextError, Law as FaultLaw, Partition,
     SetRule as SeparatorSets,

@@ -1,4 +1,4 @@
-//! Runs a machine over prepared points, measures the phases, reports progress and handles cancellation.
+//! Runs a machine over an input, measures the phases, reports progress and handles cancellation.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -6,26 +6,26 @@ use std::time::Instant;
 use tracing::span::EnteredSpan;
 
 use septet_geometry::point::Point;
-use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, Phase};
 use septet_protocol::ledger::LedgerPart;
-use septet_protocol::message::{PointBatch, PointSum};
 use septet_protocol::transport::TransportError;
 use septet_workers::config::WorkerConfig;
-use septet_workers::coordinator::{Certificate, Choice, Share, Source, merged_ledger};
 use septet_workers::host::{Job, Watch};
 use septet_workers::profile::{phase_span, run_span};
+use septet_workers::share::{Certificate, Choice, Share, merged_ledger};
 use septet_workers::transport::{Machine, MachineError};
 
 use crate::config::{Control, Progress};
 use crate::error::Error;
-use crate::input::prepare::Prepared;
+use crate::input::{Prepared, Whole};
 
 pub(crate) use septet_workers::leader::Plan;
 
 /// The results of all ranks, with measured times.
 #[derive(Debug)]
 pub(crate) struct Collected<P> {
+    /// The input, as the ranks prepared it.
+    pub(crate) input: Prepared,
     /// The shares of all ranks, in the order of the ranks.
     pub(crate) shares: Vec<Share<P>>,
     /// The merged ledgers of all ranks.
@@ -49,13 +49,14 @@ impl<P> Collected<P> {
         if arrived != ranks as usize {
             return Err(incomplete(format!("the machine returned the shares of {arrived} of {ranks} ranks")));
         }
+        let input = Prepared::of(&mut shares, config)?;
         let ledger = merged_ledger(&shares, config.fault);
         let Some(first) = shares.first_mut().filter(|share| share.rank == COORDINATOR) else {
             return Err(incomplete("the share of the coordinator is missing".to_string()));
         };
         let certified = std::mem::take(&mut first.certified);
         let choice = std::mem::take(&mut first.choice);
-        Ok(Collected { shares, ledger, certified, choice, seconds })
+        Ok(Collected { input, shares, ledger, certified, choice, seconds })
     }
 
     /// Checks that the ranks received the messages that were sent.
@@ -75,30 +76,6 @@ pub(crate) fn incomplete(reason: String) -> Error {
     TransportError::WorkerFailed { rank: COORDINATOR, reason }.into()
 }
 
-impl<P: Point> Source<P> for Prepared<'_, P> {
-    fn population(&self) -> PointSum {
-        self.sum()
-    }
-
-    fn frame(&self) -> Vec<(u64, P)> {
-        self.frame.iter().map(|&i| (self.id(i), self.positions[i])).collect()
-    }
-
-    fn block(&self, block: u32, blocks: u32) -> PointBatch<P> {
-        let n = self.positions.len() as u128;
-        let share = |b: u32| (n * u128::from(b) / u128::from(blocks)) as usize;
-        let range = share(block)..share(block + 1);
-        // A worker later owns about as many points as its block has. The extra capacity is for the ghosts that it then
-        // receives.
-        let capacity = range.len() + range.len() / 8;
-        let (mut ids, mut positions) = (Vec::with_capacity(capacity), Vec::with_capacity(capacity));
-        ids.extend(self.ids(range.clone()));
-        positions.extend_from_slice(&self.positions[range.clone()]);
-        let radii2 = self.radii2.get(range).unwrap_or_default().to_vec();
-        PointBatch { radii2: Bulk(radii2), ..PointBatch::in_transit(ids, positions) }
-    }
-}
-
 /// A run of a machine, as its caller observes it.
 pub(crate) struct Coordinator<'a> {
     control: &'a Control,
@@ -114,14 +91,14 @@ impl<'a> Coordinator<'a> {
     pub(crate) fn run<P: Point>(
         self,
         machine: &mut dyn Machine<P>,
-        points: &Prepared<'_, P>,
+        input: Whole<'_, P>,
         plan: &Plan,
     ) -> Result<Collected<P>, Error> {
         let Coordinator { control, config } = self;
-        let _run = run_span(&config, points.positions.len() as u64);
+        let _run = run_span(&config, input.positions.len() as u64);
         let mut log =
             PhaseLog { control, run: config.run, span: None, started: Instant::now(), seconds: Vec::new() };
-        let job = Job { config, source: points, plan };
+        let job = Job { config, source: &input, plan };
         let shares = machine.run(&job, &mut log).map_err(|error| match error {
             MachineError::Transport(TransportError::Stopped) if control.is_cancelled() => Error::Interrupted,
             MachineError::Transport(error) => error.into(),

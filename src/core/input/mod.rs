@@ -1,4 +1,8 @@
-//! The input of a run: points before the machine receives them.
+//! The input of a run: the rows of the caller, and their use.
 
-pub mod coincide;
-pub mod prepare;
+mod prepared;
+pub mod sequential;
+mod whole;
+
+pub(crate) use prepared::Prepared;
+pub(crate) use whole::Whole;

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use septet_geometry::point::Point;
 use septet_protocol::ids::Rank;
-use septet_workers::coordinator::Share;
+use septet_workers::share::Share;
 
 use crate::result::pieces::Pieces;
 

@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 use septet_protocol::ids::Rank;
-use septet_workers::coordinator::{PieceRows, Seam};
+use septet_workers::share::{PieceRows, Seam};
 use septet_workers::state::rows::{HULL, INTERFACE};
 
 use crate::result::canonical::LabelledCells;

@@ -1,6 +1,6 @@
 //! The worker that holds each input point after the partition.
 
-use septet_workers::coordinator::Share;
+use septet_workers::share::Share;
 
 /// Returns the worker of each of `input` points, and 0 for points that no worker holds. Returns `None` unless the
 /// workers hold `population` points of the input, each once.
@@ -19,13 +19,6 @@ pub(crate) fn point_owner<P>(input: usize, shares: &[Share<P>], population: u64)
     (held == population).then_some(owners)
 }
 
-/// Returns the worker of each of `input` points if no machine runs: 1 for the vertices, and 0 for the others.
-pub(crate) fn all_of_one(input: usize, vertices: impl Iterator<Item = u64>) -> Vec<u32> {
-    let mut owners = vec![0; input];
-    vertices.for_each(|id| owners[id as usize] = 1);
-    owners
-}
-
 #[cfg(test)]
 mod tests {
     use glam::DVec2;
@@ -41,6 +34,5 @@ mod tests {
         assert_eq!(point_owner(5, &shares, 4), None);
         assert_eq!(point_owner(4, &shares, 3), None);
         assert_eq!(point_owner(5, &[owned(3, &[4]), owned(1, &[4])], 2), None);
-        assert_eq!(all_of_one(3, [0, 2].into_iter()), [1, 0, 1]);
     }
 }

@@ -8,12 +8,12 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use septet_geometry::hash::hash_of_place;
 use septet_geometry::point::Point;
 use septet_geometry::range::scale;
 use septet_geometry::separator::{SEPARATOR_WORDS, Separator, Surface};
 use septet_protocol::ids::NodeId;
 use septet_protocol::message::ViewPart;
-use septet_workers::view::shown_hash;
 
 /// Largest number of points shown.
 pub const MOST_POINTS: u32 = 20_000;
@@ -128,7 +128,7 @@ impl Album {
     fn add<P: Point>(&mut self, part: &ViewPart<P>) {
         for (i, &position) in part.points.positions.iter().enumerate() {
             self.points.push(Entry {
-                hash: shown_hash(position),
+                hash: hash_of_place(position),
                 id: part.points.ids[i],
                 position: coordinates(position),
                 owner: part.points.owners[i],

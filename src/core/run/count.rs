@@ -12,7 +12,7 @@ use septet_protocol::ledger::Ledger;
 use crate::config::Config;
 use crate::coordinator::Coordinator;
 use crate::error::Error;
-use crate::input::prepare::prepare;
+use crate::input::Whole;
 use crate::result::cost_trace::CostTrace;
 use crate::result::run::{Run, Settled};
 use crate::run::finish::{cost_trace, flat_result};
@@ -105,18 +105,19 @@ fn counts<P: Point>(points: &[P], config: &Config) -> Result<RunCounts, Error> {
     let Some(until) = config.until else { return simulate(points, config).map(RunCounts::from) };
     let (start, goal) = (Instant::now(), Goal::Prefix(until));
     admit(config, goal, points.len() as u64, P::DIM)?;
-    let ready = prepare(points, config.skip_invalid)?;
     let mut start_machine = started(config);
-    let settings = Settings::decide(config, goal, &ready, &mut start_machine)?;
-    if ready.is_flat() {
-        return Ok(flat_result(points.len(), &ready, &settings, start).into());
-    }
+    let input = Whole::points(points);
+    let settings = Settings::decide(config, goal, input, &mut start_machine)?;
     let machine = Arc::new(settings.machine.clone());
     let mut hosts = start_machine(&machine);
     let coordinator = Coordinator::new(&config.control, machine);
-    let collected = coordinator.run(hosts.as_mut(), &ready, &settings.plan)?;
+    let collected = coordinator.run(hosts.as_mut(), input, &settings.plan)?;
+    if collected.input.is_flat(P::DIM) {
+        return Ok(flat_result(P::DIM, &collected.input, &settings, start).into());
+    }
+    let points = collected.input.population.count;
+    settings.check(points)?;
     collected.check_balance()?;
-    let points = ready.positions.len() as u64;
     Ok(RunCounts {
         space: P::DIM,
         points,

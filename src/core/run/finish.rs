@@ -7,18 +7,18 @@ use septet_geometry::point::Point;
 use septet_protocol::checksum::row_hash;
 use septet_protocol::ids::{Phase, Rank};
 use septet_protocol::ledger::Ledger;
-use septet_protocol::message::{PointSum, ViewPart};
+use septet_protocol::message::ViewPart;
 use septet_workers::config::WorkerConfig;
-use septet_workers::coordinator::{PieceRows, Share};
+use septet_workers::share::{PieceRows, Share};
 use septet_workers::state::rows::{cells_hash, piece_hash};
 
 use crate::coordinator::{Collected, incomplete};
 use crate::error::{Error, Refutation};
-use crate::input::prepare::Prepared;
+use crate::input::Prepared;
 use crate::result::canonical::{Export, OwnedRows, Store};
 use crate::result::cost_trace::CostTrace;
 use crate::result::pieces::Pieces;
-use crate::result::point_owner::{all_of_one, point_owner};
+use crate::result::point_owner::point_owner;
 use crate::result::run::{Run, SetMember, Settled};
 use crate::result::view::Album;
 use crate::run::settings::Settings;
@@ -33,41 +33,33 @@ pub(crate) struct Times {
     pub(crate) machine: Instant,
 }
 
-/// Returns the result for points that do not span the space: there are no cells, and no machine runs.
-pub(crate) fn flat_result<P: Point>(
-    input: usize,
-    ready: &Prepared<'_, P>,
-    settings: &Settings,
-    call: Instant,
-) -> Run {
+/// Returns the result for points that do not span the space: there are no cells and no counts.
+pub(crate) fn flat_result(space: usize, input: &Prepared, settings: &Settings, call: Instant) -> Run {
     let why = if settings.why.is_empty() { "nothing to triangulate" } else { &settings.why };
     let seconds = call.elapsed().as_secs_f64();
     let settled = settings.settled(None, why.to_string());
     let costs = settings.machine.cost_log.take().map(CostTrace::of);
-    let ids = ready.ids(0..ready.positions.len());
-    let point_owner = settings.machine.shown.with_owned.then(|| all_of_one(input, ids));
+    let point_owner = settings.machine.shown.with_owned.then(|| input.all_of_one());
     Run {
         costs,
         point_owner,
         triangulate_seconds: seconds,
         total_seconds: seconds,
-        ..empty(input, ready, settled)
+        ..empty(space, input, settled)
     }
 }
 
-fn empty<P: Point>(input: usize, ready: &Prepared<'_, P>, settled: Settled) -> Run {
-    Run::empty(P::DIM, ready.dimension, ready.accounting(input), settled)
+fn empty(space: usize, input: &Prepared, settled: Settled) -> Run {
+    Run::empty(space, input.dimension, input.accounting.clone(), settled)
 }
 
 /// Returns the reasons against the certificate, if there are any.
 ///
 /// # Errors
 /// Fails if cells are missing, or if the cells are not those of the certificate.
-pub(crate) fn certify<P: Point>(
-    collected: &Collected<P>,
-    population: PointSum,
-) -> Result<Option<Refutation>, Error> {
+pub(crate) fn certify<P: Point>(collected: &Collected<P>) -> Result<Option<Refutation>, Error> {
     let merged = &collected.certified.merged;
+    let population = collected.input.population;
     let passed = merged.is_certified(population);
     let entries = |share: &Share<P>| {
         share.cells.rows.len() + share.piece.as_ref().map_or(0, |piece| piece.rows.len() / 2)
@@ -138,14 +130,12 @@ pub(crate) fn cost_trace(machine: &WorkerConfig) -> Result<Option<CostTrace>, Er
 /// # Errors
 /// Fails if the subdomain triangulations do not fit together.
 pub(crate) fn finish<P: Point>(
-    input: usize,
-    ready: &Prepared<'_, P>,
     collected: Collected<P>,
     settings: &Settings,
     times: &Times,
 ) -> Result<Run, Error> {
-    let population = ready.positions.len() as u64;
-    let Collected { mut shares, ledger, certified, choice, seconds: phase_seconds } = collected;
+    let Collected { input, mut shares, ledger, certified, choice, seconds: phase_seconds } = collected;
+    let population = input.population.count;
     let machine = &settings.machine;
     let merged = certified.merged;
     let with_owner = machine.shown.with_leaves;
@@ -169,13 +159,13 @@ pub(crate) fn finish<P: Point>(
     };
     let views: Vec<ViewPart<P>> = shares.iter_mut().filter_map(|share| share.view.take()).collect();
     // Shares have no points if stars disagree.
-    let has_owners = machine.shown.with_owned && merged.is_certified(ready.sum());
+    let has_owners = machine.shown.with_owned && merged.is_certified(input.population);
     let owners = has_owners.then(|| {
         let reason = || incomplete("the workers do not hold each point once".to_string());
-        point_owner(input, &shares, population).ok_or_else(reason)
+        point_owner(input.accounting.input as usize, &shares, population).ok_or_else(reason)
     });
     let picture = (machine.shown.view > 0)
-        .then(|| Album::of(&views).view::<P>(population, machine.shown.view, ready.exponent));
+        .then(|| Album::of(&views).view::<P>(population, machine.shown.view, input.exponent));
     Ok(Run {
         export: Export::new(P::DIM, store, with_owner),
         point_owner: owners.transpose()?,
@@ -191,7 +181,7 @@ pub(crate) fn finish<P: Point>(
         phase_seconds,
         triangulate_seconds,
         total_seconds: times.call.elapsed().as_secs_f64(),
-        ..empty(input, ready, settings.settled(supergraph, why))
+        ..empty(P::DIM, &input, settings.settled(supergraph, why))
     })
 }
 

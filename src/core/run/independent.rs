@@ -14,17 +14,15 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use septet_geometry::point::{Coordinates, Point, PointSlice};
-use septet_geometry::range::{scale, scale_exponent};
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Ledger;
-use septet_workers::coordinator::Selected;
+use septet_workers::share::Selected;
 
 use crate::config::Config;
 use crate::coordinator::{Collected, Coordinator};
 use crate::error::Error as RunError;
 pub use crate::error::SiteError;
-use crate::input::coincide::coincidences;
-use crate::input::prepare::{Prepared, without_negative_zero};
+use crate::input::Whole;
 use crate::result::cost_trace::CostTrace;
 use crate::result::run::{Settled, TrafficTotal};
 use crate::run::finish::cost_trace;
@@ -101,13 +99,17 @@ fn choose<P: Point>(
 ) -> Result<IndependentRun, RunError> {
     let (start, goal) = (Instant::now(), Goal::Independent { fixed: fixed as u64 });
     admit(config, goal, places.len() as u64, P::DIM)?;
-    let ready = prepare_sites(places, sizes, fixed)?;
+    check_sites(places.len(), sizes, fixed)?;
+    let input = Whole { positions: places, sizes };
     let mut start_machine = started(config);
-    let settings = Settings::decide(config, goal, &ready, &mut start_machine)?;
+    let settings = Settings::decide(config, goal, input, &mut start_machine)?;
     let machine = Arc::new(settings.machine.clone());
     let mut hosts = start_machine(&machine);
     let coordinator = Coordinator::new(&config.control, machine);
-    let collected = coordinator.run(hosts.as_mut(), &ready, &settings.plan)?;
+    let collected = coordinator.run(hosts.as_mut(), input, &settings.plan)?;
+    if let Some(&(second, first)) = collected.input.accounting.duplicates.first() {
+        return Err(SiteError::Coincident { first: first as usize, second: second as usize }.into());
+    }
     collected.check_balance()?;
     drop(hosts);
     let Collected { shares, ledger, choice, seconds: phase_seconds, .. } = collected;
@@ -116,7 +118,7 @@ fn choose<P: Point>(
     Ok(IndependentRun {
         members: members.into_iter().map(|id| id as usize).collect(),
         undecided,
-        ledger: Ledger::finish(ledger, ready.positions.len() as u64),
+        ledger: Ledger::finish(ledger, places.len() as u64),
         settled: settings.settled(choice.supergraph, settings.why.clone()),
         plan: settings.planning,
         costs: cost_trace(&settings.machine)?,
@@ -137,55 +139,16 @@ fn united(shares: impl Iterator<Item = Selected>) -> Selected {
     all
 }
 
-/// Checks the sites, and scales them and their sizes into the exact range.
-fn prepare_sites<P: Point>(
-    places: &[P],
-    sizes: &[f64],
-    fixed: usize,
-) -> Result<Prepared<'static, P>, RunError> {
-    if places.len() != sizes.len() {
-        return Err(SiteError::Lengths { places: places.len(), sizes: sizes.len() }.into());
+/// Checks the numbers of places and fixed sites, and the sizes.
+fn check_sites(places: usize, sizes: &[f64], fixed: usize) -> Result<(), SiteError> {
+    if places != sizes.len() {
+        return Err(SiteError::Lengths { places, sizes: sizes.len() });
     }
-    if fixed > places.len() {
-        return Err(SiteError::Fixed { fixed, sites: places.len() }.into());
+    if fixed > places {
+        return Err(SiteError::Fixed { fixed, sites: places });
     }
-    if let Some(index) = sizes.iter().position(|&size| !(size > 0.0 && size < f64::INFINITY)) {
-        return Err(SiteError::Size { index, size: sizes[index] }.into());
-    }
-    let exponent = scale_exponent(places)?;
-    let positions: Vec<P> = places.iter().map(|&p| scaled(without_negative_zero(p), exponent)).collect();
-    if let Some(&(second, first)) = coincidences(&positions).first() {
-        return Err(SiteError::Coincident { first: first as usize, second: second as usize }.into());
-    }
-    let radius2 = |&size: &f64| squared_radius(scaled(P::splat(size), exponent).coord(0));
-    Ok(Prepared::of_sites(positions, sizes.iter().map(radius2).collect(), exponent))
-}
-
-fn scaled<P: Point>(p: P, exponent: i32) -> P {
-    if exponent == 0 { p } else { scale(p, exponent) }
-}
-
-/// Returns the largest float below the square, so that `d2 <= radius2` iff `d2 < size * size`.
-///
-/// If the square overflows, the result is the largest float, which no squared distance in the range exceeds. If it
-/// underflows to 0, the result is 0, which is less than the squared distance of any two sites.
-fn squared_radius(size: f64) -> f64 {
-    (size * size).next_down().max(0.0)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn squared_radii_make_the_comparison_strict() {
-        for size in [1e-300, 1e-20, 0.1, 1.0, 3.0, 1e20, 1e200] {
-            let (square, r2) = (size * size, squared_radius(size));
-            for d2 in [square, square.next_down(), square.next_up(), 1e-130, 1.0, 1e120] {
-                if d2.is_finite() && d2 > 0.0 {
-                    assert_eq!(d2 <= r2, d2 < square, "{size} {d2}");
-                }
-            }
-        }
+    match sizes.iter().position(|&size| !(size > 0.0 && size < f64::INFINITY)) {
+        Some(index) => Err(SiteError::Size { index, size: sizes[index] }),
+        None => Ok(()),
     }
 }

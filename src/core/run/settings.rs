@@ -10,9 +10,9 @@ use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Ledger;
 use septet_workers::config::{
-    Correction, CostLog, GraphRules, SetRule, Shown, Stop, Task, TreeRules, Wanted, WorkerConfig,
+    Correction, CostLog, FALLBACK_K, GraphRules, MOST_IN_A_PIECE, Refusal, SetRule, Shown, Stop, Task,
+    TreeRules, Wanted, WorkerConfig,
 };
-use septet_workers::selection::FALLBACK_K;
 
 use crate::config::{
     Alpha, Config, ConfigError, Constants, Fault, Graph, MOST_WORKERS, Neighbours, Purpose, TreeConstants,
@@ -20,7 +20,7 @@ use crate::config::{
 };
 use crate::coordinator::{Coordinator, Plan};
 use crate::error::Error;
-use crate::input::prepare::Prepared;
+use crate::input::Whole;
 use crate::result::run::{Settled, TrafficTotal};
 use crate::result::view::MOST_POINTS;
 use crate::run::memory;
@@ -100,33 +100,29 @@ impl Settings {
     /// Decides all settings of a run over these points. With [`Workers::Leaves`], this requires a run that grows the
     /// tree.
     ///
-    /// Points that do not span the space need no machine, so the settings then have no plan.
-    ///
     /// # Errors
-    /// Fails if the points do not allow k, or if the number of workers is too large or too small for them.
+    /// Fails if there are too many workers, or if the machine that grows the tree fails.
     pub(crate) fn decide<P: Point>(
         config: &Config,
         goal: Goal,
-        ready: &Prepared<'_, P>,
+        input: Whole<'_, P>,
         start_machine: &mut Start<'_, P>,
     ) -> Result<Self, Error> {
-        let points = ready.positions.len() as u64;
         let (wanted, why) = match goal {
             Goal::Independent { .. } => {
                 (Wanted::Fixed(Supergraph::Density { alpha: 1.0 }), "sizes as given".to_string())
             }
-            _ => supergraph(config, points)?,
+            _ => supergraph(config),
         };
         let machine = machine::<P>(config, goal, wanted);
         let mut settings = Settings { machine, why, plan: Plan::new(), planning: None };
-        let spans = ready.dimension == P::DIM as isize;
         match config.machine.workers {
             Workers::Count(workers) => settings.machine.workers = workers,
-            Workers::Leaves if spans => settings.plan_leaves(config, ready, start_machine)?,
-            Workers::Leaves => settings.machine.workers = 1,
+            Workers::Leaves => settings.plan_leaves(config, input, start_machine)?,
         }
-        if spans {
-            settings.check_workers(points)?;
+        let workers = settings.machine.workers;
+        if workers > MOST_WORKERS {
+            return Err(ConfigError::TooManyWorkers { workers, most: MOST_WORKERS }.into());
         }
         Ok(settings)
     }
@@ -135,7 +131,7 @@ impl Settings {
     fn plan_leaves<P: Point>(
         &mut self,
         config: &Config,
-        ready: &Prepared<'_, P>,
+        input: Whole<'_, P>,
         start_machine: &mut Start<'_, P>,
     ) -> Result<(), Error> {
         let run = self.machine.run ^ PLANNING;
@@ -148,7 +144,7 @@ impl Settings {
             ..self.machine.clone()
         });
         let mut hosts = start_machine(&machine);
-        let grown = Coordinator::new(&config.control, machine).run(hosts.as_mut(), ready, &Plan::new())?;
+        let grown = Coordinator::new(&config.control, machine).run(hosts.as_mut(), input, &Plan::new())?;
         grown.check_balance()?;
         let part = grown.ledger;
         for (node, _) in part.nodes.iter().filter(|(_, facts)| facts.is_leaf()) {
@@ -158,23 +154,26 @@ impl Settings {
                 at = n.parent();
             }
         }
-        self.planning = Some(TrafficTotal::of(&Ledger::finish(part, ready.positions.len() as u64)));
+        if !grown.input.is_flat(P::DIM) {
+            self.planning = Some(TrafficTotal::of(&Ledger::finish(part, grown.input.population.count)));
+        }
         self.machine.workers = self.plan.get(&NodeId::ROOT).copied().unwrap_or(1);
         Ok(())
     }
 
-    /// Checks the number of workers against the ranks and the points.
-    fn check_workers(&self, points: u64) -> Result<(), Error> {
-        let workers = self.machine.workers;
-        if workers > MOST_WORKERS {
-            return Err(ConfigError::TooManyWorkers { workers, most: MOST_WORKERS }.into());
+    /// Checks the parameters against the number of points.
+    ///
+    /// # Errors
+    /// Fails if the points do not allow k, or if there are too few workers for them.
+    pub(crate) fn check(&self, points: u64) -> Result<(), Error> {
+        match self.machine.refusal(points) {
+            None => Ok(()),
+            Some(Refusal::Neighbours { k }) => Err(ConfigError::K { k: u64::from(k), points }.into()),
+            Some(Refusal::Piece { points: share }) => {
+                let (most, enough) = (MOST_IN_A_PIECE, points.div_ceil(MOST_IN_A_PIECE));
+                Err(Error::Piece { points: share, most, workers: enough })
+            }
         }
-        let share = points / u64::from(workers);
-        if !self.machine.counted && share > MOST_IN_A_PIECE {
-            let (most, enough) = (MOST_IN_A_PIECE, points.div_ceil(MOST_IN_A_PIECE));
-            return Err(Error::Piece { points: share, most, workers: enough });
-        }
-        Ok(())
     }
 
     /// Returns the settings in the form that the result has.
@@ -191,9 +190,6 @@ impl Settings {
         }
     }
 }
-
-/// The largest number of points that one worker can triangulate at once, with room for uneven subdomains.
-const MOST_IN_A_PIECE: u64 = 1 << 25;
 
 /// The bit that distinguishes the name of a planning run from the name of the run that it plans.
 const PLANNING: u64 = 1 << 63;
@@ -228,6 +224,7 @@ fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfi
             Goal::Independent { fixed } => Task::Independent { fixed },
             _ => Task::Delaunay,
         },
+        skip_invalid: config.skip_invalid && !independent,
         workers: 1,
         counted,
         tree: TreeRules {
@@ -262,13 +259,10 @@ fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfi
 const LEAF_OF_SITES: [u64; 2] = [2000, 4000];
 
 /// Returns the supergraph to build, and the reason for it.
-fn supergraph(config: &Config, points: u64) -> Result<(Wanted, String), Error> {
+fn supergraph(config: &Config) -> (Wanted, String) {
     let share = if config.planted.fault == Some(Fault::HalveAlpha) { 0.5 } else { 1.0 };
     let (alpha, overlap) = match config.graph {
-        Graph::Knn { k } => {
-            let (k, why) = neighbours(k, points)?;
-            return Ok((Wanted::Fixed(Supergraph::Knn { k }), why));
-        }
+        Graph::Knn { k } => return (Wanted::Nearest(k), why_nearest(k)),
         Graph::Density { alpha } => (alpha, false),
         Graph::Overlap { alpha } => (alpha, true),
     };
@@ -276,7 +270,7 @@ fn supergraph(config: &Config, points: u64) -> Result<(Wanted, String), Error> {
         let alpha = share * alpha;
         Wanted::Fixed(if overlap { Supergraph::Overlap { alpha } } else { Supergraph::Density { alpha } })
     };
-    Ok(match (alpha, config.spacing) {
+    match (alpha, config.spacing) {
         (Alpha::Value(alpha), _) => (fixed(alpha), "alpha as given".to_string()),
         (Alpha::Auto, Some(lipschitz)) => {
             let why = format!("1.25 * 2 (1 + L) / (1 - L) of an f-spaced set with L = {lipschitz}");
@@ -284,25 +278,14 @@ fn supergraph(config: &Config, points: u64) -> Result<(Wanted, String), Error> {
         }
         (Alpha::Auto, None) if overlap => (Wanted::AutoOverlap, String::new()),
         (Alpha::Auto, None) => (Wanted::AutoDensity, String::new()),
-    })
+    }
 }
 
-/// Returns k for a number of points, and the reason for it.
-fn neighbours(k: Neighbours, points: u64) -> Result<(u32, String), Error> {
-    let most = points.saturating_sub(1).max(1);
-    let (k, why) = match k {
-        Neighbours::Auto => {
-            let why = format!("{FALLBACK_K} nearest neighbours, or all there are");
-            (u64::from(FALLBACK_K).min(most), why)
-        }
-        Neighbours::Count(k) if k == 0 || u64::from(k) >= points => {
-            return Err(ConfigError::K { k: u64::from(k), points }.into());
-        }
-        Neighbours::Count(k) => (u64::from(k), "k as given".to_string()),
-        Neighbours::Log(c) => {
-            let k = (c * (points.max(2) as f64).ln()).ceil() as u64;
-            (k.clamp(1, most), format!("ceil({c} ln n)"))
-        }
-    };
-    Ok((k as u32, why))
+/// Returns the reason for k.
+fn why_nearest(k: Neighbours) -> String {
+    match k {
+        Neighbours::Auto => format!("{FALLBACK_K} nearest neighbours, or all there are"),
+        Neighbours::Count(_) => "k as given".to_string(),
+        Neighbours::Log(factor) => format!("ceil({factor} ln n)"),
+    }
 }

@@ -8,7 +8,7 @@ use septet_geometry::point::{Coordinates, Point, PointSlice};
 use crate::config::Config;
 use crate::coordinator::Coordinator;
 use crate::error::Error;
-use crate::input::prepare::prepare;
+use crate::input::Whole;
 use crate::result::run::Run;
 use crate::run::finish::{Times, certify, cost_trace, finish, flat_result};
 use crate::run::settings::{Goal, Settings, admit};
@@ -59,21 +59,22 @@ pub fn run_on<P: Point>(
     let call = Instant::now();
     let goal = if counted { Goal::Simulation } else { Goal::Triangulation };
     admit(config, goal, points.len() as u64, P::DIM)?;
-    let ready = prepare(points, config.skip_invalid)?;
-    let settings = Settings::decide(config, goal, &ready, start_machine)?;
-    if ready.is_flat() {
-        return Ok(flat_result(points.len(), &ready, &settings, call));
-    }
+    let input = Whole::points(points);
+    let settings = Settings::decide(config, goal, input, start_machine)?;
     let preparing = call.elapsed();
     let times = Times { call, preparing, machine: Instant::now() };
     let machine = Arc::new(settings.machine.clone());
     let mut hosts = start_machine(&machine);
     let coordinator = Coordinator::new(&config.control, machine);
-    let collected = coordinator.run(hosts.as_mut(), &ready, &settings.plan)?;
+    let collected = coordinator.run(hosts.as_mut(), input, &settings.plan)?;
     drop(hosts);
-    let refutation = certify(&collected, ready.sum())?;
+    if collected.input.is_flat(P::DIM) {
+        return Ok(flat_result(P::DIM, &collected.input, &settings, call));
+    }
+    settings.check(collected.input.population.count)?;
+    let refutation = certify(&collected)?;
     let plan = settings.planning;
-    let run = finish(points.len(), &ready, collected, &settings, &times)?;
+    let run = finish(collected, &settings, &times)?;
     let costs = cost_trace(&settings.machine)?;
     let run = Run { plan, refutation, costs, ..run };
     match refutation {

@@ -18,6 +18,13 @@ pub fn mix(hash: u64, value: u64) -> u64 {
     finalise((hash ^ value).wrapping_add(0x9e37_79b9_7f4a_7c15))
 }
 
+/// Returns the hash of a point's coordinates.
+#[inline]
+pub fn hash_of_place<P: Point>(x: P) -> u64 {
+    let bits = (0..P::DIM).map(|i| x.coord(i).to_bits());
+    bits.fold(0x5E97_E75E_97E7_5E97, |hash, bits| finalise(hash ^ bits))
+}
+
 /// The random generator of the tests: xorshift64* (Vigna 2016).
 #[derive(Clone, Debug)]
 pub struct Draw(u64);

@@ -72,6 +72,16 @@ impl Digits {
     /// The digits of an empty set.
     pub const NONE: Digits = Digits { low: i32::MAX, high: i32::MIN };
 
+    /// Creates the digits between these ends ([`Digits::ends`]).
+    pub fn new((low, high): (i32, i32)) -> Self {
+        Digits { low, high }
+    }
+
+    /// Returns the exponents of the lowest digit and of the digit above the highest.
+    pub fn ends(self) -> (i32, i32) {
+        (self.low, self.high)
+    }
+
     /// Computes the digits of the coordinates of `points`. Returns `None` if a coordinate is not finite.
     pub fn of<P: Point>(points: &[P]) -> Option<Self> {
         let (mut digits, mut finite) = (Digits::NONE, true);
@@ -122,6 +132,22 @@ impl Digits {
         Digits { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
+    /// Returns the exponent of the power of two that scales these digits into the exact range.
+    ///
+    /// # Errors
+    /// Returns the number of digits if no scaling brings them into the range.
+    pub fn scaling(self) -> Result<i32, i32> {
+        if self.fits() {
+            return Ok(0);
+        }
+        let bits = self.high.saturating_sub(self.low);
+        if bits > HIGHEST - LOWEST {
+            return Err(bits);
+        }
+        // Centre the digits in the range.
+        Ok(i32::midpoint(LOWEST, HIGHEST) - self.low.midpoint(self.high))
+    }
+
     /// Returns the exponent of the power of two that scales `points` into the exact range. The digits must be those
     /// of `points`.
     ///
@@ -129,20 +155,14 @@ impl Digits {
     /// Fails if no scaling brings the spread of bits into the range. The error names the first point with the lowest
     /// bit and the last point with the highest bit.
     pub fn exponent<P: Point>(self, points: &[P]) -> Result<i32, RangeError> {
-        if self.fits() {
-            return Ok(0);
-        }
-        let bits = self.high - self.low;
-        if bits > HIGHEST - LOWEST {
+        self.scaling().map_err(|bits| {
             let has = |p: &P, end: &dyn Fn((i32, i32)) -> bool| {
                 (0..P::DIM).map(|i| p.coord(i)).any(|x| x != 0.0 && end(bit_range(x)))
             };
             let low = points.iter().position(|p| has(p, &|r| r.0 == self.low)).unwrap_or(0);
             let high = points.iter().rposition(|p| has(p, &|r| r.1 == self.high)).unwrap_or(0);
-            return Err(RangeError::Spread { bits, low, high });
-        }
-        // Centre the digits in the range.
-        Ok(i32::midpoint(LOWEST, HIGHEST) - self.low.midpoint(self.high))
+            RangeError::Spread { bits, low, high }
+        })
     }
 }
 

@@ -1,6 +1,7 @@
 //! The messages: a closed enum of bodies in an envelope with version, run, subproblem, attempt, round and sequence.
 
 mod defects;
+mod input;
 pub mod kinds;
 mod merged;
 mod queries;
@@ -15,13 +16,14 @@ use crate::codec::{self, Bulk, CodecError};
 use crate::ids::{NodeId, Rank};
 use crate::outcome::Outcome;
 
+pub use input::{RefusedRow, Survey};
 pub use merged::{Merged, PointSum};
 pub use queries::{QueryBatch, ReplyBatch};
 pub use split::{Child, Decision, Route};
 pub use typed::{ChosenSupergraph, Fingerprint, SampleStars, SetCounts, SetDecision};
 
 /// The version of the protocol. It increases when the meaning or layout of a message changes.
-pub const PROTOCOL_VERSION: u16 = 11;
+pub const PROTOCOL_VERSION: u16 = 12;
 
 /// A message with its envelope.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
@@ -141,6 +143,21 @@ impl<P: Copy> PointBatch<P> {
         }
     }
 
+    /// Removes the points whose flag is not set.
+    ///
+    /// # Panics
+    /// Panics if a column has an entry for each point, and the number of flags is another.
+    pub fn keep(&mut self, flags: &[bool]) {
+        fn keep<T>(column: &mut Vec<T>, flags: &[bool]) {
+            let mut at = 0..column.len();
+            column.retain(|_| at.next().is_some_and(|i| flags[i]));
+        }
+        keep(&mut self.ids.0, flags);
+        keep(&mut self.positions.0, flags);
+        keep(&mut self.owners.0, flags);
+        keep(&mut self.radii2.0, flags);
+    }
+
     /// Returns the number of points.
     pub fn len(&self) -> usize {
         self.ids.len()
@@ -254,11 +271,26 @@ impl<P: Copy> ViewPart<P> {
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
 pub enum Body<P> {
-    /// Coordinator to all ranks, through a tree: number of points, and a frame that spans the space.
+    /// Up and down the tree of all ranks: the survey of the rows below, then of all rows.
+    Survey(Survey),
+    /// Worker to the home of hashes: the hashes of the coordinates of its rows.
+    Keys(Bulk<u64>),
+    /// Home of hashes to worker: the positions in `Keys` of the hashes that other rows share.
+    Alike(Bulk<u32>),
+    /// Worker to the home of hashes: the points at these positions.
+    Candidates(PointBatch<P>),
+    /// Home of hashes to worker: the points that repeat an earlier row.
+    Repeated {
+        /// Their positions in `Keys`.
+        keys: Bulk<u32>,
+        /// For each, the first row with the same coordinates.
+        first: Bulk<u64>,
+    },
+    /// Up and down the tree of all ranks: the points of the ranks below, then of all ranks, and a frame that spans them.
     Start {
-        /// Number of distinct points of the run.
-        population: u64,
-        /// `d + 1` affinely independent points.
+        /// Distinct points.
+        population: PointSum,
+        /// At most `d + 1` affinely independent points.
         frame: PointBatch<P>,
     },
     /// Leader to the leader of a child: the plan of the placement, as numbers of leaves below nodes.

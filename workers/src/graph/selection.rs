@@ -35,13 +35,13 @@ use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, ChosenSupergraph, SampleStars};
 use septet_protocol::transport::TransportError;
 
-use crate::config::Wanted;
-use crate::coordinator::Choice;
+use crate::config::{FALLBACK_K, Wanted};
 use crate::machine::collectives::Reports;
 use crate::machine::context::Context;
 use crate::neighbours::descent::Descent;
 use crate::neighbours::results::{CompletedLists, Nearest};
 use crate::neighbours::search::{Ball, Search};
+use crate::share::Choice;
 use crate::state::cells::finite_cell;
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
@@ -52,9 +52,6 @@ pub const ALPHAS: [f64; 4] = [2.5, 3.0, 4.0, 6.0];
 
 /// The share of sampled stars that may remain without a local certificate.
 pub const UNCERTIFIED_SHARE: f64 = 0.1;
-
-/// The number of nearest neighbours if no alpha suffices.
-pub const FALLBACK_K: u32 = 48;
 
 /// The expected number of sampled stars.
 const SAMPLED_STARS: u64 = 1000;

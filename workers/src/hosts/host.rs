@@ -8,10 +8,11 @@ use septet_protocol::message::Message;
 use septet_protocol::transport::{Delivery, HostState, Transport, TransportError};
 
 use crate::config::{Pool, WorkerConfig};
-use crate::coordinator::{Share, Source};
+use crate::input::Source;
 use crate::machine::context::Running;
 use crate::partition::leader::Plan;
 use crate::programs::run;
+use crate::share::Share;
 
 /// The task of a machine: its parameters, its input and the plan of the placement.
 pub struct Job<'a, P> {

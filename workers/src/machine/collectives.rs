@@ -134,11 +134,11 @@ impl<P: Point> Context<P> {
 }
 
 /// The largest number of ranks below a rank in the tree of all ranks.
-const FAN: u64 = 32;
+pub(super) const FAN: u64 = 32;
 
 /// Returns the ranks below a rank in the tree of all ranks, whose root is the coordinator. Worker r is at level 1 for
 /// r <= 32, at level 2 for r <= 1,056, and so on.
-fn ranks_below(rank: Rank, ranks: u32) -> Range<Rank> {
+pub(super) fn ranks_below(rank: Rank, ranks: u32) -> Range<Rank> {
     let at = |i: u64| (FAN * u64::from(rank) + i).min(u64::from(ranks)) as Rank;
     at(1)..at(FAN + 1)
 }

@@ -5,5 +5,6 @@ pub mod context;
 mod flips;
 pub mod outbox;
 pub mod profile;
+pub mod reduction;
 
 pub use context::{Context, Running};

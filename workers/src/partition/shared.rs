@@ -22,11 +22,10 @@ use septet_geometry::separator::{DrawKey, Separator, Side};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Account;
-use septet_protocol::message::{Body, Child, Decision, Message, PointBatch, PointSum, Route};
+use septet_protocol::message::{Body, Child, Decision, Message, PointBatch, Route};
 use septet_protocol::transport::TransportError;
 
 use crate::config::{Task, WorkerConfig};
-use crate::coordinator::{Source, announce};
 use crate::machine::context::Context;
 use crate::partition::leader::{Plan, decide_split, draw, is_leaf, separator_of};
 use crate::partition::levelling;
@@ -34,59 +33,6 @@ use crate::partition::local::{Builder, Grown};
 use crate::state::subdomain::{Group, Shared, Subdomain, Subtree, Unsplit};
 use crate::state::table::Table;
 use crate::state::tree::{Bounds, Inner, Leaf, Split, Tree, bounds};
-
-/// The input of a rank.
-#[derive(Debug)]
-pub(crate) struct Input<P> {
-    /// The points of all ranks. Only the coordinator knows the sum of their hashes.
-    population: PointSum,
-    /// Points that span the space.
-    frame: PointBatch<P>,
-    /// The block of this rank; empty unless the rank is a member of the root's group.
-    block: PointBatch<P>,
-}
-
-impl<P> Input<P> {
-    fn new() -> Self {
-        Input { population: PointSum::default(), frame: PointBatch::default(), block: PointBatch::default() }
-    }
-
-    /// Returns the number of points of all ranks, and on the coordinator the sum of their hashes.
-    pub(crate) fn population(&self) -> PointSum {
-        self.population
-    }
-
-    /// Returns the points that span the space, and the block of this rank.
-    pub(crate) fn into_frame_and_block(self) -> (PointBatch<P>, PointBatch<P>) {
-        (self.frame, self.block)
-    }
-}
-
-/// Reads the block of this rank from `source`. The coordinator announces the number of points and the frame.
-pub(crate) async fn load<P: Point>(
-    cx: &mut Context<P>,
-    source: &dyn Source<P>,
-) -> Result<Input<P>, TransportError> {
-    cx.enter(Phase::Load)?;
-    let mut input = Input::new();
-    if cx.is_coordinator() {
-        input.population = source.population();
-        announce(cx, source);
-    } else {
-        input.block = source.block(cx.rank() - 1, cx.config().workers);
-    }
-    while cx.exchange().await? {
-        let starts = cx.take(|m| match &mut m.body {
-            Body::Start { population, frame } => Some((*population, std::mem::take(frame))),
-            _ => None,
-        });
-        for (population, frame) in starts {
-            cx.pass_on(|| Body::Start { population, frame: frame.clone() });
-            (input.population.count, input.frame) = (population, frame);
-        }
-    }
-    Ok(input)
-}
 
 /// Splits the points of all ranks until each rank has its subdomain. `group` is the group of the root. Returns the
 /// subdomain and the table of its points.

@@ -4,10 +4,10 @@ use septet_geometry::point::Point;
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
-use crate::coordinator::Certificate;
 use crate::machine::context::Context;
 use crate::result::certified::Certified;
 use crate::result::merge::{Instance, Pass, merge};
+use crate::share::Certificate;
 use crate::splaying::fallback::gather;
 use crate::splaying::splay::{Passed, Start, splay};
 use crate::stars::check::{certificate, check};

@@ -15,11 +15,13 @@ use septet_protocol::ids::Phase;
 use septet_protocol::transport::TransportError;
 
 use crate::config::Task;
-use crate::coordinator::{Share, Source};
+use crate::input::Source;
+use crate::input::load::load;
 use crate::machine::context::Context;
 use crate::partition::leader::Plan;
-use crate::partition::shared::{load, partition, root};
+use crate::partition::shared::{partition, root};
 use crate::result::collect::collect_counts;
+use crate::share::Share;
 use ground::Ground;
 use independent::independent_set;
 use simulate::simulate;
@@ -38,23 +40,31 @@ pub async fn run<P: Point>(
     let cx = &mut cx;
     let input = load(cx, source).await?;
     let population = input.population();
-    let (frame, block) = input.into_frame_and_block();
+    let runs = input.is_ready() && cx.config().refusal(population.count).is_none();
+    let (loaded, frame, block) = input.into_parts();
+    let share = Share { loaded, ..Share::new(cx.rank()) };
+    if !runs {
+        return collect_counts(cx, share).await;
+    }
     let group = root(cx.config(), population.count);
     let plan = if cx.rank() == group.leader { plan.clone() } else { Plan::new() };
     let (subdomain, table) = partition(cx, group, block, plan).await?;
     if cx.config().until == Some(Phase::Partition) {
-        let share = Share::new(cx.rank());
         return collect_counts(cx, share).await;
     }
-    finish(cx, Ground::new(subdomain, table, frame, population)).await
+    finish(cx, Ground::new(subdomain, table, frame, population), share).await
 }
 
 /// The task of the run, after the partition.
-async fn finish<P: Point>(cx: &mut Context<P>, ground: Ground<P>) -> Result<Share<P>, TransportError> {
+async fn finish<P: Point>(
+    cx: &mut Context<P>,
+    ground: Ground<P>,
+    share: Share<P>,
+) -> Result<Share<P>, TransportError> {
     match cx.config().task {
-        Task::Independent { fixed } => independent_set(cx, ground, fixed).await,
-        Task::Delaunay if cx.config().counted => simulate(cx, ground).await,
-        Task::Delaunay => triangulate(cx, ground).await,
+        Task::Independent { fixed } => independent_set(cx, ground, fixed, share).await,
+        Task::Delaunay if cx.config().counted => simulate(cx, ground, share).await,
+        Task::Delaunay => triangulate(cx, ground, share).await,
     }
 }
 

@@ -7,8 +7,7 @@ use septet_protocol::transport::TransportError;
 
 use super::certify::certify;
 use super::ground::Ground;
-use crate::config::{Correction, Wanted};
-use crate::coordinator::{Choice, Share};
+use crate::config::Correction;
 use crate::graph::selection::choice;
 use crate::graph::summaries::summaries;
 use crate::graph::supergraph::supergraph;
@@ -17,23 +16,24 @@ use crate::neighbours::balls::nearest_balls;
 use crate::neighbours::lists::nearest_lists;
 use crate::result::collect::{collect_cells, collect_counts};
 use crate::result::merge::Instance;
+use crate::share::{Choice, Share};
 use crate::stars::hulls::local_hulls;
 
 /// Computes nearest-neighbour balls, the supergraph in separator sets, local hulls, the certificate and the cells.
 pub(super) async fn simulate<P: Point>(
     cx: &mut Context<P>,
     ground: Ground<P>,
+    mut share: Share<P>,
 ) -> Result<Share<P>, TransportError> {
     let population = ground.population();
     let (mut subdomain, mut table, mut frame) = ground.into_parts();
-    let mut share = Share::new(cx.rank());
     if cx.config().until == Some(Phase::Neighbours) {
         nearest_balls(cx, &subdomain, &mut table).await?;
         return collect_counts(cx, share).await;
     }
-    share.choice = match cx.config().graph.wanted {
-        Wanted::Fixed(rule) => Choice { supergraph: Some(rule), why: None },
-        _ => choice(cx, &subdomain, &mut table, population.count).await?,
+    share.choice = match cx.config().graph.wanted.fixed(population.count) {
+        Some(rule) => Choice { supergraph: Some(rule), why: None },
+        None => choice(cx, &subdomain, &mut table, population.count).await?,
     };
     let Some(rule) = share.choice.supergraph else {
         let reason = "phase choice ended without a choice".to_string();

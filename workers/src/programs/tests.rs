@@ -32,7 +32,8 @@ async fn with_everyone<P: Point>(mut cx: Context<P>, points: &[P]) -> Result<Sha
     let (subdomain, table) = partition(cx, group, block, Plan::new()).await?;
     assert!(table.owned_len() > 0 || cx.config().fault.is_some() || leaf, "rank {} owns no point", cx.rank());
     let population = PointSum::of((0..).zip(points.iter().copied()));
-    finish(cx, Ground::new(subdomain, table, frame, population)).await
+    let share = Share::new(cx.rank());
+    finish(cx, Ground::new(subdomain, table, frame, population), share).await
 }
 
 /// Runs a machine to its end. Returns the shares of the ranks.
@@ -64,7 +65,7 @@ fn run_everyone<P: Point>(config: WorkerConfig, points: &[P]) -> Vec<Share<P>> {
 fn cells<P: Point>(shares: &[Share<P>]) -> Vec<Vec<u64>> {
     let corners = P::DIM + 1;
     let rows = shares.iter().flat_map(|share| share.cells.rows.chunks_exact(corners).map(<[u64]>::to_vec));
-    let of_piece = |piece: &crate::coordinator::PieceRows| {
+    let of_piece = |piece: &crate::share::PieceRows| {
         let rows = piece.rows.chunks_exact(2 * corners).map(|row| &row[..corners]);
         rows.map(|row| row.iter().map(|&v| piece.ids[v as usize]).collect()).collect::<Vec<Vec<u64>>>()
     };

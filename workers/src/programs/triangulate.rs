@@ -6,14 +6,13 @@ use septet_protocol::transport::TransportError;
 
 use super::certify::certify;
 use super::ground::Ground;
-use crate::config::Wanted;
-use crate::coordinator::Share;
 use crate::direct::ghost_layer::ghost_layer;
 use crate::direct::interface::{insert, interface};
 use crate::direct::subdomain_triangulation::triangulate_subdomain;
 use crate::machine::context::Context;
 use crate::result::collect::collect_cells;
 use crate::result::merge::Instance;
+use crate::share::Share;
 use crate::stars::owned::Stars;
 
 /// The supergraph whose crossings pictures show if the run does not use a supergraph.
@@ -23,13 +22,11 @@ const SHOWN: Supergraph = Supergraph::Density { alpha: 2.5 };
 pub(super) async fn triangulate<P: Point>(
     cx: &mut Context<P>,
     ground: Ground<P>,
+    mut share: Share<P>,
 ) -> Result<Share<P>, TransportError> {
     let population = ground.population();
     let (subdomain, mut table, mut frame) = ground.into_parts();
-    let mut share = Share::new(cx.rank());
-    if let Wanted::Fixed(rule) = cx.config().graph.wanted {
-        share.choice.supergraph = Some(rule);
-    }
+    share.choice.supergraph = cx.config().graph.wanted.fixed(population.count);
     let mut layer = ghost_layer(cx, &subdomain, &mut table, &mut frame).await?;
     let (triangulation, mut ghosts) =
         triangulate_subdomain(cx, &subdomain, &mut table, layer.take_ghosts(), &frame).await?;

@@ -1,7 +1,7 @@
 //! The final decision on the stars.
 
-use crate::coordinator::Certificate;
 use crate::result::merge::{Instance, OwnedCells};
+use crate::share::Certificate;
 
 /// The final decision of the coordinator on the stars.
 #[derive(Debug)]

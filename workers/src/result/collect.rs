@@ -6,12 +6,12 @@ use septet_geometry::point::{Point, Simplex};
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::transport::TransportError;
 
-use crate::coordinator::{CellRows, PieceRows, Share};
 use crate::machine::context::Context;
 use crate::result::certified::Certified;
 use crate::result::facets::{count_hull, pair_facets, send_facets, store_neighbours};
 use crate::result::merge::{Instance, OwnedCells, Results, classify};
 use crate::result::view::view_part;
+use crate::share::{CellRows, PieceRows, Share};
 use crate::stars::owned::{Stars, StarsView};
 use crate::state::bits::ones;
 use crate::state::cells::finite_cell;

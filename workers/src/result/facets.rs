@@ -15,8 +15,8 @@ use septet_protocol::ids::Rank;
 use septet_protocol::message::{Body, Message};
 use septet_protocol::transport::TransportError;
 
-use crate::coordinator::{PieceRows, Seam};
 use crate::machine::context::Context;
+use crate::share::{PieceRows, Seam};
 use crate::state::cells::{first_coordinate, smallest_vertex};
 use crate::state::rows::{AdjacencyRows, HULL, INTERFACE};
 use crate::state::table::Table;

@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 
 use septet_geometry::cost::Sweep;
-use septet_geometry::hash::finalise;
+use septet_geometry::hash::hash_of_place;
 use septet_geometry::measure::Diameters;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Rank};
@@ -17,12 +17,6 @@ use crate::result::merge::Results;
 use crate::state::ghosts::Ghosts;
 use crate::state::tree::{Split, Tree, join_bounds};
 
-/// Returns the hash of a point's coordinates, which selects samples.
-pub fn shown_hash<P: Point>(x: P) -> u64 {
-    let bits = (0..P::DIM).map(|i| x.coord(i).to_bits());
-    bits.fold(0x5E97_E75E_97E7_5E97, |hash, bits| finalise(hash ^ bits))
-}
-
 /// Returns `true` if a point is in the sample of a set with `population` points. The expected size of the sample is
 /// five standard deviations below `wanted`, so that the sample rarely has to be truncated.
 pub fn is_shown<P: Point>(population: u64, wanted: u32, x: P) -> bool {
@@ -31,7 +25,7 @@ pub fn is_shown<P: Point>(population: u64, wanted: u32, x: P) -> bool {
         return wanted > 0.0;
     }
     let rate = (wanted - 5.0 * wanted.sqrt()).max(1.0) / population as f64;
-    ((shown_hash(x) >> 11) as f64) < rate * (1u64 << 53) as f64
+    ((hash_of_place(x) >> 11) as f64) < rate * (1u64 << 53) as f64
 }
 
 /// Returns a sample of the points, and the splits that this rank reports.

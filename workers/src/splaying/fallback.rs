@@ -23,8 +23,8 @@ use septet_protocol::message::{Body, Message, OF_A_LINK, PointBatch, WANTED};
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
-use crate::coordinator::Certificate;
 use crate::machine::context::Context;
+use crate::share::Certificate;
 use crate::splaying::messages::GatheredPoint;
 use crate::splaying::region::Region;
 use crate::stars::check::Agreement;

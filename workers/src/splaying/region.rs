@@ -11,9 +11,9 @@ use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, PointBatch, UNKNOWN_RADIUS2, is_wanted};
 use septet_protocol::outcome::Outcome;
 
-use crate::coordinator::Certificate;
 use crate::machine::collectives::Reports;
 use crate::machine::context::Context;
+use crate::share::Certificate;
 
 /// The points that the ranks have sent in a gathering.
 #[derive(Debug)]

@@ -5,7 +5,7 @@
 use septet_geometry::point::Point;
 use septet_geometry::range::Digits;
 
-use super::{Body, Child, Decision, Merged, PointBatch, Route, SampleStars, SetCounts, Summary};
+use super::{Body, Child, Decision, Merged, PointBatch, Route, SampleStars, SetCounts, Summary, Survey};
 use crate::ids::Rank;
 
 /// The highest bit of a position marks a vertex that the receiver does not need as a point ([`Body::Seam`]).
@@ -65,6 +65,12 @@ impl Merged {
     }
 }
 
+impl Survey {
+    fn defect(&self) -> Option<&'static str> {
+        of_counts(&[self.rows, self.refused, self.negative_zeros])
+    }
+}
+
 impl<P: Point> PointBatch<P> {
     /// Returns the defect of a batch with all columns.
     fn defect(&self, ranks: u32) -> Option<&'static str> {
@@ -112,7 +118,12 @@ impl<P: Point> Body<P> {
         let corners = P::DIM + 1;
         match self {
             Body::Move(points) => points.defect_in_transit(ranks),
-            Body::Start { population, frame } => of_counts(&[*population]).or_else(|| frame.defect(ranks)),
+            Body::Survey(survey) => survey.defect(),
+            Body::Candidates(points) => points.defect_in_transit(ranks),
+            Body::Repeated { keys, first } => unless(keys.len() == first.len(), COLUMNS),
+            Body::Start { population, frame } => of_counts(&[population.count])
+                .or_else(|| unless(frame.len() <= corners, COUNT))
+                .or_else(|| frame.defect_in_transit(ranks)),
             Body::Frame(points) | Body::Ghosts(points) | Body::Gather(points) => points.defect(ranks),
             Body::Samples(points) => of_places(points),
             Body::Sphere(words) => unless(words.iter().all(|word| word.is_finite()), PLACE),

@@ -3,7 +3,12 @@
 use super::Body;
 
 /// The names of all kinds, in the order of [`Body`].
-pub const KINDS: [&str; 33] = [
+pub const KINDS: [&str; 38] = [
+    "survey",
+    "keys",
+    "alike",
+    "candidates",
+    "repeated",
     "start",
     "plan",
     "samples",
@@ -43,6 +48,11 @@ impl<P> Body<P> {
     /// Returns the name of the kind in traces and faults, one of [`KINDS`].
     pub fn kind(&self) -> &'static str {
         match self {
+            Body::Survey(_) => "survey",
+            Body::Keys(_) => "keys",
+            Body::Alike(_) => "alike",
+            Body::Candidates(_) => "candidates",
+            Body::Repeated { .. } => "repeated",
             Body::Start { .. } => "start",
             Body::Plan { .. } => "plan",
             Body::Samples(_) => "samples",

@@ -32,7 +32,7 @@ pub struct Merged {
 
 /// A set of points as the certificate identifies it: their number, and the sum of their hashes, modulo `2^64`. The sum
 /// does not depend on the order of the points.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Encode, Decode)]
 pub struct PointSum {
     /// Number of points.
     pub count: u64,

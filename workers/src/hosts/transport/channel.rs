@@ -18,9 +18,9 @@ use septet_protocol::transport::{Delivery, HostState, Transport, TransportError}
 use tracing::dispatcher::{self, Dispatch};
 
 use crate::config::Pool;
-use crate::coordinator::Share;
 use crate::hosts::host::{Host, Job, Unwatched, Watch, serve};
 use crate::hosts::transport::{Machine, MachineError};
+use crate::share::Share;
 
 /// The barrier of all hosts. Hosts share no other data.
 struct Barrier {

@@ -13,8 +13,8 @@ use septet_protocol::ids::COORDINATOR;
 use septet_protocol::transport::{Transport, TransportError};
 use thiserror::Error;
 
-use crate::coordinator::Share;
 use crate::hosts::host::{Host, Job, Watch, serve};
+use crate::share::Share;
 
 /// The reason why a machine has no result.
 #[derive(Debug, Error)]

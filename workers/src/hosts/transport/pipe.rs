@@ -22,10 +22,10 @@ use septet_protocol::message::Message;
 use septet_protocol::transport::{Delivery, HostState, Transport, TransportError};
 
 use crate::config::WorkerConfig;
-use crate::coordinator::Share;
 use crate::hosts::host::{Host, Job, Unwatched, Watch, serve};
 use crate::hosts::transport::frames::{Frame, read_round, write_round};
 use crate::hosts::transport::{Machine, MachineError};
+use crate::share::Share;
 use shares::{Assigned, share_from_bytes, share_to_bytes};
 
 const IDLE: u8 = 0;

@@ -3,13 +3,12 @@ use std::sync::atomic::AtomicBool;
 
 use glam::DVec2;
 use septet_protocol::ids::Phase;
-use septet_protocol::message::{PointBatch, PointSum};
 use septet_protocol::transport::TransportError;
 
 use super::*;
 use crate::config::{Fault, Stop, WorkerConfig};
-use crate::coordinator::Source;
 use crate::hosts::host::Unwatched;
+use crate::input::{Rows, Source};
 use crate::partition::leader::Plan;
 
 const KINDS: [TransportKind; 3] = [
@@ -22,18 +21,9 @@ const KINDS: [TransportKind; 3] = [
 struct Spiral;
 
 impl Source<DVec2> for Spiral {
-    fn population(&self) -> PointSum {
-        PointSum::of((0..300).map(|i| (i, point(i))))
-    }
-
-    fn frame(&self) -> Vec<(u64, DVec2)> {
-        (0..3).map(|i| (i, point(i))).collect()
-    }
-
-    fn block(&self, block: u32, blocks: u32) -> PointBatch<DVec2> {
-        let at = |b: u32| 300 * u64::from(b) / u64::from(blocks);
-        let ids = at(block)..at(block + 1);
-        PointBatch::in_transit(ids.clone().collect(), ids.map(point).collect())
+    fn block(&self, block: u32, blocks: u32) -> Rows<DVec2> {
+        let points: Vec<DVec2> = (0..300).map(point).collect();
+        Rows::of_whole(0, &points, &[], block, blocks)
     }
 }
 

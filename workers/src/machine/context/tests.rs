@@ -4,14 +4,15 @@ use glam::DVec3;
 use septet_geometry::graph::Supergraph;
 use septet_geometry::hash::Draw;
 use septet_protocol::codec::Bulk;
-use septet_protocol::message::{PointBatch, PointSum};
+use septet_protocol::message::{PointBatch, PointSum, Survey};
 
 use super::*;
 use crate::config::{Task, Wanted};
-use crate::coordinator::{Share, Source};
+use crate::input::{Rows, Source};
 use crate::partition::leader::Plan;
 use crate::programs::run;
 use crate::programs::tests::{selecting, ways};
+use crate::share::Share;
 
 /// No plan of the placement.
 static NO_PLAN: Plan = Plan::new();
@@ -34,22 +35,9 @@ fn config(workers: u32, counted: bool) -> Arc<WorkerConfig> {
 struct Points(Vec<DVec3>);
 
 impl Source<DVec3> for Points {
-    fn population(&self) -> PointSum {
-        PointSum::of((0..).zip(self.0.iter().copied()))
-    }
-
-    fn frame(&self) -> Vec<(u64, DVec3)> {
-        (0..4).map(|i| (i, self.0[i as usize])).collect()
-    }
-
-    fn block(&self, block: u32, blocks: u32) -> PointBatch<DVec3> {
-        let at = |b: u32| self.0.len() * b as usize / blocks as usize;
-        let range = at(block)..at(block + 1);
-        let ids: Vec<u64> = range.clone().map(|i| i as u64).collect();
-        let mut points = PointBatch::in_transit(ids, self.0[range].to_vec());
-        // Independent sets take the radii from the input.
-        points.radii2.0 = vec![1e-2; points.len()];
-        points
+    fn block(&self, block: u32, blocks: u32) -> Rows<DVec3> {
+        // Independent sets take the sizes from the input.
+        Rows::of_whole(0, &self.0, &vec![0.1; self.0.len()], block, blocks)
     }
 }
 
@@ -167,13 +155,22 @@ fn what_has_no_place_is_refused() {
         }
         outcome.unwrap_err().to_string()
     };
-    let start = || Some(vec![Body::Start { population: 100, frame: PointBatch::default() }]);
-    let late = deliver(vec![start(), None, Some(vec![Body::Gather(PointBatch::default())])]);
+    // Load: the survey goes up and comes down, no hashes are equal, and the points and the frame do the same.
+    let survey = || Some(vec![Body::Survey(Survey { rows: 10, ..Survey::default() })]);
+    let population = PointSum { count: 100, hash: 0 };
+    let mut frame = PointBatch::default();
+    for (id, &x) in (0..).zip(&points.0[..4]) {
+        frame.push(id, x, 0, f64::INFINITY);
+    }
+    let start = || Some(vec![Body::Start { population, frame: frame.clone() }]);
+    let load = || vec![Some(vec![]), survey(), None, Some(vec![]), start()];
+    let late = deliver([load(), vec![Some(vec![Body::Gather(PointBatch::default())])]].concat());
     assert_eq!(late, "bad message from rank 2: it has no place in phase partition");
-    let silent = deliver(vec![start(), None, Some(vec![]), None]);
+    let silent = deliver([load(), vec![Some(vec![]), None]].concat());
     assert_eq!(silent, "worker 1 failed: no rank sent a message in the middle of phase partition");
+    let twice = vec![Some(vec![]), Some(vec![Body::Sphere(Bulk(vec![]))])];
     // Rank 1 leads the root, so it also receives the separator that it sends to itself.
-    let again = deliver(vec![start(), None, Some(vec![]), Some(vec![Body::Sphere(Bulk(vec![]))])]);
+    let again = deliver([load(), twice].concat());
     assert_eq!(again, "worker 1 failed: 2 messages instead of one in phase partition");
 }
 

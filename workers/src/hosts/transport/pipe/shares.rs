@@ -6,24 +6,25 @@ use septet_geometry::point::Point;
 use septet_protocol::codec::{self, Bulk, CodecError, FRAME_LIMIT};
 use septet_protocol::ids::{NodeId, Rank};
 use septet_protocol::ledger::LedgerPart;
-use septet_protocol::message::{PointBatch, PointSum, ViewPart};
+use septet_protocol::message::ViewPart;
 
-use crate::coordinator::{CellRows, PieceRows, Seam, Selected, Share, Source};
 use crate::hosts::host::Job;
+use crate::input::{Rows, Source};
 use crate::partition::leader::Plan;
+use crate::share::{CellRows, Loaded, PieceRows, Seam, Selected, Share};
 
 /// The input that the coordinator assigns to a worker: its block, and the plan of the placement.
 pub(super) struct Assigned<P> {
-    /// The block, until the worker has taken it.
-    block: Mutex<PointBatch<P>>,
+    /// The rows, until the worker has taken them.
+    rows: Mutex<Rows<P>>,
     plan: Plan,
 }
 
 impl<P: Point> Assigned<P> {
     /// Returns the input of a worker.
     pub(super) fn of(job: &Job<'_, P>, rank: Rank) -> Self {
-        let block = Mutex::new(job.source.block(rank - 1, job.config.workers));
-        Assigned { block, plan: job.plan.clone() }
+        let rows = Mutex::new(job.source.block(rank - 1, job.config.workers));
+        Assigned { rows, plan: job.plan.clone() }
     }
 
     /// Returns the plan of the placement.
@@ -33,29 +34,28 @@ impl<P: Point> Assigned<P> {
 
     pub(super) fn to_bytes(&self) -> Result<Vec<u8>, CodecError> {
         let (nodes, leaves): (Vec<u64>, Vec<u32>) = self.plan.iter().map(|(node, l)| (node.0, *l)).unzip();
-        let block = self.block.lock().unwrap_or_else(PoisonError::into_inner);
-        within_limit(codec::encode(&(&*block, Bulk(nodes), Bulk(leaves)))?)
+        let Rows { first, positions, sizes } = self.take();
+        within_limit(codec::encode(&(first, Bulk(positions), Bulk(sizes), Bulk(nodes), Bulk(leaves)))?)
     }
 
     pub(super) fn from_bytes(bytes: &[u8]) -> Result<Self, CodecError> {
-        let (block, nodes, leaves): (_, Bulk<u64>, Bulk<u32>) = codec::decode(bytes)?;
+        let (first, positions, sizes, nodes, leaves): AssignedFrame<P> = codec::decode(bytes)?;
         let plan = nodes.0.into_iter().map(NodeId).zip(leaves.0).collect();
-        Ok(Assigned { block: Mutex::new(block), plan })
+        Ok(Assigned { rows: Mutex::new(Rows { first, positions: positions.0, sizes: sizes.0 }), plan })
+    }
+
+    fn take(&self) -> Rows<P> {
+        std::mem::take(&mut self.rows.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
+/// The input of a worker as it travels: the first row, coordinates and sizes, then nodes and leaves of the plan.
+type AssignedFrame<P> = (u64, Bulk<P>, Bulk<f64>, Bulk<u64>, Bulk<u32>);
+
 /// The source of a worker's process. It has the block of its rank only, which the rank takes once.
 impl<P: Point> Source<P> for Assigned<P> {
-    fn population(&self) -> PointSum {
-        PointSum::default()
-    }
-
-    fn frame(&self) -> Vec<(u64, P)> {
-        Vec::new()
-    }
-
-    fn block(&self, _: u32, _: u32) -> PointBatch<P> {
-        std::mem::take(&mut self.block.lock().unwrap_or_else(PoisonError::into_inner))
+    fn block(&self, _: u32, _: u32) -> Rows<P> {
+        self.take()
     }
 }
 
@@ -68,7 +68,7 @@ fn within_limit(bytes: Vec<u8>) -> Result<Vec<u8>, CodecError> {
 type PieceFrame = ((u64, u64), Bulk<u64>, Bulk<u32>, Bulk<u32>, (Bulk<Rank>, Bulk<u32>));
 
 /// A share as it travels: the ledger, the owned points, the piece, cells and leaves, edges, sets, members and undecided
-/// points, the view.
+/// points, the view, and the refused and repeated rows.
 type ShareFrame<P> = (
     Bulk<u64>,
     Bulk<u64>,
@@ -78,6 +78,7 @@ type ShareFrame<P> = (
     Bulk<[u64; 2]>,
     (Bulk<u64>, Bulk<u64>),
     Option<ViewPart<P>>,
+    (Bulk<u64>, Bulk<[u64; 2]>),
 );
 
 /// Encodes the share of a worker.
@@ -97,13 +98,15 @@ pub(super) fn share_to_bytes<P: Point>(share: &Share<P>) -> Result<Vec<u8>, Code
         Bulk(share.sets.clone()),
         (bulk(&share.selected.members), bulk(&share.selected.undecided)),
         share.view.clone(),
+        (bulk(&share.loaded.refused), Bulk(share.loaded.repeated.clone())),
     );
     within_limit(codec::encode(&frame)?)
 }
 
 /// Decodes the share of a worker.
 pub(super) fn share_from_bytes<P: Point>(rank: Rank, bytes: &[u8]) -> Result<Share<P>, CodecError> {
-    let (words, owned, piece, cells, edges, sets, selected, view): ShareFrame<P> = codec::decode(bytes)?;
+    let (words, owned, piece, cells, edges, sets, selected, view, (refused, repeated)): ShareFrame<P> =
+        codec::decode(bytes)?;
     let ledger = LedgerPart::from_words(&words).ok_or(CodecError::Corrupt { what: "the ledger" })?;
     let piece = piece.map(|((leaf, hull_facets), ids, rows, open, (ranks, cells))| {
         let seam = ranks.0.into_iter().zip(cells.0).map(|(rank, cell)| Seam { rank, cell });
@@ -119,7 +122,9 @@ pub(super) fn share_from_bytes<P: Point>(rank: Rank, bytes: &[u8]) -> Result<Sha
             return Err(CodecError::Corrupt { what });
         }
     }
+    let loaded = Loaded { refused: refused.0, repeated: repeated.0, ..Loaded::default() };
     Ok(Share {
+        loaded,
         owned: owned.0,
         piece,
         cells: CellRows { rows: cells.0.0, leaves: cells.1.0 },
@@ -150,6 +155,7 @@ mod tests {
                 hull_facets: 3,
             }),
             cells: CellRows { rows: vec![1, 2, 3], leaves: vec![9] },
+            loaded: Loaded { refused: vec![4], repeated: vec![[6, 5]], ..Loaded::default() },
             owned: vec![2],
             edges: vec![4, 5],
             sets: vec![[6, 7]],

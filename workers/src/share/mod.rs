@@ -3,7 +3,7 @@
 use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::Rank;
 use septet_protocol::ledger::LedgerPart;
-use septet_protocol::message::{Merged, ViewPart};
+use septet_protocol::message::{Merged, PointSum, Survey, ViewPart};
 
 use crate::config::Fault;
 
@@ -75,6 +75,21 @@ impl Certificate {
     }
 }
 
+/// The input as a rank knows it after it was prepared.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Loaded {
+    /// The survey of all rows.
+    pub survey: Survey,
+    /// The distinct points of all ranks. Empty if the survey does not admit the rows.
+    pub population: PointSum,
+    /// Dimension of the affine hull of all points; -1 for no points.
+    pub dimension: isize,
+    /// Rows of this rank with a coordinate that is not finite, ascending.
+    pub refused: Vec<u64>,
+    /// Rows of this rank that repeat an earlier row, ascending, each with the first row that has its coordinates.
+    pub repeated: Vec<[u64; 2]>,
+}
+
 /// The supergraph of the run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Choice {
@@ -90,6 +105,8 @@ pub struct Choice {
 pub struct Share<P> {
     /// The rank.
     pub rank: Rank,
+    /// The input.
+    pub loaded: Loaded,
     /// The cells of the rank's subdomain (`triangulate` only).
     pub piece: Option<PieceRows>,
     /// The cells of the rank's stars (`simulate` only).
@@ -117,6 +134,7 @@ impl<P> Share<P> {
     pub fn new(rank: Rank) -> Self {
         Share {
             rank,
+            loaded: Loaded::default(),
             piece: None,
             cells: CellRows::default(),
             owned: Vec::new(),

@@ -1,0 +1,12 @@
+//! The input of a run: each rank reads its block of the rows, and all ranks prepare them together.
+
+pub mod load;
+
+mod repeats;
+
+mod rows;
+
+mod source;
+
+pub use rows::squared_radius;
+pub use source::{Rows, Source};
