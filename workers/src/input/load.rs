@@ -8,7 +8,8 @@
 //! basis of a union is that of the union of the greedy bases. Ranks therefore combine their frames.
 //!
 //! **Rounds.** With `h` levels of the tree of all ranks (one level for at most 32 workers): `2 h` for the survey, again
-//! `2 h` if the digits do not obviously fit, two for coincident points (five if there are any), and `2 h` for the frame.
+//! `2 h` if the digits do not obviously fit, two for coincident points (five if there are any), and `2 h` for the frame. An exchange without messages ends the
+//! phase.
 //!
 //! **Work and depth.** Vector steps over the rows ([`super::rows`], [`super::repeats`]). No model of the paper has this
 //! phase, so the ledger counts its rounds and messages only.
@@ -85,6 +86,7 @@ pub(crate) async fn load<P: Point>(
     loaded.repeated = remove_repeats(cx, &mut block, survey.rows).await?;
     let own = Start::of(cx, &block);
     let Start { population, frame } = cx.all_reduce(own).await?;
+    cx.end_phase().await?;
     loaded.population = population;
     loaded.dimension = frame.len() as isize - 1;
     let is_ready = frame.len() == P::DIM + 1 || matches!(cx.config().task, Task::Independent { .. });

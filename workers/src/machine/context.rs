@@ -226,6 +226,18 @@ impl<P: Point> Context<P> {
         Err(TransportError::WorkerFailed { rank: self.rank, reason })
     }
 
+    /// Ends a phase whose last round was a dialogue.
+    ///
+    /// # Errors
+    /// Fails if a rank has sent a message. See [`Context::exchange`] for other errors.
+    pub async fn end_phase(&mut self) -> Result<(), TransportError> {
+        if !self.exchange().await? {
+            return Ok(());
+        }
+        let reason = format!("a rank sent a message after the end of phase {}", self.phase.name());
+        Err(TransportError::WorkerFailed { rank: self.rank, reason })
+    }
+
     /// Takes the messages of a kind, in the order of their senders.
     pub fn take<T>(&mut self, mut kind: impl FnMut(&mut Message<P>) -> Option<T>) -> Vec<T> {
         let mut taken = Vec::new();

@@ -124,8 +124,15 @@ fn checked<P: Point>(points: &[P], sizes: &[f64], what: &str) {
     }
 }
 
-const PHASES: [Phase; 6] =
-    [Phase::Partition, Phase::Summaries, Phase::Sets, Phase::Graph, Phase::Independent, Phase::Collect];
+const PHASES: [Phase; 7] = [
+    Phase::Load,
+    Phase::Partition,
+    Phase::Summaries,
+    Phase::Sets,
+    Phase::Graph,
+    Phase::Independent,
+    Phase::Collect,
+];
 
 fn random(n: usize) -> Vec<DVec3> {
     let mut draw = Draw::new(77);

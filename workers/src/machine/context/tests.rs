@@ -163,7 +163,7 @@ fn what_has_no_place_is_refused() {
         frame.push(id, x, 0, f64::INFINITY);
     }
     let start = || Some(vec![Body::Start { population, frame: frame.clone() }]);
-    let load = || vec![Some(vec![]), survey(), None, Some(vec![]), start()];
+    let load = || vec![Some(vec![]), survey(), Some(vec![]), None, Some(vec![]), start(), None];
     let late = deliver([load(), vec![Some(vec![Body::Gather(PointBatch::default())])]].concat());
     assert_eq!(late, "bad message from rank 2: it has no place in phase partition");
     let silent = deliver([load(), vec![Some(vec![]), None]].concat());
