@@ -16,7 +16,7 @@ const TABLE: &str = "| products | made by | also changed by |";
 const VISIBLE: [&str; 3] = ["Share", "Choice", "Certificate"];
 
 /// Rooms without phase functions. The functions of the machine are the steps of a phase.
-const WITHOUT_PHASES: [&str; 5] = ["config", "coordinator", "hosts", "machine", "state"];
+const WITHOUT_PHASES: [&str; 5] = ["config", "hosts", "machine", "share", "state"];
 
 /// Rooms whose types are no products.
 const WITHOUT_PRODUCTS: [&str; 3] = ["config", "hosts", "machine"];

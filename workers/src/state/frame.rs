@@ -1,6 +1,6 @@
 //! The frame: points that span the space, and their owners.
 //!
-//! The coordinator selects the frame when it reads the input. Each rank reports which points of the frame it owns, and the
+//! The ranks agree on the frame when they prepare the input. Each rank reports which points of the frame it owns, and the
 //! coordinator then sends all owners to all ranks, through a tree. These messages travel with those of another phase:
 //! `crate::direct::ghost_layer` or [`crate::graph::summaries`].
 
