@@ -49,8 +49,12 @@ impl<P> Collected<P> {
         if arrived != ranks as usize {
             return Err(incomplete(format!("the machine returned the shares of {arrived} of {ranks} ranks")));
         }
-        let input = Prepared::of(&mut shares, config)?;
         let ledger = merged_ledger(&shares, config.fault);
+        // A message that changed on its way could make the ranks refuse a valid input.
+        let input = match Prepared::of(&mut shares, config) {
+            Err(Error::Points(_)) if ledger.balance != 0 => return Err(unbalanced()),
+            input => input?,
+        };
         let Some(first) = shares.first_mut().filter(|share| share.rank == COORDINATOR) else {
             return Err(incomplete("the share of the coordinator is missing".to_string()));
         };
@@ -64,11 +68,12 @@ impl<P> Collected<P> {
     /// # Errors
     /// Fails if the hashes of sent and received messages do not balance.
     pub(crate) fn check_balance(&self) -> Result<(), Error> {
-        if self.ledger.balance == 0 {
-            return Ok(());
-        }
-        Err(incomplete("the messages that the ranks received are not those that were sent".to_string()))
+        if self.ledger.balance == 0 { Ok(()) } else { Err(unbalanced()) }
     }
+}
+
+fn unbalanced() -> Error {
+    incomplete("the messages that the ranks received are not those that were sent".to_string())
 }
 
 /// Returns the error for a result that is incomplete.

@@ -112,12 +112,12 @@ fn counts<P: Point>(points: &[P], config: &Config) -> Result<RunCounts, Error> {
     let mut hosts = start_machine(&machine);
     let coordinator = Coordinator::new(&config.control, machine);
     let collected = coordinator.run(hosts.as_mut(), input, &settings.plan)?;
+    collected.check_balance()?;
     if collected.input.is_flat(P::DIM) {
         return Ok(flat_result(P::DIM, &collected.input, &settings, start).into());
     }
     let points = collected.input.population.count;
     settings.check(points)?;
-    collected.check_balance()?;
     Ok(RunCounts {
         space: P::DIM,
         points,

@@ -68,10 +68,11 @@ pub fn run_on<P: Point>(
     let coordinator = Coordinator::new(&config.control, machine);
     let collected = coordinator.run(hosts.as_mut(), input, &settings.plan)?;
     drop(hosts);
-    if collected.input.is_flat(P::DIM) {
-        return Ok(flat_result(P::DIM, &collected.input, &settings, call));
+    let refusal = settings.check(collected.input.population.count);
+    if collected.input.is_flat(P::DIM) || refusal.is_err() {
+        collected.check_balance()?;
+        return refusal.map(|()| flat_result(P::DIM, &collected.input, &settings, call));
     }
-    settings.check(collected.input.population.count)?;
     let refutation = certify(&collected)?;
     let plan = settings.planning;
     let run = finish(collected, &settings, &times)?;

@@ -76,6 +76,10 @@ pub(crate) async fn load<P: Point>(
         own = rows.survey(cx, true);
         survey = cx.all_reduce(own).await?;
     }
+    if !own.is_part_of(&survey) {
+        let reason = "the survey of all rows does not contain those of the rank".to_string();
+        return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
+    }
     let mut loaded = Loaded { survey, dimension: -1, ..Loaded::default() };
     let Ok(exponent) = survey.exponent(cx.config().skip_invalid) else {
         let (frame, block) = (PointBatch::default(), PointBatch::default());

@@ -67,7 +67,9 @@ impl Merged {
 
 impl Survey {
     fn defect(&self) -> Option<&'static str> {
-        of_counts(&[self.rows, self.refused, self.negative_zeros])
+        let (low, high) = self.digits;
+        let valid = Digits::new(self.digits) == Digits::NONE || -1074 <= low && low <= high && high <= 1024;
+        of_counts(&[self.rows, self.refused, self.negative_zeros]).or_else(|| unless(valid, PLACE))
     }
 }
 

@@ -65,6 +65,11 @@ impl Survey {
         }
     }
 
+    /// Returns `true` if these rows may be some of the rows of another survey.
+    pub fn is_part_of(&self, all: &Survey) -> bool {
+        self.rows <= all.rows && self.digits.0 >= all.digits.0 && self.digits.1 <= all.digits.1
+    }
+
     /// Returns `true` if the digits lie in the exact range.
     pub fn fits(&self) -> bool {
         Digits::new(self.digits).fits()
