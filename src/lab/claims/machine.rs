@@ -31,7 +31,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Theorem 4.4, on the machine",
         statement: "the machine's rounds follow the levels: per level, 4 down for separators, 2 for balls, 1 up",
         reading: Reading::AsPrinted,
-        experiment: "One worker per leaf: rounds of partition, neighbours and merge over levels plus 2",
+        experiment: "One worker per leaf: rounds of partition, neighbours and merge over the levels of the recursion, \
+                     plus 1, plus the levels of the tree that carries decisions to all workers",
         bound: "6, 2 and 1: the rounds of a level, and half as many again if a separator is redrawn",
         check: rounds,
     },
@@ -95,12 +96,23 @@ fn rounds(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     for line in [lines(lab, 2)?, lines(lab, 3)?].concat() {
         for (phase, bound) in [("partition", 6.0), ("neighbours", 2.0), ("merge", 1.0)] {
             let rounds = line.phase(phase).map_or(f64::NAN, |p| p.rounds as f64);
-            let per_level = rounds / (f64::from(line.tree.levels) + 2.0);
-            let what = format!("rounds of {phase}, {rounds}, over {} levels plus 2", line.tree.levels);
+            let (levels, tree) = (line.tree.levels, levels_of_ranks(line.workers));
+            let per_level = rounds / f64::from(levels + 1 + tree);
+            let what = format!("rounds of {phase}, {rounds}, over {levels} levels plus 1 plus {tree}");
             figures.push(Figure::at_most(what, named(&line), line.seed, per_level, bound));
         }
     }
     Ok(figures)
+}
+
+/// Returns the number of levels below the coordinator in a tree of fan 32 that contains all workers.
+fn levels_of_ranks(workers: u32) -> u32 {
+    let (mut levels, mut reached, mut width) = (0, 0, 1);
+    while reached < u64::from(workers) {
+        (levels, width) = (levels + 1, 32 * width);
+        reached += width;
+    }
+    levels
 }
 
 fn free_of_workers(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
