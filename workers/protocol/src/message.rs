@@ -17,11 +17,11 @@ use crate::outcome::Outcome;
 
 pub use merged::{Merged, PointSum};
 pub use queries::{QueryBatch, ReplyBatch};
-pub use split::{Child, Decision, Route};
+pub use split::{Child, Decision, Route, RouteBatch};
 pub use typed::{ChosenSupergraph, Fingerprint, SampleStars, SetCounts, SetDecision};
 
 /// The version of the protocol. It increases when the meaning or layout of a message changes.
-pub const PROTOCOL_VERSION: u16 = 11;
+pub const PROTOCOL_VERSION: u16 = 12;
 
 /// A message with its envelope.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
@@ -396,6 +396,24 @@ pub enum Body<P> {
         ranks: Bulk<Rank>,
         /// The other cell; `u32::MAX` for a facet on the hull.
         cells: Bulk<u32>,
+    },
+    /// Member to the member above it in the tree of a large group: `Counts` of the sender and of all members below it.
+    BranchCounts {
+        /// Interior points of each of these members.
+        inside: Bulk<u64>,
+        /// Exterior points of each of these members.
+        outside: Bulk<u64>,
+        /// Four corners of all points of these members, as in `Counts`.
+        boxes: Bulk<P>,
+    },
+    /// Member to a member below it in the tree of a large group: `Decision` for the receiver and all members below it.
+    BranchDecision {
+        /// The decision.
+        decision: Decision,
+        /// Four corners, as in `Decision`.
+        boxes: Bulk<P>,
+        /// The routes of each of these members to both children; empty unless split.
+        routes: RouteBatch,
     },
 }
 

@@ -82,6 +82,11 @@ impl<P: Point> Context<P> {
         map_in(&self.pool, items, f)
     }
 
+    /// Returns the current phase.
+    pub(super) fn phase(&self) -> Phase {
+        self.phase
+    }
+
     /// Returns the number of the current round, which every message carries.
     pub fn round(&self) -> u32 {
         self.out.round()

@@ -3,7 +3,7 @@
 use super::Body;
 
 /// The names of all kinds, in the order of [`Body`].
-pub const KINDS: [&str; 33] = [
+pub const KINDS: [&str; 35] = [
     "start",
     "plan",
     "samples",
@@ -37,6 +37,8 @@ pub const KINDS: [&str; 33] = [
     "region",
     "facets",
     "across",
+    "branch-counts",
+    "branch-decision",
 ];
 
 impl<P> Body<P> {
@@ -76,6 +78,8 @@ impl<P> Body<P> {
             Body::Region { .. } => "region",
             Body::Facets { .. } => "facets",
             Body::Across { .. } => "across",
+            Body::BranchCounts { .. } => "branch-counts",
+            Body::BranchDecision { .. } => "branch-decision",
         }
     }
 }
