@@ -145,8 +145,15 @@ impl Group {
         values.rotate_left((self.leader - self.child.first) as usize);
     }
 
+    /// Returns the number of a member. A rank outside the group, which only a corrupt message can cause, gets the number
+    /// of some member.
     fn number(&self, rank: Rank) -> u32 {
-        if rank >= self.leader { rank - self.leader } else { rank + self.child.ranks - self.leader }
+        let ranks = self.child.ranks.max(1);
+        if rank >= self.leader {
+            (rank - self.leader) % ranks
+        } else {
+            (ranks - (self.leader - rank) % ranks) % ranks
+        }
     }
 
     fn rank_of(&self, number: u32) -> Rank {

@@ -218,6 +218,15 @@ pub(super) fn send_plan<P: Point>(cx: &mut Context<P>, group: &Group, children: 
     }
 }
 
+/// Takes the plan that the leader of the parent sent.
+pub(super) fn take_plan<P: Point>(cx: &mut Context<P>) -> Plan {
+    let plans = cx.take(|m| match &mut m.body {
+        Body::Plan { nodes, leaves } => Some((std::mem::take(&mut nodes.0), std::mem::take(&mut leaves.0))),
+        _ => None,
+    });
+    plans.into_iter().flat_map(|(nodes, leaves)| nodes.into_iter().map(NodeId).zip(leaves)).collect()
+}
+
 /// Returns the number of ranks for the interior child, in proportion to the children's weights. There are at least two
 /// `ranks`, and each child gets at least one.
 pub fn divide(ranks: u32, weight: [u64; 2]) -> u32 {

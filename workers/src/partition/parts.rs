@@ -1,8 +1,8 @@
-//! The values of the partition that go through the tree of a group: samples, separators, counts and decisions.
+//! The values of the partition that go through the tree of a group: samples, separators, counts, decisions and points.
 
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
-use septet_protocol::message::{Body, Decision, Route, RouteBatch};
+use septet_protocol::message::{Body, Decision, PointBatch, Route, RouteBatch};
 
 use crate::machine::group_tree::{Divided, Joined, Parts};
 use crate::state::tree::join_bounds;
@@ -28,6 +28,27 @@ impl<P: Point> Parts<P> for Samples<P> {
 impl<P: Point> Joined<P> for Samples<P> {
     fn append(&mut self, Samples(mut next): Self) {
         self.0.append(&mut next);
+    }
+}
+
+impl<P: Point> Parts<P> for PointBatch<P> {
+    fn into_body(self) -> Body<P> {
+        Body::Move(self)
+    }
+
+    fn take_from(body: &mut Body<P>) -> Option<Self> {
+        let Body::Move(points) = body else { return None };
+        Some(std::mem::take(points))
+    }
+
+    fn fits(&self, _: usize) -> bool {
+        true
+    }
+}
+
+impl<P: Point> Joined<P> for PointBatch<P> {
+    fn append(&mut self, mut next: Self) {
+        PointBatch::append(self, &mut next);
     }
 }
 

@@ -14,8 +14,9 @@
 //! 4. The leader sends its decision down. Then all members move the points.
 //!
 //! If `h` is 1, the members send the samples of both children together with the points. Otherwise, the members of each
-//! child send them one round later, when the points have arrived. So no rank receives more than 64 messages in a round
-//! if the points are in random order.
+//! child send them one round later, when the points have arrived. If one rank takes a whole child and `h` is above 1,
+//! the points of this child go to the rank in `h` rounds, through a tree. So no rank receives more than 64 messages in a
+//! round if the points are in random order.
 //!
 //! **Work and depth.** O(m) work and O(1) depth for each attempt at a node of `m` points, plus the cost of the draw. At
 //! each leaf, a sort of its points.
@@ -34,7 +35,9 @@ use crate::config::{Task, WorkerConfig};
 use crate::coordinator::{Source, announce};
 use crate::machine::context::Context;
 use crate::machine::group_tree::{Gathered, Parts};
-use crate::partition::leader::{Plan, decide_split, draw, is_leaf, send_plan, separator_of, words_of};
+use crate::partition::leader::{
+    Plan, decide_split, draw, is_leaf, send_plan, separator_of, take_plan, words_of,
+};
 use crate::partition::levelling;
 use crate::partition::local::{Builder, Grown};
 use crate::partition::parts::{Decided, Samples, SideCounts, Words};
@@ -116,19 +119,20 @@ pub(crate) async fn partition<P: Point>(
             unsplit = Some(Unsplit { node: group.node, holder: group.child.first });
             break;
         };
+        let (points, children) = (std::mem::take(points), agreed.children);
+        let (below, kept) = enter_child(cx, &group, agreed, points, &mut path).await?;
         if group.leader == cx.rank() {
             led.push(group);
-            send_plan(cx, &group, &agreed.children, &plan);
+            send_plan(cx, &group, &children, &plan);
         }
         entrance = Entrance::below(&group);
-        let points = std::mem::take(points);
-        let (below, kept) = enter_child(cx, &group, agreed, points, &mut path)?;
         (group, share) = (below, Some(kept));
     }
     if let (Some(_), Some(parent)) = (unsplit, path.last_mut()) {
         parent.end_in_leaf(cx.rank());
     }
     if let Some(points) = share.filter(|_| path.is_empty() || unsplit.is_some()) {
+        let points = gather_points(cx, &group, &group, points).await?;
         hand_over(cx, &group, points);
     }
     let mut owned = None;
@@ -261,7 +265,7 @@ async fn agree<P: Point>(
 
 /// Moves the points to the children's groups, and sends the children's samples unless the children send them
 /// ([`Entrance::Points`]). Returns the child's group that contains this rank, and the rank's share of its points.
-fn enter_child<P: Point>(
+async fn enter_child<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
     Agreed { children, split, sides, routes }: Agreed<P>,
@@ -274,8 +278,11 @@ fn enter_child<P: Point>(
     let shared = Shared::new(*group, split, children, mine, rank);
     let mut cost = cx.shared_cost();
     let items = points.len() as u64;
-    let parts = split_batch(points, &sides, mine, &mut cost);
+    let mut parts = split_batch(points, &sides, mine, &mut cost);
     cx.charge(Account::member(Phase::Partition, group.node), cost, items);
+    for (below, part) in groups.iter().zip(&mut parts).filter(|(below, _)| below.is_whole()) {
+        *part = gather_points(cx, group, below, std::mem::take(part)).await?;
+    }
     let mut kept = PointBatch::default();
     for (side, points) in parts.into_iter().enumerate() {
         let below = groups[side];
@@ -294,6 +301,21 @@ fn enter_child<P: Point>(
     }
     path.push(shared);
     Ok((groups[mine], kept))
+}
+
+/// Gathers the points of a node that one rank takes at this rank, if many members of `senders` hold them. Returns this
+/// rank's points after that.
+async fn gather_points<P: Point>(
+    cx: &mut Context<P>,
+    senders: &Group,
+    below: &Group,
+    points: PointBatch<P>,
+) -> Result<PointBatch<P>, TransportError> {
+    if senders.height() <= 1 {
+        return Ok(points);
+    }
+    let tree = Group { node: below.node, leader: below.child.first, ..*senders };
+    Ok(cx.gather(&tree, 0, points).await?.map_or_else(PointBatch::default, |gathered| gathered.value))
 }
 
 /// Sends this rank's share of a node to the rank that takes the whole node.
@@ -351,14 +373,6 @@ fn take_moves<P: Point>(cx: &mut Context<P>) -> Vec<PointBatch<P>> {
         Body::Move(points) => Some(std::mem::take(points)),
         _ => None,
     })
-}
-
-fn take_plan<P: Point>(cx: &mut Context<P>) -> Plan {
-    let plans = cx.take(|m| match &mut m.body {
-        Body::Plan { nodes, leaves } => Some((std::mem::take(&mut nodes.0), std::mem::take(&mut leaves.0))),
-        _ => None,
-    });
-    plans.into_iter().flat_map(|(nodes, leaves)| nodes.into_iter().map(NodeId).zip(leaves)).collect()
 }
 
 /// The subtree that a rank holds, and its owned points.
