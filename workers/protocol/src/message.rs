@@ -268,9 +268,9 @@ pub enum Body<P> {
         /// Leaves below each.
         leaves: Bulk<u32>,
     },
-    /// Member to leader: the member's samples of the subproblem.
+    /// Member to leader, through the tree of the group: samples of the subproblem.
     Samples(Bulk<P>),
-    /// Leader to member: the separator. Empty if none was found.
+    /// Leader to member, through the tree of the group: the separator. Empty if none was found.
     Sphere(Bulk<f64>),
     /// Member to leader: the numbers of owned points inside and outside, and their boxes. A box is its low and high
     /// corner; the interior box comes first.
@@ -291,7 +291,7 @@ pub enum Body<P> {
         /// The member's routes to both children; empty unless split.
         routes: Box<[Route; 2]>,
     },
-    /// Member to member: points that move to a child.
+    /// Member to member: points that move to a child, through a tree if one rank takes the child of a large group.
     Move(PointBatch<P>),
     /// Queries of balls for points below this node.
     Query(QueryBatch<P>),
@@ -299,7 +299,7 @@ pub enum Body<P> {
     Reply(ReplyBatch<P>),
     /// Leader to the leader of the parent: the summary of the subproblem.
     Summary(Summary<P>),
-    /// Leader to member: the summaries of both children.
+    /// Leader to member, through the tree of the group: the summaries of both children.
     Children(Box<[Summary<P>; 2]>),
     /// Worker to coordinator, then coordinator to all ranks, through a tree: the points of the frame with their owners.
     Frame(PointBatch<P>),
@@ -333,9 +333,9 @@ pub enum Body<P> {
         /// The sender's slot of each member.
         slots: Bulk<u32>,
     },
-    /// Member to leader: the counts of its share of the set.
+    /// Member to leader, through the tree of the group: counts of the set.
     SetCounts(SetCounts),
-    /// Leader to member: the decision on the set.
+    /// Leader to member, through the tree of the group: the decision on the set.
     SetDecision(SetDecision),
     /// Neighbours that another rank found.
     Lists(ListBatch<P>),

@@ -260,7 +260,8 @@ impl<P: Point> Context<P> {
         })
     }
 
-    fn refuse_rest(&self) -> Result<(), TransportError> {
+    /// Refuses the first message that no operation has taken.
+    pub(super) fn refuse_rest(&self) -> Result<(), TransportError> {
         let Some(message) = self.inbox.first() else { return Ok(()) };
         let fits = message.body.is_consistent();
         let why = if fits { "it has no place" } else { "its arrays do not fit together" };

@@ -167,7 +167,7 @@ impl<P: Point> Context<P> {
     /// on the other members. All members must call this function in the same round.
     ///
     /// # Errors
-    /// Fails if a value is missing or has another number of parts. See [`Context::exchange`] for other errors.
+    /// Fails if a value is missing, arrives twice or has another number of parts. See [`Context::exchange`] for other errors.
     pub(crate) async fn gather<T: Joined<P>>(
         &mut self,
         group: &Group,
@@ -195,7 +195,7 @@ impl<P: Point> Context<P> {
     /// members must call this function in the same round.
     ///
     /// # Errors
-    /// Fails if a value is missing or has another number of parts. See [`Context::exchange`] for other errors.
+    /// Fails if a value is missing, arrives twice or has another number of parts. See [`Context::exchange`] for other errors.
     pub(crate) async fn distribute<T: Divided<P>>(
         &mut self,
         group: &Group,
@@ -221,11 +221,17 @@ impl<P: Point> Context<P> {
     /// Takes the value of each of these branches, in their order.
     fn take_parts<T: Parts<P>>(&mut self, branches: &[Branch]) -> Result<Vec<T>, TransportError> {
         let mut arrived = self.take(|m| T::take_from(&mut m.body).map(|value| (m.from, value)));
+        self.refuse_rest()?;
         let mut parts = Vec::with_capacity(branches.len());
         for branch in branches {
             let fits = |(from, value): &(Rank, T)| *from == branch.root && value.fits(branch.members);
             let at = arrived.iter().position(fits).ok_or_else(|| self.missing(branch.root))?;
             parts.push(arrived.swap_remove(at).1);
+        }
+        if let Some(&(from, _)) = arrived.first() {
+            let reason =
+                format!("its second value for a group has no place in phase {}", self.phase().name());
+            return Err(TransportError::BadMessage { from, reason });
         }
         Ok(parts)
     }

@@ -194,16 +194,18 @@ async fn enter<P: Point>(
 ) -> Result<SamplesOfGroup<P>, TransportError> {
     if entrance != Entrance::Held {
         let round = cx.round();
-        // No rank may have sent a message, if all points were already in their places.
+        // If all points were already in their places, no rank may have sent a message.
         cx.exchange_if(true).await?;
         *points = united(std::mem::take(points), take_moves(cx));
         plan.extend(take_plan(cx));
         if entrance == Entrance::PointsAndSamples {
             cx.record_load(round, points.len());
+            if cx.rank() != group.leader {
+                return Ok(None);
+            }
             let samples = cx.take(|m| Samples::take_from(&mut m.body));
             let all = Samples(samples.into_iter().flat_map(|samples| samples.0).collect());
-            let is_leader = cx.rank() == group.leader;
-            return Ok(is_leader.then_some(Gathered { value: all, round }));
+            return Ok(Some(Gathered { value: all, round }));
         }
     }
     gather_samples(cx, group, 0, points).await

@@ -170,11 +170,18 @@ fn what_has_no_place_is_refused() {
     let start = || Some(vec![Body::Start { population: 100, frame: PointBatch::default() }]);
     let late = deliver(vec![start(), None, Some(vec![Body::Gather(PointBatch::default())])]);
     assert_eq!(late, "bad message from rank 2: it has no place in phase partition");
-    let silent = deliver(vec![start(), None, Some(vec![]), None]);
+    // Rank 1 leads the root.
+    let samples = || Body::Samples(Bulk(vec![]));
+    let silent = deliver(vec![start(), None, Some(vec![samples()]), None]);
     assert_eq!(silent, "worker 1 failed: no rank sent a message in the middle of phase partition");
-    // Rank 1 leads the root, so it also receives the separator that it sends to itself.
-    let again = deliver(vec![start(), None, Some(vec![]), Some(vec![Body::Sphere(Bulk(vec![]))])]);
-    assert_eq!(again, "worker 1 failed: 2 messages instead of one in phase partition");
+    let again = deliver(vec![start(), None, Some(vec![samples(), samples()])]);
+    assert_eq!(
+        again,
+        "bad message from rank 2: its second value for a group has no place in phase partition"
+    );
+    let missing = deliver(vec![start(), None, Some(vec![])]);
+    let expected = "its value for the members of a group is missing in phase partition";
+    assert_eq!(missing, format!("bad message from rank 2: {expected}"));
 }
 
 /// The memory of a rank apart from its points. All phases share the space of the largest.
