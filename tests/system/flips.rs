@@ -109,7 +109,7 @@ impl<'a, P: Point> Quiet<'a, P> {
     /// Returns the first flips that strike a message of a kind.
     fn flips(&self, kind: &'static str, wanted: usize) -> impl Iterator<Item = Flip> + '_ {
         let strikes = |flip: &Flip| {
-            let (from, earlier) = flip.target(WORKERS + 1);
+            let (from, earlier) = flip.target(self.run.settled.workers + 1);
             self.counts.get(&(flip.kind(), from)).is_some_and(|&sent| sent > earlier)
         };
         let all = (0..).map(move |seed| Flip::new(kind, seed).expect("a kind that occurs"));
@@ -161,8 +161,8 @@ fn mixed<P: Point>(mut points: Vec<P>) -> Vec<P> {
 }
 
 /// Configurations of `triangulate` and, if the second entry is `true`, of `simulate`. Stars are repaired in the fourth, and
-/// gathered in the last.
-fn configurations() -> [(Config, bool); 5] {
+/// gathered in the fifth. The last has a group of more than 33 ranks.
+fn configurations() -> [(Config, bool); 6] {
     use SeparatorSets::{Both, Ghost};
     let base = simulated(Workers::Count(WORKERS), 0, 20);
     let direct = base.clone().with(|c| c.keep.view = 100);
@@ -171,7 +171,8 @@ fn configurations() -> [(Config, bool); 5] {
     let in_sets = in_sets.with(|c| c.keep.sets = true);
     let few = with_graph(&base, (GraphKind::Knn, Ghost, Alpha::Auto, Neighbours::Count(6)));
     let capped = few.clone().with(|c| c.planted.exchange_cap = Some(1));
-    [(direct, false), (chosen, true), (in_sets, true), (few, true), (capped, true)]
+    let large = base.with(|c| c.machine.workers = Workers::Count(40));
+    [(direct, false), (chosen, true), (in_sets, true), (few, true), (capped, true), (large, false)]
 }
 
 /// Flips bits of all kinds of messages under all configurations.

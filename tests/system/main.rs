@@ -37,6 +37,8 @@ mod ledger;
 mod levelling;
 mod mesh;
 
+mod messages;
+
 mod oracle;
 
 mod parts;

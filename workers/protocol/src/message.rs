@@ -19,7 +19,7 @@ use crate::outcome::Outcome;
 pub use input::{RefusedRow, Survey};
 pub use merged::{Merged, PointSum};
 pub use queries::{QueryBatch, ReplyBatch};
-pub use split::{Child, Decision, Route};
+pub use split::{Child, Decision, Route, RouteBatch};
 pub use typed::{ChosenSupergraph, Fingerprint, SampleStars, SetCounts, SetDecision};
 
 /// The version of the protocol. It increases when the meaning or layout of a message changes.
@@ -300,9 +300,9 @@ pub enum Body<P> {
         /// Leaves below each.
         leaves: Bulk<u32>,
     },
-    /// Member to leader: the member's samples of the subproblem.
+    /// Member to leader, through the tree of the group: samples of the subproblem.
     Samples(Bulk<P>),
-    /// Leader to member: the separator. Empty if none was found.
+    /// Leader to member, through the tree of the group: the separator. Empty if none was found.
     Sphere(Bulk<f64>),
     /// Member to leader: the numbers of owned points inside and outside, and their boxes. A box is its low and high
     /// corner; the interior box comes first.
@@ -323,7 +323,7 @@ pub enum Body<P> {
         /// The member's routes to both children; empty unless split.
         routes: Box<[Route; 2]>,
     },
-    /// Member to member: points that move to a child.
+    /// Member to member: points that move to a child, through a tree if one rank takes the child of a large group.
     Move(PointBatch<P>),
     /// Queries of balls for points below this node.
     Query(QueryBatch<P>),
@@ -331,7 +331,7 @@ pub enum Body<P> {
     Reply(ReplyBatch<P>),
     /// Leader to the leader of the parent: the summary of the subproblem.
     Summary(Summary<P>),
-    /// Leader to member: the summaries of both children.
+    /// Leader to member, through the tree of the group: the summaries of both children.
     Children(Box<[Summary<P>; 2]>),
     /// Worker to coordinator, then coordinator to all ranks, through a tree: the points of the frame with their owners.
     Frame(PointBatch<P>),
@@ -365,9 +365,9 @@ pub enum Body<P> {
         /// The sender's slot of each member.
         slots: Bulk<u32>,
     },
-    /// Member to leader: the counts of its share of the set.
+    /// Member to leader, through the tree of the group: counts of the set.
     SetCounts(SetCounts),
-    /// Leader to member: the decision on the set.
+    /// Leader to member, through the tree of the group: the decision on the set.
     SetDecision(SetDecision),
     /// Neighbours that another rank found.
     Lists(ListBatch<P>),
@@ -428,6 +428,24 @@ pub enum Body<P> {
         ranks: Bulk<Rank>,
         /// The other cell; `u32::MAX` for a facet on the hull.
         cells: Bulk<u32>,
+    },
+    /// Member to the member above it in the tree of a large group: `Counts` of the sender and of all members below it.
+    BranchCounts {
+        /// Interior points of each of these members.
+        inside: Bulk<u64>,
+        /// Exterior points of each of these members.
+        outside: Bulk<u64>,
+        /// Four corners of all points of these members, as in `Counts`.
+        boxes: Bulk<P>,
+    },
+    /// Member to a member below it in the tree of a large group: `Decision` for the receiver and all members below it.
+    BranchDecision {
+        /// The decision.
+        decision: Decision,
+        /// Four corners, as in `Decision`.
+        boxes: Bulk<P>,
+        /// The routes of each of these members to both children; empty unless split.
+        routes: RouteBatch,
     },
 }
 

@@ -9,7 +9,8 @@
 //! alone. It stops if the set of the larger child would contain more than 93 % of the set of its parent. In such a set,
 //! all pairs are compared.
 //!
-//! **Rounds.** Three for each shared level on the way down (counts, decision, points), and one on the way up.
+//! **Rounds.** `2 h + 1` for each shared level on the way down, and one on the way up. Counts and decision each take
+//! `h` rounds, the height of the tree of the group ([`crate::machine::group_tree`]), and points take one.
 //!
 //! **Work and depth.** At each node, a copy-scan of the separator, the counts, and the replication of the members to the
 //! children ([`Cost::charge_replication`]). At the bottom, a sort and O(1) steps for all pairs of each set. On the way up,
@@ -28,7 +29,7 @@ use septet_protocol::message::{Body, ListBatch, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
 use crate::config::{Fault, SetRule};
-use crate::graph::sharing::{Crossing, Place, Sharing, counts_of, lead, set_rule};
+use crate::graph::sharing::{Crossing, Place, SetStep, SetVotes, Sharing, set_rule};
 use crate::machine::context::Context;
 use crate::state::subdomain::{Entry, Shared, Subdomain, Way};
 use crate::state::table::Table;
@@ -45,7 +46,8 @@ pub(crate) async fn set_recursion<P: Point>(
     let mut recursion = Recursion::of_owned(cx, subdomain, table, supergraph);
     while cx.exchange_if(recursion.is_pending()).await? {
         recursion.agenda.step += 1;
-        lead(cx, subdomain.led(), recursion.rule);
+        let at = recursion.step();
+        recursion.votes.receive(cx, subdomain, at);
         recursion.take_items(cx);
         recursion.apply_decisions(cx);
         recursion.handle_ready(cx);
@@ -141,6 +143,7 @@ struct Recursion<'a, P> {
     /// A planted fault, which may change the separator sets.
     fault: Option<Fault>,
     agenda: Agenda,
+    votes: SetVotes,
     items: Vec<SetItem>,
     /// The items that were sent. A returned list names its item by its index here.
     sent: Vec<SentItem>,
@@ -177,6 +180,7 @@ impl<'a, P: Point> Recursion<'a, P> {
             rule: set_rule(cx.config().graph.sets, supergraph),
             fault: cx.config().fault,
             agenda: Agenda { ready: root.into_iter().collect(), ..Agenda::default() },
+            votes: SetVotes::default(),
             items,
             sent: Vec::new(),
             unions: Unions { meter: cx.own_cost(), of_nodes: BTreeMap::new() },
@@ -187,18 +191,18 @@ impl<'a, P: Point> Recursion<'a, P> {
 
     /// Returns `true` if this rank handles a node in the next step.
     fn is_pending(&self) -> bool {
-        !self.agenda.ready.is_empty() || !self.agenda.waiting.is_empty()
+        !self.agenda.ready.is_empty() || !self.agenda.waiting.is_empty() || self.votes.is_pending()
+    }
+
+    /// Returns the rule and the current step.
+    fn step(&self) -> SetStep {
+        SetStep { rule: self.rule, step: self.agenda.step }
     }
 
     /// Applies the decisions of the leaders.
     fn apply_decisions(&mut self, cx: &mut Context<P>) {
-        let mut decisions = cx.take(|m: &mut Message<P>| match m.body {
-            Body::SetDecision(decision) => Some((m.node, Sharing::from(decision))),
-            _ => None,
-        });
-        decisions.sort_by_key(|(node, _)| *node);
         let subdomain = self.subdomain;
-        for (node, sharing) in decisions {
+        for (node, sharing) in self.votes.take_decisions(self.step()) {
             let members = self.members.remove(&node).unwrap_or_default();
             let Some(shared) = subdomain.shared(node) else { continue };
             match sharing {
@@ -231,13 +235,13 @@ impl<'a, P: Point> Recursion<'a, P> {
         Place { side: split.side(x), crosses: !is_removed && split.separator().crosses(x, radius) }
     }
 
-    /// Sends the counts of this rank's share of the set to the leader of a shared node.
+    /// Counts this rank's share of the set of a shared node, for the leader.
     fn count_set(&mut self, cx: &mut Context<P>, shared: &Shared<P>) {
         let members = self.members.get(&shared.id()).map_or(&[][..], Vec::as_slice);
         let mut cost = cx.shared_cost();
         let sum = self.count_members(shared.split(), members, &mut cost);
         cx.charge(Account::member(Phase::Sets, shared.id()), cost, members.len() as u64);
-        cx.contribute(shared.group(), 0, Body::SetCounts(counts_of(sum)));
+        self.votes.add(cx, shared.group(), sum, self.step());
     }
 
     /// Counts the members on each side, and the members on each side whose balls cross the separator. A copy-scan copies

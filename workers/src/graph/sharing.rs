@@ -2,9 +2,7 @@
 //!
 //! **Statement** (paper, Section 4.3; see also `crate::graph::separator_sets`). The leader of a shared node sums the
 //! counts of the members of its group. It decides which crossing points go to both children, or that the set is not
-//! divided, and sends the decision to the members.
-
-use std::collections::BTreeMap;
+//! divided, and sends the decision to the members. All members apply it in the same step.
 
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
@@ -13,7 +11,8 @@ use septet_protocol::message::{Body, Message, SetCounts, SetDecision};
 
 use crate::config::{Fault, SetRule};
 use crate::machine::context::Context;
-use crate::state::subdomain::Group;
+use crate::machine::group_relay::{Ascent, Descent};
+use crate::state::subdomain::{Group, Subdomain};
 
 /// A set is not divided if the set of the larger child would contain more than this share of it.
 const STOP_SHARE: f64 = 0.93;
@@ -102,11 +101,6 @@ impl From<SetDecision> for Sharing {
     }
 }
 
-/// Returns the message with a member's counts.
-pub(crate) fn counts_of([inside, outside, crossing_inside, crossing_outside]: [u64; 4]) -> SetCounts {
-    SetCounts { inside, outside, crossing_inside, crossing_outside }
-}
-
 /// Returns the rule for a supergraph. Rule `smaller` is valid for the density graph only, so other graphs use rule
 /// `both` instead.
 pub(crate) fn set_rule(rule: SetRule, supergraph: Supergraph) -> SetRule {
@@ -116,23 +110,71 @@ pub(crate) fn set_rule(rule: SetRule, supergraph: Supergraph) -> SetRule {
     }
 }
 
-/// For each node that this rank leads, decides on the set of the node when the counts have arrived.
-pub(crate) fn lead<P: Point>(cx: &mut Context<P>, led: &[Group], rule: SetRule) {
-    let mut sums: BTreeMap<NodeId, [u64; 4]> = BTreeMap::new();
-    for (node, counts) in cx.take(|m: &mut Message<P>| match &mut m.body {
-        Body::SetCounts(counts) => Some((m.node, *counts)),
-        _ => None,
-    }) {
-        let sum = sums.entry(node).or_default();
-        let SetCounts { inside, outside, crossing_inside, crossing_outside } = counts;
-        let counts = [inside, outside, crossing_inside, crossing_outside];
-        sum.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+/// The counts and the decisions of sets, which go through the trees of the groups.
+#[derive(Default)]
+pub(crate) struct SetVotes {
+    counts: Ascent<[u64; 4]>,
+    decisions: Descent<Sharing>,
+}
+
+/// The rule of a run, and the current step of the phase.
+#[derive(Clone, Copy)]
+pub(crate) struct SetStep {
+    pub(crate) rule: SetRule,
+    /// The number of rounds since the phase began.
+    pub(crate) step: u32,
+}
+
+impl SetVotes {
+    /// Adds counts of the set of a shared node: those of this rank's share, or the sum of members below it. The leader
+    /// decides when the counts of all members have arrived.
+    pub(crate) fn add<P: Point>(&mut self, cx: &mut Context<P>, group: &Group, own: [u64; 4], at: SetStep) {
+        let join = |sum: [u64; 4]| [0, 1, 2, 3].map(|i| sum[i] + own[i]);
+        if let Some(sum) = self.counts.add(cx, group, join, |sum| Body::SetCounts(counts_of(sum))) {
+            let sharing = Sharing::decide(sum, at.rule, cx.config().fault);
+            self.pass_down(cx, group, sharing, at);
+        }
     }
-    for (node, sum) in sums {
-        let Some(group) = led.iter().find(|group| group.node == node) else { continue };
-        let sharing = Sharing::decide(sum, rule, cx.config().fault);
-        cx.broadcast(group, 0, || Body::SetDecision(sharing.into()));
+
+    /// Receives the counts and the decisions of a step.
+    pub(crate) fn receive<P: Point>(&mut self, cx: &mut Context<P>, subdomain: &Subdomain<P>, at: SetStep) {
+        for (node, SetCounts { inside, outside, crossing_inside, crossing_outside }) in
+            cx.take(|m: &mut Message<P>| match m.body {
+                Body::SetCounts(counts) => Some((m.node, counts)),
+                _ => None,
+            })
+        {
+            let Some(shared) = subdomain.shared(node) else { continue };
+            let sum = [inside, outside, crossing_inside, crossing_outside];
+            self.add(cx, shared.group(), sum, at);
+        }
+        for (node, decision) in cx.take(|m: &mut Message<P>| match m.body {
+            Body::SetDecision(decision) => Some((m.node, decision)),
+            _ => None,
+        }) {
+            let Some(shared) = subdomain.shared(node) else { continue };
+            self.pass_down(cx, shared.group(), decision.into(), at);
+        }
     }
+
+    /// Removes and returns the decisions that all members of their groups apply in this step.
+    pub(crate) fn take_decisions(&mut self, at: SetStep) -> Vec<(NodeId, Sharing)> {
+        self.decisions.take(at.step)
+    }
+
+    /// Returns `true` if a decision waits for its step.
+    pub(crate) fn is_pending(&self) -> bool {
+        !self.decisions.is_empty()
+    }
+
+    fn pass_down<P: Point>(&mut self, cx: &mut Context<P>, group: &Group, sharing: Sharing, at: SetStep) {
+        self.decisions.pass_down(cx, group, at.step, sharing, |sharing| Body::SetDecision(sharing.into()));
+    }
+}
+
+/// Returns the message with counts.
+fn counts_of([inside, outside, crossing_inside, crossing_outside]: [u64; 4]) -> SetCounts {
+    SetCounts { inside, outside, crossing_inside, crossing_outside }
 }
 
 #[cfg(test)]

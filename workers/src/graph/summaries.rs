@@ -3,8 +3,8 @@
 //! **Statement.** Summaries go up the tree. The leader of a node joins the summaries of the two children and sends both
 //! summaries to the members of its group. The radii prune the separator sets. The smallest points seed the stars.
 //!
-//! **Rounds.** One for each shared level on the way up. The members receive the summaries one round after their
-//! leader. **Work and depth.** One reduction over the points of each leaf, and one over the two children of each
+//! **Rounds.** One for each shared level on the way up. The members receive the summaries from their leader in as many
+//! rounds as the tree of the group is high ([`crate::machine::group_tree`]). **Work and depth.** One reduction over the points of each leaf, and one over the two children of each
 //! inner node.
 
 use septet_geometry::point::{Point, lex_cmp};
@@ -48,6 +48,9 @@ pub(crate) async fn summaries<P: Point>(
             Body::Children(children) => Some((m.node, children.clone())),
             _ => None,
         }) {
+            if let Some(shared) = subdomain.shared(node) {
+                cx.pass_down(shared.group(), || Body::Children(children.clone()));
+            }
             subdomain.set_summaries(node, children);
         }
     }
@@ -61,7 +64,7 @@ fn join_children<P: Point>(cx: &mut Context<P>, group: &Group, both: [Summary<P>
     let own = cost.reduce(&both, both[0].clone(), |best, s| join_summaries(&best, s));
     cx.charge(Account::leader(Phase::Summaries, group.node), cost, 0);
     let both = Box::new(both);
-    cx.broadcast(group, 0, || Body::Children(both.clone()));
+    cx.broadcast(group, || Body::Children(both.clone()));
     own
 }
 

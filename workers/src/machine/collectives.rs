@@ -1,8 +1,9 @@
 //! Collective operations of groups of ranks, in terms of messages.
 //!
 //! A *group* is a node of the partition tree with the ranks that share it. One of them leads it (`leader`). Members
-//! send to their leader, a leader sends to its members, and results of children are combined on
-//! the way up the tree. Every operation queues messages of the current round and never waits.
+//! send to their leader, a leader sends to its members through the tree of the group
+//! ([`crate::machine::group_tree`]), and results of children are combined on the way up the partition tree. Every
+//! operation of this file queues messages of the current round and never waits.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,6 +14,7 @@ use septet_protocol::ids::{COORDINATOR, NodeId, Rank};
 use septet_protocol::message::{Body, Child};
 
 use crate::machine::context::Context;
+use crate::machine::group_tree::FAN;
 
 /// A node, and the group of ranks that shares it.
 #[derive(Clone, Copy, Debug)]
@@ -55,21 +57,28 @@ impl Group {
 }
 
 impl<P: Point> Context<P> {
-    /// Sends the same body from the leader of a group to every member.
-    pub(crate) fn broadcast(&mut self, group: &Group, attempt: u32, mut body: impl FnMut() -> Body<P>) {
-        for rank in group.members() {
-            self.send(rank, group.node, attempt, body());
+    /// Sends the same body from the leader of a group to every member, itself included, through the tree of the group.
+    /// Every receiver calls [`Context::pass_down`].
+    pub(crate) fn broadcast(&mut self, group: &Group, mut body: impl FnMut() -> Body<P>) {
+        self.send(self.rank(), group.node, 0, body());
+        self.send_below(group, body);
+    }
+
+    /// Passes a body that the leader of a group sent to every member to the members below this one. The leader has already
+    /// done this.
+    pub(crate) fn pass_down(&mut self, group: &Group, body: impl FnMut() -> Body<P>) {
+        if self.rank() != group.leader {
+            self.send_below(group, body);
         }
     }
 
-    /// Sends each member of a group its own body, in the order of the ranks.
-    pub(crate) fn scatter(&mut self, group: &Group, attempt: u32, bodies: impl IntoIterator<Item = Body<P>>) {
-        for (rank, body) in group.members().zip(bodies) {
-            self.send(rank, group.node, attempt, body);
+    fn send_below(&mut self, group: &Group, mut body: impl FnMut() -> Body<P>) {
+        for rank in group.place(self.rank()).below() {
+            self.send(rank, group.node, 0, body());
         }
     }
 
-    /// Sends the contribution of a member to the leader of its group.
+    /// Sends a body to the leader of a group.
     pub(crate) fn contribute(&mut self, group: &Group, attempt: u32, body: Body<P>) {
         self.send(group.leader, group.node, attempt, body);
     }
@@ -133,14 +142,12 @@ impl<P: Point> Context<P> {
     }
 }
 
-/// The largest number of ranks below a rank in the tree of all ranks.
-pub(super) const FAN: u64 = 32;
-
 /// Returns the ranks below a rank in the tree of all ranks, whose root is the coordinator. Worker r is at level 1 for
 /// r <= 32, at level 2 for r <= 1,056, and so on.
 pub(super) fn ranks_below(rank: Rank, ranks: u32) -> Range<Rank> {
-    let at = |i: u64| (FAN * u64::from(rank) + i).min(u64::from(ranks)) as Rank;
-    at(1)..at(FAN + 1)
+    let fan = u64::from(FAN);
+    let at = |i: u64| (fan * u64::from(rank) + i).min(u64::from(ranks)) as Rank;
+    at(1)..at(fan + 1)
 }
 
 /// Counts the reports of all ranks, the coordinator included, at the coordinator.

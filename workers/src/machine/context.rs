@@ -82,6 +82,11 @@ impl<P: Point> Context<P> {
         map_in(&self.pool, items, f)
     }
 
+    /// Returns the current phase.
+    pub(super) fn phase(&self) -> Phase {
+        self.phase
+    }
+
     /// Returns the number of the current round, which every message carries.
     pub fn round(&self) -> u32 {
         self.out.round()
@@ -267,7 +272,8 @@ impl<P: Point> Context<P> {
         })
     }
 
-    fn refuse_rest(&self) -> Result<(), TransportError> {
+    /// Refuses the first message that no operation has taken.
+    pub(super) fn refuse_rest(&self) -> Result<(), TransportError> {
         let Some(message) = self.inbox.first() else { return Ok(()) };
         let fits = message.body.is_consistent();
         let why = if fits { "it has no place" } else { "its arrays do not fit together" };

@@ -3,6 +3,8 @@
 pub mod collectives;
 pub mod context;
 mod flips;
+pub mod group_relay;
+pub mod group_tree;
 pub mod outbox;
 pub mod profile;
 pub mod reduction;

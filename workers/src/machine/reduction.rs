@@ -5,8 +5,9 @@ use septet_protocol::ids::{COORDINATOR, NodeId, Rank};
 use septet_protocol::message::Body;
 use septet_protocol::transport::TransportError;
 
-use crate::machine::collectives::{FAN, ranks_below};
+use crate::machine::collectives::ranks_below;
 use crate::machine::context::Context;
+use crate::machine::group_tree::FAN;
 
 /// A value that ranks combine. The order of ranks must not matter.
 pub(crate) trait Reduced<P>: Sized + Clone {
@@ -62,7 +63,7 @@ impl<P: Point> Context<P> {
 
 /// Returns the rank above a worker in the tree of all ranks.
 fn above(rank: Rank) -> Rank {
-    ((u64::from(rank) - 1) / FAN) as Rank
+    (rank - 1) / FAN
 }
 
 /// Returns the level of a rank in the tree of all ranks.

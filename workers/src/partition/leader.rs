@@ -1,7 +1,7 @@
 //! The leader of a shared subproblem: it collects samples and counts, draws separators, and decides on the split.
 //!
-//! A leader is a member of the group ([`crate::machine::collectives`]). It acts at the end of a round. The round
-//! model guarantees that the messages of all its members have then arrived.
+//! A leader is a member of the group ([`crate::machine::collectives`]). It acts once the values of all its members have
+//! arrived through the tree of the group ([`crate::machine::group_tree`]).
 
 use std::collections::BTreeMap;
 
@@ -18,9 +18,10 @@ use septet_protocol::message::{Body, Child, Decision, Route};
 
 use crate::config::{Fault, Partition, WorkerConfig};
 use crate::machine::context::Context;
+use crate::machine::group_tree::Gathered;
 use crate::partition::levelling::routes;
+use crate::partition::parts::{Decided, Samples, SideCounts};
 use crate::state::subdomain::Group;
-use crate::state::tree::join_bounds;
 
 /// The largest number of separators drawn for a subproblem. If all of them are rejected, the subproblem is not split.
 pub const MAX_ATTEMPTS: u32 = 8;
@@ -111,14 +112,13 @@ pub fn is_leaf(config: &WorkerConfig, node: NodeId, population: u64) -> bool {
     population <= config.tree.leaf || node.level() >= NodeId::DEEPEST
 }
 
-/// Draws a separator from the samples that arrived for an attempt at a node, and sends it to the members.
-pub(crate) fn draw<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32) -> Draw<P> {
-    let samples = cx.take(|m| match &mut m.body {
-        Body::Samples(points) => Some((m.round, std::mem::take(&mut points.0))),
-        _ => None,
-    });
-    let round = samples.first().map_or(0, |p| p.0);
-    let mut samples: Vec<P> = samples.into_iter().flat_map(|p| p.1).collect();
+/// Draws a separator from the samples of a node's members.
+pub(super) fn draw<P: Point>(
+    cx: &mut Context<P>,
+    group: &Group,
+    attempt: u32,
+    Gathered { value: Samples(mut samples), round }: Gathered<Samples<P>>,
+) -> Draw<P> {
     let tally = cx.tally(round);
     tally.active += 1;
     tally.separators += 1;
@@ -126,44 +126,29 @@ pub(crate) fn draw<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32) -
     let _span = cx.site().subproblem(Phase::Partition, group.node, "draw", population);
     let drawn = draw_from(cx.config(), group.node, attempt, population, &mut samples, &mut cost);
     cx.charge(Account::leader(Phase::Partition, group.node), cost, 0);
-    let words = drawn.separator.map_or(Vec::new(), |s| s.to_array().to_vec());
-    cx.broadcast(group, attempt, || Body::Sphere(Bulk(words.clone())));
     drawn
 }
 
-/// Decides on an attempt at a node from the counts that arrived: accepts the separator, retries, or leaves the node
-/// unsplit. Sends the decision to the members, and the plans of the children to their leaders.
-pub(crate) fn decide_split<P: Point>(
+/// Decides on an attempt at a node from the counts of its members: accepts the separator, retries, or leaves the node
+/// unsplit.
+pub(super) fn decide_split<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
     attempt: u32,
     Draw { separator, kind }: Draw<P>,
+    Gathered { value: mut counts, round }: Gathered<SideCounts<P>>,
     plan: &Plan,
-) {
+) -> Decided<P> {
     let node = group.node;
-    let counts = cx.take(|m| match &mut m.body {
-        Body::Counts { inside, outside, boxes } => {
-            Some((m.round, (*inside, *outside), std::mem::take(&mut boxes.0)))
-        }
-        _ => None,
-    });
-    let round = counts.first().map_or(0, |c| c.0);
     cx.tally(round).retries += u64::from(attempt > 0);
-    let inside: u64 = counts.iter().map(|c| c.1.0).sum();
-    let outside: u64 = counts.iter().map(|c| c.1.1).sum();
-    let mut boxes: Vec<P> = Vec::new();
-    let counted = counts.iter().all(|c| c.2.len() == 4);
-    let good =
-        counted && !refused(cx.config(), node, attempt) && acceptable::<P>(cx.config(), inside, outside);
+    let inside: u64 = counts.inside.iter().sum();
+    let outside: u64 = counts.outside.iter().sum();
+    let good = counts.is_complete()
+        && !refused(cx.config(), node, attempt)
+        && acceptable::<P>(cx.config(), inside, outside);
     let decision = if cx.config().fault.is_some_and(|fault| fault.refuses(node)) {
         Decision::Leaf
     } else if separator.is_some() && good {
-        let all = counts.iter().map(|c| &c.2);
-        for side in 0..2 {
-            let of = |b: &Vec<P>| (b[2 * side], b[2 * side + 1]);
-            let joined = all.clone().map(of).reduce(join_bounds);
-            boxes.extend(joined.map(|b| [b.0, b.1]).into_iter().flatten());
-        }
         Decision::Split(place(group, [inside, outside], plan, cx.config()))
     } else if separator.is_some() && attempt + 1 < MAX_ATTEMPTS {
         Decision::Retry
@@ -173,35 +158,26 @@ pub(crate) fn decide_split<P: Point>(
     let facts = cx.facts(node);
     facts.population = group.child.population;
     facts.attempts = u64::from(attempt) + 1;
-    if let Decision::Split(children) = &decision {
-        facts.inside = inside;
-        facts.kind = kind;
-        facts.separator = separator.as_ref().map_or(0, separator_hash);
-        send_plan(cx, group, children, plan);
-    }
-    let routes = match &decision {
-        Decision::Split(children) => routes_of(group, children, counts.iter().map(|c| c.1)),
-        _ => vec![Default::default(); group.members().len()],
+    let Decision::Split(children) = &decision else {
+        let routes = vec![Default::default(); group.members().len()];
+        return Decided { decision, boxes: Vec::new(), routes };
     };
-    let body = |routes| Body::Decision {
-        decision: decision.clone(),
-        boxes: Bulk(boxes.clone()),
-        routes: Box::new(routes),
-    };
-    cx.scatter(group, attempt, routes.into_iter().map(body));
+    facts.inside = inside;
+    facts.kind = kind;
+    facts.separator = separator.as_ref().map_or(0, separator_hash);
+    let routes = routes_of(group, children, &mut counts);
+    Decided { decision, boxes: counts.boxes, routes }
 }
 
-/// Returns the routes of each member to both children. `counts` contains the numbers of interior and exterior points of each
-/// member.
-fn routes_of(
-    group: &Group,
-    children: &[Child; 2],
-    counts: impl Iterator<Item = (u64, u64)>,
-) -> Vec<[Route; 2]> {
-    let (inside, outside): (Vec<u64>, Vec<u64>) = counts.unzip();
-    let interior = routes(group.members(), &inside, &children[0]);
-    let exterior = routes(group.members(), &outside, &children[1]);
-    interior.into_iter().zip(exterior).map(|(a, b)| [a, b]).collect()
+/// Returns the routes of each member to both children, in the order of the group's tree, as the counts are.
+fn routes_of<P>(group: &Group, children: &[Child; 2], counts: &mut SideCounts<P>) -> Vec<[Route; 2]> {
+    group.sort_by_rank(&mut counts.inside);
+    group.sort_by_rank(&mut counts.outside);
+    let interior = routes(group.members(), &counts.inside, &children[0]);
+    let exterior = routes(group.members(), &counts.outside, &children[1]);
+    let mut both: Vec<[Route; 2]> = interior.into_iter().zip(exterior).map(|(a, b)| [a, b]).collect();
+    group.sort_by_number(&mut both);
+    both
 }
 
 /// Divides the ranks of a group between the children: in proportion to their planned leaves if there is a plan.
@@ -226,7 +202,7 @@ fn place(group: &Group, population: [u64; 2], plan: &Plan, config: &WorkerConfig
 }
 
 /// Sends the plan of each child to the child's leader.
-fn send_plan<P: Point>(cx: &mut Context<P>, group: &Group, children: &[Child; 2], plan: &Plan) {
+pub(super) fn send_plan<P: Point>(cx: &mut Context<P>, group: &Group, children: &[Child; 2], plan: &Plan) {
     for (side, &child) in children.iter().enumerate() {
         let below = group.below(side, child);
         if below.is_whole() {
@@ -240,6 +216,15 @@ fn send_plan<P: Point>(cx: &mut Context<P>, group: &Group, children: &[Child; 2]
             cx.contribute(&below, 0, body);
         }
     }
+}
+
+/// Takes the plan that the leader of the parent sent.
+pub(super) fn take_plan<P: Point>(cx: &mut Context<P>) -> Plan {
+    let plans = cx.take(|m| match &mut m.body {
+        Body::Plan { nodes, leaves } => Some((std::mem::take(&mut nodes.0), std::mem::take(&mut leaves.0))),
+        _ => None,
+    });
+    plans.into_iter().flat_map(|(nodes, leaves)| nodes.into_iter().map(NodeId).zip(leaves)).collect()
 }
 
 /// Returns the number of ranks for the interior child, in proportion to the children's weights. There are at least two
@@ -260,6 +245,11 @@ fn halve(ranks: u32, weight: [u64; 2]) -> u32 {
     let [a, b] = weight.map(|w| w as f64);
     let load = |interior: u32| (a / f64::from(interior)).max(b / f64::from(ranks - interior));
     if load(half) <= 1.1 * load(proportional) { half } else { proportional }
+}
+
+/// Returns the words of the separator that was drawn, for a [`Body::Sphere`]; none if there is no separator.
+pub(super) fn words_of<P: Point>(drawn: &Draw<P>) -> Vec<f64> {
+    drawn.separator.map_or(Vec::new(), |s| s.to_array().to_vec())
 }
 
 /// Returns the separator that a [`Body::Sphere`] contains, if any.

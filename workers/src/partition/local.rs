@@ -11,7 +11,8 @@ use crate::machine::profile::Site;
 use crate::partition::leader::{
     Accepted, Draw, MAX_ATTEMPTS, acceptable, draw_from, enter_facts, is_leaf, refused,
 };
-use crate::partition::shared::{Sketch, sides_of};
+use crate::partition::shared::Sketch;
+use crate::partition::sides::sides_of;
 use crate::state::tree::Split;
 
 /// A subtree, with its charges and facts.

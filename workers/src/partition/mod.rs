@@ -3,4 +3,6 @@
 pub mod leader;
 mod levelling;
 pub(crate) mod local;
+mod parts;
 pub(crate) mod shared;
+mod sides;

@@ -6,11 +6,17 @@
 //! points, seed and parameters. Samples, spheres and their acceptance do not depend on the number of workers. For
 //! `triangulate`, separators bisect the points ([`septet_geometry::separator::draw_bisecting`]).
 //!
-//! **Rounds.** Four for each attempt at a level:
-//! 1. Members send samples to the leader.
-//! 2. The leader sends the sphere to the members.
-//! 3. Members send counts to the leader.
-//! 4. The leader sends its decision. In the same step, members move the points and send the samples of the children.
+//! **Rounds.** `4 h` for each attempt at a node, if the tree of its group has height `h`
+//! ([`crate::machine::group_tree`]). `h` is 1 for up to 33 members, and 2 for up to 1,057:
+//! 1. Members send samples up to the leader.
+//! 2. The leader sends the sphere down to the members.
+//! 3. Members send counts up to the leader.
+//! 4. The leader sends its decision down. Then all members move the points.
+//!
+//! If `h` is 1, the members send the samples of both children together with the points. Otherwise, the members of each
+//! child send them one round later, when the points have arrived. If one rank takes a whole child and `h` is above 1,
+//! the points of this child go to the rank in `h` rounds, through a tree. So no rank receives more than 64 messages in a
+//! round if the points are in random order.
 //!
 //! **Work and depth.** O(m) work and O(1) depth for each attempt at a node of `m` points, plus the cost of the draw. At
 //! each leaf, a sort of its points.
@@ -18,7 +24,7 @@
 use septet_geometry::cost::Cost;
 use septet_geometry::incremental::insertion_order;
 use septet_geometry::point::{Point, lex_cmp};
-use septet_geometry::separator::{DrawKey, Separator, Side};
+use septet_geometry::separator::{DrawKey, Separator};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Account;
@@ -27,12 +33,17 @@ use septet_protocol::transport::TransportError;
 
 use crate::config::{Task, WorkerConfig};
 use crate::machine::context::Context;
-use crate::partition::leader::{Plan, decide_split, draw, is_leaf, separator_of};
+use crate::machine::group_tree::{Gathered, Parts};
+use crate::partition::leader::{
+    Plan, decide_split, draw, is_leaf, send_plan, separator_of, take_plan, words_of,
+};
 use crate::partition::levelling;
 use crate::partition::local::{Builder, Grown};
+use crate::partition::parts::{Decided, Samples, SideCounts, Words};
+use crate::partition::sides::sides_of;
 use crate::state::subdomain::{Group, Shared, Subdomain, Subtree, Unsplit};
 use crate::state::table::Table;
-use crate::state::tree::{Bounds, Inner, Leaf, Split, Tree, bounds};
+use crate::state::tree::{Inner, Leaf, Split, Tree, bounds};
 
 /// Splits the points of all ranks until each rank has its subdomain. `group` is the group of the root. Returns the
 /// subdomain and the table of its points.
@@ -47,23 +58,27 @@ pub(crate) async fn partition<P: Point>(
     cx.enter(Phase::Partition)?;
     let (mut path, mut led, mut unsplit) = (Vec::new(), Vec::new(), None);
     let mut share = group.members().contains(&cx.rank()).then_some(points);
-    if let (Some(points), false) = (&share, group.is_whole()) {
-        send_samples(cx, &group, 0, points);
-    }
+    let mut entrance = Entrance::Held;
     while let Some(points) = share.as_mut().filter(|_| !group.is_whole()) {
-        let Some(agreed) = agree(cx, &group, points, &mut plan).await? else {
+        let samples = enter(cx, &group, entrance, points, &mut plan).await?;
+        let Some(agreed) = agree(cx, &group, points, samples, &plan).await? else {
             unsplit = Some(Unsplit { node: group.node, holder: group.child.first });
             break;
         };
-        led.extend((group.leader == cx.rank()).then_some(group));
-        let points = std::mem::take(points);
-        let (below, kept) = enter_child(cx, &group, agreed, points, &mut path)?;
+        let (points, children) = (std::mem::take(points), agreed.children);
+        let (below, kept) = enter_child(cx, &group, agreed, points, &mut path).await?;
+        if group.leader == cx.rank() {
+            led.push(group);
+            send_plan(cx, &group, &children, &plan);
+        }
+        entrance = Entrance::below(&group);
         (group, share) = (below, Some(kept));
     }
     if let (Some(_), Some(parent)) = (unsplit, path.last_mut()) {
         parent.end_in_leaf(cx.rank());
     }
     if let Some(points) = share.filter(|_| path.is_empty() || unsplit.is_some()) {
+        let points = gather_points(cx, &group, &group, points).await?;
         hand_over(cx, &group, points);
     }
     let mut owned = None;
@@ -93,6 +108,67 @@ pub(crate) fn root(config: &WorkerConfig, population: u64) -> Group {
     Group::new(NodeId::ROOT, Child { population, first: 1, ranks: config.workers, leaf })
 }
 
+/// The way in which the members of a group get their points and the samples of the first attempt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Entrance {
+    /// The members hold their points.
+    Held,
+    /// Points arrive in the next round.
+    Points,
+    /// Points arrive in the next round, and their samples at the leader.
+    PointsAndSamples,
+}
+
+impl Entrance {
+    /// Returns the entrance to the children of a group.
+    fn below(group: &Group) -> Self {
+        if group.height() > 1 { Entrance::Points } else { Entrance::PointsAndSamples }
+    }
+}
+
+/// The samples of an attempt, on the leader.
+type SamplesOfGroup<P> = Option<Gathered<Samples<P>>>;
+
+/// Receives the points of a member, and on the leader the samples of the first attempt. The leader also receives its
+/// plan.
+async fn enter<P: Point>(
+    cx: &mut Context<P>,
+    group: &Group,
+    entrance: Entrance,
+    points: &mut PointBatch<P>,
+    plan: &mut Plan,
+) -> Result<SamplesOfGroup<P>, TransportError> {
+    if entrance != Entrance::Held {
+        let round = cx.round();
+        // If all points were already in their places, no rank may have sent a message.
+        cx.exchange_if(true).await?;
+        *points = united(std::mem::take(points), take_moves(cx));
+        plan.extend(take_plan(cx));
+        if entrance == Entrance::PointsAndSamples {
+            cx.record_load(round, points.len());
+            if cx.rank() != group.leader {
+                return Ok(None);
+            }
+            let samples = cx.take(|m| Samples::take_from(&mut m.body));
+            let all = Samples(samples.into_iter().flat_map(|samples| samples.0).collect());
+            return Ok(Some(Gathered { value: all, round }));
+        }
+    }
+    gather_samples(cx, group, 0, points).await
+}
+
+/// Sends the samples of all members to the leader.
+async fn gather_samples<P: Point>(
+    cx: &mut Context<P>,
+    group: &Group,
+    attempt: u32,
+    points: &PointBatch<P>,
+) -> Result<SamplesOfGroup<P>, TransportError> {
+    let samples = samples_of(cx, group, attempt, points);
+    cx.record_load(cx.round(), points.len());
+    cx.gather(group, attempt, samples).await
+}
+
 /// A split that a group agreed on, as one of its members knows it.
 struct Agreed<P> {
     /// The groups of the children.
@@ -101,44 +177,30 @@ struct Agreed<P> {
     /// The side of each point of the member's share.
     sides: Vec<u8>,
     /// The member's routes to both children.
-    routes: Box<[Route; 2]>,
+    routes: [Route; 2],
 }
 
-/// Makes attempts at a node, of four rounds each, until its leader accepts a separator or gives up. The members have
-/// already sent their samples for the first attempt. Returns `None` if the node is not split.
+/// Makes attempts at a node until its leader accepts a separator or gives up. `samples` are those of the first attempt.
+/// Returns `None` if the node is not split.
 async fn agree<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
-    points: &mut PointBatch<P>,
-    plan: &mut Plan,
+    points: &PointBatch<P>,
+    mut samples: SamplesOfGroup<P>,
+    plan: &Plan,
 ) -> Result<Option<Agreed<P>>, TransportError> {
-    let leads = cx.rank() == group.leader;
     for attempt in 0.. {
-        let round = cx.round();
-        // The leader receives samples. Before the first attempt, members also receive the points that move to them.
-        cx.next_round().await?;
-        *points = united(std::mem::take(points), take_moves(cx));
-        cx.record_load(round, points.len());
-        let drawn = leads.then(|| draw(cx, group, attempt));
-        // The members receive the separator.
-        cx.next_round().await?;
-        let counted = count_sides(cx, group, attempt, points)?;
-        // The leader receives the numbers of points on both sides.
-        cx.next_round().await?;
-        if let Some(drawn) = drawn {
-            decide_split(cx, group, attempt, drawn, plan);
-        }
-        // The members receive the decision.
-        cx.next_round().await?;
-        plan.extend(take_plan(cx));
-        let (decision, boxes, routes) = cx.take_one(|m| match &mut m.body {
-            Body::Decision { decision, boxes, routes } => {
-                Some((decision.clone(), std::mem::take(&mut boxes.0), std::mem::take(routes)))
-            }
-            _ => None,
-        })?;
+        let drawn = samples.map(|samples| draw(cx, group, attempt, samples));
+        let words = drawn.as_ref().map(|drawn| Words(words_of(drawn)));
+        let Words(words) = cx.distribute(group, attempt, words).await?;
+        let (counts, counted) = count_sides(cx, group, &words, points);
+        let counts = cx.gather(group, attempt, counts).await?;
+        let decided =
+            drawn.zip(counts).map(|(drawn, counts)| decide_split(cx, group, attempt, drawn, counts, plan));
+        let Decided { decision, boxes, mut routes } = cx.distribute(group, attempt, decided).await?;
+        let routes = routes.pop().unwrap_or_default();
         match (decision, counted, boxes.as_slice()) {
-            (Decision::Retry, _, _) => send_samples(cx, group, attempt + 1, points),
+            (Decision::Retry, _, _) => samples = gather_samples(cx, group, attempt + 1, points).await?,
             (Decision::Split(children), Some(CountedSides { separator, sides }), &[a, b, c, d]) => {
                 let split = Split::new(separator, [(a, b), (c, d)]);
                 return Ok(Some(Agreed { children, split, sides, routes }));
@@ -149,9 +211,9 @@ async fn agree<P: Point>(
     Ok(None)
 }
 
-/// Moves the points to the children's groups and sends the children's samples. Returns the child's group that contains
-/// this rank, and the rank's share of its points.
-fn enter_child<P: Point>(
+/// Moves the points to the children's groups, and sends the children's samples unless the children send them
+/// ([`Entrance::Points`]). Returns the child's group that contains this rank, and the rank's share of its points.
+async fn enter_child<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
     Agreed { children, split, sides, routes }: Agreed<P>,
@@ -164,8 +226,11 @@ fn enter_child<P: Point>(
     let shared = Shared::new(*group, split, children, mine, rank);
     let mut cost = cx.shared_cost();
     let items = points.len() as u64;
-    let parts = split_batch(points, &sides, mine, &mut cost);
+    let mut parts = split_batch(points, &sides, mine, &mut cost);
     cx.charge(Account::member(Phase::Partition, group.node), cost, items);
+    for (below, part) in groups.iter().zip(&mut parts).filter(|(below, _)| below.is_whole()) {
+        *part = gather_points(cx, group, below, std::mem::take(part)).await?;
+    }
     let mut kept = PointBatch::default();
     for (side, points) in parts.into_iter().enumerate() {
         let below = groups[side];
@@ -173,7 +238,10 @@ fn enter_child<P: Point>(
             hand_over(cx, &below, points);
             continue;
         }
-        send_samples(cx, &below, 0, &points);
+        if Entrance::below(group) == Entrance::PointsAndSamples {
+            let samples = samples_of(cx, &below, 0, &points);
+            cx.contribute(&below, 0, samples.into_body());
+        }
         let stay = levelling::follow(cx, &below, points, &routes[side])?;
         if side == mine {
             kept = stay;
@@ -181,6 +249,21 @@ fn enter_child<P: Point>(
     }
     path.push(shared);
     Ok((groups[mine], kept))
+}
+
+/// Gathers the points of a node that one rank takes at this rank, if many members of `senders` hold them. Returns this
+/// rank's points after that.
+async fn gather_points<P: Point>(
+    cx: &mut Context<P>,
+    senders: &Group,
+    below: &Group,
+    points: PointBatch<P>,
+) -> Result<PointBatch<P>, TransportError> {
+    if senders.height() <= 1 {
+        return Ok(points);
+    }
+    let tree = Group { node: below.node, leader: below.child.first, ..*senders };
+    Ok(cx.gather(&tree, 0, points).await?.map_or_else(PointBatch::default, |gathered| gathered.value))
 }
 
 /// Sends this rank's share of a node to the rank that takes the whole node.
@@ -191,8 +274,13 @@ fn hand_over<P: Point>(cx: &mut Context<P>, group: &Group, points: PointBatch<P>
     }
 }
 
-/// Sends the samples in this rank's share of a node to the node's leader.
-fn send_samples<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32, points: &PointBatch<P>) {
+/// Returns the samples in this rank's share of a node.
+fn samples_of<P: Point>(
+    cx: &mut Context<P>,
+    group: &Group,
+    attempt: u32,
+    points: &PointBatch<P>,
+) -> Samples<P> {
     let mut cost = cx.shared_cost();
     let key = DrawKey { seed: cx.config().seed, node: group.node.0, attempt };
     let sampler = cx.config().sampler(key, group.child.population);
@@ -200,7 +288,7 @@ fn send_samples<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32, poin
     // Members charge this step both before and after points move, so only the count of the sides states the number of
     // items.
     cx.charge(Account::member(Phase::Partition, group.node), cost, 0);
-    cx.contribute(group, attempt, Body::Samples(Bulk(samples)));
+    Samples(samples)
 }
 
 /// A separator, and the sides of a member's points.
@@ -210,31 +298,22 @@ struct CountedSides<P> {
     sides: Vec<u8>,
 }
 
-/// Counts this rank's points on both sides of the separator that the leader sent. Returns `None` if the leader found no
-/// separator.
+/// Counts this rank's points on both sides of the separator that the leader sent. The second result is `None` if the
+/// leader found no separator.
 fn count_sides<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
-    attempt: u32,
+    words: &[f64],
     points: &PointBatch<P>,
-) -> Result<Option<CountedSides<P>>, TransportError> {
-    let words = cx.take_one(|m| match &mut m.body {
-        Body::Sphere(words) => Some(std::mem::take(&mut words.0)),
-        _ => None,
-    })?;
-    let Some(separator) = separator_of::<P>(&words) else {
-        let body = Body::Counts { inside: 0, outside: 0, boxes: Bulk(Vec::new()) };
-        cx.contribute(group, attempt, body);
-        return Ok(None);
-    };
+) -> (SideCounts<P>, Option<CountedSides<P>>) {
+    let Some(separator) = separator_of::<P>(words) else { return (SideCounts::none(), None) };
     let mut cost = cx.shared_cost();
     let counted = sides_of(&separator, &points.positions, &mut cost);
     cx.charge(Account::member(Phase::Partition, group.node), cost, points.len() as u64);
     let (inside, outside) = (counted.inside, counted.of.len() as u64 - counted.inside);
     let [a, b] = counted.boxes;
-    let boxes = Bulk(vec![a.0, a.1, b.0, b.1]);
-    cx.contribute(group, attempt, Body::Counts { inside, outside, boxes });
-    Ok(Some(CountedSides { separator, sides: counted.of }))
+    let counts = SideCounts { inside: vec![inside], outside: vec![outside], boxes: vec![a.0, a.1, b.0, b.1] };
+    (counts, Some(CountedSides { separator, sides: counted.of }))
 }
 
 fn take_moves<P: Point>(cx: &mut Context<P>) -> Vec<PointBatch<P>> {
@@ -242,14 +321,6 @@ fn take_moves<P: Point>(cx: &mut Context<P>) -> Vec<PointBatch<P>> {
         Body::Move(points) => Some(std::mem::take(points)),
         _ => None,
     })
-}
-
-fn take_plan<P: Point>(cx: &mut Context<P>) -> Plan {
-    let plans = cx.take(|m| match &mut m.body {
-        Body::Plan { nodes, leaves } => Some((std::mem::take(&mut nodes.0), std::mem::take(&mut leaves.0))),
-        _ => None,
-    });
-    plans.into_iter().flat_map(|(nodes, leaves)| nodes.into_iter().map(NodeId).zip(leaves)).collect()
 }
 
 /// The subtree that a rank holds, and its owned points.
@@ -368,49 +439,6 @@ fn united<P: Copy>(mut own: PointBatch<P>, mut batches: Vec<PointBatch<P>>) -> P
         own.radii2.append(&mut batch.radii2);
     }
     own
-}
-
-/// The side of each point, the number of points inside the separator, and the boxes of both sides.
-pub(crate) struct Sides<P> {
-    pub(crate) of: Vec<u8>,
-    pub(crate) inside: u64,
-    pub(crate) boxes: [Bounds<P>; 2],
-}
-
-/// Performs the steps of a member in an attempt. Copies the separator to every point (a copy-scan), computes the side
-/// of every point (a vector step), and combines counts and boxes (a scan).
-pub(crate) fn sides_of<P: Point>(separator: &Separator<P>, points: &[P], cost: &mut Cost) -> Sides<P> {
-    let sides = cost.map_with(separator, points, |s, &x| u8::from(s.side(x) == Side::Exterior));
-    let mut inside = 0;
-    let empty = bounds(std::iter::empty::<P>());
-    let mut side_of = sides.iter();
-    let boxes = cost.reduce(points, [empty, empty], |mut boxes, &x| {
-        let interior = side_of.next() == Some(&0);
-        inside += u64::from(interior);
-        for i in 0..P::DIM {
-            // Both boxes are updated, one of them with a neutral value, because branches on the side would mispredict.
-            let at = x.coord(i);
-            let [(low, high), (far_low, far_high)] = &mut boxes;
-            low.set_coord(i, less(low.coord(i), if interior { at } else { f64::INFINITY }));
-            high.set_coord(i, more(high.coord(i), if interior { at } else { f64::NEG_INFINITY }));
-            far_low.set_coord(i, less(far_low.coord(i), if interior { f64::INFINITY } else { at }));
-            far_high.set_coord(i, more(far_high.coord(i), if interior { f64::NEG_INFINITY } else { at }));
-        }
-        boxes
-    });
-    Sides { of: sides, inside, boxes }
-}
-
-/// Returns the smaller of two numbers, in one instruction.
-#[inline]
-fn less(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
-
-/// Returns the larger of two numbers, in one instruction.
-#[inline]
-fn more(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
 }
 
 /// Splits a batch by the sides of its points. The points on side `stay` remain in the memory of the batch.

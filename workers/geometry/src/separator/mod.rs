@@ -46,7 +46,7 @@ pub use bisect::bisection_samples;
 pub use draw::{SCORE_ALPHA, cut, cut_at_median, draw, draw_bisecting, split_bound};
 pub use drawn::{DrawKind, Drawn, NoneReason, PlaneReason};
 pub use key::DrawKey;
-pub use sampler::{LEAST_SAMPLES, SAMPLE_TARGET, Sampler, node_samples};
+pub use sampler::{LEAST_SAMPLES, MOST_SAMPLES, SAMPLE_TARGET, Sampler, node_samples};
 pub use surface::{SEPARATOR_WORDS, Separator, Side, Surface};
 
 #[cfg(test)]

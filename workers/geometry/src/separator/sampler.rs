@@ -18,13 +18,15 @@ pub const SAMPLE_TARGET: u64 = 400;
 /// Smallest expected number of samples of [`node_samples`]: `(d + 3)^2` in space. The groups of a centrepoint of `D`
 /// dimensions have `D + 2` points. This number of samples fills two levels of groups for `D = d + 1`.
 pub const LEAST_SAMPLES: u64 = 36;
+/// Largest expected number of samples of a draw, which one leader receives.
+pub const MOST_SAMPLES: u64 = 1 << 20;
 /// Number of points for each sample in a small population.
 const SHARE: u64 = 4;
 
-/// Returns the expected number of samples for a draw from `population` points: a quarter of the points, at most `most`,
-/// and at least [`LEAST_SAMPLES`] if `most` permits.
+/// Returns the expected number of samples for a draw from `population` points: a quarter of the points, at most `most`
+/// and [`MOST_SAMPLES`], and at least [`LEAST_SAMPLES`] if `most` permits.
 pub fn node_samples(most: u64, population: u64) -> u64 {
-    (population / SHARE).max(LEAST_SAMPLES).min(most)
+    (population / SHARE).max(LEAST_SAMPLES).min(most).min(MOST_SAMPLES)
 }
 
 /// The test that selects the samples of one draw.
@@ -65,5 +67,6 @@ mod tests {
         let of = |population| node_samples(400, population);
         assert_eq!([1, 61, 144, 148, 1000, 1600, 1 << 40].map(of), [36, 36, 36, 37, 250, 400, 400]);
         assert_eq!([1, 1000, 1 << 40].map(|population| node_samples(9, population)), [9; 3]);
+        assert_eq!(node_samples(u64::MAX, 1 << 40), MOST_SAMPLES);
     }
 }

@@ -5,7 +5,9 @@
 use septet_geometry::point::Point;
 use septet_geometry::range::Digits;
 
-use super::{Body, Child, Decision, Merged, PointBatch, Route, SampleStars, SetCounts, Summary, Survey};
+use super::{
+    Body, Child, Decision, Merged, PointBatch, Route, RouteBatch, SampleStars, SetCounts, Summary, Survey,
+};
 use crate::ids::Rank;
 
 /// The highest bit of a position marks a vertex that the receiver does not need as a point ([`Body::Seam`]).
@@ -105,6 +107,21 @@ impl Child {
     }
 }
 
+impl RouteBatch {
+    fn defect(&self, ranks: u32) -> Option<&'static str> {
+        unless(self.is_consistent(), COLUMNS)
+            .or_else(|| of_ranks(ranks, &self.receivers))
+            .or_else(|| of_counts(&self.counts))
+    }
+}
+
+impl Decision {
+    fn defect(&self, ranks: u32) -> Option<&'static str> {
+        let children = if let Decision::Split(children) = self { children.as_slice() } else { &[] };
+        children.iter().find_map(|child| child.defect(ranks))
+    }
+}
+
 impl Route {
     fn defect(&self, ranks: u32) -> Option<&'static str> {
         unless(self.receivers.len() == self.counts.len(), COLUMNS)
@@ -138,11 +155,16 @@ impl<P: Point> Body<P> {
                 of_counts(&[*sampled, *a, *b, *c, *d])
             }
             Body::Merged(merged) => merged.defect(),
+            Body::BranchCounts { inside, outside, boxes } => {
+                unless(inside.len() == outside.len() && (boxes.is_empty() || boxes.len() == 4), COLUMNS)
+                    .or_else(|| of_counts(inside))
+                    .or_else(|| of_counts(outside))
+            }
             Body::Decision { decision, routes, .. } => {
-                let children =
-                    if let Decision::Split(children) = decision { children.as_slice() } else { &[] };
-                let of_children = children.iter().find_map(|child| child.defect(ranks));
-                of_children.or_else(|| routes.iter().find_map(|route| route.defect(ranks)))
+                decision.defect(ranks).or_else(|| routes.iter().find_map(|route| route.defect(ranks)))
+            }
+            Body::BranchDecision { decision, routes, .. } => {
+                decision.defect(ranks).or_else(|| routes.defect(ranks))
             }
             Body::Query(batch) => of_places(&batch.centres).or_else(|| of_radii(&batch.radii2)),
             Body::Reply(batch) => batch.points.defect(ranks),
@@ -291,6 +313,35 @@ mod tests {
                 change!(Body::Decision { decision: Decision::Split([a, _]), .. } => a.population = MOST),
                 change!(Body::Decision { routes, .. } => routes[1].push(RANKS, 1)),
                 change!(Body::Decision { routes, .. } => routes[0].push(1, MOST)),
+            ],
+        );
+        let mut route = Route::default();
+        route.push(2, 7);
+        refuses(
+            &Body::BranchDecision {
+                decision: Decision::Retry,
+                boxes: Bulk(Vec::new()),
+                routes: RouteBatch::of(&[[route.clone(), Route::default()], [Route::default(), route]]),
+            },
+            &[
+                change!(Body::BranchDecision { routes, .. } => routes.lengths[1] = 1),
+                change!(Body::BranchDecision { routes, .. } => routes.lengths.push(0)),
+                change!(Body::BranchDecision { routes, .. } => routes.counts.push(1)),
+                change!(Body::BranchDecision { routes, .. } => routes.receivers[0] = RANKS),
+                change!(Body::BranchDecision { routes, .. } => routes.counts[1] = MOST),
+                change!(Body::BranchDecision { decision, .. } => *decision = Decision::Split([Child { population: 5, first: 2, ranks: 9, leaf: true }; 2])),
+            ],
+        );
+        refuses(
+            &Body::BranchCounts {
+                inside: Bulk(vec![3, 1]),
+                outside: Bulk(vec![4, 0]),
+                boxes: Bulk(vec![DVec2::ZERO; 4]),
+            },
+            &[
+                change!(Body::BranchCounts { inside, .. } => inside[1] = MOST),
+                change!(Body::BranchCounts { outside, .. } => outside.push(0)),
+                change!(Body::BranchCounts { boxes, .. } => boxes.0.truncate(3)),
             ],
         );
         refuses(

@@ -3,7 +3,7 @@
 use super::Body;
 
 /// The names of all kinds, in the order of [`Body`].
-pub const KINDS: [&str; 38] = [
+pub const KINDS: [&str; 40] = [
     "survey",
     "keys",
     "alike",
@@ -42,6 +42,8 @@ pub const KINDS: [&str; 38] = [
     "region",
     "facets",
     "across",
+    "branch-counts",
+    "branch-decision",
 ];
 
 impl<P> Body<P> {
@@ -86,6 +88,8 @@ impl<P> Body<P> {
             Body::Region { .. } => "region",
             Body::Facets { .. } => "facets",
             Body::Across { .. } => "across",
+            Body::BranchCounts { .. } => "branch-counts",
+            Body::BranchDecision { .. } => "branch-decision",
         }
     }
 }

@@ -37,6 +37,54 @@ impl Route {
     }
 }
 
+/// The routes of several members to both children of a node, member by member.
+#[derive(Clone, Debug, Default, PartialEq, Encode, Decode)]
+pub struct RouteBatch {
+    /// For each member, the numbers of receivers of its route to the interior child and to the exterior child.
+    pub lengths: Bulk<u32>,
+    /// The receivers of all routes.
+    pub receivers: Bulk<Rank>,
+    /// The number of points for each receiver.
+    pub counts: Bulk<u64>,
+}
+
+impl RouteBatch {
+    /// Creates a batch from the routes of each member.
+    pub fn of(routes: &[[Route; 2]]) -> Self {
+        let mut batch = RouteBatch::default();
+        for route in routes.iter().flatten() {
+            batch.lengths.push(route.receivers.len() as u32);
+            batch.receivers.extend_from_slice(&route.receivers);
+            batch.counts.extend_from_slice(&route.counts);
+        }
+        batch
+    }
+
+    /// Returns `true` if the lengths of the columns are consistent.
+    pub fn is_consistent(&self) -> bool {
+        let receivers: u64 = self.lengths.iter().map(|&len| u64::from(len)).sum();
+        self.lengths.len().is_multiple_of(2)
+            && [self.receivers.len() as u64, self.counts.len() as u64] == [receivers; 2]
+    }
+
+    /// Returns the routes of each member, or no routes if the batch is not consistent.
+    pub fn to_routes(&self) -> Vec<[Route; 2]> {
+        if !self.is_consistent() {
+            return Vec::new();
+        }
+        let mut at = 0;
+        let mut next = |len: u32| {
+            let range = at..at + len as usize;
+            at = range.end;
+            Route {
+                receivers: Bulk(self.receivers[range.clone()].to_vec()),
+                counts: Bulk(self.counts[range].to_vec()),
+            }
+        };
+        self.lengths.chunks_exact(2).map(|pair| [next(pair[0]), next(pair[1])]).collect()
+    }
+}
+
 /// The decision of a leader on an attempt.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub enum Decision {

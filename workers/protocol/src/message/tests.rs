@@ -17,6 +17,19 @@ fn encoded_len_is_exact_and_messages_round_trip() {
                 Route::default(),
             ]),
         },
+        Body::BranchDecision {
+            decision: Decision::Leaf,
+            boxes: Bulk(Vec::new()),
+            routes: RouteBatch::of(&[
+                [Route { receivers: Bulk(vec![2, 4]), counts: Bulk(vec![7, 1]) }, Route::default()],
+                [Route::default(), Route { receivers: Bulk(vec![3]), counts: Bulk(vec![5]) }],
+            ]),
+        },
+        Body::BranchCounts {
+            inside: Bulk(vec![3, 1]),
+            outside: Bulk(vec![4, 0]),
+            boxes: Bulk(vec![[0.0, 0.0]; 4]),
+        },
         Body::Merged(Merged { cells: 4, ..Merged::default() }),
         Body::Outcome(crate::outcome::Outcome::GatherUnresolved),
         Body::Joined(Bulk(vec![7, 1 << 40])),
@@ -98,4 +111,22 @@ fn batches_of_queries_and_answers_fit_together_or_not() {
         spoil(&mut spoilt);
         assert!(!spoilt.is_consistent());
     }
+}
+
+#[test]
+fn routes_survive_in_batches() {
+    let route = |receivers: &[Rank]| Route {
+        receivers: Bulk(receivers.to_vec()),
+        counts: Bulk(receivers.iter().map(|&rank| u64::from(rank) + 7).collect()),
+    };
+    for routes in [
+        vec![],
+        vec![[route(&[]), route(&[])]],
+        vec![[route(&[1, 2]), route(&[])], [route(&[3]), route(&[1, 4])]],
+    ] {
+        assert_eq!(RouteBatch::of(&routes).to_routes(), routes);
+    }
+    let mut spoilt = RouteBatch::of(&[[route(&[1, 2]), route(&[3])]]);
+    spoilt.lengths[0] = u32::MAX;
+    assert!(!spoilt.is_consistent() && spoilt.to_routes().is_empty());
 }

@@ -166,12 +166,18 @@ fn what_has_no_place_is_refused() {
     let load = || vec![Some(vec![]), survey(), Some(vec![]), None, Some(vec![]), start(), None];
     let late = deliver([load(), vec![Some(vec![Body::Gather(PointBatch::default())])]].concat());
     assert_eq!(late, "bad message from rank 2: it has no place in phase partition");
-    let silent = deliver([load(), vec![Some(vec![]), None]].concat());
+    // Rank 1 leads the root.
+    let samples = || Body::Samples(Bulk(vec![]));
+    let silent = deliver([load(), vec![Some(vec![samples()]), None]].concat());
     assert_eq!(silent, "worker 1 failed: no rank sent a message in the middle of phase partition");
-    let twice = vec![Some(vec![]), Some(vec![Body::Sphere(Bulk(vec![]))])];
-    // Rank 1 leads the root, so it also receives the separator that it sends to itself.
-    let again = deliver([load(), twice].concat());
-    assert_eq!(again, "worker 1 failed: 2 messages instead of one in phase partition");
+    let again = deliver([load(), vec![Some(vec![samples(), samples()])]].concat());
+    assert_eq!(
+        again,
+        "bad message from rank 2: its second value for a group has no place in phase partition"
+    );
+    let missing = deliver([load(), vec![Some(vec![])]].concat());
+    let expected = "its value for the members of a group is missing in phase partition";
+    assert_eq!(missing, format!("bad message from rank 2: {expected}"));
 }
 
 /// The memory of a rank apart from its points. All phases share the space of the largest.
