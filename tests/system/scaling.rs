@@ -13,10 +13,10 @@ use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Account;
 
 /// Rounds of the phases that go over the tree: at most A log2 n + B. Measured from 2^12 to 2^15 points: 21 to
-/// 33 of partition (4 a level), 10 to 12 of the descent (2 a level, at most), 8 to 11 of the
-/// merge (1 a level, 1 to the coordinator and 2 for its decision).
+/// 52 of partition (4 a level, 9 in groups of more than 33 ranks), 10 to 12 of the descent (2 a level, at most),
+/// 8 to 11 of the merge (1 a level, 1 to the coordinator and 2 for its decision).
 const ROUNDS: [(&str, f64, f64); 3] =
-    [("partition", 5.0, -35.0), ("neighbours", 2.0, -12.0), ("merge", 1.25, -6.0)];
+    [("partition", 10.0, -95.0), ("neighbours", 2.0, -12.0), ("merge", 1.25, -6.0)];
 
 fn rounds_are_logarithmic(run: &Run, what: &str) {
     let log = (run.points.used as f64).log2();
