@@ -4,6 +4,7 @@ use thiserror::Error;
 
 use septet_geometry::incremental::IncrementalError;
 use septet_geometry::range::RangeError;
+use septet_protocol::ids::COORDINATOR;
 use septet_protocol::transport::TransportError;
 
 use crate::config::ConfigError;
@@ -69,6 +70,11 @@ pub enum Error {
     /// The run was cancelled.
     #[error("interrupted")]
     Interrupted,
+}
+
+/// Returns the error for a result that is incomplete.
+pub(crate) fn incomplete(reason: String) -> Error {
+    TransportError::WorkerFailed { rank: COORDINATOR, reason }.into()
 }
 
 /// Sites that have no conflict graph.

@@ -114,11 +114,13 @@ impl Correction {
 }
 
 /// The task of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Task {
     /// The Delaunay triangulation of the points.
-    #[default]
-    Delaunay,
+    Delaunay {
+        /// Whether rows with a coordinate that is not finite are removed. Otherwise, the run refuses them.
+        skips_invalid: bool,
+    },
     /// A maximal independent set of the density graph with alpha 1, whose radii are part of the input
     /// (`crate::graph::independent`).
     Independent {
@@ -180,8 +182,6 @@ pub struct WorkerConfig {
     pub seed: u64,
     /// The task.
     pub task: Task,
-    /// Whether rows with a coordinate that is not finite are removed. Otherwise, the run refuses the input.
-    pub skip_invalid: bool,
     /// Number of workers.
     pub workers: u32,
     /// Whether workers split down to the smallest leaves and count work and depth. If `false`, each worker
@@ -203,6 +203,13 @@ pub struct WorkerConfig {
     /// The place for the charges of ranks in the caller's process, if the run keeps them.
     #[serde(skip)]
     pub cost_log: CostLog,
+}
+
+impl Task {
+    /// Returns `true` if rows with a coordinate that is not finite are removed.
+    pub fn skips_invalid(self) -> bool {
+        self == Task::Delaunay { skips_invalid: true }
+    }
 }
 
 impl WorkerConfig {
@@ -292,8 +299,7 @@ impl WorkerConfig {
         WorkerConfig {
             run: 1,
             seed: 5,
-            task: Task::Delaunay,
-            skip_invalid: false,
+            task: Task::Delaunay { skips_invalid: false },
             workers: 1,
             counted: true,
             tree: TreeRules {
@@ -350,7 +356,8 @@ mod tests {
                 WorkerConfig { seed: u64::MAX, workers: 8, counted: odd, ..WorkerConfig::plain() };
             config.graph.wanted = wanted;
             config.graph.sets = [SetRule::Both, SetRule::Smaller, SetRule::Ghost][i % 3];
-            config.task = if odd { Task::Delaunay } else { Task::Independent { fixed: 7 } };
+            config.task =
+                if odd { Task::Delaunay { skips_invalid: true } } else { Task::Independent { fixed: 7 } };
             config.until = odd.then_some(Phase::Partition);
             config.graph.exchange_cap = (!odd).then_some(9);
             config.fault = odd.then_some(Fault::SpoilStar { rank: 2 });

@@ -4,7 +4,9 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::config::{ConfigError, Neighbours};
+use septet_workers::config::Neighbours;
+
+use crate::config::ConfigError;
 
 /// The kinds of supergraphs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

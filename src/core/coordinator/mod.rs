@@ -16,7 +16,7 @@ use septet_workers::share::{Certificate, Choice, Share, merged_ledger};
 use septet_workers::transport::{Machine, MachineError};
 
 use crate::config::{Control, Progress};
-use crate::error::Error;
+use crate::error::{Error, incomplete};
 use crate::input::{Prepared, Whole};
 
 pub(crate) use septet_workers::leader::Plan;
@@ -74,11 +74,6 @@ impl<P> Collected<P> {
 
 fn unbalanced() -> Error {
     incomplete("the messages that the ranks received are not those that were sent".to_string())
-}
-
-/// Returns the error for a result that is incomplete.
-pub(crate) fn incomplete(reason: String) -> Error {
-    TransportError::WorkerFailed { rank: COORDINATOR, reason }.into()
 }
 
 /// A run of a machine, as its caller observes it.

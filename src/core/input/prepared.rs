@@ -3,10 +3,10 @@
 use septet_geometry::range::RangeError;
 use septet_protocol::message::PointSum;
 use septet_workers::config::WorkerConfig;
-use septet_workers::share::{Loaded, Share};
+use septet_workers::input::Loaded;
+use septet_workers::share::Share;
 
-use crate::coordinator::incomplete;
-use crate::error::Error;
+use crate::error::{Error, incomplete};
 use crate::result::run::Accounting;
 
 /// The input of a run, as all ranks prepared it.
@@ -35,7 +35,7 @@ impl Prepared {
             return Err(incomplete("the machine returned no share".to_string()));
         };
         let exponent =
-            survey.exponent(config.skip_invalid).map_err(|error: RangeError| Error::Points(error))?;
+            survey.exponent(config.task.skips_invalid()).map_err(|error: RangeError| Error::Points(error))?;
         let (mut duplicates, mut refused) = (Vec::new(), Vec::new());
         for share in shares {
             duplicates.extend(

@@ -12,8 +12,8 @@ use septet_workers::config::WorkerConfig;
 use septet_workers::share::{PieceRows, Share};
 use septet_workers::state::rows::{cells_hash, piece_hash};
 
-use crate::coordinator::{Collected, incomplete};
-use crate::error::{Error, Refutation};
+use crate::coordinator::Collected;
+use crate::error::{Error, Refutation, incomplete};
 use crate::input::Prepared;
 use crate::result::canonical::{Export, OwnedRows, Store};
 use crate::result::cost_trace::CostTrace;

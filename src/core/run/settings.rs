@@ -222,9 +222,8 @@ fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfi
         seed: config.machine.seed,
         task: match goal {
             Goal::Independent { fixed } => Task::Independent { fixed },
-            _ => Task::Delaunay,
+            _ => Task::Delaunay { skips_invalid: config.skip_invalid },
         },
-        skip_invalid: config.skip_invalid && !independent,
         workers: 1,
         counted,
         tree: TreeRules {

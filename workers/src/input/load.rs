@@ -21,11 +21,11 @@ use septet_protocol::message::{Body, PointBatch, PointSum, Survey, UNKNOWN_RADIU
 use septet_protocol::transport::TransportError;
 
 use crate::config::Task;
+use crate::input::loaded::Loaded;
 use crate::input::repeats::remove_repeats;
 use crate::input::source::{Rows, Source};
 use crate::machine::context::Context;
 use crate::machine::reduction::Reduced;
-use crate::share::Loaded;
 
 /// Number of points that one core reads in turn.
 const CHUNK: usize = 1 << 14;
@@ -81,15 +81,15 @@ pub(crate) async fn load<P: Point>(
         return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
     }
     let mut loaded = Loaded { survey, dimension: -1, ..Loaded::default() };
-    let Ok(exponent) = survey.exponent(cx.config().skip_invalid) else {
+    let Ok(exponent) = survey.exponent(cx.config().task.skips_invalid()) else {
         let (frame, block) = (PointBatch::default(), PointBatch::default());
         return Ok(Input { loaded, frame, block, is_ready: false });
     };
     let (mut block, refused) = rows.prepare(&own, exponent);
     loaded.refused = refused;
     loaded.repeated = remove_repeats(cx, &mut block, survey.rows).await?;
-    let own = Start::of(cx, &block);
-    let Start { population, frame } = cx.all_reduce(own).await?;
+    let own = Spanned::of(cx, &block);
+    let Spanned { population, frame } = cx.all_reduce(own).await?;
     cx.end_phase().await?;
     loaded.population = population;
     loaded.dimension = frame.len() as isize - 1;
@@ -99,12 +99,12 @@ pub(crate) async fn load<P: Point>(
 
 /// Points of some ranks: their number and the sum of their hashes, and their frame.
 #[derive(Clone)]
-struct Start<P> {
+struct Spanned<P> {
     population: PointSum,
     frame: PointBatch<P>,
 }
 
-impl<P: Point> Start<P> {
+impl<P: Point> Spanned<P> {
     fn of(cx: &Context<P>, points: &PointBatch<P>) -> Self {
         let chunks: Vec<(&[u64], &[P])> =
             points.ids.chunks(CHUNK).zip(points.positions.chunks(CHUNK)).collect();
@@ -116,11 +116,11 @@ impl<P: Point> Start<P> {
                 frame.push(points.ids[at], points.positions[at], cx.rank(), UNKNOWN_RADIUS2);
             }
         }
-        Start { population, frame }
+        Spanned { population, frame }
     }
 }
 
-impl<P: Point> Reduced<P> for Start<P> {
+impl<P: Point> Reduced<P> for Spanned<P> {
     fn join(self, other: Self) -> Self {
         let mut points: Vec<(u64, P)> = Vec::new();
         for batch in [&self.frame, &other.frame] {
@@ -132,7 +132,7 @@ impl<P: Point> Reduced<P> for Start<P> {
         for at in affine_frame(&positions).1 {
             frame.push(ids[at], positions[at], COORDINATOR, UNKNOWN_RADIUS2);
         }
-        Start { population: self.population.join(other.population), frame }
+        Spanned { population: self.population.join(other.population), frame }
     }
 
     fn into_body(self) -> Body<P> {
@@ -142,7 +142,7 @@ impl<P: Point> Reduced<P> for Start<P> {
     fn take(body: &mut Body<P>) -> Option<Self> {
         match body {
             Body::Start { population, frame } => {
-                Some(Start { population: *population, frame: std::mem::take(frame) })
+                Some(Spanned { population: *population, frame: std::mem::take(frame) })
             }
             _ => None,
         }

@@ -2,11 +2,14 @@
 
 pub mod load;
 
+mod loaded;
+
 mod repeats;
 
 mod rows;
 
 mod source;
 
+pub use loaded::Loaded;
 pub use rows::squared_radius;
 pub use source::{Rows, Source};

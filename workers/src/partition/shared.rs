@@ -405,7 +405,7 @@ fn settle<P: Point>(
         cx.facts(*id).population = u64::from(end - start);
     }
     let mut table = Table::of_owned(ids, positions, cx.rank());
-    if cx.config().task != Task::Delaunay {
+    if matches!(cx.config().task, Task::Independent { .. }) {
         for (radius2, &i) in table.owned_radii2_mut().iter_mut().zip(ordered.iter().flatten()) {
             *radius2 = points.radii2[i as usize];
         }

@@ -63,8 +63,8 @@ async fn finish<P: Point>(
 ) -> Result<Share<P>, TransportError> {
     match cx.config().task {
         Task::Independent { fixed } => independent_set(cx, ground, fixed, share).await,
-        Task::Delaunay if cx.config().counted => simulate(cx, ground, share).await,
-        Task::Delaunay => triangulate(cx, ground, share).await,
+        Task::Delaunay { .. } if cx.config().counted => simulate(cx, ground, share).await,
+        Task::Delaunay { .. } => triangulate(cx, ground, share).await,
     }
 }
 

@@ -3,9 +3,10 @@
 use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::Rank;
 use septet_protocol::ledger::LedgerPart;
-use septet_protocol::message::{Merged, PointSum, Survey, ViewPart};
+use septet_protocol::message::{Merged, ViewPart};
 
 use crate::config::Fault;
+use crate::input::Loaded;
 
 /// The cells of a subdomain triangulation with their adjacency. A cell belongs to the rank that owns its
 /// lexicographically smallest vertex.
@@ -73,21 +74,6 @@ impl Certificate {
         let before = self.fallback.as_ref().map_or(0, |(_, most)| *most);
         self.fallback = Some((reason.to_string(), points.max(before)));
     }
-}
-
-/// The input as a rank knows it after it was prepared.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Loaded {
-    /// The survey of all rows.
-    pub survey: Survey,
-    /// The distinct points of all ranks. Empty if the survey does not admit the rows.
-    pub population: PointSum,
-    /// Dimension of the affine hull of all points; -1 for no points.
-    pub dimension: isize,
-    /// Rows of this rank with a coordinate that is not finite, ascending.
-    pub refused: Vec<u64>,
-    /// Rows of this rank that repeat an earlier row, ascending, each with the first row that has its coordinates.
-    pub repeated: Vec<[u64; 2]>,
 }
 
 /// The supergraph of the run.

@@ -137,12 +137,6 @@ impl<P: Point> Body<P> {
         let corners = P::DIM + 1;
         match self {
             Body::Move(points) => points.defect_in_transit(ranks),
-            Body::Survey(survey) => survey.defect(),
-            Body::Candidates(points) => points.defect_in_transit(ranks),
-            Body::Repeated { keys, first } => unless(keys.len() == first.len(), COLUMNS),
-            Body::Start { population, frame } => of_counts(&[population.count])
-                .or_else(|| unless(frame.len() <= corners, COUNT))
-                .or_else(|| frame.defect_in_transit(ranks)),
             Body::Frame(points) | Body::Ghosts(points) | Body::Gather(points) => points.defect(ranks),
             Body::Samples(points) => of_places(points),
             Body::Sphere(words) => unless(words.iter().all(|word| word.is_finite()), PLACE),
@@ -204,6 +198,19 @@ impl<P: Point> Body<P> {
             Body::Region { vertices, counts, points } => points.defect(ranks).or_else(|| {
                 unless(vertices.len() == counts.len() && add_up_to(counts, points.len()), COLUMNS)
             }),
+            _ => self.defect_of_input(ranks),
+        }
+    }
+
+    /// Returns the defect of a body of phase `load`.
+    fn defect_of_input(&self, ranks: u32) -> Option<&'static str> {
+        match self {
+            Body::Survey(survey) => survey.defect(),
+            Body::Candidates(points) => points.defect_in_transit(ranks),
+            Body::Repeated { keys, first } => unless(keys.len() == first.len(), COLUMNS),
+            Body::Start { population, frame } => of_counts(&[population.count])
+                .or_else(|| unless(frame.len() <= P::DIM + 1, COUNT))
+                .or_else(|| frame.defect_in_transit(ranks)),
             _ => None,
         }
     }

@@ -9,9 +9,9 @@ use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::ViewPart;
 
 use crate::hosts::host::Job;
-use crate::input::{Rows, Source};
+use crate::input::{Loaded, Rows, Source};
 use crate::partition::leader::Plan;
-use crate::share::{CellRows, Loaded, PieceRows, Seam, Selected, Share};
+use crate::share::{CellRows, PieceRows, Seam, Selected, Share};
 
 /// The input that the coordinator assigns to a worker: its block, and the plan of the placement.
 pub(super) struct Assigned<P> {
