@@ -32,7 +32,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "the machine's rounds follow the levels: per level, 4 down for separators, 2 for balls, 1 up",
         reading: Reading::AsPrinted,
         experiment: "One worker per leaf: rounds of partition, neighbours and merge over the levels of the recursion, \
-                     plus 1, plus the levels of the tree that carries decisions to all workers",
+                     plus 1, plus the levels of the tree that carries decisions to all workers; a level of the \
+                     partition counts twice while more than 33 workers share it",
         bound: "6, 2 and 1: the rounds of a level, and half as many again if a separator is redrawn",
         check: rounds,
     },
@@ -97,8 +98,9 @@ fn rounds(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         for (phase, bound) in [("partition", 6.0), ("neighbours", 2.0), ("merge", 1.0)] {
             let rounds = line.phase(phase).map_or(f64::NAN, |p| p.rounds as f64);
             let (levels, tree) = (line.tree.levels, levels_of_ranks(line.workers));
-            let per_level = rounds / f64::from(levels + 1 + tree);
-            let what = format!("rounds of {phase}, {rounds}, over {levels} levels plus 1 plus {tree}");
+            let again = if phase == "partition" { large_levels(line.workers) } else { 0 };
+            let per_level = rounds / f64::from(levels + 1 + tree + again);
+            let what = format!("rounds of {phase}, {rounds}, over {levels} levels plus {}", 1 + tree + again);
             figures.push(Figure::at_most(what, named(&line), line.seed, per_level, bound));
         }
     }
@@ -113,6 +115,12 @@ fn levels_of_ranks(workers: u32) -> u32 {
         reached += width;
     }
     levels
+}
+
+/// Returns the number of levels of the partition at which more than 33 workers share a node, if every node halves them.
+/// The tree of such a group has a second level.
+fn large_levels(workers: u32) -> u32 {
+    (0..32).take_while(|level| workers.div_ceil(1 << level) > 33).count() as u32
 }
 
 fn free_of_workers(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
