@@ -17,7 +17,7 @@ use crate::ids::{NodeId, Rank};
 use crate::outcome::Outcome;
 
 pub use input::{RefusedRow, Survey};
-pub use merged::{Merged, PointSum};
+pub use merged::{Merged, PointSum, Totals};
 pub use queries::{QueryBatch, ReplyBatch};
 pub use split::{Child, Decision, Route};
 pub use typed::{ChosenSupergraph, Fingerprint, SampleStars, SetCounts, SetDecision};
@@ -429,6 +429,8 @@ pub enum Body<P> {
         /// The other cell; `u32::MAX` for a facet on the hull.
         cells: Bulk<u32>,
     },
+    /// Up and down the tree of all ranks: the totals of the ranks below, then of all ranks.
+    Totals(Box<Totals>),
 }
 
 impl<P: Copy> Body<P> {

@@ -5,7 +5,9 @@
 use septet_geometry::point::Point;
 use septet_geometry::range::Digits;
 
-use super::{Body, Child, Decision, Merged, PointBatch, Route, SampleStars, SetCounts, Summary, Survey};
+use super::{
+    Body, Child, Decision, Merged, PointBatch, Route, SampleStars, SetCounts, Summary, Survey, Totals,
+};
 use crate::ids::Rank;
 
 /// The highest bit of a position marks a vertex that the receiver does not need as a point ([`Body::Seam`]).
@@ -62,6 +64,12 @@ impl Merged {
             stars, cells, hull_facets, minima, disagreements, repaired, local, exchange_rounds, ..
         } = *self;
         of_counts(&[stars, cells, hull_facets, minima, disagreements, repaired, local, exchange_rounds])
+    }
+}
+
+impl Totals {
+    fn defect(&self) -> Option<&'static str> {
+        self.merged.defect().or_else(|| of_counts(&[self.cells, self.hull_facets, self.left_out]))
     }
 }
 
@@ -138,6 +146,7 @@ impl<P: Point> Body<P> {
                 of_counts(&[*sampled, *a, *b, *c, *d])
             }
             Body::Merged(merged) => merged.defect(),
+            Body::Totals(totals) => totals.defect(),
             Body::Decision { decision, routes, .. } => {
                 let children =
                     if let Decision::Split(children) = decision { children.as_slice() } else { &[] };
@@ -298,6 +307,15 @@ mod tests {
             &[
                 change!(Body::Merged(merged) => merged.cells = MOST),
                 change!(Body::Merged(merged) => merged.exchange_rounds = u64::MAX),
+            ],
+        );
+        refuses(
+            &Body::Totals(Box::default()),
+            &[
+                change!(Body::Totals(totals) => totals.merged.stars = MOST),
+                change!(Body::Totals(totals) => totals.cells = MOST),
+                change!(Body::Totals(totals) => totals.hull_facets = u64::MAX),
+                change!(Body::Totals(totals) => totals.left_out = MOST),
             ],
         );
         refuses(

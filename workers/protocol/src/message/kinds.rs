@@ -3,7 +3,7 @@
 use super::Body;
 
 /// The names of all kinds, in the order of [`Body`].
-pub const KINDS: [&str; 38] = [
+pub const KINDS: [&str; 39] = [
     "survey",
     "keys",
     "alike",
@@ -42,6 +42,7 @@ pub const KINDS: [&str; 38] = [
     "region",
     "facets",
     "across",
+    "totals",
 ];
 
 impl<P> Body<P> {
@@ -86,6 +87,7 @@ impl<P> Body<P> {
             Body::Region { .. } => "region",
             Body::Facets { .. } => "facets",
             Body::Across { .. } => "across",
+            Body::Totals(_) => "totals",
         }
     }
 }
