@@ -31,27 +31,28 @@ where
 {
     let config = &config;
     std::thread::scope(|scope| {
-        let start = |((process, (points, first_id)), mut transport)| {
-            let run = move || triangulate(&mut transport, points, *first_id, &config(process));
-            scope.spawn(run)
-        };
-        let ends = channels::<C::Point>(held.len() as u32);
-        let threads: Vec<_> = held.iter().enumerate().zip(ends).map(start).collect();
+        let mut threads = Vec::new();
+        for ((process, held), mut transport) in
+            held.iter().enumerate().zip(channels::<C::Point>(held.len() as u32))
+        {
+            let run = move || triangulate(&mut transport, &held.0, held.1, &config(process));
+            threads.push(scope.spawn(run));
+        }
         threads.into_iter().map(|thread| thread.join().expect("a process panicked")).collect()
     })
 }
 
 /// Runs a process for each part of the points, with this number of workers.
 fn parts<C: ProcessPoint + Sync>(held: &[Held<C>], workers: u32) -> Vec<Part> {
-    let options = with_workers(Some(workers));
-    let all = run_all(held, |_| options.config(held.len() as u32));
+    let all = run_all(held, |_| config(held.len(), workers));
     all.into_iter().map(|part| part.unwrap_or_else(|e| panic!("{} processes: {e}", held.len()))).collect()
 }
 
-fn with_workers(workers: Option<u32>) -> DistributedOptions {
+/// Returns the configuration for this number of processes and workers, with so small leaves that all workers get points.
+fn config(processes: usize, workers: u32) -> Config {
     let mut options = DistributedOptions::default();
-    options.workers = workers;
-    options
+    options.workers = Some(workers);
+    options.config(processes as u32).with(|c| c.machine.leaf = Some(20))
 }
 
 /// Divides points in these shares. The first has the input index `first_id`.
@@ -257,14 +258,13 @@ fn empty_and_unequal_processes() {
 /// Arrays are points as well, and a transport serves several runs.
 #[test]
 fn a_transport_serves_several_runs() {
-    let points: Vec<[f64; 2]> = plane(Kind::Uniform, 200, 5).into_iter().map(DVec2::to_array).collect();
+    let points: Vec<[f64; 2]> = plane(Kind::Uniform, 200, 5).into_iter().map(|x| x.to_array()).collect();
     let counts = std::thread::scope(|scope| {
         let start = |(process, mut transport): (usize, _)| {
             let own = &points[100 * process..100 * (process + 1)];
             scope.spawn(move || {
                 let run = |workers| {
-                    let config = with_workers(Some(workers)).config(2);
-                    triangulate(&mut transport, own, 100 * process as u64, &config).unwrap()
+                    triangulate(&mut transport, own, 100 * process as u64, &config(2, workers)).unwrap()
                 };
                 [2, 5, 3].map(run).map(|part| (part.cells, part.subdomains.len()))
             })
@@ -285,8 +285,9 @@ fn errors<P: Point + ProcessPoint<Point = P>>(
     all.into_iter().map(|part| part.map(|part| part.cells).expect_err("an error")).collect()
 }
 
-fn default_of(processes: u32) -> impl Fn(usize) -> Config + Sync + Send + Clone + 'static {
-    move |_| DistributedOptions::default().config(processes)
+/// One worker for each process.
+fn default_of(processes: usize) -> impl Fn(usize) -> Config + Sync + Send + Clone + 'static {
+    move |_| config(processes, processes as u32)
 }
 
 #[test]
@@ -300,9 +301,8 @@ fn a_point_that_is_not_finite_ends_all_processes() {
         let is_it = |error: &Error| matches!(error, Error::Points(RangeError::NotFinite { index, value }) if *index == expected && value.is_nan());
         assert!(is_it(&error), "{error}");
     }
-    let mut options = DistributedOptions::default();
-    options.skip_invalid = true;
-    let parts = run_all(&held, |_| options.config(4)).into_iter().map(Result::unwrap);
+    let skipping = |_| default_of(4)(0).with(|c| c.skip_invalid = true);
+    let parts = run_all(&held, skipping).into_iter().map(Result::unwrap);
     let refused: Vec<_> = parts.map(|part| (part.points.used, part.points.refused)).collect();
     let first = 1u64 << 33;
     assert_eq!(refused, [(198, vec![]), (198, vec![]), (198, vec![first + 120, first + 130]), (198, vec![])]);
@@ -332,11 +332,11 @@ fn flips_are_detected_by_all_processes() {
     let (mut detected, mut harmless) = (0, 0);
     for kind in ["survey", "start", "keys", "move", "samples", "seam", "merged", "facets", "across", "totals"]
     {
-        for seed in 0..6 {
+        for seed in 0..10 {
             let fault = format!("flip:{kind}:{seed}").parse().unwrap();
-            let config = move |_| with_workers(Some(8)).config(4).with(|c| c.planted.fault = Some(fault));
+            let faulty = move |_| config(4, 8).with(|c| c.planted.fault = Some(fault));
             let held = held.clone();
-            let all = within(60, "a run with a flip", move || run_all(&held, config));
+            let all = within(60, "a run with a flip", move || run_all(&held, faulty));
             let failed = all.iter().filter(|part| part.is_err()).count();
             // A flip on the way down may reach some processes only.
             assert!(kind == "totals" || failed == 0 || failed == all.len(), "{kind} {seed}: {failed}");
@@ -350,7 +350,7 @@ fn flips_are_detected_by_all_processes() {
         }
     }
     println!("{detected} detected, {harmless} harmless");
-    assert!(detected > 30, "{detected}");
+    assert!(detected > 25, "{detected}");
 }
 
 #[test]

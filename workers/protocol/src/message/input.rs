@@ -3,13 +3,19 @@
 use bincode::{Decode, Encode};
 use septet_geometry::range::{Digits, RangeError};
 
-/// A row with a coordinate that is not finite.
-#[derive(Clone, Copy, Debug, PartialEq, Encode, Decode)]
+/// A row with a coordinate that is not finite. Two of them are equal if the bits of the coordinates are.
+#[derive(Clone, Copy, Debug, Encode, Decode)]
 pub struct RefusedRow {
     /// The number of the row.
     pub row: u64,
     /// The coordinate.
     pub value: f64,
+}
+
+impl PartialEq for RefusedRow {
+    fn eq(&self, other: &Self) -> bool {
+        (self.row, self.value.to_bits()) == (other.row, other.value.to_bits())
+    }
 }
 
 /// The survey of some rows of an input.
@@ -149,6 +155,8 @@ mod tests {
         assert!(
             !Survey::default().repeats_numbers() && !row(7, (0, 0)).join(Survey::default()).repeats_numbers()
         );
+        let nan = Survey { first_refused: Some(RefusedRow { row: 1, value: f64::NAN }), ..bad(1) };
+        assert!(nan == nan.clone() && nan != bad(1));
         assert_eq!(Survey::default().exponent(false), Ok(0));
         assert!(row(0, (-300, -200)).exponent(false).unwrap() > 0);
     }
