@@ -87,6 +87,22 @@ pub(crate) fn incomplete(reason: String) -> Error {
     TransportError::WorkerFailed { rank: COORDINATOR, reason }.into()
 }
 
+/// The rows of this process.
+pub(crate) struct Held<'a, P> {
+    /// The source of the rows.
+    pub(crate) source: &'a dyn Source<P>,
+    /// Number of rows.
+    pub(crate) rows: u64,
+}
+
+/// The shares that a machine returned, with measured times.
+pub(crate) struct Returned<P> {
+    /// The shares of the ranks of this process.
+    pub(crate) shares: Vec<Share<P>>,
+    /// Wall-clock seconds of each phase, in order.
+    seconds: Vec<(Phase, f64)>,
+}
+
 /// A run of a machine, as its caller observes it.
 pub(crate) struct Coordinator<'a> {
     control: &'a Control,
@@ -107,18 +123,17 @@ impl<'a> Coordinator<'a> {
     ) -> Result<Collected<P>, Error> {
         let config = self.config.clone();
         let rows = input.positions.len() as u64;
-        let (shares, seconds) = self.shares(machine, (&input, rows), plan)?;
+        let Returned { shares, seconds } = self.shares(machine, Held { source: &input, rows }, plan)?;
         Collected::of(shares, &config, seconds)
     }
 
-    /// Runs all ranks of a machine until it stops, and measures the phases. The second argument is the source, and the
-    /// number of its rows. Returns the shares that the machine returns.
+    /// Runs the ranks of this process until the machine stops, and measures the phases.
     pub(crate) fn shares<P: Point>(
         self,
         machine: &mut dyn Machine<P>,
-        (source, rows): (&dyn Source<P>, u64),
+        Held { source, rows }: Held<'_, P>,
         plan: &Plan,
-    ) -> Result<(Vec<Share<P>>, Vec<(Phase, f64)>), Error> {
+    ) -> Result<Returned<P>, Error> {
         let Coordinator { control, config } = self;
         let _run = run_span(&config, rows);
         let mut log =
@@ -129,7 +144,7 @@ impl<'a> Coordinator<'a> {
             MachineError::Transport(error) => error.into(),
             MachineError::Start(error) => error.into(),
         })?;
-        Ok((shares, log.seconds))
+        Ok(Returned { shares, seconds: log.seconds })
     }
 }
 

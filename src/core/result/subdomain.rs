@@ -193,8 +193,8 @@ mod tests {
     #[test]
     fn arrays_that_do_not_fit_are_refused() {
         let spoilt: [fn(&mut PieceRows); 5] = [
-            |piece| drop(piece.ids.pop()),
-            |piece| drop(piece.places.coordinates.pop()),
+            |piece| piece.ids.push(3),
+            |piece| piece.places.coordinates.push(0.5),
             |piece| piece.places.owners[0] = 2,
             |piece| piece.rows[0] = 4,
             |piece| piece.seam[0].rank = 3,

@@ -17,7 +17,7 @@ use septet_workers::share::{Loaded, Share};
 use septet_workers::transport::process::OneProcess;
 
 use crate::config::{Config, ConfigError, Keep, Workers};
-use crate::coordinator::{Coordinator, Plan, incomplete, unbalanced};
+use crate::coordinator::{Coordinator, Held, Plan, incomplete, unbalanced};
 use crate::error::Error;
 use crate::input::Whole;
 use crate::result::run::{Accounting, Run};
@@ -119,9 +119,9 @@ fn run<P: Point>(
     let source = OwnRows { input, workers: placement.workers_of(transport.process()) };
     let coordinator = Coordinator::new(&config.control, Arc::new(settings.machine.clone()));
     let mut process = OneProcess { transport, placement, threads: config.machine.threads };
-    let rows = (&source as &dyn Source<P>, input.points.len() as u64);
-    let (shares, _) = coordinator.shares(&mut process, rows, &Plan::new())?;
-    finish(shares, &settings, placement)
+    let held = Held { source: &source, rows: input.points.len() as u64 };
+    let returned = coordinator.shares(&mut process, held, &Plan::new())?;
+    finish(returned.shares, &settings, placement)
 }
 
 /// Checks the configuration and the points of this process. Returns the places of the ranks.

@@ -127,9 +127,8 @@ impl<P: Point> Body<P> {
     pub fn defect(&self, ranks: u32) -> Option<&'static str> {
         let corners = P::DIM + 1;
         match self {
-            Body::Move(points) => points.defect_in_transit(ranks),
             Body::Survey(survey) => survey.defect(),
-            Body::Candidates(points) => points.defect_in_transit(ranks),
+            Body::Move(points) | Body::Candidates(points) => points.defect_in_transit(ranks),
             Body::Repeated { keys, first } => unless(keys.len() == first.len(), COLUMNS),
             Body::Start { population, frame } => of_counts(&[population.count])
                 .or_else(|| unless(frame.len() <= corners, COUNT))
