@@ -73,6 +73,79 @@ pub fn independent<C: Coordinates>(
     septet_core::independent(places, sizes, fixed, &options.config())
 }
 
+/// Triangulations by several processes, each of which holds a part of the points.
+///
+/// Every process of a program, for example every rank of an MPI code, calls [`triangulate`](distributed::triangulate) with
+/// its own points. The points move to workers that share them in equal parts, so a process gets the cells of another part of
+/// the space than its points occupy. No process ever holds all points. The union of the parts of all processes has the cells
+/// that [`triangulate`](crate::triangulate) computes from all points.
+///
+/// The transport connects the processes. [`channels`](distributed::channels) connects threads of one program. For other
+/// connections, implement [`Transport`](distributed::Transport) and
+/// [`ProcessTransport`](distributed::ProcessTransport).
+///
+/// ```
+/// use septet::distributed::{DistributedOptions, channels, triangulate};
+///
+/// // Two processes, with the lower and the upper corners of a cube.
+/// let corner = |i: u32, z: f64| [f64::from(i & 1), f64::from(i >> 1), z];
+/// let parts = std::thread::scope(|scope| {
+///     let start = |(mut transport, (z, first_id))| {
+///         scope.spawn(move || {
+///             let points: Vec<[f64; 3]> = (0..4).map(|i| corner(i, z)).collect();
+///             triangulate(&mut transport, &points, first_id, &DistributedOptions::default())
+///         })
+///     };
+///     let inputs = [(0.0, 0), (1.0, 4)];
+///     let threads: Vec<_> = channels::<[f64; 3]>(2).into_iter().zip(inputs).map(start).collect();
+///     threads.into_iter().map(|thread| thread.join().expect("no panic")).collect::<Result<Vec<_>, _>>()
+/// })?;
+/// let cells: usize = parts.iter().flat_map(|part| &part.subdomains).map(|s| s.cell_count()).sum();
+/// assert_eq!((cells as u64, parts[0].hull_facets), (parts[0].cells, 12));
+/// # Ok::<(), septet::Error>(())
+/// ```
+pub mod distributed {
+    use septet_core::Error;
+    #[doc(inline)]
+    pub use septet_core::options::DistributedOptions;
+    #[doc(inline)]
+    pub use septet_core::result::subdomain::{Neighbour, Part, Subdomain};
+    #[doc(inline)]
+    pub use septet_core::run::distributed::ProcessPoint;
+    #[doc(inline)]
+    pub use septet_protocol::message::Message;
+    #[doc(inline)]
+    pub use septet_protocol::transport::{Delivery, HostState, Placement, ProcessTransport, Transport};
+
+    /// Computes the Delaunay triangulation of the points of all processes, and returns the part of this process. The call is
+    /// collective: every process calls it once, with equal `options`.
+    ///
+    /// The input indices of `points` are `first_id`, `first_id + 1`, and so on. Points of different processes must have
+    /// different indices. If there are more points than indices between the smallest and the largest, the run fails. Other
+    /// repeated indices are not always detected. Among coincident points, the point with the smallest index is a vertex.
+    /// Processes may have different numbers of points, and a process may have no points.
+    ///
+    /// # Errors
+    /// See [`Error`]. If a process fails, all processes return the same error. Two exceptions remain: only the process
+    /// that was cancelled returns [`Error::Interrupted`], and processes with different options may return different errors.
+    /// After an error, the transport cannot be used again.
+    pub fn triangulate<C: ProcessPoint>(
+        transport: &mut dyn ProcessTransport<C::Point>,
+        points: &[C],
+        first_id: u64,
+        options: &DistributedOptions,
+    ) -> Result<Part, Error> {
+        let config = options.config(transport.processes());
+        septet_core::run::distributed::triangulate(transport, points, first_id, &config)
+    }
+
+    /// Returns transports between threads of one program, one for each process of a run. If a transport is dropped during a
+    /// run, the run ends with an error on all processes.
+    pub fn channels<C: ProcessPoint>(processes: u32) -> Vec<impl ProcessTransport<C::Point> + Send> {
+        septet_core::channels::<C::Point>(processes)
+    }
+}
+
 /// The groups of options that make up the option sets.
 pub mod options {
     #[doc(inline)]

@@ -83,8 +83,8 @@ fn the_commands_of_readme_run() {
 }
 
 /// The programs in tests/examples.
-const EXAMPLES: [&str; 7] =
-    ["triangulate", "neighbours", "voronoi_volumes", "verify", "counts", "trace", "mesh"];
+const EXAMPLES: [&str; 8] =
+    ["triangulate", "neighbours", "voronoi_volumes", "verify", "counts", "trace", "mesh", "distributed"];
 
 #[test]
 fn the_examples_run() {

@@ -185,6 +185,7 @@ impl From<septet_core::Error> for Failure {
             Error::Config(error) => error.into(),
             Error::Points(error) => Failure::new(Code::Input, error.to_string()),
             Error::Sites(error) => Failure::new(Code::Input, error.to_string()),
+            Error::Indices { .. } => Failure::new(Code::Input, error.to_string()),
             Error::Memory { forecast, limit, points } => Failure::new(
                 Code::Limit,
                 format!(

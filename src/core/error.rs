@@ -24,6 +24,19 @@ pub enum Error {
     /// The sites have no conflict graph.
     #[error(transparent)]
     Sites(#[from] SiteError),
+    /// Points of different processes have the same input index.
+    #[error(
+        "{rows} points have input indices between {first} and {last}, so some have the same index: pass each process \
+         a first index beyond the indices of the others"
+    )]
+    Indices {
+        /// Number of points of all processes.
+        rows: u64,
+        /// The smallest input index.
+        first: u64,
+        /// The largest input index.
+        last: u64,
+    },
     /// The memory forecast exceeds the limit.
     #[error(
         "about {forecast} bytes would be needed for {points} points, more than the limit of {limit}: use more \

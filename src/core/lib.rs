@@ -30,4 +30,5 @@ pub use run::independent::{IndependentRun, independent};
 pub use run::{Accounting, Run, SetMember, Settled, Start, TrafficTotal, run_on, simulate, triangulate};
 pub use septet_workers::host::{Host, Job, Unwatched, Watch, serve};
 pub use septet_workers::share::Share;
+pub use septet_workers::transport::process::channels;
 pub use septet_workers::transport::{Machine, MachineError, OneHost};

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use crate::config::{Config, Correction, Partition, SeparatorSets};
+use crate::config::{Config, Correction, DEFAULT_SEED, Partition, SeparatorSets, Workers};
 pub use crate::config::{Constants, Control, Graph, Keep, Machine, Planted, Transport};
 use crate::mesh::field::SizeField;
 use crate::mesh::{Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, MeshRequest, SingularityRequest};
@@ -116,6 +116,64 @@ impl SimulateOptions {
             control: self.control.clone(),
             planted: self.planted,
             until: None,
+        }
+    }
+}
+
+/// Options of `distributed::triangulate`. All processes of a run must have equal options, except for the threads, the limit
+/// of the memory, and the control.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct DistributedOptions {
+    /// Number of workers of all processes, at least one for each process; by default, one for each process.
+    pub workers: Option<u32>,
+    /// Number of threads on which this process runs its workers; 1 by default.
+    pub threads: usize,
+    /// Seed of every random draw.
+    pub seed: u64,
+    /// Largest memory forecast that this process accepts, in bytes.
+    pub max_memory: Option<u64>,
+    /// The rule that divides the points among workers.
+    pub partition: Partition,
+    /// Whether points that are not finite are dropped and counted; otherwise they are an error.
+    pub skip_invalid: bool,
+    /// Progress and cancellation.
+    pub control: Control,
+    #[doc(hidden)]
+    pub planted: Planted,
+}
+
+impl Default for DistributedOptions {
+    fn default() -> Self {
+        DistributedOptions {
+            workers: None,
+            threads: 1,
+            seed: DEFAULT_SEED,
+            max_memory: None,
+            partition: Partition::default(),
+            skip_invalid: false,
+            control: Control::default(),
+            planted: Planted::default(),
+        }
+    }
+}
+
+impl DistributedOptions {
+    /// Returns the configuration of a run on this number of processes.
+    pub fn config(&self, processes: u32) -> Config {
+        let machine = Machine::default().with(|machine| {
+            machine.workers = Workers::Count(self.workers.unwrap_or(processes));
+            machine.threads = self.threads;
+            machine.seed = self.seed;
+            machine.max_memory = self.max_memory;
+        });
+        Config {
+            machine,
+            partition: self.partition,
+            skip_invalid: self.skip_invalid,
+            control: self.control.clone(),
+            planted: self.planted,
+            ..Config::default()
         }
     }
 }

@@ -8,7 +8,7 @@ use septet_core::generate::Kind;
 use septet_core::{Config, Run, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_lab::assert_counts;
-use septet_protocol::ids::COORDINATOR;
+use septet_protocol::ids::{COORDINATOR, Phase};
 use septet_protocol::ledger::LinkKey;
 
 const LEAF: u64 = 60;
@@ -128,6 +128,22 @@ fn the_bytes_of_the_coordinator_do_not_grow_with_the_points() {
         for (few, many) in bytes[0].iter().flatten().zip(bytes[1].iter().flatten()) {
             assert!(*many <= bound && *many as f64 <= 1.05 * *few as f64 + 1000.0, "{few}, {many}");
         }
+    }
+}
+
+/// The totals go up and down the tree of all ranks. Before them, `triangulate` pairs the facets between workers.
+#[test]
+fn totals_take_two_rounds_for_each_level_of_ranks() {
+    let points = plane(Kind::Uniform, 600, 8);
+    for (workers, height) in [(1, 1), (8, 1), (40, 2)] {
+        let config = simulated(Workers::Count(workers), 4, LEAF);
+        let runs = [simulate(&points, &config), triangulate(&points, &config)].map(Result::unwrap);
+        let rounds = runs.map(|run| {
+            let collect = run.ledger.phases.iter().find(|phase| phase.phase == Phase::Collect);
+            collect.map_or(0, |phase| phase.rounds)
+        });
+        let facets = if workers > 1 { 2 } else { 0 };
+        assert_eq!(rounds, [2 * height, 2 * height + facets], "{workers} workers");
     }
 }
 

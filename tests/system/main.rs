@@ -16,6 +16,8 @@ mod constants;
 
 mod degenerate;
 
+mod distributed;
+
 mod equality;
 
 mod exclusive;

@@ -85,6 +85,23 @@ pub enum ConfigError {
     /// Great circles are given for a partition by planes.
     #[error("--tries has no effect with --partition kd, which draws no great circles: leave one of them out")]
     TriesOfPlanes,
+    /// A process would have no worker.
+    #[error(
+        "{workers} workers are too few for {processes} processes: use at least one worker for each process \
+         (workers = {processes})"
+    )]
+    TooFewWorkers {
+        /// The number of workers in the configuration.
+        workers: u32,
+        /// The number of processes.
+        processes: u32,
+    },
+    /// An output needs all ranks in one process.
+    #[error("{output} needs all points in one process: leave it out, or use `triangulate` on one process")]
+    NotDistributed {
+        /// The output.
+        output: &'static str,
+    },
     /// The leaf size is zero.
     #[error("a leaf holds at least one point (--leaf 1)")]
     EmptyLeaf,

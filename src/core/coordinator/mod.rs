@@ -11,6 +11,7 @@ use septet_protocol::ledger::LedgerPart;
 use septet_protocol::transport::TransportError;
 use septet_workers::config::WorkerConfig;
 use septet_workers::host::{Job, Watch};
+use septet_workers::input::Source;
 use septet_workers::profile::{phase_span, run_span};
 use septet_workers::share::{Certificate, Choice, Share, merged_ledger};
 use septet_workers::transport::{Machine, MachineError};
@@ -55,9 +56,13 @@ impl<P> Collected<P> {
             Err(Error::Points(_)) if ledger.balance != 0 => return Err(unbalanced()),
             input => input?,
         };
-        let Some(first) = shares.first_mut().filter(|share| share.rank == COORDINATOR) else {
+        let Some(first) = shares.first().filter(|share| share.rank == COORDINATOR) else {
             return Err(incomplete("the share of the coordinator is missing".to_string()));
         };
+        if shares.iter().any(|share| share.certified.totals != first.certified.totals) {
+            return Err(incomplete("the ranks have different totals of the run".to_string()));
+        }
+        let first = &mut shares[0];
         let certified = std::mem::take(&mut first.certified);
         let choice = std::mem::take(&mut first.choice);
         Ok(Collected { input, shares, ledger, certified, choice, seconds })
@@ -72,8 +77,25 @@ impl<P> Collected<P> {
     }
 }
 
-fn unbalanced() -> Error {
+/// Returns the error for messages that changed or vanished.
+pub(crate) fn unbalanced() -> Error {
     incomplete("the messages that the ranks received are not those that were sent".to_string())
+}
+
+/// The rows of this process.
+pub(crate) struct Held<'a, P> {
+    /// The source of the rows.
+    pub(crate) source: &'a dyn Source<P>,
+    /// Number of rows.
+    pub(crate) rows: u64,
+}
+
+/// The shares that a machine returned, with measured times.
+pub(crate) struct Returned<P> {
+    /// The shares of the ranks of this process.
+    pub(crate) shares: Vec<Share<P>>,
+    /// Wall-clock seconds of each phase, in order.
+    seconds: Vec<(Phase, f64)>,
 }
 
 /// A run of a machine, as its caller observes it.
@@ -94,17 +116,30 @@ impl<'a> Coordinator<'a> {
         input: Whole<'_, P>,
         plan: &Plan,
     ) -> Result<Collected<P>, Error> {
+        let config = self.config.clone();
+        let rows = input.positions.len() as u64;
+        let Returned { shares, seconds } = self.shares(machine, Held { source: &input, rows }, plan)?;
+        Collected::of(shares, &config, seconds)
+    }
+
+    /// Runs the ranks of this process until the machine stops, and measures the phases.
+    pub(crate) fn shares<P: Point>(
+        self,
+        machine: &mut dyn Machine<P>,
+        Held { source, rows }: Held<'_, P>,
+        plan: &Plan,
+    ) -> Result<Returned<P>, Error> {
         let Coordinator { control, config } = self;
-        let _run = run_span(&config, input.positions.len() as u64);
+        let _run = run_span(&config, rows);
         let mut log =
             PhaseLog { control, run: config.run, span: None, started: Instant::now(), seconds: Vec::new() };
-        let job = Job { config, source: &input, plan };
+        let job = Job { config, source, plan };
         let shares = machine.run(&job, &mut log).map_err(|error| match error {
             MachineError::Transport(TransportError::Stopped) if control.is_cancelled() => Error::Interrupted,
             MachineError::Transport(error) => error.into(),
             MachineError::Start(error) => error.into(),
         })?;
-        Collected::of(shares, &job.config, log.seconds)
+        Ok(Returned { shares, seconds: log.seconds })
     }
 }
 

@@ -7,4 +7,5 @@ pub mod pieces;
 pub(crate) mod point_owner;
 pub mod refutation;
 pub mod run;
+pub mod subdomain;
 pub mod view;

@@ -120,7 +120,10 @@ mod tests {
         let loose = [(3, first), (7, second)].map(|(rank, (ids, neighbours, across))| {
             let rows = [0, 1, 2].into_iter().chain(neighbours).collect();
             let (ids, seam) = (ids.to_vec(), vec![across]);
-            (rank, PieceRows { leaf: 1, ids, rows, open: vec![0], seam, hull_facets: 2 })
+            (
+                rank,
+                PieceRows { leaf: 1, ids, rows, open: vec![0], seam, hull_facets: 2, ..PieceRows::default() },
+            )
         });
         Pieces::join(3, loose.into(), hull_facets)
     }

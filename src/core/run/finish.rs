@@ -2,17 +2,14 @@
 
 use std::time::{Duration, Instant};
 
-use rayon::prelude::*;
 use septet_geometry::point::Point;
-use septet_protocol::checksum::row_hash;
 use septet_protocol::ids::{Phase, Rank};
 use septet_protocol::ledger::Ledger;
-use septet_protocol::message::ViewPart;
+use septet_protocol::message::{PointSum, Totals, ViewPart};
 use septet_workers::config::WorkerConfig;
 use septet_workers::share::{PieceRows, Share};
-use septet_workers::state::rows::{cells_hash, piece_hash};
 
-use crate::coordinator::Collected;
+use crate::coordinator::{Collected, unbalanced};
 use crate::error::{Error, Refutation, incomplete};
 use crate::input::Prepared;
 use crate::result::canonical::{Export, OwnedRows, Store};
@@ -53,60 +50,36 @@ fn empty(space: usize, input: &Prepared, settled: Settled) -> Run {
     Run::empty(space, input.dimension, input.accounting.clone(), settled)
 }
 
-/// Returns the reasons against the certificate, if there are any.
+/// Returns the reasons against the certificate, if there are any. All processes of a run have the same totals, and come to
+/// the same decision.
 ///
 /// # Errors
-/// Fails if cells are missing, or if the cells are not those of the certificate.
-pub(crate) fn certify<P: Point>(collected: &Collected<P>) -> Result<Option<Refutation>, Error> {
-    let merged = &collected.certified.merged;
-    let population = collected.input.population;
-    let passed = merged.is_certified(population);
-    let entries = |share: &Share<P>| {
-        share.cells.rows.len() + share.piece.as_ref().map_or(0, |piece| piece.rows.len() / 2)
-    };
-    let rows = (collected.shares.iter().map(entries).sum::<usize>() / (P::DIM + 1)) as u64;
+/// Fails if cells are missing, if the cells are not those of the certificate, or if the messages do not balance.
+pub(crate) fn certify(totals: &Totals, points: PointSum, counted: bool) -> Result<Option<Refutation>, Error> {
+    let Totals { merged, cells, cell_hash, hull_facets, balance, .. } = totals;
+    let passed = merged.is_certified(points);
     // Shares have no cells if stars disagree.
     let expected = if passed { merged.cells } else { 0 };
-    if rows != expected {
+    if *cells != expected {
         return Err(incomplete(format!(
-            "the shares contain {rows} cells, but the certificate counts {expected}"
+            "the shares contain {cells} cells, but the certificate counts {expected}"
         )));
     }
-    if passed && merged.cell_hash != cell_hash(&collected.shares) {
+    // Rows of ids have no adjacency, and therefore no hull facets.
+    if passed && (merged.cell_hash != *cell_hash || !counted && merged.hull_facets != *hull_facets) {
         return Err(incomplete("the cells of the shares are not those of the certificate".to_string()));
     }
-    if passed {
-        collected.check_balance()?;
+    if passed && *balance != 0 {
+        return Err(unbalanced());
     }
     let refutation = Refutation {
         disagreements: merged.disagreements,
         minima: merged.minima,
         stars: merged.stars,
-        points: population.count,
-        foreign: merged.point_hash != population.hash,
+        points: points.count,
+        foreign: merged.point_hash != points.hash,
     };
     Ok((!passed).then_some(refutation))
-}
-
-/// Number of cells that one core hashes in turn.
-const CELLS: usize = 1 << 14;
-
-/// Returns the sum of the hashes of the cells of all shares.
-fn cell_hash<P: Point>(shares: &[Share<P>]) -> u64 {
-    let corners = P::DIM + 1;
-    let of_piece = |rank: Rank, piece: &PieceRows| {
-        let parts = piece.rows.par_chunks(2 * corners * CELLS).map(|rows| cells_hash(rows, corners));
-        piece_hash(rank, parts.reduce(|| 0, u64::wrapping_add), &piece.ids)
-    };
-    let of_rows = |rows: &[u64]| {
-        let rows = rows.par_chunks_exact(corners).with_min_len(CELLS);
-        rows.map(row_hash).reduce(|| 0, u64::wrapping_add)
-    };
-    let of_share = |share: &Share<P>| {
-        let piece = share.piece.as_ref().map_or(0, |piece| of_piece(share.rank, piece));
-        piece.wrapping_add(of_rows(&share.cells.rows))
-    };
-    shares.par_iter().map(of_share).reduce(|| 0, u64::wrapping_add)
 }
 
 /// Orders the charges that the ranks recorded, if the run keeps them.
@@ -137,7 +110,7 @@ pub(crate) fn finish<P: Point>(
     let Collected { input, mut shares, ledger, certified, choice, seconds: phase_seconds } = collected;
     let population = input.population.count;
     let machine = &settings.machine;
-    let merged = certified.merged;
+    let merged = certified.totals.merged;
     let with_owner = machine.shown.with_leaves;
     let (store, untimed) = if machine.counted {
         // The measured time ends before the cells are collected as rows.

@@ -1,6 +1,7 @@
 //! A run: from points and a configuration to a certified triangulation and its counts.
 
 pub mod count;
+pub mod distributed;
 mod finish;
 pub mod independent;
 pub mod memory;

@@ -215,6 +215,7 @@ fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfi
         with_sets: config.keep.sets && counted,
         with_leaves: config.keep.owner,
         with_owned: config.keep.point_owner && whole && !independent,
+        with_places: false,
         view: if whole { config.keep.view.min(MOST_POINTS) } else { 0 },
     };
     WorkerConfig {

@@ -73,7 +73,11 @@ pub fn run_on<P: Point>(
         collected.check_balance()?;
         return refusal.map(|()| flat_result(P::DIM, &collected.input, &settings, call));
     }
-    let refutation = certify(&collected)?;
+    let refutation = certify(&collected.certified.totals, collected.input.population, counted)?;
+    if refutation.is_none() {
+        // The totals and their messages.
+        collected.check_balance()?;
+    }
     let plan = settings.planning;
     let run = finish(collected, &settings, &times)?;
     let costs = cost_trace(&settings.machine)?;

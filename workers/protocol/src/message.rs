@@ -17,7 +17,7 @@ use crate::ids::{NodeId, Rank};
 use crate::outcome::Outcome;
 
 pub use input::{RefusedRow, Survey};
-pub use merged::{Merged, PointSum};
+pub use merged::{Merged, PointSum, Totals};
 pub use queries::{QueryBatch, ReplyBatch};
 pub use split::{Child, Decision, Route, RouteBatch};
 pub use typed::{ChosenSupergraph, Fingerprint, SampleStars, SetCounts, SetDecision};
@@ -447,6 +447,8 @@ pub enum Body<P> {
         /// The routes of each of these members to both children; empty unless split.
         routes: RouteBatch,
     },
+    /// Up and down the tree of all ranks: the totals of the ranks below, then of all ranks.
+    Totals(Box<Totals>),
 }
 
 impl<P: Copy> Body<P> {

@@ -5,8 +5,10 @@
 //! host when all hosts have called it, with the messages to the host's ranks and the state of the machine. If a host has
 //! failed or was interrupted, the call returns that error on every host.
 //!
-//! An implementation over MPI needs hosts of one rank, byte buffers ([`crate::message::Message::encode`]), one sparse
-//! exchange (NBX, or counts by all-to-all) and an all-reduce of the states.
+//! A [`ProcessTransport`] connects processes, each of which is one host. An implementation over MPI needs byte buffers
+//! ([`crate::message::Message::encode`]), one sparse exchange (NBX, or counts by all-to-all) and an all-reduce of the states.
+
+use std::ops::Range;
 
 use bincode::{Decode, Encode};
 use thiserror::Error;
@@ -92,4 +94,74 @@ pub trait Transport<P> {
     /// Fails if the state of this host or of another is an error, or if the transport failed. The machine has then
     /// ended.
     fn exchange(&mut self, outbox: Vec<Message<P>>, state: HostState) -> Result<Delivery<P>, TransportError>;
+}
+
+/// The processes of the ranks of a run. Each process runs a range of workers, and process 0 also runs the coordinator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Placement {
+    workers: u32,
+    processes: u32,
+}
+
+impl Placement {
+    /// Places the workers on the processes in equal shares. Returns `None` if a process would have no worker, or if there
+    /// are no processes.
+    pub fn new(workers: u32, processes: u32) -> Option<Self> {
+        (processes > 0 && workers >= processes).then_some(Placement { workers, processes })
+    }
+
+    /// Returns the process that runs a rank.
+    pub fn process_of(self, rank: Rank) -> u32 {
+        let worker = u64::from(rank.saturating_sub(1));
+        (worker * u64::from(self.processes) / u64::from(self.workers)) as u32
+    }
+
+    /// Returns `true` if a worker has this rank.
+    pub fn has_worker(self, rank: Rank) -> bool {
+        (1..=self.workers).contains(&rank)
+    }
+
+    /// Returns the ranks of the workers that a process runs.
+    pub fn workers_of(self, process: u32) -> Range<Rank> {
+        let first = |process: u64| {
+            1 + (process * u64::from(self.workers)).div_ceil(u64::from(self.processes)) as Rank
+        };
+        first(u64::from(process))..first(u64::from(process) + 1)
+    }
+}
+
+/// A transport between processes. Each process is one host, which runs the ranks of its place.
+pub trait ProcessTransport<P>: Transport<P> {
+    /// Returns the number of this process, counted from 0.
+    fn process(&self) -> u32;
+
+    /// Returns the number of processes.
+    fn processes(&self) -> u32;
+
+    /// Begins a run. [`Placement::process_of`] then gives the process that receives a message.
+    fn begin(&mut self, placement: Placement);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_rank_has_one_process() {
+        for (workers, processes) in
+            [(1, 1), (5, 1), (5, 5), (7, 3), (8, 5), (1 << 20, 1000), (1 << 20, 1 << 20)]
+        {
+            let placement = Placement::new(workers, processes).unwrap();
+            assert_eq!(placement.process_of(0), 0);
+            let mut next = 1;
+            for process in 0..processes {
+                let ranks = placement.workers_of(process);
+                assert!(ranks.start == next && !ranks.is_empty(), "{workers} {processes} {process}");
+                assert!([ranks.start, ranks.end - 1].map(|r| placement.process_of(r)) == [process; 2]);
+                next = ranks.end;
+            }
+            assert_eq!(next, workers + 1);
+        }
+        assert_eq!([(3, 4), (3, 0), (0, 0)].map(|(w, p)| Placement::new(w, p)), [None; 3]);
+    }
 }

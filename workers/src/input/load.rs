@@ -81,7 +81,9 @@ pub(crate) async fn load<P: Point>(
         return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
     }
     let mut loaded = Loaded { survey, dimension: -1, ..Loaded::default() };
-    let Ok(exponent) = survey.exponent(cx.config().task.skips_invalid()) else {
+    let exponent =
+        survey.exponent(cx.config().task.skips_invalid()).ok().filter(|_| !survey.repeats_numbers());
+    let Some(exponent) = exponent else {
         let (frame, block) = (PointBatch::default(), PointBatch::default());
         return Ok(Input { loaded, frame, block, is_ready: false });
     };

@@ -59,6 +59,8 @@ fn surveyed<P: Point>(first: u64, points: &[P], exactly: bool) -> Survey {
     if let Some(digits) = bound.filter(|digits| digits.fits()) {
         return Survey {
             rows: points.len() as u64,
+            first,
+            last: first + (points.len() as u64).saturating_sub(1),
             negative_zeros,
             digits: digits.ends(),
             ..Survey::default()
@@ -76,7 +78,8 @@ fn negative_zeros<P: Point>(points: &[P]) -> u64 {
 
 /// Surveys one row exactly, except for negative zeros.
 fn of_row<P: Point>(row: u64, x: &P) -> Survey {
-    let mut survey = Survey { rows: 1, lowest_row: row, highest_row: row, ..Survey::default() };
+    let mut survey =
+        Survey { rows: 1, first: row, last: row, lowest_row: row, highest_row: row, ..Survey::default() };
     match Digits::of(std::slice::from_ref(x)) {
         Some(digits) => survey.digits = digits.ends(),
         None => {

@@ -141,6 +141,11 @@ impl<P: Point> Context<P> {
         self.config.cost_log.file(self.rank, std::mem::take(&mut self.charges));
     }
 
+    /// Returns the sum of the hashes of the messages that the rank has sent, minus that of the messages it has received.
+    pub(crate) fn balance(&self) -> u64 {
+        self.ledger.balance
+    }
+
     /// Takes the ledger of the rank.
     pub(crate) fn take_ledger(&mut self) -> LedgerPart {
         std::mem::take(&mut self.ledger)

@@ -136,7 +136,7 @@ fn every_phase_works_with_points_on_rank_0<P: Point>() {
             let gathers = name == "gathered";
             let shares = run_everyone(config, &points);
             let share = &shares[0];
-            let merged = share.certified.merged;
+            let merged = share.certified.totals.merged;
             assert_eq!((merged.stars, merged.disagreements, merged.minima), (600, 0, 1), "{name}, {workers}");
             assert_eq!(shares.len() as u32, ranks, "{name}, {workers}");
             assert_eq!(share.certified.fallback.is_some(), gathers, "{name}, {workers}");

@@ -1,6 +1,7 @@
 //! Builds the share of a rank: its cells, its data for pictures and its ledger. The share stays with the rank.
 //!
-//! **Rounds.** None for `simulate`. Two for `triangulate`, for the facets between pieces (`result::facets`).
+//! **Rounds.** Two for `triangulate`, for the facets between pieces (`result::facets`), and those of the totals
+//! (`result::totals`).
 
 use septet_geometry::point::{Point, Simplex};
 use septet_protocol::ids::{NodeId, Phase};
@@ -10,8 +11,9 @@ use crate::machine::context::Context;
 use crate::result::certified::Certified;
 use crate::result::facets::{count_hull, pair_facets, send_facets, store_neighbours};
 use crate::result::merge::{Instance, OwnedCells, Results, classify};
+use crate::result::totals::totals;
 use crate::result::view::view_part;
-use crate::share::{CellRows, PieceRows, Share};
+use crate::share::{CellRows, PieceRows, Places, Share};
 use crate::stars::owned::{Stars, StarsView};
 use crate::state::bits::ones;
 use crate::state::cells::finite_cell;
@@ -61,7 +63,8 @@ pub(crate) async fn collect_cells<P: Point>(
     collect(cx, share).await
 }
 
-/// Ends the run of a rank: pairs the facets between pieces, adds the ledger to the share, and files the record of charges.
+/// Ends the run of a rank: pairs the facets between pieces, adds the totals of all ranks and the ledger to the share, and
+/// files the record of charges.
 async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<Share<P>, TransportError> {
     while cx.exchange().await? {
         pair_facets(cx)?;
@@ -70,6 +73,7 @@ async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<S
     if let Some(piece) = &mut share.piece {
         count_hull(cx, piece)?;
     }
+    share.certified.totals = totals(cx, &share).await?;
     if let Some(fault) = cx.config().fault {
         fault.distort_worker(cx.ledger_mut());
     }
@@ -141,7 +145,14 @@ fn piece<P: Point>(
     send_facets(cx, &table, &cells);
     let (rows, open) = cells.into_parts();
     let leaf = subdomain.leaves().first().map_or(NodeId::ROOT, Leaf::id).0;
-    PieceRows { leaf, ids: table.into_ids(), rows, open, ..PieceRows::default() }
+    let places = if cx.config().shown.with_places { places(&table) } else { Places::default() };
+    PieceRows { leaf, ids: table.into_ids(), rows, open, places, ..PieceRows::default() }
+}
+
+/// Returns the places of all points of a rank.
+fn places<P: Point>(table: &Table<P>) -> Places {
+    let coordinates = bytemuck::cast_slice(table.positions()).to_vec();
+    Places { coordinates, owners: table.owners().to_vec() }
 }
 
 /// Returns the cells that belong to this rank, from links. Matches facets to find neighbours. A facet without a match

@@ -5,4 +5,5 @@ pub mod collect;
 mod decision;
 mod facets;
 pub mod merge;
+mod totals;
 pub mod view;

@@ -3,14 +3,14 @@
 use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::Rank;
 use septet_protocol::ledger::LedgerPart;
-use septet_protocol::message::{Merged, ViewPart};
+use septet_protocol::message::{Merged, Totals, ViewPart};
 
 use crate::config::Fault;
 use crate::input::Loaded;
 
 /// The cells of a subdomain triangulation with their adjacency. A cell belongs to the rank that owns its
 /// lexicographically smallest vertex.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct PieceRows {
     /// The node of the tree that the rank holds.
     pub leaf: u64,
@@ -26,6 +26,17 @@ pub struct PieceRows {
     pub seam: Vec<Seam>,
     /// Number of facets on the hull.
     pub hull_facets: u64,
+    /// The places of the vertices, if the run keeps them.
+    pub places: Places,
+}
+
+/// The places of the vertices of a piece. The points that the rank owns come first.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Places {
+    /// Coordinates on the machine, `d` per vertex.
+    pub coordinates: Vec<f64>,
+    /// The rank that owns each vertex.
+    pub owners: Vec<Rank>,
 }
 
 /// A cell of another rank.
@@ -58,16 +69,17 @@ pub struct Selected {
 /// The last certificate.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Certificate {
-    /// The merged result of all workers. Its rounds of exchange are the sum over all passes.
-    pub merged: Merged,
+    /// The totals of all ranks. Rounds of exchange in the merged result are the sum over all passes. Before the end of a
+    /// run, only the coordinator has the merged result, and the other totals are zero.
+    pub totals: Totals,
     /// The reason why stars were gathered, and the largest number of gathered points, if there was a gathering.
     pub fallback: Option<(String, u64)>,
 }
 
 impl Certificate {
     pub(crate) fn add(&mut self, merged: Merged) {
-        let exchange_rounds = self.merged.exchange_rounds + merged.exchange_rounds;
-        self.merged = Merged { exchange_rounds, ..merged };
+        let exchange_rounds = self.totals.merged.exchange_rounds + merged.exchange_rounds;
+        self.totals.merged = Merged { exchange_rounds, ..merged };
     }
 
     pub(crate) fn note_gathered(&mut self, reason: &str, points: u64) {
@@ -85,8 +97,8 @@ pub struct Choice {
     pub why: Option<String>,
 }
 
-/// The results that a rank has at the end of a run. They stay with the rank. The certificate and the choice are complete
-/// on the coordinator only.
+/// The results that a rank has at the end of a run. They stay with the rank. Only the coordinator has the reasons in the
+/// certificate and in the choice.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Share<P> {
     /// The rank.

@@ -7,6 +7,7 @@ use septet_geometry::range::Digits;
 
 use super::{
     Body, Child, Decision, Merged, PointBatch, Route, RouteBatch, SampleStars, SetCounts, Summary, Survey,
+    Totals,
 };
 use crate::ids::Rank;
 
@@ -64,6 +65,12 @@ impl Merged {
             stars, cells, hull_facets, minima, disagreements, repaired, local, exchange_rounds, ..
         } = *self;
         of_counts(&[stars, cells, hull_facets, minima, disagreements, repaired, local, exchange_rounds])
+    }
+}
+
+impl Totals {
+    fn defect(&self) -> Option<&'static str> {
+        self.merged.defect().or_else(|| of_counts(&[self.cells, self.hull_facets, self.left_out]))
     }
 }
 
@@ -154,6 +161,7 @@ impl<P: Point> Body<P> {
                     .or_else(|| of_counts(inside))
                     .or_else(|| of_counts(outside))
             }
+            Body::Totals(totals) => totals.defect(),
             Body::Decision { decision, routes, .. } => {
                 decision.defect(ranks).or_else(|| routes.iter().find_map(|route| route.defect(ranks)))
             }
@@ -356,6 +364,15 @@ mod tests {
             &[
                 change!(Body::Merged(merged) => merged.cells = MOST),
                 change!(Body::Merged(merged) => merged.exchange_rounds = u64::MAX),
+            ],
+        );
+        refuses(
+            &Body::Totals(Box::default()),
+            &[
+                change!(Body::Totals(totals) => totals.merged.stars = MOST),
+                change!(Body::Totals(totals) => totals.cells = MOST),
+                change!(Body::Totals(totals) => totals.hull_facets = u64::MAX),
+                change!(Body::Totals(totals) => totals.left_out = MOST),
             ],
         );
         refuses(

@@ -3,7 +3,7 @@
 use super::Body;
 
 /// The names of all kinds, in the order of [`Body`].
-pub const KINDS: [&str; 40] = [
+pub const KINDS: [&str; 41] = [
     "survey",
     "keys",
     "alike",
@@ -44,6 +44,7 @@ pub const KINDS: [&str; 40] = [
     "across",
     "branch-counts",
     "branch-decision",
+    "totals",
 ];
 
 impl<P> Body<P> {
@@ -90,6 +91,7 @@ impl<P> Body<P> {
             Body::Across { .. } => "across",
             Body::BranchCounts { .. } => "branch-counts",
             Body::BranchDecision { .. } => "branch-decision",
+            Body::Totals(_) => "totals",
         }
     }
 }

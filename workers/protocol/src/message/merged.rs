@@ -54,6 +54,38 @@ impl PointSum {
     }
 }
 
+/// The totals of some ranks at the end of a run, from which every rank decides on the result.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Encode, Decode)]
+pub struct Totals {
+    /// The certificate, which the coordinator contributes.
+    pub merged: Merged,
+    /// Cells in the shares.
+    pub cells: u64,
+    /// The sum of their hashes, in the form of [`Merged::cell_hash`].
+    pub cell_hash: u64,
+    /// Hull facets of the cells with adjacency. Rows of ids have no adjacency.
+    pub hull_facets: u64,
+    /// Rows of the input that are not vertices: refused rows and repeated rows.
+    pub left_out: u64,
+    /// The sum of the hashes of all messages sent, minus that of all messages received, before the totals. Zero if all
+    /// messages of all ranks arrived.
+    pub balance: u64,
+}
+
+impl Totals {
+    /// Returns the totals of two disjoint sets of ranks.
+    #[must_use]
+    pub fn join(mut self, other: Totals) -> Self {
+        self.merged.join(&other.merged);
+        self.cells += other.cells;
+        self.cell_hash = self.cell_hash.wrapping_add(other.cell_hash);
+        self.hull_facets += other.hull_facets;
+        self.left_out += other.left_out;
+        self.balance = self.balance.wrapping_add(other.balance);
+        self
+    }
+}
+
 impl Merged {
     /// Returns `true` if the result of the points of a run fulfils the four clauses of the certificate: the workers own
     /// exactly these points, every point has a star, all stars agree, and exactly one point has no lexicographically

@@ -31,6 +31,7 @@ fn encoded_len_is_exact_and_messages_round_trip() {
             boxes: Bulk(vec![[0.0, 0.0]; 4]),
         },
         Body::Merged(Merged { cells: 4, ..Merged::default() }),
+        Body::Totals(Box::new(Totals { cell_hash: 5, balance: u64::MAX, ..Totals::default() })),
         Body::Outcome(crate::outcome::Outcome::GatherUnresolved),
         Body::Joined(Bulk(vec![7, 1 << 40])),
         Body::Left(Bulk(Vec::new())),

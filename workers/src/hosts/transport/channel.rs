@@ -23,7 +23,7 @@ use crate::hosts::transport::{Machine, MachineError};
 use crate::share::Share;
 
 /// The barrier of all hosts. Hosts share no other data.
-struct Barrier {
+pub(super) struct Barrier {
     state: Mutex<Round>,
     open: Condvar,
     hosts: usize,
@@ -40,8 +40,13 @@ struct Round {
 }
 
 impl Barrier {
+    /// Creates the barrier of this number of hosts.
+    pub(super) fn new(hosts: usize) -> Self {
+        Barrier { state: Mutex::default(), open: Condvar::new(), hosts }
+    }
+
     /// Waits for all hosts. Returns `true` if any of them was active.
-    fn wait(&self, active: bool) -> Result<bool, TransportError> {
+    pub(super) fn wait(&self, active: bool) -> Result<bool, TransportError> {
         let mut round = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(error) = &round.failed {
             return Err(error.clone());
@@ -68,7 +73,7 @@ impl Barrier {
     }
 
     /// Opens the barrier with an error. Returns the first error of the machine.
-    fn fail(&self, error: TransportError) -> TransportError {
+    pub(super) fn fail(&self, error: TransportError) -> TransportError {
         let mut round = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let first = round.failed.get_or_insert(error).clone();
         self.open.notify_all();
@@ -160,7 +165,7 @@ struct Wires<P> {
 impl<P: Point> Wires<P> {
     fn new(ranks: u32, hosts: usize) -> Self {
         let (senders, receivers): (Vec<_>, Vec<_>) = (0..ranks).map(|_| unbounded()).unzip();
-        let barrier = Arc::new(Barrier { state: Mutex::default(), open: Condvar::new(), hosts });
+        let barrier = Arc::new(Barrier::new(hosts));
         Wires { senders: Arc::new(senders), receivers: receivers.into_iter().map(Some).collect(), barrier }
     }
 
@@ -228,7 +233,7 @@ impl<P: Point> Machine<P> for Channels {
 
 /// Creates the threads of a host, which its workers share. If the threads do not divide evenly, the first hosts get
 /// one more thread each.
-fn pool(threads: usize, hosts: usize, host: usize, listener: &Dispatch) -> std::io::Result<Pool> {
+pub(super) fn pool(threads: usize, hosts: usize, host: usize, listener: &Dispatch) -> std::io::Result<Pool> {
     let own = threads / hosts + usize::from(host < threads % hosts);
     if own < 2 {
         return Ok(None);
@@ -249,7 +254,7 @@ mod tests {
 
     /// The ends of a machine of two hosts without ranks.
     fn ends() -> [End<DVec2>; 2] {
-        let barrier = Arc::new(Barrier { state: Mutex::default(), open: Condvar::new(), hosts: 2 });
+        let barrier = Arc::new(Barrier::new(2));
         [(); 2].map(|()| End {
             senders: Arc::default(),
             receivers: Vec::new(),

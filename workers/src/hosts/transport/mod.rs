@@ -1,10 +1,13 @@
-//! Machines: hosts in threads over channels, one host on the thread of the caller, or processes over pipes.
+//! Machines: hosts in threads over channels, one host on the thread of the caller, processes over pipes, or processes that
+//! each call the library.
 
 mod channel;
 
 mod frames;
 
 pub mod pipe;
+
+pub mod process;
 
 mod sim;
 

@@ -43,7 +43,7 @@ fn outcome(kind: TransportKind, fault: Option<Fault>, stop: Stop) -> Result<u64,
     })?;
     let ranks: Vec<_> = shares.iter().map(|share| share.rank).collect();
     assert_eq!(ranks, [0, 1, 2, 3]);
-    Ok(shares[0].certified.merged.stars)
+    Ok(shares[0].certified.totals.merged.stars)
 }
 
 /// A rank that fails or panics, the coordinator too, ends the machine with the same error on every transport.

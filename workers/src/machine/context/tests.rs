@@ -61,7 +61,7 @@ fn record(config: &Arc<WorkerConfig>, points: &Points) -> (Journal, Vec<Vec<Mess
         }
         if ranks.iter().all(Running::is_done) {
             let shares: Vec<_> = ranks.into_iter().filter_map(Running::into_result).collect();
-            let certified = shares[0].certified.merged;
+            let certified = shares[0].certified.totals.merged;
             let stars = if matches!(config.task, Task::Delaunay { .. }) { points.0.len() as u64 } else { 0 };
             assert_eq!((certified.stars, certified.disagreements), (stars, 0));
             assert!(stars > 0 || shares.iter().any(|share| !share.selected.members.is_empty()));

@@ -6,12 +6,12 @@ use septet_geometry::point::Point;
 use septet_protocol::codec::{self, Bulk, CodecError, FRAME_LIMIT};
 use septet_protocol::ids::{NodeId, Rank};
 use septet_protocol::ledger::LedgerPart;
-use septet_protocol::message::ViewPart;
+use septet_protocol::message::{Totals, ViewPart};
 
 use crate::hosts::host::Job;
 use crate::input::{Loaded, Rows, Source};
 use crate::partition::leader::Plan;
-use crate::share::{CellRows, PieceRows, Seam, Selected, Share};
+use crate::share::{CellRows, Certificate, PieceRows, Places, Seam, Selected, Share};
 
 /// The input that the coordinator assigns to a worker: its block, and the plan of the placement.
 pub(super) struct Assigned<P> {
@@ -64,11 +64,13 @@ fn within_limit(bytes: Vec<u8>) -> Result<Vec<u8>, CodecError> {
     if bytes.len() > FRAME_LIMIT { Err(CodecError::TooLong { bytes: bytes.len() }) } else { Ok(bytes) }
 }
 
-/// A piece as it travels: its leaf and hull facets, ids, rows, open cells, and ranks and cells of other pieces.
-type PieceFrame = ((u64, u64), Bulk<u64>, Bulk<u32>, Bulk<u32>, (Bulk<Rank>, Bulk<u32>));
+/// A piece as it travels: its leaf and hull facets, ids, rows, open cells, ranks and cells of other pieces, and
+/// coordinates and owners.
+type PieceFrame =
+    ((u64, u64), Bulk<u64>, Bulk<u32>, Bulk<u32>, (Bulk<Rank>, Bulk<u32>), (Bulk<f64>, Bulk<Rank>));
 
 /// A share as it travels: the ledger, the owned points, the piece, cells and leaves, edges, sets, members and undecided
-/// points, the view, and the refused and repeated rows.
+/// points, the view, the refused and repeated rows, and the totals.
 type ShareFrame<P> = (
     Bulk<u64>,
     Bulk<u64>,
@@ -78,7 +80,7 @@ type ShareFrame<P> = (
     Bulk<[u64; 2]>,
     (Bulk<u64>, Bulk<u64>),
     Option<ViewPart<P>>,
-    (Bulk<u64>, Bulk<[u64; 2]>),
+    (Bulk<u64>, Bulk<[u64; 2]>, Totals),
 );
 
 /// Encodes the share of a worker.
@@ -87,7 +89,8 @@ pub(super) fn share_to_bytes<P: Point>(share: &Share<P>) -> Result<Vec<u8>, Code
     let piece = share.piece.as_ref().map(|p| {
         let (ranks, cells): (Vec<Rank>, Vec<u32>) = p.seam.iter().map(|seam| (seam.rank, seam.cell)).unzip();
         let counts = (p.leaf, p.hull_facets);
-        (counts, bulk(&p.ids), Bulk(p.rows.clone()), Bulk(p.open.clone()), (Bulk(ranks), Bulk(cells)))
+        let places = (Bulk(p.places.coordinates.clone()), Bulk(p.places.owners.clone()));
+        (counts, bulk(&p.ids), Bulk(p.rows.clone()), Bulk(p.open.clone()), (Bulk(ranks), Bulk(cells)), places)
     });
     let frame: ShareFrame<P> = (
         Bulk(share.ledger.to_words()),
@@ -98,19 +101,19 @@ pub(super) fn share_to_bytes<P: Point>(share: &Share<P>) -> Result<Vec<u8>, Code
         Bulk(share.sets.clone()),
         (bulk(&share.selected.members), bulk(&share.selected.undecided)),
         share.view.clone(),
-        (bulk(&share.loaded.refused), Bulk(share.loaded.repeated.clone())),
+        (bulk(&share.loaded.refused), Bulk(share.loaded.repeated.clone()), share.certified.totals),
     );
     within_limit(codec::encode(&frame)?)
 }
 
 /// Decodes the share of a worker.
 pub(super) fn share_from_bytes<P: Point>(rank: Rank, bytes: &[u8]) -> Result<Share<P>, CodecError> {
-    let (words, owned, piece, cells, edges, sets, selected, view, (refused, repeated)): ShareFrame<P> =
-        codec::decode(bytes)?;
+    let (words, owned, piece, cells, edges, sets, selected, view, end): ShareFrame<P> = codec::decode(bytes)?;
     let ledger = LedgerPart::from_words(&words).ok_or(CodecError::Corrupt { what: "the ledger" })?;
-    let piece = piece.map(|((leaf, hull_facets), ids, rows, open, (ranks, cells))| {
+    let piece = piece.map(|((leaf, hull_facets), ids, rows, open, (ranks, cells), places)| {
         let seam = ranks.0.into_iter().zip(cells.0).map(|(rank, cell)| Seam { rank, cell });
-        PieceRows { leaf, ids: ids.0, rows: rows.0, open: open.0, seam: seam.collect(), hull_facets }
+        let places = Places { coordinates: places.0.0, owners: places.1.0 };
+        PieceRows { leaf, ids: ids.0, rows: rows.0, open: open.0, seam: seam.collect(), hull_facets, places }
     });
     let leaves = cells.1.len();
     for (what, fits) in [
@@ -122,6 +125,7 @@ pub(super) fn share_from_bytes<P: Point>(rank: Rank, bytes: &[u8]) -> Result<Sha
             return Err(CodecError::Corrupt { what });
         }
     }
+    let (refused, repeated, totals) = end;
     let loaded = Loaded { refused: refused.0, repeated: repeated.0, ..Loaded::default() };
     Ok(Share {
         loaded,
@@ -133,6 +137,7 @@ pub(super) fn share_from_bytes<P: Point>(rank: Rank, bytes: &[u8]) -> Result<Sha
         selected: Selected { members: selected.0.0, undecided: selected.1.0 },
         view,
         ledger,
+        certified: Certificate { totals, fallback: None },
         ..Share::new(rank)
     })
 }
@@ -153,7 +158,12 @@ mod tests {
                 open: vec![0],
                 seam: vec![Seam { rank: 2, cell: 9 }],
                 hull_facets: 3,
+                places: Places { coordinates: vec![0.5, 0.25], owners: vec![3] },
             }),
+            certified: Certificate {
+                totals: Totals { cells: 4, cell_hash: 1 << 63, ..Totals::default() },
+                fallback: None,
+            },
             cells: CellRows { rows: vec![1, 2, 3], leaves: vec![9] },
             loaded: Loaded { refused: vec![4], repeated: vec![[6, 5]], ..Loaded::default() },
             owned: vec![2],

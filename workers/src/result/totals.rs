@@ -1,0 +1,71 @@
+//! The totals of all ranks at the end of a run.
+//!
+//! **Statement.** Every rank counts and hashes the cells of its share, and takes a snapshot of the balance of its messages.
+//! The sums of all ranks, with the certificate of the coordinator, are the same on all ranks, so every process that runs
+//! ranks comes to the same decision on the result. Before the snapshot, every message of the run has arrived.
+//!
+//! **Rounds.** `2 t`, with `t` levels of the tree of all ranks. An exchange without messages ends the phase.
+//!
+//! **Work and depth.** A vector step over the cells. It is not charged.
+
+use septet_geometry::point::Point;
+use septet_protocol::checksum::row_hash;
+use septet_protocol::message::{Body, Totals};
+use septet_protocol::transport::TransportError;
+
+use crate::machine::context::Context;
+use crate::machine::reduction::Reduced;
+use crate::share::Share;
+use crate::state::rows::{cells_hash, piece_hash};
+
+/// Number of cells that one core hashes in turn.
+const CHUNK: usize = 1 << 14;
+
+/// Returns the totals of all ranks.
+///
+/// # Errors
+/// See [`Context::exchange`].
+pub(super) async fn totals<P: Point>(
+    cx: &mut Context<P>,
+    share: &Share<P>,
+) -> Result<Totals, TransportError> {
+    let corners = P::DIM + 1;
+    let mut own = share.certified.totals;
+    own.left_out = (share.loaded.refused.len() + share.loaded.repeated.len()) as u64;
+    if let Some(piece) = &share.piece {
+        let chunks: Vec<&[u32]> = piece.rows.chunks(2 * corners * CHUNK).collect();
+        let hash = sum(&cx.map(&chunks, |rows| cells_hash(rows, corners)));
+        own.cells += (piece.rows.len() / (2 * corners)) as u64;
+        own.cell_hash = own.cell_hash.wrapping_add(piece_hash(cx.rank(), hash, &piece.ids));
+        own.hull_facets += piece.hull_facets;
+    }
+    let chunks: Vec<&[u64]> = share.cells.rows.chunks(corners * CHUNK).collect();
+    let hash = |rows: &&[u64]| rows.chunks_exact(corners).map(row_hash).fold(0, u64::wrapping_add);
+    own.cells += (share.cells.rows.len() / corners) as u64;
+    own.cell_hash = own.cell_hash.wrapping_add(sum(&cx.map(&chunks, hash)));
+    own.balance = cx.balance();
+    let all = cx.all_reduce(own).await?;
+    cx.end_phase().await?;
+    Ok(all)
+}
+
+fn sum(hashes: &[u64]) -> u64 {
+    hashes.iter().copied().fold(0, u64::wrapping_add)
+}
+
+impl<P: Point> Reduced<P> for Totals {
+    fn join(self, other: Self) -> Self {
+        Totals::join(self, other)
+    }
+
+    fn into_body(self) -> Body<P> {
+        Body::Totals(Box::new(self))
+    }
+
+    fn take(body: &mut Body<P>) -> Option<Self> {
+        match body {
+            Body::Totals(totals) => Some(**totals),
+            _ => None,
+        }
+    }
+}
