@@ -3,6 +3,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use septet_geometry::graph::Supergraph;
 use septet_geometry::hash::Draw;
+use septet_geometry::range::Digits;
 use septet_protocol::codec::Bulk;
 use septet_protocol::message::{PointBatch, PointSum, Survey};
 
@@ -156,7 +157,9 @@ fn what_has_no_place_is_refused() {
         outcome.unwrap_err().to_string()
     };
     // Load: the survey goes up and comes down, no hashes are equal, and the points and the frame do the same.
-    let survey = || Some(vec![Body::Survey(Survey { rows: 10, ..Survey::default() })]);
+    let digits = Digits::of(&points.0).unwrap().ends();
+    let survey =
+        || Some(vec![Body::Survey(Survey { rows: 10, first: 0, last: 9, digits, ..Survey::default() })]);
     let population = PointSum { count: 100, hash: 0 };
     let mut frame = PointBatch::default();
     for (id, &x) in (0..).zip(&points.0[..4]) {
