@@ -55,25 +55,30 @@ pub(crate) async fn collect_cells<P: Point>(
         }
         if cx.config().counted {
             share.cells = cells(cx, subdomain, StarsView::new(&table, &stars), certified.owned_cells());
-        } else if table.owned_len() > 0 {
-            share.piece = Some(piece(cx, subdomain, table, stars));
+        } else {
+            share.piece = (table.owned_len() > 0).then(|| piece(cx, subdomain, table, stars));
+            pair(cx, share.piece.as_mut()).await?;
         }
     }
     share.certified = certified.into_certificate();
     collect(cx, share).await
 }
 
-/// Ends the run of a rank: pairs the facets between pieces, adds the totals of all ranks and the ledger to the share, and
-/// files the record of charges.
-async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<Share<P>, TransportError> {
+/// Pairs the facets between pieces.
+async fn pair<P: Point>(
+    cx: &mut Context<P>,
+    mut piece: Option<&mut PieceRows>,
+) -> Result<(), TransportError> {
     while cx.exchange().await? {
         pair_facets(cx)?;
-        store_neighbours(cx, share.piece.as_mut())?;
+        store_neighbours(cx, piece.as_deref_mut())?;
     }
-    if let Some(piece) = &mut share.piece {
-        count_hull(cx, piece)?;
-    }
-    share.certified.totals = totals(cx, &share).await?;
+    piece.map_or(Ok(()), |piece| count_hull(cx, piece))
+}
+
+/// Ends the run of a rank: adds the totals of all ranks and the ledger to the share, and files the record of charges.
+async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<Share<P>, TransportError> {
+    *share.certified.totals = totals(cx, &share).await?;
     if let Some(fault) = cx.config().fault {
         fault.distort_worker(cx.ledger_mut());
     }

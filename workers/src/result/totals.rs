@@ -30,7 +30,7 @@ pub(super) async fn totals<P: Point>(
     share: &Share<P>,
 ) -> Result<Totals, TransportError> {
     let corners = P::DIM + 1;
-    let mut own = share.certified.totals;
+    let mut own = *share.certified.totals;
     own.left_out = (share.loaded.refused.len() + share.loaded.repeated.len()) as u64;
     if let Some(piece) = &share.piece {
         let chunks: Vec<&[u32]> = piece.rows.chunks(2 * corners * CHUNK).collect();

@@ -71,7 +71,7 @@ pub struct Selected {
 pub struct Certificate {
     /// The totals of all ranks. Rounds of exchange in the merged result are the sum over all passes. Before the end of a
     /// run, only the coordinator has the merged result, and the other totals are zero.
-    pub totals: Totals,
+    pub totals: Box<Totals>,
     /// The reason why stars were gathered, and the largest number of gathered points, if there was a gathering.
     pub fallback: Option<(String, u64)>,
 }

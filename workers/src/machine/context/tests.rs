@@ -156,7 +156,9 @@ fn what_has_no_place_is_refused() {
         outcome.unwrap_err().to_string()
     };
     // Load: the survey goes up and comes down, no hashes are equal, and the points and the frame do the same.
-    let survey = || Some(vec![Body::Survey(Survey { rows: 10, digits: (-200, 100), ..Survey::default() })]);
+    let digits = (-200, 100);
+    let survey =
+        || Some(vec![Body::Survey(Survey { rows: 10, first: 0, last: 9, digits, ..Survey::default() })]);
     let population = PointSum { count: 100, hash: 0 };
     let mut frame = PointBatch::default();
     for (id, &x) in (0..).zip(&points.0[..4]) {

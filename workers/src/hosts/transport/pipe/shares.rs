@@ -101,7 +101,7 @@ pub(super) fn share_to_bytes<P: Point>(share: &Share<P>) -> Result<Vec<u8>, Code
         Bulk(share.sets.clone()),
         (bulk(&share.selected.members), bulk(&share.selected.undecided)),
         share.view.clone(),
-        (bulk(&share.loaded.refused), Bulk(share.loaded.repeated.clone()), share.certified.totals),
+        (bulk(&share.loaded.refused), Bulk(share.loaded.repeated.clone()), *share.certified.totals),
     );
     within_limit(codec::encode(&frame)?)
 }
@@ -137,7 +137,7 @@ pub(super) fn share_from_bytes<P: Point>(rank: Rank, bytes: &[u8]) -> Result<Sha
         selected: Selected { members: selected.0.0, undecided: selected.1.0 },
         view,
         ledger,
-        certified: Certificate { totals, fallback: None },
+        certified: Certificate { totals: Box::new(totals), fallback: None },
         ..Share::new(rank)
     })
 }
@@ -161,7 +161,7 @@ mod tests {
                 places: Places { coordinates: vec![0.5, 0.25], owners: vec![3] },
             }),
             certified: Certificate {
-                totals: Totals { cells: 4, cell_hash: 1 << 63, ..Totals::default() },
+                totals: Box::new(Totals { cells: 4, cell_hash: 1 << 63, ..Totals::default() }),
                 fallback: None,
             },
             cells: CellRows { rows: vec![1, 2, 3], leaves: vec![9] },
