@@ -131,8 +131,14 @@ impl<'a> Coordinator<'a> {
     ) -> Result<Returned<P>, Error> {
         let Coordinator { control, config } = self;
         let _run = run_span(&config, rows);
-        let mut log =
-            PhaseLog { control, run: config.run, span: None, started: Instant::now(), seconds: Vec::new() };
+        let mut log = PhaseLog {
+            control,
+            run: config.run,
+            phase: None,
+            span: None,
+            started: Instant::now(),
+            seconds: Vec::new(),
+        };
         let job = Job { config, source, plan };
         let shares = machine.run(&job, &mut log).map_err(|error| match error {
             MachineError::Transport(TransportError::Stopped) if control.is_cancelled() => Error::Interrupted,
@@ -147,6 +153,8 @@ impl<'a> Coordinator<'a> {
 struct PhaseLog<'a> {
     control: &'a Control,
     run: u64,
+    /// The current phase.
+    phase: Option<Phase>,
     span: Option<EnteredSpan>,
     started: Instant,
     seconds: Vec<(Phase, f64)>,
@@ -159,8 +167,12 @@ impl Watch for PhaseLog<'_> {
     }
 
     fn phase_begins(&mut self, phase: Phase) {
-        self.span = None;
-        self.span = Some(phase_span(self.run, phase));
+        // A phase with several passes is one span.
+        if self.phase != Some(phase) {
+            self.span = None;
+            self.span = Some(phase_span(self.run, phase));
+            self.phase = Some(phase);
+        }
     }
 
     fn round(&mut self, round: u32, phase: Phase) {

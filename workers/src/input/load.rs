@@ -90,6 +90,8 @@ pub(crate) async fn load<P: Point>(
     let (mut block, refused) = rows.prepare(&own, exponent);
     loaded.refused = refused;
     loaded.repeated = remove_repeats(cx, &mut block, survey.rows).await?;
+    // The last exchange delivered no message, so the ranks begin a second pass of the phase.
+    cx.enter(Phase::Load)?;
     let own = Spanned::of(cx, &block);
     let Spanned { population, frame } = cx.all_reduce(own).await?;
     cx.end_phase().await?;

@@ -28,7 +28,6 @@ pub(crate) async fn collect_counts<P: Point>(
     cx: &mut Context<P>,
     share: Share<P>,
 ) -> Result<Share<P>, TransportError> {
-    cx.enter(Phase::Collect)?;
     collect(cx, share).await
 }
 
@@ -78,6 +77,7 @@ async fn pair<P: Point>(
 
 /// Ends the run of a rank: adds the totals of all ranks and the ledger to the share, and files the record of charges.
 async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<Share<P>, TransportError> {
+    cx.enter(Phase::Collect)?;
     *share.certified.totals = totals(cx, &share).await?;
     if let Some(fault) = cx.config().fault {
         fault.distort_worker(cx.ledger_mut());

@@ -359,6 +359,10 @@ mod tests {
                 change!(Body::BranchCounts { boxes, .. } => boxes.0.truncate(3)),
             ],
         );
+    }
+
+    #[test]
+    fn defects_of_sums_are_found() {
         refuses(
             &Body::Merged(Merged::default()),
             &[
