@@ -91,8 +91,9 @@ fn broken(program: fn() -> Command) -> Error {
 #[cfg(unix)]
 #[test]
 fn a_process_that_ends_is_named() {
+    // Both processes end. Either may be the first that the coordinator cannot reach.
     let error = broken(|| shell("exit 3"));
-    assert!(matches!(error, Error::Machine(TransportError::WorkerFailed { rank: 1, .. })), "{error}");
+    assert!(matches!(error, Error::Machine(TransportError::WorkerFailed { rank: 1 | 2, .. })), "{error}");
 }
 
 #[cfg(unix)]
