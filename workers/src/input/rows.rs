@@ -33,7 +33,9 @@ impl<P: Point> Rows<P> {
         let mut ids = Vec::with_capacity(with_room(positions.len()));
         ids.extend(first..first + positions.len() as u64);
         if exponent != 0 || survey.negative_zeros > 0 {
-            positions.iter_mut().for_each(|x| *x = scaled(without_negative_zero(*x), exponent));
+            for x in &mut positions {
+                *x = scaled(without_negative_zero(*x), exponent);
+            }
         }
         let radius2 = |&size: &f64| squared_radius(scaled(P::splat(size), exponent).coord(0));
         let radii2 = Bulk(sizes.iter().map(radius2).collect());
@@ -80,13 +82,12 @@ fn negative_zeros<P: Point>(points: &[P]) -> u64 {
 fn of_row<P: Point>(row: u64, x: &P) -> Survey {
     let mut survey =
         Survey { rows: 1, first: row, last: row, lowest_row: row, highest_row: row, ..Survey::default() };
-    match Digits::of(std::slice::from_ref(x)) {
-        Some(digits) => survey.digits = digits.ends(),
-        None => {
-            let value = (0..P::DIM).map(|i| x.coord(i)).find(|c| !c.is_finite()).unwrap_or(f64::NAN);
-            survey.refused = 1;
-            survey.first_refused = Some(RefusedRow { row, value });
-        }
+    if let Some(digits) = Digits::of(std::slice::from_ref(x)) {
+        survey.digits = digits.ends();
+    } else {
+        let value = (0..P::DIM).map(|i| x.coord(i)).find(|c| !c.is_finite()).unwrap_or(f64::NAN);
+        survey.refused = 1;
+        survey.first_refused = Some(RefusedRow { row, value });
     }
     survey
 }
