@@ -11,7 +11,7 @@
 //! `2 h` if the digits do not obviously fit, two for coincident points (five if there are any), and `2 h` for the frame. An exchange without messages ends the
 //! phase.
 //!
-//! **Work and depth.** Vector steps over the rows ([`super::rows`], [`super::repeats`]). No model of the paper has this
+//! **Work and depth.** Vector steps over the rows (`super::rows`, `super::repeats`). No model of the paper has this
 //! phase, so the ledger counts its rounds and messages only.
 
 use septet_geometry::point::{Point, lex_cmp};

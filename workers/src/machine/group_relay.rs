@@ -1,7 +1,7 @@
 //! Values that go through the trees of several groups at the same time, in phases that do not wait for one group.
 //!
 //! A phase calls these operations with the values that arrived in a step. They never wait. Compare
-//! [`Context::gather`] and [`Context::distribute`], in which a group does nothing else.
+//! `Context::gather` and `Context::distribute`, in which a group does nothing else.
 
 use std::collections::BTreeMap;
 

@@ -1,13 +1,13 @@
 //! The tree of a group, and the operations of a group in which all members stay in step.
 //!
-//! **Statement.** The leader is the root of the tree. Every member has at most [`FAN`] members directly below it. The
+//! **Statement.** The leader is the root of the tree. Every member has at most `FAN` members directly below it. The
 //! height `h` depends only on the size of the group: 1 for up to 33 members, 2 for up to 1,057.
 //!
 //! **Shape.** The members are numbered cyclically, and the leader has number 0. The numbers after the first are divided
-//! into at most [`FAN`] intervals, whose lengths differ by at most one. Each interval has a tree of the same form, whose
+//! into at most `FAN` intervals, whose lengths differ by at most one. Each interval has a tree of the same form, whose
 //! root is directly below the leader. So the members of a branch have consecutive numbers.
 //!
-//! **Rounds.** [`Context::gather`] and [`Context::distribute`] take `h` rounds. In each of them, the members of one
+//! **Rounds.** `Context::gather` and `Context::distribute` take `h` rounds. In each of them, the members of one
 //! level send. Each operation ends in the same round for all members.
 
 use std::ops::Range;
