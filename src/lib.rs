@@ -75,10 +75,10 @@ pub fn independent<C: Coordinates>(
 
 /// Triangulations by several processes, each of which holds a part of the points.
 ///
-/// Every process of a program, for example every rank of an MPI code, calls [`triangulate`](distributed::triangulate) with
+/// Every process of a program, for example every rank of an MPI code, calls [`distributed::triangulate`] with
 /// its own points. The points move to workers that share them in equal parts, so a process gets the cells of another part of
 /// the space than its points occupy. No process ever holds all points. The union of the parts of all processes has the cells
-/// that [`triangulate`](crate::triangulate) computes from all points.
+/// that [`crate::triangulate`] computes from all points.
 ///
 /// The transport connects the processes. [`channels`](distributed::channels) connects threads of one program. For other
 /// connections, implement [`Transport`](distributed::Transport) and
