@@ -28,6 +28,7 @@ pub(crate) async fn collect_counts<P: Point>(
     cx: &mut Context<P>,
     share: Share<P>,
 ) -> Result<Share<P>, TransportError> {
+    cx.enter(Phase::Collect)?;
     collect(cx, share).await
 }
 
@@ -72,12 +73,13 @@ async fn pair<P: Point>(
         pair_facets(cx)?;
         store_neighbours(cx, piece.as_deref_mut())?;
     }
+    // The last exchange delivered no message, so the ranks begin a second pass of the phase.
+    cx.enter(Phase::Collect)?;
     piece.map_or(Ok(()), |piece| count_hull(cx, piece))
 }
 
 /// Ends the run of a rank: adds the totals of all ranks and the ledger to the share, and files the record of charges.
 async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<Share<P>, TransportError> {
-    cx.enter(Phase::Collect)?;
     *share.certified.totals = totals(cx, &share).await?;
     if let Some(fault) = cx.config().fault {
         fault.distort_worker(cx.ledger_mut());
