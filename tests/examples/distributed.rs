@@ -37,7 +37,7 @@ fn facets_between(part: &Part, process: u32) -> usize {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let sample = generate(&parse_sample("uniform:2000")?, &mut |_, _, _| {})?;
+    let sample = generate(&parse_sample("uniform:20000")?, &mut |_, _, _| {})?;
     let Points::Space(points) = &sample.points else { return Err("a sample in space".into()) };
     let at = |process: usize| points.len() * process / PROCESSES;
 
