@@ -29,20 +29,33 @@ struct Options {
     filter: Option<String>,
     list: bool,
     write: bool,
+    /// Cases whose names contain one of these words do not run.
+    skipped: Vec<String>,
 }
 
 impl Options {
     fn read() -> Self {
-        let arguments: Vec<String> = env::args().skip(1).collect();
+        let (mut filter, mut skipped, mut list) = (None, Vec::new(), false);
+        let mut arguments = env::args().skip(1);
+        while let Some(argument) = arguments.next() {
+            match argument.as_str() {
+                "--skip" => skipped.extend(arguments.next()),
+                "--list" => list = true,
+                _ if !argument.starts_with('-') && filter.is_none() => filter = Some(argument),
+                _ => {}
+            }
+        }
         Options {
-            filter: arguments.iter().find(|a| !a.starts_with('-')).cloned(),
-            list: arguments.iter().any(|a| a == "--list"),
+            filter,
+            skipped,
+            list,
             write: env::var_os("SEPTET_GOLDEN").is_some_and(|value| value == "write"),
         }
     }
 
     fn selects(&self, case: &Case) -> bool {
-        self.filter.as_ref().is_none_or(|filter| case.name.contains(filter.as_str()))
+        let matches = |word: &String| case.name.contains(word.as_str());
+        self.filter.as_ref().is_none_or(matches) && !self.skipped.iter().any(matches)
     }
 }
 
