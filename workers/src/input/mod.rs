@@ -13,3 +13,6 @@ mod source;
 pub use loaded::Loaded;
 pub use rows::squared_radius;
 pub use source::{Rows, Source};
+
+#[cfg(test)]
+mod tests;
