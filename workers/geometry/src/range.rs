@@ -126,12 +126,6 @@ impl Digits {
         self == Digits::NONE || (self.low >= LOWEST && self.high <= HIGHEST)
     }
 
-    /// Returns the smallest interval of digits that contains both sets.
-    #[must_use]
-    pub fn join(self, other: Digits) -> Self {
-        Digits { low: self.low.min(other.low), high: self.high.max(other.high) }
-    }
-
     /// Returns the exponent of the power of two that scales these digits into the exact range.
     ///
     /// # Errors
