@@ -107,10 +107,10 @@ fn choose<P: Point>(
     let mut hosts = start_machine(&machine);
     let coordinator = Coordinator::new(&config.control, machine);
     let collected = coordinator.run(hosts.as_mut(), input, &settings.plan)?;
+    collected.check_balance()?;
     if let Some(&(second, first)) = collected.input.accounting.duplicates.first() {
         return Err(SiteError::Coincident { first: first as usize, second: second as usize }.into());
     }
-    collected.check_balance()?;
     drop(hosts);
     let Collected { shares, ledger, choice, seconds: phase_seconds, .. } = collected;
     let Selected { mut members, undecided } = united(shares.into_iter().map(|share| share.selected));
