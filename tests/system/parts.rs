@@ -106,7 +106,7 @@ fn workers_without_points_have_empty_parts() {
     assert!(empty > 0);
 }
 
-/// If points do not span the space, no machine runs.
+/// Points that do not span the space are not divided.
 #[test]
 fn points_without_cells_are_in_the_first_part() {
     let points: Vec<DVec3> = [0.0, 1.0, 1.0, 3.0].map(|x| DVec3::new(x, 0.0, 0.0)).to_vec();

@@ -187,7 +187,8 @@ impl Run {
     }
 
     /// Returns the rank of the worker that holds each input point, if kept. It is 0 for duplicates and dropped points,
-    /// which are not vertices. If the points do not span the space, no machine runs, and all vertices count for worker 1.
+    /// which are not vertices. If the points do not span the space, they are not divided, and all vertices count for
+    /// worker 1.
     pub fn point_owner(&self) -> Option<&[u32]> {
         self.point_owner.as_deref()
     }

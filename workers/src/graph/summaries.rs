@@ -4,8 +4,9 @@
 //! summaries to the members of its group. The radii prune the separator sets. The smallest points seed the stars.
 //!
 //! **Rounds.** One for each shared level on the way up. The members receive the summaries from their leader in as many
-//! rounds as the tree of the group is high ([`crate::machine::group_tree`]). **Work and depth.** One reduction over the points of each leaf, and one over the two children of each
-//! inner node.
+//! rounds as the tree of the group is high ([`crate::machine::group_tree`]).
+//!
+//! **Work and depth.** One reduction over the points of each leaf, and one over the two children of each inner node.
 
 use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::ids::{NodeId, Phase};

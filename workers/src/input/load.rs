@@ -8,8 +8,8 @@
 //! basis of a union is that of the union of the greedy bases. Ranks therefore combine their frames.
 //!
 //! **Rounds.** With `h` levels of the tree of all ranks (one level for at most 32 workers): `2 h` for the survey, again
-//! `2 h` if the digits do not obviously fit, two for coincident points (five if there are any), and `2 h` for the frame. An exchange without messages ends the
-//! phase.
+//! `2 h` if the digits may not fit, one for coincident points (four if there are any), and `2 h` for the frame. An
+//! exchange without messages follows the search for coincident points, and another one ends the phase.
 //!
 //! **Work and depth.** Vector steps over the rows (`super::rows`, `super::repeats`). No model of the paper has this
 //! phase, so the ledger counts its rounds and messages only.
