@@ -15,6 +15,8 @@ mod store;
 
 use std::env;
 use std::process::ExitCode;
+use std::sync::Mutex;
+use std::thread;
 use std::time::Instant;
 
 use cases::Case;
@@ -81,13 +83,39 @@ fn main() -> ExitCode {
     }
 }
 
+/// The record of a case, and the seconds that it took.
+#[derive(Default)]
+struct Finished {
+    record: Record,
+    seconds: f64,
+}
+
+/// Runs the cases on all cores, and returns their records in the order of the cases.
+fn records(selected: &[&Case]) -> Vec<Finished> {
+    let finished: Vec<Mutex<Finished>> = selected.iter().map(|_| Mutex::default()).collect();
+    let queue = Mutex::new(selected.iter().zip(&finished));
+    let next = || queue.lock().unwrap().next();
+    let work = || {
+        while let Some((case, place)) = next() {
+            let begun = Instant::now();
+            let mut record = Record::default();
+            (case.run)(&mut record);
+            *place.lock().unwrap() = Finished { record, seconds: begun.elapsed().as_secs_f64() };
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 1..thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(work);
+        }
+        work();
+    });
+    finished.into_iter().map(|place| place.into_inner().unwrap()).collect()
+}
+
 fn run(selected: &[&Case], mut store: Store, options: &Options, of: usize) -> ExitCode {
     let start = Instant::now();
     let (mut failed, mut retrying) = (0, 0);
-    for case in selected {
-        let begun = Instant::now();
-        let mut record = Record::default();
-        (case.run)(&mut record);
+    for (case, Finished { record, seconds }) in selected.iter().zip(records(selected)) {
         retrying += usize::from(case.retries && record.retries > 0);
         let differences = if options.write {
             store.replace(&case.name, &record);
@@ -96,7 +124,7 @@ fn run(selected: &[&Case], mut store: Store, options: &Options, of: usize) -> Ex
             store.differences(&case.name, &record)
         };
         let result = if differences.is_empty() { "ok" } else { "FAILED" };
-        println!("test {} ... {result} ({:.1} s)", case.name, begun.elapsed().as_secs_f64());
+        println!("test {} ... {result} ({seconds:.1} s)", case.name);
         for difference in &differences {
             println!("    {difference}");
         }

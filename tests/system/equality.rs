@@ -16,10 +16,10 @@ use septet_geometry::point::Point;
 const FEW_WORKERS: [u32; 3] = [1, 5, 8];
 
 /// Runs in one process.
-const OTHER_WORKERS: [Workers; 5] =
-    [Workers::Count(2), Workers::Count(3), Workers::Count(64), Workers::Count(1000), Workers::Leaves];
+const OTHER_WORKERS: [Workers; 4] =
+    [Workers::Count(2), Workers::Count(64), Workers::Count(300), Workers::Leaves];
 
-const LEAF: u64 = 60;
+const LEAF: u64 = 30;
 
 /// The verified triangulation of a set that splits at least six times.
 fn reference<P: Point>(points: &[P]) -> Run {
@@ -128,37 +128,37 @@ fn over_orders<P: Point>(points: &[P]) {
 
 #[test]
 fn machines_agree_on_uniform_points_in_space() {
-    over_machines(&space(Kind::Uniform, 3000, 3));
+    over_machines(&space(Kind::Uniform, 1500, 3));
 }
 
 #[test]
 fn machines_agree_on_uniform_points_in_the_plane() {
-    over_machines(&plane(Kind::Uniform, 4000, 3));
+    over_machines(&plane(Kind::Uniform, 2000, 3));
 }
 
 #[test]
 fn machines_agree_on_a_grid() {
-    over_machines(&space(Kind::Grid, 2744, 0));
+    over_machines(&space(Kind::Grid, 1331, 0));
 }
 
 #[test]
 fn machines_agree_on_clusters_in_the_plane() {
-    over_machines(&plane(Kind::Clusters, 4000, 3));
+    over_machines(&plane(Kind::Clusters, 2000, 3));
 }
 
 #[test]
 fn supergraphs_give_the_same_cells_in_space() {
-    over_graphs(&space(Kind::Uniform, 3000, 4));
+    over_graphs(&space(Kind::Uniform, 1500, 4));
 }
 
 #[test]
 fn supergraphs_give_the_same_cells_on_a_lattice() {
-    over_graphs(&space(Kind::Fcc, 2916, 4));
+    over_graphs(&space(Kind::Fcc, 1372, 4));
 }
 
 #[test]
 fn supergraphs_give_the_same_cells_in_the_plane() {
-    over_graphs(&plane(Kind::GradedPoint, 4000, 4));
+    over_graphs(&plane(Kind::GradedPoint, 2000, 4));
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn other_trees_give_the_same_cells() {
 
 #[test]
 fn orders_of_the_input_give_the_same_cells() {
-    over_orders(&space(Kind::WellSpaced, 5000, 2));
-    over_orders(&space(Kind::Grid, 4096, 2));
-    over_orders(&plane(Kind::Uniform, 6000, 2));
+    over_orders(&space(Kind::WellSpaced, 2500, 2));
+    over_orders(&space(Kind::Grid, 1728, 2));
+    over_orders(&plane(Kind::Uniform, 2500, 2));
 }

@@ -51,12 +51,12 @@ fn relayed<P: Point>(points: &[P]) {
 
 #[test]
 fn groups_relay_the_messages_of_an_unsplit_node_in_space() {
-    relayed(&space(Kind::Uniform, 1500, 5));
+    relayed(&space(Kind::Uniform, 900, 5));
 }
 
 #[test]
 fn groups_relay_the_messages_of_an_unsplit_node_in_the_plane() {
-    relayed(&plane(Kind::Clusters, 1500, 5));
+    relayed(&plane(Kind::Clusters, 900, 5));
 }
 
 #[test]

@@ -11,7 +11,7 @@ use septet_lab::assert_counts;
 use septet_protocol::ids::{COORDINATOR, Phase};
 use septet_protocol::ledger::LinkKey;
 
-const LEAF: u64 = 60;
+const LEAF: u64 = 40;
 
 fn counted<P: Point>(points: &[P], config: &Config) -> Run {
     simulate(points, config).unwrap_or_else(|e| panic!("{config:?}: {e}"))
@@ -20,7 +20,7 @@ fn counted<P: Point>(points: &[P], config: &Config) -> Run {
 fn over_machines<P: Point>(points: &[P], choice: usize) {
     let choice = combinations(false)[choice];
     let reference = counted(points, &with_graph(&threaded(Workers::Count(1), 1, LEAF), choice));
-    for workers in [2, 3, 5, 64, 1000].map(Workers::Count).into_iter().chain([Workers::Leaves]) {
+    for workers in [2, 3, 5, 64, 300].map(Workers::Count).into_iter().chain([Workers::Leaves]) {
         let config = with_graph(&with_workers(workers, LEAF), choice);
         let sim = TestTransport::Sim(4).run(points, &config, true).unwrap();
         assert_same_counts(&reference.ledger, &sim.ledger, &format!("{choice:?}, {workers:?}"));
@@ -42,7 +42,7 @@ fn over_machines<P: Point>(points: &[P], choice: usize) {
 
 #[test]
 fn machines_count_the_same_in_space() {
-    let points = space(Kind::Uniform, 2000, 6);
+    let points = space(Kind::Uniform, 1200, 6);
     for choice in [0, 4] {
         over_machines(&points, choice);
     }
@@ -50,7 +50,7 @@ fn machines_count_the_same_in_space() {
 
 #[test]
 fn machines_count_the_same_in_the_plane() {
-    let points = plane(Kind::GradedPoint, 2500, 6);
+    let points = plane(Kind::GradedPoint, 1500, 6);
     for choice in [1, 2, 3] {
         over_machines(&points, choice);
     }
@@ -117,8 +117,8 @@ fn coordinator_bytes(run: &Run) -> [u64; 2] {
 /// Neither points nor results pass through the coordinator.
 #[test]
 fn the_bytes_of_the_coordinator_do_not_grow_with_the_points() {
-    for workers in [1, 2, 8, 64, 500] {
-        let bytes = [2000, 16_000].map(|n| {
+    for workers in [1, 8, 64, 300] {
+        let bytes = [1000, 8_000].map(|n| {
             let (points, config) = (space(Kind::Uniform, n, 8), simulated(Workers::Count(workers), 4, LEAF));
             let runs = [simulate(&points, &config), triangulate(&points, &config)];
             runs.map(|run| coordinator_bytes(&run.unwrap()))

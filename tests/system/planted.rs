@@ -104,7 +104,7 @@ fn a_flood_reaches_every_leaf_in_the_plane() {
 
 #[test]
 fn far_ghosts_are_more_ghosts() {
-    let points = space(Kind::Uniform, 1500, 4);
+    let points = space(Kind::Uniform, 900, 4);
     for choice in combinations(false).into_iter().filter(|choice| choice.0 != GraphKind::Knn) {
         let right = run(&points, 1, choice, None);
         let mut before = members(&right.ledger);
@@ -202,10 +202,7 @@ fn charged(what: &str, run: impl Fn(u32, Option<&str>) -> Ledger) -> BTreeSet<Ph
                 let found = [cost.work(), cost.depth()];
                 assert_eq!(found, expected(fault, charge, points), "{what}, {text}: {account:?}");
             }
-            for workers in [3, 16] {
-                let what = format!("{what}, {text}, {workers} workers");
-                assert_same_counts(&faulty, &run(workers, Some(&text)), &what);
-            }
+            assert_same_counts(&faulty, &run(5, Some(&text)), &format!("{what}, {text}, 5 workers"));
         }
     }
     phases

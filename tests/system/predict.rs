@@ -12,7 +12,7 @@ use septet_lab::predict::{Hardware, predict};
 use septet_protocol::ids::{Phase, Rank};
 use septet_protocol::ledger::RankTally;
 
-const WORKERS: [u32; 5] = [1, 2, 7, 64, 512];
+const WORKERS: [u32; 4] = [1, 7, 64, 300];
 
 fn run<P: Point>(points: &[P], config: &Config, workers: u32) -> Run {
     let config = config.clone().with(|c| c.machine.workers = Workers::Count(workers));
@@ -44,11 +44,11 @@ fn adds_up<P: Point>(points: &[P], config: &Config) {
 fn ranks_add_up_in_space_and_in_the_plane() {
     for choice in combinations(false) {
         let config = with_graph(&simulated(Workers::Count(1), 7, 60), choice);
-        adds_up(&space(Kind::Uniform, 2000, 3), &config);
-        adds_up(&plane(Kind::GradedPoint, 2000, 4), &config);
+        adds_up(&space(Kind::Uniform, 1200, 3), &config);
+        adds_up(&plane(Kind::GradedPoint, 1200, 4), &config);
     }
     let planes = simulated(Workers::Count(1), 7, 60).with(|c| c.partition = Partition::Kd);
-    adds_up(&space(Kind::Grid, 1728, 1), &planes);
+    adds_up(&space(Kind::Grid, 1331, 1), &planes);
 }
 
 #[test]

@@ -11,13 +11,13 @@ pub struct Case {
     /// Without spaces.
     pub name: String,
     /// What it does.
-    pub run: Box<dyn Fn(&mut Record)>,
+    pub run: Box<dyn Fn(&mut Record) + Sync>,
     /// Whether some of its groups must draw again.
     pub retries: bool,
 }
 
 impl Case {
-    fn new(name: impl Into<String>, run: impl Fn(&mut Record) + 'static) -> Self {
+    fn new(name: impl Into<String>, run: impl Fn(&mut Record) + Sync + 'static) -> Self {
         Case { name: name.into(), run: Box::new(run), retries: false }
     }
 }

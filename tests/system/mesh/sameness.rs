@@ -24,12 +24,9 @@ fn counts(stages: &[StageLine]) -> Vec<(&str, [u64; 4])> {
 
 fn machines(base: &MeshRequest) -> Vec<MeshRequest> {
     let mut all = Vec::new();
-    for workers in [1, 2, 5, 8, 64].map(Workers::Count) {
-        for (threads, transport) in [
-            (2, Transport::Channel),
-            (1, Transport::Sim { delivery_seed: 0 }),
-            (1, Transport::Sim { delivery_seed: 7 }),
-        ] {
+    for (workers, delivery_seed) in [(1, 1), (2, 0), (5, 7), (8, 2), (64, 3)] {
+        let workers = Workers::Count(workers);
+        for (threads, transport) in [(2, Transport::Channel), (1, Transport::Sim { delivery_seed })] {
             let machine = base.machine.clone();
             let machine =
                 machine.with(|m| (m.workers, m.threads, m.transport) = (workers, threads, transport));
