@@ -15,4 +15,6 @@ pub mod outcome;
 
 pub mod transport;
 
+pub mod wire;
+
 pub mod ledger;

@@ -1,0 +1,211 @@
+//! Bytes between processes, and the collective operations of processes around a run.
+//!
+//! A [`Wire`] is what a new way to connect processes has to implement: sockets and MPI are wires. [`Processes`] adds
+//! checksums and the collective operations. All calls are collective: every process makes the same calls in the same order.
+
+use bincode::{Decode, Encode};
+use thiserror::Error;
+
+use crate::checksum::checksum;
+use crate::codec;
+
+/// Bytes from a process or to a process.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Parcel {
+    /// The other process: the receiver of a parcel that is sent, the sender of one that arrived.
+    pub process: u32,
+    /// The content.
+    pub bytes: Vec<u8>,
+}
+
+/// The result of an exchange for one process.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Arrived {
+    /// The parcels to this process, in the order of their senders.
+    pub parcels: Vec<Parcel>,
+    /// The largest state of all members.
+    pub state: u8,
+}
+
+/// The reason why processes lost each other. The run cannot continue.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum WireError {
+    /// A process ended, or its connection broke.
+    #[error("process {process} is gone: {reason}")]
+    Lost {
+        /// The process.
+        process: u32,
+        /// The reason, as the connection reports it.
+        reason: String,
+    },
+    /// The bytes of a parcel are not those that were sent.
+    #[error("process {process} sent a parcel that does not decode: {reason}")]
+    Corrupt {
+        /// The sender.
+        process: u32,
+        /// The defect.
+        reason: String,
+    },
+}
+
+/// A connection of processes, which are numbered from 0.
+pub trait Wire {
+    /// Returns the number of this process.
+    fn process(&self) -> u32;
+
+    /// Returns the number of processes.
+    fn processes(&self) -> u32;
+
+    /// Sends at most one parcel to each other process, and receives the parcels to this one. The first `members` processes
+    /// take part, and this process is one of them. The call returns when all members have made it.
+    ///
+    /// # Errors
+    /// Fails if a member is gone.
+    fn exchange(&mut self, members: u32, sent: Vec<Parcel>, state: u8) -> Result<Arrived, WireError>;
+}
+
+/// The processes of a run, connected by a wire.
+pub struct Processes<'a> {
+    wire: &'a mut dyn Wire,
+    /// Bytes that this process received and sent.
+    moved: [u64; 2],
+}
+
+impl<'a> Processes<'a> {
+    /// Wraps a wire.
+    pub fn new(wire: &'a mut dyn Wire) -> Self {
+        Processes { wire, moved: [0; 2] }
+    }
+
+    /// Returns the number of this process.
+    pub fn process(&self) -> u32 {
+        self.wire.process()
+    }
+
+    /// Returns the number of processes.
+    pub fn processes(&self) -> u32 {
+        self.wire.processes()
+    }
+
+    /// Returns the bytes that this process has received from other processes and sent to them.
+    pub fn moved(&self) -> [u64; 2] {
+        self.moved
+    }
+
+    /// Sends at most one parcel to each of the first `members` processes, this one included. Returns the parcels to this
+    /// process in the order of their senders, and the largest state.
+    ///
+    /// # Errors
+    /// Fails if a member is gone, or if bytes changed on the way.
+    pub fn exchange(&mut self, members: u32, mut sent: Vec<Parcel>, state: u8) -> Result<Arrived, WireError> {
+        let process = self.process();
+        let own = sent.iter().position(|parcel| parcel.process == process).map(|at| sent.swap_remove(at));
+        for parcel in &mut sent {
+            let sum = checksum(&parcel.bytes);
+            parcel.bytes.extend_from_slice(&sum.to_le_bytes());
+            self.moved[1] += parcel.bytes.len() as u64;
+        }
+        let mut arrived = self.wire.exchange(members, sent, state)?;
+        for parcel in &mut arrived.parcels {
+            self.moved[0] += parcel.bytes.len() as u64;
+            open(parcel)?;
+        }
+        if let Some(own) = own {
+            let at = arrived.parcels.partition_point(|parcel| parcel.process < process);
+            arrived.parcels.insert(at, own);
+        }
+        Ok(arrived)
+    }
+
+    /// Sends a parcel to each process. Returns the parcels to this process.
+    ///
+    /// # Errors
+    /// See [`Processes::exchange`].
+    pub fn scatter(&mut self, sent: Vec<Parcel>) -> Result<Vec<Parcel>, WireError> {
+        Ok(self.exchange(self.processes(), sent, 0)?.parcels)
+    }
+
+    /// Returns the values of all processes, in their order.
+    ///
+    /// # Errors
+    /// See [`Processes::exchange`]. Also fails if a value does not decode.
+    pub fn all_gather<T: Encode + Decode<()>>(&mut self, value: &T) -> Result<Vec<T>, WireError> {
+        let corrupt = |process: u32, reason: String| WireError::Corrupt { process, reason };
+        let bytes = codec::encode(value).map_err(|e| corrupt(self.process(), e.to_string()))?;
+        let to_each = (0..self.processes()).map(|process| Parcel { process, bytes: bytes.clone() });
+        let parcels = self.scatter(to_each.collect())?;
+        if parcels.len() != self.processes() as usize {
+            return Err(corrupt(self.process(), format!("{} values arrived", parcels.len())));
+        }
+        let decode = |Parcel { process, bytes }: Parcel| {
+            codec::decode(&bytes).map_err(|e| corrupt(process, e.to_string()))
+        };
+        parcels.into_iter().map(decode).collect()
+    }
+}
+
+/// Checks the checksum of a parcel, and removes it.
+fn open(Parcel { process, bytes }: &mut Parcel) -> Result<(), WireError> {
+    let changed = || WireError::Corrupt { process: *process, reason: "its checksum is wrong".to_string() };
+    let end = bytes.len().checked_sub(8).ok_or_else(changed)?;
+    if checksum(&bytes[..end]).to_le_bytes() != bytes[end..] {
+        return Err(changed());
+    }
+    bytes.truncate(end);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wire of one process, which may flip the first bit of what another process "sent".
+    struct Alone {
+        arrives: Vec<Parcel>,
+    }
+
+    impl Wire for Alone {
+        fn process(&self) -> u32 {
+            1
+        }
+
+        fn processes(&self) -> u32 {
+            3
+        }
+
+        fn exchange(&mut self, _: u32, _: Vec<Parcel>, state: u8) -> Result<Arrived, WireError> {
+            Ok(Arrived { parcels: std::mem::take(&mut self.arrives), state })
+        }
+    }
+
+    fn sealed(process: u32, bytes: &[u8]) -> Parcel {
+        let sum = checksum(bytes).to_le_bytes();
+        Parcel { process, bytes: [bytes, &sum].concat() }
+    }
+
+    #[test]
+    fn values_arrive_in_the_order_of_the_processes() {
+        let [zero, two] = [0_u32, 2].map(|of| sealed(of, &codec::encode(&(of * 10)).unwrap()));
+        let mut wire = Alone { arrives: vec![zero, two] };
+        let mut processes = Processes::new(&mut wire);
+        assert_eq!(processes.all_gather(&10_u32).unwrap(), [0, 10, 20]);
+        assert!(processes.moved().iter().all(|&bytes| bytes > 0));
+        assert!(
+            matches!(processes.all_gather(&10_u32), Err(WireError::Corrupt { .. })),
+            "values are missing"
+        );
+    }
+
+    #[test]
+    fn changed_parcels_are_refused() {
+        for bit in 0..8 * 12 {
+            let mut parcel = sealed(2, b"four");
+            parcel.bytes[bit / 8] ^= 1 << (bit % 8);
+            let mut wire = Alone { arrives: vec![parcel] };
+            let arrived = Processes::new(&mut wire).exchange(3, Vec::new(), 0);
+            assert!(matches!(arrived, Err(WireError::Corrupt { process: 2, .. })), "bit {bit}: {arrived:?}");
+        }
+        let mut wire = Alone { arrives: vec![Parcel { process: 0, bytes: vec![1] }] };
+        assert!(Processes::new(&mut wire).scatter(Vec::new()).is_err(), "too short");
+    }
+}
