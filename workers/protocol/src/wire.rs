@@ -48,6 +48,29 @@ pub enum WireError {
     },
 }
 
+/// The error with which all processes of a run end: the first one, by the number of its process.
+#[derive(Clone, Debug, PartialEq, Eq, Error, Encode, Decode)]
+#[error("{message}")]
+pub struct Refused {
+    /// The process that had the error.
+    pub process: u32,
+    /// The exit code of the program.
+    pub code: u8,
+    /// The message, which names the place and the remedy.
+    pub message: String,
+}
+
+/// The end of a run on all processes.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum Ended {
+    /// All processes know the error.
+    #[error(transparent)]
+    Refused(#[from] Refused),
+    /// The processes lost each other.
+    #[error(transparent)]
+    Wire(#[from] WireError),
+}
+
 /// A connection of processes, which are numbered from 0.
 pub trait Wire {
     /// Returns the number of this process.
@@ -125,6 +148,29 @@ impl<'a> Processes<'a> {
         Ok(self.exchange(self.processes(), sent, 0)?.parcels)
     }
 
+    /// Returns the value of this process if no process has an error.
+    ///
+    /// # Errors
+    /// Returns the first error, on all processes, with the exit code and the message that `describe` returns for it.
+    pub fn agree<T, E>(
+        &mut self,
+        own: Result<T, E>,
+        describe: impl FnOnce(&E) -> (u8, String),
+    ) -> Result<T, Ended> {
+        let process = self.process();
+        let refused = own.as_ref().err().map(|error| {
+            let (code, message) = describe(error);
+            Refused { process, code, message }
+        });
+        match (self.all_gather(&refused)?.into_iter().flatten().next(), own) {
+            (None, Ok(value)) => Ok(value),
+            (Some(first), _) => Err(first.into()),
+            (None, Err(_)) => {
+                Err(WireError::Lost { process, reason: "its own error is lost".to_string() }.into())
+            }
+        }
+    }
+
     /// Returns the values of all processes, in their order.
     ///
     /// # Errors
@@ -194,6 +240,26 @@ mod tests {
             matches!(processes.all_gather(&10_u32), Err(WireError::Corrupt { .. })),
             "values are missing"
         );
+    }
+
+    #[test]
+    fn the_first_error_ends_all_processes() {
+        let first = Refused { process: 0, code: 3, message: "bad row".to_string() };
+        for own in [Ok(7), Err("no space")] {
+            let [zero, two] = [(0, Some(first.clone())), (2, None)]
+                .map(|(of, it)| sealed(of, &codec::encode(&it).unwrap()));
+            let mut wire = Alone { arrives: vec![zero, two] };
+            let agreed = Processes::new(&mut wire).agree(own, |error| (1, error.to_string()));
+            assert_eq!(agreed, Err(Ended::Refused(first.clone())));
+        }
+        let none = codec::encode(&None::<Refused>).unwrap();
+        let arrives = || vec![sealed(0, &none), sealed(2, &none)];
+        let agreed =
+            Processes::new(&mut Alone { arrives: arrives() }).agree(Ok::<_, String>(7), |_| unreachable!());
+        assert_eq!(agreed, Ok(7));
+        let agreed =
+            Processes::new(&mut Alone { arrives: arrives() }).agree(Err::<u8, _>(4), |_| (1, "no".into()));
+        assert_eq!(agreed, Err(Refused { process: 1, code: 1, message: "no".into() }.into()));
     }
 
     #[test]
