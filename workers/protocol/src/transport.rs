@@ -110,6 +110,16 @@ impl Placement {
         (processes > 0 && workers >= processes).then_some(Placement { workers, processes })
     }
 
+    /// Returns the number of workers.
+    pub fn workers(self) -> u32 {
+        self.workers
+    }
+
+    /// Returns the number of processes.
+    pub fn processes(self) -> u32 {
+        self.processes
+    }
+
     /// Returns the process that runs a rank.
     pub fn process_of(self, rank: Rank) -> u32 {
         let worker = u64::from(rank.saturating_sub(1));

@@ -5,11 +5,16 @@ mod channel;
 
 mod frames;
 
+pub mod over_wire;
+
 pub mod pipe;
 
 pub mod process;
 
 mod sim;
+
+#[cfg(unix)]
+pub mod socket;
 
 use septet_geometry::point::Point;
 use septet_protocol::ids::COORDINATOR;

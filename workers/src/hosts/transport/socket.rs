@@ -1,0 +1,280 @@
+//! A wire between processes of one computer, over Unix sockets.
+//!
+//! Every process listens in a folder that only its user can open, and connects to the processes before it. A thread for
+//! each connection reads parcels, so that writing never waits for the other side to write. A process can be at most one
+//! exchange ahead of another. A connection that ends before an awaited parcel means that the process is gone.
+//!
+//! | part of a parcel | bytes |
+//! |---|---|
+//! | head | state u8, whether there is a parcel u8, length u64 |
+//! | content | the bytes of the parcel |
+//!
+//! [`Processes`](septet_protocol::wire::Processes) adds the checksum of the content.
+
+use std::fs;
+use std::io::{self, ErrorKind, Read, Write};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::{Receiver, unbounded};
+use septet_protocol::wire::{Arrived, Parcel, Wire, WireError};
+
+/// The time in which all processes must have started.
+const PATIENCE: Duration = Duration::from_mins(1);
+
+/// The time between two attempts to connect.
+const PAUSE: Duration = Duration::from_millis(2);
+
+/// The number of bytes that are read at a time, so that memory grows with the bytes that arrive.
+const STEP: u64 = 1 << 22;
+
+/// The head and the content of what a process sends to another one in an exchange.
+struct Sent {
+    state: u8,
+    bytes: Option<Vec<u8>>,
+}
+
+/// The connection to another process.
+struct Peer {
+    stream: UnixStream,
+    received: Receiver<io::Result<Sent>>,
+}
+
+/// The end of one process.
+pub struct SocketWire {
+    process: u32,
+    /// The other processes, by number; `None` at the place of this one.
+    peers: Vec<Option<Peer>>,
+}
+
+impl SocketWire {
+    /// Connects process `process` of `processes` with the others. All of them call this function with the same folder.
+    ///
+    /// # Errors
+    /// Fails if the folder cannot be used, or if a process does not appear within a minute.
+    pub fn connect(folder: &Path, process: u32, processes: u32) -> io::Result<Self> {
+        let end = Instant::now() + PATIENCE;
+        let own = address(folder, process);
+        // The name is complete before the socket appears under it.
+        let draft = own.with_extension("new");
+        let listener = UnixListener::bind(&draft)?;
+        fs::rename(&draft, &own)?;
+        let mut peers: Vec<Option<Peer>> = (0..processes).map(|_| None).collect();
+        for other in 0..process {
+            let mut stream = reach(&address(folder, other), end)?;
+            stream.write_all(&process.to_le_bytes())?;
+            peers[other as usize] = Some(peer(stream)?);
+        }
+        listener.set_nonblocking(true)?;
+        for _ in process + 1..processes {
+            let mut stream = accept(&listener, end)?;
+            stream.set_nonblocking(false)?;
+            let mut number = [0; 4];
+            stream.read_exact(&mut number)?;
+            let place = peers.get_mut(u32::from_le_bytes(number) as usize).filter(|place| place.is_none());
+            let unknown =
+                || io::Error::new(ErrorKind::InvalidData, "a process with an invalid number connected");
+            *place.ok_or_else(unknown)? = Some(peer(stream)?);
+        }
+        fs::remove_file(&own)?;
+        Ok(SocketWire { process, peers })
+    }
+}
+
+fn address(folder: &Path, process: u32) -> PathBuf {
+    folder.join(process.to_string())
+}
+
+fn late() -> io::Error {
+    io::Error::new(ErrorKind::TimedOut, "a process of the run did not start within a minute")
+}
+
+/// Connects to a socket that may not exist yet.
+fn reach(address: &Path, end: Instant) -> io::Result<UnixStream> {
+    loop {
+        match UnixStream::connect(address) {
+            Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::ConnectionRefused) => {
+                if Instant::now() > end {
+                    return Err(late());
+                }
+                thread::sleep(PAUSE);
+            }
+            connected => return connected,
+        }
+    }
+}
+
+fn accept(listener: &UnixListener, end: Instant) -> io::Result<UnixStream> {
+    loop {
+        match listener.accept() {
+            Ok((stream, _)) => return Ok(stream),
+            Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                if Instant::now() > end {
+                    return Err(late());
+                }
+                thread::sleep(PAUSE);
+            }
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+/// Starts the thread that reads from a connection. It ends with the connection.
+fn peer(stream: UnixStream) -> io::Result<Peer> {
+    let (to, received) = unbounded();
+    let mut reading = stream.try_clone()?;
+    thread::Builder::new().name("septet-wire".to_string()).spawn(move || {
+        loop {
+            let sent = read_sent(&mut reading);
+            let is_end = sent.is_err();
+            if to.send(sent).is_err() || is_end {
+                return;
+            }
+        }
+    })?;
+    Ok(Peer { stream, received })
+}
+
+fn read_sent(from: &mut impl Read) -> io::Result<Sent> {
+    let mut head = [0; 10];
+    from.read_exact(&mut head)?;
+    let [state, has_parcel, length @ ..] = head;
+    let length = u64::from_le_bytes(length);
+    let mut bytes = Vec::new();
+    while (bytes.len() as u64) < length {
+        let step = (length - bytes.len() as u64).min(STEP);
+        bytes.reserve(step as usize);
+        if from.by_ref().take(step).read_to_end(&mut bytes)? as u64 != step {
+            return Err(ErrorKind::UnexpectedEof.into());
+        }
+    }
+    Ok(Sent { state, bytes: (has_parcel != 0).then_some(bytes) })
+}
+
+fn write_sent(to: &mut impl Write, state: u8, bytes: Option<&[u8]>) -> io::Result<()> {
+    let mut head = [0; 10];
+    head[0] = state;
+    head[1] = u8::from(bytes.is_some());
+    let bytes = bytes.unwrap_or_default();
+    head[2..].copy_from_slice(&(bytes.len() as u64).to_le_bytes());
+    to.write_all(&head)?;
+    to.write_all(bytes)
+}
+
+fn lost(process: usize, error: &io::Error) -> WireError {
+    let reason = match error.kind() {
+        ErrorKind::UnexpectedEof | ErrorKind::BrokenPipe | ErrorKind::ConnectionReset => {
+            "its connection ended".to_string()
+        }
+        _ => error.to_string(),
+    };
+    WireError::Lost { process: process as u32, reason }
+}
+
+impl Wire for SocketWire {
+    fn process(&self) -> u32 {
+        self.process
+    }
+
+    fn processes(&self) -> u32 {
+        self.peers.len() as u32
+    }
+
+    fn exchange(&mut self, members: u32, sent: Vec<Parcel>, state: u8) -> Result<Arrived, WireError> {
+        let mut contents: Vec<Option<Vec<u8>>> = self.peers.iter().map(|_| None).collect();
+        for Parcel { process, bytes } in sent {
+            contents[process as usize] = Some(bytes);
+        }
+        let others = || self.peers.iter().enumerate().take(members as usize);
+        for (process, peer) in others() {
+            if let Some(Peer { stream, .. }) = peer {
+                let bytes = contents[process].take();
+                let written = write_sent(&mut &*stream, state, bytes.as_deref());
+                written.map_err(|error| lost(process, &error))?;
+            }
+        }
+        let mut arrived = Arrived { parcels: Vec::new(), state };
+        for (process, peer) in others() {
+            let Some(Peer { received, .. }) = peer else { continue };
+            let ended = || io::Error::from(ErrorKind::UnexpectedEof);
+            let got = received.recv().unwrap_or_else(|_| Err(ended()));
+            let Sent { state, bytes } = got.map_err(|error| lost(process, &error))?;
+            arrived.state = arrived.state.max(state);
+            arrived.parcels.extend(bytes.map(|bytes| Parcel { process: process as u32, bytes }));
+        }
+        Ok(arrived)
+    }
+}
+
+impl Drop for SocketWire {
+    fn drop(&mut self) {
+        // The reading threads end with their connections.
+        for Peer { stream, .. } in self.peers.iter().flatten() {
+            let _ = stream.shutdown(std::net::Shutdown::Write);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Runs a function on each of `n` processes, which are threads here.
+    fn each<T: Send>(n: u32, of: impl Fn(&mut SocketWire) -> T + Sync) -> Vec<T> {
+        let folder = std::env::temp_dir().join(format!("septet-wire-{}-{n}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let all = thread::scope(|scope| {
+            let (of, folder) = (&of, &folder);
+            let run = move |process| of(&mut SocketWire::connect(folder, process, n).unwrap());
+            let threads: Vec<_> = (0..n).map(|process| scope.spawn(move || run(process))).collect();
+            threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+        });
+        fs::remove_dir(&folder).unwrap();
+        all
+    }
+
+    #[test]
+    fn parcels_arrive_in_the_order_of_their_senders() {
+        for n in [1, 2, 5] {
+            each(n, |wire| {
+                let own = wire.process();
+                for round in 0..50_u32 {
+                    // Large enough that a socket does not take it at once.
+                    let bytes =
+                        |from: u32, to: u32| vec![(from * 7 + to + round) as u8; (1 << 18) * to as usize];
+                    let receives = |from: u32, to: u32| from != to && !(from + to + round).is_multiple_of(3);
+                    let sent = (0..n).filter(|&to| receives(own, to));
+                    let sent = sent.map(|to| Parcel { process: to, bytes: bytes(own, to) }).collect();
+                    let arrived = wire.exchange(n, sent, (own == round % n) as u8 * 9).unwrap();
+                    let expected = (0..n).filter(|&from| receives(from, own));
+                    let expected: Vec<Parcel> =
+                        expected.map(|from| Parcel { process: from, bytes: bytes(from, own) }).collect();
+                    assert!(arrived.parcels == expected && arrived.state == 9, "{n} {own} {round}");
+                }
+            });
+        }
+    }
+
+    #[test]
+    fn the_first_processes_can_exchange_alone() {
+        let found = each(4, |wire| {
+            let alone = (wire.process() < 2).then(|| wire.exchange(2, Vec::new(), 3).unwrap().state);
+            (alone, wire.exchange(4, Vec::new(), wire.process() as u8).unwrap().state)
+        });
+        assert_eq!(found, [(Some(3), 3), (Some(3), 3), (None, 3), (None, 3)]);
+    }
+
+    #[test]
+    fn a_process_that_ends_is_lost() {
+        let found = each(3, |wire| {
+            wire.exchange(3, Vec::new(), 0).unwrap();
+            (wire.process() != 1).then(|| wire.exchange(3, Vec::new(), 0).unwrap_err())
+        });
+        let lost = |of: u32| WireError::Lost { process: of, reason: "its connection ended".to_string() };
+        assert!(found[1].is_none());
+        // The third process may notice the end of the first before that of the second.
+        assert!([&found[0], &found[2]].iter().any(|e| **e == Some(lost(1))), "{found:?}");
+    }
+}
