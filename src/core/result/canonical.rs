@@ -16,7 +16,7 @@ use septet_workers::share::Share;
 use crate::result::pieces::Pieces;
 
 /// Puts a positively oriented row into canonical order: sorts it and, if the permutation was odd, swaps the last two.
-fn canonical_row(row: &mut [u64]) {
+pub fn canonical_row(row: &mut [u64]) {
     let mut odd = false;
     for i in 1..row.len() {
         let mut j = i;

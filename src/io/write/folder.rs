@@ -14,26 +14,35 @@ use super::stage::{beside, refuse_read_only, write_synced};
 /// The smallest number of digits in the name of a piece.
 const DIGITS: usize = 4;
 
-/// A folder of pieces under a temporary name.
-pub(super) struct Folder {
+/// The files of a folder of pieces under a temporary name.
+#[derive(Clone, Debug)]
+pub(super) struct Pieces {
     temporary: PathBuf,
     target: PathBuf,
     /// Number of digits in the name of a piece.
     digits: usize,
-    is_placed: bool,
 }
 
-impl Folder {
-    /// Creates a folder for this number of pieces.
-    pub(super) fn create(target: &Path, pieces: u32) -> Result<Self, OutputError> {
-        let ((), temporary) = beside(target, |path| fs::create_dir(path))?;
+impl Pieces {
+    /// Returns the files of a folder for this number of pieces, which has the name `temporary` now.
+    pub(super) fn of(temporary: PathBuf, target: &Path, pieces: u32) -> Self {
         let digits = pieces.saturating_sub(1).to_string().len().max(DIGITS);
-        Ok(Folder { temporary, target: target.to_path_buf(), digits, is_placed: false })
+        Pieces { temporary, target: target.to_path_buf(), digits }
     }
 
     /// Returns the name of a piece, without its folder.
     pub(super) fn name(&self, piece: u32) -> String {
         format!("{piece:0digits$}.vtu", digits = self.digits)
+    }
+
+    /// Returns the final path of the folder.
+    pub(super) fn target(&self) -> &Path {
+        &self.target
+    }
+
+    /// Returns the temporary path of the folder.
+    pub(super) fn temporary(&self) -> &Path {
+        &self.temporary
     }
 
     /// Writes a piece.
@@ -49,23 +58,42 @@ impl Folder {
         let file = file.map_err(|source| OutputError::Io { path: target.clone(), source })?;
         write_synced(file, &target, body)
     }
+}
+
+/// A folder of pieces under a temporary name. Unless it is placed, it is removed.
+pub(super) struct Folder {
+    pieces: Pieces,
+    is_placed: bool,
+}
+
+impl Folder {
+    /// Creates a folder for this number of pieces.
+    pub(super) fn create(target: &Path, pieces: u32) -> Result<Self, OutputError> {
+        let ((), temporary) = beside(target, |path| fs::create_dir(path))?;
+        Ok(Folder { pieces: Pieces::of(temporary, target, pieces), is_placed: false })
+    }
+
+    /// Returns the files of the folder.
+    pub(super) fn pieces(&self) -> &Pieces {
+        &self.pieces
+    }
 
     /// Gives the folder its name. A former folder of pieces is moved aside.
     pub(super) fn place(mut self) -> Result<Placed, OutputError> {
-        check(&self.target)?;
-        let former = if fs::symlink_metadata(&self.target).is_ok() {
+        let Pieces { temporary, target, .. } = self.pieces.clone();
+        check(&target)?;
+        let former = if fs::symlink_metadata(&target).is_ok() {
             let aside = |path: &Path| match fs::symlink_metadata(path) {
                 Ok(_) => Err(io::Error::from(ErrorKind::AlreadyExists)),
-                Err(_) => fs::rename(&self.target, path),
+                Err(_) => fs::rename(&target, path),
             };
-            Some(beside(&self.target, aside)?.1)
+            Some(beside(&target, aside)?.1)
         } else {
             None
         };
-        let mut placed = Placed { target: self.target.clone(), former, is_new: false, is_kept: false };
+        let mut placed = Placed { target: target.clone(), former, is_new: false, is_kept: false };
         // If this fails, dropping `placed` restores the former folder.
-        fs::rename(&self.temporary, &self.target)
-            .map_err(|source| OutputError::Io { path: self.target.clone(), source })?;
+        fs::rename(&temporary, &target).map_err(|source| OutputError::Io { path: target, source })?;
         self.is_placed = true;
         placed.is_new = true;
         Ok(placed)
@@ -75,7 +103,7 @@ impl Folder {
 impl Drop for Folder {
     fn drop(&mut self) {
         if !self.is_placed {
-            remove(&self.temporary);
+            remove(&self.pieces.temporary);
         }
     }
 }
@@ -161,7 +189,7 @@ mod tests {
         fs::create_dir(&target).unwrap();
         fs::write(target.join("0007.vtu"), "old").unwrap();
         let folder = Folder::create(&target, 3).unwrap();
-        folder.write(1, |out| Ok(out.write_all(b"new")?)).unwrap();
+        folder.pieces().write(1, |out| Ok(out.write_all(b"new")?)).unwrap();
         (directory, target, folder)
     }
 
@@ -199,7 +227,7 @@ mod tests {
     #[test]
     fn a_failing_rename_leaves_the_former_folder() {
         let (directory, target, folder) = waiting();
-        remove(&folder.temporary);
+        remove(folder.pieces().temporary());
         assert!(matches!(folder.place(), Err(OutputError::Io { .. })));
         assert_eq!(names(&target), ["0007.vtu"]);
         assert_eq!(names(directory.path()), ["a.pieces"]);
@@ -229,7 +257,8 @@ mod tests {
     #[test]
     fn names_of_pieces_have_the_same_length() {
         let directory = tempfile::tempdir().unwrap();
-        let name = |pieces, piece| Folder::create(&directory.path().join("p"), pieces).unwrap().name(piece);
+        let name =
+            |pieces, piece| Folder::create(&directory.path().join("p"), pieces).unwrap().pieces().name(piece);
         assert_eq!(name(0, 0), "0000.vtu");
         assert_eq!(name(10_000, 9_999), "9999.vtu");
         assert_eq!(name(10_001, 3), "00003.vtu");

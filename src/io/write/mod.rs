@@ -19,6 +19,7 @@ mod points;
 mod pvtu;
 mod quality;
 mod records;
+mod shared;
 #[doc(hidden)]
 pub mod stage;
 mod stl;
@@ -40,6 +41,7 @@ pub use format::{MshVersion, OutputFormat, PointFormat};
 pub use options::WriteOptions;
 pub use points::{check_points_output, write_points, write_points_to};
 pub use quality::radius_edge_ratio;
+pub use shared::{SharedMesh, check_shared, write_shared};
 
 use error::WriteFault;
 use options::check_first_id;

@@ -13,13 +13,23 @@ pub(super) fn write_cells(
     progress: &mut WriteProgress<'_>,
 ) -> Result<(), WriteFault> {
     let (cells, width) = (mesh.cells, mesh.dimension + 1);
-    write_head(out, "<i8", mesh.cell_count(), width)?;
+    write_cells_head(out, mesh.cell_count(), width)?;
     write_records(out, mesh.cell_count(), progress, |buffer, row| {
-        for index in &cells[row * width..(row + 1) * width] {
-            buffer.extend_from_slice(&index.to_le_bytes());
-        }
+        push_cell(buffer, &cells[row * width..(row + 1) * width]);
     })?;
     Ok(())
+}
+
+/// Writes the header of an array of cells with this number of vertices.
+pub(super) fn write_cells_head(out: &mut dyn Write, cells: usize, corners: usize) -> io::Result<()> {
+    write_head(out, "<i8", cells, corners)
+}
+
+/// Appends the vertices of a cell.
+pub(super) fn push_cell(buffer: &mut Vec<u8>, cell: &[u64]) {
+    for index in cell {
+        buffer.extend_from_slice(&index.to_le_bytes());
+    }
 }
 
 /// Writes points.

@@ -16,7 +16,7 @@ use septet_core::model::MeshView;
 use septet_core::result::part::{Division, DivisionError, Part};
 
 use super::error::{OutputError, WriteFault};
-use super::folder::{self, Folder};
+use super::folder::{self, Folder, Pieces};
 use super::names::pieces_path;
 use super::options::WriteOptions;
 use super::records::WriteProgress;
@@ -66,24 +66,45 @@ pub(super) fn write(
     for batch in workers.chunks(rayon::current_num_threads()) {
         let piece = |&worker: &u32| {
             let part = division.part(worker);
-            folder.write(worker - 1, |out| Ok(write_part(out, &part, options)?))?;
+            write_piece(folder.pieces(), worker, &part, options)?;
             Ok(vtu::records(part.owned_points, part.owned_cells))
         };
         let written = batch.par_iter().map(piece).collect::<Result<Vec<u64>, OutputError>>()?;
         progress.advance(written.iter().sum());
     }
-    let sources: Vec<String> = workers.iter().map(|worker| folder.name(worker - 1)).collect();
-    let empty = empty_part(mesh);
     let mut stage = Stage::default();
-    stage.write(path, |out| {
-        with_arrays(&empty, options, |_, arrays| write_list(out, arrays, &target, &sources))
-            .map_err(WriteFault::from)
-    })?;
+    stage_list(&mut stage, path, &empty_part(mesh), options, folder.pieces(), division.workers())?;
     let placed = folder.place()?;
     let mut files = stage.commit()?;
     placed.keep();
     files.push(target);
     Ok(files)
+}
+
+/// Writes the piece of a worker.
+pub(super) fn write_piece(
+    pieces: &Pieces,
+    worker: u32,
+    part: &Part,
+    options: &WriteOptions<'_>,
+) -> Result<(), OutputError> {
+    pieces.write(worker - 1, |out| Ok(write_part(out, part, options)?))
+}
+
+/// Writes the file that lists the pieces of all workers under a temporary name. The empty part has their arrays.
+pub(super) fn stage_list(
+    stage: &mut Stage,
+    path: &Path,
+    empty: &Part,
+    options: &WriteOptions<'_>,
+    pieces: &Pieces,
+    workers: u32,
+) -> Result<(), OutputError> {
+    let sources: Vec<String> = (0..workers).map(|piece| pieces.name(piece)).collect();
+    stage.write(path, |out| {
+        with_arrays(empty, options, |_, arrays| write_list(out, arrays, pieces.target(), &sources))
+            .map_err(WriteFault::from)
+    })
 }
 
 /// Returns a part without points and cells that has the same arrays as the parts of a triangulation.

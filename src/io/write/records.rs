@@ -1,6 +1,7 @@
 //! Writes streams of records, which are formatted in parallel and written in order.
 
 use std::io::{self, Write};
+use std::ops::Range;
 
 use rayon::prelude::*;
 
@@ -46,9 +47,19 @@ pub(super) fn write_records(
     progress: &mut WriteProgress<'_>,
     format: impl Fn(&mut Vec<u8>, usize) + Sync,
 ) -> io::Result<()> {
-    let mut start = 0;
-    while start < count {
-        let end = count.min(start + CHUNK * BATCH);
+    write_range(out, 0..count, progress, format)
+}
+
+/// Writes the records of a range. `format` appends a record to a buffer.
+pub(super) fn write_range(
+    out: &mut dyn Write,
+    range: Range<usize>,
+    progress: &mut WriteProgress<'_>,
+    format: impl Fn(&mut Vec<u8>, usize) + Sync,
+) -> io::Result<()> {
+    let mut start = range.start;
+    while start < range.end {
+        let end = range.end.min(start + CHUNK * BATCH);
         let chunks: Vec<Vec<u8>> = (start..end)
             .into_par_iter()
             .step_by(CHUNK)

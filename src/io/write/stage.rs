@@ -45,6 +45,15 @@ impl Stage {
         Ok(file)
     }
 
+    /// Creates an empty file of the set under a temporary name, which is returned without its directory. The target is not
+    /// special.
+    pub(super) fn reserve(&mut self, target: &Path) -> Result<String, OutputError> {
+        let (_, temporary) = create_beside(target)?;
+        let name = temporary.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        self.files.push((Some(temporary), target.to_path_buf()));
+        Ok(name)
+    }
+
     /// Writes one file of the set. The bytes are compressed if its name ends in `.gz`.
     pub(in crate::write) fn write(
         &mut self,
@@ -164,7 +173,7 @@ pub fn sync(file: &File) -> io::Result<()> {
     if file.metadata()?.is_file() { file.sync_all() } else { Ok(()) }
 }
 
-fn directory_of(path: &Path) -> &Path {
+pub(super) fn directory_of(path: &Path) -> &Path {
     path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 

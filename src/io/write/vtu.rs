@@ -4,11 +4,14 @@
 //! after it. Points in the plane get z = 0.
 
 use std::io::{self, Write};
+use std::ops::Range;
 
 use super::error::WriteFault;
+use super::npy::push_cell;
 use super::options::WriteOptions;
 use super::quality::{least_angle, radius_edge_ratio};
-use super::records::{WriteProgress, write_records};
+use super::records::{WriteProgress, write_range};
+use crate::read::Column;
 use septet_core::model::{Labels, MeshView, Points};
 
 /// Cell types of VTK.
@@ -18,6 +21,9 @@ pub(super) const TETRAHEDRON: u8 = 10;
 
 pub(super) const POINT_DATA: &str = "PointData GlobalIds=\"GlobalPointIds\"";
 pub(super) const CELL_DATA: &str = "CellData GlobalIds=\"GlobalCellIds\" Scalars=\"radius_edge_ratio\"";
+
+/// The opening tags of the data of a triangulation.
+const GRID_DATA: [&str; 2] = [POINT_DATA, CELL_DATA];
 
 /// The section of the file that has an array.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -47,6 +53,33 @@ pub(super) struct Array<'a> {
 }
 
 impl Array<'_> {
+    /// Returns an array of `total` records that contains the records of this array from number `first`. Records before
+    /// and after them cannot be written.
+    pub fn placed(self, first: usize, total: usize) -> Self {
+        let record = self.record;
+        Array { count: total, record: Box::new(move |buffer, i| record(buffer, i - first)), ..self }
+    }
+
+    /// Writes the number of bytes of all records, which precedes them.
+    pub fn write_length(&self, out: &mut dyn Write) -> io::Result<()> {
+        out.write_all(&((self.count * self.width) as u64).to_le_bytes())
+    }
+
+    /// Writes the records of a range.
+    pub fn write(
+        &self,
+        out: &mut dyn Write,
+        range: Range<usize>,
+        progress: &mut WriteProgress<'_>,
+    ) -> io::Result<()> {
+        write_range(out, range, progress, &*self.record)
+    }
+
+    /// Returns the position of a record in the bytes of the array, which begin with their number.
+    pub fn position(&self, record: usize) -> usize {
+        LENGTH + record * self.width
+    }
+
     /// Returns `true` for the global ids of points or cells.
     pub fn has_global_ids(&self) -> bool {
         self.attributes == IDS
@@ -58,6 +91,12 @@ impl Array<'_> {
         format!("type=\"{kind}\"{attributes} Name=\"{}\"", escaped(name))
     }
 }
+
+/// The bytes of the length of an array.
+const LENGTH: usize = 8;
+
+/// The end of a file, after the arrays.
+pub(super) const TAIL: &[u8] = b"\n  </AppendedData>\n</VTKFile>\n";
 
 /// The attribute of an array of global ids.
 const IDS: &str = " IdType=\"1\"";
@@ -81,48 +120,68 @@ pub(super) fn write(
 pub(super) fn write_grid<'a>(
     out: &mut dyn Write,
     mesh: &MeshView<'a>,
-    mut arrays: Vec<Array<'a>>,
+    arrays: Vec<Array<'a>>,
     progress: &mut WriteProgress<'_>,
 ) -> io::Result<()> {
     let corners = mesh.dimension + 1;
     let (cells, count) = (mesh.cells, mesh.cell_count());
-    let (dimension, coordinates) = (mesh.dimension, mesh.coordinates);
+    let connectivity: Record<'_> =
+        Box::new(move |buffer, i| push_cell(buffer, &cells[i * corners..(i + 1) * corners]));
+    let points = points(mesh.dimension, mesh.coordinates);
+    let arrays = grid_arrays(arrays, points, mesh.dimension, (count, connectivity));
+    head_and_arrays(out, GRID_DATA, (mesh.point_count(), count), &arrays, progress)
+}
+
+/// Appends the arrays of points and cells to those of point data and cell data. The number of cells and the vertices of a
+/// cell are given.
+pub(super) fn grid_arrays<'a>(
+    mut arrays: Vec<Array<'a>>,
+    points: Array<'a>,
+    dimension: usize,
+    (count, connectivity): (usize, Record<'a>),
+) -> Vec<Array<'a>> {
+    let corners = dimension + 1;
     let kind = if dimension == 3 { TETRAHEDRON } else { TRIANGLE };
-    let connectivity: Record<'_> = Box::new(move |buffer, i| {
-        for vertex in &cells[i * corners..(i + 1) * corners] {
-            buffer.extend_from_slice(&vertex.to_le_bytes());
-        }
-    });
-    arrays.push(points(dimension, coordinates));
     let width = 8 * corners;
+    arrays.push(points);
     arrays.push(cell_array(Section::Cells, "connectivity", "Int64", (count, width), connectivity));
     arrays.extend(offsets_and_types(count, corners, kind));
-    head_and_arrays(out, [POINT_DATA, CELL_DATA], (mesh.point_count(), count), &arrays, progress)
+    arrays
 }
 
 /// Returns the arrays of point data and cell data.
 pub(super) fn data_arrays<'a>(mesh: &MeshView<'a>, options: &WriteOptions<'a>) -> Vec<Array<'a>> {
     let corners = mesh.dimension + 1;
-    let (cells, count) = (mesh.cells, mesh.cell_count());
-    let (dimension, coordinates) = (mesh.dimension, mesh.coordinates);
+    let (dimension, coordinates, cells) = (mesh.dimension, mesh.coordinates, mesh.cells);
     let ratio: Record<'a> = Box::new(move |buffer, i| {
         let cell = &cells[i * corners..(i + 1) * corners];
         let ratio = radius_edge_ratio(dimension, coordinates, cell);
         buffer.extend_from_slice(&ratio.to_le_bytes());
     });
-    let mut arrays = vec![point_ids(mesh.point_count())];
-    arrays.extend(options.point_data.iter().map(|column| {
-        let record: Record<'a> = Box::new(|b, i| b.extend_from_slice(&column.values[i].to_le_bytes()));
-        cell_array(Section::PointData, &column.name, "Float64", (column.values.len(), 8), record)
-    }));
-    arrays.push(cell_ids(count));
-    arrays.push(cell_array(Section::CellData, "radius_edge_ratio", "Float64", (count, 8), ratio));
+    let counts = (mesh.point_count(), mesh.cell_count());
+    let mut arrays = plain_data_arrays(counts, options.point_data, ratio);
     if options.with_owner {
         arrays.extend(owners(mesh));
     }
     if let Some(labels) = mesh.labels {
         arrays.extend(labelled(mesh, labels));
     }
+    arrays
+}
+
+/// Returns the arrays of point data and cell data that every triangulation has, and the columns of point data.
+pub(super) fn plain_data_arrays<'a>(
+    (points, cells): (usize, usize),
+    columns: &'a [Column],
+    ratio: Record<'a>,
+) -> Vec<Array<'a>> {
+    let mut arrays = vec![point_ids(points)];
+    arrays.extend(columns.iter().map(|column| {
+        let record: Record<'a> = Box::new(|b, i| b.extend_from_slice(&column.values[i].to_le_bytes()));
+        cell_array(Section::PointData, &column.name, "Float64", (column.values.len(), 8), record)
+    }));
+    arrays.push(cell_ids(cells));
+    arrays.push(cell_array(Section::CellData, "radius_edge_ratio", "Float64", (cells, 8), ratio));
     arrays
 }
 
@@ -240,10 +299,28 @@ pub(super) fn head_and_arrays(
 ) -> io::Result<()> {
     write_head(out, data, (points, cells), arrays)?;
     for array in arrays {
-        out.write_all(&((array.count * array.width) as u64).to_le_bytes())?;
-        write_records(out, array.count, progress, &*array.record)?;
+        array.write_length(out)?;
+        array.write(out, 0..array.count, progress)?;
     }
-    out.write_all(b"\n  </AppendedData>\n</VTKFile>\n")
+    out.write_all(TAIL)
+}
+
+/// Returns the XML header of a triangulation with this number of points and of cells.
+pub(super) fn grid_head(counts: (usize, usize), arrays: &[Array<'_>]) -> io::Result<Vec<u8>> {
+    let mut head = Vec::new();
+    write_head(&mut head, GRID_DATA, counts, arrays)?;
+    Ok(head)
+}
+
+/// Returns the position of each array after the header, then the position of the end.
+pub(super) fn offsets(arrays: &[Array<'_>]) -> Vec<usize> {
+    let mut offsets = vec![0];
+    let mut end = 0;
+    for array in arrays {
+        end += array.position(array.count);
+        offsets.push(end);
+    }
+    offsets
 }
 
 /// Escapes a name for an XML attribute. Control characters, which XML does not allow, become `?`.
@@ -281,13 +358,7 @@ fn write_head(
     writeln!(out, "  <UnstructuredGrid>")?;
     writeln!(out, "    <Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">")?;
     // The data are stored in the order of the arrays, which may differ from the order of the sections.
-    let mut offset = 0;
-    let place = |array: &Array<'_>| {
-        let here = offset;
-        offset += 8 + array.count * array.width;
-        here
-    };
-    let offsets: Vec<usize> = arrays.iter().map(place).collect();
+    let offsets = offsets(arrays);
     for (section, tag) in sections {
         writeln!(out, "      <{tag}>")?;
         let own = arrays.iter().zip(&offsets).filter(|(array, _)| array.section == section);

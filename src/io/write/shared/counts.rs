@@ -1,0 +1,61 @@
+//! The numbers of rows, cells and workers of all processes.
+
+use septet_protocol::wire::{Ended, Processes};
+
+use super::fault::{SharedFault, describe};
+use super::mesh::SharedMesh;
+
+/// The numbers that determine the places of the shares in the outputs.
+#[derive(Clone, Debug)]
+pub(super) struct Counts {
+    /// Number of rows of all processes.
+    pub rows: u64,
+    /// Number of cells of all processes.
+    pub cells: u64,
+    /// Number of workers of all processes.
+    pub workers: u32,
+    /// For each worker of this process the number of its first cell. Cells are numbered worker by worker.
+    pub first_cells: Vec<u64>,
+}
+
+impl Counts {
+    /// Collects the numbers, and checks that the shares fit together.
+    pub fn gather(processes: &mut Processes<'_>, mesh: &SharedMesh<'_>) -> Result<Self, Ended> {
+        let cells: Vec<u64> = mesh.part.subdomains.iter().map(|own| own.cell_count() as u64).collect();
+        let all = processes.all_gather(&(mesh.first, mesh.rows.len() as u64, cells))?;
+        let process = processes.process();
+        let mut counts = Counts { rows: 0, cells: 0, workers: 0, first_cells: Vec::new() };
+        let mut is_consecutive = true;
+        for (of, (first, rows, cells)) in (0..).zip(&all) {
+            is_consecutive &= *first == counts.rows;
+            counts.rows = counts.rows.saturating_add(*rows);
+            counts.workers += cells.len() as u32;
+            for worker in cells {
+                if of == process {
+                    counts.first_cells.push(counts.cells);
+                }
+                counts.cells = counts.cells.saturating_add(*worker);
+            }
+        }
+        let own = counts.check(mesh, process, is_consecutive).map_err(SharedFault::inconsistent);
+        processes.agree(own, describe)?;
+        Ok(counts)
+    }
+
+    fn check(&self, mesh: &SharedMesh<'_>, process: u32, is_consecutive: bool) -> Result<(), String> {
+        let part = mesh.part;
+        if !is_consecutive {
+            return Err("the rows of the processes are not consecutive".to_string());
+        }
+        let ranks = part.subdomains.iter().map(|own| own.rank);
+        let is_placed =
+            part.placement.has_worker(self.workers) && !part.placement.has_worker(self.workers + 1);
+        if !is_placed || !ranks.eq(part.placement.workers_of(process)) {
+            return Err(format!("process {process} has the subdomains of other workers"));
+        }
+        if self.cells != part.cells || (mesh.is_flat() && self.cells > 0) {
+            return Err(format!("the processes hold {} of {} cells", self.cells, part.cells));
+        }
+        mesh.check(self.rows)
+    }
+}

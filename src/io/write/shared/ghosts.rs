@@ -1,0 +1,166 @@
+//! The exchange of ghost cells: a cell with a vertex of another worker goes to the process of that worker.
+//!
+//! A parcel consists of blocks of words. A block has the cells of one subdomain for one other worker: the worker, the
+//! numbers of points and of cells, the points and the cells. A point is its input index and the bits of its coordinates.
+//! Points of the receiving worker are omitted. A cell is its canonical row and its number in the whole triangulation.
+
+use std::ops::Range;
+
+use septet_core::result::subdomain::Subdomain;
+use septet_protocol::wire::{Ended, Parcel, Processes, WireError};
+
+use super::cells::{append_rows, write_row};
+use super::counts::Counts;
+use super::mesh::SharedMesh;
+use super::words::{append, first_not_less, sort_rows, words_of};
+
+/// Number of words before the points of a block.
+const HEAD: usize = 3;
+
+/// The ghost cells of the workers of a process.
+#[derive(Debug)]
+pub(super) struct Ghosts {
+    parcels: Vec<Parcel>,
+    blocks: Vec<Block>,
+}
+
+/// The place of a block in the parcels.
+#[derive(Clone, Debug)]
+struct Block {
+    worker: u32,
+    parcel: usize,
+    points: Range<usize>,
+    cells: Range<usize>,
+}
+
+impl Ghosts {
+    /// Sends the ghost cells of all workers to their processes.
+    pub fn exchange(
+        processes: &mut Processes<'_>,
+        mesh: &SharedMesh<'_>,
+        counts: &Counts,
+    ) -> Result<Self, Ended> {
+        let mut sent: Vec<Vec<u8>> = vec![Vec::new(); processes.processes() as usize];
+        for (subdomain, &first) in mesh.part.subdomains.iter().zip(&counts.first_cells) {
+            append_blocks(mesh, subdomain, first, &mut sent);
+        }
+        let parcels = (0..).zip(sent).map(|(process, bytes)| Parcel { process, bytes });
+        let parcels = processes.scatter(parcels.filter(|parcel| !parcel.bytes.is_empty()).collect())?;
+        let mut blocks = Vec::new();
+        for (at, parcel) in parcels.iter().enumerate() {
+            find_blocks(at, parcel, mesh.part.space, &mut blocks)?;
+        }
+        Ok(Ghosts { parcels, blocks })
+    }
+
+    /// Returns the points of the ghost cells of a worker, without its own, in words. A point may occur several times.
+    pub fn points(&self, worker: u32) -> impl Iterator<Item = u64> + '_ {
+        self.words(worker, |block| block.points.clone())
+    }
+
+    /// Returns the ghost cells of a worker in words.
+    pub fn cells(&self, worker: u32) -> impl Iterator<Item = u64> + '_ {
+        self.words(worker, |block| block.cells.clone())
+    }
+
+    fn words<'a>(
+        &'a self,
+        worker: u32,
+        range: impl Fn(&Block) -> Range<usize> + 'a,
+    ) -> impl Iterator<Item = u64> + 'a {
+        let blocks = self.blocks.iter().filter(move |block| block.worker == worker);
+        blocks.flat_map(move |block| words_of(&self.parcels[block.parcel].bytes[range(block)]))
+    }
+}
+
+/// Appends the blocks of a subdomain to the bytes for each process. The number of its first cell is given.
+fn append_blocks(mesh: &SharedMesh<'_>, subdomain: &Subdomain, first: u64, sent: &mut [Vec<u8>]) {
+    let (space, corners) = (mesh.part.space, mesh.part.space + 1);
+    let mut pairs: Vec<(u32, u32)> = Vec::new();
+    for cell in 0..subdomain.cell_count() {
+        let owners = subdomain.cell(cell).iter().map(|&vertex| subdomain.owners[vertex as usize]);
+        let others = owners.filter(|&owner| owner != subdomain.rank);
+        pairs.extend(others.map(|other| (other, cell as u32)));
+    }
+    if pairs.is_empty() {
+        return;
+    }
+    pairs.sort_unstable();
+    pairs.dedup();
+    let mut rows = Vec::new();
+    append_rows(subdomain, space, false, &mut rows);
+    sort_rows(&mut rows, corners);
+    for cells in pairs.chunk_by(|a, b| a.0 == b.0) {
+        let worker = cells[0].0;
+        let mut points: Vec<u32> =
+            cells.iter().flat_map(|&(_, cell)| subdomain.cell(cell as usize)).copied().collect();
+        points.retain(|&point| subdomain.owners[point as usize] != worker);
+        points.sort_unstable();
+        points.dedup();
+        let Some(bytes) = sent.get_mut(mesh.part.placement.process_of(worker) as usize) else { continue };
+        append(bytes, [u64::from(worker), points.len() as u64, cells.len() as u64]);
+        for point in points.into_iter().map(|point| point as usize) {
+            let place = &subdomain.coordinates[point * space..][..space];
+            append(bytes, [subdomain.ids[point]]);
+            append(bytes, place.iter().map(|coordinate| coordinate.to_bits()));
+        }
+        for &(_, cell) in cells {
+            let mut row = [0; 4];
+            write_row(subdomain, cell as usize, &mut row);
+            let row = &row[..corners];
+            let before = first_not_less(&rows, corners, row) / corners;
+            append(bytes, row.iter().copied().chain([first + before as u64]));
+        }
+    }
+}
+
+/// Finds the blocks of a parcel.
+fn find_blocks(at: usize, parcel: &Parcel, space: usize, blocks: &mut Vec<Block>) -> Result<(), WireError> {
+    let mut start = 0;
+    while start < parcel.bytes.len() {
+        let Some(block) = block_at(&parcel.bytes, start, at, space) else {
+            let reason = "a block of ghost cells is not whole".to_string();
+            return Err(WireError::Corrupt { process: parcel.process, reason });
+        };
+        start = block.cells.end;
+        blocks.push(block);
+    }
+    Ok(())
+}
+
+/// Returns the block at a position. Returns `None` if it is not whole.
+fn block_at(bytes: &[u8], start: usize, parcel: usize, space: usize) -> Option<Block> {
+    let from = start + 8 * HEAD;
+    let mut head = words_of(bytes.get(start..from)?);
+    let worker = u32::try_from(head.next()?).ok()?;
+    let mut end_after = |start: usize, width: usize| {
+        let count = usize::try_from(head.next()?).ok()?;
+        start.checked_add(count.checked_mul(8 * width)?).filter(|end| *end <= bytes.len())
+    };
+    let middle = end_after(from, space + 1)?;
+    let end = end_after(middle, space + 2)?;
+    Some(Block { worker, parcel, points: from..middle, cells: middle..end })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::words::bytes_of;
+    use super::*;
+
+    #[test]
+    fn blocks_that_are_not_whole_are_refused() {
+        let block: Vec<u64> = [5, 1, 2].into_iter().chain(0..3 + 8).collect();
+        let mut parcel = Parcel { process: 0, bytes: bytes_of(&[&block[..], &block].concat()) };
+        let mut blocks = Vec::new();
+        find_blocks(0, &parcel, 2, &mut blocks).unwrap();
+        assert_eq!(blocks.len(), 2);
+        let ghosts = Ghosts { parcels: vec![parcel.clone()], blocks };
+        assert_eq!(ghosts.points(5).collect::<Vec<_>>(), [0, 1, 2, 0, 1, 2]);
+        assert_eq!(ghosts.cells(5).count(), 16);
+        assert_eq!(ghosts.cells(4).count(), 0);
+        parcel.bytes.truncate(8 * 14 * 2 - 8);
+        assert!(find_blocks(0, &parcel, 2, &mut Vec::new()).is_err());
+        parcel.bytes[8..16].copy_from_slice(&u64::MAX.to_le_bytes());
+        assert!(find_blocks(0, &parcel, 2, &mut Vec::new()).is_err());
+    }
+}

@@ -1,0 +1,48 @@
+//! The share of a process.
+
+use septet_core::model::Points;
+use septet_core::result::subdomain::Part;
+
+/// A triangulation that several processes hold: the share of one process.
+#[derive(Clone, Copy, Debug)]
+pub struct SharedMesh<'a> {
+    /// The part of the triangulation.
+    pub part: &'a Part,
+    /// The input rows that this process read, in their order. Rows of all processes are points, duplicates included.
+    pub rows: &'a Points,
+    /// The number of the first of these rows. The rows of a process follow those of the process before it.
+    pub first: u64,
+}
+
+impl SharedMesh<'_> {
+    /// Returns `true` if the points do not span the space, so that there are no cells.
+    pub(super) fn is_flat(&self) -> bool {
+        self.part.dimension < self.part.space as isize
+    }
+
+    /// Checks that the arrays of this process are consistent, given the number of rows of all processes.
+    ///
+    /// # Errors
+    /// Returns the contradiction.
+    pub(super) fn check(&self, rows: u64) -> Result<(), String> {
+        let (space, found) = (self.part.space, self.rows.dimension());
+        if space != found {
+            return Err(format!("rows of {found} coordinates for a triangulation with {space}"));
+        }
+        for subdomain in &self.part.subdomains {
+            let (rank, points) = (subdomain.rank, subdomain.ids.len());
+            let lengths = [subdomain.owners.len(), subdomain.coordinates.len() / space];
+            if lengths != [points; 2] || subdomain.owned > points {
+                return Err(format!("the arrays of worker {rank} have different lengths"));
+            }
+            if let Some(id) = subdomain.ids.iter().find(|id| **id >= rows) {
+                return Err(format!("worker {rank} has point {id} of {rows} points"));
+            }
+            let mut cells = 0..subdomain.cell_count();
+            if cells.any(|cell| subdomain.cell(cell).iter().any(|&vertex| vertex as usize >= points)) {
+                return Err(format!("a cell of worker {rank} has a vertex that is not a point"));
+            }
+        }
+        Ok(())
+    }
+}

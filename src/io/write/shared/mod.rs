@@ -1,0 +1,88 @@
+//! Output of a triangulation that several processes hold: together they write the bytes that one process would write.
+//!
+//! Process 0 creates all files under temporary names. A `.npy` or `.vtu` file has a range of bytes for each process,
+//! because the canonical order is sorted across the processes. A `.pvtu` file has pieces, which the process of the worker
+//! writes. When all processes have written their shares and the bytes are on disk, process 0 renames all files.
+//!
+//! All functions are collective. If a process has an error, all processes return it, and no output is left.
+
+mod cells;
+mod check;
+mod counts;
+mod fault;
+mod flat;
+mod ghosts;
+mod mesh;
+mod piece;
+mod pieces;
+mod ranges;
+mod sort;
+mod staged;
+mod words;
+
+use std::path::PathBuf;
+
+use septet_protocol::wire::{Ended, Processes};
+
+pub use mesh::SharedMesh;
+
+use super::format::OutputFormat;
+use super::options::WriteOptions;
+use counts::Counts;
+use fault::describe;
+use staged::Staged;
+
+/// Checks before a run that all processes can write these outputs together: the formats, the names, and that all
+/// processes see the folders of process 0.
+///
+/// # Errors
+/// Returns the first error of a process on all processes. The exit code is 2 if an output, its format or an option is not
+/// possible, and 1 if a file cannot be written or if the processes do not share its folder.
+pub fn check_shared(
+    processes: &mut Processes<'_>,
+    outputs: &[PathBuf],
+    options: &WriteOptions<'_>,
+) -> Result<(), Ended> {
+    check::check(processes, outputs, options).map(drop)
+}
+
+/// Writes outputs on all processes, and returns the files written. They appear under their names only when all processes
+/// have written all of them. Coordinates of the input must not be -0.0, which readers replace.
+///
+/// # Errors
+/// See [`check_shared`]. Also fails if writing fails, or if the shares of the processes contradict each other. Existing
+/// files then remain unchanged.
+pub fn write_shared(
+    processes: &mut Processes<'_>,
+    outputs: &[PathBuf],
+    mesh: &SharedMesh<'_>,
+    options: &WriteOptions<'_>,
+) -> Result<Vec<PathBuf>, Ended> {
+    let formats = check::check(processes, outputs, options)?;
+    let counts = Counts::gather(processes, mesh)?;
+    let of = |format: OutputFormat| {
+        let all = outputs.iter().zip(&formats);
+        all.filter(move |(_, own)| **own == format).map(|(path, _)| path)
+    };
+    let mut staged = Staged::default();
+    let has_grids = of(OutputFormat::Vtu).next().is_some();
+    if has_grids || of(OutputFormat::Npy).next().is_some() {
+        let cells = sort::sort(processes, mesh, &counts, has_grids)?;
+        for path in of(OutputFormat::Npy) {
+            staged.write_range(processes, path, |place| ranges::write_npy(place, &cells))?;
+        }
+        for path in of(OutputFormat::Vtu) {
+            staged.write_range(processes, path, |place| ranges::write_vtu(place, mesh, &counts, &cells))?;
+        }
+    }
+    for path in of(OutputFormat::Pvtu) {
+        pieces::write(processes, &mut staged, path, mesh, &counts, options)?;
+    }
+    // The other processes have no files to rename.
+    let renamed = staged.commit();
+    processes.agree(renamed.map_err(Into::into), describe)?;
+    Ok(outputs.iter().zip(&formats).flat_map(|(path, format)| format.files(path)).collect())
+}
+
+#[cfg(test)]
+mod tests;

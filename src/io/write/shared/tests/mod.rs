@@ -1,0 +1,175 @@
+//! Outputs of several processes, which are threads here, against those of one.
+
+mod failures;
+mod same_bytes;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread;
+
+use septet_core::config::{Config, Workers};
+use septet_core::model::Points;
+use septet_core::result::subdomain::Part;
+use septet_core::run::distributed::{ProcessPoint, triangulate};
+use septet_core::{Run, channels};
+use septet_protocol::wire::{Arrived, Ended, Parcel, Processes, Wire, WireError};
+
+use super::*;
+
+/// What a thread sends to another in an exchange.
+type Item = (Option<Vec<u8>>, u8);
+
+/// A wire between threads.
+struct Threads {
+    process: u32,
+    to: Vec<Sender<Item>>,
+    from: Vec<Receiver<Item>>,
+}
+
+impl Wire for Threads {
+    fn process(&self) -> u32 {
+        self.process
+    }
+
+    fn processes(&self) -> u32 {
+        self.to.len() as u32
+    }
+
+    fn exchange(&mut self, members: u32, sent: Vec<Parcel>, state: u8) -> Result<Arrived, WireError> {
+        let lost = |process| WireError::Lost { process, reason: "its thread ended".to_string() };
+        let mut bodies: BTreeMap<u32, Vec<u8>> = sent.into_iter().map(|p| (p.process, p.bytes)).collect();
+        let others = || (0..members).filter(|other| *other != self.process);
+        for other in others() {
+            self.to[other as usize].send((bodies.remove(&other), state)).map_err(|_| lost(other))?;
+        }
+        assert!(bodies.is_empty(), "a parcel to no member");
+        let mut arrived = Arrived { parcels: Vec::new(), state };
+        for other in others() {
+            let (bytes, state) = self.from[other as usize].recv().map_err(|_| lost(other))?;
+            arrived.parcels.extend(bytes.map(|bytes| Parcel { process: other, bytes }));
+            arrived.state = arrived.state.max(state);
+        }
+        Ok(arrived)
+    }
+}
+
+/// Connects threads.
+fn wires(count: u32) -> Vec<Threads> {
+    let empty = |process| Threads { process, to: Vec::new(), from: Vec::new() };
+    let mut wires: Vec<Threads> = (0..count).map(empty).collect();
+    for from in 0..count as usize {
+        for to in 0..count as usize {
+            let (sender, receiver) = channel();
+            wires[from].to.push(sender);
+            wires[to].from.push(receiver);
+        }
+    }
+    wires
+}
+
+/// The share of a process of a run.
+struct Own {
+    part: Part,
+    rows: Points,
+    first: u64,
+}
+
+impl Own {
+    fn mesh(&self) -> SharedMesh<'_> {
+        SharedMesh { part: &self.part, rows: &self.rows, first: self.first }
+    }
+}
+
+/// Runs the same function on all processes, given what each holds.
+pub(super) fn on_each<O: Sync, T: Send>(
+    owns: &[O],
+    work: impl Fn(&mut Processes<'_>, &O) -> Result<T, Ended> + Sync,
+) -> Vec<Result<T, Ended>> {
+    let work = &work;
+    thread::scope(|scope| {
+        let start =
+            |(mut wire, own): (Threads, _)| scope.spawn(move || work(&mut Processes::new(&mut wire), own));
+        let threads: Vec<_> = wires(owns.len() as u32).into_iter().zip(owns).map(start).collect();
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    })
+}
+
+/// Small leaves let all workers have points.
+fn config(workers: u32) -> Config {
+    Config::default().with(|config| {
+        config.machine.workers = Workers::Count(workers);
+        config.machine.threads = 1;
+        config.machine.leaf = Some(20);
+    })
+}
+
+/// Triangulates points on several processes. Their blocks of rows have different lengths.
+fn run_apart<C>(points: &[C], wrap: fn(Vec<C>) -> Points, workers: u32, count: u32) -> Vec<Own>
+where
+    C: ProcessPoint + Clone + Sync,
+{
+    let at = |process: u32| points.len() * (process * process) as usize / (count * count) as usize;
+    thread::scope(|scope| {
+        let start = |(process, mut transport)| {
+            let (first, end) = (at(process), at(process + 1));
+            scope.spawn(move || {
+                let own = &points[first..end];
+                let part = triangulate(&mut transport, own, first as u64, &config(workers)).unwrap();
+                Own { part, rows: wrap(own.to_vec()), first: first as u64 }
+            })
+        };
+        let threads: Vec<_> = (0..).zip(channels::<C::Point>(count)).map(start).collect();
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    })
+}
+
+/// Triangulates points on several processes.
+fn apart(points: &Points, workers: u32, count: u32) -> Vec<Own> {
+    match points {
+        Points::Plane(points) => run_apart(points, Points::Plane, workers, count),
+        Points::Space(points) => run_apart(points, Points::Space, workers, count),
+    }
+}
+
+/// Triangulates points on one process.
+fn alone(points: &Points, workers: u32) -> Run {
+    let config = config(workers).with(|config| config.keep.point_owner = true);
+    match points {
+        Points::Plane(points) => septet_core::triangulate(points, &config).unwrap(),
+        Points::Space(points) => septet_core::triangulate(points, &config).unwrap(),
+    }
+}
+
+/// The outputs of all formats in a directory.
+fn outputs(directory: &Path) -> Vec<PathBuf> {
+    ["m.npy", "m.pvtu", "m.vtu"].map(|name| directory.join(name)).to_vec()
+}
+
+/// The files below a directory, by their paths in it.
+fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(directory).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        if path.is_dir() {
+            found.insert(format!("{name}/"), Vec::new());
+            found.extend(files(&path).into_iter().map(|(inner, bytes)| (format!("{name}/{inner}"), bytes)));
+        } else {
+            found.insert(name, fs::read(path).unwrap());
+        }
+    }
+    found
+}
+
+/// Returns the refusal with which all processes end.
+fn refused<T: std::fmt::Debug>(results: Vec<Result<T, Ended>>) -> septet_protocol::wire::Refused {
+    let refused = |result| match result {
+        Err(Ended::Refused(refused)) => refused,
+        other => panic!("{other:?}"),
+    };
+    let all: Vec<_> = results.into_iter().map(refused).collect();
+    assert!(all.iter().all(|other| *other == all[0]), "{all:?}");
+    all[0].clone()
+}
