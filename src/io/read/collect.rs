@@ -12,7 +12,9 @@ pub(super) struct Collector<'a> {
     source: Source<'a>,
     points: Points,
     skip_invalid: bool,
-    /// The number of points read, including dropped ones.
+    /// The number of points of the file before the first one that is collected.
+    before: u64,
+    /// The number of points of the file so far, including dropped ones.
     pub met: u64,
     skipped: usize,
     /// The index in the file of each point, filled when the first point is dropped.
@@ -60,6 +62,7 @@ impl<'a> Collector<'a> {
             source,
             points,
             skip_invalid: options.skip_invalid,
+            before: 0,
             met: 0,
             skipped: 0,
             kept: Vec::new(),
@@ -67,6 +70,11 @@ impl<'a> Collector<'a> {
             first_id: 0,
             coordinate_type: None,
         })
+    }
+
+    /// Returns a collector of points that follow `before` points of the file.
+    pub fn after(self, before: u64) -> Self {
+        Collector { before, met: before, ..self }
     }
 
     /// Returns the number of coordinates of each point: 2 or 3.
@@ -138,7 +146,7 @@ impl<'a> Collector<'a> {
 
     fn drop_one(&mut self) {
         if self.skipped == 0 {
-            self.kept.extend(0..self.met);
+            self.kept.extend(self.before..self.met);
         }
         self.skipped += 1;
         self.met += 1;

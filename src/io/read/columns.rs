@@ -14,49 +14,98 @@ use super::collect::Collector;
 use super::error::{InputError, Place};
 use super::header::{Header, Kept, Selection, is_header};
 use super::points::{PointFile, ReadOptions};
-use super::text::{Line, Lines, NUMBER, Source, Words, integer, number, unquoted};
+use super::row::{Row, refuse_decimal_commas};
+use super::text::{Line, Lines, NUMBER, Source, Words, integer, number};
 
-/// The fields of one line.
-struct Row<'a> {
-    line: Line<'a>,
-    /// The line without its comment.
-    text: &'a [u8],
-    separator: u8,
-    /// The fields without surrounding whitespace and quotes, at most as many as were requested.
-    fields: Vec<&'a [u8]>,
-    /// The number of fields up to the last nonempty one.
-    filled: usize,
+/// The number of points that a line before the first row gives.
+#[derive(Clone, Copy)]
+pub(super) struct Announced {
+    /// The line that gives the number.
+    pub line: u64,
+    /// The number.
+    pub count: u64,
 }
 
-/// The result of [`scan`] for a line.
-struct Scan<'a> {
-    text: &'a [u8],
-    separator: u8,
-    quoted: bool,
-}
-
-/// A reader of one table.
-struct Table<'a, 'o> {
-    source: Source<'a>,
-    options: &'o ReadOptions,
+/// The lines of a table before its first row.
+#[derive(Default)]
+struct Before {
     header: Option<Header>,
-    /// The line that gives the number of points before the first row, and that number.
-    announced: Option<(Row<'a>, u64)>,
-    /// The first line with more fields than the coordinates need.
-    extra: Option<u64>,
+    announced: Option<Announced>,
+}
+
+/// The first row of a table, and the columns that this row and the lines before it select.
+#[derive(Clone)]
+pub(super) struct Head {
+    selection: Selection,
+    pub announced: Option<Announced>,
+    /// The line number of the first row.
+    pub line: u64,
+    /// The number of bytes of its line.
+    length: usize,
+    /// The number of its fields that can be coordinates.
+    found: usize,
+}
+
+/// The first row with more fields than the coordinates need.
+#[derive(Clone, Copy)]
+pub(super) enum Extra {
+    /// The rows so far have no more fields.
+    Sought,
+    /// The line number of this row, which was found while reading.
+    Met(u64),
+    /// The line number of this row in the whole file, if there is one.
+    Known(Option<u64>),
+}
+
+/// The rows of a part of a table.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct RowCount {
+    /// The number of rows.
+    pub rows: u64,
+    /// The line number of the first row with more fields than the coordinates need.
+    pub extra: Option<u64>,
+}
+
+/// What the first bytes of a table show about it.
+pub(super) enum Opening {
+    /// The first row, the offset of its line, and the number of lines before it.
+    Rows(Box<Head>, usize, u64),
+    /// There is no row in these bytes.
+    NoRow,
+    /// A chemical file.
+    Chemistry,
 }
 
 /// Reads the points of a table.
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
+    refuse_utf16(source)?;
+    if let Some(count) = chemistry(source, options) {
+        return read_chemistry(source, options, count);
+    }
+    let (mut lines, mut before) = (Lines::new(source.data), Before::default());
+    match before.first_row(source, options, &mut lines)? {
+        Some(mut head) => head.read(source, options, lines),
+        None => before.without_rows(source, options),
+    }
+}
+
+/// Finds the first row of a table in its first bytes, which end at the end of a line.
+pub(super) fn opening(source: Source<'_>, options: &ReadOptions) -> Result<Opening, InputError> {
+    refuse_utf16(source)?;
+    if chemistry(source, options).is_some() {
+        return Ok(Opening::Chemistry);
+    }
+    let mut lines = Lines::new(source.data);
+    let head = Before::default().first_row(source, options, &mut lines)?;
+    let at = source.data.len() - lines.rest().len();
+    Ok(head.map_or(Opening::NoRow, |head| Opening::Rows(Box::new(head), at, lines.number())))
+}
+
+fn refuse_utf16(source: Source<'_>) -> Result<(), InputError> {
     if source.data.starts_with(b"\xff\xfe") || source.data.starts_with(b"\xfe\xff") {
         return Err(source.unsupported(Place::Line(1), "UTF-16 text", "save the file as UTF-8 or ASCII"));
     }
-    if options.columns.is_none()
-        && let Some(count) = chemistry(source)
-    {
-        return read_chemistry(source, options, count);
-    }
-    Table { source, options, header: None, announced: None, extra: None }.read()
+    Ok(())
 }
 
 /// Returns `true` if the bytes are text without control characters, and the text is empty or has two numbers in one of
@@ -80,44 +129,32 @@ pub(super) fn is_of_points(data: &[u8]) -> bool {
         && fields.iter().any(|field| integer(field).is_none())
 }
 
-impl<'a> Table<'a, '_> {
-    fn read(mut self) -> Result<PointFile, InputError> {
-        let mut reading: Option<(Collector<'a>, Selection)> = None;
-        let mut width = usize::MAX;
-        let mut row = Row::of(Line { number: 0, text: b"" }, width);
-        for line in Lines::new(self.source.data) {
-            row.split(line, width);
-            if row.fields.is_empty() {
+impl Before {
+    /// Finds the first row. The next line of `lines` is then this row.
+    fn first_row<'a>(
+        &mut self,
+        source: Source<'a>,
+        options: &ReadOptions,
+        lines: &mut Lines<'a>,
+    ) -> Result<Option<Head>, InputError> {
+        let mut row = Row::of(Line { number: 0, text: b"" }, usize::MAX);
+        loop {
+            let rest = lines.clone();
+            let Some(line) = lines.next() else { return Ok(None) };
+            row.split(line, usize::MAX);
+            if row.fields.is_empty() || self.takes(&row) {
                 continue;
             }
-            let (points, selection) = match &mut reading {
-                Some(reading) => (&mut reading.0, &mut reading.1),
-                None if self.is_before_points(&row) => continue,
-                None => {
-                    let selection = self.select(&row)?;
-                    let points = self.begin(&row, &selection)?;
-                    width = selection.width() + 1;
-                    let reading = reading.insert((points, selection));
-                    (&mut reading.0, &mut reading.1)
-                }
-            };
-            if let Some((_, count)) = self.announced
-                && points.met == count
-            {
-                return Err(self.source.surplus(line.place(), "points", count));
-            }
-            self.note_extra(&row, selection)?;
-            let at = points.met;
-            push(self.source, points, selection, &row, self.options).map_err(|error| error.in_row(at))?;
-        }
-        match reading {
-            Some((points, selection)) => self.finish(points, selection),
-            None => self.without_rows(),
+            *lines = rest;
+            let selection = self.select(source, options, &row)?;
+            let found = if selection.is_positional() { row.filled } else { selection.axes.len() };
+            let (announced, length) = (self.announced, line.text.len());
+            return Ok(Some(Head { selection, announced, line: line.number, length, found }));
         }
     }
 
     /// Returns `true` and stores the row if it is a header row or a count.
-    fn is_before_points(&mut self, row: &Row<'a>) -> bool {
+    fn takes(&mut self, row: &Row<'_>) -> bool {
         if self.header.is_none() && self.announced.is_none() && is_header(&row.fields) {
             self.header = Some(Header::of(row.line.number, &row.fields, row.separator == b' '));
             return true;
@@ -126,96 +163,188 @@ impl<'a> Table<'a, '_> {
             return false;
         }
         let count = integer(row.fields[0]).and_then(|n| u64::try_from(n).ok());
-        self.announced = count.map(|n| (Row::of(row.line, 1), n));
+        self.announced = count.map(|count| Announced { line: row.line.number, count });
         count.is_some()
     }
 
     /// Selects the columns from the header row, the options and the first row of numbers.
-    fn select(&self, row: &Row<'a>) -> Result<Selection, InputError> {
-        if let Some((count, _)) = &self.announced
+    fn select(
+        &self,
+        source: Source<'_>,
+        options: &ReadOptions,
+        row: &Row<'_>,
+    ) -> Result<Selection, InputError> {
+        if let Some(count) = &self.announced
             && row.filled < 2
         {
-            let (path, place) = (self.source.path.to_owned(), count.line.place());
+            let (path, place) = (source.path.to_owned(), Place::Line(count.line));
             return Err(InputError::UnsupportedDimension { path, place, found: 1 });
         }
         let is_text = row.fields.iter().all(|field| number(field).is_none());
         let lacks_names = self.header.as_ref().is_some_and(|header| header.axes().is_none());
-        if is_text && lacks_names && self.options.columns.is_none() {
-            return Err(self.source.bad_line(&row.line, "a row of numbers"));
+        if is_text && lacks_names && options.columns.is_none() {
+            return Err(source.bad_line(&row.line, "a row of numbers"));
         }
         let (place, header, has_count) = (row.line.place(), self.header.as_ref(), self.announced.is_some());
         let fields = &row.fields[..row.filled];
-        Selection::of(self.source, place, header, fields, has_count, self.options).or_else(|error| {
-            refuse_decimal_commas(self.source, row)?;
+        Selection::of(source, place, header, fields, has_count, options).or_else(|error| {
+            refuse_decimal_commas(source, row)?;
             Err(error)
         })
     }
 
-    fn begin(&self, row: &Row<'_>, selection: &Selection) -> Result<Collector<'a>, InputError> {
+    /// Returns an empty set for an empty file. A file that contains only a count or a header row is an error.
+    fn without_rows(self, source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
+        if let Some(count) = &self.announced {
+            let (path, place) = (source.path.to_owned(), Place::Line(count.line));
+            return Err(InputError::UnsupportedDimension { path, place, found: 1 });
+        }
+        if let Some(header) = &self.header {
+            if header.axes().is_some() {
+                let (path, place) = (source.path.to_owned(), Place::Line(header.line));
+                return Err(InputError::NoRows { path, place });
+            }
+            let line = Lines::new(source.data).nth(header.line as usize - 1);
+            let line = line.unwrap_or(Line { number: header.line, text: b"" });
+            return Err(source.bad_line(&line, "rows of numbers"));
+        }
+        let points = Collector::new(source, options, (Place::Whole, 3), (0, 0, 1))?;
+        Ok(points.finish())
+    }
+}
+
+impl Head {
+    /// Reads all rows of a file. The first of the lines is the first row.
+    fn read(
+        &mut self,
+        source: Source<'_>,
+        options: &ReadOptions,
+        mut lines: Lines<'_>,
+    ) -> Result<PointFile, InputError> {
         // An estimate: later rows are about as long as the first.
-        let rows = self.source.data.len() / (row.line.text.len() + 1) + 1;
-        let size = (rows as u64, self.source.data.len(), 4);
-        let found = if selection.is_positional() { row.filled } else { selection.axes.len() };
-        let points = Collector::new(self.source, self.options, (row.line.place(), found), size);
-        let mut points = points.map_err(|error| error.in_row(0))?;
-        points.notes.extend(selection.note.clone());
-        Ok(points)
-    }
-
-    /// Records the first row with more fields than expected, and refuses it if its commas look like decimal commas.
-    fn note_extra(&mut self, row: &Row<'a>, selection: &Selection) -> Result<(), InputError> {
-        if self.extra.is_none() && row.filled > selection.expected {
-            self.extra = Some(row.line.number);
-            refuse_decimal_commas(self.source, row)?;
+        let rows = source.data.len() / (self.length + 1) + 1;
+        let mut points = self.collector(source, options, (rows as u64, source.data.len(), 4))?;
+        let mut extra = Extra::Sought;
+        self.rows(source, options, &mut lines, &mut points, &mut extra)?;
+        if let Some(Announced { count, .. }) = self.announced {
+            points.complete(Place::Line(source.line_at(source.data.len())), count)?;
         }
-        Ok(())
-    }
-
-    fn finish(self, mut points: Collector<'a>, selection: Selection) -> Result<PointFile, InputError> {
-        if let Some((_, count)) = self.announced {
-            points.complete(Place::Line(self.source.line_at(self.source.data.len())), count)?;
-            points.notes.push("line 1 is taken as the number of points".to_owned());
-        }
-        let used = selection.axes.len();
-        let used = if selection.is_positional() { used } else { selection.expected };
-        if let Some(line) = self.extra
-            && !(selection.is_positional() && self.options.keep_columns)
-        {
-            points.notes.push(format!("columns after the first {used} are ignored (from line {line} on)"));
-        }
-        let Kept { columns, notes } = selection.into_kept();
+        points.notes.extend(self.notes(extra.line(), options));
+        let Kept { columns, notes } = self.selection.take_kept();
         points.notes.extend(notes);
         let mut file = points.finish();
         file.columns = columns;
         Ok(file)
     }
 
-    /// Returns an empty set for an empty file. A file that contains only a count or a header row is an error.
-    fn without_rows(self) -> Result<PointFile, InputError> {
-        if let Some((row, _)) = &self.announced {
-            let (path, place) = (self.source.path.to_owned(), row.line.place());
-            return Err(InputError::UnsupportedDimension { path, place, found: 1 });
-        }
-        if let Some(header) = &self.header {
-            if header.axes().is_some() {
-                let (path, place) = (self.source.path.to_owned(), Place::Line(header.line));
-                return Err(InputError::NoRows { path, place });
+    /// Creates a collector of the points. `size` is as in [`Collector::new`].
+    pub fn collector<'a>(
+        &self,
+        source: Source<'a>,
+        options: &ReadOptions,
+        size: (u64, usize, usize),
+    ) -> Result<Collector<'a>, InputError> {
+        Collector::new(source, options, (Place::Line(self.line), self.found), size)
+            .map_err(|error| error.in_row(0))
+    }
+
+    /// Adds the points of lines, which begin at the first row or after it.
+    pub fn rows(
+        &mut self,
+        source: Source<'_>,
+        options: &ReadOptions,
+        lines: &mut Lines<'_>,
+        points: &mut Collector<'_>,
+        extra: &mut Extra,
+    ) -> Result<(), InputError> {
+        let width = self.selection.width() + 1;
+        let mut row = Row::of(Line { number: 0, text: b"" }, width);
+        for line in lines {
+            row.split(line, if line.number == self.line { usize::MAX } else { width });
+            if row.fields.is_empty() {
+                continue;
             }
-            let line = Lines::new(self.source.data).nth(header.line as usize - 1);
-            let line = line.unwrap_or(Line { number: header.line, text: b"" });
-            return Err(self.source.bad_line(&line, "rows of numbers"));
+            if let Some(Announced { count, .. }) = self.announced
+                && points.met == count
+            {
+                return Err(source.surplus(line.place(), "points", count));
+            }
+            if extra.is_at(&row, &self.selection) {
+                refuse_decimal_commas(source, &row)?;
+            }
+            let at = points.met;
+            push(source, points, &mut self.selection, &row, options).map_err(|error| error.in_row(at))?;
         }
-        let points = Collector::new(self.source, self.options, (Place::Whole, 3), (0, 0, 1))?;
-        Ok(points.finish())
+        Ok(())
+    }
+
+    /// Counts the rows of lines, which begin at the first row or after it. If `has_extra`, an earlier row has more fields
+    /// than the coordinates need.
+    pub fn count(&self, lines: &mut Lines<'_>, has_extra: bool) -> RowCount {
+        let width = self.selection.width() + 1;
+        let mut row = Row::of(Line { number: 0, text: b"" }, 1);
+        let (mut rows, mut extra) = (0, Extra::Sought);
+        if has_extra {
+            extra = Extra::Known(None);
+        }
+        for line in lines {
+            let is_sought = matches!(extra, Extra::Sought);
+            let most = if line.number == self.line { usize::MAX } else { width };
+            row.split(line, if is_sought { most } else { 1 });
+            if row.fields.is_empty() {
+                continue;
+            }
+            rows += 1;
+            extra.is_at(&row, &self.selection);
+        }
+        RowCount { rows, extra: extra.line() }
+    }
+
+    /// Returns the notes on the table. `extra` is the line of the first row with more fields than the coordinates need.
+    pub fn notes(&self, extra: Option<u64>, options: &ReadOptions) -> Vec<String> {
+        let mut notes: Vec<String> = self.selection.note.iter().cloned().collect();
+        if self.announced.is_some() {
+            notes.push("line 1 is taken as the number of points".to_owned());
+        }
+        let is_positional = self.selection.is_positional();
+        let used = if is_positional { self.selection.axes.len() } else { self.selection.expected };
+        if let Some(line) = extra
+            && !(is_positional && options.keep_columns)
+        {
+            notes.push(format!("columns after the first {used} are ignored (from line {line} on)"));
+        }
+        notes
+    }
+}
+
+impl Extra {
+    /// Returns `true` if this is the first row with more fields than expected.
+    fn is_at(&mut self, row: &Row<'_>, selection: &Selection) -> bool {
+        match *self {
+            Extra::Sought if row.filled > selection.expected => {
+                *self = Extra::Met(row.line.number);
+                true
+            }
+            Extra::Known(line) => line == Some(row.line.number),
+            _ => false,
+        }
+    }
+
+    fn line(self) -> Option<u64> {
+        match self {
+            Extra::Sought => None,
+            Extra::Met(line) => Some(line),
+            Extra::Known(line) => line,
+        }
     }
 }
 
 /// Adds the point of a row, and the values of the columns that are kept.
-fn push<'a>(
-    source: Source<'a>,
-    points: &mut Collector<'a>,
+fn push(
+    source: Source<'_>,
+    points: &mut Collector<'_>,
     selection: &mut Selection,
-    row: &Row<'a>,
+    row: &Row<'_>,
     options: &ReadOptions,
 ) -> Result<(), InputError> {
     let before = points.len();
@@ -263,114 +392,14 @@ fn advised(row: &Row<'_>, dimension: usize) -> String {
     )
 }
 
-impl<'a> Row<'a> {
-    /// Splits a line into at most `most` fields. An empty line has no fields.
-    fn of(line: Line<'a>, most: usize) -> Self {
-        let mut row = Row { line, text: b"", separator: b' ', fields: Vec::new(), filled: 0 };
-        row.split(line, most);
-        row
-    }
-
-    /// Replaces the row with the fields of another line.
-    fn split(&mut self, line: Line<'a>, most: usize) {
-        let Scan { text, separator, quoted } = scan(line.text);
-        (self.line, self.text, self.separator) = (line, text, separator);
-        let fields = &mut self.fields;
-        fields.clear();
-        self.filled = 0;
-        if text.trim_ascii().is_empty() {
-            return;
-        }
-        if quoted {
-            fields.extend(Quoted { rest: Some(text), separator }.take(most));
-        } else if separator == b' ' {
-            fields.extend(Line { number: 0, text }.words().take(most));
-        } else {
-            fields.extend(text.split(|b| *b == separator).map(<[u8]>::trim_ascii).take(most));
-        }
-        self.filled = fields.iter().rposition(|field| !field.is_empty()).map_or(0, |last| last + 1);
-    }
-}
-
-/// An iterator over the fields of a line with quoted fields. Separators within quotes belong to the field.
-struct Quoted<'a> {
-    /// `None` after the last field.
-    rest: Option<&'a [u8]>,
-    separator: u8,
-}
-
-impl<'a> Iterator for Quoted<'a> {
-    type Item = &'a [u8];
-
-    fn next(&mut self) -> Option<&'a [u8]> {
-        let mut rest = self.rest?;
-        if self.separator == b' ' {
-            rest = rest.trim_ascii_start();
-            if rest.is_empty() {
-                return None;
-            }
-        }
-        let blanks = rest.len() - rest.trim_ascii_start().len();
-        let closing =
-            rest[blanks..].strip_prefix(b"\"").and_then(|inner| inner.iter().position(|b| *b == b'"'));
-        let from = closing.map_or(0, |at| blanks + at + 2);
-        let ends = |b: &u8| *b == self.separator || (self.separator == b' ' && b.is_ascii_whitespace());
-        let end = rest[from..].iter().position(ends).map(|at| from + at);
-        self.rest = end.map(|end| &rest[end + 1..]);
-        Some(unquoted(rest[..end.unwrap_or(rest.len())].trim_ascii()))
-    }
-}
-
-/// Finds where the content of a line ends, which separator it uses, and whether any field is quoted.
-fn scan(text: &[u8]) -> Scan<'_> {
-    let (mut semicolon, mut comma, mut fresh) = (false, false, true);
-    let (mut quoted, mut inside) = (false, false);
-    let mut end = text.len();
-    for (i, byte) in text.iter().enumerate() {
-        if inside {
-            inside = *byte != b'"';
-            fresh = false;
-            continue;
-        }
-        match byte {
-            b';' => semicolon = true,
-            b',' => comma = true,
-            b'"' if fresh && text[i + 1..].contains(&b'"') => (quoted, inside) = (true, true),
-            b'#' | b'%' if fresh => end = i,
-            b'/' if fresh && text.get(i + 1) == Some(&b'/') => end = i,
-            _ => {}
-        }
-        if end < text.len() {
-            break;
-        }
-        fresh = matches!(byte, b' ' | b'\t' | b',' | b';');
-    }
-    let separator = match (semicolon, comma) {
-        (true, _) => b';',
-        (false, true) => b',',
-        (false, false) => b' ',
-    };
-    Scan { text: &text[..end], separator, quoted }
-}
-
-/// Refuses a row with spaces after some of its commas but not after all, such as `1,5, 2,5, 3,5`. It would otherwise
-/// be read as six columns.
-fn refuse_decimal_commas(source: Source<'_>, row: &Row<'_>) -> Result<(), InputError> {
-    let text = row.text;
-    let glued = text.windows(3).any(|w| w[0].is_ascii_digit() && w[1] == b',' && w[2].is_ascii_digit());
-    let loose = text.windows(2).any(|w| w[0] == b',' && w[1].is_ascii_whitespace());
-    if row.separator == b',' && glued && loose && !text.contains(&b'.') {
-        let expected = "one kind of separator and decimal points (these look like decimal commas)";
-        return Err(source.bad_line(&row.line, expected));
-    }
-    Ok(())
-}
-
 /// Returns the number of atoms of a chemical file: a count, a comment, then rows of an element and three numbers.
 ///
 /// If the second line has as many numbers as the third line has words, it is a point, and the file is a table
-/// with a count.
-fn chemistry(source: Source<'_>) -> Option<u64> {
+/// with a count. A file with chosen columns is a table.
+fn chemistry(source: Source<'_>, options: &ReadOptions) -> Option<u64> {
+    if options.columns.is_some() {
+        return None;
+    }
     let mut lines = Lines::new(source.data);
     let mut words = lines.next()?.words();
     let count = integer(words.next()?).and_then(|n| u64::try_from(n).ok())?;

@@ -107,6 +107,7 @@ fn plain(name: &str) -> String {
 }
 
 /// A column that is kept as point data.
+#[derive(Clone)]
 struct Keeping {
     position: usize,
     column: Column,
@@ -115,6 +116,7 @@ struct Keeping {
 }
 
 /// The columns of a table that are read.
+#[derive(Clone)]
 pub(super) struct Selection {
     /// The 0-based positions of the coordinates.
     pub axes: Vec<usize>,
@@ -197,9 +199,10 @@ impl Selection {
         }
     }
 
-    /// Returns the numeric columns that were kept.
-    pub fn into_kept(self) -> Kept {
-        let (kept, text): (Vec<Keeping>, Vec<Keeping>) = self.kept.into_iter().partition(|k| k.is_numeric);
+    /// Removes and returns the numeric columns that were kept.
+    pub fn take_kept(&mut self) -> Kept {
+        let kept = std::mem::take(&mut self.kept);
+        let (kept, text): (Vec<Keeping>, Vec<Keeping>) = kept.into_iter().partition(|k| k.is_numeric);
         let notes =
             text.into_iter().map(|k| format!("column {} has text and is not kept", shown(&k.column.name)));
         Kept { notes: notes.collect(), columns: kept.into_iter().map(|k| k.column).collect() }

@@ -47,18 +47,27 @@ pub(super) fn load(
     if path.as_os_str() == "-" {
         return load_from(io::stdin().lock(), path, None, zipped, progress);
     }
-    let unreadable = |source: io::Error| match source.kind() {
-        io::ErrorKind::NotFound => InputError::Missing { path: path.to_owned() },
-        io::ErrorKind::IsADirectory => InputError::Directory { path: path.to_owned() },
-        _ => InputError::Unreadable { path: path.to_owned(), source },
-    };
-    let file = File::open(path).map_err(unreadable)?;
-    let meta = file.metadata().map_err(unreadable)?;
+    let (file, total) = open(path)?;
+    load_from(file, path, total, zipped, progress)
+}
+
+/// Opens a file. Also returns its size if it is a regular file.
+pub(super) fn open(path: &Path) -> Result<(File, Option<u64>), InputError> {
+    let file = File::open(path).map_err(|error| unreadable(path, error))?;
+    let meta = file.metadata().map_err(|error| unreadable(path, error))?;
     if meta.is_dir() {
         return Err(InputError::Directory { path: path.to_owned() });
     }
-    let total = meta.is_file().then_some(meta.len());
-    load_from(file, path, total, zipped, progress)
+    Ok((file, meta.is_file().then_some(meta.len())))
+}
+
+/// Returns the error for a file that cannot be opened or read.
+pub(super) fn unreadable(path: &Path, source: io::Error) -> InputError {
+    match source.kind() {
+        io::ErrorKind::NotFound => InputError::Missing { path: path.to_owned() },
+        io::ErrorKind::IsADirectory => InputError::Directory { path: path.to_owned() },
+        _ => InputError::Unreadable { path: path.to_owned(), source },
+    }
 }
 
 /// Returns all bytes of a reader. Data with a gzip header are decompressed. If `zipped` is set, data without one are
@@ -113,7 +122,8 @@ fn drain<R: Read>(reader: &mut R, data: &mut Vec<u8>, path: &Path) -> Result<(),
     }
 }
 
-fn reserve(data: &mut Vec<u8>, bytes: u64, path: &Path) -> Result<(), InputError> {
+/// Reserves memory for more bytes.
+pub(super) fn reserve(data: &mut Vec<u8>, bytes: u64, path: &Path) -> Result<(), InputError> {
     let out_of_memory = || InputError::OutOfMemory { path: path.to_owned(), bytes };
     // Without one extra step, the last read, which finds the end, would reallocate the buffer.
     let wanted = usize::try_from(bytes).map_err(|_| out_of_memory())?.saturating_add(STEP);

@@ -3,6 +3,8 @@
 //! A reader takes the whole file as bytes. It checks every announced count against the size of the file. It returns the
 //! content of the file, or an [`InputError`] with the file, the location and a remedy. Readers do not print. Everything
 //! that they ignore is reported in notes.
+//!
+//! Several processes can read parts of files ([`read_shared`]).
 
 mod cells;
 mod collect;
@@ -24,7 +26,9 @@ mod obj;
 mod off;
 mod ply;
 mod points;
+mod row;
 mod scalar;
+mod shared;
 mod signature;
 mod sizes;
 mod stl;
@@ -45,6 +49,7 @@ pub use error::{InputError, Place};
 pub use format::{Format, UnknownFormatName};
 pub use list::{EntryFault, FileList, ListError, ListedFile, PointList, read_list};
 pub use points::{Column, CoordinateType, PointFile, ReadOptions, ReadProgress};
+pub use shared::{SharedPoints, WHOLE_LIMIT, read_shared};
 pub use sizes::read_sizes;
 
 use text::Source;

@@ -7,52 +7,161 @@
 use super::cells::{CellFile, CellOptions, Indices};
 use super::collect::Collector;
 use super::error::{InputError, Place};
-use super::points::{PointFile, ReadOptions};
+use super::points::{CoordinateType, PointFile, ReadOptions};
 use super::scalar::{Endian, Scalar};
 use super::sizes;
 use super::text::{Source, excerpt, integer};
 use septet_core::mesh::field::SizeField;
 
-/// A two-dimensional array that borrows the bytes of its file.
-struct Array<'a> {
+/// The header of a two-dimensional array.
+#[derive(Clone, Copy)]
+pub(super) struct Layout {
     scalar: Scalar,
-    rows: u64,
-    columns: usize,
+    /// The number of rows.
+    pub rows: u64,
+    /// The number of columns.
+    pub columns: usize,
     /// Whether columns are contiguous (Fortran order).
-    fortran: bool,
+    pub fortran: bool,
     /// The offset of the data in the file.
-    start: usize,
-    /// The bytes of the data.
-    data: &'a [u8],
+    pub start: u64,
     /// The number of bytes after the data.
-    surplus: usize,
+    surplus: u64,
+}
+
+/// Rows of an array, which borrow their bytes.
+struct Array<'a> {
+    layout: Layout,
+    /// The number of rows.
+    rows: usize,
+    /// The offset of the bytes in the file.
+    start: u64,
+    /// The bytes of the rows.
+    data: &'a [u8],
+}
+
+impl Layout {
+    /// Parses a header. `source` contains the first bytes of a file of `size` bytes, with the whole header.
+    pub fn of(source: Source<'_>, size: u64) -> Result<Self, InputError> {
+        let (from, start) = header_range(source, size)?;
+        let text = usize::try_from(start).ok().and_then(|start| source.data.get(from..start));
+        let text = text.ok_or_else(|| {
+            source.truncated(Place::Byte(8), "header bytes", start, source.data.len() as u64)
+        })?;
+        let layout = header(source, text, from)?;
+        let cells = u128::from(layout.rows) * layout.columns as u128;
+        let bytes = cells * layout.scalar.size() as u128;
+        let rest = size - start;
+        if bytes > u128::from(rest) {
+            let found = rest / layout.scalar.size() as u64;
+            let expected = u64::try_from(cells).unwrap_or(u64::MAX);
+            return Err(source.truncated(Place::Byte(start), "array elements", expected, found));
+        }
+        Ok(Layout { start, surplus: rest - bytes as u64, ..layout })
+    }
+
+    /// Returns the type of the coordinates.
+    pub fn coordinate_type(&self) -> CoordinateType {
+        self.scalar.coordinate_type()
+    }
+
+    /// Returns the number of bytes of a row.
+    pub fn row_size(&self) -> u64 {
+        (self.columns * self.scalar.size()) as u64
+    }
+
+    /// Creates a collector for `rows` points, or refuses an array of other than two or three columns.
+    pub fn collector<'a>(
+        &self,
+        source: Source<'a>,
+        options: &ReadOptions,
+        rows: u64,
+    ) -> Result<Collector<'a>, InputError> {
+        let place = Place::Byte(self.start);
+        if !(2..=3).contains(&self.columns) {
+            let (path, found) = (source.path.to_owned(), self.columns as u64);
+            return Err(InputError::UnsupportedDimension { path, place, found });
+        }
+        // No header announces more rows than the file has.
+        let bytes = usize::try_from(rows.saturating_mul(self.row_size())).unwrap_or(usize::MAX);
+        let size = (rows, bytes, self.row_size() as usize);
+        let mut points = Collector::new(source, options, (place, self.columns), size)?;
+        points.coordinate_type = Some(self.coordinate_type());
+        Ok(points)
+    }
+
+    /// Adds the points of whole rows in C order, which begin at offset `start` of the file. Returns the number of
+    /// integers that were rounded.
+    pub fn rows_at(&self, start: u64, data: &[u8], points: &mut Collector<'_>) -> Result<u64, InputError> {
+        let rows = data.len() / (self.row_size() as usize).max(1);
+        Array { layout: *self, rows, start, data }.add_to(points)
+    }
+
+    /// Returns the notes on an array with this number of rounded integers.
+    pub fn notes(&self, rounded: u64) -> Vec<String> {
+        let mut notes = Vec::new();
+        if rounded > 0 {
+            notes.push(format!("{rounded} integers are too large for a double and were rounded"));
+        }
+        if self.surplus > 0 {
+            notes.push(format!("{} bytes after the array are ignored", self.surplus));
+        }
+        notes
+    }
 }
 
 impl Array<'_> {
     /// Returns the position of an element in the data.
     fn position(&self, row: usize, column: usize) -> usize {
-        if self.fortran { column * self.rows as usize + row } else { row * self.columns + column }
+        if self.layout.fortran { column * self.rows + row } else { row * self.layout.columns + column }
     }
 
     fn element(&self, row: usize, column: usize) -> &[u8] {
-        let size = self.scalar.size();
+        let size = self.layout.scalar.size();
         let at = self.position(row, column) * size;
         &self.data[at..at + size]
     }
 
     /// Returns the byte offset of an element in the file.
-    fn offset(&self, row: usize, column: usize) -> usize {
-        self.start + self.position(row, column) * self.scalar.size()
+    fn offset(&self, row: usize, column: usize) -> u64 {
+        self.start + (self.position(row, column) * self.layout.scalar.size()) as u64
     }
 
     fn place(&self, row: usize, column: usize) -> Place {
-        Place::Byte(self.offset(row, column) as u64)
+        Place::Byte(self.offset(row, column))
+    }
+
+    /// Adds all rows as points. Returns the number of integers that were rounded.
+    fn add_to(&self, points: &mut Collector<'_>) -> Result<u64, InputError> {
+        let scalar = self.layout.scalar;
+        let mut rounded = 0_u64;
+        for row in 0..self.rows {
+            let mut at = [0.0; 3];
+            let mut place = self.place(row, 0);
+            for (column, slot) in at[..points.dimension()].iter_mut().enumerate() {
+                let element = self.element(row, column);
+                *slot = scalar.float(element, Endian::Little);
+                rounded += u64::from(scalar.rounds(element, Endian::Little));
+                if !slot.is_finite() {
+                    place = self.place(row, column);
+                }
+            }
+            points.push(place, &at)?;
+        }
+        Ok(rounded)
     }
 }
 
 fn open(source: Source<'_>) -> Result<Array<'_>, InputError> {
+    let layout = Layout::of(source, source.data.len() as u64)?;
+    let data = &source.data[layout.start as usize..source.data.len() - layout.surplus as usize];
+    Ok(Array { rows: layout.rows as usize, start: layout.start, data, layout })
+}
+
+/// Returns the offsets of the header dictionary and of the data. `source` contains the first twelve bytes of a file of
+/// `size` bytes, or all of it.
+pub(super) fn header_range(source: Source<'_>, size: u64) -> Result<(usize, u64), InputError> {
     let data = source.data;
-    let size = data.len() as u64;
     if !data.starts_with(b"\x93NUMPY") {
         return Err(source.malformed(
             0,
@@ -69,25 +178,15 @@ fn open(source: Source<'_>) -> Result<Array<'_>, InputError> {
         }
         _ => return Err(source.truncated(Place::Byte(size), "header bytes", 12, size)),
     };
-    let start =
-        usize::try_from(length).ok().and_then(|n| n.checked_add(from)).filter(|end| *end <= data.len());
-    let start =
-        start.ok_or_else(|| source.truncated(Place::Byte(8), "header bytes", length, size - from as u64))?;
-    let mut array = header(source, &data[from..start], from)?;
-    let cells = u128::from(array.rows) * array.columns as u128;
-    let bytes = cells * array.scalar.size() as u128;
-    let rest = &data[start..];
-    if bytes > rest.len() as u128 {
-        let found = (rest.len() / array.scalar.size()) as u64;
-        let expected = u64::try_from(cells).unwrap_or(u64::MAX);
-        return Err(source.truncated(Place::Byte(start as u64), "array elements", expected, found));
+    let start = length + from as u64;
+    if start > size {
+        return Err(source.truncated(Place::Byte(8), "header bytes", length, size - from as u64));
     }
-    (array.start, array.data, array.surplus) = (start, &rest[..bytes as usize], rest.len() - bytes as usize);
-    Ok(array)
+    Ok((from, start))
 }
 
 /// Parses the header dictionary: `{'descr': '<f8', 'fortran_order': False, 'shape': (10, 3), }`.
-fn header<'a>(source: Source<'_>, text: &[u8], offset: usize) -> Result<Array<'a>, InputError> {
+fn header(source: Source<'_>, text: &[u8], offset: usize) -> Result<Layout, InputError> {
     let wrong =
         |what: &'static str| source.malformed(offset, format!("\"{}\"", excerpt(text.trim_ascii())), what);
     let descr = value(text, b"descr").ok_or_else(|| wrong("a header with the key 'descr'"))?;
@@ -118,7 +217,7 @@ fn header<'a>(source: Source<'_>, text: &[u8], offset: usize) -> Result<Array<'a
             "save rows of points, or rows of cells",
         ));
     };
-    Ok(Array { scalar, rows, columns: columns as usize, fortran, start: 0, data: &[], surplus: 0 })
+    Ok(Layout { scalar, rows, columns: columns as usize, fortran, start: 0, surplus: 0 })
 }
 
 /// Returns the text after a quoted key and its colon.
@@ -156,52 +255,27 @@ fn unsupported_type(source: Source<'_>, offset: usize, what: &str) -> InputError
 /// Reads points: shape (n, 2) or (n, 3).
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
     let array = open(source)?;
-    let place = Place::Byte(array.start as u64);
-    if !(2..=3).contains(&array.columns) {
-        let (path, found) = (source.path.to_owned(), array.columns as u64);
-        return Err(InputError::UnsupportedDimension { path, place, found });
-    }
-    let size = (array.rows, array.data.len(), array.columns * array.scalar.size());
-    let mut points = Collector::new(source, options, (place, array.columns), size)?;
-    points.coordinate_type = Some(array.scalar.coordinate_type());
-    let mut rounded = 0_u64;
-    for row in 0..array.rows as usize {
-        let mut at = [0.0; 3];
-        let mut place = array.place(row, 0);
-        for (column, slot) in at[..points.dimension()].iter_mut().enumerate() {
-            let element = array.element(row, column);
-            *slot = array.scalar.float(element, Endian::Little);
-            rounded += u64::from(array.scalar.rounds(element, Endian::Little));
-            if !slot.is_finite() {
-                place = array.place(row, column);
-            }
-        }
-        points.push(place, &at)?;
-    }
-    if rounded > 0 {
-        points.notes.push(format!("{rounded} integers are too large for a double and were rounded"));
-    }
-    if array.surplus > 0 {
-        points.notes.push(format!("{} bytes after the array are ignored", array.surplus));
-    }
+    let mut points = array.layout.collector(source, options, array.layout.rows)?;
+    let rounded = array.add_to(&mut points)?;
+    points.notes.extend(array.layout.notes(rounded));
     Ok(points.finish())
 }
 
 /// Reads cells: integers of shape (m, 3) or (m, 4).
 pub(super) fn read_cells(source: Source<'_>, options: &CellOptions) -> Result<CellFile, InputError> {
     let array = open(source)?;
-    let place = Place::Byte(array.start as u64);
-    if !array.scalar.is_integer() {
+    let place = Place::Byte(array.start);
+    if !array.layout.scalar.is_integer() {
         return Err(source.unsupported(place, "a cell list of reals", "save integers (<i8)"));
     }
-    if !(3..=4).contains(&array.columns) {
-        let what = format!("a cell list with rows of {}", array.columns);
+    if !(3..=4).contains(&array.layout.columns) {
+        let what = format!("a cell list with rows of {}", array.layout.columns);
         return Err(source.unsupported(place, what, "save rows of 3 (triangles) or 4 (tetrahedra)"));
     }
-    let mut cells = Indices::new(source, array.columns, 0, options.point_count);
-    for row in 0..array.rows as usize {
-        for column in 0..array.columns {
-            let value = array.scalar.integer(array.element(row, column), Endian::Little);
+    let mut cells = Indices::new(source, array.layout.columns, 0, options.point_count);
+    for row in 0..array.rows {
+        for column in 0..array.layout.columns {
+            let value = array.layout.scalar.integer(array.element(row, column), Endian::Little);
             cells.push(array.place(row, column), value)?;
         }
     }
@@ -211,23 +285,23 @@ pub(super) fn read_cells(source: Source<'_>, options: &CellOptions) -> Result<Ce
 /// Reads sizes at points: shape (n, 3) in the plane, (n, 4) in space.
 pub(super) fn read_sizes(source: Source<'_>) -> Result<SizeField, InputError> {
     let array = open(source)?;
-    if !(3..=4).contains(&array.columns) {
-        let what = format!("an array of sizes with rows of {}", array.columns);
+    if !(3..=4).contains(&array.layout.columns) {
+        let what = format!("an array of sizes with rows of {}", array.layout.columns);
         let advice = "save rows of `x y size` or `x y z size`";
-        return Err(source.unsupported(Place::Byte(array.start as u64), what, advice));
+        return Err(source.unsupported(Place::Byte(array.start), what, advice));
     }
-    let mut field = SizeField { dimension: array.columns - 1, rows: Vec::new() };
-    for row in 0..array.rows as usize {
+    let mut field = SizeField { dimension: array.layout.columns - 1, rows: Vec::new() };
+    for row in 0..array.rows {
         let mut numbers = [0.0; 4];
-        for (column, slot) in numbers[..array.columns].iter_mut().enumerate() {
-            *slot = array.scalar.float(array.element(row, column), Endian::Little);
+        for (column, slot) in numbers[..array.layout.columns].iter_mut().enumerate() {
+            *slot = array.layout.scalar.float(array.element(row, column), Endian::Little);
         }
-        sizes::push(&mut field, &numbers[..array.columns], |at, expected| {
-            source.malformed(array.offset(row, at), numbers[at].to_string(), expected)
+        sizes::push(&mut field, &numbers[..array.layout.columns], |at, expected| {
+            source.malformed(array.offset(row, at) as usize, numbers[at].to_string(), expected)
         })?;
     }
     if field.rows.is_empty() {
-        return Err(source.truncated(Place::Byte(array.start as u64), "rows of sizes", 1, 0));
+        return Err(source.truncated(Place::Byte(array.start), "rows of sizes", 1, 0));
     }
     Ok(field)
 }

@@ -73,6 +73,11 @@ impl<'a> Lines<'a> {
         Lines { rest, number: 0 }
     }
 
+    /// Creates the lines of a part of a file with `number` lines before it.
+    pub fn after(data: &'a [u8], number: u64) -> Self {
+        Lines { rest: data, number }
+    }
+
     /// Returns the number of the last line read.
     pub fn number(&self) -> u64 {
         self.number
@@ -112,6 +117,11 @@ impl<'a> Iterator for Lines<'a> {
         self.number += 1;
         Some(Line { number: self.number, text })
     }
+}
+
+/// Returns the number of line feeds.
+pub(super) fn line_feeds(data: &[u8]) -> u64 {
+    data.split(|b| *b == b'\n').count() as u64 - 1
 }
 
 /// Parses a real number with exact rounding: `1`, `-.5`, `1e-3`, `nan` or `inf`, but not `1,5`.
@@ -194,7 +204,7 @@ impl Source<'_> {
     /// Returns the number of the line that contains a byte.
     pub fn line_at(&self, offset: usize) -> u64 {
         let before = &self.data[..offset.min(self.data.len())];
-        before.split(|b| *b == b'\n').count() as u64
+        line_feeds(before) + 1
     }
 
     /// Returns a syntax error for text at a byte offset.

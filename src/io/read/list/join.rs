@@ -112,7 +112,7 @@ pub fn read_list(
 }
 
 /// Returns a file without points.
-fn empty(options: &ReadOptions) -> PointFile {
+pub(in super::super) fn empty(options: &ReadOptions) -> PointFile {
     let points =
         if options.dimension == Some(2) { Points::Plane(Vec::new()) } else { Points::Space(Vec::new()) };
     PointFile {

@@ -8,11 +8,12 @@ mod entries;
 mod error;
 mod files;
 mod join;
-mod notes;
+pub(super) mod notes;
 mod pattern;
 #[cfg(test)]
 mod tests;
 
 pub use error::{EntryFault, ListError};
 pub use files::FileList;
+pub(super) use join::empty;
 pub use join::{ListedFile, PointList, read_list};

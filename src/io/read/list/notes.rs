@@ -12,7 +12,7 @@ struct Shared {
 
 /// The notes so far.
 #[derive(Default)]
-pub(super) struct Notes {
+pub(in super::super) struct Notes {
     shared: Vec<Shared>,
     positions: BTreeMap<String, usize>,
 }

@@ -1,0 +1,126 @@
+//! Errors of reading by several processes. The remedy follows the last semicolon of a message.
+
+use std::path::PathBuf;
+
+use septet_protocol::wire::{Ended, Processes};
+
+use super::super::error::{InputError, shown};
+use super::super::list::ListError;
+
+/// The exit code for a call that is at fault.
+const USAGE: u8 = 2;
+/// The exit code for a file that is at fault.
+const INPUT: u8 = 3;
+/// The exit code for a file that is too large.
+const LIMIT: u8 = 5;
+
+/// A reason why several processes cannot read an input.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum SharedError {
+    /// The only file cannot be read.
+    #[error(transparent)]
+    File(Box<InputError>),
+    /// A file of a list cannot be read, or does not agree with the files before it.
+    #[error(transparent)]
+    List(Box<ListError>),
+    /// The options ask for other columns.
+    #[error("--keep-columns is not supported if several processes read the input; omit it")]
+    KeepColumns,
+    /// A file that one process must read is too large.
+    #[error("{}: the file has more than {limit} bytes, and its format does not allow several processes to read it in parts; save it as .npy in C order", shown(.path))]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// The largest size in bytes.
+        limit: u64,
+    },
+    /// Two processes see other files at the same path.
+    #[error("{}: process {process} sees {found}, but process 0 sees {expected}; give all processes the same file", shown(.path))]
+    Differs {
+        /// The file.
+        path: PathBuf,
+        /// The process.
+        process: u32,
+        /// What it sees.
+        found: String,
+        /// What process 0 sees.
+        expected: String,
+    },
+    /// Two processes have other lists of files.
+    #[error(
+        "process {process} has {found} files, but process 0 has {expected}; give all processes the same list"
+    )]
+    OtherList {
+        /// The process.
+        process: u32,
+        /// The number of its files.
+        found: u64,
+        /// The number of files of process 0.
+        expected: u64,
+    },
+    /// The blocks of the processes are not consecutive.
+    #[error(
+        "the blocks of the processes do not divide the {rows} rows; this is a defect of septet: please report it with the input"
+    )]
+    Blocks {
+        /// The number of rows.
+        rows: u64,
+    },
+    /// A file changed while it was read.
+    #[error("{}: the file changed while it was read; read it again", shown(.path))]
+    Changed {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+impl From<InputError> for SharedError {
+    fn from(error: InputError) -> Self {
+        SharedError::File(Box::new(error))
+    }
+}
+
+impl From<ListError> for SharedError {
+    fn from(error: ListError) -> Self {
+        SharedError::List(Box::new(error))
+    }
+}
+
+impl SharedError {
+    /// Returns the error for a file among `files` files. `before` is the number of rows in the files before it.
+    pub fn of(error: InputError, files: usize, before: u64) -> Self {
+        if files == 1 {
+            return error.into();
+        }
+        ListError::File { error: Box::new(error), before }.into()
+    }
+
+    /// Returns the exit code of the program.
+    fn code(&self) -> u8 {
+        match self {
+            Self::KeepColumns => USAGE,
+            Self::TooLarge { .. } => LIMIT,
+            Self::Blocks { .. } => 1,
+            Self::File(error) => of_input(error),
+            Self::List(error) => match &**error {
+                ListError::File { error, .. } | ListError::List { error } => of_input(error),
+                ListError::Pattern { .. } => USAGE,
+                _ => INPUT,
+            },
+            Self::Differs { .. } | Self::OtherList { .. } | Self::Changed { .. } => INPUT,
+        }
+    }
+}
+
+fn of_input(error: &InputError) -> u8 {
+    match error {
+        InputError::OutOfMemory { .. } => LIMIT,
+        _ if error.is_usage() => USAGE,
+        _ => INPUT,
+    }
+}
+
+/// Returns the value of this process if no process has an error, otherwise the error of the first process that has one.
+pub(super) fn agree<T>(processes: &mut Processes<'_>, own: Result<T, SharedError>) -> Result<T, Ended> {
+    processes.agree(own, |error| (error.code(), error.to_string()))
+}

@@ -1,0 +1,258 @@
+//! Reading by several processes: each process reads the rows of its block.
+//!
+//! **Files that are cut.** Arrays (`.npy`) in C order and text tables (`.xyz`, `.txt`, `.csv`) are cut. A process reads
+//! the header of an array and the bytes of its own rows. A table is read twice. First, the processes divide the bytes of
+//! all tables into equal parts, which begin at lines, and count the rows. Then they exchange the offsets of the first rows
+//! of all blocks, and each process parses its own rows. With `skip_invalid`, arrays are also read twice, because dropped
+//! rows do not count.
+//!
+//! **Other files.** Process 0 reads them as [`read`](super::read()) does, and sends each process its rows. These are
+//! compressed files, arrays in Fortran order, chemical files, pipes, standard input and all other formats. Process 0 holds
+//! the points of all these files until they are sent. A file of more than [`WHOLE_LIMIT`] bytes is refused.
+//!
+//! **Errors.** The error of the first bad row ends all processes. It has the message that one process would give.
+
+mod block;
+mod chunks;
+mod cut;
+mod error;
+mod rows;
+mod survey;
+mod tally;
+#[cfg(test)]
+mod tests;
+mod whole;
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::PathBuf;
+
+use septet_core::model::Points;
+use septet_protocol::wire::{Ended, Processes};
+
+use super::list::ListedFile;
+use super::list::notes::Notes;
+use super::points::{CoordinateType, PointFile, ReadOptions};
+
+use block::{Mark, Reading, Rows};
+use error::{SharedError, agree};
+use rows::{AllRows, WholeFile};
+use survey::{Form, Plan};
+use tally::Tally;
+
+/// The largest size in bytes of a file that process 0 reads for all processes. The size of a compressed file is the one
+/// before decompression.
+pub const WHOLE_LIMIT: u64 = 1 << 30;
+
+/// The rows of an input that a process holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SharedPoints {
+    /// The rows of the block of this process, in their order. Coordinates are finite and never -0.0.
+    pub points: Points,
+    /// The number of the first row of the block. Dropped rows do not count.
+    pub first: u64,
+    /// The number of rows of all processes. Dropped rows do not count.
+    pub rows: u64,
+    /// The number of dropped rows of all processes.
+    pub skipped: u64,
+    /// The number in the input of each row of the block, or `None` if no process dropped a row. Dropped rows count.
+    pub source_index: Option<Vec<u64>>,
+    /// Notes for the user, as in [`PointFile::notes`]. All processes have the same notes.
+    pub notes: Vec<String>,
+    /// The files and their rows.
+    pub files: Vec<ListedFile>,
+    /// The id of the first point, as in [`PointFile::first_id`].
+    pub first_id: u64,
+    /// The type of the coordinates in binary files, as in [`PointFile::coordinate_type`].
+    pub coordinate_type: Option<CoordinateType>,
+}
+
+/// The sizes of steps.
+#[derive(Clone, Copy, Debug)]
+struct Limits {
+    /// The number of bytes that are read at a time.
+    step: usize,
+    /// The largest size of a file that process 0 reads.
+    whole: u64,
+    /// The number of rows that process 0 sends at a time.
+    round: u64,
+}
+
+const LIMITS: Limits = Limits { step: 1 << 20, whole: WHOLE_LIMIT, round: 1 << 22 };
+
+/// Reads files by all processes. Each process reads its own block of the rows.
+///
+/// The call is collective: all processes make it with equal `files` and `options`. `block` returns the rows that this
+/// process must hold of an input with the given number of rows. The blocks of the processes are consecutive, may be empty,
+/// and together have all rows. Rows that `skip_invalid` drops are not counted. The rows are those of
+/// [`read`](super::read()) for one file, and those of [`read_list`](super::read_list) for several files.
+///
+/// # Errors
+/// All processes return the same error. It has the message of `read` or `read_list`, and the exit code of the program. Also
+/// fails if the options ask for further columns, if a file that process 0 must read has more than [`WHOLE_LIMIT`] bytes, if
+/// the processes see different files, or if the processes lose each other.
+pub fn read_shared(
+    processes: &mut Processes<'_>,
+    files: &[PathBuf],
+    options: &ReadOptions,
+    block: &dyn Fn(u64) -> Range<u64>,
+) -> Result<SharedPoints, Ended> {
+    Call { files, options, limits: LIMITS }.read(processes, block)
+}
+
+/// The arguments of a call.
+struct Call<'a> {
+    files: &'a [PathBuf],
+    options: &'a ReadOptions,
+    limits: Limits,
+}
+
+/// The files that process 0 has read.
+struct WholeFiles {
+    /// What all processes know of them.
+    known: Vec<WholeFile>,
+    /// Their content. Empty on the other processes.
+    content: Vec<PointFile>,
+}
+
+impl Call<'_> {
+    fn read(
+        &self,
+        processes: &mut Processes<'_>,
+        block: &dyn Fn(u64) -> Range<u64>,
+    ) -> Result<SharedPoints, Ended> {
+        let (options, step) = (self.options, self.limits.step);
+        let plans = survey::survey(processes, self.files, options, step)?;
+        let who = (processes.process(), processes.processes());
+        let own = tally::tally(&plans, options, who, step);
+        let tallies = agree(processes, own)?;
+        let parts = processes.all_gather(&rows::parts(&tallies))?;
+        let whole = self.whole(processes, &plans, &parts)?;
+        let all = AllRows::of(&plans, &parts, &whole.known);
+        agree(processes, all.check(self.files))?;
+        let blocks = blocks(processes, &all, block)?;
+        let marks = self.marks(processes, (&plans, &tallies), &all, &blocks)?;
+        let dealt = self.deal(processes, &plans, &all, &whole, &blocks)?;
+        drop(whole.content);
+        let reading = Reading { plans: &plans, all: &all, options, step };
+        let own = &blocks[processes.process() as usize];
+        let read = reading.block(own, &marks, dealt);
+        let (rows, rounded) = agree(processes, read)?;
+        agree(processes, all.check_announced(&plans))?;
+        let rounded = processes.all_gather(&rounded)?;
+        Ok(SharedPoints {
+            points: rows.points,
+            first: own.start,
+            rows: all.kept,
+            skipped: all.skipped,
+            source_index: (all.skipped > 0).then_some(rows.index),
+            notes: self.notes(&plans, &all, &whole.known, &rounded),
+            files: all.listed(self.files),
+            first_id: all.first_id(),
+            coordinate_type: all.coordinate_type(),
+        })
+    }
+
+    /// Reads the files that cannot be cut, on process 0, and announces their rows.
+    fn whole(
+        &self,
+        processes: &mut Processes<'_>,
+        plans: &[Plan],
+        parts: &[Vec<rows::Part>],
+    ) -> Result<WholeFiles, Ended> {
+        if plans.iter().all(|plan| matches!(plan, Plan::Cut(_))) {
+            return Ok(WholeFiles { known: Vec::new(), content: Vec::new() });
+        }
+        let read = match processes.process() {
+            0 => whole::read(plans, self.options, parts, self.limits.whole),
+            _ => Ok(Vec::new()),
+        };
+        let content = agree(processes, read)?;
+        let sent: Vec<rows::WholeRow> = content.iter().map(|file| whole::known(file).row()).collect();
+        let mut gathered = processes.all_gather(&sent)?;
+        let known = gathered.swap_remove(0).into_iter().map(WholeFile::of).collect();
+        Ok(WholeFiles { known, content })
+    }
+
+    /// Finds the places of the first rows of all blocks.
+    fn marks(
+        &self,
+        processes: &mut Processes<'_>,
+        (plans, tallies): (&[Plan], &[Tally]),
+        all: &AllRows,
+        blocks: &[Range<u64>],
+    ) -> Result<BTreeMap<u64, Mark>, Ended> {
+        let who = (processes.process(), self.limits.step);
+        let own = block::marks((plans, tallies), all, blocks, self.options, who);
+        let own = agree(processes, own)?;
+        let gathered = processes.all_gather(&own)?;
+        Ok(gathered.into_iter().flatten().map(|mark| (mark[0], mark)).collect())
+    }
+
+    /// Sends the rows of the files that process 0 has read. Returns those of this process, per file.
+    fn deal(
+        &self,
+        processes: &mut Processes<'_>,
+        plans: &[Plan],
+        all: &AllRows,
+        whole: &WholeFiles,
+        blocks: &[Range<u64>],
+    ) -> Result<Vec<Rows>, Ended> {
+        let files = plans.iter().zip(&all.files).filter(|(plan, _)| matches!(plan, Plan::Whole(_)));
+        let mut dealt = Vec::new();
+        for (at, (known, (_, file))) in whole.known.iter().zip(files).enumerate() {
+            let within = |row: u64| row.saturating_sub(file.first_kept).min(known.kept);
+            let wanted: Vec<_> = blocks.iter().map(|block| within(block.start)..within(block.end)).collect();
+            let how = (self.limits.round, all.skipped > 0);
+            dealt.push(whole::deal(processes, whole.content.get(at), known, &wanted, how)?);
+        }
+        Ok(dealt)
+    }
+
+    /// Returns the notes on all files. `rounded` are the numbers of rounded integers of all processes, per file.
+    fn notes(
+        &self,
+        plans: &[Plan],
+        all: &AllRows,
+        whole: &[WholeFile],
+        rounded: &[Vec<[u64; 2]>],
+    ) -> Vec<String> {
+        let mut sums = vec![0; plans.len()];
+        for [file, count] in rounded.iter().flatten() {
+            if let Some(sum) = sums.get_mut(*file as usize) {
+                *sum += count;
+            }
+        }
+        let mut whole = whole.iter();
+        let mut notes: Vec<Vec<String>> = Vec::new();
+        for (at, (plan, file)) in plans.iter().zip(&all.files).enumerate() {
+            notes.push(match plan {
+                Plan::Whole(_) => whole.next().map(|file| file.notes.clone()).unwrap_or_default(),
+                Plan::Cut(cut) => match &cut.form {
+                    Form::Table(head) => head.notes(file.extra, self.options),
+                    Form::Array(layout) => layout.notes(sums[at]),
+                },
+            });
+        }
+        if let [notes] = &mut notes[..] {
+            return std::mem::take(notes);
+        }
+        let mut listed = Notes::default();
+        self.files.iter().zip(notes).for_each(|(path, notes)| listed.add(path, notes));
+        listed.lines()
+    }
+}
+
+/// Returns the blocks of all processes.
+fn blocks(
+    processes: &mut Processes<'_>,
+    all: &AllRows,
+    block: &dyn Fn(u64) -> Range<u64>,
+) -> Result<Vec<Range<u64>>, Ended> {
+    let own = block(all.kept);
+    let gathered = processes.all_gather(&[own.start, own.end])?;
+    let blocks: Vec<Range<u64>> = gathered.into_iter().map(|[start, end]| start..end).collect();
+    let checked: Result<(), SharedError> = block::check(&blocks, all.kept);
+    agree(processes, checked)?;
+    Ok(blocks)
+}

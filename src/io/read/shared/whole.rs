@@ -1,0 +1,137 @@
+//! Files that process 0 reads and sends to the others.
+
+use std::io::{self, Read};
+use std::ops::Range;
+use std::path::Path;
+
+use glam::{DVec2, DVec3};
+use septet_core::model::Points;
+use septet_protocol::codec::{Bulk, decode, encode};
+use septet_protocol::wire::{Ended, Parcel, Processes, WireError};
+
+use super::super::error::InputError;
+use super::super::format::Format;
+use super::super::list::empty;
+use super::super::points::{PointFile, ReadOptions};
+use super::super::{load, points};
+use super::block::Rows;
+use super::error::SharedError;
+use super::rows::{Part, WholeFile};
+use super::survey::Plan;
+
+/// Reads the files that cannot be cut. `parts` are the parts of the other files.
+pub(super) fn read(
+    plans: &[Plan],
+    options: &ReadOptions,
+    parts: &[Vec<Part>],
+    limit: u64,
+) -> Result<Vec<PointFile>, SharedError> {
+    let (mut all, mut before) = (Vec::new(), 0);
+    let mut counted = vec![0; plans.len()];
+    for part in parts.iter().flatten() {
+        if let Some(rows) = counted.get_mut(part[0] as usize) {
+            *rows += part[4];
+        }
+    }
+    for (at, plan) in plans.iter().enumerate() {
+        let Plan::Whole(path) = plan else {
+            before += counted[at];
+            continue;
+        };
+        let file = match bytes(path, limit)?.and_then(|data| points(path, &data, options)) {
+            // A part of a table may have no rows.
+            Err(InputError::NoRows { .. }) if plans.len() > 1 => empty(options),
+            file => file.map_err(|error| SharedError::of(error, plans.len(), before))?,
+        };
+        before += (file.points.len() + file.skipped) as u64;
+        all.push(file);
+    }
+    Ok(all)
+}
+
+/// Returns the bytes of a file of at most `limit` bytes.
+fn bytes(path: &Path, limit: u64) -> Result<Result<Vec<u8>, InputError>, SharedError> {
+    let (_, zipped) = Format::of_path(path);
+    let (input, total): (Box<dyn Read>, _) = if path.as_os_str() == "-" {
+        (Box::new(io::stdin().lock()), None)
+    } else {
+        let (file, total) = load::open(path)?;
+        (Box::new(file), total)
+    };
+    let mut limited = input.take(limit.saturating_add(1));
+    let is_large = total.is_some_and(|total| total > limit);
+    let data = if is_large {
+        Ok(Vec::new())
+    } else {
+        load::load_from(&mut limited, path, total, zipped, &mut |_, _| {})
+    };
+    if is_large || limited.limit() == 0 {
+        return Err(SharedError::TooLarge { path: path.to_owned(), limit });
+    }
+    Ok(data)
+}
+
+/// Returns what the other processes learn of a file.
+pub(super) fn known(file: &PointFile) -> WholeFile {
+    WholeFile {
+        rows: (file.points.len() + file.skipped) as u64,
+        kept: file.points.len() as u64,
+        dimension: file.points.dimension(),
+        first_id: file.first_id,
+        kind: file.coordinate_type,
+        notes: file.notes.clone(),
+    }
+}
+
+/// Sends the rows of a file to the processes in rounds. Process 0 has the `content`. `wanted` are the rows of each process
+/// among the rows that were not dropped. `round` is the number of rows that are sent at a time. Returns the rows of this
+/// process, with their numbers in the file if `has_index`.
+pub(super) fn deal(
+    processes: &mut Processes<'_>,
+    content: Option<&PointFile>,
+    known: &WholeFile,
+    wanted: &[Range<u64>],
+    (round, has_index): (u64, bool),
+) -> Result<Rows, Ended> {
+    let mut own = Rows::new(known.dimension);
+    let mut start = 0;
+    while start < known.kept {
+        let end = known.kept.min(start + round.max(1));
+        let mut sent = Vec::new();
+        for (process, wanted) in wanted.iter().enumerate() {
+            let (from, to) = (wanted.start.max(start), wanted.end.min(end));
+            if let Some(file) = content.filter(|_| from < to) {
+                sent.push(parcel(process as u32, file, from as usize..to as usize, has_index)?);
+            }
+        }
+        for arrived in processes.scatter(sent)? {
+            let (coordinates, index) = decode::<(Bulk<f64>, Bulk<u64>)>(&arrived.bytes).map_err(|error| {
+                WireError::Corrupt { process: arrived.process, reason: error.to_string() }
+            })?;
+            own.add(Rows { points: points_of(known.dimension, &coordinates), index: index.0 });
+        }
+        start = end;
+    }
+    Ok(own)
+}
+
+/// Returns the parcel with rows of a file, and with their numbers in the file if `has_index`.
+fn parcel(process: u32, file: &PointFile, rows: Range<usize>, has_index: bool) -> Result<Parcel, WireError> {
+    let width = file.points.dimension();
+    let coordinates = file.points.coordinates()[rows.start * width..rows.end * width].to_vec();
+    let index = match &file.source_index {
+        _ if !has_index => Vec::new(),
+        Some(index) => index[rows].to_vec(),
+        None => (rows.start as u64..rows.end as u64).collect(),
+    };
+    let bytes = encode(&(Bulk(coordinates), Bulk(index)))
+        .map_err(|error| WireError::Corrupt { process, reason: error.to_string() })?;
+    Ok(Parcel { process, bytes })
+}
+
+fn points_of(dimension: usize, coordinates: &[f64]) -> Points {
+    match dimension {
+        2 => Points::Plane(coordinates.as_chunks::<2>().0.iter().copied().map(DVec2::from_array).collect()),
+        _ => Points::Space(coordinates.as_chunks::<3>().0.iter().copied().map(DVec3::from_array).collect()),
+    }
+}
