@@ -351,7 +351,7 @@ pub use septet_lab::assertions;
 pub use septet_lab::trace;
 
 /// The guide: the paper step by step, terms, the machine and its counts, options, formats, exit codes, reports, traces,
-/// experiments.
+/// experiments, clusters.
 pub mod guide {
     #[doc = include_str!("guide/paper.md")]
     pub mod paper {}
@@ -379,6 +379,9 @@ pub mod guide {
 
     #[doc = include_str!("guide/experiments.md")]
     pub mod experiments {}
+
+    #[doc = include_str!("guide/cluster.md")]
+    pub mod cluster {}
 }
 
 /// Support for tests of machines: planted faults, and machines that the caller starts.

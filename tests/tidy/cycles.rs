@@ -6,7 +6,7 @@ use crate::map::{rows, text as map};
 use crate::source::{COMMON, Crate, room};
 
 /// Folders of the crates' root files.
-pub const CRATES: [&str; 10] = [
+pub const CRATES: [&str; 11] = [
     "src",
     "src/core",
     "workers/src",
@@ -15,6 +15,7 @@ pub const CRATES: [&str; 10] = [
     "src/meshing",
     "src/lab",
     "src/cli",
+    "src/mpi",
     "workers/geometry/src",
     "workers/protocol/src",
 ];

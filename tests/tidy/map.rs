@@ -130,6 +130,35 @@ fn the_rules_cover_every_crate() {
     assert_eq!(folders, covered, "the tidy tests read other folders than those of the workspace");
 }
 
+/// The packages of a lock file that depend on a package.
+fn users<'a>(lock: &'a str, package: &str) -> Vec<&'a str> {
+    let uses = |text: &&str| {
+        let names = text.lines().filter_map(|line| line.strip_prefix(" \"")?.split(['"', ' ']).next());
+        names.into_iter().any(|name| name == package)
+    };
+    let name = |text: &'a str| text.split('"').nth(1);
+    lock.split("[[package]]").skip(1).filter(uses).filter_map(name).collect()
+}
+
+/// Commands at the root that select no package build the default members. These need no MPI library.
+#[test]
+fn the_default_members_need_no_mpi() {
+    let manifest = fs::read_to_string(root().join("Cargo.toml")).unwrap();
+    let list = manifest.split_once("\ndefault-members = [").unwrap().1.split_once(']').unwrap().0;
+    assert!(!list.contains("src/mpi"), "src/mpi is a default member");
+    let lock = fs::read_to_string(root().join("Cargo.lock")).unwrap();
+    assert_eq!(users(&lock, "mpi-sys"), ["mpi"]);
+    assert_eq!(users(&lock, "mpi"), ["septet-mpi"]);
+    assert!(users(&lock, "septet-mpi").is_empty(), "a crate depends on septet-mpi");
+}
+
+#[test]
+fn the_users_of_a_package_of_a_planted_lock_are_found() {
+    let lock = "[[package]]\nname = \"a\"\ndependencies = [\n \"b\",\n]\n\n[[package]]\nname = \"b\"\n\n[[package]]\nname = \"c\"\ndependencies = [\n \"bb\",\n \"b 1.0.0\",\n]\n";
+    assert_eq!(users(lock, "b"), ["a", "c"]);
+    assert!(users(lock, "c").is_empty());
+}
+
 #[test]
 fn a_planted_room_and_a_planted_row_are_found() {
     let machine = format!("{MACHINE}\n| --- | --- | --- |\n| `hall` | chairs, tables | - |\n");

@@ -23,13 +23,14 @@ const DOCUMENTS: [&str; 7] =
     ["README.md", "ARCHITECTURE.md", "CHANGELOG.md", "bench", ".github", "src", "workers"];
 
 /// The crates, by the folder of their sources.
-const CRATES: [&str; 10] = [
+const CRATES: [&str; 11] = [
     "src/core",
     "src/io",
     "src/verify",
     "src/meshing",
     "src/lab",
     "src/cli",
+    "src/mpi",
     "workers/src",
     "workers/geometry/src",
     "workers/protocol/src",
