@@ -40,6 +40,9 @@ mod pieces;
 #[path = "cli/predict.rs"]
 mod predict;
 
+#[path = "cli/processes.rs"]
+mod processes;
+
 #[path = "cli/report.rs"]
 mod report;
 

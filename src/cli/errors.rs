@@ -35,6 +35,15 @@ pub enum Code {
     Interrupted = 130,
 }
 
+impl Code {
+    /// Returns the code of this number.
+    pub fn of(number: u8) -> Self {
+        let all = [Code::ReaderGone, Code::Usage, Code::Input, Code::Rejected, Code::Limit, Code::Machine];
+        let found = all.into_iter().chain([Code::Interrupted]).find(|code| *code as u8 == number);
+        found.unwrap_or(Code::Failed)
+    }
+}
+
 /// The failure of a command.
 #[derive(Debug)]
 pub struct Failure {
@@ -49,6 +58,12 @@ impl Failure {
     /// Creates a failure with a message of one sentence.
     pub fn new(code: Code, message: impl Into<String>) -> Self {
         Failure { code, message: message.into(), help: None, excerpt: None }
+    }
+
+    /// Returns the message and the help, as [`Failure::split`] takes them.
+    pub fn text(&self) -> String {
+        let help = self.help.as_ref().map(|help| format!("; {help}"));
+        format!("{}{}", self.message, help.unwrap_or_default())
     }
 
     /// Adds the next step for the user.

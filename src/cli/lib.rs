@@ -20,6 +20,7 @@ mod numbers;
 mod options;
 mod page;
 mod predict;
+mod processes;
 mod progress;
 mod report;
 mod reproduce;
@@ -33,16 +34,19 @@ mod threads;
 mod triangulate;
 mod verify;
 
+use std::any::Any;
 use std::io::Write;
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::Path;
 use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ColorChoice, CommandFactory, FromArgMatches, Parser, Subcommand};
+use septet_protocol::wire::Wire;
 use tracing_subscriber::layer::Identity;
 
 use errors::{Code, Failure};
+use options::TransportArg;
 use progress::{Cancelled, Talk, TalkArgs};
 use text::{near, nearest, printable};
 use triangulate::Goal;
@@ -131,29 +135,75 @@ enum Command {
 
 /// Parses the arguments, runs the command, reports any failure and returns the exit code.
 pub fn main() -> ExitCode {
-    let command = Cli::command().color(color_choice());
-    let cli = match command.try_get_matches().and_then(|m| Cli::from_arg_matches(&m)) {
+    let is_silent = processes::is_started();
+    let cli = match parsed(is_silent) {
         Ok(cli) => cli,
-        Err(error) => refuse(error),
+        Err(code) => return code,
     };
-    let talk = Talk::new(&cli.talk);
-    let outcome = catch_unwind(AssertUnwindSafe(|| run(cli.command, &talk)));
+    let talk = Talk::new(&cli.talk, is_silent);
+    ended(&talk, |talk| run(cli.command, talk)).unwrap_or_else(|_| panicked(&talk))
+}
+
+/// Runs the program on one of several processes, which a wire connects. Only the first process prints. `name` is the name of
+/// the connection in reports.
+///
+/// # Panics
+/// Panics if the command does, so that the caller can end the other processes.
+pub fn main_of_processes(wire: &mut dyn Wire, name: &'static str) -> ExitCode {
+    let is_silent = wire.process() != 0;
+    let cli = match parsed(is_silent) {
+        Ok(cli) => cli,
+        Err(code) => return code,
+    };
+    let talk = Talk::new(&cli.talk, is_silent);
+    let command = |talk: &Talk| logged(talk, || processes::on_wire(&cli.command, wire, name, talk));
+    ended(&talk, command).unwrap_or_else(|payload| resume_unwind(payload))
+}
+
+/// Parses the arguments. Prints a message and returns the exit code if there is nothing to run.
+fn parsed(is_silent: bool) -> Result<Cli, ExitCode> {
+    let command = Cli::command().color(color_choice());
+    command.try_get_matches().and_then(|m| Cli::from_arg_matches(&m)).map_err(|error| {
+        let code = ExitCode::from(error.exit_code() as u8);
+        if !is_silent {
+            refuse(error);
+        }
+        code
+    })
+}
+
+/// Runs a command, reports any failure and returns the exit code. Returns the payload of a panic.
+fn ended(
+    talk: &Talk,
+    command: impl FnOnce(&Talk) -> Result<(), Failure>,
+) -> Result<ExitCode, Box<dyn Any + Send>> {
+    let outcome = catch_unwind(AssertUnwindSafe(|| command(talk)));
     talk.clear();
     let failure = match outcome {
-        Ok(Ok(())) => return ExitCode::SUCCESS,
+        Ok(Ok(())) => return Ok(ExitCode::SUCCESS),
         Ok(Err(failure)) => failure,
         Err(payload) if payload.is::<Cancelled>() => Failure::interrupted(),
-        Err(_) => Failure::new(Code::Failed, "internal error")
-            .help("please report the message above together with the input"),
+        Err(payload) => return Err(payload),
     };
-    if failure.code != Code::ReaderGone {
-        failure.print(&talk);
+    Ok(report(&failure, talk))
+}
+
+/// Prints a failure, and returns its exit code.
+fn report(failure: &Failure, talk: &Talk) -> ExitCode {
+    if failure.code != Code::ReaderGone && !talk.is_silent() {
+        failure.print(talk);
     }
     ExitCode::from(failure.code as u8)
 }
 
-/// Prints a message from the argument parser (the help, the version, or an error) and exits.
-fn refuse(mut error: clap::Error) -> ! {
+/// Reports a panic, whose message has been printed, and returns the exit code.
+fn panicked(talk: &Talk) -> ExitCode {
+    let failure = Failure::new(Code::Failed, "internal error");
+    report(&failure.help("please report the message above together with the input"), talk)
+}
+
+/// Prints a message from the argument parser: the help, the version, or an error.
+fn refuse(mut error: clap::Error) {
     if std::env::args_os().len() <= 1 {
         let _ = writeln!(std::io::stderr(), "Try: septet triangulate sample:uniform:1e5 -o mesh.vtu\n");
     }
@@ -191,7 +241,8 @@ fn refuse(mut error: clap::Error) -> ! {
     for (kind, text) in escaped {
         error.insert(kind, ContextValue::String(text));
     }
-    error.exit()
+    // Nothing can be reported if the stream is closed.
+    let _ = error.print();
 }
 
 /// Returns `true` if a command that reads points has a second file as its argument, as from a pattern that the shell has
@@ -211,6 +262,9 @@ fn reads_several(error: &clap::Error) -> bool {
 
 fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
     match command {
+        Command::Triangulate(args) if args.run.machine.transport == TransportArg::Processes => {
+            logged(talk, || processes::local(&args, talk))
+        }
         Command::Triangulate(args) => triangulate::run(&args.run, args.config()?, Goal::Triangulate, talk),
         Command::Simulate(args) => {
             let goal = Goal::Simulate { cost_trace: args.cost_trace.as_deref() };

@@ -15,7 +15,7 @@ use septet_lab::trace::Detail;
 
 use super::constants::{Auto, ConstantsArgs, auto};
 use super::effects::needs;
-use super::errors::Failure;
+use super::errors::{Code, Failure};
 use super::faults::fault;
 use super::formats::{FormatArgs, ReadArgs};
 use super::headings::{GRAPH, INPUT, MACHINE, OUTPUT, REPORTS};
@@ -41,6 +41,9 @@ Examples:
 pub struct TriangulateArgs {
     #[command(flatten)]
     pub run: RunArgs,
+    /// Number of processes, with --transport processes [default: one for each worker]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096), help_heading = MACHINE, hide_short_help = true)]
+    pub processes: Option<u32>,
 }
 
 /// Options of `septet simulate`.
@@ -250,6 +253,8 @@ pub enum TransportArg {
     Channel,
     /// A simulator on one thread
     Sim,
+    /// Sockets between processes, each of which reads and writes its share; `septet triangulate` only
+    Processes,
 }
 
 impl TransportArg {
@@ -258,7 +263,14 @@ impl TransportArg {
         let is_sim = self == TransportArg::Sim;
         needs("--delivery-seed", delivery_seed.is_some(), "--transport sim", is_sim)?;
         let delivery_seed = delivery_seed.unwrap_or(0);
-        Ok(if is_sim { Transport::Sim { delivery_seed } } else { Transport::Channel })
+        match self {
+            TransportArg::Channel => Ok(Transport::Channel),
+            TransportArg::Sim => Ok(Transport::Sim { delivery_seed }),
+            TransportArg::Processes => {
+                Err(Failure::new(Code::Usage, "--transport processes works with `septet triangulate` only")
+                    .help("use --transport channel"))
+            }
+        }
     }
 }
 
@@ -298,13 +310,17 @@ impl From<DetailArg> for Detail {
 impl MachineArgs {
     /// Returns the configuration for these options, with defaults for the others.
     pub fn config(&self) -> Result<Config, Failure> {
+        Ok(self.config_on(self.transport.with_seed(self.delivery_seed)?))
+    }
+
+    /// Returns the configuration for these options and this transport.
+    fn config_on(&self, transport: Transport) -> Config {
         let base = Config::default();
         let threads = self.threads.unwrap_or(base.machine.threads);
-        let transport = self.transport.with_seed(self.delivery_seed)?;
         if self.registers == RegistersArg::Baseline {
             septet_geometry::simd::use_baseline_registers();
         }
-        Ok(base.with(|c| {
+        base.with(|c| {
             c.machine.threads = threads;
             c.partition = match self.partition {
                 PartitionArg::Sphere => Partition::Sphere,
@@ -313,7 +329,7 @@ impl MachineArgs {
             c.machine.leaf = self.leaf.0;
             c.machine.transport = transport;
             c.machine.max_memory = self.max_memory;
-        }))
+        })
     }
 }
 
@@ -341,7 +357,22 @@ impl GraphArgs {
 impl TriangulateArgs {
     /// Returns the checked configuration of these options.
     pub fn config(&self) -> Result<Config, Failure> {
+        needs("--processes", self.processes.is_some(), "--transport processes", false)?;
         let config = self.run.config()?;
+        config.check()?;
+        Ok(config)
+    }
+
+    /// Returns the checked configuration of one of several processes: the number of workers is `workers` by default, and
+    /// the number of threads of each process is `threads`.
+    pub fn config_of_processes(&self, workers: u32, threads: usize) -> Result<Config, Failure> {
+        let seeded = self.run.machine.delivery_seed.is_some();
+        needs("--delivery-seed", seeded, "--transport sim", false)?;
+        let config = self.run.settled(self.run.machine.config_on(Transport::Channel));
+        let config = config.with(|c| {
+            c.machine.workers = self.run.workers.unwrap_or(Workers::Count(workers));
+            c.machine.threads = self.run.machine.threads.unwrap_or(threads);
+        });
         config.check()?;
         Ok(config)
     }
@@ -359,15 +390,19 @@ impl SimulateArgs {
 
 impl RunArgs {
     fn config(&self) -> Result<Config, Failure> {
-        let config = self.machine.config()?;
-        Ok(config.with(|c| {
+        Ok(self.settled(self.machine.config()?))
+    }
+
+    /// Returns `config` with the options of the run applied.
+    fn settled(&self, config: Config) -> Config {
+        config.with(|c| {
             c.machine.workers = self.workers.unwrap_or(c.machine.workers);
             c.machine.seed = self.seed;
             c.skip_invalid = self.skip_invalid;
             c.keep.owner = self.with_owner;
             c.keep.point_owner = self.writing.any(&self.output, &[OutputFormat::Pvtu]);
             c.planted.fault = self.fault;
-        }))
+        })
     }
 }
 

@@ -53,6 +53,7 @@ pub struct Cancelled;
 /// The messages of the program.
 pub struct Talk {
     quiet: bool,
+    is_silent: bool,
     color: bool,
     /// The log filter without `RUST_LOG`.
     filter: Targets,
@@ -62,15 +63,16 @@ pub struct Talk {
 }
 
 impl Talk {
-    /// Sets up the bar and the interrupt handler.
-    pub fn new(args: &TalkArgs) -> Self {
-        let terminal = stderr().is_terminal();
+    /// Sets up the bar and the interrupt handler. A silent process prints nothing, because another one reports its errors.
+    pub fn new(args: &TalkArgs, is_silent: bool) -> Self {
+        let terminal = stderr().is_terminal() && !is_silent;
+        let is_quiet = args.quiet || is_silent;
         let color = match args.color {
             When::Always => true,
             When::Never => false,
             When::Auto => terminal && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty()),
         };
-        let level = match (args.quiet, args.verbose) {
+        let level = match (is_quiet, args.verbose) {
             (true, _) => LevelFilter::ERROR,
             (_, 0) => LevelFilter::WARN,
             (_, 1) => LevelFilter::INFO,
@@ -85,7 +87,7 @@ impl Talk {
             filter
         };
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
-        if terminal && !args.quiet && args.verbose == 0 {
+        if terminal && !is_quiet && args.verbose == 0 {
             bar.set_draw_target(ProgressDrawTarget::stderr_with_hz(10));
             bar.set_message("starting");
             // The clock also runs during steps that report no progress.
@@ -100,7 +102,7 @@ impl Talk {
             bar.set_style(style.progress_chars("=> "));
         }
         let cancel = Arc::new(AtomicBool::new(false));
-        let (flag, quiet, shown) = (cancel.clone(), args.quiet, bar.clone());
+        let (flag, quiet, shown) = (cancel.clone(), is_quiet, bar.clone());
         // If setting the handler fails, the first Ctrl-C kills the process.
         let _ = ctrlc::set_handler(move || {
             if flag.swap(true, Ordering::SeqCst) {
@@ -115,7 +117,12 @@ impl Talk {
                 });
             }
         });
-        Talk { quiet: args.quiet, color, filter, bar, cancel }
+        Talk { quiet: is_quiet, is_silent, color, filter, bar, cancel }
+    }
+
+    /// Returns `true` if another process reports the errors of this one.
+    pub fn is_silent(&self) -> bool {
+        self.is_silent
     }
 
     /// Sets up logging and the trace, if any. Only the first call has an effect.

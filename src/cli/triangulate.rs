@@ -25,7 +25,7 @@ use super::rows::InputRows;
 use super::summary;
 
 /// The tables of a run, as they appear in file names.
-const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
+pub(super) const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
 
 /// The subcommand, with the options of its own.
 #[derive(Clone, Copy, Debug)]
@@ -142,7 +142,12 @@ fn check_effects(args: &RunArgs) -> Result<(), Failure> {
 }
 
 /// Writes the report as JSON and prints its summary.
-fn print_report(args: &RunArgs, report: &RunReport, files: &[PathBuf], talk: &Talk) -> Result<(), Failure> {
+pub(super) fn print_report(
+    args: &RunArgs,
+    report: &RunReport,
+    files: &[PathBuf],
+    talk: &Talk,
+) -> Result<(), Failure> {
     if let Some(path) = &args.json {
         let mut text = report
             .to_json()

@@ -4,17 +4,11 @@
 
 use std::process::ExitCode;
 
-use septet_mpi::{MpiWire, launch, self_test};
+use septet_mpi::{launch, self_test};
 
 fn main() -> ExitCode {
     launch::run(|wire| match self_test::asked() {
         Some(test) => self_test::run(&test, wire),
-        None => command(wire),
+        None => septet_cli::main_of_processes(wire, "mpi"),
     })
-}
-
-fn command(_: &mut MpiWire) -> ExitCode {
-    // TO DO: this line becomes `septet_cli::run_over(wire)`, and Cargo.toml depends on septet-cli.
-    eprintln!("septet-mpi: only --self-test works in this version");
-    ExitCode::from(2)
 }

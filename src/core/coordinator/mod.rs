@@ -95,7 +95,7 @@ pub(crate) struct Returned<P> {
     /// The shares of the ranks of this process.
     pub(crate) shares: Vec<Share<P>>,
     /// Wall-clock seconds of each phase, in order.
-    seconds: Vec<(Phase, f64)>,
+    pub(crate) seconds: Vec<(Phase, f64)>,
 }
 
 /// A run of a machine, as its caller observes it.

@@ -77,6 +77,8 @@ pub(crate) enum Store {
     Rows(OwnedRows),
     /// Subdomain triangulations.
     Pieces(Pieces),
+    /// This number of cells, which several processes hold.
+    Elsewhere(u64),
 }
 
 /// The cells of a run. The first request brings them into canonical order.
@@ -99,13 +101,14 @@ impl Export {
         match &self.store {
             Store::Rows(rows) => rows.parts.iter().map(Vec::len).sum::<usize>() / (self.space + 1),
             Store::Pieces(pieces) => pieces.len(),
+            Store::Elsewhere(cells) => *cells as usize,
         }
     }
 
     /// Returns the subdomain triangulations, if the run made any.
     pub(crate) fn pieces(&self) -> Option<&Pieces> {
         match &self.store {
-            Store::Rows(_) => None,
+            Store::Rows(_) | Store::Elsewhere(_) => None,
             Store::Pieces(pieces) => Some(pieces),
         }
     }
@@ -121,6 +124,7 @@ impl Export {
     fn unsorted(&self) -> LabelledCells {
         match &self.store {
             Store::Pieces(pieces) => pieces.rows(self.with_owner),
+            Store::Elsewhere(_) => LabelledCells::default(),
             Store::Rows(OwnedRows { parts, owners, leaves }) => LabelledCells {
                 rows: parts.concat(),
                 owner: self.with_owner.then(|| owners.clone()),

@@ -31,6 +31,30 @@ pub struct Part {
     pub subdomains: Vec<Subdomain>,
 }
 
+impl Part {
+    /// Returns the totals of the run as numbers, for a process without workers ([`Part::of_totals`]).
+    pub fn totals(&self) -> [u64; 6] {
+        let Part { space, dimension, points: Accounting { input, used, .. }, cells, hull_facets, .. } = *self;
+        [space as u64, dimension as u64, input, used, cells, hull_facets]
+    }
+
+    /// Returns the part of a process without workers.
+    pub fn of_totals(
+        [space, dimension, input, used, cells, hull_facets]: [u64; 6],
+        placement: Placement,
+    ) -> Self {
+        Part {
+            space: space as usize,
+            dimension: dimension as isize,
+            points: Accounting { input, used, ..Accounting::default() },
+            cells,
+            hull_facets,
+            placement,
+            subdomains: Vec::new(),
+        }
+    }
+}
+
 /// The subdomain triangulation of a worker: its points, and the cells whose lexicographically smallest vertices they are.
 /// Every cell of the triangulation is in one subdomain.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,23 +6,25 @@
 
 use std::ops::Range;
 use std::sync::Arc;
+use std::time::Instant;
 
 use glam::{DVec2, DVec3};
 use septet_geometry::point::{Coordinates, Point};
-use septet_protocol::ids::{COORDINATOR, Rank};
+use septet_protocol::ids::{COORDINATOR, Phase, Rank};
+use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::Totals;
 use septet_protocol::transport::{HostState, Placement, ProcessTransport, TransportError};
 use septet_workers::input::{Loaded, Rows, Source};
-use septet_workers::share::Share;
+use septet_workers::share::{Share, merged_ledger};
 use septet_workers::transport::process::OneProcess;
 
 use crate::config::{Config, ConfigError, Keep, Workers};
-use crate::coordinator::{Coordinator, Held, Plan, unbalanced};
+use crate::coordinator::{Coordinator, Held, Plan, Returned, unbalanced};
 use crate::error::{Error, incomplete};
 use crate::input::Whole;
-use crate::result::run::{Accounting, Run};
+use crate::result::run::{Accounting, Run, Settled};
 use crate::result::subdomain::{Part, Subdomain};
-use crate::run::finish::certify;
+use crate::run::finish::{NO_SUPERGRAPH, certify};
 use crate::run::settings::{Goal, Settings, admit};
 use crate::run::transport::started;
 
@@ -113,19 +115,58 @@ fn run<P: Point>(
         Ok(placement) => placement,
         Err(error) => return Err(end_all(transport, error)),
     };
-    let mut settings =
-        Settings::decide(config, Goal::Triangulation, Whole::points(input.points), &mut started(config))?;
-    settings.machine.shown.with_places = true;
     let source = OwnRows { input, workers: placement.workers_of(transport.process()) };
+    let held = Held { source: &source, rows: input.points.len() as u64 };
+    Ok(run_held(transport, held, placement, config)?.part)
+}
+
+/// The result of a process.
+pub struct ProcessRun {
+    /// The part of the triangulation.
+    pub part: Part,
+    /// The counts of the ranks of this process.
+    pub ledger: LedgerPart,
+    /// The parameters of the run.
+    pub settled: Settled,
+    /// Measured wall-clock seconds of each phase that occurred, in order.
+    pub phase_seconds: Vec<(Phase, f64)>,
+    /// Measured seconds of the machine.
+    pub seconds: f64,
+}
+
+/// Runs the ranks of this process over the rows that it holds.
+pub(super) fn run_held<P: Point>(
+    transport: &mut dyn ProcessTransport<P>,
+    held: Held<'_, P>,
+    placement: Placement,
+    config: &Config,
+) -> Result<ProcessRun, Error> {
+    let start = Instant::now();
+    let mut settings =
+        Settings::decide(config, Goal::Triangulation, Whole::<P>::points(&[]), &mut started(config))?;
+    settings.machine.shown.with_places = true;
     let coordinator = Coordinator::new(&config.control, Arc::new(settings.machine.clone()));
     let mut process = OneProcess { transport, placement, threads: config.machine.threads };
-    let held = Held { source: &source, rows: input.points.len() as u64 };
-    let returned = coordinator.shares(&mut process, held, &Plan::new())?;
-    finish(returned.shares, &settings, placement)
+    let Returned { shares, seconds: phase_seconds } = coordinator.shares(&mut process, held, &Plan::new())?;
+    let ledger = merged_ledger(&shares, settings.machine.fault);
+    let part = finish(shares, &settings, placement)?;
+    let settled = settings.settled(None, NO_SUPERGRAPH.to_string());
+    Ok(ProcessRun { part, ledger, settled, phase_seconds, seconds: start.elapsed().as_secs_f64() })
 }
 
 /// Checks the configuration and the points of this process. Returns the places of the ranks.
 fn admitted<P: Point>(config: &Config, input: Input<'_, P>, processes: u32) -> Result<Placement, Error> {
+    let workers = admitted_workers(config)?;
+    let rows = input.points.len() as u64;
+    admit(config, Goal::Triangulation, rows, P::DIM)?;
+    if input.first_id.checked_add(rows).is_none() {
+        return Err(Error::Indices { rows, first: input.first_id, last: u64::MAX });
+    }
+    Placement::new(workers, processes).ok_or(ConfigError::TooFewWorkers { workers, processes }.into())
+}
+
+/// Refuses results that several processes cannot have. Returns the number of workers.
+pub(super) fn admitted_workers(config: &Config) -> Result<u32, Error> {
     let Keep { graph, sets, owner, point_owner, costs, view } = config.keep;
     let outputs = [
         (config.machine.workers == Workers::Leaves, "a worker for each leaf"),
@@ -136,18 +177,13 @@ fn admitted<P: Point>(config: &Config, input: Input<'_, P>, processes: u32) -> R
     if let Some(&(_, output)) = outputs.iter().find(|(is_wanted, _)| *is_wanted) {
         return Err(ConfigError::NotDistributed { output }.into());
     }
-    let rows = input.points.len() as u64;
-    admit(config, Goal::Triangulation, rows, P::DIM)?;
-    if input.first_id.checked_add(rows).is_none() {
-        return Err(Error::Indices { rows, first: input.first_id, last: u64::MAX });
-    }
     let Workers::Count(workers) = config.machine.workers else { return Err(ConfigError::NoWorkers.into()) };
-    Placement::new(workers, processes).ok_or(ConfigError::TooFewWorkers { workers, processes }.into())
+    Ok(workers)
 }
 
 /// Ends the run on all processes, because this process cannot start. Returns the error of the run. An error of the
 /// configuration keeps its type, because all processes have it.
-fn end_all<P: Point>(transport: &mut dyn ProcessTransport<P>, error: Error) -> Error {
+pub(super) fn end_all<P: Point>(transport: &mut dyn ProcessTransport<P>, error: Error) -> Error {
     let process = transport.process();
     let reason = format!("process {process} does not start: {error}");
     let failed = TransportError::WorkerFailed { rank: process + 1, reason };

@@ -159,7 +159,7 @@ pub(crate) fn finish<P: Point>(
 }
 
 /// The reason why a triangulation has no supergraph to report.
-const NO_SUPERGRAPH: &str =
+pub(super) const NO_SUPERGRAPH: &str =
     "triangulate uses no supergraph: the interface exchange finds neighbours by circumspheres";
 
 fn sorted_members<P>(shares: &[Share<P>]) -> Vec<SetMember> {

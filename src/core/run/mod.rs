@@ -5,6 +5,7 @@ pub mod distributed;
 mod finish;
 pub mod independent;
 pub mod memory;
+pub mod processes;
 mod settings;
 mod transport;
 mod triangulation;

@@ -49,7 +49,7 @@ pub use error::{InputError, Place};
 pub use format::{Format, UnknownFormatName};
 pub use list::{EntryFault, FileList, ListError, ListedFile, PointList, read_list};
 pub use points::{Column, CoordinateType, PointFile, ReadOptions, ReadProgress};
-pub use shared::{SharedPoints, WHOLE_LIMIT, read_shared};
+pub use shared::{SharedPoints, WHOLE_LIMIT, read_shared, share_points};
 pub use sizes::read_sizes;
 
 use text::Source;

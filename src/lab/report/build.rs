@@ -65,6 +65,7 @@ impl RunReport {
             },
             rss_before_bytes: context.rss_before_bytes,
             peak_rss_bytes: context.peak_rss_bytes,
+            processes: Vec::new(),
         }
     }
 }

@@ -10,6 +10,7 @@ mod cost_trace;
 pub(crate) mod json;
 pub mod mesh;
 mod parameters;
+mod processes;
 mod schema;
 mod summary;
 pub(crate) mod tables;
@@ -20,6 +21,7 @@ mod verify;
 pub use context::RunContext;
 pub use cost_trace::{CostHeader, ledger_counts, write_cost_trace};
 pub use parameters::Parameters;
+pub use processes::ProcessReport;
 pub use schema::{
     Fallback, GraphReport, HowProved, MachineReport, NodeReport, PathReport, PhaseReport, PointsReport,
     RepairReport, RoundReport, RunReport, RunSeconds, SCHEMA, SupergraphReport, TotalReport, TreeLevelReport,

@@ -6,6 +6,7 @@ use septet_core::result::view::View;
 use septet_core::run::TrafficTotal;
 
 use super::Parameters;
+use super::processes::ProcessReport;
 use super::traffic::{TimelineReport, TrafficReport};
 
 /// Name and version of the schema of [`RunReport`]. The number changes if a field changes its meaning or disappears.
@@ -76,6 +77,9 @@ pub struct RunReport {
     pub rss_before_bytes: Option<u64>,
     /// Measured peak of resident memory.
     pub peak_rss_bytes: Option<u64>,
+    /// The processes, if there are several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub processes: Vec<ProcessReport>,
 }
 
 /// The traffic of the coordinator.

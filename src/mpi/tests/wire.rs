@@ -8,30 +8,17 @@ use std::process::{Command, Output, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-const PROGRAM: &str = env!("CARGO_BIN_EXE_septet-mpi");
+#[path = "common/mpirun.rs"]
+mod common;
 
-/// Settings of Open MPI for a machine with few cores, as environment variables. Other libraries ignore them.
-const SETTINGS: [(&str, &str); 6] = [
-    ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
-    ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
-    ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
-    ("OMPI_MCA_hwloc_base_binding_policy", "none"),
-    ("OMPI_MCA_mpi_yield_when_idle", "1"),
-    ("PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe"),
-];
+use common::{PROGRAM, SETTINGS, run};
+
+fn mpirun(processes: u32, test: &str) -> Command {
+    common::mpirun(processes, &[test])
+}
 
 /// The time in which all processes must be gone after one of them was killed.
 const END: Duration = Duration::from_secs(5);
-
-fn mpirun(processes: u32, test: &str) -> Command {
-    let mut command = Command::new(std::env::var_os("MPIRUN").unwrap_or("mpirun".into()));
-    command.args(["-n", &processes.to_string(), PROGRAM, test]).envs(SETTINGS);
-    command
-}
-
-fn run(command: &mut Command) -> Output {
-    command.output().unwrap_or_else(|error| panic!("{command:?}: {error}; install openmpi-bin"))
-}
 
 fn passes(command: &mut Command) {
     let output = run(command);

@@ -131,11 +131,11 @@ impl Placement {
         (1..=self.workers).contains(&rank)
     }
 
-    /// Returns the ranks of the workers that a process runs.
+    /// Returns the ranks of the workers that a process runs. A process after those of the placement runs none.
     pub fn workers_of(self, process: u32) -> Range<Rank> {
-        let first = |process: u64| {
-            1 + (process * u64::from(self.workers)).div_ceil(u64::from(self.processes)) as Rank
-        };
+        let processes = u64::from(self.processes);
+        let first =
+            |process: u64| 1 + (process.min(processes) * u64::from(self.workers)).div_ceil(processes) as Rank;
         first(u64::from(process))..first(u64::from(process) + 1)
     }
 }
@@ -171,6 +171,7 @@ mod tests {
                 next = ranks.end;
             }
             assert_eq!(next, workers + 1);
+            assert!([processes, u32::MAX].iter().all(|&process| placement.workers_of(process).is_empty()));
         }
         assert_eq!([(3, 4), (3, 0), (0, 0)].map(|(w, p)| Placement::new(w, p)), [None; 3]);
     }

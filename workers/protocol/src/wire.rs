@@ -148,6 +148,19 @@ impl<'a> Processes<'a> {
         Ok(self.exchange(self.processes(), sent, 0)?.parcels)
     }
 
+    /// Sends a value of each process to the first one. Returns the values there, in the order of the processes, and no
+    /// values on the others.
+    ///
+    /// # Errors
+    /// See [`Processes::all_gather`].
+    pub fn gather<T: Encode + Decode<()>>(&mut self, value: &T) -> Result<Vec<T>, WireError> {
+        let own = self.process();
+        let bytes =
+            codec::encode(value).map_err(|e| WireError::Corrupt { process: own, reason: e.to_string() })?;
+        let parcels = self.scatter(vec![Parcel { process: 0, bytes }])?;
+        parcels.iter().map(decoded).collect()
+    }
+
     /// Returns the value of this process if no process has an error.
     ///
     /// # Errors
@@ -183,11 +196,13 @@ impl<'a> Processes<'a> {
         if parcels.len() != self.processes() as usize {
             return Err(corrupt(self.process(), format!("{} values arrived", parcels.len())));
         }
-        let decode = |Parcel { process, bytes }: Parcel| {
-            codec::decode(&bytes).map_err(|e| corrupt(process, e.to_string()))
-        };
-        parcels.into_iter().map(decode).collect()
+        parcels.iter().map(decoded).collect()
     }
+}
+
+fn decoded<T: Decode<()>>(parcel: &Parcel) -> Result<T, WireError> {
+    codec::decode(&parcel.bytes)
+        .map_err(|e| WireError::Corrupt { process: parcel.process, reason: e.to_string() })
 }
 
 /// Checks the checksum of a parcel, and removes it.

@@ -12,7 +12,7 @@ mod source;
 
 pub use loaded::Loaded;
 pub use rows::squared_radius;
-pub use source::{Rows, Source};
+pub use source::{Rows, Source, block_of};
 
 #[cfg(test)]
 mod tests;

@@ -1,5 +1,7 @@
 //! The input of a run, as the ranks read it.
 
+use std::ops::Range;
+
 /// The rows of an input. Every host has a source, which holds at least the blocks of its own ranks.
 pub trait Source<P>: Sync {
     /// Returns block `block`, if the rows are divided into `blocks` parts in their order. The blocks of a run contain
@@ -24,13 +26,18 @@ impl<P> Default for Rows<P> {
     }
 }
 
+/// Returns the rows of block `block`, if `rows` rows are divided into `blocks` parts in their order.
+pub fn block_of(rows: u64, block: u32, blocks: u32) -> Range<u64> {
+    let at = |block: u32| (u128::from(rows) * u128::from(block) / u128::from(blocks)) as u64;
+    at(block)..at(block + 1)
+}
+
 impl<P: Copy> Rows<P> {
     /// Returns block `block` of `blocks` equal parts of the rows of a whole input, whose first row has the number `first`.
     /// `sizes` may be empty.
     pub fn of_whole(first: u64, positions: &[P], sizes: &[f64], block: u32, blocks: u32) -> Self {
-        let n = positions.len() as u128;
-        let at = |b: u32| (n * u128::from(b) / u128::from(blocks)) as usize;
-        let range = at(block)..at(block + 1);
+        let Range { start, end } = block_of(positions.len() as u64, block, blocks);
+        let range = start as usize..end as usize;
         let mut rows = Rows {
             first: first + range.start as u64,
             positions: Vec::with_capacity(with_room(range.len())),

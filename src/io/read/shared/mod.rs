@@ -28,7 +28,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use septet_core::model::Points;
-use septet_protocol::wire::{Ended, Processes};
+use septet_protocol::wire::{Ended, Processes, WireError};
 
 use super::list::ListedFile;
 use super::list::notes::Notes;
@@ -100,6 +100,45 @@ pub fn read_shared(
     Call { files, options, limits: LIMITS }.read(processes, block)
 }
 
+/// Sends each process its block of points that process 0 has, such as a generated set. `made` is `None` on the other processes.
+///
+/// # Errors
+/// Fails on all processes if the blocks do not divide the points, or if the processes lose each other.
+pub fn share_points(
+    processes: &mut Processes<'_>,
+    made: Option<Points>,
+    block: &dyn Fn(u64) -> Range<u64>,
+) -> Result<SharedPoints, Ended> {
+    let content = made.map(|points| PointFile {
+        points,
+        notes: Vec::new(),
+        skipped: 0,
+        source_index: None,
+        first_id: 0,
+        columns: Vec::new(),
+        coordinate_type: None,
+    });
+    let sent: Option<rows::WholeRow> = content.as_ref().map(|file| whole::known(file).row());
+    let first = processes.all_gather(&sent)?.swap_remove(0);
+    let Some(known) = first.map(WholeFile::of) else {
+        let reason = "it has no points".to_string();
+        return Err(WireError::Corrupt { process: 0, reason }.into());
+    };
+    let blocks = blocks(processes, known.kept, block)?;
+    let rows = whole::deal(processes, content.as_ref(), &known, &blocks, (LIMITS.round, false))?;
+    Ok(SharedPoints {
+        points: rows.points,
+        first: blocks[processes.process() as usize].start,
+        rows: known.kept,
+        skipped: 0,
+        source_index: None,
+        notes: Vec::new(),
+        files: Vec::new(),
+        first_id: 0,
+        coordinate_type: None,
+    })
+}
+
 /// The arguments of a call.
 struct Call<'a> {
     files: &'a [PathBuf],
@@ -130,7 +169,7 @@ impl Call<'_> {
         let whole = self.whole(processes, &plans, &parts)?;
         let all = AllRows::of(&plans, &parts, &whole.known);
         agree(processes, all.check(self.files))?;
-        let blocks = blocks(processes, &all, block)?;
+        let blocks = blocks(processes, all.kept, block)?;
         let marks = self.marks(processes, (&plans, &tallies), &all, &blocks)?;
         let dealt = self.deal(processes, &plans, &all, &whole, &blocks)?;
         drop(whole.content);
@@ -246,13 +285,13 @@ impl Call<'_> {
 /// Returns the blocks of all processes.
 fn blocks(
     processes: &mut Processes<'_>,
-    all: &AllRows,
+    kept: u64,
     block: &dyn Fn(u64) -> Range<u64>,
 ) -> Result<Vec<Range<u64>>, Ended> {
-    let own = block(all.kept);
+    let own = block(kept);
     let gathered = processes.all_gather(&[own.start, own.end])?;
     let blocks: Vec<Range<u64>> = gathered.into_iter().map(|[start, end]| start..end).collect();
-    let checked: Result<(), SharedError> = block::check(&blocks, all.kept);
+    let checked: Result<(), SharedError> = block::check(&blocks, kept);
     agree(processes, checked)?;
     Ok(blocks)
 }

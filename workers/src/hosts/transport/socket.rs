@@ -50,12 +50,27 @@ pub struct SocketWire {
 }
 
 impl SocketWire {
-    /// Connects process `process` of `processes` with the others. All of them call this function with the same folder.
+    /// Connects process `process` of `processes` with the others. All of them call this function with the same folder, and
+    /// the last one removes it. While it waits, a process calls `check`.
     ///
     /// # Errors
-    /// Fails if the folder cannot be used, or if a process does not appear within a minute.
-    pub fn connect(folder: &Path, process: u32, processes: u32) -> io::Result<Self> {
+    /// Fails if the folder cannot be used, if a process does not appear within a minute, or with the error of `check`.
+    pub fn connect(
+        folder: &Path,
+        process: u32,
+        processes: u32,
+        check: &mut dyn FnMut() -> io::Result<()>,
+    ) -> io::Result<Self> {
         let end = Instant::now() + PATIENCE;
+        let wait = &mut || {
+            check()?;
+            if Instant::now() > end {
+                let reason = "a process of the run did not start within a minute";
+                return Err(io::Error::new(ErrorKind::TimedOut, reason));
+            }
+            thread::sleep(PAUSE);
+            Ok(())
+        };
         let own = address(folder, process);
         // The name is complete before the socket appears under it.
         let draft = own.with_extension("new");
@@ -63,13 +78,13 @@ impl SocketWire {
         fs::rename(&draft, &own)?;
         let mut peers: Vec<Option<Peer>> = (0..processes).map(|_| None).collect();
         for other in 0..process {
-            let mut stream = reach(&address(folder, other), end)?;
+            let mut stream = reach(&address(folder, other), wait)?;
             stream.write_all(&process.to_le_bytes())?;
             peers[other as usize] = Some(peer(stream)?);
         }
         listener.set_nonblocking(true)?;
         for _ in process + 1..processes {
-            let mut stream = accept(&listener, end)?;
+            let mut stream = accept(&listener, wait)?;
             stream.set_nonblocking(false)?;
             let mut number = [0; 4];
             stream.read_exact(&mut number)?;
@@ -79,6 +94,8 @@ impl SocketWire {
             *place.ok_or_else(unknown)? = Some(peer(stream)?);
         }
         fs::remove_file(&own)?;
+        // This fails as long as other sockets are in the folder.
+        let _ = fs::remove_dir(folder);
         Ok(SocketWire { process, peers })
     }
 }
@@ -87,35 +104,23 @@ fn address(folder: &Path, process: u32) -> PathBuf {
     folder.join(process.to_string())
 }
 
-fn late() -> io::Error {
-    io::Error::new(ErrorKind::TimedOut, "a process of the run did not start within a minute")
-}
-
 /// Connects to a socket that may not exist yet.
-fn reach(address: &Path, end: Instant) -> io::Result<UnixStream> {
+fn reach(address: &Path, wait: &mut dyn FnMut() -> io::Result<()>) -> io::Result<UnixStream> {
     loop {
         match UnixStream::connect(address) {
             Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::ConnectionRefused) => {
-                if Instant::now() > end {
-                    return Err(late());
-                }
-                thread::sleep(PAUSE);
+                wait()?;
             }
             connected => return connected,
         }
     }
 }
 
-fn accept(listener: &UnixListener, end: Instant) -> io::Result<UnixStream> {
+fn accept(listener: &UnixListener, wait: &mut dyn FnMut() -> io::Result<()>) -> io::Result<UnixStream> {
     loop {
         match listener.accept() {
             Ok((stream, _)) => return Ok(stream),
-            Err(error) if error.kind() == ErrorKind::WouldBlock => {
-                if Instant::now() > end {
-                    return Err(late());
-                }
-                thread::sleep(PAUSE);
-            }
+            Err(error) if error.kind() == ErrorKind::WouldBlock => wait()?,
             Err(error) => return Err(error),
         }
     }
@@ -227,11 +232,12 @@ mod tests {
         fs::create_dir_all(&folder).unwrap();
         let all = thread::scope(|scope| {
             let (of, folder) = (&of, &folder);
-            let run = move |process| of(&mut SocketWire::connect(folder, process, n).unwrap());
+            let run =
+                move |process| of(&mut SocketWire::connect(folder, process, n, &mut || Ok(())).unwrap());
             let threads: Vec<_> = (0..n).map(|process| scope.spawn(move || run(process))).collect();
             threads.into_iter().map(|thread| thread.join().unwrap()).collect()
         });
-        fs::remove_dir(&folder).unwrap();
+        assert!(!folder.exists());
         all
     }
 

@@ -1,0 +1,140 @@
+//! Starts the processes of a run on this computer.
+//!
+//! The first process starts the others with its own arguments. They find their number, the number of processes and the
+//! folder of their sockets in [`PLACE`]. A process whose connection ends stops, so none outlives the first one for long.
+
+use std::env;
+use std::fs::{self, DirBuilder};
+use std::io;
+use std::os::unix::fs::DirBuilderExt;
+use std::os::unix::process::parent_id;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use septet_workers::transport::socket::SocketWire;
+
+/// The environment variable with the place of a process: its number, the number of processes, the id of the first process,
+/// and the folder.
+pub const PLACE: &str = "SEPTET_PROCESS";
+
+/// The time that the other processes have to end.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// The place of a process that another one started.
+pub struct Place {
+    process: u32,
+    processes: u32,
+    /// The process id of the first process.
+    first: u32,
+    folder: PathBuf,
+}
+
+impl Place {
+    /// Returns the place of this process, unless a user started it.
+    pub fn of_environment() -> Option<Self> {
+        let place = env::var(PLACE).ok()?;
+        let mut parts = place.splitn(4, '/');
+        let mut number = || parts.next()?.parse().ok();
+        let (process, processes, first) = (number()?, number()?, number()?);
+        Some(Place { process, processes, first, folder: parts.next()?.into() })
+    }
+
+    /// Returns the number of processes.
+    pub fn processes(&self) -> u32 {
+        self.processes
+    }
+
+    /// Connects this process with the others.
+    ///
+    /// # Errors
+    /// See [`SocketWire::connect`].
+    pub fn connect(&self) -> io::Result<SocketWire> {
+        let check = &mut || {
+            // The parent of a process changes when the parent ends.
+            if parent_id() == self.first {
+                Ok(())
+            } else {
+                Err(io::Error::other("the first process has ended"))
+            }
+        };
+        SocketWire::connect(&self.folder, self.process, self.processes, check)
+    }
+}
+
+/// The processes that this process started. Dropping them waits for their end.
+pub struct Started {
+    children: Vec<Child>,
+    folder: PathBuf,
+}
+
+impl Started {
+    /// Starts the other processes of a run.
+    ///
+    /// # Errors
+    /// Fails if the folder of the sockets or a process cannot be created.
+    pub fn start(processes: u32) -> io::Result<Self> {
+        let program = env::current_exe()?;
+        let folder = create_folder()?;
+        let mut started = Started { children: Vec::new(), folder };
+        for process in 1..processes {
+            let place = format!("{process}/{processes}/{}/{}", std::process::id(), started.folder.display());
+            let mut command = Command::new(&program);
+            command.args(env::args_os().skip(1)).env(PLACE, place);
+            command.stdin(Stdio::null()).stdout(Stdio::null());
+            started.children.push(command.spawn()?);
+        }
+        Ok(started)
+    }
+
+    /// Connects this process, which is the first one, with the others.
+    ///
+    /// # Errors
+    /// See [`SocketWire::connect`].
+    pub fn connect(&mut self) -> io::Result<SocketWire> {
+        let Started { children, folder } = self;
+        let processes = children.len() as u32 + 1;
+        let check = &mut || {
+            for (process, child) in (1..).zip(&mut *children) {
+                if let Some(status) = child.try_wait()? {
+                    return Err(io::Error::other(format!("process {process} ended: {status}")));
+                }
+            }
+            Ok(())
+        };
+        SocketWire::connect(folder, 0, processes, check)
+    }
+}
+
+impl Drop for Started {
+    fn drop(&mut self) {
+        let end = Instant::now() + PATIENCE;
+        for child in &mut self.children {
+            while matches!(child.try_wait(), Ok(None)) && Instant::now() < end {
+                thread::sleep(Duration::from_millis(1));
+            }
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+        // `drop` cannot report a failure.
+        let _ = fs::remove_dir_all(&self.folder);
+    }
+}
+
+/// Creates a folder that only its user can open.
+fn create_folder() -> io::Result<PathBuf> {
+    let base = env::temp_dir();
+    let try_number = |number: u32| -> io::Result<PathBuf> {
+        let folder: &Path = &base.join(format!("septet-{}-{number}", std::process::id()));
+        DirBuilder::new().mode(0o700).create(folder)?;
+        Ok(folder.to_path_buf())
+    };
+    let mut number = 0;
+    loop {
+        match try_number(number) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists && number < 1000 => number += 1,
+            created => return created,
+        }
+    }
+}

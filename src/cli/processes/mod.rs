@@ -1,0 +1,109 @@
+//! `septet triangulate` by several processes. Each process reads a block of the rows and writes its part of the outputs.
+//!
+//! All processes run the same command. They agree on every error before they continue, so that all end with the same exit
+//! code. Only the first one prints.
+
+#[cfg(unix)]
+pub mod launch;
+mod report;
+mod run;
+mod team;
+
+pub use team::Team;
+
+use septet_core::Config;
+use septet_core::config::Workers;
+use septet_protocol::wire::Wire;
+
+use crate::Command;
+use crate::errors::{Code, Failure};
+use crate::options::{TransportArg, TriangulateArgs};
+use crate::progress::Talk;
+
+/// Runs `septet triangulate` on a process of a team. By default, there is one worker for each process.
+///
+/// # Errors
+/// Fails with the first failure of any process.
+pub fn of_team(
+    args: &TriangulateArgs,
+    threads: usize,
+    mut team: Team<'_>,
+    talk: &Talk,
+) -> Result<(), Failure> {
+    let config = args.config_of_processes(team.processes.processes(), threads);
+    let config = team.agree(config)?;
+    run::triangulate(&args.run, config, &mut team, talk)
+}
+
+/// Runs a command on a process that a wire connects with others.
+///
+/// # Errors
+/// Fails if the command is not `triangulate`, or with the first failure of any process.
+pub fn on_wire(
+    command: &Command,
+    wire: &mut dyn Wire,
+    name: &'static str,
+    talk: &Talk,
+) -> Result<(), Failure> {
+    let Command::Triangulate(args) = command else {
+        let message =
+            "this program runs `triangulate` only, because the other commands need all points in one process";
+        return Err(Failure::new(Code::Usage, message).help("run the command with `septet`"));
+    };
+    if args.run.machine.transport != TransportArg::Channel || args.processes.is_some() {
+        let message =
+            "--transport and --processes do not work with this program, which several processes run";
+        return Err(Failure::new(Code::Usage, message).help("omit them"));
+    }
+    of_team(args, 1, Team::new(wire, name), talk)
+}
+
+/// Returns `true` if another process started this one.
+pub fn is_started() -> bool {
+    #[cfg(unix)]
+    return launch::Place::of_environment().is_some();
+    #[cfg(not(unix))]
+    return false;
+}
+
+/// The largest number of processes that start without `--processes`.
+const MOST_BY_DEFAULT: u32 = 64;
+
+/// Runs `septet triangulate --transport processes`. The first process starts the others.
+///
+/// # Errors
+/// Fails if a process does not start, or with the first failure of any process.
+#[cfg(unix)]
+pub fn local(args: &TriangulateArgs, talk: &Talk) -> Result<(), Failure> {
+    let cores = Config::default().machine.threads;
+    let threads = |processes: u32| (cores / processes as usize).max(1);
+    if let Some(place) = launch::Place::of_environment() {
+        let mut wire = place.connect().map_err(|error| not_started(&error))?;
+        return of_team(args, threads(place.processes()), Team::new(&mut wire, "processes"), talk);
+    }
+    let processes = args.processes.unwrap_or(match args.run.workers {
+        Some(Workers::Count(workers)) => workers.clamp(1, MOST_BY_DEFAULT),
+        _ => cores as u32,
+    });
+    // An option that no process obeys ends the command before any process starts.
+    args.config_of_processes(processes, threads(processes))?;
+    let mut started = launch::Started::start(processes).map_err(|error| not_started(&error))?;
+    let mut wire = started.connect().map_err(|error| not_started(&error))?;
+    of_team(args, threads(processes), Team::new(&mut wire, "processes"), talk)
+}
+
+/// Refuses `--transport processes` on a system without Unix sockets.
+///
+/// # Errors
+/// Fails always.
+#[cfg(not(unix))]
+pub fn local(_: &TriangulateArgs, _: &Talk) -> Result<(), Failure> {
+    let message = "--transport processes needs Unix sockets, which this system does not have";
+    Err(Failure::new(Code::Usage, message).help("use --transport channel"))
+}
+
+#[cfg(unix)]
+fn not_started(error: &std::io::Error) -> Failure {
+    Failure::new(Code::Machine, format!("the processes of the run do not start: {error}"))
+        .help("reduce --processes, or use --transport channel")
+}

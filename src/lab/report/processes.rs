@@ -1,0 +1,38 @@
+//! The report of a run by several processes.
+
+use serde::Serialize;
+
+use super::RunReport;
+
+/// A process of a run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ProcessReport {
+    /// Number of the process, counted from 0.
+    pub process: u32,
+    /// Number of workers.
+    pub workers: u32,
+    /// Points that the workers hold after the partition.
+    pub points: u64,
+    /// Points of other workers that are vertices of their cells, counted for each worker.
+    pub ghosts: u64,
+    /// Bytes that the process received from other processes, checksums included.
+    pub bytes_in: u64,
+    /// Bytes that the process sent to other processes, checksums included.
+    pub bytes_out: u64,
+    /// Measured peak of resident memory.
+    pub peak_rss_bytes: Option<u64>,
+    /// Measured seconds from the start of the command to the end of its outputs.
+    pub seconds: f64,
+}
+
+impl RunReport {
+    /// Adds the processes. Duplicates are then counted over all processes.
+    #[must_use]
+    pub fn with_processes(mut self, transport: &'static str, processes: Vec<ProcessReport>) -> Self {
+        let points = &mut self.points;
+        points.duplicate = points.input - points.used - points.refused;
+        self.parameters.transport = transport;
+        self.processes = processes;
+        self
+    }
+}
