@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 
 use septet_core::model::Points;
 
+use super::super::dispatch::read;
 use super::super::error::InputError;
 use super::super::points::{CoordinateType, PointFile, ReadOptions, ReadProgress};
-use super::super::read;
 use super::columns;
 use super::error::ListError;
 use super::files::FileList;

@@ -1,8 +1,8 @@
 //! Counts and reads the rows of a part of a file.
 
-use super::super::a_domain;
 use super::super::collect::Collector;
 use super::super::columns::{Extra, Head};
+use super::super::dispatch::a_domain;
 use super::super::error::InputError;
 use super::super::points::{CoordinateType, ReadOptions};
 use super::super::text::{Lines, Source, line_feeds};

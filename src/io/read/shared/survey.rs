@@ -8,12 +8,13 @@ use septet_protocol::checksum::checksum;
 use septet_protocol::wire::{Ended, Processes};
 
 use super::super::columns::{self, Head, Opening};
+use super::super::dispatch::{a_domain, check_dimension, is_domain};
 use super::super::error::InputError;
 use super::super::format::Format;
 use super::super::npy;
 use super::super::points::ReadOptions;
 use super::super::text::{Lines, Source, line_feeds};
-use super::super::{a_domain, check_dimension, is_domain, load, signature};
+use super::super::{load, signature};
 use super::chunks::{OpenFile, Unit};
 use super::error::{SharedError, agree};
 

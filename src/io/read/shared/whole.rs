@@ -9,11 +9,12 @@ use septet_core::model::Points;
 use septet_protocol::codec::{Bulk, decode, encode};
 use septet_protocol::wire::{Ended, Parcel, Processes, WireError};
 
+use super::super::dispatch;
 use super::super::error::InputError;
 use super::super::format::Format;
 use super::super::list::empty;
+use super::super::load;
 use super::super::points::{PointFile, ReadOptions};
-use super::super::{load, points};
 use super::block::Rows;
 use super::error::SharedError;
 use super::rows::{Part, WholeFile};
@@ -38,7 +39,7 @@ pub(super) fn read(
             before += counted[at];
             continue;
         };
-        let file = match bytes(path, limit)?.and_then(|data| points(path, &data, options)) {
+        let file = match bytes(path, limit)?.and_then(|data| dispatch::points(path, &data, options)) {
             // A part of a table may have no rows.
             Err(InputError::NoRows { .. }) if plans.len() > 1 => empty(options),
             file => file.map_err(|error| SharedError::of(error, plans.len(), before))?,

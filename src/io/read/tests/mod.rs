@@ -11,7 +11,8 @@ mod vtk;
 
 use std::path::Path;
 
-use super::{CellFile, CellOptions, InputError, PointFile, ReadOptions, cell_list, points};
+use super::dispatch::{cell_list, points};
+use super::{CellFile, CellOptions, InputError, PointFile, ReadOptions};
 use septet_core::model::Points;
 
 /// Default options.
