@@ -97,6 +97,7 @@ fn append_blocks(mesh: &SharedMesh<'_>, subdomain: &Subdomain, first: u64, sent:
         points.retain(|&point| subdomain.owners[point as usize] != worker);
         points.sort_unstable();
         points.dedup();
+        // Every owner has a process, because the counts were checked.
         let Some(bytes) = sent.get_mut(mesh.part.placement.process_of(worker) as usize) else { continue };
         append(bytes, [u64::from(worker), points.len() as u64, cells.len() as u64]);
         for point in points.into_iter().map(|point| point as usize) {

@@ -38,6 +38,11 @@ impl SharedMesh<'_> {
             if let Some(id) = subdomain.ids.iter().find(|id| **id >= rows) {
                 return Err(format!("worker {rank} has point {id} of {rows} points"));
             }
+            let (own, others) = subdomain.owners.split_at(subdomain.owned);
+            let is_other = |owner: &u32| *owner != rank && self.part.placement.has_worker(*owner);
+            if !own.iter().all(|owner| *owner == rank) || !others.iter().all(is_other) {
+                return Err(format!("the points of worker {rank} have other owners"));
+            }
             let mut cells = 0..subdomain.cell_count();
             if cells.any(|cell| subdomain.cell(cell).iter().any(|&vertex| vertex as usize >= points)) {
                 return Err(format!("a cell of worker {rank} has a vertex that is not a point"));

@@ -4,7 +4,8 @@
 //! because the canonical order is sorted across the processes. A `.pvtu` file has pieces, which the process of the worker
 //! writes. When all processes have written their shares and the bytes are on disk, process 0 renames all files.
 //!
-//! All functions are collective. If a process has an error, all processes return it, and no output is left.
+//! All functions are collective. If a process has an error, all processes return it, and no output is left. If processes
+//! lose each other, process 0 removes its temporary files, but another process may still write to their folder.
 
 mod cells;
 mod check;

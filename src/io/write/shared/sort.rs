@@ -5,8 +5,8 @@
 //!
 //! **Statement.** Of n rows on p processes, a process receives at most about (1 + (p + 1) / 1024) n / p rows, however they
 //! are distributed. **Proof.** Rows are unique, so a range has equally many samples, up to one. Between two samples that are
-//! neighbours on a process, there are fewer than s of its rows. The rows of a process in a range are therefore fewer than s
-//! for each sample of it and s more.
+//! neighbours on a process, there are fewer than s of its rows. A range with m samples of a process therefore has at most
+//! (m + 1) s of its rows, where s is about n / (1024 p).
 
 use septet_protocol::codec::Bulk;
 use septet_protocol::wire::{Ended, Parcel, Processes, WireError};

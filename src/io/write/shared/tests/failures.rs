@@ -93,10 +93,11 @@ fn write_spoilt(directory: &Path, outputs: &[PathBuf], spoil: impl Fn(&mut Own))
 #[test]
 fn shares_that_contradict_each_other_leave_nothing() {
     type Spoil = fn(&mut Own);
-    let spoilt: [(&str, Spoil); 5] = [
+    let spoilt: [(&str, Spoil); 6] = [
         ("not consecutive", |own| own.first += 1),
         ("of other workers", |own| own.part.subdomains.truncate(1)),
         ("different lengths", |own| largest(own).owners.truncate(1)),
+        ("have other owners", |own| largest(own).owners[0] = 9),
         ("point 300 of 300 points", |own| largest(own).ids[0] = 300),
         ("cells", |own| own.part.cells += 1),
     ];

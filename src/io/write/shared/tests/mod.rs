@@ -102,6 +102,7 @@ fn config(workers: u32) -> Config {
         config.machine.workers = Workers::Count(workers);
         config.machine.threads = 1;
         config.machine.leaf = Some(20);
+        config.skip_invalid = true;
     })
 }
 

@@ -106,6 +106,17 @@ fn one_vertex_of_all_cells() {
     same("star", &Points::Plane(points));
 }
 
+/// Rows that are not finite are points of the grid, but of no piece.
+#[test]
+fn dropped_points() {
+    for height in [0.0, 1.0] {
+        let lift = |p: &DVec3| DVec3::new(p.x, p.y, p.z * height);
+        let mut points: Vec<DVec3> = space(Kind::Uniform, 120, 6).iter().map(lift).collect();
+        (points[0].x, points[70].z, points[119].y) = (f64::NAN, f64::INFINITY, f64::NAN);
+        same("dropped", &Points::Space(points));
+    }
+}
+
 /// Large coordinates are scaled in the run, and come back.
 #[test]
 fn scaled_coordinates() {
