@@ -156,7 +156,11 @@ pub fn main_of_processes(wire: &mut dyn Wire, name: &'static str) -> ExitCode {
         Err(code) => return code,
     };
     let talk = Talk::new(&cli.talk, is_silent);
-    let command = |talk: &Talk| logged(talk, || processes::on_wire(&cli.command, wire, name, talk));
+    let mut on_wire = |talk: &Talk| match &cli.command {
+        Command::Triangulate(args) => processes::on_wire(args, wire, name, talk),
+        _ => Err(processes::only_triangulate()),
+    };
+    let command = |talk: &Talk| logged(talk, || on_wire(talk));
     ended(&talk, command).unwrap_or_else(|payload| resume_unwind(payload))
 }
 

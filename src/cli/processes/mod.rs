@@ -15,7 +15,6 @@ use septet_core::Config;
 use septet_core::config::Workers;
 use septet_protocol::wire::Wire;
 
-use crate::Command;
 use crate::errors::{Code, Failure};
 use crate::options::{TransportArg, TriangulateArgs};
 use crate::progress::Talk;
@@ -30,26 +29,29 @@ pub fn of_team(
     mut team: Team<'_>,
     talk: &Talk,
 ) -> Result<(), Failure> {
+    team::check_same(&mut team)?;
     let config = args.config_of_processes(team.processes.processes(), threads);
     let config = team.agree(config)?;
     run::triangulate(&args.run, config, &mut team, talk)
 }
 
-/// Runs a command on a process that a wire connects with others.
+/// Returns the failure for another command on several processes.
+pub fn only_triangulate() -> Failure {
+    let message =
+        "this program runs `triangulate` only, because the other commands need all points in one process";
+    Failure::new(Code::Usage, message).help("run the command with `septet`")
+}
+
+/// Runs `septet triangulate` on a process that a wire connects with others.
 ///
 /// # Errors
-/// Fails if the command is not `triangulate`, or with the first failure of any process.
+/// Fails with the first failure of any process.
 pub fn on_wire(
-    command: &Command,
+    args: &TriangulateArgs,
     wire: &mut dyn Wire,
     name: &'static str,
     talk: &Talk,
 ) -> Result<(), Failure> {
-    let Command::Triangulate(args) = command else {
-        let message =
-            "this program runs `triangulate` only, because the other commands need all points in one process";
-        return Err(Failure::new(Code::Usage, message).help("run the command with `septet`"));
-    };
     if args.run.machine.transport != TransportArg::Channel || args.processes.is_some() {
         let message =
             "--transport and --processes do not work with this program, which several processes run";

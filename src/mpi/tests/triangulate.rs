@@ -124,6 +124,28 @@ fn all_processes_fail_with_one_message() {
     assert_eq!(left, ["bad.xyz"]);
 }
 
+/// Runs two programs as the processes of one run. It fails with this code and this word.
+fn differ(folder: &TempDir, [program, arguments]: [&str; 2], code: i32, word: &str) {
+    let mut command = mpirun(1, &words("triangulate sample:uniform:500 -o m.npy"));
+    command.args([":", "-n", "1", program]).args(words(arguments)).current_dir(folder.path());
+    let output = run(&mut command);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{errors}");
+    assert!(errors.contains(word), "{errors}");
+}
+
+#[test]
+fn processes_that_differ_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    differ(&folder, [PROGRAM, "triangulate sample:uniform:600 -o m.npy"], 2, "other arguments");
+    let other = folder.path().join("septet-mpi");
+    // The loader ignores bytes after the program.
+    fs::write(&other, [fs::read(PROGRAM).unwrap(), vec![0]].concat()).unwrap();
+    fs::set_permissions(&other, fs::metadata(PROGRAM).unwrap().permissions()).unwrap();
+    differ(&folder, ["./septet-mpi", "triangulate sample:uniform:500 -o m.npy"], 6, "another build");
+    assert!(!folder.path().join("m.npy").exists());
+}
+
 /// The processes of a run in this folder: `septet-mpi`, without `mpirun`.
 fn running(folder: &Path) -> Vec<u32> {
     let mut found = Vec::new();

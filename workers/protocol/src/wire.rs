@@ -96,7 +96,7 @@ pub struct Processes<'a> {
 
 impl<'a> Processes<'a> {
     /// Wraps a wire.
-    pub fn new(wire: &'a mut dyn Wire) -> Self {
+    pub fn over(wire: &'a mut dyn Wire) -> Self {
         Processes { wire, moved: [0; 2] }
     }
 
@@ -248,7 +248,7 @@ mod tests {
     fn values_arrive_in_the_order_of_the_processes() {
         let [zero, two] = [0_u32, 2].map(|of| sealed(of, &codec::encode(&(of * 10)).unwrap()));
         let mut wire = Alone { arrives: vec![zero, two] };
-        let mut processes = Processes::new(&mut wire);
+        let mut processes = Processes::over(&mut wire);
         assert_eq!(processes.all_gather(&10_u32).unwrap(), [0, 10, 20]);
         assert!(processes.moved().iter().all(|&bytes| bytes > 0));
         assert!(
@@ -264,16 +264,16 @@ mod tests {
             let [zero, two] = [(0, Some(first.clone())), (2, None)]
                 .map(|(of, it)| sealed(of, &codec::encode(&it).unwrap()));
             let mut wire = Alone { arrives: vec![zero, two] };
-            let agreed = Processes::new(&mut wire).agree(own, |error| (1, error.to_string()));
+            let agreed = Processes::over(&mut wire).agree(own, |error| (1, error.to_string()));
             assert_eq!(agreed, Err(Ended::Refused(first.clone())));
         }
         let none = codec::encode(&None::<Refused>).unwrap();
         let arrives = || vec![sealed(0, &none), sealed(2, &none)];
         let agreed =
-            Processes::new(&mut Alone { arrives: arrives() }).agree(Ok::<_, String>(7), |_| unreachable!());
+            Processes::over(&mut Alone { arrives: arrives() }).agree(Ok::<_, String>(7), |_| unreachable!());
         assert_eq!(agreed, Ok(7));
         let agreed =
-            Processes::new(&mut Alone { arrives: arrives() }).agree(Err::<u8, _>(4), |_| (1, "no".into()));
+            Processes::over(&mut Alone { arrives: arrives() }).agree(Err::<u8, _>(4), |_| (1, "no".into()));
         assert_eq!(agreed, Err(Refused { process: 1, code: 1, message: "no".into() }.into()));
     }
 
@@ -283,10 +283,10 @@ mod tests {
             let mut parcel = sealed(2, b"four");
             parcel.bytes[bit / 8] ^= 1 << (bit % 8);
             let mut wire = Alone { arrives: vec![parcel] };
-            let arrived = Processes::new(&mut wire).exchange(3, Vec::new(), 0);
+            let arrived = Processes::over(&mut wire).exchange(3, Vec::new(), 0);
             assert!(matches!(arrived, Err(WireError::Corrupt { process: 2, .. })), "bit {bit}: {arrived:?}");
         }
         let mut wire = Alone { arrives: vec![Parcel { process: 0, bytes: vec![1] }] };
-        assert!(Processes::new(&mut wire).scatter(Vec::new()).is_err(), "too short");
+        assert!(Processes::over(&mut wire).scatter(Vec::new()).is_err(), "too short");
     }
 }

@@ -87,7 +87,7 @@ fn together(
     block: Block,
 ) -> Vec<Result<SharedPoints, Ended>> {
     let read = |mut wire: wire::Threads| {
-        let mut all = Processes::new(&mut wire);
+        let mut all = Processes::over(&mut wire);
         let process = all.process();
         Call { files, options, limits }.read(&mut all, &|rows| block(rows, process, processes))
     };
@@ -226,7 +226,7 @@ fn a_process_reads_only_its_rows_of_an_array() {
     folder.write("a.npy", npy("f8", 1000, 3, false, &data("f8", 3000)));
     let files = folder.paths(&["a.npy"]);
     let mut wire = wire::connect(1).remove(0);
-    let mut processes = Processes::new(&mut wire);
+    let mut processes = Processes::over(&mut wire);
     let read = super::read_shared(&mut processes, &files, &plain(), &|rows| 0..rows).unwrap();
     assert_eq!((read.points.len(), processes.moved()), (1000, [0, 0]));
 }

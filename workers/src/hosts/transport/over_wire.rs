@@ -1,7 +1,7 @@
 //! Messages over a wire between processes.
 //!
 //! In a round, each process sends at most one parcel to each other process: its frames, as in `frames`. Messages
-//! between the ranks of a process are not encoded. If a process has an error, it exchanges the state [`FAILED`]. All
+//! between the ranks of a process are not encoded. If a process has an error, it exchanges the state `FAILED`. All
 //! processes then exchange their errors, and end with the first one.
 
 use std::collections::BTreeMap;

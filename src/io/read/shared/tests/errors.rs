@@ -126,7 +126,7 @@ fn options_and_large_files_are_refused() {
 fn with_own_files(files: &[Vec<std::path::PathBuf>]) -> String {
     let options = plain();
     let read = |(files, mut wire): (&Vec<std::path::PathBuf>, wire::Threads)| {
-        let mut all = Processes::new(&mut wire);
+        let mut all = Processes::over(&mut wire);
         let (process, processes) = (all.process(), all.processes());
         let call = Call { files, options: &options, limits: LIMITS };
         call.read(&mut all, &|rows| even(rows, process, processes)).unwrap_err().to_string()

@@ -90,7 +90,7 @@ pub(super) fn on_each<O: Sync, T: Send>(
     let work = &work;
     thread::scope(|scope| {
         let start =
-            |(mut wire, own): (Threads, _)| scope.spawn(move || work(&mut Processes::new(&mut wire), own));
+            |(mut wire, own): (Threads, _)| scope.spawn(move || work(&mut Processes::over(&mut wire), own));
         let threads: Vec<_> = wires(owns.len() as u32).into_iter().zip(owns).map(start).collect();
         threads.into_iter().map(|thread| thread.join().unwrap()).collect()
     })

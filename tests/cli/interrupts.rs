@@ -1,0 +1,68 @@
+//! Interrupts: the exit code, the message, and no output that is left half-written.
+
+use super::*;
+
+#[cfg(unix)]
+#[test]
+fn the_first_interrupt_ends_cleanly() {
+    let place = Place::new();
+    for line in [
+        "triangulate sample:uniform:1e6 --workers 64 -o a.vtu --json r.json",
+        "simulate sample:uniform:3e5 --workers 64 -o a.ele --json r.json",
+        "generate well-spaced -n 1e6 -o a.xyz",
+        // Waits for standard input for ever.
+        "triangulate - -o a.vtu",
+    ] {
+        let mut command = place.command(line);
+        let mut child =
+            command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+        // Time to set up its handler and begin.
+        std::thread::sleep(Duration::from_millis(800));
+        let pid = child.id().to_string();
+        assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+        let mut errors = BufReader::new(child.stderr.take().unwrap());
+        let mut talk = String::new();
+        while !talk.contains("interrupted") && errors.read_line(&mut talk).unwrap() > 0 {}
+        drop(child.stdin.take());
+        let start = Instant::now();
+        let status = loop {
+            if let Some(status) = child.try_wait().unwrap() {
+                break status;
+            }
+            if start.elapsed() > Duration::from_mins(2) {
+                child.kill().unwrap();
+                panic!("{line}: still running");
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        };
+        errors.read_to_string(&mut talk).unwrap();
+        assert_eq!(status.code(), Some(130), "{line}: {talk}");
+        assert!(talk.contains("interrupted"), "{line}: {talk}");
+        assert!(place.names().is_empty(), "{line}: left {:?}", place.names());
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_while_writing_leaves_nothing_half_written() {
+    let place = Place::new();
+    let mut command = place.command("triangulate sample:grid:64000 -q -o a.ele -o b.ele -o c.ele");
+    let mut child = command.spawn().unwrap();
+    let writing = || {
+        let entries = fs::read_dir(place.0.path()).unwrap().flatten();
+        entries.filter_map(|e| e.metadata().ok()).any(|m| m.len() > 0)
+    };
+    while !writing() && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let pid = child.id().to_string();
+    let _ = Command::new("kill").args(["-INT", &pid]).status().unwrap();
+    let code = child.wait().unwrap().code();
+    // It may have been faster than the signal.
+    assert!(matches!(code, Some(0 | 130)), "{code:?}");
+    for set in ["a", "b", "c"] {
+        let files = place.names().iter().filter(|n| n.starts_with(&format!("{set}."))).count();
+        assert!(files == 0 || files == 5, "{:?}", place.names());
+    }
+    assert!(!place.names().iter().any(|n| n.ends_with(".partial")), "{:?}", place.names());
+}
