@@ -52,18 +52,29 @@ pub struct Failure {
     message: String,
     help: Option<String>,
     excerpt: Option<Box<Excerpt>>,
+    /// Whether only this process knows the failure, so that it prints it even if it is silent.
+    pub is_own: bool,
 }
 
 impl Failure {
     /// Creates a failure with a message of one sentence.
     pub fn new(code: Code, message: impl Into<String>) -> Self {
-        Failure { code, message: message.into(), help: None, excerpt: None }
+        Failure { code, message: message.into(), help: None, excerpt: None, is_own: false }
     }
 
-    /// Returns the message and the help, as [`Failure::split`] takes them.
+    /// Returns the message and, on a line of its own, the help.
     pub fn text(&self) -> String {
-        let help = self.help.as_ref().map(|help| format!("; {help}"));
-        format!("{}{}", self.message, help.unwrap_or_default())
+        format!("{}\n{}", self.message, self.help.as_deref().unwrap_or_default())
+    }
+
+    /// Creates the failure with the text of another one ([`Failure::text`]), or with a message that ends with its help after a
+    /// semicolon.
+    pub fn of_text(code: Code, text: &str) -> Self {
+        match text.rsplit_once('\n') {
+            Some((message, "")) => Failure::new(code, message),
+            Some((message, help)) => Failure::new(code, message).help(help),
+            None => Failure::split(code, text),
+        }
     }
 
     /// Adds the next step for the user.
@@ -80,6 +91,12 @@ impl Failure {
     /// Prefixes the message with the location.
     pub fn in_place(self, place: &str) -> Self {
         Failure { message: format!("{place}: {}", self.message), ..self }
+    }
+
+    /// Marks a failure that only one of several processes knows, and prefixes its number.
+    #[cfg(unix)]
+    pub fn of_process(self, process: u32) -> Self {
+        Failure { is_own: true, ..self.in_place(&format!("process {process}")) }
     }
 
     /// Splits a message at its last semicolon: the clause after it becomes the help.

@@ -135,11 +135,11 @@ enum Command {
 
 /// Parses the arguments, runs the command, reports any failure and returns the exit code.
 pub fn main() -> ExitCode {
-    let is_silent = processes::is_started();
-    let cli = match parsed(is_silent) {
+    let cli = match parsed(false) {
         Ok(cli) => cli,
         Err(code) => return code,
     };
+    let is_silent = matches!(&cli.command, Command::Triangulate(args) if processes::is_started(args));
     let talk = Talk::new(&cli.talk, is_silent);
     ended(&talk, |talk| run(cli.command, talk)).unwrap_or_else(|_| panicked(&talk))
 }
@@ -194,7 +194,7 @@ fn ended(
 
 /// Prints a failure, and returns its exit code.
 fn report(failure: &Failure, talk: &Talk) -> ExitCode {
-    if failure.code != Code::ReaderGone && !talk.is_silent() {
+    if failure.code != Code::ReaderGone && (failure.is_own || !talk.is_silent()) {
         failure.print(talk);
     }
     ExitCode::from(failure.code as u8)

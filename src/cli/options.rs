@@ -41,8 +41,8 @@ Examples:
 pub struct TriangulateArgs {
     #[command(flatten)]
     pub run: RunArgs,
-    /// Number of processes, with --transport processes [default: one for each worker]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096), help_heading = MACHINE, hide_short_help = true)]
+    /// Number of processes, with --transport processes [default: one for each worker, at most the cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256), help_heading = MACHINE, hide_short_help = true)]
     pub processes: Option<u32>,
 }
 

@@ -178,9 +178,14 @@ impl Talk {
         }
     }
 
+    /// Returns `true` if Ctrl-C was pressed.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+
     /// Ends the command if Ctrl-C was pressed.
     pub fn check(&self) {
-        if self.cancel.load(Ordering::Relaxed) {
+        if self.is_cancelled() {
             resume_unwind(Box::new(Cancelled));
         }
     }

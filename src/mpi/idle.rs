@@ -3,7 +3,7 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// So often the process looks again at once. It only yields its core in between.
+/// Number of checks without a sleep. Between them, the process only yields its core.
 const YIELDS: u32 = 200;
 
 /// The shortest sleep.

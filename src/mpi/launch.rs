@@ -17,7 +17,7 @@ pub const UNUSABLE: u8 = 6;
 /// The exit code after a panic.
 pub const PANICKED: u8 = 101;
 
-/// So long a process that failed waits for the others.
+/// The time that a failed process waits for the others.
 const GRACE: Duration = Duration::from_secs(5);
 
 /// Starts MPI, does the work, and returns its exit code after all processes have done theirs.

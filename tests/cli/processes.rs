@@ -52,6 +52,7 @@ fn processes_write_the_bytes_of_one_process() {
     let place = Place::new();
     same_bytes(&place, "sample:uniform:3000", 8);
     same_bytes(&place, "sample:clusters:2000,d=2", 5);
+    same_bytes(&place, "sample:graded:1000,d=2,lipschitz=0.3", 5);
     place.good("generate grid -n 1000 -q -o grid.npy");
     same_bytes(&place, "grid.npy", 3);
     let rows = |n: usize, row: &dyn Fn(usize) -> String| (0..n).map(row).collect::<String>();

@@ -1,13 +1,13 @@
 //! Starts the processes of a run on this computer.
 //!
-//! The first process starts the others with its own arguments. They find their number, the number of processes and the
-//! folder of their sockets in [`PLACE`]. A process whose connection ends stops, so none outlives the first one for long.
+//! The first process starts the others with its own arguments. They find their place in [`PLACE`], and the folder of their
+//! sockets in [`FOLDER`]. A process whose connection ends stops, so none outlives the first one for long.
 
 use std::env;
 use std::fs::{self, DirBuilder};
 use std::io;
 use std::os::unix::fs::DirBuilderExt;
-use std::os::unix::process::parent_id;
+use std::os::unix::process::{ExitStatusExt, parent_id};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread;
@@ -15,9 +15,12 @@ use std::time::{Duration, Instant};
 
 use septet_workers::transport::socket::SocketWire;
 
-/// The environment variable with the place of a process: its number, the number of processes, the id of the first process,
-/// and the folder.
-pub const PLACE: &str = "SEPTET_PROCESS";
+/// The environment variable with the place of a process: its number, the number of processes, and the id of the first
+/// process.
+const PLACE: &str = "SEPTET_PROCESS";
+
+/// The environment variable with the folder of the sockets.
+const FOLDER: &str = "SEPTET_PROCESS_FOLDER";
 
 /// The time that the other processes have to end.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -35,10 +38,16 @@ impl Place {
     /// Returns the place of this process, unless a user started it.
     pub fn of_environment() -> Option<Self> {
         let place = env::var(PLACE).ok()?;
-        let mut parts = place.splitn(4, '/');
-        let mut number = || parts.next()?.parse().ok();
+        let mut numbers = place.split('/').map(|number| number.parse().ok());
+        let mut number = || numbers.next().flatten();
         let (process, processes, first) = (number()?, number()?, number()?);
-        Some(Place { process, processes, first, folder: parts.next()?.into() })
+        let folder = env::var_os(FOLDER)?.into();
+        (0 < process && process < processes).then_some(Place { process, processes, first, folder })
+    }
+
+    /// Returns the number of this process.
+    pub fn process(&self) -> u32 {
+        self.process
     }
 
     /// Returns the number of processes.
@@ -79,9 +88,9 @@ impl Started {
         let folder = create_folder()?;
         let mut started = Started { children: Vec::new(), folder };
         for process in 1..processes {
-            let place = format!("{process}/{processes}/{}/{}", std::process::id(), started.folder.display());
+            let place = format!("{process}/{processes}/{}", std::process::id());
             let mut command = Command::new(&program);
-            command.args(env::args_os().skip(1)).env(PLACE, place);
+            command.args(env::args_os().skip(1)).env(PLACE, place).env(FOLDER, &started.folder);
             command.stdin(Stdio::null()).stdout(Stdio::null());
             started.children.push(command.spawn()?);
         }
@@ -103,7 +112,22 @@ impl Started {
             }
             Ok(())
         };
-        SocketWire::connect(folder, 0, processes, check)
+        // The others would wait for the one that is missing.
+        SocketWire::connect(folder, 0, processes, check).inspect_err(|_| self.kill())
+    }
+
+    fn kill(&mut self) {
+        for child in &mut self.children {
+            let _ = child.kill();
+        }
+    }
+
+    /// Returns a description of the first process that a signal ended.
+    pub fn killed(&mut self) -> Option<String> {
+        (1..).zip(&mut self.children).find_map(|(process, child): (u32, _)| {
+            let status = child.try_wait().ok()??;
+            status.signal().map(|_| format!("process {process} ended: {status}"))
+        })
     }
 }
 

@@ -60,16 +60,14 @@ pub fn on_wire(
     of_team(args, 1, Team::new(wire, name), talk)
 }
 
-/// Returns `true` if another process started this one.
-pub fn is_started() -> bool {
+/// Returns `true` if another process started this one to run a command with it.
+pub fn is_started(args: &TriangulateArgs) -> bool {
     #[cfg(unix)]
-    return launch::Place::of_environment().is_some();
+    let is_started = launch::Place::of_environment().is_some();
     #[cfg(not(unix))]
-    return false;
+    let is_started = false;
+    is_started && args.run.machine.transport == TransportArg::Processes
 }
-
-/// The largest number of processes that start without `--processes`.
-const MOST_BY_DEFAULT: u32 = 64;
 
 /// Runs `septet triangulate --transport processes`. The first process starts the others.
 ///
@@ -80,18 +78,24 @@ pub fn local(args: &TriangulateArgs, talk: &Talk) -> Result<(), Failure> {
     let cores = Config::default().machine.threads;
     let threads = |processes: u32| (cores / processes as usize).max(1);
     if let Some(place) = launch::Place::of_environment() {
-        let mut wire = place.connect().map_err(|error| not_started(&error))?;
+        let mut wire = place.connect().map_err(|error| not_started(&error).of_process(place.process()))?;
         return of_team(args, threads(place.processes()), Team::new(&mut wire, "processes"), talk);
     }
     let processes = args.processes.unwrap_or(match args.run.workers {
-        Some(Workers::Count(workers)) => workers.clamp(1, MOST_BY_DEFAULT),
+        Some(Workers::Count(workers)) => workers.clamp(1, cores as u32),
         _ => cores as u32,
     });
     // An option that no process obeys ends the command before any process starts.
     args.config_of_processes(processes, threads(processes))?;
     let mut started = launch::Started::start(processes).map_err(|error| not_started(&error))?;
     let mut wire = started.connect().map_err(|error| not_started(&error))?;
-    of_team(args, threads(processes), Team::new(&mut wire, "processes"), talk)
+    let result = of_team(args, threads(processes), Team::new(&mut wire, "processes"), talk);
+    // The first connection that breaks may belong to a process that ended because of another one.
+    let is_lost = result.as_ref().is_err_and(|failure| failure.code == Code::Machine);
+    match started.killed().filter(|_| is_lost) {
+        Some(killed) => Err(Failure::new(Code::Machine, killed).help("see whether memory ran out")),
+        None => result,
+    }
 }
 
 /// Refuses `--transport processes` on a system without Unix sockets.
@@ -106,6 +110,7 @@ pub fn local(_: &TriangulateArgs, _: &Talk) -> Result<(), Failure> {
 
 #[cfg(unix)]
 fn not_started(error: &std::io::Error) -> Failure {
-    Failure::new(Code::Machine, format!("the processes of the run do not start: {error}"))
-        .help("reduce --processes, or use --transport channel")
+    Failure::new(Code::Machine, format!("the processes of the run do not start: {error}")).help(
+        "set TMPDIR to a short path that you can write to, reduce --processes, or use --transport channel",
+    )
 }

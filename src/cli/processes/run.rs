@@ -48,7 +48,8 @@ pub fn triangulate(
     let plan = team.agree(plan)?;
     let options = args.writing.options();
     check_shared(&mut team.processes, &args.output, &options)?;
-    let held = read(&plan, team, talk)?;
+    let held = read(&plan, team, &mut config, talk)?;
+    go_on(team, talk)?;
     let read_seconds = start.elapsed().as_secs_f64();
     config.control.cancel = Some(talk.cancel.clone());
     if team.is_first() {
@@ -62,7 +63,7 @@ pub fn triangulate(
     let part = take_part(run.as_mut(), plan.placement, team)?;
     let run_seconds = start.elapsed().as_secs_f64();
     let mesh = SharedMesh { part: &part, rows: &held.points, first: held.first };
-    let files = write_shared(&mut team.processes, &args.output, &mesh, &options)?;
+    let files = write_shared(&mut team.processes, &args.output, &mesh, &options, &|| talk.is_cancelled())?;
     let context = RunContext {
         command: "triangulate",
         input: &args.input,
@@ -85,8 +86,19 @@ pub fn triangulate(
     Ok(())
 }
 
+/// Ends the command on all processes if one was interrupted.
+fn go_on(team: &mut Team<'_>, talk: &Talk) -> Result<(), Failure> {
+    team.agree(if talk.is_cancelled() { Err(Failure::interrupted()) } else { Ok(()) })
+}
+
 /// Settles the arguments, and refuses those that several processes cannot obey.
 fn plan<'a>(args: &'a RunArgs, config: &Config, team: &Team<'_>) -> Result<Plan<'a>, Failure> {
+    if args.input == "@-" || args.input.trim_start_matches('@').starts_with("/dev/") {
+        let message = format!("{}: several processes cannot read it", args.input);
+        return Err(
+            Failure::new(Code::Usage, message).help("give the name of a file, or - for standard input")
+        );
+    }
     let input = Input::of(&args.input, args.dimension)?;
     let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
     refuse(args)?;
@@ -121,13 +133,20 @@ fn refuse(args: &RunArgs) -> Result<(), Failure> {
 }
 
 /// Reads or generates the rows of this process.
-fn read(plan: &Plan<'_>, team: &mut Team<'_>, talk: &Talk) -> Result<SharedPoints, Failure> {
+fn read(
+    plan: &Plan<'_>,
+    team: &mut Team<'_>,
+    config: &mut Config,
+    talk: &Talk,
+) -> Result<SharedPoints, Failure> {
     let (process, placement) = (team.processes.process(), plan.placement);
     let block = |rows: u64| rows_of(placement, process, rows);
     let held = match &plan.input {
         Input::Sample(request) => {
-            let made = team.first_only(|| Ok(make(request, talk)?.points))?;
-            share_points(&mut team.processes, made, &block)?
+            let made = team.first_only(|| make(request, talk))?;
+            let spacing = made.as_ref().and_then(|made| made.spacing);
+            config.spacing = team.processes.all_gather(&spacing).map_err(lost)?.swap_remove(0);
+            share_points(&mut team.processes, made.map(|made| made.points), &block)?
         }
         Input::File(name) => read_shared(&mut team.processes, &[PathBuf::from(name)], &plan.reading, &block)?,
         Input::List(list) => read_shared(&mut team.processes, list.files(), &plan.reading, &block)?,

@@ -62,9 +62,9 @@ pub(super) fn check_same(team: &mut Team<'_>) -> Result<(), Failure> {
 impl From<Ended> for Failure {
     fn from(ended: Ended) -> Self {
         match ended {
-            Ended::Refused(refused) => Failure::split(Code::of(refused.code), &refused.message),
+            Ended::Refused(refused) => Failure::of_text(Code::of(refused.code), &refused.message),
             Ended::Wire(error) => Failure::new(Code::Machine, error.to_string())
-                .help("see the messages of that process, and the limits of memory"),
+                .help("see whether the system ended that process, for example because memory ran out"),
         }
     }
 }

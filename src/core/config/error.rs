@@ -97,7 +97,9 @@ pub enum ConfigError {
         processes: u32,
     },
     /// An output needs all ranks in one process.
-    #[error("{output} needs all points in one process: leave it out, or use `triangulate` on one process")]
+    #[error(
+        "{output} needs all points in one process: omit the option that asks for it, or run in one process"
+    )]
     NotDistributed {
         /// The output.
         output: &'static str,

@@ -32,7 +32,7 @@ pub(crate) struct Times {
 
 /// Returns the result for points that do not span the space: there are no cells and no counts.
 pub(crate) fn flat_result(space: usize, input: &Prepared, settings: &Settings, call: Instant) -> Run {
-    let why = if settings.why.is_empty() { "nothing to triangulate" } else { &settings.why };
+    let why = if settings.why.is_empty() { NOTHING } else { &settings.why };
     let seconds = call.elapsed().as_secs_f64();
     let settled = settings.settled(None, why.to_string());
     let costs = settings.machine.cost_log.take().map(CostTrace::of);
@@ -157,6 +157,9 @@ pub(crate) fn finish<P: Point>(
         ..empty(P::DIM, &input, settings.settled(supergraph, why))
     })
 }
+
+/// The reason why a run of points that do not span the space has no supergraph.
+pub(super) const NOTHING: &str = "nothing to triangulate";
 
 /// The reason why a triangulation has no supergraph to report.
 pub(super) const NO_SUPERGRAPH: &str =

@@ -17,10 +17,11 @@ use crate::coordinator::Held;
 use crate::error::Error;
 use crate::model::Points;
 use crate::result::canonical::{Export, Store};
-use crate::result::run::Run;
+use crate::result::run::{Run, Settled};
 use crate::run::distributed::{admitted_workers, run_held};
 
 pub use crate::run::distributed::ProcessRun;
+use crate::run::finish::NOTHING;
 use crate::run::settings::{Goal, admit};
 
 /// The rows that a process holds.
@@ -110,6 +111,12 @@ impl ProcessRun {
     /// processes, so it has only their number.
     pub fn into_run(self, ledgers: &[LedgerPart]) -> Run {
         let ProcessRun { part, settled, phase_seconds, seconds, .. } = self;
+        if part.dimension < part.space as isize {
+            // As in one process, such a run has no counts.
+            let settled = Settled { why: NOTHING.to_string(), ..settled };
+            let empty = Run::empty(part.space, part.dimension, part.points, settled);
+            return Run { triangulate_seconds: seconds, ..empty };
+        }
         let mut ledger = LedgerPart::default();
         for part in ledgers {
             ledger.merge(part);

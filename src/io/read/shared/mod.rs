@@ -10,7 +10,8 @@
 //! compressed files, arrays in Fortran order, chemical files, pipes, standard input and all other formats. Process 0 holds
 //! the points of all these files until they are sent. A file of more than [`WHOLE_LIMIT`] bytes is refused.
 //!
-//! **Errors.** The error of the first bad row ends all processes. It has the message that one process would give.
+//! **Errors.** The error of a bad row ends all processes. It has the message that one process gives for this row. In a list with several
+//! bad files, one process may find another file first.
 
 mod block;
 mod chunks;

@@ -13,6 +13,9 @@ const USAGE: u8 = 2;
 /// The exit code if a limit was reached.
 const LIMIT: u8 = 5;
 
+/// The exit code after an interrupt.
+const INTERRUPTED: u8 = 130;
+
 /// A reason why several processes cannot write an output. The clause after the last semicolon is the remedy.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum SharedFault {
@@ -34,6 +37,9 @@ pub(super) enum SharedFault {
     /// The processes do not share a folder.
     #[error("{}: process {process} does not see the folder {} of process 0; choose a folder that all processes share", .path.display(), .folder.display())]
     NotVisible { path: PathBuf, folder: PathBuf, process: u32 },
+    /// The user interrupted the run.
+    #[error("interrupted; no partial output was left")]
+    Interrupted,
 }
 
 impl SharedFault {
@@ -46,7 +52,11 @@ impl SharedFault {
 /// Returns the exit code and the message, which ends with the remedy.
 pub(super) fn describe(fault: &SharedFault) -> (u8, String) {
     let SharedFault::Output(error) = fault else {
-        let code = if matches!(fault, SharedFault::NotVisible { .. }) { FAILED } else { USAGE };
+        let code = match fault {
+            SharedFault::NotVisible { .. } => FAILED,
+            SharedFault::Interrupted => INTERRUPTED,
+            _ => USAGE,
+        };
         return (code, fault.to_string());
     };
     let remedy = match error {

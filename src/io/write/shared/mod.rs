@@ -30,7 +30,7 @@ pub use mesh::SharedMesh;
 use super::format::OutputFormat;
 use super::options::WriteOptions;
 use counts::Counts;
-use fault::describe;
+use fault::{SharedFault, describe};
 use staged::Staged;
 
 /// Checks before a run that all processes can write these outputs together: the formats, the names, and that all
@@ -48,7 +48,8 @@ pub fn check_shared(
 }
 
 /// Writes outputs on all processes, and returns the files written. They appear under their names only when all processes
-/// have written all of them. Coordinates of the input must not be -0.0, which readers replace.
+/// have written all of them. Coordinates of the input must not be -0.0, which readers replace. Between two outputs, a process asks `stop`
+/// whether to end the call on all processes.
 ///
 /// # Errors
 /// See [`check_shared`]. Also fails if writing fails, or if the shares of the processes contradict each other. Existing
@@ -58,9 +59,13 @@ pub fn write_shared(
     outputs: &[PathBuf],
     mesh: &SharedMesh<'_>,
     options: &WriteOptions<'_>,
+    stop: &dyn Fn() -> bool,
 ) -> Result<Vec<PathBuf>, Ended> {
     let formats = check::check(processes, outputs, options)?;
     let counts = Counts::gather(processes, mesh)?;
+    let go_on = |processes: &mut Processes<'_>| {
+        processes.agree(if stop() { Err(SharedFault::Interrupted) } else { Ok(()) }, describe)
+    };
     let of = |format: OutputFormat| {
         let all = outputs.iter().zip(&formats);
         all.filter(move |(_, own)| **own == format).map(|(path, _)| path)
@@ -70,15 +75,19 @@ pub fn write_shared(
     if has_grids || of(OutputFormat::Npy).next().is_some() {
         let cells = sort::sort(processes, mesh, &counts, has_grids)?;
         for path in of(OutputFormat::Npy) {
+            go_on(processes)?;
             staged.write_range(processes, path, |place| ranges::write_npy(place, &cells))?;
         }
         for path in of(OutputFormat::Vtu) {
+            go_on(processes)?;
             staged.write_range(processes, path, |place| ranges::write_vtu(place, mesh, &counts, &cells))?;
         }
     }
     for path in of(OutputFormat::Pvtu) {
+        go_on(processes)?;
         pieces::write(processes, &mut staged, path, mesh, &counts, options)?;
     }
+    go_on(processes)?;
     // The other processes have no files to rename.
     let renamed = staged.commit();
     processes.agree(renamed.map_err(Into::into), describe)?;

@@ -83,7 +83,7 @@ fn write_spoilt(directory: &Path, outputs: &[PathBuf], spoil: impl Fn(&mut Own))
     let mut owns = shares();
     spoil(&mut owns[1]);
     let write = |processes: &mut Processes<'_>, own: &Own| {
-        write_shared(processes, outputs, &own.mesh(), &WriteOptions::default())
+        write_shared(processes, outputs, &own.mesh(), &WriteOptions::default(), &|| false)
     };
     let refused = refused(on_each(&owns, write));
     assert!(files(directory) == before, "{refused:?}: {:?}", files(directory).keys());

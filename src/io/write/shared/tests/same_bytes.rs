@@ -23,7 +23,7 @@ fn written_apart(points: &Points, workers: u32, count: u32) -> BTreeMap<String, 
     let outputs = outputs(directory.path());
     let owns = apart(points, workers, count);
     let write = |processes: &mut Processes<'_>, own: &Own| {
-        write_shared(processes, &outputs, &own.mesh(), &WriteOptions::default())
+        write_shared(processes, &outputs, &own.mesh(), &WriteOptions::default(), &|| false)
     };
     let listed = ["m.npy", "m.pvtu", "m.pieces", "m.vtu"].map(|name| directory.path().join(name));
     for files in on_each(&owns, write) {
