@@ -140,7 +140,7 @@ fn is_running(pid: u32) -> bool {
 fn all_processes_end_with_one_of_them() {
     let place = Place::new();
     for (try_number, signal) in ["-KILL", "-TERM", "-INT"].into_iter().cycle().take(9).enumerate() {
-        let line = "triangulate sample:uniform:200000 --workers 4 --transport processes -o m.vtu -o m.pvtu";
+        let line = "triangulate sample:uniform:200000 --workers 4 --transport processes --processes 4 -o m.vtu -o m.pvtu";
         let mut child = place.command(line).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
         let start = Instant::now();
         while children(child.id()).len() < 3 && start.elapsed() < Duration::from_secs(20) {
