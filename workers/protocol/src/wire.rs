@@ -1,7 +1,7 @@
 //! Bytes between processes, and the collective operations of processes around a run.
 //!
-//! A [`Wire`] is what a new way to connect processes has to implement: sockets and MPI are wires. [`Processes`] adds
-//! checksums and the collective operations. All calls are collective: every process makes the same calls in the same order.
+//! A [`Wire`] connects processes, for example through sockets or MPI. [`Processes`] adds checksums and the collective
+//! operations. All calls are collective: every process makes the same calls in the same order.
 
 use bincode::{Decode, Encode};
 use thiserror::Error;
