@@ -39,12 +39,6 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Returns a clause with the file of a row of a list, and with the row in this file.
-    pub fn place_of(&self, row: u64) -> Option<String> {
-        let file = ListedFile::of_row(&self.files, row)?;
-        Some(format!("; point {row} is row {} of {}", row - file.first_row, file.path.display()))
-    }
-
     /// Returns the points of a file, or of the files of a list.
     fn of(file: PointFile, files: Vec<ListedFile>, start: Instant, talk: &Talk) -> Self {
         talk.check();
@@ -65,6 +59,12 @@ impl Loaded {
             seconds: start.elapsed().as_secs_f64(),
         }
     }
+}
+
+/// Returns a clause with the file of a row of a list, and with the row in this file.
+pub fn place_of(files: &[ListedFile], row: u64) -> Option<String> {
+    let file = ListedFile::of_row(files, row)?;
+    Some(format!("; point {row} is row {} of {}", row - file.first_row, file.path.display()))
 }
 
 /// The input of a command that reads points.

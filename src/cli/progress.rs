@@ -53,6 +53,7 @@ pub struct Cancelled;
 /// The messages of the program.
 pub struct Talk {
     quiet: bool,
+    /// Whether another process reports the errors of this one.
     is_silent: bool,
     color: bool,
     /// The log filter without `RUST_LOG`.

@@ -9,7 +9,7 @@ use septet_core::run::CostTrace;
 use septet_core::run::memory::{admit, peak_rss, rss};
 use septet_core::{Config, Error, Run};
 use septet_geometry::range::RangeError;
-use septet_io::read::ReadOptions;
+use septet_io::read::{ListedFile, ReadOptions};
 use septet_io::write::{OutputFormat, WriteOptions};
 use septet_lab::report::{CostHeader, RunContext, RunReport, write_cost_trace};
 
@@ -17,7 +17,7 @@ use super::effects::needs;
 use super::errors::{Code, Failure};
 use super::files;
 use super::formats::write_mesh;
-use super::input::{Input, Loaded};
+use super::input::{Input, Loaded, place_of};
 use super::instruments::{Tables, check_trace, traced};
 use super::options::RunArgs;
 use super::progress::Talk;
@@ -113,11 +113,23 @@ pub fn run(args: &RunArgs, mut config: Config, goal: Goal<'_>, talk: &Talk) -> R
         peak_rss_bytes: peak_rss(),
     };
     let report = RunReport::of(&run, &config, &setting);
+    publish(args, &tables, &report, files, talk)?;
+    failure.map_or(Ok(()), Err)
+}
+
+/// Writes the tables and the report, and prints the summary. `files` are the files written before.
+pub(super) fn publish(
+    args: &RunArgs,
+    tables: &Tables,
+    report: &RunReport,
+    mut files: Vec<PathBuf>,
+    talk: &Talk,
+) -> Result<(), Failure> {
     let rendered = |format, which| report.tables(format, which);
     files.extend(tables.write(&rendered)?);
-    print_report(args, &report, &files, talk)?;
+    print_report(args, report, &files, talk)?;
     tables.print(&rendered);
-    failure.map_or(Ok(()), Err)
+    Ok(())
 }
 
 /// Writes the cost trace.
@@ -142,12 +154,7 @@ fn check_effects(args: &RunArgs) -> Result<(), Failure> {
 }
 
 /// Writes the report as JSON and prints its summary.
-pub(super) fn print_report(
-    args: &RunArgs,
-    report: &RunReport,
-    files: &[PathBuf],
-    talk: &Talk,
-) -> Result<(), Failure> {
+fn print_report(args: &RunArgs, report: &RunReport, files: &[PathBuf], talk: &Talk) -> Result<(), Failure> {
     if let Some(path) = &args.json {
         let mut text = report
             .to_json()
@@ -194,12 +201,17 @@ pub fn place(error: Error, loaded: &Loaded, input: &str) -> Failure {
         RangeError::NotFinite { index, .. } => *index = at(*index),
         RangeError::Spread { low, high, .. } => (*low, *high) = (at(*low), at(*high)),
     }
-    let rows = match &error {
-        RangeError::NotFinite { index, .. } => vec![*index],
-        RangeError::Spread { low, high, .. } => vec![*low, *high],
+    of_points(&error, &loaded.files, input)
+}
+
+/// Returns the failure for points that cannot be triangulated. `files` are the files of a list.
+pub(super) fn of_points(error: &RangeError, files: &[ListedFile], input: &str) -> Failure {
+    let rows = match *error {
+        RangeError::NotFinite { index, .. } => vec![index],
+        RangeError::Spread { low, high, .. } => vec![low, high],
     };
     let name = if input == "-" { "standard input" } else { input };
-    let places: String = rows.into_iter().filter_map(|row| loaded.place_of(row as u64)).collect();
+    let places: String = rows.into_iter().filter_map(|row| place_of(files, row as u64)).collect();
     Failure::new(Code::Input, format!("{name}: {error} (points counted from 0{places})"))
         .help("round the coordinates to a common grid, or drop these points")
 }

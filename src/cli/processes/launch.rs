@@ -8,7 +8,7 @@ use std::fs::{self, DirBuilder};
 use std::io;
 use std::os::unix::fs::DirBuilderExt;
 use std::os::unix::process::{ExitStatusExt, parent_id};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -149,16 +149,13 @@ impl Drop for Started {
 /// Creates a folder that only its user can open.
 fn create_folder() -> io::Result<PathBuf> {
     let base = env::temp_dir();
-    let try_number = |number: u32| -> io::Result<PathBuf> {
-        let folder: &Path = &base.join(format!("septet-{}-{number}", std::process::id()));
-        DirBuilder::new().mode(0o700).create(folder)?;
-        Ok(folder.to_path_buf())
-    };
     let mut number = 0;
     loop {
-        match try_number(number) {
+        let folder = base.join(format!("septet-{}-{number}", std::process::id()));
+        match DirBuilder::new().mode(0o700).create(&folder) {
+            Ok(()) => return Ok(folder),
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists && number < 1000 => number += 1,
-            created => return created,
+            Err(error) => return Err(error),
         }
     }
 }

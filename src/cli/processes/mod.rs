@@ -4,12 +4,10 @@
 //! code. Only the first one prints.
 
 #[cfg(unix)]
-pub mod launch;
+mod launch;
 mod report;
 mod run;
 mod team;
-
-pub use team::Team;
 
 use septet_core::Config;
 use septet_core::config::Workers;
@@ -18,18 +16,11 @@ use septet_protocol::wire::Wire;
 use crate::errors::{Code, Failure};
 use crate::options::{TransportArg, TriangulateArgs};
 use crate::progress::Talk;
+use team::Team;
 
 /// Runs `septet triangulate` on a process of a team. By default, there is one worker for each process.
-///
-/// # Errors
-/// Fails with the first failure of any process.
-pub fn of_team(
-    args: &TriangulateArgs,
-    threads: usize,
-    mut team: Team<'_>,
-    talk: &Talk,
-) -> Result<(), Failure> {
-    team::check_same(&mut team)?;
+fn of_team(args: &TriangulateArgs, threads: usize, mut team: Team<'_>, talk: &Talk) -> Result<(), Failure> {
+    team.check_same()?;
     let config = args.config_of_processes(team.processes.processes(), threads);
     let config = team.agree(config)?;
     run::triangulate(&args.run, config, &mut team, talk)

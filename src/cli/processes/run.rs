@@ -7,13 +7,12 @@ use septet_core::result::subdomain::Part;
 use septet_core::run::memory::{peak_rss, rss};
 use septet_core::run::processes::{HeldRows, ProcessRun, placement, rows_of, triangulate_held};
 use septet_core::{Config, Error};
-
 use septet_io::read::{ReadOptions, SharedPoints, read_shared, share_points};
 use septet_io::write::{SharedMesh, check_shared, write_shared};
 use septet_lab::report::{RunContext, RunReport};
 use septet_protocol::transport::Placement;
 
-use super::report::{gather, ledgers, lost};
+use super::report::{gather, ledgers};
 use super::team::Team;
 use crate::errors::{Code, Failure};
 use crate::files;
@@ -21,7 +20,7 @@ use crate::input::{Input, make};
 use crate::instruments::Tables;
 use crate::options::RunArgs;
 use crate::progress::Talk;
-use crate::triangulate::{TABLES, print_report};
+use crate::triangulate::{TABLES, of_points, publish};
 
 /// The settled arguments of a run.
 struct Plan<'a> {
@@ -58,7 +57,10 @@ pub fn triangulate(
     let rss_before_bytes = rss();
     let rows = HeldRows { points: &held.points, first: held.first, rows: held.rows };
     let run = triangulate_held(&mut team.processes, rows, &config);
-    let run = run.map_err(|error| failure(error, &args.input));
+    let run = run.map_err(|error| match error {
+        Error::Points(error) => of_points(&error, &held.files, &args.input),
+        error => error.into(),
+    });
     let mut run = team.agree(run)?;
     let part = take_part(run.as_mut(), plan.placement, team)?;
     let run_seconds = start.elapsed().as_secs_f64();
@@ -79,9 +81,11 @@ pub fn triangulate(
     let ledgers = ledgers(team, run.as_ref())?;
     let transport = team.transport;
     team.first_only(|| {
-        let run = run.ok_or_else(|| Failure::new(Code::Machine, "the first process has no workers"))?;
+        // The first process has workers in every run.
+        let Some(run) = run else { return Ok(()) };
         let report = RunReport::of(&run.into_run(&ledgers), &config, &context);
-        finish(args, &plan.tables, &report.with_processes(transport, processes), (files, talk))
+        talk.clear();
+        publish(args, &plan.tables, &report.with_processes(transport, processes), files, talk)
     })?;
     Ok(())
 }
@@ -102,7 +106,7 @@ fn plan<'a>(args: &'a RunArgs, config: &Config, team: &Team<'_>) -> Result<Plan<
     let input = Input::of(&args.input, args.dimension)?;
     let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
     refuse(args)?;
-    args.reading.check(input.is_sample(), &[("--skip-invalid", args.skip_invalid)])?;
+    args.reading.check(input.is_sample(), &[])?;
     args.writing.check(&args.output)?;
     let placement = placement(config, team.processes.processes())?;
     if team.is_first() {
@@ -145,7 +149,7 @@ fn read(
         Input::Sample(request) => {
             let made = team.first_only(|| make(request, talk))?;
             let spacing = made.as_ref().and_then(|made| made.spacing);
-            config.spacing = team.processes.all_gather(&spacing).map_err(lost)?.swap_remove(0);
+            config.spacing = team.processes.all_gather(&spacing)?.swap_remove(0);
             share_points(&mut team.processes, made.map(|made| made.points), &block)?
         }
         Input::File(name) => read_shared(&mut team.processes, &[PathBuf::from(name)], &plan.reading, &block)?,
@@ -154,9 +158,6 @@ fn read(
     if team.is_first() {
         for note in &held.notes {
             talk.note(format!("note: {note}"));
-        }
-        if held.skipped > 0 {
-            talk.note(format!("note: {} skipped", crate::text::counted(held.skipped, "invalid point")));
         }
     }
     Ok(held)
@@ -168,37 +169,11 @@ fn take_part(
     placement: Placement,
     team: &mut Team<'_>,
 ) -> Result<Part, Failure> {
-    let totals = run.as_ref().map_or([0; 6], |run| run.part.totals());
-    let totals = team.processes.all_gather(&totals).map_err(lost)?;
-    let without = Part::of_totals(totals[0], placement);
+    let totals = team.all_gather(&run.as_ref().map(|run| run.part.totals()))?.swap_remove(0);
+    let totals = totals.ok_or_else(|| Failure::new(Code::Machine, "the first process has no workers"))?;
+    let without = Part::of_totals(totals, placement);
     Ok(match run {
         Some(run) => std::mem::replace(&mut run.part, without),
         None => without,
     })
-}
-
-/// Converts an error of the run. An error about points then names the input.
-fn failure(error: Error, input: &str) -> Failure {
-    let is_of_points = matches!(error, Error::Points(_));
-    let failure = Failure::from(error);
-    if !is_of_points {
-        return failure;
-    }
-    let name = if input == "-" { "standard input" } else { input };
-    failure.in_place(name).help("round the coordinates to a common grid, or drop these points")
-}
-
-/// Writes the report and the tables, and prints the summary.
-fn finish(
-    args: &RunArgs,
-    tables: &Tables,
-    report: &RunReport,
-    (mut files, talk): (Vec<PathBuf>, &Talk),
-) -> Result<(), Failure> {
-    talk.clear();
-    let rendered = |format, which| report.tables(format, which);
-    files.extend(tables.write(&rendered)?);
-    print_report(args, report, &files, talk)?;
-    tables.print(&rendered);
-    Ok(())
 }

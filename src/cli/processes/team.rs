@@ -1,8 +1,10 @@
-//! The processes of a command, and their common errors.
+//! The processes of a command: their values, and their common errors.
 
 use septet_protocol::checksum::checksum;
 use septet_protocol::message::PROTOCOL_VERSION;
-use septet_protocol::wire::{Ended, Processes, Wire};
+use septet_protocol::wire::{Ended, Processes, Wire, WireError};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
 use crate::errors::{Code, Failure};
 
@@ -35,36 +37,63 @@ impl<'a> Team<'a> {
         let own = if self.is_first() { step().map(Some) } else { Ok(None) };
         self.agree(own)
     }
+
+    /// Returns the values of all processes, in their order. They travel as JSON, in which the last digit of a float may
+    /// change.
+    pub fn all_gather<T: Serialize + DeserializeOwned>(&mut self, own: &T) -> Result<Vec<T>, Failure> {
+        let malformed =
+            |error: serde_json::Error| Failure::new(Code::Machine, format!("a value of a process: {error}"));
+        let text = self.agree(serde_json::to_string(own).map_err(malformed))?;
+        let texts: Vec<String> = self.processes.all_gather(&text)?;
+        texts.iter().map(|text| serde_json::from_str(text).map_err(malformed)).collect()
+    }
+
+    /// Refuses processes that run another program than the first one, or other arguments.
+    pub fn check_same(&mut self) -> Result<(), Failure> {
+        let all = self.all_gather(&Start::of_this_process())?;
+        let other = |differs: &dyn Fn(&Start) -> bool| all.iter().position(differs);
+        if let Some(process) = other(&|start| start.program != all[0].program) {
+            let message = format!("process {process} runs another build of the program than process 0");
+            return Err(Failure::new(Code::Machine, message).help("start the same program on all processes"));
+        }
+        if let Some(process) = other(&|start| start.arguments != all[0].arguments) {
+            let message = format!("process {process} has other arguments than process 0");
+            return Err(Failure::new(Code::Usage, message).help("give all processes the same arguments"));
+        }
+        Ok(())
+    }
 }
 
-/// Refuses processes that run another program than the first one, or other arguments.
-///
-/// # Errors
-/// Fails on all processes if one differs from the first.
-pub(super) fn check_same(team: &mut Team<'_>) -> Result<(), Failure> {
-    let program = std::env::current_exe().and_then(std::fs::read).map_or(0, |bytes| checksum(&bytes));
-    let arguments: Vec<u8> =
-        std::env::args_os().skip(1).flat_map(|a| [a.as_encoded_bytes(), b"\n"].concat()).collect();
-    let own = (u64::from(PROTOCOL_VERSION), program, checksum(&arguments));
-    let all = team.processes.all_gather(&own).map_err(Ended::from)?;
-    let other = |differs: &dyn Fn(&(u64, u64, u64)) -> bool| all.iter().position(differs);
-    if let Some(process) = other(&|&(version, program, _)| (version, program) != (all[0].0, all[0].1)) {
-        let message = format!("process {process} runs another build of the program than process 0");
-        return Err(Failure::new(Code::Machine, message).help("start the same program on all processes"));
+/// The program of a process and its arguments.
+#[derive(Serialize, Deserialize)]
+struct Start {
+    /// The version of the protocol, and the hash of the program.
+    program: (u16, u64),
+    /// The hash of the arguments.
+    arguments: u64,
+}
+
+impl Start {
+    fn of_this_process() -> Self {
+        let program = std::env::current_exe().and_then(std::fs::read).map_or(0, |bytes| checksum(&bytes));
+        let arguments: Vec<u8> =
+            std::env::args_os().skip(1).flat_map(|a| [a.as_encoded_bytes(), b"\n"].concat()).collect();
+        Start { program: (PROTOCOL_VERSION, program), arguments: checksum(&arguments) }
     }
-    if let Some(process) = other(&|&(.., arguments)| arguments != all[0].2) {
-        let message = format!("process {process} has other arguments than process 0");
-        return Err(Failure::new(Code::Usage, message).help("give all processes the same arguments"));
-    }
-    Ok(())
 }
 
 impl From<Ended> for Failure {
     fn from(ended: Ended) -> Self {
         match ended {
             Ended::Refused(refused) => Failure::of_text(Code::of(refused.code), &refused.message),
-            Ended::Wire(error) => Failure::new(Code::Machine, error.to_string())
-                .help("see whether the system ended that process, for example because memory ran out"),
+            Ended::Wire(error) => error.into(),
         }
+    }
+}
+
+impl From<WireError> for Failure {
+    fn from(error: WireError) -> Self {
+        Failure::new(Code::Machine, error.to_string())
+            .help("see whether the system ended that process, for example because memory ran out")
     }
 }

@@ -1,5 +1,7 @@
 //! The part of a triangulation that a process holds, if several processes triangulate their points together.
 
+use serde::{Deserialize, Serialize};
+
 use septet_geometry::point::Point;
 use septet_geometry::range::scale;
 use septet_protocol::ids::Rank;
@@ -31,21 +33,32 @@ pub struct Part {
     pub subdomains: Vec<Subdomain>,
 }
 
+/// The fields of a [`Part`] that all processes have in common, except the placement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PartTotals {
+    space: usize,
+    dimension: isize,
+    /// Number of input points.
+    input: u64,
+    /// Number of vertices.
+    used: u64,
+    cells: u64,
+    hull_facets: u64,
+}
+
 impl Part {
-    /// Returns the totals of the run as numbers, for a process without workers ([`Part::of_totals`]).
-    pub fn totals(&self) -> [u64; 6] {
+    /// Returns the totals, from which a process without workers makes its part.
+    pub fn totals(&self) -> PartTotals {
         let Part { space, dimension, points: Accounting { input, used, .. }, cells, hull_facets, .. } = *self;
-        [space as u64, dimension as u64, input, used, cells, hull_facets]
+        PartTotals { space, dimension, input, used, cells, hull_facets }
     }
 
-    /// Returns the part of a process without workers.
-    pub fn of_totals(
-        [space, dimension, input, used, cells, hull_facets]: [u64; 6],
-        placement: Placement,
-    ) -> Self {
+    /// Creates the part of a process without workers.
+    pub fn of_totals(totals: PartTotals, placement: Placement) -> Self {
+        let PartTotals { space, dimension, input, used, cells, hull_facets } = totals;
         Part {
-            space: space as usize,
-            dimension: dimension as isize,
+            space,
+            dimension,
             points: Accounting { input, used, ..Accounting::default() },
             cells,
             hull_facets,

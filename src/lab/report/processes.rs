@@ -1,11 +1,11 @@
 //! The report of a run by several processes.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::RunReport;
 
 /// A process of a run.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ProcessReport {
     /// Number of the process, counted from 0.
     pub process: u32,
