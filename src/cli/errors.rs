@@ -131,12 +131,7 @@ impl From<InputError> for Failure {
 
 /// Returns the failure for a file that cannot be read.
 fn of_file(error: &InputError, message: &str) -> Failure {
-    let code = match error {
-        InputError::OutOfMemory { .. } => Code::Limit,
-        _ if error.is_usage() => Code::Usage,
-        _ => Code::Input,
-    };
-    let mut failure = Failure::split(code, message);
+    let mut failure = Failure::split(Code::of(error.exit_code()), message);
     if failure.help.is_none() && matches!(error, InputError::Syntax { .. }) {
         failure.help = Some("correct the file, or give it the extension of its format".into());
     }
@@ -151,38 +146,27 @@ impl From<ListError> for Failure {
         let message = error.to_string();
         match &error {
             ListError::File { error, .. } | ListError::List { error } => of_file(error, &message),
-            ListError::Pattern { .. } => Failure::split(Code::Usage, &message),
             ListError::Entry { list, line, .. } => {
                 let excerpt = Excerpt::of(list, *line, None).map(Box::new);
-                Failure { excerpt, ..Failure::split(Code::Input, &message) }
+                Failure { excerpt, ..Failure::split(Code::of(error.exit_code()), &message) }
             }
-            _ => Failure::split(Code::Input, &message),
+            _ => Failure::split(Code::of(error.exit_code()), &message),
         }
     }
 }
 
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
-        let help = match &error {
-            OutputError::UnknownFormat { .. }
-            | OutputError::NotOneFile
-            | OutputError::Compressed { .. }
-            | OutputError::NotText { .. }
-            | OutputError::NoPieces { .. } => {
-                return Failure::split(Code::Usage, &error.to_string());
-            }
-            OutputError::TooLarge { .. } => return Failure::split(Code::Limit, &error.to_string()),
-            OutputError::MissingDirectory { .. } => "create the directory, or choose another",
-            OutputError::IsDirectory { .. } => "give the name of a file in it",
-            OutputError::Obstructed { .. } => "choose another name for the output, or move the obstacle away",
-            OutputError::NotWritable { .. } => "choose a directory that you can write to",
+        let message = error.to_string();
+        match &error {
             OutputError::Stream { source } if source.kind() == ErrorKind::BrokenPipe => {
-                return Failure::new(Code::ReaderGone, error.to_string());
+                Failure::new(Code::ReaderGone, message)
             }
-            OutputError::Io { .. } | OutputError::Stream { .. } => "check the free space on the disk",
-            _ => "this is a defect of septet: please report it with the input",
-        };
-        Failure::new(Code::Failed, error.to_string()).help(help)
+            _ => match error.remedy() {
+                Some(remedy) => Failure::new(Code::of(error.exit_code()), message).help(remedy),
+                None => Failure::split(Code::of(error.exit_code()), &message),
+            },
+        }
     }
 }
 

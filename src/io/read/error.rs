@@ -6,6 +6,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use super::extension::may_be_table;
+use crate::exit_code;
 
 /// A location in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -317,6 +318,15 @@ impl InputError {
         match self {
             Self::Syntax { column, .. } => *column,
             _ => None,
+        }
+    }
+
+    /// Returns the exit code of the program.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::OutOfMemory { .. } => exit_code::LIMIT,
+            _ if self.is_usage() => exit_code::USAGE,
+            _ => exit_code::INPUT,
         }
     }
 

@@ -4,6 +4,7 @@ use std::io;
 use std::path::PathBuf;
 
 use super::topology::TopologyError;
+use crate::exit_code;
 
 /// A reason why an output cannot be written. Variants that concern a file contain its path.
 #[derive(Debug, thiserror::Error)]
@@ -114,6 +115,34 @@ pub enum OutputError {
         /// The requested id.
         first_id: u64,
     },
+}
+
+impl OutputError {
+    /// Returns the exit code of the program.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            OutputError::UnknownFormat { .. }
+            | OutputError::NotOneFile
+            | OutputError::Compressed { .. }
+            | OutputError::NotText { .. }
+            | OutputError::NoPieces { .. } => exit_code::USAGE,
+            OutputError::TooLarge { .. } => exit_code::LIMIT,
+            _ => exit_code::FAILED,
+        }
+    }
+
+    /// Returns the remedy, or `None` if it is the last clause of the message.
+    pub fn remedy(&self) -> Option<&'static str> {
+        Some(match self {
+            _ if self.exit_code() != exit_code::FAILED => return None,
+            OutputError::MissingDirectory { .. } => "create the directory, or choose another",
+            OutputError::IsDirectory { .. } => "give the name of a file in it",
+            OutputError::Obstructed { .. } => "choose another name for the output, or move the obstacle away",
+            OutputError::NotWritable { .. } => "choose a directory that you can write to",
+            OutputError::Io { .. } | OutputError::Stream { .. } => "check the free space on the disk",
+            _ => "this is a defect of septet: please report it with the input",
+        })
+    }
 }
 
 /// A failure in the writer of a format. It has no path, because these writers do not know it.

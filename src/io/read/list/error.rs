@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::super::error::{InputError, shown};
 use super::super::points::CoordinateType;
+use crate::exit_code;
 
 /// A reason why a line of a list does not name a file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -130,6 +131,17 @@ pub enum ListError {
         /// The names of the columns of the first file.
         expected: Vec<String>,
     },
+}
+
+impl ListError {
+    /// Returns the exit code of the program.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::File { error, .. } | Self::List { error } => error.exit_code(),
+            Self::Pattern { .. } => exit_code::USAGE,
+            _ => exit_code::INPUT,
+        }
+    }
 }
 
 impl ListError {

@@ -6,13 +6,7 @@ use septet_protocol::wire::{Ended, Processes};
 
 use super::super::error::{InputError, shown};
 use super::super::list::ListError;
-
-/// The exit code for a call that is at fault.
-const USAGE: u8 = 2;
-/// The exit code for a file that is at fault.
-const INPUT: u8 = 3;
-/// The exit code for a file that is too large.
-const LIMIT: u8 = 5;
+use crate::exit_code;
 
 /// A reason why several processes cannot read an input.
 #[derive(Debug, thiserror::Error)]
@@ -41,9 +35,9 @@ pub(super) enum SharedError {
         path: PathBuf,
         /// The process.
         process: u32,
-        /// What it sees.
+        /// The size or the header that it sees.
         found: String,
-        /// What process 0 sees.
+        /// The size or the header that process 0 sees.
         expected: String,
     },
     /// Two processes have other lists of files.
@@ -98,25 +92,13 @@ impl SharedError {
     /// Returns the exit code of the program.
     fn code(&self) -> u8 {
         match self {
-            Self::KeepColumns => USAGE,
-            Self::TooLarge { .. } => LIMIT,
-            Self::Blocks { .. } => 1,
-            Self::File(error) => of_input(error),
-            Self::List(error) => match &**error {
-                ListError::File { error, .. } | ListError::List { error } => of_input(error),
-                ListError::Pattern { .. } => USAGE,
-                _ => INPUT,
-            },
-            Self::Differs { .. } | Self::OtherList { .. } | Self::Changed { .. } => INPUT,
+            Self::KeepColumns => exit_code::USAGE,
+            Self::TooLarge { .. } => exit_code::LIMIT,
+            Self::Blocks { .. } => exit_code::FAILED,
+            Self::File(error) => error.exit_code(),
+            Self::List(error) => error.exit_code(),
+            Self::Differs { .. } | Self::OtherList { .. } | Self::Changed { .. } => exit_code::INPUT,
         }
-    }
-}
-
-fn of_input(error: &InputError) -> u8 {
-    match error {
-        InputError::OutOfMemory { .. } => LIMIT,
-        _ if error.is_usage() => USAGE,
-        _ => INPUT,
     }
 }
 

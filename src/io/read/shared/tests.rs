@@ -1,8 +1,6 @@
 //! Tests of reading by several processes. The result is compared with the one of a single process.
 
 mod errors;
-mod wire;
-
 use std::fs;
 use std::io::Write;
 use std::ops::Range;
@@ -12,6 +10,8 @@ use std::thread;
 use proptest::prelude::*;
 use septet_core::model::Points;
 use septet_protocol::wire::{Ended, Processes};
+
+use crate::thread_wire;
 use tempfile::TempDir;
 
 use super::super::{FileList, ListedFile, PointFile, ReadOptions, read, read_list};
@@ -86,14 +86,14 @@ fn together(
     limits: Limits,
     block: Block,
 ) -> Vec<Result<SharedPoints, Ended>> {
-    let read = |mut wire: wire::Threads| {
+    let read = |mut wire: thread_wire::Threads| {
         let mut all = Processes::over(&mut wire);
         let process = all.process();
         Call { files, options, limits }.read(&mut all, &|rows| block(rows, process, processes))
     };
     thread::scope(|scope| {
         let threads: Vec<_> =
-            wire::connect(processes).into_iter().map(|wire| scope.spawn(move || read(wire))).collect();
+            thread_wire::connect(processes).into_iter().map(|wire| scope.spawn(move || read(wire))).collect();
         threads.into_iter().map(|thread| thread.join().unwrap()).collect()
     })
 }
@@ -225,7 +225,7 @@ fn a_process_reads_only_its_rows_of_an_array() {
     let folder = Folder::new();
     folder.write("a.npy", npy("f8", 1000, 3, false, &data("f8", 3000)));
     let files = folder.paths(&["a.npy"]);
-    let mut wire = wire::connect(1).remove(0);
+    let mut wire = thread_wire::connect(1).remove(0);
     let mut processes = Processes::over(&mut wire);
     let read = super::read_shared(&mut processes, &files, &plain(), &|rows| 0..rows).unwrap();
     assert_eq!((read.points.len(), processes.moved()), (1000, [0, 0]));

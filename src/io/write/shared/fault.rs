@@ -2,19 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::exit_code;
 use crate::write::error::OutputError;
-
-/// The exit code if the run failed, or if an output cannot be written.
-const FAILED: u8 = 1;
-
-/// The exit code for options that are not possible.
-const USAGE: u8 = 2;
-
-/// The exit code if a limit was reached.
-const LIMIT: u8 = 5;
-
-/// The exit code after an interrupt.
-const INTERRUPTED: u8 = 130;
 
 /// A reason why several processes cannot write an output. The clause after the last semicolon is the remedy.
 #[derive(Debug, thiserror::Error)]
@@ -25,7 +14,7 @@ pub(super) enum SharedFault {
     /// Only one process can write such an output.
     #[error("{}: several processes cannot write {what}; {remedy}", .path.display())]
     NotShared { path: PathBuf, what: &'static str, remedy: &'static str },
-    /// Only one process can write what an option adds.
+    /// Only one process can write the data that an option adds.
     #[error("{option} is not possible if several processes write the output; omit it")]
     Option { option: &'static str },
     /// Two outputs have a file in common.
@@ -51,27 +40,12 @@ impl SharedFault {
 
 /// Returns the exit code and the message, which ends with the remedy.
 pub(super) fn describe(fault: &SharedFault) -> (u8, String) {
-    let SharedFault::Output(error) = fault else {
-        let code = match fault {
-            SharedFault::NotVisible { .. } => FAILED,
-            SharedFault::Interrupted => INTERRUPTED,
-            _ => USAGE,
-        };
-        return (code, fault.to_string());
+    let code = match fault {
+        SharedFault::Output(error) => error.exit_code(),
+        SharedFault::NotVisible { .. } => exit_code::FAILED,
+        SharedFault::Interrupted => exit_code::INTERRUPTED,
+        _ => exit_code::USAGE,
     };
-    let remedy = match error {
-        OutputError::UnknownFormat { .. }
-        | OutputError::NotOneFile
-        | OutputError::Compressed { .. }
-        | OutputError::NotText { .. }
-        | OutputError::NoPieces { .. } => return (USAGE, error.to_string()),
-        OutputError::TooLarge { .. } => return (LIMIT, error.to_string()),
-        OutputError::MissingDirectory { .. } => "create the directory, or choose another",
-        OutputError::IsDirectory { .. } => "give the name of a file in it",
-        OutputError::Obstructed { .. } => "choose another name for the output, or move the obstacle away",
-        OutputError::NotWritable { .. } => "choose a directory that you can write to",
-        OutputError::Io { .. } | OutputError::Stream { .. } => "check the free space on the disk",
-        _ => "this is a defect of septet: please report it with the input",
-    };
-    (FAILED, format!("{error}; {remedy}"))
+    let remedy = if let SharedFault::Output(error) = fault { error.remedy() } else { None };
+    (code, remedy.map_or_else(|| fault.to_string(), |remedy| format!("{fault}; {remedy}")))
 }

@@ -2,7 +2,7 @@
 
 use super::super::super::ReadOptions;
 use super::super::{Call, LIMITS, Limits};
-use super::{Ended, Folder, MANY, Processes, data, even, npy, plain, skipping, table, together, wire};
+use super::{Ended, Folder, MANY, Processes, data, even, npy, plain, skipping, table, thread_wire, together};
 use std::thread;
 
 /// Returns the exit code and the message on which all processes agree.
@@ -125,14 +125,14 @@ fn options_and_large_files_are_refused() {
 /// Returns the message if each process has its own files.
 fn with_own_files(files: &[Vec<std::path::PathBuf>]) -> String {
     let options = plain();
-    let read = |(files, mut wire): (&Vec<std::path::PathBuf>, wire::Threads)| {
+    let read = |(files, mut wire): (&Vec<std::path::PathBuf>, thread_wire::Threads)| {
         let mut all = Processes::over(&mut wire);
         let (process, processes) = (all.process(), all.processes());
         let call = Call { files, options: &options, limits: LIMITS };
         call.read(&mut all, &|rows| even(rows, process, processes)).unwrap_err().to_string()
     };
     let messages: Vec<String> = thread::scope(|scope| {
-        let wires = wire::connect(files.len() as u32);
+        let wires = thread_wire::connect(files.len() as u32);
         let each = |of| scope.spawn(move || read(of));
         let threads: Vec<_> = files.iter().zip(wires).map(each).collect();
         threads.into_iter().map(|thread| thread.join().unwrap()).collect()

@@ -6,7 +6,6 @@ mod same_bytes;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 
 use septet_core::config::{Config, Workers};
@@ -14,60 +13,10 @@ use septet_core::model::Points;
 use septet_core::result::subdomain::Part;
 use septet_core::run::distributed::{ProcessPoint, triangulate};
 use septet_core::{Run, channels};
-use septet_protocol::wire::{Arrived, Ended, Parcel, Processes, Wire, WireError};
+use septet_protocol::wire::{Ended, Processes};
 
 use super::*;
-
-/// What a thread sends to another in an exchange.
-type Item = (Option<Vec<u8>>, u8);
-
-/// A wire between threads.
-struct Threads {
-    process: u32,
-    to: Vec<Sender<Item>>,
-    from: Vec<Receiver<Item>>,
-}
-
-impl Wire for Threads {
-    fn process(&self) -> u32 {
-        self.process
-    }
-
-    fn processes(&self) -> u32 {
-        self.to.len() as u32
-    }
-
-    fn exchange(&mut self, members: u32, sent: Vec<Parcel>, state: u8) -> Result<Arrived, WireError> {
-        let lost = |process| WireError::Lost { process, reason: "its thread ended".to_string() };
-        let mut bodies: BTreeMap<u32, Vec<u8>> = sent.into_iter().map(|p| (p.process, p.bytes)).collect();
-        let others = || (0..members).filter(|other| *other != self.process);
-        for other in others() {
-            self.to[other as usize].send((bodies.remove(&other), state)).map_err(|_| lost(other))?;
-        }
-        assert!(bodies.is_empty(), "a parcel to no member");
-        let mut arrived = Arrived { parcels: Vec::new(), state };
-        for other in others() {
-            let (bytes, state) = self.from[other as usize].recv().map_err(|_| lost(other))?;
-            arrived.parcels.extend(bytes.map(|bytes| Parcel { process: other, bytes }));
-            arrived.state = arrived.state.max(state);
-        }
-        Ok(arrived)
-    }
-}
-
-/// Connects threads.
-fn wires(count: u32) -> Vec<Threads> {
-    let empty = |process| Threads { process, to: Vec::new(), from: Vec::new() };
-    let mut wires: Vec<Threads> = (0..count).map(empty).collect();
-    for from in 0..count as usize {
-        for to in 0..count as usize {
-            let (sender, receiver) = channel();
-            wires[from].to.push(sender);
-            wires[to].from.push(receiver);
-        }
-    }
-    wires
-}
+use crate::thread_wire::{Threads, connect};
 
 /// The share of a process of a run.
 struct Own {
@@ -82,7 +31,7 @@ impl Own {
     }
 }
 
-/// Runs the same function on all processes, given what each holds.
+/// Runs the same function on all processes, each with its own data.
 pub(super) fn on_each<O: Sync, T: Send>(
     owns: &[O],
     work: impl Fn(&mut Processes<'_>, &O) -> Result<T, Ended> + Sync,
@@ -91,7 +40,7 @@ pub(super) fn on_each<O: Sync, T: Send>(
     thread::scope(|scope| {
         let start =
             |(mut wire, own): (Threads, _)| scope.spawn(move || work(&mut Processes::over(&mut wire), own));
-        let threads: Vec<_> = wires(owns.len() as u32).into_iter().zip(owns).map(start).collect();
+        let threads: Vec<_> = connect(owns.len() as u32).into_iter().zip(owns).map(start).collect();
         threads.into_iter().map(|thread| thread.join().unwrap()).collect()
     })
 }

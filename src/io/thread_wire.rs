@@ -1,21 +1,21 @@
-//! A wire between the threads of one program.
+//! A wire between the threads of one program, for tests.
 
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use septet_protocol::wire::{Arrived, Parcel, Wire, WireError};
 
-/// What a process sends to another one in an exchange: the bytes of the parcel, if there is one, and the state.
+/// The bytes of a parcel, if there is one, and the state of its sender.
 type Sent = (Option<Vec<u8>>, u8);
 
 /// The ends of the channels of a process, one pair for each process.
-pub(super) struct Threads {
+pub(crate) struct Threads {
     process: u32,
     to: Vec<Sender<Sent>>,
     from: Vec<Receiver<Sent>>,
 }
 
 /// Connects processes.
-pub(super) fn connect(processes: u32) -> Vec<Threads> {
+pub(crate) fn connect(processes: u32) -> Vec<Threads> {
     let mut all: Vec<Threads> =
         (0..processes).map(|process| Threads { process, to: Vec::new(), from: Vec::new() }).collect();
     for from in 0..processes as usize {
