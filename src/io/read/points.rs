@@ -80,3 +80,18 @@ pub struct PointFile {
     /// The type of the coordinates in a binary file, or `None` for text.
     pub coordinate_type: Option<CoordinateType>,
 }
+
+impl PointFile {
+    /// Creates a file of these points and nothing else.
+    pub(super) fn of_points(points: Points) -> Self {
+        PointFile {
+            points,
+            notes: Vec::new(),
+            skipped: 0,
+            source_index: None,
+            first_id: 0,
+            columns: Vec::new(),
+            coordinate_type: None,
+        }
+    }
+}

@@ -115,15 +115,7 @@ pub fn read_list(
 pub(in super::super) fn empty(options: &ReadOptions) -> PointFile {
     let points =
         if options.dimension == Some(2) { Points::Plane(Vec::new()) } else { Points::Space(Vec::new()) };
-    PointFile {
-        points,
-        notes: Vec::new(),
-        skipped: 0,
-        source_index: None,
-        first_id: 0,
-        columns: Vec::new(),
-        coordinate_type: None,
-    }
+    PointFile::of_points(points)
 }
 
 impl Joined<'_> {

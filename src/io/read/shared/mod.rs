@@ -110,15 +110,7 @@ pub fn share_points(
     made: Option<Points>,
     block: &dyn Fn(u64) -> Range<u64>,
 ) -> Result<SharedPoints, Ended> {
-    let content = made.map(|points| PointFile {
-        points,
-        notes: Vec::new(),
-        skipped: 0,
-        source_index: None,
-        first_id: 0,
-        columns: Vec::new(),
-        coordinate_type: None,
-    });
+    let content = made.map(PointFile::of_points);
     let sent: Option<rows::WholeRow> = content.as_ref().map(|file| whole::known(file).row());
     let first = processes.all_gather(&sent)?.swap_remove(0);
     let Some(known) = first.map(WholeFile::of) else {
@@ -149,7 +141,7 @@ struct Call<'a> {
 
 /// The files that process 0 has read.
 struct WholeFiles {
-    /// What all processes know of them.
+    /// The facts of them that all processes need.
     known: Vec<WholeFile>,
     /// Their content. Empty on the other processes.
     content: Vec<PointFile>,
