@@ -21,7 +21,7 @@ pub struct Idle {
 
 impl Idle {
     /// Starts to wait.
-    pub fn new() -> Self {
+    pub fn begin() -> Self {
         Idle { looks: 0, since: Instant::now() }
     }
 

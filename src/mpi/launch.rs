@@ -8,8 +8,8 @@ use mpi::Threading;
 use mpi::collective::CommunicatorCollectives;
 use mpi::topology::{Communicator, SimpleCommunicator};
 
+use crate::MpiWire;
 use crate::idle::Idle;
-use crate::wire::MpiWire;
 
 /// The exit code if MPI cannot be used. It is the code of a transport that failed.
 pub const UNUSABLE: u8 = 6;
@@ -51,7 +51,7 @@ pub fn run(work: impl FnOnce(&mut MpiWire) -> ExitCode) -> ExitCode {
 
 /// Waits until all processes have done their work. Ends all processes if this one failed and others are missing.
 fn leave(world: &SimpleCommunicator, code: ExitCode) {
-    let (start, mut idle) = (Instant::now(), Idle::new());
+    let (start, mut idle) = (Instant::now(), Idle::begin());
     let mut end = world.immediate_barrier();
     while let Err(open) = end.test() {
         if code != ExitCode::SUCCESS && start.elapsed() > GRACE {

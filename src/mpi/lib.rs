@@ -1,16 +1,11 @@
-//! septet-mpi: MPI as a connection of processes, and the start and the end of an MPI program.
+//! septet-mpi: MPI as a connection of processes.
 //!
-//! [`MpiWire`] moves parcels between the processes of a communicator. [`launch::run`] starts MPI, and ends all
-//! processes if one of them fails. Only the main thread calls MPI.
+//! [`MpiWire`] moves parcels between the processes of a communicator. Only the main thread may call it.
 
-pub mod launch;
-
-#[doc(hidden)]
-pub mod self_test;
+pub mod idle;
 
 pub mod wire;
 
 pub use wire::MpiWire;
 
-mod idle;
 mod parts;

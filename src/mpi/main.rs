@@ -2,9 +2,12 @@
 //!
 //! The hidden option `--self-test` tests the wire instead; see [`self_test`].
 
+mod launch;
+mod self_test;
+
 use std::process::ExitCode;
 
-use septet_mpi::{launch, self_test};
+use septet_mpi::{MpiWire, idle, wire};
 
 fn main() -> ExitCode {
     launch::run(|wire| match self_test::asked() {

@@ -2,7 +2,7 @@
 //!
 //! `--self-test` exchanges parcels of many lengths between all processes and between the first ones. All processes compute
 //! from one function the parcels that they send and those that must arrive. `--self-test=hang` exchanges parcels until
-//! somebody ends a process, and `panic`, `fail` and `large` do what their names say.
+//! a process is killed. `panic` and `fail` end one process, and `large` sends a parcel of more than 2 GiB.
 
 use std::process::{self, ExitCode};
 use std::thread;
@@ -27,7 +27,7 @@ const TOO_LONG: usize = (1 << 31) + 5;
 /// The process that fails in the tests of failures fails in this round.
 const FAILS_IN: u64 = 50;
 
-/// The time after which a test that nobody ends stops.
+/// The time after which `hang` stops by itself.
 const LIMIT: Duration = Duration::from_mins(1);
 
 /// The test that the arguments ask for, such as `hang`. It is empty for the test of parcels.

@@ -108,7 +108,7 @@ impl Members {
         let (tag, own, mut largest) = (self.round, [i32::from(state)], [0_i32]);
         self.round = (self.round + 1) % TAGS;
         let mut inbox = Inbox::new(part_bytes);
-        let mut idle = Idle::new();
+        let mut idle = Idle::begin();
         let count = sent.iter().map(|parcel| parcel.messages(part_bytes).count()).sum();
         request::multiple_scope(count, |scope, sends| {
             for parcel in sent {
@@ -147,7 +147,7 @@ impl Members {
 
 /// Receives a message whose sender is known. The sender may have to push it, so the process rests in between.
 fn receive(message: Message, room: &mut [u8]) {
-    let mut idle = Idle::new();
+    let mut idle = Idle::begin();
     request::scope(|scope| {
         let mut receipt = message.immediate_matched_receive_into(scope, room);
         while let Err(open) = receipt.test() {
