@@ -66,7 +66,7 @@ pub(super) struct RowCount {
     pub extra: Option<u64>,
 }
 
-/// What the first bytes of a table show about it.
+/// The result of reading the first bytes of a table.
 pub(super) enum Opening {
     /// The first row, the offset of its line, and the number of lines before it.
     Rows(Box<Head>, usize, u64),

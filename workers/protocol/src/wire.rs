@@ -220,7 +220,7 @@ fn open(Parcel { process, bytes }: &mut Parcel) -> Result<(), WireError> {
 mod tests {
     use super::*;
 
-    /// A wire of one process, which may flip the first bit of what another process "sent".
+    /// A wire of one process, which returns these parcels as those of other processes.
     struct Alone {
         arrives: Vec<Parcel>,
     }

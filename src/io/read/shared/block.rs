@@ -89,7 +89,7 @@ fn append<P>(all: &mut Vec<P>, mut more: Vec<P>) {
     if all.is_empty() { *all = more } else { all.append(&mut more) }
 }
 
-/// What a process reads.
+/// The files that a process reads, and the options.
 pub(super) struct Reading<'a> {
     /// The plans of the files.
     pub plans: &'a [Plan],

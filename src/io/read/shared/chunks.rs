@@ -40,7 +40,7 @@ fn begins_line(data: &[u8], at: usize) -> bool {
     }
 }
 
-/// What is done with a chunk at an offset of the file.
+/// A function that receives the chunks of a file, each with its offset.
 pub(super) type EachChunk<'a> = dyn FnMut(u64, &[u8]) -> Result<(), SharedError> + 'a;
 
 /// A file that is open.

@@ -14,7 +14,7 @@ use super::tally::Tally;
 /// of the first row with more fields (0: none), lines, line feeds, rows, and rows that are not dropped.
 pub(super) type Part = [u64; 6];
 
-/// Returns what a process sends of its parts.
+/// Returns the parts of this process as they travel.
 pub(super) fn parts(tallies: &[Tally]) -> Vec<Part> {
     let part = |Tally { file, counts, extra, .. }: &Tally| {
         let Counts { lines, feeds, rows, kept } = *counts;
@@ -26,7 +26,7 @@ pub(super) fn parts(tallies: &[Tally]) -> Vec<Part> {
 /// A file that process 0 has read, as the processes exchange it: the numbers of [`WholeFile`], and its notes.
 pub(super) type WholeRow = ([u64; 5], Vec<String>);
 
-/// What all processes know of a file that process 0 has read.
+/// The facts of a file that process 0 has read. All processes need them.
 pub(super) struct WholeFile {
     pub rows: u64,
     pub kept: u64,
@@ -41,7 +41,7 @@ const KINDS: [CoordinateType; 3] =
     [CoordinateType::Float32, CoordinateType::Float64, CoordinateType::Integer];
 
 impl WholeFile {
-    /// Returns what process 0 sends.
+    /// Returns the facts as they travel.
     pub fn row(&self) -> WholeRow {
         let kind = self.kind.and_then(|kind| KINDS.iter().position(|of| *of == kind)).map_or(0, |at| at + 1);
         ([self.rows, self.kept, self.dimension as u64, self.first_id, kind as u64], self.notes.clone())

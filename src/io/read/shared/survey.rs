@@ -58,7 +58,7 @@ pub(super) enum Plan {
     Whole(PathBuf),
 }
 
-/// The plan of a file, and what a process sees of the file: its size, and the checksum of its first bytes.
+/// The plan of a file, and the view that a process has of it: its size, and the checksum of its first bytes.
 struct Surveyed {
     plan: Plan,
     seen: [u64; 2],
@@ -81,7 +81,7 @@ pub(super) fn survey(
     Ok(plans)
 }
 
-/// Compares what the processes see of the files. Only if something differs, each process sends more than one number.
+/// Compares the views of all processes. Details travel only if the checksums of the views differ.
 fn compare(
     processes: &mut Processes<'_>,
     files: &[PathBuf],
@@ -109,7 +109,7 @@ fn compare(
     Ok(Ok(()))
 }
 
-/// Describes two views of a file by what differs.
+/// Describes the difference of two views of a file.
 fn described(found: [u64; 2], expected: [u64; 2]) -> [String; 2] {
     if found[0] == expected[0] {
         return [found, expected].map(|of| format!("a header with the checksum {:016x}", of[1]));

@@ -72,7 +72,7 @@ fn bytes(path: &Path, limit: u64) -> Result<Result<Vec<u8>, InputError>, SharedE
     Ok(data)
 }
 
-/// Returns what the other processes learn of a file.
+/// Returns the facts of a file that the other processes need.
 pub(super) fn known(file: &PointFile) -> WholeFile {
     WholeFile {
         rows: (file.points.len() + file.skipped) as u64,

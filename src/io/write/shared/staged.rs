@@ -22,7 +22,7 @@ pub(super) struct Staged {
 /// The place of a process in a file that several processes write.
 pub(super) struct Place {
     pub out: BufWriter<File>,
-    /// Whether this process writes what belongs to no share: header, lengths and end.
+    /// Whether this process also writes the bytes outside of the shares: header, lengths and end.
     pub is_first: bool,
 }
 

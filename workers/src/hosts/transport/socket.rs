@@ -30,7 +30,7 @@ const PAUSE: Duration = Duration::from_millis(2);
 /// The number of bytes that are read at a time, so that memory grows with the bytes that arrive.
 const STEP: u64 = 1 << 22;
 
-/// The head and the content of what a process sends to another one in an exchange.
+/// The data that a process sends to another one in an exchange.
 struct Sent {
     state: u8,
     bytes: Option<Vec<u8>>,
