@@ -90,8 +90,11 @@ pub struct RunArgs {
     /// NAME.pieces, which it replaces.
     #[arg(short, long = "output", value_name = "OUT", help_heading = OUTPUT)]
     pub output: Vec<PathBuf>,
-    /// Number of workers, or `leaves` for one per leaf of the partition tree [default: cores]
-    #[arg(long, value_name = "P|leaves", value_parser = workers, allow_negative_numbers = true, help_heading = MACHINE)]
+    /// Number of workers, or `leaves` for one per leaf of the partition tree [default: auto]
+    ///
+    /// `auto` is the number of cores. `triangulate` takes fewer for few points, and for points on curved surfaces, where more
+    /// workers are not faster. With several processes, `auto` is one worker for each process.
+    #[arg(long, value_name = "P|auto|leaves", value_parser = workers, allow_negative_numbers = true, help_heading = MACHINE)]
     pub workers: Option<Workers>,
     /// Seed of the random draws
     #[arg(long, value_name = "S", default_value_t = DEFAULT_SEED, help_heading = MACHINE, hide_short_help = true)]
@@ -370,7 +373,10 @@ impl TriangulateArgs {
         needs("--delivery-seed", seeded, "--transport sim", false)?;
         let config = self.run.settled(self.run.machine.config_on(Transport::Channel));
         let config = config.with(|c| {
-            c.machine.workers = self.run.workers.unwrap_or(Workers::Count(workers));
+            c.machine.workers = match self.run.workers {
+                None | Some(Workers::Auto) => Workers::Count(workers),
+                Some(given) => given,
+            };
             c.machine.threads = self.run.machine.threads.unwrap_or(threads);
         });
         config.check()?;
@@ -423,11 +429,15 @@ pub fn kind(text: &str) -> Result<Kind, String> {
     })
 }
 
-/// Parses a number of workers, or `leaves`.
+/// Parses a number of workers, `auto` or `leaves`.
 pub fn workers(text: &str) -> Result<Workers, String> {
     match text {
+        "auto" => Ok(Workers::Auto),
         "leaves" => Ok(Workers::Leaves),
-        _ => text.parse().map(Workers::Count).map_err(|_| "expected a number of workers, or `leaves`".into()),
+        _ => text
+            .parse()
+            .map(Workers::Count)
+            .map_err(|_| "expected a number of workers, `auto` or `leaves`".into()),
     }
 }
 

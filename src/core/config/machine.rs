@@ -10,6 +10,9 @@ pub const DEFAULT_SEED: u64 = 1;
 /// The number of workers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Workers {
+    /// At most one for each core. `triangulate` takes fewer if the points are few, or if many circumballs are large, because
+    /// more workers would then do more work and not end sooner. Other runs take one for each core.
+    Auto,
     /// A fixed number, at least one. It is independent of the number of cores.
     Count(u32),
     /// One worker for each leaf of the partition tree. Every split and every merge then sends messages.
@@ -34,6 +37,7 @@ impl fmt::Display for Workers {
     /// Writes the value as it is given on the command line.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Workers::Auto => f.write_str("auto"),
             Workers::Count(workers) => workers.fmt(f),
             Workers::Leaves => f.write_str("leaves"),
         }
@@ -62,7 +66,7 @@ impl Transport {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Machine {
-    /// Number of workers; the number of cores by default.
+    /// Number of workers.
     pub workers: Workers,
     /// Number of threads that run the workers; the number of cores by default.
     pub threads: usize,
@@ -79,12 +83,16 @@ pub struct Machine {
     pub max_memory: Option<u64>,
 }
 
+/// Returns the number of cores that this process may use.
+pub fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}
+
 impl Default for Machine {
     fn default() -> Self {
-        let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         Machine {
-            workers: Workers::Count(cores as u32),
-            threads: cores,
+            workers: Workers::Auto,
+            threads: cores(),
             transport: Transport::Channel,
             seed: DEFAULT_SEED,
             run: None,

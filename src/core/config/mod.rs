@@ -11,7 +11,7 @@ pub use constants::{Constants, Purpose};
 pub use control::{Control, Keep, Planted, Progress, ProgressFn, Until};
 pub use error::ConfigError;
 pub use graph::{Alpha, DEFAULT_ALPHA, Graph, GraphKind, alpha_of_spacing};
-pub use machine::{DEFAULT_SEED, Machine, Transport, Workers};
+pub use machine::{DEFAULT_SEED, Machine, Transport, Workers, cores};
 use septet_geometry::separator::LEAST_SAMPLES;
 pub use septet_workers::config::Neighbours;
 pub use septet_workers::config::{

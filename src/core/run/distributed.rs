@@ -156,7 +156,7 @@ pub(super) fn run_held<P: Point>(
 
 /// Checks the configuration and the points of this process. Returns the places of the ranks.
 fn admitted<P: Point>(config: &Config, input: Input<'_, P>, processes: u32) -> Result<Placement, Error> {
-    let workers = admitted_workers(config)?;
+    let workers = admitted_workers(config, processes)?;
     let rows = input.points.len() as u64;
     admit(config, Goal::Triangulation, rows, P::DIM)?;
     if input.first_id.checked_add(rows).is_none() {
@@ -165,8 +165,8 @@ fn admitted<P: Point>(config: &Config, input: Input<'_, P>, processes: u32) -> R
     Placement::new(workers, processes).ok_or(ConfigError::TooFewWorkers { workers, processes }.into())
 }
 
-/// Refuses results that several processes cannot have. Returns the number of workers.
-pub(super) fn admitted_workers(config: &Config) -> Result<u32, Error> {
+/// Refuses results that several processes cannot have. Returns the number of workers: by default, one for each process.
+pub(super) fn admitted_workers(config: &Config, processes: u32) -> Result<u32, Error> {
     let Keep { graph, sets, owner, point_owner, costs, view } = config.keep;
     let outputs = [
         (config.machine.workers == Workers::Leaves, "a worker for each leaf"),
@@ -177,8 +177,7 @@ pub(super) fn admitted_workers(config: &Config) -> Result<u32, Error> {
     if let Some(&(_, output)) = outputs.iter().find(|(is_wanted, _)| *is_wanted) {
         return Err(ConfigError::NotDistributed { output }.into());
     }
-    let Workers::Count(workers) = config.machine.workers else { return Err(ConfigError::NoWorkers.into()) };
-    Ok(workers)
+    Ok(if let Workers::Count(workers) = config.machine.workers { workers } else { processes })
 }
 
 /// Ends the run on all processes, because this process cannot start. Returns the error of the run. An error of the

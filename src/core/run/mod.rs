@@ -1,5 +1,6 @@
 //! A run: from points and a configuration to a certified triangulation and its counts.
 
+mod auto_workers;
 pub mod count;
 pub mod distributed;
 mod finish;

@@ -40,7 +40,7 @@ pub struct HeldRows<'a> {
 /// # Errors
 /// Fails if the configuration asks for a result that several processes cannot have.
 pub fn placement(config: &Config, processes: u32) -> Result<Placement, Error> {
-    let workers = admitted_workers(config)?;
+    let workers = admitted_workers(config, processes)?;
     Placement::new(workers, processes.min(workers)).ok_or(ConfigError::NoWorkers.into())
 }
 

@@ -16,13 +16,14 @@ use septet_workers::config::{
 
 use crate::config::{
     Alpha, Config, ConfigError, Constants, Fault, Graph, MOST_WORKERS, Neighbours, Purpose, TreeConstants,
-    Until, Workers, alpha_of_spacing,
+    Until, Workers, alpha_of_spacing, cores,
 };
 use crate::coordinator::{Coordinator, Plan};
 use crate::error::Error;
 use crate::input::Whole;
 use crate::result::run::{Settled, TrafficTotal};
 use crate::result::view::MOST_POINTS;
+use crate::run::auto_workers::auto_workers;
 use crate::run::memory;
 use crate::run::transport::Start;
 
@@ -117,6 +118,10 @@ impl Settings {
         let machine = machine::<P>(config, goal, wanted);
         let mut settings = Settings { machine, why, plan: Plan::new(), planning: None };
         match config.machine.workers {
+            Workers::Auto if goal == Goal::Triangulation => {
+                settings.machine.workers = auto_workers(input.positions, cores() as u32);
+            }
+            Workers::Auto => settings.machine.workers = cores() as u32,
             Workers::Count(workers) => settings.machine.workers = workers,
             Workers::Leaves => settings.plan_leaves(config, input, start_machine)?,
         }

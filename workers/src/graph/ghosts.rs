@@ -30,6 +30,9 @@ use crate::state::subdomain::{Shared, Subdomain, Way};
 use crate::state::table::Table;
 use crate::state::tree::{Split, Tree, owned_groups};
 
+/// The number of owned points that one walk sends, up to the end of a leaf.
+const WALK: u32 = 4096;
+
 /// Sends each owned point to the leaves that one of its edges may reach. Returns the ghosts of this rank's leaves.
 pub(crate) async fn push_ghosts<P: Point>(
     cx: &mut Context<P>,
@@ -118,6 +121,15 @@ struct GhostCounts {
     local: Vec<Sweep>,
 }
 
+impl GhostCounts {
+    /// Returns the counts of the nodes that points visited. A group of points visits few nodes of a large subtree.
+    fn of_visited<P: Point>(self, subdomain: &Subdomain<P>) -> Vec<(NodeId, Sweep)> {
+        let shared = subdomain.path().iter().map(Shared::id).zip(self.shared);
+        let local = subdomain.inner_ids().iter().copied().zip(self.local);
+        shared.chain(local).filter(|(_, sweep)| sweep.items() > 0).collect()
+    }
+}
+
 impl<'a, P: Point> GhostWalk<'a, P> {
     fn new(subdomain: &'a Subdomain<P>, edges: EdgeReach) -> Self {
         let counts = GhostCounts {
@@ -190,21 +202,26 @@ impl<'a, P: Point> GhostPush<'a, P> {
     /// Sends owned points to the other leaves that they reach.
     fn push_owned(&mut self, cx: &mut Context<P>, table: &Table<P>) {
         let (subdomain, edges) = (self.subdomain, self.edges);
-        let walked = cx.map(&owned_groups(subdomain.leaves()), |(at, points)| {
+        let groups = owned_groups(subdomain.leaves());
+        // A walk has a count for each node of the subtree, so several leaves share one.
+        let walks: Vec<_> = groups.chunk_by(|a, b| a.1.start / WALK == b.1.start / WALK).collect();
+        let walked = cx.map(&walks, |groups| {
             let mut walk = GhostWalk::new(subdomain, edges);
             let mut found = Vec::new();
-            for point in points.clone() {
-                let x = MovingPoint::of(table, point, Some(subdomain.leaves()[*at].id()));
-                let routes = walk.routes(0, &x);
-                if !routes.is_empty() {
-                    found.push((point, routes));
+            for (at, points) in *groups {
+                for point in points.clone() {
+                    let x = MovingPoint::of(table, point, Some(subdomain.leaves()[*at].id()));
+                    let routes = walk.routes(0, &x);
+                    if !routes.is_empty() {
+                        found.push((point, routes));
+                    }
                 }
             }
-            (found, walk.counts)
+            (found, walk.counts.of_visited(subdomain))
         });
         let mut batches = Batches::new();
         for (found, counts) in walked {
-            self.count(&counts);
+            self.count(counts);
             for (point, routes) in found {
                 self.place(cx.rank(), table, point, routes, &mut batches);
             }
@@ -228,17 +245,15 @@ impl<'a, P: Point> GhostPush<'a, P> {
                 let routes = walk.routes(start, &MovingPoint::of(table, point, None));
                 self.place(cx.rank(), table, point, routes, &mut batches);
             }
-            self.count(&walk.counts);
+            self.count(walk.counts.of_visited(self.subdomain));
         }
         send(cx, batches);
     }
 
     /// Adds the counts of a walk.
-    fn count(&mut self, counts: &GhostCounts) {
-        let shared = self.subdomain.path().iter().map(Shared::id).zip(&counts.shared);
-        let local = self.subdomain.inner_ids().iter().copied().zip(&counts.local);
-        for (id, sweep) in shared.chain(local).filter(|(_, sweep)| sweep.items() > 0) {
-            self.sweeps.entry(id).or_default().join(sweep);
+    fn count(&mut self, counts: Vec<(NodeId, Sweep)>) {
+        for (id, sweep) in counts {
+            self.sweeps.entry(id).or_default().join(&sweep);
         }
     }
 

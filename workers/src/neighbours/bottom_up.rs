@@ -131,7 +131,7 @@ fn correct_node<P: Point>(
         }
     }
     let mut tallies = Tallies::default();
-    tallies.add(cx, subdomain, &walk.into_counts());
+    tallies.add(cx, &walk.into_counts());
     tallies.charge_pass(cx, inner.id().level());
     for (point, d2) in nearer {
         let radius2 = &mut table.owned_radii2_mut()[point as usize];

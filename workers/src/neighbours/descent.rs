@@ -174,7 +174,7 @@ impl<'a, P: Point> Descent<'a, P> {
         let mut router = QueryRouter::new(cx.rank(), search);
         for (WalkedGroup { complete, leaving, counts }, group) in walked.into_iter().zip(groups) {
             self.complete.add_part(complete);
-            self.tallies.add(cx, subdomain, &counts);
+            self.tallies.add(cx, &counts);
             self.forward_group(&mut router, table, leaving, group);
         }
         // The last part receives the lists of the balls that leave the path.
@@ -352,7 +352,7 @@ impl<'a, P: Point> Descent<'a, P> {
             found.keep_nearest(batch.wanted as usize, radius2);
             walked.push(i, found.positions().iter().copied(), &ways);
         }
-        self.tallies.add(cx, self.subdomain, &walk.into_counts());
+        self.tallies.add(cx, &walk.into_counts());
         walked
     }
 

@@ -9,7 +9,6 @@ use septet_protocol::ledger::Account;
 
 use crate::machine::context::Context;
 use crate::neighbours::walk::{BallCounts, Visits};
-use crate::state::subdomain::{Shared, Subdomain};
 
 /// The balls that visited each node.
 #[derive(Clone, Debug, Default)]
@@ -33,24 +32,13 @@ impl Tallies {
     }
 
     /// Adds the counts of a walk, and enters the visits of leaves in the ledger.
-    pub(crate) fn add<P: Point>(
-        &mut self,
-        cx: &mut Context<P>,
-        subdomain: &Subdomain<P>,
-        counts: &BallCounts,
-    ) {
-        let shared = subdomain.path().iter().map(Shared::id).zip(&counts.shared);
-        let local = subdomain.inner_ids().iter().copied().zip(&counts.local);
-        for (node, visits) in shared.chain(local) {
-            if visits.down.items() > 0 {
-                self.inner.entry(node).or_default().join(visits);
-            }
+    pub(crate) fn add<P: Point>(&mut self, cx: &mut Context<P>, counts: &BallCounts) {
+        for (node, visits) in &counts.inner {
+            self.inner.entry(*node).or_default().join(visits);
         }
-        for (leaf, counted) in subdomain.leaves().iter().zip(&counts.at_leaf) {
-            if counted.visits > 0 {
-                self.pairs.entry(leaf.id()).or_default().join(&counted.pairs);
-                cx.facts(leaf.id()).visits += counted.visits;
-            }
+        for (leaf, counted) in &counts.leaves {
+            self.pairs.entry(*leaf).or_default().join(&counted.pairs);
+            cx.facts(*leaf).visits += counted.visits;
         }
     }
 

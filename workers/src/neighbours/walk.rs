@@ -10,7 +10,7 @@ use septet_protocol::ids::NodeId;
 use crate::neighbours::search::Search;
 use crate::state::subdomain::{Shared, Subdomain, Way};
 use crate::state::table::Table;
-use crate::state::tree::{Bounds, Split, Tree};
+use crate::state::tree::{Bounds, Leaf, Split, Tree};
 
 /// The part of the tree that a rank holds, and its points.
 #[derive(Clone, Copy)]
@@ -36,7 +36,7 @@ impl<'a, P: Point> SearchSpace<'a, P> {
                 shared: vec![None; shared],
                 local: vec![None; local],
             },
-            counts: BallCounts {
+            counts: DenseCounts {
                 shared: vec![Visits::default(); shared],
                 local: vec![Visits::default(); local],
                 at_leaf: vec![LeafVisits::default(); subdomain.leaves().len()],
@@ -52,7 +52,7 @@ pub(crate) struct BallWalk<'a, P: Point> {
     blocks: &'a [KdBlocks<P>],
     search: Search,
     enclosing: EnclosingBall<P>,
-    counts: BallCounts,
+    counts: DenseCounts,
 }
 
 /// A ball that contains all balls of one leaf.
@@ -133,14 +133,22 @@ fn sides<P: Point>(
     }
 }
 
-/// The counts of a walk.
-pub(crate) struct BallCounts {
+/// The counts of a walk in progress.
+struct DenseCounts {
     /// For each shared node of the path.
-    pub(crate) shared: Vec<Visits>,
+    shared: Vec<Visits>,
     /// For each inner node of this rank's subtree.
-    pub(crate) local: Vec<Visits>,
+    local: Vec<Visits>,
     /// For each leaf.
-    pub(crate) at_leaf: Vec<LeafVisits>,
+    at_leaf: Vec<LeafVisits>,
+}
+
+/// The counts of the nodes that the balls of a walk visited. A group of balls visits few nodes of a large subtree.
+pub(crate) struct BallCounts {
+    /// The inner nodes, shared or local.
+    pub(crate) inner: Vec<(NodeId, Visits)>,
+    /// The leaves.
+    pub(crate) leaves: Vec<(NodeId, LeafVisits)>,
 }
 
 /// The balls that visited an inner node.
@@ -185,7 +193,14 @@ impl<P: Point> BallWalk<'_, P> {
 
     /// Ends the walk and returns its counts.
     pub(crate) fn into_counts(self) -> BallCounts {
-        self.counts
+        let BallWalk { subdomain, counts: DenseCounts { shared, local, at_leaf }, .. } = self;
+        let shared = subdomain.path().iter().map(Shared::id).zip(shared);
+        let local = subdomain.inner_ids().iter().copied().zip(local);
+        let leaves = subdomain.leaves().iter().map(Leaf::id).zip(at_leaf);
+        BallCounts {
+            inner: shared.chain(local).filter(|(_, visits)| visits.down.items() > 0).collect(),
+            leaves: leaves.filter(|(_, counted)| counted.visits > 0).collect(),
+        }
     }
 
     /// Counts a ball at the inner node `number` of this rank's subtree. `both` is `true` if it continues to both

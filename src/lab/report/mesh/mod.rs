@@ -24,7 +24,7 @@ pub use schema::{
 };
 
 use histogram::HistogramReport;
-use septet_core::config::Workers;
+use septet_core::config::{Workers, cores};
 use septet_core::mesh::run_log::RunLog;
 use septet_core::mesh::view::MeshPicture;
 use septet_core::mesh::{Boundary, MeshRequest};
@@ -158,6 +158,7 @@ fn parameters(kind: DomainKind, request: &MeshRequest, context: &MeshContext<'_>
         improve: request.improve,
         leaf: machine.leaf,
         workers: match machine.workers {
+            Workers::Auto => Some(cores() as u32),
             Workers::Count(n) => Some(n),
             Workers::Leaves => None,
         },
