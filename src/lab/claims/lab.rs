@@ -18,7 +18,7 @@ use septet_core::{IndependentRun, independent};
 
 use super::counted::Counted;
 use super::measure::{X, kth_nearest2};
-use super::{ClaimError, Extent};
+use super::{ClaimError, Extent, Figure};
 
 /// The parameters of the experiments.
 #[derive(Clone, Debug)]
@@ -127,6 +127,12 @@ impl<'a> Lab<'a> {
 
     pub(super) fn seed(&self) -> u64 {
         self.options.seed
+    }
+
+    /// Returns `true` if a machine with a planted fault has exceeded a bound. Then the claim fails, whatever its other sets
+    /// show.
+    pub(super) fn has_detected(&self, figures: &[Figure]) -> bool {
+        self.options.fault.is_some() && figures.iter().any(|figure| !figure.holds())
     }
 
     /// Returns `count` consecutive seeds, starting with the first seed.

@@ -61,6 +61,9 @@ fn replication(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         for d in [2, 3] {
             let sample = Sample::new(bounds.kind, n, d);
             figures.extend(members(lab, sample, bounds)?);
+            if lab.has_detected(&figures) {
+                return Ok(figures);
+            }
             figures.extend(of_lists(lab, sample, bounds)?);
         }
     }
