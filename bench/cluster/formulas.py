@@ -64,9 +64,9 @@ OTHER_PROCESS = 48 + 2 * (LINK_ROW + RANK_ROW)
 def surface(h, relayed=0.0, first=0):
     """Returns the area of the faces of a subdomain, as a multiple of the last face.
 
-    Each of h separators above a subdomain of m points bounds it with probability 2^(-k/3), if k levels lie below the
-    separator: the separator of 2^k m points has an area of (2^k m)^(2/3), and 2^k subdomains share it. With `relayed`,
-    a face counts 1 + relayed k times: a point that crosses it is forwarded at this share of the k levels.
+    A separator above k levels splits 2^(k+1) m points. Its area grows like (2^k m)^(2/3), and 2^k subdomains on each side
+    share it. So it adds 2^(-k/3) to the faces of a subdomain. With `relayed`, a face counts 1 + relayed k times: a point
+    that crosses it is forwarded at this share of the k levels.
     """
     return sum(2 ** (-k / 3) * (1 + relayed * k) for k in range(first, h))
 
