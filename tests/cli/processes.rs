@@ -163,7 +163,7 @@ fn faults_act_on_processes_as_in_one_process() {
         place.good(&format!("{command} --transport processes --processes 3"));
         same_counts(&place.json("r.json"), &one, fault);
     }
-    for fault in ["flip:fingerprint:1", "flip:ghosts:2", "flip:joined:3", "die:2:hulls"] {
+    for fault in ["flip:move:1", "flip:fingerprint:1", "flip:totals:1", "die:2:hulls"] {
         let command = format!("simulate sample:uniform:800 -q --workers 5 --fault {fault} -o m.npy");
         let one = place.run(&command);
         let many = place.run(&format!("{command} --transport processes --processes 3"));
@@ -177,7 +177,8 @@ fn faults_act_on_processes_as_in_one_process() {
 fn processes_report_a_failed_certificate() {
     let place = Place::new();
     for command in ["triangulate", "simulate"] {
-        let line = format!("{command} sample:uniform:800 --workers 3 --fault spoil:2 --json r.json -o m.vtu");
+        let line =
+            format!("{command} sample:uniform:2000 --workers 3 --fault spoil:1 --json r.json -o m.vtu");
         assert_eq!(code(&place.run(&format!("{line} --view 0"))), 4);
         let one = place.json("r.json");
         fs::remove_file(place.path("r.json")).unwrap();
