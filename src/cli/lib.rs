@@ -133,13 +133,24 @@ enum Command {
     Man(completions::ManArgs),
 }
 
+impl Command {
+    /// Returns the goal of a command that several processes can run together.
+    fn goal(&self) -> Option<Goal<'_>> {
+        match self {
+            Command::Triangulate(args) => Some(Goal::Triangulate(args)),
+            Command::Simulate(args) => Some(Goal::Simulate(args)),
+            _ => None,
+        }
+    }
+}
+
 /// Parses the arguments, runs the command, reports any failure and returns the exit code.
 pub fn main() -> ExitCode {
     let cli = match parsed(false) {
         Ok(cli) => cli,
         Err(code) => return code,
     };
-    let is_silent = matches!(&cli.command, Command::Triangulate(args) if processes::is_started(args));
+    let is_silent = cli.command.goal().is_some_and(processes::is_started);
     let talk = Talk::new(&cli.talk, is_silent);
     ended(&talk, |talk| run(cli.command, talk)).unwrap_or_else(|_| panicked(&talk))
 }
@@ -156,9 +167,9 @@ pub fn main_of_processes(wire: &mut dyn Wire, name: &'static str) -> ExitCode {
         Err(code) => return code,
     };
     let talk = Talk::new(&cli.talk, is_silent);
-    let mut on_wire = |talk: &Talk| match &cli.command {
-        Command::Triangulate(args) => processes::on_wire(args, wire, name, talk),
-        _ => Err(processes::only_triangulate()),
+    let mut on_wire = |talk: &Talk| match cli.command.goal() {
+        Some(goal) => processes::on_wire(goal, wire, name, talk),
+        None => Err(processes::not_on_processes()),
     };
     let command = |talk: &Talk| logged(talk, || on_wire(talk));
     ended(&talk, command).unwrap_or_else(|payload| resume_unwind(payload))
@@ -266,14 +277,8 @@ fn reads_several(error: &clap::Error) -> bool {
 
 fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
     match command {
-        Command::Triangulate(args) if args.run.machine.transport == TransportArg::Processes => {
-            logged(talk, || processes::local(&args, talk))
-        }
-        Command::Triangulate(args) => triangulate::run(&args.run, args.config()?, Goal::Triangulate, talk),
-        Command::Simulate(args) => {
-            let goal = Goal::Simulate { cost_trace: args.cost_trace.as_deref() };
-            triangulate::run(&args.run, args.config()?, goal, talk)
-        }
+        Command::Triangulate(args) => run_goal(Goal::Triangulate(&args), talk),
+        Command::Simulate(args) => run_goal(Goal::Simulate(&args), talk),
         Command::Generate(args) => logged(talk, || generate::run(&args, talk)),
         Command::Mesh(args) => mesh::run(&args, talk),
         Command::Verify(args) => logged(talk, || verify::run(&args, talk)),
@@ -287,6 +292,14 @@ fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
         Command::Completions(args) => completions::run(&args, Cli::command()),
         Command::Schema(args) => schema::run(&args),
         Command::Man(args) => completions::man(&args, Cli::command()),
+    }
+}
+
+/// Runs `septet triangulate` or `septet simulate` with its transport.
+fn run_goal(goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
+    match goal.args().machine.transport {
+        TransportArg::Processes => logged(talk, || processes::local(goal, talk)),
+        TransportArg::Channel | TransportArg::Sim => triangulate::run(goal, talk),
     }
 }
 

@@ -41,9 +41,6 @@ Examples:
 pub struct TriangulateArgs {
     #[command(flatten)]
     pub run: RunArgs,
-    /// Number of processes, with --transport processes [default: one for each worker, at most the cores]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256), help_heading = MACHINE, hide_short_help = true)]
-    pub processes: Option<u32>,
 }
 
 /// Options of `septet simulate`.
@@ -101,12 +98,15 @@ pub struct RunArgs {
     pub seed: u64,
     #[command(flatten)]
     pub machine: MachineArgs,
+    /// Number of processes, with --transport processes [default: one for each worker, at most the cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256), help_heading = MACHINE, hide_short_help = true)]
+    pub processes: Option<u32>,
     /// Write the report as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-", help_heading = REPORTS)]
     pub json: Option<PathBuf>,
     /// Number of points in the picture of the JSON report
     ///
-    /// At most 20000, 0 for none. [default: 20000 for simulate, 0 for triangulate]
+    /// At most 20000, 0 for none. [default: 20000 for simulate in one process, otherwise 0]
     #[arg(long, value_name = "N", value_parser = shown, help_heading = REPORTS, hide_short_help = true)]
     pub view: Option<u32>,
     /// Print tables of phases, rounds and tree levels
@@ -256,7 +256,8 @@ pub enum TransportArg {
     Channel,
     /// A simulator on one thread
     Sim,
-    /// Sockets between processes, each of which reads and writes its share; `septet triangulate` only
+    /// Sockets between processes, each of which reads and writes its share; `septet triangulate` and `septet simulate`
+    /// only
     Processes,
 }
 
@@ -270,8 +271,9 @@ impl TransportArg {
             TransportArg::Channel => Ok(Transport::Channel),
             TransportArg::Sim => Ok(Transport::Sim { delivery_seed }),
             TransportArg::Processes => {
-                Err(Failure::new(Code::Usage, "--transport processes works with `septet triangulate` only")
-                    .help("use --transport channel"))
+                let message =
+                    "--transport processes works with `septet triangulate` and `septet simulate` only";
+                Err(Failure::new(Code::Usage, message).help("use --transport channel"))
             }
         }
     }
@@ -357,46 +359,32 @@ impl GraphArgs {
     }
 }
 
-impl TriangulateArgs {
-    /// Returns the checked configuration of these options.
-    pub fn config(&self) -> Result<Config, Failure> {
-        needs("--processes", self.processes.is_some(), "--transport processes", false)?;
-        let config = self.run.config()?;
-        config.check()?;
-        Ok(config)
-    }
-
-    /// Returns the checked configuration of one of several processes: the number of workers is `workers` by default, and
-    /// the number of threads of each process is `threads`.
-    pub fn config_of_processes(&self, workers: u32, threads: usize) -> Result<Config, Failure> {
-        let seeded = self.run.machine.delivery_seed.is_some();
-        needs("--delivery-seed", seeded, "--transport sim", false)?;
-        let config = self.run.settled(self.run.machine.config_on(Transport::Channel));
-        let config = config.with(|c| {
-            c.machine.workers = match self.run.workers {
-                None | Some(Workers::Auto) => Workers::Count(workers),
-                Some(given) => given,
-            };
-            c.machine.threads = self.run.machine.threads.unwrap_or(threads);
-        });
-        config.check()?;
-        Ok(config)
-    }
-}
-
 impl SimulateArgs {
-    /// Returns the checked configuration of these options.
-    pub fn config(&self) -> Result<Config, Failure> {
-        let config =
-            self.graph.extend(self.run.config()?)?.with(|c| c.keep.costs = self.cost_trace.is_some());
-        config.check()?;
-        Ok(config)
+    /// Returns `config` with the options of its own applied.
+    pub fn extend(&self, config: Config) -> Result<Config, Failure> {
+        Ok(self.graph.extend(config)?.with(|c| c.keep.costs = self.cost_trace.is_some()))
     }
 }
 
 impl RunArgs {
-    fn config(&self) -> Result<Config, Failure> {
+    /// Returns the configuration of these options in one process.
+    pub fn config(&self) -> Result<Config, Failure> {
+        needs("--processes", self.processes.is_some(), "--transport processes", false)?;
         Ok(self.settled(self.machine.config()?))
+    }
+
+    /// Returns the configuration of one of several processes: the number of workers is `workers` by default, and the number
+    /// of threads of each process is `threads`.
+    pub fn config_of_processes(&self, workers: u32, threads: usize) -> Result<Config, Failure> {
+        let seeded = self.machine.delivery_seed.is_some();
+        needs("--delivery-seed", seeded, "--transport sim", false)?;
+        Ok(self.settled(self.machine.config_on(Transport::Channel)).with(|c| {
+            c.machine.workers = match self.workers {
+                None | Some(Workers::Auto) => Workers::Count(workers),
+                Some(given) => given,
+            };
+            c.machine.threads = self.machine.threads.unwrap_or(threads);
+        }))
     }
 
     /// Returns `config` with the options of the run applied.

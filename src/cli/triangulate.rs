@@ -19,7 +19,7 @@ use super::files;
 use super::formats::write_mesh;
 use super::input::{Input, Loaded, place_of};
 use super::instruments::{Tables, check_trace, traced};
-use super::options::RunArgs;
+use super::options::{RunArgs, SimulateArgs, TriangulateArgs};
 use super::progress::Talk;
 use super::rows::InputRows;
 use super::summary;
@@ -27,38 +27,65 @@ use super::summary;
 /// The tables of a run, as they appear in file names.
 pub(super) const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
 
-/// The subcommand, with the options of its own.
+/// The subcommand with its options.
 #[derive(Clone, Copy, Debug)]
 pub enum Goal<'a> {
     /// `septet triangulate`.
-    Triangulate,
+    Triangulate(&'a TriangulateArgs),
     /// `septet simulate`.
-    Simulate {
-        /// The file of the cost trace.
-        cost_trace: Option<&'a Path>,
-    },
+    Simulate(&'a SimulateArgs),
 }
 
 impl<'a> Goal<'a> {
     /// Returns the name of the subcommand.
-    fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
-            Goal::Triangulate => "triangulate",
-            Goal::Simulate { .. } => "simulate",
+            Goal::Triangulate(_) => "triangulate",
+            Goal::Simulate(_) => "simulate",
         }
     }
 
-    fn cost_trace(self) -> Option<&'a Path> {
+    /// Returns the options of both subcommands.
+    pub(super) fn args(self) -> &'a RunArgs {
         match self {
-            Goal::Triangulate => None,
-            Goal::Simulate { cost_trace } => cost_trace,
+            Goal::Triangulate(args) => &args.run,
+            Goal::Simulate(args) => &args.run,
         }
+    }
+
+    /// Returns the file of the cost trace.
+    pub(super) fn cost_trace(self) -> Option<&'a Path> {
+        match self {
+            Goal::Triangulate(_) => None,
+            Goal::Simulate(args) => args.cost_trace.as_deref(),
+        }
+    }
+
+    /// Returns the checked configuration in one process.
+    fn config(self) -> Result<Config, Failure> {
+        self.extend(self.args().config()?)
+    }
+
+    /// Returns the checked configuration of one of several processes ([`RunArgs::config_of_processes`]).
+    pub(super) fn config_of_processes(self, workers: u32, threads: usize) -> Result<Config, Failure> {
+        self.extend(self.args().config_of_processes(workers, threads)?)
+    }
+
+    /// Applies the options of one subcommand only, and checks the configuration.
+    fn extend(self, config: Config) -> Result<Config, Failure> {
+        let config = match self {
+            Goal::Triangulate(_) => config,
+            Goal::Simulate(args) => args.extend(config)?,
+        };
+        config.check()?;
+        Ok(config)
     }
 }
 
-/// Runs either subcommand.
-pub fn run(args: &RunArgs, mut config: Config, goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
-    let counted = matches!(goal, Goal::Simulate { .. });
+/// Runs either subcommand in one process.
+pub fn run(goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
+    let (args, mut config) = (goal.args(), goal.config()?);
+    let counted = matches!(goal, Goal::Simulate(_));
     let start = Instant::now();
     super::threads::limit_threads(config.machine.threads);
     let input = Input::of(&args.input, args.dimension)?;

@@ -70,7 +70,7 @@ pub enum Error {
     #[error("cannot start the workers: {0}")]
     Start(#[from] std::io::Error),
     /// The stars disagree after every repair. This is a bug in septet.
-    #[error("the certificate failed: {refutation}; this is a bug in septet: please report it with the input")]
+    #[error("{}", refutation.message())]
     NotCertified {
         /// The reasons why the stars do not form a triangulation.
         refutation: Refutation,

@@ -28,75 +28,171 @@ fn outputs(place: &Place, name: &str) -> Vec<(String, Vec<u8>)> {
     found
 }
 
-/// Runs of 1, 2, 5 and 8 processes write the bytes of one process.
-fn same_bytes(place: &Place, input: &str, workers: u32) {
-    place.good(&format!("triangulate {input} -q --workers {workers} -o one.npy -o one.vtu -o one.pvtu"));
-    let expected = outputs(place, "one");
-    assert_eq!(expected.len(), 3 + workers as usize, "{input}");
+/// The fields of a report that do not depend on the processes. The others state measurements, the outputs and the transport.
+const COUNTS: [&str; 21] = [
+    "seed",
+    "supergraph",
+    "points",
+    "space",
+    "dimension",
+    "simplices",
+    "hull_facets",
+    "certificate",
+    "repair",
+    "fallback",
+    "how_proved",
+    "machine",
+    "critical_path",
+    "rounds",
+    "traffic",
+    "timeline",
+    "tree",
+    "nodes",
+    "graph",
+    "coordinator",
+    "view",
+];
+
+/// The reports of one process and of several have the same counts.
+fn same_counts(found: &Value, one: &Value, label: &str) {
+    for field in COUNTS {
+        assert_eq!(found[field], one[field], "{label}: {field}");
+    }
+    let of_phases = |report: &Value| -> Vec<Value> {
+        let mut phases = report["phases"].as_array().unwrap().clone();
+        for phase in &mut phases {
+            phase.as_object_mut().unwrap().remove("seconds");
+        }
+        phases
+    };
+    assert_eq!(of_phases(found), of_phases(one), "{label}: phases");
+    assert_eq!(found["parameters"]["transport"], "processes", "{label}");
+}
+
+/// Runs of 1, 2, 5 and 8 processes write the bytes of one process, and count as it does.
+fn same_run(place: &Place, command: &str, workers: u32) {
+    place.good(&format!(
+        "{command} -q --workers {workers} -o one.npy -o one.vtu -o one.pvtu --json r.json --view 0"
+    ));
+    let (expected, one) = (outputs(place, "one"), place.json("r.json"));
+    assert_eq!(expected.len(), 3 + workers as usize, "{command}");
     for processes in [1, 2, 5, 8] {
+        let label = format!("{command}, {processes} processes");
         place.good(&format!(
-            "triangulate {input} -q --workers {workers} -o m.npy -o m.vtu -o m.pvtu --transport processes \
+            "{command} -q --workers {workers} -o m.npy -o m.vtu -o m.pvtu --json r.json --transport processes \
              --processes {processes}"
         ));
         let found = outputs(place, "m");
         let names = |files: &[(String, Vec<u8>)]| files.iter().map(|file| file.0.clone()).collect::<Vec<_>>();
-        assert_eq!(names(&found), names(&expected), "{input}, {processes} processes");
+        assert_eq!(names(&found), names(&expected), "{label}");
         for (found, expected) in found.iter().zip(&expected) {
-            assert!(found == expected, "{input}, {processes} processes: other bytes in {}", found.0);
+            assert!(found == expected, "{label}: other bytes in {}", found.0);
         }
+        let report = place.json("r.json");
+        same_counts(&report, &one, &label);
+        let rows = report["processes"].as_array().unwrap();
+        assert_eq!(rows.len(), processes, "{label}");
+        let sum = |field: &str| rows.iter().map(|row| row[field].as_u64().unwrap()).sum::<u64>();
+        assert_eq!(sum("workers"), u64::from(workers), "{label}");
+        assert_eq!(sum("bytes_in"), sum("bytes_out"), "{label}");
+        assert_eq!(sum("bytes_in") > 0, processes > 1, "{label}");
+        // Points that do not span the space are not divided among the workers.
+        let is_flat = one["dimension"].as_i64() < one["space"].as_i64();
+        let used = if is_flat { 0 } else { one["points"]["used"].as_u64().unwrap() };
+        assert_eq!(sum("points"), used, "{label}");
     }
 }
 
-#[test]
-fn processes_write_the_bytes_of_one_process() {
-    let place = Place::new();
-    same_bytes(&place, "sample:uniform:3000", 8);
-    same_bytes(&place, "sample:clusters:2000,d=2", 5);
-    same_bytes(&place, "sample:graded:1000,d=2,lipschitz=0.3", 5);
-    place.good("generate grid -n 1000 -q -o grid.npy");
-    same_bytes(&place, "grid.npy", 3);
+/// Writes inputs in which points repeat, are flat, or are fewer than the processes.
+fn put_inputs(place: &Place) {
     let rows = |n: usize, row: &dyn Fn(usize) -> String| (0..n).map(row).collect::<String>();
+    place.good("generate grid -n 1000 -q -o grid.npy");
     place.file("repeated.xyz", rows(300, &|i| format!("{} {} {}\n", i * 37 % 61, i * 23 % 59, i * 11 % 3)));
     place.file("flat.csv", rows(50, &|i| format!("{},{},0\n", i % 7, i / 7)));
     place.file("line.xyz", rows(20, &|i| format!("{i} {i} {i}\n")));
     place.file("seven.xyz", rows(7, &|i| format!("{} {} {}\n", i % 2, i / 2, i * i)));
-    for input in ["repeated.xyz", "flat.csv", "line.xyz", "seven.xyz"] {
-        same_bytes(&place, input, 8);
-    }
-    place.file("part-1.xyz", rows(100, &|i| format!("{} {} {}\n", i * 7 % 13, i * 5 % 11, i % 9)));
-    place.file("part-2.xyz", rows(31, &|i| format!("{} {} {}\n", i * 7 % 17, i * 5 % 19, i % 4)));
-    same_bytes(&place, "part-*.xyz", 3);
+    place.good("generate clusters -d 2 -n 900 -q -o clusters.xyz");
+    let clusters = fs::read_to_string(place.path("clusters.xyz")).unwrap();
+    let again: String = clusters.split_inclusive('\n').step_by(7).collect();
+    place.file("repeated-clusters.xyz", clusters + &again);
 }
 
 #[test]
-fn processes_count_as_one_process_does() {
+fn processes_triangulate_as_one_process_does() {
     let place = Place::new();
-    place.good("triangulate sample:uniform:3000 -q --workers 7 --json one.json");
-    let one = place.json("one.json");
-    for processes in [1, 3, 7, 9] {
-        let line = format!("--transport processes --processes {processes} --json m.json");
-        place.good(&format!("triangulate sample:uniform:3000 -q --workers 7 {line}"));
-        let found = place.json("m.json");
-        for field in
-            ["points", "simplices", "hull_facets", "certificate", "machine", "rounds", "traffic", "tree"]
-        {
-            assert_eq!(found[field], one[field], "{processes} processes: {field}");
-        }
-        let of_phases = |report: &Value| -> Vec<Value> {
-            let mut phases = report["phases"].as_array().unwrap().clone();
-            for phase in &mut phases {
-                phase.as_object_mut().unwrap().remove("seconds");
-            }
-            phases
-        };
-        assert_eq!(of_phases(&found), of_phases(&one));
-        assert_eq!(found["parameters"]["transport"], "processes");
-        let rows = found["processes"].as_array().unwrap();
-        assert_eq!(rows.len(), processes);
-        let sum = |field: &str| rows.iter().map(|row| row[field].as_u64().unwrap()).sum::<u64>();
-        assert_eq!((sum("workers"), sum("points")), (7, 3000));
-        assert_eq!(sum("bytes_in"), sum("bytes_out"));
-        assert_eq!(sum("bytes_in") > 0, processes > 1);
+    put_inputs(&place);
+    same_run(&place, "triangulate sample:uniform:3000", 8);
+    same_run(&place, "triangulate sample:clusters:2000,d=2", 5);
+    same_run(&place, "triangulate sample:graded:1000,d=2,lipschitz=0.3", 5);
+    same_run(&place, "triangulate grid.npy", 3);
+    for input in ["repeated.xyz", "flat.csv", "line.xyz", "seven.xyz"] {
+        same_run(&place, &format!("triangulate {input}"), 8);
+    }
+    let rows = |n: usize, row: &dyn Fn(usize) -> String| (0..n).map(row).collect::<String>();
+    place.file("part-1.xyz", rows(100, &|i| format!("{} {} {}\n", i * 7 % 13, i * 5 % 11, i % 9)));
+    place.file("part-2.xyz", rows(31, &|i| format!("{} {} {}\n", i * 7 % 17, i * 5 % 19, i % 4)));
+    same_run(&place, "triangulate part-*.xyz", 3);
+}
+
+#[test]
+fn processes_simulate_as_one_process_does() {
+    let place = Place::new();
+    put_inputs(&place);
+    same_run(&place, "simulate sample:uniform:2000", 8);
+    same_run(&place, "simulate repeated-clusters.xyz", 5);
+    same_run(&place, "simulate sample:graded:1000,d=2,lipschitz=0.3", 7);
+    same_run(&place, "simulate grid.npy", 3);
+    for input in ["repeated.xyz", "flat.csv", "line.xyz", "seven.xyz --k 3 --supergraph knn"] {
+        same_run(&place, &format!("simulate {input}"), 8);
+    }
+    same_run(&place, "simulate seven.xyz", 11);
+    same_run(&place, "simulate sample:uniform:600 --supergraph knn --k 12 --neighbours naive", 5);
+    same_run(&place, "simulate sample:clusters:600,d=2 --supergraph overlap --separator-sets both", 6);
+    same_run(&place, "simulate sample:uniform:500 --partition kd --separator-sets smaller --seed 9", 1);
+}
+
+#[test]
+fn faults_act_on_processes_as_in_one_process() {
+    let place = Place::new();
+    for fault in
+        ["half-ghosts", "halve-alpha", "one-clock", "free-loop", "slow:partition:log2:0.5", "work:hulls:3"]
+    {
+        let command = format!("simulate sample:uniform:800 -q --workers 5 --fault {fault} --json r.json");
+        place.good(&format!("{command} --view 0"));
+        let one = place.json("r.json");
+        place.good(&format!("{command} --transport processes --processes 3"));
+        same_counts(&place.json("r.json"), &one, fault);
+    }
+    for fault in ["flip:move:1", "flip:fingerprint:1", "flip:totals:1", "die:2:hulls"] {
+        let command = format!("simulate sample:uniform:800 -q --workers 5 --fault {fault} -o m.npy");
+        let one = place.run(&command);
+        let many = place.run(&format!("{command} --transport processes --processes 3"));
+        assert!([4, 6].contains(&code(&one)), "{fault}: {}", stderr(&one));
+        assert_eq!(code(&many), code(&one), "{fault}: {}", stderr(&many));
+    }
+}
+
+/// All processes know that the certificate failed. The first one writes the report, and no process writes cells.
+#[test]
+fn processes_report_a_failed_certificate() {
+    let place = Place::new();
+    for command in ["triangulate", "simulate"] {
+        let line =
+            format!("{command} sample:uniform:2000 --workers 3 --fault spoil:1 --json r.json -o m.vtu");
+        assert_eq!(code(&place.run(&format!("{line} --view 0"))), 4);
+        let one = place.json("r.json");
+        fs::remove_file(place.path("r.json")).unwrap();
+        // The last process has no worker.
+        let output = place.run(&format!("{line} --transport processes --processes 4"));
+        let talk = stderr(&output);
+        assert_eq!((code(&output), talk.matches("error:").count()), (4, 1), "{talk}");
+        assert!(talk.contains("the certificate failed") && talk.contains("certificate failed: "), "{talk}");
+        assert_eq!(place.names().into_iter().collect::<Vec<_>>(), ["r.json"], "cells were written");
+        let report = place.json("r.json");
+        assert!(report["certificate"].as_str().unwrap().starts_with("failed: "), "{command}");
+        assert!(report["fallback"]["points"].as_u64().unwrap() > 0, "{command}");
+        same_counts(&report, &one, command);
+        fs::remove_file(place.path("r.json")).unwrap();
     }
 }
 
@@ -107,14 +203,31 @@ fn processes_end_with_one_error() {
     place.file("bad.xyz", "0 0 0\n1 0 0\n0 1 0\n0 0 nan\n1 1 1\n");
     place.fails(&format!("triangulate bad.xyz -o m.vtu {many}"), 3, &["bad.xyz"]);
     place.fails(&format!("triangulate none.npy {many}"), 3, &["none.npy"]);
-    for option in
-        ["--with-owner -o m.vtu", "--trace t.json", "--view 5 --json r.json", "-o m.msh", "--workers leaves"]
-    {
-        let line = format!("triangulate sample:uniform:100 --transport processes {option}");
-        place.fails(&line, 2, &[]);
+    for options in [
+        "--with-owner -o m.vtu",
+        "--trace t.json",
+        "--view 5 --json r.json",
+        "--workers leaves",
+        "--keep-columns",
+        "--skip-invalid",
+        "--max-memory 2G",
+    ] {
+        for command in ["triangulate", "simulate"] {
+            let line = format!("{command} sample:uniform:100 --transport processes {options}");
+            let option = options.split(' ').next().unwrap();
+            place.fails(&line, 2, &[option, "several processes"]);
+        }
     }
-    place.fails("triangulate sample:uniform:100 --processes 2", 2, &["--processes", "--transport processes"]);
-    place.fails("simulate sample:uniform:100 --transport processes", 2, &["triangulate"]);
+    let line = "simulate sample:uniform:100 --transport processes";
+    place.fails(&format!("{line} --cost-trace c.jsonl"), 2, &["--cost-trace", "several processes"]);
+    place.fails(&format!("{line} -o m.msh"), 2, &["m.msh"]);
+    place.fails(&format!("{line} --supergraph knn --k 100"), 2, &["k is 100"]);
+    place.fails(&format!("{line} --delivery-seed 3"), 2, &["--delivery-seed"]);
+    for command in ["triangulate", "simulate"] {
+        let line = format!("{command} sample:uniform:100 --processes 2");
+        place.fails(&line, 2, &["--processes", "--transport processes"]);
+    }
+    place.fails("predict sample:uniform:100 --transport processes", 2, &["septet simulate"]);
     place.fails(&format!("triangulate sample:uniform:100 {many} -o no/m.vtu"), 1, &["no/m.vtu"]);
     for fault in ["die:2:partition", "spoil:1"] {
         let output = place.run(&format!("triangulate sample:uniform:500 {many} -o m.npy --fault {fault}"));

@@ -169,7 +169,7 @@ pub struct Shown {
     pub with_leaves: bool,
     /// Whether the ranks keep the input indices of the points that they own.
     pub with_owned: bool,
-    /// Whether the ranks keep the coordinates and the owners of the vertices of their pieces.
+    /// Whether the ranks keep the coordinates and the owners of the vertices of their cells.
     pub with_places: bool,
     /// Expected number of sampled points in the picture; 0 for no picture.
     pub view: u32,

@@ -1,4 +1,5 @@
-//! `septet triangulate` by several processes. Each process reads a block of the rows and writes its part of the outputs.
+//! `septet triangulate` and `septet simulate` by several processes. Each process reads a block of the rows and writes its
+//! part of the outputs.
 //!
 //! All processes run the same command. They agree on every error before they continue, so that all end with the same exit
 //! code. Only the first one prints.
@@ -14,73 +15,71 @@ use septet_core::config::Workers;
 use septet_protocol::wire::Wire;
 
 use crate::errors::{Code, Failure};
-use crate::options::{TransportArg, TriangulateArgs};
+use crate::options::TransportArg;
 use crate::progress::Talk;
+use crate::triangulate::Goal;
 use team::Team;
 
-/// Runs `septet triangulate` on a process of a team. By default, there is one worker for each process.
-fn of_team(args: &TriangulateArgs, threads: usize, mut team: Team<'_>, talk: &Talk) -> Result<(), Failure> {
+/// Runs a goal on a process of a team. By default, there is one worker for each process.
+fn of_team(goal: Goal<'_>, threads: usize, mut team: Team<'_>, talk: &Talk) -> Result<(), Failure> {
     team.check_same()?;
-    let config = args.config_of_processes(team.processes.processes(), threads);
+    let config = goal.config_of_processes(team.processes.processes(), threads);
     let config = team.agree(config)?;
-    run::triangulate(&args.run, config, &mut team, talk)
+    run::run(goal, config, &mut team, talk)
 }
 
-/// Returns the failure for another command on several processes.
-pub fn only_triangulate() -> Failure {
-    let message =
-        "this program runs `triangulate` only, because the other commands need all points in one process";
+/// Returns the failure for a command that several processes cannot run.
+pub fn not_on_processes() -> Failure {
+    let message = "this program runs `triangulate` and `simulate` only, because the other commands need all points in \
+                   one process";
     Failure::new(Code::Usage, message).help("run the command with `septet`")
 }
 
-/// Runs `septet triangulate` on a process that a wire connects with others.
+/// Runs a goal on a process that a wire connects with others.
 ///
 /// # Errors
 /// Fails with the first failure of any process.
-pub fn on_wire(
-    args: &TriangulateArgs,
-    wire: &mut dyn Wire,
-    name: &'static str,
-    talk: &Talk,
-) -> Result<(), Failure> {
-    if args.run.machine.transport != TransportArg::Channel || args.processes.is_some() {
+pub fn on_wire(goal: Goal<'_>, wire: &mut dyn Wire, name: &'static str, talk: &Talk) -> Result<(), Failure> {
+    let args = goal.args();
+    if args.machine.transport != TransportArg::Channel || args.processes.is_some() {
         let message =
             "--transport and --processes do not work with this program, which several processes run";
         return Err(Failure::new(Code::Usage, message).help("omit them"));
     }
-    of_team(args, 1, Team::new(wire, name), talk)
+    of_team(goal, 1, Team::new(wire, name), talk)
 }
 
 /// Returns `true` if another process started this one to run a command with it.
-pub fn is_started(args: &TriangulateArgs) -> bool {
+pub fn is_started(goal: Goal<'_>) -> bool {
     #[cfg(unix)]
     let is_started = launch::Place::of_environment().is_some();
     #[cfg(not(unix))]
     let is_started = false;
-    is_started && args.run.machine.transport == TransportArg::Processes
+    is_started && goal.args().machine.transport == TransportArg::Processes
 }
 
-/// Runs `septet triangulate --transport processes`. The first process starts the others.
+/// Runs a goal with `--transport processes`. The first process starts the others.
 ///
 /// # Errors
 /// Fails if a process does not start, or with the first failure of any process.
 #[cfg(unix)]
-pub fn local(args: &TriangulateArgs, talk: &Talk) -> Result<(), Failure> {
+pub fn local(goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
     let cores = Config::default().machine.threads;
     let threads = |processes: u32| (cores / processes as usize).max(1);
     if let Some(place) = launch::Place::of_environment() {
         let mut wire = place.connect().map_err(|error| not_started(&error).of_process(place.process()))?;
-        return of_team(args, threads(place.processes()), Team::new(&mut wire, "processes"), talk);
+        return of_team(goal, threads(place.processes()), Team::new(&mut wire, "processes"), talk);
     }
-    let processes = args.processes.unwrap_or(match args.run.workers {
+    let args = goal.args();
+    let processes = args.processes.unwrap_or(match args.workers {
         Some(Workers::Count(workers)) => workers.clamp(1, cores as u32),
         _ => cores as u32,
     });
     // An option that no process obeys ends the command before any process starts.
-    args.config_of_processes(processes, threads(processes))?;
+    goal.config_of_processes(processes, threads(processes))?;
     let mut started = launch::Started::start(processes).map_err(|error| not_started(&error))?;
     let mut wire = started.connect().map_err(|error| not_started(&error))?;
-    let result = of_team(args, threads(processes), Team::new(&mut wire, "processes"), talk);
+    let result = of_team(goal, threads(processes), Team::new(&mut wire, "processes"), talk);
     // The first connection that breaks may belong to a process that ended because of another one.
     let is_lost = result.as_ref().is_err_and(|failure| failure.code == Code::Machine);
     match started.killed().filter(|_| is_lost) {
@@ -94,7 +93,7 @@ pub fn local(args: &TriangulateArgs, talk: &Talk) -> Result<(), Failure> {
 /// # Errors
 /// Fails always.
 #[cfg(not(unix))]
-pub fn local(_: &TriangulateArgs, _: &Talk) -> Result<(), Failure> {
+pub fn local(_: Goal<'_>, _: &Talk) -> Result<(), Failure> {
     let message = "--transport processes needs Unix sockets, which this system does not have";
     Err(Failure::new(Code::Usage, message).help("use --transport channel"))
 }

@@ -5,7 +5,7 @@ use std::time::Instant;
 use septet_core::result::subdomain::Part;
 use septet_core::run::memory::peak_rss;
 use septet_core::run::processes::ProcessRun;
-use septet_lab::report::ProcessReport;
+use septet_lab::report::{ProcessReport, bin_ranks};
 use septet_protocol::ledger::LedgerPart;
 
 use super::team::Team;
@@ -33,9 +33,23 @@ pub(super) fn gather(
     })
 }
 
-/// Returns the ledgers of all processes, on the first one.
-pub(super) fn ledgers(team: &mut Team<'_>, run: Option<&ProcessRun>) -> Result<Vec<LedgerPart>, Failure> {
-    let words = run.map_or_else(Vec::new, |run| run.ledger.to_words());
+/// Returns the ledgers of all processes, on the first one. The counts of pairs of ranks travel only if the report shows them,
+/// by bins.
+pub(super) fn ledgers(
+    team: &mut Team<'_>,
+    run: Option<&mut ProcessRun>,
+    shows_pairs: bool,
+) -> Result<Vec<LedgerPart>, Failure> {
+    let words = run.map_or_else(Vec::new, |run| {
+        let ledger = &mut run.ledger;
+        if shows_pairs {
+            bin_ranks(ledger, run.part.placement.workers());
+        } else {
+            ledger.links.clear();
+            ledger.ranks.clear();
+        }
+        std::mem::take(ledger).to_words()
+    });
     let all = team.processes.gather(&words)?;
     let part = |words: Vec<u64>| LedgerPart::from_words(&words);
     let parts: Option<Vec<LedgerPart>> = all.into_iter().filter(|w| !w.is_empty()).map(part).collect();

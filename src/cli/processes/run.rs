@@ -1,11 +1,14 @@
-//! A triangulation by several processes, from the arguments to the report.
+//! A triangulation or a simulation by several processes, from the arguments to the report.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use septet_core::config::Workers;
 use septet_core::result::subdomain::Part;
 use septet_core::run::memory::{peak_rss, rss};
-use septet_core::run::processes::{HeldRows, ProcessRun, placement, rows_of, triangulate_held};
+use septet_core::run::processes::{
+    HeldRows, ProcessRun, placement, rows_of, simulate_held, triangulate_held,
+};
 use septet_core::{Config, Error};
 use septet_io::read::{ReadOptions, SharedPoints, read_shared, share_points};
 use septet_io::write::{SharedMesh, check_shared, write_shared};
@@ -18,9 +21,8 @@ use crate::errors::{Code, Failure};
 use crate::files;
 use crate::input::{Input, make};
 use crate::instruments::Tables;
-use crate::options::RunArgs;
 use crate::progress::Talk;
-use crate::triangulate::{TABLES, of_points, publish};
+use crate::triangulate::{Goal, TABLES, of_points, publish};
 
 /// The settled arguments of a run.
 struct Plan<'a> {
@@ -30,20 +32,15 @@ struct Plan<'a> {
     placement: Placement,
 }
 
-/// Runs `septet triangulate` on this process of a team. The configuration must state the number of workers.
+/// Runs a goal on this process of a team. The configuration must state the number of workers.
 ///
 /// # Errors
 /// Fails with the first failure of any process.
-pub fn triangulate(
-    args: &RunArgs,
-    mut config: Config,
-    team: &mut Team<'_>,
-    talk: &Talk,
-) -> Result<(), Failure> {
-    let start = Instant::now();
+pub fn run(goal: Goal<'_>, mut config: Config, team: &mut Team<'_>, talk: &Talk) -> Result<(), Failure> {
+    let (start, args) = (Instant::now(), goal.args());
     crate::threads::limit_threads(config.machine.threads);
     config.keep.point_owner = false;
-    let plan = plan(args, &config, team);
+    let plan = plan(goal, &config, team);
     let plan = team.agree(plan)?;
     let options = args.writing.options();
     check_shared(&mut team.processes, &args.output, &options)?;
@@ -55,19 +52,18 @@ pub fn triangulate(
         config.control.progress = Some(talk.phases());
     }
     let rss_before_bytes = rss();
-    let rows = HeldRows { points: &held.points, first: held.first, rows: held.rows };
-    let run = triangulate_held(&mut team.processes, rows, &config);
-    let run = run.map_err(|error| match error {
-        Error::Points(error) => of_points(&error, &held.files, &args.input),
-        error => error.into(),
-    });
-    let mut run = team.agree(run)?;
-    let part = take_part(run.as_mut(), plan.placement, team)?;
+    let mut run = run_ranks(goal, &config, &held, team)?;
+    let Outcome { part, failure } = take_part(run.as_mut(), plan.placement, team)?;
     let run_seconds = start.elapsed().as_secs_f64();
-    let mesh = SharedMesh { part: &part, rows: &held.points, first: held.first };
-    let files = write_shared(&mut team.processes, &args.output, &mesh, &options, &|| talk.is_cancelled())?;
+    let mut files = Vec::new();
+    if failure.is_none() {
+        let mesh = SharedMesh { part: &part, rows: &held.points, first: held.first };
+        let is_cancelled = || talk.is_cancelled();
+        files = write_shared(&mut team.processes, &args.output, &mesh, &options, &is_cancelled)?;
+    }
+    let ledgers = ledgers(team, run.as_mut(), args.json.is_some())?;
     let context = RunContext {
-        command: "triangulate",
+        command: goal.name(),
         input: &args.input,
         outputs: &args.output,
         skipped: held.skipped,
@@ -78,7 +74,6 @@ pub fn triangulate(
         peak_rss_bytes: peak_rss(),
     };
     let processes = gather(team, &part, start)?;
-    let ledgers = ledgers(team, run.as_ref())?;
     let transport = team.transport;
     team.first_only(|| {
         // The first process has workers in every run.
@@ -87,7 +82,25 @@ pub fn triangulate(
         talk.clear();
         publish(args, &plan.tables, &report.with_processes(transport, processes), files, talk)
     })?;
-    Ok(())
+    failure.map_or(Ok(()), Err)
+}
+
+/// Runs the ranks of this process.
+fn run_ranks(
+    goal: Goal<'_>,
+    config: &Config,
+    held: &SharedPoints,
+    team: &mut Team<'_>,
+) -> Result<Option<ProcessRun>, Failure> {
+    let rows = HeldRows { points: &held.points, first: held.first, rows: held.rows };
+    let run = match goal {
+        Goal::Triangulate(_) => triangulate_held(&mut team.processes, rows, config),
+        Goal::Simulate(_) => simulate_held(&mut team.processes, rows, config),
+    };
+    team.agree(run.map_err(|error| match error {
+        Error::Points(error) => of_points(&error, &held.files, &goal.args().input),
+        error => error.into(),
+    }))
 }
 
 /// Ends the command on all processes if one was interrupted.
@@ -96,7 +109,8 @@ fn go_on(team: &mut Team<'_>, talk: &Talk) -> Result<(), Failure> {
 }
 
 /// Settles the arguments, and refuses those that several processes cannot obey.
-fn plan<'a>(args: &'a RunArgs, config: &Config, team: &Team<'_>) -> Result<Plan<'a>, Failure> {
+fn plan<'a>(goal: Goal<'a>, config: &Config, team: &Team<'_>) -> Result<Plan<'a>, Failure> {
+    let args = goal.args();
     if args.input == "@-" || args.input.trim_start_matches('@').starts_with("/dev/") {
         let message = format!("{}: several processes cannot read it", args.input);
         return Err(
@@ -105,7 +119,7 @@ fn plan<'a>(args: &'a RunArgs, config: &Config, team: &Team<'_>) -> Result<Plan<
     }
     let input = Input::of(&args.input, args.dimension)?;
     let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
-    refuse(args)?;
+    refuse(goal, config)?;
     args.reading.check(input.is_sample(), &[])?;
     args.writing.check(&args.output)?;
     let placement = placement(config, team.processes.processes())?;
@@ -118,8 +132,11 @@ fn plan<'a>(args: &'a RunArgs, config: &Config, team: &Team<'_>) -> Result<Plan<
 }
 
 /// Refuses options that need all cells or all ranks in one process.
-fn refuse(args: &RunArgs) -> Result<(), Failure> {
+fn refuse(goal: Goal<'_>, config: &Config) -> Result<(), Failure> {
+    let args = goal.args();
     let options = [
+        ("--workers leaves", config.machine.workers == Workers::Leaves),
+        ("--cost-trace", goal.cost_trace().is_some()),
         ("--trace", args.tracing.trace.is_some()),
         ("--keep-columns", args.keep_columns),
         ("--with-owner", args.with_owner),
@@ -163,17 +180,28 @@ fn read(
     Ok(held)
 }
 
+/// The result of the ranks, which every process has.
+struct Outcome {
+    /// The part of this process.
+    part: Part,
+    /// The failure of the certificate.
+    failure: Option<Failure>,
+}
+
 /// Takes the part of this process, and leaves the totals. A process without ranks has the totals only.
 fn take_part(
     run: Option<&mut ProcessRun>,
     placement: Placement,
     team: &mut Team<'_>,
-) -> Result<Part, Failure> {
-    let totals = team.all_gather(&run.as_ref().map(|run| run.part.totals()))?.swap_remove(0);
-    let totals = totals.ok_or_else(|| Failure::new(Code::Machine, "the first process has no workers"))?;
+) -> Result<Outcome, Failure> {
+    let own = run.as_ref().map(|run| (run.part.totals(), run.refusal()));
+    let first = team.all_gather(&own)?.swap_remove(0);
+    let (totals, refusal) =
+        first.ok_or_else(|| Failure::new(Code::Machine, "the first process has no workers"))?;
     let without = Part::of_totals(totals, placement);
-    Ok(match run {
+    let part = match run {
         Some(run) => std::mem::replace(&mut run.part, without),
         None => without,
-    })
+    };
+    Ok(Outcome { part, failure: refusal.map(|message| Failure::new(Code::Rejected, message)) })
 }

@@ -6,7 +6,7 @@ use septet_geometry::point::Point;
 use septet_geometry::range::scale;
 use septet_protocol::ids::Rank;
 use septet_protocol::transport::Placement;
-use septet_workers::share::PieceRows;
+use septet_workers::share::{CellRows, PieceRows, Places};
 use septet_workers::state::rows::{HULL, INTERFACE};
 
 use crate::result::run::Accounting;
@@ -83,9 +83,17 @@ pub struct Subdomain {
     pub owners: Vec<u32>,
     /// Number of points of the worker.
     pub owned: usize,
+    cells: Cells,
+}
+
+/// The cells of a subdomain.
+#[derive(Clone, Debug, PartialEq)]
+struct Cells {
     /// Number of vertices of a cell.
     corners: usize,
-    /// For each cell its vertices, then its neighbours, as in the piece.
+    /// Number of entries of a row.
+    width: usize,
+    /// For each cell its vertices, then its neighbours, as in the piece. The cells of stars have no neighbours.
     rows: Vec<u32>,
     /// The neighbours on other workers, by rank and cell.
     seam: Vec<(u32, u32)>,
@@ -108,28 +116,61 @@ pub enum Neighbour {
 }
 
 impl Subdomain {
-    /// Creates the subdomain of a rank, and removes the points that are neither its own nor vertices of its cells. Divides
-    /// coordinates by 2 to the power `exponent`. Returns `None` if the arrays of the piece do not fit together.
-    pub(crate) fn of<P: Point>(
+    /// Creates the subdomain of a rank from its piece. Divides coordinates by 2 to the power `exponent`. Returns `None` if
+    /// the arrays do not fit together.
+    pub(crate) fn of_piece<P: Point>(
         rank: Rank,
         piece: PieceRows,
         (exponent, placement): (i32, Placement),
     ) -> Option<Self> {
-        let PieceRows { mut ids, mut rows, seam, places, .. } = piece;
-        let positions: &[P] = bytemuck::try_cast_slice(&places.coordinates).ok()?;
-        let mut owners = places.owners;
-        if [positions.len(), owners.len()] != [ids.len(); 2]
-            || seam.iter().any(|seam| !placement.has_worker(seam.rank))
-        {
+        let PieceRows { ids, rows, seam, places, .. } = piece;
+        if seam.iter().any(|seam| !placement.has_worker(seam.rank)) {
             return None;
         }
         let corners = P::DIM + 1;
+        let seam = seam.into_iter().map(|seam| (seam.rank, seam.cell)).collect();
+        Self::of::<P>(rank, (ids, places), Cells { corners, width: 2 * corners, rows, seam }, exponent)
+    }
+
+    /// Creates the subdomain of a rank from the cells of its stars, whose neighbours are unknown. Divides coordinates by 2 to
+    /// the power `exponent`. Returns `None` if the arrays do not fit together.
+    pub(crate) fn of_stars<P: Point>(rank: Rank, cells: CellRows, exponent: i32) -> Option<Self> {
+        let CellRows { rows, ids, places, .. } = cells;
+        let mut order: Vec<u32> = (0..ids.len() as u32).collect();
+        order.sort_unstable_by_key(|&point| ids[point as usize]);
+        let position = |id: &u64| {
+            let at = order.binary_search_by_key(id, |&point| ids[point as usize]).ok()?;
+            Some(order[at])
+        };
+        let rows = rows.iter().map(position).collect::<Option<Vec<u32>>>()?;
+        let corners = P::DIM + 1;
+        Self::of::<P>(
+            rank,
+            (ids, places),
+            Cells { corners, width: corners, rows, seam: Vec::new() },
+            exponent,
+        )
+    }
+
+    /// Creates a subdomain without the points that are neither those of the rank nor vertices of its cells.
+    fn of<P: Point>(
+        rank: Rank,
+        (mut ids, places): (Vec<u64>, Places),
+        mut cells: Cells,
+        exponent: i32,
+    ) -> Option<Self> {
+        let positions: &[P] = bytemuck::try_cast_slice(&places.coordinates).ok()?;
+        let mut owners = places.owners;
+        if [positions.len(), owners.len()] != [ids.len(); 2] {
+            return None;
+        }
+        let Cells { corners, width, .. } = cells;
         let mut keeps: Vec<bool> = owners.iter().map(|&owner| owner == rank).collect();
         let owned = keeps.iter().filter(|keeps| **keeps).count();
         if !owners[..owned].iter().all(|&owner| owner == rank) {
             return None;
         }
-        for row in rows.chunks_exact(2 * corners) {
+        for row in cells.rows.chunks_exact(width) {
             for &vertex in &row[..corners] {
                 *keeps.get_mut(vertex as usize)? = true;
             }
@@ -141,7 +182,7 @@ impl Subdomain {
             at
         });
         let kept: Vec<u32> = kept.collect();
-        for row in rows.chunks_exact_mut(2 * corners) {
+        for row in cells.rows.chunks_exact_mut(width) {
             row[..corners].iter_mut().for_each(|vertex| *vertex = kept[*vertex as usize]);
         }
         let mut coordinates = Vec::with_capacity(next as usize * P::DIM);
@@ -151,13 +192,12 @@ impl Subdomain {
         }
         keep(&mut ids, &keeps);
         keep(&mut owners, &keeps);
-        let seam = seam.into_iter().map(|seam| (seam.rank, seam.cell)).collect();
-        Some(Subdomain { rank, ids, coordinates, owners, owned, corners, rows, seam })
+        Some(Subdomain { rank, ids, coordinates, owners, owned, cells })
     }
 
     /// Returns the number of cells.
     pub fn cell_count(&self) -> usize {
-        self.rows.len() / (2 * self.corners)
+        self.cells.rows.len() / self.cells.width
     }
 
     /// Returns the vertices of a cell as positions in [`Subdomain::ids`]: `space + 1` of them, positively oriented.
@@ -165,18 +205,20 @@ impl Subdomain {
     /// # Panics
     /// Panics if there is no such cell.
     pub fn cell(&self, cell: usize) -> &[u32] {
-        &self.rows[2 * cell * self.corners..][..self.corners]
+        &self.cells.rows[cell * self.cells.width..][..self.cells.corners]
     }
 
     /// Returns the cell across the facet opposite the vertex in `slot` of a cell.
     ///
     /// # Panics
-    /// Panics if there is no such cell, or if `slot` is more than `space`.
+    /// Panics if there is no such cell, or if `slot` is more than `space`. Also panics if the cells have no neighbours, as
+    /// those of a simulation, which only the command line runs on several processes.
     pub fn neighbour(&self, cell: usize, slot: usize) -> Neighbour {
-        match self.rows[(2 * cell + 1) * self.corners..][..self.corners][slot] {
+        let Cells { corners, width, rows, seam } = &self.cells;
+        match rows[cell * width..][..*width][*corners..][slot] {
             HULL => Neighbour::Hull,
             code if code > INTERFACE => {
-                let (rank, cell) = self.seam[(code - INTERFACE) as usize - 1];
+                let (rank, cell) = seam[(code - INTERFACE) as usize - 1];
                 Neighbour::Remote { rank, cell }
             }
             code => Neighbour::Local(code),
@@ -213,7 +255,13 @@ mod tests {
     }
 
     fn made(piece: PieceRows) -> Option<Subdomain> {
-        Subdomain::of::<DVec2>(1, piece, (1, Placement::new(2, 1).unwrap()))
+        Subdomain::of_piece::<DVec2>(1, piece, (1, Placement::new(2, 1).unwrap()))
+    }
+
+    /// The same triangle from stars.
+    fn stars() -> CellRows {
+        let PieceRows { ids, places, .. } = piece();
+        CellRows { rows: vec![7, 8, 1 << 40], ids, places, ..CellRows::default() }
     }
 
     #[test]
@@ -225,6 +273,18 @@ mod tests {
         let across = [0, 1, 2].map(|slot| subdomain.neighbour(0, slot));
         assert_eq!(across, [Neighbour::Hull, Neighbour::Remote { rank: 2, cell: 9 }, Neighbour::Hull]);
         assert_eq!(made(PieceRows::default()).unwrap().cell_count(), 0);
+    }
+
+    #[test]
+    fn cells_of_stars_are_those_of_the_piece_without_neighbours() {
+        let (of_stars, of_piece) =
+            (Subdomain::of_stars::<DVec2>(1, stars(), 1).unwrap(), made(piece()).unwrap());
+        assert_eq!((of_stars.cell_count(), of_stars.cell(0)), (1, of_piece.cell(0)));
+        assert_eq!(Subdomain { cells: of_piece.cells.clone(), ..of_stars }, of_piece);
+        let unknown = CellRows { rows: vec![7, 8, 6], ..stars() };
+        assert_eq!(Subdomain::of_stars::<DVec2>(1, unknown, 1), None);
+        let empty = Subdomain::of_stars::<DVec2>(1, CellRows::default(), 1);
+        assert_eq!(empty.unwrap().cell_count(), 0);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Triangulations by several processes, each of which holds a part of the points.
+//! Triangulations and simulations by several processes, each of which holds a part of the points.
 //!
 //! **Statement.** Every process runs some ranks of one machine. The union of the parts of all processes is the triangulation
 //! of the union of their points. All ranks have the same totals, so all processes come to the same decision on the
@@ -15,16 +15,16 @@ use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::Totals;
 use septet_protocol::transport::{HostState, Placement, ProcessTransport, TransportError};
 use septet_workers::input::{Loaded, Rows, Source};
-use septet_workers::share::{Share, merged_ledger};
+use septet_workers::share::{Certificate, Share, merged_ledger};
 use septet_workers::transport::process::OneProcess;
 
-use crate::config::{Config, ConfigError, Keep, Workers};
+use crate::config::{Config, ConfigError, Fault, Keep, Workers};
 use crate::coordinator::{Coordinator, Held, Plan, Returned, unbalanced};
-use crate::error::{Error, incomplete};
+use crate::error::{Error, Refutation, incomplete};
 use crate::input::Whole;
 use crate::result::run::{Accounting, Run, Settled};
 use crate::result::subdomain::{Part, Subdomain};
-use crate::run::finish::{NO_SUPERGRAPH, certify};
+use crate::run::finish::{certify, settled, settled_flat, untimed};
 use crate::run::settings::{Goal, Settings, admit};
 use crate::run::transport::started;
 
@@ -117,21 +117,43 @@ fn run<P: Point>(
     };
     let source = OwnRows { input, workers: placement.workers_of(transport.process()) };
     let held = Held { source: &source, rows: input.points.len() as u64 };
-    Ok(run_held(transport, held, placement, config)?.part)
+    run_held(transport, held, placement, (config, Goal::Triangulation))?.into_part()
 }
 
 /// The result of a process.
 pub struct ProcessRun {
-    /// The part of the triangulation.
+    /// The part of the triangulation. It has no cells if the certificate failed.
     pub part: Part,
     /// The counts of the ranks of this process.
     pub ledger: LedgerPart,
-    /// The parameters of the run.
-    pub settled: Settled,
+    /// The parameters of the run. Only the first process has the reason for a supergraph that the coordinator chose.
+    pub(super) settled: Settled,
+    /// The certificate. Only the first process has the reason of a gathering.
+    pub(super) certificate: Certificate,
+    /// The reasons why the stars do not form a triangulation. All processes have the same.
+    pub(super) refutation: Option<Refutation>,
+    /// The planted fault.
+    pub(super) fault: Option<Fault>,
     /// Measured wall-clock seconds of each phase that occurred, in order.
-    pub phase_seconds: Vec<(Phase, f64)>,
-    /// Measured seconds of the machine.
-    pub seconds: f64,
+    pub(super) phase_seconds: Vec<(Phase, f64)>,
+    /// Measured seconds of the machine, without the time in which a simulation collects its cells.
+    pub(super) seconds: f64,
+}
+
+impl ProcessRun {
+    /// Returns the message of a failed certificate.
+    pub fn refusal(&self) -> Option<String> {
+        self.refutation.as_ref().map(Refutation::message)
+    }
+
+    /// Returns the part, if the certificate passed.
+    fn into_part(self) -> Result<Part, Error> {
+        let ProcessRun { part, settled, refutation, .. } = self;
+        let Some(refutation) = refutation else { return Ok(part) };
+        let run = Run::empty(part.space, part.dimension, part.points, settled);
+        let run = Box::new(Run { refutation: Some(refutation), ..run });
+        Err(Error::NotCertified { refutation, run })
+    }
 }
 
 /// Runs the ranks of this process over the rows that it holds.
@@ -139,19 +161,17 @@ pub(super) fn run_held<P: Point>(
     transport: &mut dyn ProcessTransport<P>,
     held: Held<'_, P>,
     placement: Placement,
-    config: &Config,
+    (config, goal): (&Config, Goal),
 ) -> Result<ProcessRun, Error> {
     let start = Instant::now();
-    let mut settings =
-        Settings::decide(config, Goal::Triangulation, Whole::<P>::points(&[]), &mut started(config))?;
+    let mut settings = Settings::decide(config, goal, Whole::<P>::points(&[]), &mut started(config))?;
     settings.machine.shown.with_places = true;
     let coordinator = Coordinator::new(&config.control, Arc::new(settings.machine.clone()));
     let mut process = OneProcess { transport, placement, threads: config.machine.threads };
     let Returned { shares, seconds: phase_seconds } = coordinator.shares(&mut process, held, &Plan::new())?;
-    let ledger = merged_ledger(&shares, settings.machine.fault);
-    let part = finish(shares, &settings, placement)?;
-    let settled = settings.settled(None, NO_SUPERGRAPH.to_string());
-    Ok(ProcessRun { part, ledger, settled, phase_seconds, seconds: start.elapsed().as_secs_f64() })
+    let run = finish(shares, &settings, placement)?;
+    let seconds = start.elapsed().as_secs_f64() - untimed(&settings.machine, &phase_seconds);
+    Ok(ProcessRun { phase_seconds, seconds, ..run })
 }
 
 /// Checks the configuration and the points of this process. Returns the places of the ranks.
@@ -170,7 +190,9 @@ pub(super) fn admitted_workers(config: &Config, processes: u32) -> Result<u32, E
     let Keep { graph, sets, owner, point_owner, costs, view } = config.keep;
     let outputs = [
         (config.machine.workers == Workers::Leaves, "a worker for each leaf"),
-        (graph || sets || costs, "a counted run"),
+        (graph, "the list of the edges of the supergraph"),
+        (sets, "the list of the members of separator sets"),
+        (costs, "a cost trace"),
         (owner || point_owner, "an array of owners"),
         (view > 0, "a picture"),
     ];
@@ -214,15 +236,28 @@ impl Facts<'_> {
         global(self) == global(other)
     }
 
-    /// Checks the facts. Returns the exponent of the power of two by which coordinates were multiplied.
+    /// Checks the facts. Returns the exponent of the power of two by which coordinates were multiplied, and the reasons
+    /// against the certificate, if there are any. Points that do not span a space of dimension `space` have no certificate.
     ///
     /// # Errors
-    /// Fails if messages are missing, or if the rows cannot be triangulated.
-    fn check(self, settings: &Settings) -> Result<i32, Error> {
-        let Facts { loaded: Loaded { survey, population, .. }, totals } = self;
-        if totals.balance != 0 {
+    /// Fails if messages are missing, if the rows cannot be triangulated, or if cells are missing.
+    fn check(self, settings: &Settings, space: usize) -> Result<(i32, Option<Refutation>), Error> {
+        let Facts { loaded: Loaded { population, dimension, .. }, totals } = self;
+        let rows = self.check_rows(settings);
+        let has_stars = rows.is_ok() && *dimension >= space as isize;
+        // A message that changed on its way could make the ranks refuse a valid input.
+        if !has_stars && totals.balance != 0 {
             return Err(unbalanced());
         }
+        let exponent = rows?;
+        let refutation =
+            if has_stars { certify(totals, *population, settings.machine.counted)? } else { None };
+        Ok((exponent, refutation))
+    }
+
+    /// Checks the rows of all processes. Returns the exponent.
+    fn check_rows(self, settings: &Settings) -> Result<i32, Error> {
+        let Facts { loaded: Loaded { survey, population, .. }, totals } = self;
         if survey.repeats_numbers() {
             return Err(Error::Indices { rows: survey.rows, first: survey.first, last: survey.last });
         }
@@ -236,12 +271,13 @@ impl Facts<'_> {
     }
 }
 
-/// Decides on the run, and returns the part of this process.
+/// Decides on the run, and returns the result of this process without its times.
 fn finish<P: Point>(
     mut shares: Vec<Share<P>>,
     settings: &Settings,
     placement: Placement,
-) -> Result<Part, Error> {
+) -> Result<ProcessRun, Error> {
+    let ledger = merged_ledger(shares.iter().map(|share| &share.ledger), None);
     let Some(first) = shares.first() else {
         return Err(incomplete("the process returned no share".to_string()));
     };
@@ -249,29 +285,33 @@ fn finish<P: Point>(
     if !shares.iter().all(|share| Facts::of(share).are_those(facts)) {
         return Err(incomplete("the ranks have different totals of the run".to_string()));
     }
-    let exponent = facts.check(settings)?;
-    let (dimension, population, totals) = (first.loaded.dimension, first.loaded.population, *facts.totals);
-    let input = first.loaded.survey.rows;
-    let mut rows = Accounting { input, used: population.count, ..Accounting::default() };
+    let (exponent, refutation) = facts.check(settings, P::DIM)?;
+    let Loaded { survey, population, dimension, .. } = *facts.loaded;
+    let mut points = Accounting { input: survey.rows, used: population.count, ..Accounting::default() };
     for share in &mut shares {
         let repeated = std::mem::take(&mut share.loaded.repeated).into_iter();
-        rows.duplicates.extend(repeated.map(|[row, first]| (row, first)));
-        rows.refused.append(&mut share.loaded.refused);
+        points.duplicates.extend(repeated.map(|[row, first]| (row, first)));
+        points.refused.append(&mut share.loaded.refused);
     }
+    // The coordinator has the first share of its process.
+    let first = &mut shares[0];
+    let (certificate, choice) = (std::mem::take(&mut first.certified), std::mem::take(&mut first.choice));
     let is_flat = dimension < P::DIM as isize;
-    let refutation = if is_flat { None } else { certify(&totals, population, settings.machine.counted)? };
-    if let Some(refutation) = refutation {
-        let settled = settings.settled(None, settings.why.clone());
-        let run = Run { refutation: Some(refutation), ..Run::empty(P::DIM, dimension, rows, settled) };
-        return Err(Error::NotCertified { refutation, run: Box::new(run) });
-    }
-    let workers = shares.into_iter().filter(|share| share.rank != COORDINATOR);
-    let subdomain = |Share { rank, piece, .. }: Share<P>| {
-        Subdomain::of::<P>(rank, piece.unwrap_or_default(), (exponent, placement))
+    let settled = if is_flat { settled_flat(settings) } else { settled(settings, choice) };
+    let Totals { cells, merged, .. } = *certificate.totals;
+    let subdomain = |Share { rank, piece, cells, .. }: Share<P>| {
+        if settings.machine.counted {
+            Subdomain::of_stars::<P>(rank, cells, exponent)
+        } else {
+            Subdomain::of_piece::<P>(rank, piece.unwrap_or_default(), (exponent, placement))
+        }
     };
+    let workers = shares.into_iter().filter(|share| share.rank != COORDINATOR);
     let Some(subdomains) = workers.map(subdomain).collect() else {
         return Err(incomplete("the arrays of a subdomain do not fit together".to_string()));
     };
-    let (cells, hull_facets) = (totals.cells, totals.hull_facets);
-    Ok(Part { space: P::DIM, dimension, points: rows, cells, hull_facets, placement, subdomains })
+    let hull_facets = if refutation.is_none() { merged.hull_facets } else { 0 };
+    let part = Part { space: P::DIM, dimension, points, cells, hull_facets, placement, subdomains };
+    let (fault, phase_seconds, seconds) = (settings.machine.fault, Vec::new(), 0.0);
+    Ok(ProcessRun { part, ledger, settled, certificate, refutation, fault, phase_seconds, seconds })
 }

@@ -7,7 +7,7 @@ use septet_protocol::ids::{Phase, Rank};
 use septet_protocol::ledger::Ledger;
 use septet_protocol::message::{PointSum, Totals, ViewPart};
 use septet_workers::config::WorkerConfig;
-use septet_workers::share::{PieceRows, Share};
+use septet_workers::share::{Choice, PieceRows, Share};
 
 use crate::coordinator::{Collected, unbalanced};
 use crate::error::{Error, Refutation, incomplete};
@@ -32,9 +32,8 @@ pub(crate) struct Times {
 
 /// Returns the result for points that do not span the space: there are no cells and no counts.
 pub(crate) fn flat_result(space: usize, input: &Prepared, settings: &Settings, call: Instant) -> Run {
-    let why = if settings.why.is_empty() { NOTHING } else { &settings.why };
     let seconds = call.elapsed().as_secs_f64();
-    let settled = settings.settled(None, why.to_string());
+    let settled = settled_flat(settings);
     let costs = settings.machine.cost_log.take().map(CostTrace::of);
     let point_owner = settings.machine.shown.with_owned.then(|| input.all_of_one());
     Run {
@@ -44,6 +43,27 @@ pub(crate) fn flat_result(space: usize, input: &Prepared, settings: &Settings, c
         total_seconds: seconds,
         ..empty(space, input, settled)
     }
+}
+
+/// Returns the settings of a run whose points do not span the space.
+pub(super) fn settled_flat(settings: &Settings) -> Settled {
+    let why = if settings.why.is_empty() { NOTHING } else { &settings.why };
+    settings.settled(None, why.to_string())
+}
+
+/// Returns the settings of a run that made this choice of a supergraph.
+pub(super) fn settled(settings: &Settings, choice: Choice) -> Settled {
+    if !settings.machine.counted {
+        return settings.settled(None, NO_SUPERGRAPH.to_string());
+    }
+    settings.settled(choice.supergraph, choice.why.unwrap_or_else(|| settings.why.clone()))
+}
+
+/// Returns the seconds of a counted run that do not belong to its measured time, which ends before the cells are
+/// collected as rows.
+pub(super) fn untimed(machine: &WorkerConfig, phase_seconds: &[(Phase, f64)]) -> f64 {
+    let is_collected = |(phase, _): &&(Phase, f64)| machine.counted && *phase == Phase::Collect;
+    phase_seconds.iter().filter(is_collected).map(|(_, seconds)| seconds).sum()
 }
 
 fn empty(space: usize, input: &Prepared, settled: Settled) -> Run {
@@ -112,24 +132,18 @@ pub(crate) fn finish<P: Point>(
     let machine = &settings.machine;
     let merged = certified.totals.merged;
     let with_owner = machine.shown.with_leaves;
-    let (store, untimed) = if machine.counted {
-        // The measured time ends before the cells are collected as rows.
-        let collect: f64 = phase_seconds.iter().filter(|s| s.0 == Phase::Collect).map(|s| s.1).sum();
-        (Store::Rows(OwnedRows::of(&mut shares, with_owner)), collect)
+    let store = if machine.counted {
+        Store::Rows(OwnedRows::of(&mut shares, with_owner))
     } else {
         let take = |share: &mut Share<P>| share.piece.take().map(|piece| (share.rank, piece));
         let pieces: Vec<(Rank, PieceRows)> = shares.iter_mut().filter_map(take).collect();
         // Shares have no cells if stars disagree.
         let hull_facets = if pieces.is_empty() { 0 } else { merged.hull_facets };
         let joined = Pieces::join(P::DIM + 1, pieces, hull_facets);
-        (Store::Pieces(joined.ok_or_else(|| incomplete("the pieces do not fit together".to_string()))?), 0.0)
+        Store::Pieces(joined.ok_or_else(|| incomplete("the pieces do not fit together".to_string()))?)
     };
-    let triangulate_seconds = (times.preparing + times.machine.elapsed()).as_secs_f64() - untimed;
-    let (supergraph, why) = if machine.counted {
-        (choice.supergraph, choice.why.unwrap_or_else(|| settings.why.clone()))
-    } else {
-        (None, NO_SUPERGRAPH.to_string())
-    };
+    let elapsed = (times.preparing + times.machine.elapsed()).as_secs_f64();
+    let triangulate_seconds = elapsed - untimed(machine, &phase_seconds);
     let views: Vec<ViewPart<P>> = shares.iter_mut().filter_map(|share| share.view.take()).collect();
     // Shares have no points if stars disagree.
     let has_owners = machine.shown.with_owned && merged.is_certified(input.population);
@@ -154,15 +168,15 @@ pub(crate) fn finish<P: Point>(
         phase_seconds,
         triangulate_seconds,
         total_seconds: times.call.elapsed().as_secs_f64(),
-        ..empty(P::DIM, &input, settings.settled(supergraph, why))
+        ..empty(P::DIM, &input, settled(settings, choice))
     })
 }
 
 /// The reason why a run of points that do not span the space has no supergraph.
-pub(super) const NOTHING: &str = "nothing to triangulate";
+const NOTHING: &str = "nothing to triangulate";
 
 /// The reason why a triangulation has no supergraph to report.
-pub(super) const NO_SUPERGRAPH: &str =
+const NO_SUPERGRAPH: &str =
     "triangulate uses no supergraph: the interface exchange finds neighbours by circumspheres";
 
 fn sorted_members<P>(shares: &[Share<P>]) -> Vec<SetMember> {

@@ -1,4 +1,4 @@
-//! Triangulations by several processes, each of which reads its block of the rows of one input.
+//! Triangulations and simulations by several processes, each of which reads its block of the rows of one input.
 //!
 //! Worker `w` of `p` reads the rows from `n (w - 1) / p` to `n w / p`, rounded down, on every transport. A process holds the
 //! rows of its workers. If there are more processes than workers, the last ones run no ranks.
@@ -10,6 +10,7 @@ use septet_protocol::ledger::{Ledger, LedgerPart};
 use septet_protocol::transport::Placement;
 use septet_protocol::wire::Processes;
 use septet_workers::input::{Rows, Source, block_of};
+use septet_workers::share::{Certificate, merged_ledger};
 use septet_workers::transport::over_wire::OverWire;
 
 use crate::config::{Config, ConfigError};
@@ -17,11 +18,10 @@ use crate::coordinator::Held;
 use crate::error::Error;
 use crate::model::Points;
 use crate::result::canonical::{Export, Store};
-use crate::result::run::{Run, Settled};
-use crate::run::distributed::{admitted_workers, run_held};
-
+use crate::result::run::Run;
+use crate::result::subdomain::Part;
 pub use crate::run::distributed::ProcessRun;
-use crate::run::finish::NOTHING;
+use crate::run::distributed::{admitted_workers, end_all, run_held};
 use crate::run::settings::{Goal, admit};
 
 /// The rows that a process holds.
@@ -52,7 +52,8 @@ pub fn rows_of(placement: Placement, process: u32, rows: u64) -> Range<u64> {
     at(start)..at(end)
 }
 
-/// Triangulates the rows of all processes. Returns `None` on a process without ranks.
+/// Triangulates the rows of all processes. Returns `None` on a process without ranks. A failed certificate is not an error
+/// ([`ProcessRun::refusal`]), because the counts of the run are still reported.
 ///
 /// # Errors
 /// See [`Error`]. All processes with ranks return an error, and the others do not.
@@ -61,13 +62,34 @@ pub fn triangulate_held(
     held: HeldRows<'_>,
     config: &Config,
 ) -> Result<Option<ProcessRun>, Error> {
-    let placement = placement(config, processes.processes())?;
+    run_own(processes, held, (config, Goal::Triangulation))
+}
+
+/// Simulates the paper's recursion over the rows of all processes, as [`triangulate_held`] triangulates them.
+///
+/// # Errors
+/// See [`triangulate_held`].
+pub fn simulate_held(
+    processes: &mut Processes<'_>,
+    held: HeldRows<'_>,
+    config: &Config,
+) -> Result<Option<ProcessRun>, Error> {
+    run_own(processes, held, (config, Goal::Simulation))
+}
+
+/// Runs the ranks of this process, if it has any.
+fn run_own(
+    processes: &mut Processes<'_>,
+    held: HeldRows<'_>,
+    order: (&Config, Goal),
+) -> Result<Option<ProcessRun>, Error> {
+    let placement = placement(order.0, processes.processes())?;
     if processes.process() >= placement.processes() {
         return Ok(None);
     }
     let run = match held.points {
-        Points::Plane(points) => run(processes, (points, held), placement, config),
-        Points::Space(points) => run(processes, (points, held), placement, config),
+        Points::Plane(points) => run(processes, (points, held), placement, order),
+        Points::Space(points) => run(processes, (points, held), placement, order),
     };
     run.map(Some)
 }
@@ -91,42 +113,44 @@ fn run<P: Point>(
     processes: &mut Processes<'_>,
     (points, HeldRows { first, rows, .. }): (&[P], HeldRows<'_>),
     placement: Placement,
-    config: &Config,
+    (config, goal): (&Config, Goal),
 ) -> Result<ProcessRun, Error> {
     let mut transport = OverWire::new(processes, placement);
     let source = GlobalRows { points, first, rows };
     // The forecast is for one process, which holds its share of the points.
-    let admitted = admit(config, Goal::Triangulation, points.len() as u64, P::DIM);
+    let admitted = admit(config, goal, points.len() as u64, P::DIM);
     if let Err(error) = admitted {
-        return Err(super::distributed::end_all::<P>(&mut transport, error));
+        return Err(end_all::<P>(&mut transport, error));
     }
-    run_held(&mut transport, Held { source: &source, rows: points.len() as u64 }, placement, config)
+    let held = Held { source: &source, rows: points.len() as u64 };
+    run_held(&mut transport, held, placement, (config, goal))
 }
 
 impl ProcessRun {
     /// Returns the run of all processes for a report, from the counts of all of them. Its cells are in the parts of the
     /// processes, so it has only their number.
     pub fn into_run(self, ledgers: &[LedgerPart]) -> Run {
-        let ProcessRun { part, settled, phase_seconds, seconds, .. } = self;
-        if part.dimension < part.space as isize {
+        let ProcessRun { part, settled, certificate, refutation, fault, phase_seconds, seconds, .. } = self;
+        let Part { space, dimension, points, cells, .. } = part;
+        let used = points.used;
+        let empty = Run { triangulate_seconds: seconds, ..Run::empty(space, dimension, points, settled) };
+        if dimension < space as isize {
             // As in one process, such a run has no counts.
-            let settled = Settled { why: NOTHING.to_string(), ..settled };
-            let empty = Run::empty(part.space, part.dimension, part.points, settled);
-            return Run { triangulate_seconds: seconds, ..empty };
+            return empty;
         }
-        let mut ledger = LedgerPart::default();
-        for part in ledgers {
-            ledger.merge(part);
-        }
-        let used = part.points.used;
-        let hull_facets = part.hull_facets;
+        let Certificate { totals, fallback } = certificate;
+        let merged = totals.merged;
         Run {
-            export: Export::new(part.space, Store::Elsewhere(part.cells), false),
-            hull_facets,
-            ledger: Ledger::finish(ledger, used),
+            export: Export::new(space, Store::Elsewhere(cells), false),
+            hull_facets: merged.hull_facets,
+            stars_local: merged.local,
+            stars_repaired: merged.repaired,
+            exchange_rounds: merged.exchange_rounds,
+            fallback,
+            ledger: Ledger::finish(merged_ledger(ledgers, fault), used),
+            refutation,
             phase_seconds,
-            triangulate_seconds: seconds,
-            ..Run::empty(part.space, part.dimension, part.points, settled)
+            ..empty
         }
     }
 }

@@ -28,5 +28,5 @@ pub use schema::{
     TreeReport,
 };
 pub use tables::TableFormat;
-pub use traffic::{BinReport, LinkReport, MOST_BINS, SenderReport, TimelineReport, TrafficReport};
+pub use traffic::{BinReport, LinkReport, MOST_BINS, SenderReport, TimelineReport, TrafficReport, bin_ranks};
 pub use verify::{VERIFY_SCHEMA, VerifyReport};

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use septet_protocol::ids::{Phase, Rank};
-use septet_protocol::ledger::{Ledger, LinkKey, RankKey, Traffic};
+use septet_protocol::ledger::{Ledger, LedgerPart, LinkKey, RankKey, Traffic};
 
 /// Largest number of bins of contiguous workers.
 pub const MOST_BINS: u32 = 512;
@@ -86,6 +86,23 @@ fn bin_of(bins: &[BinReport], rank: Rank) -> u32 {
     bins.partition_point(|b| b.last < rank) as u32
 }
 
+/// Replaces every rank by the first rank of its bin. The number of rows then has a bound, however many workers there are, and
+/// the rows of the report are the same.
+pub fn bin_ranks(part: &mut LedgerPart, workers: u32) {
+    if workers <= MOST_BINS {
+        return;
+    }
+    let bins = bins(workers);
+    let first = |rank: Rank| bins[bin_of(&bins, rank) as usize].first;
+    for (key, moved) in std::mem::take(&mut part.links) {
+        let bin = LinkKey { from: first(key.from), to: first(key.to), ..key };
+        part.links.entry(bin).or_default().add(&moved);
+    }
+    for (key, tally) in std::mem::take(&mut part.ranks) {
+        part.rank(RankKey { rank: first(key.rank), ..key }).add(&tally);
+    }
+}
+
 /// Returns the messages by sender and receiver.
 pub(super) fn links(ledger: &Ledger, workers: u32) -> TrafficReport {
     let bins = bins(workers);
@@ -126,6 +143,31 @@ pub(super) fn senders(ledger: &Ledger, workers: u32) -> TimelineReport {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn binned_ledgers_have_the_same_rows() {
+        let workers = 2 * MOST_BINS + 100;
+        let mut part = LedgerPart::default();
+        for from in 0..=workers {
+            let moved = Traffic { messages: 1, bytes: 10 + u64::from(from), points: 3 };
+            part.bill(
+                RankKey { round: from % 3, phase: Phase::Halo, rank: from },
+                (from * 7) % workers,
+                moved,
+            );
+        }
+        let rows = |part: &LedgerPart| {
+            let ledger = Ledger { part: part.clone(), ..Ledger::default() };
+            (links(&ledger, workers), senders(&ledger, workers))
+        };
+        let (whole, of_ranks) = (rows(&part), part.ranks.len());
+        bin_ranks(&mut part, workers);
+        assert_eq!(rows(&part), whole);
+        assert!(part.ranks.len() < of_ranks);
+        let before = part.clone();
+        bin_ranks(&mut part, MOST_BINS);
+        assert_eq!(part, before);
+    }
 
     #[test]
     fn every_rank_has_one_bin() {

@@ -1,4 +1,4 @@
-//! `septet-mpi triangulate` writes the bytes of `septet triangulate`, and all processes end together.
+//! `septet-mpi` writes the bytes of `septet`, and all processes end together.
 
 #[path = "common/mpirun.rs"]
 mod common;
@@ -54,15 +54,15 @@ fn outputs(folder: &TempDir) -> Vec<(String, Vec<u8>)> {
 
 const OUTPUTS: &str = "-q -o x.npy -o x.vtu -o x.pvtu";
 
-fn same(input: &str, folder: &TempDir) {
-    one(folder, &format!("triangulate {input} --workers 8 {OUTPUTS}"));
+fn same(command: &str, folder: &TempDir) {
+    one(folder, &format!("{command} --workers 8 {OUTPUTS}"));
     let expected = outputs(folder);
     for processes in [1, 2, 5, 8] {
-        let output = many(folder, processes, &format!("triangulate {input} --workers 8 {OUTPUTS}"));
+        let output = many(folder, processes, &format!("{command} --workers 8 {OUTPUTS}"));
         let errors = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{input}, {processes} processes: {errors}");
+        assert!(output.status.success(), "{command}, {processes} processes: {errors}");
         for (found, expected) in outputs(folder).iter().zip(&expected) {
-            assert!(found == expected, "{input}, {processes} processes: other bytes in {}", found.0);
+            assert!(found == expected, "{command}, {processes} processes: other bytes in {}", found.0);
         }
     }
 }
@@ -84,8 +84,28 @@ fn processes_write_the_bytes_of_one_process() {
     for input in
         ["uniform.npy", "grid.npy", "part-*.npy", "repeated.xyz", "plane.xyz", "line.xyz", "seven.xyz"]
     {
-        same(input, &folder);
+        same(&format!("triangulate {input}"), &folder);
     }
+}
+
+#[test]
+fn processes_simulate_as_one_process_does() {
+    let folder = tempfile::tempdir().unwrap();
+    one(&folder, "generate clusters -d 2 -n 2000 -q -o clusters.npy");
+    same("simulate sample:uniform:2000", &folder);
+    same("simulate clusters.npy --supergraph knn", &folder);
+    let line = "simulate sample:graded:1000 --workers 5 -q --json";
+    one(&folder, &format!("{line} one.json --view 0"));
+    assert!(many(&folder, 3, &format!("{line} many.json")).status.success());
+    // Reports have a line for each field, and these have no measurement.
+    let counts = |name: &str| -> Vec<String> {
+        let text = fs::read_to_string(folder.path().join(name)).unwrap();
+        let fields = ["supergraph", "repair", "how_proved", "machine", "graph", "tree"];
+        let is_count = |line: &&str| fields.iter().any(|f| line.starts_with(&format!("  \"{f}\": ")));
+        text.lines().filter(is_count).map(str::to_owned).collect()
+    };
+    assert_eq!(counts("many.json"), counts("one.json"));
+    assert_eq!(counts("many.json").len(), 6);
 }
 
 #[test]
@@ -117,7 +137,8 @@ fn all_processes_fail_with_one_message() {
     fails(&folder, "triangulate none.npy -o m.vtu", 3, "none.npy");
     fails(&folder, "triangulate bad.xyz -o m.msh", 2, "m.msh");
     fails(&folder, "triangulate bad.xyz -o m.vtu --no-such-option", 2, "--no-such-option");
-    fails(&folder, "mesh bad.xyz -o m.vtu", 2, "triangulate");
+    fails(&folder, "mesh bad.xyz -o m.vtu", 2, "simulate");
+    fails(&folder, "simulate bad.xyz -o m.vtu --workers leaves", 2, "--workers leaves");
     fails(&folder, "triangulate sample:uniform:500 -o m.npy --fault die:2:partition", 6, "worker 2");
     fails(&folder, "triangulate sample:uniform:500 -o m.npy --fault spoil:1", 4, "certificate");
     let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();

@@ -7,6 +7,7 @@ use septet_geometry::point::{Point, Simplex};
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::transport::TransportError;
 
+use crate::config::Shown;
 use crate::machine::context::Context;
 use crate::result::certified::Certified;
 use crate::result::facets::{count_hull, pair_facets, send_facets, store_neighbours};
@@ -54,7 +55,7 @@ pub(crate) async fn collect_cells<P: Point>(
             share.owned = table.owned_ids().to_vec();
         }
         if cx.config().counted {
-            share.cells = cells(cx, subdomain, StarsView::new(&table, &stars), certified.owned_cells());
+            share.cells = cells(cx, subdomain, table, &stars, certified.owned_cells());
         } else {
             share.piece = (table.owned_len() > 0).then(|| piece(cx, subdomain, table, stars));
             pair(cx, share.piece.as_mut()).await?;
@@ -104,10 +105,12 @@ fn add_picture_data<P: Point>(table: &mut Table<P>, stars: &mut Stars<P>) {
 fn cells<P: Point>(
     cx: &Context<P>,
     subdomain: &Subdomain<P>,
-    view: StarsView<'_, P>,
+    table: Table<P>,
+    stars: &Stars<P>,
     owned_cells: &OwnedCells,
 ) -> CellRows {
-    let (ids, with_leaves) = (view.table().ids(), cx.config().shown.with_leaves);
+    let Shown { with_leaves, with_places, .. } = cx.config().shown;
+    let (view, ids) = (StarsView::new(&table, stars), table.ids());
     let mut cells = CellRows::default();
     cells.rows.reserve_exact(owned_cells.count() as usize * (P::DIM + 1));
     for leaf in subdomain.leaves() {
@@ -119,6 +122,10 @@ fn cells<P: Point>(
                 }
             });
         }
+    }
+    if with_places {
+        cells.places = places(&table);
+        cells.ids = table.into_ids();
     }
     cells
 }

@@ -30,7 +30,7 @@ pub struct PieceRows {
     pub places: Places,
 }
 
-/// The places of the vertices of a piece. The points that the rank owns come first.
+/// The places of the vertices of cells. The points that the rank owns come first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Places {
     /// Coordinates on the machine, `d` per vertex.
@@ -49,12 +49,16 @@ pub struct Seam {
 }
 
 /// Cells as rows of input indices.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct CellRows {
     /// `d + 1` indices per cell, positively oriented.
     pub rows: Vec<u64>,
     /// The leaf of the smallest vertex of each cell, if the run keeps leaves.
     pub leaves: Vec<u64>,
+    /// Input indices of the points of the rank, which contain all vertices, if the run keeps places.
+    pub ids: Vec<u64>,
+    /// The places of these points.
+    pub places: Places,
 }
 
 /// A share of a maximal independent set.
@@ -147,11 +151,14 @@ impl<P> Share<P> {
     }
 }
 
-/// Merges the ledgers of all ranks.
-pub fn merged_ledger<P>(shares: &[Share<P>], fault: Option<Fault>) -> LedgerPart {
+/// Merges the ledgers of all ranks. A fault of charges changes the merged ledger.
+pub fn merged_ledger<'a>(
+    ledgers: impl IntoIterator<Item = &'a LedgerPart>,
+    fault: Option<Fault>,
+) -> LedgerPart {
     let mut all = LedgerPart::default();
-    for share in shares {
-        all.merge(&share.ledger);
+    for ledger in ledgers {
+        all.merge(ledger);
     }
     if let Some(fault) = fault {
         fault.distort(&mut all);

@@ -64,18 +64,22 @@ fn within_limit(bytes: Vec<u8>) -> Result<Vec<u8>, CodecError> {
     if bytes.len() > FRAME_LIMIT { Err(CodecError::TooLong { bytes: bytes.len() }) } else { Ok(bytes) }
 }
 
-/// A piece as it travels: its leaf and hull facets, ids, rows, open cells, ranks and cells of other pieces, and
-/// coordinates and owners.
-type PieceFrame =
-    ((u64, u64), Bulk<u64>, Bulk<u32>, Bulk<u32>, (Bulk<Rank>, Bulk<u32>), (Bulk<f64>, Bulk<Rank>));
+/// Places as they travel: coordinates and owners.
+type PlacesFrame = (Bulk<f64>, Bulk<Rank>);
 
-/// A share as it travels: the ledger, the owned points, the piece, cells and leaves, edges, sets, members and undecided
-/// points, the view, the refused and repeated rows, and the totals.
+/// A piece as it travels: its leaf and hull facets, ids, rows, open cells, ranks and cells of other pieces, and places.
+type PieceFrame = ((u64, u64), Bulk<u64>, Bulk<u32>, Bulk<u32>, (Bulk<Rank>, Bulk<u32>), PlacesFrame);
+
+/// Cells as they travel: rows, leaves, ids and places.
+type CellsFrame = (Bulk<u64>, Bulk<u64>, Bulk<u64>, PlacesFrame);
+
+/// A share as it travels: the ledger, the owned points, the piece, the cells, edges, sets, members and undecided points,
+/// the view, the refused and repeated rows, and the totals.
 type ShareFrame<P> = (
     Bulk<u64>,
     Bulk<u64>,
     Option<PieceFrame>,
-    (Bulk<u64>, Bulk<u64>),
+    CellsFrame,
     Bulk<u64>,
     Bulk<[u64; 2]>,
     (Bulk<u64>, Bulk<u64>),
@@ -89,14 +93,15 @@ pub(super) fn share_to_bytes<P: Point>(share: &Share<P>) -> Result<Vec<u8>, Code
     let piece = share.piece.as_ref().map(|p| {
         let (ranks, cells): (Vec<Rank>, Vec<u32>) = p.seam.iter().map(|seam| (seam.rank, seam.cell)).unzip();
         let counts = (p.leaf, p.hull_facets);
-        let places = (Bulk(p.places.coordinates.clone()), Bulk(p.places.owners.clone()));
-        (counts, bulk(&p.ids), Bulk(p.rows.clone()), Bulk(p.open.clone()), (Bulk(ranks), Bulk(cells)), places)
+        let seam = (Bulk(ranks), Bulk(cells));
+        (counts, bulk(&p.ids), Bulk(p.rows.clone()), Bulk(p.open.clone()), seam, places_frame(&p.places))
     });
+    let CellRows { rows, leaves, ids, places } = &share.cells;
     let frame: ShareFrame<P> = (
         Bulk(share.ledger.to_words()),
         bulk(&share.owned),
         piece,
-        (bulk(&share.cells.rows), bulk(&share.cells.leaves)),
+        (bulk(rows), bulk(leaves), bulk(ids), places_frame(places)),
         bulk(&share.edges),
         Bulk(share.sets.clone()),
         (bulk(&share.selected.members), bulk(&share.selected.undecided)),
@@ -106,20 +111,32 @@ pub(super) fn share_to_bytes<P: Point>(share: &Share<P>) -> Result<Vec<u8>, Code
     within_limit(codec::encode(&frame)?)
 }
 
+fn places_frame(Places { coordinates, owners }: &Places) -> PlacesFrame {
+    (Bulk(coordinates.clone()), Bulk(owners.clone()))
+}
+
+fn places_of((coordinates, owners): PlacesFrame) -> Places {
+    Places { coordinates: coordinates.0, owners: owners.0 }
+}
+
 /// Decodes the share of a worker.
 pub(super) fn share_from_bytes<P: Point>(rank: Rank, bytes: &[u8]) -> Result<Share<P>, CodecError> {
     let (words, owned, piece, cells, edges, sets, selected, view, end): ShareFrame<P> = codec::decode(bytes)?;
     let ledger = LedgerPart::from_words(&words).ok_or(CodecError::Corrupt { what: "the ledger" })?;
     let piece = piece.map(|((leaf, hull_facets), ids, rows, open, (ranks, cells), places)| {
         let seam = ranks.0.into_iter().zip(cells.0).map(|(rank, cell)| Seam { rank, cell });
-        let places = Places { coordinates: places.0.0, owners: places.1.0 };
-        PieceRows { leaf, ids: ids.0, rows: rows.0, open: open.0, seam: seam.collect(), hull_facets, places }
+        let (seam, places) = (seam.collect(), places_of(places));
+        PieceRows { leaf, ids: ids.0, rows: rows.0, open: open.0, seam, hull_facets, places }
     });
-    let leaves = cells.1.len();
+    let (rows, leaves, ids, places) = cells;
+    let cells = CellRows { rows: rows.0, leaves: leaves.0, ids: ids.0, places: places_of(places) };
     for (what, fits) in [
         ("the picture", view.as_ref().is_none_or(ViewPart::is_consistent)),
         ("the graph", edges.len() % 2 == 0),
-        ("the list of leaves", leaves == 0 || leaves * (P::DIM + 1) == cells.0.len()),
+        (
+            "the list of leaves",
+            cells.leaves.is_empty() || cells.leaves.len() * (P::DIM + 1) == cells.rows.len(),
+        ),
     ] {
         if !fits {
             return Err(CodecError::Corrupt { what });
@@ -131,7 +148,7 @@ pub(super) fn share_from_bytes<P: Point>(rank: Rank, bytes: &[u8]) -> Result<Sha
         loaded,
         owned: owned.0,
         piece,
-        cells: CellRows { rows: cells.0.0, leaves: cells.1.0 },
+        cells,
         edges: edges.0,
         sets: sets.0,
         selected: Selected { members: selected.0.0, undecided: selected.1.0 },
@@ -164,7 +181,12 @@ mod tests {
                 totals: Box::new(Totals { cells: 4, cell_hash: 1 << 63, ..Totals::default() }),
                 fallback: None,
             },
-            cells: CellRows { rows: vec![1, 2, 3], leaves: vec![9] },
+            cells: CellRows {
+                rows: vec![1, 2, 3],
+                leaves: vec![9],
+                ids: vec![1, 2, 3],
+                places: Places { coordinates: vec![0.5; 6], owners: vec![3, 3, 1] },
+            },
             loaded: Loaded { refused: vec![4], repeated: vec![[6, 5]], ..Loaded::default() },
             owned: vec![2],
             edges: vec![4, 5],
