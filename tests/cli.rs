@@ -46,6 +46,9 @@ mod predict;
 #[path = "cli/processes.rs"]
 mod processes;
 
+#[path = "cli/raw.rs"]
+mod raw;
+
 #[path = "cli/report.rs"]
 mod report;
 

@@ -169,7 +169,8 @@ fn print_report(args: &RunArgs, report: &RunReport, files: &[PathBuf], talk: &Ta
     if report.dimension < report.space as isize {
         talk.note(format!("note: {}", report.flat_note()));
     } else if report.certificate == "passed" {
-        talk.note(summary::next_step(&args.input, &args.output, args.json.as_deref()));
+        let reading = args.reading.for_verify();
+        talk.note(summary::next_step(&args.input, &reading, &args.output, args.json.as_deref()));
     }
     Ok(())
 }
