@@ -281,7 +281,7 @@ pub mod mesh {
 pub mod generate {
     #[doc(inline)]
     pub use septet_core::generate::{
-        GenerateError, GenerateProgress, Generated, Kind, Request, Spacing, generate,
+        GenerateError, GenerateProgress, Generated, Kind, Request, SeparateRows, Spacing, generate,
         parse_sample,
     };
 }

@@ -68,6 +68,31 @@ fn processes_write_the_bytes_of_one_process() {
     same_bytes(&place, "part-*.xyz", 3);
 }
 
+/// The processes draw their own rows of most kinds. Process 0 draws the others.
+#[test]
+fn samples_of_all_kinds_have_the_bytes_of_one_process() {
+    let place = Place::new();
+    for sample in [
+        "poisson:500",
+        "ball:400,d=2",
+        "sphere:300",
+        "grid:600,d=2",
+        "fcc:500",
+        "jittered:400,d=2,seed=7",
+        "slab:500,seed=3",
+        "line:200",
+        "moment-curve:40",
+        "shells:96,d=2",
+        "well-spaced:300,d=2",
+        "uniform:3",
+        "uniform:0,d=2",
+    ] {
+        same_bytes(&place, &format!("sample:{sample}"), 8);
+    }
+    let talk = stderr(&place.good("triangulate sample:grid:30 --transport processes --processes 2"));
+    assert_eq!(talk.matches("27 points instead of 30").count(), 1, "{talk}");
+}
+
 #[test]
 fn processes_count_as_one_process_does() {
     let place = Place::new();

@@ -7,6 +7,7 @@
 mod launch;
 mod report;
 mod run;
+mod sample;
 mod team;
 
 use septet_core::Config;

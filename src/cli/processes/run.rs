@@ -7,16 +7,17 @@ use septet_core::result::subdomain::Part;
 use septet_core::run::memory::{peak_rss, rss};
 use septet_core::run::processes::{HeldRows, ProcessRun, placement, rows_of, triangulate_held};
 use septet_core::{Config, Error};
-use septet_io::read::{ReadOptions, SharedPoints, read_shared, share_points};
+use septet_io::read::{ReadOptions, SharedPoints, read_shared};
 use septet_io::write::{SharedMesh, check_shared, write_shared};
 use septet_lab::report::{RunContext, RunReport};
 use septet_protocol::transport::Placement;
 
 use super::report::{gather, ledgers};
+use super::sample;
 use super::team::Team;
 use crate::errors::{Code, Failure};
 use crate::files;
-use crate::input::{Input, make};
+use crate::input::Input;
 use crate::instruments::Tables;
 use crate::options::RunArgs;
 use crate::progress::Talk;
@@ -147,10 +148,9 @@ fn read(
     let block = |rows: u64| rows_of(placement, process, rows);
     let held = match &plan.input {
         Input::Sample(request) => {
-            let made = team.first_only(|| make(request, talk))?;
-            let spacing = made.as_ref().and_then(|made| made.spacing);
-            config.spacing = team.processes.all_gather(&spacing)?.swap_remove(0);
-            share_points(&mut team.processes, made.map(|made| made.points), &block)?
+            let (held, spacing) = sample::rows(request, team, &block, talk)?;
+            config.spacing = spacing;
+            held
         }
         Input::File(name) => read_shared(&mut team.processes, &[PathBuf::from(name)], &plan.reading, &block)?,
         Input::List(list) => read_shared(&mut team.processes, list.files(), &plan.reading, &block)?,

@@ -8,6 +8,7 @@ mod draw;
 mod faces;
 mod kind;
 mod request;
+mod rows;
 mod search;
 mod shapes;
 mod shells;
@@ -20,6 +21,7 @@ pub use kind::{Kind, parse_sample};
 pub use request::{
     GRADED_LIPSCHITZ, GenerateError, GenerateProgress, Generated, Request, SHELL_RATIO, Spacing,
 };
+pub use rows::SeparateRows;
 use unit::Unit;
 
 use crate::model::Points;
@@ -82,11 +84,15 @@ fn typed<P: Unit>(
         progress(request.kind.name(), request.n, request.n);
         points
     };
-    if !spaced && points.len() as u64 != request.n {
-        let (made, asked) = (points.len(), request.n);
-        notes.push(format!("{made} points instead of {asked}: {}", request.kind.count_rule()));
-    }
+    notes.extend(count_note(request, points.len() as u64));
     Ok(Generated { points: wrap(points), spacing, requested: request.n, notes })
+}
+
+/// Returns the note on a set that is not f-spaced and has another number of points than requested.
+fn count_note(request: &Request, made: u64) -> Option<String> {
+    let Request { kind, n, .. } = *request;
+    let rule = || format!("{made} points instead of {n}: {}", kind.count_rule());
+    (!kind.is_spaced() && made != n).then(rule)
 }
 
 #[cfg(test)]
