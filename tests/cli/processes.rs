@@ -93,6 +93,29 @@ fn samples_of_all_kinds_have_the_bytes_of_one_process() {
     assert_eq!(talk.matches("27 points instead of 30").count(), 1, "{talk}");
 }
 
+/// Messages that are cut into small parts arrive as whole messages.
+#[test]
+fn parts_do_not_change_the_bytes() {
+    let place = Place::new();
+    place.good("generate uniform -n 3000 -q -o u.npy");
+    let of = |options: &str| {
+        let line = "triangulate u.npy -q --workers 8 --transport processes -o m.npy -o m.vtu -o m.pvtu";
+        place.good(&format!("{line} {options}"));
+        outputs(&place, "m")
+    };
+    let expected = of("--processes 8");
+    for processes in [5, 8] {
+        for part in ["4096", "100", "1G"] {
+            let found = of(&format!("--processes {processes} --part-bytes {part}"));
+            assert!(found == expected, "{processes} processes, parts of {part} bytes");
+        }
+    }
+    for part in ["0", "1.5G", "many"] {
+        let line = format!("triangulate u.npy --transport processes --part-bytes {part}");
+        place.fails(&line, 2, &["--part-bytes"]);
+    }
+}
+
 #[test]
 fn processes_count_as_one_process_does() {
     let place = Place::new();

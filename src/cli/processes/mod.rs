@@ -22,6 +22,7 @@ use team::Team;
 /// Runs `septet triangulate` on a process of a team. By default, there is one worker for each process.
 fn of_team(args: &TriangulateArgs, threads: usize, mut team: Team<'_>, talk: &Talk) -> Result<(), Failure> {
     team.check_same()?;
+    team.processes.set_part_bytes(args.run.hidden.part_bytes.unwrap_or_default());
     let config = args.config_of_processes(team.processes.processes(), threads);
     let config = team.agree(config)?;
     run::triangulate(&args.run, config, &mut team, talk)

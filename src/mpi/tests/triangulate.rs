@@ -88,6 +88,21 @@ fn processes_write_the_bytes_of_one_process() {
     }
 }
 
+/// Messages that are cut into small parts arrive as whole messages.
+#[test]
+fn parts_do_not_change_the_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    one(&folder, "generate uniform -n 20000 -q -o uniform.npy");
+    one(&folder, &format!("triangulate uniform.npy --workers 8 {OUTPUTS}"));
+    let expected = outputs(&folder);
+    for processes in [5, 8] {
+        let line = format!("triangulate uniform.npy --workers 8 {OUTPUTS} --part-bytes 4096");
+        let output = many(&folder, processes, &line);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(outputs(&folder) == expected, "{processes} processes");
+    }
+}
+
 #[test]
 fn a_start_without_mpirun_is_one_process() {
     let folder = tempfile::tempdir().unwrap();
