@@ -43,6 +43,9 @@ mod pieces;
 #[path = "cli/predict.rs"]
 mod predict;
 
+#[path = "cli/process_rows.rs"]
+mod process_rows;
+
 #[path = "cli/processes.rs"]
 mod processes;
 

@@ -8,7 +8,7 @@ use super::Place;
 /// A line, and the two options or values that its message names.
 type Pair = (&'static str, [&'static str; 2]);
 
-const PAIRS: [Pair; 89] = [
+const PAIRS: [Pair; 91] = [
     // The report holds the picture.
     ("triangulate p.xyz --view 10", ["--view", "--json"]),
     ("simulate p.xyz --view 0 -o a.vtu", ["--view", "--json"]),
@@ -54,6 +54,8 @@ const PAIRS: [Pair; 89] = [
     ("scale -n 100 --delivery-seed 3 -o r.jsonl", ["--delivery-seed", "--transport sim"]),
     ("triangulate p.xyz --part-bytes 4096", ["--part-bytes", "--transport processes"]),
     ("simulate p.xyz --part-bytes 1M", ["--part-bytes", "--transport processes"]),
+    ("triangulate p.xyz --first-row 8589934592", ["--first-row", "--transport processes"]),
+    ("simulate p.xyz --first-row 1", ["--first-row", "--transport processes"]),
     ("simulate p.xyz --k 3", ["k:", "density"]),
     ("simulate p.xyz --supergraph overlap --k 3", ["k:", "overlap"]),
     ("simulate p.xyz --supergraph knn --alpha 3", ["alpha:", "knn"]),

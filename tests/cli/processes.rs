@@ -4,7 +4,7 @@
 use super::*;
 
 /// The files that a run writes as `name.*`, by the rest of their names.
-fn outputs(place: &Place, name: &str) -> Vec<(String, Vec<u8>)> {
+pub(super) fn outputs(place: &Place, name: &str) -> Vec<(String, Vec<u8>)> {
     let mut found = Vec::new();
     let files = |folder: &Path| -> Vec<PathBuf> {
         fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
@@ -29,7 +29,7 @@ fn outputs(place: &Place, name: &str) -> Vec<(String, Vec<u8>)> {
 }
 
 /// Runs of 1, 2, 5 and 8 processes write the bytes of one process.
-fn same_bytes(place: &Place, input: &str, workers: u32) {
+pub(super) fn same_bytes(place: &Place, input: &str, workers: u32) {
     place.good(&format!("triangulate {input} -q --workers {workers} -o one.npy -o one.vtu -o one.pvtu"));
     let expected = outputs(place, "one");
     assert_eq!(expected.len(), 3 + workers as usize, "{input}");
@@ -66,54 +66,6 @@ fn processes_write_the_bytes_of_one_process() {
     place.file("part-1.xyz", rows(100, &|i| format!("{} {} {}\n", i * 7 % 13, i * 5 % 11, i % 9)));
     place.file("part-2.xyz", rows(31, &|i| format!("{} {} {}\n", i * 7 % 17, i * 5 % 19, i % 4)));
     same_bytes(&place, "part-*.xyz", 3);
-}
-
-/// The processes draw their own rows of most kinds. Process 0 draws the others.
-#[test]
-fn samples_of_all_kinds_have_the_bytes_of_one_process() {
-    let place = Place::new();
-    for sample in [
-        "poisson:500",
-        "ball:400,d=2",
-        "sphere:300",
-        "grid:600,d=2",
-        "fcc:500",
-        "jittered:400,d=2,seed=7",
-        "slab:500,seed=3",
-        "line:200",
-        "moment-curve:40",
-        "shells:96,d=2",
-        "well-spaced:300,d=2",
-        "uniform:3",
-        "uniform:0,d=2",
-    ] {
-        same_bytes(&place, &format!("sample:{sample}"), 8);
-    }
-    let talk = stderr(&place.good("triangulate sample:grid:30 --transport processes --processes 2"));
-    assert_eq!(talk.matches("27 points instead of 30").count(), 1, "{talk}");
-}
-
-/// Messages that are cut into small parts arrive as whole messages.
-#[test]
-fn parts_do_not_change_the_bytes() {
-    let place = Place::new();
-    place.good("generate uniform -n 3000 -q -o u.npy");
-    let of = |options: &str| {
-        let line = "triangulate u.npy -q --workers 8 --transport processes -o m.npy -o m.vtu -o m.pvtu";
-        place.good(&format!("{line} {options}"));
-        outputs(&place, "m")
-    };
-    let expected = of("--processes 8");
-    for processes in [5, 8] {
-        for part in ["4096", "100", "1G"] {
-            let found = of(&format!("--processes {processes} --part-bytes {part}"));
-            assert!(found == expected, "{processes} processes, parts of {part} bytes");
-        }
-    }
-    for part in ["0", "1.5G", "many"] {
-        let line = format!("triangulate u.npy --transport processes --part-bytes {part}");
-        place.fails(&line, 2, &["--part-bytes"]);
-    }
 }
 
 #[test]

@@ -21,7 +21,7 @@ use crate::input::Input;
 use crate::instruments::Tables;
 use crate::options::RunArgs;
 use crate::progress::Talk;
-use crate::triangulate::{TABLES, of_points, publish};
+use crate::triangulate::{TABLES, of_points, publish, renumbered};
 
 /// The settled arguments of a run.
 struct Plan<'a> {
@@ -56,16 +56,19 @@ pub fn triangulate(
         config.control.progress = Some(talk.phases());
     }
     let rss_before_bytes = rss();
-    let rows = HeldRows { points: &held.points, first: held.first, rows: held.rows };
+    let base = args.hidden.first_row.unwrap_or(0);
+    let rows = HeldRows { points: &held.points, first: held.first, rows: held.rows, base };
     let run = triangulate_held(&mut team.processes, rows, &config);
     let run = run.map_err(|error| match error {
-        Error::Points(error) => of_points(&error, &held.files, &args.input),
+        Error::Points(error) => {
+            of_points(&renumbered(error, |row| row.saturating_sub(base as usize)), &held.files, &args.input)
+        }
         error => error.into(),
     });
     let mut run = team.agree(run)?;
     let part = take_part(run.as_mut(), plan.placement, team)?;
     let run_seconds = start.elapsed().as_secs_f64();
-    let mesh = SharedMesh { part: &part, rows: &held.points, first: held.first };
+    let mesh = SharedMesh { part: &part, rows: &held.points, first: base + held.first };
     let files = write_shared(&mut team.processes, &args.output, &mesh, &options, &|| talk.is_cancelled())?;
     let context = RunContext {
         command: "triangulate",

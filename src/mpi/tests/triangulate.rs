@@ -103,6 +103,21 @@ fn parts_do_not_change_the_bytes() {
     }
 }
 
+/// Rows have the numbers that they have without MPI.
+#[test]
+fn rows_are_numbered_from_any_number() {
+    let folder = tempfile::tempdir().unwrap();
+    one(&folder, "generate grid -n 1000 -q -o grid.npy");
+    let line = format!("triangulate grid.npy --workers 8 {OUTPUTS} --first-row 8589934592");
+    one(&folder, &format!("{line} --transport processes --processes 3"));
+    let expected = outputs(&folder);
+    for processes in [1, 5] {
+        let output = many(&folder, processes, &line);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(outputs(&folder) == expected, "{processes} processes");
+    }
+}
+
 #[test]
 fn a_start_without_mpirun_is_one_process() {
     let folder = tempfile::tempdir().unwrap();
