@@ -4,6 +4,7 @@
 //! the number of threads, or on any library function except the square root. All kinds lie in the unit square or cube,
 //! except shells, which lie around the origin. The machine generates the f-spaced kinds (`spaced`).
 
+mod check;
 mod draw;
 mod faces;
 mod kind;
@@ -36,32 +37,11 @@ pub fn generate(
     request: &Request,
     progress: &mut dyn FnMut(&str, u64, u64),
 ) -> Result<Generated, GenerateError> {
-    check(request)?;
+    check::request(request)?;
     match request.dimension {
         2 => typed::<DVec2>(request, Points::Plane, progress),
         _ => typed::<DVec3>(request, Points::Space, progress),
     }
-}
-
-fn check(request: &Request) -> Result<(), GenerateError> {
-    let Request { kind, n, dimension, lipschitz, .. } = *request;
-    if !(2..=3).contains(&dimension) {
-        return Err(GenerateError::Dimension(dimension));
-    }
-    if let Some(constant) = lipschitz {
-        if !kind.is_graded() {
-            return Err(GenerateError::LipschitzUnused(kind));
-        }
-        if !(constant > 0.0 && constant < 1.0) {
-            return Err(GenerateError::Lipschitz(constant));
-        }
-    }
-    shells::check(request)?;
-    let limit = kind.limit(dimension);
-    if n > limit {
-        return Err(GenerateError::TooMany { kind, n, limit });
-    }
-    Ok(())
 }
 
 fn typed<P: Unit>(
@@ -84,15 +64,8 @@ fn typed<P: Unit>(
         progress(request.kind.name(), request.n, request.n);
         points
     };
-    notes.extend(count_note(request, points.len() as u64));
+    notes.extend(check::count(request, points.len() as u64));
     Ok(Generated { points: wrap(points), spacing, requested: request.n, notes })
-}
-
-/// Returns the note on a set that is not f-spaced and has another number of points than requested.
-fn count_note(request: &Request, made: u64) -> Option<String> {
-    let Request { kind, n, .. } = *request;
-    let rule = || format!("{made} points instead of {n}: {}", kind.count_rule());
-    (!kind.is_spaced() && made != n).then(rule)
 }
 
 #[cfg(test)]

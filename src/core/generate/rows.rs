@@ -11,6 +11,7 @@ use std::ops::Range;
 use glam::{DVec2, DVec3};
 use septet_geometry::point::{Point, dist2};
 
+use super::check;
 use super::draw::{Draw, Purpose};
 use super::kind::Kind;
 use super::request::{GenerateError, Request};
@@ -34,7 +35,7 @@ impl SeparateRows {
     /// # Errors
     /// See [`super::generate`].
     pub fn of(request: &Request) -> Result<Option<Self>, GenerateError> {
-        super::check(request)?;
+        check::request(request)?;
         Ok(match request.dimension {
             2 => Rows::of(request).map(Typed::Plane),
             _ => Rows::of(request).map(Typed::Space),
@@ -61,7 +62,7 @@ impl SeparateRows {
 
     /// Returns the notes of the set, as in [`super::Generated::notes`].
     pub fn notes(&self, request: &Request) -> Vec<String> {
-        super::count_note(request, self.count()).into_iter().collect()
+        check::count(request, self.count()).into_iter().collect()
     }
 }
 
