@@ -192,9 +192,9 @@ pub mod io {
         #[doc(inline)]
         pub use septet_io::read::{
             AnyInput, CellFile, CellOptions, Column, CoordinateType, DomainFile, EntryFault, FileList,
-            Format, InputError, ListError, ListedFile, Place, PointFile, PointList, ReadOptions,
-            ReadProgress, UnknownFormatName, read, read_cells, read_cells_from, read_domain, read_from,
-            read_list, read_sizes,
+            Format, InputError, ListError, ListedFile, Place, PointFile, PointList, RawRows, ReadOptions,
+            ReadProgress, UnknownFormatName, UnknownRawRows, read, read_cells, read_cells_from, read_domain,
+            read_from, read_list, read_sizes,
         };
     }
 
@@ -281,7 +281,8 @@ pub mod mesh {
 pub mod generate {
     #[doc(inline)]
     pub use septet_core::generate::{
-        GenerateError, GenerateProgress, Generated, Kind, Request, Spacing, generate, parse_sample,
+        GenerateError, GenerateProgress, Generated, Kind, Request, SeparateRows, Spacing, generate,
+        parse_sample,
     };
 }
 

@@ -43,8 +43,14 @@ mod pieces;
 #[path = "cli/predict.rs"]
 mod predict;
 
+#[path = "cli/process_rows.rs"]
+mod process_rows;
+
 #[path = "cli/processes.rs"]
 mod processes;
+
+#[path = "cli/raw.rs"]
+mod raw;
 
 #[path = "cli/report.rs"]
 mod report;

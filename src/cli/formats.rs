@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use septet_core::model::MeshView;
-use septet_io::read::{Format, ReadOptions, UnknownFormatName};
+use septet_io::read::{Format, RawRows, ReadOptions, UnknownFormatName, UnknownRawRows};
 use septet_io::write::{MshVersion, OutputError, OutputFormat, PointFormat, WriteOptions, write, write_to};
 
-use super::effects::needs;
+use super::effects::{excludes, needs};
 use super::errors::{Code, Failure};
 use super::headings::{INPUT, OUTPUT};
 use super::text::suggestion;
@@ -26,6 +26,12 @@ pub struct ReadArgs {
     /// node, xyz, csv, npy, off, ply, stl, obj, vtu, vtk, msh or mesh.
     #[arg(long, value_name = "NAME", value_parser = input_format, help_heading = INPUT, hide_short_help = true)]
     input_format: Option<Format>,
+    /// Read coordinates in binary without a header, such as f64,3
+    ///
+    /// The type of the coordinates (f32 or f64, or f32be or f64be for big-endian numbers) and the number of coordinates of
+    /// a point (2 or 3). Every file of the input has such rows, whatever its name; names of other formats are refused.
+    #[arg(long, value_name = "TYPE,D", value_parser = raw_rows, help_heading = INPUT, hide_short_help = true)]
+    raw: Option<RawRows>,
 }
 
 impl ReadArgs {
@@ -33,18 +39,28 @@ impl ReadArgs {
     pub fn options(&self, dimension: Option<usize>, skip_invalid: bool) -> ReadOptions {
         ReadOptions {
             dimension,
-            format: self.input_format,
+            format: self.raw.map(Format::Raw).or(self.input_format),
             skip_invalid,
             columns: self.columns.clone(),
             keep_columns: false,
         }
     }
 
-    /// Returns a failure if one of these options is used with a sample, which is not a file. `others` lists further
-    /// options, and whether each is set.
+    /// Returns the option that `septet verify` needs to read the same points, after a space.
+    pub fn for_verify(&self) -> String {
+        self.raw.map_or_else(String::new, |rows| format!(" --raw {rows}"))
+    }
+
+    /// Returns a failure if one of these options is used with a sample, which is not a file, or with another one that
+    /// disables it. `others` lists further options, and whether each is set.
     pub fn check(&self, is_sample: bool, others: &[(&str, bool)]) -> Result<(), Failure> {
-        let own = [("--columns", self.columns.is_some()), ("--input-format", self.input_format.is_some())];
-        match own.iter().chain(others).find(|(_, given)| is_sample && *given) {
+        let formats =
+            [("--columns", self.columns.is_some()), ("--input-format", self.input_format.is_some())];
+        for (option, given) in formats {
+            excludes(option, given, "--raw", self.raw.is_some())?;
+        }
+        let own = formats.into_iter().chain([("--raw", self.raw.is_some())]);
+        match own.chain(others.iter().copied()).find(|(_, given)| is_sample && *given) {
             Some((option, _)) => {
                 let message = format!("{option} applies to files, not to a generated sample");
                 Err(Failure::new(Code::Usage, message).help(format!("omit {option}, or give a file")))
@@ -114,6 +130,10 @@ pub fn point_format(name: &str) -> Result<PointFormat, String> {
 
 fn unknown(name: &str, error: UnknownFormatName) -> String {
     format!("{}{error}", suggestion(&name.to_ascii_lowercase(), error.known.split(' ')))
+}
+
+fn raw_rows(text: &str) -> Result<RawRows, String> {
+    text.parse().map_err(|error: UnknownRawRows| error.to_string())
 }
 
 fn input_format(name: &str) -> Result<Format, String> {

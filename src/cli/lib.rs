@@ -13,6 +13,7 @@ mod formats;
 mod generate;
 mod gzip;
 mod headings;
+mod hidden;
 mod input;
 mod instruments;
 mod mesh;

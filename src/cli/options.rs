@@ -19,7 +19,8 @@ use super::errors::{Code, Failure};
 use super::faults::fault;
 use super::formats::{FormatArgs, ReadArgs};
 use super::headings::{GRAPH, INPUT, MACHINE, OUTPUT, REPORTS};
-use super::numbers::count;
+use super::hidden::HiddenArgs;
+use super::numbers::{bytes, count};
 use super::text::suggestion;
 
 /// Options of `septet triangulate`.
@@ -76,7 +77,7 @@ pub struct SimulateArgs {
 pub struct RunArgs {
     /// Point file, `-` for standard input, or `sample:KIND:N` for a generated set
     ///
-    /// Files: .node .xyz .txt .csv .npy .off .ply .stl .obj .vtu .vtk .msh .mesh, each also .gz. A pattern in quotes,
+    /// Files: .node .xyz .txt .csv .npy .off .ply .stl .obj .vtu .vtk .msh .mesh, and --raw, each also .gz. A pattern in quotes,
     /// such as 'part-*.npy', reads several files in byte order of their names. @LIST reads the files that the text file
     /// LIST names, one per line. Rows are numbered across the files. The full form of a sample is `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25][,ratio=1.3]`.
     pub input: String,
@@ -133,6 +134,8 @@ pub struct RunArgs {
     /// Write the owning worker and the owning leaf of every cell (.vtu .pvtu .vtk)
     #[arg(long, help_heading = OUTPUT, hide_short_help = true)]
     pub with_owner: bool,
+    #[command(flatten)]
+    pub hidden: HiddenArgs,
     /// Plant a fault in the machine, for tests; `septet reproduce --fault list` lists the faults
     #[arg(long, hide = true, value_name = "FAULT", value_parser = fault)]
     pub fault: Option<Fault>,
@@ -370,6 +373,7 @@ impl RunArgs {
     /// Returns the configuration of these options in one process.
     pub fn config(&self) -> Result<Config, Failure> {
         needs("--processes", self.processes.is_some(), "--transport processes", false)?;
+        self.hidden.refuse()?;
         Ok(self.settled(self.machine.config()?))
     }
 
@@ -452,20 +456,4 @@ pub fn dimension(text: &str) -> Result<usize, String> {
         "3" => Ok(3),
         _ => Err("expected 2 or 3".into()),
     }
-}
-
-/// Parses a number of bytes; K, M, G and T stand for powers of 1024.
-pub fn bytes(text: &str) -> Result<u64, String> {
-    let text = text.strip_suffix(['B', 'b']).unwrap_or(text);
-    let text = text.strip_suffix('i').unwrap_or(text);
-    let (digits, shift) = match text.char_indices().next_back() {
-        Some((at, 'k' | 'K')) => (&text[..at], 10),
-        Some((at, 'm' | 'M')) => (&text[..at], 20),
-        Some((at, 'g' | 'G')) => (&text[..at], 30),
-        Some((at, 't' | 'T')) => (&text[..at], 40),
-        _ => (text, 0),
-    };
-    let value = digits.parse::<f64>().ok().filter(|v| *v >= 0.0 && v.is_finite());
-    let value = value.ok_or_else(|| "expected a number of bytes, such as 500M or 2G".to_owned())?;
-    Ok((value * (1u64 << shift) as f64) as u64)
 }

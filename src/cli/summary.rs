@@ -109,8 +109,8 @@ fn baselines(report: &RunReport) -> Option<String> {
     (!both.is_empty()).then(|| row("baseline", both.join(", ")))
 }
 
-/// Suggests the next step after `septet triangulate` or `septet simulate`.
-pub fn next_step(input: &str, outputs: &[PathBuf], json: Option<&Path>) -> String {
+/// Suggests the next step after `septet triangulate` or `septet simulate`. `reading` are the options to read the input again.
+pub fn next_step(input: &str, reading: &str, outputs: &[PathBuf], json: Option<&Path>) -> String {
     let plain = |text: &str| !text.contains(char::is_whitespace) && !text.contains(char::is_control);
     let is_plain = |path: &Path| path.as_os_str() != "-" && plain(&path.to_string_lossy());
     let ends = |path: &Path, ending: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
@@ -125,7 +125,8 @@ pub fn next_step(input: &str, outputs: &[PathBuf], json: Option<&Path>) -> Strin
         }
         (_, Some(json), _) if is_plain(json) => format!("septet report {} -o report.html", json.display()),
         (_, _, Some((points, cells))) if plain(&points) => {
-            format!("check the cells independently: septet verify {points} {}", cells.display())
+            let reading = if points == input { reading } else { "" };
+            format!("check the cells independently: septet verify {points} {}{reading}", cells.display())
         }
         (..) if outputs.is_empty() && input != "-" && plain(input) => {
             "add -o mesh.vtu to write the cells, or --json run.json for all counts".to_owned()
@@ -183,12 +184,16 @@ mod tests {
             ("a b.msh", "septet verify POINTS CELLS"),
             ("a.stl", "septet verify POINTS CELLS"),
         ] {
-            let text = next_step("p.xyz", &[output.into()], None);
+            let text = next_step("p.xyz", "", &[output.into()], None);
             assert!(text.contains(expected), "{text}");
         }
         let json = Some(Path::new("run.json"));
-        assert!(next_step("p.xyz", &[], json).contains("septet report run.json -o report.html"));
-        assert!(next_step("-", &["a.npy".into()], None).contains("POINTS CELLS"));
-        assert!(next_step("p.xyz", &[], None).contains("-o mesh.vtu"));
+        let raw = next_step("p.raw", " --raw f64,3", &["a.npy".into()], None);
+        assert!(raw.contains("septet verify p.raw a.npy --raw f64,3"), "{raw}");
+        let set = next_step("p.raw", " --raw f64,3", &["a.ele".into()], None);
+        assert!(set.ends_with("septet verify a.node a.ele"), "{set}");
+        assert!(next_step("p.xyz", "", &[], json).contains("septet report run.json -o report.html"));
+        assert!(next_step("-", "", &["a.npy".into()], None).contains("POINTS CELLS"));
+        assert!(next_step("p.xyz", "", &[], None).contains("-o mesh.vtu"));
     }
 }

@@ -196,7 +196,8 @@ fn print_report(args: &RunArgs, report: &RunReport, files: &[PathBuf], talk: &Ta
     if report.dimension < report.space as isize {
         talk.note(format!("note: {}", report.flat_note()));
     } else if report.certificate == "passed" {
-        talk.note(summary::next_step(&args.input, &args.output, args.json.as_deref()));
+        let reading = args.reading.for_verify();
+        talk.note(summary::next_step(&args.input, &reading, &args.output, args.json.as_deref()));
     }
     Ok(())
 }
@@ -222,13 +223,18 @@ fn go(points: &Points, config: &Config, counted: bool) -> Result<Run, Error> {
 
 /// Converts an error. An error about points then gives the file and the positions of the points in it.
 pub fn place(error: Error, loaded: &Loaded, input: &str) -> Failure {
-    let Error::Points(mut error) = error else { return error.into() };
+    let Error::Points(error) = error else { return error.into() };
     let at = |i: usize| loaded.source_index.as_ref().map_or(i, |s| s[i] as usize);
+    of_points(&renumbered(error, at), &loaded.files, input)
+}
+
+/// Returns the error with other numbers of its points.
+pub(super) fn renumbered(mut error: RangeError, at: impl Fn(usize) -> usize) -> RangeError {
     match &mut error {
         RangeError::NotFinite { index, .. } => *index = at(*index),
         RangeError::Spread { low, high, .. } => (*low, *high) = (at(*low), at(*high)),
     }
-    of_points(&error, &loaded.files, input)
+    error
 }
 
 /// Returns the failure for points that cannot be triangulated. `files` are the files of a list.

@@ -2,7 +2,7 @@
 
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-use septet_protocol::wire::{Arrived, Parcel, Wire, WireError};
+use septet_protocol::wire::{Arrived, Parcel, PartBytes, Wire, WireError};
 
 /// The bytes of a parcel, if there is one, and the state of its sender.
 type Sent = (Option<Vec<u8>>, u8);
@@ -54,4 +54,6 @@ impl Wire for Threads {
         }
         Ok(arrived)
     }
+
+    fn set_part_bytes(&mut self, _: PartBytes) {}
 }

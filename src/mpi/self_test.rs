@@ -8,9 +8,9 @@ use std::process::{self, ExitCode};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use septet_protocol::wire::{Arrived, Parcel, Wire, WireError};
+use septet_protocol::wire::{Arrived, Parcel, PartBytes, Wire, WireError};
 
-use crate::wire::{MpiWire, PART_BYTES};
+use crate::wire::MpiWire;
 
 /// The number of exchanges.
 const ROUNDS: u64 = 200;
@@ -120,7 +120,8 @@ fn check(wire: &mut MpiWire, round: u64) -> Result<(), WireError> {
     if process >= members {
         return Ok(());
     }
-    wire.set_part_bytes(if round % 4 == 3 { PART_BYTES } else { SMALL_PART });
+    let small = PartBytes::new(SMALL_PART as u64).expect("a possible number");
+    wire.set_part_bytes(if round % 4 == 3 { PartBytes::default() } else { small });
     let delay = random([round, 2, process.into(), 0]);
     if delay.is_multiple_of(16) {
         thread::sleep(Duration::from_micros((delay >> 8) % 3000));

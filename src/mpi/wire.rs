@@ -12,16 +12,10 @@ use mpi::datatype::Equivalence;
 use mpi::point_to_point::{Destination, Message, Source};
 use mpi::request;
 use mpi::topology::{Communicator, Group, Rank, SimpleCommunicator};
-use septet_protocol::wire::{Arrived, Parcel, Wire, WireError};
+use septet_protocol::wire::{Arrived, Parcel, PartBytes, Wire, WireError};
 
 use crate::idle::Idle;
 use crate::parts::{Inbox, Outgoing};
-
-/// The bytes of a part if the caller does not choose another number.
-pub const PART_BYTES: usize = 1 << 28;
-
-/// The largest number of bytes of a part: a message has at most 2^31 - 1 bytes.
-pub const MOST_PART_BYTES: usize = 1 << 30;
 
 /// The number of tags. A process can be one round ahead of another one, so two tags would suffice; MPI has at least 2^15.
 const TAGS: Tag = 1 << 15;
@@ -33,7 +27,7 @@ const TAGS: Tag = 1 << 15;
 pub struct MpiWire {
     process: u32,
     processes: u32,
-    part_bytes: usize,
+    part_bytes: PartBytes,
     /// The members of exchanges, by their number.
     groups: BTreeMap<u32, Members>,
 }
@@ -45,14 +39,7 @@ impl MpiWire {
         let all = communicator.duplicate();
         let (process, processes) = (all.rank() as u32, all.size() as u32);
         let groups = BTreeMap::from([(processes, Members::new(all))]);
-        MpiWire { process, processes, part_bytes: PART_BYTES, groups }
-    }
-
-    /// Cuts parcels into parts of at most this many bytes, and eight more in the last part. All processes choose the same
-    /// number between two exchanges.
-    pub fn set_part_bytes(&mut self, part_bytes: usize) {
-        assert!((1..=MOST_PART_BYTES).contains(&part_bytes), "a part has 1 to {MOST_PART_BYTES} bytes");
-        self.part_bytes = part_bytes;
+        MpiWire { process, processes, part_bytes: PartBytes::default(), groups }
     }
 }
 
@@ -77,9 +64,14 @@ impl Wire for MpiWire {
             let first = self.groups[&self.processes].first(members);
             self.groups.insert(members, first);
         }
-        let part_bytes = self.part_bytes;
+        let part_bytes = self.part_bytes.get();
         let sent: Vec<_> = sent.into_iter().map(|parcel| Outgoing::new(parcel, part_bytes)).collect();
         self.groups.get_mut(&members).expect("the group exists").exchange(&sent, part_bytes, state)
+    }
+
+    /// Cuts parcels into parts. The last part has eight more bytes.
+    fn set_part_bytes(&mut self, part_bytes: PartBytes) {
+        self.part_bytes = part_bytes;
     }
 }
 

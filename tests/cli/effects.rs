@@ -8,7 +8,7 @@ use super::Place;
 /// A line, and the two options or values that its message names.
 type Pair = (&'static str, [&'static str; 2]);
 
-const PAIRS: [Pair; 80] = [
+const PAIRS: [Pair; 91] = [
     // The report holds the picture.
     ("triangulate p.xyz --view 10", ["--view", "--json"]),
     ("simulate p.xyz --view 0 -o a.vtu", ["--view", "--json"]),
@@ -40,10 +40,22 @@ const PAIRS: [Pair; 80] = [
     ("triangulate p.ply --keep-columns -o a.vtu", ["--keep-columns", ".ply"]),
     ("verify p.ply a.ele --columns 1,2,3", ["--columns", ".ply"]),
     ("triangulate p.xyz --input-format ply --columns 1,2", ["--columns", ".ply"]),
+    // Raw coordinates have no columns, no other format, and no name of another format.
+    ("triangulate sample:grid:27 --raw f64,3", ["--raw", "sample"]),
+    ("triangulate p.bin --raw f64,3 --columns 1,2,3", ["--columns", "--raw"]),
+    ("simulate p.bin --raw f64,3 --input-format xyz", ["--input-format", "--raw"]),
+    ("simulate p.bin --raw f64,3 --keep-columns -o a.vtu", ["--keep-columns", ".raw"]),
+    ("triangulate p.xyz --raw f64,3", ["--raw", ".xyz"]),
+    ("verify p.ply a.ele --raw f64,3", ["--raw", ".ply"]),
+    ("triangulate p.bin --raw i32,3", ["--raw", "f32be"]),
     // Parameters of another setting.
     ("triangulate p.xyz --delivery-seed 3", ["--delivery-seed", "--transport sim"]),
     ("mesh cube.poly -o m.vtu --delivery-seed 3", ["--delivery-seed", "--transport sim"]),
     ("scale -n 100 --delivery-seed 3 -o r.jsonl", ["--delivery-seed", "--transport sim"]),
+    ("triangulate p.xyz --part-bytes 4096", ["--part-bytes", "--transport processes"]),
+    ("simulate p.xyz --part-bytes 1M", ["--part-bytes", "--transport processes"]),
+    ("triangulate p.xyz --first-row 8589934592", ["--first-row", "--transport processes"]),
+    ("simulate p.xyz --first-row 1", ["--first-row", "--transport processes"]),
     ("simulate p.xyz --k 3", ["k:", "density"]),
     ("simulate p.xyz --supergraph overlap --k 3", ["k:", "overlap"]),
     ("simulate p.xyz --supergraph knn --alpha 3", ["alpha:", "knn"]),
@@ -137,7 +149,7 @@ fn options_without_effect_are_refused() {
     let place = Place::new();
     let domain = |name| fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/domains/good").join(name));
     place.file("cube.poly", domain("cube.poly").unwrap()).file("cube.off", domain("cube.off").unwrap());
-    place.file("p.xyz", super::SQUARE);
+    place.file("p.xyz", super::SQUARE).file("p.bin", [0; 24]);
     place.good("generate grid -n 27 -o p.ply");
     for (line, words) in PAIRS {
         place.fails(line, 2, &words);

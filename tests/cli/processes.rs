@@ -4,7 +4,7 @@
 use super::*;
 
 /// The files that a run writes as `name.*`, by the rest of their names.
-fn outputs(place: &Place, name: &str) -> Vec<(String, Vec<u8>)> {
+pub(super) fn outputs(place: &Place, name: &str) -> Vec<(String, Vec<u8>)> {
     let mut found = Vec::new();
     let files = |folder: &Path| -> Vec<PathBuf> {
         fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
@@ -70,7 +70,7 @@ fn same_counts(found: &Value, one: &Value, label: &str) {
 }
 
 /// Runs of 1, 2, 5 and 8 processes write the bytes of one process, and count as it does.
-fn same_run(place: &Place, command: &str, workers: u32) {
+pub(super) fn same_run(place: &Place, command: &str, workers: u32) {
     place.good(&format!(
         "{command} -q --workers {workers} -o one.npy -o one.vtu -o one.pvtu --json r.json --view 0"
     ));

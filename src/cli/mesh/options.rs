@@ -11,7 +11,8 @@ use crate::effects::needs;
 use crate::errors::{Code, Failure};
 use crate::formats::FormatArgs;
 use crate::headings::{INPUT, MACHINE, OUTPUT, REPORTS};
-use crate::options::{TraceArgs, TransportArg, bytes, workers};
+use crate::numbers::bytes;
+use crate::options::{TraceArgs, TransportArg, workers};
 
 const SIZES: &str = "Sizes and quality";
 const BOUNDARY: &str = "Boundary";

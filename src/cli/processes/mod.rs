@@ -8,6 +8,7 @@
 mod launch;
 mod report;
 mod run;
+mod sample;
 mod team;
 
 use septet_core::Config;
@@ -23,6 +24,7 @@ use team::Team;
 /// Runs a goal on a process of a team. By default, there is one worker for each process.
 fn of_team(goal: Goal<'_>, threads: usize, mut team: Team<'_>, talk: &Talk) -> Result<(), Failure> {
     team.check_same()?;
+    team.processes.set_part_bytes(goal.args().hidden.part_bytes.unwrap_or_default());
     let config = goal.config_of_processes(team.processes.processes(), threads);
     let config = team.agree(config)?;
     run::run(goal, config, &mut team, talk)

@@ -10,19 +10,20 @@ use septet_core::run::processes::{
     HeldRows, ProcessRun, placement, rows_of, simulate_held, triangulate_held,
 };
 use septet_core::{Config, Error};
-use septet_io::read::{ReadOptions, SharedPoints, read_shared, share_points};
+use septet_io::read::{ReadOptions, SharedPoints, read_shared};
 use septet_io::write::{SharedMesh, check_shared, write_shared};
 use septet_lab::report::{RunContext, RunReport};
 use septet_protocol::transport::Placement;
 
 use super::report::{gather, ledgers};
+use super::sample;
 use super::team::Team;
 use crate::errors::{Code, Failure};
 use crate::files;
-use crate::input::{Input, make};
+use crate::input::Input;
 use crate::instruments::Tables;
 use crate::progress::Talk;
-use crate::triangulate::{Goal, TABLES, of_points, publish};
+use crate::triangulate::{Goal, TABLES, of_points, publish, renumbered};
 
 /// The settled arguments of a run.
 struct Plan<'a> {
@@ -57,7 +58,11 @@ pub fn run(goal: Goal<'_>, mut config: Config, team: &mut Team<'_>, talk: &Talk)
     let run_seconds = start.elapsed().as_secs_f64();
     let mut files = Vec::new();
     if failure.is_none() {
-        let mesh = SharedMesh { part: &part, rows: &held.points, first: held.first };
+        let mesh = SharedMesh {
+            part: &part,
+            rows: &held.points,
+            first: args.hidden.first_row.unwrap_or(0) + held.first,
+        };
         let is_cancelled = || talk.is_cancelled();
         files = write_shared(&mut team.processes, &args.output, &mesh, &options, &is_cancelled)?;
     }
@@ -92,13 +97,17 @@ fn run_ranks(
     held: &SharedPoints,
     team: &mut Team<'_>,
 ) -> Result<Option<ProcessRun>, Failure> {
-    let rows = HeldRows { points: &held.points, first: held.first, rows: held.rows };
+    let base = goal.args().hidden.first_row.unwrap_or(0);
+    let rows = HeldRows { points: &held.points, first: held.first, rows: held.rows, base };
     let run = match goal {
         Goal::Triangulate(_) => triangulate_held(&mut team.processes, rows, config),
         Goal::Simulate(_) => simulate_held(&mut team.processes, rows, config),
     };
     team.agree(run.map_err(|error| match error {
-        Error::Points(error) => of_points(&error, &held.files, &goal.args().input),
+        Error::Points(error) => {
+            let error = renumbered(error, |row| row.saturating_sub(base as usize));
+            of_points(&error, &held.files, &goal.args().input)
+        }
         error => error.into(),
     }))
 }
@@ -164,10 +173,9 @@ fn read(
     let block = |rows: u64| rows_of(placement, process, rows);
     let held = match &plan.input {
         Input::Sample(request) => {
-            let made = team.first_only(|| make(request, talk))?;
-            let spacing = made.as_ref().and_then(|made| made.spacing);
-            config.spacing = team.processes.all_gather(&spacing)?.swap_remove(0);
-            share_points(&mut team.processes, made.map(|made| made.points), &block)?
+            let (held, spacing) = sample::rows(request, team, &block, talk)?;
+            config.spacing = spacing;
+            held
         }
         Input::File(name) => read_shared(&mut team.processes, &[PathBuf::from(name)], &plan.reading, &block)?,
         Input::List(list) => read_shared(&mut team.processes, list.files(), &plan.reading, &block)?,

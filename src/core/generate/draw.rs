@@ -33,6 +33,15 @@ impl Draw {
         Draw(rng)
     }
 
+    /// The number of points that [`Draw::bell`] draws.
+    pub const BELL_POINTS: u64 = 12;
+
+    /// Skips draws of 64 bits, in O(1).
+    pub fn skip(&mut self, draws: u64) {
+        // A draw takes two words of the stream.
+        self.0.set_word_pos(self.0.get_word_pos() + 2 * u128::from(draws));
+    }
+
     /// Draws 64 random bits.
     pub fn bits(&mut self) -> u64 {
         self.0.next_u64()
@@ -77,7 +86,7 @@ impl Draw {
     /// Draws a bell-shaped vector: every coordinate has mean 0, variance 1 and absolute value at most 6.
     pub fn bell<P: Point>(&mut self) -> P {
         let mut sum = P::splat(-6.0);
-        for _ in 0..12 {
+        for _ in 0..Draw::BELL_POINTS {
             sum = sum + self.point();
         }
         sum

@@ -4,10 +4,12 @@
 //! the number of threads, or on any library function except the square root. All kinds lie in the unit square or cube,
 //! except shells, which lie around the origin. The machine generates the f-spaced kinds (`spaced`).
 
+mod check;
 mod draw;
 mod faces;
 mod kind;
 mod request;
+mod rows;
 mod search;
 mod shapes;
 mod shells;
@@ -20,6 +22,7 @@ pub use kind::{Kind, parse_sample};
 pub use request::{
     GRADED_LIPSCHITZ, GenerateError, GenerateProgress, Generated, Request, SHELL_RATIO, Spacing,
 };
+pub use rows::SeparateRows;
 use unit::Unit;
 
 use crate::model::Points;
@@ -34,32 +37,11 @@ pub fn generate(
     request: &Request,
     progress: &mut dyn FnMut(&str, u64, u64),
 ) -> Result<Generated, GenerateError> {
-    check(request)?;
+    check::request(request)?;
     match request.dimension {
         2 => typed::<DVec2>(request, Points::Plane, progress),
         _ => typed::<DVec3>(request, Points::Space, progress),
     }
-}
-
-fn check(request: &Request) -> Result<(), GenerateError> {
-    let Request { kind, n, dimension, lipschitz, .. } = *request;
-    if !(2..=3).contains(&dimension) {
-        return Err(GenerateError::Dimension(dimension));
-    }
-    if let Some(constant) = lipschitz {
-        if !kind.is_graded() {
-            return Err(GenerateError::LipschitzUnused(kind));
-        }
-        if !(constant > 0.0 && constant < 1.0) {
-            return Err(GenerateError::Lipschitz(constant));
-        }
-    }
-    shells::check(request)?;
-    let limit = kind.limit(dimension);
-    if n > limit {
-        return Err(GenerateError::TooMany { kind, n, limit });
-    }
-    Ok(())
 }
 
 fn typed<P: Unit>(
@@ -82,10 +64,7 @@ fn typed<P: Unit>(
         progress(request.kind.name(), request.n, request.n);
         points
     };
-    if !spaced && points.len() as u64 != request.n {
-        let (made, asked) = (points.len(), request.n);
-        notes.push(format!("{made} points instead of {asked}: {}", request.kind.count_rule()));
-    }
+    notes.extend(check::count(request, points.len() as u64));
     Ok(Generated { points: wrap(points), spacing, requested: request.n, notes })
 }
 

@@ -191,6 +191,41 @@ fn every_kind_is_repeatable_and_inside_its_cube() {
     }
 }
 
+/// The rows of any cut are those of the whole set, bit for bit.
+#[test]
+fn rows_are_generated_separately() {
+    let separate = [
+        Kind::Uniform,
+        Kind::Poisson,
+        Kind::Grid,
+        Kind::Fcc,
+        Kind::Jittered,
+        Kind::Clusters,
+        Kind::Slab,
+        Kind::MomentCurve,
+    ];
+    let bits = |points: &Points| points.coordinates().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    for kind in Kind::all() {
+        for (dimension, n) in [2, 3].into_iter().flat_map(|d| [0, 1, 2, 9, 40, 700].map(|n| (d, n))) {
+            let ask = Request { seed: n + 5, ..request(kind, n, dimension, None) };
+            let found = SeparateRows::of(&ask).unwrap();
+            assert_eq!(found.is_some(), separate.contains(&kind), "{kind}");
+            let Some(rows) = found else { continue };
+            let whole = made(&ask);
+            let (count, what) = (rows.count(), format!("{kind}:{n},d={dimension}"));
+            assert_eq!((count, rows.notes(&ask)), (whole.points.len() as u64, whole.notes), "{what}");
+            for parts in [1, 2, 3, 5, 8, count.max(1)] {
+                let cut = |part: u64| count * part / parts;
+                let joined: Vec<u64> =
+                    (0..parts).flat_map(|part| bits(&rows.points(cut(part)..cut(part + 1)))).collect();
+                assert!(joined == bits(&whole.points), "{what} in {parts} parts");
+            }
+            assert!(rows.points(count..count + 3).is_empty(), "{what}");
+            assert_eq!(bits(&rows.points(0..u64::MAX)), bits(&whole.points), "{what}");
+        }
+    }
+}
+
 #[test]
 fn lattices_are_exact() {
     let grid = made(&request(Kind::Grid, 1000, 3, None));

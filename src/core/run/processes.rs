@@ -29,10 +29,21 @@ use crate::run::settings::{Goal, admit};
 pub struct HeldRows<'a> {
     /// The points.
     pub points: &'a Points,
-    /// Number of the first row.
+    /// Position of the first of them among the rows of all processes.
     pub first: u64,
     /// Number of rows of all processes.
     pub rows: u64,
+    /// The number of the first row of all processes, usually 0. The others are numbered from it on.
+    pub base: u64,
+}
+
+impl HeldRows<'_> {
+    /// Checks that all rows have numbers.
+    fn check(&self) -> Result<(), Error> {
+        let HeldRows { rows, base, .. } = *self;
+        let all = base.checked_add(rows);
+        all.map(drop).ok_or(Error::Indices { rows, first: base, last: u64::MAX })
+    }
 }
 
 /// Returns the places of the ranks of a run by this number of processes.
@@ -97,28 +108,28 @@ fn run_own(
 /// The points of a process, as the source of its workers.
 struct GlobalRows<'a, P> {
     points: &'a [P],
-    first: u64,
-    rows: u64,
+    held: HeldRows<'a>,
 }
 
 impl<P: Point> Source<P> for GlobalRows<'_, P> {
     fn block(&self, block: u32, blocks: u32) -> Rows<P> {
-        let Range { start, end } = block_of(self.rows, block, blocks);
-        let at = |row: u64| (row.saturating_sub(self.first) as usize).min(self.points.len());
-        Rows::of_whole(start, &self.points[at(start)..at(end)], &[], 0, 1)
+        let HeldRows { first, rows, base, .. } = self.held;
+        let Range { start, end } = block_of(rows, block, blocks);
+        let at = |row: u64| (row.saturating_sub(first) as usize).min(self.points.len());
+        Rows::of_whole(base + start, &self.points[at(start)..at(end)], &[], 0, 1)
     }
 }
 
 fn run<P: Point>(
     processes: &mut Processes<'_>,
-    (points, HeldRows { first, rows, .. }): (&[P], HeldRows<'_>),
+    (points, held): (&[P], HeldRows<'_>),
     placement: Placement,
     (config, goal): (&Config, Goal),
 ) -> Result<ProcessRun, Error> {
     let mut transport = OverWire::new(processes, placement);
-    let source = GlobalRows { points, first, rows };
+    let source = GlobalRows { points, held };
     // The forecast is for one process, which holds its share of the points.
-    let admitted = admit(config, goal, points.len() as u64, P::DIM);
+    let admitted = held.check().and_then(|()| admit(config, goal, points.len() as u64, P::DIM));
     if let Err(error) = admitted {
         return Err(end_all::<P>(&mut transport, error));
     }
@@ -152,5 +163,18 @@ impl ProcessRun {
             phase_seconds,
             ..empty
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_without_numbers_are_refused() {
+        let points = Points::Plane(Vec::new());
+        let check = |base| HeldRows { points: &points, first: 0, rows: 10, base }.check();
+        assert!([0, 1 << 33, u64::MAX - 10].iter().all(|&base| check(base).is_ok()));
+        assert!(matches!(check(u64::MAX - 9), Err(Error::Indices { rows: 10, .. })));
     }
 }

@@ -6,11 +6,10 @@ use std::path::Path;
 use super::cells::{CellFile, CellOptions};
 use super::error::{InputError, Place};
 use super::format::{self, Format};
+use super::load::{self, Packing};
 use super::points::{PointFile, ReadOptions, ReadProgress};
 use super::text::Source;
-use super::{
-    cells, columns, extension, load, medit, msh, node, npy, obj, off, ply, signature, stl, vtk, vtu,
-};
+use super::{cells, columns, extension, medit, msh, node, npy, obj, off, ply, raw, signature, stl, vtk, vtu};
 use crate::ending;
 
 /// Reads points from a file, or from standard input if `path` is `-`. From a mesh (`.vtu`, `.vtk`, `.msh`, `.mesh`) it
@@ -24,9 +23,8 @@ pub fn read(
     options: &ReadOptions,
     progress: &mut ReadProgress<'_>,
 ) -> Result<PointFile, InputError> {
-    check_dimension(path, options.dimension)?;
-    let (_, zipped) = Format::of_path(path);
-    points(path, &load::load(path, zipped, progress)?, options)
+    check_options(path, options)?;
+    points(path, &load::load(path, Packing::of_points(path, options), progress)?, options)
 }
 
 /// Reads points from any reader. `name` is the file in messages, and its extension determines the format and gzip as in
@@ -41,9 +39,9 @@ pub fn read_from<R: Read>(
     options: &ReadOptions,
     progress: &mut ReadProgress<'_>,
 ) -> Result<PointFile, InputError> {
-    check_dimension(name, options.dimension)?;
-    let (_, zipped) = Format::of_path(name);
-    points(name, &load::load_from(reader, name, total, zipped, progress)?, options)
+    check_options(name, options)?;
+    let packing = Packing::of_points(name, options);
+    points(name, &load::load_from(reader, name, total, packing, progress)?, options)
 }
 
 /// Reads cells from a file, or from standard input if `path` is `-`.
@@ -57,8 +55,7 @@ pub fn read_cells(
     progress: &mut ReadProgress<'_>,
 ) -> Result<CellFile, InputError> {
     check_dimension(path, options.dimension)?;
-    let (_, zipped) = Format::of_path(path);
-    cell_list(path, &load::load(path, zipped, progress)?, options)
+    cell_list(path, &load::load(path, Packing::of(path), progress)?, options)
 }
 
 /// Reads cells from any reader. `name` and `total` are as in [`read_from`].
@@ -73,11 +70,18 @@ pub fn read_cells_from<R: Read>(
     progress: &mut ReadProgress<'_>,
 ) -> Result<CellFile, InputError> {
     check_dimension(name, options.dimension)?;
-    let (_, zipped) = Format::of_path(name);
-    cell_list(name, &load::load_from(reader, name, total, zipped, progress)?, options)
+    cell_list(name, &load::load_from(reader, name, total, Packing::of(name), progress)?, options)
 }
 
-pub(super) fn check_dimension(path: &Path, dimension: Option<usize>) -> Result<(), InputError> {
+/// Checks the options for a file of points before it is read.
+pub(super) fn check_options(path: &Path, options: &ReadOptions) -> Result<(), InputError> {
+    if let (Some(Format::Raw(_)), Some(known)) = (options.format, Format::of_path(path)) {
+        return Err(InputError::NotRaw { path: path.to_owned(), format: known.name() });
+    }
+    check_dimension(path, options.dimension)
+}
+
+fn check_dimension(path: &Path, dimension: Option<usize>) -> Result<(), InputError> {
     match dimension {
         None | Some(2 | 3) => Ok(()),
         Some(found) => {
@@ -90,7 +94,7 @@ pub(super) fn check_dimension(path: &Path, dimension: Option<usize>) -> Result<(
 /// Returns the format of a file of points, given by its name, or by its content if the name does not determine it.
 /// Standard input is a table unless its content identifies another format.
 fn format_of_points(path: &Path, data: &[u8]) -> Option<Format> {
-    let named = Format::of_path(path).0;
+    let named = Format::of_path(path);
     // The rows of a list of cells also form a table.
     let known = match named {
         Some(Format::Text) if signature::is_ele(data) => Some(Format::Ele),
@@ -131,6 +135,7 @@ fn parsed_points(path: &Path, data: &[u8], options: &ReadOptions) -> Result<Poin
         Format::Node => node::read(source, options),
         Format::Text => columns::read(source, options),
         Format::Npy => npy::read(source, options),
+        Format::Raw(rows) => raw::read(source, rows, options),
         Format::Off => off::read(source, options),
         Format::Ply => ply::read(source, options),
         Format::Stl => stl::read(source, options),
@@ -151,7 +156,7 @@ fn parsed_points(path: &Path, data: &[u8], options: &ReadOptions) -> Result<Poin
 pub(super) fn cell_list(path: &Path, data: &[u8], options: &CellOptions) -> Result<CellFile, InputError> {
     let source = Source { path, data };
     let plain = ReadOptions::default();
-    let cells = match options.format.or(Format::of_path(path).0).or_else(|| Format::of_content(data)) {
+    let cells = match options.format.or_else(|| Format::of_path(path)).or_else(|| Format::of_content(data)) {
         Some(Format::Ele) => cells::read_ele(source, options)?,
         Some(Format::Npy) => npy::read_cells(source, options)?,
         Some(Format::Off) => off::read_cells(source)?,

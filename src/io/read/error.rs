@@ -135,6 +135,24 @@ pub enum InputError {
         /// The header row.
         place: Place,
     },
+    /// The name of a file to be read as raw coordinates is that of another format.
+    #[error("{}: --raw does not apply to a .{format} file; omit --raw, or rename the file", shown(.path))]
+    NotRaw {
+        /// The file.
+        path: PathBuf,
+        /// The format of its name.
+        format: &'static str,
+    },
+    /// A raw file does not end with a whole row.
+    #[error("{}: {size} bytes are not whole rows of {row} bytes; check the type and the dimension in --raw, or fetch the complete file", shown(.path))]
+    PartOfRow {
+        /// The file.
+        path: PathBuf,
+        /// The size in bytes, after decompression.
+        size: u64,
+        /// The number of bytes of a row.
+        row: u64,
+    },
     /// Columns are chosen in a file that is not a text table.
     #[error("{}: a .{format} file has no columns to choose; omit --columns and --keep-columns", shown(.path))]
     NotATable {
@@ -245,6 +263,8 @@ impl InputError {
             | Self::Malformed { path, .. }
             | Self::Columns { path, .. }
             | Self::NoRows { path, .. }
+            | Self::NotRaw { path, .. }
+            | Self::PartOfRow { path, .. }
             | Self::NotATable { path, .. }
             | Self::NotFinite { path, .. }
             | Self::Truncated { path, .. }
@@ -289,6 +309,8 @@ impl InputError {
             | Self::Unreadable { .. }
             | Self::Gzip { .. }
             | Self::UnknownFormat { .. }
+            | Self::NotRaw { .. }
+            | Self::PartOfRow { .. }
             | Self::NotATable { .. }
             | Self::OutOfMemory { .. } => Place::Whole,
             Self::Syntax { line, .. } => Place::Line(*line),
@@ -334,7 +356,7 @@ impl InputError {
     /// of its name is unknown.
     pub fn is_usage(&self) -> bool {
         match self {
-            Self::Columns { .. } | Self::NotATable { .. } => true,
+            Self::Columns { .. } | Self::NotATable { .. } | Self::NotRaw { .. } => true,
             Self::UnknownFormat { path, .. } => !may_be_table(path),
             _ => false,
         }

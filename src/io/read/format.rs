@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::str::FromStr;
 
-use crate::ending::{extension, without_gz};
+use super::raw_rows::RawRows;
+use crate::ending::extension;
 
 /// An input format of points, of cells, or of both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -33,6 +34,8 @@ pub enum Format {
     Medit,
     /// Cells of `TetGen` and Triangle.
     Ele,
+    /// Coordinates in binary without a header. Neither a name nor a content has this format, so that it is always stated.
+    Raw(RawRows),
 }
 
 /// Formats and their file name extensions. The first extension is the name of the format.
@@ -69,7 +72,7 @@ const CONVERSIONS: [(&[&str], &str); 5] = [
 impl Format {
     /// The formats that `read` accepts, for messages.
     pub const POINTS: &'static str = ".node .xyz .txt .csv .npy .off .ply .stl .obj .vtu .vtk .msh .mesh (each also with .gz), or state the format with \
-         --input-format";
+         --input-format or --raw";
     /// The formats that `read_cells` accepts, for messages.
     pub const CELLS: &'static str = ".ele .vtu .vtk .msh .mesh .npy .off (each also with .gz)";
     /// The names of all formats.
@@ -77,12 +80,12 @@ impl Format {
 
     /// Returns the name of the format: its usual extension without the dot.
     pub fn name(self) -> &'static str {
-        EXTENSIONS.iter().find(|(format, _)| *format == self).map_or("", |(_, extensions)| extensions[0])
+        EXTENSIONS.iter().find(|(format, _)| *format == self).map_or("raw", |(_, extensions)| extensions[0])
     }
 
-    /// Returns the format given by the extension of a file name, and whether the name ends in `.gz`.
-    pub(super) fn of_path(path: &Path) -> (Option<Format>, bool) {
-        (extension(path).parse().ok(), without_gz(path).1)
+    /// Returns the format given by the extension of a file name.
+    pub(super) fn of_path(path: &Path) -> Option<Format> {
+        extension(path).parse().ok()
     }
 
     /// Returns the format that the first bytes or lines identify.

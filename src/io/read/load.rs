@@ -7,10 +7,38 @@ use std::path::Path;
 use flate2::read::MultiGzDecoder;
 
 use super::error::InputError;
-use super::points::ReadProgress;
+use super::format::Format;
+use super::points::{ReadOptions, ReadProgress};
+use crate::ending::without_gz;
 
 /// The number of bytes between two calls of the progress function.
 const STEP: usize = 1 << 20;
+
+/// Whether data are compressed with gzip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Packing {
+    /// They are.
+    Gzip,
+    /// They are if they begin with the header of gzip.
+    Unknown,
+    /// They are not, whatever their first bytes are.
+    Plain,
+}
+
+impl Packing {
+    /// Returns the packing that the name of a file states.
+    pub fn of(path: &Path) -> Self {
+        if without_gz(path).1 { Packing::Gzip } else { Packing::Unknown }
+    }
+
+    /// Returns the packing of a file of points. The first coordinate of a raw file could look like a header of gzip.
+    pub fn of_points(path: &Path, options: &ReadOptions) -> Self {
+        match (Packing::of(path), options.format) {
+            (Packing::Unknown, Some(Format::Raw(_))) => Packing::Plain,
+            (packing, _) => packing,
+        }
+    }
+}
 
 /// Counts the bytes read and reports them to the progress function.
 struct Counting<'a, R> {
@@ -38,17 +66,17 @@ impl<R: Read> Read for Counting<'_, R> {
     }
 }
 
-/// Returns all bytes of a file, or of standard input for `-`. Data with a gzip header are decompressed.
+/// Returns all bytes of a file, or of standard input for `-`, after decompression.
 pub(super) fn load(
     path: &Path,
-    zipped: bool,
+    packing: Packing,
     progress: &mut ReadProgress<'_>,
 ) -> Result<Vec<u8>, InputError> {
     if path.as_os_str() == "-" {
-        return load_from(io::stdin().lock(), path, None, zipped, progress);
+        return load_from(io::stdin().lock(), path, None, packing, progress);
     }
     let (file, total) = open(path)?;
-    load_from(file, path, total, zipped, progress)
+    load_from(file, path, total, packing, progress)
 }
 
 /// Opens a file. Also returns its size if it is a regular file.
@@ -70,13 +98,12 @@ pub(super) fn unreadable(path: &Path, source: io::Error) -> InputError {
     }
 }
 
-/// Returns all bytes of a reader. Data with a gzip header are decompressed. If `zipped` is set, data without one are
-/// an error.
+/// Returns all bytes of a reader, after decompression. Data of [`Packing::Gzip`] without a gzip header are an error.
 pub(super) fn load_from<R: Read>(
     reader: R,
     path: &Path,
     total: Option<u64>,
-    zipped: bool,
+    packing: Packing,
     progress: &mut ReadProgress<'_>,
 ) -> Result<Vec<u8>, InputError> {
     let mut step = |read: u64, total: Option<u64>| progress(read, total);
@@ -85,7 +112,7 @@ pub(super) fn load_from<R: Read>(
     let unreadable = |source| InputError::Unreadable { path: path.to_owned(), source };
     let mut head = Vec::new();
     input.by_ref().take(2).read_to_end(&mut head).map_err(unreadable)?;
-    if head == [0x1f, 0x8b] {
+    if head == [0x1f, 0x8b] && packing != Packing::Plain {
         let mut data = Vec::new();
         let drained = drain(&mut MultiGzDecoder::new(head.as_slice().chain(&mut input)), &mut data, path);
         return match drained {
@@ -96,7 +123,7 @@ pub(super) fn load_from<R: Read>(
             Err(error) => Err(error),
         };
     }
-    if zipped {
+    if packing == Packing::Gzip {
         let source = io::Error::new(io::ErrorKind::InvalidData, "the file does not begin as gzip");
         return Err(InputError::Gzip { path: path.to_owned(), source });
     }

@@ -6,6 +6,7 @@
 //!
 //! Several processes can read parts of files ([`read_shared`]).
 
+mod array;
 mod cells;
 mod collect;
 mod columns;
@@ -27,6 +28,8 @@ mod obj;
 mod off;
 mod ply;
 mod points;
+mod raw;
+mod raw_rows;
 mod row;
 mod scalar;
 mod shared;
@@ -46,5 +49,6 @@ pub use error::{InputError, Place};
 pub use format::{Format, UnknownFormatName};
 pub use list::{EntryFault, FileList, ListError, ListedFile, PointList, read_list};
 pub use points::{Column, CoordinateType, PointFile, ReadOptions, ReadProgress};
+pub use raw_rows::{RawRows, UnknownRawRows};
 pub use shared::{SharedPoints, WHOLE_LIMIT, read_shared, share_points};
 pub use sizes::read_sizes;

@@ -4,158 +4,35 @@
 //! parser of Python literals would recurse on nested brackets and would not check the shape, so a small malicious
 //! file could exhaust the stack or memory.
 
+use super::array::{Array, Layout};
 use super::cells::{CellFile, CellOptions, Indices};
-use super::collect::Collector;
 use super::error::{InputError, Place};
-use super::points::{CoordinateType, PointFile, ReadOptions};
+use super::points::{PointFile, ReadOptions};
 use super::scalar::{Endian, Scalar};
 use super::sizes;
 use super::text::{Source, excerpt, integer};
 use septet_core::mesh::field::SizeField;
 
-/// The header of a two-dimensional array.
-#[derive(Clone, Copy)]
-pub(super) struct Layout {
-    scalar: Scalar,
-    /// The number of rows.
-    pub rows: u64,
-    /// The number of columns.
-    pub columns: usize,
-    /// Whether columns are contiguous (Fortran order).
-    pub fortran: bool,
-    /// The offset of the data in the file.
-    pub start: u64,
-    /// The number of bytes after the data.
-    surplus: u64,
-}
-
-/// Rows of an array, which borrow their bytes.
-struct Array<'a> {
-    layout: Layout,
-    /// The number of rows.
-    rows: usize,
-    /// The offset of the bytes in the file.
-    start: u64,
-    /// The bytes of the rows.
-    data: &'a [u8],
-}
-
-impl Layout {
-    /// Parses a header. `source` contains the first bytes of a file of `size` bytes, with the whole header.
-    pub fn of(source: Source<'_>, size: u64) -> Result<Self, InputError> {
-        let (from, start) = header_range(source, size)?;
-        let text = usize::try_from(start).ok().and_then(|start| source.data.get(from..start));
-        let text = text.ok_or_else(|| {
-            source.truncated(Place::Byte(8), "header bytes", start, source.data.len() as u64)
-        })?;
-        let layout = header(source, text, from)?;
-        let cells = u128::from(layout.rows) * layout.columns as u128;
-        let bytes = cells * layout.scalar.size() as u128;
-        let rest = size - start;
-        if bytes > u128::from(rest) {
-            let found = rest / layout.scalar.size() as u64;
-            let expected = u64::try_from(cells).unwrap_or(u64::MAX);
-            return Err(source.truncated(Place::Byte(start), "array elements", expected, found));
-        }
-        Ok(Layout { start, surplus: rest - bytes as u64, ..layout })
-    }
-
-    /// Returns the type of the coordinates.
-    pub fn coordinate_type(&self) -> CoordinateType {
-        self.scalar.coordinate_type()
-    }
-
-    /// Returns the number of bytes of a row.
-    pub fn row_size(&self) -> u64 {
-        (self.columns * self.scalar.size()) as u64
-    }
-
-    /// Creates a collector for `rows` points, or refuses an array of other than two or three columns.
-    pub fn collector<'a>(
-        &self,
-        source: Source<'a>,
-        options: &ReadOptions,
-        rows: u64,
-    ) -> Result<Collector<'a>, InputError> {
-        let place = Place::Byte(self.start);
-        if !(2..=3).contains(&self.columns) {
-            let (path, found) = (source.path.to_owned(), self.columns as u64);
-            return Err(InputError::UnsupportedDimension { path, place, found });
-        }
-        // No header announces more rows than the file has.
-        let bytes = usize::try_from(rows.saturating_mul(self.row_size())).unwrap_or(usize::MAX);
-        let size = (rows, bytes, self.row_size() as usize);
-        let mut points = Collector::new(source, options, (place, self.columns), size)?;
-        points.coordinate_type = Some(self.coordinate_type());
-        Ok(points)
-    }
-
-    /// Adds the points of whole rows in C order, which begin at offset `start` of the file. Returns the number of
-    /// integers that were rounded.
-    pub fn rows_at(&self, start: u64, data: &[u8], points: &mut Collector<'_>) -> Result<u64, InputError> {
-        let rows = data.len() / (self.row_size() as usize).max(1);
-        Array { layout: *self, rows, start, data }.add_to(points)
-    }
-
-    /// Returns the notes on an array with this number of rounded integers.
-    pub fn notes(&self, rounded: u64) -> Vec<String> {
-        let mut notes = Vec::new();
-        if rounded > 0 {
-            notes.push(format!("{rounded} integers are too large for a double and were rounded"));
-        }
-        if self.surplus > 0 {
-            notes.push(format!("{} bytes after the array are ignored", self.surplus));
-        }
-        notes
-    }
-}
-
-impl Array<'_> {
-    /// Returns the position of an element in the data.
-    fn position(&self, row: usize, column: usize) -> usize {
-        if self.layout.fortran { column * self.rows + row } else { row * self.layout.columns + column }
-    }
-
-    fn element(&self, row: usize, column: usize) -> &[u8] {
-        let size = self.layout.scalar.size();
-        let at = self.position(row, column) * size;
-        &self.data[at..at + size]
-    }
-
-    /// Returns the byte offset of an element in the file.
-    fn offset(&self, row: usize, column: usize) -> u64 {
-        self.start + (self.position(row, column) * self.layout.scalar.size()) as u64
-    }
-
-    fn place(&self, row: usize, column: usize) -> Place {
-        Place::Byte(self.offset(row, column))
-    }
-
-    /// Adds all rows as points. Returns the number of integers that were rounded.
-    fn add_to(&self, points: &mut Collector<'_>) -> Result<u64, InputError> {
-        let scalar = self.layout.scalar;
-        let mut rounded = 0_u64;
-        for row in 0..self.rows {
-            let mut at = [0.0; 3];
-            let mut place = self.place(row, 0);
-            for (column, slot) in at[..points.dimension()].iter_mut().enumerate() {
-                let element = self.element(row, column);
-                *slot = scalar.float(element, Endian::Little);
-                rounded += u64::from(scalar.rounds(element, Endian::Little));
-                if !slot.is_finite() {
-                    place = self.place(row, column);
-                }
-            }
-            points.push(place, &at)?;
-        }
-        Ok(rounded)
-    }
-}
-
 fn open(source: Source<'_>) -> Result<Array<'_>, InputError> {
-    let layout = Layout::of(source, source.data.len() as u64)?;
-    let data = &source.data[layout.start as usize..source.data.len() - layout.surplus as usize];
-    Ok(Array { rows: layout.rows as usize, start: layout.start, data, layout })
+    Ok(Array::of(source, layout(source, source.data.len() as u64)?))
+}
+
+/// Parses a header. `source` contains the first bytes of a file of `size` bytes, with the whole header.
+pub(super) fn layout(source: Source<'_>, size: u64) -> Result<Layout, InputError> {
+    let (from, start) = header_range(source, size)?;
+    let text = usize::try_from(start).ok().and_then(|start| source.data.get(from..start));
+    let text = text
+        .ok_or_else(|| source.truncated(Place::Byte(8), "header bytes", start, source.data.len() as u64))?;
+    let layout = header(source, text, from)?;
+    let cells = u128::from(layout.rows) * layout.columns as u128;
+    let bytes = cells * layout.scalar.size() as u128;
+    let rest = size - start;
+    if bytes > u128::from(rest) {
+        let found = rest / layout.scalar.size() as u64;
+        let expected = u64::try_from(cells).unwrap_or(u64::MAX);
+        return Err(source.truncated(Place::Byte(start), "array elements", expected, found));
+    }
+    Ok(Layout { start, surplus: rest - bytes as u64, ..layout })
 }
 
 /// Returns the offsets of the header dictionary and of the data. `source` contains the first twelve bytes of a file of
@@ -217,7 +94,8 @@ fn header(source: Source<'_>, text: &[u8], offset: usize) -> Result<Layout, Inpu
             "save rows of points, or rows of cells",
         ));
     };
-    Ok(Layout { scalar, rows, columns: columns as usize, fortran, start: 0, surplus: 0 })
+    let endian = Endian::Little;
+    Ok(Layout { scalar, endian, rows, columns: columns as usize, fortran, start: 0, surplus: 0 })
 }
 
 /// Returns the text after a quoted key and its colon.
@@ -254,11 +132,7 @@ fn unsupported_type(source: Source<'_>, offset: usize, what: &str) -> InputError
 
 /// Reads points: shape (n, 2) or (n, 3).
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
-    let array = open(source)?;
-    let mut points = array.layout.collector(source, options, array.layout.rows)?;
-    let rounded = array.add_to(&mut points)?;
-    points.notes.extend(array.layout.notes(rounded));
-    Ok(points.finish())
+    layout(source, source.data.len() as u64)?.points(source, options)
 }
 
 /// Reads cells: integers of shape (m, 3) or (m, 4).

@@ -1,10 +1,9 @@
 //! The points of a file, and the options for reading them.
 
-use std::fmt;
-
 use septet_core::model::Points;
 
 use super::format::Format;
+pub use super::scalar::CoordinateType;
 
 /// Receives the number of bytes read so far, before decompression, and the size of the file if it is known.
 ///
@@ -38,28 +37,6 @@ pub struct Column {
     pub name: String,
     /// One value per point that was kept. An empty field is NaN.
     pub values: Vec<f64>,
-}
-
-/// The type of the coordinates in a binary file. All types are converted to doubles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum CoordinateType {
-    /// 32-bit floating-point numbers.
-    Float32,
-    /// 64-bit floating-point numbers.
-    Float64,
-    /// Integers of any size.
-    Integer,
-}
-
-impl fmt::Display for CoordinateType {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            CoordinateType::Float32 => "float32",
-            CoordinateType::Float64 => "float64",
-            CoordinateType::Integer => "integer",
-        })
-    }
 }
 
 /// The points of a file.

@@ -1,16 +1,38 @@
 //! Number types of binary files.
 
-use super::points::CoordinateType;
+use std::fmt;
+
+/// The type of the coordinates in a binary file. All types are converted to doubles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum CoordinateType {
+    /// 32-bit floating-point numbers.
+    Float32,
+    /// 64-bit floating-point numbers.
+    Float64,
+    /// Integers of any size.
+    Integer,
+}
+
+impl fmt::Display for CoordinateType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            CoordinateType::Float32 => "float32",
+            CoordinateType::Float64 => "float64",
+            CoordinateType::Integer => "integer",
+        })
+    }
+}
 
 /// The byte order of a number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Endian {
     Little,
     Big,
 }
 
 /// A number type.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Scalar {
     I8,
     U8,

@@ -7,9 +7,10 @@ use std::path::Path;
 use super::error::{InputError, Place};
 use super::format::Format;
 use super::header::Header;
+use super::load::{self, Packing};
+use super::npy;
 use super::points::ReadProgress;
 use super::text::{Line, Lines, NUMBER, Source, number};
-use super::{load, npy};
 use septet_core::mesh::field::SizeField;
 
 /// The description of a valid size in messages.
@@ -21,8 +22,8 @@ const SIZE: &str = "a size: a positive number";
 /// Returns [`InputError`] if the file is missing or damaged, the number of columns varies, a number is not finite, or a
 /// size is not positive.
 pub fn read_sizes(path: &Path, progress: &mut ReadProgress<'_>) -> Result<SizeField, InputError> {
-    let (format, zipped) = Format::of_path(path);
-    let data = load::load(path, zipped, progress)?;
+    let format = Format::of_path(path);
+    let data = load::load(path, Packing::of(path), progress)?;
     let source = Source { path, data: &data };
     if format == Some(Format::Npy) || data.starts_with(b"\x93NUMPY") {
         return npy::read_sizes(source);

@@ -88,6 +88,36 @@ fn processes_write_the_bytes_of_one_process() {
     }
 }
 
+/// Messages that are cut into small parts arrive as whole messages.
+#[test]
+fn parts_do_not_change_the_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    one(&folder, "generate uniform -n 20000 -q -o uniform.npy");
+    one(&folder, &format!("triangulate uniform.npy --workers 8 {OUTPUTS}"));
+    let expected = outputs(&folder);
+    for processes in [5, 8] {
+        let line = format!("triangulate uniform.npy --workers 8 {OUTPUTS} --part-bytes 4096");
+        let output = many(&folder, processes, &line);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(outputs(&folder) == expected, "{processes} processes");
+    }
+}
+
+/// Rows have the numbers that they have without MPI.
+#[test]
+fn rows_are_numbered_from_any_number() {
+    let folder = tempfile::tempdir().unwrap();
+    one(&folder, "generate grid -n 1000 -q -o grid.npy");
+    let line = format!("triangulate grid.npy --workers 8 {OUTPUTS} --first-row 8589934592");
+    one(&folder, &format!("{line} --transport processes --processes 3"));
+    let expected = outputs(&folder);
+    for processes in [1, 5] {
+        let output = many(&folder, processes, &line);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(outputs(&folder) == expected, "{processes} processes");
+    }
+}
+
 #[test]
 fn processes_simulate_as_one_process_does() {
     let folder = tempfile::tempdir().unwrap();

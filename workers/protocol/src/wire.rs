@@ -71,6 +71,32 @@ pub enum Ended {
     Wire(#[from] WireError),
 }
 
+/// The largest number of bytes of a part of a parcel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PartBytes(usize);
+
+impl PartBytes {
+    /// The largest possible number, because a message of MPI has at most 2^31 - 1 bytes.
+    pub const MOST: u64 = 1 << 30;
+
+    /// Returns the number, which must be between 1 and [`PartBytes::MOST`].
+    pub fn new(bytes: u64) -> Option<Self> {
+        (1..=Self::MOST).contains(&bytes).then_some(PartBytes(bytes as usize))
+    }
+
+    /// Returns the number of bytes.
+    pub fn get(self) -> usize {
+        self.0
+    }
+}
+
+impl Default for PartBytes {
+    /// Returns 256 MiB.
+    fn default() -> Self {
+        PartBytes(1 << 28)
+    }
+}
+
 /// A connection of processes, which are numbered from 0.
 pub trait Wire {
     /// Returns the number of this process.
@@ -85,6 +111,10 @@ pub trait Wire {
     /// # Errors
     /// Fails if a member is gone.
     fn exchange(&mut self, members: u32, sent: Vec<Parcel>, state: u8) -> Result<Arrived, WireError>;
+
+    /// Cuts the parcels of later exchanges into parts of at most this many bytes. Their receivers see whole parcels. All processes
+    /// make this call between the same exchanges. A wire that moves whole parcels, such as one between threads, ignores it.
+    fn set_part_bytes(&mut self, part_bytes: PartBytes);
 }
 
 /// The processes of a run, connected by a wire.
@@ -113,6 +143,11 @@ impl<'a> Processes<'a> {
     /// Returns the bytes that this process has received from other processes and sent to them.
     pub fn moved(&self) -> [u64; 2] {
         self.moved
+    }
+
+    /// Cuts later parcels into parts of at most this many bytes, on all processes.
+    pub fn set_part_bytes(&mut self, part_bytes: PartBytes) {
+        self.wire.set_part_bytes(part_bytes);
     }
 
     /// Sends at most one parcel to each of the first `members` processes, this one included. Returns the parcels to this
@@ -237,11 +272,22 @@ mod tests {
         fn exchange(&mut self, _: u32, _: Vec<Parcel>, state: u8) -> Result<Arrived, WireError> {
             Ok(Arrived { parcels: std::mem::take(&mut self.arrives), state })
         }
+
+        fn set_part_bytes(&mut self, _: PartBytes) {}
     }
 
     fn sealed(process: u32, bytes: &[u8]) -> Parcel {
         let sum = checksum(bytes).to_le_bytes();
         Parcel { process, bytes: [bytes, &sum].concat() }
+    }
+
+    #[test]
+    fn parts_have_1_byte_to_1_gib() {
+        assert_eq!(
+            [0, 1, 4096, 1 << 30, (1 << 30) + 1].map(|n| PartBytes::new(n).map(PartBytes::get)),
+            [None, Some(1), Some(4096), Some(1 << 30), None]
+        );
+        assert_eq!(PartBytes::new(1 << 28), Some(PartBytes::default()));
     }
 
     #[test]

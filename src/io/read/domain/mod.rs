@@ -15,7 +15,7 @@ use crate::ending::{extension, without_gz};
 use super::columns::is_of_points;
 use super::error::{InputError, Place};
 use super::format::Format;
-use super::load;
+use super::load::{self, Packing};
 use super::points::ReadProgress;
 use super::text::Source;
 pub use any::{AnyInput, DomainFile};
@@ -29,8 +29,8 @@ pub const DOMAINS: &str = ".poly .smesh .stl .off .ply .obj (each also with .gz)
 /// # Errors
 /// Returns [`InputError`] if the file is missing, of unknown format or damaged, or names points that do not exist.
 pub fn read_domain(path: &Path, progress: &mut ReadProgress<'_>) -> Result<DomainFile, InputError> {
-    let (format, zipped) = Format::of_path(path);
-    let data = load::load(path, zipped, progress)?;
+    let format = Format::of_path(path);
+    let data = load::load(path, Packing::of(path), progress)?;
     let source = Source { path, data: &data };
     let facets = match extension(path).as_str() {
         "smesh" => Some(poly::Facets::Simple),
@@ -61,7 +61,7 @@ fn with_facets(
     let mut node = None;
     if poly::wants_node(source)? {
         let beside = without_gz(source.path).0.with_extension("node");
-        node = Some((load::load(&beside, false, progress)?, beside));
+        node = Some((load::load(&beside, Packing::of(&beside), progress)?, beside));
     }
     let node = node.as_ref().map(|(data, path)| Source { path, data });
     poly::read(source, node, facets)

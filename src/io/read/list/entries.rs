@@ -3,15 +3,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::super::format::Format;
-use super::super::load;
+use super::super::load::{self, Packing};
 use super::super::text::Lines;
 use super::error::{EntryFault, ListError};
 
 /// Reads the paths of a list.
 pub(super) fn read(list: &Path) -> Result<Vec<PathBuf>, ListError> {
-    let (_, zipped) = Format::of_path(list);
-    let data = load::load(list, zipped, &mut |_, _| {})
+    let data = load::load(list, Packing::of(list), &mut |_, _| {})
         .map_err(|error| ListError::List { error: Box::new(error) })?;
     let folder = list.parent().unwrap_or(Path::new(""));
     let itself = list.canonicalize().ok();

@@ -1,9 +1,9 @@
 //! Reading by several processes: each process reads the rows of its block.
 //!
-//! **Files that are cut.** Arrays (`.npy`) in C order and text tables (`.xyz`, `.txt`, `.csv`) are cut. A process reads
-//! the header of an array and the bytes of its own rows. A table is read twice. First, the processes divide the bytes of
+//! **Files that are cut.** Arrays (`.npy`) in C order, raw files and text tables (`.xyz`, `.txt`, `.csv`) are cut. A process
+//! reads the header of an array and the bytes of its own rows. A table is read twice. First, the processes divide the bytes of
 //! all tables into equal parts, which begin at lines, and count the rows. Then they exchange the offsets of the first rows
-//! of all blocks, and each process parses its own rows. With `skip_invalid`, arrays are also read twice, because dropped
+//! of all blocks, and each process parses its own rows. With `skip_invalid`, arrays and raw files are also read twice, because dropped
 //! rows do not count.
 //!
 //! **Other files.** Process 0 reads them as [`read`](super::read()) does, and sends each process its rows. These are
@@ -68,6 +68,24 @@ pub struct SharedPoints {
     pub coordinate_type: Option<CoordinateType>,
 }
 
+impl SharedPoints {
+    /// Creates the rows of a process that do not come from a file. `first` is the number of the first one, and `rows` the number
+    /// of rows of all processes.
+    pub fn of_block(points: Points, first: u64, rows: u64) -> Self {
+        SharedPoints {
+            points,
+            first,
+            rows,
+            skipped: 0,
+            source_index: None,
+            notes: Vec::new(),
+            files: Vec::new(),
+            first_id: 0,
+            coordinate_type: None,
+        }
+    }
+}
+
 /// The sizes of steps.
 #[derive(Clone, Copy, Debug)]
 struct Limits {
@@ -119,17 +137,8 @@ pub fn share_points(
     };
     let blocks = blocks(processes, known.kept, block)?;
     let rows = whole::deal(processes, content.as_ref(), &known, &blocks, (LIMITS.round, false))?;
-    Ok(SharedPoints {
-        points: rows.points,
-        first: blocks[processes.process() as usize].start,
-        rows: known.kept,
-        skipped: 0,
-        source_index: None,
-        notes: Vec::new(),
-        files: Vec::new(),
-        first_id: 0,
-        coordinate_type: None,
-    })
+    let first = blocks[processes.process() as usize].start;
+    Ok(SharedPoints::of_block(rows.points, first, known.kept))
 }
 
 /// The arguments of a call.

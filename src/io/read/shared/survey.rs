@@ -7,14 +7,17 @@ use std::path::{Path, PathBuf};
 use septet_protocol::checksum::checksum;
 use septet_protocol::wire::{Ended, Processes};
 
+use super::super::array::Layout;
 use super::super::columns::{self, Head, Opening};
-use super::super::dispatch::{a_domain, check_dimension, is_domain};
+use super::super::dispatch::{a_domain, check_options, is_domain};
 use super::super::error::InputError;
 use super::super::format::Format;
+use super::super::load::{self, Packing};
 use super::super::npy;
 use super::super::points::ReadOptions;
+use super::super::raw;
+use super::super::signature;
 use super::super::text::{Lines, Source, line_feeds};
-use super::super::{load, signature};
 use super::chunks::{OpenFile, Unit};
 use super::error::{SharedError, agree};
 
@@ -47,7 +50,7 @@ pub(super) enum Form {
     /// Lines of text.
     Table(Box<Head>),
     /// Rows of an array in C order.
-    Array(npy::Layout),
+    Array(Layout),
 }
 
 /// How a file is read.
@@ -118,7 +121,7 @@ fn described(found: [u64; 2], expected: [u64; 2]) -> [String; 2] {
 }
 
 fn of_file(path: &Path, options: &ReadOptions, step: usize) -> Result<Surveyed, SharedError> {
-    check_dimension(path, options.dimension)?;
+    check_options(path, options)?;
     let whole = |size| Surveyed { plan: Plan::Whole(path.to_owned()), seen: [size, 0] };
     if path.as_os_str() == "-" {
         return Ok(whole(0));
@@ -127,21 +130,28 @@ fn of_file(path: &Path, options: &ReadOptions, step: usize) -> Result<Surveyed, 
     if found.is_dir() {
         return Err(InputError::Directory { path: path.to_owned() }.into());
     }
-    let (named, zipped) = Format::of_path(path);
+    let packing = Packing::of_points(path, options);
     // Only one process can read from a pipe.
-    if !found.is_file() || zipped {
+    if !found.is_file() || packing == Packing::Gzip {
         return Ok(whole(if found.is_file() { found.len() } else { 0 }));
     }
     let size = found.len();
     let mut file = OpenFile::of(path, step)?;
     let mut first = Vec::new();
     file.read(0..size.min(12), &mut first)?;
-    if first.starts_with(&[0x1f, 0x8b]) {
+    if first.starts_with(&[0x1f, 0x8b]) && packing != Packing::Plain {
         return Ok(whole(size));
     }
     let is_array = first.starts_with(b"\x93NUMPY");
-    let cut = match options.format.or(named).or(is_array.then_some(Format::Npy)) {
+    let cut = match options.format.or(Format::of_path(path)).or(is_array.then_some(Format::Npy)) {
+        Some(format @ (Format::Npy | Format::Raw(_))) if options.columns.is_some() => {
+            return Err(InputError::NotATable { path: path.to_owned(), format: format.name() }.into());
+        }
         Some(Format::Npy) => array(path, &mut file, (first, size), options)?,
+        Some(Format::Raw(rows)) => {
+            let source = Source { path, data: &[] };
+            Some((of_layout(source, raw::layout(source, rows, size)?, options)?, 0))
+        }
         Some(Format::Text) => table(path, &mut file, size, options, step)?,
         _ => None,
     };
@@ -155,25 +165,23 @@ fn array(
     (mut data, size): (Vec<u8>, u64),
     options: &ReadOptions,
 ) -> Result<Option<(Cut, u64)>, SharedError> {
-    if options.columns.is_some() {
-        let (path, format) = (path.to_owned(), Format::Npy.name());
-        return Err(InputError::NotATable { path, format }.into());
-    }
     let (_, start) = npy::header_range(Source { path, data: &data }, size)?;
     let known = data.len() as u64;
     if start > known {
         file.read(known..start, &mut data)?;
     }
     let source = Source { path, data: &data };
-    let layout = npy::Layout::of(source, size)?;
+    let layout = npy::layout(source, size)?;
+    let cut = of_layout(source, layout, options)?;
+    Ok((!layout.fortran).then(|| (cut, checksum(&data))))
+}
+
+/// Returns the plan of an array in C order.
+fn of_layout(source: Source<'_>, layout: Layout, options: &ReadOptions) -> Result<Cut, InputError> {
     let dimension = layout.collector(source, options, 0)?.dimension();
-    if layout.fortran {
-        return Ok(None);
-    }
-    let rows = start..start + layout.rows * layout.row_size();
-    let (path, form) = (path.to_owned(), Form::Array(layout));
-    let cut = Cut { path, rows, lines: 0, feeds: 0, dimension, form, is_domain: false };
-    Ok(Some((cut, checksum(&data))))
+    let rows = layout.start..layout.start + layout.rows * layout.row_size();
+    let (path, form) = (source.path.to_owned(), Form::Array(layout));
+    Ok(Cut { path, rows, lines: 0, feeds: 0, dimension, form, is_domain: false })
 }
 
 /// Plans how to read a table. Returns `None` if it has no rows, or if its first lines are those of another format.

@@ -14,7 +14,7 @@ use septet_protocol::wire::{Ended, Processes};
 use crate::thread_wire;
 use tempfile::TempDir;
 
-use super::super::{FileList, ListedFile, PointFile, ReadOptions, read, read_list};
+use super::super::{FileList, Format, ListedFile, PointFile, ReadOptions, read, read_list};
 use super::{Call, LIMITS, Limits, SharedPoints};
 
 /// Numbers of processes.
@@ -218,6 +218,62 @@ fn arrays_are_read_in_blocks() {
     folder.check(&["long.npy"], &plain());
     folder.write("fortran.npy", npy("f8", 7, 3, true, &data("f8", 21)));
     folder.check(&["fortran.npy"], &plain());
+}
+
+fn raw(text: &str) -> ReadOptions {
+    ReadOptions { format: Some(Format::Raw(text.parse().unwrap())), ..plain() }
+}
+
+#[test]
+fn raw_files_are_read_in_blocks() {
+    let folder = Folder::new();
+    for (text, kind) in
+        [("f32,2", "f4"), ("f64,2", "f8"), ("f32,3", "f4"), ("f64,3", "f8"), ("f64be,3", "f8")]
+    {
+        let columns = if text.ends_with('2') { 2 } else { 3 };
+        for rows in (0..10).chain([1000]) {
+            folder.write("a.raw", data(kind, rows * columns));
+            let files = folder.paths(&["a.raw"]);
+            let alone = alone(&files, &raw(text));
+            for processes in MANY {
+                compare(&files, &raw(text), &alone, processes, if rows > 9 { LIMITS } else { SMALL }, even);
+            }
+        }
+        folder.check(&["a.raw"], &ReadOptions { dimension: Some(2), ..raw(text) });
+        folder.write("empty", []);
+        folder.write("b.bin", data(kind, 7 * columns));
+        folder.check(&["a.raw", "empty", "b.bin", "a.raw"], &raw(text));
+        folder.check(&["empty", "empty"], &raw(text));
+    }
+    let mut numbers = data("f8", 300);
+    for row in [0, 1, 50, 98, 99] {
+        numbers[row * 24..row * 24 + 8].copy_from_slice(&f64::NAN.to_le_bytes());
+    }
+    // The first coordinate of `packed` looks like a header of gzip.
+    let mut packed = data("f8", 60);
+    packed[..2].copy_from_slice(&[0x1f, 0x8b]);
+    let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    gz.write_all(&packed).unwrap();
+    folder.write("numbers", numbers);
+    folder.write("packed", packed);
+    folder.write("a.raw.gz", gz.finish().unwrap());
+    folder.write("short", vec![0; 25]);
+    folder.write("c.npy", npy("f8", 2, 3, false, &data("f8", 6)));
+    for names in [
+        &["numbers"][..],
+        &["packed"],
+        &["a.raw.gz"],
+        &["packed", "a.raw.gz", "numbers", "packed"],
+        &["short"],
+        &["packed", "short"],
+        &["packed", "c.npy"],
+        &["absent"],
+    ] {
+        folder.check(names, &raw("f64,3"));
+        folder.check(names, &ReadOptions { skip_invalid: true, ..raw("f64,3") });
+        folder.check(names, &ReadOptions { columns: Some(vec!["1".into(), "2".into()]), ..raw("f64,3") });
+        folder.check(names, &ReadOptions { dimension: Some(3), ..raw("f64,2") });
+    }
 }
 
 #[test]

@@ -11,9 +11,8 @@ use septet_protocol::wire::{Ended, Parcel, Processes, WireError};
 
 use super::super::dispatch;
 use super::super::error::InputError;
-use super::super::format::Format;
 use super::super::list::empty;
-use super::super::load;
+use super::super::load::{self, Packing};
 use super::super::points::{PointFile, ReadOptions};
 use super::block::Rows;
 use super::error::SharedError;
@@ -39,7 +38,8 @@ pub(super) fn read(
             before += counted[at];
             continue;
         };
-        let file = match bytes(path, limit)?.and_then(|data| dispatch::points(path, &data, options)) {
+        let read = bytes(path, Packing::of_points(path, options), limit)?;
+        let file = match read.and_then(|data| dispatch::points(path, &data, options)) {
             // A part of a table may have no rows.
             Err(InputError::NoRows { .. }) if plans.len() > 1 => empty(options),
             file => file.map_err(|error| SharedError::of(error, plans.len(), before))?,
@@ -51,8 +51,7 @@ pub(super) fn read(
 }
 
 /// Returns the bytes of a file of at most `limit` bytes.
-fn bytes(path: &Path, limit: u64) -> Result<Result<Vec<u8>, InputError>, SharedError> {
-    let (_, zipped) = Format::of_path(path);
+fn bytes(path: &Path, packing: Packing, limit: u64) -> Result<Result<Vec<u8>, InputError>, SharedError> {
     let (input, total): (Box<dyn Read>, _) = if path.as_os_str() == "-" {
         (Box::new(io::stdin().lock()), None)
     } else {
@@ -64,7 +63,7 @@ fn bytes(path: &Path, limit: u64) -> Result<Result<Vec<u8>, InputError>, SharedE
     let data = if is_large {
         Ok(Vec::new())
     } else {
-        load::load_from(&mut limited, path, total, zipped, &mut |_, _| {})
+        load::load_from(&mut limited, path, total, packing, &mut |_, _| {})
     };
     if is_large || limited.limit() == 0 {
         return Err(SharedError::TooLarge { path: path.to_owned(), limit });

@@ -7,6 +7,10 @@ use proptest::prelude::*;
 use super::*;
 use crate::read::Format;
 
+fn raw(text: &str) -> Format {
+    Format::Raw(text.parse().unwrap())
+}
+
 const ALL: [Format; 12] = [
     Format::Node,
     Format::Text,
@@ -51,6 +55,8 @@ fn samples() -> Vec<(Format, Vec<u8>)> {
         (Format::Text, b"2\n\nO 0 0 0\nH 1.5 0 0\n".to_vec()),
         (Format::Npy, npy_f8()),
         (Format::Npy, npy("{'descr': '<i8', 'fortran_order': True, 'shape': (2, 3), }", &[0; 48])),
+        (raw("f64,3"), bytes_of!(f64, to_le_bytes, [1, 2, 3, 4, 5, 6])),
+        (raw("f32be,2"), bytes_of!(f32, to_be_bytes, [1, 2, 3, 4, 5, 6])),
         (Format::Off, b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n".to_vec()),
         (Format::Ply, ply_binary(false)),
         (Format::Ply, ply_binary(true)),

@@ -5,6 +5,7 @@ mod cells;
 mod columns;
 mod hostile;
 mod loading;
+mod raw;
 mod surfaces;
 mod tables;
 mod vtk;

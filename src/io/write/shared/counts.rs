@@ -1,5 +1,7 @@
 //! The numbers of rows, cells and workers of all processes.
 
+use std::ops::Range;
+
 use septet_protocol::wire::{Ended, Processes};
 
 use super::fault::{SharedFault, describe};
@@ -8,8 +10,8 @@ use super::mesh::SharedMesh;
 /// The numbers that determine the places of the shares in the outputs.
 #[derive(Clone, Debug)]
 pub(super) struct Counts {
-    /// Number of rows of all processes.
-    pub rows: u64,
+    /// The numbers of the rows of all processes.
+    pub rows: Range<u64>,
     /// Number of cells of all processes.
     pub cells: u64,
     /// Number of workers of all processes.
@@ -24,11 +26,13 @@ impl Counts {
         let cells: Vec<u64> = mesh.part.subdomains.iter().map(|own| own.cell_count() as u64).collect();
         let all = processes.all_gather(&(mesh.first, mesh.rows.len() as u64, cells))?;
         let process = processes.process();
-        let mut counts = Counts { rows: 0, cells: 0, workers: 0, first_cells: Vec::new() };
+        // There is at least one process, this one.
+        let base = all.first().map_or(0, |(first, ..)| *first);
+        let mut counts = Counts { rows: base..base, cells: 0, workers: 0, first_cells: Vec::new() };
         let mut is_consecutive = true;
         for (of, (first, rows, cells)) in (0..).zip(&all) {
-            is_consecutive &= *first == counts.rows;
-            counts.rows = counts.rows.saturating_add(*rows);
+            is_consecutive &= *first == counts.rows.end;
+            counts.rows.end = counts.rows.end.saturating_add(*rows);
             counts.workers += cells.len() as u32;
             for worker in cells {
                 if of == process {
@@ -40,6 +44,11 @@ impl Counts {
         let own = counts.check(mesh, process, is_consecutive).map_err(SharedFault::inconsistent);
         processes.agree(own, describe)?;
         Ok(counts)
+    }
+
+    /// Returns the number of rows of all processes.
+    pub fn row_count(&self) -> usize {
+        (self.rows.end - self.rows.start) as usize
     }
 
     fn check(&self, mesh: &SharedMesh<'_>, process: u32, is_consecutive: bool) -> Result<(), String> {
@@ -56,6 +65,6 @@ impl Counts {
         if self.cells != part.cells || (mesh.is_flat() && self.cells > 0) {
             return Err(format!("the processes hold {} of {} cells", self.cells, part.cells));
         }
-        mesh.check(self.rows)
+        mesh.check(&self.rows)
     }
 }

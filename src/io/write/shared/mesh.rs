@@ -1,5 +1,7 @@
 //! The share of a process.
 
+use std::ops::Range;
+
 use septet_core::model::Points;
 use septet_core::result::subdomain::Part;
 
@@ -10,7 +12,8 @@ pub struct SharedMesh<'a> {
     pub part: &'a Part,
     /// The input rows that this process read, in their order. Rows of all processes are points, duplicates included.
     pub rows: &'a Points,
-    /// The number of the first of these rows. The rows of a process follow those of the process before it.
+    /// The number of the first of these rows. The rows of a process follow those of the process before it. The first process can
+    /// begin with any number.
     pub first: u64,
 }
 
@@ -20,11 +23,11 @@ impl SharedMesh<'_> {
         self.part.dimension < self.part.space as isize
     }
 
-    /// Checks that the arrays of this process are consistent, given the number of rows of all processes.
+    /// Checks that the arrays of this process are consistent, given the numbers of the rows of all processes.
     ///
     /// # Errors
     /// Returns the contradiction.
-    pub(super) fn check(&self, rows: u64) -> Result<(), String> {
+    pub(super) fn check(&self, rows: &Range<u64>) -> Result<(), String> {
         let (space, found) = (self.part.space, self.rows.dimension());
         if space != found {
             return Err(format!("rows of {found} coordinates for a triangulation with {space}"));
@@ -35,8 +38,8 @@ impl SharedMesh<'_> {
             if lengths != [points; 2] || subdomain.owned > points {
                 return Err(format!("the arrays of worker {rank} have different lengths"));
             }
-            if let Some(id) = subdomain.ids.iter().find(|id| **id >= rows) {
-                return Err(format!("worker {rank} has point {id} of {rows} points"));
+            if let Some(id) = subdomain.ids.iter().find(|id| !rows.contains(id)) {
+                return Err(format!("worker {rank} has point {id} of points {} to {}", rows.start, rows.end));
             }
             let (own, others) = subdomain.owners.split_at(subdomain.owned);
             let is_other = |owner: &u32| *owner != rank && self.part.placement.has_worker(*owner);

@@ -34,7 +34,7 @@ pub(super) fn write_vtu(
     cells: &SortedCells,
 ) -> io::Result<()> {
     let arrays = arrays(mesh, counts, cells);
-    let head = vtu::grid_head((counts.rows as usize, counts.cells as usize), &arrays)?;
+    let head = vtu::grid_head((counts.row_count(), counts.cells as usize), &arrays)?;
     let offsets = vtu::offsets(&arrays).into_iter();
     let mut starts: Vec<usize> = offsets.map(|offset| head.len() + offset).collect();
     let end = starts.pop().unwrap_or(head.len());
@@ -42,7 +42,7 @@ pub(super) fn write_vtu(
         place.out.get_ref().set_len((end + vtu::TAIL.len()) as u64)?;
         place.out.write_all(&head)?;
     }
-    let rows = (mesh.first as usize, mesh.rows.len());
+    let rows = ((mesh.first - counts.rows.start) as usize, mesh.rows.len());
     let mut ignore = |_, _| {};
     let progress = &mut WriteProgress::new(0, &mut ignore);
     for (array, start) in arrays.iter().zip(starts) {
@@ -64,12 +64,20 @@ pub(super) fn write_vtu(
 
 /// Returns the arrays of the whole file. Only the records of this process can be written.
 fn arrays<'a>(mesh: &SharedMesh<'a>, counts: &Counts, cells: &'a SortedCells) -> Vec<Array<'a>> {
-    let (rows, total) = (counts.rows as usize, counts.cells as usize);
-    let first = cells.first as usize;
+    let (rows, total) = (counts.row_count(), counts.cells as usize);
+    let (first, base) = (cells.first as usize, counts.rows.start);
     let ratio: Record<'a> =
         Box::new(move |buffer, i| buffer.extend_from_slice(&cells.ratio_bits(i - first).to_le_bytes()));
-    let connectivity: Record<'a> = Box::new(move |buffer, i| push_cell(buffer, cells.row(i - first)));
-    let points = vtu::points(mesh.part.space, mesh.rows.coordinates()).placed(mesh.first as usize, rows);
-    let data = vtu::plain_data_arrays((rows, total), &[], ratio);
+    // Vertices are positions among the points of the file.
+    let position = move |row: u64| (row - base).to_le_bytes();
+    let connectivity: Record<'a> =
+        Box::new(move |buffer, i| buffer.extend(cells.row(i - first).iter().flat_map(|row| position(*row))));
+    let points = vtu::points(mesh.part.space, mesh.rows.coordinates());
+    let points = points.placed((mesh.first - base) as usize, rows);
+    let mut data = vtu::plain_data_arrays((rows, total), &[], ratio);
+    let has_rows = |array: &&mut Array<'_>| array.section == Section::PointData && array.has_global_ids();
+    for array in data.iter_mut().filter(has_rows) {
+        array.record = Box::new(move |buffer, i| buffer.extend_from_slice(&(base + i as u64).to_le_bytes()));
+    }
     vtu::grid_arrays(data, points, mesh.part.space, (total, connectivity))
 }

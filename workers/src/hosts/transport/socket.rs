@@ -4,10 +4,16 @@
 //! each connection reads parcels, so that writing never waits for the other side to write. A process can be at most one
 //! exchange ahead of another. A connection that ends before an awaited parcel means that the process is gone.
 //!
-//! | part of a parcel | bytes |
+//! A parcel is cut into parts. Each has a head and a content:
+//!
+//! | bytes | content |
 //! |---|---|
-//! | head | state u8, whether there is a parcel u8, length u64 |
-//! | content | the bytes of the parcel |
+//! | 0 | the state |
+//! | 1 | 0: there is no parcel; 1: this is the last part of the parcel; 2: more parts follow |
+//! | 2 to 5 | the length of the part, u32 |
+//! | from 6 | the bytes of the part |
+//!
+//! The receiver does not know the length of a parcel in advance, so its memory grows with the bytes that arrive.
 //!
 //! [`Processes`](septet_protocol::wire::Processes) adds the checksum of the content.
 
@@ -19,7 +25,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, unbounded};
-use septet_protocol::wire::{Arrived, Parcel, Wire, WireError};
+use septet_protocol::wire::{Arrived, Parcel, PartBytes, Wire, WireError};
 
 /// The time in which all processes must have started.
 const PATIENCE: Duration = Duration::from_mins(1);
@@ -28,7 +34,19 @@ const PATIENCE: Duration = Duration::from_mins(1);
 const PAUSE: Duration = Duration::from_millis(2);
 
 /// The number of bytes that are read at a time, so that memory grows with the bytes that arrive.
-const STEP: u64 = 1 << 22;
+const STEP: usize = 1 << 22;
+
+/// Bytes of the head of a part.
+const HEAD: usize = 6;
+
+/// The second byte of a head: there is no parcel.
+const NO_PARCEL: u8 = 0;
+
+/// The second byte of a head: the part is the last one.
+const LAST: u8 = 1;
+
+/// The second byte of a head: more parts follow.
+const MORE: u8 = 2;
 
 /// The data that a process sends to another one in an exchange.
 struct Sent {
@@ -45,6 +63,7 @@ struct Peer {
 /// The end of one process.
 pub struct SocketWire {
     process: u32,
+    part_bytes: PartBytes,
     /// The other processes, by number; `None` at the place of this one.
     peers: Vec<Option<Peer>>,
 }
@@ -96,7 +115,7 @@ impl SocketWire {
         fs::remove_file(&own)?;
         // This fails as long as other sockets are in the folder.
         let _ = fs::remove_dir(folder);
-        Ok(SocketWire { process, peers })
+        Ok(SocketWire { process, part_bytes: PartBytes::default(), peers })
     }
 }
 
@@ -142,30 +161,56 @@ fn peer(stream: UnixStream) -> io::Result<Peer> {
     Ok(Peer { stream, received })
 }
 
+/// Reads all parts of what a process sends in an exchange.
 fn read_sent(from: &mut impl Read) -> io::Result<Sent> {
-    let mut head = [0; 10];
-    from.read_exact(&mut head)?;
-    let [state, has_parcel, length @ ..] = head;
-    let length = u64::from_le_bytes(length);
-    let mut bytes = Vec::new();
-    while (bytes.len() as u64) < length {
-        let step = (length - bytes.len() as u64).min(STEP);
-        bytes.reserve(step as usize);
-        if from.by_ref().take(step).read_to_end(&mut bytes)? as u64 != step {
+    let (mut bytes, mut is_first) = (Vec::new(), true);
+    loop {
+        let mut head = [0; HEAD];
+        from.read_exact(&mut head)?;
+        let [state, kind, length @ ..] = head;
+        read_part(from, u32::from_le_bytes(length) as usize, &mut bytes)?;
+        match kind {
+            NO_PARCEL if is_first && bytes.is_empty() => return Ok(Sent { state, bytes: None }),
+            LAST => return Ok(Sent { state, bytes: Some(bytes) }),
+            MORE => is_first = false,
+            _ => return Err(io::Error::new(ErrorKind::InvalidData, "the head of a part is invalid")),
+        }
+    }
+}
+
+/// Appends the content of a part.
+fn read_part(from: &mut impl Read, length: usize, bytes: &mut Vec<u8>) -> io::Result<()> {
+    let end = bytes.len() + length;
+    while bytes.len() < end {
+        let step = (end - bytes.len()).min(STEP);
+        bytes.reserve(step);
+        if from.by_ref().take(step as u64).read_to_end(bytes)? != step {
             return Err(ErrorKind::UnexpectedEof.into());
         }
     }
-    Ok(Sent { state, bytes: (has_parcel != 0).then_some(bytes) })
+    Ok(())
 }
 
-fn write_sent(to: &mut impl Write, state: u8, bytes: Option<&[u8]>) -> io::Result<()> {
-    let mut head = [0; 10];
-    head[0] = state;
-    head[1] = u8::from(bytes.is_some());
-    let bytes = bytes.unwrap_or_default();
-    head[2..].copy_from_slice(&(bytes.len() as u64).to_le_bytes());
-    to.write_all(&head)?;
-    to.write_all(bytes)
+/// Writes what a process sends in an exchange, in parts.
+fn write_sent(to: &mut impl Write, state: u8, bytes: Option<&[u8]>, part_bytes: PartBytes) -> io::Result<()> {
+    let mut rest = bytes.unwrap_or_default();
+    loop {
+        let (part, after) = rest.split_at(rest.len().min(part_bytes.get()));
+        let kind = match bytes {
+            None => NO_PARCEL,
+            Some(_) if after.is_empty() => LAST,
+            Some(_) => MORE,
+        };
+        let mut head = [state, kind, 0, 0, 0, 0];
+        // A part has at most 2^30 bytes.
+        head[2..].copy_from_slice(&(part.len() as u32).to_le_bytes());
+        to.write_all(&head)?;
+        to.write_all(part)?;
+        if after.is_empty() {
+            return Ok(());
+        }
+        rest = after;
+    }
 }
 
 fn lost(process: usize, error: &io::Error) -> WireError {
@@ -196,7 +241,7 @@ impl Wire for SocketWire {
         for (process, peer) in others() {
             if let Some(Peer { stream, .. }) = peer {
                 let bytes = contents[process].take();
-                let written = write_sent(&mut &*stream, state, bytes.as_deref());
+                let written = write_sent(&mut &*stream, state, bytes.as_deref(), self.part_bytes);
                 written.map_err(|error| lost(process, &error))?;
             }
         }
@@ -210,6 +255,10 @@ impl Wire for SocketWire {
             arrived.parcels.extend(bytes.map(|bytes| Parcel { process: process as u32, bytes }));
         }
         Ok(arrived)
+    }
+
+    fn set_part_bytes(&mut self, part_bytes: PartBytes) {
+        self.part_bytes = part_bytes;
     }
 }
 
@@ -247,6 +296,7 @@ mod tests {
             each(n, |wire| {
                 let own = wire.process();
                 for round in 0..50_u32 {
+                    wire.set_part_bytes(if round % 2 == 0 { of(1 << 12) } else { PartBytes::default() });
                     // Large enough that a socket does not take it at once.
                     let bytes =
                         |from: u32, to: u32| vec![(from * 7 + to + round) as u8; (1 << 18) * to as usize];
@@ -260,6 +310,56 @@ mod tests {
                     assert!(arrived.parcels == expected && arrived.state == 9, "{n} {own} {round}");
                 }
             });
+        }
+    }
+
+    fn of(part_bytes: u64) -> PartBytes {
+        PartBytes::new(part_bytes).unwrap()
+    }
+
+    #[test]
+    fn parcels_are_cut_into_parts() {
+        for (length, part_bytes) in
+            (0..20).flat_map(|length| [1, 2, 3, 7, 19, 20, 100].map(|part| (length, part)))
+        {
+            let bytes: Vec<u8> = (1..=length).collect();
+            let mut written = Vec::new();
+            write_sent(&mut written, 9, Some(&bytes), of(part_bytes)).unwrap();
+            let parts = u64::from(length).div_ceil(part_bytes).max(1) as usize;
+            assert_eq!(written.len(), bytes.len() + parts * HEAD, "{length} {part_bytes}");
+            let mut from = &written[..];
+            for part in 1..=parts {
+                let (head, rest) = from.split_at(HEAD);
+                let content = u32::from_le_bytes(head[2..].try_into().unwrap()) as usize;
+                assert!(content as u64 <= part_bytes, "{length} {part_bytes}");
+                assert_eq!(head[..2], [9, if part == parts { LAST } else { MORE }]);
+                from = &rest[content..];
+            }
+            let mut from = &written[..];
+            let Sent { state, bytes: read } = read_sent(&mut from).unwrap();
+            assert_eq!((state, read, from.len()), (9, Some(bytes), 0));
+            for end in 0..written.len() {
+                let error = read_sent(&mut &written[..end]).err().unwrap();
+                assert_eq!(error.kind(), ErrorKind::UnexpectedEof, "{length} {part_bytes}");
+            }
+        }
+        let mut written = Vec::new();
+        write_sent(&mut written, 3, None, of(1)).unwrap();
+        assert_eq!(written, [3, NO_PARCEL, 0, 0, 0, 0]);
+        let Sent { state, bytes } = read_sent(&mut &written[..]).unwrap();
+        assert_eq!((state, bytes), (3, None));
+    }
+
+    #[test]
+    fn invalid_heads_are_refused() {
+        for parts in [
+            &[0, 3, 0, 0, 0, 0][..],
+            &[0, NO_PARCEL, 1, 0, 0, 0, 7],
+            &[0, MORE, 1, 0, 0, 0, 7, 0, NO_PARCEL, 0, 0, 0, 0],
+            &[0, MORE, 0, 0, 0, 0, 0, NO_PARCEL, 0, 0, 0, 0],
+        ] {
+            let error = read_sent(&mut &parts[..]).err().unwrap();
+            assert_eq!(error.kind(), ErrorKind::InvalidData, "{parts:?}");
         }
     }
 

@@ -98,7 +98,7 @@ fn shares_that_contradict_each_other_leave_nothing() {
         ("of other workers", |own| own.part.subdomains.truncate(1)),
         ("different lengths", |own| largest(own).owners.truncate(1)),
         ("have other owners", |own| largest(own).owners[0] = 9),
-        ("point 300 of 300 points", |own| largest(own).ids[0] = 300),
+        ("point 300 of points 0 to 300", |own| largest(own).ids[0] = 300),
         ("cells", |own| own.part.cells += 1),
     ];
     for (words, spoil) in spoilt {

@@ -1,0 +1,146 @@
+//! Arrays of numbers in binary files: the rows of `.npy` files and of raw files.
+
+use super::collect::Collector;
+use super::error::{InputError, Place};
+use super::points::{CoordinateType, PointFile, ReadOptions};
+use super::scalar::{Endian, Scalar};
+use super::text::Source;
+
+/// The place and the type of a two-dimensional array in a file.
+#[derive(Clone, Copy)]
+pub(super) struct Layout {
+    /// The type of the numbers.
+    pub scalar: Scalar,
+    /// The byte order of the numbers.
+    pub endian: Endian,
+    /// The number of rows.
+    pub rows: u64,
+    /// The number of columns.
+    pub columns: usize,
+    /// Whether columns are contiguous (Fortran order).
+    pub fortran: bool,
+    /// The offset of the data in the file.
+    pub start: u64,
+    /// The number of bytes after the data.
+    pub surplus: u64,
+}
+
+/// Rows of an array, which borrow their bytes.
+pub(super) struct Array<'a> {
+    pub layout: Layout,
+    /// The number of rows.
+    pub rows: usize,
+    /// The offset of the bytes in the file.
+    pub start: u64,
+    /// The bytes of the rows.
+    data: &'a [u8],
+}
+
+impl Layout {
+    /// Returns the type of the coordinates.
+    pub fn coordinate_type(&self) -> CoordinateType {
+        self.scalar.coordinate_type()
+    }
+
+    /// Returns the number of bytes of a row.
+    pub fn row_size(&self) -> u64 {
+        (self.columns * self.scalar.size()) as u64
+    }
+
+    /// Creates a collector for `rows` points, or refuses an array of other than two or three columns.
+    pub fn collector<'a>(
+        &self,
+        source: Source<'a>,
+        options: &ReadOptions,
+        rows: u64,
+    ) -> Result<Collector<'a>, InputError> {
+        let place = Place::Byte(self.start);
+        if !(2..=3).contains(&self.columns) {
+            let (path, found) = (source.path.to_owned(), self.columns as u64);
+            return Err(InputError::UnsupportedDimension { path, place, found });
+        }
+        // No header announces more rows than the file has.
+        let bytes = usize::try_from(rows.saturating_mul(self.row_size())).unwrap_or(usize::MAX);
+        let size = (rows, bytes, self.row_size() as usize);
+        let mut points = Collector::new(source, options, (place, self.columns), size)?;
+        points.coordinate_type = Some(self.coordinate_type());
+        Ok(points)
+    }
+
+    /// Adds the points of whole rows in C order, which begin at offset `start` of the file. Returns the number of
+    /// integers that were rounded.
+    pub fn rows_at(&self, start: u64, data: &[u8], points: &mut Collector<'_>) -> Result<u64, InputError> {
+        let rows = data.len() / (self.row_size() as usize).max(1);
+        Array { layout: *self, rows, start, data }.add_to(points)
+    }
+
+    /// Reads the points of all rows of a file.
+    pub fn points(&self, source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
+        let mut points = self.collector(source, options, self.rows)?;
+        let rounded = Array::of(source, *self).add_to(&mut points)?;
+        points.notes.extend(self.notes(rounded));
+        Ok(points.finish())
+    }
+
+    /// Returns the notes on an array with this number of rounded integers.
+    pub fn notes(&self, rounded: u64) -> Vec<String> {
+        let mut notes = Vec::new();
+        if rounded > 0 {
+            notes.push(format!("{rounded} integers are too large for a double and were rounded"));
+        }
+        if self.surplus > 0 {
+            notes.push(format!("{} bytes after the array are ignored", self.surplus));
+        }
+        notes
+    }
+}
+
+impl<'a> Array<'a> {
+    /// Returns all rows of a file.
+    pub fn of(source: Source<'a>, layout: Layout) -> Self {
+        let data = &source.data[layout.start as usize..source.data.len() - layout.surplus as usize];
+        Array { rows: layout.rows as usize, start: layout.start, data, layout }
+    }
+
+    /// Returns the position of an element in the data.
+    fn position(&self, row: usize, column: usize) -> usize {
+        if self.layout.fortran { column * self.rows + row } else { row * self.layout.columns + column }
+    }
+
+    /// Returns the bytes of an element.
+    pub fn element(&self, row: usize, column: usize) -> &[u8] {
+        let size = self.layout.scalar.size();
+        let at = self.position(row, column) * size;
+        &self.data[at..at + size]
+    }
+
+    /// Returns the byte offset of an element in the file.
+    pub fn offset(&self, row: usize, column: usize) -> u64 {
+        self.start + (self.position(row, column) * self.layout.scalar.size()) as u64
+    }
+
+    /// Returns the place of an element.
+    pub fn place(&self, row: usize, column: usize) -> Place {
+        Place::Byte(self.offset(row, column))
+    }
+
+    /// Adds all rows as points. Returns the number of integers that were rounded.
+    fn add_to(&self, points: &mut Collector<'_>) -> Result<u64, InputError> {
+        let Layout { scalar, endian, .. } = self.layout;
+        let mut rounded = 0_u64;
+        for row in 0..self.rows {
+            let mut at = [0.0; 3];
+            let mut place = self.place(row, 0);
+            for (column, slot) in at[..points.dimension()].iter_mut().enumerate() {
+                let element = self.element(row, column);
+                *slot = scalar.float(element, endian);
+                rounded += u64::from(scalar.rounds(element, endian));
+                if !slot.is_finite() {
+                    place = self.place(row, column);
+                }
+            }
+            points.push(place, &at)?;
+        }
+        Ok(rounded)
+    }
+}
