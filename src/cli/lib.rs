@@ -168,12 +168,11 @@ pub fn main_of_processes(wire: &mut dyn Wire, name: &'static str) -> ExitCode {
         Err(code) => return code,
     };
     let talk = Talk::new(&cli.talk, is_silent);
-    let mut on_wire = |talk: &Talk| match cli.command.goal() {
+    let on_wire = |talk: &Talk| match cli.command.goal() {
         Some(goal) => processes::on_wire(goal, wire, name, talk),
         None => Err(processes::not_on_processes()),
     };
-    let command = |talk: &Talk| logged(talk, || on_wire(talk));
-    ended(&talk, command).unwrap_or_else(|payload| resume_unwind(payload))
+    ended(&talk, on_wire).unwrap_or_else(|payload| resume_unwind(payload))
 }
 
 /// Parses the arguments. Prints a message and returns the exit code if there is nothing to run.
@@ -299,7 +298,7 @@ fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
 /// Runs `septet triangulate` or `septet simulate` with its transport.
 fn run_goal(goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
     match goal.args().machine.transport {
-        TransportArg::Processes => logged(talk, || processes::local(goal, talk)),
+        TransportArg::Processes => processes::local(goal, talk),
         TransportArg::Channel | TransportArg::Sim => triangulate::run(goal, talk),
     }
 }

@@ -197,6 +197,22 @@ fn processes_report_a_failed_certificate() {
 }
 
 #[test]
+fn each_process_records_its_ranks() {
+    let place = Place::new();
+    let run = "simulate sample:uniform:2000 --workers 5 --transport processes --processes 2";
+    place.good(&format!("{run} --trace t.json --trace-level round"));
+    let ranks_of = |name: &str| -> BTreeSet<u64> {
+        let trace = place.json(name);
+        let rows = trace["traceEvents"].as_array().unwrap();
+        let rounds = rows.iter().filter(|row| row["ph"] == "B" && row["cat"] == "round");
+        rounds.map(|row| row["pid"].as_u64().unwrap() - 1).collect()
+    };
+    let [first, second] = ["t.0.json", "t.1.json"].map(ranks_of);
+    assert_eq!((first, second), (BTreeSet::from([0, 1, 2]), BTreeSet::from([3, 4, 5])));
+    assert!(!place.path("t.json").exists());
+}
+
+#[test]
 fn processes_end_with_one_error() {
     let place = Place::new();
     let many = "--transport processes --workers 3";
@@ -205,7 +221,6 @@ fn processes_end_with_one_error() {
     place.fails(&format!("triangulate none.npy {many}"), 3, &["none.npy"]);
     for options in [
         "--with-owner -o m.vtu",
-        "--trace t.json",
         "--view 5 --json r.json",
         "--workers leaves",
         "--keep-columns",
@@ -219,6 +234,8 @@ fn processes_end_with_one_error() {
         }
     }
     let line = "simulate sample:uniform:100 --transport processes";
+    place.fails(&format!("{line} --trace -"), 2, &["--trace"]);
+    place.fails(&format!("{line} --trace none/t.json"), 1, &["does not exist"]);
     place.fails(&format!("{line} --cost-trace c.jsonl"), 2, &["--cost-trace", "several processes"]);
     place.fails(&format!("{line} -o m.msh"), 2, &["m.msh"]);
     place.fails(&format!("{line} --supergraph knn --k 100"), 2, &["k is 100"]);

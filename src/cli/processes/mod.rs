@@ -10,6 +10,7 @@ mod report;
 mod run;
 mod sample;
 mod team;
+mod trace;
 
 use septet_core::Config;
 use septet_core::config::Workers;
@@ -27,7 +28,7 @@ fn of_team(goal: Goal<'_>, threads: usize, mut team: Team<'_>, talk: &Talk) -> R
     team.processes.set_part_bytes(goal.args().hidden.part_bytes.unwrap_or_default());
     let config = goal.config_of_processes(team.processes.processes(), threads);
     let config = team.agree(config)?;
-    run::run(goal, config, &mut team, talk)
+    trace::traced(&goal.args().tracing, &mut team, talk, |team| run::run(goal, config, team, talk))
 }
 
 /// Returns the failure for a command that several processes cannot run.

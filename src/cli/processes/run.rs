@@ -146,7 +146,6 @@ fn refuse(goal: Goal<'_>, config: &Config) -> Result<(), Failure> {
     let options = [
         ("--workers leaves", config.machine.workers == Workers::Leaves),
         ("--cost-trace", goal.cost_trace().is_some()),
-        ("--trace", args.tracing.trace.is_some()),
         ("--keep-columns", args.keep_columns),
         ("--with-owner", args.with_owner),
         ("--view", args.view.is_some()),
