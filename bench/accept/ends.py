@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Ends runs of several processes in every way, and checks that all processes end with no output left.
 
-    bench/accept/ends.py target/release/septet [--mpi target/release/septet-mpi] [--kills 20] [--points 300000]
+    bench/accept/ends.py target/release/septet [--mpi target/release/septet-mpi] [--command simulate] [--kills 20]
+        [--points 300000]
 
 Each row kills a process (KILL, TERM or INT) at random times, or plants a panic or the end of a rank in a phase. A run that ends
 must have the exit code of the row, all its processes must be gone within five seconds, and no file may be under the name of
@@ -20,18 +21,22 @@ from pathlib import Path
 
 PROCESSES = 4
 SECONDS = 5.0
-PHASES = "load partition halo pieces seam hulls check certificate merge collect".split()
+PHASES = {
+    "triangulate": "load partition halo pieces seam hulls check certificate merge collect".split(),
+    "simulate": "load partition choice radii neighbours summaries separator-sets graph hulls check certificate merge "
+                "collect".split(),
+}
 
 
 class Program:
     """A way to start several processes."""
 
-    def __init__(self, name, command, after):
-        self.name, self.command, self.after = name, command, after
+    def __init__(self, name, command, task, after):
+        self.name, self.command, self.task, self.after = name, command, task, after
 
     def start(self, points, folder, *extra):
         outputs = [word for name in ("c.npy", "m.vtu", "m.pvtu") for word in ("-o", str(folder / name))]
-        command = [*self.command, "triangulate", str(points), "--workers", "8", "-q", *outputs, *self.after, *extra]
+        command = [*self.command, self.task, str(points), "--workers", "8", "-q", *outputs, *self.after, *extra]
         return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
 
 
@@ -101,7 +106,7 @@ def signalled(program, points, victim, sent, codes, seconds, whole):
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         child = program.start(points, folder)
-        time.sleep(random.uniform(0.1, 0.95) * seconds)
+        time.sleep(random.uniform(0.02, 0.95) * seconds)
         pids = processes(folder, program.name)
         if child.poll() is not None or len(pids) <= victim:
             child.communicate()
@@ -142,7 +147,7 @@ def check(program, points, kills):
         whole = left(Path(name))
         if child.returncode != 0 or len(whole) != 11:
             sys.exit(f"{program.name}: a run without a signal fails: {said}")
-    print(f"\n{program.name}, {PROCESSES} processes, {seconds:.1f} s without a signal\n\n"
+    print(f"\n{program.name} {program.task}, {PROCESSES} processes, {seconds:.1f} s without a signal\n\n"
           "| end | runs | seconds until all are gone, at most | defects |\n| --- | --- | --- | --- |", flush=True)
     failed = False
     lost = [code for code in range(1, 256)] + [-9]
@@ -157,8 +162,8 @@ def check(program, points, kills):
                     results.append(result)
                 if len(results) == runs:
                     break
-            failed |= row(f"{name} of process {victim}", results)
-    for phase in PHASES:
+            failed |= row(f"{name} of process {victim}", results) or len(results) < runs
+    for phase in PHASES[program.task]:
         for fault, codes in ((f"panic:3:{phase}", [101, 6]), (f"die:5:{phase}", [6])):
             failed |= row(fault, [planted(program, points, fault, codes, whole)])
     return failed
@@ -169,12 +174,14 @@ def main():
     parser.add_argument("septet")
     parser.add_argument("--mpi", help="also check this septet-mpi")
     parser.add_argument("--mpirun", default="mpirun --oversubscribe --bind-to none")
+    parser.add_argument("--command", default="triangulate", choices=sorted(PHASES))
     parser.add_argument("--kills", type=int, default=20)
     parser.add_argument("--points", type=int, default=300_000)
     options = parser.parse_args()
-    programs = [Program("septet", [options.septet], ["--transport", "processes", "--processes", str(PROCESSES)])]
+    task = options.command
+    programs = [Program("septet", [options.septet], task, ["--transport", "processes", "--processes", str(PROCESSES)])]
     if options.mpi:
-        programs.append(Program("septet-mpi", [*options.mpirun.split(), "-n", str(PROCESSES), options.mpi], []))
+        programs.append(Program("septet-mpi", [*options.mpirun.split(), "-n", str(PROCESSES), options.mpi], task, []))
     with tempfile.TemporaryDirectory() as name:
         points = Path(name) / "points.npy"
         subprocess.run([options.septet, "generate", "uniform", "-n", str(options.points), "-o", str(points), "-q"], check=True)

@@ -29,7 +29,7 @@ pub struct ReadArgs {
     /// Read coordinates in binary without a header, such as f64,3
     ///
     /// The type of the coordinates (f32 or f64, or f32be or f64be for big-endian numbers) and the number of coordinates of
-    /// a point (2 or 3). Every file of the input has such rows, whatever its name; names of other formats are refused.
+    /// a point (2 or 3). The names of the files may be any but those of other formats.
     #[arg(long, value_name = "TYPE,D", value_parser = raw_rows, help_heading = INPUT, hide_short_help = true)]
     raw: Option<RawRows>,
 }

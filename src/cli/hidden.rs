@@ -21,6 +21,9 @@ pub struct HiddenArgs {
 /// The largest number of a first row. All rows then have signed numbers of 64 bits, as outputs need.
 const MOST_FIRST_ROW: u64 = 1 << 62;
 
+/// The smallest number of bytes of a part. Over MPI, the many parts of long messages would take minutes.
+const LEAST_PART_BYTES: u64 = 32;
+
 impl HiddenArgs {
     /// Refuses these options in a run by one process, in which they have no effect.
     pub fn refuse(&self) -> Result<(), Failure> {
@@ -30,5 +33,8 @@ impl HiddenArgs {
 }
 
 fn part_bytes(text: &str) -> Result<PartBytes, String> {
-    PartBytes::new(bytes(text)?).ok_or_else(|| "expected 1 to 1G bytes".to_owned())
+    let number = bytes(text)?;
+    PartBytes::new(number)
+        .filter(|_| number >= LEAST_PART_BYTES)
+        .ok_or_else(|| format!("expected {LEAST_PART_BYTES} to 1G bytes"))
 }

@@ -77,7 +77,7 @@ pub struct SimulateArgs {
 pub struct RunArgs {
     /// Point file, `-` for standard input, or `sample:KIND:N` for a generated set
     ///
-    /// Files: .node .xyz .txt .csv .npy .off .ply .stl .obj .vtu .vtk .msh .mesh, and --raw, each also .gz. A pattern in quotes,
+    /// Files: .node .xyz .txt .csv .npy .off .ply .stl .obj .vtu .vtk .msh .mesh, or binary coordinates with --raw; each also .gz. A pattern in quotes,
     /// such as 'part-*.npy', reads several files in byte order of their names. @LIST reads the files that the text file
     /// LIST names, one per line. Rows are numbered across the files. The full form of a sample is `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25][,ratio=1.3]`.
     pub input: String,

@@ -244,7 +244,9 @@ pub(super) fn of_points(error: &RangeError, files: &[ListedFile], input: &str) -
         RangeError::Spread { low, high, .. } => vec![low, high],
     };
     let name = if input == "-" { "standard input" } else { input };
-    let places: String = rows.into_iter().filter_map(|row| place_of(files, row as u64)).collect();
+    let is_list = files.len() > 1;
+    let places = rows.into_iter().filter_map(|row| place_of(files, row as u64)).filter(|_| is_list);
+    let places: String = places.collect();
     Failure::new(Code::Input, format!("{name}: {error} (points counted from 0{places})"))
         .help("round the coordinates to a common grid, or drop these points")
 }

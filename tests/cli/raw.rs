@@ -87,9 +87,11 @@ fn errors_name_the_file_and_its_size() {
     place.fails("triangulate cut.raw --raw f64,3", 3, &words);
     place.fails("simulate cut.raw --raw f64,3", 3, &words);
     place.fails("triangulate *.raw --raw f64,3", 3, &words);
-    place.fails("triangulate nan.raw --raw f64,3", 3, &["nan.raw", "byte 16", "--skip-invalid"]);
+    place.fails("triangulate nan.raw --raw f64,3", 3, &["nan.raw", "byte 0", "--skip-invalid"]);
     place.fails("triangulate ok.raw --raw f64,2 -d 3", 3, &["ok.raw", "-d"]);
     place.fails("triangulate ok.raw", 2, &["ok.raw", "--raw"]);
+    let two = [0.0, 0.0, 0.0, f64::INFINITY, 1.0, f64::NAN].map(f64::to_le_bytes).concat();
+    place.file("two.raw", two).fails("triangulate two.raw --raw f64,3", 3, &["byte 24", "point 1 ", "inf"]);
     for spec in ["f64", "f64,4", "i32,3", "64,3"] {
         place.fails(&format!("triangulate ok.raw --raw {spec}"), 2, &["--raw", "f64,3"]);
     }

@@ -124,8 +124,8 @@ pub struct MeshArgs {
     /// Remove slivers: cells with small dihedral angles
     #[arg(long, help_heading = SIZES)]
     pub improve: bool,
-    /// Number of workers, or `leaves` for one per leaf of the partition tree [default: cores]
-    #[arg(long, value_name = "P|leaves", value_parser = workers, allow_negative_numbers = true, help_heading = MACHINE)]
+    /// Number of workers, `auto` for one per core, or `leaves` for one per leaf of the partition tree [default: auto]
+    #[arg(long, value_name = "P|auto|leaves", value_parser = workers, allow_negative_numbers = true, help_heading = MACHINE)]
     pub workers: Option<Workers>,
     /// Largest leaf of the partition trees, in points [default: 4000 in space, 2000 in the plane]
     #[arg(long, value_name = "M", help_heading = MACHINE, hide_short_help = true)]

@@ -25,6 +25,9 @@ const FOLDER: &str = "SEPTET_PROCESS_FOLDER";
 /// The time that the other processes have to end.
 const PATIENCE: Duration = Duration::from_secs(5);
 
+/// The time that they have after one was lost, since some of them may wait for it.
+const SHORT_PATIENCE: Duration = Duration::from_millis(500);
+
 /// The place of a process that another one started.
 pub struct Place {
     process: u32,
@@ -76,6 +79,7 @@ impl Place {
 pub struct Started {
     children: Vec<Child>,
     folder: PathBuf,
+    patience: Duration,
 }
 
 impl Started {
@@ -86,7 +90,7 @@ impl Started {
     pub fn start(processes: u32) -> io::Result<Self> {
         let program = env::current_exe()?;
         let folder = create_folder()?;
-        let mut started = Started { children: Vec::new(), folder };
+        let mut started = Started { children: Vec::new(), folder, patience: PATIENCE };
         for process in 1..processes {
             let place = format!("{process}/{processes}/{}", std::process::id());
             let mut command = Command::new(&program);
@@ -102,7 +106,7 @@ impl Started {
     /// # Errors
     /// See [`SocketWire::connect`].
     pub fn connect(&mut self) -> io::Result<SocketWire> {
-        let Started { children, folder } = self;
+        let Started { children, folder, .. } = self;
         let processes = children.len() as u32 + 1;
         let check = &mut || {
             for (process, child) in (1..).zip(&mut *children) {
@@ -122,6 +126,11 @@ impl Started {
         }
     }
 
+    /// Gives the others less time to end, because a process was lost.
+    pub fn hurry(&mut self) {
+        self.patience = SHORT_PATIENCE;
+    }
+
     /// Returns a description of the first process that a signal ended.
     pub fn killed(&mut self) -> Option<String> {
         (1..).zip(&mut self.children).find_map(|(process, child): (u32, _)| {
@@ -133,7 +142,7 @@ impl Started {
 
 impl Drop for Started {
     fn drop(&mut self) {
-        let end = Instant::now() + PATIENCE;
+        let end = Instant::now() + self.patience;
         for child in &mut self.children {
             while matches!(child.try_wait(), Ok(None)) && Instant::now() < end {
                 thread::sleep(Duration::from_millis(1));

@@ -148,7 +148,7 @@ fn refuse(goal: Goal<'_>, config: &Config) -> Result<(), Failure> {
         ("--cost-trace", goal.cost_trace().is_some()),
         ("--keep-columns", args.keep_columns),
         ("--with-owner", args.with_owner),
-        ("--view", args.view.is_some()),
+        ("--view", args.view.is_some_and(|shown| shown > 0)),
         ("--skip-invalid", args.skip_invalid),
         ("--max-memory", args.machine.max_memory.is_some()),
     ];

@@ -14,10 +14,12 @@
 //! **Source.** `bench/critical-path`: on surfaces, the processor time is about `1 + x/2` times that of one worker, where a
 //! point meets x other regions. **Work.** One distance for each point and probe, in parallel.
 
+use std::cmp::Ordering;
+
 use rayon::prelude::*;
 
 use septet_geometry::neighbourhood::{Bounds, bounds, box_dist2};
-use septet_geometry::point::{Point, dist2};
+use septet_geometry::point::{Point, dist2, lex_cmp};
 
 /// The smallest number of points of a worker.
 const POINTS_PER_WORKER: usize = 16_000;
@@ -83,12 +85,17 @@ fn is_finite<P: Point>(x: P) -> bool {
 /// The nearest points of a probe: squared distances, and vectors from the probe.
 type Near<P> = Vec<(f64, P)>;
 
+/// Returns the order of two neighbours: by distance, and by coordinates if the distances are equal.
+fn nearer<P: Point>(a: &(f64, P), b: &(f64, P)) -> Ordering {
+    a.0.total_cmp(&b.0).then_with(|| lex_cmp(&a.1, &b.1))
+}
+
 /// Keeps the nearest ones. Returns the squared distance of the farthest of them, or infinity if there are too few.
-fn keep_nearest<P>(near: &mut Near<P>) -> f64 {
+fn keep_nearest<P: Point>(near: &mut Near<P>) -> f64 {
     if near.len() <= NEAREST {
         return f64::INFINITY;
     }
-    let (_, last, _) = near.select_nth_unstable_by(NEAREST - 1, |a, b| a.0.total_cmp(&b.0));
+    let (_, last, _) = near.select_nth_unstable_by(NEAREST - 1, nearer);
     let limit2 = last.0;
     near.truncate(NEAREST);
     limit2
@@ -101,7 +108,7 @@ fn near_neighbours<P: Point>(points: &[P], probes: &[P]) -> Vec<Near<P>> {
             let (mut near, mut limit2) = (Near::new(), f64::INFINITY);
             for &x in chunk {
                 let d2 = dist2(x, probe);
-                if d2 < limit2 && d2 > 0.0 {
+                if d2 <= limit2 && d2 > 0.0 {
                     near.push((d2, x - probe));
                     if near.len() == 2 * NEAREST {
                         limit2 = keep_nearest(&mut near);
@@ -122,7 +129,7 @@ fn near_neighbours<P: Point>(points: &[P], probes: &[P]) -> Vec<Near<P>> {
     let mut all = points.par_chunks(CHUNK).map(in_chunk).reduce(|| vec![Near::new(); probes.len()], join);
     for near in &mut all {
         keep_nearest(near);
-        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        near.sort_unstable_by(nearer);
     }
     all
 }

@@ -130,16 +130,17 @@ impl<'a> Array<'a> {
         let mut rounded = 0_u64;
         for row in 0..self.rows {
             let mut at = [0.0; 3];
-            let mut place = self.place(row, 0);
+            // The first coordinate that is not finite, which the error names.
+            let mut wrong = None;
             for (column, slot) in at[..points.dimension()].iter_mut().enumerate() {
                 let element = self.element(row, column);
                 *slot = scalar.float(element, endian);
                 rounded += u64::from(scalar.rounds(element, endian));
                 if !slot.is_finite() {
-                    place = self.place(row, column);
+                    wrong = wrong.or(Some(column));
                 }
             }
-            points.push(place, &at)?;
+            points.push(self.place(row, wrong.unwrap_or(0)), &at)?;
         }
         Ok(rounded)
     }

@@ -53,6 +53,9 @@ pub enum SweepError {
     /// unknown before the run.
     #[error("--weak needs numbers of workers: the number of `leaves` is unknown before the run")]
     WeakLeaves,
+    /// The number of workers depends on the computer, so the sweep would not repeat.
+    #[error("the workers of a sweep are numbers or `leaves`: `auto` depends on the computer")]
+    AutoWorkers,
     /// The total number of points does not fit into 64 bits.
     #[error("{n} points for each of {workers} workers are too many")]
     TooMany {
@@ -131,6 +134,9 @@ impl Sweep {
         }
         self.config.until.map_or(Ok(()), |until| self.check_reached(until))?;
         for &workers in &self.workers {
+            if workers == Workers::Auto {
+                return Err(SweepError::AutoWorkers);
+            }
             self.config.clone().with(|c| c.machine.workers = workers).check()?;
             for &n in &self.sizes {
                 match workers {
@@ -348,6 +354,7 @@ mod tests {
         assert_eq!(refused(&|s| s.sizes.clear()), SweepError::Empty { what: "sizes" });
         let leaves = refused(&|s| (s.weak, s.workers) = (true, vec![Workers::Leaves]));
         assert_eq!(leaves, SweepError::WeakLeaves);
+        assert_eq!(refused(&|s| s.workers = vec![Workers::Auto]), SweepError::AutoWorkers);
         let timed = refused(&|s| (s.timed, s.config.until) = (true, Some(Until::Partition)));
         assert_eq!(timed, SweepError::TimedUntil);
         let timed = refused(&|s| (s.timed, s.config.correction) = (true, Correction::BottomUp));
