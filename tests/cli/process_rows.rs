@@ -47,11 +47,11 @@ fn parts_do_not_change_the_bytes() {
         }
     }
     place.good("simulate u.npy -q --workers 8 -o s.npy -o s.vtu -o s.pvtu --view 0 --json one.json");
-    let line = "simulate u.npy -q --workers 8 --transport processes --view 0 -o s.npy -o s.vtu -o s.pvtu --json s.json";
+    let line = "simulate u.npy -q --workers 8 --transport processes --view 0 -o s.npy -o s.vtu -o s.pvtu --json several.json";
     let simulated = outputs(&place, "s");
     place.good(&format!("{line} --processes 5 --part-bytes 100"));
     assert!(outputs(&place, "s") == simulated, "simulate in parts");
-    assert_eq!(place.json("s.json")["traffic"], place.json("one.json")["traffic"]);
+    assert_eq!(place.json("several.json")["traffic"], place.json("one.json")["traffic"]);
     for part in ["0", "31", "1.5G", "many"] {
         let line = format!("triangulate u.npy --transport processes --part-bytes {part}");
         place.fails(&line, 2, &["--part-bytes"]);
