@@ -85,10 +85,11 @@ pub fn local(goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
     let result = of_team(goal, threads(processes), Team::new(&mut wire, "processes"), talk);
     // The first connection that breaks may belong to a process that ended because of another one.
     let is_lost = result.as_ref().is_err_and(|failure| failure.code == Code::Machine);
-    if is_lost {
-        started.hurry();
+    if !is_lost {
+        return result;
     }
-    match started.killed().filter(|_| is_lost) {
+    started.hurry();
+    match started.killed() {
         Some(killed) => Err(Failure::new(Code::Machine, killed).help("see whether memory ran out")),
         None => result,
     }

@@ -66,7 +66,7 @@ impl Transport {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Machine {
-    /// Number of workers.
+    /// Number of workers; [`Workers::Auto`] by default.
     pub workers: Workers,
     /// Number of threads that run the workers; the number of cores by default.
     pub threads: usize,

@@ -14,6 +14,7 @@
 //! ([`Cost::charge_replication`](septet_geometry::cost::Cost::charge_replication)).
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use septet_geometry::cost::Sweep;
 use septet_geometry::graph::Supergraph;
@@ -28,10 +29,7 @@ use crate::machine::context::Context;
 use crate::state::ghosts::Ghosts;
 use crate::state::subdomain::{Shared, Subdomain, Way};
 use crate::state::table::Table;
-use crate::state::tree::{Split, Tree, owned_groups};
-
-/// The number of owned points that one walk sends, up to the end of a leaf.
-const WALK: u32 = 4096;
+use crate::state::tree::{GROUP, Split, Tree, owned_groups};
 
 /// Sends each owned point to the leaves that one of its edges may reach. Returns the ghosts of this rank's leaves.
 pub(crate) async fn push_ghosts<P: Point>(
@@ -203,8 +201,9 @@ impl<'a, P: Point> GhostPush<'a, P> {
     fn push_owned(&mut self, cx: &mut Context<P>, table: &Table<P>) {
         let (subdomain, edges) = (self.subdomain, self.edges);
         let groups = owned_groups(subdomain.leaves());
-        // A walk has a count for each node of the subtree, so several leaves share one.
-        let walks: Vec<_> = groups.chunk_by(|a, b| a.1.start / WALK == b.1.start / WALK).collect();
+        // A walk has a count for each node of the subtree, so groups of small leaves share one.
+        let walk_of = |(_, points): &(usize, Range<u32>)| points.start as usize / GROUP;
+        let walks: Vec<_> = groups.chunk_by(|a, b| walk_of(a) == walk_of(b)).collect();
         let walked = cx.map(&walks, |groups| {
             let mut walk = GhostWalk::new(subdomain, edges);
             let mut found = Vec::new();
