@@ -3,14 +3,14 @@
 //! **Rounds.** Two for `triangulate`, for the facets between pieces (`result::facets`), and those of the totals
 //! (`result::totals`).
 
-use septet_geometry::point::{Point, Simplex};
+use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::transport::TransportError;
 
 use crate::config::Shown;
 use crate::machine::context::Context;
 use crate::result::certified::Certified;
-use crate::result::facets::{count_hull, pair_facets, send_facets, store_neighbours};
+use crate::result::facets::{count_hull, opposite, pair_facets, send_facets, store_neighbours};
 use crate::result::merge::{Instance, OwnedCells, Results, classify};
 use crate::result::totals::totals;
 use crate::result::view::view_part;
@@ -183,10 +183,8 @@ fn rows_of_links<P: Point>(view: StarsView<'_, P>) -> AdjacencyRows {
     let corners = P::DIM + 1;
     let mut facets: Vec<(P::Facet, u32)> = (0..cells.len())
         .map(|entry| {
-            let mut facet = P::Facet::splat(0);
             let cell = &cells[entry / corners * corners..][..corners];
-            let others = cell.iter().enumerate().filter(|&(slot, _)| slot != entry % corners);
-            facet.as_mut().iter_mut().zip(others).for_each(|(to, (_, &v))| *to = v);
+            let mut facet = opposite::<P>(cell, entry % corners);
             facet.as_mut().sort_unstable();
             (facet, entry as u32)
         })

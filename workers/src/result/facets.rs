@@ -9,7 +9,7 @@
 
 use std::collections::BTreeMap;
 
-use septet_geometry::point::Point;
+use septet_geometry::point::{Point, Simplex};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::Rank;
 use septet_protocol::message::{Body, Message};
@@ -38,8 +38,15 @@ struct Across {
     cells: Vec<u32>,
 }
 
-/// A facet that arrived: its vertices, the sender, and the entry in the rows of the sender.
-type Arrived = (Vec<u64>, Rank, u32);
+/// A facet that arrived. Facets are ordered by their vertices.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Arrived {
+    /// Ids of the vertices, ascending; the last one is 0 in the plane.
+    vertices: [u64; 3],
+    from: Rank,
+    /// The entry of the facet in the rows of the sender.
+    entry: u32,
+}
 
 /// Sends the facets whose other cell may be on another rank to the ranks that own their smallest vertices.
 pub(super) fn send_facets<P: Point>(cx: &mut Context<P>, table: &Table<P>, rows: &AdjacencyRows) {
@@ -50,12 +57,11 @@ pub(super) fn send_facets<P: Point>(cx: &mut Context<P>, table: &Table<P>, rows:
         let start = cell as usize * width;
         let (vertices, across) = rows.rows()[start..start + width].split_at(corners);
         for slot in (0..corners).filter(|&slot| (INTERFACE..HULL).contains(&across[slot])) {
-            let others = vertices.iter().enumerate().filter(|&(at, _)| at != slot);
-            let facet: Vec<u32> = others.map(|(_, &v)| v).collect();
-            let smallest = smallest_vertex(table.positions(), &facet, first);
+            let facet = opposite::<P>(vertices, slot);
+            let smallest = smallest_vertex(table.positions(), facet.as_ref(), first);
             let batch = batches.entry(table.owners()[smallest as usize]).or_default();
             let from = batch.vertices.len();
-            batch.vertices.extend(facet.iter().map(|&v| table.ids()[v as usize]));
+            batch.vertices.extend(facet.as_ref().iter().map(|&v| table.ids()[v as usize]));
             batch.vertices[from..].sort_unstable();
             batch.entries.push((start + corners + slot) as u32);
         }
@@ -63,6 +69,14 @@ pub(super) fn send_facets<P: Point>(cx: &mut Context<P>, table: &Table<P>, rows:
     let body =
         |Facets { vertices, entries }| Body::Facets { vertices: Bulk(vertices), entries: Bulk(entries) };
     cx.send_each(0, batches.into_iter().map(|(rank, facets)| (rank, body(facets))));
+}
+
+/// Returns the facet of a cell opposite the vertex in `slot`.
+pub(super) fn opposite<P: Point>(cell: &[u32], slot: usize) -> P::Facet {
+    let mut facet = P::Facet::splat(0);
+    let others = cell.iter().enumerate().filter(|&(at, _)| at != slot);
+    facet.as_mut().iter_mut().zip(others).for_each(|(to, (_, &v))| *to = v);
+    facet
 }
 
 /// Pairs the facets of a round, and replies to their senders.
@@ -77,9 +91,12 @@ pub(super) fn pair_facets<P: Point>(cx: &mut Context<P>) -> Result<(), Transport
         _ => None,
     });
     let mut arrived: Vec<Arrived> = Vec::new();
-    for (from, vertices, entries) in batches {
-        let facets = vertices.chunks_exact(P::DIM).map(<[u64]>::to_vec).zip(entries);
-        arrived.extend(facets.map(|(facet, entry)| (facet, from, entry)));
+    for (from, ids, entries) in batches {
+        arrived.extend(ids.chunks_exact(P::DIM).zip(entries).map(|(facet, entry)| {
+            let mut vertices = [0; 3];
+            vertices[..P::DIM].copy_from_slice(facet);
+            Arrived { vertices, from, entry }
+        }));
     }
     arrived.sort_unstable();
     let mut replies: BTreeMap<Rank, Across> = BTreeMap::new();
@@ -90,15 +107,15 @@ pub(super) fn pair_facets<P: Point>(cx: &mut Context<P>) -> Result<(), Transport
         across.cells.push(cell);
     };
     let cell = |entry: u32| entry / (2 * (P::DIM as u32 + 1));
-    for pair in arrived.chunk_by(|a, b| a.0 == b.0) {
+    for pair in arrived.chunk_by(|a, b| a.vertices == b.vertices) {
         match *pair {
-            [(_, rank, entry)] => reply(rank, entry, rank, HULL),
-            [(_, a, at), (_, b, bt)] => {
-                reply(a, at, b, cell(bt));
-                reply(b, bt, a, cell(at));
+            [Arrived { from, entry, .. }] => reply(from, entry, from, HULL),
+            [a, b] => {
+                reply(a.from, a.entry, b.from, cell(b.entry));
+                reply(b.from, b.entry, a.from, cell(a.entry));
             }
             _ => {
-                let reason = format!("{} cells share the facet {:?}", pair.len(), pair[0].0);
+                let reason = format!("{} cells share the facet {:?}", pair.len(), &pair[0].vertices[..P::DIM]);
                 return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
             }
         }

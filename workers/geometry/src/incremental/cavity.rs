@@ -202,8 +202,8 @@ impl<P: Point> Incremental<P> {
         let boundary = boundary.items();
         let faces_of = &mut faces.room(0, boundary.len())[..boundary.len()];
         let mut known = 1;
+        let vertices_of = boundary_vertices.room(known, P::DIM * boundary.len());
         for ((&(inward, outward), &cell), face) in boundary.iter().zip(&self.cells.created).zip(faces_of) {
-            let vertices_of = boundary_vertices.room(known, P::DIM);
             let removed = slots[(outward >> 2) as usize].vertices();
             let vertices = facet::<P>(removed, outward as usize & 3, inward);
             let mut indices = [0; 3];

@@ -8,7 +8,7 @@
 use super::cells::Cell;
 use super::triangulation::Incremental;
 use crate::complex::NONE;
-use crate::point::Point;
+use crate::point::{Point, Simplex};
 
 /// The set of kept cells: one bit for each slot.
 #[derive(Clone, Debug, Default)]
@@ -57,6 +57,7 @@ impl KeptCells {
     }
 
     /// Calls `f` with the slots of all kept cells, in ascending order.
+    #[inline]
     fn each_slot(&self, mut f: impl FnMut(usize)) {
         for (word, &bits) in self.bits.iter().enumerate() {
             let mut rest = bits;
@@ -122,6 +123,15 @@ fn word_and_bit(slot: u32) -> (usize, u64) {
     ((slot / u64::BITS) as usize, 1 << (slot % u64::BITS))
 }
 
+/// Applies `f` to all entries of a simplex.
+#[inline]
+fn converted<S: Simplex>(mut simplex: S, f: impl Fn(u32) -> u32) -> S {
+    for entry in simplex.as_mut() {
+        *entry = f(*entry);
+    }
+    simplex
+}
+
 impl<P: Point> Incremental<P> {
     /// Returns the storage of the cells.
     fn into_slots(self) -> Vec<Cell<P::Cell>> {
@@ -142,29 +152,24 @@ impl<P: Point> Incremental<P> {
         vertex: impl Fn(u32) -> u32,
     ) -> (Vec<u32>, Vec<u32>) {
         debug_assert!(marks.iter().all(|&mark| mark >= FIRST_MARK), "a mark could be a number");
-        let n = P::DIM + 1;
         let indices = RowIndices::of(kept, marks);
         let mut marked = Vec::new();
-        let mut words: Vec<u32> = bytemuck::cast_vec(self.into_slots());
-        let mut end = 0;
+        // The storage as simplices: a cell has three, of which the second and the third are read. A row has two.
+        let mut simplices: Vec<P::Cell> = bytemuck::cast_vec(self.into_slots());
+        let mut row = 0;
         kept.each_slot(|slot| {
-            let cell: &Cell<P::Cell> =
-                bytemuck::from_bytes(bytemuck::cast_slice(&words[slot * 3 * n..][..3 * n]));
-            let (vertices, neighbours) = (*cell.vertices(), *cell.neighbours());
-            let (first, second) = words[end..end + 2 * n].split_at_mut(n);
-            for (to, &v) in first.iter_mut().zip(vertices.as_ref()) {
-                *to = vertex(v);
+            let [vertices, neighbours] = [simplices[3 * slot + 2], simplices[3 * slot + 1]];
+            let neighbours = converted(neighbours, |code| indices.index(code >> 2));
+            simplices[2 * row] = converted(vertices, &vertex);
+            simplices[2 * row + 1] = neighbours;
+            if neighbours.as_ref().iter().fold(0, |all, next| all | next) >= FIRST_MARK {
+                marked.push(row as u32);
             }
-            for (to, &code) in second.iter_mut().zip(neighbours.as_ref()) {
-                *to = indices.index(code >> 2);
-            }
-            if second.iter().fold(0, |all, next| all | next) >= FIRST_MARK {
-                marked.push((end / (2 * n)) as u32);
-            }
-            end += 2 * n;
+            row += 1;
         });
-        words.truncate(end);
-        words.shrink_to_fit();
+        simplices.truncate(2 * row);
+        simplices.shrink_to_fit();
+        let words = bytemuck::cast_vec(simplices);
         (words, marked)
     }
 }

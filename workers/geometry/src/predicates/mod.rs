@@ -169,10 +169,13 @@ pub fn affine_frame<P: Point>(points: &[P]) -> (isize, Vec<usize>) {
 pub fn smallest_outside<P: Point>(basis: &[P], points: &[P]) -> Option<usize> {
     // The order is compared first, because few points are smaller than all earlier ones.
     let mut next: Option<usize> = None;
+    let mut first = f64::INFINITY;
     for (i, x) in points.iter().enumerate() {
-        let smaller = next.is_none_or(|best| lex_cmp(x, &points[best]).is_lt());
-        if smaller && raises_dimension(basis, *x) {
+        let is_smaller =
+            x.coord(0) <= first && next.is_none_or(|best| lex_cmp(x, &points[best]).is_lt());
+        if is_smaller && raises_dimension(basis, *x) {
             next = Some(i);
+            first = x.coord(0);
         }
     }
     next
