@@ -30,7 +30,7 @@ def constant(path, name):
 FAN = constant("workers/src/machine/group_tree.rs", "FAN")
 SHARE = constant("workers/geometry/src/separator/bisect.rs", "SHARE")
 LEAST_SAMPLES = constant("workers/geometry/src/separator/sampler.rs", "SAMPLE_TARGET")
-MOST_SAMPLES = constant("workers/geometry/src/separator/sampler.rs", "MOST_SAMPLES")
+MOST_SAMPLES = constant("workers/geometry/src/separator/bisect.rs", "MOST")
 MOST_IN_A_PIECE = constant("workers/src/config.rs", "MOST_IN_A_PIECE")
 MOST_POINTS = constant("workers/geometry/src/incremental/triangulation.rs", "MOST_POINTS")
 MOST_WORKERS = constant("src/core/config/mod.rs", "MOST_WORKERS")
@@ -47,6 +47,7 @@ BATCH = ENVELOPE + 4 * LENGTH
 SURVEY = ENVELOPE + 65
 START = BATCH + 16 + 4 * POINT
 SPHERE = ENVELOPE + LENGTH + 9 * 8
+SPLIT = 8 + 4 + 9 * 8 + 4 * PLACE  # node, ranks of a child, separator, corners of two boxes
 COUNTS = ENVELOPE + 2 * 8 + LENGTH + 4 * PLACE
 DECISION = ENVELOPE + 38 + LENGTH + 4 * PLACE
 FINGERPRINT = ENVELOPE + 32
@@ -57,18 +58,17 @@ FIXED = {("load", SURVEY), ("load", START), ("partition", SPHERE), ("partition",
          ("merge", MERGED), ("merge", OUTCOME), ("collect", TOTALS)}
 # A row of a link and a row of a rank in a round, in the ledger that process 0 gathers.
 LINK_ROW, RANK_ROW = 6 * 8, 10 * 8
-# Memory of a process for each other process: the lists of its hashes, and twice the rows of the ledger.
-OTHER_PROCESS = 48 + 2 * (LINK_ROW + RANK_ROW)
+# Memory of a process for each other process: the lists of its hashes, its region, and twice the rows of the ledger.
+OTHER_PROCESS = 48 + 2 * SPLIT + 2 * (LINK_ROW + RANK_ROW)
 
 
-def surface(h, relayed=0.0, first=0):
+def surface(h):
     """Returns the area of the faces of a subdomain, as a multiple of the last face.
 
     A separator above k levels splits 2^(k+1) m points. Its area grows like (2^k m)^(2/3), and 2^k subdomains on each side
-    share it. So it adds 2^(-k/3) to the faces of a subdomain. With `relayed`, a face counts 1 + relayed k times: a point
-    that crosses it is forwarded at this share of the k levels.
+    share it. So it adds 2^(-k/3) to the faces of a subdomain.
     """
-    return sum(2 ** (-k / 3) * (1 + relayed * k) for k in range(first, h))
+    return sum(2 ** (-k / 3) for k in range(h))
 
 
 def levels(p):
@@ -155,20 +155,26 @@ def thick(terms):
     return lambda h, m: [t * m ** (2 / 3) * edge for t in terms(h) for edge in (1, m ** (-1 / 3))]
 
 
-# Laws per worker, by number of shared levels h and points per worker m: the terms, whose constants are fitted. A point that
-# crosses a face is forwarded at half of the levels below. The halo combines the points that a worker forwards in a round.
-# The seam forwards every batch on its own: from each level at which a worker receives, to each level below.
-# This form of the seam's messages was chosen after two others had failed at 512 and 4,096 workers.
+# Laws per worker, by number of shared levels h and points per worker m: the terms, whose constants are fitted.
 LAWS = {
-    "halo points": thick(lambda h: [surface(h, 0.5)]),
-    "seam points": lambda h, m: [m ** (2 / 3), m ** (2 / 3) * surface(h, 0.5, 1), m ** (1 / 3) * surface(h, 0.5)],
-    "seam bytes": lambda h, m: [m ** (2 / 3), m ** (2 / 3) * surface(h, 0.5, 1), m ** (1 / 3) * surface(h, 0.5)],
+    "halo points": thick(lambda h: [surface(h)]),
+    "seam points": thick(lambda h: [surface(h)]),
     "facets": thick(lambda h: [surface(h)]),
-    "halo messages": lambda h, m: [1, surface(h, 0.5)],
-    "seam messages": lambda h, m: [h, h * (h - 1) / 2],
+    "halo messages": lambda h, m: [1, surface(h)],
+    "seam messages": lambda h, m: [1, surface(h)],
     "neighbours": lambda h, m: [1, surface(h)],
     "facet messages": lambda h, m: [1, surface(h)],
 }
+
+
+def splits(p):
+    """Returns messages and bytes in which all workers receive the splits of all shared nodes.
+
+    They go up the tree of all workers, where a branch with a share of the workers has the same share of the splits, and all
+    of them go down.
+    """
+    up = sum(count * SPLIT * members * (p - 1) / p for (_, members), count in branches(p).items())
+    return 2 * (p - 1), up + (p - 1) * (2 * BATCH + SPLIT * (p - 1))
 
 
 class Model:
@@ -195,9 +201,9 @@ class Model:
                      "bytes": 2 * p * (SURVEY + START) + (ENVELOPE + LENGTH) * keys + 8 * n * (1 - 1 / p)
                      + asked * (ENVELOPE + LENGTH + BATCH) + alike * 2 * (4 + MOVED)},
             "partition": partition(n, p),
-            "halo": {"rounds": max(h, 1 + t), "messages": halo + p + 4,
-                     "bytes": POINT * self.law("halo points", n, p) + BATCH * halo + (BATCH + 4 * POINT) * p},
-            "seam": {"rounds": h, "messages": seam, "bytes": self.law("seam bytes", n, p)},
+            "halo": {"rounds": 2 * height(p) + 1 + t, "messages": halo + splits(p)[0] + p + 4, "bytes": splits(p)[1]
+                     + MOVED * self.law("halo points", n, p) + BATCH * halo + (BATCH + 4 * POINT) * p},
+            "seam": {"rounds": 1, "messages": seam, "bytes": MOVED * self.law("seam points", n, p) + BATCH * seam},
             "check": check, "certificate": check,
             "merge": {"rounds": h + 1 + t, "messages": merged + p, "bytes": MERGED * merged + OUTCOME * p},
             "collect": {"rounds": 2 + 2 * t, "messages": 2 * pairs + 2 * p,

@@ -6,7 +6,8 @@ import subprocess
 import sys
 import tempfile
 
-from formulas import (ENVELOPE, FIXED, GROUPED, LAWS, LENGTH, OTHER_PROCESS, TOTALS, Model, largest_share, surface, thick)
+from formulas import (ENVELOPE, FIXED, GROUPED, LAWS, LENGTH, OTHER_PROCESS, TOTALS, Model, largest_share, splits, surface,
+                      thick)
 
 FIT = [(n, p) for n in (100_000, 300_000) for p in (8, 16, 32, 64)]
 SEEDS = (1, 2, 3, 4)
@@ -49,9 +50,9 @@ def counted(options, n, p, seed=1):
         "simplices": report["simplices"], "phases": phases, "retries": sum(row["retries"] for row in rounds),
         "lengths": len(FIXED & {(row["phase"], row["largest"]) for row in rounds
                                 if row["bytes"] == row["messages"] * row["largest"]}),
-        "halo points": of("halo", "points"), "seam points": of("seam", "points"), "seam bytes": phases["seam"]["bytes"],
+        "halo points": of("halo", "points"), "seam points": of("seam", "points"),
         "facets": (phases["collect"]["bytes"] - 2 * p * TOTALS - (2 * ENVELOPE + 5 * LENGTH) * pairs) / 40,
-        "halo messages": phases["halo"]["messages"] - p - 4, "seam messages": phases["seam"]["messages"],
+        "halo messages": phases["halo"]["messages"] - splits(p)[0] - p - 4, "seam messages": phases["seam"]["messages"],
         "neighbours": phases["check"]["messages"], "facet messages": pairs,
         "largest share": max(row["largest_load"] for row in rounds if row["round"] == last),
         "largest sent": sums("from", None), "root leader": sums("to", "partition"),

@@ -19,11 +19,11 @@ use crate::outcome::Outcome;
 pub use input::{RefusedRow, Survey};
 pub use merged::{Merged, PointSum, Totals};
 pub use queries::{QueryBatch, ReplyBatch};
-pub use split::{Child, Decision, Route, RouteBatch};
+pub use split::{Child, Decision, Route, RouteBatch, SplitBatch};
 pub use typed::{ChosenSupergraph, Fingerprint, SampleStars, SetCounts, SetDecision};
 
 /// The version of the protocol. It increases when the meaning or layout of a message changes.
-pub const PROTOCOL_VERSION: u16 = 12;
+pub const PROTOCOL_VERSION: u16 = 13;
 
 /// A message with its envelope.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
@@ -339,16 +339,12 @@ pub enum Body<P> {
     SampleStars(SampleStars),
     /// Coordinator to all ranks, through a tree: the chosen supergraph.
     Choice(ChosenSupergraph),
-    /// Ghosts for a subproblem that their balls reach. In the ghost layer these are the halo balls.
+    /// Ghosts for a subproblem that their balls reach.
     Ghosts(PointBatch<P>),
-    /// Points that may be neighbours of points in a subproblem, with the cells whose conflict regions meet it.
-    Seam {
-        /// The points.
-        points: PointBatch<P>,
-        /// Positions in `points`, `d + 1` per cell, and `u32::MAX` for infinity. The highest bit marks a vertex that the
-        /// receiver does not need as a point. Empty if the receiver routes no cells.
-        cells: Bulk<u32>,
-    },
+    /// Member to the leader of the root, then to all members, through the tree of all workers: splits of shared nodes.
+    Splits(SplitBatch<P>),
+    /// Worker to worker: points of the sender that the receiver keeps as ghosts. They have no owners and no balls.
+    Copies(PointBatch<P>),
     /// Points with nearest neighbours that the receiver owns. These neighbours are the other ends of edges.
     Reverse {
         /// The points, without duplicates.

@@ -24,26 +24,29 @@
 //! first (e.g. Peterka, Morozov and Phillips, "High-performance computation of distributed-memory parallel 3D Voronoi
 //! and Delaunay tessellation", 2014).
 //!
-//! **Rounds.** At most one per shared level.
+//! **Rounds.** One, after those of [`crate::direct::regions`].
 //!
 //! **Work.** O(1) per owned point. For each run, one clearance
 //! ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)) per shared level. For each separator
-//! that is near the run, one clearance and one test for each of its points.
+//! that is near the run, one clearance and one test for each of its points. For each point whose ball reaches the other
+//! side, two tests at each split that the ball reaches there.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use septet_geometry::point::{Point, dist2};
-use septet_protocol::ids::{Phase, Rank};
-use septet_protocol::message::{Body, PointBatch};
+use septet_protocol::ids::Phase;
+use septet_protocol::message::PointBatch;
 use septet_protocol::transport::TransportError;
 
+use crate::direct::copies::{Copies, receive_copies};
+use crate::direct::regions::{Regions, exchange_splits};
 use crate::direct::subdomain_triangulation::round_len;
 use crate::machine::context::Context;
 use crate::state::bits::ones;
 use crate::state::frame::{self, FrameOwners};
-use crate::state::subdomain::{Shared, Subdomain, Way};
+use crate::state::subdomain::{Shared, Subdomain};
 use crate::state::table::Table;
+use crate::state::tree::Split;
 
 /// The radius of a halo ball, as a multiple of the distance between consecutive points.
 const WIDTH: f64 = 2.2;
@@ -70,22 +73,24 @@ pub(super) struct Margin {
     pub(super) sent: f64,
 }
 
-/// The margins of the owned points, and the ghosts that arrived.
-#[derive(Debug, Default)]
-pub(crate) struct GhostLayer {
+/// The margins of the owned points, the copies sent, and the ghosts that arrived.
+#[derive(Debug)]
+pub(crate) struct GhostLayer<P> {
     margins: Vec<Margin>,
+    regions: Regions<P>,
+    copies: Copies,
     arrived: Vec<u32>,
 }
 
-impl GhostLayer {
-    /// Returns the margin of each owned point.
-    pub(super) fn margins(&self) -> &[Margin] {
-        &self.margins
-    }
-
+impl<P> GhostLayer<P> {
     /// Removes and returns the ghosts that arrived, as local indices.
     pub(crate) fn take_ghosts(&mut self) -> Vec<u32> {
         std::mem::take(&mut self.arrived)
+    }
+
+    /// Returns the margin of each owned point, the regions of the other workers, and the copies sent.
+    pub(super) fn into_parts(self) -> (Vec<Margin>, Regions<P>, Copies) {
+        (self.margins, self.regions, self.copies)
     }
 }
 
@@ -103,9 +108,6 @@ struct Balls<'a, P> {
     centres: &'a [P],
     radius2: f64,
 }
-
-/// Points that leave the path, keyed by the place at which they leave it.
-type BatchesByWay<P> = BTreeMap<Way, PointBatch<P>>;
 
 /// Divides points in insertion order into runs.
 fn runs<P: Point>(positions: &[P]) -> Vec<Run> {
@@ -178,93 +180,57 @@ fn add_margins<P: Point>(
     }
 }
 
-/// Sends owned points near the interface to the workers that their balls reach, and forwards points of other workers
-/// along the path. Returns the margins of the owned points and the ghosts that reach this subdomain.
+/// Sends owned points near the interface to the workers that their balls reach. Returns the margins of the owned points and
+/// the ghosts that arrive.
 pub(crate) async fn ghost_layer<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
     frame: &mut PointBatch<P>,
-) -> Result<GhostLayer, TransportError> {
+) -> Result<GhostLayer<P>, TransportError> {
     cx.enter(Phase::Halo)?;
+    let regions = exchange_splits(cx, subdomain).await?;
     frame::report(cx, table, frame);
-    let (margins, batches) = own_points(subdomain, table, cx.rank());
-    send_batches(cx, subdomain, batches);
+    let (margins, mut copies) = own_points(subdomain, table, &regions);
+    copies.send(cx, table);
     let (mut arrived, mut owners) = (Vec::new(), FrameOwners::default());
     while cx.exchange().await? {
         owners.receive(cx, table, frame);
-        let mut batches = BatchesByWay::new();
-        for (node, points) in cx.take(|m| match &mut m.body {
-            Body::Ghosts(points) => Some((m.node, std::mem::take(points))),
-            _ => None,
-        }) {
-            let Some((start, points)) = subdomain.receive(cx, node, points, Body::Ghosts) else { continue };
-            if start == subdomain.path().len() {
-                // The sender chose the points for this subdomain, so most of them stay.
-                table.reserve_ghosts(points.len());
-            }
-            for at in 0..points.len() {
-                if forward(subdomain, start, &points, at, &mut batches) {
-                    table.arrive(&points, at, cx.rank(), &mut arrived);
-                }
-            }
-        }
-        send_batches(cx, subdomain, batches);
+        receive_copies(cx, table, &mut arrived);
     }
-    Ok(GhostLayer { margins, arrived })
+    Ok(GhostLayer { margins, regions, copies, arrived })
 }
 
-/// Computes the margins of the owned points, and collects the points to be sent.
+/// Computes the margins of the owned points, and collects the copies to be sent.
 fn own_points<P: Point>(
     subdomain: &Subdomain<P>,
     table: &Table<P>,
-    rank: Rank,
-) -> (Vec<Margin>, BatchesByWay<P>) {
+    regions: &Regions<P>,
+) -> (Vec<Margin>, Copies) {
     let path = subdomain.path();
+    let (mut copies, mut sent) = (Copies::default(), 0);
     if path.is_empty() {
-        return (Vec::new(), BatchesByWay::new());
+        return (Vec::new(), copies);
     }
-    let mut batches = BatchesByWay::new();
     let mut margins: Vec<Margin> = Vec::with_capacity(table.owned_len() as usize);
     let mut gaps2 = Vec::new();
     for Run { points: run, scale2 } in runs(table.owned_positions()) {
-        let (ids, centres) = (&table.ids()[run.clone()], &table.positions()[run]);
+        let centres = &table.positions()[run.clone()];
         let radius2 = radius2_of(centres, scale2, &mut gaps2);
         add_margins(path, Balls { centres, radius2 }, &mut margins, |level, at| {
-            let way = Way { level, side: 1 - path[level].mine() };
-            batches.entry(way).or_default().push(ids[at], centres[at], rank, radius2);
+            sent += 1;
+            let reaches = |split: &Split<P>, side| split.reaches(centres[at], radius2, side);
+            regions.each_reached(level, &reaches, &mut |worker| copies.add((run.start + at) as u32, worker));
         });
     }
-    let sent: usize = batches.values().map(PointBatch::len).sum();
     let layer = f64::from(table.owned_len()).powf((P::DIM - 1) as f64 / P::DIM as f64);
-    if sent as f64 > MOST * layer * path.len() as f64 {
+    if f64::from(sent) > MOST * layer * path.len() as f64 {
         for margin in &mut margins {
             margin.sent = 0.0;
         }
-        batches.clear();
+        copies = Copies::default();
     }
-    (margins, batches)
-}
-
-/// Adds point `at` of a batch to the outgoing batches that its ball reaches, from position `start` of the path. Returns
-/// `true` if the ball reaches this subdomain.
-fn forward<P: Point>(
-    subdomain: &Subdomain<P>,
-    start: usize,
-    points: &PointBatch<P>,
-    at: usize,
-    batches: &mut BatchesByWay<P>,
-) -> bool {
-    let (x, radius2) = (points.positions[at], points.radii2[at]);
-    let reach = |_: usize, shared: &Shared<P>| [0, 1].map(|side| shared.split().reaches(x, radius2, side));
-    subdomain.follow(start, reach, |way| {
-        batches.entry(way).or_default().push(points.ids[at], x, points.owners[at], radius2);
-    })
-}
-
-fn send_batches<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, batches: BatchesByWay<P>) {
-    let rank = cx.rank();
-    cx.route(batches.into_iter().map(|(way, points)| (subdomain.beyond(way, rank), Body::Ghosts(points))));
+    (margins, copies)
 }
 
 #[cfg(test)]

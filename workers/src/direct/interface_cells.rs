@@ -1,7 +1,7 @@
 //! The cells of a subdomain triangulation that cross the interface.
 //!
 //! **Statement.** Let a cell have an owned vertex, and let its conflict region meet the other side of a separator of
-//! the path. Then [`InterfaceCells::scan`] returns the cell, unless its circumball lies in the halo ball of each owned
+//! the path. Then [`InterfaceCells::scan`] finds the cell, unless its circumball lies in the halo ball of each owned
 //! vertex ([`crate::direct::ghost_layer`]). In that case every owned vertex was already sent to each worker whose
 //! region the circumball meets.
 //!
@@ -26,12 +26,14 @@ use crate::state::tree::Split;
 
 /// A cell with an owned vertex whose conflict region crosses a separator.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Outgoing<S> {
+pub(super) struct Outgoing<P: Point> {
     /// The vertices, as local indices.
-    pub(super) cell: S,
+    pub(super) cell: P::Cell,
+    /// The conflict region.
+    pub(super) region: ConflictRegion<P>,
     /// Bit `i` is set if the cell may conflict with a point on the other side of path node `i`.
     pub(super) levels: u64,
-    /// Bit `i` is set if vertex `i` must be sent to those sides.
+    /// Bit `i` is set if vertex `i`, an owned point, must be sent to those sides.
     pub(super) sent: u8,
 }
 
@@ -77,9 +79,8 @@ impl<'a, P: Point> InterfaceCells<'a, P> {
         InterfaceCells { path, triangulation, positions, margins, limits, clearances }
     }
 
-    /// Returns the outgoing cells, in the order of their slots.
-    pub(super) fn scan(&mut self) -> Vec<Outgoing<P::Cell>> {
-        let mut found = Vec::new();
+    /// Calls `found` with each outgoing cell, in the order of their slots.
+    pub(super) fn scan(&mut self, mut found: impl FnMut(Outgoing<P>)) {
         for slot in 0..self.triangulation.slots() {
             let Some(v) = self.triangulation.owned_vertex(slot) else { continue };
             let across = 2.0 * self.triangulation.radius_bound(slot);
@@ -87,9 +88,8 @@ impl<'a, P: Point> InterfaceCells<'a, P> {
             {
                 continue;
             }
-            found.extend(self.examine(slot, v));
+            self.examine(slot, v).into_iter().for_each(&mut found);
         }
-        found
     }
 
     /// Returns `true` if the clearance of the owned vertex `v` shows that the circumball of the cell in `slot` crosses
@@ -100,7 +100,7 @@ impl<'a, P: Point> InterfaceCells<'a, P> {
     }
 
     /// Tests the conflict region of a cell with the owned vertex `v`. Returns the cell if its vertices must be sent.
-    fn examine(&mut self, slot: u32, v: u32) -> Option<Outgoing<P::Cell>> {
+    fn examine(&mut self, slot: u32, v: u32) -> Option<Outgoing<P>> {
         let cell = self.triangulation.to_local(self.triangulation.vertices(slot));
         let region = self.triangulation.conflict_region(slot, &cell, self.positions);
         // This radius is more precise than the kernel's bound if the cell is far smaller than the subdomain.
@@ -118,7 +118,7 @@ impl<'a, P: Point> InterfaceCells<'a, P> {
         let near = self.near_levels(across, v);
         let crossed = ones(near).filter(|&i| reaches(self.path[i].split(), &region, 1 - self.path[i].mine()));
         let levels = crossed.fold(0, |levels, i| levels | 1 << i);
-        (levels != 0).then_some(Outgoing { cell, levels, sent })
+        (levels != 0).then_some(Outgoing { cell, region, levels, sent })
     }
 
     /// Returns a mask of the owned vertices whose margins are both smaller than `across`, the diameter of the cell's

@@ -1,6 +1,8 @@
 //! The direct path of `triangulate`: ghost layers, one triangulation per subdomain, and the interface exchange.
 
+pub(crate) mod copies;
 pub(crate) mod ghost_layer;
 pub(crate) mod interface;
 pub(crate) mod interface_cells;
+pub(crate) mod regions;
 pub(crate) mod subdomain_triangulation;

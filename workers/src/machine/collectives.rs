@@ -8,7 +8,6 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use septet_geometry::hash::finalise;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, NodeId, Rank};
 use septet_protocol::message::{Body, Child};
@@ -27,17 +26,16 @@ pub struct Group {
     pub child: Child,
 }
 
-/// Returns the rank that leads a node: a member of its group, by a hash of the node. A rank that is the lowest of many
-/// groups therefore does not lead all of them.
-pub(crate) fn leader(node: NodeId, child: &Child) -> Rank {
-    let ranks = u128::from(child.ranks.max(1));
-    child.first + ((u128::from(finalise(node.0)) * ranks) >> 64) as Rank
+/// Returns the rank that leads a group: the member in the middle. If all groups are halved exactly, a rank leads at
+/// most one group.
+pub(crate) fn leader(child: &Child) -> Rank {
+    child.first + (child.ranks.max(1) - 1) / 2
 }
 
 impl Group {
     /// Creates the group of a node.
     pub(crate) fn new(node: NodeId, child: Child) -> Self {
-        Group { node, leader: leader(node, &child), child }
+        Group { node, leader: leader(&child), child }
     }
 
     /// Creates the group of a child.
@@ -222,12 +220,31 @@ mod tests {
         Group::new(NodeId(node), Child { population: 0, first: 3, ranks: 2, leaf: false })
     }
 
+    /// Counts the groups that each rank leads, if groups are split at `cut` of their ranks.
+    fn led(first: Rank, ranks: u32, cut: &impl Fn(u32) -> u32, counts: &mut [u32]) {
+        if ranks < 2 {
+            return;
+        }
+        let group =
+            |first, ranks| Group::new(NodeId::ROOT, Child { population: 0, first, ranks, leaf: false });
+        let (own, inner) = (group(first, ranks), cut(ranks).clamp(1, ranks - 1));
+        assert!(own.members().contains(&own.leader));
+        counts[own.leader as usize] += 1;
+        led(first, inner, cut, counts);
+        led(first + inner, ranks - inner, cut, counts);
+    }
+
     #[test]
-    fn members_lead_and_share_the_nodes() {
-        let led_by_3 = (1..=1000).filter(|&node| group(node).leader == 3).count();
-        assert!((450..550).contains(&led_by_3), "{led_by_3}");
-        assert!((1..=1000).all(|node| group(node).members().contains(&group(node).leader)));
-        assert_eq!(group(1).below(1, Child { population: 0, first: 4, ranks: 1, leaf: true }).leader, 4);
+    fn no_rank_leads_many_groups() {
+        let most = |ranks: u32, cut: &dyn Fn(u32) -> u32| {
+            let mut counts = vec![0; ranks as usize];
+            led(0, ranks, &cut, &mut counts);
+            counts.into_iter().max()
+        };
+        assert_eq!([2, 8, 64, 512].map(|ranks| most(ranks, &|ranks| ranks / 2)), [Some(1); 4]);
+        for ranks in [3, 7, 100, 511] {
+            assert!(most(ranks, &|ranks| ranks * 2 / 5) <= Some(4), "{ranks}");
+        }
     }
 
     #[test]

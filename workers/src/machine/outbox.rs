@@ -91,9 +91,8 @@ impl<P: Point> Outbox<P> {
 /// Returns the number of points in a message.
 fn points_in<P: Point>(body: &Body<P>) -> usize {
     match body {
-        Body::Move(b) | Body::Ghosts(b) | Body::Gather(b) => b.len(),
+        Body::Move(b) | Body::Copies(b) | Body::Ghosts(b) | Body::Gather(b) => b.len(),
         Body::Items { points, .. }
-        | Body::Seam { points, .. }
         | Body::Reverse { points, .. }
         | Body::Propose { points, .. }
         | Body::Object { points, .. }

@@ -1,6 +1,7 @@
 //! Machines in which rank 0 owns points, because the group of the root has every rank. The results must be those of other
 //! machines: no phase may assume that rank 0 owns no point.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
@@ -14,15 +15,29 @@ use crate::config::{Correction, Fault, SetRule, Task, Wanted, WorkerConfig};
 use crate::machine::collectives::Group;
 use crate::machine::context::Running;
 
+/// The rows that the ranks hold at first.
+#[derive(Clone, Copy)]
+enum Blocks {
+    Equal,
+    AllOnRank0,
+}
+
 /// The program of a rank of a machine whose root's group has every rank. The frame is the first points.
-async fn with_everyone<P: Point>(mut cx: Context<P>, points: &[P]) -> Result<Share<P>, TransportError> {
+async fn with_everyone<P: Point>(
+    mut cx: Context<P>,
+    points: &[P],
+    blocks: Blocks,
+) -> Result<Share<P>, TransportError> {
     let cx = &mut cx;
     let (population, ranks) = (points.len() as u64, cx.config().ranks());
     let mut frame = PointBatch::default();
     for (id, &position) in points.iter().enumerate().take(P::DIM + 1) {
         frame.push(id as u64, position, COORDINATOR, UNKNOWN_RADIUS2);
     }
-    let at = |rank: Rank| points.len() * rank as usize / ranks as usize;
+    let at = |rank: Rank| match blocks {
+        Blocks::Equal => points.len() * rank as usize / ranks as usize,
+        Blocks::AllOnRank0 => points.len() * rank.min(1) as usize,
+    };
     let range = at(cx.rank())..at(cx.rank() + 1);
     let ids = range.clone().map(|i| i as u64).collect();
     let mut block = PointBatch::in_transit(ids, points[range].to_vec());
@@ -37,9 +52,9 @@ async fn with_everyone<P: Point>(mut cx: Context<P>, points: &[P]) -> Result<Sha
 }
 
 /// Runs a machine to its end. Returns the shares of the ranks.
-fn run_everyone<P: Point>(config: WorkerConfig, points: &[P]) -> Vec<Share<P>> {
+fn run_everyone<P: Point>(config: WorkerConfig, points: &[P], blocks: Blocks) -> Vec<Share<P>> {
     let config = Arc::new(config);
-    let start = |rank| Running::start(rank, config.clone(), None, |cx| with_everyone(cx, points));
+    let start = |rank| Running::start(rank, config.clone(), None, |cx| with_everyone(cx, points, blocks));
     let mut ranks: Vec<_> = (0..config.ranks()).map(start).collect();
     for round in 1.. {
         let mut wire = Vec::new();
@@ -134,7 +149,7 @@ fn every_phase_works_with_points_on_rank_0<P: Point>() {
         for (name, config) in ways(workers) {
             let (counted, ranks) = (config.counted, config.ranks());
             let gathers = name == "gathered";
-            let shares = run_everyone(config, &points);
+            let shares = run_everyone(config, &points, Blocks::Equal);
             let share = &shares[0];
             let merged = share.certified.totals.merged;
             assert_eq!((merged.stars, merged.disagreements, merged.minima), (600, 0, 1), "{name}, {workers}");
@@ -158,10 +173,28 @@ fn every_phase_works_with_points_on_rank_0_in_both_dimensions() {
 fn independent_sets_do_not_depend_on_the_owners() {
     let points = random::<DVec2>(600);
     let members = [0, 1, 4].map(|workers| {
-        let shares = run_everyone(selecting(workers), &points);
+        let shares = run_everyone(selecting(workers), &points, Blocks::Equal);
         let mut members: Vec<u64> = shares.into_iter().flat_map(|share| share.selected.members).collect();
         members.sort_unstable();
         members
     });
     assert!(members[0].len() > 10 && members.iter().all(|set| *set == members[0]), "{members:?}");
+}
+
+/// If one rank holds all points at first, the first move gives all ranks equal shares, and the cells are the same.
+#[test]
+fn one_rank_with_all_points_shares_them() {
+    let points = random::<DVec3>(20_000);
+    let config = || WorkerConfig { workers: 7, counted: false, ..WorkerConfig::plain() };
+    let shares = run_everyone(config(), &points, Blocks::AllOnRank0);
+    let mut loads = BTreeMap::new();
+    for (key, tally) in shares.iter().flat_map(|share| &share.ledger.rounds) {
+        let load: &mut u64 = loads.entry(key.round).or_default();
+        *load = tally.largest_load.max(*load);
+    }
+    let loads: Vec<u64> = loads.into_values().filter(|&load| load > 0).collect();
+    let &[first, ref moved @ .., last] = loads.as_slice() else { panic!("{loads:?}") };
+    assert!(first == 20_000 && moved.len() >= 2 && last <= 2500 * 13 / 10 + 100, "{loads:?}");
+    assert!(moved.iter().all(|&load| load <= 2500 * 11 / 10 + 100), "{loads:?}");
+    assert_eq!(cells(&shares), cells(&run_everyone(config(), &points, Blocks::Equal)));
 }

@@ -196,18 +196,6 @@ impl<P: Point> Table<P> {
         (at, at == next)
     }
 
-    /// Adds point `at` of a batch as a ghost, unless this rank owns it. Appends the index of a new ghost to `arrived`.
-    pub(crate) fn arrive(&mut self, points: &PointBatch<P>, at: usize, own: Rank, arrived: &mut Vec<u32>) {
-        let (id, owner) = (points.ids[at], points.owners[at]);
-        if owner == own {
-            return;
-        }
-        let (index, is_new) = self.receive(id, points.positions[at], owner);
-        if is_new {
-            arrived.push(index);
-        }
-    }
-
     /// Reserves capacity for `more` ghosts in the map of their ids.
     pub fn reserve_ghosts(&mut self, more: usize) {
         self.ghost_indices.reserve(more);
@@ -266,6 +254,15 @@ impl<P: Point> Table<P> {
         let i = at as usize;
         let radius2 = self.radii2.get(i).copied().unwrap_or(UNKNOWN_RADIUS2);
         batch.push(self.ids[i], self.positions[i], self.owners[i], radius2);
+    }
+
+    /// Returns the points with these indices, without owners and radii.
+    pub(crate) fn copies(&self, indices: &[u32]) -> PointBatch<P> {
+        let each = || indices.iter().map(|&i| i as usize);
+        PointBatch::in_transit(
+            each().map(|i| self.ids[i]).collect(),
+            each().map(|i| self.positions[i]).collect(),
+        )
     }
 
     /// Returns the points with these indices, without radii.

@@ -18,7 +18,7 @@
 //! **Work.** O(samples).
 
 use super::draw::root;
-use super::sampler::{MOST_SAMPLES, SAMPLE_TARGET};
+use super::sampler::SAMPLE_TARGET;
 use super::surface::Separator;
 use crate::cost::Cost;
 use crate::point::Point;
@@ -28,12 +28,16 @@ use crate::point::Point;
 /// about 20 ns to process. The total time is smallest near this factor.
 const SHARE: f64 = 4.0;
 
-/// Returns the expected number of samples for the bisection of a subproblem of `population` points, at most
-/// [`MOST_SAMPLES`](super::MOST_SAMPLES). The number is the same on every machine.
+/// The largest number of samples for a bisection. With this number, the larger side has 0.44 % excess points on average.
+/// More samples would make the leader of a large group receive more bytes than a member of the group.
+const MOST: u64 = 1 << 13;
+
+/// Returns the expected number of samples for the bisection of a subproblem of `population` points. The number is the
+/// same on every machine.
 pub fn bisection_samples(population: u64) -> u64 {
     let n = population.max(1) as f64;
     let samples = (SHARE * n * root(1.0 / n, 3, &mut Cost::default())) as u64;
-    samples.clamp(SAMPLE_TARGET, MOST_SAMPLES)
+    samples.clamp(SAMPLE_TARGET, MOST)
 }
 
 /// Returns the two values around the median, which are equal if the number of values is odd. Reorders the values.
@@ -255,8 +259,7 @@ mod tests {
 
     #[test]
     fn targets_grow_with_the_population() {
-        let targets =
-            [0, 1, 400, 1000, 8000, 1_000_000, 100_000_000, 1 << 27, 1 << 36].map(bisection_samples);
-        assert_eq!(targets, [400, 400, 400, 400, 1599, 40_000, 861_773, 1 << 20, 1 << 20]);
+        let targets = [0, 1, 400, 1000, 8000, 64_000, 1_000_000, 1 << 36].map(bisection_samples);
+        assert_eq!(targets, [400, 400, 400, 400, 1599, 6399, 1 << 13, 1 << 13]);
     }
 }

@@ -4,15 +4,13 @@
 
 use septet_geometry::point::Point;
 use septet_geometry::range::Digits;
+use septet_geometry::separator::SEPARATOR_WORDS;
 
 use super::{
-    Body, Child, Decision, Merged, PointBatch, Route, RouteBatch, SampleStars, SetCounts, Summary, Survey,
-    Totals,
+    Body, Child, Decision, Merged, PointBatch, Route, RouteBatch, SampleStars, SetCounts, SplitBatch,
+    Summary, Survey, Totals,
 };
 use crate::ids::Rank;
-
-/// The highest bit of a position marks a vertex that the receiver does not need as a point ([`Body::Seam`]).
-const POSITION: u32 = u32::MAX >> 1;
 
 const COLUMNS: &str = "its arrays do not fit together";
 const RANK: &str = "it names a rank that does not exist";
@@ -46,13 +44,9 @@ fn of_ranks(ranks: u32, named: &[Rank]) -> Option<&'static str> {
     unless(named.iter().all(|&rank| rank < ranks), RANK)
 }
 
-/// Returns the defect of positions in a batch of `points` points. If the last argument is `true`, infinity and marked
-/// positions are valid.
-fn of_positions(positions: &[u32], points: usize, is_seam: bool) -> Option<&'static str> {
-    let of_seam = |&at: &u32| at == u32::MAX || ((at & POSITION) as usize) < points;
-    let of_batch = |&at: &u32| (at as usize) < points;
-    let valid = if is_seam { positions.iter().all(of_seam) } else { positions.iter().all(of_batch) };
-    unless(valid, POINT)
+/// Returns the defect of positions in a batch of `points` points.
+fn of_positions(positions: &[u32], points: usize) -> Option<&'static str> {
+    unless(positions.iter().all(|&at| (at as usize) < points), POINT)
 }
 
 fn add_up_to(counts: &[u32], sum: usize) -> bool {
@@ -114,6 +108,18 @@ impl Child {
     }
 }
 
+impl<P: Point> SplitBatch<P> {
+    fn defect(&self, ranks: u32) -> Option<&'static str> {
+        let nodes = self.nodes.len();
+        let has_columns = self.interior.len() == nodes
+            && self.separators.len() == nodes * SEPARATOR_WORDS
+            && self.boxes.len() == nodes * 4;
+        unless(has_columns, COLUMNS)
+            .or_else(|| of_ranks(ranks, &self.interior))
+            .or_else(|| unless(self.separators.iter().all(|word| word.is_finite()), PLACE))
+    }
+}
+
 impl RouteBatch {
     fn defect(&self, ranks: u32) -> Option<&'static str> {
         unless(self.is_consistent(), COLUMNS)
@@ -143,7 +149,7 @@ impl<P: Point> Body<P> {
     pub fn defect(&self, ranks: u32) -> Option<&'static str> {
         let corners = P::DIM + 1;
         match self {
-            Body::Move(points) => points.defect_in_transit(ranks),
+            Body::Move(points) | Body::Copies(points) => points.defect_in_transit(ranks),
             Body::Frame(points) | Body::Ghosts(points) | Body::Gather(points) => points.defect(ranks),
             Body::Samples(points) => of_places(points),
             Body::Sphere(words) => unless(words.iter().all(|word| word.is_finite()), PLACE),
@@ -172,10 +178,7 @@ impl<P: Point> Body<P> {
             Body::Reply(batch) => batch.points.defect(ranks),
             Body::Summary(summary) => summary.defect(ranks),
             Body::Children(both) => both.iter().find_map(|summary| summary.defect(ranks)),
-            Body::Seam { points, cells } => points
-                .defect(ranks)
-                .or_else(|| unless(cells.len().is_multiple_of(corners), COLUMNS))
-                .or_else(|| of_positions(cells, points.len(), true)),
+            Body::Splits(splits) => splits.defect(ranks),
             Body::Reverse { points, counts, targets } => points.defect(ranks).or_else(|| {
                 unless(counts.len() == points.len() && add_up_to(counts, targets.len()), COLUMNS)
             }),
@@ -189,15 +192,15 @@ impl<P: Point> Body<P> {
             Body::Propose { points, cells } => points
                 .defect(ranks)
                 .or_else(|| unless(cells.len().is_multiple_of(corners), COLUMNS))
-                .or_else(|| of_positions(cells, points.len(), false)),
+                .or_else(|| of_positions(cells, points.len())),
             Body::Object { points, cells, counts, conflicts } => points
                 .defect(ranks)
                 .or_else(|| {
                     let fits = cells.len() == corners * counts.len();
                     unless(fits && add_up_to(counts, conflicts.len()), COLUMNS)
                 })
-                .or_else(|| of_positions(cells, points.len(), false))
-                .or_else(|| of_positions(conflicts, points.len(), false)),
+                .or_else(|| of_positions(cells, points.len()))
+                .or_else(|| of_positions(conflicts, points.len())),
             Body::Facets { vertices, entries } => unless(vertices.len() == P::DIM * entries.len(), COLUMNS),
             Body::Across { entries, ranks: across, cells } => {
                 unless([across.len(), cells.len()] == [entries.len(); 2], COLUMNS)
@@ -275,20 +278,13 @@ mod tests {
             ],
         );
         let block = PointBatch::in_transit(vec![7], vec![DVec2::ONE]);
+        refuses(&Body::Copies(block.clone()), &[change!(Body::Copies(points) => points.ids.push(8))]);
         refuses(&Body::Move(block), &[change!(Body::Move(points) => points.owners.0 = vec![1, 2])]);
     }
 
     #[test]
     fn defects_of_indices_are_found() {
         let cells = Bulk(vec![0, 1, 2]);
-        refuses(
-            &Body::Seam { points: batch(), cells: Bulk(vec![0, 1 | 1 << 31, u32::MAX]) },
-            &[
-                change!(Body::Seam { cells, .. } => cells[0] = 3),
-                change!(Body::Seam { cells, .. } => cells[0] = 3 | 1 << 31),
-                change!(Body::Seam { cells, .. } => cells.push(0)),
-            ],
-        );
         refuses(
             &Body::Propose { points: batch(), cells: cells.clone() },
             &[change!(Body::Propose { cells, .. } => cells[0] = u32::MAX)],
@@ -328,6 +324,22 @@ mod tests {
                 change!(Body::Decision { decision: Decision::Split([a, _]), .. } => a.population = MOST),
                 change!(Body::Decision { routes, .. } => routes[1].push(RANKS, 1)),
                 change!(Body::Decision { routes, .. } => routes[0].push(1, MOST)),
+            ],
+        );
+        let splits = SplitBatch {
+            nodes: Bulk(vec![1]),
+            interior: Bulk(vec![2]),
+            separators: Bulk(vec![0.5; 9]),
+            boxes: Bulk(vec![DVec2::ZERO; 4]),
+        };
+        refuses(
+            &Body::Splits(splits),
+            &[
+                change!(Body::Splits(splits) => splits.nodes.push(2)),
+                change!(Body::Splits(splits) => splits.interior[0] = RANKS),
+                change!(Body::Splits(splits) => splits.separators.0.truncate(8)),
+                change!(Body::Splits(splits) => splits.separators[3] = f64::NAN),
+                change!(Body::Splits(splits) => splits.boxes.0.truncate(3)),
             ],
         );
         let mut route = Route::default();

@@ -3,7 +3,7 @@
 use super::Body;
 
 /// The names of all kinds, in the order of [`Body`].
-pub const KINDS: [&str; 41] = [
+pub const KINDS: [&str; 42] = [
     "survey",
     "keys",
     "alike",
@@ -24,7 +24,8 @@ pub const KINDS: [&str; 41] = [
     "sample-stars",
     "choice",
     "ghosts",
-    "seam",
+    "splits",
+    "copies",
     "reverse",
     "items",
     "set-counts",
@@ -71,7 +72,8 @@ impl<P> Body<P> {
             Body::SampleStars(_) => "sample-stars",
             Body::Choice(_) => "choice",
             Body::Ghosts(_) => "ghosts",
-            Body::Seam { .. } => "seam",
+            Body::Splits(_) => "splits",
+            Body::Copies(_) => "copies",
             Body::Reverse { .. } => "reverse",
             Body::Items { .. } => "items",
             Body::SetCounts(_) => "set-counts",

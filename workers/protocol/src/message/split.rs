@@ -1,6 +1,7 @@
-//! The decision of a leader on an attempt to split a subproblem.
+//! Splits of subproblems: the decision of a leader on an attempt, and the splits that all workers receive.
 
 use bincode::{Decode, Encode};
+use bytemuck::Pod;
 
 use crate::codec::Bulk;
 use crate::ids::Rank;
@@ -94,4 +95,25 @@ pub enum Decision {
     Leaf,
     /// The subproblem is split into these children.
     Split([Child; 2]),
+}
+
+/// The splits of some shared nodes, as columns.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+#[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
+pub struct SplitBatch<P> {
+    /// The nodes.
+    pub nodes: Bulk<u64>,
+    /// The number of ranks of each interior child.
+    pub interior: Bulk<u32>,
+    /// Nine words for each separator (`Separator::to_array`).
+    pub separators: Bulk<f64>,
+    /// Four corners for each node: those of the interior and of the exterior box.
+    pub boxes: Bulk<P>,
+}
+
+impl<P> Default for SplitBatch<P> {
+    fn default() -> Self {
+        let (nodes, interior) = (Bulk(Vec::new()), Bulk(Vec::new()));
+        SplitBatch { nodes, interior, separators: Bulk(Vec::new()), boxes: Bulk(Vec::new()) }
+    }
 }

@@ -8,7 +8,13 @@ fn encoded_len_is_exact_and_messages_round_trip() {
     let bodies = [
         Body::Move(batch.clone()),
         Body::Samples(Bulk(vec![[0.0, 1.0]])),
-        Body::Seam { points: batch.clone(), cells: Bulk(vec![0, 1, u32::MAX]) },
+        Body::Copies(PointBatch::in_transit(vec![4], vec![[0.5, 1.0]])),
+        Body::Splits(SplitBatch {
+            nodes: Bulk(vec![1]),
+            interior: Bulk(vec![2]),
+            separators: Bulk(vec![0.25; 9]),
+            boxes: Bulk(vec![[0.0, 1.0]; 4]),
+        }),
         Body::Decision {
             decision: Decision::Split([Child { population: 1, first: 2, ranks: 3, leaf: true }; 2]),
             boxes: Bulk(vec![[0.0, 0.0]; 4]),

@@ -67,7 +67,8 @@ fn compare<P: Point>(
     points: &[P],
     margins: &[Margin],
 ) -> usize {
-    let scanned = InterfaceCells::new(path, triangulation, points, margins).scan();
+    let mut scanned = Vec::new();
+    InterfaceCells::new(path, triangulation, points, margins).scan(|out| scanned.push(out));
     let found: HashMap<P::Cell, (u64, u8)> =
         scanned.iter().map(|out| (out.cell, (out.levels, out.sent))).collect();
     assert_eq!(found.len(), scanned.len());
