@@ -70,6 +70,11 @@ pub struct SimulateArgs {
     /// The file has JSON lines without prices, about 1 kB for each point. If its name ends in .gz, it is compressed.
     #[arg(long, value_name = "FILE|-", help_heading = REPORTS, hide_short_help = true)]
     pub cost_trace: Option<PathBuf>,
+    /// Nodes of the partition tree that the JSON report lists [default: all]
+    ///
+    /// Levels, phases and totals always cover all nodes.
+    #[arg(long, value_enum, help_heading = REPORTS, hide_short_help = true)]
+    pub nodes: Option<NodesArg>,
 }
 
 /// Options of both commands.
@@ -211,6 +216,15 @@ pub enum GraphArg {
     Overlap,
     /// The k nearest neighbours
     Knn,
+}
+
+/// `--nodes`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum NodesArg {
+    /// Every node
+    All,
+    /// No node; with several processes, no process then receives the nodes of the others
+    None,
 }
 
 /// `--separator-sets`.
@@ -365,6 +379,7 @@ impl GraphArgs {
 impl SimulateArgs {
     /// Returns `config` with the options of its own applied.
     pub fn extend(&self, config: Config) -> Result<Config, Failure> {
+        needs("--nodes", self.nodes.is_some(), "--json", self.run.json.is_some())?;
         Ok(self.graph.extend(config)?.with(|c| c.keep.costs = self.cost_trace.is_some()))
     }
 }

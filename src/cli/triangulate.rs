@@ -19,7 +19,7 @@ use super::files;
 use super::formats::write_mesh;
 use super::input::{Input, Loaded, place_of};
 use super::instruments::{Tables, check_trace, traced};
-use super::options::{RunArgs, SimulateArgs, TriangulateArgs};
+use super::options::{NodesArg, RunArgs, SimulateArgs, TriangulateArgs};
 use super::progress::Talk;
 use super::rows::InputRows;
 use super::summary;
@@ -59,6 +59,11 @@ impl<'a> Goal<'a> {
             Goal::Triangulate(_) => None,
             Goal::Simulate(args) => args.cost_trace.as_deref(),
         }
+    }
+
+    /// Returns `true` if the report leaves out the nodes of the tree.
+    pub(super) fn hides_nodes(self) -> bool {
+        matches!(self, Goal::Simulate(args) if args.nodes == Some(NodesArg::None))
     }
 
     /// Returns the checked configuration in one process.
@@ -132,6 +137,7 @@ pub fn run(goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
         command: goal.name(),
         input: &args.input,
         outputs: &args.output,
+        hides_nodes: goal.hides_nodes(),
         skipped: loaded.skipped,
         read_seconds: loaded.seconds,
         write_seconds,

@@ -8,10 +8,11 @@ use super::Place;
 /// A line, and the two options or values that its message names.
 type Pair = (&'static str, [&'static str; 2]);
 
-const PAIRS: [Pair; 91] = [
+const PAIRS: [Pair; 92] = [
     // The report holds the picture.
     ("triangulate p.xyz --view 10", ["--view", "--json"]),
     ("simulate p.xyz --view 0 -o a.vtu", ["--view", "--json"]),
+    ("simulate p.xyz --nodes none", ["--nodes", "--json"]),
     ("predict sample:grid:27 --skip-invalid", ["--skip-invalid", "sample"]),
     ("mesh cube.poly -o m.vtu --view 10", ["--view", "--json"]),
     ("triangulate p.xyz --trace-level round", ["--trace-level", "--trace"]),

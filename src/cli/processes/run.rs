@@ -15,7 +15,7 @@ use septet_io::write::{SharedMesh, check_shared, write_shared};
 use septet_lab::report::{RunContext, RunReport};
 use septet_protocol::transport::Placement;
 
-use super::report::{gather, ledgers};
+use super::report::{Rows, gather, united_ledger};
 use super::sample;
 use super::team::Team;
 use crate::errors::{Code, Failure};
@@ -66,11 +66,12 @@ pub fn run(goal: Goal<'_>, mut config: Config, team: &mut Team<'_>, talk: &Talk)
         let is_cancelled = || talk.is_cancelled();
         files = write_shared(&mut team.processes, &args.output, &mesh, &options, &is_cancelled)?;
     }
-    let ledgers = ledgers(team, run.as_mut(), args.json.is_some())?;
+    let ledger = united_ledger(team, run.as_mut(), Rows::of(goal))?;
     let context = RunContext {
         command: goal.name(),
         input: &args.input,
         outputs: &args.output,
+        hides_nodes: goal.hides_nodes(),
         skipped: held.skipped,
         read_seconds,
         write_seconds: start.elapsed().as_secs_f64() - run_seconds,
@@ -83,7 +84,7 @@ pub fn run(goal: Goal<'_>, mut config: Config, team: &mut Team<'_>, talk: &Talk)
     team.first_only(|| {
         // The first process has workers in every run.
         let Some(run) = run else { return Ok(()) };
-        let report = RunReport::of(&run.into_run(&ledgers), &config, &context);
+        let report = RunReport::of(&run.into_run(ledger), &config, &context);
         talk.clear();
         publish(args, &plan.tables, &report.with_processes(transport, processes), files, talk)
     })?;

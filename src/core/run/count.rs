@@ -122,7 +122,7 @@ fn counts<P: Point>(points: &[P], config: &Config) -> Result<RunCounts, Error> {
         space: P::DIM,
         points,
         settled: settings.settled(None, settings.why.clone()),
-        ledger: Ledger::finish(collected.ledger, points),
+        ledger: Ledger::finish(collected.ledger, points, P::DIM),
         phase_seconds: collected.seconds,
         seconds: start.elapsed().as_secs_f64(),
         costs: cost_trace(&settings.machine)?,

@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use glam::{DVec2, DVec3};
 use septet_geometry::point::{Coordinates, Point};
-use septet_protocol::ids::{COORDINATOR, Phase, Rank};
+use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::Totals;
 use septet_protocol::transport::{HostState, Placement, ProcessTransport, TransportError};
@@ -126,6 +126,8 @@ pub struct ProcessRun {
     pub part: Part,
     /// The counts of the ranks of this process.
     pub ledger: LedgerPart,
+    /// The roots of the subtrees of the partition tree that only one rank of this process charges.
+    pub(super) roots: Vec<NodeId>,
     /// The parameters of the run. Only the first process has the reason for a supergraph that the coordinator chose.
     pub(super) settled: Settled,
     /// The certificate. Only the first process has the reason of a gathering.
@@ -306,6 +308,7 @@ fn finish<P: Point>(
             Subdomain::of_piece::<P>(rank, piece.unwrap_or_default(), (exponent, placement))
         }
     };
+    let roots = shares.iter().filter_map(|share| share.root).collect();
     let workers = shares.into_iter().filter(|share| share.rank != COORDINATOR);
     let Some(subdomains) = workers.map(subdomain).collect() else {
         return Err(incomplete("the arrays of a subdomain do not fit together".to_string()));
@@ -313,5 +316,5 @@ fn finish<P: Point>(
     let hull_facets = if refutation.is_none() { merged.hull_facets } else { 0 };
     let part = Part { space: P::DIM, dimension, points, cells, hull_facets, placement, subdomains };
     let (fault, phase_seconds, seconds) = (settings.machine.fault, Vec::new(), 0.0);
-    Ok(ProcessRun { part, ledger, settled, certificate, refutation, fault, phase_seconds, seconds })
+    Ok(ProcessRun { part, ledger, roots, settled, certificate, refutation, fault, phase_seconds, seconds })
 }

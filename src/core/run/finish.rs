@@ -163,7 +163,7 @@ pub(crate) fn finish<P: Point>(
         stars_repaired: merged.repaired,
         exchange_rounds: merged.exchange_rounds,
         fallback: certified.fallback,
-        ledger: Ledger::finish(ledger, population),
+        ledger: Ledger::finish(ledger, population, P::DIM),
         picture,
         phase_seconds,
         triangulate_seconds,

@@ -118,7 +118,7 @@ fn choose<P: Point>(
     Ok(IndependentRun {
         members: members.into_iter().map(|id| id as usize).collect(),
         undecided,
-        ledger: Ledger::finish(ledger, places.len() as u64),
+        ledger: Ledger::finish(ledger, places.len() as u64, P::DIM),
         settled: settings.settled(choice.supergraph, settings.why.clone()),
         plan: settings.planning,
         costs: cost_trace(&settings.machine)?,

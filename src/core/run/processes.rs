@@ -6,14 +6,14 @@
 use std::ops::Range;
 
 use septet_geometry::point::Point;
-use septet_protocol::ledger::{Ledger, LedgerPart};
+use septet_protocol::ledger::{CondensedLedger, Condensing, Ledger, PhaseSet};
 use septet_protocol::transport::Placement;
 use septet_protocol::wire::Processes;
 use septet_workers::input::{Rows, Source, block_of};
-use septet_workers::share::{Certificate, merged_ledger};
+use septet_workers::share::{Certificate, distort};
 use septet_workers::transport::over_wire::OverWire;
 
-use crate::config::{Config, ConfigError};
+use crate::config::{Config, ConfigError, Fault};
 use crate::coordinator::Held;
 use crate::error::Error;
 use crate::model::Points;
@@ -138,9 +138,18 @@ fn run<P: Point>(
 }
 
 impl ProcessRun {
-    /// Returns the run of all processes for a report, from the counts of all of them. Its cells are in the parts of the
+    /// Takes the counts of this process, with sums in place of the rows of subtrees that only one rank charges. `phases` are
+    /// those of all processes. If `keeps_nodes` is set, the facts of all nodes remain rows.
+    pub fn condense(&mut self, phases: PhaseSet, keeps_nodes: bool) -> CondensedLedger {
+        let needs_rows = self.fault.is_some_and(Fault::needs_rows);
+        let roots = if needs_rows { &[][..] } else { &self.roots };
+        let condensing = Condensing { roots, phases, space: self.part.space, keeps_nodes };
+        std::mem::take(&mut self.ledger).condense(&condensing)
+    }
+
+    /// Returns the run of all processes for a report, from the united counts of all of them. Its cells are in the parts of the
     /// processes, so it has only their number.
-    pub fn into_run(self, ledgers: &[LedgerPart]) -> Run {
+    pub fn into_run(self, mut ledger: CondensedLedger) -> Run {
         let ProcessRun { part, settled, certificate, refutation, fault, phase_seconds, seconds, .. } = self;
         let Part { space, dimension, points, cells, .. } = part;
         let used = points.used;
@@ -151,6 +160,7 @@ impl ProcessRun {
         }
         let Certificate { totals, fallback } = certificate;
         let merged = totals.merged;
+        distort(&mut ledger.part, fault);
         Run {
             export: Export::new(space, Store::Elsewhere(cells), false),
             hull_facets: merged.hull_facets,
@@ -158,7 +168,7 @@ impl ProcessRun {
             stars_repaired: merged.repaired,
             exchange_rounds: merged.exchange_rounds,
             fallback,
-            ledger: Ledger::finish(merged_ledger(ledgers, fault), used),
+            ledger: Ledger::of_condensed(ledger, used, space),
             refutation,
             phase_seconds,
             ..empty

@@ -160,7 +160,8 @@ impl Settings {
             }
         }
         if !grown.input.is_flat(P::DIM) {
-            self.planning = Some(TrafficTotal::of(&Ledger::finish(part, grown.input.population.count)));
+            let ledger = Ledger::finish(part, grown.input.population.count, P::DIM);
+            self.planning = Some(TrafficTotal::of(&ledger));
         }
         self.machine.workers = self.plan.get(&NodeId::ROOT).copied().unwrap_or(1);
         Ok(())

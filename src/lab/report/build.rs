@@ -9,7 +9,7 @@ use septet_core::run::{Run, Settled};
 
 use super::context::RunContext;
 use super::schema::{
-    CoordinatorReport, Fallback, HowProved, MachineReport, PathReport, PhaseReport, PointsReport,
+    CoordinatorReport, Fallback, HowProved, MachineReport, NodeReport, PathReport, PhaseReport, PointsReport,
     RepairReport, RoundReport, RunReport, RunSeconds, SCHEMA, SupergraphReport, TotalReport,
 };
 use super::{Parameters, traffic, tree};
@@ -52,7 +52,7 @@ impl RunReport {
             traffic: traffic::links(ledger, run.settled.workers),
             timeline: traffic::senders(ledger, run.settled.workers),
             tree: tree::summary(run),
-            nodes: if counted { tree::nodes(ledger) } else { Vec::new() },
+            nodes: nodes(run, context),
             graph: counted.then(|| tree::graph(run)),
             view: run.picture.clone(),
             coordinator,
@@ -68,6 +68,12 @@ impl RunReport {
             processes: Vec::new(),
         }
     }
+}
+
+/// Returns every node of a counted run, unless the report leaves them out.
+fn nodes(run: &Run, context: &RunContext<'_>) -> Option<Vec<NodeReport>> {
+    let listed = || if run.settled.counted { tree::nodes(&run.ledger) } else { Vec::new() };
+    (!context.hides_nodes).then(listed)
 }
 
 /// Returns the supergraph of a run.

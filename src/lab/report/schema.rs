@@ -61,8 +61,9 @@ pub struct RunReport {
     pub timeline: TimelineReport,
     /// The partition tree; for `triangulate`, the part that several workers share.
     pub tree: TreeReport,
-    /// Every node of the tree, by id. Empty if not counted.
-    pub nodes: Vec<NodeReport>,
+    /// Every node of the tree, by id. Empty if not counted, `None` if the report leaves them out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<Vec<NodeReport>>,
     /// The size of the supergraph. `None` if not counted.
     pub graph: Option<GraphReport>,
     /// Sampled points and the tree, for pictures. `None` if not requested.

@@ -2,14 +2,19 @@
 //!
 //! Every rank keeps a [`LedgerPart`]. It holds the charges of its computations (prices by [`Account`]), its work and
 //! messages in each round, and the facts of the nodes that it leads or holds. Parts are merged by sums and maxima, which
-//! do not depend on order. [`Ledger::finish`] folds the merged part.
+//! do not depend on order. [`Ledger::finish`] folds the merged part. Several processes condense their parts first
+//! ([`LedgerPart::condense`]): the subtrees of ranks travel as sums.
 
+mod condensed;
 mod fold;
+mod levels;
 mod part;
 mod totals;
 mod words;
 
-pub use fold::Ledger;
+pub use condensed::{CondensedLedger, Condensing, LedgerError};
+pub use fold::{Ledger, PhaseSet};
+pub use levels::{LevelSums, Ratios, TreeSums};
 pub use part::{
     Account, Charge, LedgerPart, LinkKey, NodeFacts, NodeKind, RankKey, RankTally, Role, RoundKey,
     RoundTally, Traffic,

@@ -42,13 +42,14 @@ pub async fn run<P: Point>(
     let population = input.population();
     let runs = input.is_ready() && cx.config().refusal(population.count).is_none();
     let (loaded, frame, block) = input.into_parts();
-    let share = Share { loaded, ..Share::new(cx.rank()) };
+    let mut share = Share { loaded, ..Share::new(cx.rank()) };
     if !runs {
         return collect_counts(cx, share).await;
     }
     let group = root(cx.config(), population.count);
     let plan = if cx.rank() == group.leader { plan.clone() } else { Plan::new() };
     let (subdomain, table) = partition(cx, group, block, plan).await?;
+    share.root = subdomain.own_root();
     if cx.config().until == Some(Phase::Partition) {
         return collect_counts(cx, share).await;
     }

@@ -1,7 +1,7 @@
 //! The results of a run, which stay with the ranks.
 
 use septet_geometry::graph::Supergraph;
-use septet_protocol::ids::Rank;
+use septet_protocol::ids::{NodeId, Rank};
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::{Merged, Totals, ViewPart};
 
@@ -123,6 +123,8 @@ pub struct Share<P> {
     pub selected: Selected,
     /// The part of the picture, if the run has one.
     pub view: Option<ViewPart<P>>,
+    /// The root of the subtree of the partition tree that only this rank charges, if there is one.
+    pub root: Option<NodeId>,
     /// The ledger of the rank.
     pub ledger: LedgerPart,
     /// The certificate.
@@ -144,6 +146,7 @@ impl<P> Share<P> {
             sets: Vec::new(),
             selected: Selected::default(),
             view: None,
+            root: None,
             ledger: LedgerPart::default(),
             certified: Certificate::default(),
             choice: Choice::default(),
@@ -160,8 +163,13 @@ pub fn merged_ledger<'a>(
     for ledger in ledgers {
         all.merge(ledger);
     }
-    if let Some(fault) = fault {
-        fault.distort(&mut all);
-    }
+    distort(&mut all, fault);
     all
+}
+
+/// Changes the merged ledger, if the fault is a fault of charges.
+pub fn distort(all: &mut LedgerPart, fault: Option<Fault>) {
+    if let Some(fault) = fault {
+        fault.distort(all);
+    }
 }

@@ -230,6 +230,13 @@ impl<P> Subdomain<P> {
         self.subtree.as_ref().map_or(NodeId::ROOT, |subtree| subtree.root)
     }
 
+    /// Returns the root of this rank's subtree, if only this rank charges it. The members of a group that could not split its
+    /// node have charges of the node, although one of them holds it.
+    pub(crate) fn own_root(&self) -> Option<NodeId> {
+        let root = self.subtree.as_ref().map(|subtree| subtree.root);
+        root.filter(|&root| self.unsplit.is_none_or(|end| end.node != root))
+    }
+
     /// Returns the highest node of which this rank holds points: the first node of the path, otherwise the root of
     /// this rank's subtree.
     pub(crate) fn top(&self) -> Option<NodeId> {

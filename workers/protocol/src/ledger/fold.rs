@@ -19,18 +19,27 @@ mod subtree;
 
 use std::collections::BTreeMap;
 
+use septet_geometry::cost::Price;
+
+use super::condensed::CondensedLedger;
+use super::levels::TreeSums;
 use super::part::{Account, Charge, LedgerPart};
 use super::totals::{PathStep, PhaseTotal, Total};
 use crate::ids::{NodeId, Phase};
 
-use plan::Plan;
-use subtree::{Depths, Fold};
+pub use plan::PhaseSet;
+pub(super) use plan::Plan;
+use subtree::Depths;
+pub(super) use subtree::{Fold, Folds};
 
 /// The folded ledger of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Ledger {
-    /// The merged parts of all ranks. Charges of leaders are added to the charges of members.
+    /// The merged parts of all ranks. Charges of leaders are added to the charges of members. If the ledger was condensed,
+    /// the nodes of condensed subtrees have no rows.
     pub part: LedgerPart,
+    /// The sums over the nodes of each level of the partition tree.
+    pub tree: TreeSums,
     /// The total of the paper's phases.
     pub paper: Total,
     /// The total of the repair phases.
@@ -43,32 +52,67 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// Folds the merged parts of a run over `population` points.
-    pub fn finish(mut part: LedgerPart, population: u64) -> Ledger {
-        part.join_leaders();
-        for (node, charge) in corrections(&part) {
-            part.charges.insert(Account::member(Phase::Neighbours, node), charge);
-        }
-        for (account, charge) in steps_of_nodes(&part) {
-            part.charges.insert(account, charge);
-        }
-        let plan = Plan::of(&part);
-        let fold = Fold::of_subtree(&plan, NodeId::ROOT, &part);
+    /// Folds the merged parts of a run over `population` points with `space` coordinates.
+    pub fn finish(part: LedgerPart, population: u64, space: usize) -> Ledger {
+        Ledger::of_condensed(CondensedLedger::of_rows(part), population, space)
+    }
+
+    /// Folds the condensed ledger of a run over `population` points with `space` coordinates.
+    pub fn of_condensed(condensed: CondensedLedger, population: u64, space: usize) -> Ledger {
+        let CondensedLedger { mut part, phases, folds, passes, work, mut tree, .. } = condensed;
+        let plan = Plan::of(phases);
+        settle(&mut part, passes);
+        tree.add_rows(&part, space);
+        let fold = Fold::of_tree(&plan, &part, folds);
         let (paper, path) = fold.paper(&plan, population.max(1));
         let alone = fold.alone(&plan);
         let phases = Phase::ALL.into_iter().filter_map(|phase| {
             let on_path = path.iter().filter(|s| s.phase == phase).map(|s| s.depth).sum();
-            phase_total(&part, phase, alone.get(&phase).copied().unwrap_or_default(), on_path)
+            let condensed = work.get(&phase).copied().unwrap_or(0);
+            let work = condensed + work_of(&part, phase);
+            phase_total(&part, (phase, work), alone.get(&phase).copied().unwrap_or_default(), on_path)
         });
         let phases = phases.collect();
-        Ledger { paper, repair: fold.repair(&plan, population.max(1)), phases, critical_path: path, part }
+        let repair = fold.repair(&plan, population.max(1));
+        Ledger { paper, repair, phases, critical_path: path, tree, part }
     }
+}
+
+/// Returns the work of a phase.
+pub(super) fn work_of(part: &LedgerPart, phase: Phase) -> u64 {
+    part.members(phase).map(|(_, charge)| charge.cost.work()).sum()
+}
+
+/// The costs of the bottom-up correction below a node, by the level of the corrected balls' ancestor and the node. They
+/// are closed: their scans have their prices.
+pub(super) type Passes = BTreeMap<(u32, NodeId), Price>;
+
+/// Adds the charges of leaders, of passes and of steps to the charges of the members of the same nodes. `below` contains the
+/// costs of passes below nodes of the part whose rows are not in the part. Returns the costs of passes below nodes that
+/// have no row.
+pub(super) fn settle(part: &mut LedgerPart, below: Passes) -> Passes {
+    part.join_leaders();
+    let Corrections { done, open } = corrections(part, below);
+    for (node, charge) in done {
+        part.charges.insert(Account::member(Phase::Neighbours, node), charge);
+    }
+    for (account, charge) in steps_of_nodes(part) {
+        part.charges.insert(account, charge);
+    }
+    open
+}
+
+/// The costs of the bottom-up correction in a part.
+struct Corrections {
+    /// For each node whose balls are corrected, the charge of the whole descent below it.
+    done: BTreeMap<NodeId, Charge>,
+    /// The costs below nodes without a row.
+    open: Passes,
 }
 
 /// Returns the cost of the bottom-up correction at each node. The correction of a node is a descent below it, so its
 /// chain goes from the node to its children. The scans at each node are over its own items.
-fn corrections(part: &LedgerPart) -> BTreeMap<NodeId, Charge> {
-    let mut below: BTreeMap<(u32, NodeId), Charge> = BTreeMap::new();
+fn corrections(part: &LedgerPart, mut below: Passes) -> Corrections {
     let mut done = BTreeMap::new();
     let mut rows: Vec<_> = part.passes().collect();
     // Children before their parents.
@@ -76,13 +120,13 @@ fn corrections(part: &LedgerPart) -> BTreeMap<NodeId, Charge> {
     for (level, node, charge) in rows {
         let mut all = *charge;
         all.cost = all.cost.closed(charge.items);
-        all.cost.then(below.remove(&(level, node)).unwrap_or_default().cost);
+        all.cost.then(below.remove(&(level, node)).unwrap_or_default());
         match node.parent().filter(|_| node.level() > level) {
-            Some(parent) => below.entry((level, parent)).or_default().cost.join(all.cost),
+            Some(parent) => below.entry((level, parent)).or_default().join(all.cost),
             None => drop(done.insert(node, all)),
         }
     }
-    done
+    Corrections { done, open: below }
 }
 
 /// Returns, for each node, the sum of its charges over all steps.
@@ -98,9 +142,14 @@ fn steps_of_nodes(part: &LedgerPart) -> BTreeMap<Account, Charge> {
     sums
 }
 
-fn phase_total(part: &LedgerPart, phase: Phase, alone: Depths, critical_depth: u64) -> Option<PhaseTotal> {
+/// Returns the total of a phase with its work.
+fn phase_total(
+    part: &LedgerPart,
+    (phase, work): (Phase, u64),
+    alone: Depths,
+    critical_depth: u64,
+) -> Option<PhaseTotal> {
     let rounds: Vec<_> = part.rounds.iter().filter(|(key, _)| key.phase == phase).map(|(_, t)| t).collect();
-    let work = part.members(phase).map(|(_, charge)| charge.cost.work()).sum();
     if rounds.is_empty() && work == 0 {
         return None;
     }
@@ -138,7 +187,7 @@ mod tests {
         part.charge(Account::member(Phase::Hulls, l), cost(20), 4);
         part.charge(Account::member(Phase::Hulls, r), cost(3), 6);
         part.charge(Account::member(Phase::Merge, NodeId::ROOT), cost(1), 2);
-        let ledger = Ledger::finish(part, 10);
+        let ledger = Ledger::finish(part, 10, 3);
         // Root 5, left 1 + 20 against right 7 + 3, then the merge.
         assert_eq!(ledger.paper.depth, 5 + 1 + 20 + 1);
         let sum: u64 = ledger.critical_path.iter().map(|s| s.depth).sum();
@@ -160,7 +209,7 @@ mod tests {
         }
         let words = part.to_words();
         assert_eq!(LedgerPart::from_words(&words).as_ref(), Some(&part));
-        let ledger = Ledger::finish(part, 10);
+        let ledger = Ledger::finish(part, 10, 3);
         assert_eq!(ledger.paper.depth, 2 + (5 + 7) + (11 + 4));
         assert_eq!(ledger.paper.work, 2 + 3 + 5 + 7 + 11 + 1 + 2 + 4);
         let path: Vec<NodeId> = ledger.critical_path.iter().map(|s| s.node).collect();
@@ -177,7 +226,7 @@ mod tests {
             part.charge(Account::step(Phase::Repair, step, node), cost(trips), 10);
         }
         part.charge(Account::member(Phase::Certificate, l), cost(5), 10);
-        let ledger = Ledger::finish(part, 10);
+        let ledger = Ledger::finish(part, 10, 3);
         assert_eq!(ledger.repair.depth, 4 + (10 + 20 + 7) + 5);
         assert_eq!(ledger.repair.work, 3 + 4 + 10 + 2 + 1 + 20 + 7 + 5);
         let repair = ledger.phases.iter().find(|total| total.phase == Phase::Repair);
@@ -196,7 +245,7 @@ mod tests {
             part.charge(Account::member(phase, node), cost(trips), 10);
         }
         // `independent` lies between these phases, and this run does not have it.
-        assert_eq!(Ledger::finish(part, 10).paper.depth, 10);
+        assert_eq!(Ledger::finish(part, 10, 3).paper.depth, 10);
     }
 
     #[test]

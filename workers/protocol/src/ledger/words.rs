@@ -90,23 +90,47 @@ impl NodeFacts {
     }
 }
 
-/// Words that are read from the front.
-struct Reader<'a>(&'a [u64]);
+/// Words that are read from the front. A number of rows is not trusted: each row that is read needs its words.
+pub(super) struct Reader<'a>(&'a [u64]);
 
-impl Reader<'_> {
+impl<'a> Reader<'a> {
+    /// Reads words whose last one is the hash of the others. Returns `None` if it is not.
+    pub(super) fn checked(words: &'a [u64]) -> Option<Self> {
+        let (&hash, words) = words.split_last()?;
+        (hash == checksum(bytemuck::cast_slice(words))).then_some(Reader(words))
+    }
+
+    /// Returns `true` if all words have been read.
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Reads the next `count` words.
+    pub(super) fn slice(&mut self, count: u64) -> Option<&'a [u64]> {
+        let (words, rest) = self.0.split_at_checked(usize::try_from(count).ok()?)?;
+        self.0 = rest;
+        Some(words)
+    }
+
     /// Reads the next `N` words.
-    fn take<const N: usize>(&mut self) -> Option<[u64; N]> {
+    pub(super) fn take<const N: usize>(&mut self) -> Option<[u64; N]> {
         let (row, rest) = self.0.split_first_chunk()?;
         self.0 = rest;
         Some(*row)
     }
 
-    fn phase(&mut self) -> Option<Phase> {
+    pub(super) fn phase(&mut self) -> Option<Phase> {
         let [number] = self.take()?;
         Phase::from_number(u8::try_from(number).ok()?)
     }
 
-    fn small(&mut self) -> Option<u32> {
+    /// Reads the id of a node.
+    pub(super) fn node(&mut self) -> Option<NodeId> {
+        let [node] = self.take()?;
+        node_of(node)
+    }
+
+    pub(super) fn small(&mut self) -> Option<u32> {
         let [word] = self.take()?;
         u32::try_from(word).ok()
     }
@@ -119,6 +143,17 @@ impl Reader<'_> {
         let [first, node, items, cost @ ..] = self.take::<CHARGE_WORDS>()?;
         Some((Account::from_words(first, node)?, Charge { cost: Price::from_parts(cost), items }))
     }
+}
+
+/// Returns the node with this id. Ids begin with 1.
+fn node_of(id: u64) -> Option<NodeId> {
+    (id > 0).then_some(NodeId(id))
+}
+
+/// Appends the hash of words, which [`Reader::checked`] checks.
+pub(super) fn hashed(mut words: Vec<u64>) -> Vec<u64> {
+    words.push(checksum(bytemuck::cast_slice(&words)));
+    words
 }
 
 impl Role {
@@ -152,7 +187,7 @@ impl Account {
 
     fn from_words(first: u64, node: u64) -> Option<Self> {
         let role = Role::from_numbers(first as u32 >> 8, (first >> 32) as u32)?;
-        Some(Account { role, phase: Phase::from_number(first as u8)?, node: NodeId(node) })
+        Some(Account { role, phase: Phase::from_number(first as u8)?, node: node_of(node)? })
     }
 }
 
@@ -189,17 +224,12 @@ impl LedgerPart {
             out.extend(tally.sent.parts());
             out.extend(tally.received.parts());
         }
-        out.push(checksum(bytemuck::cast_slice(&out)));
-        out
+        hashed(out)
     }
 
     /// Returns the part in these words, or `None` if they are not exactly one part or their hash is wrong.
     pub fn from_words(words: &[u64]) -> Option<Self> {
-        let (&hash, words) = words.split_last()?;
-        if hash != checksum(bytemuck::cast_slice(words)) {
-            return None;
-        }
-        let mut rest = Reader(words);
+        let mut rest = Reader::checked(words)?;
         let [rounds, charges, nodes, edge_hash, links, ranks, balance] = rest.take()?;
         let mut part = LedgerPart { edge_hash, balance, ..LedgerPart::default() };
         for _ in 0..rounds {
@@ -211,8 +241,7 @@ impl LedgerPart {
             part.charges.insert(account, charge);
         }
         for _ in 0..nodes {
-            let [node] = rest.take()?;
-            part.nodes.insert(NodeId(node), NodeFacts::from_parts(&rest.take()?)?);
+            part.nodes.insert(rest.node()?, NodeFacts::from_parts(&rest.take()?)?);
         }
         for _ in 0..links {
             let key = LinkKey { phase: rest.phase()?, from: rest.rank()?, to: rest.rank()? };
@@ -224,7 +253,7 @@ impl LedgerPart {
             let [sent, received] = [rest.take()?, rest.take()?].map(|words| Traffic::from_parts(&words));
             part.ranks.insert(key, RankTally { work, sent, received });
         }
-        rest.0.is_empty().then_some(part)
+        rest.is_empty().then_some(part)
     }
 }
 

@@ -40,6 +40,11 @@ impl Fault {
         }
     }
 
+    /// Returns `true` if [`Fault::distort`] changes charges. It needs all rows of the merged ledger.
+    pub fn needs_rows(self) -> bool {
+        matches!(self, Fault::Slow { .. } | Fault::Work { .. } | Fault::Free { .. })
+    }
+
     /// Changes the charges of the merged ledger of a run.
     ///
     /// A law is a function of a number of points. At an inner node, this is the number of its points. The size of a leaf

@@ -18,6 +18,7 @@ use super::plan::{Flow, Stage};
 use crate::ids::{NodeId, Phase};
 use crate::ledger::part::Charge;
 use crate::ledger::totals::PathStep;
+use crate::ledger::words::Reader;
 
 /// A chain of dependent phases at subproblems.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -74,6 +75,24 @@ impl Longest {
     fn or_longer(&mut self, other: Longest) {
         self.chain.or_longer(other.chain);
         self.depth_log_scan = self.depth_log_scan.max(other.depth_log_scan);
+    }
+
+    fn push_words(&self, out: &mut Vec<u64>) {
+        out.extend([self.depth_log_scan, self.chain.steps.len() as u64]);
+        for step in &self.chain.steps {
+            out.extend([step.node.0, step.phase as u64, step.depth]);
+        }
+    }
+
+    fn read(words: &mut Reader<'_>) -> Option<Self> {
+        let [depth_log_scan, steps] = words.take()?;
+        let mut chain = Chain::default();
+        for _ in 0..steps {
+            let (node, phase, [depth]) = (words.node()?, words.phase()?, words.take()?);
+            chain.depth.checked_add(depth)?;
+            chain.append(PathStep { node, phase, depth });
+        }
+        Some(Longest { chain, depth_log_scan })
     }
 }
 
@@ -171,6 +190,25 @@ impl Chains {
             }
         });
         Chains { stages: stages.collect() }
+    }
+
+    /// Appends the chains of these stages as words. A phase with steps has no chains here.
+    pub(super) fn push_words(&self, stages: &[Stage], out: &mut Vec<u64>) {
+        let chained = stages.iter().zip(&self.stages).filter(|(of, _)| matches!(of, Stage::Chained(_)));
+        for (_, stage) in chained {
+            stage.ends.iter().chain([&stage.longest]).for_each(|chain| chain.push_words(out));
+        }
+    }
+
+    /// Reads the chains of these stages.
+    pub(super) fn read(stages: &[Stage], words: &mut Reader<'_>) -> Option<Chains> {
+        let stages = stages.iter().map(|stage| {
+            let Stage::Chained(phases) = stage else { return Some(StageChains::default()) };
+            let up = phases.iter().filter(|(_, flow)| *flow == Flow::Up);
+            let ends = up.map(|_| Longest::read(words)).collect::<Option<_>>()?;
+            Some(StageChains { ends, longest: Longest::read(words)? })
+        });
+        stages.collect::<Option<_>>().map(|stages| Chains { stages })
     }
 
     /// Returns the longest chain of each stage.

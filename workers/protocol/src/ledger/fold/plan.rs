@@ -1,7 +1,51 @@
 //! The phases of a run in their order, and the direction of each over the tree.
 
 use crate::ids::Phase;
-use crate::ledger::part::LedgerPart;
+use crate::ledger::part::{LedgerPart, Role};
+
+/// The phases in which some subproblem has a charge, and whether there are passes of a bottom-up correction.
+///
+/// The fold of a part depends on the phases of the whole run. Processes that condense their parts therefore agree on the
+/// union of their sets first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PhaseSet(u64);
+
+impl PhaseSet {
+    /// The bit that represents passes.
+    const PASSES: u64 = 1 << 63;
+    const ALL: u64 = PhaseSet::PASSES | ((1 << Phase::ALL.len()) - 1);
+
+    /// Returns the phases of a part.
+    pub fn of(part: &LedgerPart) -> Self {
+        let bits = |role| if matches!(role, Role::Pass(_)) { PhaseSet::PASSES } else { 0 };
+        let sets = part.charges.keys().map(|account| bits(account.role) | 1 << account.phase as u64);
+        PhaseSet(sets.fold(0, |all, set| all | set))
+    }
+
+    /// Returns the set as a number, for the wire.
+    pub fn bits(self) -> u64 {
+        self.0
+    }
+
+    /// Returns the set that the number represents, or `None`.
+    pub fn from_bits(bits: u64) -> Option<Self> {
+        (bits & !PhaseSet::ALL == 0).then_some(PhaseSet(bits))
+    }
+
+    /// Returns the phases of both sets.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        PhaseSet(self.0 | other.0)
+    }
+
+    fn contains(self, phase: Phase) -> bool {
+        self.0 >> phase as u64 & 1 == 1
+    }
+
+    fn has_passes(self) -> bool {
+        self.0 & PhaseSet::PASSES != 0
+    }
+}
 
 /// The direction of a phase over the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +67,7 @@ pub(super) enum Stage {
 
 /// The phases in which some subproblem has a charge. All ranks that fold parts of one ledger need the same plan.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Plan {
+pub(crate) struct Plan {
     /// All phases with charges, in order.
     pub(super) phases: Vec<(Phase, Flow)>,
     /// The stages of the paper's phases.
@@ -33,14 +77,11 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// Returns the plan of a run whose ranks have these parts, merged.
-    pub(super) fn of(part: &LedgerPart) -> Plan {
-        let has_passes = part.passes().next().is_some();
-        let phases: Vec<(Phase, Flow)> = Phase::ALL
-            .into_iter()
-            .map(|phase| (phase, flow(phase, has_passes)))
-            .filter(|&(phase, _)| part.members(phase).next().is_some())
-            .collect();
+    /// Returns the plan of a run with these phases.
+    pub(crate) fn of(set: PhaseSet) -> Plan {
+        let phases = Phase::ALL.into_iter().filter(|&phase| set.contains(phase));
+        let phases: Vec<(Phase, Flow)> =
+            phases.map(|phase| (phase, flow(phase, set.has_passes()))).collect();
         let stages =
             |belongs: fn(Phase) -> bool| stages(phases.iter().copied().filter(|&(phase, _)| belongs(phase)));
         Plan { paper: stages(Phase::is_paper), repair: stages(Phase::is_repair), phases }

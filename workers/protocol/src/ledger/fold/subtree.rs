@@ -6,7 +6,7 @@
 //! fold does not depend on the number of nodes. It is proportional to the number of phases times the number of levels,
 //! plus the number of steps.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use septet_geometry::cost::Price;
 
@@ -15,6 +15,7 @@ use super::plan::{Flow, Plan, Stage};
 use crate::ids::{NodeId, Phase};
 use crate::ledger::part::{Charge, LedgerPart};
 use crate::ledger::totals::{PathStep, Total};
+use crate::ledger::words::Reader;
 
 /// Length of the longest chain of one phase alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -134,6 +135,28 @@ impl Steps {
         Steps(all)
     }
 
+    fn push_words(&self, out: &mut Vec<u64>) {
+        out.push(self.0.len() as u64);
+        for ((phase, number), step) in &self.0 {
+            out.extend([*phase as u64, u64::from(*number), step.depth_log_scan, step.deepest.0]);
+            out.extend(step.price.to_parts());
+        }
+    }
+
+    fn read(words: &mut Reader<'_>) -> Option<Steps> {
+        let [count] = words.take()?;
+        let mut all: Vec<(StepKey, Step)> = Vec::new();
+        for _ in 0..count {
+            let key = (words.phase()?, words.small()?);
+            let ([depth_log_scan], deepest, price) = (words.take()?, words.node()?, words.take()?);
+            if all.last().is_some_and(|(last, _)| *last >= key) {
+                return None;
+            }
+            all.push((key, Step { price: Price::from_parts(price), depth_log_scan, deepest }));
+        }
+        Some(Steps(all))
+    }
+
     fn of_phase(&self, phase: Phase) -> impl Iterator<Item = &Step> {
         self.0.iter().filter(move |((of, _), _)| *of == phase).map(|(_, step)| step)
     }
@@ -141,9 +164,34 @@ impl Steps {
 
 /// The charges of a subtree, folded.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Fold {
+pub(crate) struct Fold {
     tree: Tree,
     steps: Steps,
+}
+
+/// The folds of disjoint subtrees, by their roots.
+pub(crate) type Folds = BTreeMap<NodeId, Fold>;
+
+/// A node whose fold is not yet joined with that of its parent.
+enum Open {
+    /// The charges of the node, and the folds of its children, exterior child first.
+    Row(Row, Vec<Fold>),
+    Folded(Fold),
+}
+
+impl Default for Open {
+    fn default() -> Self {
+        Open::Row(Row::default(), Vec::new())
+    }
+}
+
+impl Open {
+    /// Adds the fold of a child. A node that is folded already has its children, so it takes no other.
+    fn add_child(&mut self, fold: Fold) {
+        if let Open::Row(_, children) = self {
+            children.push(fold);
+        }
+    }
 }
 
 impl Fold {
@@ -158,23 +206,66 @@ impl Fold {
         Fold { tree: Tree::of_node(plan, node, row, trees), steps }
     }
 
-    /// Folds the charges of the subtree of `root`. The charges of leaders are joined (see
-    /// [`LedgerPart::join_leaders`]).
-    pub(super) fn of_subtree(plan: &Plan, root: NodeId, part: &LedgerPart) -> Fold {
-        let mut rows = rows(plan, part);
-        rows.retain(|&node, _| root.contains(node));
-        let mut open: BTreeMap<NodeId, (Row, Vec<Fold>)> =
-            rows.into_iter().map(|(node, row)| (node, (row, Vec::new()))).collect();
+    /// Folds the charges of the subtrees of `roots`, which are disjoint. `below` contains the folds of subtrees whose rows
+    /// are not in the part. The part has no rows outside of the subtrees, and its charges are settled (see
+    /// [`super::settle`]). A subtree without charges has no fold.
+    pub(crate) fn of_subtrees(
+        plan: &Plan,
+        roots: &BTreeSet<NodeId>,
+        part: &LedgerPart,
+        below: Folds,
+    ) -> Folds {
+        let mut open: BTreeMap<NodeId, Open> = BTreeMap::new();
+        open.extend(rows(plan, part).into_iter().map(|(node, row)| (node, Open::Row(row, Vec::new()))));
+        open.extend(below.into_iter().map(|(node, fold)| (node, Open::Folded(fold))));
+        let mut folds = Folds::new();
         // Children come before their parents, and exterior children before interior children.
-        while let Some((node, (row, mut children))) = open.pop_last() {
-            children.reverse();
-            let fold = Fold::of_node(plan, node, &row, children);
-            match node.parent().filter(|_| node != root) {
-                Some(parent) => open.entry(parent).or_default().1.push(fold),
-                None => return fold,
+        while let Some((node, entry)) = open.pop_last() {
+            let fold = match entry {
+                Open::Folded(fold) => fold,
+                Open::Row(row, mut children) => {
+                    children.reverse();
+                    Fold::of_node(plan, node, &row, children)
+                }
+            };
+            match node.parent().filter(|_| !roots.contains(&node)) {
+                Some(parent) => open.entry(parent).or_default().add_child(fold),
+                None => drop(folds.insert(node, fold)),
             }
         }
-        Fold::of_node(plan, root, &Row::default(), Vec::new())
+        folds
+    }
+
+    /// Folds the charges of the whole tree.
+    pub(crate) fn of_tree(plan: &Plan, part: &LedgerPart, below: Folds) -> Fold {
+        let whole = Fold::of_subtrees(plan, &BTreeSet::from([NodeId::ROOT]), part, below).remove(&NodeId::ROOT);
+        whole.unwrap_or_else(|| Fold::empty(plan))
+    }
+
+    /// Returns the fold of a subtree without charges.
+    pub(crate) fn empty(plan: &Plan) -> Fold {
+        Fold::of_node(plan, NodeId::ROOT, &Row::default(), Vec::new())
+    }
+
+    /// Appends the fold as words.
+    pub(crate) fn push_words(&self, plan: &Plan, out: &mut Vec<u64>) {
+        let Fold { tree: Tree { alone, paper, repair }, steps } = self;
+        alone.iter().for_each(|depths| out.extend([depths.depth, depths.depth_log_scan]));
+        paper.push_words(&plan.paper, out);
+        repair.push_words(&plan.repair, out);
+        steps.push_words(out);
+    }
+
+    /// Reads a fold. Its lists have the lengths that the plan requires.
+    pub(crate) fn read(plan: &Plan, words: &mut Reader<'_>) -> Option<Fold> {
+        let depths = |words: &mut Reader<'_>| {
+            let [depth, depth_log_scan] = words.take()?;
+            Some(Depths { depth, depth_log_scan })
+        };
+        let alone = plan.phases.iter().map(|_| depths(words)).collect::<Option<_>>()?;
+        let paper = Chains::read(&plan.paper, words)?;
+        let repair = Chains::read(&plan.repair, words)?;
+        Some(Fold { tree: Tree { alone, paper, repair }, steps: Steps::read(words)? })
     }
 
     /// Returns the length of the longest chain of each phase of the plan alone.
@@ -260,6 +351,7 @@ fn rows(plan: &Plan, part: &LedgerPart) -> BTreeMap<NodeId, Row> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::plan::PhaseSet;
     use super::*;
     use crate::ledger::part::Account;
 
@@ -290,7 +382,10 @@ mod tests {
     /// Folds the tree with a cut below every node for which `is_shared` returns `false`.
     fn cut(plan: &Plan, node: NodeId, part: &LedgerPart, is_shared: &impl Fn(NodeId) -> bool) -> Fold {
         if !is_shared(node) {
-            return Fold::of_subtree(plan, node, part);
+            let mut below = part.clone();
+            below.charges.retain(|account, _| node.contains(account.node));
+            let fold = Fold::of_subtrees(plan, &BTreeSet::from([node]), &below, Folds::new()).remove(&node);
+            return fold.unwrap_or_else(|| Fold::empty(plan));
         }
         let row = rows(plan, part).remove(&node).unwrap_or_default();
         let children = [0, 1].map(|side| cut(plan, node.child(side), part, is_shared));
@@ -300,8 +395,8 @@ mod tests {
     #[test]
     fn a_fold_is_the_same_wherever_the_tree_is_cut() {
         let part = part();
-        let plan = Plan::of(&part);
-        let whole = Fold::of_subtree(&plan, NodeId::ROOT, &part);
+        let plan = Plan::of(PhaseSet::of(&part));
+        let whole = Fold::of_tree(&plan, &part, Folds::new());
         for seed in 0..40 {
             let is_cut = |node: NodeId| (node.0 * 0x9E37_79B9 + seed * 77).is_multiple_of(5);
             let is_shared = |node: NodeId| node.level() < 5 && !is_cut(node);

@@ -74,7 +74,7 @@ type PieceFrame = ((u64, u64), Bulk<u64>, Bulk<u32>, Bulk<u32>, (Bulk<Rank>, Bul
 type CellsFrame = (Bulk<u64>, Bulk<u64>, Bulk<u64>, PlacesFrame);
 
 /// A share as it travels: the ledger, the owned points, the piece, the cells, edges, sets, members and undecided points,
-/// the view, the refused and repeated rows, and the totals.
+/// the view, the refused and repeated rows, the totals, and the root of the rank's subtree.
 type ShareFrame<P> = (
     Bulk<u64>,
     Bulk<u64>,
@@ -84,7 +84,7 @@ type ShareFrame<P> = (
     Bulk<[u64; 2]>,
     (Bulk<u64>, Bulk<u64>),
     Option<ViewPart<P>>,
-    (Bulk<u64>, Bulk<[u64; 2]>, Totals),
+    (Bulk<u64>, Bulk<[u64; 2]>, Totals, Option<NodeId>),
 );
 
 /// Encodes the share of a worker.
@@ -106,7 +106,12 @@ pub(super) fn share_to_bytes<P: Point>(share: &Share<P>) -> Result<Vec<u8>, Code
         Bulk(share.sets.clone()),
         (bulk(&share.selected.members), bulk(&share.selected.undecided)),
         share.view.clone(),
-        (bulk(&share.loaded.refused), Bulk(share.loaded.repeated.clone()), *share.certified.totals),
+        (
+            bulk(&share.loaded.refused),
+            Bulk(share.loaded.repeated.clone()),
+            *share.certified.totals,
+            share.root,
+        ),
     );
     within_limit(codec::encode(&frame)?)
 }
@@ -142,10 +147,14 @@ pub(super) fn share_from_bytes<P: Point>(rank: Rank, bytes: &[u8]) -> Result<Sha
             return Err(CodecError::Corrupt { what });
         }
     }
-    let (refused, repeated, totals) = end;
+    let (refused, repeated, totals, root) = end;
+    if root == Some(NodeId(0)) {
+        return Err(CodecError::Corrupt { what: "the root of the subtree" });
+    }
     let loaded = Loaded { refused: refused.0, repeated: repeated.0, ..Loaded::default() };
     Ok(Share {
         loaded,
+        root,
         owned: owned.0,
         piece,
         cells,
@@ -193,12 +202,14 @@ mod tests {
             sets: vec![[6, 7]],
             selected: Selected { members: vec![8], undecided: vec![2, 1] },
             view: Some(ViewPart::default()),
+            root: Some(NodeId(5)),
             ..Share::new(3)
         };
         let bytes = share_to_bytes(&share).unwrap();
         assert_eq!(share_from_bytes::<DVec2>(3, &bytes).unwrap(), share);
         assert!(share_from_bytes::<DVec2>(3, &bytes[1..]).is_err());
-        let spoilt: [fn(&mut Share<DVec2>); 3] = [
+        let spoilt: [fn(&mut Share<DVec2>); 4] = [
+            |share| share.root = Some(NodeId(0)),
             |share| share.edges.push(6),
             |share| share.cells.leaves.push(9),
             |share| share.view.as_mut().unwrap().leaves.push(1),
