@@ -20,10 +20,7 @@ def table_of(path):
     tree, alpha = run["tree"], run["supergraph"]["alpha"]
     levels = 1.5 * math.log2(max(n / leaf, 1)) + 2
     split = (d + 1) / (d + 2) + 0.05
-    size = max(
-        ((x["crossing_inside"] + x["crossing_outside"]) / x["population"] ** (1 - 1 / d) for x in run["nodes"] if x["kind"] != "leaf"),
-        default=0,
-    )
+    size = tree["largest_separator_ratio"] or 0
     depths = {k: [row[k] for row in tree["by_level"] if row[k]] for k in ("partition_depth", "neighbours_depth", "merge_depth")}
     span = lambda k: f"{min(depths[k])}-{max(depths[k])}" if depths[k] else "-"
     checks = [

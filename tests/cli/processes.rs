@@ -1,6 +1,8 @@
 //! `--transport processes`: the outputs, the report, and the end of all processes.
 #![cfg(unix)]
 
+use std::collections::BTreeMap;
+
 use super::*;
 
 /// The files that a run writes as `name.*`, by the rest of their names.
@@ -28,35 +30,20 @@ pub(super) fn outputs(place: &Place, name: &str) -> Vec<(String, Vec<u8>)> {
     found
 }
 
-/// The fields of a report that do not depend on the processes. The others state measurements, the outputs and the transport.
-const COUNTS: [&str; 21] = [
-    "seed",
-    "supergraph",
-    "points",
-    "space",
-    "dimension",
-    "simplices",
-    "hull_facets",
-    "certificate",
-    "repair",
-    "fallback",
-    "how_proved",
-    "machine",
-    "critical_path",
-    "rounds",
-    "traffic",
-    "timeline",
-    "tree",
-    "nodes",
-    "graph",
-    "coordinator",
-    "view",
-];
+/// The fields of a report that state measurements, the outputs and the transport. All others do not depend on the processes.
+const OF_THE_PROCESSES: [&str; 6] =
+    ["parameters", "phases", "seconds", "rss_before_bytes", "peak_rss_bytes", "processes"];
 
 /// The reports of one process and of several have the same counts.
 fn same_counts(found: &Value, one: &Value, label: &str) {
-    for field in COUNTS {
-        assert_eq!(found[field], one[field], "{label}: {field}");
+    let fields = |report: &Value| -> BTreeMap<String, Value> {
+        let fields = report.as_object().unwrap().clone().into_iter();
+        fields.filter(|(field, _)| !OF_THE_PROCESSES.contains(&field.as_str())).collect()
+    };
+    let (found_fields, one_fields) = (fields(found), fields(one));
+    assert_eq!(found_fields.len(), one_fields.len(), "{label}");
+    for (field, value) in one_fields {
+        assert_eq!(found_fields.get(&field), Some(&value), "{label}: {field}");
     }
     let of_phases = |report: &Value| -> Vec<Value> {
         let mut phases = report["phases"].as_array().unwrap().clone();
@@ -67,6 +54,12 @@ fn same_counts(found: &Value, one: &Value, label: &str) {
     };
     assert_eq!(of_phases(found), of_phases(one), "{label}: phases");
     assert_eq!(found["parameters"]["transport"], "processes", "{label}");
+}
+
+/// Removes the list of nodes of a report.
+fn without_nodes(mut report: Value) -> Value {
+    assert!(report.as_object_mut().unwrap().remove("nodes").is_some());
+    report
 }
 
 /// Runs of 1, 2, 5 and 8 processes write the bytes of one process, and count as it does.
@@ -100,6 +93,18 @@ pub(super) fn same_run(place: &Place, command: &str, workers: u32) {
         let is_flat = one["dimension"].as_i64() < one["space"].as_i64();
         let used = if is_flat { 0 } else { one["points"]["used"].as_u64().unwrap() };
         assert_eq!(sum("points"), used, "{label}");
+    }
+    if command.starts_with("simulate") {
+        same_sums(place, &format!("{command} -q --workers {workers} --json r.json"), &one);
+    }
+}
+
+/// Without the list of nodes, the reports of 1, 2 and 4 processes have the other counts of the report of one process.
+fn same_sums(place: &Place, line: &str, one: &Value) {
+    let expected = without_nodes(one.clone());
+    for processes in [1, 2, 4] {
+        place.good(&format!("{line} --nodes none --transport processes --processes {processes}"));
+        same_counts(&place.json("r.json"), &expected, &format!("{line}, {processes} processes, no nodes"));
     }
 }
 
@@ -151,17 +156,56 @@ fn processes_simulate_as_one_process_does() {
     same_run(&place, "simulate sample:uniform:500 --partition kd --separator-sets smaller --seed 9", 1);
 }
 
+/// The list of nodes is left out on request, in one process and in several. All others are sums of the same nodes.
+#[test]
+fn nodes_are_left_out_on_request() {
+    let place = Place::new();
+    let line = "simulate sample:uniform:3000 -q --workers 6 --view 0 --json";
+    place.good(&format!("{line} all.json --nodes all"));
+    place.good(&format!("{line} default.json"));
+    place.good(&format!("{line} none.json --nodes none"));
+    let [all, default, none] = ["all.json", "default.json", "none.json"].map(|name| place.json(name));
+    assert_eq!(all["nodes"], default["nodes"]);
+    assert_eq!(all["nodes"].as_array().map(Vec::len), all["tree"]["nodes"].as_u64().map(|n| n as usize));
+    assert_eq!(none.get("nodes"), None);
+    assert_eq!(none["tree"], all["tree"]);
+    place.good("report none.json -q -o page.html");
+    // Process 0 receives fewer bytes without the nodes. The other processes receive the same.
+    let bytes = |nodes: &str| -> Vec<u64> {
+        place.good(&format!(
+            "simulate sample:uniform:3000 -q --workers 6 --json r.json --nodes {nodes} --transport processes \
+             --processes 3"
+        ));
+        let report = place.json("r.json");
+        report["processes"].as_array().unwrap().iter().map(|p| p["bytes_in"].as_u64().unwrap()).collect()
+    };
+    let (all, none) = (bytes("all"), bytes("none"));
+    assert!(none[0] + 3000 < all[0], "{none:?} and {all:?}");
+    assert!(none[1].abs_diff(all[1]) < 500, "{none:?} and {all:?}");
+}
+
 #[test]
 fn faults_act_on_processes_as_in_one_process() {
     let place = Place::new();
-    for fault in
-        ["half-ghosts", "halve-alpha", "one-clock", "free-loop", "slow:partition:log2:0.5", "work:hulls:3"]
-    {
+    for fault in [
+        "half-ghosts",
+        "halve-alpha",
+        "one-clock",
+        "free-loop",
+        "slow:partition:log2:0.5",
+        "work:hulls:3",
+        "free:hulls",
+        "refuse:1",
+        "refuse:2",
+        "refuse:4-7",
+        "refuse-draws:3",
+    ] {
         let command = format!("simulate sample:uniform:800 -q --workers 5 --fault {fault} --json r.json");
         place.good(&format!("{command} --view 0"));
         let one = place.json("r.json");
         place.good(&format!("{command} --transport processes --processes 3"));
         same_counts(&place.json("r.json"), &one, fault);
+        same_sums(&place, &command, &one);
     }
     for fault in ["flip:move:1", "flip:fingerprint:1", "flip:totals:1", "die:2:hulls"] {
         let command = format!("simulate sample:uniform:800 -q --workers 5 --fault {fault} -o m.npy");

@@ -87,6 +87,7 @@ fn reports_of_runs_match_their_schema() {
         "triangulate sample:uniform:500 --workers 2",
         "simulate sample:clusters:800 --workers 3 --leaf 50 --view 100",
         "simulate sample:uniform:300,d=2 --supergraph knn --workers leaves",
+        "simulate sample:uniform:300 --nodes none",
         "triangulate sample:uniform:0",
     ] {
         place.good(&format!("{line} --json r.json"));

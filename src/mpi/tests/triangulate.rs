@@ -136,6 +136,8 @@ fn processes_simulate_as_one_process_does() {
     };
     assert_eq!(counts("many.json"), counts("one.json"));
     assert_eq!(counts("many.json").len(), 6);
+    assert!(many(&folder, 3, &format!("{line} none.json --nodes none")).status.success());
+    assert_eq!(counts("none.json"), counts("one.json"));
 }
 
 #[test]

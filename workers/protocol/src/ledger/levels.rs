@@ -243,8 +243,10 @@ mod tests {
         let part = part(|_| true);
         let total = sums(std::slice::from_ref(&part)).total();
         let split = part.nodes.values().filter(|facts| !facts.is_leaf());
-        let ratios: Vec<f64> =
-            split.clone().map(|f| f.inside.max(f.population - f.inside) as f64 / f.population as f64).collect();
+        let ratios: Vec<f64> = split
+            .clone()
+            .map(|f| f.inside.max(f.population - f.inside) as f64 / f.population as f64)
+            .collect();
         assert_eq!(total.nodes, 511);
         assert_eq!(total.nodes - total.leaves, ratios.len() as u64);
         assert_eq!(total.split.largest(), ratios.iter().copied().reduce(f64::max));

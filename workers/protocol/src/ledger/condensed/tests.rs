@@ -135,9 +135,8 @@ fn a_ledger_without_subtrees_folds_as_its_rows() {
 /// Charges and facts in the subtree of another rank are found, wherever they are.
 #[test]
 fn counts_of_a_foreign_subtree_are_refused() {
-    let united = |parts: &[LedgerPart], keeps_nodes| {
-        CondensedLedger::united(condensed(parts, keeps_nodes)).map(drop)
-    };
+    let united =
+        |parts: &[LedgerPart], keeps_nodes| CondensedLedger::united(condensed(parts, keeps_nodes)).map(drop);
     for node in [8, 16, 35].map(NodeId) {
         let mut charged = parts(3);
         assert_eq!(united(&charged, false), Ok(()));

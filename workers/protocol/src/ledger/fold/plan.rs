@@ -80,8 +80,7 @@ impl Plan {
     /// Returns the plan of a run with these phases.
     pub(crate) fn of(set: PhaseSet) -> Plan {
         let phases = Phase::ALL.into_iter().filter(|&phase| set.contains(phase));
-        let phases: Vec<(Phase, Flow)> =
-            phases.map(|phase| (phase, flow(phase, set.has_passes()))).collect();
+        let phases: Vec<(Phase, Flow)> = phases.map(|phase| (phase, flow(phase, set.has_passes()))).collect();
         let stages =
             |belongs: fn(Phase) -> bool| stages(phases.iter().copied().filter(|&(phase, _)| belongs(phase)));
         Plan { paper: stages(Phase::is_paper), repair: stages(Phase::is_repair), phases }

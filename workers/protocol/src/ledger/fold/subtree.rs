@@ -238,7 +238,8 @@ impl Fold {
 
     /// Folds the charges of the whole tree.
     pub(crate) fn of_tree(plan: &Plan, part: &LedgerPart, below: Folds) -> Fold {
-        let whole = Fold::of_subtrees(plan, &BTreeSet::from([NodeId::ROOT]), part, below).remove(&NodeId::ROOT);
+        let whole =
+            Fold::of_subtrees(plan, &BTreeSet::from([NodeId::ROOT]), part, below).remove(&NodeId::ROOT);
         whole.unwrap_or_else(|| Fold::empty(plan))
     }
 
