@@ -176,7 +176,7 @@ pub mod result {
     pub use septet_protocol::ids::{NodeId, Phase};
     #[doc(inline)]
     pub use septet_protocol::ledger::{
-        Ledger, LedgerPart, NodeFacts, PathStep, PhaseTotal, RoundTally, Total,
+        Ledger, LedgerPart, LevelSums, NodeFacts, PathStep, PhaseTotal, Ratios, RoundTally, Total, TreeSums,
     };
     #[doc(inline)]
     pub use septet_protocol::transport::TransportError;
