@@ -40,7 +40,7 @@ impl Fault {
         }
     }
 
-    /// Returns `true` if [`Fault::distort`] changes charges. It needs all rows of the merged ledger.
+    /// Returns `true` if the fault changes charges of the merged ledger. It then needs all rows.
     pub fn needs_rows(self) -> bool {
         matches!(self, Fault::Slow { .. } | Fault::Work { .. } | Fault::Free { .. })
     }

@@ -77,16 +77,16 @@ fn phases(parts: &[LedgerPart]) -> PhaseSet {
 fn condensed(parts: &[LedgerPart], keeps_nodes: bool) -> Vec<CondensedLedger> {
     let phases = phases(parts);
     let of_process = |(ranks, roots): (&[LedgerPart], &[NodeId])| {
-        let mut part = LedgerPart::default();
-        ranks.iter().for_each(|rank| part.merge(rank));
-        part.condense(&Condensing { roots, phases, space: 3, keeps_nodes })
+        merged(ranks).condense(&Condensing { roots, phases, space: 3, keeps_nodes })
     };
     parts.chunks(2).zip(ROOTS.chunks(2)).map(of_process).collect()
 }
 
 fn merged(parts: &[LedgerPart]) -> LedgerPart {
     let mut all = LedgerPart::default();
-    parts.iter().for_each(|part| all.merge(part));
+    for part in parts {
+        all.merge(part);
+    }
     all
 }
 

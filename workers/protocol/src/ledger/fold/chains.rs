@@ -196,7 +196,9 @@ impl Chains {
     pub(super) fn push_words(&self, stages: &[Stage], out: &mut Vec<u64>) {
         let chained = stages.iter().zip(&self.stages).filter(|(of, _)| matches!(of, Stage::Chained(_)));
         for (_, stage) in chained {
-            stage.ends.iter().chain([&stage.longest]).for_each(|chain| chain.push_words(out));
+            for chain in stage.ends.iter().chain([&stage.longest]) {
+                chain.push_words(out);
+            }
         }
     }
 

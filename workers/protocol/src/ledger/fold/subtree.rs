@@ -251,7 +251,7 @@ impl Fold {
     /// Appends the fold as words.
     pub(crate) fn push_words(&self, plan: &Plan, out: &mut Vec<u64>) {
         let Fold { tree: Tree { alone, paper, repair }, steps } = self;
-        alone.iter().for_each(|depths| out.extend([depths.depth, depths.depth_log_scan]));
+        out.extend(alone.iter().flat_map(|depths| [depths.depth, depths.depth_log_scan]));
         paper.push_words(&plan.paper, out);
         repair.push_words(&plan.repair, out);
         steps.push_words(out);
