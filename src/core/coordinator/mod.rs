@@ -50,7 +50,7 @@ impl<P> Collected<P> {
         if arrived != ranks as usize {
             return Err(incomplete(format!("the machine returned the shares of {arrived} of {ranks} ranks")));
         }
-        let ledger = merged_ledger(shares.iter().map(|share| &share.ledger), config.fault);
+        let ledger = merged_ledger(shares.iter().map(|share| &share.ledger.part), config.fault);
         // A message that changed on its way could make the ranks refuse a valid input.
         let input = match Prepared::of(&mut shares, config) {
             Err(Error::Points(_)) if ledger.balance != 0 => return Err(unbalanced()),

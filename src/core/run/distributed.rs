@@ -279,7 +279,7 @@ fn finish<P: Point>(
     settings: &Settings,
     placement: Placement,
 ) -> Result<ProcessRun, Error> {
-    let ledger = merged_ledger(shares.iter().map(|share| &share.ledger), None);
+    let ledger = merged_ledger(shares.iter().map(|share| &share.ledger.part), None);
     let Some(first) = shares.first() else {
         return Err(incomplete("the process returned no share".to_string()));
     };
@@ -308,7 +308,7 @@ fn finish<P: Point>(
             Subdomain::of_piece::<P>(rank, piece.unwrap_or_default(), (exponent, placement))
         }
     };
-    let roots = shares.iter().filter_map(|share| share.root).collect();
+    let roots = shares.iter().filter_map(|share| share.ledger.root).collect();
     let workers = shares.into_iter().filter(|share| share.rank != COORDINATOR);
     let Some(subdomains) = workers.map(subdomain).collect() else {
         return Err(incomplete("the arrays of a subdomain do not fit together".to_string()));

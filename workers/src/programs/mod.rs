@@ -49,7 +49,7 @@ pub async fn run<P: Point>(
     let group = root(cx.config(), population.count);
     let plan = if cx.rank() == group.leader { plan.clone() } else { Plan::new() };
     let (subdomain, table) = partition(cx, group, block, plan).await?;
-    share.root = subdomain.own_root();
+    share.ledger.root = subdomain.own_root();
     if cx.config().until == Some(Phase::Partition) {
         return collect_counts(cx, share).await;
     }

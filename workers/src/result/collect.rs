@@ -86,7 +86,7 @@ async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<S
         fault.distort_worker(cx.ledger_mut());
     }
     cx.file_charges();
-    share.ledger = cx.take_ledger();
+    share.ledger.part = cx.take_ledger();
     cx.enter(Phase::Done)?;
     Ok(share)
 }

@@ -101,6 +101,15 @@ pub struct Choice {
     pub why: Option<String>,
 }
 
+/// The ledger of a rank.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RankLedger {
+    /// The counts.
+    pub part: LedgerPart,
+    /// The root of the subtree of the partition tree that only this rank charges, if there is one.
+    pub root: Option<NodeId>,
+}
+
 /// The results that a rank has at the end of a run. They stay with the rank. Only the coordinator has the reasons in the
 /// certificate and in the choice.
 #[derive(Clone, Debug, PartialEq)]
@@ -123,10 +132,8 @@ pub struct Share<P> {
     pub selected: Selected,
     /// The part of the picture, if the run has one.
     pub view: Option<ViewPart<P>>,
-    /// The root of the subtree of the partition tree that only this rank charges, if there is one.
-    pub root: Option<NodeId>,
     /// The ledger of the rank.
-    pub ledger: LedgerPart,
+    pub ledger: RankLedger,
     /// The certificate.
     pub certified: Certificate,
     /// The supergraph.
@@ -146,8 +153,7 @@ impl<P> Share<P> {
             sets: Vec::new(),
             selected: Selected::default(),
             view: None,
-            root: None,
-            ledger: LedgerPart::default(),
+            ledger: RankLedger::default(),
             certified: Certificate::default(),
             choice: Choice::default(),
         }

@@ -67,7 +67,7 @@ fn run<P: Point>(points: &[P], sizes: &[f64], config: &Arc<WorkerConfig>) -> Out
     }
     let shares = host.into_shares();
     assert_eq!(shares.len() as u32, config.ranks());
-    let ledger = merged_ledger(shares.iter().map(|share| &share.ledger), None);
+    let ledger = merged_ledger(shares.iter().map(|share| &share.ledger.part), None);
     let (mut members, mut undecided) = (Vec::new(), Vec::new());
     for Share { selected, .. } in shares {
         members.extend(selected.members);

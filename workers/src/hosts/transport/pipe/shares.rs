@@ -11,7 +11,7 @@ use septet_protocol::message::{Totals, ViewPart};
 use crate::hosts::host::Job;
 use crate::input::{Loaded, Rows, Source};
 use crate::partition::leader::Plan;
-use crate::share::{CellRows, Certificate, PieceRows, Places, Seam, Selected, Share};
+use crate::share::{CellRows, Certificate, PieceRows, Places, RankLedger, Seam, Selected, Share};
 
 /// The input that the coordinator assigns to a worker: its block, and the plan of the placement.
 pub(super) struct Assigned<P> {
@@ -98,7 +98,7 @@ pub(super) fn share_to_bytes<P: Point>(share: &Share<P>) -> Result<Vec<u8>, Code
     });
     let CellRows { rows, leaves, ids, places } = &share.cells;
     let frame: ShareFrame<P> = (
-        Bulk(share.ledger.to_words()),
+        Bulk(share.ledger.part.to_words()),
         bulk(&share.owned),
         piece,
         (bulk(rows), bulk(leaves), bulk(ids), places_frame(places)),
@@ -110,7 +110,7 @@ pub(super) fn share_to_bytes<P: Point>(share: &Share<P>) -> Result<Vec<u8>, Code
             bulk(&share.loaded.refused),
             Bulk(share.loaded.repeated.clone()),
             *share.certified.totals,
-            share.root,
+            share.ledger.root,
         ),
     );
     within_limit(codec::encode(&frame)?)
@@ -154,7 +154,6 @@ pub(super) fn share_from_bytes<P: Point>(rank: Rank, bytes: &[u8]) -> Result<Sha
     let loaded = Loaded { refused: refused.0, repeated: repeated.0, ..Loaded::default() };
     Ok(Share {
         loaded,
-        root,
         owned: owned.0,
         piece,
         cells,
@@ -162,7 +161,7 @@ pub(super) fn share_from_bytes<P: Point>(rank: Rank, bytes: &[u8]) -> Result<Sha
         sets: sets.0,
         selected: Selected { members: selected.0.0, undecided: selected.1.0 },
         view,
-        ledger,
+        ledger: RankLedger { part: ledger, root },
         certified: Certificate { totals: Box::new(totals), fallback: None },
         ..Share::new(rank)
     })
@@ -202,14 +201,14 @@ mod tests {
             sets: vec![[6, 7]],
             selected: Selected { members: vec![8], undecided: vec![2, 1] },
             view: Some(ViewPart::default()),
-            root: Some(NodeId(5)),
+            ledger: RankLedger { root: Some(NodeId(5)), ..RankLedger::default() },
             ..Share::new(3)
         };
         let bytes = share_to_bytes(&share).unwrap();
         assert_eq!(share_from_bytes::<DVec2>(3, &bytes).unwrap(), share);
         assert!(share_from_bytes::<DVec2>(3, &bytes[1..]).is_err());
         let spoilt: [fn(&mut Share<DVec2>); 4] = [
-            |share| share.root = Some(NodeId(0)),
+            |share| share.ledger.root = Some(NodeId(0)),
             |share| share.edges.push(6),
             |share| share.cells.leaves.push(9),
             |share| share.view.as_mut().unwrap().leaves.push(1),
