@@ -133,7 +133,7 @@ pub struct Share<P> {
     /// The part of the picture, if the run has one.
     pub view: Option<ViewPart<P>>,
     /// The ledger of the rank.
-    pub ledger: RankLedger,
+    pub ledger: Box<RankLedger>,
     /// The certificate.
     pub certified: Certificate,
     /// The supergraph.
@@ -153,7 +153,7 @@ impl<P> Share<P> {
             sets: Vec::new(),
             selected: Selected::default(),
             view: None,
-            ledger: RankLedger::default(),
+            ledger: Box::default(),
             certified: Certificate::default(),
             choice: Choice::default(),
         }

@@ -161,7 +161,7 @@ pub(super) fn share_from_bytes<P: Point>(rank: Rank, bytes: &[u8]) -> Result<Sha
         sets: sets.0,
         selected: Selected { members: selected.0.0, undecided: selected.1.0 },
         view,
-        ledger: RankLedger { part: ledger, root },
+        ledger: Box::new(RankLedger { part: ledger, root }),
         certified: Certificate { totals: Box::new(totals), fallback: None },
         ..Share::new(rank)
     })
@@ -201,7 +201,7 @@ mod tests {
             sets: vec![[6, 7]],
             selected: Selected { members: vec![8], undecided: vec![2, 1] },
             view: Some(ViewPart::default()),
-            ledger: RankLedger { root: Some(NodeId(5)), ..RankLedger::default() },
+            ledger: Box::new(RankLedger { root: Some(NodeId(5)), ..RankLedger::default() }),
             ..Share::new(3)
         };
         let bytes = share_to_bytes(&share).unwrap();
