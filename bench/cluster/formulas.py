@@ -161,20 +161,18 @@ LAWS = {
     "seam points": thick(lambda h: [surface(h)]),
     "facets": thick(lambda h: [surface(h)]),
     "halo messages": lambda h, m: [1, surface(h)],
-    "seam messages": lambda h, m: [1, surface(h)],
     "neighbours": lambda h, m: [1, surface(h)],
     "facet messages": lambda h, m: [1, surface(h)],
 }
 
 
 def splits(p):
-    """Returns messages and bytes in which all workers receive the splits of all shared nodes.
+    """Returns rounds, messages and bytes in which all workers learn the splits of all shared nodes.
 
-    They go up the tree of all workers, where a branch with a share of the workers has the same share of the splits, and all
-    of them go down.
+    At each level, every worker sends the splits below its child to one worker of the other child.
     """
-    up = sum(count * SPLIT * members * (p - 1) / p for (_, members), count in branches(p).items())
-    return 2 * (p - 1), up + (p - 1) * (2 * BATCH + SPLIT * (p - 1))
+    children = [p >> level for level in range(1, p.bit_length() - 1)]
+    return len(children), p * len(children), p * sum(BATCH + SPLIT * (ranks - 1) for ranks in children)
 
 
 class Model:
@@ -187,13 +185,19 @@ class Model:
         terms = LAWS[name](p.bit_length() - 1, n / p)
         return p * sum(c * t for c, t in zip(self.fitted[name], terms))
 
+    def seam_messages(self, p):
+        """Returns the messages of the interface exchange. A worker at the surface of the cube has cells with large conflict
+        regions, which reach many workers at the surface. Two workers are a pair with this probability."""
+        return p * (p - 1) * -math.expm1(-self.fitted["seam pairs"][0] * p ** (-2 / 3))
+
     def phases(self, n, p):
         """Returns rounds, messages and bytes of each phase."""
         h, t = p.bit_length() - 1, levels(p)
         keys, alike = dense(n, p), equal_hashes(n)
         asked = min(2 * alike, p * (p - 1))
-        halo, seam, near = (self.law(name, n, p) for name in ("halo messages", "seam messages", "neighbours"))
-        merged = sum(number * (2 - 2 / ranks) for number, ranks, *_ in groups(p)) + 1
+        halo, near, seam = self.law("halo messages", n, p), self.law("neighbours", n, p), self.seam_messages(p)
+        # The leader of two ranks is one of them, and no other leader leads a child of its node.
+        merged = sum(number * min(2, ranks - 1) for number, ranks, *_ in groups(p)) + 1
         facets, pairs = self.law("facets", n, p), self.law("facet messages", n, p)
         check = {"rounds": 1, "messages": near, "bytes": FINGERPRINT * near}
         return {
@@ -201,7 +205,7 @@ class Model:
                      "bytes": 2 * p * (SURVEY + START) + (ENVELOPE + LENGTH) * keys + 8 * n * (1 - 1 / p)
                      + asked * (ENVELOPE + LENGTH + BATCH) + alike * 2 * (4 + MOVED)},
             "partition": partition(n, p),
-            "halo": {"rounds": 2 * height(p) + 1 + t, "messages": halo + splits(p)[0] + p + 4, "bytes": splits(p)[1]
+            "halo": {"rounds": splits(p)[0] + 1 + t, "messages": halo + splits(p)[1] + p + 4, "bytes": splits(p)[2]
                      + MOVED * self.law("halo points", n, p) + BATCH * halo + (BATCH + 4 * POINT) * p},
             "seam": {"rounds": 1, "messages": seam, "bytes": MOVED * self.law("seam points", n, p) + BATCH * seam},
             "check": check, "certificate": check,

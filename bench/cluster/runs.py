@@ -1,6 +1,7 @@
 """The runs of `bench/cluster-model`, and the constants that are fitted to them."""
 import collections
 import json
+import math
 import os
 import subprocess
 import sys
@@ -52,7 +53,7 @@ def counted(options, n, p, seed=1):
                                 if row["bytes"] == row["messages"] * row["largest"]}),
         "halo points": of("halo", "points"), "seam points": of("seam", "points"),
         "facets": (phases["collect"]["bytes"] - 2 * p * TOTALS - (2 * ENVELOPE + 5 * LENGTH) * pairs) / 40,
-        "halo messages": phases["halo"]["messages"] - splits(p)[0] - p - 4, "seam messages": phases["seam"]["messages"],
+        "halo messages": phases["halo"]["messages"] - splits(p)[1] - p - 4, "seam messages": phases["seam"]["messages"],
         "neighbours": phases["check"]["messages"], "facet messages": pairs,
         "largest share": max(row["largest_load"] for row in rounds if row["round"] == last),
         "largest sent": sums("from", None), "root leader": sums("to", "partition"),
@@ -109,6 +110,9 @@ def fit(options):
     runs = {(n, p, seed): counted(options, n, p, seed) for n, p in FIT for seed in SEEDS}
     fitted = {name: solved([(terms(p.bit_length() - 1, n / p), found[name] / p, p - 1) for (n, p, _), found in runs.items()])
               for name, terms in LAWS.items()}
+    pairs = lambda p, messages: -math.log1p(-messages / (p * (p - 1)))
+    fitted["seam pairs"] = solved([([p ** (-2 / 3)], pairs(p, found["seam messages"]), p - 1)
+                                   for (n, p, _), found in runs.items() if found["seam messages"] < p * (p - 1)])
     model, rows = Model(fitted), []
     for (n, p, _), found in runs.items():
         near = sum(found["phases"][name]["bytes"] for name in ("halo", "seam", "collect"))

@@ -280,6 +280,7 @@ fn processes_end_with_one_error() {
     let line = "simulate sample:uniform:100 --transport processes";
     place.fails(&format!("{line} --trace -"), 2, &["--trace"]);
     place.fails(&format!("{line} --trace none/t.json"), 1, &["does not exist"]);
+    place.fails(&format!("{line} --trace t.json --json t.1.json"), 2, &["t.1.json", "the same file"]);
     place.fails(&format!("{line} --cost-trace c.jsonl"), 2, &["--cost-trace", "several processes"]);
     place.fails(&format!("{line} -o m.msh"), 2, &["m.msh"]);
     place.fails(&format!("{line} --supergraph knn --k 100"), 2, &["k is 100"]);

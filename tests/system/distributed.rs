@@ -330,8 +330,10 @@ fn flips_are_detected_by_all_processes() {
     let held = divided(&points, &[1; 4], 0);
     let quiet = united::<DVec3>(&parts(&held, 8));
     let (mut detected, mut harmless) = (0, 0);
-    for kind in ["survey", "start", "keys", "move", "samples", "seam", "merged", "facets", "across", "totals"]
-    {
+    for kind in [
+        "survey", "start", "keys", "move", "samples", "splits", "copies", "merged", "facets", "across",
+        "totals",
+    ] {
         for seed in 0..10 {
             let fault = format!("flip:{kind}:{seed}").parse().unwrap();
             let faulty = move |_| config(4, 8).with(|c| c.planted.fault = Some(fault));

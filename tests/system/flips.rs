@@ -222,7 +222,7 @@ fn flips_strike_on_all_transports() {
     let points = mixed(plane(Kind::Uniform, 150, 5));
     let base = simulated(Workers::Count(WORKERS), 0, 20);
     let quiet = Quiet::new(&points, base.clone(), false);
-    for kind in ["start", "samples", "move", "seam", "merged"] {
+    for kind in ["start", "samples", "move", "splits", "copies", "merged"] {
         for flip in quiet.flips(kind, 2) {
             let config = base.clone().with(|c| c.planted.fault = Some(Fault::Flip(flip)));
             each_transport(|start| match start.run(&points, &config, false) {

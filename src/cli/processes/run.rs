@@ -18,6 +18,7 @@ use septet_protocol::transport::Placement;
 use super::report::{Rows, gather, united_ledger};
 use super::sample;
 use super::team::Team;
+use super::trace;
 use crate::errors::{Code, Failure};
 use crate::files;
 use crate::input::Input;
@@ -26,7 +27,7 @@ use crate::progress::Talk;
 use crate::triangulate::{Goal, TABLES, of_points, publish, renumbered};
 
 /// The settled arguments of a run.
-struct Plan<'a> {
+pub struct Plan<'a> {
     input: Input<'a>,
     tables: Tables,
     reading: ReadOptions,
@@ -37,12 +38,15 @@ struct Plan<'a> {
 ///
 /// # Errors
 /// Fails with the first failure of any process.
-pub fn run(goal: Goal<'_>, mut config: Config, team: &mut Team<'_>, talk: &Talk) -> Result<(), Failure> {
+pub fn run(
+    goal: Goal<'_>,
+    plan: Plan<'_>,
+    mut config: Config,
+    team: &mut Team<'_>,
+    talk: &Talk,
+) -> Result<(), Failure> {
     let (start, args) = (Instant::now(), goal.args());
     crate::threads::limit_threads(config.machine.threads);
-    config.keep.point_owner = false;
-    let plan = plan(goal, &config, team);
-    let plan = team.agree(plan)?;
     let options = args.writing.options();
     check_shared(&mut team.processes, &args.output, &options)?;
     let held = read(&plan, team, &mut config, talk)?;
@@ -118,8 +122,12 @@ fn go_on(team: &mut Team<'_>, talk: &Talk) -> Result<(), Failure> {
     team.agree(if talk.is_cancelled() { Err(Failure::interrupted()) } else { Ok(()) })
 }
 
-/// Settles the arguments, and refuses those that several processes cannot obey.
-fn plan<'a>(goal: Goal<'a>, config: &Config, team: &Team<'_>) -> Result<Plan<'a>, Failure> {
+/// Settles the arguments, and refuses those that several processes cannot obey. The first process checks the names of all
+/// files that the processes write.
+///
+/// # Errors
+/// Fails if the arguments do not fit together, or if a file cannot be written.
+pub fn plan<'a>(goal: Goal<'a>, config: &Config, team: &Team<'_>) -> Result<Plan<'a>, Failure> {
     let args = goal.args();
     if args.input == "@-" || args.input.trim_start_matches('@').starts_with("/dev/") {
         let message = format!("{}: several processes cannot read it", args.input);
@@ -134,7 +142,9 @@ fn plan<'a>(goal: Goal<'a>, config: &Config, team: &Team<'_>) -> Result<Plan<'a>
     args.writing.check(&args.output)?;
     let placement = placement(config, team.processes.processes())?;
     if team.is_first() {
-        let texts: Vec<&Path> = args.json.iter().map(PathBuf::as_path).chain(tables.paths()).collect();
+        let traces = trace::paths(&args.tracing, team.processes.processes());
+        let texts = args.json.iter().chain(&traces).map(PathBuf::as_path).chain(tables.paths());
+        let texts: Vec<&Path> = texts.collect();
         files::check_as(&input.files(), &args.output, &args.writing.options(), &texts)?;
     }
     let reading = args.reading.options(args.dimension, args.skip_invalid);

@@ -44,6 +44,11 @@ pub(super) fn traced(
     Ok(())
 }
 
+/// Returns the names of the traces of all processes.
+pub(super) fn paths(args: &TraceArgs, processes: u32) -> Vec<PathBuf> {
+    args.trace.iter().flat_map(|path| (0..processes).map(|process| path_of(path, process))).collect()
+}
+
 /// Returns the name of the trace of a process: `run.json` becomes `run.3.json`.
 fn path_of(path: &Path, process: u32) -> PathBuf {
     let extension = path.extension().and_then(OsStr::to_str).unwrap_or("json");

@@ -341,7 +341,7 @@ pub enum Body<P> {
     Choice(ChosenSupergraph),
     /// Ghosts for a subproblem that their balls reach.
     Ghosts(PointBatch<P>),
-    /// Member to the leader of the root, then to all members, through the tree of all workers: splits of shared nodes.
+    /// Member of a child's group to a member of the other child's group: the splits of the shared nodes below the child.
     Splits(SplitBatch<P>),
     /// Worker to worker: points of the sender that the receiver keeps as ghosts. They have no owners and no balls.
     Copies(PointBatch<P>),

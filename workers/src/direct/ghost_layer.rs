@@ -189,7 +189,7 @@ pub(crate) async fn ghost_layer<P: Point>(
     frame: &mut PointBatch<P>,
 ) -> Result<GhostLayer<P>, TransportError> {
     cx.enter(Phase::Halo)?;
-    let regions = exchange_splits(cx, subdomain).await?;
+    let regions = exchange_splits(cx, Phase::Halo, subdomain).await?;
     frame::report(cx, table, frame);
     let (margins, mut copies) = own_points(subdomain, table, &regions);
     copies.send(cx, table);
@@ -208,23 +208,27 @@ fn own_points<P: Point>(
     regions: &Regions<P>,
 ) -> (Vec<Margin>, Copies) {
     let path = subdomain.path();
-    let (mut copies, mut sent) = (Copies::default(), 0);
+    let (mut copies, mut sent) = (Copies::default(), 0u64);
     if path.is_empty() {
         return (Vec::new(), copies);
     }
     let mut margins: Vec<Margin> = Vec::with_capacity(table.owned_len() as usize);
     let mut gaps2 = Vec::new();
+    let layer = f64::from(table.owned_len()).powf((P::DIM - 1) as f64 / P::DIM as f64);
+    let most = (MOST * layer * path.len() as f64) as u64;
     for Run { points: run, scale2 } in runs(table.owned_positions()) {
         let centres = &table.positions()[run.clone()];
         let radius2 = radius2_of(centres, scale2, &mut gaps2);
         add_margins(path, Balls { centres, radius2 }, &mut margins, |level, at| {
             sent += 1;
+            if sent > most {
+                return;
+            }
             let reaches = |split: &Split<P>, side| split.reaches(centres[at], radius2, side);
             regions.each_reached(level, &reaches, &mut |worker| copies.add((run.start + at) as u32, worker));
         });
     }
-    let layer = f64::from(table.owned_len()).powf((P::DIM - 1) as f64 / P::DIM as f64);
-    if f64::from(sent) > MOST * layer * path.len() as f64 {
+    if sent > most {
         for margin in &mut margins {
             margin.sent = 0.0;
         }

@@ -10,9 +10,9 @@
 //! 2. In the triangulation of the points that it holds, each owned point has the same star as in `DT(P)`.
 //!
 //! *Proof of 1.* Let `ab` be an edge of `DT(P)`, `b` in `B`, and `a` owned by another worker `W`. It suffices to show
-//! that `a` lies in the conflict region of a cell of `b`. The point `a` also lies in the region of `W`, so the two
-//! regions meet and `b` is sent to `W`. A Delaunay edge persists if other points are removed, so `ab` is an edge of
-//! `DT(B + G + a)`.
+//! that `a` lies in the conflict region of a cell of `b`. The point `a` also lies in the region of `W` and in the box of
+//! its points, so the two regions meet and `b` is sent to `W`. A Delaunay edge persists if other points are removed, so
+//! `ab` is an edge of `DT(B + G + a)`.
 //! - *`a` is in `G`.* Then `ab` is an edge of a cell of `DT(B + G)`. Its conflict region is closed and contains `a`.
 //! - *`a` is not in `G`.* Then inserting `a` makes it adjacent to `b`. So `a` conflicts with a cell of `b`.
 //!

@@ -1,29 +1,30 @@
 //! The regions of all workers, which `triangulate` needs to send a point directly to every worker that needs it.
 //!
-//! **Statement.** The *region* of a worker lies on its side of every separator on its path from the root. The leaders of
-//! the shared nodes send their splits to the leader of the root, which sends all of them to every worker. So a worker can
-//! find all workers whose regions a ball reaches.
+//! **Statement.** The *region* of a worker lies on its side of every separator on its path from the root. Every worker
+//! knows the splits on its own path. From the end of the path upwards, the groups of both children of a node exchange the
+//! splits below the children. At the root, every worker has all splits, so it can find all workers whose regions a ball
+//! reaches.
 //!
-//! **Rounds.** `2 h`, if the tree of all workers has height `h` ([`crate::machine::group_tree`]). None for two workers,
-//! which both know the only split.
+//! **Rounds.** At most one for each level at which a child is shared: `h - 1` if `2^h` workers are halved `h` times.
 //!
-//! **Work and memory.** O(p) on each of `p` workers, about 180 bytes per worker in space. This is not charged. p4est, which
-//! runs on hundreds of thousands of processes, also stores the partition on each of them (Burstedde, Wilcox and Ghattas,
-//! "p4est: scalable algorithms for parallel adaptive mesh refinement on forests of octrees", 2011). The alternative,
-//! forwarding points along the path, needs O(log p) memory, but sends each ghost several times.
+//! **Work and memory.** O(p) on each of `p` workers, which also sends and receives O(p) bytes: 180 bytes per split on the
+//! wire and about 240 in memory, in space. This is not charged. p4est, which runs on hundreds of thousands of processes,
+//! also stores the partition on each of them (Burstedde, Wilcox and Ghattas, "p4est: scalable algorithms for parallel
+//! adaptive mesh refinement on forests of octrees", 2011). The alternative, forwarding points along the path, needs
+//! O(log p) memory, but sends each ghost several times. If one leader sent all splits to all workers, it would send far
+//! more than any other worker.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use septet_geometry::point::Point;
 use septet_geometry::separator::{SEPARATOR_WORDS, Separator};
-use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{NodeId, Rank};
+use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Child, SplitBatch};
 use septet_protocol::transport::TransportError;
 
 use crate::machine::context::Context;
-use crate::machine::group_tree::{Divided, Joined, Parts};
-use crate::state::subdomain::{Group, Subdomain};
+use crate::state::subdomain::{Shared, Subdomain};
 use crate::state::tree::Split;
 
 /// The regions of all other workers, as a worker sees them from its path.
@@ -31,12 +32,6 @@ use crate::state::tree::Split;
 pub(super) struct Regions<P> {
     /// For each node of the path, the regions on the other side of its separator.
     beyond: Vec<Region<P>>,
-}
-
-impl<P> Default for Regions<P> {
-    fn default() -> Self {
-        Regions { beyond: Vec::new() }
-    }
 }
 
 /// A part of the partition tree.
@@ -54,59 +49,126 @@ struct SplitRow<P> {
     interior: u32,
 }
 
-/// Returns the regions of all other workers.
+/// Returns the regions of all other workers. Starts the phase again, because the last exchange delivers no message.
 ///
 /// # Errors
 /// Fails if the splits do not form a tree. See [`Context::exchange`] for other errors.
 pub(super) async fn exchange_splits<P: Point>(
     cx: &mut Context<P>,
+    phase: Phase,
     subdomain: &Subdomain<P>,
 ) -> Result<Regions<P>, TransportError> {
-    let Some(root) = subdomain.path().first().map(|shared| *shared.group()) else {
-        return Ok(Regions::default());
-    };
-    let own = Splits(led_splits(subdomain));
-    let Splits(all) = if root.child.ranks > 2 { share_splits(cx, &root, own).await? } else { own };
-    Regions::of(subdomain, &all).ok_or_else(|| {
-        let reason = "the splits of the shared nodes do not form a tree".to_string();
-        TransportError::BadMessage { from: root.leader, reason }
-    })
-}
-
-/// Returns the splits of all members of the group of the root.
-async fn share_splits<P: Point>(
-    cx: &mut Context<P>,
-    root: &Group,
-    own: Splits<P>,
-) -> Result<Splits<P>, TransportError> {
-    let all = cx.gather(root, 0, own).await?.map(|gathered| gathered.value);
-    cx.distribute(root, 0, all).await
-}
-
-/// Returns the splits of the nodes that this rank leads.
-fn led_splits<P: Point>(subdomain: &Subdomain<P>) -> SplitBatch<P> {
-    let mut batch = SplitBatch::default();
-    for shared in subdomain.led().iter().filter_map(|group| subdomain.shared(group.node)) {
-        let [(a, b), (c, d)] = *shared.split().boxes();
-        batch.nodes.push(shared.id().0);
-        batch.interior.push(shared.children()[0].ranks);
-        batch.separators.extend_from_slice(&shared.split().separator().to_array());
-        batch.boxes.extend_from_slice(&[a, b, c, d]);
+    let mut ascent = Ascent::new(subdomain);
+    ascent.advance(cx)?;
+    while cx.exchange().await? {
+        ascent.receive(cx)?;
+        ascent.advance(cx)?;
     }
-    batch
+    cx.enter(phase)?;
+    ascent.finish(cx.rank())
+}
+
+/// A worker's way up its path, on which it learns all splits.
+struct Ascent<'a, P> {
+    subdomain: &'a Subdomain<P>,
+    /// The nodes of the path above the known subtree.
+    above: &'a [Shared<P>],
+    /// Whether the other child's group has been sent the known splits.
+    is_sent: bool,
+    /// All splits below the node at the end of `above`, on this worker's side.
+    known: SplitBatch<P>,
+    /// Splits that arrived and are not used, by the child whose subtree has them, with their sender.
+    arrived: BTreeMap<NodeId, (Rank, SplitBatch<P>)>,
+    /// The regions beyond the nodes that are done, last node of the path first.
+    beyond: Vec<Region<P>>,
+}
+
+impl<'a, P: Point> Ascent<'a, P> {
+    fn new(subdomain: &'a Subdomain<P>) -> Self {
+        let (known, arrived) = (SplitBatch::default(), BTreeMap::new());
+        Ascent { subdomain, above: subdomain.path(), is_sent: false, known, arrived, beyond: Vec::new() }
+    }
+
+    /// Goes up to the first node whose other child's splits have not arrived. Sends the known splits on the way.
+    fn advance(&mut self, cx: &mut Context<P>) -> Result<(), TransportError> {
+        while let Some((shared, above)) = self.above.split_last() {
+            let [own, other] = [shared.mine(), 1 - shared.mine()].map(|side| shared.children()[side]);
+            let (own_node, other_node) =
+                (shared.id().child(shared.mine()), shared.id().child(1 - shared.mine()));
+            // The other group does not know whether this group could split its node.
+            let could_be_split =
+                !own.leaf || self.subdomain.unsplit().is_some_and(|end| end.node == own_node);
+            if !self.is_sent && own.ranks > 1 && could_be_split {
+                let receivers = receivers(own, other, cx.rank());
+                cx.route(receivers.map(|rank| ((own_node, rank), Body::Splits(self.known.clone()))));
+            }
+            self.is_sent = true;
+            let (from, splits) = if other.ranks > 1 && !other.leaf {
+                let Some(arrived) = self.arrived.remove(&other_node) else { return Ok(()) };
+                arrived
+            } else {
+                (cx.rank(), SplitBatch::default())
+            };
+            let region = whole_region(&splits, other_node, other).ok_or_else(|| no_tree(from))?;
+            self.beyond.push(region);
+            self.known.append(splits);
+            push_split(&mut self.known, shared);
+            (self.above, self.is_sent) = (above, false);
+        }
+        Ok(())
+    }
+
+    /// Takes the splits that arrived in a round.
+    fn receive(&mut self, cx: &mut Context<P>) -> Result<(), TransportError> {
+        let batches = cx.take(|m| match &mut m.body {
+            Body::Splits(splits) => Some((m.node, m.from, std::mem::take(splits))),
+            _ => None,
+        });
+        for (node, from, splits) in batches {
+            if self.arrived.insert(node, (from, splits)).is_some() {
+                return Err(no_tree(from));
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the regions beyond all nodes of the path.
+    fn finish(mut self, own: Rank) -> Result<Regions<P>, TransportError> {
+        if let Some((from, _)) = self.arrived.into_values().next() {
+            return Err(no_tree(from));
+        }
+        if !self.above.is_empty() {
+            let reason = "the splits of a shared node are missing".to_string();
+            return Err(TransportError::WorkerFailed { rank: own, reason });
+        }
+        self.beyond.reverse();
+        Ok(Regions { beyond: self.beyond })
+    }
+}
+
+/// Returns the members of a child's group to which a member of the other child's group sends. Every member of `to` receives
+/// from one member of `from`.
+fn receivers(from: Child, to: Child, rank: Rank) -> Range<Rank> {
+    let at = u64::from(rank - from.first);
+    let bound = |at: u64| (at * u64::from(to.ranks)).div_ceil(u64::from(from.ranks)) as u32;
+    to.first + bound(at)..to.first + bound(at + 1)
+}
+
+fn no_tree(from: Rank) -> TransportError {
+    let reason = "its splits of shared nodes do not form a tree".to_string();
+    TransportError::BadMessage { from, reason }
+}
+
+/// Appends the split of a shared node.
+fn push_split<P: Point>(batch: &mut SplitBatch<P>, shared: &Shared<P>) {
+    let [(a, b), (c, d)] = *shared.split().boxes();
+    batch.nodes.push(shared.id().0);
+    batch.interior.push(shared.children()[0].ranks);
+    batch.separators.extend_from_slice(&shared.split().separator().to_array());
+    batch.boxes.extend_from_slice(&[a, b, c, d]);
 }
 
 impl<P: Point> Regions<P> {
-    /// Finds the regions beyond each node of the path. Returns `None` if the splits do not form a tree.
-    fn of(subdomain: &Subdomain<P>, splits: &SplitBatch<P>) -> Option<Self> {
-        let mut rows = rows_of(splits)?;
-        let beyond = subdomain.path().iter().map(|shared| {
-            let side = 1 - shared.mine();
-            region(&mut rows, shared.id().child(side), shared.children()[side])
-        });
-        Some(Regions { beyond: beyond.collect::<Option<_>>()? })
-    }
-
     /// Calls `f` with every worker beyond the separator of a level of the path whose region an item reaches. `reaches`
     /// returns whether the item may reach points on a side of a split. The item reaches the other side of that level.
     pub(super) fn each_reached(
@@ -132,7 +194,8 @@ impl<P: Point> Region<P> {
     }
 }
 
-/// Returns the rows of a batch by node. Returns `None` if a separator has no surface.
+/// Returns the rows of a batch by node. Returns `None` if a separator has no surface, a column is too short, or a node
+/// occurs twice.
 fn rows_of<P: Point>(splits: &SplitBatch<P>) -> Option<BTreeMap<NodeId, SplitRow<P>>> {
     let mut words = splits.separators.chunks_exact(SEPARATOR_WORDS);
     let mut corners = splits.boxes.as_chunks::<4>().0.iter();
@@ -141,12 +204,21 @@ fn rows_of<P: Point>(splits: &SplitBatch<P>) -> Option<BTreeMap<NodeId, SplitRow
         let &[a, b, c, d] = corners.next()?;
         let words = words.next()?.try_into().ok()?;
         let split = Split::new(Separator::from_array(words)?, [(a, b), (c, d)]);
-        rows.insert(NodeId(node), SplitRow { split, interior });
+        if rows.insert(NodeId(node), SplitRow { split, interior }).is_some() {
+            return None;
+        }
     }
     Some(rows)
 }
 
-/// Removes the rows of a subtree from `rows`, and returns its regions. Returns `None` if a child has no ranks.
+/// Returns the regions of a subtree. Returns `None` if the splits are not those of a tree with this root.
+fn whole_region<P: Point>(splits: &SplitBatch<P>, node: NodeId, child: Child) -> Option<Region<P>> {
+    let mut rows = rows_of(splits)?;
+    region(&mut rows, node, child).filter(|_| rows.is_empty())
+}
+
+/// Removes the rows of a subtree from `rows`, and returns its regions. Returns `None` if a child has no ranks, or if the
+/// tree is too deep.
 fn region<P: Point>(
     rows: &mut BTreeMap<NodeId, SplitRow<P>>,
     node: NodeId,
@@ -157,44 +229,13 @@ fn region<P: Point>(
         return Some(Region::Worker(child.first));
     };
     let exterior = child.ranks.checked_sub(interior).filter(|&exterior| exterior > 0 && interior > 0)?;
+    if node.level() >= NodeId::DEEPEST {
+        return None;
+    }
     let inner = Child { ranks: interior, ..child };
     let outer = Child { first: child.first + interior, ranks: exterior, ..child };
     let children = [region(rows, node.child(0), inner)?, region(rows, node.child(1), outer)?];
     Some(Region::Split(Box::new((split, children))))
-}
-
-/// The splits of some nodes, which go up and down the tree of all workers.
-struct Splits<P>(SplitBatch<P>);
-
-impl<P: Point> Parts<P> for Splits<P> {
-    fn into_body(self) -> Body<P> {
-        Body::Splits(self.0)
-    }
-
-    fn take_from(body: &mut Body<P>) -> Option<Self> {
-        let Body::Splits(splits) = body else { return None };
-        Some(Splits(std::mem::take(splits)))
-    }
-
-    fn fits(&self, _: usize) -> bool {
-        true
-    }
-}
-
-impl<P: Point> Joined<P> for Splits<P> {
-    fn append(&mut self, Splits(next): Self) {
-        let SplitBatch { nodes: Bulk(mut nodes), interior, separators, boxes } = next;
-        self.0.nodes.append(&mut nodes);
-        self.0.interior.extend_from_slice(&interior.0);
-        self.0.separators.extend_from_slice(&separators.0);
-        self.0.boxes.extend_from_slice(&boxes.0);
-    }
-}
-
-impl<P: Point> Divided<P> for Splits<P> {
-    fn split_off(&mut self, _: usize) -> Self {
-        Splits(self.0.clone())
-    }
 }
 
 #[cfg(test)]
@@ -252,12 +293,21 @@ mod tests {
     }
 
     #[test]
+    fn every_member_receives_from_one_member() {
+        let child = |first, ranks| Child { population: 1, first, ranks, leaf: false };
+        for (a, b) in [(1, 1), (1, 5), (5, 1), (2, 2), (3, 7), (7, 3), (16, 16), (33, 100)] {
+            let (from, to) = (child(5, a), child(5 + a, b));
+            let all = (0..a).flat_map(|at| receivers(from, to, 5 + at));
+            assert!(all.eq(5 + a..5 + a + b), "{a}, {b}");
+        }
+    }
+
+    #[test]
     fn splits_that_form_no_tree_are_refused() {
         let mut batch = SplitBatch::default();
         split_all(NodeId::ROOT, 4, &mut Draw::new(1), &mut batch);
-        let regions = |batch: &SplitBatch<DVec2>, ranks| {
-            region(&mut rows_of(batch)?, NodeId::ROOT, whole(ranks)).map(|_| ())
-        };
+        let regions =
+            |batch: &SplitBatch<DVec2>, ranks| whole_region(batch, NodeId::ROOT, whole(ranks)).map(|_| ());
         assert_eq!(regions(&batch, 4), Some(()));
         assert_eq!(regions(&batch, batch.interior[0]), None);
         let mut none = batch.clone();
@@ -265,8 +315,12 @@ mod tests {
         assert_eq!(regions(&none, 4), None);
         let mut zero = batch.clone();
         zero.separators.0.fill(0.0);
-        let mut short = batch;
+        let mut short = batch.clone();
         short.boxes.0.truncate(5);
-        assert_eq!([regions(&zero, 4), regions(&short, 4)], [None, None]);
+        let mut twice = batch.clone();
+        twice.append(batch.clone());
+        let mut renamed = batch;
+        renamed.nodes[1] = 1 << 40;
+        assert_eq!([zero, short, twice, renamed].map(|batch| regions(&batch, 4)), [None; 4]);
     }
 }

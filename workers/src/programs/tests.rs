@@ -188,7 +188,7 @@ fn one_rank_with_all_points_shares_them() {
     let config = || WorkerConfig { workers: 7, counted: false, ..WorkerConfig::plain() };
     let shares = run_everyone(config(), &points, Blocks::AllOnRank0);
     let mut loads = BTreeMap::new();
-    for (key, tally) in shares.iter().flat_map(|share| &share.ledger.rounds) {
+    for (key, tally) in shares.iter().flat_map(|share| &share.ledger.part.rounds) {
         let load: &mut u64 = loads.entry(key.round).or_default();
         *load = tally.largest_load.max(*load);
     }

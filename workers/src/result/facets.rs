@@ -115,7 +115,8 @@ pub(super) fn pair_facets<P: Point>(cx: &mut Context<P>) -> Result<(), Transport
                 reply(b.from, b.entry, a.from, cell(a.entry));
             }
             _ => {
-                let reason = format!("{} cells share the facet {:?}", pair.len(), &pair[0].vertices[..P::DIM]);
+                let reason =
+                    format!("{} cells share the facet {:?}", pair.len(), &pair[0].vertices[..P::DIM]);
                 return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
             }
         }

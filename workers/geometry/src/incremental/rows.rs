@@ -154,13 +154,15 @@ impl<P: Point> Incremental<P> {
         debug_assert!(marks.iter().all(|&mark| mark >= FIRST_MARK), "a mark could be a number");
         let indices = RowIndices::of(kept, marks);
         let mut marked = Vec::new();
-        // The storage as simplices: a cell has three, of which the second and the third are read. A row has two.
+        // The storage as simplices: a cell has three, and a row has two.
         let mut simplices: Vec<P::Cell> = bytemuck::cast_vec(self.into_slots());
         let mut row = 0;
         kept.each_slot(|slot| {
-            let [vertices, neighbours] = [simplices[3 * slot + 2], simplices[3 * slot + 1]];
-            let neighbours = converted(neighbours, |code| indices.index(code >> 2));
-            simplices[2 * row] = converted(vertices, &vertex);
+            let first = 3 * slot;
+            let cell: Cell<P::Cell> =
+                bytemuck::cast([simplices[first], simplices[first + 1], simplices[first + 2]]);
+            let neighbours = converted(*cell.neighbours(), |code| indices.index(code >> 2));
+            simplices[2 * row] = converted(*cell.vertices(), &vertex);
             simplices[2 * row + 1] = neighbours;
             if neighbours.as_ref().iter().fold(0, |all, next| all | next) >= FIRST_MARK {
                 marked.push(row as u32);

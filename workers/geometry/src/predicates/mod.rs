@@ -171,8 +171,7 @@ pub fn smallest_outside<P: Point>(basis: &[P], points: &[P]) -> Option<usize> {
     let mut next: Option<usize> = None;
     let mut first = f64::INFINITY;
     for (i, x) in points.iter().enumerate() {
-        let is_smaller =
-            x.coord(0) <= first && next.is_none_or(|best| lex_cmp(x, &points[best]).is_lt());
+        let is_smaller = x.coord(0) <= first && next.is_none_or(|best| lex_cmp(x, &points[best]).is_lt());
         if is_smaller && raises_dimension(basis, *x) {
             next = Some(i);
             first = x.coord(0);

@@ -7,7 +7,7 @@
 //!
 //! **Purpose.** If every worker triangulates its subdomain directly, all of them wait for the largest subdomain. The
 //! samples from which a separator is drawn locate the median only to within 0.025 of the set. [`bisection_samples`]
-//! gives the number of samples that minimises the sum of waiting time and sampling time.
+//! gives the number of samples that minimises the sum of waiting time and sampling time, up to a largest number.
 //!
 //! **Departures.** A moved sphere no longer comes from a great circle through the centrepoint, so the separator
 //! theorem does not apply. The sizes of its sides are counted, and the number of balls that it crosses is estimated
@@ -28,7 +28,8 @@ use crate::point::Point;
 /// about 20 ns to process. The total time is smallest near this factor.
 const SHARE: f64 = 4.0;
 
-/// The largest number of samples for a bisection. With this number, the larger side has 0.44 % excess points on average.
+/// The largest number of samples for a bisection. With this number, the larger side has 0.88 % more points than half of the
+/// set on average.
 /// More samples would make the leader of a large group receive more bytes than a member of the group.
 const MOST: u64 = 1 << 13;
 

@@ -18,7 +18,7 @@ pub const SAMPLE_TARGET: u64 = 400;
 /// Smallest expected number of samples of [`node_samples`]: `(d + 3)^2` in space. The groups of a centrepoint of `D`
 /// dimensions have `D + 2` points. This number of samples fills two levels of groups for `D = d + 1`.
 pub const LEAST_SAMPLES: u64 = 36;
-/// Largest expected number of samples of a draw, which one leader receives.
+/// Largest expected number of samples of [`node_samples`], which one leader receives.
 pub const MOST_SAMPLES: u64 = 1 << 20;
 /// Number of points for each sample in a small population.
 const SHARE: u64 = 4;

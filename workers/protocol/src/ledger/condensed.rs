@@ -9,8 +9,8 @@
 //! the parent of the subtree's root. Work and facts of nodes enter as sums.
 //!
 //! **Size.** A rank has at most one condensed subtree. The rows are those of the shared nodes, and a condensed subtree has the
-//! size of its fold: the number of phases times the number of levels. No size depends on the number of points of a
-//! rank, except by the number of levels.
+//! size of its fold: the number of phases times the number of levels, plus the number of steps of splaying and of
+//! independent sets. The number of points of a rank enters only by the numbers of levels and of steps.
 
 mod words;
 

@@ -111,6 +111,16 @@ pub struct SplitBatch<P> {
     pub boxes: Bulk<P>,
 }
 
+impl<P> SplitBatch<P> {
+    /// Moves the splits of another batch to the end of this one.
+    pub fn append(&mut self, mut other: Self) {
+        self.nodes.append(&mut other.nodes);
+        self.interior.append(&mut other.interior);
+        self.separators.append(&mut other.separators);
+        self.boxes.append(&mut other.boxes);
+    }
+}
+
 impl<P> Default for SplitBatch<P> {
     fn default() -> Self {
         let (nodes, interior) = (Bulk(Vec::new()), Bulk(Vec::new()));
