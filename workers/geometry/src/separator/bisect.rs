@@ -134,7 +134,7 @@ mod tests {
                 points.iter().filter(|&&x| few.accepts(x)).count(),
                 all.iter().filter(|&&x| few.accepts(x)).count()
             );
-            assert!(all.len() > 13_000 && all.len() < 14_400, "{}", all.len());
+            assert!(all.len() > 7_800 && all.len() < 8_600, "{}", all.len());
             let halves = draw_bisecting(key, n, &all, &mut Cost::default());
             assert_eq!(halves.kind, DrawKind::Sphere);
             let s = halves.separator.unwrap();
