@@ -31,7 +31,7 @@ fn of_team(goal: Goal<'_>, threads: usize, mut team: Team<'_>, talk: &Talk) -> R
     config.keep.point_owner = false;
     let plan = run::plan(goal, &config, &team);
     let plan = team.agree(plan)?;
-    trace::traced(&goal.args().tracing, &mut team, talk, |team| run::run(goal, plan, config, team, talk))
+    trace::traced(&goal.args().tracing, &mut team, talk, |team| run::run(goal, &plan, config, team, talk))
 }
 
 /// Returns the failure for a command that several processes cannot run.

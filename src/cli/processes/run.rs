@@ -40,7 +40,7 @@ pub struct Plan<'a> {
 /// Fails with the first failure of any process.
 pub fn run(
     goal: Goal<'_>,
-    plan: Plan<'_>,
+    plan: &Plan<'_>,
     mut config: Config,
     team: &mut Team<'_>,
     talk: &Talk,
@@ -49,7 +49,7 @@ pub fn run(
     crate::threads::limit_threads(config.machine.threads);
     let options = args.writing.options();
     check_shared(&mut team.processes, &args.output, &options)?;
-    let held = read(&plan, team, &mut config, talk)?;
+    let held = read(plan, team, &mut config, talk)?;
     go_on(team, talk)?;
     let read_seconds = start.elapsed().as_secs_f64();
     config.control.cancel = Some(talk.cancel.clone());

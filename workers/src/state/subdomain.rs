@@ -2,7 +2,7 @@
 //!
 //! The *path* consists of the shared nodes from the root down to the rank's own subtree. A node is *shared* if a group of
 //! several ranks holds its points. No rank holds the whole tree, but in `triangulate`, every rank knows the splits of all
-//! shared nodes ([`crate::direct::regions`]).
+//! shared nodes (`crate::direct::regions`).
 
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Rank};
