@@ -162,17 +162,26 @@ fn mixed<P: Point>(mut points: Vec<P>) -> Vec<P> {
 
 /// Configurations of `triangulate` and, if the second entry is `true`, of `simulate`. Stars are repaired in the fourth, and
 /// gathered in the fifth. The last has a group of more than 33 ranks.
-fn configurations() -> [(Config, bool); 6] {
+fn configurations() -> [(Config, bool); 7] {
     use SeparatorSets::{Both, Ghost};
     let base = simulated(Workers::Count(WORKERS), 0, 20);
     let direct = base.clone().with(|c| c.keep.view = 100);
     let chosen = base.clone().with(|c| (c.keep.graph, c.keep.view, c.keep.owner) = (true, 100, true));
     let in_sets = with_graph(&base, (GraphKind::Density, Both, Alpha::Value(2.5), Neighbours::Auto));
     let in_sets = in_sets.with(|c| c.keep.sets = true);
+    let with_ghosts = with_graph(&base, (GraphKind::Density, Ghost, Alpha::Value(2.5), Neighbours::Auto));
     let few = with_graph(&base, (GraphKind::Knn, Ghost, Alpha::Auto, Neighbours::Count(6)));
     let capped = few.clone().with(|c| c.planted.exchange_cap = Some(1));
     let large = base.with(|c| c.machine.workers = Workers::Count(40));
-    [(direct, false), (chosen, true), (in_sets, true), (few, true), (capped, true), (large, false)]
+    [
+        (direct, false),
+        (chosen, true),
+        (in_sets, true),
+        (few, true),
+        (capped, true),
+        (with_ghosts, true),
+        (large, false),
+    ]
 }
 
 /// Flips bits of all kinds of messages under all configurations.
