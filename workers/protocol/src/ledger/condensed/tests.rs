@@ -184,6 +184,9 @@ fn words_that_changed_are_refused() {
     }
 }
 
+/// Number of words of a level and its sums.
+const LEVEL_ROW: usize = 24;
+
 /// Lengths that do not fit are refused although the hash is right, and no length causes a large allocation or a panic.
 #[test]
 fn lengths_that_do_not_fit_are_refused() {
@@ -209,6 +212,12 @@ fn lengths_that_do_not_fit_are_refused() {
         // A count may be any number, so some of these words are a ledger.
         drop(CondensedLedger::from_words(&rehashed(changed)));
     }
+    // The rows of levels come last, each after its level. Two of them are of the same level.
+    let mut twice = words.clone();
+    let last = words.len() - 1 - LEVEL_ROW;
+    assert_eq!([words[last], words[last - LEVEL_ROW]], [5, 4]);
+    twice[last] = 4;
+    assert!(CondensedLedger::from_words(&rehashed(twice)).is_none());
     for extra in [0, 1] {
         let mut longer = words.clone();
         longer.push(extra);

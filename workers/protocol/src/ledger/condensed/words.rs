@@ -4,6 +4,8 @@
 //! folds, passes, work and levels, each list after its length. The lengths within a fold follow from the phases. The last
 //! word is the hash of the others.
 
+use std::collections::BTreeMap;
+
 use septet_geometry::cost::Price;
 
 use super::CondensedLedger;
@@ -22,7 +24,7 @@ impl Ratios {
     fn from_parts([count, largest, low, high]: [u64; Self::LEN]) -> Option<Self> {
         let largest = f64::from_bits(largest);
         let sum = u128::from(high) << 64 | u128::from(low);
-        (largest >= 0.0).then_some(Ratios { count, largest, sum })
+        (largest >= 0.0 && largest.is_finite()).then_some(Ratios { count, largest, sum })
     }
 }
 
@@ -64,6 +66,11 @@ impl LevelSums {
     }
 }
 
+/// Adds an entry of a list. Returns `None` if the list has another one with this key.
+fn insert_new<K: Ord, V>(list: &mut BTreeMap<K, V>, key: K, value: V) -> Option<()> {
+    list.insert(key, value).is_none().then_some(())
+}
+
 impl CondensedLedger {
     /// Returns the ledger as words.
     pub fn to_words(&self) -> Vec<u64> {
@@ -103,21 +110,23 @@ impl CondensedLedger {
         let mut ledger = CondensedLedger { part, phases, keeps_nodes, ..CondensedLedger::default() };
         let plan = Plan::of(phases);
         for _ in 0..folds {
-            ledger.folds.insert(rest.node()?, Fold::read(&plan, &mut rest)?);
+            let (node, fold) = (rest.node()?, Fold::read(&plan, &mut rest)?);
+            insert_new(&mut ledger.folds, node, fold)?;
         }
         let [passes] = rest.take()?;
         for _ in 0..passes {
             let key = (rest.small()?, rest.node()?);
-            ledger.passes.insert(key, Price::from_parts(rest.take()?));
+            insert_new(&mut ledger.passes, key, Price::from_parts(rest.take()?))?;
         }
         let [phases] = rest.take()?;
         for _ in 0..phases {
             let (phase, [work]) = (rest.phase()?, rest.take()?);
-            ledger.work.insert(phase, work);
+            insert_new(&mut ledger.work, phase, work)?;
         }
         let [levels] = rest.take()?;
         for _ in 0..levels {
-            ledger.tree.levels.insert(rest.small()?, LevelSums::read(&mut rest)?);
+            let (level, sums) = (rest.small()?, LevelSums::read(&mut rest)?);
+            insert_new(&mut ledger.tree.levels, level, sums)?;
         }
         rest.is_empty().then_some(ledger)
     }
