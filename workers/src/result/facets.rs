@@ -9,7 +9,7 @@
 
 use std::collections::BTreeMap;
 
-use septet_geometry::point::{Point, Simplex};
+use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::Rank;
 use septet_protocol::message::{Body, Message};
@@ -17,7 +17,7 @@ use septet_protocol::transport::TransportError;
 
 use crate::machine::context::Context;
 use crate::share::{PieceRows, Seam};
-use crate::state::cells::{first_coordinate, smallest_vertex};
+use crate::state::cells::{first_coordinate, opposite, smallest_vertex};
 use crate::state::rows::{AdjacencyRows, HULL, INTERFACE};
 use crate::state::table::Table;
 
@@ -69,14 +69,6 @@ pub(super) fn send_facets<P: Point>(cx: &mut Context<P>, table: &Table<P>, rows:
     let body =
         |Facets { vertices, entries }| Body::Facets { vertices: Bulk(vertices), entries: Bulk(entries) };
     cx.send_each(0, batches.into_iter().map(|(rank, facets)| (rank, body(facets))));
-}
-
-/// Returns the facet of a cell opposite the vertex in `slot`.
-pub(super) fn opposite<P: Point>(cell: &[u32], slot: usize) -> P::Facet {
-    let mut facet = P::Facet::splat(0);
-    let others = cell.iter().enumerate().filter(|&(at, _)| at != slot);
-    facet.as_mut().iter_mut().zip(others).for_each(|(to, (_, &v))| *to = v);
-    facet
 }
 
 /// Pairs the facets of a round, and replies to their senders.

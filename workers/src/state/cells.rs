@@ -25,6 +25,14 @@ pub(crate) fn in_order<P: Point>(cell: &P::Cell) -> P::Cell {
     ordered
 }
 
+/// Returns the facet of a cell opposite the vertex in `slot`.
+pub(crate) fn opposite<P: Point>(cell: &[u32], slot: usize) -> P::Facet {
+    let mut facet = P::Facet::splat(0);
+    let others = cell.iter().enumerate().filter(|&(at, _)| at != slot);
+    facet.as_mut().iter_mut().zip(others).for_each(|(to, (_, &v))| *to = v);
+    facet
+}
+
 /// Returns the first coordinate of a vertex. It is infinite for [`INFINITE`].
 #[inline]
 pub(crate) fn first_coordinate<P: Point>(positions: &[P], vertex: u32) -> f64 {
