@@ -189,7 +189,7 @@ pub(crate) async fn ghost_layer<P: Point>(
     frame: &mut PointBatch<P>,
 ) -> Result<GhostLayer<P>, TransportError> {
     cx.enter(Phase::Halo)?;
-    let regions = exchange_splits(cx, Phase::Halo, subdomain).await?;
+    let regions = exchange_splits(cx, subdomain).await?;
     frame::report(cx, table, frame);
     let (margins, mut copies) = own_points(subdomain, table, &regions);
     copies.send(cx, table);

@@ -49,27 +49,26 @@ struct SplitRow<P> {
     interior: u32,
 }
 
-/// Returns the regions of all other workers. Starts the phase again, because the last exchange delivers no message.
+/// Returns the regions of all other workers. Enters phase `halo` again, because the last exchange delivers no message.
 ///
 /// # Errors
 /// Fails if the splits do not form a tree. See [`Context::exchange`] for other errors.
 pub(super) async fn exchange_splits<P: Point>(
     cx: &mut Context<P>,
-    phase: Phase,
     subdomain: &Subdomain<P>,
 ) -> Result<Regions<P>, TransportError> {
-    let mut ascent = Ascent::new(subdomain);
-    ascent.advance(cx)?;
+    let mut own = SplitExchange::new(subdomain);
+    own.advance(cx)?;
     while cx.exchange().await? {
-        ascent.receive(cx)?;
-        ascent.advance(cx)?;
+        own.receive(cx)?;
+        own.advance(cx)?;
     }
-    cx.enter(phase)?;
-    ascent.finish(cx.rank())
+    cx.enter(Phase::Halo)?;
+    own.finish(cx.rank())
 }
 
-/// A worker's way up its path, on which it learns all splits.
-struct Ascent<'a, P> {
+/// A worker's part in the exchange of splits, in which it goes up its path.
+struct SplitExchange<'a, P> {
     subdomain: &'a Subdomain<P>,
     /// The nodes of the path above the known subtree.
     above: &'a [Shared<P>],
@@ -83,10 +82,17 @@ struct Ascent<'a, P> {
     beyond: Vec<Region<P>>,
 }
 
-impl<'a, P: Point> Ascent<'a, P> {
+impl<'a, P: Point> SplitExchange<'a, P> {
     fn new(subdomain: &'a Subdomain<P>) -> Self {
         let (known, arrived) = (SplitBatch::default(), BTreeMap::new());
-        Ascent { subdomain, above: subdomain.path(), is_sent: false, known, arrived, beyond: Vec::new() }
+        SplitExchange {
+            subdomain,
+            above: subdomain.path(),
+            is_sent: false,
+            known,
+            arrived,
+            beyond: Vec::new(),
+        }
     }
 
     /// Goes up to the first node whose other child's splits have not arrived. Sends the known splits on the way.
@@ -147,9 +153,10 @@ impl<'a, P: Point> Ascent<'a, P> {
 }
 
 /// Returns the members of a child's group to which a member of the other child's group sends. Every member of `to` receives
-/// from one member of `from`.
+/// from one member of `from`. A rank outside of `from`, which only a corrupt message can cause, sends to none.
 fn receivers(from: Child, to: Child, rank: Rank) -> Range<Rank> {
-    let at = u64::from(rank - from.first);
+    let Some(at) = rank.checked_sub(from.first).filter(|&at| at < from.ranks) else { return 0..0 };
+    let at = u64::from(at);
     let bound = |at: u64| (at * u64::from(to.ranks)).div_ceil(u64::from(from.ranks)) as u32;
     to.first + bound(at)..to.first + bound(at + 1)
 }
@@ -299,6 +306,7 @@ mod tests {
             let (from, to) = (child(5, a), child(5 + a, b));
             let all = (0..a).flat_map(|at| receivers(from, to, 5 + at));
             assert!(all.eq(5 + a..5 + a + b), "{a}, {b}");
+            assert!([0, 4, 5 + a].iter().all(|&rank| receivers(from, to, rank).is_empty()));
         }
     }
 

@@ -1,7 +1,7 @@
 //! The part of the partition tree that a rank holds: its path and its own subtree.
 //!
 //! The *path* consists of the shared nodes from the root down to the rank's own subtree. A node is *shared* if a group of
-//! several ranks holds its points. No rank holds the whole tree, but in `triangulate`, every rank knows the splits of all
+//! several ranks holds its points. No rank holds the whole tree, but in `triangulate`, every worker knows the splits of all
 //! shared nodes (`crate::direct::regions`).
 
 use septet_geometry::point::Point;

@@ -267,12 +267,10 @@ impl<P: Point> Table<P> {
 
     /// Returns the points with these indices, without radii.
     pub(crate) fn points(&self, indices: &[u32]) -> PointBatch<P> {
-        let each = || indices.iter().map(|&i| i as usize);
         PointBatch {
-            ids: Bulk(each().map(|i| self.ids[i]).collect()),
-            positions: Bulk(each().map(|i| self.positions[i]).collect()),
-            owners: Bulk(each().map(|i| self.owners[i]).collect()),
+            owners: Bulk(indices.iter().map(|&i| self.owners[i as usize]).collect()),
             radii2: Bulk(vec![UNKNOWN_RADIUS2; indices.len()]),
+            ..self.copies(indices)
         }
     }
 }

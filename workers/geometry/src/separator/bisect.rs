@@ -29,8 +29,7 @@ use crate::point::Point;
 const SHARE: f64 = 4.0;
 
 /// The largest number of samples for a bisection. With this number, the larger side has 0.88 % more points than half of the
-/// set on average.
-/// More samples would make the leader of a large group receive more bytes than a member of the group.
+/// set on average. More samples would make the leader of a large group receive far more bytes than its members.
 const MOST: u64 = 1 << 13;
 
 /// Returns the expected number of samples for the bisection of a subproblem of `population` points. The number is the
