@@ -389,7 +389,8 @@ impl RunArgs {
     pub fn config(&self) -> Result<Config, Failure> {
         needs("--processes", self.processes.is_some(), "--transport processes", false)?;
         self.hidden.refuse()?;
-        Ok(self.settled(self.machine.config()?))
+        let has_pieces = self.writing.any(&self.output, &[OutputFormat::Pvtu]);
+        Ok(self.settled(self.machine.config()?).with(|c| c.keep.point_owner = has_pieces))
     }
 
     /// Returns the configuration of one of several processes: the number of workers is `workers` by default, and the number
@@ -413,7 +414,6 @@ impl RunArgs {
             c.machine.seed = self.seed;
             c.skip_invalid = self.skip_invalid;
             c.keep.owner = self.with_owner;
-            c.keep.point_owner = self.writing.any(&self.output, &[OutputFormat::Pvtu]);
             c.planted.fault = self.fault;
         })
     }

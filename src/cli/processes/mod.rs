@@ -27,8 +27,7 @@ fn of_team(goal: Goal<'_>, threads: usize, mut team: Team<'_>, talk: &Talk) -> R
     team.check_same()?;
     team.processes.set_part_bytes(goal.args().hidden.part_bytes.unwrap_or_default());
     let config = goal.config_of_processes(team.processes.processes(), threads);
-    let mut config = team.agree(config)?;
-    config.keep.point_owner = false;
+    let config = team.agree(config)?;
     let plan = run::plan(goal, &config, &team);
     let plan = team.agree(plan)?;
     trace::traced(&goal.args().tracing, &mut team, talk, |team| run::run(goal, &plan, config, team, talk))
