@@ -13,9 +13,9 @@
 //! assert_eq!(run.hull_facets, 12);
 //!
 //! // The same triangulation by the paper's recursion, with work and depth counted.
-//! let mut options = septet::SimulateOptions::default();
-//! options.machine.workers = septet::options::Workers::Leaves;
-//! let counted = septet::simulate(&cube, &options)?;
+//! let mut spec = septet::Spec::default();
+//! spec.machine.workers = septet::spec::Workers::Leaves;
+//! let counted = septet::simulate(&cube, &spec)?;
 //! assert_eq!(counted.cells(), run.cells());
 //! assert!(counted.ledger.paper.depth > 0 && counted.ledger.paper.depth < counted.ledger.paper.work);
 //! # Ok::<(), septet::Error>(())
@@ -27,51 +27,13 @@
 #[doc(inline)]
 pub use septet_core::model::Points;
 #[doc(inline)]
-pub use septet_core::options::{IndependentOptions, SimulateOptions, TriangulateOptions};
-#[doc(inline)]
-pub use septet_core::{Accounting, Error, IndependentRun, Refutation, Run};
+pub use septet_core::{
+    Accounting, Error, IndependentRun, Refutation, Run, Spec, independent, simulate, triangulate,
+};
 #[doc(inline)]
 pub use septet_geometry::point::Coordinates;
 #[doc(inline)]
 pub use septet_lab::assert_counts;
-
-/// Computes the Delaunay triangulation of `points`. The result is exact and certified. It is the same for every
-/// number of workers and threads and every transport.
-///
-/// Coincident points count once (see [`Run::points`]). If the points do not span the space, there are no cells. This
-/// function does not count work and depth; [`simulate`] does.
-///
-/// # Errors
-/// See [`Error`].
-pub fn triangulate<C: Coordinates>(points: &[C], options: &TriangulateOptions) -> Result<Run, Error> {
-    septet_core::triangulate(points, &options.config())
-}
-
-/// Computes the Delaunay triangulation of `points` by the paper's recursion down to the leaf size, and counts work and
-/// depth.
-///
-/// # Errors
-/// See [`Error`].
-pub fn simulate<C: Coordinates>(points: &[C], options: &SimulateOptions) -> Result<Run, Error> {
-    septet_core::simulate(points, &options.config())
-}
-
-/// Computes a maximal independent set of the conflict graph of sites. The first `fixed` sites are members from the
-/// start.
-///
-/// Sites of sizes f and g conflict if their distance is less than both. The greedy algorithm selects the same set. The
-/// set is the same for every number of workers and threads and every transport.
-///
-/// # Errors
-/// See [`Error`].
-pub fn independent<C: Coordinates>(
-    places: &[C],
-    sizes: &[f64],
-    fixed: usize,
-    options: &IndependentOptions,
-) -> Result<IndependentRun, Error> {
-    septet_core::independent(places, sizes, fixed, &options.config())
-}
 
 /// Triangulations by several processes, each of which holds a part of the points.
 ///
@@ -85,7 +47,8 @@ pub fn independent<C: Coordinates>(
 /// [`ProcessTransport`](distributed::ProcessTransport).
 ///
 /// ```
-/// use septet::distributed::{DistributedOptions, channels, triangulate};
+/// use septet::Spec;
+/// use septet::distributed::{channels, triangulate};
 ///
 /// // Two processes, with the lower and the upper corners of a cube.
 /// let corner = |i: u32, z: f64| [f64::from(i & 1), f64::from(i >> 1), z];
@@ -93,7 +56,7 @@ pub fn independent<C: Coordinates>(
 ///     let start = |(mut transport, (z, first_id))| {
 ///         scope.spawn(move || {
 ///             let points: Vec<[f64; 3]> = (0..4).map(|i| corner(i, z)).collect();
-///             triangulate(&mut transport, &points, first_id, &DistributedOptions::default())
+///             triangulate(&mut transport, &points, first_id, &Spec::default())
 ///         })
 ///     };
 ///     let inputs = [(0.0, 0), (1.0, 4)];
@@ -105,39 +68,14 @@ pub fn independent<C: Coordinates>(
 /// # Ok::<(), septet::Error>(())
 /// ```
 pub mod distributed {
-    use septet_core::Error;
-    #[doc(inline)]
-    pub use septet_core::options::DistributedOptions;
     #[doc(inline)]
     pub use septet_core::result::subdomain::{Neighbour, Part, Subdomain};
     #[doc(inline)]
-    pub use septet_core::run::distributed::ProcessPoint;
+    pub use septet_core::run::distributed::{ProcessPoint, triangulate};
     #[doc(inline)]
     pub use septet_protocol::message::Message;
     #[doc(inline)]
     pub use septet_protocol::transport::{Delivery, HostState, Placement, ProcessTransport, Transport};
-
-    /// Computes the Delaunay triangulation of the points of all processes, and returns the part of this process. The call is
-    /// collective: every process calls it once, with equal `options`.
-    ///
-    /// The input indices of `points` are `first_id`, `first_id + 1`, and so on. Points of different processes must have
-    /// different indices. If there are more points than indices between the smallest and the largest, the run fails. Other
-    /// repeated indices are not always detected. Among coincident points, the point with the smallest index is a vertex.
-    /// Processes may have different numbers of points, and a process may have no points.
-    ///
-    /// # Errors
-    /// See [`Error`]. If a process fails, all processes return the same error. Two exceptions remain: only the process
-    /// that was cancelled returns [`Error::Interrupted`], and processes with different options may return different errors.
-    /// After an error, the transport cannot be used again.
-    pub fn triangulate<C: ProcessPoint>(
-        transport: &mut dyn ProcessTransport<C::Point>,
-        points: &[C],
-        first_id: u64,
-        options: &DistributedOptions,
-    ) -> Result<Part, Error> {
-        let config = options.config(transport.processes());
-        septet_core::run::distributed::triangulate(transport, points, first_id, &config)
-    }
 
     /// Returns transports between threads of one program, one for each process of a run. If a transport is dropped during a
     /// run, the run ends with an error on all processes.
@@ -146,14 +84,13 @@ pub mod distributed {
     }
 }
 
-/// The groups of options that make up the option sets.
-pub mod options {
+/// The groups of a [`Spec`], and the values of their fields.
+pub mod spec {
     #[doc(inline)]
-    pub use septet_core::config::{
-        Alpha, ConfigError, Correction, Neighbours, Partition, Progress, ProgressFn, SeparatorSets, Workers,
+    pub use septet_core::spec::{
+        Alpha, Constants, Control, Correction, Graph, InputRules, Keep, Machine, Neighbours, Partition,
+        Progress, ProgressFn, Purpose, Recursion, SeparatorSets, SpecError, Transport, Tree, Workers,
     };
-    #[doc(inline)]
-    pub use septet_core::options::{Control, Graph, Keep, Machine, Transport};
 }
 
 /// The contents of a [`Run`]: pieces with their adjacency, counts, and pictures.
@@ -201,8 +138,7 @@ pub mod io {
     /// Writers of triangulations, meshes and points.
     ///
     /// A `.pvtu` file has a piece for each worker. It needs a run that keeps the worker of each point
-    /// ([`TriangulateOptions::with_point_owner`](crate::TriangulateOptions::with_point_owner),
-    /// [`Keep::point_owner`](crate::options::Keep::point_owner)). [`Division`](crate::result::Division) gives the content
+    /// ([`Keep::point_owner`](crate::spec::Keep::point_owner)). [`Division`](crate::result::Division) gives the content
     /// of the pieces without files.
     pub mod write {
         #[doc(inline)]
@@ -220,6 +156,21 @@ pub mod verify {
 }
 
 /// Meshes of domains.
+///
+/// ```
+/// use septet::mesh::{Input, InputSegment, DomainKind, MeshSpec, make};
+///
+/// let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+/// let mut triangle = Input::new(DomainKind::Complex, corners.map(glam::DVec2::from).to_vec());
+/// for ends in [[0, 1], [1, 2], [2, 0]] {
+///     triangle.segments.push(InputSegment { ends, marker: 0 });
+/// }
+/// let mut spec = MeshSpec::default();
+/// spec.sizes.most = Some(0.25);
+/// let made = make(&triangle, &spec)?;
+/// assert_eq!(made.mesh.cells.len(), 11);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub mod mesh {
     #[doc(inline)]
     pub use septet_core::mesh::field::SizeField;
@@ -227,10 +178,9 @@ pub mod mesh {
     pub use septet_core::mesh::labelled::Labelled;
     #[doc(inline)]
     pub use septet_core::mesh::{
-        Boundary, Dimension, Made, MakeError, MeshError, Promise, SingularityRequest, SingularityShape, check,
+        Boundary, Dimension, Made, MakeError, MeshError, MeshSpec, Promise, SingularityRequest,
+        SingularityShape, Sizes, check, make,
     };
-    #[doc(inline)]
-    pub use septet_core::options::{MeshOptions, Sizes};
     #[doc(inline)]
     pub use septet_meshing::conformity::{Conformity, MeshDefect};
     #[doc(inline)]
@@ -244,36 +194,12 @@ pub mod mesh {
     #[doc(inline)]
     pub use septet_meshing::quality::Quality;
 
-    /// Checks an input, makes a mesh of its domain, and checks the mesh. A mesh that does not conform to the domain is an
-    /// error. The result is the same for every number of workers and threads and every transport.
-    ///
-    /// ```
-    /// use septet::mesh::{Input, InputSegment, DomainKind, MeshOptions, make};
-    ///
-    /// let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
-    /// let mut triangle = Input::new(DomainKind::Complex, corners.map(glam::DVec2::from).to_vec());
-    /// for ends in [[0, 1], [1, 2], [2, 0]] {
-    ///     triangle.segments.push(InputSegment { ends, marker: 0 });
-    /// }
-    /// let mut options = MeshOptions::default();
-    /// options.sizes.most = Some(0.25);
-    /// let made = make(&triangle, &options)?;
-    /// assert_eq!(made.mesh.cells.len(), 11);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    ///
-    /// # Errors
-    /// See [`MakeError`].
-    pub fn make<P: Dimension>(input: &Input<P>, options: &MeshOptions) -> Result<Made<P>, MakeError<P>> {
-        septet_core::mesh::make(input, &options.request())
-    }
-
     /// Makes a mesh, as [`make`] does, of a domain whose input has already been checked.
     ///
     /// # Errors
     /// See [`MakeError`].
-    pub fn make_of<P: Dimension>(domain: &Domain<P>, options: &MeshOptions) -> Result<Made<P>, MakeError<P>> {
-        septet_core::mesh::make_of(domain, &options.request(), septet_core::mesh::MeshKeep::default())
+    pub fn make_of<P: Dimension>(domain: &Domain<P>, spec: &MeshSpec) -> Result<Made<P>, MakeError<P>> {
+        septet_core::mesh::make_of(domain, spec, septet_core::mesh::MeshKeep::default())
     }
 }
 
@@ -308,11 +234,11 @@ pub mod experiment {
 ///
 /// let cube: Vec<[f64; 3]> =
 ///     (0..8).map(|i| [f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)]).collect();
-/// let mut options = septet::SimulateOptions::default();
-/// options.keep.costs = true;
-/// let run = septet::simulate(&cube, &options)?;
+/// let mut spec = septet::Spec::default();
+/// spec.keep.costs = true;
+/// let run = septet::simulate(&cube, &spec)?;
 ///
-/// let header = CostHeader::of(&options.config(), &run.settled, run.points.used, run.space);
+/// let header = CostHeader::of(&spec, &run.settled, run.points.used, run.space);
 /// let mut text = Vec::new();
 /// write_cost_trace(&mut text, header, run.costs.as_ref().expect("kept"))?;
 /// let accounts = fold(text.as_slice())?;
@@ -388,10 +314,9 @@ pub mod guide {
 /// Support for tests of machines: planted faults, and machines that the caller starts.
 #[doc(hidden)]
 pub mod testing {
-    pub use septet_core::config::Fault;
-    pub use septet_core::options::Planted;
+    pub use septet_core::spec::{Fault, Planted};
     pub use septet_core::{
-        Config, Host, Job, Machine, MachineError, OneHost, Share, Start, Unwatched, Watch, run_on, serve,
+        Host, Job, Machine, MachineError, OneHost, Share, Start, Unwatched, Watch, run_on, serve,
     };
 }
 

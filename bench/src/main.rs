@@ -8,10 +8,10 @@ use std::process::ExitCode;
 use std::str::FromStr;
 use std::time::Instant;
 
-use septet_core::config::{Alpha, Graph, Neighbours, Workers};
 use septet_core::generate::{Request, generate, parse_sample};
 use septet_core::model::Points;
-use septet_core::{Config, Run, simulate, triangulate};
+use septet_core::spec::{Alpha, Graph, Neighbours, Workers};
+use septet_core::{Run, Spec, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_verify::{Triangulation, VerifyOptions, verify};
 
@@ -39,7 +39,7 @@ struct Arguments {
     spec: String,
     /// The parsed sample.
     sample: Request,
-    config: Config,
+    config: Spec,
     counted: bool,
     check: bool,
 }
@@ -66,10 +66,10 @@ fn setting(words: &[String]) -> Result<Arguments, Failure> {
         ("overlap", Graph::Overlap { alpha }),
     ];
     let graph = one_of(word(5, "density"), &graphs)?;
-    let config = Config::default().with(|c| {
+    let config = Spec::default().with(|c| {
         c.machine.workers = workers;
-        c.machine.threads = threads;
-        c.graph = graph;
+        c.machine.threads = Some(threads);
+        c.recursion.graph = graph;
     });
     config.check()?;
     Ok(Arguments {
@@ -97,7 +97,7 @@ fn timed(setting: &Arguments) -> Result<(), Failure> {
     let start = Instant::now();
     let set = generate(&setting.sample, &mut |_, _, _| {})?;
     println!("generate {:.2} s, {:?}", start.elapsed().as_secs_f64(), set.notes);
-    let config = setting.config.clone().with(|c| c.spacing = set.spacing.map(|s| s.lipschitz));
+    let config = setting.config.clone().with(|c| c.recursion.spacing = set.spacing.map(|s| s.lipschitz));
     let (n, counted, workers) = (set.points.len(), setting.counted, &config.machine.workers);
     println!("{} n {n} counted {counted} workers {workers:?}", setting.spec);
     match &set.points {
@@ -106,7 +106,7 @@ fn timed(setting: &Arguments) -> Result<(), Failure> {
     }
 }
 
-fn report<P: Point>(points: &[P], config: &Config, setting: &Arguments) -> Result<(), Failure> {
+fn report<P: Point>(points: &[P], config: &Spec, setting: &Arguments) -> Result<(), Failure> {
     let run = if setting.counted { simulate(points, config) } else { triangulate(points, config) }?;
     if setting.check {
         let coordinates: &[f64] = bytemuck::cast_slice(points);

@@ -1,7 +1,7 @@
 //! Options for the constants of the partition tree.
 
 use clap::{Args, ValueEnum};
-use septet_core::config::{Config, Purpose};
+use septet_core::spec::{Purpose, Spec};
 
 use super::headings::MACHINE;
 use super::numbers::count;
@@ -36,15 +36,15 @@ enum PurposeArg {
 }
 
 impl ConstantsArgs {
-    /// Returns `config` with these options applied.
-    pub fn extend(&self, config: Config) -> Config {
-        config.with(|c| {
-            c.constants.purpose = match self.constants {
+    /// Returns `spec` with these options applied.
+    pub fn extend(&self, spec: Spec) -> Spec {
+        spec.with(|c| {
+            c.tree.constants.purpose = match self.constants {
                 PurposeArg::Counting => Purpose::Counting,
                 PurposeArg::Timing => Purpose::Timing,
             };
-            c.constants.samples = self.samples.0;
-            c.constants.tries = self.tries.0;
+            c.tree.constants.samples = self.samples.0;
+            c.tree.constants.tries = self.tries.0;
         })
     }
 }

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 use std::io::{ErrorKind, Write as _};
 
-use septet_core::config::ConfigError;
 use septet_core::generate::{GenerateError, Kind};
+use septet_core::spec::SpecError;
 use septet_io::read::{InputError, ListError};
 use septet_io::write::OutputError;
 use septet_protocol::transport::TransportError;
@@ -170,8 +170,8 @@ impl From<OutputError> for Failure {
     }
 }
 
-impl From<ConfigError> for Failure {
-    fn from(error: ConfigError) -> Self {
+impl From<SpecError> for Failure {
+    fn from(error: SpecError) -> Self {
         Failure::new(Code::Usage, error.to_string()).help("see the options in the command's `--help`")
     }
 }
@@ -198,7 +198,7 @@ impl From<septet_core::Error> for Failure {
     fn from(error: septet_core::Error) -> Self {
         use septet_core::Error;
         match error {
-            Error::Config(error) => error.into(),
+            Error::Spec(error) => error.into(),
             Error::Points(error) => Failure::new(Code::Input, error.to_string()),
             Error::Sites(error) => Failure::new(Code::Input, error.to_string()),
             Error::Indices { .. } => Failure::new(Code::Input, error.to_string()),

@@ -1,6 +1,6 @@
 //! The option `--fault`: the faults that tests and claims plant in a machine.
 
-use septet_core::config::{FAULTS, Fault, FaultForm};
+use septet_core::spec::{FAULTS, Fault, FaultForm};
 
 use super::text::suggestion;
 
@@ -15,7 +15,7 @@ pub enum FaultArg {
 
 /// Parses a fault. The error names the nearest name, if one is near.
 pub fn fault(text: &str) -> Result<Fault, String> {
-    text.parse().map_err(|error: septet_core::config::FaultTextError| {
+    text.parse().map_err(|error: septet_core::spec::FaultTextError| {
         format!("{}{error}", suggestion(error.unknown(), error.choices()))
     })
 }

@@ -4,8 +4,8 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use septet_core::config::DEFAULT_SEED;
 use septet_core::generate::{Kind, Request};
+use septet_core::spec::DEFAULT_SEED;
 use septet_io::write::{
     OutputError, PointFormat, WriteOptions, check_points_output, write_points, write_points_to,
 };

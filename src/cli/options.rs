@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use septet_core::Config;
-use septet_core::config::{
+use septet_core::Spec;
+use septet_core::generate::{GenerateError, Kind};
+use septet_core::result::view::MOST_POINTS;
+use septet_core::spec::{
     Alpha, Correction, DEFAULT_SEED, Fault, Graph, GraphKind, Neighbours, Partition, SeparatorSets,
     Transport, Workers,
 };
-use septet_core::generate::{GenerateError, Kind};
-use septet_core::result::view::MOST_POINTS;
 use septet_io::write::OutputFormat;
 use septet_lab::trace::Detail;
 
@@ -331,24 +331,23 @@ impl From<DetailArg> for Detail {
 
 impl MachineArgs {
     /// Returns the configuration for these options, with defaults for the others.
-    pub fn config(&self) -> Result<Config, Failure> {
+    pub fn spec(&self) -> Result<Spec, Failure> {
         Ok(self.config_on(self.transport.with_seed(self.delivery_seed)?))
     }
 
     /// Returns the configuration for these options and this transport.
-    fn config_on(&self, transport: Transport) -> Config {
-        let base = Config::default();
-        let threads = self.threads.unwrap_or(base.machine.threads);
+    fn config_on(&self, transport: Transport) -> Spec {
+        let base = Spec::default();
         if self.registers == RegistersArg::Baseline {
             septet_geometry::simd::use_baseline_registers();
         }
         base.with(|c| {
-            c.machine.threads = threads;
-            c.partition = match self.partition {
+            c.machine.threads = self.threads;
+            c.tree.partition = match self.partition {
                 PartitionArg::Sphere => Partition::Sphere,
                 PartitionArg::Kd => Partition::Kd,
             };
-            c.machine.leaf = self.leaf.0;
+            c.tree.leaf = self.leaf.0;
             c.machine.transport = transport;
             c.machine.max_memory = self.max_memory;
         })
@@ -356,46 +355,46 @@ impl MachineArgs {
 }
 
 impl GraphArgs {
-    /// Returns `config` with these options applied.
-    pub fn extend(&self, config: Config) -> Result<Config, Failure> {
+    /// Returns `spec` with these options applied.
+    pub fn extend(&self, spec: Spec) -> Result<Spec, Failure> {
         let kind = match self.supergraph {
             GraphArg::Density => GraphKind::Density,
             GraphArg::Overlap => GraphKind::Overlap,
             GraphArg::Knn => GraphKind::Knn,
         };
         let graph = Graph::new(kind, self.alpha, self.k)?;
-        Ok(self.constants.extend(config).with(|c| {
-            c.graph = graph;
-            c.separator_sets = match self.separator_sets {
+        Ok(self.constants.extend(spec).with(|c| {
+            c.recursion.graph = graph;
+            c.recursion.sets = match self.separator_sets {
                 SetsArg::Both => SeparatorSets::Both,
                 SetsArg::Smaller => SeparatorSets::Smaller,
                 SetsArg::Ghost => SeparatorSets::Ghost,
             };
-            c.correction = self.neighbours.correction();
+            c.recursion.neighbours = self.neighbours.correction();
         }))
     }
 }
 
 impl SimulateArgs {
-    /// Returns `config` with the options of its own applied.
-    pub fn extend(&self, config: Config) -> Result<Config, Failure> {
+    /// Returns `spec` with the options of its own applied.
+    pub fn extend(&self, spec: Spec) -> Result<Spec, Failure> {
         needs("--nodes", self.nodes.is_some(), "--json", self.run.json.is_some())?;
-        Ok(self.graph.extend(config)?.with(|c| c.keep.costs = self.cost_trace.is_some()))
+        Ok(self.graph.extend(spec)?.with(|c| c.keep.costs = self.cost_trace.is_some()))
     }
 }
 
 impl RunArgs {
     /// Returns the configuration of these options in one process.
-    pub fn config(&self) -> Result<Config, Failure> {
+    pub fn spec(&self) -> Result<Spec, Failure> {
         needs("--processes", self.processes.is_some(), "--transport processes", false)?;
         self.hidden.refuse()?;
         let has_pieces = self.writing.any(&self.output, &[OutputFormat::Pvtu]);
-        Ok(self.settled(self.machine.config()?).with(|c| c.keep.point_owner = has_pieces))
+        Ok(self.settled(self.machine.spec()?).with(|c| c.keep.point_owner = has_pieces))
     }
 
     /// Returns the configuration of one of several processes: the number of workers is `workers` by default, and the number
     /// of threads of each process is `threads`.
-    pub fn config_of_processes(&self, workers: u32, threads: usize) -> Result<Config, Failure> {
+    pub fn config_of_processes(&self, workers: u32, threads: usize) -> Result<Spec, Failure> {
         let seeded = self.machine.delivery_seed.is_some();
         needs("--delivery-seed", seeded, "--transport sim", false)?;
         Ok(self.settled(self.machine.config_on(Transport::Channel)).with(|c| {
@@ -403,16 +402,16 @@ impl RunArgs {
                 None | Some(Workers::Auto) => Workers::Count(workers),
                 Some(given) => given,
             };
-            c.machine.threads = self.machine.threads.unwrap_or(threads);
+            c.machine.threads = self.machine.threads.or(Some(threads));
         }))
     }
 
-    /// Returns `config` with the options of the run applied.
-    fn settled(&self, config: Config) -> Config {
-        config.with(|c| {
+    /// Returns `spec` with the options of the run applied.
+    fn settled(&self, spec: Spec) -> Spec {
+        spec.with(|c| {
             c.machine.workers = self.workers.unwrap_or(c.machine.workers);
             c.machine.seed = self.seed;
-            c.skip_invalid = self.skip_invalid;
+            c.input.skip_invalid = self.skip_invalid;
             c.keep.owner = self.with_owner;
             c.planted.fault = self.fault;
         })

@@ -4,9 +4,9 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use septet_core::config::{DEFAULT_SEED, Transport, Workers};
 use septet_core::model::Points;
-use septet_core::{Config, Run, simulate};
+use septet_core::spec::{DEFAULT_SEED, Transport, Workers};
+use septet_core::{Run, Spec, simulate};
 use septet_lab::predict::{Hardware, Prediction, calibrate, predict, takes_over};
 use serde::Serialize;
 
@@ -107,27 +107,27 @@ struct PredictReport<'a> {
 struct Runs<'a> {
     args: &'a PredictArgs,
     loaded: &'a Loaded,
-    config: Config,
+    spec: Spec,
 }
 
 impl Runs<'_> {
     /// Simulates the points on a machine with `workers` workers.
-    fn simulate(&self, workers: u32, config: &Config) -> Result<Run, Failure> {
-        let config = config.clone().with(|c| c.machine.workers = Workers::Count(workers));
+    fn simulate(&self, workers: u32, spec: &Spec) -> Result<Run, Failure> {
+        let spec = spec.clone().with(|c| c.machine.workers = Workers::Count(workers));
         let run = match &self.loaded.points {
-            Points::Plane(points) => simulate(points, &config),
-            Points::Space(points) => simulate(points, &config),
+            Points::Plane(points) => simulate(points, &spec),
+            Points::Space(points) => simulate(points, &spec),
         };
         run.map_err(|error| place(error, self.loaded, &self.args.input))
     }
 
     /// Measures this computer by one worker on one thread.
     fn calibrated(&self) -> Result<Hardware, Failure> {
-        let config = self.config.clone().with(|c| {
-            c.machine.threads = 1;
+        let spec = self.spec.clone().with(|c| {
+            c.machine.threads = Some(1);
             c.machine.transport = Transport::Channel;
         });
-        Ok(calibrate(&self.simulate(1, &config)?))
+        Ok(calibrate(&self.simulate(1, &spec)?))
     }
 
     fn hardware(&self) -> Result<Hardware, Failure> {
@@ -145,30 +145,30 @@ impl Runs<'_> {
 }
 
 impl PredictArgs {
-    fn config(&self, talk: &Talk) -> Result<Config, Failure> {
-        let config = self.graph.extend(self.machine.config()?)?.with(|c| {
+    fn spec(&self, talk: &Talk) -> Result<Spec, Failure> {
+        let spec = self.graph.extend(self.machine.spec()?)?.with(|c| {
             c.machine.seed = self.seed;
-            c.skip_invalid = self.set.skip_invalid;
+            c.input.skip_invalid = self.set.skip_invalid;
             c.control.cancel = Some(talk.cancel.clone());
             c.control.progress = Some(talk.phases());
         });
-        config.check()?;
-        Ok(config)
+        spec.check()?;
+        Ok(spec)
     }
 }
 
 /// Runs each machine, and prices and prints its counts.
 pub fn run(args: &PredictArgs, talk: &Talk) -> Result<(), Failure> {
-    let config = args.config(talk)?;
-    super::threads::limit_threads(config.machine.threads);
+    let spec = args.spec(talk)?;
+    super::threads::limit_threads(spec.machine.thread_count());
     let loaded = args.set.load(&args.input, args.json.as_deref(), talk)?;
-    let config = config.with(|c| c.spacing = loaded.spacing);
-    let runs = Runs { args, loaded: &loaded, config };
+    let spec = spec.with(|c| c.recursion.spacing = loaded.spacing);
+    let runs = Runs { args, loaded: &loaded, spec };
     let hardware = runs.hardware()?;
     let mut predictions = Vec::new();
     let mut leaves = 0;
     for &workers in &args.workers.0 {
-        let run = runs.simulate(workers, &runs.config)?;
+        let run = runs.simulate(workers, &runs.spec)?;
         leaves = run.ledger.part.nodes.values().filter(|facts| facts.is_leaf()).count();
         predictions.push(predict(&run, &hardware));
     }

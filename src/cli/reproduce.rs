@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use septet_core::config::{DEFAULT_SEED, Machine};
+use septet_core::spec::{DEFAULT_SEED, cores};
 use septet_lab::claims::{
     CheckedClaim, Claim, ClaimError, ClaimJournal, ClaimReport, Extent, Lab, LabOptions, registry, select,
 };
@@ -89,7 +89,7 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
     excludes("--figures", args.figures, "--json -", is_json_printed)?;
     let texts: Vec<&Path> = args.json.iter().map(PathBuf::as_path).collect();
     files::check(&[], &[], &texts)?;
-    let threads = args.threads.map_or_else(|| Machine::default().threads, |threads| threads as usize);
+    let threads = args.threads.map_or_else(cores, |threads| threads as usize);
     super::threads::limit_threads(threads);
     let extent = if args.full { Extent::Full } else { Extent::Quick };
     let cancel = Some(talk.cancel.clone());

@@ -4,10 +4,10 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use septet_core::config::DEFAULT_SEED;
 use septet_core::generate::Kind;
 use septet_core::model::Points;
-use septet_core::{Config, simulate, triangulate};
+use septet_core::spec::DEFAULT_SEED;
+use septet_core::{Spec, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_lab::baselines::{BaselineReport, incremental};
 
@@ -80,16 +80,16 @@ pub fn run(args: &RivalArgs, talk: &Talk) -> Result<(), Failure> {
     let Which::Incremental(args) = &args.rival;
     let name = args.name();
     let loaded = args.set.load(&name, args.json.as_deref(), talk)?;
-    let config = Config::default().with(|c| {
+    let spec = Spec::default().with(|c| {
         c.machine.seed = args.seed;
-        c.skip_invalid = args.set.skip_invalid;
-        c.spacing = loaded.spacing;
+        c.input.skip_invalid = args.set.skip_invalid;
+        c.recursion.spacing = loaded.spacing;
         c.control.cancel = Some(talk.cancel.clone());
         c.control.progress = Some(talk.phases());
     });
     let report = match &loaded.points {
-        Points::Plane(points) => compare(points, &name, args, &config, talk),
-        Points::Space(points) => compare(points, &name, args, &config, talk),
+        Points::Plane(points) => compare(points, &name, args, &spec, talk),
+        Points::Space(points) => compare(points, &name, args, &spec, talk),
     };
     let report = report.map_err(|e| place(e, &loaded, &name))?;
     talk.clear();
@@ -116,13 +116,13 @@ fn compare<P: Point>(
     points: &[P],
     name: &str,
     args: &IncrementalArgs,
-    config: &Config,
+    spec: &Spec,
     talk: &Talk,
 ) -> Result<BaselineReport, septet_core::Error> {
-    let run = if args.against { simulate(points, config)? } else { triangulate(points, config)? };
+    let run = if args.against { simulate(points, spec)? } else { triangulate(points, spec)? };
     talk.check();
     talk.stage("inserting", 0, None);
-    let rival = incremental(points, config)?;
+    let rival = incremental(points, spec)?;
     Ok(BaselineReport::of(&rival, &run, name, args.seed))
 }
 

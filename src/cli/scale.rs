@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use septet_core::config::{DEFAULT_SEED, Until, Workers};
 use septet_core::generate::Kind;
+use septet_core::spec::{DEFAULT_SEED, Until, Workers};
 use septet_lab::experiment::{
     Job, Journal, JournalError, Line, RunError, Runner, Sweep, SweepError, parse_sizes,
 };
@@ -82,11 +82,7 @@ enum UntilArg {
 impl ScaleArgs {
     fn sweep(&self, talk: &Talk) -> Result<Sweep, Failure> {
         let sizes = parse_sizes(&self.sizes).map_err(|e| Failure::new(Code::Usage, e.to_string()))?;
-        let config = self.graph.extend(self.machine.config()?)?.with(|c| {
-            c.until = self.until.map(|until| match until {
-                UntilArg::Partition => Until::Partition,
-                UntilArg::Neighbours => Until::Neighbours,
-            });
+        let spec = self.graph.extend(self.machine.spec()?)?.with(|c| {
             c.control.cancel = Some(talk.cancel.clone());
         });
         let sweep = Sweep {
@@ -100,7 +96,11 @@ impl ScaleArgs {
             seeds: self.seeds,
             weak: self.weak,
             timed: self.timed,
-            config,
+            until: self.until.map(|until| match until {
+                UntilArg::Partition => Until::Partition,
+                UntilArg::Neighbours => Until::Neighbours,
+            }),
+            spec,
         };
         sweep.check()?;
         Ok(sweep)
@@ -110,7 +110,7 @@ impl ScaleArgs {
 /// Runs the subcommand.
 pub fn run(args: &ScaleArgs, talk: &Talk) -> Result<(), Failure> {
     let sweep = args.sweep(talk)?;
-    super::threads::limit_threads(sweep.config.machine.threads);
+    super::threads::limit_threads(sweep.spec.machine.thread_count());
     let mut journal = Journal::open(&args.output, &sweep.words())?;
     if journal.dropped > 0 {
         talk.note(format!("note: an incomplete line of {} is dropped", counted(journal.dropped, "byte")));

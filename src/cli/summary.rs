@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use septet_core::config::{Correction, Partition};
+use septet_core::spec::{Correction, Partition};
 use septet_io::read::FileList;
 use septet_io::without_gz;
 use septet_lab::report::RunReport;

@@ -7,7 +7,7 @@ use septet_core::model::Points;
 use septet_core::result::view::MOST_POINTS;
 use septet_core::run::CostTrace;
 use septet_core::run::memory::{admit, peak_rss, rss};
-use septet_core::{Config, Error, Run};
+use septet_core::{Error, Run, Spec};
 use septet_geometry::range::RangeError;
 use septet_io::read::{ListedFile, ReadOptions};
 use septet_io::write::{OutputFormat, WriteOptions};
@@ -67,32 +67,32 @@ impl<'a> Goal<'a> {
     }
 
     /// Returns the checked configuration in one process.
-    fn config(self) -> Result<Config, Failure> {
-        self.extend(self.args().config()?)
+    fn spec(self) -> Result<Spec, Failure> {
+        self.extend(self.args().spec()?)
     }
 
     /// Returns the checked configuration of one of several processes ([`RunArgs::config_of_processes`]).
-    pub(super) fn config_of_processes(self, workers: u32, threads: usize) -> Result<Config, Failure> {
+    pub(super) fn config_of_processes(self, workers: u32, threads: usize) -> Result<Spec, Failure> {
         self.extend(self.args().config_of_processes(workers, threads)?)
     }
 
     /// Applies the options of one subcommand only, and checks the configuration.
-    fn extend(self, config: Config) -> Result<Config, Failure> {
-        let config = match self {
-            Goal::Triangulate(_) => config,
-            Goal::Simulate(args) => args.extend(config)?,
+    fn extend(self, spec: Spec) -> Result<Spec, Failure> {
+        let spec = match self {
+            Goal::Triangulate(_) => spec,
+            Goal::Simulate(args) => args.extend(spec)?,
         };
-        config.check()?;
-        Ok(config)
+        spec.check()?;
+        Ok(spec)
     }
 }
 
 /// Runs either subcommand in one process.
 pub fn run(goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
-    let (args, mut config) = (goal.args(), goal.config()?);
+    let (args, mut spec) = (goal.args(), goal.spec()?);
     let counted = matches!(goal, Goal::Simulate(_));
     let start = Instant::now();
-    super::threads::limit_threads(config.machine.threads);
+    super::threads::limit_threads(spec.machine.thread_count());
     let input = Input::of(&args.input, args.dimension)?;
     check_trace(&args.tracing)?;
     let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
@@ -106,18 +106,18 @@ pub fn run(goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
     check_effects(args)?;
     if let Input::Sample(request) = &input {
         // A sample that is too large is refused before it is generated.
-        admit(&config, request.n, request.dimension, counted)?;
+        admit(&spec, request.n, request.dimension, counted)?;
     }
     let reading = args.reading.options(args.dimension, args.skip_invalid);
     let loaded = input.load(&ReadOptions { keep_columns: args.keep_columns, ..reading }, talk)?;
-    config.spacing = loaded.spacing;
+    spec.recursion.spacing = loaded.spacing;
     if args.json.is_some() {
-        config.keep.view = args.view.unwrap_or(if counted { MOST_POINTS } else { 0 });
+        spec.keep.view = args.view.unwrap_or(if counted { MOST_POINTS } else { 0 });
     }
-    config.control.cancel = Some(talk.cancel.clone());
-    config.control.progress = Some(talk.phases());
+    spec.control.cancel = Some(talk.cancel.clone());
+    spec.control.progress = Some(talk.phases());
     let rss_before_bytes = rss();
-    let go = || match go(&loaded.points, &config, counted) {
+    let go = || match go(&loaded.points, &spec, counted) {
         Ok(run) => Ok((run, None)),
         Err(error) => uncertified(error).map_err(|e| place(e, &loaded, &args.input)),
     };
@@ -128,7 +128,7 @@ pub fn run(goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
         files.extend(write_all(args, &run, &loaded, talk)?);
     }
     if let (Some(path), Some(trace)) = (goal.cost_trace(), &run.costs) {
-        write_costs(path, trace, CostHeader::of(&config, &run.settled, run.points.used, run.space))?;
+        write_costs(path, trace, CostHeader::of(&spec, &run.settled, run.points.used, run.space))?;
         files.extend((path.as_os_str() != "-").then(|| path.to_owned()));
     }
     let write_seconds = start.elapsed().as_secs_f64() - run_seconds;
@@ -145,7 +145,7 @@ pub fn run(goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
         rss_before_bytes,
         peak_rss_bytes: peak_rss(),
     };
-    let report = RunReport::of(&run, &config, &setting);
+    let report = RunReport::of(&run, &spec, &setting);
     publish(args, &tables, &report, files, talk)?;
     failure.map_or(Ok(()), Err)
 }
@@ -218,12 +218,12 @@ fn uncertified(error: Error) -> Result<(Run, Option<Failure>), Error> {
     }
 }
 
-fn go(points: &Points, config: &Config, counted: bool) -> Result<Run, Error> {
+fn go(points: &Points, spec: &Spec, counted: bool) -> Result<Run, Error> {
     match (points, counted) {
-        (Points::Plane(points), false) => septet_core::triangulate(points, config),
-        (Points::Space(points), false) => septet_core::triangulate(points, config),
-        (Points::Plane(points), true) => septet_core::simulate(points, config),
-        (Points::Space(points), true) => septet_core::simulate(points, config),
+        (Points::Plane(points), false) => septet_core::triangulate(points, spec),
+        (Points::Space(points), false) => septet_core::triangulate(points, spec),
+        (Points::Plane(points), true) => septet_core::simulate(points, spec),
+        (Points::Space(points), true) => septet_core::simulate(points, spec),
     }
 }
 

@@ -7,9 +7,9 @@ use septet_geometry::range::RangeError;
 use septet_protocol::ids::COORDINATOR;
 use septet_protocol::transport::TransportError;
 
-use crate::config::ConfigError;
 pub use crate::result::refutation::Refutation;
 use crate::result::run::Run;
+use crate::spec::SpecError;
 
 /// The error of [`crate::triangulate`], [`crate::simulate`] and [`crate::independent()`].
 #[derive(Debug, Error)]
@@ -17,7 +17,7 @@ use crate::result::run::Run;
 pub enum Error {
     /// The configuration cannot run.
     #[error(transparent)]
-    Config(#[from] ConfigError),
+    Spec(#[from] SpecError),
     /// The points cannot be triangulated exactly.
     #[error(transparent)]
     Points(#[from] RangeError),

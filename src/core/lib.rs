@@ -1,13 +1,11 @@
 //! septet-core: runs over points and meshes of domains, without files, reports or a command line.
 //!
-//! The modules follow the flow of a run: configuration, input, the coordinator, the run, and the result. Meshes of
+//! The modules follow the flow of a run: specification, input, the coordinator, the run, and the result. Meshes of
 //! domains and generated point sets start their own runs.
 
-pub mod config;
+pub mod spec;
 
 pub mod model;
-
-pub mod options;
 
 pub mod error;
 
@@ -23,7 +21,6 @@ pub mod mesh;
 
 pub mod generate;
 
-pub use config::Config;
 pub use error::{Error, Refutation};
 pub use run::count::{Ending, RunCounts, count};
 pub use run::independent::{IndependentRun, independent};
@@ -32,3 +29,4 @@ pub use septet_workers::host::{Host, Job, Unwatched, Watch, serve};
 pub use septet_workers::share::Share;
 pub use septet_workers::transport::process::channels;
 pub use septet_workers::transport::{Machine, MachineError, OneHost};
+pub use spec::Spec;

@@ -8,12 +8,12 @@ use septet_geometry::dependence::{Clock, Dependence, Round};
 use septet_geometry::point::Point;
 use serde::Serialize;
 
-use septet_core::config::Config;
 use septet_core::error::Error;
 use septet_core::input::sequential::distinct;
 use septet_core::result::canonical::{LabelledCells, canonicalise};
 use septet_core::run::memory::admit;
 use septet_core::run::{Accounting, Run};
+use septet_core::spec::Spec;
 
 /// Name and version of the schema of [`BaselineReport`].
 pub const BASELINE_SCHEMA: &str = "septet-rival/1";
@@ -47,10 +47,10 @@ pub struct Baseline {
 ///
 /// # Errors
 /// See [`Error`].
-pub fn incremental<P: Point>(points: &[P], config: &Config) -> Result<Baseline, Error> {
+pub fn incremental<P: Point>(points: &[P], spec: &Spec) -> Result<Baseline, Error> {
     let start = Instant::now();
-    admit(config, points.len() as u64, P::DIM, true)?;
-    let ready = distinct(points, config.skip_invalid)?;
+    admit(spec, points.len() as u64, P::DIM, true)?;
+    let ready = distinct(points, spec.input.skip_invalid)?;
     let mut baseline = Baseline {
         space: P::DIM,
         dimension: ready.dimension,
@@ -63,7 +63,7 @@ pub fn incremental<P: Point>(points: &[P], config: &Config) -> Result<Baseline, 
         seconds: 0.0,
     };
     if ready.dimension == P::DIM as isize {
-        let made = Dependence::new(&ready.positions, config.machine.seed).map_err(Error::Baseline)?;
+        let made = Dependence::new(&ready.positions, spec.machine.seed).map_err(Error::Baseline)?;
         let vertices = made.cells.iter().flat_map(AsRef::as_ref);
         let rows = vertices.map(|&v| ready.rows[v as usize]).collect();
         baseline.cells = canonicalise::<P>(LabelledCells { rows, owner: None, leaf: None }).rows;

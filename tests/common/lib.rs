@@ -12,27 +12,27 @@ pub mod transports;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-use septet_core::config::{Alpha, Graph, GraphKind, Neighbours, SeparatorSets, Transport, Workers};
-use septet_core::{Config, Run, simulate, triangulate};
+use septet_core::spec::{Alpha, Graph, GraphKind, Neighbours, SeparatorSets, Transport, Workers};
+use septet_core::{Run, Spec, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_protocol::ledger::Ledger;
 use septet_verify::{Triangulation, VerifyOptions, verify};
 use transports::TestTransport;
 
 /// Returns the configuration of `workers` in the simulator.
-pub fn simulated(workers: Workers, delivery_seed: u64, leaf: u64) -> Config {
+pub fn simulated(workers: Workers, delivery_seed: u64, leaf: u64) -> Spec {
     base().with(|c| {
         c.machine.workers = workers;
-        c.machine.leaf = Some(leaf);
+        c.tree.leaf = Some(leaf);
         c.machine.transport = Transport::Sim { delivery_seed };
     })
 }
 
 /// Returns the default configuration, independent of the number of cores.
-pub fn base() -> Config {
-    Config::default().with(|c| {
+pub fn base() -> Spec {
+    Spec::default().with(|c| {
         c.machine.workers = Workers::Count(2);
-        c.machine.threads = 2;
+        c.machine.threads = Some(2);
         c.machine.transport = Transport::Channel;
     })
 }
@@ -55,11 +55,11 @@ pub fn combinations(auto: bool) -> Vec<(GraphKind, SeparatorSets, Alpha, Neighbo
 }
 
 /// Returns the configuration with another supergraph.
-pub fn with_graph(config: &Config, choice: (GraphKind, SeparatorSets, Alpha, Neighbours)) -> Config {
+pub fn with_graph(spec: &Spec, choice: (GraphKind, SeparatorSets, Alpha, Neighbours)) -> Spec {
     let (graph, sets, alpha, k) = choice;
-    config.clone().with(|c| {
-        c.graph = Graph::new(graph, alpha, k).expect("a valid combination");
-        c.separator_sets = sets;
+    spec.clone().with(|c| {
+        c.recursion.graph = Graph::new(graph, alpha, k).expect("a valid combination");
+        c.recursion.sets = sets;
     })
 }
 
@@ -99,44 +99,44 @@ pub fn assert_verified<P: Point>(points: &[P], run: &Run) {
 }
 
 /// Triangulates and verifies. The ghost layer and the interface exchange must complete all stars.
-pub fn check<P: Point>(points: &[P], config: &Config) -> Run {
-    let run = triangulate(points, config).unwrap_or_else(|e| panic!("{config:?}: {e}"));
+pub fn check<P: Point>(points: &[P], spec: &Spec) -> Run {
+    let run = triangulate(points, spec).unwrap_or_else(|e| panic!("{spec:?}: {e}"));
     assert_verified(points, &run);
-    assert_eq!(run.exchange_rounds, 0, "{config:?}");
+    assert_eq!(run.exchange_rounds, 0, "{spec:?}");
     run
 }
 
 /// Simulates and verifies.
-pub fn check_counted<P: Point>(points: &[P], config: &Config) -> Run {
-    let run = simulate(points, config).unwrap_or_else(|e| panic!("{config:?}: {e}"));
+pub fn check_counted<P: Point>(points: &[P], spec: &Spec) -> Run {
+    let run = simulate(points, spec).unwrap_or_else(|e| panic!("{spec:?}: {e}"));
     assert_verified(points, &run);
     run
 }
 
 /// Returns the configuration of `workers` on `threads` threads.
-pub fn threaded(workers: Workers, threads: usize, leaf: u64) -> Config {
+pub fn threaded(workers: Workers, threads: usize, leaf: u64) -> Spec {
     base().with(|c| {
         c.machine.workers = workers;
-        c.machine.threads = threads;
-        c.machine.leaf = Some(leaf);
+        c.machine.threads = Some(threads);
+        c.tree.leaf = Some(leaf);
         c.machine.transport = Transport::Channel;
     })
 }
 
 /// Runs `simulate` (`counted`) or `triangulate` over a transport and verifies the result, like [`check`] and
 /// [`check_counted`].
-pub fn check_over<P: Point>(start: TestTransport, points: &[P], config: &Config, counted: bool) -> Run {
-    let run = start.run(points, config, counted).unwrap_or_else(|e| panic!("{start:?}, {config:?}: {e}"));
+pub fn check_over<P: Point>(start: TestTransport, points: &[P], spec: &Spec, counted: bool) -> Run {
+    let run = start.run(points, spec, counted).unwrap_or_else(|e| panic!("{start:?}, {spec:?}: {e}"));
     assert_verified(points, &run);
-    assert!(counted || run.exchange_rounds == 0, "{start:?}, {config:?}: stars were incomplete");
+    assert!(counted || run.exchange_rounds == 0, "{start:?}, {spec:?}: stars were incomplete");
     run
 }
 
 /// Returns the configuration with this number of workers and points per leaf.
-pub fn with_workers(workers: Workers, leaf: u64) -> Config {
+pub fn with_workers(workers: Workers, leaf: u64) -> Spec {
     base().with(|c| {
         c.machine.workers = workers;
-        c.machine.leaf = Some(leaf);
+        c.tree.leaf = Some(leaf);
     })
 }
 

@@ -9,8 +9,8 @@ use std::io::{Write, stdin};
 use std::process::Command;
 
 use glam::{DVec2, DVec3};
-use septet_core::config::Transport;
-use septet_core::{Config, Error, Run, run_on, simulate, triangulate};
+use septet_core::spec::Transport;
+use septet_core::{Error, Run, Spec, run_on, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_protocol::transport::TransportError;
 use septet_workers::config::WorkerConfig;
@@ -40,10 +40,10 @@ pub enum TestTransport {
 
 impl TestTransport {
     /// Returns the configuration for this transport.
-    pub fn configure(self, config: &Config) -> Config {
-        config.clone().with(|c| match self {
+    pub fn configure(self, spec: &Spec) -> Spec {
+        spec.clone().with(|c| match self {
             TestTransport::Channel(threads) => {
-                c.machine.threads = threads;
+                c.machine.threads = Some(threads);
                 c.machine.transport = Transport::Channel;
             }
             TestTransport::Sim(delivery_seed) => c.machine.transport = Transport::Sim { delivery_seed },
@@ -55,12 +55,12 @@ impl TestTransport {
     ///
     /// # Errors
     /// See [`Error`].
-    pub fn run<P: Point>(self, points: &[P], config: &Config, counted: bool) -> Result<Run, Error> {
-        let config = self.configure(config);
+    pub fn run<P: Point>(self, points: &[P], spec: &Spec, counted: bool) -> Result<Run, Error> {
+        let spec = self.configure(spec);
         match self {
-            TestTransport::Processes(program) => over_processes(points, &config, counted, program),
-            _ if counted => simulate(points, &config),
-            _ => triangulate(points, &config),
+            TestTransport::Processes(program) => over_processes(points, &spec, counted, program),
+            _ if counted => simulate(points, &spec),
+            _ => triangulate(points, &spec),
         }
     }
 }
@@ -93,11 +93,11 @@ pub fn harness_output() -> File {
 /// Runs on a machine whose workers are processes.
 fn over_processes<P: Point>(
     points: &[P],
-    config: &Config,
+    spec: &Spec,
     counted: bool,
     program: ProcessProgram,
 ) -> Result<Run, Error> {
-    run_on(points, config, counted, &mut |_| {
+    run_on(points, spec, counted, &mut |_| {
         Box::new(Processes::new(move |machine, rank| {
             let mut command = program();
             command.env(RANK, rank.to_string()).env(CONFIG, machine.to_string());

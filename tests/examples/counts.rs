@@ -4,16 +4,16 @@ use std::error::Error;
 
 use septet::Points;
 use septet::generate::{generate, parse_sample};
-use septet::options::Workers;
+use septet::spec::Workers;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let sample = generate(&parse_sample("well-spaced:4000")?, &mut |_, _, _| {})?;
     let Points::Space(points) = &sample.points else { return Err("a sample in space".into()) };
 
-    let mut options = septet::SimulateOptions::default();
-    options.machine.workers = Workers::Leaves;
-    options.spacing = sample.spacing.map(|spacing| spacing.lipschitz);
-    let run = septet::simulate(points, &options)?;
+    let mut spec = septet::Spec::default();
+    spec.machine.workers = Workers::Leaves;
+    spec.recursion.spacing = sample.spacing.map(|spacing| spacing.lipschitz);
+    let run = septet::simulate(points, &spec)?;
 
     let paper = run.ledger.paper;
     println!("work {}, depth {}, {} workers", paper.work, paper.depth, run.settled.workers);

@@ -7,9 +7,9 @@ use std::collections::BTreeSet;
 use std::error::Error;
 use std::thread;
 
-use septet::distributed::{DistributedOptions, Neighbour, Part, channels, triangulate};
+use septet::distributed::{Neighbour, Part, channels, triangulate};
 use septet::generate::{generate, parse_sample};
-use septet::{Points, TriangulateOptions};
+use septet::{Points, Spec};
 
 const PROCESSES: usize = 4;
 
@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let start = |(process, mut transport)| {
             let own = &points[at(process)..at(process + 1)];
             let first_id = at(process) as u64;
-            let run = move || triangulate(&mut transport, own, first_id, &DistributedOptions::default());
+            let run = move || triangulate(&mut transport, own, first_id, &Spec::default());
             scope.spawn(run)
         };
         let threads: Vec<_> =
@@ -68,7 +68,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         parts[0].hull_facets
     );
 
-    let whole = septet::triangulate(points, &TriangulateOptions::default())?;
+    let whole = septet::triangulate(points, &Spec::default())?;
     let mut expected = BTreeSet::new();
     for cell in whole.cells().chunks_exact(4) {
         let mut row = cell.to_vec();

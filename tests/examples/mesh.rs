@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 use septet::io::write::{WriteOptions, write};
-use septet::mesh::{DomainKind, Input, InputFacet, Labelled, MeshOptions, check, make_of};
+use septet::mesh::{DomainKind, Input, InputFacet, Labelled, MeshSpec, check, make_of};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).map_or_else(|| std::env::temp_dir().join("cube.vtu"), PathBuf::from);
@@ -17,10 +17,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         cube.facets.push(InputFacet { polygons: vec![sides.to_vec()], holes: Vec::new(), marker: 1 });
     }
 
-    let mut options = MeshOptions::default();
-    options.sizes.most = Some(0.25);
+    let mut spec = MeshSpec::default();
+    spec.sizes.most = Some(0.25);
     let domain = check(&cube).map_err(|defects| format!("{} defects", defects.len()))?;
-    let made = make_of(&domain, &options)?;
+    let made = make_of(&domain, &spec)?;
     println!("{} points, {} tetrahedra", made.mesh.points.len(), made.mesh.cells.len());
 
     let labelled = Labelled::of(&domain, &made.mesh);

@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 use std::error::Error;
 
 use septet::generate::{generate, parse_sample};
-use septet::{Points, TriangulateOptions};
+use septet::{Points, Spec};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let sample = generate(&parse_sample("uniform:500")?, &mut |_, _, _| {})?;
     let Points::Space(points) = &sample.points else { return Err("a sample in space".into()) };
-    let run = septet::triangulate(points, &TriangulateOptions::default())?;
+    let run = septet::triangulate(points, &Spec::default())?;
 
     // Rows of four input indices: two vertices of a cell are neighbours.
     let mut neighbours = vec![BTreeSet::<u64>::new(); points.len()];

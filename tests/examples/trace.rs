@@ -5,7 +5,7 @@
 use std::error::Error;
 use std::path::PathBuf;
 
-use septet::TriangulateOptions;
+use septet::Spec;
 use septet::trace::{Detail, layer};
 use tracing_subscriber::layer::SubscriberExt;
 
@@ -16,9 +16,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let points: Vec<[f64; 2]> =
         (0..2000).map(|i| [f64::from(i * i % 997), f64::from(i * 7 % 1009)]).collect();
-    let run = tracing::subscriber::with_default(subscriber, || {
-        septet::triangulate(&points, &TriangulateOptions::default())
-    })?;
+    let run =
+        tracing::subscriber::with_default(subscriber, || septet::triangulate(&points, &Spec::default()))?;
     let path = file.finish()?;
     println!("{} triangles, trace in {}", run.cell_count(), path.display());
     Ok(())

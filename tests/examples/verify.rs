@@ -5,7 +5,7 @@
 use std::error::Error;
 use std::path::PathBuf;
 
-use septet::TriangulateOptions;
+use septet::Spec;
 use septet::generate::{generate, parse_sample};
 use septet::io::read::{CellOptions, ReadOptions, read, read_cells};
 use septet::io::write::{WriteOptions, write};
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn sample_files() -> Result<(PathBuf, PathBuf), Box<dyn Error>> {
     let sample = generate(&parse_sample("uniform:300")?, &mut |_, _, _| {})?;
     let septet::Points::Space(points) = &sample.points else { return Err("a sample in space".into()) };
-    let run = septet::triangulate(points, &TriangulateOptions::default())?;
+    let run = septet::triangulate(points, &Spec::default())?;
     let folder = std::env::temp_dir();
     let (node, ele) = (folder.join("septet-example.node"), folder.join("septet-example.ele"));
     write(&ele, &run.view(sample.points.coordinates()), &WriteOptions::default(), &mut |_, _| {})?;

@@ -4,12 +4,12 @@ use std::error::Error;
 
 use glam::DVec3;
 use septet::generate::{generate, parse_sample};
-use septet::{Points, TriangulateOptions};
+use septet::{Points, Spec};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let sample = generate(&parse_sample("uniform:2000")?, &mut |_, _, _| {})?;
     let Points::Space(points) = &sample.points else { return Err("a sample in space".into()) };
-    let run = septet::triangulate(points, &TriangulateOptions::default())?;
+    let run = septet::triangulate(points, &Spec::default())?;
 
     // To the volume of each of its vertices, a tetrahedron adds its part of the Voronoi cell of this vertex.
     let mut volumes = vec![0.0; points.len()];

@@ -11,10 +11,10 @@ use glam::{DVec2, DVec3};
 pub use meshes::{MeshOrder, MeshOutcome, Shape, mesh};
 pub use septet_common::sets::Draw;
 use septet_common::transports::{TestTransport, serve};
-use septet_core::config::{
-    Alpha, Config, Correction, Graph, Neighbours, Partition, SeparatorSets, Transport, Until, Workers,
-};
 use septet_core::run::independent::independent;
+use septet_core::spec::{
+    Alpha, Correction, Graph, Neighbours, Partition, SeparatorSets, Spec, Transport, Until, Workers,
+};
 use septet_core::{Error, Run, count, simulate, triangulate};
 use septet_geometry::cost::Price;
 use septet_geometry::point::Point;
@@ -124,7 +124,7 @@ pub fn worker() -> Option<ExitCode> {
     Some(if result.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-fn config(order: &Order) -> Config {
+fn spec(order: &Order) -> Spec {
     let of = |alpha: Option<f64>| alpha.map_or(Alpha::Auto, Alpha::Value);
     let graph = match order.supergraph {
         Supergraph::Density(alpha) => Graph::Density { alpha: of(alpha) },
@@ -133,24 +133,24 @@ fn config(order: &Order) -> Config {
         Supergraph::KnnLog(factor) => Graph::Knn { k: Neighbours::Log(factor) },
     };
     let (transport, threads) = wire(order.wire);
-    Config::default().with(|c| {
+    Spec::default().with(|c| {
         c.machine.workers = crew(order.crew);
-        c.machine.threads = threads;
+        c.machine.threads = Some(threads);
         c.machine.seed = 1;
-        c.graph = graph;
-        c.separator_sets = match order.sharing {
+        c.recursion.graph = graph;
+        c.recursion.sets = match order.sharing {
             Sharing::Ghost => SeparatorSets::Ghost,
             Sharing::Both => SeparatorSets::Both,
             Sharing::Smaller => SeparatorSets::Smaller,
         };
-        c.machine.leaf = Some(order.leaf);
+        c.tree.leaf = Some(order.leaf);
         c.machine.transport = transport;
         c.keep.graph = true;
         c.keep.owner = true;
         c.keep.view = order.picture;
         c.planted.exchange_cap = order.cap;
-        c.partition = if order.planes { Partition::Kd } else { Partition::Sphere };
-        c.correction = if order.naive { Correction::BottomUp } else { Correction::Descent };
+        c.tree.partition = if order.planes { Partition::Kd } else { Partition::Sphere };
+        c.recursion.neighbours = if order.naive { Correction::BottomUp } else { Correction::Descent };
         c.planted.fault = order.fault.map(|text| text.parse().expect("a fault"));
     })
 }
@@ -188,11 +188,11 @@ fn this_program() -> Command {
 }
 
 fn run_in<P: Point>(points: &[P], order: &Order, counted: bool) -> Option<Outcome> {
-    let config = config(order);
+    let spec = spec(order);
     let run = match (order.wire, counted) {
-        (Wire::Pipes, _) => TestTransport::Processes(this_program).run(points, &config, counted),
-        (_, true) => simulate(points, &config),
-        (_, false) => triangulate(points, &config),
+        (Wire::Pipes, _) => TestTransport::Processes(this_program).run(points, &spec, counted),
+        (_, true) => simulate(points, &spec),
+        (_, false) => triangulate(points, &spec),
     };
     match run {
         Ok(run) => Some(outcome(&run)),
@@ -318,14 +318,13 @@ pub fn count_until(cloud: &Cloud, order: &Order, last: Last) -> Vec<Row> {
         Last::Partition => Until::Partition,
         Last::Neighbours => Until::Neighbours,
     };
-    let config = config(order).with(|c| {
-        c.until = Some(until);
+    let spec = spec(order).with(|c| {
         c.keep.graph = false;
         c.keep.owner = false;
     });
     let counts = match cloud.dimension {
-        2 => count(&points::<DVec2>(cloud), &config),
-        _ => count(&points::<DVec3>(cloud), &config),
+        2 => count(&points::<DVec2>(cloud), Some(until), &spec),
+        _ => count(&points::<DVec3>(cloud), Some(until), &spec),
     };
     let counts = counts.unwrap_or_else(|e| panic!("{order:?}: {e}"));
     ledger(&counts.ledger, &counts.phase_seconds)
@@ -333,10 +332,10 @@ pub fn count_until(cloud: &Cloud, order: &Order, last: Last) -> Vec<Row> {
 
 /// An independent set of sites with these sizes, `fixed` of them in it from the start.
 pub fn independent_set(cloud: &Cloud, sizes: &[f64], fixed: usize, order: &Order) -> Outcome {
-    let config = config(order);
+    let spec = spec(order);
     let run = match cloud.dimension {
-        2 => independent(&points::<DVec2>(cloud), sizes, fixed, &config),
-        _ => independent(&points::<DVec3>(cloud), sizes, fixed, &config),
+        2 => independent(&points::<DVec2>(cloud), sizes, fixed, &spec),
+        _ => independent(&points::<DVec3>(cloud), sizes, fixed, &spec),
     };
     let run = run.unwrap_or_else(|e| panic!("{order:?}: {e}"));
     let rounds = run.undecided.iter().map(|&left| Row::new("undecided", "set", [left]));
@@ -349,10 +348,10 @@ pub fn independent_set(cloud: &Cloud, sizes: &[f64], fixed: usize, order: &Order
 
 /// The baseline of incremental insertions in rounds.
 pub fn incremental(cloud: &Cloud) -> Outcome {
-    let config = Config::default();
+    let spec = Spec::default();
     let made = match cloud.dimension {
-        2 => baselines::incremental(&points::<DVec2>(cloud), &config),
-        _ => baselines::incremental(&points::<DVec3>(cloud), &config),
+        2 => baselines::incremental(&points::<DVec2>(cloud), &spec),
+        _ => baselines::incremental(&points::<DVec3>(cloud), &spec),
     };
     let made = made.unwrap_or_else(|e| panic!("incremental insertion: {e}"));
     let clock = [made.clock.steps, made.clock.log_scan, made.clock.hashed, made.clock.chain, made.brent];

@@ -3,12 +3,12 @@
 mod messages;
 
 use glam::DVec3;
-use septet_core::config::{
-    Correction, Graph, GraphKind, Neighbours, Partition, Purpose, SeparatorSets, Workers,
-};
 use septet_core::generate::Kind;
 use septet_core::run::CostTrace;
-use septet_core::{Config, Run, independent, simulate};
+use septet_core::spec::{
+    Correction, Graph, GraphKind, Neighbours, Partition, Purpose, SeparatorSets, Workers,
+};
+use septet_core::{Run, Spec, independent, simulate};
 use septet_geometry::point::Point;
 use septet_lab::accounts::{AccountError, Accounts, fold};
 use septet_lab::report::{CostHeader, ledger_counts, write_cost_trace};
@@ -20,7 +20,7 @@ use crate::common::{combinations, threaded, with_graph};
 const LEAF: u64 = 60;
 
 /// The configuration that keeps the calls of primitives.
-fn traced(workers: Workers) -> Config {
+fn traced(workers: Workers) -> Spec {
     threaded(workers, 2, LEAF).with(|c| c.keep.costs = true)
 }
 
@@ -30,9 +30,9 @@ fn text_of(header: CostHeader, trace: &CostTrace) -> Vec<u8> {
     text
 }
 
-fn text<P: Point>(points: &[P], config: &Config) -> (Run, Vec<u8>) {
-    let run = simulate(points, config).unwrap_or_else(|e| panic!("{config:?}: {e}"));
-    let header = CostHeader::of(config, &run.settled, run.points.used, run.space);
+fn text<P: Point>(points: &[P], spec: &Spec) -> (Run, Vec<u8>) {
+    let run = simulate(points, spec).unwrap_or_else(|e| panic!("{spec:?}: {e}"));
+    let header = CostHeader::of(spec, &run.settled, run.points.used, run.space);
     let text = text_of(header, run.costs.as_ref().expect("kept"));
     (run, text)
 }
@@ -46,13 +46,13 @@ fn assert_equal(text: &[u8], ledger: &Ledger, what: &str) -> Accounts {
 }
 
 /// Both accounts are equal, and equal for all numbers of workers. Returns the last run.
-fn on_machines<P: Point>(points: &[P], what: &str, change: impl Fn(&mut Config)) -> Run {
+fn on_machines<P: Point>(points: &[P], what: &str, change: impl Fn(&mut Spec)) -> Run {
     let mut first: Option<Accounts> = None;
     let mut last = None;
     for workers in [Workers::Count(1), Workers::Count(3), Workers::Count(16), Workers::Leaves] {
-        let config = traced(workers).with(&change);
+        let spec = traced(workers).with(&change);
         let what = format!("{what}, {workers:?}");
-        let (run, text) = text(points, &config);
+        let (run, text) = text(points, &spec);
         let accounts = assert_equal(&text, &run.ledger, &what);
         assert!(accounts.paper.work > 0 && accounts.paper.depth > 0, "{what}");
         assert_eq!(&accounts, first.get_or_insert_with(|| accounts.clone()), "{what}");
@@ -80,15 +80,15 @@ fn accounts_agree_on_all_graphs_in_the_plane() {
 #[test]
 fn accounts_agree_on_baselines() {
     let points = space(Kind::Uniform, 1500, 2);
-    on_machines(&points, "planes", |c| c.partition = Partition::Kd);
-    on_machines(&points, "bottom-up", |c| c.correction = Correction::BottomUp);
+    on_machines(&points, "planes", |c| c.tree.partition = Partition::Kd);
+    on_machines(&points, "bottom-up", |c| c.recursion.neighbours = Correction::BottomUp);
     on_machines(&plane(Kind::Uniform, 2000, 3), "bottom-up in the plane", |c| {
-        c.correction = Correction::BottomUp;
+        c.recursion.neighbours = Correction::BottomUp;
     });
 }
 
 /// Both accounts of one run are equal. Returns the run.
-fn on_one_machine<P: Point>(points: &[P], what: &str, change: impl Fn(&mut Config)) -> Run {
+fn on_one_machine<P: Point>(points: &[P], what: &str, change: impl Fn(&mut Spec)) -> Run {
     let (run, text) = text(points, &traced(Workers::Count(3)).with(change));
     assert_equal(&text, &run.ledger, what);
     let header = text.split(|&byte| byte == b'\n').next().expect("a header");
@@ -115,7 +115,7 @@ fn accounts_agree_on_automatic_parameters() {
         on_one_machine(&solid, &format!("{choice:?} in space"), |c| *c = with_graph(c, choice));
     }
     // Without a fixed leaf size, the purpose decides it.
-    let timing = |c: &mut Config| (c.constants.purpose, c.machine.leaf) = (Purpose::Timing, None);
+    let timing = |c: &mut Spec| (c.tree.constants.purpose, c.tree.leaf) = (Purpose::Timing, None);
     let leaf = |run: &Run| run.settled.leaf;
     assert_eq!(leaf(&on_one_machine(&flat, "timing in the plane", timing)), 500);
     assert!(leaf(&on_one_machine(&solid, "timing in space", timing)) >= 1000);
@@ -125,7 +125,7 @@ fn accounts_agree_on_automatic_parameters() {
 #[test]
 fn accounts_agree_on_repair_and_gathering() {
     let points = space(Kind::Uniform, 900, 8);
-    let small = |c: &mut Config| c.graph = Graph::Knn { k: Neighbours::Count(3) };
+    let small = |c: &mut Spec| c.recursion.graph = Graph::Knn { k: Neighbours::Count(3) };
     let run = on_machines(&points, "repair", small);
     assert!(run.exchange_rounds > 1 && run.ledger.repair.depth > 0, "{}", run.exchange_rounds);
     for cap in [0, 2] {
@@ -144,11 +144,11 @@ fn accounts_agree_on_independent_sets() {
     let sizes = vec![0.12; places.len()];
     for workers in [Workers::Count(1), Workers::Count(3), Workers::Count(16), Workers::Leaves] {
         for fixed in [0, 50] {
-            let config = traced(workers);
+            let spec = traced(workers);
             let (places, sizes) =
                 if fixed == 0 { (&places[..], &sizes[..]) } else { (&places[..1200], &sizes[..1200]) };
-            let run = independent(places, sizes, fixed, &config).unwrap();
-            let header = CostHeader::of(&config, &run.settled, places.len() as u64, 3);
+            let run = independent(places, sizes, fixed, &spec).unwrap();
+            let header = CostHeader::of(&spec, &run.settled, places.len() as u64, 3);
             let text = text_of(header, run.costs.as_ref().unwrap());
             let accounts = assert_equal(&text, &run.ledger, &format!("{workers:?}, {fixed} fixed"));
             assert!(accounts.phases.iter().any(|phase| phase.phase == "independent" && phase.depth > 0));
@@ -182,8 +182,8 @@ fn broken(text: &str, row: usize, change: &dyn Fn(&str) -> Option<String>) -> Re
 
 #[test]
 fn changed_traces_are_detected() {
-    let config = traced(Workers::Count(3));
-    let (run, text) = text(&space(Kind::Uniform, 400, 3), &config);
+    let spec = traced(Workers::Count(3));
+    let (run, text) = text(&space(Kind::Uniform, 400, 3), &spec);
     let text = String::from_utf8(text).unwrap();
     let counts = ledger_counts(&run.ledger);
     let found = |result: Result<Accounts, AccountError>| {

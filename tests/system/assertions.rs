@@ -1,8 +1,8 @@
 //! Assertions on counts pass for valid counts, and describe the violation for others.
 
-use septet_core::config::Workers;
 use septet_core::generate::Kind;
 use septet_core::simulate;
+use septet_core::spec::Workers;
 use septet_lab::assert_counts;
 use septet_lab::assertions::{
     Broken, HasCounts, bytes, depth_of_levels, grows_like, level_depth_flat, levels, levels_over_leaf,
@@ -15,8 +15,8 @@ use crate::common::sets::plane;
 use crate::common::{base, simulated};
 
 fn line(workers: Workers) -> Line {
-    let config = simulated(workers, 1, 60).with(|c| c.spacing = Some(0.0));
-    let run = simulate(&plane(Kind::WellSpaced, 2000, 3), &config).unwrap();
+    let spec = simulated(workers, 1, 60).with(|c| c.recursion.spacing = Some(0.0));
+    let run = simulate(&plane(Kind::WellSpaced, 2000, 3), &spec).unwrap();
     run.lines().remove(0)
 }
 
@@ -160,7 +160,7 @@ fn growth_holds_or_shows_the_fit() {
 #[test]
 #[should_panic(expected = "levels(0.0, 1.0): levels of the tree")]
 fn the_macro_panics_with_the_message() {
-    let config = base().with(|c| c.machine.leaf = Some(60));
-    let run = simulate(&plane(Kind::Uniform, 500, 3), &config).unwrap();
+    let spec = base().with(|c| c.tree.leaf = Some(60));
+    let run = simulate(&plane(Kind::Uniform, 500, 3), &spec).unwrap();
     assert_counts!(run, levels(0.0, 1.0));
 }

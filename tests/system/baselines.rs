@@ -6,9 +6,9 @@ use crate::common::sets::{plane, space};
 use crate::common::{
     assert_same_counts, assert_verified, combinations, levels, simulated, threaded, with_graph,
 };
-use septet_core::config::{Alpha, Correction, Graph, Partition, Until, Workers};
 use septet_core::generate::Kind;
-use septet_core::{Config, Run, simulate, triangulate};
+use septet_core::spec::{Alpha, Correction, Graph, Partition, Until, Workers};
+use septet_core::{Run, Spec, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_geometry::range::{scale, scale_exponent};
 use septet_geometry::separator::{DrawKey, Sampler, node_samples};
@@ -20,12 +20,12 @@ use septet_protocol::ledger::{Ledger, NodeFacts};
 
 const LEAF: u64 = 60;
 
-fn counted<P: Point>(points: &[P], config: &Config) -> Run {
-    simulate(points, config).unwrap_or_else(|e| panic!("{config:?}: {e}"))
+fn counted<P: Point>(points: &[P], spec: &Spec) -> Run {
+    simulate(points, spec).unwrap_or_else(|e| panic!("{spec:?}: {e}"))
 }
 
 /// The same cells as the paper's, and on every machine the same counts.
-fn over_machines<P: Point>(points: &[P], rival: &Config, reference: &Run) -> Run {
+fn over_machines<P: Point>(points: &[P], rival: &Spec, reference: &Run) -> Run {
     let alone = counted(points, &rival.clone().with(|c| c.machine.workers = Workers::Count(1)));
     assert!(alone.cells() == reference.cells(), "{rival:?}: other cells");
     for workers in [2, 5, 64].map(Workers::Count).into_iter().chain([Workers::Leaves]) {
@@ -35,10 +35,10 @@ fn over_machines<P: Point>(points: &[P], rival: &Config, reference: &Run) -> Run
     }
     let channel = threaded(Workers::Count(5), 2, LEAF).with(|c| c.machine.workers = Workers::Count(5));
     let channel = channel.with(|c| {
-        c.partition = rival.partition;
-        c.correction = rival.correction;
-        c.graph = rival.graph;
-        c.separator_sets = rival.separator_sets;
+        c.tree.partition = rival.tree.partition;
+        c.recursion.neighbours = rival.recursion.neighbours;
+        c.recursion.graph = rival.recursion.graph;
+        c.recursion.sets = rival.recursion.sets;
     });
     let run = counted(points, &channel);
     assert!(run.cells() == reference.cells(), "over a channel: other cells");
@@ -51,7 +51,8 @@ fn planes<P: Point>(points: &[P]) {
     let reference = counted(points, &paper);
     assert_verified(points, &reference);
     for choice in [0, 1, 4] {
-        let rival = with_graph(&paper, combinations(false)[choice]).with(|c| c.partition = Partition::Kd);
+        let rival =
+            with_graph(&paper, combinations(false)[choice]).with(|c| c.tree.partition = Partition::Kd);
         let run = over_machines(points, &rival, &reference);
         let nodes = &run.ledger.part.nodes;
         assert!(
@@ -61,7 +62,7 @@ fn planes<P: Point>(points: &[P]) {
         );
     }
     for workers in [1, 5, 64] {
-        let fast = threaded(Workers::Count(workers), 2, LEAF).with(|c| c.partition = Partition::Kd);
+        let fast = threaded(Workers::Count(workers), 2, LEAF).with(|c| c.tree.partition = Partition::Kd);
         assert!(triangulate(points, &fast).unwrap().cells() == reference.cells(), "{workers} workers");
     }
 }
@@ -96,7 +97,7 @@ fn halved<P: Point>(points: &mut [P], node: NodeId, ledger: &Ledger) -> usize {
         return 0;
     }
     assert_eq!(facts.attempts, 1, "{node:?}");
-    let key = DrawKey { seed: Config::default().machine.seed, node: node.0, attempt: 0 };
+    let key = DrawKey { seed: Spec::default().machine.seed, node: node.0, attempt: 0 };
     let sampler = Sampler::new(key, facts.population, node_samples(SAMPLES, facts.population));
     let sampled = |p: &P| sampler.accepts(*p);
     let extent = |axis: usize| {
@@ -114,8 +115,8 @@ fn halved<P: Point>(points: &mut [P], node: NodeId, ledger: &Ledger) -> usize {
 #[test]
 fn planes_halve_their_samples() {
     fn check<P: Point>(points: &[P]) {
-        let config = simulated(Workers::Count(5), 5, 100).with(|c| c.partition = Partition::Kd);
-        let ledger = counted(points, &config).ledger;
+        let spec = simulated(Workers::Count(5), 5, 100).with(|c| c.tree.partition = Partition::Kd);
+        let ledger = counted(points, &spec).ledger;
         let exponent = scale_exponent(points).unwrap();
         let mut points: Vec<P> = points.iter().map(|&p| scale(p, exponent)).collect();
         assert!(halved(&mut points, NodeId::ROOT, &ledger) > 30);
@@ -131,17 +132,17 @@ fn graph(run: &Run) -> BTreeMap<NodeId, NodeFacts> {
 }
 
 fn corrected<P: Point>(points: &[P]) {
-    let paper =
-        simulated(Workers::Count(3), 5, LEAF).with(|c| c.graph = Graph::Density { alpha: Alpha::Value(3.0) });
+    let paper = simulated(Workers::Count(3), 5, LEAF)
+        .with(|c| c.recursion.graph = Graph::Density { alpha: Alpha::Value(3.0) });
     let reference = counted(points, &paper);
-    let rival = paper.clone().with(|c| c.correction = Correction::BottomUp);
+    let rival = paper.clone().with(|c| c.recursion.neighbours = Correction::BottomUp);
     let naive = over_machines(points, &rival, &reference);
     // Tree, separator sets and graph are functions of the radii, so those are the same.
     assert_eq!(graph(&naive), graph(&reference));
     assert_eq!(naive.ledger.part.edge_hash, reference.ledger.part.edge_hash);
     let radii = |ledger: &Ledger| depth(ledger, Phase::Probe) + depth(ledger, Phase::Neighbours);
     assert!(radii(&naive.ledger) > radii(&reference.ledger));
-    let both = rival.with(|c| c.partition = Partition::Kd);
+    let both = rival.with(|c| c.tree.partition = Partition::Kd);
     over_machines(points, &both, &reference);
 }
 
@@ -177,8 +178,9 @@ fn naive_depth_is_quadratic_in_the_levels() {
     for n in [500, 2000, 8000] {
         let points = space(Kind::Uniform, n, 2);
         let paper = simulated(Workers::Count(1), 5, 20)
-            .with(|c| c.graph = Graph::Density { alpha: Alpha::Value(3.0) });
-        let naive = counted(&points, &paper.clone().with(|c| c.correction = Correction::BottomUp)).ledger;
+            .with(|c| c.recursion.graph = Graph::Density { alpha: Alpha::Value(3.0) });
+        let naive =
+            counted(&points, &paper.clone().with(|c| c.recursion.neighbours = Correction::BottomUp)).ledger;
         let descent = counted(&points, &paper).ledger;
         let heights = heights(&naive);
         for (node, charge) in naive.part.members(Phase::Neighbours) {
@@ -204,10 +206,7 @@ fn naive_depth_is_quadratic_in_the_levels() {
 
 fn sweep(correction: Correction) -> Vec<Line> {
     let sizes = "2^9..2^14,per-octave=2";
-    let config = simulated(Workers::Count(1), 5, 12).with(|c| {
-        c.until = Some(Until::Neighbours);
-        c.correction = correction;
-    });
+    let spec = simulated(Workers::Count(1), 5, 12).with(|c| c.recursion.neighbours = correction);
     let sweep = Sweep {
         sizes: parse_sizes(sizes).unwrap(),
         sizes_text: sizes.to_string(),
@@ -219,7 +218,8 @@ fn sweep(correction: Correction) -> Vec<Line> {
         seeds: 4,
         weak: false,
         timed: false,
-        config,
+        until: Some(Until::Neighbours),
+        spec,
     };
     let mut runner = Runner::default();
     sweep.jobs().iter().map(|job| runner.run(&sweep, job, &mut |_, _, _| {}).unwrap()).collect()
@@ -257,7 +257,7 @@ fn the_fit_distinguishes_the_bottom_up_correction_from_the_descent() {
 fn inserted<P: Point>(points: &[P]) {
     let run = triangulate(points, &threaded(Workers::Count(3), 2, LEAF)).unwrap();
     for seed in [1, 2] {
-        let rival = incremental(points, &Config::default().with(|c| c.machine.seed = seed)).unwrap();
+        let rival = incremental(points, &Spec::default().with(|c| c.machine.seed = seed)).unwrap();
         assert!(rival.cells == run.cells(), "other cells");
         assert_eq!((rival.hull_facets, &rival.points), (run.hull_facets, &run.points));
         assert!(rival.brent <= rival.rounds.iter().map(|r| r.work).sum());

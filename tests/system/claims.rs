@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use septet_core::config::{Correction, FAULTS, Fault};
+use septet_core::spec::{Correction, FAULTS, Fault};
 use septet_lab::claims::{
     CheckedClaim, Claim, ClaimReport, Extent, Lab, LabOptions, Reading, registry, select,
 };

@@ -1,7 +1,7 @@
 //! The constants of the partition: they change counts and no cell, and the floor of leaves follows the rule.
 
-use septet_core::config::{Config, Partition, Purpose, SeparatorSets, Workers};
 use septet_core::generate::Kind;
+use septet_core::spec::{Partition, Purpose, SeparatorSets, Spec, Workers};
 use septet_core::{Run, simulate, triangulate};
 use septet_geometry::point::Point;
 
@@ -9,8 +9,10 @@ use crate::common::sets::space;
 
 const WORKERS: [u32; 3] = [1, 3, 16];
 
-fn config(change: impl FnOnce(&mut Config)) -> Config {
-    Config::default().with(|c| (c.machine.workers, c.machine.threads) = (Workers::Count(3), 2)).with(change)
+fn spec(change: impl FnOnce(&mut Spec)) -> Spec {
+    Spec::default()
+        .with(|c| (c.machine.workers, c.machine.threads) = (Workers::Count(3), Some(2)))
+        .with(change)
 }
 
 /// The samples, great circles and leaf size that a run used.
@@ -19,19 +21,19 @@ fn used(run: &Run) -> (u64, u32, u64) {
 }
 
 fn same_cells<P: Point>(points: &[P]) {
-    let reference = triangulate(points, &config(|_| ())).unwrap();
+    let reference = triangulate(points, &spec(|_| ())).unwrap();
     for (samples, tries, leaf) in [(36, 1, 30), (64, 5, 60), (400, 10, 300)] {
-        let given = |c: &mut Config| {
-            (c.constants.samples, c.constants.tries) = (Some(samples), Some(tries));
-            c.machine.leaf = Some(leaf);
+        let given = |c: &mut Spec| {
+            (c.tree.constants.samples, c.tree.constants.tries) = (Some(samples), Some(tries));
+            c.tree.leaf = Some(leaf);
         };
-        let first = simulate(points, &config(given)).unwrap();
+        let first = simulate(points, &spec(given)).unwrap();
         assert_eq!(used(&first), (samples, tries, leaf));
         assert!(first.cells() == reference.cells(), "{samples} samples, leaf {leaf}");
         let unsplit = first.ledger.part.nodes.values().filter(|f| f.is_leaf() && f.population > leaf).count();
         assert_eq!(unsplit, 0, "{samples} samples, leaf {leaf}");
         for workers in WORKERS {
-            let run = simulate(points, &config(given).with(|c| c.machine.workers = Workers::Count(workers)));
+            let run = simulate(points, &spec(given).with(|c| c.machine.workers = Workers::Count(workers)));
             let (part, of_first) = (run.unwrap().ledger, &first.ledger);
             assert_eq!(part.part.nodes, of_first.part.nodes, "{workers} workers");
             assert_eq!((part.paper, part.repair), (of_first.paper, of_first.repair), "{workers} workers");
@@ -49,16 +51,16 @@ fn constants_change_no_cell_and_counts_are_free_of_workers() {
 #[test]
 fn the_floor_of_leaves_follows_the_rule() {
     let points = space(Kind::Jittered, 2500, 3);
-    let leaf = |change: &dyn Fn(&mut Config)| {
-        let run = simulate(&points, &config(|c| c.spacing = Some(0.0)).with(change)).unwrap();
+    let leaf = |change: &dyn Fn(&mut Spec)| {
+        let run = simulate(&points, &spec(|c| c.recursion.spacing = Some(0.0)).with(change)).unwrap();
         run.settled.leaf
     };
     let ghost = leaf(&|_| ());
     assert!((30..=125).contains(&ghost), "{ghost}");
-    assert_eq!(leaf(&|c| c.separator_sets = SeparatorSets::Both), 1000);
-    assert_eq!(leaf(&|c| c.separator_sets = SeparatorSets::Smaller), 1000);
-    assert_eq!(leaf(&|c| c.constants.purpose = Purpose::Timing), 1000);
-    assert_eq!(triangulate(&points, &config(|_| ())).unwrap().settled.leaf, 1000);
+    assert_eq!(leaf(&|c| c.recursion.sets = SeparatorSets::Both), 1000);
+    assert_eq!(leaf(&|c| c.recursion.sets = SeparatorSets::Smaller), 1000);
+    assert_eq!(leaf(&|c| c.tree.constants.purpose = Purpose::Timing), 1000);
+    assert_eq!(triangulate(&points, &spec(|_| ())).unwrap().settled.leaf, 1000);
 }
 
 /// The constants for counting do less work and take fewer steps than the constants for time, on a set of the paper's
@@ -68,10 +70,11 @@ fn constants_for_counting_take_fewer_steps() {
     let points = space(Kind::WellSpaced, 8000, 5);
     for partition in [Partition::Sphere, Partition::Kd] {
         let steps = |purpose| {
-            let of = |c: &mut Config| {
-                (c.spacing, c.partition, c.constants.purpose) = (Some(0.0), partition, purpose);
+            let of = |c: &mut Spec| {
+                (c.recursion.spacing, c.tree.partition, c.tree.constants.purpose) =
+                    (Some(0.0), partition, purpose);
             };
-            let ledger = simulate(&points, &config(of)).unwrap().ledger;
+            let ledger = simulate(&points, &spec(of)).unwrap().ledger;
             println!("{partition:?} {purpose:?}: {:?} {:?}", ledger.paper, ledger.repair);
             (ledger.paper.work + ledger.repair.work, ledger.paper.brent + ledger.repair.brent)
         };
@@ -85,8 +88,8 @@ fn constants_for_counting_take_fewer_steps() {
 fn small_nodes_draw_few_samples() {
     let points = space(Kind::Uniform, 6000, 2);
     let work = |samples: u64| {
-        let of = |c: &mut Config| (c.constants.samples, c.machine.leaf) = (Some(samples), Some(60));
-        let ledger = simulate(&points, &config(of)).unwrap().ledger;
+        let of = |c: &mut Spec| (c.tree.constants.samples, c.tree.leaf) = (Some(samples), Some(60));
+        let ledger = simulate(&points, &spec(of)).unwrap().ledger;
         let partition = ledger.phases.iter().find(|p| p.phase.name() == "partition").unwrap();
         partition.work as f64 / points.len() as f64
     };

@@ -4,8 +4,8 @@ use crate::common::sets::{Draw, flat_grid, grid, plane, space};
 use crate::common::transports::{TestTransport, each_transport};
 use crate::common::{base, check, check_counted, check_over, simulated, with_workers, within};
 use glam::{DMat3, DVec2, DVec3};
-use septet_core::config::Workers;
 use septet_core::generate::Kind;
+use septet_core::spec::Workers;
 use septet_core::{Error, Run, triangulate};
 use septet_geometry::point::Point;
 use septet_geometry::range::RangeError;
@@ -55,11 +55,11 @@ fn small_sets() -> Vec<(String, Vec<DVec3>)> {
 fn small<P: Point>(what: &str, points: &[P]) {
     let mut reference: Option<Run> = None;
     for workers in [1, 3, 16] {
-        let config = with_workers(Workers::Count(workers), 2);
+        let spec = with_workers(Workers::Count(workers), 2);
         let mut same = |start: TestTransport| {
             for counted in [false, true] {
-                let (points, of) = (points.to_vec(), config.clone());
-                let label = format!("{what}, {start:?}, counted {counted}, {config:?}");
+                let (points, of) = (points.to_vec(), spec.clone());
+                let label = format!("{what}, {start:?}, counted {counted}, {spec:?}");
                 let run = within(PATIENCE, &label, move || check_over(start, &points, &of, counted));
                 assert_eq!(run.dimension < P::DIM as isize, run.cell_count() == 0, "{label}");
                 let accounted = run.points.used + run.points.duplicates.len() as u64;
@@ -90,8 +90,8 @@ fn few_points_in_space_and_in_the_plane() {
 fn tied<P: Point>(what: &str, points: &[P]) -> Run {
     let run = check(points, &base());
     assert_eq!(run.fallback, None, "{what}");
-    let config = simulated(Workers::Count(7), 1, 200);
-    let counted = septet_core::simulate(points, &config).unwrap_or_else(|e| panic!("{what}: {e}"));
+    let spec = simulated(Workers::Count(7), 1, 200);
+    let counted = septet_core::simulate(points, &spec).unwrap_or_else(|e| panic!("{what}: {e}"));
     assert!(counted.cells() == run.cells(), "{what}: other cells with 7 workers");
     assert_eq!(counted.fallback, None, "{what}");
     run
@@ -211,7 +211,7 @@ fn points_out_of_range_are_refused_by_index() {
         points[7] = DVec3::splat(0.1);
         let error = triangulate(&points, &base()).unwrap_err();
         assert!(matches!(error, Error::Points(RangeError::NotFinite { index: 9, .. })), "{error}");
-        let run = triangulate(&points, &base().with(|c| c.skip_invalid = true)).unwrap();
+        let run = triangulate(&points, &base().with(|c| c.input.skip_invalid = true)).unwrap();
         assert_eq!((run.points.refused, run.points.used), (vec![9], 49));
     }
 }

@@ -7,13 +7,12 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3};
-use septet_core::config::{ConfigError, Workers};
 use septet_core::generate::Kind;
-use septet_core::options::DistributedOptions;
 use septet_core::result::canonical::{LabelledCells, canonicalise};
 use septet_core::result::subdomain::{Neighbour, Part, Subdomain};
 use septet_core::run::distributed::{ProcessPoint, triangulate};
-use septet_core::{Config, Error, channels};
+use septet_core::spec::{SpecError, Workers};
+use septet_core::{Error, Spec, channels};
 use septet_geometry::point::Point;
 use septet_geometry::range::RangeError;
 use septet_protocol::transport::TransportError;
@@ -25,17 +24,17 @@ use crate::common::{base, within};
 type Held<C> = (Vec<C>, u64);
 
 /// Runs a process for each part of the points.
-fn run_all<C>(held: &[Held<C>], config: impl Fn(usize) -> Config + Sync) -> Vec<Result<Part, Error>>
+fn run_all<C>(held: &[Held<C>], spec: impl Fn(usize) -> Spec + Sync) -> Vec<Result<Part, Error>>
 where
     C: ProcessPoint + Sync,
 {
-    let config = &config;
+    let spec = &spec;
     std::thread::scope(|scope| {
         let mut threads = Vec::new();
         for ((process, held), mut transport) in
             held.iter().enumerate().zip(channels::<C::Point>(held.len() as u32))
         {
-            let run = move || triangulate(&mut transport, &held.0, held.1, &config(process));
+            let run = move || triangulate(&mut transport, &held.0, held.1, &spec(process));
             threads.push(scope.spawn(run));
         }
         threads.into_iter().map(|thread| thread.join().expect("a process panicked")).collect()
@@ -44,15 +43,16 @@ where
 
 /// Runs a process for each part of the points, with this number of workers.
 fn parts<C: ProcessPoint + Sync>(held: &[Held<C>], workers: u32) -> Vec<Part> {
-    let all = run_all(held, |_| config(held.len(), workers));
+    let all = run_all(held, |_| spec(workers));
     all.into_iter().map(|part| part.unwrap_or_else(|e| panic!("{} processes: {e}", held.len()))).collect()
 }
 
-/// Returns the configuration for this number of processes and workers, with so small leaves that all workers get points.
-fn config(processes: usize, workers: u32) -> Config {
-    let mut options = DistributedOptions::default();
-    options.workers = Some(workers);
-    options.config(processes as u32).with(|c| c.machine.leaf = Some(20))
+/// Returns the configuration for this number of workers, with so small leaves that all workers get points.
+fn spec(workers: u32) -> Spec {
+    Spec::default().with(|c| {
+        c.machine.workers = Workers::Count(workers);
+        c.tree.leaf = Some(20);
+    })
 }
 
 /// Divides points in these shares. The first has the input index `first_id`.
@@ -263,9 +263,8 @@ fn a_transport_serves_several_runs() {
         let start = |(process, mut transport): (usize, _)| {
             let own = &points[100 * process..100 * (process + 1)];
             scope.spawn(move || {
-                let run = |workers| {
-                    triangulate(&mut transport, own, 100 * process as u64, &config(2, workers)).unwrap()
-                };
+                let run =
+                    |workers| triangulate(&mut transport, own, 100 * process as u64, &spec(workers)).unwrap();
                 [2, 5, 3].map(run).map(|part| (part.cells, part.subdomains.len()))
             })
         };
@@ -279,15 +278,15 @@ fn a_transport_serves_several_runs() {
 /// Runs that all end with an error. Returns the errors of the processes.
 fn errors<P: Point + ProcessPoint<Point = P>>(
     held: Vec<Held<P>>,
-    config: impl Fn(usize) -> Config + Sync + Send + 'static,
+    spec: impl Fn(usize) -> Spec + Sync + Send + 'static,
 ) -> Vec<Error> {
-    let all = within(60, "a run with an error", move || run_all(&held, config));
+    let all = within(60, "a run with an error", move || run_all(&held, spec));
     all.into_iter().map(|part| part.map(|part| part.cells).expect_err("an error")).collect()
 }
 
 /// One worker for each process.
-fn default_of(processes: usize) -> impl Fn(usize) -> Config + Sync + Send + Clone + 'static {
-    move |_| config(processes, processes as u32)
+fn default_of(processes: usize) -> impl Fn(usize) -> Spec + Sync + Send + Clone + 'static {
+    move |_| spec(processes as u32)
 }
 
 #[test]
@@ -301,7 +300,7 @@ fn a_point_that_is_not_finite_ends_all_processes() {
         let is_it = |error: &Error| matches!(error, Error::Points(RangeError::NotFinite { index, value }) if *index == expected && value.is_nan());
         assert!(is_it(&error), "{error}");
     }
-    let skipping = |_| default_of(4)(0).with(|c| c.skip_invalid = true);
+    let skipping = |_| default_of(4)(0).with(|c| c.input.skip_invalid = true);
     let parts = run_all(&held, skipping).into_iter().map(Result::unwrap);
     let refused: Vec<_> = parts.map(|part| (part.points.used, part.points.refused)).collect();
     let first = 1u64 << 33;
@@ -313,8 +312,8 @@ fn a_point_that_is_not_finite_ends_all_processes() {
 fn faults_end_all_processes_with_the_same_error() {
     let points = plane(Kind::Uniform, 300, 5);
     for fault in ["panic:3:pieces", "panic:0:merge", "die:1:collect", "die:2:load", "spoil:2"] {
-        let config = move |_| default_of(4)(0).with(|c| c.planted.fault = Some(fault.parse().unwrap()));
-        let found = errors(divided(&points, &[1; 4], 0), config);
+        let spec = move |_| default_of(4)(0).with(|c| c.planted.fault = Some(fault.parse().unwrap()));
+        let found = errors(divided(&points, &[1; 4], 0), spec);
         let texts: Vec<_> = found.iter().map(ToString::to_string).collect();
         assert!(texts.iter().all(|text| *text == texts[0]), "{fault}: {texts:?}");
         let is_machine = found.iter().all(|error| matches!(error, Error::Machine(_)));
@@ -336,7 +335,7 @@ fn flips_are_detected_by_all_processes() {
     ] {
         for seed in 0..10 {
             let fault = format!("flip:{kind}:{seed}").parse().unwrap();
-            let faulty = move |_| config(4, 8).with(|c| c.planted.fault = Some(fault));
+            let faulty = move |_| spec(8).with(|c| c.planted.fault = Some(fault));
             let held = held.clone();
             let all = within(60, "a run with a flip", move || run_all(&held, faulty));
             let failed = all.iter().filter(|part| part.is_err()).count();
@@ -391,22 +390,22 @@ fn limits_of_one_process_end_all_processes() {
 #[test]
 fn configurations_for_one_process_are_refused() {
     let held = divided(&plane(Kind::Uniform, 100, 5), &[1, 1, 1], 0);
-    let refused = |change: fn(&mut Config)| {
+    let refused = |change: fn(&mut Spec)| {
         let found = errors(held.clone(), move |_| default_of(3)(0).with(change));
-        let kinds: Vec<ConfigError> = found
+        let kinds: Vec<SpecError> = found
             .into_iter()
             .map(|error| match error {
-                Error::Config(error) => error,
+                Error::Spec(error) => error,
                 other => panic!("{other}"),
             })
             .collect();
         assert!(kinds.iter().all(|kind| *kind == kinds[0]), "{kinds:?}");
         kinds[0].clone()
     };
-    assert!(matches!(refused(|c| c.machine.workers = Workers::Leaves), ConfigError::NotDistributed { .. }));
-    assert!(matches!(refused(|c| c.keep.view = 10), ConfigError::NotDistributed { .. }));
-    assert!(matches!(refused(|c| c.keep.costs = true), ConfigError::NotDistributed { .. }));
-    assert!(matches!(refused(|c| c.keep.owner = true), ConfigError::NotDistributed { .. }));
-    let few = ConfigError::TooFewWorkers { workers: 2, processes: 3 };
+    assert!(matches!(refused(|c| c.machine.workers = Workers::Leaves), SpecError::NotDistributed { .. }));
+    assert!(matches!(refused(|c| c.keep.view = 10), SpecError::NotDistributed { .. }));
+    assert!(matches!(refused(|c| c.keep.costs = true), SpecError::NotDistributed { .. }));
+    assert!(matches!(refused(|c| c.keep.owner = true), SpecError::NotDistributed { .. }));
+    let few = SpecError::TooFewWorkers { workers: 2, processes: 3 };
     assert_eq!(refused(|c| c.machine.workers = Workers::Count(2)), few);
 }

@@ -7,9 +7,9 @@ use crate::common::{
     assert_same_counts, assert_verified, base, check_counted, combinations, levels, simulated, threaded,
     with_graph, with_workers,
 };
-use septet_core::config::{Alpha, GraphKind, Neighbours, Workers};
 use septet_core::generate::Kind;
-use septet_core::{Config, Run, simulate, triangulate};
+use septet_core::spec::{Alpha, GraphKind, Neighbours, Workers};
+use septet_core::{Run, Spec, simulate, triangulate};
 use septet_geometry::point::Point;
 
 /// Runs over every transport; a process is started for each worker.
@@ -28,10 +28,10 @@ fn reference<P: Point>(points: &[P]) -> Run {
     run
 }
 
-fn assert_equal<P: Point>(start: TestTransport, points: &[P], config: &Config, reference: &Run) {
+fn assert_equal<P: Point>(start: TestTransport, points: &[P], spec: &Spec, reference: &Run) {
     for counted in [false, true] {
-        let what = format!("{start:?}, {config:?}, counted {counted}");
-        let run = start.run(points, config, counted).unwrap_or_else(|e| panic!("{what}: {e}"));
+        let what = format!("{start:?}, {spec:?}, counted {counted}");
+        let run = start.run(points, spec, counted).unwrap_or_else(|e| panic!("{what}: {e}"));
         assert!(run.cells() == reference.cells(), "{what}: other cells");
         assert_eq!(run.hull_facets, reference.hull_facets, "{what}");
         assert_eq!(run.points, reference.points, "{what}");
@@ -42,8 +42,8 @@ fn assert_equal<P: Point>(start: TestTransport, points: &[P], config: &Config, r
 fn over_machines<P: Point>(points: &[P]) {
     let reference = reference(points);
     for workers in FEW_WORKERS {
-        let config = with_workers(Workers::Count(workers), LEAF);
-        each_transport(|start| assert_equal(start, points, &config, &reference));
+        let spec = with_workers(Workers::Count(workers), LEAF);
+        each_transport(|start| assert_equal(start, points, &spec, &reference));
     }
     for workers in OTHER_WORKERS {
         for start in [TestTransport::Channel(2), TestTransport::Sim(0)] {
@@ -66,8 +66,8 @@ fn over_graphs<P: Point>(points: &[P]) {
     choices.push((GraphKind::Knn, both, Alpha::Auto, Neighbours::Count(1)));
     for choice in choices {
         for (start, workers) in [(TestTransport::Sim(5), 3), (TestTransport::Channel(2), 64)] {
-            let config = with_graph(&with_workers(Workers::Count(workers), LEAF), choice);
-            assert_equal(start, points, &config, &reference);
+            let spec = with_graph(&with_workers(Workers::Count(workers), LEAF), choice);
+            assert_equal(start, points, &spec, &reference);
         }
     }
 }
@@ -77,12 +77,12 @@ fn over_trees<P: Point>(points: &[P]) {
     let reference = reference(points);
     for seed in [0, 2, u64::MAX] {
         for leaf in [Some(25), None] {
-            let config = base().with(|c| {
+            let spec = base().with(|c| {
                 c.machine.seed = seed;
-                c.machine.leaf = leaf;
+                c.tree.leaf = leaf;
                 c.machine.workers = Workers::Count(5);
             });
-            assert_equal(TestTransport::Channel(2), points, &config, &reference);
+            assert_equal(TestTransport::Channel(2), points, &spec, &reference);
         }
     }
 }
@@ -112,11 +112,11 @@ fn over_orders<P: Point>(points: &[P]) {
         }
         let shuffled: Vec<P> = order.iter().map(|&i| points[i]).collect();
         for workers in [5, 64] {
-            let config = simulated(Workers::Count(workers), 3, LEAF);
-            let run = triangulate(&shuffled, &config).unwrap();
+            let spec = simulated(Workers::Count(workers), 3, LEAF);
+            let run = triangulate(&shuffled, &spec).unwrap();
             assert!(renamed(&run, &order) == expected, "shuffled by {seed}, {workers} workers");
             assert_verified(&shuffled, &run);
-            let counted = simulate(&shuffled, &config).unwrap();
+            let counted = simulate(&shuffled, &spec).unwrap();
             assert!(counted.cells() == run.cells(), "shuffled by {seed}, {workers} workers, counted");
             // Tree, work and depth do not depend on the order of the input. The hash of the graph depends on the indices.
             let mut ledger = counted.ledger;

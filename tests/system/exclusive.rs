@@ -12,10 +12,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex};
 
 use glam::DVec3;
-use septet_core::Config;
-use septet_core::config::{Correction, Partition, Workers};
+use septet_core::Spec;
 use septet_core::generate::Kind;
 use septet_core::run_on;
+use septet_core::spec::{Correction, Partition, Workers};
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
 use septet_protocol::message::{Body, ListBatch, Message, PointBatch, ReplyBatch};
 
@@ -152,14 +152,14 @@ fn conflict(log: &[Sent], workers: u32) -> Option<String> {
 }
 
 fn logged(workers: u32, choice: usize, counted: bool) -> Vec<Sent> {
-    let config = with_graph(&simulated(Workers::Count(workers), 0, 60), combinations(false)[choice]);
-    logged_of(&config, counted)
+    let spec = with_graph(&simulated(Workers::Count(workers), 0, 60), combinations(false)[choice]);
+    logged_of(&spec, counted)
 }
 
-fn logged_of(config: &Config, counted: bool) -> Vec<Sent> {
+fn logged_of(spec: &Spec, counted: bool) -> Vec<Sent> {
     let points = space(Kind::Uniform, POINTS, 4);
     let log = Arc::new(Mutex::new(Vec::new()));
-    let run = run_on(&points, config, counted, &mut |_| {
+    let run = run_on(&points, spec, counted, &mut |_| {
         let log = log.clone();
         Box::new(Observed(move |phase, messages: &[Message<DVec3>]| {
             log.lock().unwrap().extend(messages.iter().map(|m| (phase, m.clone())));
@@ -186,11 +186,11 @@ fn accesses_between_workers_are_exclusive() {
 #[test]
 fn accesses_of_rivals_are_exclusive() {
     for workers in [2, 5, 16] {
-        let config = simulated(Workers::Count(workers), 0, 60).with(|c| {
-            c.partition = Partition::Kd;
-            c.correction = Correction::BottomUp;
+        let spec = simulated(Workers::Count(workers), 0, 60).with(|c| {
+            c.tree.partition = Partition::Kd;
+            c.recursion.neighbours = Correction::BottomUp;
         });
-        let log = logged_of(&config, true);
+        let log = logged_of(&spec, true);
         let asked = log.iter().filter(|(phase, _)| *phase == Phase::Neighbours).count();
         assert!(asked >= 2 * workers as usize, "{asked} messages of the correction");
         assert_eq!(conflict(&log, workers), None, "{workers} workers");

@@ -3,9 +3,9 @@
 use std::fs;
 use std::process::Command;
 
-use septet_core::config::{Alpha, Graph, Until, Workers};
 use septet_core::generate::Kind;
-use septet_core::{Error, count, simulate};
+use septet_core::spec::{Alpha, Graph, Until, Workers};
+use septet_core::{count, simulate};
 use septet_lab::experiment::fit::{Conclusion, FitError, FitRequest, Key, fit, speedup};
 use septet_lab::experiment::{
     Journal, JournalError, Line, Program, Runner, Sweep, of_run, parse_sizes, read_lines,
@@ -27,10 +27,8 @@ fn sweep(sizes: &str, seeds: u64) -> Sweep {
         seeds,
         weak: false,
         timed: false,
-        config: base().with(|c| {
-            c.until = Some(Until::Neighbours);
-            c.machine.leaf = Some(40);
-        }),
+        until: Some(Until::Neighbours),
+        spec: base().with(|c| c.tree.leaf = Some(40)),
     }
 }
 
@@ -71,15 +69,14 @@ fn conclusion(lines: &[Line]) -> Conclusion {
 fn a_run_that_stops_counts_what_the_whole_run_counts() {
     let points = plane(Kind::Uniform, 3000, 5);
     let whole = base().with(|c| {
-        c.machine.leaf = Some(100);
-        c.graph = Graph::Density { alpha: Alpha::Value(3.0) };
+        c.tree.leaf = Some(100);
+        c.recursion.graph = Graph::Density { alpha: Alpha::Value(3.0) };
     });
     let run = simulate(&points, &whole).unwrap();
     for (until, last) in
         [(Until::Partition, "partition"), (Until::Neighbours, "neighbours"), (Until::Graph, "graph")]
     {
-        let config = whole.clone().with(|c| c.until = Some(until));
-        let counts = count(&points, &config).unwrap();
+        let counts = count(&points, Some(until), &whole).unwrap();
         let all = of_run(&run);
         let part = septet_lab::experiment::of_counts(&counts);
         assert_eq!((part.end, part.graph, part.repair), (None, None, None));
@@ -91,15 +88,16 @@ fn a_run_that_stops_counts_what_the_whole_run_counts() {
         }
         assert_eq!(seen.last(), Some(&last));
         assert_eq!((part.tree.levels, part.tree.leaves), (all.tree.levels, all.tree.leaves));
-        let refused = simulate(&points, &config).unwrap_err();
-        assert!(matches!(refused, Error::Config(septet_core::config::ConfigError::Stops { .. })));
     }
     let all = of_run(&run);
     assert_eq!(all.paper.unwrap().depth, run.ledger.paper.depth);
     assert_eq!(all.end.unwrap().cells, run.cell_count() as u64);
     let flat: Vec<_> = (0..50).map(|i| glam::DVec2::new(f64::from(i), 0.0)).collect();
-    let config = whole.with(|c| c.until = Some(Until::Partition));
-    assert_eq!(count(&flat, &config).unwrap().end.unwrap().cells, 0, "points on a line");
+    assert_eq!(
+        count(&flat, Some(Until::Partition), &whole).unwrap().end.unwrap().cells,
+        0,
+        "points on a line"
+    );
 }
 
 #[test]
@@ -259,7 +257,7 @@ fn incompatible_runs_are_refused() {
 #[test]
 fn speed_up_is_against_the_serial_kernel() {
     let timed = Sweep { timed: true, seeds: 2, ..sweep("400,800", 2) };
-    let timed = Sweep { config: timed.config.clone().with(|c| c.until = None), ..timed };
+    let timed = Sweep { until: None, ..timed };
     let timed = Sweep { workers: vec![Workers::Count(1), Workers::Count(3)], ..timed };
     timed.check().unwrap();
     let mut lines = lines(&timed);

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use crate::common::sets::{plane, space};
 use crate::common::transports::{TestTransport, each_transport};
 use crate::common::{combinations, simulated, with_graph, with_workers};
-use septet_core::config::{Alpha, Fault, Graph, GraphKind, Neighbours, SeparatorSets, Workers};
 use septet_core::generate::Kind;
+use septet_core::spec::{Alpha, Fault, Graph, GraphKind, Neighbours, SeparatorSets, Workers};
 use septet_core::{Error, simulate};
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase};
@@ -26,19 +26,19 @@ fn relayed<P: Point>(points: &[P]) {
         let whole = with_graph(&simulated(Workers::Count(1), 0, LEAF), choice).with(|c| c.keep.graph = true);
         let reference = simulate(points, &whole).unwrap();
         for (workers, first, last) in refused {
-            let config = with_graph(&with_workers(Workers::Count(workers), LEAF), choice);
-            let config = config.with(|c| {
+            let spec = with_graph(&with_workers(Workers::Count(workers), LEAF), choice);
+            let spec = spec.with(|c| {
                 c.keep.graph = true;
                 c.planted.fault = Some(refuse(first, last));
             });
             let same = |start: TestTransport| {
                 let what = format!("{start:?}, {choice:?}, {workers} workers, {first} to {last} refused");
-                let counted = start.run(points, &config, true).unwrap_or_else(|e| panic!("{what}: {e}"));
+                let counted = start.run(points, &spec, true).unwrap_or_else(|e| panic!("{what}: {e}"));
                 let facts = &counted.ledger.part.nodes[&NodeId(first)];
                 assert!(facts.is_leaf() && facts.population > LEAF, "{what}: it was split");
                 assert!(counted.cells() == reference.cells(), "{what}: other cells");
                 assert!(counted.graph == reference.graph, "{what}: another graph");
-                let run = start.run(points, &config, false).unwrap_or_else(|e| panic!("{what}: {e}"));
+                let run = start.run(points, &spec, false).unwrap_or_else(|e| panic!("{what}: {e}"));
                 assert!(run.cells() == reference.cells(), "{what}: other cells, triangulated");
             };
             match (choice.0, first, last) {
@@ -64,10 +64,10 @@ fn a_spoilt_star_has_no_certificate() {
     let points = space(Kind::Uniform, 800, 6);
     for (workers, rank) in [(1, 1), (3, 2)] {
         for counted in [false, true] {
-            let config = with_workers(Workers::Count(workers), LEAF);
-            let config = config.with(|c| c.planted.fault = Some(Fault::SpoilStar { rank }));
+            let spec = with_workers(Workers::Count(workers), LEAF);
+            let spec = spec.with(|c| c.planted.fault = Some(Fault::SpoilStar { rank }));
             each_transport(|start| {
-                let result = start.run(&points, &config, counted);
+                let result = start.run(&points, &spec, counted);
                 let Err(Error::NotCertified { refutation, run }) = result else {
                     panic!("{start:?}: {result:?}")
                 };
@@ -91,11 +91,11 @@ fn a_worker_that_ends_is_named() {
         for phase in [Phase::Partition, Phase::Neighbours, Phase::Graph, Phase::Repair, Phase::Collect] {
             // Density graphs need the neighbour balls of the phase `neighbours`.
             let alpha = Alpha::Value(2.5);
-            let config = with_workers(Workers::Count(3), LEAF).with(|c| {
+            let spec = with_workers(Workers::Count(3), LEAF).with(|c| {
                 c.planted.fault = Some(Fault::DieAt { rank, phase });
-                c.graph = Graph::Density { alpha };
+                c.recursion.graph = Graph::Density { alpha };
             });
-            each_transport(|start| match start.run(&points, &config, true) {
+            each_transport(|start| match start.run(&points, &spec, true) {
                 Err(Error::Machine(TransportError::WorkerFailed { rank: named, .. })) => {
                     assert_eq!(named, rank, "{start:?}, {phase:?}");
                 }
@@ -115,11 +115,11 @@ fn capped<P: Point>(points: &[P], nearest: u32, caps: std::ops::Range<u32>) -> B
     for cap in caps {
         let mut first = None;
         for workers in [1, 2, 5, 64] {
-            let config = with_graph(&with_workers(Workers::Count(workers), LEAF), knn);
-            let config = config.with(|c| c.planted.exchange_cap = Some(cap));
+            let spec = with_graph(&with_workers(Workers::Count(workers), LEAF), knn);
+            let spec = spec.with(|c| c.planted.exchange_cap = Some(cap));
             let mut same = |start: TestTransport| {
                 let what = format!("cap {cap}, {workers} workers, {start:?}");
-                let run = start.run(points, &config, true).unwrap_or_else(|e| panic!("{what}: {e}"));
+                let run = start.run(points, &spec, true).unwrap_or_else(|e| panic!("{what}: {e}"));
                 assert!(run.cells() == reference.cells(), "{what}: other cells");
                 sizes.insert(run.fallback.as_ref().unwrap_or_else(|| panic!("{what}: nothing gathered")).1);
                 let found = (run.fallback, run.ledger.repair.work, run.ledger.repair.depth);

@@ -15,9 +15,9 @@ use crate::common::observed::Observed;
 use crate::common::sets::{Draw, plane, space};
 use crate::common::transports::each_transport;
 use crate::common::{simulated, with_graph};
-use septet_core::config::{Alpha, Fault, GraphKind, Neighbours, SeparatorSets, Workers};
 use septet_core::generate::Kind;
-use septet_core::{Config, Error, Run, independent, run_on};
+use septet_core::spec::{Alpha, Fault, GraphKind, Neighbours, SeparatorSets, Workers};
+use septet_core::{Error, Run, Spec, independent, run_on};
 use septet_geometry::point::Point;
 use septet_protocol::ids::Rank;
 use septet_protocol::message::Message;
@@ -63,9 +63,9 @@ fn count_panics() {
 }
 
 /// Runs on a machine of one thread. Returns the counts of messages.
-fn run<P: Point>(points: &[P], config: &Config, counted: bool) -> (Result<Run, Error>, Counts) {
+fn run<P: Point>(points: &[P], spec: &Spec, counted: bool) -> (Result<Run, Error>, Counts) {
     let counts = Counts::default();
-    let result = run_on(points, config, counted, &mut |_| {
+    let result = run_on(points, spec, counted, &mut |_| {
         let counts = counts.clone();
         Box::new(Observed(move |_, messages: &[Message<P>]| {
             for message in messages {
@@ -88,17 +88,17 @@ fn is_same(a: &Run, b: &Run) -> bool {
 /// A run without flips, with which others are compared.
 struct Quiet<'a, P> {
     points: &'a [P],
-    config: Config,
+    spec: Spec,
     counted: bool,
     run: Run,
     counts: BTreeMap<(&'static str, Rank), u32>,
 }
 
 impl<'a, P: Point> Quiet<'a, P> {
-    fn new(points: &'a [P], config: Config, counted: bool) -> Self {
-        let (result, counts) = run(points, &config, counted);
-        let quiet = result.unwrap_or_else(|e| panic!("{config:?}: {e}"));
-        Quiet { points, config, counted, run: quiet, counts: counts.take() }
+    fn new(points: &'a [P], spec: Spec, counted: bool) -> Self {
+        let (result, counts) = run(points, &spec, counted);
+        let quiet = result.unwrap_or_else(|e| panic!("{spec:?}: {e}"));
+        Quiet { points, spec, counted, run: quiet, counts: counts.take() }
     }
 
     /// Returns the kinds of messages that occur.
@@ -120,9 +120,9 @@ impl<'a, P: Point> Quiet<'a, P> {
     fn flipped(&self, kind: &'static str, wanted: usize) -> Tally {
         let mut tally = Tally::default();
         for flip in self.flips(kind, wanted) {
-            let config = self.config.clone().with(|c| c.planted.fault = Some(Fault::Flip(flip)));
+            let spec = self.spec.clone().with(|c| c.planted.fault = Some(Fault::Flip(flip)));
             let (panics, start) = (PANICS.load(Ordering::Relaxed), Instant::now());
-            let (result, _) = run(self.points, &config, self.counted);
+            let (result, _) = run(self.points, &spec, self.counted);
             tally.slow += u32::from(start.elapsed() > Duration::from_secs(10));
             tally.panics += PANICS.load(Ordering::Relaxed) - panics;
             match result {
@@ -162,7 +162,7 @@ fn mixed<P: Point>(mut points: Vec<P>) -> Vec<P> {
 
 /// Configurations of `triangulate` and, if the second entry is `true`, of `simulate`. Stars are repaired in the fourth, and
 /// gathered in the fifth. The last has a group of more than 33 ranks.
-fn configurations() -> [(Config, bool); 7] {
+fn configurations() -> [(Spec, bool); 7] {
     use SeparatorSets::{Both, Ghost};
     let base = simulated(Workers::Count(WORKERS), 0, 20);
     let direct = base.clone().with(|c| c.keep.view = 100);
@@ -188,8 +188,8 @@ fn configurations() -> [(Config, bool); 7] {
 fn no_flip_escapes<P: Point>(points: &[P], wanted: usize) {
     count_panics();
     let mut occurred = BTreeSet::new();
-    for (number, (config, counted)) in configurations().into_iter().enumerate() {
-        let quiet = Quiet::new(points, config, counted);
+    for (number, (spec, counted)) in configurations().into_iter().enumerate() {
+        let quiet = Quiet::new(points, spec, counted);
         for kind in quiet.kinds() {
             let tally = quiet.flipped(kind, wanted);
             println!("{} dimensions, configuration {number}, {kind}: {tally:?}", P::DIM);
@@ -233,8 +233,8 @@ fn flips_strike_on_all_transports() {
     let quiet = Quiet::new(&points, base.clone(), false);
     for kind in ["start", "samples", "move", "splits", "copies", "merged"] {
         for flip in quiet.flips(kind, 2) {
-            let config = base.clone().with(|c| c.planted.fault = Some(Fault::Flip(flip)));
-            each_transport(|start| match start.run(&points, &config, false) {
+            let spec = base.clone().with(|c| c.planted.fault = Some(Fault::Flip(flip)));
+            each_transport(|start| match start.run(&points, &spec, false) {
                 Err(Error::Machine(_) | Error::NotCertified { .. }) => {}
                 other => panic!("{start:?}, {flip:?}: {:?}", other.map(|run| run.cell_count())),
             });
@@ -252,8 +252,8 @@ fn no_flip_changes_an_independent_set() {
     for kind in ["samples", "counts", "move", "ghosts", "joined", "left"] {
         for seed in 0..20 {
             let flip = Fault::Flip(Flip::new(kind, seed).unwrap());
-            let config = base.clone().with(|c| c.planted.fault = Some(flip));
-            match independent(&places, &sizes, 0, &config) {
+            let spec = base.clone().with(|c| c.planted.fault = Some(flip));
+            match independent(&places, &sizes, 0, &spec) {
                 Err(Error::Machine(_)) => refused += 1,
                 Err(error) => panic!("{kind} {seed}: {error}"),
                 Ok(run) => {

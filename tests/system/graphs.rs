@@ -3,9 +3,9 @@
 
 use crate::common::sets::{plane, space};
 use crate::common::{base, check_counted, combinations, threaded, with_graph};
-use septet_core::config::{Alpha, GraphKind, Neighbours, SeparatorSets, Workers};
 use septet_core::generate::Kind;
 use septet_core::simulate;
+use septet_core::spec::{Alpha, GraphKind, Neighbours, SeparatorSets, Workers};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_lab::assert_counts;
@@ -53,17 +53,17 @@ fn compare<P: Point>(points: &[P], choices: &[(GraphKind, Alpha, Neighbours)], l
         let mut expected = None;
         for (graph, sets, ..) in combinations(false).into_iter().filter(|c| c.0 == kind) {
             for workers in [1, 7] {
-                let config = threaded(Workers::Count(workers), 2, leaf);
-                let config = with_graph(&config, (graph, sets, alpha, k)).with(|c| c.keep.graph = true);
-                let run = simulate(points, &config).unwrap_or_else(|e| panic!("{what} {config:?}: {e}"));
+                let spec = threaded(Workers::Count(workers), 2, leaf);
+                let spec = with_graph(&spec, (graph, sets, alpha, k)).with(|c| c.keep.graph = true);
+                let run = simulate(points, &spec).unwrap_or_else(|e| panic!("{what} {spec:?}: {e}"));
                 assert!(crate::common::levels(&run.ledger) >= 3, "{what}: no tree");
                 let rule = run.settled.supergraph.unwrap();
                 let expected = expected.get_or_insert_with(|| by_definition(points, rule));
                 let found = run.graph.unwrap();
-                assert_eq!(expected.len(), found.len(), "{what} {config:?}: number of edges");
-                assert!(*expected == found, "{what} {config:?}: other edges");
+                assert_eq!(expected.len(), found.len(), "{what} {spec:?}: number of edges");
+                assert!(*expected == found, "{what} {spec:?}: other edges");
                 let counted: u64 = run.ledger.part.nodes.values().map(|facts| facts.edges).sum();
-                assert_eq!(counted, found.len() as u64, "{what} {config:?}: edges in the ledger");
+                assert_eq!(counted, found.len() as u64, "{what} {spec:?}: edges in the ledger");
             }
         }
     }
@@ -102,12 +102,12 @@ fn density_graphs_of_ten_thousand_points_have_the_edges_of_their_definition() {
 
 /// Every edge of the triangulation is an edge of the graph, no star needs an exchange, degrees are bounded.
 fn hypothesis<P: Point>(points: &[P], lipschitz: f64, what: &str) -> (f64, u64) {
-    let config = base().with(|c| {
-        c.spacing = Some(lipschitz);
-        c.machine.leaf = Some(200);
+    let spec = base().with(|c| {
+        c.recursion.spacing = Some(lipschitz);
+        c.tree.leaf = Some(200);
         c.keep.graph = true;
     });
-    let run = check_counted(points, &config);
+    let run = check_counted(points, &spec);
     assert_counts!(run, no_repair());
     let graph = run.graph.clone().unwrap();
     for cell in run.cells().chunks_exact(P::DIM + 1) {
@@ -142,14 +142,14 @@ fn separator_sets_contain_every_edge() {
     let points = space(Kind::WellSpaced, 4000, 2);
     for rule in [SeparatorSets::Both, SeparatorSets::Smaller] {
         let run = |workers| {
-            let config = base().with(|c| {
-                c.separator_sets = rule;
-                c.spacing = Some(0.0);
+            let spec = base().with(|c| {
+                c.recursion.sets = rule;
+                c.recursion.spacing = Some(0.0);
                 c.machine.workers = Workers::Count(workers);
-                c.machine.leaf = Some(400);
+                c.tree.leaf = Some(400);
                 (c.keep.graph, c.keep.sets) = (true, true);
             });
-            simulate(&points, &config).unwrap()
+            simulate(&points, &spec).unwrap()
         };
         let one = run(1);
         let sets = one.sets.clone().unwrap();

@@ -5,16 +5,16 @@ use std::collections::BTreeMap;
 
 use crate::common::sets::{Draw, plane, space};
 use crate::common::{simulated, threaded};
-use septet_core::config::{Config, Partition, Workers};
 use septet_core::generate::Kind;
+use septet_core::spec::{Partition, Spec, Workers};
 use septet_core::{simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_geometry::separator::bisection_samples;
 use septet_protocol::ids::NodeId;
 
 /// The facts of every split subproblem: its points, those inside, attempts, and the hash of the separator.
-fn splits<P: Point>(points: &[P], config: &Config) -> BTreeMap<NodeId, [u64; 4]> {
-    let nodes = triangulate(points, config).unwrap().ledger.part.nodes;
+fn splits<P: Point>(points: &[P], spec: &Spec) -> BTreeMap<NodeId, [u64; 4]> {
+    let nodes = triangulate(points, spec).unwrap().ledger.part.nodes;
     let inner = nodes.into_iter().filter(|(_, facts)| !facts.is_leaf());
     inner.map(|(node, f)| (node, [f.population, f.inside, f.attempts, f.separator])).collect()
 }
@@ -25,12 +25,12 @@ fn trees_are_equal<P: Point>(points: &[P]) {
     let mut order: Vec<P> = points.to_vec();
     Draw::new(7).shuffle(&mut order);
     for workers in [2, 3, 8, 64] {
-        for (points, config) in [
+        for (points, spec) in [
             (points, threaded(Workers::Count(workers), 2, 40)),
             (&order, threaded(Workers::Count(workers), 1, 40)),
             (&order, simulated(Workers::Count(workers), 5, 40)),
         ] {
-            let some = splits(points, &config);
+            let some = splits(points, &spec);
             assert!(some.len() + 1 >= workers.min(60) as usize, "{} of {workers}", some.len());
             for (node, facts) in some {
                 assert_eq!(all.get(&node), Some(&facts), "{workers} workers, {node:?}");
@@ -54,8 +54,8 @@ fn check_bisection<P: Point>(points: &[P]) {
         (larger - 0.5) * 2.0 * (bisection_samples(population) as f64).sqrt()
     };
     for partition in [Partition::Sphere, Partition::Kd] {
-        let config = threaded(Workers::Count(8), 2, 40).with(|c| c.partition = partition);
-        let split = splits(points, &config);
+        let spec = threaded(Workers::Count(8), 2, 40).with(|c| c.tree.partition = partition);
+        let split = splits(points, &spec);
         assert_eq!(split.len(), 7);
         for (node, [population, inside, ..]) in split {
             assert!(excess(population, inside) < 4.0, "{node:?}: {inside} of {population}");

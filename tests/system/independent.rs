@@ -3,10 +3,10 @@
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
-use septet_core::config::{Fault, Partition, Workers};
 use septet_core::generate::Kind;
 use septet_core::run::independent::SiteError;
-use septet_core::{Config, Error, IndependentRun, independent};
+use septet_core::spec::{Fault, Partition, Workers};
+use septet_core::{Error, IndependentRun, Spec, independent};
 use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::priority::priority;
 use septet_meshing::points::conflicts::{Site, Sites};
@@ -45,8 +45,8 @@ fn assert_is(run: &IndependentRun, set: &Independent, fixed: usize, what: &str) 
 /// The same set and the same counts on every machine.
 fn checked<P: Point>(places: &[P], sizes: &[f64], fixed: usize, what: &str) -> IndependentRun {
     let set = oracle(places, sizes, fixed, 1);
-    let config = simulated(Workers::Count(1), 0, LEAF);
-    let one = independent(places, sizes, fixed, &config).unwrap_or_else(|e| panic!("{what}: {e}"));
+    let spec = simulated(Workers::Count(1), 0, LEAF);
+    let one = independent(places, sizes, fixed, &spec).unwrap_or_else(|e| panic!("{what}: {e}"));
     assert_is(&one, &set, fixed, what);
     let machines = [
         simulated(Workers::Count(2), 1, LEAF),
@@ -57,9 +57,9 @@ fn checked<P: Point>(places: &[P], sizes: &[f64], fixed: usize, what: &str) -> I
         threaded(Workers::Count(1), 2, LEAF),
         threaded(Workers::Count(5), 2, LEAF),
     ];
-    for config in machines {
-        let what = format!("{what}, {config:?}");
-        let run = independent(places, sizes, fixed, &config).unwrap_or_else(|e| panic!("{what}: {e}"));
+    for spec in machines {
+        let what = format!("{what}, {spec:?}");
+        let run = independent(places, sizes, fixed, &spec).unwrap_or_else(|e| panic!("{what}: {e}"));
         assert_is(&run, &set, fixed, &what);
         assert_same_counts(&one.ledger, &run.ledger, &what);
     }
@@ -150,12 +150,12 @@ fn few_points_on_many_workers() {
             let set = oracle(&points, &sizes, fixed, 1);
             for leaf in [1, 2, 100] {
                 for workers in [1, 2, 5, 8, 64] {
-                    for config in [
+                    for spec in [
                         simulated(Workers::Count(workers), 7, leaf),
                         threaded(Workers::Count(workers), 2, leaf),
                     ] {
-                        let run = independent(&points, &sizes, fixed, &config).unwrap();
-                        assert_is(&run, &set, fixed, &format!("{n} points, {config:?}"));
+                        let run = independent(&points, &sizes, fixed, &spec).unwrap();
+                        assert_is(&run, &set, fixed, &format!("{n} points, {spec:?}"));
                     }
                 }
             }
@@ -168,15 +168,15 @@ fn one_leaf_planes_and_refused_splits() {
     let points = plane(Kind::Uniform, 900, 8);
     let sizes = vec![even(900, 2, 10.0); 900];
     let set = oracle(&points, &sizes, 20, 1);
-    let kd = simulated(Workers::Count(5), 1, LEAF).with(|c| c.partition = Partition::Kd);
+    let kd = simulated(Workers::Count(5), 1, LEAF).with(|c| c.tree.partition = Partition::Kd);
     let refused = |workers, first, last| {
         let fault = Fault::RefuseSplit { first: NodeId(first), last: NodeId(last) };
         simulated(Workers::Count(workers), 3, LEAF).with(|c| c.planted.fault = Some(fault))
     };
     let whole = simulated(Workers::Count(3), 1, 10_000);
-    for config in [kd, whole, refused(2, 1, 1), refused(5, 3, 3), refused(8, 2, 3), refused(8, 4, 7)] {
-        let run = independent(&points, &sizes, 20, &config).unwrap();
-        assert_is(&run, &set, 20, &format!("{config:?} {:?}", config.planted.fault));
+    for spec in [kd, whole, refused(2, 1, 1), refused(5, 3, 3), refused(8, 2, 3), refused(8, 4, 7)] {
+        let run = independent(&points, &sizes, 20, &spec).unwrap();
+        assert_is(&run, &set, 20, &format!("{spec:?} {:?}", spec.planted.fault));
     }
 }
 
@@ -209,8 +209,8 @@ fn rounds_are_logarithmic_and_messages_are_counted() {
     for (n, workers) in [(1000, 4), (10_000, 8), (100_000, 16)] {
         let points = space(Kind::Uniform, n as u64, 12);
         let sizes = vec![even(n, 3, 12.0); n];
-        let config = simulated(Workers::Count(workers), 1, 5 * LEAF);
-        let run = independent(&points, &sizes, 10, &config).unwrap();
+        let spec = simulated(Workers::Count(workers), 1, 5 * LEAF);
+        let run = independent(&points, &sizes, 10, &spec).unwrap();
         let bound = (n as f64).log2() + 2.0;
         println!("{n}: {} rounds, {} members, {:?}", run.rounds(), run.members.len(), run.undecided);
         assert!(run.rounds() as f64 <= bound, "{} rounds, bound {bound}", run.rounds());
@@ -273,44 +273,44 @@ fn work_is_the_same_for_each_level() {
 fn the_scale_does_not_matter() {
     let points = space(Kind::Uniform, 400, 13);
     let size = even(400, 3, 12.0);
-    let config = simulated(Workers::Count(3), 1, LEAF);
+    let spec = simulated(Workers::Count(3), 1, LEAF);
     for factor in [2f64.powi(-500), 2f64.powi(-90), 2f64.powi(700)] {
         let places: Vec<DVec3> = points.iter().map(|&p| p * factor).collect();
-        let run = independent(&places, &vec![size * factor; 400], 0, &config).unwrap();
+        let run = independent(&places, &vec![size * factor; 400], 0, &spec).unwrap();
         // An independent and maximal set of the conflicts in the scale of 1.
         let near = |i: usize, j: usize| i != j && points[i].distance_squared(points[j]) < size * size;
         assert!(run.members.iter().all(|&i| !run.members.iter().any(|&j| near(i, j))));
         let covered = |i| run.members.iter().any(|&j| i == j || near(i, j));
         assert!((0..400).all(covered), "{factor}: not maximal");
     }
-    let run = independent(&points, &vec![f64::MAX; 400], 0, &config).unwrap();
+    let run = independent(&points, &vec![f64::MAX; 400], 0, &spec).unwrap();
     assert_eq!((run.members.len(), run.rounds()), (1, 1));
-    let run = independent(&points, &vec![f64::MIN_POSITIVE; 400], 0, &config).unwrap();
+    let run = independent(&points, &vec![f64::MIN_POSITIVE; 400], 0, &spec).unwrap();
     assert_eq!((run.members.len(), run.rounds()), (400, 1));
     // The only small site conflicts with no other site, however large the others are.
     let sizes: Vec<f64> = (0..400).map(|i| if i == 17 { 1e-200 } else { 1e200 }).collect();
-    let run = independent(&points, &sizes, 0, &config).unwrap();
+    let run = independent(&points, &sizes, 0, &spec).unwrap();
     assert!(run.members.len() == 2 && run.members.contains(&17));
 }
 
 #[test]
 fn inputs_without_a_graph_are_refused() {
     let points = [DVec2::ZERO, DVec2::ONE, DVec2::new(-0.0, 0.0)];
-    let refused = |points: &[DVec2], sizes: &[f64], fixed, config: &Config| {
-        independent(points, sizes, fixed, config).map(|run| run.members).unwrap_err()
+    let refused = |points: &[DVec2], sizes: &[f64], fixed, spec: &Spec| {
+        independent(points, sizes, fixed, spec).map(|run| run.members).unwrap_err()
     };
-    let config = base();
-    let error = refused(&points, &[1.0; 3], 0, &config);
+    let spec = base();
+    let error = refused(&points, &[1.0; 3], 0, &spec);
     assert!(matches!(error, Error::Sites(SiteError::Coincident { first: 0, second: 2 })), "{error}");
-    let error = refused(&points, &[1.0; 2], 0, &config);
+    let error = refused(&points, &[1.0; 2], 0, &spec);
     assert!(matches!(error, Error::Sites(SiteError::Lengths { places: 3, sizes: 2 })), "{error}");
-    let error = refused(&points, &[1.0; 3], 4, &config);
+    let error = refused(&points, &[1.0; 3], 4, &spec);
     assert!(matches!(error, Error::Sites(SiteError::Fixed { fixed: 4, sites: 3 })), "{error}");
     for size in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let error = refused(&points, &[1.0, size, 1.0], 0, &config);
+        let error = refused(&points, &[1.0, size, 1.0], 0, &spec);
         assert!(matches!(error, Error::Sites(SiteError::Size { index: 1, .. })), "{error}");
     }
-    let error = refused(&[DVec2::ZERO, DVec2::new(f64::NAN, 0.0)], &[1.0; 2], 0, &config);
+    let error = refused(&[DVec2::ZERO, DVec2::new(f64::NAN, 0.0)], &[1.0; 2], 0, &spec);
     assert!(matches!(error, Error::Points(_)), "{error}");
     let tight = base().with(|c| c.machine.max_memory = Some(1000));
     assert!(matches!(refused(&points, &[1.0; 3], 0, &tight), Error::Memory { points: 3, .. }));

@@ -3,9 +3,9 @@
 use crate::common::sets::{plane, space};
 use crate::common::transports::{TestTransport, each_transport};
 use crate::common::{assert_same_counts, combinations, simulated, threaded, with_graph, with_workers};
-use septet_core::config::Workers;
 use septet_core::generate::Kind;
-use septet_core::{Config, Run, simulate, triangulate};
+use septet_core::spec::Workers;
+use septet_core::{Run, Spec, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_lab::assert_counts;
 use septet_protocol::ids::{COORDINATOR, Phase};
@@ -13,22 +13,22 @@ use septet_protocol::ledger::LinkKey;
 
 const LEAF: u64 = 40;
 
-fn counted<P: Point>(points: &[P], config: &Config) -> Run {
-    simulate(points, config).unwrap_or_else(|e| panic!("{config:?}: {e}"))
+fn counted<P: Point>(points: &[P], spec: &Spec) -> Run {
+    simulate(points, spec).unwrap_or_else(|e| panic!("{spec:?}: {e}"))
 }
 
 fn over_machines<P: Point>(points: &[P], choice: usize) {
     let choice = combinations(false)[choice];
     let reference = counted(points, &with_graph(&threaded(Workers::Count(1), 1, LEAF), choice));
     for workers in [2, 3, 5, 64, 300].map(Workers::Count).into_iter().chain([Workers::Leaves]) {
-        let config = with_graph(&with_workers(workers, LEAF), choice);
-        let sim = TestTransport::Sim(4).run(points, &config, true).unwrap();
+        let spec = with_graph(&with_workers(workers, LEAF), choice);
+        let sim = TestTransport::Sim(4).run(points, &spec, true).unwrap();
         assert_same_counts(&reference.ledger, &sim.ledger, &format!("{choice:?}, {workers:?}"));
         assert_counts!([&reference, &sim], same_counts());
         // Rounds, messages and bytes depend on the workers, but neither on transport nor on delivery.
         let same_rounds = |start: TestTransport| {
             let what = format!("{choice:?}, {workers:?}, {start:?}");
-            let other = start.run(points, &config, true).unwrap_or_else(|e| panic!("{what}: {e}"));
+            let other = start.run(points, &spec, true).unwrap_or_else(|e| panic!("{what}: {e}"));
             assert!(sim.ledger.part == other.ledger.part, "{what}: other rounds");
             assert_eq!(sim.ledger.phases, other.ledger.phases, "{what}");
         };
@@ -58,17 +58,17 @@ fn machines_count_the_same_in_the_plane() {
 
 #[test]
 fn other_inputs_have_other_counts() {
-    let config = threaded(Workers::Count(3), 2, LEAF);
-    let count = |seed: u64, config: &Config| {
-        let ledger = counted(&space(Kind::Uniform, 3000, seed), config).ledger;
+    let spec = threaded(Workers::Count(3), 2, LEAF);
+    let count = |seed: u64, spec: &Spec| {
+        let ledger = counted(&space(Kind::Uniform, 3000, seed), spec).ledger;
         (ledger.paper, ledger.part.edge_hash, ledger.part.nodes)
     };
-    let reference = count(1, &config);
-    assert_ne!(reference.0, count(2, &config).0, "another set");
-    let seeded = count(1, &config.clone().with(|c| c.machine.seed = 2));
+    let reference = count(1, &spec);
+    assert_ne!(reference.0, count(2, &spec).0, "another set");
+    let seeded = count(1, &spec.clone().with(|c| c.machine.seed = 2));
     assert_ne!(reference.0, seeded.0, "another seed");
     assert_ne!(reference.2, seeded.2, "another seed's tree");
-    let leafy = count(1, &config.with(|c| c.machine.leaf = Some(120)));
+    let leafy = count(1, &spec.with(|c| c.tree.leaf = Some(120)));
     assert_ne!(reference.0, leafy.0, "another leaf");
     assert_eq!(reference.1, leafy.1, "the graph depends on the set alone");
     assert_eq!(reference.1, seeded.1, "the graph depends on the set alone");
@@ -119,8 +119,8 @@ fn coordinator_bytes(run: &Run) -> [u64; 2] {
 fn the_bytes_of_the_coordinator_do_not_grow_with_the_points() {
     for workers in [1, 8, 64, 300] {
         let bytes = [1000, 8_000].map(|n| {
-            let (points, config) = (space(Kind::Uniform, n, 8), simulated(Workers::Count(workers), 4, LEAF));
-            let runs = [simulate(&points, &config), triangulate(&points, &config)];
+            let (points, spec) = (space(Kind::Uniform, n, 8), simulated(Workers::Count(workers), 4, LEAF));
+            let runs = [simulate(&points, &spec), triangulate(&points, &spec)];
             runs.map(|run| coordinator_bytes(&run.unwrap()))
         });
         println!("{workers} workers: {bytes:?}");
@@ -136,8 +136,8 @@ fn the_bytes_of_the_coordinator_do_not_grow_with_the_points() {
 fn totals_take_two_rounds_for_each_level_of_ranks() {
     let points = plane(Kind::Uniform, 600, 8);
     for (workers, height) in [(1, 1), (8, 1), (40, 2)] {
-        let config = simulated(Workers::Count(workers), 4, LEAF);
-        let runs = [simulate(&points, &config), triangulate(&points, &config)].map(Result::unwrap);
+        let spec = simulated(Workers::Count(workers), 4, LEAF);
+        let runs = [simulate(&points, &spec), triangulate(&points, &spec)].map(Result::unwrap);
         let rounds = runs.map(|run| {
             let collect = run.ledger.phases.iter().find(|phase| phase.phase == Phase::Collect);
             collect.map_or(0, |phase| phase.rounds)

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use crate::common::sets::space;
 use crate::common::with_workers;
-use septet_core::config::Workers;
 use septet_core::generate::Kind;
+use septet_core::spec::Workers;
 use septet_core::{Run, triangulate};
 use septet_protocol::ids::Phase;
 

@@ -7,8 +7,8 @@ mod sameness;
 mod sets;
 
 use domains::{AnyDomain, Known, Problem};
-use septet_core::config::{Machine, Workers};
-use septet_core::mesh::{self, MeshError, MeshRequest, generate, measure};
+use septet_core::mesh::{self, Boundary, MeshError, MeshSpec, generate, measure};
+use septet_core::spec::Workers;
 use septet_geometry::point::Point;
 use septet_meshing::conformity;
 use septet_meshing::domain::Domain;
@@ -23,20 +23,19 @@ const CONSTANTS: [f64; 4] = [0.06, 0.12, 0.25, 0.5];
 const SUMS: f64 = 1e-9;
 
 /// Returns a request with a size and two workers.
-fn request(lipschitz: f64, size: Option<f64>) -> MeshRequest {
-    MeshRequest {
-        boundary: Some(mesh::Boundary::Exact),
-        size,
-        lipschitz,
-        machine: Machine::default().with(|m| (m.workers, m.threads) = (Workers::Count(2), 2)),
-        ..MeshRequest::default()
-    }
+fn request(lipschitz: f64, size: Option<f64>) -> MeshSpec {
+    MeshSpec::default().with(|mesh| {
+        mesh.boundary = Some(Boundary::Exact);
+        (mesh.sizes.most, mesh.sizes.lipschitz) = (size, lipschitz);
+        let m = &mut mesh.run.machine;
+        (m.workers, m.threads) = (Workers::Count(2), Some(2));
+    })
 }
 
 /// A mesh with what the machine did.
 fn made<P: Triangulate>(
     domain: &Domain<P>,
-    request: &MeshRequest,
+    request: &MeshSpec,
 ) -> Result<(Mesh<P>, Vec<StageLine>), MeshError> {
     generate(domain, &mesh::sizes(domain, request)?, request)
 }
@@ -117,13 +116,13 @@ fn assert_rounds(stages: &[StageLine], what: &str) {
 }
 
 /// Makes the mesh and checks it.
-fn check_request<P: Triangulate>(domain: &Domain<P>, known: &Known, request: &MeshRequest, what: &str) {
+fn check_request<P: Triangulate>(domain: &Domain<P>, known: &Known, request: &MeshSpec, what: &str) {
     assert_eq!(domain.small_angles(90.0).is_empty(), known.right_angles, "{what}: angles");
     let size = mesh::sizes(domain, request).unwrap();
     let (mesh, stages) = generate(domain, &size, request).unwrap_or_else(|e| panic!("{what}: {e}"));
     assert_conforms(domain, &mesh, known, what);
     let quality = measure(domain, &mesh, &size, 3);
-    assert_promises(&quality, request.lipschitz, known, what);
+    assert_promises(&quality, request.sizes.lipschitz, known, what);
     assert_rounds(&stages, what);
     let placed: u64 = stages.iter().map(|s| s.points).sum();
     let placed = placed as usize + domain.corners.len();
@@ -227,8 +226,8 @@ fn sizes_fall_towards_singularities() {
     for (shape, least) in [(SingularityShape::Point, 0.01), (SingularityShape::Line, 0.03)] {
         for lipschitz in [0.25, 0.5] {
             let singularity = Some(SingularityRequest { shape, at: Vec::new() });
-            let asked =
-                MeshRequest { singularity, min_size: Some(least), ..request(lipschitz, Some(problem.size)) };
+            let asked = request(lipschitz, Some(problem.size));
+            let asked = asked.with(|m| (m.sizes.singularity, m.sizes.least) = (singularity, Some(least)));
             let what = format!("{shape:?} singularity, L = {lipschitz}");
             check_request(domain, &problem.known, &asked, &what);
             let (mesh, _) = made(domain, &asked).unwrap();

@@ -1,8 +1,8 @@
 //! With many workers, no rank sends or receives many messages in a round of a collective phase.
 
-use septet_core::config::{Alpha, GraphKind, Neighbours, SeparatorSets, Workers};
 use septet_core::generate::Kind;
-use septet_core::{Config, Run, simulate, triangulate};
+use septet_core::spec::{Alpha, GraphKind, Neighbours, SeparatorSets, Workers};
+use septet_core::{Run, Spec, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 
@@ -48,14 +48,14 @@ fn triangulations_send_few_messages_per_rank_and_round() {
 #[test]
 fn simulations_send_few_messages_per_rank_and_round() {
     use SeparatorSets::{Both, Smaller};
-    let config = |leaf| simulated(Workers::Count(WORKERS), 3, leaf);
-    let run = check_counted(&space(Kind::Uniform, 4000, 5), &config(40));
+    let spec = |leaf| simulated(Workers::Count(WORKERS), 3, leaf);
+    let run = check_counted(&space(Kind::Uniform, 4000, 5), &spec(40));
     few_messages(&run, &PHASES, "in space");
-    let run = check_counted(&plane(Kind::Uniform, 4000, 6), &config(20));
+    let run = check_counted(&plane(Kind::Uniform, 4000, 6), &spec(20));
     few_messages(&run, &PHASES, "in the plane");
     for sets in [Both, Smaller] {
         let choice = (GraphKind::Density, sets, Alpha::Value(2.5), Neighbours::Auto);
-        let run = check_counted(&plane(Kind::Uniform, 3000, 6), &with_graph(&config(20), choice));
+        let run = check_counted(&plane(Kind::Uniform, 3000, 6), &with_graph(&spec(20), choice));
         few_messages(&run, &PHASES, "with separator sets");
     }
 }
@@ -63,10 +63,10 @@ fn simulations_send_few_messages_per_rank_and_round() {
 /// The trees change neither the cells nor the counts that do not depend on the workers.
 #[test]
 fn trees_change_no_result() {
-    fn same<P: Point>(points: &[P], config: &Config, run: fn(&[P], &Config) -> Run) {
+    fn same<P: Point>(points: &[P], spec: &Spec, run: fn(&[P], &Spec) -> Run) {
         let with = |workers| {
-            let config = config.clone().with(|c| c.machine.workers = Workers::Count(workers));
-            run(points, &config)
+            let spec = spec.clone().with(|c| c.machine.workers = Workers::Count(workers));
+            run(points, &spec)
         };
         let few = with(3);
         for workers in [33, 34, 100, WORKERS] {
@@ -75,16 +75,16 @@ fn trees_change_no_result() {
             crate::common::assert_same_counts(&few.ledger, &many.ledger, &format!("{workers} workers"));
         }
     }
-    let run = |points: &[_], config: &Config| simulate(points, config).expect("a valid run");
+    let run = |points: &[_], spec: &Spec| simulate(points, spec).expect("a valid run");
     same(&space(Kind::Clusters, 1500, 2), &simulated(Workers::Count(1), 7, 40), run);
     let both = (GraphKind::Density, SeparatorSets::Both, Alpha::Value(2.5), Neighbours::Auto);
     let in_sets = with_graph(&simulated(Workers::Count(1), 7, 40), both);
     same(&space(Kind::Uniform, 1500, 2), &in_sets, run);
-    let config = simulated(Workers::Count(1), 7, 10);
+    let spec = simulated(Workers::Count(1), 7, 10);
     let points = space(Kind::Uniform, 3000, 2);
-    let few = triangulate(&points, &config.clone().with(|c| c.machine.workers = Workers::Count(3))).unwrap();
+    let few = triangulate(&points, &spec.clone().with(|c| c.machine.workers = Workers::Count(3))).unwrap();
     for workers in [34, 100, WORKERS] {
-        let many = config.clone().with(|c| c.machine.workers = Workers::Count(workers));
+        let many = spec.clone().with(|c| c.machine.workers = Workers::Count(workers));
         assert_eq!(few.cells(), triangulate(&points, &many).unwrap().cells(), "{workers} workers");
     }
 }

@@ -12,10 +12,10 @@ use std::sync::OnceLock;
 use crate::common::sets::{plane, space};
 use crate::common::{base, check, coordinates};
 use glam::{DVec2, DVec3};
-use septet_core::config::Workers;
 use septet_core::generate::Kind;
 use septet_core::model::Points;
-use septet_core::{Config, Run};
+use septet_core::spec::Workers;
+use septet_core::{Run, Spec};
 use septet_geometry::point::Point;
 
 /// A checker's file.
@@ -77,10 +77,10 @@ fn run_checker<P: Point>(mut command: Command, points: &[P], run: &Run, general:
     assert!(output.status.success() && said.starts_with("ok "), "{what}: {said}{complained}");
 }
 
-fn five_workers() -> Config {
+fn five_workers() -> Spec {
     base().with(|c| {
         c.machine.workers = Workers::Count(5);
-        c.machine.leaf = Some(300);
+        c.tree.leaf = Some(300);
     })
 }
 

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use septet_core::config::{Config, Transport, Workers};
 use septet_core::generate::Kind;
 use septet_core::result::part::{Division, Part};
+use septet_core::spec::{Spec, Transport, Workers};
 use septet_core::{Run, TrafficTotal, simulate, triangulate};
 use septet_geometry::point::Point;
 
@@ -13,7 +13,7 @@ use crate::common::sets::{plane, space};
 use crate::common::transports::each_transport;
 use crate::common::{coordinates, with_workers};
 
-fn keeping(workers: u32) -> Config {
+fn keeping(workers: u32) -> Spec {
     with_workers(Workers::Count(workers), 60).with(|c| {
         c.keep.owner = true;
         c.keep.point_owner = true;
@@ -81,9 +81,9 @@ fn assert_parts<P: Point>(points: &[P], run: &Run, workers: u32) {
 }
 
 fn assert_divided<P: Point>(points: &[P], workers: u32) {
-    let config = keeping(workers);
-    assert_parts(points, &triangulate(points, &config).unwrap(), workers);
-    assert_parts(points, &simulate(points, &config).unwrap(), workers);
+    let spec = keeping(workers);
+    assert_parts(points, &triangulate(points, &spec).unwrap(), workers);
+    assert_parts(points, &simulate(points, &spec).unwrap(), workers);
 }
 
 #[test]
@@ -126,12 +126,12 @@ fn parts_are_equal_over_every_transport() {
             assert!(*reference.get_or_insert_with(|| parts.clone()) == parts, "{start:?}");
         });
     }
-    let with = |change: &dyn Fn(&mut Config)| {
-        let config = keeping(5).with(|c| change(c));
-        parts_of(&points, &triangulate(&points, &config).unwrap())
+    let with = |change: &dyn Fn(&mut Spec)| {
+        let spec = keeping(5).with(|c| change(c));
+        parts_of(&points, &triangulate(&points, &spec).unwrap())
     };
-    let expected = with(&|c| c.machine.threads = 1);
-    assert!(with(&|c| c.machine.threads = 2) == expected);
+    let expected = with(&|c| c.machine.threads = Some(1));
+    assert!(with(&|c| c.machine.threads = Some(2)) == expected);
     assert!(with(&|c| c.machine.transport = Transport::Sim { delivery_seed: 3 }) == expected);
 }
 
@@ -140,8 +140,8 @@ fn parts_are_equal_over_every_transport() {
 fn owners_of_points_send_no_messages() {
     let points = space(Kind::Uniform, 1500, 5);
     for counted in [false, true] {
-        let run = |config: &Config| {
-            if counted { simulate(&points, config).unwrap() } else { triangulate(&points, config).unwrap() }
+        let run = |spec: &Spec| {
+            if counted { simulate(&points, spec).unwrap() } else { triangulate(&points, spec).unwrap() }
         };
         let plain = run(&keeping(5).with(|c| c.keep.point_owner = false));
         assert!(plain.point_owner().is_none());

@@ -3,15 +3,15 @@
 use crate::common::sets::{plane, space};
 use crate::common::{check, threaded};
 use glam::DVec3;
-use septet_core::config::Workers;
 use septet_core::generate::Kind;
+use septet_core::spec::Workers;
 use septet_core::triangulate;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 
 fn assert_symmetric_adjacency<P: Point>(points: &[P], workers: u32) {
-    let config = threaded(Workers::Count(workers), 2, 40);
-    let run = triangulate(points, &config).unwrap();
+    let spec = threaded(Workers::Count(workers), 2, 40);
+    let run = triangulate(points, &spec).unwrap();
     let pieces = run.pieces().unwrap();
     let corners = P::DIM + 1;
     let (mut hull, mut crossing) = (0, 0);
@@ -76,10 +76,10 @@ fn most_ghosts_arrive_before_subdomains_are_triangulated() {
 
 #[test]
 fn a_distant_outlier_does_not_enlarge_the_ghost_layers() {
-    let config = threaded(Workers::Count(8), 2, 40);
+    let spec = threaded(Workers::Count(8), 2, 40);
     let mut points = space(Kind::Uniform, 40_000, 4);
-    let usual = sent(&check(&points, &config), Phase::Halo);
+    let usual = sent(&check(&points, &spec), Phase::Halo);
     points.push(DVec3::new(1e9, 0.0, 0.0));
-    let stray = sent(&check(&points, &config), Phase::Halo);
+    let stray = sent(&check(&points, &spec), Phase::Halo);
     assert!(stray < 2 * usual, "{stray} bytes of halos, {usual} without it");
 }

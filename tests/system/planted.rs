@@ -6,9 +6,9 @@ use glam::DVec3;
 
 use crate::common::sets::{plane, space};
 use crate::common::{assert_same_counts, combinations, simulated, with_graph};
-use septet_core::config::{Alpha, FAULTS, Fault, GraphKind, Neighbours, SeparatorSets, Workers};
 use septet_core::generate::Kind;
-use septet_core::{Config, Run, independent, simulate, triangulate};
+use septet_core::spec::{Alpha, FAULTS, Fault, GraphKind, Neighbours, SeparatorSets, Workers};
+use septet_core::{Run, Spec, independent, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_geometry::separator::Ablation;
 use septet_protocol::ids::{NodeId, Phase};
@@ -28,7 +28,7 @@ fn planted(text: &str) -> Fault {
 }
 
 /// A machine with this fault, if there is one.
-fn machine(workers: u32, fault: Option<&str>) -> Config {
+fn machine(workers: u32, fault: Option<&str>) -> Spec {
     simulated(Workers::Count(workers), 0, LEAF).with(|c| {
         c.planted.fault = fault.map(planted);
         c.keep.graph = true;
@@ -36,8 +36,8 @@ fn machine(workers: u32, fault: Option<&str>) -> Config {
 }
 
 fn run<P: Point>(points: &[P], workers: u32, choice: Choice, fault: Option<&str>) -> Run {
-    let config = with_graph(&machine(workers, fault), choice);
-    simulate(points, &config).unwrap_or_else(|e| panic!("{choice:?}, {workers} workers, {fault:?}: {e}"))
+    let spec = with_graph(&machine(workers, fault), choice);
+    simulate(points, &spec).unwrap_or_else(|e| panic!("{choice:?}, {workers} workers, {fault:?}: {e}"))
 }
 
 /// Runs with a fault on all numbers of workers, which must find the cells of the right run and agree on all counts.
@@ -151,8 +151,8 @@ fn ablations_draw_other_separators() {
         let planes = inner.clone().filter(|facts| facts.kind == NodeKind::Plane).count();
         let expected = if is_planar { inner.count() } else { 0 };
         assert!(planes >= expected && (is_planar || root(&all[0]).kind == NodeKind::Sphere), "{ablation:?}");
-        let config = machine(3, Some(ablation.name()));
-        let direct = triangulate(&points, &config).unwrap_or_else(|e| panic!("{ablation:?}: {e}"));
+        let spec = machine(3, Some(ablation.name()));
+        let direct = triangulate(&points, &spec).unwrap_or_else(|e| panic!("{ablation:?}: {e}"));
         assert!(direct.cells() == right.cells(), "{ablation:?}: other cells of `triangulate`");
     }
 }

@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::common::sets::{plane, space};
 use crate::common::{combinations, simulated, with_graph};
-use septet_core::config::{Partition, Transport, Workers};
 use septet_core::generate::Kind;
-use septet_core::{Config, Run, simulate};
+use septet_core::spec::{Partition, Transport, Workers};
+use septet_core::{Run, Spec, simulate};
 use septet_geometry::point::Point;
 use septet_lab::predict::{Hardware, predict};
 use septet_protocol::ids::{Phase, Rank};
@@ -14,15 +14,15 @@ use septet_protocol::ledger::RankTally;
 
 const WORKERS: [u32; 4] = [1, 7, 64, 300];
 
-fn run<P: Point>(points: &[P], config: &Config, workers: u32) -> Run {
-    let config = config.clone().with(|c| c.machine.workers = Workers::Count(workers));
-    simulate(points, &config).unwrap_or_else(|e| panic!("{config:?}: {e}"))
+fn run<P: Point>(points: &[P], spec: &Spec, workers: u32) -> Run {
+    let spec = spec.clone().with(|c| c.machine.workers = Workers::Count(workers));
+    simulate(points, &spec).unwrap_or_else(|e| panic!("{spec:?}: {e}"))
 }
 
 /// The work and the messages of the ranks add up to the counts of the phases, the links and the rounds.
-fn adds_up<P: Point>(points: &[P], config: &Config) {
+fn adds_up<P: Point>(points: &[P], spec: &Spec) {
     for workers in WORKERS {
-        let run = run(points, config, workers);
+        let run = run(points, spec, workers);
         let part = &run.ledger.part;
         for total in &run.ledger.phases {
             let rows = || part.ranks.iter().filter(|(key, _)| key.phase == total.phase).map(|(_, row)| row);
@@ -43,23 +43,23 @@ fn adds_up<P: Point>(points: &[P], config: &Config) {
 #[test]
 fn ranks_add_up_in_space_and_in_the_plane() {
     for choice in combinations(false) {
-        let config = with_graph(&simulated(Workers::Count(1), 7, 60), choice);
-        adds_up(&space(Kind::Uniform, 1200, 3), &config);
-        adds_up(&plane(Kind::GradedPoint, 1200, 4), &config);
+        let spec = with_graph(&simulated(Workers::Count(1), 7, 60), choice);
+        adds_up(&space(Kind::Uniform, 1200, 3), &spec);
+        adds_up(&plane(Kind::GradedPoint, 1200, 4), &spec);
     }
-    let planes = simulated(Workers::Count(1), 7, 60).with(|c| c.partition = Partition::Kd);
+    let planes = simulated(Workers::Count(1), 7, 60).with(|c| c.tree.partition = Partition::Kd);
     adds_up(&space(Kind::Grid, 1331, 1), &planes);
 }
 
 #[test]
 fn ranks_have_the_same_counts_on_every_transport() {
     let points = space(Kind::WellSpaced, 3000, 1);
-    let config = simulated(Workers::Count(1), 7, 60);
-    let channels = config.clone().with(|c| {
+    let spec = simulated(Workers::Count(1), 7, 60);
+    let channels = spec.clone().with(|c| {
         c.machine.transport = Transport::Channel;
-        c.machine.threads = 2;
+        c.machine.threads = Some(2);
     });
-    let (a, b) = (run(&points, &config, 13), run(&points, &channels, 13));
+    let (a, b) = (run(&points, &spec, 13), run(&points, &channels, 13));
     assert_eq!(a.ledger.part.ranks, b.ledger.part.ranks);
     let hardware = Hardware::default();
     assert_eq!(predict(&a, &hardware), predict(&b, &hardware));
@@ -127,10 +127,10 @@ fn prices_are_those_of_the_slowest_ranks() {
 #[test]
 fn the_work_of_the_busiest_rank_falls_with_the_workers() {
     let points = space(Kind::WellSpaced, 8000, 1);
-    let config = simulated(Workers::Count(1), 7, 100);
+    let spec = simulated(Workers::Count(1), 7, 100);
     let works: Vec<(u64, u64)> = [1, 2, 4, 8]
         .map(|workers| {
-            let run = run(&points, &config, workers);
+            let run = run(&points, &spec, workers);
             let work = run.ledger.phases.iter().map(|p| p.work).sum::<u64>();
             (work / u64::from(workers), predict(&run, &Hardware::default()).busiest_work)
         })

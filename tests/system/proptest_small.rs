@@ -3,7 +3,7 @@
 use crate::common::{assert_verified, combinations, simulated, threaded, with_graph, within};
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
-use septet_core::config::{Neighbours, Workers};
+use septet_core::spec::{Neighbours, Workers};
 use septet_core::{simulate, triangulate};
 use septet_geometry::complex::INFINITE;
 use septet_geometry::incremental::{Incremental, IncrementalError};

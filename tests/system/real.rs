@@ -1,8 +1,8 @@
 //! The vertices of real surface meshes and scans.
 
 use crate::common::{base, check, data};
-use septet_core::config::Workers;
 use septet_core::model::Points;
+use septet_core::spec::Workers;
 use septet_core::triangulate;
 use septet_geometry::point::Point;
 
@@ -10,7 +10,7 @@ fn one_and_five<P: Point>(name: &str, points: &[P]) {
     let alone = check(points, &base().with(|c| c.machine.workers = Workers::Count(1)));
     let five = base().with(|c| {
         c.machine.workers = Workers::Count(5);
-        c.machine.leaf = Some(300);
+        c.tree.leaf = Some(300);
     });
     let five = triangulate(points, &five).unwrap_or_else(|e| panic!("{name}: {e}"));
     assert!(alone.cells() == five.cells(), "{name}: other cells with five workers");

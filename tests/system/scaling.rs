@@ -2,8 +2,8 @@
 
 use crate::common::sets::{plane, space};
 use crate::common::simulated;
-use septet_core::config::{Alpha, Graph, Workers};
 use septet_core::generate::Kind;
+use septet_core::spec::{Alpha, Graph, Workers};
 use septet_core::{Run, simulate};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
@@ -63,9 +63,9 @@ fn grow<P: Point>(kind: Kind, make: fn(Kind, u64, u64) -> Vec<P>, leaf: u64) {
     let mut lines = Vec::new();
     for exponent in 12..=15 {
         let points = make(kind, 1 << exponent, 31);
-        let config = simulated(Workers::Leaves, 2, leaf)
-            .with(|c| c.graph = Graph::Density { alpha: Alpha::Value(2.5) });
-        let run = simulate(&points, &config).unwrap();
+        let spec = simulated(Workers::Leaves, 2, leaf)
+            .with(|c| c.recursion.graph = Graph::Density { alpha: Alpha::Value(2.5) });
+        let run = simulate(&points, &spec).unwrap();
         let what = format!("{kind}, {}D, 2^{exponent}", P::DIM);
         assert_eq!(run.fallback, None, "{what}");
         let leaves = run.ledger.part.nodes.values().filter(|facts| facts.is_leaf()).count();

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use glam::DVec2;
-use septet_core::config::Workers;
 use septet_core::generate::Kind;
-use septet_core::{Config, Error, Run};
+use septet_core::spec::Workers;
+use septet_core::{Error, Run, Spec};
 use septet_geometry::point::Point;
 use septet_protocol::transport::TransportError;
 
@@ -43,12 +43,12 @@ fn assert_same(expected: &Run, found: &Run, what: &str) {
     assert!(expected.ledger.part == found.ledger.part, "{what}: other rounds");
 }
 
-fn over_transports<P: Point>(points: &[P], config: &Config) {
+fn over_transports<P: Point>(points: &[P], spec: &Spec) {
     for counted in [false, true] {
         let mut reference: Option<Run> = None;
         each_transport(|start| {
-            let what = format!("{start:?}, counted {counted}, {config:?}");
-            let run = start.run(points, config, counted).unwrap_or_else(|e| panic!("{what}: {e}"));
+            let what = format!("{start:?}, counted {counted}, {spec:?}");
+            let run = start.run(points, spec, counted).unwrap_or_else(|e| panic!("{what}: {e}"));
             assert_same(reference.get_or_insert_with(|| run.clone()), &run, &what);
         });
     }
@@ -58,12 +58,12 @@ fn over_transports<P: Point>(points: &[P], config: &Config) {
 fn results_and_ledgers_of_uniform_sets_are_equal() {
     let points = space(Kind::Uniform, 3000, 5);
     for (workers, graph) in [(1, 0), (3, 1), (8, 2), (5, 4), (3, 6)] {
-        let config = with_graph(&with_workers(Workers::Count(workers), 60), combinations(true)[graph]);
-        let config = config.with(|c| {
+        let spec = with_graph(&with_workers(Workers::Count(workers), 60), combinations(true)[graph]);
+        let spec = spec.with(|c| {
             c.keep.graph = true;
             c.keep.owner = true;
         });
-        over_transports(&points, &config);
+        over_transports(&points, &spec);
     }
 }
 
@@ -114,11 +114,11 @@ fn a_missing_program_is_a_failure_to_start() {
 fn failures_of_ranks_are_equal() {
     let points = plane(Kind::Uniform, 200, 5);
     for fault in ["die:2:hulls", "panic:2:partition", "panic:1:collect"] {
-        let config = with_workers(Workers::Count(3), 20);
-        let config = config.with(|c| c.planted.fault = Some(fault.parse().unwrap()));
+        let spec = with_workers(Workers::Count(3), 20);
+        let spec = spec.with(|c| c.planted.fault = Some(fault.parse().unwrap()));
         let mut reference: Option<String> = None;
         each_transport(|start| {
-            let found = format!("{:?}", start.run(&points, &config, true).map(drop).unwrap_err());
+            let found = format!("{:?}", start.run(&points, &spec, true).map(drop).unwrap_err());
             assert_eq!(reference.get_or_insert_with(|| found.clone()), &found, "{fault}, {start:?}");
         });
     }
@@ -127,10 +127,10 @@ fn failures_of_ranks_are_equal() {
 #[test]
 fn an_interrupt_ends_a_run_over_every_transport() {
     let points = plane(Kind::Uniform, 200, 5);
-    let config = with_workers(Workers::Count(2), 60)
+    let spec = with_workers(Workers::Count(2), 60)
         .with(|c| c.control.cancel = Some(Arc::new(AtomicBool::new(true))));
     each_transport(|start| {
-        let run = start.run(&points, &config, true);
+        let run = start.run(&points, &spec, true);
         assert!(matches!(run, Err(Error::Interrupted)), "{start:?}");
     });
 }

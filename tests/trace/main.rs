@@ -9,8 +9,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use glam::DVec3;
-use septet_core::config::{Correction, Progress, Workers};
-use septet_core::{Config, Run, simulate};
+use septet_core::spec::{Correction, Progress, Workers};
+use septet_core::{Run, Spec, simulate};
 use septet_lab::trace::{Detail, layer};
 use tracing_subscriber::layer::SubscriberExt;
 
@@ -35,14 +35,14 @@ fn traced<T>(path: &Path, detail: Detail, work: impl FnOnce() -> T) -> T {
 }
 
 /// A traced run, and the number of its exchanges.
-fn counted_run(path: &Path, points: &[DVec3], config: &Config) -> (Run, u64) {
+fn counted_run(path: &Path, points: &[DVec3], spec: &Spec) -> (Run, u64) {
     let exchanges = Arc::new(AtomicU64::new(0));
     let counter = exchanges.clone();
-    let config = config.clone().with(|c| {
+    let spec = spec.clone().with(|c| {
         c.control.progress =
             Some(Arc::new(move |seen: Progress| counter.store(seen.round.into(), Ordering::Relaxed)));
     });
-    let run = traced(path, Detail::default(), || simulate(points, &config));
+    let run = traced(path, Detail::default(), || simulate(points, &spec));
     (run.unwrap(), exchanges.load(Ordering::Relaxed))
 }
 
@@ -100,11 +100,11 @@ fn large_run(check: Check) {
     let _alone = alone();
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("trace.json");
-    let config = septet_common::base().with(|c| {
+    let spec = septet_common::base().with(|c| {
         c.machine.workers = Workers::Count(16);
-        c.machine.threads = 2;
+        c.machine.threads = Some(2);
     });
-    let (run, exchanges) = counted_run(&path, &space(Points::Uniform, 100_000, 3), &config);
+    let (run, exchanges) = counted_run(&path, &space(Points::Uniform, 100_000, 3), &spec);
     assert!(fs::metadata(&path).unwrap().len() < 100_000_000);
     check(&path, &run, exchanges);
 }
@@ -131,11 +131,11 @@ fn several_runs(check: Check) {
         threaded(Workers::Count(1), 3, 200),
         threaded(Workers::Count(2), 4, 200),
         // A phase in several passes.
-        simulated(Workers::Count(5), 5, 200).with(|c| c.correction = Correction::BottomUp),
+        simulated(Workers::Count(5), 5, 200).with(|c| c.recursion.neighbours = Correction::BottomUp),
     ];
-    for (i, config) in configs.iter().enumerate() {
+    for (i, spec) in configs.iter().enumerate() {
         let path = directory.path().join(format!("{i}.json"));
-        let (run, exchanges) = counted_run(&path, &points, config);
+        let (run, exchanges) = counted_run(&path, &points, spec);
         check(&path, &run, exchanges);
     }
 }
@@ -145,12 +145,12 @@ fn details_add_up_and_change_nothing() {
     let _alone = alone();
     let directory = tempfile::tempdir().unwrap();
     let points = space(Points::Uniform, 2000, 4);
-    let config = simulated(Workers::Count(4), 1, 200);
-    let silent = simulate(&points, &config).unwrap();
+    let spec = simulated(Workers::Count(4), 1, 200);
+    let silent = simulate(&points, &spec).unwrap();
     let details = [Detail::Phase, Detail::Round, Detail::Message, Detail::Subproblem];
     for (i, detail) in details.into_iter().enumerate() {
         let path = directory.path().join(format!("{i}.json"));
-        let run = traced(&path, detail, || simulate(&points, &config)).unwrap();
+        let run = traced(&path, detail, || simulate(&points, &spec)).unwrap();
         assert!(run.cells() == silent.cells());
         assert_same_counts(&run.ledger, &silent.ledger, "with a trace");
         let seen = rules::read(&path);
@@ -247,8 +247,8 @@ fn perfetto_refuses_torn_traces() {
     let _alone = alone();
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("trace.json");
-    let config = simulated(Workers::Count(3), 1, 200);
-    traced(&path, Detail::default(), || simulate(&space(Points::Uniform, 800, 4), &config)).unwrap();
+    let spec = simulated(Workers::Count(3), 1, 200);
+    traced(&path, Detail::default(), || simulate(&space(Points::Uniform, 800, 4), &spec)).unwrap();
     let text = fs::read_to_string(&path).unwrap();
     let rows: Vec<&str> = text.lines().collect();
     // Worker 1 sends a message in its first slice, which is then outside of all slices.

@@ -9,9 +9,7 @@ use std::time::Instant;
 use crate::mesh::show::{figures, summary};
 use septet_core::mesh::labelled::Labelled;
 use septet_core::mesh::view::{DEFAULT_CELLS, MeshPicture};
-use septet_core::mesh::{
-    Dimension, Made, MakeError, MeshError, MeshKeep, MeshRequest, Promise, check, make_of,
-};
+use septet_core::mesh::{Dimension, Made, MakeError, MeshError, MeshKeep, MeshSpec, Promise, check, make_of};
 use septet_core::run::memory::peak_rss;
 use septet_io::read::{AnyInput, DomainFile, read_domain, read_sizes};
 use septet_io::without_gz;
@@ -50,8 +48,8 @@ const WORST: usize = 10;
 pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
     let start = Instant::now();
     let mut request = args.request()?;
-    super::threads::limit_threads(request.machine.threads);
-    request.cancel = Some(talk.cancel.clone());
+    super::threads::limit_threads(request.run.machine.thread_count());
+    request.run.control.cancel = Some(talk.cancel.clone());
     for file in [Some(&args.domain), args.size_field.as_ref()].into_iter().flatten() {
         refuse_list(file, "a domain or a file of sizes is one file")?;
     }
@@ -60,7 +58,8 @@ pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
     outputs(args, &tables)?;
     let file = read_domain(&args.domain, &mut |read, total| talk.stage("reading", read, total))?;
     if let Some(path) = &args.size_field {
-        request.field = Some(read_sizes(path, &mut |read, total| talk.stage("reading sizes", read, total))?);
+        request.sizes.field =
+            Some(read_sizes(path, &mut |read, total| talk.stage("reading sizes", read, total))?);
     }
     talk.check();
     talk.clear();
@@ -101,7 +100,7 @@ fn outputs(args: &MeshArgs, tables: &Tables) -> Result<(), Failure> {
 struct Job<'a> {
     args: &'a MeshArgs,
     tables: Tables,
-    request: MeshRequest,
+    request: MeshSpec,
     first_id: u64,
     start: Instant,
     talk: &'a Talk,
@@ -212,7 +211,11 @@ impl Job<'_> {
             write_text(path, &(text + "\n"))?;
         }
         if let Some(directory) = &args.svg {
-            write_figures(&figures(checked.quality, Promise::of(self.request.lipschitz)), directory, talk)?;
+            write_figures(
+                &figures(checked.quality, Promise::of(self.request.sizes.lipschitz)),
+                directory,
+                talk,
+            )?;
         }
         let rendered = |format, which| report.tables(format, which);
         files.extend(self.tables.write(&rendered)?);

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use septet_core::config::{Config, DEFAULT_SEED, Workers};
 use septet_core::mesh::view::MOST_CELLS;
-use septet_core::mesh::{Boundary, MeshRequest, SingularityRequest, SingularityShape};
+use septet_core::mesh::{Boundary, MeshSpec, SingularityRequest, SingularityShape};
+use septet_core::spec::{DEFAULT_SEED, Spec, Workers};
 
 use crate::effects::needs;
 use crate::errors::{Code, Failure};
@@ -189,7 +189,7 @@ impl From<BoundaryArg> for Boundary {
 
 impl MeshArgs {
     /// Returns the request for these options, without the size field, which the caller reads.
-    pub fn request(&self) -> Result<MeshRequest, Failure> {
+    pub fn request(&self) -> Result<MeshSpec, Failure> {
         let usage = |message: &str, help: &str| Err(Failure::new(Code::Usage, message).help(help));
         let transport = self.transport.with_seed(self.delivery_seed)?;
         needs("--view", self.view.is_some(), "--json", self.json.is_some())?;
@@ -207,30 +207,28 @@ impl MeshArgs {
             );
         }
         self.check_boundary(self.boundary == Some(BoundaryArg::Exact))?;
-        let base = MeshRequest::default();
-        let machine = base.machine.with(|m| {
+        let run = Spec::default().with(|run| {
+            let m = &mut run.machine;
             m.workers = self.workers.unwrap_or(m.workers);
-            m.threads = self.threads.unwrap_or(m.threads);
-            m.leaf = self.leaf;
+            m.threads = self.threads;
             m.transport = transport;
             m.seed = self.seed;
             m.max_memory = self.max_memory;
+            run.tree.leaf = self.leaf;
         });
-        Config::default().with(|c| c.machine = machine.clone()).check()?;
+        run.check()?;
         let by_ratio = self.radius_edge.map(|b| 1.0 - 1.0 / b);
-        Ok(MeshRequest {
-            boundary: self.boundary.map(Boundary::from),
-            size: self.size,
-            field: None,
-            singularity: self.singularity.clone(),
-            min_size: self.min_size,
-            lipschitz: self.lipschitz.or(by_ratio).unwrap_or(base.lipschitz),
-            feature_angle: self.feature_angle.unwrap_or(base.feature_angle),
-            max_distance: self.max_distance,
-            improve: self.improve,
-            machine,
-            cancel: None,
-        })
+        Ok(MeshSpec::default().with(|mesh| {
+            mesh.run = run;
+            mesh.boundary = self.boundary.map(Boundary::from);
+            let sizes = &mut mesh.sizes;
+            (sizes.most, sizes.least) = (self.size, self.min_size);
+            sizes.singularity.clone_from(&self.singularity);
+            sizes.lipschitz = self.lipschitz.or(by_ratio).unwrap_or(sizes.lipschitz);
+            mesh.feature_angle = self.feature_angle.unwrap_or(mesh.feature_angle);
+            mesh.max_distance = self.max_distance;
+            mesh.improve = self.improve;
+        }))
     }
 }
 

@@ -49,7 +49,7 @@ pub fn summary<P: Triangulate>(checked: &CheckedMesh<'_, P>) -> Vec<String> {
 fn radius_edge<P: Triangulate>(checked: &CheckedMesh<'_, P>) -> Vec<String> {
     let CheckedMesh { domain, request, quality, .. } = *checked;
     let [free, near, above, outside] = &quality.places;
-    let bound = Promise::of(request.lipschitz).free;
+    let bound = Promise::of(request.sizes.lipschitz).free;
     let bound = if request.remeshes(domain) { String::new() } else { format!(", bound {bound:.2}") };
     let mut parts = Vec::new();
     for (place, bound, at) in [

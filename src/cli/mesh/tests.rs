@@ -13,15 +13,15 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use septet_common::samples::kuhn;
-use septet_core::config::{Machine, Transport, Workers};
 use septet_core::mesh::field::SizeField;
 use septet_core::mesh::labelled::Labelled;
 use septet_core::mesh::run_log::RunLog;
 use septet_core::mesh::{
-    MeshError, MeshRequest, Promise, SingularityRequest, SingularityShape, generate, measure, sizes,
+    MeshError, MeshSpec, Promise, SingularityRequest, SingularityShape, generate, measure, sizes,
 };
 use septet_core::model::{MeshView, Points};
 use septet_core::run::memory;
+use septet_core::spec::{Transport, Workers};
 use septet_io::read::{AnyInput, CellOptions, ReadOptions, read as read_points, read_cells, read_domain};
 use septet_io::write::{WriteOptions, faces_path, write};
 use septet_lab::report::mesh::{CheckedMesh, MeshContext, MeshReport};
@@ -120,15 +120,13 @@ fn lattice(domain: &Domain<DVec3>) -> Mesh<DVec3> {
     mesh
 }
 
-fn request() -> MeshRequest {
-    MeshRequest {
-        size: Some(0.5),
-        machine: Machine::default().with(|m| {
-            (m.workers, m.threads) = (Workers::Count(2), 1);
-            m.transport = Transport::Sim { delivery_seed: 0 };
-        }),
-        ..MeshRequest::default()
-    }
+fn request() -> MeshSpec {
+    MeshSpec::default().with(|mesh| {
+        mesh.sizes.most = Some(0.5);
+        let m = &mut mesh.run.machine;
+        (m.workers, m.threads) = (Workers::Count(2), Some(1));
+        m.transport = Transport::Sim { delivery_seed: 0 };
+    })
 }
 
 /// Writes a mesh under this name and returns the directory.
@@ -381,7 +379,8 @@ fn requests_become_constraints() {
     let domain = cube();
     let place = |shape, at: &[f64]| {
         let singularity = Some(SingularityRequest { shape, at: at.to_vec() });
-        MeshRequest { singularity, min_size: Some(0.01), ..request() }.size_options(&domain)
+        let asked = request().with(|m| (m.sizes.singularity, m.sizes.least) = (singularity, Some(0.01)));
+        asked.size_options(&domain)
     };
     let of = |shape, at: &[f64]| place(shape, at).unwrap().constraints.singularities;
     assert_eq!(of(SingularityShape::Point, &[]), [(Singularity::Point(DVec3::splat(0.5)), 0.01)]);
@@ -393,9 +392,9 @@ fn requests_become_constraints() {
     assert!((p.x - 1.0 / 3.0).abs() < 1e-15 && (q.x - 2.0 / 3.0).abs() < 1e-15 && p.y == 0.5);
     assert!(matches!(place(SingularityShape::Point, &[1., 2.]), Err(MeshError::Dimension { found: 2, .. })));
     let field = SizeField { dimension: 2, rows: vec![([0.0; 3], 1.0)] };
-    let plane = MeshRequest { field: Some(field.clone()), ..request() };
+    let plane = request().with(|m| m.sizes.field = Some(field.clone()));
     assert!(matches!(plane.size_options(&domain), Err(MeshError::Dimension { expected: 3, .. })));
-    let space = MeshRequest { field: Some(SizeField { dimension: 3, ..field }), ..request() };
+    let space = request().with(|m| m.sizes.field = Some(SizeField { dimension: 3, ..field }));
     assert_eq!(space.size_options(&domain).unwrap().constraints.field.len(), 1);
     assert_eq!(Promise::of(0.5).free, 2.0);
     assert!(Promise::of(0.06).near.is_some_and(|g| g > 1.5 && g < 1.7), "{:?}", Promise::of(0.06));
@@ -405,7 +404,7 @@ fn requests_become_constraints() {
 fn a_mesh_ends_when_it_is_cancelled() {
     let domain = cube();
     let cancel = Some(Arc::new(AtomicBool::new(true)));
-    let request = MeshRequest { size: Some(0.05), cancel, ..request() };
+    let request = request().with(|m| (m.sizes.most, m.run.control.cancel) = (Some(0.05), cancel));
     let made = generate(&domain, &sizes(&domain, &request).unwrap(), &request);
     assert!(matches!(made, Err(MeshError::Run(septet_core::Error::Interrupted))), "{made:?}");
 }
@@ -414,8 +413,7 @@ fn a_mesh_ends_when_it_is_cancelled() {
 #[test]
 fn a_mesh_that_is_too_fine_is_refused() {
     let domain = cube();
-    let machine = request().machine.with(|m| m.max_memory = Some(1 << 28));
-    let limited = MeshRequest { size: Some(1e-5), machine, ..request() };
+    let limited = request().with(|m| (m.sizes.most, m.run.machine.max_memory) = (Some(1e-5), Some(1 << 28)));
     let made = generate(&domain, &sizes(&domain, &limited).unwrap(), &limited);
     let Err(MeshError::Memory { forecast, limit, .. }) = made else { panic!("{:?}", made.map(|m| m.1)) };
     assert!(forecast > limit && limit == 1 << 28);

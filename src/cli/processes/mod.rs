@@ -12,8 +12,7 @@ mod sample;
 mod team;
 mod trace;
 
-use septet_core::Config;
-use septet_core::config::Workers;
+use septet_core::spec::{Workers, cores};
 use septet_protocol::wire::Wire;
 
 use crate::errors::{Code, Failure};
@@ -26,11 +25,11 @@ use team::Team;
 fn of_team(goal: Goal<'_>, threads: usize, mut team: Team<'_>, talk: &Talk) -> Result<(), Failure> {
     team.check_same()?;
     team.processes.set_part_bytes(goal.args().hidden.part_bytes.unwrap_or_default());
-    let config = goal.config_of_processes(team.processes.processes(), threads);
-    let config = team.agree(config)?;
-    let plan = run::plan(goal, &config, &team);
+    let spec = goal.config_of_processes(team.processes.processes(), threads);
+    let spec = team.agree(spec)?;
+    let plan = run::plan(goal, &spec, &team);
     let plan = team.agree(plan)?;
-    trace::traced(&goal.args().tracing, &mut team, talk, |team| run::run(goal, &plan, config, team, talk))
+    trace::traced(&goal.args().tracing, &mut team, talk, |team| run::run(goal, &plan, spec, team, talk))
 }
 
 /// Returns the failure for a command that several processes cannot run.
@@ -69,7 +68,7 @@ pub fn is_started(goal: Goal<'_>) -> bool {
 /// Fails if a process does not start, or with the first failure of any process.
 #[cfg(unix)]
 pub fn local(goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
-    let cores = Config::default().machine.threads;
+    let cores = cores();
     let threads = |processes: u32| (cores / processes as usize).max(1);
     if let Some(place) = launch::Place::of_environment() {
         let mut wire = place.connect().map_err(|error| not_started(&error).of_process(place.process()))?;

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use septet_core::config::Workers;
 use septet_core::result::subdomain::Part;
 use septet_core::run::memory::{peak_rss, rss};
 use septet_core::run::processes::{
     HeldRows, ProcessRun, placement, rows_of, simulate_held, triangulate_held,
 };
-use septet_core::{Config, Error};
+use septet_core::spec::Workers;
+use septet_core::{Error, Spec};
 use septet_io::read::{ReadOptions, SharedPoints, read_shared};
 use septet_io::write::{SharedMesh, check_shared, write_shared};
 use septet_lab::report::{RunContext, RunReport};
@@ -41,23 +41,23 @@ pub struct Plan<'a> {
 pub fn run(
     goal: Goal<'_>,
     plan: &Plan<'_>,
-    mut config: Config,
+    mut spec: Spec,
     team: &mut Team<'_>,
     talk: &Talk,
 ) -> Result<(), Failure> {
     let (start, args) = (Instant::now(), goal.args());
-    crate::threads::limit_threads(config.machine.threads);
+    crate::threads::limit_threads(spec.machine.thread_count());
     let options = args.writing.options();
     check_shared(&mut team.processes, &args.output, &options)?;
-    let held = read(plan, team, &mut config, talk)?;
+    let held = read(plan, team, &mut spec, talk)?;
     go_on(team, talk)?;
     let read_seconds = start.elapsed().as_secs_f64();
-    config.control.cancel = Some(talk.cancel.clone());
+    spec.control.cancel = Some(talk.cancel.clone());
     if team.is_first() {
-        config.control.progress = Some(talk.phases());
+        spec.control.progress = Some(talk.phases());
     }
     let rss_before_bytes = rss();
-    let mut run = run_ranks(goal, &config, &held, team)?;
+    let mut run = run_ranks(goal, &spec, &held, team)?;
     let Outcome { part, failure } = take_part(run.as_mut(), plan.placement, team)?;
     let run_seconds = start.elapsed().as_secs_f64();
     let mut files = Vec::new();
@@ -88,7 +88,7 @@ pub fn run(
     team.first_only(|| {
         // The first process has workers in every run.
         let Some(run) = run else { return Ok(()) };
-        let report = RunReport::of(&run.into_run(ledger), &config, &context);
+        let report = RunReport::of(&run.into_run(ledger), &spec, &context);
         talk.clear();
         publish(args, &plan.tables, &report.with_processes(transport, processes), files, talk)
     })?;
@@ -98,15 +98,15 @@ pub fn run(
 /// Runs the ranks of this process.
 fn run_ranks(
     goal: Goal<'_>,
-    config: &Config,
+    spec: &Spec,
     held: &SharedPoints,
     team: &mut Team<'_>,
 ) -> Result<Option<ProcessRun>, Failure> {
     let base = goal.args().hidden.first_row.unwrap_or(0);
     let rows = HeldRows { points: &held.points, first: held.first, rows: held.rows, base };
     let run = match goal {
-        Goal::Triangulate(_) => triangulate_held(&mut team.processes, rows, config),
-        Goal::Simulate(_) => simulate_held(&mut team.processes, rows, config),
+        Goal::Triangulate(_) => triangulate_held(&mut team.processes, rows, spec),
+        Goal::Simulate(_) => simulate_held(&mut team.processes, rows, spec),
     };
     team.agree(run.map_err(|error| match error {
         Error::Points(error) => {
@@ -127,7 +127,7 @@ fn go_on(team: &mut Team<'_>, talk: &Talk) -> Result<(), Failure> {
 ///
 /// # Errors
 /// Fails if the arguments do not fit together, or if a file cannot be written.
-pub fn plan<'a>(goal: Goal<'a>, config: &Config, team: &Team<'_>) -> Result<Plan<'a>, Failure> {
+pub fn plan<'a>(goal: Goal<'a>, spec: &Spec, team: &Team<'_>) -> Result<Plan<'a>, Failure> {
     let args = goal.args();
     if args.input == "@-" || args.input.trim_start_matches('@').starts_with("/dev/") {
         let message = format!("{}: several processes cannot read it", args.input);
@@ -137,10 +137,10 @@ pub fn plan<'a>(goal: Goal<'a>, config: &Config, team: &Team<'_>) -> Result<Plan
     }
     let input = Input::of(&args.input, args.dimension)?;
     let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
-    refuse(goal, config)?;
+    refuse(goal, spec)?;
     args.reading.check(input.is_sample(), &[])?;
     args.writing.check(&args.output)?;
-    let placement = placement(config, team.processes.processes())?;
+    let placement = placement(spec, team.processes.processes())?;
     if team.is_first() {
         let traces = trace::paths(&args.tracing, team.processes.processes());
         let texts = args.json.iter().chain(&traces).map(PathBuf::as_path).chain(tables.paths());
@@ -152,10 +152,10 @@ pub fn plan<'a>(goal: Goal<'a>, config: &Config, team: &Team<'_>) -> Result<Plan
 }
 
 /// Refuses options that need all cells or all ranks in one process.
-fn refuse(goal: Goal<'_>, config: &Config) -> Result<(), Failure> {
+fn refuse(goal: Goal<'_>, spec: &Spec) -> Result<(), Failure> {
     let args = goal.args();
     let options = [
-        ("--workers leaves", config.machine.workers == Workers::Leaves),
+        ("--workers leaves", spec.machine.workers == Workers::Leaves),
         ("--cost-trace", goal.cost_trace().is_some()),
         ("--keep-columns", args.keep_columns),
         ("--with-owner", args.with_owner),
@@ -173,18 +173,13 @@ fn refuse(goal: Goal<'_>, config: &Config) -> Result<(), Failure> {
 }
 
 /// Reads or generates the rows of this process.
-fn read(
-    plan: &Plan<'_>,
-    team: &mut Team<'_>,
-    config: &mut Config,
-    talk: &Talk,
-) -> Result<SharedPoints, Failure> {
+fn read(plan: &Plan<'_>, team: &mut Team<'_>, spec: &mut Spec, talk: &Talk) -> Result<SharedPoints, Failure> {
     let (process, placement) = (team.processes.process(), plan.placement);
     let block = |rows: u64| rows_of(placement, process, rows);
     let held = match &plan.input {
         Input::Sample(request) => {
             let (held, spacing) = sample::rows(request, team, &block, talk)?;
-            config.spacing = spacing;
+            spec.recursion.spacing = spacing;
             held
         }
         Input::File(name) => read_shared(&mut team.processes, &[PathBuf::from(name)], &plan.reading, &block)?,

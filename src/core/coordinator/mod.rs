@@ -16,9 +16,9 @@ use septet_workers::profile::{phase_span, run_span};
 use septet_workers::share::{Certificate, Choice, Share, merged_ledger};
 use septet_workers::transport::{Machine, MachineError};
 
-use crate::config::{Control, Progress};
 use crate::error::{Error, incomplete};
 use crate::input::{Prepared, Whole};
+use crate::spec::{Control, Progress};
 
 pub(crate) use septet_workers::leader::Plan;
 

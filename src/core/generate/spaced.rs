@@ -43,8 +43,8 @@ use tracing::subscriber::{NoSubscriber, with_default};
 use super::request::GenerateError;
 use super::sizing::Sizing;
 use super::unit::Unit;
-use crate::config::{Config, Workers};
 use crate::mesh::machine::CountedMachine;
+use crate::spec::{Spec, Workers, cores};
 
 /// The largest number of points for which 32 bits can index the cells.
 const MOST_POINTS: u64 = 1 << 26;
@@ -106,11 +106,11 @@ pub(super) fn build<P: Unit>(
     let incomplete = |reason: String| GenerateError::Incomplete { reason };
     let domain = P::domain().map_err(|defects| incomplete(format!("{} defects", defects.len())))?;
     let give_up = GiveUp(Arc::default());
-    let config = machine(seed, Config::default().machine.threads, give_up.0.clone());
+    let spec = machine(seed, cores(), give_up.0.clone());
     let work = |points: Sender<u64>| {
         // Traces of later runs over the points must not include the spans of their generation.
         with_default(NoSubscriber::new(), || {
-            set(&domain, sizing, seed, &mut Reporting { machine: CountedMachine::new(config), points })
+            set(&domain, sizing, seed, &mut Reporting { machine: CountedMachine::new(spec), points })
         })
     };
     match run_in_thread(work, give_up, progress) {
@@ -145,12 +145,12 @@ fn run_in_thread<T: Send>(
     })
 }
 
-fn machine(seed: u64, workers: usize, cancel: Arc<AtomicBool>) -> Config {
-    Config::default().with(|config| {
-        config.machine.workers = Workers::Count(workers as u32);
-        config.machine.threads = workers;
-        config.machine.seed = seed;
-        config.control.cancel = Some(cancel);
+fn machine(seed: u64, workers: usize, cancel: Arc<AtomicBool>) -> Spec {
+    Spec::default().with(|spec| {
+        spec.machine.workers = Workers::Count(workers as u32);
+        spec.machine.threads = Some(workers);
+        spec.machine.seed = seed;
+        spec.control.cancel = Some(cancel);
     })
 }
 

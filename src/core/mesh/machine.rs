@@ -21,10 +21,10 @@ use septet_workers::profile::stage_span;
 use tracing::span::EnteredSpan;
 
 use super::run_log::{INDEPENDENT_SET, RunLog, SiteCounts, TRIANGULATION};
-use crate::config::Config;
 use crate::error::Error;
 use crate::run::independent::independent;
 use crate::run::{TrafficTotal, triangulate};
+use crate::spec::Spec;
 
 /// The largest number of points of a facet that is one leaf.
 const LEAF: usize = 4096;
@@ -32,7 +32,7 @@ const LEAF: usize = 4096;
 /// A machine that counts the resources of each stage.
 #[derive(Debug)]
 pub struct CountedMachine {
-    config: Config,
+    spec: Spec,
     lines: Vec<StageLine>,
     run_log: RunLog,
     owners: Owners,
@@ -60,9 +60,9 @@ struct Taken<'a> {
 
 impl CountedMachine {
     /// Creates a machine with this configuration.
-    pub fn new(config: Config) -> Self {
+    pub fn new(spec: Spec) -> Self {
         CountedMachine {
-            config,
+            spec,
             lines: Vec::new(),
             run_log: RunLog::default(),
             owners: Owners::default(),
@@ -118,14 +118,14 @@ impl<P: Point> MeshMachine<P> for CountedMachine {
 
     fn stage(&mut self, name: &'static str) {
         self.close();
-        self.span = Some(stage_span(self.config.machine.name(), name));
+        self.span = Some(stage_span(self.spec.machine.name(), name));
         self.lines.push(StageLine { name: name.to_string(), ..StageLine::default() });
     }
 
     fn independent(&mut self, sites: &[Site<P>], fixed: usize) -> Result<Independent, Error> {
         let places: Vec<P> = sites.iter().map(|s| s.at).collect();
         let sizes: Vec<f64> = sites.iter().map(|s| s.size).collect();
-        let run = independent(&places, &sizes, fixed, &self.config)?;
+        let run = independent(&places, &sizes, fixed, &self.spec)?;
         self.add(&Taken {
             task: INDEPENDENT_SET,
             points: sites.len(),
@@ -141,7 +141,7 @@ impl<P: Point> MeshMachine<P> for CountedMachine {
     }
 
     fn delaunay(&mut self, points: &[P]) -> Result<Delaunay<P::Cell>, Error> {
-        let run = triangulate(points, &self.config)?;
+        let run = triangulate(points, &self.spec)?;
         self.add(&Taken {
             task: TRIANGULATION,
             points: points.len(),

@@ -28,19 +28,19 @@ use septet_meshing::quality::{Measure, Quality, quality};
 use septet_meshing::size::SizeFunction;
 use septet_workers::profile::stage_span;
 
-use crate::config::{Config, Machine};
 use crate::run::memory;
+use crate::spec::{Machine, Spec};
 use machine::{AllCores, CountedMachine};
 pub use pipeline::{Dimension, Made, MakeError, MeshKeep, check, make, make_of};
 pub use request::{
-    Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, MeshError, MeshRequest, SingularityRequest,
-    SingularityShape,
+    Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, MeshError, MeshSpec, SingularityRequest,
+    SingularityShape, Sizes,
 };
 use run_log::RunLog;
 
 /// Compares a mesh with its domain. The request selects whether the boundary is exact or remeshed.
-pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &MeshRequest) -> Conformity {
-    let _span = stage_span(request.machine.name(), "conformity");
+pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &MeshSpec) -> Conformity {
+    let _span = stage_span(request.run.machine.name(), "conformity");
     match request.boundary_of(domain.kind) {
         Boundary::Exact => conformity::check(domain, mesh),
         Boundary::Remesh => {
@@ -54,11 +54,8 @@ pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &Mes
 ///
 /// # Errors
 /// Fails if sizes are out of range or too fine.
-pub fn sizes<P: Triangulate>(
-    domain: &Domain<P>,
-    request: &MeshRequest,
-) -> Result<SizeFunction<P>, MeshError> {
-    let _span = stage_span(request.machine.name(), "sizes");
+pub fn sizes<P: Triangulate>(domain: &Domain<P>, request: &MeshSpec) -> Result<SizeFunction<P>, MeshError> {
+    let _span = stage_span(request.run.machine.name(), "sizes");
     let mut options = request.size_options(domain)?;
     if !request.remeshes(domain) {
         return Ok(SizeFunction::of_features(domain, &Features::new(domain), &options, &AllCores)?);
@@ -80,10 +77,10 @@ pub fn assess<P: Triangulate>(
     domain: &Domain<P>,
     mesh: &Mesh<P>,
     size: &SizeFunction<P>,
-    request: &MeshRequest,
+    request: &MeshSpec,
     worst: usize,
 ) -> Quality<P> {
-    let _span = stage_span(request.machine.name(), "quality");
+    let _span = stage_span(request.run.machine.name(), "quality");
     if !request.remeshes(domain) {
         return measure(domain, mesh, size, worst);
     }
@@ -138,7 +135,7 @@ struct Built<P: Triangulate> {
 pub fn generate<P: Triangulate>(
     domain: &Domain<P>,
     size: &SizeFunction<P>,
-    request: &MeshRequest,
+    request: &MeshSpec,
 ) -> Result<(Mesh<P>, Vec<StageLine>), MeshError> {
     build(domain, size, request, 0).map(|made| (made.mesh, made.stages))
 }
@@ -150,17 +147,17 @@ pub fn generate<P: Triangulate>(
 fn build<P: Triangulate>(
     domain: &Domain<P>,
     size: &SizeFunction<P>,
-    request: &MeshRequest,
+    request: &MeshSpec,
     owned: usize,
 ) -> Result<Built<P>, MeshError> {
     let at = |x| size.at(x);
     let mut rules =
-        Rules { size: &at, lipschitz: size.lipschitz(), seed: request.machine.seed, most: MOST_POINTS };
+        Rules { size: &at, lipschitz: size.lipschitz(), seed: request.run.machine.seed, most: MOST_POINTS };
     let mut machine = machine(request);
-    if let Some(limit) = request.machine.max_memory.or_else(memory::available) {
+    if let Some(limit) = request.run.machine.max_memory.or_else(memory::available) {
         rules.most = MOST_POINTS.min(limit / BYTES_PER_POINT);
     }
-    if let Some(limit) = request.machine.max_memory {
+    if let Some(limit) = request.run.machine.max_memory {
         let points = generate::expected_points(domain, rules, &machine);
         let forecast = points.saturating_mul(BYTES_PER_POINT).saturating_add(64 << 20);
         if forecast > limit {
@@ -186,7 +183,7 @@ fn build<P: Triangulate>(
     let mut mesh = made.into_mesh(domain);
     let owners = known.and_then(|(cells, owners)| view::owned(&cells, &owners, &mesh));
     if request.improve {
-        let _span = stage_span(request.machine.name(), "improve");
+        let _span = stage_span(request.run.machine.name(), "improve");
         let start = Instant::now();
         let fixed = request.remeshes(domain);
         let target = Target { ratio: request.radius_edge(), fixed, ..Target::default() };
@@ -204,10 +201,11 @@ fn build<P: Triangulate>(
 }
 
 /// Returns the machine of the runs. The memory limit applies to the mesh as a whole, not to each run.
-fn machine(request: &MeshRequest) -> CountedMachine {
-    CountedMachine::new(Config::default().with(|config| {
-        config.machine = Machine { max_memory: None, ..request.machine.clone() };
-        config.control.cancel.clone_from(&request.cancel);
+fn machine(request: &MeshSpec) -> CountedMachine {
+    CountedMachine::new(Spec::default().with(|spec| {
+        spec.machine = Machine { max_memory: None, ..request.run.machine.clone() };
+        spec.tree = request.run.tree;
+        spec.control.cancel.clone_from(&request.run.control.cancel);
     }))
 }
 

@@ -16,7 +16,7 @@ use septet_meshing::size::SizeFunction;
 use thiserror::Error;
 
 use super::run_log::RunLog;
-use super::{Built, MeshError, MeshRequest, assess, build, conform, sizes};
+use super::{Built, MeshError, MeshSpec, assess, build, conform, sizes};
 
 /// Limits on the data that the result keeps besides the mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,11 +89,8 @@ pub trait Dimension: Triangulate {
     ///
     /// # Errors
     /// Returns [`MakeError`].
-    fn make(
-        domain: &Domain<Self>,
-        request: &MeshRequest,
-        keep: MeshKeep,
-    ) -> Result<Made<Self>, MakeError<Self>>;
+    fn make(domain: &Domain<Self>, request: &MeshSpec, keep: MeshKeep)
+    -> Result<Made<Self>, MakeError<Self>>;
 }
 
 impl Dimension for DVec2 {
@@ -103,7 +100,7 @@ impl Dimension for DVec2 {
 
     fn make(
         domain: &Domain<Self>,
-        request: &MeshRequest,
+        request: &MeshSpec,
         keep: MeshKeep,
     ) -> Result<Made<Self>, MakeError<Self>> {
         checked(domain, request, keep)
@@ -117,7 +114,7 @@ impl Dimension for DVec3 {
 
     fn make(
         domain: &Domain<Self>,
-        request: &MeshRequest,
+        request: &MeshSpec,
         keep: MeshKeep,
     ) -> Result<Made<Self>, MakeError<Self>> {
         checked(domain, request, keep)
@@ -132,12 +129,12 @@ pub fn check<P: Dimension>(input: &Input<P>) -> Result<Domain<P>, Vec<Defect>> {
     P::check(input)
 }
 
-/// Checks an input, generates a mesh of its domain, and checks the mesh. Returns a mesh only if it conforms to the
-/// domain exactly. The result is the same for every number of workers and threads and for every transport.
+/// Checks an input, makes a mesh of its domain, and checks the mesh. A mesh that does not conform to the domain is an
+/// error. The result is the same for every number of workers and threads and every transport.
 ///
 /// # Errors
-/// Returns [`MakeError`].
-pub fn make<P: Dimension>(input: &Input<P>, request: &MeshRequest) -> Result<Made<P>, MakeError<P>> {
+/// See [`MakeError`].
+pub fn make<P: Dimension>(input: &Input<P>, request: &MeshSpec) -> Result<Made<P>, MakeError<P>> {
     let domain = P::check(input).map_err(MakeError::Input)?;
     P::make(&domain, request, MeshKeep::default())
 }
@@ -148,7 +145,7 @@ pub fn make<P: Dimension>(input: &Input<P>, request: &MeshRequest) -> Result<Mad
 /// Returns [`MakeError`].
 pub fn make_of<P: Dimension>(
     domain: &Domain<P>,
-    request: &MeshRequest,
+    request: &MeshSpec,
     keep: MeshKeep,
 ) -> Result<Made<P>, MakeError<P>> {
     P::make(domain, request, keep)
@@ -157,7 +154,7 @@ pub fn make_of<P: Dimension>(
 /// Computes sizes, mesh, conformity and quality, in this order.
 fn checked<P: Triangulate>(
     domain: &Domain<P>,
-    request: &MeshRequest,
+    request: &MeshSpec,
     keep: MeshKeep,
 ) -> Result<Made<P>, MakeError<P>> {
     if request.max_distance.is_some() && !request.remeshes(domain) {

@@ -1,8 +1,5 @@
 //! The request for a mesh and its errors.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use septet_meshing::domain::{Domain, Feature};
 use septet_meshing::facet::Triangulate;
 use septet_meshing::input::DomainKind;
@@ -11,7 +8,7 @@ use septet_meshing::size::{SizeError, SizeOptions};
 use thiserror::Error;
 
 use super::field::SizeField;
-use crate::config::Machine;
+use crate::spec::Spec;
 
 /// The default Lipschitz constant. It bounds radius-edge ratios away from the boundary by `1/(1-L) = 2`, the usual
 /// default of mesh generators. A smaller L needs more points everywhere. A larger L saves few points, because sizes
@@ -58,49 +55,57 @@ pub struct SingularityRequest {
     pub at: Vec<f64>,
 }
 
-/// The request for a mesh. Lengths are in the unit of the file.
-#[derive(Clone, Debug)]
-pub struct MeshRequest {
-    /// The part of the boundary that is kept. The default depends on the kind of the domain.
-    pub boundary: Option<Boundary>,
+/// The sizes of a mesh, in the unit of the domain.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Sizes {
     /// The largest size anywhere.
-    pub size: Option<f64>,
+    pub most: Option<f64>,
+    /// The smallest size anywhere: it overrides every other size.
+    pub least: Option<f64>,
     /// Sizes at points.
     pub field: Option<SizeField>,
-    /// The singularity, at which sizes decrease to the smallest size.
+    /// A point or segment towards which sizes decrease to the smallest size.
     pub singularity: Option<SingularityRequest>,
-    /// The smallest size anywhere.
-    pub min_size: Option<f64>,
-    /// The Lipschitz constant L, between 0 and 1.
+    /// The Lipschitz constant L of the size function, between 0 and 1.
     pub lipschitz: f64,
+}
+
+impl Default for Sizes {
+    fn default() -> Self {
+        Sizes { most: None, least: None, field: None, singularity: None, lipschitz: DEFAULT_LIPSCHITZ }
+    }
+}
+
+/// A mesh: its sizes, its boundary, and the machine of its runs. Lengths are in the unit of the file.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct MeshSpec {
+    /// The runs of the machine: the groups `machine`, `tree` and `control`, of which progress is not reported. The leaf
+    /// size applies to the partition trees of independent sets. Without a memory limit, generation stops once the mesh
+    /// certainly needs more than the available memory.
+    pub run: Spec,
+    /// The part of the boundary that is kept. The default depends on the kind of the domain.
+    pub boundary: Option<Boundary>,
+    /// The sizes.
+    pub sizes: Sizes,
     /// The feature angle in degrees. Edges whose faces turn by more are ridges.
     pub feature_angle: f64,
     /// The largest distance between a surface and the remeshed boundary.
     pub max_distance: Option<f64>,
     /// Whether slivers are removed.
     pub improve: bool,
-    /// The machine. Its leaf size applies to the partition trees of independent sets. Without a memory limit,
-    /// generation stops once the mesh certainly needs more than the available memory.
-    pub machine: Machine,
-    /// A flag that ends the next run of the machine with [`Error::Interrupted`](crate::Error::Interrupted) once it is
-    /// `true`.
-    pub cancel: Option<Arc<AtomicBool>>,
 }
 
-impl Default for MeshRequest {
+impl Default for MeshSpec {
     fn default() -> Self {
-        MeshRequest {
+        MeshSpec {
+            run: Spec::default(),
             boundary: None,
-            size: None,
-            field: None,
-            singularity: None,
-            min_size: None,
-            lipschitz: DEFAULT_LIPSCHITZ,
+            sizes: Sizes::default(),
             feature_angle: DEFAULT_FEATURE_ANGLE,
             max_distance: None,
             improve: false,
-            machine: Machine::default(),
-            cancel: None,
         }
     }
 }
@@ -152,11 +157,17 @@ pub enum MeshError {
     Run(#[from] crate::Error),
 }
 
-impl MeshRequest {
+impl MeshSpec {
+    /// Returns the specification after a change.
+    #[must_use]
+    pub fn with(mut self, change: impl FnOnce(&mut MeshSpec)) -> Self {
+        change(&mut self);
+        self
+    }
+
     /// Returns an error if the caller has cancelled.
     pub(super) fn check_cancelled(&self) -> Result<(), MeshError> {
-        let cancelled = self.cancel.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed));
-        if cancelled { Err(MeshError::Run(crate::Error::Interrupted)) } else { Ok(()) }
+        if self.run.control.is_cancelled() { Err(MeshError::Run(crate::Error::Interrupted)) } else { Ok(()) }
     }
 
     /// Returns the part of the boundary that the mesh keeps for a domain of this kind.
@@ -171,7 +182,7 @@ impl MeshRequest {
 
     /// Returns the largest radius-edge ratio away from the boundary: `1/(1-L)`.
     pub fn radius_edge(&self) -> f64 {
-        1.0 / (1.0 - self.lipschitz)
+        1.0 / (1.0 - self.sizes.lipschitz)
     }
 
     /// Returns the options of the size function for this domain.
@@ -179,13 +190,14 @@ impl MeshRequest {
     /// # Errors
     /// Fails if a field or a singularity has a different dimension.
     pub fn size_options<P: Triangulate>(&self, domain: &Domain<P>) -> Result<SizeOptions<P>, MeshError> {
-        let field = self.field.as_ref().map(SizeField::cones::<P>).transpose()?.unwrap_or_default();
-        let singularities = match (&self.singularity, self.min_size) {
+        let sizes = &self.sizes;
+        let field = sizes.field.as_ref().map(SizeField::cones::<P>).transpose()?.unwrap_or_default();
+        let singularities = match (&sizes.singularity, sizes.least) {
             (Some(singularity), Some(size)) => vec![(singularity.place(domain)?, size)],
             _ => Vec::new(),
         };
-        let constraints = Constraints { most: self.size, least: self.min_size, field, singularities };
-        Ok(SizeOptions { constraints, ..SizeOptions::new(self.lipschitz) })
+        let constraints = Constraints { most: sizes.most, least: sizes.least, field, singularities };
+        Ok(SizeOptions { constraints, ..SizeOptions::new(sizes.lipschitz) })
     }
 }
 

@@ -109,7 +109,7 @@ pub struct Run {
     pub fallback: Option<(String, u64)>,
     /// The counts.
     pub ledger: Ledger,
-    /// Traffic of the run that counts the leaves for [`crate::config::Workers::Leaves`]; not part of the ledger.
+    /// Traffic of the run that counts the leaves for [`crate::spec::Workers::Leaves`]; not part of the ledger.
     pub plan: Option<TrafficTotal>,
     /// The reasons why the stars do not form a triangulation, for the run of [`crate::Error::NotCertified`] only.
     pub refutation: Option<Refutation>,

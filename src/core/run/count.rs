@@ -9,18 +9,18 @@ use septet_geometry::point::{Coordinates, Point, PointSlice};
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Ledger;
 
-use crate::config::Config;
 use crate::coordinator::Coordinator;
 use crate::error::Error;
 use crate::input::Whole;
 use crate::result::cost_trace::CostTrace;
 use crate::result::run::{Run, Settled};
 use crate::run::finish::{cost_trace, flat_result};
-use crate::run::settings::{Goal, Settings, admit};
+use crate::run::settings::{Settings, admit};
 use crate::run::transport::started;
 use crate::run::triangulation::simulate;
+use crate::spec::{Spec, Task, Until};
 
-/// The counts of a run, complete or stopped after [`Config::until`].
+/// The counts of a run, complete or stopped after a phase.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct RunCounts {
@@ -83,34 +83,34 @@ impl From<Run> for RunCounts {
     }
 }
 
-/// Counts the paper's recursion, either completely, as [`simulate`] does, or up to [`Config::until`]. The tree and the
+/// Counts the paper's recursion, either completely, as [`simulate`] does, or up to a phase. The tree and the
 /// neighbours take a fraction of the time and memory of a triangulation.
 ///
 /// # Errors
 /// See [`Error`].
-pub fn count<C: Coordinates>(points: &[C], config: &Config) -> Result<RunCounts, Error> {
-    counted(C::points(points), config)
+pub fn count<C: Coordinates>(points: &[C], until: Option<Until>, spec: &Spec) -> Result<RunCounts, Error> {
+    counted(C::points(points), until, spec)
 }
 
 /// Counts a run in either dimension. It is compiled here, so that callers do not compile the machine.
 #[inline(never)]
-fn counted(points: PointSlice<'_>, config: &Config) -> Result<RunCounts, Error> {
+fn counted(points: PointSlice<'_>, until: Option<Until>, spec: &Spec) -> Result<RunCounts, Error> {
     match points {
-        PointSlice::Plane(points) => counts(points, config),
-        PointSlice::Space(points) => counts(points, config),
+        PointSlice::Plane(points) => counts(points, until, spec),
+        PointSlice::Space(points) => counts(points, until, spec),
     }
 }
 
-fn counts<P: Point>(points: &[P], config: &Config) -> Result<RunCounts, Error> {
-    let Some(until) = config.until else { return simulate(points, config).map(RunCounts::from) };
-    let (start, goal) = (Instant::now(), Goal::Prefix(until));
-    admit(config, goal, points.len() as u64, P::DIM)?;
-    let mut start_machine = started(config);
+fn counts<P: Point>(points: &[P], until: Option<Until>, spec: &Spec) -> Result<RunCounts, Error> {
+    let Some(until) = until else { return simulate(points, spec).map(RunCounts::from) };
+    let (start, task) = (Instant::now(), Task::Count(until));
+    admit(spec, task, points.len() as u64, P::DIM)?;
+    let mut start_machine = started(spec);
     let input = Whole::points(points);
-    let settings = Settings::decide(config, goal, input, &mut start_machine)?;
+    let settings = Settings::decide(spec, task, input, &mut start_machine)?;
     let machine = Arc::new(settings.machine.clone());
     let mut hosts = start_machine(&machine);
-    let coordinator = Coordinator::new(&config.control, machine);
+    let coordinator = Coordinator::new(&spec.control, machine);
     let collected = coordinator.run(hosts.as_mut(), input, &settings.plan)?;
     collected.check_balance()?;
     if collected.input.is_flat(P::DIM) {

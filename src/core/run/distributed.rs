@@ -18,15 +18,15 @@ use septet_workers::input::{Loaded, Rows, Source};
 use septet_workers::share::{Certificate, Share, merged_ledger};
 use septet_workers::transport::process::OneProcess;
 
-use crate::config::{Config, ConfigError, Fault, Keep, Workers};
 use crate::coordinator::{Coordinator, Held, Plan, Returned, unbalanced};
 use crate::error::{Error, Refutation, incomplete};
 use crate::input::Whole;
 use crate::result::run::{Accounting, Run, Settled};
 use crate::result::subdomain::{Part, Subdomain};
 use crate::run::finish::{certify, settled, settled_flat, untimed};
-use crate::run::settings::{Goal, Settings, admit};
+use crate::run::settings::{Settings, admit};
 use crate::run::transport::started;
+use crate::spec::{Fault, Keep, Spec, SpecError, Task, Workers};
 
 /// Point types of [`triangulate`]: `[f64; 2]`, `[f64; 3]`, [`DVec2`] and [`DVec3`]. The machine is compiled in this crate
 /// for each of them.
@@ -43,7 +43,7 @@ pub trait ProcessPoint: Coordinates {
         transport: &mut dyn ProcessTransport<Self::Point>,
         points: &[Self],
         first_id: u64,
-        config: &Config,
+        spec: &Spec,
     ) -> Result<Part, Error>;
 }
 
@@ -56,10 +56,10 @@ macro_rules! process_point {
                 transport: &mut dyn ProcessTransport<$point>,
                 points: &[Self],
                 first_id: u64,
-                config: &Config,
+                spec: &Spec,
             ) -> Result<Part, Error> {
                 let points: &[$point] = bytemuck::cast_slice(points);
-                run(transport, Input { points, first_id }, config)
+                run(transport, Input { points, first_id }, spec)
             }
         }
     };
@@ -69,18 +69,26 @@ process_point!(DVec3, DVec3);
 process_point!([f64; 2], DVec2);
 process_point!([f64; 3], DVec3);
 
-/// Computes the Delaunay triangulation of the points of all processes. Every process calls this function with its own
-/// points, whose input indices are `first_id`, `first_id + 1`, and so on. Returns the part of this process.
+/// Computes the Delaunay triangulation of the points of all processes, and returns the part of this process. The call is
+/// collective: every process calls it once, with equal `spec`,
+/// except for the threads, the limit of the memory, and the control. By default, each process has one worker.
+///
+/// The input indices of `points` are `first_id`, `first_id + 1`, and so on. Points of different processes must have
+/// different indices. If there are more points than indices between the smallest and the largest, the run fails. Other
+/// repeated indices are not always detected. Among coincident points, the point with the smallest index is a vertex.
+/// Processes may have different numbers of points, and a process may have no points.
 ///
 /// # Errors
-/// See [`Error`]. All processes return an error. It is the same unless the configurations differ.
+/// See [`Error`]. If a process fails, all processes return the same error. Two exceptions remain: only the process
+/// that was cancelled returns [`Error::Interrupted`], and processes with different specifications may return different errors.
+/// After an error, the transport cannot be used again.
 pub fn triangulate<C: ProcessPoint>(
     transport: &mut dyn ProcessTransport<C::Point>,
     points: &[C],
     first_id: u64,
-    config: &Config,
+    spec: &Spec,
 ) -> Result<Part, Error> {
-    C::triangulate(transport, points, first_id, config)
+    C::triangulate(transport, points, first_id, spec)
 }
 
 /// The points of a process.
@@ -109,15 +117,15 @@ impl<P: Point> Source<P> for OwnRows<'_, P> {
 fn run<P: Point>(
     transport: &mut dyn ProcessTransport<P>,
     input: Input<'_, P>,
-    config: &Config,
+    spec: &Spec,
 ) -> Result<Part, Error> {
-    let placement = match admitted(config, input, transport.processes()) {
+    let placement = match admitted(spec, input, transport.processes()) {
         Ok(placement) => placement,
         Err(error) => return Err(end_all(transport, error)),
     };
     let source = OwnRows { input, workers: placement.workers_of(transport.process()) };
     let held = Held { source: &source, rows: input.points.len() as u64 };
-    run_held(transport, held, placement, (config, Goal::Triangulation))?.into_part()
+    run_held(transport, held, placement, (spec, Task::Triangulate))?.into_part()
 }
 
 /// The result of a process.
@@ -163,13 +171,13 @@ pub(super) fn run_held<P: Point>(
     transport: &mut dyn ProcessTransport<P>,
     held: Held<'_, P>,
     placement: Placement,
-    (config, goal): (&Config, Goal),
+    (spec, task): (&Spec, Task),
 ) -> Result<ProcessRun, Error> {
     let start = Instant::now();
-    let mut settings = Settings::decide(config, goal, Whole::<P>::points(&[]), &mut started(config))?;
+    let mut settings = Settings::decide(spec, task, Whole::<P>::points(&[]), &mut started(spec))?;
     settings.machine.shown.with_places = true;
-    let coordinator = Coordinator::new(&config.control, Arc::new(settings.machine.clone()));
-    let mut process = OneProcess { transport, placement, threads: config.machine.threads };
+    let coordinator = Coordinator::new(&spec.control, Arc::new(settings.machine.clone()));
+    let mut process = OneProcess { transport, placement, threads: spec.machine.threads.unwrap_or(1) };
     let Returned { shares, seconds: phase_seconds } = coordinator.shares(&mut process, held, &Plan::new())?;
     let run = finish(shares, &settings, placement)?;
     let seconds = start.elapsed().as_secs_f64() - untimed(&settings.machine, &phase_seconds);
@@ -177,21 +185,21 @@ pub(super) fn run_held<P: Point>(
 }
 
 /// Checks the configuration and the points of this process. Returns the places of the ranks.
-fn admitted<P: Point>(config: &Config, input: Input<'_, P>, processes: u32) -> Result<Placement, Error> {
-    let workers = admitted_workers(config, processes)?;
+fn admitted<P: Point>(spec: &Spec, input: Input<'_, P>, processes: u32) -> Result<Placement, Error> {
+    let workers = admitted_workers(spec, processes)?;
     let rows = input.points.len() as u64;
-    admit(config, Goal::Triangulation, rows, P::DIM)?;
+    admit(spec, Task::Triangulate, rows, P::DIM)?;
     if input.first_id.checked_add(rows).is_none() {
         return Err(Error::Indices { rows, first: input.first_id, last: u64::MAX });
     }
-    Placement::new(workers, processes).ok_or(ConfigError::TooFewWorkers { workers, processes }.into())
+    Placement::new(workers, processes).ok_or(SpecError::TooFewWorkers { workers, processes }.into())
 }
 
 /// Refuses results that several processes cannot have. Returns the number of workers: by default, one for each process.
-pub(super) fn admitted_workers(config: &Config, processes: u32) -> Result<u32, Error> {
-    let Keep { graph, sets, owner, point_owner, costs, view } = config.keep;
+pub(super) fn admitted_workers(spec: &Spec, processes: u32) -> Result<u32, Error> {
+    let Keep { graph, sets, owner, point_owner, costs, view } = spec.keep;
     let outputs = [
-        (config.machine.workers == Workers::Leaves, "a worker for each leaf"),
+        (spec.machine.workers == Workers::Leaves, "a worker for each leaf"),
         (graph, "the list of the edges of the supergraph"),
         (sets, "the list of the members of separator sets"),
         (costs, "a cost trace"),
@@ -199,9 +207,9 @@ pub(super) fn admitted_workers(config: &Config, processes: u32) -> Result<u32, E
         (view > 0, "a picture"),
     ];
     if let Some(&(_, output)) = outputs.iter().find(|(is_wanted, _)| *is_wanted) {
-        return Err(ConfigError::NotDistributed { output }.into());
+        return Err(SpecError::NotDistributed { output }.into());
     }
-    Ok(if let Workers::Count(workers) = config.machine.workers { workers } else { processes })
+    Ok(if let Workers::Count(workers) = spec.machine.workers { workers } else { processes })
 }
 
 /// Ends the run on all processes, because this process cannot start. Returns the error of the run. An error of the
@@ -212,7 +220,7 @@ pub(super) fn end_all<P: Point>(transport: &mut dyn ProcessTransport<P>, error: 
     let failed = TransportError::WorkerFailed { rank: process + 1, reason };
     let ended = transport.exchange(Vec::new(), HostState::Failed(failed.clone()));
     match (error, ended) {
-        (error @ Error::Config(_), _) => error,
+        (error @ Error::Spec(_), _) => error,
         (_, Err(first)) => first.into(),
         (_, Ok(_)) => failed.into(),
     }

@@ -18,7 +18,6 @@ use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Ledger;
 use septet_workers::share::Selected;
 
-use crate::config::Config;
 use crate::coordinator::{Collected, Coordinator};
 use crate::error::Error as RunError;
 pub use crate::error::SiteError;
@@ -26,8 +25,9 @@ use crate::input::Whole;
 use crate::result::cost_trace::CostTrace;
 use crate::result::run::{Settled, TrafficTotal};
 use crate::run::finish::cost_trace;
-use crate::run::settings::{Goal, Settings, admit};
+use crate::run::settings::{Settings, admit};
 use crate::run::transport::started;
+use crate::spec::{Spec, Task};
 
 /// A maximal independent set, and the counts of its run.
 #[derive(Clone, Debug)]
@@ -41,7 +41,7 @@ pub struct IndependentRun {
     pub ledger: Ledger,
     /// The parameters of the run.
     pub settled: Settled,
-    /// Traffic of the run that counts the leaves for [`crate::config::Workers::Leaves`]; not part of the ledger.
+    /// Traffic of the run that counts the leaves for [`crate::spec::Workers::Leaves`]; not part of the ledger.
     pub plan: Option<TrafficTotal>,
     /// The calls of primitives, if requested.
     pub costs: Option<CostTrace>,
@@ -64,7 +64,7 @@ impl IndependentRun {
 /// every number of workers and threads and every transport. Permuting the sites does not change which sites are
 /// selected.
 ///
-/// The supergraph, the separator sets, the correction and [`Config::keep`] are not used.
+/// The supergraph, the separator sets, the correction and [`Spec::keep`] are not used.
 ///
 /// # Errors
 /// Returns an [`crate::Error`], which contains a [`SiteError`] if the sites are invalid.
@@ -72,9 +72,9 @@ pub fn independent<C: Coordinates>(
     places: &[C],
     sizes: &[f64],
     fixed: usize,
-    config: &Config,
+    spec: &Spec,
 ) -> Result<IndependentRun, RunError> {
-    chosen(C::points(places), sizes, fixed, config)
+    chosen(C::points(places), sizes, fixed, spec)
 }
 
 /// Selects the set in either dimension. It is compiled here, so that callers do not compile the machine.
@@ -83,11 +83,11 @@ fn chosen(
     places: PointSlice<'_>,
     sizes: &[f64],
     fixed: usize,
-    config: &Config,
+    spec: &Spec,
 ) -> Result<IndependentRun, RunError> {
     match places {
-        PointSlice::Plane(places) => choose(places, sizes, fixed, config),
-        PointSlice::Space(places) => choose(places, sizes, fixed, config),
+        PointSlice::Plane(places) => choose(places, sizes, fixed, spec),
+        PointSlice::Space(places) => choose(places, sizes, fixed, spec),
     }
 }
 
@@ -95,17 +95,17 @@ fn choose<P: Point>(
     places: &[P],
     sizes: &[f64],
     fixed: usize,
-    config: &Config,
+    spec: &Spec,
 ) -> Result<IndependentRun, RunError> {
-    let (start, goal) = (Instant::now(), Goal::Independent { fixed: fixed as u64 });
-    admit(config, goal, places.len() as u64, P::DIM)?;
+    let (start, task) = (Instant::now(), Task::Independent { fixed: fixed as u64 });
+    admit(spec, task, places.len() as u64, P::DIM)?;
     check_sites(places.len(), sizes, fixed)?;
     let input = Whole { positions: places, sizes };
-    let mut start_machine = started(config);
-    let settings = Settings::decide(config, goal, input, &mut start_machine)?;
+    let mut start_machine = started(spec);
+    let settings = Settings::decide(spec, task, input, &mut start_machine)?;
     let machine = Arc::new(settings.machine.clone());
     let mut hosts = start_machine(&machine);
-    let coordinator = Coordinator::new(&config.control, machine);
+    let coordinator = Coordinator::new(&spec.control, machine);
     let collected = coordinator.run(hosts.as_mut(), input, &settings.plan)?;
     collected.check_balance()?;
     if let Some(&(second, first)) = collected.input.accounting.duplicates.first() {

@@ -1,7 +1,7 @@
 //! The memory of a run: a forecast before it starts, and the measured peak.
 
-use crate::config::Config;
 use crate::error::Error;
+use crate::spec::Spec;
 
 /// Bytes per point of `triangulate`, in space and in the plane: measured peaks at a million uniform points,
 /// rounded up.
@@ -23,21 +23,21 @@ fn forecast(points: u64, dimension: usize, bytes_per_point: [u64; 2]) -> u64 {
 ///
 /// # Errors
 /// Returns [`Error::Memory`] with the forecast.
-pub fn admit(config: &Config, points: u64, dimension: usize, counted: bool) -> Result<(), Error> {
+pub fn admit(spec: &Spec, points: u64, dimension: usize, counted: bool) -> Result<(), Error> {
     let row = if counted { COUNTED_BYTES_PER_POINT } else { BYTES_PER_POINT };
-    compare(config, points, forecast(points, dimension, row))
+    compare(spec, points, forecast(points, dimension, row))
 }
 
 /// Checks the expected peak of an independent set against the memory limit of the configuration.
 ///
 /// # Errors
 /// Returns [`Error::Memory`] with the forecast.
-pub(crate) fn admit_sites(config: &Config, sites: u64, dimension: usize) -> Result<(), Error> {
-    compare(config, sites, forecast(sites, dimension, BYTES_PER_SITE))
+pub(crate) fn admit_sites(spec: &Spec, sites: u64, dimension: usize) -> Result<(), Error> {
+    compare(spec, sites, forecast(sites, dimension, BYTES_PER_SITE))
 }
 
-fn compare(config: &Config, points: u64, forecast: u64) -> Result<(), Error> {
-    match config.machine.max_memory {
+fn compare(spec: &Spec, points: u64, forecast: u64) -> Result<(), Error> {
+    match spec.machine.max_memory {
         Some(limit) if forecast > limit => Err(Error::Memory { forecast, limit, points }),
         _ => Ok(()),
     }

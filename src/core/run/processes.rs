@@ -13,7 +13,6 @@ use septet_workers::input::{Rows, Source, block_of};
 use septet_workers::share::{Certificate, distort};
 use septet_workers::transport::over_wire::OverWire;
 
-use crate::config::{Config, ConfigError, Fault};
 use crate::coordinator::Held;
 use crate::error::Error;
 use crate::model::Points;
@@ -22,7 +21,8 @@ use crate::result::run::Run;
 use crate::result::subdomain::Part;
 pub use crate::run::distributed::ProcessRun;
 use crate::run::distributed::{admitted_workers, end_all, run_held};
-use crate::run::settings::{Goal, admit};
+use crate::run::settings::admit;
+use crate::spec::{Fault, Spec, SpecError, Task};
 
 /// The rows that a process holds.
 #[derive(Clone, Copy, Debug)]
@@ -50,9 +50,9 @@ impl HeldRows<'_> {
 ///
 /// # Errors
 /// Fails if the configuration asks for a result that several processes cannot have.
-pub fn placement(config: &Config, processes: u32) -> Result<Placement, Error> {
-    let workers = admitted_workers(config, processes)?;
-    Placement::new(workers, processes.min(workers)).ok_or(ConfigError::NoWorkers.into())
+pub fn placement(spec: &Spec, processes: u32) -> Result<Placement, Error> {
+    let workers = admitted_workers(spec, processes)?;
+    Placement::new(workers, processes.min(workers)).ok_or(SpecError::NoWorkers.into())
 }
 
 /// Returns the rows that a process must hold, of `rows` in total.
@@ -71,9 +71,9 @@ pub fn rows_of(placement: Placement, process: u32, rows: u64) -> Range<u64> {
 pub fn triangulate_held(
     processes: &mut Processes<'_>,
     held: HeldRows<'_>,
-    config: &Config,
+    spec: &Spec,
 ) -> Result<Option<ProcessRun>, Error> {
-    run_own(processes, held, (config, Goal::Triangulation))
+    run_own(processes, held, (spec, Task::Triangulate))
 }
 
 /// Simulates the paper's recursion over the rows of all processes, as [`triangulate_held`] triangulates them.
@@ -83,16 +83,16 @@ pub fn triangulate_held(
 pub fn simulate_held(
     processes: &mut Processes<'_>,
     held: HeldRows<'_>,
-    config: &Config,
+    spec: &Spec,
 ) -> Result<Option<ProcessRun>, Error> {
-    run_own(processes, held, (config, Goal::Simulation))
+    run_own(processes, held, (spec, Task::Simulate))
 }
 
 /// Runs the ranks of this process, if it has any.
 fn run_own(
     processes: &mut Processes<'_>,
     held: HeldRows<'_>,
-    order: (&Config, Goal),
+    order: (&Spec, Task),
 ) -> Result<Option<ProcessRun>, Error> {
     let placement = placement(order.0, processes.processes())?;
     if processes.process() >= placement.processes() {
@@ -124,17 +124,17 @@ fn run<P: Point>(
     processes: &mut Processes<'_>,
     (points, held): (&[P], HeldRows<'_>),
     placement: Placement,
-    (config, goal): (&Config, Goal),
+    (spec, task): (&Spec, Task),
 ) -> Result<ProcessRun, Error> {
     let mut transport = OverWire::new(processes, placement);
     let source = GlobalRows { points, held };
     // The forecast is for one process, which holds its share of the points.
-    let admitted = held.check().and_then(|()| admit(config, goal, points.len() as u64, P::DIM));
+    let admitted = held.check().and_then(|()| admit(spec, task, points.len() as u64, P::DIM));
     if let Err(error) = admitted {
         return Err(end_all::<P>(&mut transport, error));
     }
     let held = Held { source: &source, rows: points.len() as u64 };
-    run_held(&mut transport, held, placement, (config, goal))
+    run_held(&mut transport, held, placement, (spec, task))
 }
 
 impl ProcessRun {

@@ -10,14 +10,10 @@ use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Ledger;
 use septet_workers::config::{
-    Correction, CostLog, FALLBACK_K, GraphRules, MOST_IN_A_PIECE, Refusal, SetRule, Shown, Stop, Task,
-    TreeRules, Wanted, WorkerConfig,
+    Correction, CostLog, FALLBACK_K, GraphRules, MOST_IN_A_PIECE, Refusal, SetRule, Shown, Stop,
+    Task as RankTask, TreeRules, Wanted, WorkerConfig,
 };
 
-use crate::config::{
-    Alpha, Config, ConfigError, Constants, Fault, Graph, MOST_WORKERS, Neighbours, Purpose, TreeConstants,
-    Until, Workers, alpha_of_spacing, cores,
-};
 use crate::coordinator::{Coordinator, Plan};
 use crate::error::Error;
 use crate::input::Whole;
@@ -26,61 +22,27 @@ use crate::result::view::MOST_POINTS;
 use crate::run::auto_workers::auto_workers;
 use crate::run::memory;
 use crate::run::transport::Start;
-
-/// The purpose of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Goal {
-    /// A triangulation by the direct path.
-    Triangulation,
-    /// A triangulation by the paper's recursion, with work and depth.
-    Simulation,
-    /// The counts of the recursion up to a phase.
-    Prefix(Until),
-    /// A maximal independent set. The first `fixed` sites are members from the start.
-    Independent {
-        /// Number of these sites.
-        fixed: u64,
-    },
-}
-
-impl Goal {
-    /// Returns `true` if the run splits down to the leaf size and counts work and depth.
-    fn is_counted(self) -> bool {
-        self != Goal::Triangulation
-    }
-
-    fn until(self) -> Option<Until> {
-        match self {
-            Goal::Prefix(until) => Some(until),
-            _ => None,
-        }
-    }
-
-    fn is_independent(self) -> bool {
-        matches!(self, Goal::Independent { .. })
-    }
-}
+use crate::spec::{
+    Alpha, Constants, Fault, Graph, MOST_WORKERS, Neighbours, Purpose, Spec, SpecError, Task, TreeConstants,
+    Until, Workers, alpha_of_spacing, cores,
+};
 
 /// Checks the configuration and the forecast of memory.
 ///
 /// # Errors
 /// Fails if the configuration cannot run, or if there are too many points for its memory limit.
-pub(crate) fn admit(config: &Config, goal: Goal, points: u64, dimension: usize) -> Result<(), Error> {
-    config.check()?;
-    if config.until != goal.until() {
-        let until = config.until.map_or("", Until::name);
-        return Err(ConfigError::Stops { until }.into());
+pub(crate) fn admit(spec: &Spec, task: Task, points: u64, dimension: usize) -> Result<(), Error> {
+    spec.check()?;
+    if spec.recursion.neighbours == Correction::BottomUp && task == Task::Triangulate {
+        return Err(SpecError::BottomUpUncounted.into());
     }
-    if config.correction == Correction::BottomUp && goal == Goal::Triangulation {
-        return Err(ConfigError::BottomUpUncounted.into());
-    }
-    match goal {
-        Goal::Independent { .. } => memory::admit_sites(config, points, dimension),
+    match task {
+        Task::Independent { .. } => memory::admit_sites(spec, points, dimension),
         // A run that stops before the graph takes less memory than a triangulation.
-        Goal::Triangulation | Goal::Prefix(Until::Partition | Until::Neighbours) => {
-            memory::admit(config, points, dimension, false)
+        Task::Triangulate | Task::Count(Until::Partition | Until::Neighbours) => {
+            memory::admit(spec, points, dimension, false)
         }
-        Goal::Simulation | Goal::Prefix(Until::Graph) => memory::admit(config, points, dimension, true),
+        Task::Simulate | Task::Count(Until::Graph) => memory::admit(spec, points, dimension, true),
     }
 }
 
@@ -104,30 +66,30 @@ impl Settings {
     /// # Errors
     /// Fails if there are too many workers, or if the machine that grows the tree fails.
     pub(crate) fn decide<P: Point>(
-        config: &Config,
-        goal: Goal,
+        spec: &Spec,
+        task: Task,
         input: Whole<'_, P>,
         start_machine: &mut Start<'_, P>,
     ) -> Result<Self, Error> {
-        let (wanted, why) = match goal {
-            Goal::Independent { .. } => {
+        let (wanted, why) = match task {
+            Task::Independent { .. } => {
                 (Wanted::Fixed(Supergraph::Density { alpha: 1.0 }), "sizes as given".to_string())
             }
-            _ => supergraph(config),
+            _ => supergraph(spec),
         };
-        let machine = machine::<P>(config, goal, wanted);
+        let machine = machine::<P>(spec, task, wanted);
         let mut settings = Settings { machine, why, plan: Plan::new(), planning: None };
-        match config.machine.workers {
-            Workers::Auto if goal == Goal::Triangulation => {
+        match spec.machine.workers {
+            Workers::Auto if task == Task::Triangulate => {
                 settings.machine.workers = auto_workers(input.positions, cores() as u32);
             }
             Workers::Auto => settings.machine.workers = cores() as u32,
             Workers::Count(workers) => settings.machine.workers = workers,
-            Workers::Leaves => settings.plan_leaves(config, input, start_machine)?,
+            Workers::Leaves => settings.plan_leaves(spec, input, start_machine)?,
         }
         let workers = settings.machine.workers;
         if workers > MOST_WORKERS {
-            return Err(ConfigError::TooManyWorkers { workers, most: MOST_WORKERS }.into());
+            return Err(SpecError::TooManyWorkers { workers, most: MOST_WORKERS }.into());
         }
         Ok(settings)
     }
@@ -135,7 +97,7 @@ impl Settings {
     /// Grows the tree once, on one worker, to count the leaves below each node.
     fn plan_leaves<P: Point>(
         &mut self,
-        config: &Config,
+        spec: &Spec,
         input: Whole<'_, P>,
         start_machine: &mut Start<'_, P>,
     ) -> Result<(), Error> {
@@ -149,7 +111,7 @@ impl Settings {
             ..self.machine.clone()
         });
         let mut hosts = start_machine(&machine);
-        let grown = Coordinator::new(&config.control, machine).run(hosts.as_mut(), input, &Plan::new())?;
+        let grown = Coordinator::new(&spec.control, machine).run(hosts.as_mut(), input, &Plan::new())?;
         grown.check_balance()?;
         let part = grown.ledger;
         for (node, _) in part.nodes.iter().filter(|(_, facts)| facts.is_leaf()) {
@@ -174,7 +136,7 @@ impl Settings {
     pub(crate) fn check(&self, points: u64) -> Result<(), Error> {
         match self.machine.refusal(points) {
             None => Ok(()),
-            Some(Refusal::Neighbours { k }) => Err(ConfigError::K { k: u64::from(k), points }.into()),
+            Some(Refusal::Neighbours { k }) => Err(SpecError::K { k: u64::from(k), points }.into()),
             Some(Refusal::Piece { points: share }) => {
                 let (most, enough) = (MOST_IN_A_PIECE, points.div_ceil(MOST_IN_A_PIECE));
                 Err(Error::Piece { points: share, most, workers: enough })
@@ -201,61 +163,61 @@ impl Settings {
 const PLANNING: u64 = 1 << 63;
 
 /// Returns the parameters that all ranks share, for one worker.
-fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfig {
-    let (counted, whole) = (goal.is_counted(), goal.until().is_none());
-    let independent = goal.is_independent();
+fn machine<P: Point>(spec: &Spec, task: Task, wanted: Wanted) -> WorkerConfig {
+    let (counted, whole) = (task.is_counted(), task.until().is_none());
+    let independent = task.is_independent();
     let alpha = match wanted {
         Wanted::Fixed(Supergraph::Density { alpha } | Supergraph::Overlap { alpha }) => Some(alpha),
         _ => None,
     };
-    let wished = match goal {
-        Goal::Simulation | Goal::Prefix(_) => config.constants,
-        Goal::Triangulation | Goal::Independent { .. } => {
+    let wished = match task {
+        Task::Simulate | Task::Count(_) => spec.tree.constants,
+        Task::Triangulate | Task::Independent { .. } => {
             Constants { purpose: Purpose::Timing, ..Constants::default() }
         }
     };
-    let constants = TreeConstants::of(wished.purpose, P::DIM, config.separator_sets, alpha);
+    let constants = TreeConstants::of(wished.purpose, P::DIM, spec.recursion.sets, alpha);
     let leaf = if independent { LEAF_OF_SITES[P::DIM - 2] } else { constants.leaf };
     let shown = Shown {
-        with_edges: config.keep.graph && counted,
-        with_sets: config.keep.sets && counted,
-        with_leaves: config.keep.owner,
-        with_owned: config.keep.point_owner && whole && !independent,
+        with_edges: spec.keep.graph && counted,
+        with_sets: spec.keep.sets && counted,
+        with_leaves: spec.keep.owner,
+        with_owned: spec.keep.point_owner && whole && !independent,
         with_places: false,
-        view: if whole { config.keep.view.min(MOST_POINTS) } else { 0 },
+        view: if whole { spec.keep.view.min(MOST_POINTS) } else { 0 },
     };
     WorkerConfig {
-        run: config.machine.name(),
-        seed: config.machine.seed,
-        task: match goal {
-            Goal::Independent { fixed } => Task::Independent { fixed },
-            _ => Task::Delaunay { skips_invalid: config.skip_invalid },
+        run: spec.machine.name(),
+        seed: spec.machine.seed,
+        task: match task {
+            Task::Independent { fixed } => RankTask::Independent { fixed },
+            _ => RankTask::Delaunay { skips_invalid: spec.input.skip_invalid },
         },
         workers: 1,
         counted,
         tree: TreeRules {
-            leaf: config.machine.leaf.unwrap_or(leaf),
+            leaf: spec.tree.leaf.unwrap_or(leaf),
             samples: wished.samples.unwrap_or(constants.samples),
             tries: wished.tries.unwrap_or(constants.tries),
             balanced: !counted,
-            partition: config.partition,
+            partition: spec.tree.partition,
         },
         graph: if independent {
             GraphRules { wanted, sets: SetRule::Ghost, correction: Correction::Descent, exchange_cap: None }
         } else {
             GraphRules {
                 wanted,
-                sets: config.separator_sets,
-                correction: config.correction,
-                exchange_cap: config.planted.exchange_cap,
+                sets: spec.recursion.sets,
+                correction: spec.recursion.neighbours,
+                exchange_cap: spec.planted.exchange_cap,
             }
         },
         shown: if independent { Shown::default() } else { shown },
-        until: goal.until().map(Until::phase),
+        until: task.until().map(Until::phase),
         // Each point of a conflict graph waits for all its neighbours, so no neighbour may miss it.
-        fault: config.planted.fault.filter(|&fault| !independent || fault != Fault::HalfGhosts),
-        stop: Stop::new(config.control.cancel.clone()),
-        cost_log: if config.keep.costs && counted { CostLog::recording() } else { CostLog::default() },
+        fault: spec.planted.fault.filter(|&fault| !independent || fault != Fault::HalfGhosts),
+        stop: Stop::new(spec.control.cancel.clone()),
+        cost_log: if spec.keep.costs && counted { CostLog::recording() } else { CostLog::default() },
     }
 }
 
@@ -265,9 +227,9 @@ fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfi
 const LEAF_OF_SITES: [u64; 2] = [2000, 4000];
 
 /// Returns the supergraph to build, and the reason for it.
-fn supergraph(config: &Config) -> (Wanted, String) {
-    let share = if config.planted.fault == Some(Fault::HalveAlpha) { 0.5 } else { 1.0 };
-    let (alpha, overlap) = match config.graph {
+fn supergraph(spec: &Spec) -> (Wanted, String) {
+    let share = if spec.planted.fault == Some(Fault::HalveAlpha) { 0.5 } else { 1.0 };
+    let (alpha, overlap) = match spec.recursion.graph {
         Graph::Knn { k } => return (Wanted::Nearest(k), why_nearest(k)),
         Graph::Density { alpha } => (alpha, false),
         Graph::Overlap { alpha } => (alpha, true),
@@ -276,7 +238,7 @@ fn supergraph(config: &Config) -> (Wanted, String) {
         let alpha = share * alpha;
         Wanted::Fixed(if overlap { Supergraph::Overlap { alpha } } else { Supergraph::Density { alpha } })
     };
-    match (alpha, config.spacing) {
+    match (alpha, spec.recursion.spacing) {
         (Alpha::Value(alpha), _) => (fixed(alpha), "alpha as given".to_string()),
         (Alpha::Auto, Some(lipschitz)) => {
             let why = format!("1.25 * 2 (1 + L) / (1 - L) of an f-spaced set with L = {lipschitz}");

@@ -5,25 +5,25 @@ use std::time::Instant;
 
 use septet_geometry::point::{Coordinates, Point, PointSlice};
 
-use crate::config::Config;
 use crate::coordinator::Coordinator;
 use crate::error::Error;
 use crate::input::Whole;
 use crate::result::run::Run;
 use crate::run::finish::{Times, certify, cost_trace, finish, flat_result};
-use crate::run::settings::{Goal, Settings, admit};
+use crate::run::settings::{Settings, admit};
 use crate::run::transport::{Start, started};
+use crate::spec::{Spec, Task};
 
 /// Computes the Delaunay triangulation of `points`. The result is exact and certified. It is the same for every
 /// number of workers and threads and every transport.
 ///
-/// Coincident points count once (see [`Run::points`]). If the points do not span the space, there are no cells. Only
-/// [`simulate`] counts work and depth.
+/// Coincident points count once (see [`Run::points`]). If the points do not span the space, there are no cells. This
+/// function does not count work and depth; [`simulate`] does.
 ///
 /// # Errors
 /// See [`Error`].
-pub fn triangulate<C: Coordinates>(points: &[C], config: &Config) -> Result<Run, Error> {
-    run(C::points(points), config, false)
+pub fn triangulate<C: Coordinates>(points: &[C], spec: &Spec) -> Result<Run, Error> {
+    run(C::points(points), spec, false)
 }
 
 /// Computes the Delaunay triangulation of `points` by the paper's recursion down to the leaf size, and counts work and
@@ -31,17 +31,17 @@ pub fn triangulate<C: Coordinates>(points: &[C], config: &Config) -> Result<Run,
 ///
 /// # Errors
 /// See [`Error`].
-pub fn simulate<C: Coordinates>(points: &[C], config: &Config) -> Result<Run, Error> {
-    run(C::points(points), config, true)
+pub fn simulate<C: Coordinates>(points: &[C], spec: &Spec) -> Result<Run, Error> {
+    run(C::points(points), spec, true)
 }
 
 /// Runs [`simulate`] (`counted`) or [`triangulate`] in either dimension. It is compiled here, so that callers do not
 /// compile the machine.
 #[inline(never)]
-fn run(points: PointSlice<'_>, config: &Config, counted: bool) -> Result<Run, Error> {
+fn run(points: PointSlice<'_>, spec: &Spec, counted: bool) -> Result<Run, Error> {
     match points {
-        PointSlice::Plane(points) => run_on(points, config, counted, &mut started(config)),
-        PointSlice::Space(points) => run_on(points, config, counted, &mut started(config)),
+        PointSlice::Plane(points) => run_on(points, spec, counted, &mut started(spec)),
+        PointSlice::Space(points) => run_on(points, spec, counted, &mut started(spec)),
     }
 }
 
@@ -52,20 +52,20 @@ fn run(points: PointSlice<'_>, config: &Config, counted: bool) -> Result<Run, Er
 /// See [`Error`].
 pub fn run_on<P: Point>(
     points: &[P],
-    config: &Config,
+    spec: &Spec,
     counted: bool,
     start_machine: &mut Start<'_, P>,
 ) -> Result<Run, Error> {
     let call = Instant::now();
-    let goal = if counted { Goal::Simulation } else { Goal::Triangulation };
-    admit(config, goal, points.len() as u64, P::DIM)?;
+    let task = if counted { Task::Simulate } else { Task::Triangulate };
+    admit(spec, task, points.len() as u64, P::DIM)?;
     let input = Whole::points(points);
-    let settings = Settings::decide(config, goal, input, start_machine)?;
+    let settings = Settings::decide(spec, task, input, start_machine)?;
     let preparing = call.elapsed();
     let times = Times { call, preparing, machine: Instant::now() };
     let machine = Arc::new(settings.machine.clone());
     let mut hosts = start_machine(&machine);
-    let coordinator = Coordinator::new(&config.control, machine);
+    let coordinator = Coordinator::new(&spec.control, machine);
     let collected = coordinator.run(hosts.as_mut(), input, &settings.plan)?;
     drop(hosts);
     let refusal = settings.check(collected.input.population.count);

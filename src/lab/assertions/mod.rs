@@ -6,18 +6,18 @@
 //! panics with the error at the line of the test.
 //!
 //! ```
-//! use septet::options::Workers;
+//! use septet::spec::Workers;
 //! use septet::generate::{Kind, Request, generate};
-//! use septet::{Points, SimulateOptions, assert_counts, simulate};
+//! use septet::{Points, Spec, assert_counts, simulate};
 //!
 //! let request = Request { kind: Kind::WellSpaced, n: 1000, dimension: 2, seed: 1, lipschitz: None, ratio: None };
 //! let set = generate(&request, &mut |_, _, _| {})?;
 //! let Points::Plane(points) = &set.points else { unreachable!() };
-//! let mut options = SimulateOptions::default();
-//! options.machine.workers = Workers::Leaves;
-//! options.machine.leaf = Some(100);
-//! options.spacing = Some(0.0);
-//! let run = simulate(points, &options)?;
+//! let mut spec = Spec::default();
+//! spec.machine.workers = Workers::Leaves;
+//! spec.tree.leaf = Some(100);
+//! spec.recursion.spacing = Some(0.0);
+//! let run = simulate(points, &spec)?;
 //! assert_counts!(run, levels(1.5, -5.0), rounds("merge", 1.5, -5.0), merges(1.5, -5.0), no_repair());
 //! assert_counts!([&run, &run], same_counts());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -26,17 +26,17 @@
 //! The message of a failed check:
 //!
 //! ```should_panic
-//! # use septet::options::Workers;
+//! # use septet::spec::Workers;
 //! # use septet::generate::{Kind, Request, generate};
-//! # use septet::{Points, SimulateOptions, assert_counts, simulate};
+//! # use septet::{Points, Spec, assert_counts, simulate};
 //! # let request = Request { kind: Kind::WellSpaced, n: 1000, dimension: 2, seed: 1, lipschitz: None, ratio: None };
 //! # let set = generate(&request, &mut |_, _, _| {}).unwrap();
 //! # let Points::Plane(points) = &set.points else { unreachable!() };
-//! # let mut options = SimulateOptions::default();
-//! # options.machine.workers = Workers::Leaves;
-//! # options.machine.leaf = Some(100);
-//! # options.spacing = Some(0.0);
-//! # let run = simulate(points, &options).unwrap();
+//! # let mut spec = Spec::default();
+//! # spec.machine.workers = Workers::Leaves;
+//! # spec.tree.leaf = Some(100);
+//! # spec.recursion.spacing = Some(0.0);
+//! # let run = simulate(points, &spec).unwrap();
 //! // rounds("merge", 0.0, 2.0): rounds of merge: 5 above 2 = 0 log2 n + 2
 //! //             n  workers   seed      counted        bound
 //! //           994       13      0            5            2  <- above the bound

@@ -2,14 +2,14 @@
 
 use std::rc::Rc;
 
-use septet_core::Config;
-use septet_core::config::{Alpha, DEFAULT_ALPHA, Fault, Graph, Until};
+use septet_core::Spec;
 use septet_core::generate::Kind;
+use septet_core::spec::{Alpha, DEFAULT_ALPHA, Fault, Graph, Until};
 use septet_geometry::separator::Ablation;
 
 use super::counted::Counted;
 use super::exponent::{SHELLS, roots};
-use super::lab::{Lab, Sample};
+use super::lab::{Lab, Runs, Sample};
 use super::sweeps::LEAF;
 use super::{Claim, ClaimError, Figure, Reading, Role};
 
@@ -53,14 +53,14 @@ fn table(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
 }
 
 fn runs(lab: &mut Lab, sample: Sample, ablation: Option<Ablation>) -> Result<Rc<Vec<Counted>>, ClaimError> {
-    let change = |config: Config| {
-        config.with(|c| {
-            c.machine.leaf = Some(LEAF);
-            c.graph = Graph::Density { alpha: Alpha::Value(DEFAULT_ALPHA) };
-            c.until = Some(Until::Graph);
+    let change = |spec: Spec| {
+        spec.with(|c| {
+            c.tree.leaf = Some(LEAF);
+            c.recursion.graph = Graph::Density { alpha: Alpha::Value(DEFAULT_ALPHA) };
             c.planted.fault = ablation.map(Fault::Ablate).or(c.planted.fault);
         })
     };
     let name = ablation.map_or("whole", Ablation::name);
-    lab.counted(&format!("ablation {name} {}", sample.name()), &[sample], SEEDS, change)
+    let name = format!("ablation {name} {}", sample.name());
+    lab.counted(&Runs { name: &name, samples: &[sample], seeds: SEEDS, until: Some(Until::Graph) }, change)
 }

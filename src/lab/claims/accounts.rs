@@ -2,10 +2,10 @@
 
 use crate::accounts::{Difference, fold};
 use crate::report::{CostHeader, ledger_counts, write_cost_trace};
-use septet_core::Config;
-use septet_core::config::{Correction, Graph, Neighbours, Partition, SeparatorSets, Workers};
+use septet_core::Spec;
 use septet_core::generate::Kind;
 use septet_core::run::CostTrace;
+use septet_core::spec::{Correction, Graph, Neighbours, Partition, SeparatorSets, Workers};
 use septet_protocol::ledger::Ledger;
 
 use super::lab::{Lab, Sample};
@@ -31,7 +31,7 @@ pub(super) const CLAIMS: &[Claim] = &[Claim {
 struct Case {
     sample: Sample,
     name: &'static str,
-    change: fn(&mut Config),
+    change: fn(&mut Spec),
 }
 
 fn cases(lab: &Lab) -> Vec<Case> {
@@ -42,26 +42,26 @@ fn cases(lab: &Lab) -> Vec<Case> {
         case(Kind::Uniform, 2, "", |_| {}),
         case(Kind::Clusters, 3, ", which needs repair", |_| {}),
         case(Kind::Uniform, 3, ", separator points to both sides", |c| {
-            c.separator_sets = SeparatorSets::Both;
+            c.recursion.sets = SeparatorSets::Both;
         }),
         case(Kind::Slab, 3, ", 12 nearest neighbours, some of which probe", |c| {
-            c.graph = Graph::Knn { k: Neighbours::Count(12) };
-            c.machine.leaf = Some(30);
+            c.recursion.graph = Graph::Knn { k: Neighbours::Count(12) };
+            c.tree.leaf = Some(30);
         }),
-        case(Kind::Uniform, 2, ", split by planes", |c| c.partition = Partition::Kd),
-        case(Kind::Uniform, 2, ", bottom-up correction", |c| c.correction = Correction::BottomUp),
+        case(Kind::Uniform, 2, ", split by planes", |c| c.tree.partition = Partition::Kd),
+        case(Kind::Uniform, 2, ", bottom-up correction", |c| c.recursion.neighbours = Correction::BottomUp),
     ]
 }
 
 fn accounts(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     for Case { sample, name, change } in cases(lab) {
-        let mut config = Config::default();
+        let mut spec = Spec::default();
         let run = lab.run(sample, lab.seed(), |base| {
-            config = traced(base).with(change);
-            config.clone()
+            spec = traced(base).with(change);
+            spec.clone()
         })?;
-        let header = CostHeader::of(&config, &run.settled, run.points.used, run.space);
+        let header = CostHeader::of(&spec, &run.settled, run.points.used, run.space);
         let on = format!("{}{name}", sample.name());
         figures.push(figure(lab.seed(), on, &differences(header, run.costs.as_ref(), &run.ledger)?));
     }
@@ -72,21 +72,21 @@ fn accounts(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
 /// Compares both accounts of the computation of an independent set.
 fn of_sites(lab: &mut Lab) -> Result<Figure, ClaimError> {
     let sample = Sample::new(Kind::Uniform, lab.size(3000, 20_000), 3);
-    let mut config = Config::default();
+    let mut spec = Spec::default();
     let run = lab.independent(sample, |base| {
-        config = traced(base);
-        config.clone()
+        spec = traced(base);
+        spec.clone()
     })?;
-    let header = CostHeader::of(&config, &run.settled, sample.n, sample.d);
+    let header = CostHeader::of(&spec, &run.settled, sample.n, sample.d);
     let on = format!("{}, independent set", sample.name());
     Ok(figure(lab.seed(), on, &differences(header, run.costs.as_ref(), &run.ledger)?))
 }
 
 /// Returns the configuration of a machine with three workers that keeps the calls of primitives.
-fn traced(base: Config) -> Config {
+fn traced(base: Spec) -> Spec {
     base.with(|c| {
         c.machine.workers = Workers::Count(3);
-        c.machine.leaf = Some(LEAF);
+        c.tree.leaf = Some(LEAF);
         c.keep.costs = true;
     })
 }

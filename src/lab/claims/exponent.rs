@@ -3,14 +3,14 @@
 use std::rc::Rc;
 
 use crate::experiment::fit::{ClusterRow, Estimate, clustered};
-use septet_core::Config;
-use septet_core::config::{Alpha, DEFAULT_ALPHA, Graph, Partition, Until};
+use septet_core::Spec;
 use septet_core::generate::Kind;
+use septet_core::spec::{Alpha, DEFAULT_ALPHA, Graph, Partition, Until};
 
 use super::claim::LEVEL;
 use super::counted::Counted;
 use super::figure::{largest, smallest};
-use super::lab::{Lab, Sample};
+use super::lab::{Lab, Runs, Sample};
 use super::sweeps::LEAF;
 use super::{Claim, ClaimError, Extent, Figure, Reading, Role, Statistics};
 
@@ -153,18 +153,18 @@ fn separated(
     partition: Partition,
     samples: Option<u64>,
 ) -> Result<Rc<Vec<Counted>>, ClaimError> {
-    let change = |config: Config| {
-        config.with(|c| {
-            c.machine.leaf = Some(LEAF);
-            c.constants.samples = samples;
-            c.partition = partition;
-            c.graph = Graph::Density { alpha: Alpha::Value(DEFAULT_ALPHA) };
-            c.until = Some(Until::Graph);
+    let change = |spec: Spec| {
+        spec.with(|c| {
+            c.tree.leaf = Some(LEAF);
+            c.tree.constants.samples = samples;
+            c.tree.partition = partition;
+            c.recursion.graph = Graph::Density { alpha: Alpha::Value(DEFAULT_ALPHA) };
         })
     };
     let name = format!("separators {} {} {samples:?}", sample.name(), partition.name());
     let is_well_spaced = sample.kind == Kind::WellSpaced && samples.is_some();
-    lab.counted(&name, &[sample], if is_well_spaced { RUNS_OF_WELL_SPACED } else { RUNS }, change)
+    let seeds = if is_well_spaced { RUNS_OF_WELL_SPACED } else { RUNS };
+    lab.counted(&Runs { name: &name, samples: &[sample], seeds, until: Some(Until::Graph) }, change)
 }
 
 /// Returns the exponent of `|B_O|` in m over all nodes of at least [`SMALLEST`] points. A node has m points, and the

@@ -11,12 +11,12 @@ use septet_meshing::mesh::Mesh;
 use septet_meshing::size::cones::Cone;
 use septet_meshing::size::{SizeFunction, SizeOptions};
 
-use septet_core::Config;
-use septet_core::config::{Graph, Workers};
+use septet_core::Spec;
 use septet_core::generate::unit::Unit;
 use septet_core::mesh::Promise;
 use septet_core::mesh::machine::CountedMachine;
 use septet_core::run::simulate;
+use septet_core::spec::{Graph, Workers};
 
 use super::lab::Lab;
 use super::measure::{CellShape, X, shapes};
@@ -137,7 +137,7 @@ fn made<P: Unit>(lab: &Lab, lipschitz: f64, size: f64) -> Result<MeshSample, Cla
     let f = SizeFunction::new(&domain, &options).map_err(|e| refused(e.to_string()))?;
     let at = |x| f.at(x);
     let rules = Rules { size: &at, lipschitz, seed: lab.seed(), most: 1 << 24 };
-    let mut machine = CountedMachine::new(config(lab));
+    let mut machine = CountedMachine::new(spec(lab));
     let generated = generate(&domain, rules, &mut machine).map_err(|failure| match failure {
         GenerationError::Machine(error) => error.into(),
         failure => refused(format!("{failure:?}")),
@@ -157,10 +157,10 @@ fn made<P: Unit>(lab: &Lab, lipschitz: f64, size: f64) -> Result<MeshSample, Cla
     })
 }
 
-fn config(lab: &Lab) -> Config {
-    Config::default().with(|c| {
+fn spec(lab: &Lab) -> Spec {
+    Spec::default().with(|c| {
         c.machine.workers = Workers::Count(lab.options.threads as u32);
-        c.machine.threads = lab.options.threads;
+        c.machine.threads = Some(lab.options.threads);
         c.machine.seed = lab.seed();
         c.planted.fault = lab.options.fault;
         c.control.cancel.clone_from(&lab.options.cancel);
@@ -252,15 +252,13 @@ fn rounds(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
 fn stars(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     for sample in samples(lab, &[0.12, 0.25], 1.0)? {
-        let config = config(lab).with(|c| {
-            c.spacing = Some(sample.lipschitz);
-            c.graph = Graph::default();
+        let spec = spec(lab).with(|c| {
+            c.recursion.spacing = Some(sample.lipschitz);
+            c.recursion.graph = Graph::default();
         });
         let run = match sample.d {
-            2 => {
-                simulate(&sample.points.iter().map(|x| DVec2::new(x[0], x[1])).collect::<Vec<_>>(), &config)?
-            }
-            _ => simulate(&sample.points.iter().map(|x| DVec3::from(*x)).collect::<Vec<_>>(), &config)?,
+            2 => simulate(&sample.points.iter().map(|x| DVec2::new(x[0], x[1])).collect::<Vec<_>>(), &spec)?,
+            _ => simulate(&sample.points.iter().map(|x| DVec3::from(*x)).collect::<Vec<_>>(), &spec)?,
         };
         let what = format!("stars changed, of {}, and rounds of splaying", sample.points.len());
         let value = (run.stars_repaired + run.exchange_rounds) as f64;

@@ -6,14 +6,14 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use septet_core::config::{
-    Alpha, Config, Correction, DEFAULT_ALPHA, Fault, Graph, Workers, alpha_of_spacing,
-};
 use septet_core::generate::{GRADED_LIPSCHITZ, Generated, Kind, Request, Spacing, generate};
 use septet_core::model::Points;
 use septet_core::result::view::MOST_POINTS;
 use septet_core::run::count::{RunCounts, count};
 use septet_core::run::{Run, simulate};
+use septet_core::spec::{
+    Alpha, Correction, DEFAULT_ALPHA, Fault, Graph, Spec, Until, Workers, alpha_of_spacing,
+};
 use septet_core::{IndependentRun, independent};
 
 use super::counted::Counted;
@@ -48,6 +48,19 @@ impl Default for LabOptions {
             cancel: None,
         }
     }
+}
+
+/// Runs that are counted together.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Runs<'a> {
+    /// The name of the runs, which identifies them.
+    pub(super) name: &'a str,
+    /// The sets.
+    pub(super) samples: &'a [Sample],
+    /// Number of seeds of each set.
+    pub(super) seeds: u64,
+    /// The last phase, if the runs stop before their end.
+    pub(super) until: Option<Until>,
 }
 
 /// The request for a point set.
@@ -174,17 +187,17 @@ impl<'a> Lab<'a> {
         Ok(coordinates(&self.set(sample, seed)?.points))
     }
 
-    fn base(&self, set: &Generated, seed: u64) -> Config {
+    fn base(&self, set: &Generated, seed: u64) -> Spec {
         let spacing = set.spacing.map(|s| s.lipschitz);
-        Config::default().with(|c| {
+        Spec::default().with(|c| {
             c.machine.workers = Workers::Count(1);
-            c.machine.threads = self.options.threads;
+            c.machine.threads = Some(self.options.threads);
             c.machine.seed = seed;
-            c.correction = self.options.correction;
-            c.spacing = spacing;
+            c.recursion.neighbours = self.options.correction;
+            c.recursion.spacing = spacing;
             // If the spacing is known, alpha follows from it. Otherwise, alpha is fixed.
             let alpha = if spacing.is_some() { Alpha::Auto } else { Alpha::Value(DEFAULT_ALPHA) };
-            c.graph = Graph::Density { alpha };
+            c.recursion.graph = Graph::Density { alpha };
             c.planted.fault = self.options.fault;
             c.control.cancel.clone_from(&self.options.cancel);
         })
@@ -195,14 +208,14 @@ impl<'a> Lab<'a> {
         &mut self,
         sample: Sample,
         seed: u64,
-        change: impl FnOnce(Config) -> Config,
+        change: impl FnOnce(Spec) -> Spec,
     ) -> Result<Run, ClaimError> {
         let set = self.set(sample, seed)?;
         (self.report)(&format!("run over {} seed {seed}", sample.name()));
-        let config = change(self.base(&set, seed));
+        let spec = change(self.base(&set, seed));
         Ok(match &set.points {
-            Points::Plane(points) => simulate(points, &config)?,
-            Points::Space(points) => simulate(points, &config)?,
+            Points::Plane(points) => simulate(points, &spec)?,
+            Points::Space(points) => simulate(points, &spec)?,
         })
     }
 
@@ -211,16 +224,16 @@ impl<'a> Lab<'a> {
     pub(super) fn independent(
         &mut self,
         sample: Sample,
-        change: impl FnOnce(Config) -> Config,
+        change: impl FnOnce(Spec) -> Spec,
     ) -> Result<IndependentRun, ClaimError> {
         let seed = self.seed();
         let set = self.set(sample, seed)?;
         (self.report)(&format!("independent set of {} seed {seed}", sample.name()));
-        let config = change(self.base(&set, seed));
+        let spec = change(self.base(&set, seed));
         let sizes = vec![sample.site_size(); set.points.len()];
         Ok(match &set.points {
-            Points::Plane(points) => independent(points, &sizes, 0, &config)?,
-            Points::Space(points) => independent(points, &sizes, 0, &config)?,
+            Points::Plane(points) => independent(points, &sizes, 0, &spec)?,
+            Points::Space(points) => independent(points, &sizes, 0, &spec)?,
         })
     }
 
@@ -228,33 +241,32 @@ impl<'a> Lab<'a> {
         &mut self,
         sample: Sample,
         seed: u64,
-        change: impl FnOnce(Config) -> Config,
+        until: Option<Until>,
+        change: impl FnOnce(Spec) -> Spec,
     ) -> Result<RunCounts, ClaimError> {
         let set = self.set(sample, seed)?;
         (self.report)(&format!("counts over {} seed {seed}", sample.name()));
-        let config = change(self.base(&set, seed));
+        let spec = change(self.base(&set, seed));
         Ok(match &set.points {
-            Points::Plane(points) => count(points, &config)?,
-            Points::Space(points) => count(points, &config)?,
+            Points::Plane(points) => count(points, until, &spec)?,
+            Points::Space(points) => count(points, until, &spec)?,
         })
     }
 
-    /// Returns the counts of runs, one for each sample and seed. `name` identifies the runs: a second call with the
-    /// same name returns the same runs.
+    /// Returns the counts of runs, one for each sample and seed. A second call with the same name returns the same runs.
     pub(super) fn counted(
         &mut self,
-        name: &str,
-        samples: &[Sample],
-        seeds: u64,
-        change: impl Fn(Config) -> Config,
+        runs: &Runs<'_>,
+        change: impl Fn(Spec) -> Spec,
     ) -> Result<Rc<Vec<Counted>>, ClaimError> {
+        let Runs { name, samples, seeds, until } = *runs;
         if let Some(runs) = self.counted.get(name) {
             return Ok(runs.clone());
         }
         let mut runs = Vec::new();
         for &sample in samples {
             for seed in self.seeds(seeds) {
-                let counts = self.counts(sample, seed, &change)?;
+                let counts = self.counts(sample, seed, until, &change)?;
                 runs.push(Counted::of(sample, seed, &counts));
             }
         }
@@ -269,8 +281,8 @@ impl<'a> Lab<'a> {
         if let Some(specimen) = self.specimens.get(&key) {
             return Ok(specimen.clone());
         }
-        let run = self.run(sample, seed, |config| {
-            config.with(|c| {
+        let run = self.run(sample, seed, |spec| {
+            spec.with(|c| {
                 c.keep.graph = true;
                 c.keep.view = MOST_POINTS;
             })

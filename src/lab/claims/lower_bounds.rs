@@ -5,10 +5,10 @@
 //! points. The tree is that of the run, but the points of its nodes, and the nodes that balls and edges reach, are
 //! recomputed from the surfaces of its separators.
 
-use septet_core::Config;
-use septet_core::config::{Alpha, DEFAULT_ALPHA, Graph, Neighbours, Workers};
+use septet_core::Spec;
 use septet_core::generate::Kind;
 use septet_core::result::view::MOST_POINTS;
+use septet_core::spec::{Alpha, DEFAULT_ALPHA, Graph, Neighbours, Workers};
 use septet_protocol::ledger::Ledger;
 
 use super::floors::{FLOORS, Floor, Runs, SHARE, Term};
@@ -81,12 +81,12 @@ fn named(terms: &[Term]) -> String {
 
 /// Returns the configuration of a machine with one worker that builds this graph and keeps the surfaces of its
 /// separators.
-fn seen(config: Config, graph: Graph) -> Config {
-    config.with(|c| {
+fn seen(spec: Spec, graph: Graph) -> Spec {
+    spec.with(|c| {
         c.machine.workers = Workers::Count(1);
-        c.machine.leaf = Some(LEAF);
+        c.tree.leaf = Some(LEAF);
         c.keep.view = MOST_POINTS;
-        c.graph = graph;
+        c.recursion.graph = graph;
     })
 }
 
@@ -94,7 +94,7 @@ fn with_density(lab: &mut Lab, sample: Sample) -> Result<Measured, ClaimError> {
     let seed = lab.seed();
     let points = lab.points(sample, seed)?;
     let graph = Graph::Density { alpha: Alpha::Value(DEFAULT_ALPHA) };
-    let run = lab.run(sample, seed, |config| seen(config, graph))?;
+    let run = lab.run(sample, seed, |spec| seen(spec, graph))?;
     let sizes = Sizes::of_density(&run, sample, &points, DEFAULT_ALPHA);
     Ok(Measured { on: sample.name(), ledger: run.ledger, sizes })
 }
@@ -102,7 +102,7 @@ fn with_density(lab: &mut Lab, sample: Sample) -> Result<Measured, ClaimError> {
 fn with_lists(lab: &mut Lab, sample: Sample) -> Result<Measured, ClaimError> {
     let seed = lab.seed();
     let points = lab.points(sample, seed)?;
-    let run = lab.run(sample, seed, |config| seen(config, Graph::Knn { k: Neighbours::Count(LIST) }))?;
+    let run = lab.run(sample, seed, |spec| seen(spec, Graph::Knn { k: Neighbours::Count(LIST) }))?;
     let sizes = Sizes::of_lists(&run, &points);
     Ok(Measured { on: sample.name(), ledger: run.ledger, sizes })
 }
@@ -110,14 +110,14 @@ fn with_lists(lab: &mut Lab, sample: Sample) -> Result<Measured, ClaimError> {
 fn of_sites(lab: &mut Lab, sample: Sample) -> Result<Measured, ClaimError> {
     let seed = lab.seed();
     let points = lab.points(sample, seed)?;
-    let run = lab.independent(sample, |config| config.with(|c| c.machine.leaf = Some(LEAF)))?;
+    let run = lab.independent(sample, |spec| spec.with(|c| c.tree.leaf = Some(LEAF)))?;
     let sizes = Sizes::of_rounds(&rounds_of(sample, &points, seed));
     Ok(Measured { on: format!("{}, sites", sample.name()), ledger: run.ledger, sizes })
 }
 
 #[cfg(test)]
 mod tests {
-    use septet_core::config::Fault;
+    use septet_core::spec::Fault;
 
     use super::super::sites::Rounds;
     use super::super::{Extent, LabOptions};

@@ -2,11 +2,11 @@
 
 use crate::assertions::{HasCounts, same_counts};
 use crate::experiment::Line;
-use septet_core::Config;
-use septet_core::config::Workers;
+use septet_core::Spec;
 use septet_core::generate::Kind;
+use septet_core::spec::Workers;
 
-use super::lab::{Lab, Sample};
+use super::lab::{Lab, Runs, Sample};
 use super::{Claim, ClaimError, Figure, Reading, Role};
 
 const LEAF: u64 = 256;
@@ -57,14 +57,15 @@ fn sizes(lab: &Lab) -> &'static [u64] {
 /// Returns the lines of runs with one worker per leaf.
 fn lines(lab: &mut Lab, d: usize) -> Result<Vec<Line>, ClaimError> {
     let samples: Vec<Sample> = sizes(lab).iter().map(|&n| Sample::new(Kind::WellSpaced, n, d)).collect();
-    let leaves = |config: Config| {
-        config.with(|c| {
+    let leaves = |spec: Spec| {
+        spec.with(|c| {
             c.machine.workers = Workers::Leaves;
-            c.machine.leaf = Some(LEAF);
+            c.tree.leaf = Some(LEAF);
         })
     };
     let seeds = lab.by_extent(2, 5);
-    let runs = lab.counted(&format!("leaves {d}"), &samples, seeds, leaves)?;
+    let name = format!("leaves {d}");
+    let runs = lab.counted(&Runs { name: &name, samples: &samples, seeds, until: None }, leaves)?;
     Ok(runs.iter().map(|run| run.line.clone()).collect())
 }
 
@@ -130,10 +131,10 @@ fn free_of_workers(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         let sample = Sample::new(Kind::WellSpaced, n, d);
         let mut all: Vec<Line> = Vec::new();
         for workers in [Workers::Count(1), Workers::Count(3), Workers::Count(16), Workers::Leaves] {
-            let change = |config: Config| {
-                config.with(|c| {
+            let change = |spec: Spec| {
+                spec.with(|c| {
                     c.machine.workers = workers;
-                    c.machine.leaf = Some(LEAF);
+                    c.tree.leaf = Some(LEAF);
                 })
             };
             all.extend(lab.run(sample, lab.seed(), change)?.lines());

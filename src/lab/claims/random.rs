@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use crate::experiment::{Line, of_run};
-use septet_core::config::{Graph, Neighbours};
 use septet_core::generate::Kind;
+use septet_core::spec::{Graph, Neighbours};
 
 use super::lab::{Lab, Sample, Specimen};
 use super::measure::{distance2, edges, shapes, stars};
@@ -94,9 +94,9 @@ fn depth(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         for &n in sizes {
             let mut sum = 0.0;
             for seed in lab.seeds(seeds) {
-                let run = lab.run(Sample::new(Kind::Poisson, n, d), seed, |config| {
-                    config.with(|config| {
-                        config.graph = Graph::Knn { k: Neighbours::Log(c) };
+                let run = lab.run(Sample::new(Kind::Poisson, n, d), seed, |spec| {
+                    spec.with(|spec| {
+                        spec.recursion.graph = Graph::Knn { k: Neighbours::Log(c) };
                     })
                 })?;
                 let line: Line = of_run(&run);

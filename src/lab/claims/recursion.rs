@@ -1,8 +1,8 @@
 //! Sections 4.3 and 4.4: construction of the graph by divide and conquer, and the sizes of its parts.
 
 use crate::experiment::of_run;
-use septet_core::config::SeparatorSets;
 use septet_core::generate::Kind;
+use septet_core::spec::SeparatorSets;
 
 use super::lab::{Lab, Sample};
 use super::measure::{degrees, density, overlap, pairs};
@@ -51,11 +51,11 @@ fn exact(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
             (SeparatorSets::Smaller, "smaller"),
             (SeparatorSets::Ghost, "ghost"),
         ] {
-            let run = lab.run(sample, specimen.seed, |config| {
-                config.with(|c| {
-                    c.separator_sets = sets;
+            let run = lab.run(sample, specimen.seed, |spec| {
+                spec.with(|c| {
+                    c.recursion.sets = sets;
                     c.keep.graph = true;
-                    c.machine.leaf = Some(400);
+                    c.tree.leaf = Some(400);
                 })
             })?;
             let found = run.graph.as_deref().unwrap_or_default();
@@ -94,10 +94,10 @@ fn subproblems(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
                     figures.push(Figure::at_most(what, &specimen.name, specimen.seed, sum / before, 1.5));
                 }
                 if n == sizes[0] {
-                    let run = lab.run(sample, specimen.seed, |config| {
-                        config.with(|c| {
-                            c.graph = septet_core::config::Graph::Overlap {
-                                alpha: septet_core::config::Alpha::Value(alpha),
+                    let run = lab.run(sample, specimen.seed, |spec| {
+                        spec.with(|c| {
+                            c.recursion.graph = septet_core::spec::Graph::Overlap {
+                                alpha: septet_core::spec::Alpha::Value(alpha),
                             };
                         })
                     })?;

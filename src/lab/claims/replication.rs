@@ -3,14 +3,14 @@
 use std::rc::Rc;
 
 use crate::experiment::fit::{ClusterRow, clustered};
-use septet_core::Config;
-use septet_core::config::{Alpha, DEFAULT_ALPHA, Graph, Neighbours, Until, Workers};
+use septet_core::Spec;
 use septet_core::generate::Kind;
+use septet_core::spec::{Alpha, DEFAULT_ALPHA, Graph, Neighbours, Until, Workers};
 
 use super::bounds::{REPLICATION, ReplicationBounds};
 use super::claim::LEVEL;
 use super::counted::Counted;
-use super::lab::{Lab, Sample};
+use super::lab::{Lab, Runs, Sample};
 use super::sweeps::{LEAF, LIST, recursions, sizes};
 use super::{Claim, ClaimError, Extent, Figure, Reading, Role, Statistics};
 
@@ -81,16 +81,16 @@ fn density() -> Graph {
 /// Returns the runs up to a graph, with `seeds` seeds for each sample.
 fn runs(lab: &mut Lab, samples: &[Sample], graph: Graph, seeds: u64) -> Result<Rc<Vec<Counted>>, ClaimError> {
     let lists = matches!(graph, Graph::Knn { .. });
-    let change = move |config: Config| {
-        config.with(|c| {
-            c.machine.leaf = Some(LEAF);
+    let change = move |spec: Spec| {
+        spec.with(|c| {
+            c.tree.leaf = Some(LEAF);
             c.machine.workers = Workers::Count(if lists { WORKERS } else { 1 });
-            c.graph = graph;
-            c.until = Some(Until::Graph);
+            c.recursion.graph = graph;
         })
     };
     let names: Vec<String> = samples.iter().map(Sample::name).collect();
-    lab.counted(&format!("{} graph {}", graph.kind().name(), names.join(" ")), samples, seeds, change)
+    let name = format!("{} graph {}", graph.kind().name(), names.join(" "));
+    lab.counted(&Runs { name: &name, samples, seeds, until: Some(Until::Graph) }, change)
 }
 
 fn members(lab: &mut Lab, sample: Sample, bounds: &ReplicationBounds) -> Result<Vec<Figure>, ClaimError> {

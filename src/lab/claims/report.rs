@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use septet_core::config::Fault;
+use septet_core::spec::Fault;
 use serde::Serialize;
 
 use super::claim::{LEVEL, Statistics};

@@ -5,11 +5,11 @@
 
 use std::rc::Rc;
 
-use septet_core::Config;
-use septet_core::config::{Alpha, Graph, Neighbours, SeparatorSets};
+use septet_core::Spec;
 use septet_core::generate::Kind;
 use septet_core::result::view::{MOST_POINTS, SeparatorView};
 use septet_core::run::Run;
+use septet_core::spec::{Alpha, Graph, Neighbours, SeparatorSets};
 
 use super::figure::largest;
 use super::lab::{Lab, Sample, Specimen};
@@ -155,15 +155,15 @@ const OVERLAP: f64 = 2.0;
 
 /// Runs the machine on the points of the specimen with this graph. The picture of the run shows all points.
 fn with_graph(lab: &mut Lab, of: &(Sample, Rc<Specimen>), graph: Claimed) -> Result<Run, ClaimError> {
-    let seen = |config: Config| {
-        config.with(|c| {
-            c.separator_sets = SeparatorSets::Both;
+    let seen = |spec: Spec| {
+        spec.with(|c| {
+            c.recursion.sets = SeparatorSets::Both;
             c.keep.view = MOST_POINTS;
             c.keep.sets = true;
         })
     };
     let (sample, seed) = (of.0, of.1.seed);
-    let with = |graph: Graph| move |config: Config| seen(config).with(|c| c.graph = graph);
+    let with = |graph: Graph| move |spec: Spec| seen(spec).with(|c| c.recursion.graph = graph);
     match graph {
         Claimed::Density => lab.run(sample, seed, seen),
         Claimed::Overlap => lab.run(sample, seed, with(Graph::Overlap { alpha: Alpha::Value(OVERLAP) })),

@@ -3,13 +3,13 @@
 use std::rc::Rc;
 
 use crate::experiment::PhaseLine;
-use septet_core::Config;
-use septet_core::config::{Alpha, DEFAULT_ALPHA, Graph, Neighbours, Until};
+use septet_core::Spec;
 use septet_core::generate::Kind;
+use septet_core::spec::{Alpha, DEFAULT_ALPHA, Graph, Neighbours, Until};
 
 use super::counted::Counted;
 use super::figure::largest;
-use super::lab::{Lab, Sample};
+use super::lab::{Lab, Runs, Sample};
 use super::{ClaimError, Extent};
 
 /// Largest leaf, in points. The separator sets `both` and `smaller` need larger leaves, but these runs use `ghost`.
@@ -92,35 +92,33 @@ fn samples(smallest: u64, extents: &Extents, kind: Kind, d: usize) -> Vec<Sample
 
 /// Returns the sweeps of the paper's recursion over well-spaced sets in the plane and in space.
 pub(super) fn recursions(lab: &mut Lab) -> Result<Vec<Sweep>, ClaimError> {
-    let leaf = |config: Config| config.with(|c| c.machine.leaf = Some(LEAF));
+    let leaf = |spec: Spec| spec.with(|c| c.tree.leaf = Some(LEAF));
     let extents = extents(lab, [4, 7, 10]);
-    sweeps(lab, &extents, ("recursion", Kind::WellSpaced, OF_RECURSIONS), leaf)
+    sweeps(lab, &extents, ("recursion", Kind::WellSpaced, OF_RECURSIONS), None, leaf)
 }
 
 /// Returns the sweeps of nearest-neighbour lists over uniform sets, up to the graph.
 pub(super) fn lists(lab: &mut Lab) -> Result<Vec<Sweep>, ClaimError> {
-    let lists = |config: Config| {
-        config.with(|c| {
-            c.machine.leaf = Some(LEAF);
-            c.graph = Graph::Knn { k: Neighbours::Count(LIST) };
-            c.until = Some(Until::Graph);
+    let lists = |spec: Spec| {
+        spec.with(|c| {
+            c.tree.leaf = Some(LEAF);
+            c.recursion.graph = Graph::Knn { k: Neighbours::Count(LIST) };
         })
     };
     let extents = extents(lab, [4, 5, 8]);
-    sweeps(lab, &extents, ("lists", Kind::Uniform, OF_LISTS), lists)
+    sweeps(lab, &extents, ("lists", Kind::Uniform, OF_LISTS), Some(Until::Graph), lists)
 }
 
 /// Returns the sweeps of the tree and the neighbour balls over uniform sets, which have no spacing.
 pub(super) fn trees(lab: &mut Lab) -> Result<Vec<Sweep>, ClaimError> {
-    let stop = |config: Config| {
-        config.with(|c| {
-            c.machine.leaf = Some(LEAF);
-            c.graph = Graph::Density { alpha: Alpha::Value(DEFAULT_ALPHA) };
-            c.until = Some(Until::Neighbours);
+    let stop = |spec: Spec| {
+        spec.with(|c| {
+            c.tree.leaf = Some(LEAF);
+            c.recursion.graph = Graph::Density { alpha: Alpha::Value(DEFAULT_ALPHA) };
         })
     };
     let extents = Extents { parts: 2, ..extents(lab, [5, 8, 12]) };
-    sweeps(lab, &extents, ("tree", Kind::Uniform, OF_TREES), stop)
+    sweeps(lab, &extents, ("tree", Kind::Uniform, OF_TREES), Some(Until::Neighbours), stop)
 }
 
 /// Returns the sizes and seeds of a sweep. `octaves` contains the number of octaves for the brief, the quick and the
@@ -141,12 +139,15 @@ fn sweeps(
     lab: &mut Lab,
     extents: &Extents,
     (what, kind, phases): (&str, Kind, &'static [&'static str]),
-    change: impl Fn(Config) -> Config,
+    until: Option<Until>,
+    change: impl Fn(Spec) -> Spec,
 ) -> Result<Vec<Sweep>, ClaimError> {
     let mut all = Vec::new();
     for d in [2, 3] {
         let samples = samples(SMALLEST, extents, kind, d);
-        let runs = lab.counted(&format!("{what} {d}"), &samples, extents.seeds, &change)?;
+        let name = format!("{what} {d}");
+        let runs = Runs { name: &name, samples: &samples, seeds: extents.seeds, until };
+        let runs = lab.counted(&runs, &change)?;
         let sizes = || samples.iter().map(|sample| sample.n);
         let (least, most) = (sizes().min().unwrap_or(0), sizes().max().unwrap_or(0));
         let name = format!("{} {d}D n={least}..{most}, {} runs", kind.name(), runs.len());

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use septet_core::config::Until;
 use septet_core::run::count::Ending;
+use septet_core::spec::Until;
 
 /// Name and version of the schema of [`Line`]. The number changes if a field changes its meaning or disappears. New
 /// fields may appear under the same number.

@@ -7,11 +7,11 @@ use thiserror::Error;
 use septet_geometry::incremental::{Incremental, IncrementalError, insertion_order};
 use septet_geometry::point::Point;
 
-use septet_core::config::Config;
 use septet_core::generate::{GenerateError, Generated, Request, generate};
 use septet_core::model::Points;
 use septet_core::run::count::{Ending, count};
 use septet_core::run::triangulate;
+use septet_core::spec::{Spec, Until};
 
 use super::line::{Line, Program, RunOptions, SCHEMA, TreeLine};
 use super::measure::{of_counts, of_run};
@@ -55,14 +55,14 @@ impl Runner {
             Some(kept) => self.set.insert(kept),
             None => self.set.insert((request, generate(&request, progress)?)),
         };
-        let config = sweep.config.clone().with(|c| {
+        let spec = sweep.spec.clone().with(|c| {
             c.machine.workers = job.workers;
             c.machine.seed = request.seed;
-            c.spacing = set.spacing.map(|s| s.lipschitz);
+            c.recursion.spacing = set.spacing.map(|s| s.lipschitz);
         });
         let line = match &set.points {
-            Points::Plane(points) => made(points, job.program, &config)?,
-            Points::Space(points) => made(points, job.program, &config)?,
+            Points::Plane(points) => made(points, (job.program, sweep.until), &spec)?,
+            Points::Space(points) => made(points, (job.program, sweep.until), &spec)?,
         };
         Ok(Line {
             sweep: sweep.words(),
@@ -76,11 +76,15 @@ impl Runner {
     }
 }
 
-fn made<P: Point>(points: &[P], program: Program, config: &Config) -> Result<Line, RunError> {
+fn made<P: Point>(
+    points: &[P],
+    (program, until): (Program, Option<Until>),
+    spec: &Spec,
+) -> Result<Line, RunError> {
     Ok(match program {
-        Program::Simulate => of_counts(&count(points, config)?),
+        Program::Simulate => of_counts(&count(points, until, spec)?),
         Program::Triangulate => {
-            let run = triangulate(points, config)?;
+            let run = triangulate(points, spec)?;
             // The time excludes the canonical ordering of the output, as it does for the serial kernel.
             Line { seconds: run.triangulate_seconds, ..of_run(&run) }
         }

@@ -4,11 +4,11 @@ use std::fmt::Write;
 
 use thiserror::Error;
 
-use septet_core::config::{
-    Alpha, Config, ConfigError, Constants, Correction, GraphKind, Machine, Purpose, SeparatorSets, Until,
+use septet_core::generate::{Kind, Request};
+use septet_core::spec::{
+    Alpha, Constants, Correction, GraphKind, Purpose, Recursion, SeparatorSets, Spec, SpecError, Tree, Until,
     Workers, sets_name,
 };
-use septet_core::generate::{Kind, Request};
 
 use super::line::{Program, RunOptions};
 
@@ -35,8 +35,10 @@ pub struct Sweep {
     pub weak: bool,
     /// Whether the sweep also times `triangulate` for each counted run, and the serial kernel once for each set.
     pub timed: bool,
+    /// The last phase of the counted runs, if they stop before their end.
+    pub until: Option<Until>,
     /// The remaining options.
-    pub config: Config,
+    pub spec: Spec,
 }
 
 /// A reason why a sweep cannot run.
@@ -94,7 +96,7 @@ pub enum SweepError {
     LipschitzUnused,
     /// The parameters of the runs are invalid.
     #[error(transparent)]
-    Config(#[from] ConfigError),
+    Spec(#[from] SpecError),
 }
 
 /// One run of a sweep.
@@ -123,21 +125,21 @@ impl Sweep {
         if let Some((what, _)) = parts.into_iter().find(|part| part.1) {
             return Err(SweepError::Empty { what });
         }
-        if self.timed && self.config.until.is_some() {
+        if self.timed && self.until.is_some() {
             return Err(SweepError::TimedUntil);
         }
-        if self.timed && self.config.correction == Correction::BottomUp {
+        if self.timed && self.spec.recursion.neighbours == Correction::BottomUp {
             return Err(SweepError::TimedBottomUp);
         }
         if self.lipschitz.is_some() && !self.kinds.iter().any(|kind| kind.is_graded()) {
             return Err(SweepError::LipschitzUnused);
         }
-        self.config.until.map_or(Ok(()), |until| self.check_reached(until))?;
+        self.until.map_or(Ok(()), |until| self.check_reached(until))?;
         for &workers in &self.workers {
             if workers == Workers::Auto {
                 return Err(SweepError::AutoWorkers);
             }
-            self.config.clone().with(|c| c.machine.workers = workers).check()?;
+            self.spec.clone().with(|c| c.machine.workers = workers).check()?;
             for &n in &self.sizes {
                 match workers {
                     Workers::Leaves if self.weak => return Err(SweepError::WeakLeaves),
@@ -157,16 +159,17 @@ impl Sweep {
         if until == Until::Graph {
             return Ok(());
         }
-        let Config { graph, separator_sets, correction, machine, constants, .. } = &self.config;
+        let Recursion { graph, sets, neighbours, .. } = self.spec.recursion;
+        let Tree { leaf, constants, .. } = self.spec.tree;
         let unreached = [
             ("--supergraph", graph.kind() != GraphKind::Density),
-            ("--separator-sets", *separator_sets != SeparatorSets::Ghost),
-            ("--neighbours", until == Until::Partition && *correction != Correction::Descent),
+            ("--separator-sets", sets != SeparatorSets::Ghost),
+            ("--neighbours", until == Until::Partition && neighbours != Correction::Descent),
         ];
         if let Some((option, _)) = unreached.into_iter().find(|(_, is_given)| *is_given) {
             return Err(SweepError::Unreached { option, until });
         }
-        let decides_leaf = machine.leaf.is_none() && constants.purpose == Purpose::Timing;
+        let decides_leaf = leaf.is_none() && constants.purpose == Purpose::Timing;
         if graph.alpha() != Alpha::Auto && !decides_leaf {
             return Err(SweepError::AlphaOfLeaf);
         }
@@ -273,7 +276,7 @@ impl Sweep {
         if let Some(seed) = settings.delivery_seed {
             let _ = write!(text, " --delivery-seed {seed}");
         }
-        if let Some(until) = self.config.until {
+        if let Some(until) = self.until {
             let _ = write!(text, " --until {}", until.name());
         }
         if let Some(lipschitz) = lipschitz {
@@ -283,26 +286,26 @@ impl Sweep {
 
     /// Returns the options of a run, for its line.
     pub fn settings(&self, workers: Workers) -> RunOptions {
-        let config = &self.config;
-        let Machine { threads, transport, leaf, .. } = &config.machine;
+        let spec = &self.spec;
+        let transport = spec.machine.transport;
         RunOptions {
             workers: workers.to_string(),
             weak: self.weak,
-            threads: *threads,
-            supergraph: config.graph.kind().name().to_string(),
-            alpha: config.graph.alpha().to_string(),
-            k: config.graph.k().to_string(),
-            separator_sets: sets_name(config.separator_sets).to_string(),
-            partition: config.partition.name().to_string(),
-            neighbours: config.correction.name().to_string(),
-            constants: config.constants.purpose.name().to_string(),
-            samples: Constants::text(config.constants.samples),
-            tries: Constants::text(config.constants.tries),
-            leaf: Constants::text(*leaf),
+            threads: spec.machine.thread_count(),
+            supergraph: spec.recursion.graph.kind().name().to_string(),
+            alpha: spec.recursion.graph.alpha().to_string(),
+            k: spec.recursion.graph.k().to_string(),
+            separator_sets: sets_name(spec.recursion.sets).to_string(),
+            partition: spec.tree.partition.name().to_string(),
+            neighbours: spec.recursion.neighbours.name().to_string(),
+            constants: spec.tree.constants.purpose.name().to_string(),
+            samples: Constants::text(spec.tree.constants.samples),
+            tries: Constants::text(spec.tree.constants.tries),
+            leaf: Constants::text(spec.tree.leaf),
             transport: transport.name().to_string(),
             delivery_seed: transport.delivery_seed(),
             lipschitz: self.lipschitz,
-            until: config.until,
+            until: self.until,
         }
     }
 }
@@ -310,7 +313,7 @@ impl Sweep {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use septet_core::config::{Graph, Neighbours, Partition, Transport};
+    use septet_core::spec::{Graph, Neighbours, Partition, Transport};
 
     fn sweep() -> Sweep {
         Sweep {
@@ -324,7 +327,8 @@ mod tests {
             seeds: 2,
             weak: false,
             timed: false,
-            config: Config::default(),
+            until: None,
+            spec: Spec::default(),
         }
     }
 
@@ -355,24 +359,24 @@ mod tests {
         let leaves = refused(&|s| (s.weak, s.workers) = (true, vec![Workers::Leaves]));
         assert_eq!(leaves, SweepError::WeakLeaves);
         assert_eq!(refused(&|s| s.workers = vec![Workers::Auto]), SweepError::AutoWorkers);
-        let timed = refused(&|s| (s.timed, s.config.until) = (true, Some(Until::Partition)));
+        let timed = refused(&|s| (s.timed, s.until) = (true, Some(Until::Partition)));
         assert_eq!(timed, SweepError::TimedUntil);
-        let timed = refused(&|s| (s.timed, s.config.correction) = (true, Correction::BottomUp));
+        let timed = refused(&|s| (s.timed, s.spec.recursion.neighbours) = (true, Correction::BottomUp));
         assert_eq!(timed, SweepError::TimedBottomUp);
-        let stops = |s: &mut Sweep, until| s.config.until = Some(until);
+        let stops = |s: &mut Sweep, until| s.until = Some(until);
         let k = refused(&|s| {
             stops(s, Until::Neighbours);
-            s.config.graph = Graph::Knn { k: Neighbours::Auto };
+            s.spec.recursion.graph = Graph::Knn { k: Neighbours::Auto };
         });
         assert_eq!(k, SweepError::Unreached { option: "--supergraph", until: Until::Neighbours });
         let sets = refused(&|s| {
             stops(s, Until::Neighbours);
-            s.config.separator_sets = SeparatorSets::Both;
+            s.spec.recursion.sets = SeparatorSets::Both;
         });
         assert_eq!(sets, SweepError::Unreached { option: "--separator-sets", until: Until::Neighbours });
         let naive = |until| {
             let mut s = sweep();
-            (s.config.until, s.config.correction) = (Some(until), Correction::BottomUp);
+            (s.until, s.spec.recursion.neighbours) = (Some(until), Correction::BottomUp);
             s.check()
         };
         let option = "--neighbours";
@@ -380,9 +384,9 @@ mod tests {
         assert_eq!(naive(Until::Neighbours), Ok(()));
         let alpha = |purpose, leaf| {
             let mut s = sweep();
-            s.config.constants.purpose = purpose;
-            (s.config.until, s.config.machine.leaf) = (Some(Until::Partition), leaf);
-            s.config.graph = Graph::Density { alpha: Alpha::Value(5.0) };
+            s.spec.tree.constants.purpose = purpose;
+            (s.until, s.spec.tree.leaf) = (Some(Until::Partition), leaf);
+            s.spec.recursion.graph = Graph::Density { alpha: Alpha::Value(5.0) };
             s.check()
         };
         assert_eq!(alpha(Purpose::Timing, None), Ok(()));
@@ -390,7 +394,7 @@ mod tests {
         assert_eq!(alpha(Purpose::Counting, None), Err(SweepError::AlphaOfLeaf));
         assert_eq!(refused(&|s| s.kinds = vec![Kind::Uniform]), SweepError::LipschitzUnused);
         let none = refused(&|s| s.workers = vec![Workers::Count(0)]);
-        assert_eq!(none, SweepError::Config(ConfigError::NoWorkers));
+        assert_eq!(none, SweepError::Spec(SpecError::NoWorkers));
     }
 
     #[test]
@@ -400,22 +404,22 @@ mod tests {
         let changes: [&dyn Fn(&mut Sweep); 11] = [
             &|s| s.seeds = 4,
             &|s| s.weak = true,
-            &|s| s.config.until = Some(Until::Neighbours),
-            &|s| s.config.machine.leaf = Some(7),
-            &|s| s.config.constants.purpose = Purpose::Timing,
-            &|s| s.config.constants.samples = Some(64),
-            &|s| s.config.constants.tries = Some(5),
-            &|s| s.config.partition = Partition::Kd,
-            &|s| s.config.correction = Correction::BottomUp,
-            &|s| s.config.graph = Graph::Density { alpha: Alpha::Value(3.0) },
-            &|s| s.config.machine.transport = Transport::Sim { delivery_seed: 4 },
+            &|s| s.until = Some(Until::Neighbours),
+            &|s| s.spec.tree.leaf = Some(7),
+            &|s| s.spec.tree.constants.purpose = Purpose::Timing,
+            &|s| s.spec.tree.constants.samples = Some(64),
+            &|s| s.spec.tree.constants.tries = Some(5),
+            &|s| s.spec.tree.partition = Partition::Kd,
+            &|s| s.spec.recursion.neighbours = Correction::BottomUp,
+            &|s| s.spec.recursion.graph = Graph::Density { alpha: Alpha::Value(3.0) },
+            &|s| s.spec.machine.transport = Transport::Sim { delivery_seed: 4 },
         ];
         for change in changes {
             let mut other = sweep();
             change(&mut other);
             assert_ne!(other.words(), base);
         }
-        let threads = Sweep { config: Config::default().with(|c| c.machine.threads = 9), ..sweep() };
+        let threads = Sweep { spec: Spec::default().with(|c| c.machine.threads = Some(9)), ..sweep() };
         assert_eq!(threads.words().replace("channel", ""), base.replace("channel", ""));
     }
 }

@@ -4,8 +4,8 @@ use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::{COORDINATOR, Phase};
 use septet_protocol::ledger::{Ledger, RoundKey, RoundTally, Total};
 
-use septet_core::config::Config;
 use septet_core::run::{Run, Settled};
+use septet_core::spec::Spec;
 
 use super::context::RunContext;
 use super::schema::{
@@ -16,7 +16,7 @@ use super::{Parameters, traffic, tree};
 
 impl RunReport {
     /// Returns the report of a run.
-    pub fn of(run: &Run, config: &Config, context: &RunContext<'_>) -> RunReport {
+    pub fn of(run: &Run, spec: &Spec, context: &RunContext<'_>) -> RunReport {
         let counted = run.settled.counted;
         let ledger = &run.ledger;
         let points = &run.points;
@@ -24,8 +24,8 @@ impl RunReport {
         RunReport {
             schema: SCHEMA,
             version: env!("CARGO_PKG_VERSION"),
-            parameters: Parameters::of(config, context, run.settled.leaf),
-            seed: config.machine.seed,
+            parameters: Parameters::of(spec, context, run.settled.leaf),
+            seed: spec.machine.seed,
             supergraph: supergraph(&run.settled),
             points: PointsReport {
                 input: points.input + context.skipped,

@@ -4,8 +4,8 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
-use septet_core::config::{Config, sets_name};
 use septet_core::run::{CostRow, CostTrace, Settled};
+use septet_core::spec::{Spec, sets_name};
 use septet_geometry::cost::{Call, LaneStep, Step, Tape};
 use septet_protocol::ledger::{Ledger, Total};
 
@@ -39,24 +39,24 @@ pub struct CostHeader {
 
 impl CostHeader {
     /// Returns the header of a run over `points` distinct points.
-    pub fn of(config: &Config, settled: &Settled, points: u64, dimension: usize) -> Self {
+    pub fn of(spec: &Spec, settled: &Settled, points: u64, dimension: usize) -> Self {
         CostHeader {
             schema: SCHEMA,
             version: env!("CARGO_PKG_VERSION"),
             points,
             dimension,
-            seed: config.machine.seed,
+            seed: spec.machine.seed,
             workers: settled.workers,
-            constants: config.constants.purpose.name(),
+            constants: spec.tree.constants.purpose.name(),
             leaf: settled.leaf,
             samples: settled.samples,
             tries: settled.tries,
             supergraph: supergraph(settled),
-            separator_sets: sets_name(config.separator_sets),
-            partition: config.partition.name(),
-            neighbours: config.correction.name(),
-            fault: config.planted.fault.map(|fault| fault.to_string()),
-            exchange_cap: config.planted.exchange_cap,
+            separator_sets: sets_name(spec.recursion.sets),
+            partition: spec.tree.partition.name(),
+            neighbours: spec.recursion.neighbours.name(),
+            fault: spec.planted.fault.map(|fault| fault.to_string()),
+            exchange_cap: spec.planted.exchange_cap,
             rows: 0,
         }
     }

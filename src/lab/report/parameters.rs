@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use septet_core::config::{Config, Constants, sets_name};
+use septet_core::spec::{Constants, Spec, sets_name};
 
 use super::context::RunContext;
 
@@ -63,33 +63,34 @@ pub struct Parameters {
 
 impl Parameters {
     /// Returns the parameters of a configuration.
-    pub(super) fn of(config: &Config, context: &RunContext<'_>, leaf: u64) -> Self {
-        let Config { machine, graph, keep, constants, .. } = config;
+    pub(super) fn of(spec: &Spec, context: &RunContext<'_>, leaf: u64) -> Self {
+        let Spec { machine, tree, recursion, keep, .. } = spec;
+        let (graph, constants) = (recursion.graph, tree.constants);
         Parameters {
             command: context.command,
             input: context.input.to_owned(),
             outputs: context.outputs.to_vec(),
             workers: machine.workers.to_string(),
-            threads: machine.threads,
+            threads: machine.thread_count(),
             supergraph: graph.kind().name(),
             alpha: graph.alpha().to_string(),
             k: graph.k().to_string(),
-            separator_sets: sets_name(config.separator_sets),
-            partition: config.partition.name(),
-            neighbours: config.correction.name(),
+            separator_sets: sets_name(spec.recursion.sets),
+            partition: spec.tree.partition.name(),
+            neighbours: spec.recursion.neighbours.name(),
             constants: constants.purpose.name(),
             samples: Constants::text(constants.samples),
             tries: Constants::text(constants.tries),
             leaf,
-            leaf_auto: machine.leaf.is_none(),
+            leaf_auto: tree.leaf.is_none(),
             transport: machine.transport.name(),
             delivery_seed: machine.transport.delivery_seed(),
-            lipschitz: config.spacing,
-            skip_invalid: config.skip_invalid,
+            lipschitz: spec.recursion.spacing,
+            skip_invalid: spec.input.skip_invalid,
             max_memory: machine.max_memory,
             with_owner: keep.owner,
             view: keep.view,
-            exchange_cap: config.planted.exchange_cap,
+            exchange_cap: spec.planted.exchange_cap,
         }
     }
 }

@@ -31,8 +31,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`septet_core::config::Machine::run`] identifies a run among the runs of one layer. Each run has its own processes
-//! in the trace, and so does the planning run of [`septet_core::config::Workers::Leaves`]. A worker in a separate
+//! [`septet_core::spec::Machine::run`] identifies a run among the runs of one layer. Each run has its own processes
+//! in the trace, and so does the planning run of [`septet_core::spec::Workers::Leaves`]. A worker in a separate
 //! process is not recorded here, and its messages have no arrows. If that process installs a layer, its trace contains
 //! the slices of the worker.
 //!

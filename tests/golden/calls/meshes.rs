@@ -3,12 +3,9 @@
 use std::path::Path;
 
 use glam::DVec3;
-use septet_core::config::{Machine, Workers};
 use septet_core::mesh::run_log::RunLog;
-use septet_core::mesh::{
-    Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, Dimension, Made, MakeError, MeshKeep, MeshRequest,
-    check, make_of,
-};
+use septet_core::mesh::{Boundary, Dimension, Made, MakeError, MeshKeep, MeshSpec, check, make_of};
+use septet_core::spec::Workers;
 use septet_io::read::{AnyInput, read_domain};
 use septet_meshing::input::Input;
 use septet_meshing::mesh::{Carrier, Edge, StageLine};
@@ -76,23 +73,15 @@ pub fn mesh(shape: &Shape, order: &MeshOrder) -> Option<MeshOutcome> {
 fn mesh_in<P: Dimension>(input: &Input<P>, order: &MeshOrder) -> Option<MeshOutcome> {
     let domain = check(input).unwrap_or_else(|defects| panic!("not a domain: {defects:?}"));
     let (transport, threads) = wire(order.wire);
-    let request = MeshRequest {
-        boundary: Some(if order.remesh { Boundary::Remesh } else { Boundary::Exact }),
-        size: Some(order.size),
-        field: None,
-        singularity: None,
-        min_size: None,
-        lipschitz: DEFAULT_LIPSCHITZ,
-        feature_angle: DEFAULT_FEATURE_ANGLE,
-        max_distance: None,
-        improve: order.improve,
-        machine: Machine::default().with(|m| {
-            m.leaf = Some(60);
-            (m.workers, m.threads) = (Workers::Count(order.workers), threads);
-            m.transport = transport;
-        }),
-        cancel: None,
-    };
+    let request = MeshSpec::default().with(|mesh| {
+        mesh.boundary = Some(if order.remesh { Boundary::Remesh } else { Boundary::Exact });
+        mesh.sizes.most = Some(order.size);
+        mesh.improve = order.improve;
+        mesh.run.tree.leaf = Some(60);
+        let m = &mut mesh.run.machine;
+        (m.workers, m.threads) = (Workers::Count(order.workers), Some(threads));
+        m.transport = transport;
+    });
     let keep = MeshKeep { owned: usize::MAX, ..MeshKeep::default() };
     let made = match make_of(&domain, &request, keep) {
         Ok(made) => made,

@@ -5,10 +5,10 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-use septet_core::config::{Alpha, Correction, Graph, Neighbours, SeparatorSets, Workers};
 use septet_core::generate::Kind;
 use septet_core::run::{CostRow, CostTrace};
-use septet_core::{Config, run_on};
+use septet_core::spec::{Alpha, Correction, Graph, Neighbours, SeparatorSets, Workers};
+use septet_core::{Spec, run_on};
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message};
@@ -211,10 +211,10 @@ struct Found {
 
 impl Found {
     /// Checks all messages of a run.
-    fn check<P: Point>(&mut self, points: &[P], change: impl Fn(&mut Config)) {
-        let config = traced(Workers::Count(5)).with(change);
+    fn check<P: Point>(&mut self, points: &[P], change: impl Fn(&mut Spec)) {
+        let spec = traced(Workers::Count(5)).with(change);
         let log = Log::default();
-        let run = run_on(points, &config, true, &mut |_| {
+        let run = run_on(points, &spec, true, &mut |_| {
             let log = log.clone();
             Box::new(Observed(move |phase, messages: &[Message<P>]| {
                 let sent = messages.iter().filter(|m| m.from != m.to).map(|m| Sent::of(phase, m));
@@ -245,18 +245,20 @@ impl Found {
     }
 }
 
-fn density(config: &mut Config) {
-    config.graph = Graph::Density { alpha: Alpha::Value(2.5) };
+fn density(spec: &mut Spec) {
+    spec.recursion.graph = Graph::Density { alpha: Alpha::Value(2.5) };
 }
 
 #[test]
 fn rows_follow_the_senders_of_their_data() {
     let mut all = Found::default();
     all.check(&space(Kind::Uniform, 500, 6), |_| {});
-    all.check(&plane(Kind::Uniform, 600, 6), |c| c.separator_sets = SeparatorSets::Both);
+    all.check(&plane(Kind::Uniform, 600, 6), |c| c.recursion.sets = SeparatorSets::Both);
     all.check(&space(Kind::Uniform, 500, 6), density);
-    all.check(&space(Kind::Clusters, 500, 6), |c| c.graph = Graph::Knn { k: Neighbours::Count(12) });
-    let small = |c: &mut Config| c.graph = Graph::Knn { k: Neighbours::Count(3) };
+    all.check(&space(Kind::Clusters, 500, 6), |c| {
+        c.recursion.graph = Graph::Knn { k: Neighbours::Count(12) }
+    });
+    let small = |c: &mut Spec| c.recursion.graph = Graph::Knn { k: Neighbours::Count(3) };
     all.check(&space(Kind::Uniform, 500, 8), small);
     all.check(&space(Kind::Uniform, 500, 8), |c| {
         small(c);
@@ -272,7 +274,7 @@ fn rows_follow_the_senders_of_their_data() {
     let mut bottom_up = Found::default();
     bottom_up.check(&space(Kind::Uniform, 500, 7), |c| {
         density(c);
-        c.correction = Correction::BottomUp;
+        c.recursion.neighbours = Correction::BottomUp;
     });
     assert!(bottom_up.pairs_of(Phase::Neighbours) > 3, "{bottom_up:?}");
 }

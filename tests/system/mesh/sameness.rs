@@ -1,7 +1,7 @@
 //! The same mesh, bit for bit, from every machine.
 
-use septet_core::config::{Transport, Workers};
-use septet_core::mesh::{Boundary, MeshRequest};
+use septet_core::mesh::{Boundary, MeshSpec};
+use septet_core::spec::{Transport, Workers};
 use septet_geometry::point::Point;
 use septet_meshing::domain::Domain;
 use septet_meshing::facet::Triangulate;
@@ -22,26 +22,26 @@ fn counts(stages: &[StageLine]) -> Vec<(&str, [u64; 4])> {
     stages.iter().map(|s| (s.name.as_str(), of(s))).collect()
 }
 
-fn machines(base: &MeshRequest) -> Vec<MeshRequest> {
+fn machines(base: &MeshSpec) -> Vec<MeshSpec> {
     let mut all = Vec::new();
     for (workers, delivery_seed) in [(1, 1), (2, 0), (5, 7), (8, 2), (64, 3)] {
         let workers = Workers::Count(workers);
         for (threads, transport) in [(2, Transport::Channel), (1, Transport::Sim { delivery_seed })] {
-            let machine = base.machine.clone();
-            let machine =
-                machine.with(|m| (m.workers, m.threads, m.transport) = (workers, threads, transport));
-            all.push(MeshRequest { machine, ..base.clone() });
+            all.push(base.clone().with(|mesh| {
+                let m = &mut mesh.run.machine;
+                (m.workers, m.threads, m.transport) = (workers, Some(threads), transport);
+            }));
         }
     }
     all
 }
 
-fn same<P: Triangulate>(domain: &Domain<P>, name: &str, base: &MeshRequest, machines: &[MeshRequest]) {
+fn same<P: Triangulate>(domain: &Domain<P>, name: &str, base: &MeshSpec, machines: &[MeshSpec]) {
     let (first, stages) = made(domain, base).unwrap();
     let bytes = |stages: &[StageLine]| stages.iter().map(|s| s.bytes).sum::<u64>();
     let mut sent = 0;
     for machine in machines {
-        let what = format!("{name}, {:?}, {:?}", machine.machine.workers, machine.machine.transport);
+        let what = format!("{name}, {:?}, {:?}", machine.run.machine.workers, machine.run.machine.transport);
         let (mesh, lines) = made(domain, machine).unwrap_or_else(|e| panic!("{what}: {e}"));
         assert!(bits(&mesh) == bits(&first), "{what}: other points or sizes");
         assert!(mesh.cells == first.cells && mesh.regions == first.regions, "{what}: other cells");
@@ -57,9 +57,8 @@ fn same<P: Triangulate>(domain: &Domain<P>, name: &str, base: &MeshRequest, mach
 }
 
 /// The request on one worker.
-fn alone(base: MeshRequest) -> MeshRequest {
-    let machine = base.machine.clone().with(|m| m.workers = Workers::Count(1));
-    MeshRequest { machine, ..base }
+fn alone(base: MeshSpec) -> MeshSpec {
+    base.with(|mesh| mesh.run.machine.workers = Workers::Count(1))
 }
 
 fn check_problem(problem: &Problem, lipschitz: f64, size: f64) {
@@ -67,7 +66,7 @@ fn check_problem(problem: &Problem, lipschitz: f64, size: f64) {
     on(problem, &base);
 }
 
-fn on(problem: &Problem, base: &MeshRequest) {
+fn on(problem: &Problem, base: &MeshSpec) {
     match &problem.domain {
         AnyDomain::Plane(domain) => same(domain, problem.name, base, &machines(base)),
         AnyDomain::Space(domain) => same(domain, problem.name, base, &machines(base)),
@@ -79,7 +78,7 @@ fn on(problem: &Problem, base: &MeshRequest) {
 #[test]
 fn remeshed_surfaces_do_not_depend_on_the_machine() {
     let base = alone(request(0.5, Some(0.5)));
-    let remesh = MeshRequest { boundary: Some(Boundary::Remesh), improve: true, ..base };
+    let remesh = base.with(|mesh| (mesh.boundary, mesh.improve) = (Some(Boundary::Remesh), true));
     on(&domains::torus(), &remesh);
 }
 
@@ -98,7 +97,10 @@ fn a_mesh_of_many_leaves() {
     let problem = domains::cube();
     let AnyDomain::Space(domain) = &problem.domain else { unreachable!() };
     let base = alone(request(0.5, Some(0.17)));
-    let some: Vec<MeshRequest> =
-        machines(&base).into_iter().filter(|m| m.machine.workers != Workers::Count(1)).step_by(2).collect();
+    let some: Vec<MeshSpec> = machines(&base)
+        .into_iter()
+        .filter(|m| m.run.machine.workers != Workers::Count(1))
+        .step_by(2)
+        .collect();
     same(domain, problem.name, &base, &some);
 }

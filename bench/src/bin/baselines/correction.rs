@@ -2,10 +2,10 @@
 
 use std::error::Error;
 
-use septet_core::config::{Correction, Until};
 use septet_core::generate::Kind;
 use septet_core::model::Points;
-use septet_core::{Config, count};
+use septet_core::spec::{Correction, Until};
+use septet_core::{Spec, count};
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 
@@ -28,15 +28,14 @@ pub fn table(plan: &Plan) -> Result<Table, Box<dyn Error>> {
             let sets = plan.sets(Kind::Uniform, n, dimension)?;
             for correction in [Correction::Descent, Correction::BottomUp] {
                 let mut sum = Sum::default();
-                for (set, config) in &sets {
-                    let config = config.clone().with(|c| {
-                        c.correction = correction;
-                        c.machine.leaf = Some(LEAF);
-                        c.until = Some(Until::Neighbours);
+                for (set, spec) in &sets {
+                    let spec = spec.clone().with(|c| {
+                        c.recursion.neighbours = correction;
+                        c.tree.leaf = Some(LEAF);
                     });
                     match &set.points {
-                        Points::Plane(points) => sum.add(points, &config)?,
-                        Points::Space(points) => sum.add(points, &config)?,
+                        Points::Plane(points) => sum.add(points, &spec)?,
+                        Points::Space(points) => sum.add(points, &spec)?,
                     }
                 }
                 table.push(sum.row(dimension, n, correction));
@@ -57,8 +56,8 @@ struct Sum {
 }
 
 impl Sum {
-    fn add<P: Point>(&mut self, points: &[P], config: &Config) -> Result<(), septet_core::Error> {
-        let ledger = count(points, config)?.ledger;
+    fn add<P: Point>(&mut self, points: &[P], spec: &Spec) -> Result<(), septet_core::Error> {
+        let ledger = count(points, Some(Until::Neighbours), spec)?.ledger;
         self.runs += 1;
         self.levels += u64::from(ledger.part.nodes.keys().map(|node| node.level()).max().unwrap_or(0));
         for phase in ledger.phases.iter().filter(|p| matches!(p.phase, Phase::Probe | Phase::Neighbours)) {

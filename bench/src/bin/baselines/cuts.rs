@@ -2,10 +2,10 @@
 
 use std::error::Error;
 
-use septet_core::config::Partition;
 use septet_core::generate::{Generated, Kind};
 use septet_core::model::Points;
-use septet_core::{Config, Run, simulate};
+use septet_core::spec::Partition;
+use septet_core::{Run, Spec, simulate};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
@@ -53,7 +53,7 @@ pub fn table(plan: &Plan) -> Result<Table, Box<dyn Error>> {
 
 /// Returns the rows of both separators on the same sets, and checks that the cells are equal.
 fn both(
-    sets: &[(Generated, Config)],
+    sets: &[(Generated, Spec)],
     kind: Kind,
     dimension: usize,
     n: u64,
@@ -63,11 +63,11 @@ fn both(
     for partition in [Partition::Sphere, Partition::Kd] {
         let mut counts = Counts::default();
         let mut cells = Vec::new();
-        for (set, config) in sets {
-            let config = config.clone().with(|c| c.partition = partition);
+        for (set, spec) in sets {
+            let spec = spec.clone().with(|c| c.tree.partition = partition);
             cells.push(match &set.points {
-                Points::Plane(points) => count(points, &config, &mut counts)?,
-                Points::Space(points) => count(points, &config, &mut counts)?,
+                Points::Plane(points) => count(points, &spec, &mut counts)?,
+                Points::Space(points) => count(points, &spec, &mut counts)?,
             });
         }
         made.push(cells);
@@ -80,12 +80,8 @@ fn both(
 }
 
 /// Adds the counts of a run and returns its cells.
-fn count<P: Point>(
-    points: &[P],
-    config: &Config,
-    counts: &mut Counts,
-) -> Result<Vec<u64>, septet_core::Error> {
-    let run = simulate(points, config)?;
+fn count<P: Point>(points: &[P], spec: &Spec, counts: &mut Counts) -> Result<Vec<u64>, septet_core::Error> {
+    let run = simulate(points, spec)?;
     counts.add(&run);
     Ok(run.cells().to_vec())
 }

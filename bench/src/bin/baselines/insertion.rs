@@ -4,7 +4,7 @@ use std::error::Error;
 
 use septet_core::generate::Kind;
 use septet_core::model::Points;
-use septet_core::{Config, simulate};
+use septet_core::{Spec, simulate};
 use septet_geometry::point::Point;
 use septet_lab::baselines::incremental;
 
@@ -38,10 +38,10 @@ pub fn table(plan: &Plan) -> Result<Table, Box<dyn Error>> {
             for &n in &plan.sizes {
                 announce("insertion", kind, n, dimension);
                 let mut sum = Sum::default();
-                for (set, config) in &plan.sets(kind, n, dimension)? {
+                for (set, spec) in &plan.sets(kind, n, dimension)? {
                     match &set.points {
-                        Points::Plane(points) => sum.add(points, config)?,
-                        Points::Space(points) => sum.add(points, config)?,
+                        Points::Plane(points) => sum.add(points, spec)?,
+                        Points::Space(points) => sum.add(points, spec)?,
                     }
                 }
                 table.push(sum.row(kind, dimension, n));
@@ -59,9 +59,9 @@ struct Sum {
 }
 
 impl Sum {
-    fn add<P: Point>(&mut self, points: &[P], config: &Config) -> Result<(), Box<dyn Error>> {
-        let run = simulate(points, config)?;
-        let baseline = incremental(points, config)?;
+    fn add<P: Point>(&mut self, points: &[P], spec: &Spec) -> Result<(), Box<dyn Error>> {
+        let run = simulate(points, spec)?;
+        let baseline = incremental(points, spec)?;
         if baseline.cells != run.cells() {
             return Err("insertion and recursion give different cells".into());
         }

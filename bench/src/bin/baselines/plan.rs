@@ -2,9 +2,9 @@
 
 use std::error::Error;
 
-use septet_core::Config;
-use septet_core::config::{Transport, Workers};
+use septet_core::Spec;
 use septet_core::generate::{Generated, Kind, Request, generate};
+use septet_core::spec::{Transport, Workers};
 use septet_lab::experiment::parse_sizes;
 
 /// The point sets, and the number of workers.
@@ -43,19 +43,19 @@ impl Plan {
         kind: Kind,
         n: u64,
         dimension: usize,
-    ) -> Result<Vec<(Generated, Config)>, Box<dyn Error>> {
+    ) -> Result<Vec<(Generated, Spec)>, Box<dyn Error>> {
         let mut sets = Vec::new();
         for seed in 1..=self.seeds {
             let request = Request { kind, n, dimension, seed, lipschitz: None, ratio: None };
             let set = generate(&request, &mut |_, _, _| {})?;
-            let config = Config::default().with(|c| {
+            let spec = Spec::default().with(|c| {
                 c.machine.workers = Workers::Count(self.workers);
-                c.machine.threads = 2;
+                c.machine.threads = Some(2);
                 c.machine.transport = Transport::Channel;
-                c.spacing = set.spacing.map(|s| s.lipschitz);
+                c.recursion.spacing = set.spacing.map(|s| s.lipschitz);
                 c.machine.seed = seed;
             });
-            sets.push((set, config));
+            sets.push((set, spec));
         }
         Ok(sets)
     }

@@ -2,10 +2,10 @@
 
 use std::error::Error;
 
-use septet_core::config::{Partition, Transport, Workers};
 use septet_core::generate::{Generated, Kind, Request, generate};
 use septet_core::model::Points;
-use septet_core::{Config, Run, simulate};
+use septet_core::spec::{Partition, Transport, Workers};
+use septet_core::{Run, Spec, simulate};
 use septet_geometry::point::Point;
 use septet_lab::baselines::incremental;
 
@@ -27,8 +27,8 @@ impl Sets {
 
     /// Returns the default setting of `simulate`.
     pub fn default_setting(&mut self) -> Result<Setting, Box<dyn Error>> {
-        let (points, config) = self.set(100, 1)?;
-        let run = recursion(points, &config)?;
+        let (points, spec) = self.set(100, 1)?;
+        let run = recursion(points, &spec)?;
         let used = &run.settled;
         Ok(Setting { method: Method::Spheres, samples: used.samples, tries: used.tries, leaf: used.leaf })
     }
@@ -36,21 +36,21 @@ impl Sets {
     /// Counts one run.
     pub fn measure(&mut self, key: Key) -> Result<Counts, Box<dyn Error>> {
         let Setting { method, samples, tries, leaf } = key.setting;
-        let (points, config) = self.set(key.n, key.seed)?;
+        let (points, spec) = self.set(key.n, key.seed)?;
         if method == Method::Insertion {
             return match points {
-                Points::Plane(points) => insertion(points, &config),
-                Points::Space(points) => insertion(points, &config),
+                Points::Plane(points) => insertion(points, &spec),
+                Points::Space(points) => insertion(points, &spec),
             };
         }
         let is_sphere = method == Method::Spheres;
-        let config = config.with(|c| {
-            c.partition = if is_sphere { Partition::Sphere } else { Partition::Kd };
-            c.constants.samples = Some(samples);
-            c.constants.tries = is_sphere.then_some(tries);
-            c.machine.leaf = Some(leaf);
+        let spec = spec.with(|c| {
+            c.tree.partition = if is_sphere { Partition::Sphere } else { Partition::Kd };
+            c.tree.constants.samples = Some(samples);
+            c.tree.constants.tries = is_sphere.then_some(tries);
+            c.tree.leaf = Some(leaf);
         });
-        let run = recursion(points, &config)?;
+        let run = recursion(points, &spec)?;
         let (paper, repair) = (&run.ledger.paper, &run.ledger.repair);
         Ok(Counts {
             points: run.points.used,
@@ -62,7 +62,7 @@ impl Sets {
         })
     }
 
-    fn set(&mut self, n: u64, seed: u64) -> Result<(&Points, Config), Box<dyn Error>> {
+    fn set(&mut self, n: u64, seed: u64) -> Result<(&Points, Spec), Box<dyn Error>> {
         let request =
             Request { kind: self.kind, n, dimension: self.dimension, seed, lipschitz: None, ratio: None };
         let kept = self.last.take().filter(|(kept, _)| *kept == request);
@@ -70,26 +70,26 @@ impl Sets {
             Some(kept) => kept,
             None => (request, generate(&request, &mut |_, _, _| {})?),
         });
-        let config = Config::default().with(|c| {
+        let spec = Spec::default().with(|c| {
             c.machine.workers = Workers::Count(2);
-            c.machine.threads = 2;
+            c.machine.threads = Some(2);
             c.machine.transport = Transport::Channel;
             c.machine.seed = seed;
-            c.spacing = set.spacing.map(|s| s.lipschitz);
+            c.recursion.spacing = set.spacing.map(|s| s.lipschitz);
         });
-        Ok((&set.points, config))
+        Ok((&set.points, spec))
     }
 }
 
-fn recursion(points: &Points, config: &Config) -> Result<Run, septet_core::error::Error> {
+fn recursion(points: &Points, spec: &Spec) -> Result<Run, septet_core::error::Error> {
     match points {
-        Points::Plane(points) => simulate(points, config),
-        Points::Space(points) => simulate(points, config),
+        Points::Plane(points) => simulate(points, spec),
+        Points::Space(points) => simulate(points, spec),
     }
 }
 
-fn insertion<P: Point>(points: &[P], config: &Config) -> Result<Counts, Box<dyn Error>> {
-    let baseline = incremental(points, config)?;
+fn insertion<P: Point>(points: &[P], spec: &Spec) -> Result<Counts, Box<dyn Error>> {
+    let baseline = incremental(points, spec)?;
     Ok(Counts {
         points: baseline.points.used,
         work: baseline.rounds.iter().map(|r| r.work).sum(),

@@ -441,7 +441,7 @@ pub(super) fn levels(line: &Line, phase: &str) -> Vec<(f64, f64)> {
 
 #[cfg(test)]
 mod tests {
-    use septet_core::config::Until;
+    use septet_core::spec::Until;
 
     use super::*;
 

@@ -24,10 +24,10 @@ pub use schema::{
 };
 
 use histogram::HistogramReport;
-use septet_core::config::{Workers, cores};
 use septet_core::mesh::run_log::RunLog;
 use septet_core::mesh::view::MeshPicture;
-use septet_core::mesh::{Boundary, MeshRequest};
+use septet_core::mesh::{Boundary, MeshSpec};
+use septet_core::spec::{Workers, cores};
 
 /// Name and version of the schema.
 pub const MESH_SCHEMA: &str = "septet-mesh/1";
@@ -58,7 +58,7 @@ pub struct CheckedMesh<'a, P: Triangulate> {
     /// The domain.
     pub domain: &'a Domain<P>,
     /// The request.
-    pub request: &'a MeshRequest,
+    pub request: &'a MeshSpec,
     /// The mesh.
     pub mesh: &'a Mesh<P>,
     /// The stages of generation.
@@ -135,8 +135,8 @@ pub fn feature_name<P: Triangulate>(domain: &Domain<P>, feature: Feature, first_
     }
 }
 
-fn parameters(kind: DomainKind, request: &MeshRequest, context: &MeshContext<'_>) -> ParameterReport {
-    let machine = &request.machine;
+fn parameters(kind: DomainKind, request: &MeshSpec, context: &MeshContext<'_>) -> ParameterReport {
+    let machine = &request.run.machine;
     ParameterReport {
         input: context.input.to_owned(),
         outputs: context.outputs.iter().map(|o| o.display().to_string()).collect(),
@@ -145,24 +145,24 @@ fn parameters(kind: DomainKind, request: &MeshRequest, context: &MeshContext<'_>
             Boundary::Remesh => "remesh",
         }
         .into(),
-        lipschitz: request.lipschitz,
+        lipschitz: request.sizes.lipschitz,
         radius_edge: request.radius_edge(),
-        size: request.size,
-        min_size: request.min_size,
-        size_field_points: request.field.as_ref().map_or(0, |f| f.rows.len()),
-        singularity: request.singularity.as_ref().map(|s| match s.shape {
+        size: request.sizes.most,
+        min_size: request.sizes.least,
+        size_field_points: request.sizes.field.as_ref().map_or(0, |f| f.rows.len()),
+        singularity: request.sizes.singularity.as_ref().map(|s| match s.shape {
             septet_core::mesh::SingularityShape::Point => "point".into(),
             septet_core::mesh::SingularityShape::Line => "line".into(),
         }),
         feature_angle: request.feature_angle,
         improve: request.improve,
-        leaf: machine.leaf,
+        leaf: request.run.tree.leaf,
         workers: match machine.workers {
             Workers::Auto => Some(cores() as u32),
             Workers::Count(n) => Some(n),
             Workers::Leaves => None,
         },
-        threads: machine.threads,
+        threads: machine.thread_count(),
         transport: machine.transport.name().into(),
         delivery_seed: machine.transport.delivery_seed(),
         seed: machine.seed,

@@ -8,10 +8,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::thread;
 
-use septet_core::config::{Config, Workers};
 use septet_core::model::Points;
 use septet_core::result::subdomain::Part;
 use septet_core::run::distributed::{ProcessPoint, triangulate};
+use septet_core::spec::{Spec, Workers};
 use septet_core::{Run, channels};
 use septet_protocol::wire::{Ended, Processes};
 
@@ -46,12 +46,12 @@ pub(super) fn on_each<O: Sync, T: Send>(
 }
 
 /// Small leaves let all workers have points.
-fn config(workers: u32) -> Config {
-    Config::default().with(|config| {
-        config.machine.workers = Workers::Count(workers);
-        config.machine.threads = 1;
-        config.machine.leaf = Some(20);
-        config.skip_invalid = true;
+fn spec(workers: u32) -> Spec {
+    Spec::default().with(|spec| {
+        spec.machine.workers = Workers::Count(workers);
+        spec.machine.threads = Some(1);
+        spec.tree.leaf = Some(20);
+        spec.input.skip_invalid = true;
     })
 }
 
@@ -66,7 +66,7 @@ where
             let (first, end) = (at(process), at(process + 1));
             scope.spawn(move || {
                 let own = &points[first..end];
-                let part = triangulate(&mut transport, own, first as u64, &config(workers)).unwrap();
+                let part = triangulate(&mut transport, own, first as u64, &spec(workers)).unwrap();
                 Own { part, rows: wrap(own.to_vec()), first: first as u64 }
             })
         };
@@ -85,10 +85,10 @@ fn apart(points: &Points, workers: u32, count: u32) -> Vec<Own> {
 
 /// Triangulates points on one process.
 fn alone(points: &Points, workers: u32) -> Run {
-    let config = config(workers).with(|config| config.keep.point_owner = true);
+    let spec = spec(workers).with(|spec| spec.keep.point_owner = true);
     match points {
-        Points::Plane(points) => septet_core::triangulate(points, &config).unwrap(),
-        Points::Space(points) => septet_core::triangulate(points, &config).unwrap(),
+        Points::Plane(points) => septet_core::triangulate(points, &spec).unwrap(),
+        Points::Space(points) => septet_core::triangulate(points, &spec).unwrap(),
     }
 }
 

@@ -3,7 +3,7 @@
 //! No result depends on them, but work, depth and time do. The program `constants` of `bench` counts the recursion for
 //! other constants.
 
-use crate::config::{DEFAULT_ALPHA, SeparatorSets};
+use crate::spec::{DEFAULT_ALPHA, SeparatorSets};
 
 /// The quantity that the constants of a partition tree keep small.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,7 +26,7 @@ impl Purpose {
 }
 
 /// The constants of a counted run as requested. The purpose decides those that are `None`. The leaf size is part of
-/// [`crate::config::Machine`].
+/// [`crate::spec::Tree`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Constants {

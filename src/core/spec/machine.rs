@@ -68,8 +68,9 @@ impl Transport {
 pub struct Machine {
     /// Number of workers; [`Workers::Auto`] by default.
     pub workers: Workers,
-    /// Number of threads that run the workers; the number of cores by default.
-    pub threads: usize,
+    /// Number of threads that run the workers of this process. By default, the number of cores, and 1 in
+    /// [`crate::run::distributed`].
+    pub threads: Option<usize>,
     /// The transport of messages.
     pub transport: Transport,
     /// Seed of every random draw.
@@ -77,8 +78,6 @@ pub struct Machine {
     /// Name of the run in messages and traces; by default, the seed. Runs that are traced into one file at the same
     /// time need different names.
     pub run: Option<u64>,
-    /// Largest leaf of the partition tree, in points; by default, the dimension and the supergraph decide.
-    pub leaf: Option<u64>,
     /// Largest memory forecast that is accepted, in bytes.
     pub max_memory: Option<u64>,
 }
@@ -92,11 +91,10 @@ impl Default for Machine {
     fn default() -> Self {
         Machine {
             workers: Workers::Auto,
-            threads: cores(),
+            threads: None,
             transport: Transport::Channel,
             seed: DEFAULT_SEED,
             run: None,
-            leaf: None,
             max_memory: None,
         }
     }
@@ -115,10 +113,15 @@ impl Machine {
         self.run.unwrap_or(self.seed)
     }
 
+    /// Returns the number of threads that run the workers of the only process.
+    pub fn thread_count(&self) -> usize {
+        self.threads.unwrap_or_else(cores)
+    }
+
     /// Returns the kind of transport that starts the workers.
     pub fn transport_kind(&self) -> TransportKind {
         match self.transport {
-            Transport::Channel => TransportKind::Channel { threads: self.threads },
+            Transport::Channel => TransportKind::Channel { threads: self.thread_count() },
             Transport::Sim { delivery_seed } => TransportKind::Sim { delivery_seed },
         }
     }

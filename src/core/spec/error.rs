@@ -5,7 +5,7 @@ use thiserror::Error;
 /// A combination of parameters with which no run is possible.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
-pub enum ConfigError {
+pub enum SpecError {
     /// There are no workers.
     #[error("at least one worker is needed (--workers 1)")]
     NoWorkers,
@@ -56,12 +56,6 @@ pub enum ConfigError {
     SmallerSide {
         /// The supergraph.
         graph: &'static str,
-    },
-    /// A triangulation is requested from a run that stops before it.
-    #[error("a run that stops after the phase `{until}` has counts and no triangulation: use `count`")]
-    Stops {
-        /// The last phase.
-        until: &'static str,
     },
     /// The bottom-up correction is requested from a run that does not count.
     #[error("--neighbours naive needs `simulate`: use `simulate`, or leave out --neighbours")]

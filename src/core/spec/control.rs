@@ -4,9 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use septet_protocol::ids::Phase;
 use septet_workers::config::Fault;
-use serde::{Deserialize, Serialize};
 
 /// The optional contents of a result, besides cells and counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -74,32 +72,4 @@ pub struct Planted {
     pub fault: Option<Fault>,
     /// Rounds of splaying before unresolved regions are gathered; `6 log2 n` if none.
     pub exchange_cap: Option<u32>,
-}
-
-/// A phase after which a run may stop, for its counts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Until {
-    /// The partition tree.
-    Partition,
-    /// The nearest-neighbour balls.
-    Neighbours,
-    /// The supergraph.
-    Graph,
-}
-
-impl Until {
-    /// Returns the name on the command line.
-    pub fn name(self) -> &'static str {
-        self.phase().name()
-    }
-
-    /// Returns the last phase.
-    pub(crate) fn phase(self) -> Phase {
-        match self {
-            Until::Partition => Phase::Partition,
-            Until::Neighbours => Phase::Neighbours,
-            Until::Graph => Phase::Graph,
-        }
-    }
 }

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use septet_workers::config::Neighbours;
 
-use crate::config::ConfigError;
+use crate::spec::SpecError;
 
 /// The kinds of supergraphs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -81,9 +81,9 @@ impl Graph {
     /// Returns the graph of a kind with the parameter that applies to it.
     ///
     /// # Errors
-    /// Returns [`ConfigError::Unused`] if the parameter of another kind is given.
-    pub fn new(kind: GraphKind, alpha: Alpha, k: Neighbours) -> Result<Self, ConfigError> {
-        let unused = |parameter| ConfigError::Unused { graph: kind.name(), parameter };
+    /// Returns [`SpecError::Unused`] if the parameter of another kind is given.
+    pub fn new(kind: GraphKind, alpha: Alpha, k: Neighbours) -> Result<Self, SpecError> {
+        let unused = |parameter| SpecError::Unused { graph: kind.name(), parameter };
         match (kind, alpha, k) {
             (GraphKind::Knn, Alpha::Value(_), _) => Err(unused("alpha")),
             (GraphKind::Knn, Alpha::Auto, k) => Ok(Graph::Knn { k }),
