@@ -17,7 +17,7 @@
 //! spec.machine.workers = septet::spec::Workers::Leaves;
 //! let counted = septet::simulate(&cube, &spec)?;
 //! assert_eq!(counted.cells(), run.cells());
-//! assert!(counted.ledger.paper.depth > 0 && counted.ledger.paper.depth < counted.ledger.paper.work);
+//! assert!(counted.ledger.totals.paper.depth > 0 && counted.ledger.totals.paper.depth < counted.ledger.totals.paper.work);
 //! # Ok::<(), septet::Error>(())
 //! ```
 //!
@@ -242,7 +242,7 @@ pub mod experiment {
 /// let mut text = Vec::new();
 /// write_cost_trace(&mut text, header, run.costs.as_ref().expect("kept"))?;
 /// let accounts = fold(text.as_slice())?;
-/// assert_eq!(accounts.paper.depth, run.ledger.paper.depth);
+/// assert_eq!(accounts.paper.depth, run.ledger.totals.paper.depth);
 /// assert!(accounts.differences(&ledger_counts(&run.ledger)).is_empty());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -160,7 +160,7 @@ fn print(run: &Run) {
         print!("{} {seconds:.2}  ", phase.name());
     }
     println!();
-    println!("paper {:?} repair {:?}", run.ledger.paper, run.ledger.repair);
+    println!("paper {:?} repair {:?}", run.ledger.totals.paper, run.ledger.totals.repair);
     let leaves = run.ledger.part.nodes.values().filter(|f| f.is_leaf()).count();
     let level = run.ledger.part.nodes.keys().map(|n| n.level()).max().unwrap_or(0);
     let members: u64 = run.ledger.part.nodes.values().map(|f| f.members).sum();

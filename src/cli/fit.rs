@@ -124,7 +124,7 @@ fn counts(lines: &[Line]) -> String {
     format!(
         "{runs}. Choose a count with -y:\n  of a run:    levels, leaves, attempts, edges, max-degree, replication, \
          exchange-rounds\n  of a phase:  depth, depth-log-scan, work, rounds, messages, bytes, seconds, level-depth; add \
-         --phase NAME\n  phases:      paper, repair, {}\n",
+         --phase NAME\n  phases:      paper, repair, selection, {}\n",
         phases.join(", ")
     )
 }

@@ -79,7 +79,9 @@ fn table(accounts: &Accounts) -> String {
     for row in &accounts.phases {
         text = format!("{text}{:<16} {:>16} {:>10}\n", row.phase, row.work, row.depth);
     }
-    for (name, total) in [("paper", &accounts.paper), ("repair", &accounts.repair)] {
+    for (name, total) in
+        [("paper", &accounts.paper), ("repair", &accounts.repair), ("selection", &accounts.selection)]
+    {
         text = format!("{text}{name:<16} {:>16} {:>10} {:>10}\n", total.work, total.depth, total.brent);
     }
     text

@@ -10,6 +10,7 @@ use septet_core::spec::DEFAULT_SEED;
 use septet_core::{Spec, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_lab::baselines::{BaselineReport, incremental};
+use septet_protocol::ledger::Total;
 
 use super::errors::{Code, Failure};
 use super::files;
@@ -130,7 +131,7 @@ fn compare<P: Point>(
 fn table(report: &BaselineReport) -> String {
     let mut out = String::new();
     let rival = &report.incremental;
-    let totals = report.septet.as_ref().map(|s| [&s.paper, &s.repair]);
+    let totals = report.septet.as_ref().map(|s| [&s.totals.paper, &s.totals.repair]);
     let head = ["", "incremental", "septet", "its repair"];
     let columns = if totals.is_some() { 4 } else { 2 };
     let mut row = |cells: &[String]| {
@@ -141,7 +142,7 @@ fn table(report: &BaselineReport) -> String {
         let _ = writeln!(out, "{}", line.trim_end());
     };
     row(&head.map(str::to_owned));
-    let mut count = |name: &str, own: u64, of: Option<fn(&septet_lab::baselines::SeptetTotal) -> u64>| {
+    let mut count = |name: &str, own: u64, of: Option<fn(&Total) -> u64>| {
         let mut cells = vec![name.to_owned(), own.to_string()];
         if let (Some(totals), Some(of)) = (totals, of) {
             cells.extend(totals.map(|t| of(t).to_string()));

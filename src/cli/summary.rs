@@ -93,7 +93,7 @@ fn machine(report: &RunReport) -> Vec<String> {
             bytes(machine.bytes)
         ),
     ));
-    if let (Some(work), Some(depth)) = (machine.paper.work, machine.paper.depth) {
+    if let (Some(work), Some(depth)) = (machine.totals.paper.work, machine.totals.paper.depth) {
         lines.push(row("counts", format!("work {}, depth {}", grouped(work), grouped(depth))));
     }
     lines

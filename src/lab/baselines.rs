@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use septet_geometry::dependence::{Clock, Dependence, Round};
 use septet_geometry::point::Point;
+use septet_protocol::ledger::Totals;
 use serde::Serialize;
 
 use septet_core::error::Error;
@@ -147,29 +148,15 @@ pub struct BaselineRound {
 /// The counts of septet on the same points.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct SeptetReport {
-    /// The paper's phases.
-    pub paper: SeptetTotal,
-    /// The phases of agreement and repair.
-    pub repair: SeptetTotal,
+    /// The totals of the groups of phases.
+    #[serde(flatten)]
+    pub totals: Totals,
     /// Number of levels of the partition tree below the root.
     pub levels: u32,
     /// Number of rounds of splaying.
     pub exchange_rounds: u64,
     /// Number of points gathered because splaying was stopped early.
     pub gathered: u64,
-}
-
-/// Totals of a group of phases.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct SeptetTotal {
-    /// Number of operations.
-    pub work: u64,
-    /// Longest chain of vector steps, with each scan counted as 1.
-    pub depth: u64,
-    /// `depth` with a scan of m items counted as `ceil(log2 m)`.
-    pub depth_log_scan: u64,
-    /// Brent's bound on the steps with as many processors as points.
-    pub brent: u64,
 }
 
 impl BaselineReport {
@@ -213,15 +200,8 @@ impl BaselineReport {
 
 impl SeptetReport {
     fn of(run: &Run) -> Self {
-        let total = |t: &septet_protocol::ledger::Total| SeptetTotal {
-            work: t.work,
-            depth: t.depth,
-            depth_log_scan: t.depth_log_scan,
-            brent: t.brent,
-        };
         SeptetReport {
-            paper: total(&run.ledger.paper),
-            repair: total(&run.ledger.repair),
+            totals: run.ledger.totals,
             levels: run.ledger.part.nodes.keys().map(|node| node.level()).max().unwrap_or(0),
             exchange_rounds: run.exchange_rounds,
             gathered: run.fallback.as_ref().map_or(0, |f| f.1),

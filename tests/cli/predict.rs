@@ -28,6 +28,9 @@ fn predictions_have_the_counts_of_runs() {
     assert!(busiest(16) < busiest(4) && busiest(4) < busiest(1) && busiest(1) <= work);
     assert!(busiest(8) >= work / 9);
 
+    // Brent's bound for one processor is `work + depth`, over all phases.
+    assert!(of(1)["brent"].as_u64().unwrap() > work, "{} {work}", of(1)["brent"]);
+
     place
         .good(&format!("predict {set},d=2 --workers 3 --calibrate --json p.json").replace(" --leaf 100", ""));
     assert!(place.json("p.json")["hardware"]["phase_rates"]["hulls"].as_f64().unwrap() > 0.0);

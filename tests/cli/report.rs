@@ -23,9 +23,9 @@ const KEYS: [(&str, &str); 17] = [
     ("/points", "input used duplicate refused"),
     ("/repair", "rounds stars"),
     ("/how_proved", "direct hypothesis local_radius exchange"),
-    ("/machine", "workers rounds messages bytes paper repair"),
+    ("/machine", "workers rounds messages bytes paper repair selection"),
     ("/machine/paper", "work depth depth_log_scan brent"),
-    ("/phases/0", "name paper rounds work depth critical_depth messages bytes seconds"),
+    ("/phases/0", "name paper group rounds work depth critical_depth messages bytes seconds"),
     ("/rounds/0", "round phase active merged points largest_load messages bytes largest retries separators"),
     ("/traffic", "bins grouped rows"),
     ("/traffic/rows/0", "phase from to messages bytes"),
@@ -87,6 +87,9 @@ fn the_report_is_whole_and_adds_up() {
     assert_eq!(report["schema"], "septet-run/2");
     assert_eq!(machine["paper"]["depth"], sum("critical_path", "depth"));
     assert_eq!(machine["paper"]["depth"], sum("phases", "critical_depth"));
+    let totals = ["paper", "repair", "selection"].map(|group| machine[group]["work"].as_u64().unwrap());
+    assert_eq!(totals.iter().sum::<u64>(), sum("phases", "work"), "every operation is in one total");
+    assert!(totals[2] > 0, "the choice of the supergraph counts its work");
     assert_eq!(machine["bytes"], sum("phases", "bytes"));
     assert_eq!(machine["bytes"], sum("rounds", "bytes"));
     assert_eq!(machine["messages"], sum("rounds", "messages"));
@@ -194,4 +197,25 @@ fn pictures_are_asked_for() {
     assert_eq!(view("triangulate sample:uniform:500 --json -"), Value::Null);
     assert_eq!(view("simulate sample:uniform:500 --view 0 --json -"), Value::Null);
     assert_eq!(view("triangulate sample:uniform:500,d=2 --view 20000 --json -")["points"], 500);
+}
+
+#[test]
+fn the_page_shows_the_group_of_each_phase() {
+    let place = Place::new();
+    place.good("simulate sample:uniform:4000 --workers 8 --json r.json");
+    place.good("report r.json -o page.html --svg figures");
+    let figures = std::fs::read_dir(place.path("figures")).unwrap().map(|entry| entry.unwrap().path());
+    let mut figures = figures.filter(|path| path.to_string_lossy().ends_with("phases-work.svg"));
+    let work = figures.next().unwrap();
+    let svg = std::fs::read_to_string(work).unwrap();
+    let class = |phase: &str| {
+        let before = svg.split_once(&format!(">{phase}<")).unwrap().0;
+        before.rsplit_once("<rect class=\"").unwrap().1.split_once('"').unwrap().0.to_owned()
+    };
+    assert_eq!(class("partition"), "bar c0");
+    assert_eq!(class("check"), "hatched");
+    assert_eq!(class("choice"), "bar c1");
+    for name in ["the paper", "agreement and repair", "choice of the supergraph"] {
+        assert!(svg.contains(&format!(">{name}<")), "the legend lacks {name}");
+    }
 }

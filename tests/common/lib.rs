@@ -74,8 +74,7 @@ pub fn assert_same_counts(a: &Ledger, b: &Ledger, what: &str) {
     }
     assert_eq!(a.part.nodes.len(), b.part.nodes.len(), "{what}: nodes");
     assert_eq!(a.part.edge_hash, b.part.edge_hash, "{what}: graph");
-    assert_eq!(a.paper, b.paper, "{what}: the paper's phases");
-    assert_eq!(a.repair, b.repair, "{what}: repair");
+    assert_eq!(a.totals, b.totals, "{what}: totals");
     assert_eq!(a.critical_path, b.critical_path, "{what}: critical path");
 }
 

@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     spec.recursion.spacing = sample.spacing.map(|spacing| spacing.lipschitz);
     let run = septet::simulate(points, &spec)?;
 
-    let paper = run.ledger.paper;
+    let paper = run.ledger.totals.paper;
     println!("work {}, depth {}, {} workers", paper.work, paper.depth, run.settled.workers);
     for phase in &run.ledger.phases {
         println!("{:>16} {:>10} operations", phase.phase.name(), phase.work);

@@ -268,13 +268,18 @@ fn ledger(ledger: &Ledger, phases: &[(Phase, f64)]) -> Vec<Row> {
         rows.push(Row::new("total", p.phase.name(), sums));
     }
     let total = |t: &Total| [t.work, t.depth, t.depth_log_scan, t.brent];
-    rows.push(Row::new("group", "paper", total(&ledger.paper)));
-    rows.push(Row::new("group", "repair", total(&ledger.repair)));
+    for (group, sums) in ledger.totals.each() {
+        let of_phases: u64 = ledger.phases.iter().filter(|p| p.phase.group() == group).map(|p| p.work).sum();
+        assert_eq!(of_phases, sums.work, "the phases of {} add up to its total", group.name());
+        rows.push(Row::new("group", group.name(), total(sums)));
+    }
+    let of_phases: u64 = ledger.phases.iter().map(|p| p.work).sum();
+    assert_eq!(of_phases, ledger.totals.sum().work, "every phase with work belongs to a total");
     for step in &ledger.critical_path {
         rows.push(Row::new("path", step.phase.name(), [step.node.0, step.depth]));
     }
     for (&RoundKey { round, phase }, t) in &part.rounds {
-        let moved = [t.messages, t.bytes, t.largest, t.points];
+        let moved = [t.messages, t.bytes, t.largest, t.points, t.largest_load];
         let done = [t.active, t.merged, t.separators, t.retries];
         let numbers = [u64::from(round)].into_iter().chain(moved).chain(done);
         rows.push(Row::new("round", phase.name(), numbers));

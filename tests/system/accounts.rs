@@ -127,7 +127,7 @@ fn accounts_agree_on_repair_and_gathering() {
     let points = space(Kind::Uniform, 900, 8);
     let small = |c: &mut Spec| c.recursion.graph = Graph::Knn { k: Neighbours::Count(3) };
     let run = on_machines(&points, "repair", small);
-    assert!(run.exchange_rounds > 1 && run.ledger.repair.depth > 0, "{}", run.exchange_rounds);
+    assert!(run.exchange_rounds > 1 && run.ledger.totals.repair.depth > 0, "{}", run.exchange_rounds);
     for cap in [0, 2] {
         let gathered = on_machines(&points, "gathering", |c| {
             small(c);

@@ -6,7 +6,7 @@ use septet_core::spec::{Correction, FAULTS, Fault};
 use septet_lab::claims::{
     CheckedClaim, Claim, ClaimReport, Extent, Lab, LabOptions, Reading, registry, select,
 };
-use septet_protocol::ids::Phase;
+use septet_protocol::ids::{Group, Phase};
 
 /// A fault, the claims that must fail on a machine with this fault, and the extent of their experiments.
 struct Pair {
@@ -41,27 +41,18 @@ static PAIRS: [Pair; 13] = [
 /// The pairs of [`a_clock_for_each_worker_makes_subproblems_wait`].
 static OF_CLOCKS: [&str; 3] = ["free-of-workers", "level-depth", "brent"];
 
-/// The claims that must fail for a fault of each form of charges, for every phase in [`BOUNDED`] or every phase of the paper.
+/// The claims that must fail for a fault of each form of charges, for every phase of [`bounded`] or every phase of the paper.
 static OF_CHARGES: [(&str, &[&str]); 3] = [
     ("slow", &["accounts"]),
     ("work", &["accounts", "lower-bounds"]),
     ("free", &["accounts", "lower-bounds"]),
 ];
 
-/// The phases of the paper with a natural size. The results do not need the probes.
-const BOUNDED: [&str; 11] = [
-    "partition",
-    "radii",
-    "neighbours",
-    "summaries",
-    "knn-radii",
-    "knn",
-    "separator-sets",
-    "graph",
-    "independent",
-    "hulls",
-    "merge",
-];
+/// Returns the phases of the paper with a natural size. The results do not need the probes.
+fn bounded() -> impl Iterator<Item = &'static str> {
+    let all = Group::Paper.phases().filter(|phase| !matches!(phase, Phase::Probe | Phase::KnnProbe));
+    all.map(Phase::name)
+}
 
 fn brief(fault: Option<Fault>) -> LabOptions {
     LabOptions { extent: Extent::Brief, fault, ..LabOptions::default() }
@@ -137,7 +128,7 @@ fn every_fault_of_a_pair_is_caught() {
 /// Every fault of the charges of a phase of the paper makes the two accounts differ.
 #[test]
 fn faults_of_charges_are_caught_by_the_second_account() {
-    for phase in Phase::ALL.into_iter().filter(|phase| phase.is_paper()).map(Phase::name) {
+    for phase in Group::Paper.phases().map(Phase::name) {
         for fault in [
             format!("free:{phase}"),
             format!("work:{phase}:2"),
@@ -153,7 +144,7 @@ fn faults_of_charges_are_caught_by_the_second_account() {
 /// The unit tests of the laboratory show that half of the work of every other phase is below its bound, too.
 #[test]
 fn free_and_halved_phases_cost_less_than_the_bounds_from_outside() {
-    for phase in BOUNDED {
+    for phase in bounded() {
         fails(&format!("free:{phase}"), &["lower-bounds"], Extent::Brief);
     }
     for phase in ["partition", "separator-sets", "independent", "merge"] {

@@ -36,7 +36,7 @@ fn same_cells<P: Point>(points: &[P]) {
             let run = simulate(points, &spec(given).with(|c| c.machine.workers = Workers::Count(workers)));
             let (part, of_first) = (run.unwrap().ledger, &first.ledger);
             assert_eq!(part.part.nodes, of_first.part.nodes, "{workers} workers");
-            assert_eq!((part.paper, part.repair), (of_first.paper, of_first.repair), "{workers} workers");
+            assert_eq!(part.totals, of_first.totals, "{workers} workers");
         }
     }
 }
@@ -75,8 +75,11 @@ fn constants_for_counting_take_fewer_steps() {
                     (Some(0.0), partition, purpose);
             };
             let ledger = simulate(&points, &spec(of)).unwrap().ledger;
-            println!("{partition:?} {purpose:?}: {:?} {:?}", ledger.paper, ledger.repair);
-            (ledger.paper.work + ledger.repair.work, ledger.paper.brent + ledger.repair.brent)
+            println!("{partition:?} {purpose:?}: {:?} {:?}", ledger.totals.paper, ledger.totals.repair);
+            (
+                ledger.totals.paper.work + ledger.totals.repair.work,
+                ledger.totals.paper.brent + ledger.totals.repair.brent,
+            )
         };
         let (counting, timing) = (steps(Purpose::Counting), steps(Purpose::Timing));
         assert!(2 * counting.0 < timing.0 && 3 * counting.1 < 2 * timing.1, "{counting:?} {timing:?}");

@@ -79,7 +79,7 @@ fn a_run_that_stops_counts_what_the_whole_run_counts() {
         let counts = count(&points, Some(until), &whole).unwrap();
         let all = of_run(&run);
         let part = septet_lab::experiment::of_counts(&counts);
-        assert_eq!((part.end, part.graph, part.repair), (None, None, None));
+        assert_eq!((part.end, part.graph, part.totals.repair), (None, None, None));
         let mut seen = Vec::new();
         for phase in part.phases.iter().filter(|p| p.paper) {
             let same = all.phase(&phase.name).unwrap();
@@ -90,7 +90,7 @@ fn a_run_that_stops_counts_what_the_whole_run_counts() {
         assert_eq!((part.tree.levels, part.tree.leaves), (all.tree.levels, all.tree.leaves));
     }
     let all = of_run(&run);
-    assert_eq!(all.paper.unwrap().depth, run.ledger.paper.depth);
+    assert_eq!(all.totals.paper.unwrap().depth, run.ledger.totals.paper.depth);
     assert_eq!(all.end.unwrap().cells, run.cell_count() as u64);
     let flat: Vec<_> = (0..50).map(|i| glam::DVec2::new(f64::from(i), 0.0)).collect();
     assert_eq!(

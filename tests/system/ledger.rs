@@ -8,7 +8,7 @@ use septet_core::spec::Workers;
 use septet_core::{Run, Spec, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_lab::assert_counts;
-use septet_protocol::ids::{COORDINATOR, Phase};
+use septet_protocol::ids::{COORDINATOR, Group, Phase};
 use septet_protocol::ledger::LinkKey;
 
 const LEAF: u64 = 40;
@@ -61,7 +61,7 @@ fn other_inputs_have_other_counts() {
     let spec = threaded(Workers::Count(3), 2, LEAF);
     let count = |seed: u64, spec: &Spec| {
         let ledger = counted(&space(Kind::Uniform, 3000, seed), spec).ledger;
-        (ledger.paper, ledger.part.edge_hash, ledger.part.nodes)
+        (ledger.totals.paper, ledger.part.edge_hash, ledger.part.nodes)
     };
     let reference = count(1, &spec);
     assert_ne!(reference.0, count(2, &spec).0, "another set");
@@ -78,19 +78,30 @@ fn depth_adds_up<P: Point>(points: &[P]) {
     for choice in combinations(false) {
         let ledger = counted(points, &with_graph(&threaded(Workers::Count(2), 2, LEAF), choice)).ledger;
         let path: u64 = ledger.critical_path.iter().map(|step| step.depth).sum();
-        assert_eq!(path, ledger.paper.depth, "{choice:?}");
+        assert_eq!(path, ledger.totals.paper.depth, "{choice:?}");
         let phases: u64 = ledger.phases.iter().map(|p| p.critical_depth).sum();
-        assert_eq!(phases, ledger.paper.depth, "{choice:?}: by phases");
+        assert_eq!(phases, ledger.totals.paper.depth, "{choice:?}: by phases");
         for phase in &ledger.phases {
             let on_path = ledger.critical_path.iter().filter(|step| step.phase == phase.phase);
             assert_eq!(phase.critical_depth, on_path.map(|step| step.depth).sum::<u64>(), "{phase:?}");
-            assert!(phase.critical_depth == 0 || phase.phase.is_paper(), "{phase:?} on the paper's path");
+            assert!(
+                phase.critical_depth == 0 || phase.phase.group() == Group::Paper,
+                "{phase:?} on the paper's path"
+            );
             assert!(phase.depth <= phase.depth_log_scan && phase.critical_depth <= phase.depth, "{phase:?}");
         }
-        let paper = ledger.phases.iter().filter(|p| p.phase.is_paper());
-        assert_eq!(paper.map(|p| p.work).sum::<u64>(), ledger.paper.work, "{choice:?}");
-        assert!(ledger.paper.brent >= ledger.paper.depth, "{choice:?}: {:?}", ledger.paper);
-        assert!(ledger.paper.brent <= ledger.paper.work, "{choice:?}: {:?}", ledger.paper);
+        let paper = ledger.phases.iter().filter(|p| p.phase.group() == Group::Paper);
+        assert_eq!(paper.map(|p| p.work).sum::<u64>(), ledger.totals.paper.work, "{choice:?}");
+        assert!(
+            ledger.totals.paper.brent >= ledger.totals.paper.depth,
+            "{choice:?}: {:?}",
+            ledger.totals.paper
+        );
+        assert!(
+            ledger.totals.paper.brent <= ledger.totals.paper.work,
+            "{choice:?}: {:?}",
+            ledger.totals.paper
+        );
     }
 }
 

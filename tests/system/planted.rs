@@ -11,7 +11,7 @@ use septet_core::spec::{Alpha, FAULTS, Fault, GraphKind, Neighbours, SeparatorSe
 use septet_core::{Run, Spec, independent, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_geometry::separator::Ablation;
-use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::ids::{Group, NodeId, Phase};
 use septet_protocol::ledger::{Account, Charge, Ledger, NodeKind, Role};
 
 const LEAF: u64 = 60;
@@ -77,7 +77,7 @@ fn flooded<P: Point>(points: &[P]) {
             let what = format!("{choice:?}, {workers} workers");
             let plain = run(points, workers, choice, None);
             assert!(flooded.graph == plain.graph, "{what}: another graph");
-            assert!(flooded.ledger.paper.work > plain.ledger.paper.work, "{what}");
+            assert!(flooded.ledger.totals.paper.work > plain.ledger.totals.paper.work, "{what}");
             assert!(workers == 1 || bytes(&flooded.ledger) > bytes(&plain.ledger), "{what}: no more bytes");
             let leaves = leaves(&flooded.ledger);
             assert!(leaves > 8, "{what}: {leaves} leaves");
@@ -184,7 +184,7 @@ fn is_sum(account: Account) -> bool {
 fn charged(what: &str, run: impl Fn(u32, Option<&str>) -> Ledger) -> BTreeSet<Phase> {
     let right = run(1, None);
     let phases: BTreeSet<Phase> = right.part.charges.keys().map(|account| account.phase).collect();
-    let phases: BTreeSet<Phase> = phases.into_iter().filter(|phase| phase.is_paper()).collect();
+    let phases: BTreeSet<Phase> = phases.into_iter().filter(|phase| phase.group() == Group::Paper).collect();
     let all = right.part.nodes[&NodeId::ROOT].population;
     for &phase in &phases {
         for fault in OF_PHASES {
@@ -223,7 +223,7 @@ fn charges_of_every_phase_can_be_wrong() {
             .unwrap_or_else(|e| panic!("{fault:?}: {e}"))
             .ledger
     }));
-    let paper: BTreeSet<Phase> = Phase::ALL.into_iter().filter(|phase| phase.is_paper()).collect();
+    let paper: BTreeSet<Phase> = Group::Paper.phases().collect();
     assert_eq!(phases, paper);
 }
 

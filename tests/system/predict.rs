@@ -118,9 +118,9 @@ fn prices_are_those_of_the_slowest_ranks() {
     ] {
         assert!((price / expected - 1.0).abs() < 1e-9, "{price} {expected}");
     }
-    let all: u64 =
-        run.ledger.phases.iter().filter(|p| p.phase.is_paper() || p.phase.is_repair()).map(|p| p.work).sum();
-    assert_eq!(predicted.brent, all / 16 + run.ledger.paper.depth + run.ledger.repair.depth);
+    let all: u64 = run.ledger.phases.iter().map(|p| p.work).sum();
+    let totals = &run.ledger.totals;
+    assert_eq!(predicted.brent, all / 16 + totals.paper.depth + totals.repair.depth + totals.selection.depth);
 }
 
 /// Each rank of a balanced machine does its share of the work.

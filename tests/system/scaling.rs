@@ -75,7 +75,7 @@ fn grow<P: Point>(kind: Kind, make: fn(Kind, u64, u64) -> Vec<P>, leaf: u64) {
         rounds_are_logarithmic(&run, &what);
         separators_are_small(&run, &what);
         depth_is_flat(&run, &what);
-        let (total, log) = (run.ledger.paper, (run.points.used as f64).log2());
+        let (total, log) = (run.ledger.totals.paper, (run.points.used as f64).log2());
         println!("{what}: depth {} = {:.0} log2 n", total.depth, total.depth as f64 / log);
         lines.extend(run.lines());
     }

@@ -8,3 +8,4 @@ mod prose;
 mod rules;
 mod source;
 mod syntax;
+mod tables;

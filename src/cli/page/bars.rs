@@ -1,6 +1,9 @@
 //! Bar charts of the proofs of the stars and of the cost of each phase.
 
-use serde_json::json;
+use std::collections::BTreeSet;
+
+use septet_protocol::ids::{Group, Phase};
+use serde_json::{Value, json};
 
 use super::axes::{Axis, grouped, si};
 use super::data::{RunData, number, text};
@@ -61,47 +64,81 @@ const MEASURES: [(&str, &str, &str); 6] = [
 /// Draws the cost of each phase, with a chart per measure.
 pub(super) fn phases(run: &RunData) -> Option<PageFigure> {
     let variants: Vec<Variant> = MEASURES.iter().filter_map(|m| phase_bars(run, m)).collect();
-    let caption =
-        "Steps, operations, messages and bytes are counts of the modelled machine; seconds are measured. \
-                   Phases of the paper are filled, phases of agreement and repair are hatched."
-            .to_owned();
+    let caption = "Steps, operations, messages and bytes are counts of the modelled machine; seconds are measured. The \
+                   pattern of a bar shows the group of its phase."
+        .to_owned();
     (!variants.is_empty()).then_some(PageFigure { id: "phases", title: "Cost by phase", caption, variants })
 }
 
 fn phase_bars(run: &RunData, (key, name, unit): &(&str, &str, &str)) -> Option<Variant> {
     let all = run.rows("/phases").iter().filter(|p| p[key].as_f64().is_some());
-    let rows: Vec<(&str, bool, f64)> =
-        all.map(|p| (text(&p["name"]), p["paper"] == true, number(&p[key]))).filter(|r| r.2 > 0.0).collect();
+    let drawn = all.map(|p| Bar { name: text(&p["name"]), group: group(p), value: number(&p[key]) });
+    let rows: Vec<Bar<'_>> = drawn.filter(|bar| bar.value > 0.0).collect();
     if rows.is_empty() {
         return None;
     }
     let label = format!("{name} [{unit}]");
-    let mut table = DataTable::new(&["phase", "paper", &label]);
-    table.rows =
-        rows.iter().map(|&(phase, paper, value)| vec![json!(phase), json!(paper), json!(value)]).collect();
+    let mut table = DataTable::new(&["phase", "group", &label]);
+    table.rows = rows
+        .iter()
+        .map(|bar| vec![json!(bar.name), json!(bar.group.map(Group::name)), json!(bar.value)])
+        .collect();
     Some(Variant { name: (*name).to_owned(), body: bars(&rows, &label), table })
 }
 
-/// Draws horizontal bars. Each row is a name, whether the bar is filled (otherwise hatched), and a value.
-pub(super) fn bars(rows: &[(&str, bool, f64)], label: &str) -> Drawing {
+/// Returns the group of a phase in a report. Reports of earlier versions and lines of sweeps state only its name.
+fn group(phase: &Value) -> Option<Group> {
+    let stated = serde_json::from_value(phase["group"].clone()).ok();
+    stated.or_else(|| Phase::from_name(text(&phase["name"])).map(Phase::group))
+}
+
+/// A bar of a chart.
+#[derive(Clone, Copy)]
+pub(super) struct Bar<'a> {
+    pub(super) name: &'a str,
+    /// The group of the phase, if the bar belongs to one.
+    pub(super) group: Option<Group>,
+    pub(super) value: f64,
+}
+
+/// Returns the class of the bars of a group, and the name of the group in the legend.
+fn legend(group: Group) -> (&'static str, &'static str) {
+    match group {
+        Group::Paper => ("bar c0", "the paper"),
+        Group::Repair => ("hatched", "agreement and repair"),
+        Group::Selection => ("bar c1", "choice of the supergraph"),
+        Group::Direct => ("bar c3", "direct triangulation"),
+        Group::Machine => ("bar c4", "the machine"),
+    }
+}
+
+/// Draws horizontal bars, with a legend of their groups.
+pub(super) fn bars(rows: &[Bar<'_>], label: &str) -> Drawing {
     let (left, right, step) = (130.0, 720.0, 22.0);
     let bottom = 12.0 + step * rows.len() as f64;
-    let axis = Axis::around(label, false, rows.iter().map(|r| r.2), (left, right));
-    let mut out = Drawing::new(820.0, bottom + 54.0);
+    let axis = Axis::around(label, false, rows.iter().map(|r| r.value), (left, right));
+    let groups: BTreeSet<Group> = rows.iter().filter_map(|row| row.group).collect();
+    let mut out = Drawing::new(820.0, bottom + if groups.is_empty() { 54.0 } else { 78.0 });
     out.raw(HATCH);
     for tick in axis.ticks() {
         out.line("grid", (axis.at(tick), 8.0), (axis.at(tick), bottom));
         out.text("tick", (axis.at(tick), bottom + 17.0), "middle", &si(tick));
     }
-    for (i, &(name, filled, value)) in rows.iter().enumerate() {
+    for (i, &Bar { name, group, value }) in rows.iter().enumerate() {
         let y = 12.0 + step * i as f64;
-        let class = if filled { "bar c0" } else { "hatched" };
+        let class = group.map_or("bar c0", |group| legend(group).0);
         out.rect(class, (left, y), (axis.at(value) - left, step - 6.0));
         out.text("legend", (left - 8.0, y + 12.5), "end", name);
         out.text("note number", (axis.at(value) + 7.0, y + 12.5), "start", &si(value));
     }
     out.line("axis", (left, 8.0), (left, bottom));
     out.text("label", (f64::midpoint(left, right), bottom + 40.0), "middle", label);
+    let mut x = left;
+    for (class, name) in groups.into_iter().map(legend) {
+        out.rect(class, (x, bottom + 54.0), (14.0, 14.0));
+        out.text("legend", (x + 20.0, bottom + 65.5), "start", name);
+        x += 44.0 + 6.6 * name.len() as f64;
+    }
     out
 }
 

@@ -30,14 +30,18 @@ const PAPER: [&str; 13] = [
 /// The phases in the total of repair.
 const REPAIR: [&str; 4] = ["check", "repair", "certificate", "fallback"];
 
+/// The phases in the total of selection.
+const SELECTION: [&str; 1] = ["choice"];
+
 /// The other phases of a run.
-const OTHERS: [&str; 7] = ["load", "halo", "pieces", "seam", "choice", "collect", "done"];
+const OTHERS: [&str; 6] = ["load", "halo", "pieces", "seam", "collect", "done"];
 
 /// The group of a phase: the total to which it belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Group {
     Paper,
     Repair,
+    Selection,
     Neither,
 }
 
@@ -48,6 +52,8 @@ impl Group {
             Some(Group::Paper)
         } else if REPAIR.contains(&phase) {
             Some(Group::Repair)
+        } else if SELECTION.contains(&phase) {
+            Some(Group::Selection)
         } else {
             OTHERS.contains(&phase).then_some(Group::Neither)
         }
@@ -85,7 +91,7 @@ impl Ends {
 #[derive(Debug, Default)]
 pub(super) struct Clocks {
     phases: Vec<PhaseAccount>,
-    totals: [TotalAccount; 2],
+    totals: [TotalAccount; 3],
     /// For each step of Brent's bound, the index of its total, and the work and depth of the step.
     steps: BTreeMap<BrentStep, (usize, Price)>,
     ends: Vec<Ends>,
@@ -151,6 +157,7 @@ impl Clocks {
         let number = match ends.group.0 {
             Group::Paper => 0,
             Group::Repair => 1,
+            Group::Selection => 2,
             Group::Neither => return Some(()),
         };
         let total = &mut self.totals[number];
@@ -181,9 +188,9 @@ impl Clocks {
             // A sum over steps belongs to no single row. The error names the last row.
             total.brent = sum.ok_or(AccountError::Overflow { row: found.saturating_sub(1) })?;
         }
-        let [paper, repair] = self.totals;
+        let [paper, repair, selection] = self.totals;
         let phases = self.phases.into_iter().filter(|phase| phase.work > 0 || phase.depth > 0).collect();
-        Ok(Accounts { points: header.points, seed: header.seed, phases, paper, repair })
+        Ok(Accounts { points: header.points, seed: header.seed, phases, paper, repair, selection })
     }
 }
 

@@ -74,6 +74,9 @@ pub struct ReportedTotals {
     pub paper: ReportedTotal,
     /// The phases of agreement and repair.
     pub repair: ReportedTotal,
+    /// The choice of the supergraph. `None` in reports of earlier versions.
+    #[serde(default)]
+    pub selection: Option<ReportedTotal>,
 }
 
 /// A total of a run. Its fields are `None` if the run does not count work and depth.
@@ -152,6 +155,8 @@ impl Accounts {
         }
         all.extend(of_total("paper", &self.paper, &reported.machine.paper));
         all.extend(of_total("repair", &self.repair, &reported.machine.repair));
+        let selection = reported.machine.selection.as_ref();
+        all.extend(selection.into_iter().flat_map(|total| of_total("selection", &self.selection, total)));
         all
     }
 }

@@ -1,5 +1,5 @@
 use septet_geometry::cost::Primitive;
-use septet_protocol::ids::Phase;
+use septet_protocol::ids::{Group, Phase};
 
 use super::*;
 
@@ -111,13 +111,13 @@ fn deep_nesting_is_refused() {
 #[test]
 fn all_phases_are_known() {
     for phase in Phase::ALL {
-        let group = match clock::Group::of(phase.name()) {
-            Some(clock::Group::Paper) => (true, false),
-            Some(clock::Group::Repair) => (false, true),
-            Some(clock::Group::Neither) => (false, false),
-            None => panic!("{phase:?}"),
+        let group = match phase.group() {
+            Group::Paper => clock::Group::Paper,
+            Group::Repair => clock::Group::Repair,
+            Group::Selection => clock::Group::Selection,
+            Group::Direct | Group::Machine => clock::Group::Neither,
         };
-        assert_eq!(group, (phase.is_paper(), phase.is_repair()), "{phase:?}");
+        assert_eq!(clock::Group::of(phase.name()), Some(group), "{phase:?}");
     }
     assert_eq!(clock::Group::of("lunch"), None);
 }

@@ -36,4 +36,6 @@ pub struct Accounts {
     pub paper: TotalAccount,
     /// The phases of agreement and repair.
     pub repair: TotalAccount,
+    /// The choice of the supergraph.
+    pub selection: TotalAccount,
 }

@@ -223,7 +223,7 @@ fn difference(a: &Line, b: &Line) -> Option<String> {
             return differs(format!("level {}", x.level), x, y);
         }
     }
-    for phase in a.phases.iter().filter(|p| p.paper || p.repair) {
+    for phase in a.phases.iter().filter(|p| p.counts_work()) {
         let own = (phase.work, phase.depth, phase.depth_log_scan);
         let other = b.phase(&phase.name).map_or((0, 0, 0), |p| (p.work, p.depth, p.depth_log_scan));
         if own != other {
@@ -231,7 +231,7 @@ fn difference(a: &Line, b: &Line) -> Option<String> {
             return differs(what, &own, &other);
         }
     }
-    let sums = |line: &Line| line.paper.map(|s| (s.work, s.depth, s.depth_log_scan, s.brent));
+    let sums = |line: &Line| line.totals.paper.map(|s| (s.work, s.depth, s.depth_log_scan, s.brent));
     if sums(a) != sums(b) {
         return differs("the paper's phases together".to_string(), &sums(a), &sums(b));
     }

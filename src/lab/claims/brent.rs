@@ -2,7 +2,7 @@
 //!
 //! **Statement.** Let a phase have work `W` and depth `D` at level l. By Brent's principle, n processors run all levels
 //! in `T_n = sum over phases and levels of ceil((W - D) / n) + D` steps. `T_n` of a run is
-//! `machine.paper.brent + machine.repair.brent` of its report. Theorem 4.4 states that `T_n` is `O(log n)`, and hence
+//! the sum of `machine.paper.brent`, `machine.repair.brent` and `machine.selection.brent` of its report. Theorem 4.4 states that `T_n` is `O(log n)`, and hence
 //! that the work is `O(n log n)`.
 
 use super::bounds::{PHASES, T_N};

@@ -44,10 +44,9 @@ impl Counted {
         (self.line.n as f64).log2()
     }
 
-    /// Returns Brent's bound with n processors: `T_n` of the paper's phases plus `T_n` of agreement and repair.
+    /// Returns Brent's bound with n processors: the sum of `T_n` over the groups of phases.
     pub(super) fn brent(&self) -> u64 {
-        let of = |spread: Option<crate::experiment::Spread>| spread.map_or(0, |total| total.brent);
-        of(self.line.paper) + of(self.line.repair)
+        self.line.totals.each().into_iter().filter_map(|(_, total)| *total).map(|total| total.brent).sum()
     }
 
     /// Returns a sum over all nodes, divided by the number of points.

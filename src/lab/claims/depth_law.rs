@@ -12,7 +12,6 @@
 //! **Probes.** A run probes only if a ball is large. The probes are therefore not part of these fits. `brent` and
 //! `level-depth` bound their depth.
 
-use crate::experiment::Spread;
 use crate::experiment::fit::{ClusterRow, Estimate, clustered};
 
 use super::claim::LEVEL;
@@ -28,7 +27,7 @@ const SHARE: f64 = 0.1;
 const SHARE_OF_HULLS: f64 = 0.2;
 
 /// The phases within leaves.
-const LOCAL: [&str; 5] = ["radii", "graph", "hulls", "check", "knn-radii"];
+pub(super) const LOCAL: [&str; 5] = ["radii", "graph", "hulls", "check", "knn-radii"];
 
 pub(super) const CLAIMS: &[Claim] = &[Claim {
     name: "depth-law",
@@ -70,11 +69,11 @@ fn of_phase(sweep: &Sweep, phase: &str, seed: u64) -> Figure {
     bend(sweep, phase, seed, |run| sweep.count(run, phase, |line| line.depth))
 }
 
-/// Returns the depth of the paper's phases and of repair, without the steps of the probe on the longest chain.
+/// Returns the depth of all groups of phases, without the steps of the probe on the longest chain.
 fn sum(run: &Counted) -> f64 {
-    let of = |spread: Option<Spread>| spread.map_or(0, |total| total.depth);
+    let depths = run.line.totals.each().into_iter().filter_map(|(_, total)| *total).map(|total| total.depth);
     let probe = run.line.phase("probe").map_or(0, |phase| phase.critical_depth);
-    (of(run.line.paper) + of(run.line.repair)).saturating_sub(probe) as f64
+    depths.sum::<u64>().saturating_sub(probe) as f64
 }
 
 /// Returns the figure of a phase. It has no value if the depth of a run is undefined.

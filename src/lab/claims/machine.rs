@@ -141,7 +141,7 @@ fn free_of_workers(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         }
         let differ = all[1..].iter().filter(|line| same_counts(&[&all[0], *line]).is_err()).count();
         let depths: Vec<String> =
-            all.iter().map(|line| line.paper.map_or(0, |paper| paper.depth).to_string()).collect();
+            all.iter().map(|line| line.totals.paper.map_or(0, |paper| paper.depth).to_string()).collect();
         let what = format!("runs that differ from one worker's; depths {}", depths.join(" "));
         figures.push(Figure::at_most(what, sample.name(), lab.seed(), differ as f64, 0.0));
     }

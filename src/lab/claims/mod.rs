@@ -44,6 +44,8 @@ mod sites;
 mod sizes;
 mod surfaces;
 mod sweeps;
+#[cfg(test)]
+mod tests;
 mod tree;
 
 pub use claim::{Claim, Reading, Role, Statistics};

@@ -40,6 +40,12 @@ const OF_LISTS: &[&str] = &["partition", "summaries", "knn-radii", "knn"];
 /// The phases of a run up to the neighbour balls.
 const OF_TREES: &[&str] = &["partition", "radii", "neighbours"];
 
+/// Returns the phases that some sweep must charge.
+#[cfg(test)]
+pub(super) fn all_phases() -> impl Iterator<Item = &'static str> {
+    [OF_RECURSIONS, OF_LISTS, OF_TREES].into_iter().flatten().copied()
+}
+
 impl Sweep {
     /// Returns the dimension of the points.
     pub(super) fn dimension(&self) -> usize {

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use septet_core::run::count::Ending;
 use septet_core::spec::Until;
+use septet_protocol::ids::{ByGroup, Group, Phase};
 
 /// Name and version of the schema of [`Line`]. The number changes if a field changes its meaning or disappears. New
 /// fields may appear under the same number.
@@ -62,10 +63,9 @@ pub struct Line {
     pub supergraph: Option<String>,
     /// The phases that occurred.
     pub phases: Vec<PhaseLine>,
-    /// Totals of the paper's phases. `None` if not counted.
-    pub paper: Option<Spread>,
-    /// Totals of the phases of agreement and repair. `None` if not counted, or if the run stopped early.
-    pub repair: Option<Spread>,
+    /// The totals of the groups of phases. `None` if not counted, and for repair if the run stopped early.
+    #[serde(flatten)]
+    pub totals: ByGroup<Option<Spread>>,
     /// The partition tree.
     pub tree: TreeLine,
     /// The levels of the tree, beginning with the root. Empty if not counted.
@@ -254,6 +254,18 @@ pub struct GraphLine {
     pub max_degree: u64,
     /// Number of points of all leaves, ghosts included, divided by the number of points.
     pub replication: f64,
+}
+
+impl PhaseLine {
+    /// Returns the group of the phase, or `None` if this version has no phase with this name.
+    pub fn group(&self) -> Option<Group> {
+        Phase::from_name(&self.name).map(Phase::group)
+    }
+
+    /// Returns `true` if the phase belongs to a group whose phases count work.
+    pub fn counts_work(&self) -> bool {
+        self.group().is_some_and(Group::counts_work)
+    }
 }
 
 impl Line {

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use septet_geometry::graph::Supergraph;
-use septet_protocol::ids::{NodeId, Phase};
-use septet_protocol::ledger::{Ledger, NodeFacts, NodeKind, PhaseTotal, RoundKey, RoundTally, Total};
+use septet_protocol::ids::{ByGroup, Group, NodeId, Phase};
+use septet_protocol::ledger::{Ledger, NodeFacts, NodeKind, PhaseTotal, RoundKey, RoundTally};
 
 use septet_core::run::count::{Ending, RunCounts};
 use septet_core::run::{Run, Settled};
@@ -73,8 +73,10 @@ fn line(source: &Source<'_>) -> Line {
         settings: RunOptions::default(),
         supergraph: settled.supergraph.filter(|_| whole).map(named),
         phases: phases(ledger, phase_seconds),
-        paper: counted.then(|| spread(ledger, ledger.paper, Phase::is_paper)),
-        repair: (counted && whole).then(|| spread(ledger, ledger.repair, Phase::is_repair)),
+        totals: ByGroup::of(|group| {
+            let known = counted && (whole || group != Group::Repair);
+            known.then(|| spread(ledger, group))
+        }),
         tree: tree(ledger, space, whole),
         levels: if counted { levels(ledger, whole) } else { Vec::new() },
         rounds: rounds(ledger),
@@ -97,8 +99,8 @@ fn phases(ledger: &Ledger, phase_seconds: &[(Phase, f64)]) -> Vec<PhaseLine> {
     let seconds = |phase| phase_seconds.iter().filter(|s| s.0 == phase).map(|s| s.1).sum();
     let row = |p: &PhaseTotal| PhaseLine {
         name: p.phase.name().to_string(),
-        paper: p.phase.is_paper(),
-        repair: p.phase.is_repair(),
+        paper: p.phase.group() == Group::Paper,
+        repair: p.phase.group() == Group::Repair,
         rounds: p.rounds,
         work: p.work,
         depth: p.depth,
@@ -111,7 +113,8 @@ fn phases(ledger: &Ledger, phase_seconds: &[(Phase, f64)]) -> Vec<PhaseLine> {
     ledger.phases.iter().map(row).collect()
 }
 
-fn spread(ledger: &Ledger, total: Total, belongs: fn(Phase) -> bool) -> Spread {
+fn spread(ledger: &Ledger, group: Group) -> Spread {
+    let total = ledger.totals.get(group).copied().unwrap_or_default();
     let mut spread = Spread {
         work: total.work,
         depth: total.depth,
@@ -119,7 +122,7 @@ fn spread(ledger: &Ledger, total: Total, belongs: fn(Phase) -> bool) -> Spread {
         brent: total.brent,
         ..Spread::default()
     };
-    for phase in ledger.phases.iter().filter(|p| belongs(p.phase)) {
+    for phase in ledger.phases.iter().filter(|p| p.phase.group() == group) {
         spread.rounds += phase.rounds;
         spread.messages += phase.messages;
         spread.bytes += phase.bytes;

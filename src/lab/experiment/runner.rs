@@ -12,6 +12,7 @@ use septet_core::model::Points;
 use septet_core::run::count::{Ending, count};
 use septet_core::run::triangulate;
 use septet_core::spec::{Spec, Until};
+use septet_protocol::ids::ByGroup;
 
 use super::line::{Line, Program, RunOptions, SCHEMA, TreeLine};
 use super::measure::{of_counts, of_run};
@@ -118,8 +119,7 @@ fn serial<P: Point>(points: &[P]) -> Result<Line, RunError> {
         settings: RunOptions::default(),
         supergraph: None,
         phases: Vec::new(),
-        paper: None,
-        repair: None,
+        totals: ByGroup::default(),
         tree: TreeLine::default(),
         levels: Vec::new(),
         rounds: Vec::new(),

@@ -11,7 +11,7 @@
 //! - In `LogGP` (Alexandrov et al. 1995), the computation costs the same, and the gap equals the overhead. A rank with
 //!   `m` messages, sent and received, and `b` bytes in the direction with more bytes needs
 //!   `m overhead + b / bandwidth`. The communication of the round costs the largest of these times, plus the latency.
-//! - Brent's bound on the steps with p processors is `work / p + depth`, with the work and depth of the ledger.
+//! - Brent's bound on the steps with p processors is `work / p + depth`, with the work and depth of all groups of phases.
 //!
 //! A round without messages has no communication. A phase may charge the work of several rounds in the last of them.
 //! The maximum over the ranks of the sum is at most the sum of the maxima, so the prediction may be too low.
@@ -107,7 +107,7 @@ pub fn predict(run: &Run, hardware: &Hardware) -> Prediction {
         }
     }
     let TrafficTotal { rounds, messages, bytes } = TrafficTotal::of(ledger);
-    let all_work = ledger.paper.work + ledger.repair.work;
+    let total = ledger.totals.sum();
     Prediction {
         workers,
         rounds,
@@ -115,7 +115,7 @@ pub fn predict(run: &Run, hardware: &Hardware) -> Prediction {
         bytes,
         surface_ratio: bytes as f64 / surface_bytes(run, workers),
         busiest_work: work,
-        brent: all_work / u64::from(workers) + ledger.paper.depth + ledger.repair.depth,
+        brent: total.work / u64::from(workers) + total.depth,
         bsp: PredictedSeconds { compute, communicate: bsp },
         loggp: PredictedSeconds { compute, communicate: loggp },
         phases: phases(ledger),

@@ -1,7 +1,7 @@
 //! Converts a run into its report.
 
 use septet_geometry::graph::Supergraph;
-use septet_protocol::ids::{COORDINATOR, Phase};
+use septet_protocol::ids::{COORDINATOR, Group, Phase};
 use septet_protocol::ledger::{Ledger, RoundKey, RoundTally, Total};
 
 use septet_core::run::{Run, Settled};
@@ -126,8 +126,7 @@ fn machine(run: &Run) -> MachineReport {
         rounds: phases.iter().map(|p| p.rounds).sum(),
         messages: phases.iter().map(|p| p.messages).sum(),
         bytes: phases.iter().map(|p| p.bytes).sum(),
-        paper: total(&run.ledger.paper),
-        repair: total(&run.ledger.repair),
+        totals: run.ledger.totals.as_ref().map(total),
     }
 }
 
@@ -143,7 +142,8 @@ fn phases(run: &Run) -> Vec<PhaseReport> {
         let of = |f: fn(&septet_protocol::ledger::PhaseTotal) -> u64| total.map_or(0, f);
         Some(PhaseReport {
             name: phase.name(),
-            paper: phase.is_paper(),
+            paper: phase.group() == Group::Paper,
+            group: phase.group(),
             rounds: of(|t| t.rounds),
             work: counted.then(|| of(|t| t.work)),
             depth: counted.then(|| of(|t| t.depth)),

@@ -155,7 +155,11 @@ pub fn ledger_counts(ledger: &Ledger) -> ReportedCounts {
         work: Some(phase.work),
         depth: Some(phase.depth),
     });
-    let machine = ReportedTotals { paper: total(&ledger.paper), repair: total(&ledger.repair) };
+    let machine = ReportedTotals {
+        paper: total(&ledger.totals.paper),
+        repair: total(&ledger.totals.repair),
+        selection: Some(total(&ledger.totals.selection)),
+    };
     ReportedCounts { machine, phases: phases.collect() }
 }
 

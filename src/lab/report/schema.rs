@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use septet_core::result::view::View;
 use septet_core::run::TrafficTotal;
+use septet_protocol::ids::{ByGroup, Group};
 
 use super::Parameters;
 use super::processes::ProcessReport;
@@ -161,10 +162,9 @@ pub struct MachineReport {
     pub messages: u64,
     /// Bytes of all messages.
     pub bytes: u64,
-    /// The paper's phases.
-    pub paper: TotalReport,
-    /// The phases of agreement and repair.
-    pub repair: TotalReport,
+    /// The totals of the groups of phases.
+    #[serde(flatten)]
+    pub totals: ByGroup<TotalReport>,
 }
 
 /// Work and depth of the model (an EREW PRAM with unit-time scans). `None` if not counted.
@@ -187,6 +187,8 @@ pub struct PhaseReport {
     pub name: &'static str,
     /// Whether the phase belongs to the paper.
     pub paper: bool,
+    /// The group of the phase.
+    pub group: Group,
     /// Number of rounds with messages.
     pub rounds: u64,
     /// Number of operations. `None` if not counted.

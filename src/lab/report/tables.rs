@@ -3,6 +3,8 @@
 
 use std::fmt::Write;
 
+use septet_protocol::ids::Group;
+
 use super::schema::{RunReport, TotalReport};
 
 /// The format of tables.
@@ -171,33 +173,40 @@ impl RunReport {
         out
     }
 
-    fn totals(&self) -> Vec<(&'static str, &TotalReport)> {
-        let totals = [("paper", &self.machine.paper), ("repair", &self.machine.repair)];
-        totals.into_iter().filter(|(_, t)| t.work.is_some()).collect()
+    /// Returns the totals of the groups of phases, without those of groups that no phase of the run belongs to.
+    fn totals(&self) -> impl Iterator<Item = (Group, &TotalReport)> {
+        let has = |group| self.phases.iter().any(|phase| phase.group == group);
+        self.machine
+            .totals
+            .each()
+            .into_iter()
+            .filter(move |&(group, total)| total.work.is_some() && has(group))
     }
 
     fn phase_table(&self, format: TableFormat) -> Table {
         use TableColumn::{Label, Measured, Modelled};
         let mut columns = vec![Label("phase")];
-        // In aligned text, an asterisk at the names of other phases replaces the column `paper`.
+        // In aligned text, an asterisk at the names of phases outside of the paper replaces the column `group`.
         let starred = format == TableFormat::Text;
         if !starred {
-            columns.push(Label("paper"));
+            columns.push(Label("group"));
         }
         columns.extend(["rounds", "work", "depth", "critical", "messages", "bytes"].map(Modelled));
         columns.push(Measured("seconds"));
         let mut rows = Vec::new();
         for p in &self.phases {
-            let mut row = vec![format!("{}{}", p.name, if p.paper || !starred { "" } else { " *" })];
+            let own = p.group == Group::Paper;
+            let mut row = vec![format!("{}{}", p.name, if own || !starred { "" } else { " *" })];
             if !starred {
-                row.push(p.paper.to_string());
+                row.push(p.group.name().to_owned());
             }
             row.extend([p.rounds.to_string(), maybe(p.work), maybe(p.depth), maybe(p.critical_depth)]);
             row.extend([p.messages.to_string(), p.bytes.to_string(), format!("{:.4}", p.seconds)]);
             rows.push(row);
         }
         let (mut totals, mut notes) = (Vec::new(), Vec::new());
-        for (name, total) in self.totals() {
+        for (group, total) in self.totals() {
+            let name = group.name();
             let mut row = vec![format!("= {name}")];
             row.resize(columns.len(), String::new());
             let first = usize::from(!starred) + 2;

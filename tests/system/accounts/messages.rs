@@ -121,8 +121,7 @@ fn payers(phase: Phase) -> &'static [Phase] {
 /// Returns the work of the sender in the round of the message, and of the receiver in the next round.
 fn of_rounds(rows: &Rows<'_>, sent: &Sent, payer: Phase) -> Ends {
     let Sent { phase, from, to, node, round, .. } = *sent;
-    let is_up = matches!(phase, Phase::Summaries | Phase::Merge | Phase::Fallback);
-    let is_step = matches!(phase, Phase::Repair | Phase::Independent);
+    let (is_up, is_step) = (way(phase) == Way::Up, way(phase) == Way::Steps);
     let sends = |at: NodeId| at == node || is_step || is_up && (at.contains(node) || node.contains(at));
     let uses = |at: NodeId| at == node || is_step || is_up && at.contains(node);
     Ends {
@@ -151,18 +150,42 @@ fn of_levels(rows: &Rows<'_>, sent: &Sent) -> Vec<Ends> {
     ends.collect()
 }
 
-/// Returns `true` for phases whose messages go down the tree.
-fn goes_down(phase: Phase) -> bool {
-    matches!(
-        phase,
+/// The way of the messages of a phase.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    Down,
+    Up,
+    Steps,
+    /// Between leaves, or to other ranks.
+    Across,
+}
+
+/// Returns the way of the messages of a phase. The table of phases states the order of charges; this list states what the
+/// programs send, so that the one is checked against the other.
+fn way(phase: Phase) -> Way {
+    match phase {
         Phase::Partition
-            | Phase::Choice
-            | Phase::Probe
-            | Phase::Neighbours
-            | Phase::KnnProbe
-            | Phase::Knn
-            | Phase::Sets
-    )
+        | Phase::Choice
+        | Phase::Probe
+        | Phase::Neighbours
+        | Phase::KnnProbe
+        | Phase::Knn
+        | Phase::Sets => Way::Down,
+        Phase::Summaries | Phase::Merge | Phase::Fallback => Way::Up,
+        Phase::Repair | Phase::Independent => Way::Steps,
+        Phase::Load
+        | Phase::Halo
+        | Phase::Pieces
+        | Phase::Seam
+        | Phase::Radii
+        | Phase::KnnRadii
+        | Phase::Graph
+        | Phase::Hulls
+        | Phase::Check
+        | Phase::Certificate
+        | Phase::Collect
+        | Phase::Done => Way::Across,
+    }
 }
 
 /// Returns the work of the sender of a message in the phase of separator sets, and all work of the receiver on the graph.
@@ -227,7 +250,7 @@ impl Found {
         for sent in log.borrow().iter() {
             self.sending.insert(sent.phase);
             let rounds = payers(sent.phase).iter().map(|&payer| (payer, of_rounds(&rows, sent, payer)));
-            let levels = if goes_down(sent.phase) { of_levels(&rows, sent) } else { Vec::new() };
+            let levels = if way(sent.phase) == Way::Down { of_levels(&rows, sent) } else { Vec::new() };
             for (payer, ends) in rounds.chain(levels.into_iter().map(|ends| (sent.phase, ends))) {
                 if rows.assert_order(&ends, sent) {
                     *self.pairs.entry(payer).or_default() += 1;

@@ -19,4 +19,4 @@ pub use part::{
     Account, Charge, LedgerPart, LinkKey, NodeFacts, NodeKind, RankKey, RankTally, Role, RoundKey,
     RoundTally, Traffic,
 };
-pub use totals::{PathStep, PhaseTotal, Total};
+pub use totals::{PathStep, PhaseTotal, Total, Totals};

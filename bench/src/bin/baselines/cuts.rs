@@ -120,8 +120,8 @@ impl Counts {
         }
         self.add_tree(run);
         self.points += run.points.used;
-        self.depth += run.ledger.paper.depth;
-        self.work += run.ledger.paper.work;
+        self.depth += run.ledger.totals.paper.depth;
+        self.work += run.ledger.totals.paper.work;
         // Loading and collecting are the same for both separators.
         let sent = run.ledger.phases.iter().filter(|p| !matches!(p.phase, Phase::Load | Phase::Collect));
         for phase in sent {

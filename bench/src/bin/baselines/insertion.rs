@@ -65,7 +65,7 @@ impl Sum {
         if baseline.cells != run.cells() {
             return Err("insertion and recursion give different cells".into());
         }
-        let (paper, repair) = (&run.ledger.paper, &run.ledger.repair);
+        let (paper, repair) = (&run.ledger.totals.paper, &run.ledger.totals.repair);
         let row = [
             paper.depth,
             repair.depth,

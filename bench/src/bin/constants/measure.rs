@@ -51,7 +51,7 @@ impl Sets {
             c.tree.leaf = Some(leaf);
         });
         let run = recursion(points, &spec)?;
-        let (paper, repair) = (&run.ledger.paper, &run.ledger.repair);
+        let (paper, repair) = (&run.ledger.totals.paper, &run.ledger.totals.repair);
         Ok(Counts {
             points: run.points.used,
             work: paper.work,

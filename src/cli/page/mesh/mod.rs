@@ -11,7 +11,7 @@ pub(super) use summary::{headline, section};
 use septet_core::mesh::run_log::StagePhase;
 use septet_lab::report::mesh::StageReport;
 
-use super::bars::bars;
+use super::bars::{Bar, bars};
 use super::histograms::{Drawn, draw, table};
 use super::{DataTable, PageFigure, Variant};
 
@@ -143,7 +143,8 @@ fn variants<T>(
         let named: Vec<(String, f64)> =
             parts.iter().map(|p| (name(p), value(p))).filter(|p| p.1 > 0.0).collect();
         if !named.is_empty() {
-            let rows: Vec<(&str, bool, f64)> = named.iter().map(|(n, v)| (n.as_str(), true, *v)).collect();
+            let rows: Vec<Bar<'_>> =
+                named.iter().map(|(name, value)| Bar { name, group: None, value: *value }).collect();
             let label = if unit == measure { measure.to_owned() } else { format!("{measure} [{unit}]") };
             let body = bars(&rows, &label);
             variants.push(Variant { name: measure.to_owned(), body, table: table.clone() });

@@ -10,11 +10,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ids::{Flow, Group, NodeId, Phase, Rank};
 use septet_protocol::ledger::Role;
 use septet_workers::config::{ChargeRecord, ChargesByRank};
 
-use super::rows::{CostRow, Group, Place, RowId, Rows, Stage, Stages};
+use super::rows::{CostRow, Place, RowId, Rows, Stage, Stages};
 
 /// The number of a step, if there is one, and a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -41,34 +41,6 @@ impl Site {
 
 /// The calls of a phase: steps in their order, then nodes from the root down.
 type Calls = BTreeMap<Site, Stages>;
-
-/// The direction of a phase.
-enum Flow {
-    Down,
-    Up,
-    Local,
-}
-
-/// Returns the direction of a phase without a correction and without steps.
-///
-/// The phase of separator sets goes down the tree and unites lists on the way up. It counts as going down: a chain down
-/// and back visits the same nodes as a chain down, so each node pays for both ways at once.
-/// The supergraph is built at leaves only. It uses edges that other leaves announce in the phase of separator sets, so it
-/// starts when all earlier phases have ended.
-fn flow(phase: Phase) -> Flow {
-    match phase {
-        Phase::Summaries | Phase::Merge | Phase::Check | Phase::Certificate | Phase::Fallback => Flow::Up,
-        Phase::Partition
-        | Phase::Choice
-        | Phase::Probe
-        | Phase::Neighbours
-        | Phase::KnnProbe
-        | Phase::Knn
-        | Phase::Sets
-        | Phase::Graph => Flow::Down,
-        _ => Flow::Local,
-    }
-}
 
 /// The last row of each node.
 type Ends = BTreeMap<NodeId, RowId>;
@@ -97,9 +69,9 @@ impl Order {
     /// the last row is a barrier that follows every other row.
     pub(super) fn run(mut self, charges: ChargesByRank) -> Vec<CostRow> {
         self.rows.barrier(Place::of_phase(Phase::Load), Vec::new());
-        let mut previous = Group::Other;
+        let mut previous = Group::Machine;
         for (phase, calls) in by_phase(charges) {
-            let group = Group::of(phase);
+            let group = phase.group();
             let open = self.rows.open(group);
             let mut current = Current { phase, open, barrier: None, gate: None };
             if group != previous {
@@ -109,24 +81,22 @@ impl Order {
             previous = group;
             self.phase(current, calls);
         }
-        let mut open = self.rows.open(Group::Other);
-        open.extend(self.rows.open_elsewhere(Group::Other));
+        let mut open = self.rows.open(Group::Machine);
+        open.extend(self.rows.open_elsewhere(Group::Machine));
         self.rows.barrier(Place::of_phase(Phase::Done), open);
         self.rows.finish()
     }
 
     fn phase(&mut self, current: Current, calls: Calls) {
-        let group = Group::of(current.phase);
+        let group = current.phase.group();
         let before = self.ends.remove(&group).unwrap_or_default();
         let has_steps = calls.keys().any(|site| site.step.is_some());
-        let ends = match flow(current.phase) {
-            _ if has_steps && current.phase == Phase::Neighbours => {
-                self.up(current, &before, corrections(calls))
-            }
-            _ if has_steps => self.steps(current, calls),
+        let ends = match current.phase.flow() {
+            Flow::Steps if has_steps => self.steps(current, calls),
+            Flow::Down if has_steps => self.up(current, &before, corrections(calls)),
             Flow::Up => self.up(current, &before, subproblems(calls)),
             Flow::Down => self.down(current, Ends::new(), calls),
-            Flow::Local => self.down(current, before, calls),
+            Flow::Local | Flow::Steps => self.down(current, before, calls),
         };
         self.ends.insert(group, ends);
     }
@@ -168,7 +138,7 @@ impl Order {
         let mut number = None;
         for (site, stages) in calls {
             if number.is_some() && number != site.step {
-                let open = self.rows.open(Group::of(current.phase));
+                let open = self.rows.open(current.phase.group());
                 current = Current { phase: current.phase, open, barrier: None, gate: None };
             }
             number = site.step;

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use septet_geometry::cost::{Step, Tape};
-use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ids::{Group, NodeId, Phase, Rank};
 
 /// A row of a cost trace.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,26 +27,6 @@ pub struct CostRow {
 
 /// The position of a row.
 pub(super) type RowId = u64;
-
-/// A group of phases with an order of its own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Group {
-    Paper,
-    Repair,
-    Other,
-}
-
-impl Group {
-    pub(super) fn of(phase: Phase) -> Self {
-        if phase.is_paper() {
-            Group::Paper
-        } else if phase.is_repair() {
-            Group::Repair
-        } else {
-            Group::Other
-        }
-    }
-}
 
 /// The phase, the subproblem and the step of a row.
 #[derive(Clone, Copy, Debug)]
@@ -77,7 +57,7 @@ pub(super) type Stages = BTreeMap<Stage, BTreeMap<Rank, Tape>>;
 #[derive(Default)]
 pub(super) struct Rows {
     rows: Vec<CostRow>,
-    /// The rows of each group that no other row names.
+    /// The rows of each group that no other row names. Each group has an order of its own.
     open: BTreeMap<Group, BTreeSet<RowId>>,
 }
 
@@ -89,7 +69,7 @@ impl Rows {
                 open.remove(before);
             }
         }
-        self.open.entry(Group::of(row.phase)).or_default().insert(id);
+        self.open.entry(row.phase.group()).or_default().insert(id);
         self.rows.push(row);
         id
     }

@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::str::FromStr;
 
+use septet_protocol::ids::{ByGroup, Group};
 use serde::Serialize;
 use thiserror::Error;
 
@@ -177,7 +178,7 @@ pub enum FitError {
     /// The count requires a phase.
     #[error(
         "`{key}` of a whole run mixes the paper's phases with repair and with reading and collecting; choose a \
-         phase with --phase: paper (all of the paper's), repair, or one of {phases}"
+         phase with --phase: paper (all of the paper's), repair, selection, or one of {phases}"
     )]
     Mixes {
         /// The count.
@@ -278,12 +279,18 @@ pub(super) struct Measurement {
 /// Lists the distinct phases of the paper and of repair, in the order in which the lines name them.
 pub(super) fn phases(lines: &[Line]) -> String {
     let mut names: Vec<&str> = Vec::new();
-    for phase in lines.iter().flat_map(|line| &line.phases).filter(|p| p.paper || p.repair) {
+    for phase in lines.iter().flat_map(|line| &line.phases).filter(|p| p.counts_work()) {
         if !names.contains(&phase.name.as_str()) {
             names.push(&phase.name);
         }
     }
     names.join(", ")
+}
+
+/// Returns the group of phases with this name, if its phases count work. A group hides a phase with its name.
+fn group(name: &str) -> Option<Group> {
+    let groups = ByGroup::<()>::default();
+    groups.each().into_iter().map(|(group, ())| group).find(|group| group.name() == name)
 }
 
 /// Returns an error for requests that mix different quantities or are meaningless.
@@ -302,7 +309,7 @@ pub(super) fn check(lines: &[Line], request: &FitRequest) -> Result<(), FitError
         (Some(_), true) => {}
     }
     let phase = request.phase.as_deref().unwrap_or_default();
-    if matches!(phase, "paper" | "repair") {
+    if group(phase).is_some() {
         return if request.y == Key::LevelDepth { Err(FitError::OnePhase) } else { Ok(()) };
     }
     if lines.iter().any(|line| line.phase(phase).is_some()) {
@@ -397,29 +404,22 @@ fn size(line: &Line, x: Abscissa) -> f64 {
 
 fn of_phase(line: &Line, request: &FitRequest) -> Option<f64> {
     let name = request.phase.as_deref()?;
-    let group = match name {
-        "paper" => Some(line.paper?),
-        // Even a run in which no stars disagree has this total, because it has a certificate.
-        "repair" => Some(line.repair?),
-        _ => None,
+    let group = group(name);
+    let total = match group {
+        // Even a run in which no stars disagree has a total of repair, because it has a certificate.
+        Some(group) => Some((*line.totals.get(group)?)?),
+        None => None,
     };
-    let members: Vec<&PhaseLine> = line
-        .phases
-        .iter()
-        .filter(|p| match name {
-            "paper" => p.paper,
-            "repair" => p.repair,
-            _ => p.name == name,
-        })
-        .collect();
+    let belongs = |p: &&PhaseLine| if group.is_some() { p.group() == group } else { p.name == name };
+    let members: Vec<&PhaseLine> = line.phases.iter().filter(belongs).collect();
     if members.is_empty() {
         return None;
     }
     let sum = |f: fn(&PhaseLine) -> u64| members.iter().map(|p| f(p)).sum::<u64>() as f64;
     Some(match request.y {
         // The longest chain of a group is not the sum over its phases. It is taken from the ledger.
-        Key::Depth => group.map_or_else(|| sum(|p| p.depth), |g| g.depth as f64),
-        Key::DepthLogScan => group.map_or_else(|| sum(|p| p.depth_log_scan), |g| g.depth_log_scan as f64),
+        Key::Depth => total.map_or_else(|| sum(|p| p.depth), |g| g.depth as f64),
+        Key::DepthLogScan => total.map_or_else(|| sum(|p| p.depth_log_scan), |g| g.depth_log_scan as f64),
         Key::Work => sum(|p| p.work),
         Key::Rounds => sum(|p| p.rounds),
         Key::Messages => sum(|p| p.messages),

@@ -24,7 +24,7 @@ use septet_geometry::cost::Price;
 use super::condensed::CondensedLedger;
 use super::levels::TreeSums;
 use super::part::{Account, Charge, LedgerPart};
-use super::totals::{PathStep, PhaseTotal, Total};
+use super::totals::{PathStep, PhaseTotal, Totals};
 use crate::ids::{NodeId, Phase};
 
 pub use plan::PhaseSet;
@@ -40,13 +40,11 @@ pub struct Ledger {
     pub part: LedgerPart,
     /// The sums over the nodes of each level of the partition tree.
     pub tree: TreeSums,
-    /// The total of the paper's phases.
-    pub paper: Total,
-    /// The total of the repair phases.
-    pub repair: Total,
+    /// The totals of the groups of phases.
+    pub totals: Totals,
     /// The totals of the phases that occurred, in order.
     pub phases: Vec<PhaseTotal>,
-    /// The longest chain of the paper's phases, first step first. Its depths add up to `paper.depth`. Of chains of equal
+    /// The longest chain of the paper's phases, first step first. Its depths add up to `totals.paper.depth`. Of chains of equal
     /// length, it ends as high in the tree as possible, and then in an interior child.
     pub critical_path: Vec<PathStep>,
 }
@@ -64,7 +62,9 @@ impl Ledger {
         settle(&mut part, passes);
         tree.add_rows(&part, space);
         let fold = Fold::of_tree(&plan, &part, folds);
-        let (paper, path) = fold.paper(&plan, population.max(1));
+        let folded = fold.totals(&plan, population.max(1));
+        let totals = folded.as_ref().map(|(total, _)| *total);
+        let (_, path) = folded.paper;
         let alone = fold.alone(&plan);
         let phases = Phase::ALL.into_iter().filter_map(|phase| {
             let on_path = path.iter().filter(|s| s.phase == phase).map(|s| s.depth).sum();
@@ -73,8 +73,7 @@ impl Ledger {
             phase_total(&part, (phase, work), alone.get(&phase).copied().unwrap_or_default(), on_path)
         });
         let phases = phases.collect();
-        let repair = fold.repair(&plan, population.max(1));
-        Ledger { paper, repair, phases, critical_path: path, tree, part }
+        Ledger { totals, phases, critical_path: path, tree, part }
     }
 }
 
@@ -189,10 +188,10 @@ mod tests {
         part.charge(Account::member(Phase::Merge, NodeId::ROOT), cost(1), 2);
         let ledger = Ledger::finish(part, 10, 3);
         // Root 5, left 1 + 20 against right 7 + 3, then the merge.
-        assert_eq!(ledger.paper.depth, 5 + 1 + 20 + 1);
+        assert_eq!(ledger.totals.paper.depth, 5 + 1 + 20 + 1);
         let sum: u64 = ledger.critical_path.iter().map(|s| s.depth).sum();
-        assert_eq!(sum, ledger.paper.depth);
-        assert_eq!(ledger.paper.work, 37);
+        assert_eq!(sum, ledger.totals.paper.depth);
+        assert_eq!(ledger.totals.paper.work, 37);
     }
 
     #[test]
@@ -210,8 +209,8 @@ mod tests {
         let words = part.to_words();
         assert_eq!(LedgerPart::from_words(&words).as_ref(), Some(&part));
         let ledger = Ledger::finish(part, 10, 3);
-        assert_eq!(ledger.paper.depth, 2 + (5 + 7) + (11 + 4));
-        assert_eq!(ledger.paper.work, 2 + 3 + 5 + 7 + 11 + 1 + 2 + 4);
+        assert_eq!(ledger.totals.paper.depth, 2 + (5 + 7) + (11 + 4));
+        assert_eq!(ledger.totals.paper.work, 2 + 3 + 5 + 7 + 11 + 1 + 2 + 4);
         let path: Vec<NodeId> = ledger.critical_path.iter().map(|s| s.node).collect();
         assert_eq!(path, [ll, l, NodeId::ROOT]);
     }
@@ -227,8 +226,8 @@ mod tests {
         }
         part.charge(Account::member(Phase::Certificate, l), cost(5), 10);
         let ledger = Ledger::finish(part, 10, 3);
-        assert_eq!(ledger.repair.depth, 4 + (10 + 20 + 7) + 5);
-        assert_eq!(ledger.repair.work, 3 + 4 + 10 + 2 + 1 + 20 + 7 + 5);
+        assert_eq!(ledger.totals.repair.depth, 4 + (10 + 20 + 7) + 5);
+        assert_eq!(ledger.totals.repair.work, 3 + 4 + 10 + 2 + 1 + 20 + 7 + 5);
         let repair = ledger.phases.iter().find(|total| total.phase == Phase::Repair);
         assert_eq!(repair.map(|total| (total.work, total.depth)), Some((40, 37)));
         let sum = ledger.part.charges[&Account::member(Phase::Repair, l)].cost;
@@ -245,7 +244,7 @@ mod tests {
             part.charge(Account::member(phase, node), cost(trips), 10);
         }
         // `independent` lies between these phases, and this run does not have it.
-        assert_eq!(Ledger::finish(part, 10, 3).paper.depth, 10);
+        assert_eq!(Ledger::finish(part, 10, 3).totals.paper.depth, 10);
     }
 
     #[test]

@@ -7,7 +7,7 @@
 //! **Bound.** A ratio of a node is at most its number of points, and the nodes of a level have at most `2^64` points. There
 //! are at most 63 levels, so a sum of ratios is below `2^(64 + 6 + 40)`, and fits into 128 bits.
 //!
-//! **Work.** A constant for each node and each charge in three phases. A tree has one row of sums for each level.
+//! **Work.** A constant for each node and each charge. A tree has one row of sums for each level.
 
 use std::collections::BTreeMap;
 
@@ -53,7 +53,7 @@ impl Ratios {
 }
 
 /// The sums over the nodes of a level. Facts of separators are those of split nodes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct LevelSums {
     /// Number of nodes.
     pub nodes: u64,
@@ -83,18 +83,20 @@ pub struct LevelSums {
     pub members: u64,
     /// Largest degree of a point.
     pub max_degree: u64,
-    /// Largest depth of a node in each phase of [`LevelSums::DEEPEST`].
-    pub(super) deepest: [u64; 3],
+    /// Largest depth of a node in each phase.
+    pub(super) deepest: BTreeMap<Phase, u64>,
 }
 
 impl LevelSums {
-    /// The phases whose largest depth at each level is kept.
-    pub const DEEPEST: [Phase; 3] = [Phase::Partition, Phase::Neighbours, Phase::Merge];
-
-    /// Returns the largest depth of a node in a phase of [`LevelSums::DEEPEST`], otherwise 0.
+    /// Returns the largest depth of a node in a phase; 0 without charges.
     pub fn deepest(&self, phase: Phase) -> u64 {
-        let at = LevelSums::DEEPEST.iter().position(|&of| of == phase);
-        at.map_or(0, |at| self.deepest[at])
+        self.deepest.get(&phase).copied().unwrap_or(0)
+    }
+
+    /// Adds the depth of a node in a phase.
+    fn add_depth(&mut self, phase: Phase, depth: u64) {
+        let deepest = self.deepest.entry(phase).or_default();
+        *deepest = depth.max(*deepest);
     }
 
     /// Adds a node.
@@ -139,8 +141,8 @@ impl LevelSums {
         self.edges += other.edges;
         self.members += other.members;
         self.max_degree = self.max_degree.max(other.max_degree);
-        for (own, other) in self.deepest.iter_mut().zip(other.deepest) {
-            *own = (*own).max(other);
+        for (&phase, &depth) in &other.deepest {
+            self.add_depth(phase, depth);
         }
     }
 }
@@ -169,10 +171,9 @@ impl TreeSums {
         for (node, facts) in &part.nodes {
             self.levels.entry(node.level()).or_default().add(facts, space);
         }
-        for (at, phase) in LevelSums::DEEPEST.into_iter().enumerate() {
+        for phase in Phase::ALL {
             for (node, charge) in part.members(phase) {
-                let deepest = &mut self.levels.entry(node.level()).or_default().deepest[at];
-                *deepest = charge.cost.depth().max(*deepest);
+                self.levels.entry(node.level()).or_default().add_depth(phase, charge.cost.depth());
             }
         }
     }

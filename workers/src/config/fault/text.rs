@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use septet_geometry::separator::Ablation;
-use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::ids::{Group, NodeId, Phase};
 use septet_protocol::message::kinds::KINDS;
 use thiserror::Error;
 
@@ -96,7 +96,7 @@ impl FaultTextError {
 
 /// Returns `true` if the fault with this name acts on the phase. Faults of charges act on the phases of the paper.
 fn acts(fault: &str, phase: Phase) -> bool {
-    matches!(fault, "die" | "panic") || phase.is_paper()
+    matches!(fault, "die" | "panic") || phase.group() == Group::Paper
 }
 
 /// The parameters of a fault with a known form.

@@ -91,7 +91,7 @@ fn merged(parts: &[LedgerPart]) -> LedgerPart {
 }
 
 fn assert_equal(found: &Ledger, expected: &Ledger) {
-    assert_eq!((found.paper, found.repair), (expected.paper, expected.repair));
+    assert_eq!(found.totals, expected.totals);
     assert_eq!(found.phases, expected.phases);
     assert_eq!(found.critical_path, expected.critical_path);
     assert_eq!(found.tree, expected.tree);
@@ -103,7 +103,7 @@ fn condensed_parts_fold_as_the_merged_parts() {
     for seed in 0..30 {
         let parts = parts(seed);
         let expected = Ledger::finish(merged(&parts), 1000, 3);
-        assert!(expected.paper.depth > 100 && !expected.critical_path.is_empty());
+        assert!(expected.totals.paper.depth > 100 && !expected.critical_path.is_empty());
         for keeps_nodes in [true, false] {
             let sent = condensed(&parts, keeps_nodes);
             assert!(sent.iter().all(|own| own.part.charges.keys().all(|a| a.node.level() < 3)));

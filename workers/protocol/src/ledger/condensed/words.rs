@@ -36,7 +36,8 @@ impl LevelSums {
         out.extend(self.separator.parts());
         out.extend([self.attempts, self.largest_attempts, self.separator_points]);
         out.extend([self.edges, self.members, self.max_degree]);
-        out.extend(self.deepest);
+        out.push(self.deepest.len() as u64);
+        out.extend(self.deepest.iter().flat_map(|(phase, depth)| [*phase as u64, *depth]));
     }
 
     fn read(words: &mut Reader<'_>) -> Option<Self> {
@@ -45,7 +46,11 @@ impl LevelSums {
         let separator = Ratios::from_parts(words.take()?)?;
         let [attempts, largest_attempts, separator_points] = words.take()?;
         let [edges, members, max_degree] = words.take()?;
-        let deepest = words.take()?;
+        let ([phases], mut deepest) = (words.take()?, BTreeMap::new());
+        for _ in 0..phases {
+            let (phase, [depth]) = (words.phase()?, words.take()?);
+            insert_new(&mut deepest, phase, depth)?;
+        }
         Some(LevelSums {
             nodes,
             leaves,

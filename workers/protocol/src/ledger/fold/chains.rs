@@ -14,8 +14,8 @@
 
 use std::collections::VecDeque;
 
-use super::plan::{Flow, Stage};
-use crate::ids::{NodeId, Phase};
+use super::plan::Stage;
+use crate::ids::{Flow, NodeId, Phase};
 use crate::ledger::part::Charge;
 use crate::ledger::totals::PathStep;
 use crate::ledger::words::Reader;

@@ -1,6 +1,6 @@
-//! The phases of a run in their order, and the direction of each over the tree.
+//! The phases of a run in their order, and its stages.
 
-use crate::ids::Phase;
+use crate::ids::{ByGroup, Flow, Phase};
 use crate::ledger::part::{LedgerPart, Role};
 
 /// The phases in which some subproblem has a charge, and whether there are passes of a bottom-up correction.
@@ -47,15 +47,6 @@ impl PhaseSet {
     }
 }
 
-/// The direction of a phase over the tree.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Flow {
-    Down,
-    Up,
-    Local,
-    Steps,
-}
-
 /// A part of a run that starts when everything before it has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Stage {
@@ -70,10 +61,8 @@ pub(super) enum Stage {
 pub(crate) struct Plan {
     /// All phases with charges, in order.
     pub(super) phases: Vec<(Phase, Flow)>,
-    /// The stages of the paper's phases.
-    pub(super) paper: Vec<Stage>,
-    /// The stages of the repair phases.
-    pub(super) repair: Vec<Stage>,
+    /// The stages of each group.
+    pub(super) stages: ByGroup<Vec<Stage>>,
 }
 
 impl Plan {
@@ -81,30 +70,14 @@ impl Plan {
     pub(crate) fn of(set: PhaseSet) -> Plan {
         let phases = Phase::ALL.into_iter().filter(|&phase| set.contains(phase));
         let phases: Vec<(Phase, Flow)> = phases.map(|phase| (phase, flow(phase, set.has_passes()))).collect();
-        let stages =
-            |belongs: fn(Phase) -> bool| stages(phases.iter().copied().filter(|&(phase, _)| belongs(phase)));
-        Plan { paper: stages(Phase::is_paper), repair: stages(Phase::is_repair), phases }
+        let of = |group| stages(phases.iter().copied().filter(|(phase, _)| phase.group() == group));
+        Plan { stages: ByGroup::of(of), phases }
     }
 }
 
-/// Returns the direction of a phase. A descent whose replies return makes two passes over the tree. Both are charged
-/// on the way down, so its flow is [`Flow::Down`].
+/// Returns the direction of a phase in a run. The bottom-up correction goes up the tree.
 fn flow(phase: Phase, has_passes: bool) -> Flow {
-    match phase {
-        Phase::Repair | Phase::Independent => Flow::Steps,
-        Phase::Neighbours if has_passes => Flow::Up,
-        Phase::Summaries | Phase::Merge | Phase::Check | Phase::Certificate | Phase::Fallback => Flow::Up,
-        // A leaf may receive the ends of edges from any other leaf, so the graph waits for everything before it.
-        Phase::Graph
-        | Phase::Partition
-        | Phase::Choice
-        | Phase::Sets
-        | Phase::Probe
-        | Phase::Neighbours
-        | Phase::KnnProbe
-        | Phase::Knn => Flow::Down,
-        _ => Flow::Local,
-    }
+    if phase == Phase::Neighbours && has_passes { Flow::Up } else { phase.flow() }
 }
 
 /// Splits phases into stages: before each phase that goes down the tree, and around each phase with steps.

@@ -11,8 +11,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use septet_geometry::cost::Price;
 
 use super::chains::{Chains, Row};
-use super::plan::{Flow, Plan, Stage};
-use crate::ids::{NodeId, Phase};
+use super::plan::{Plan, Stage};
+use crate::ids::{ByGroup, Flow, NodeId, Phase};
 use crate::ledger::part::{Charge, LedgerPart};
 use crate::ledger::totals::{PathStep, Total};
 use crate::ledger::words::Reader;
@@ -47,8 +47,7 @@ impl Depths {
 struct Tree {
     /// In the order of the plan's phases. Zero for a phase with steps.
     alone: Vec<Depths>,
-    paper: Chains,
-    repair: Chains,
+    chains: ByGroup<Chains>,
 }
 
 impl Tree {
@@ -67,12 +66,15 @@ impl Tree {
             below
         });
         let alone = alone.collect();
-        let (paper, repair) = children.into_iter().map(|child| (child.paper, child.repair)).unzip();
-        Tree {
-            alone,
-            paper: Chains::of_node(&plan.paper, node, row, paper),
-            repair: Chains::of_node(&plan.repair, node, row, repair),
+        let mut below = ByGroup::<Vec<Chains>>::default();
+        for child in children {
+            below = below.zip(child.chains).map(|(mut all, chains)| {
+                all.push(chains);
+                all
+            });
         }
+        let stages = plan.stages.as_ref().zip(below);
+        Tree { alone, chains: stages.map(|(stages, below)| Chains::of_node(stages, node, row, below)) }
     }
 }
 
@@ -250,10 +252,9 @@ impl Fold {
 
     /// Appends the fold as words.
     pub(crate) fn push_words(&self, plan: &Plan, out: &mut Vec<u64>) {
-        let Fold { tree: Tree { alone, paper, repair }, steps } = self;
+        let Fold { tree: Tree { alone, chains }, steps } = self;
         out.extend(alone.iter().flat_map(|depths| [depths.depth, depths.depth_log_scan]));
-        paper.push_words(&plan.paper, out);
-        repair.push_words(&plan.repair, out);
+        chains.as_ref().zip(plan.stages.as_ref()).map(|(chains, stages)| chains.push_words(stages, out));
         steps.push_words(out);
     }
 
@@ -264,9 +265,8 @@ impl Fold {
             Some(Depths { depth, depth_log_scan })
         };
         let alone = plan.phases.iter().map(|_| depths(words)).collect::<Option<_>>()?;
-        let paper = Chains::read(&plan.paper, words)?;
-        let repair = Chains::read(&plan.repair, words)?;
-        Some(Fold { tree: Tree { alone, paper, repair }, steps: Steps::read(words)? })
+        let chains = plan.stages.as_ref().map(|stages| Chains::read(stages, words)).all()?;
+        Some(Fold { tree: Tree { alone, chains }, steps: Steps::read(words)? })
     }
 
     /// Returns the length of the longest chain of each phase of the plan alone.
@@ -278,14 +278,10 @@ impl Fold {
         plan.phases.iter().zip(&self.tree.alone).map(of).collect()
     }
 
-    /// Returns the total of the paper's phases on `processors` processors, and their longest chain.
-    pub(super) fn paper(&self, plan: &Plan, processors: u64) -> (Total, Vec<PathStep>) {
-        self.total(&plan.paper, &self.tree.paper, processors)
-    }
-
-    /// Returns the total of the repair phases.
-    pub(super) fn repair(&self, plan: &Plan, processors: u64) -> Total {
-        self.total(&plan.repair, &self.tree.repair, processors).0
+    /// Returns the total of each group on `processors` processors, and the longest chain of its phases.
+    pub(super) fn totals(&self, plan: &Plan, processors: u64) -> ByGroup<(Total, Vec<PathStep>)> {
+        let groups = plan.stages.as_ref().zip(self.tree.chains.as_ref());
+        groups.map(|(stages, chains)| self.total(stages, chains, processors))
     }
 
     fn total(&self, stages: &[Stage], chains: &Chains, processors: u64) -> (Total, Vec<PathStep>) {
@@ -403,7 +399,7 @@ mod tests {
             let is_shared = |node: NodeId| node.level() < 5 && !is_cut(node);
             assert_eq!(cut(&plan, NodeId::ROOT, &part, &is_shared), whole, "{seed}");
         }
-        let (total, path) = whole.paper(&plan, 100);
+        let (total, path) = whole.totals(&plan, 100).paper;
         assert_eq!(path.iter().map(|step| step.depth).sum::<u64>(), total.depth);
         assert!(total.depth > 500 && total.depth_log_scan > total.depth && total.brent > total.depth);
     }
