@@ -19,7 +19,7 @@ use septet_core::{Error, Run, count, simulate, triangulate};
 use septet_geometry::cost::Price;
 use septet_geometry::point::Point;
 use septet_lab::baselines;
-use septet_protocol::ids::Phase;
+use septet_protocol::ids::{Group, Phase};
 use septet_protocol::ledger::{Ledger, LinkKey, RankKey, RoundKey, Total};
 
 use crate::record::Row;
@@ -271,7 +271,9 @@ fn ledger(ledger: &Ledger, phases: &[(Phase, f64)]) -> Vec<Row> {
     for (group, sums) in ledger.totals.each() {
         let of_phases: u64 = ledger.phases.iter().filter(|p| p.phase.group() == group).map(|p| p.work).sum();
         assert_eq!(of_phases, sums.work, "the phases of {} add up to its total", group.name());
-        rows.push(Row::new("group", group.name(), total(sums)));
+        if group != Group::Selection {
+            rows.push(Row::new("group", group.name(), total(sums)));
+        }
     }
     let of_phases: u64 = ledger.phases.iter().map(|p| p.work).sum();
     assert_eq!(of_phases, ledger.totals.sum().work, "every phase with work belongs to a total");
@@ -279,7 +281,7 @@ fn ledger(ledger: &Ledger, phases: &[(Phase, f64)]) -> Vec<Row> {
         rows.push(Row::new("path", step.phase.name(), [step.node.0, step.depth]));
     }
     for (&RoundKey { round, phase }, t) in &part.rounds {
-        let moved = [t.messages, t.bytes, t.largest, t.points, t.largest_load];
+        let moved = [t.messages, t.bytes, t.largest, t.points];
         let done = [t.active, t.merged, t.separators, t.retries];
         let numbers = [u64::from(round)].into_iter().chain(moved).chain(done);
         rows.push(Row::new("round", phase.name(), numbers));
