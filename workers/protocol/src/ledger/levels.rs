@@ -93,6 +93,11 @@ impl LevelSums {
         self.deepest.get(&phase).copied().unwrap_or(0)
     }
 
+    /// Returns the largest depth of a node in each phase that charged nodes, in order.
+    pub fn depths(&self) -> impl Iterator<Item = (Phase, u64)> {
+        self.deepest.iter().map(|(&phase, &depth)| (phase, depth))
+    }
+
     /// Adds the depth of a node in a phase.
     fn add_depth(&mut self, phase: Phase, depth: u64) {
         let deepest = self.deepest.entry(phase).or_default();
