@@ -175,6 +175,8 @@ pub(super) fn run_held<P: Point>(
 ) -> Result<ProcessRun, Error> {
     let start = Instant::now();
     let mut settings = Settings::decide(spec, task, Whole::<P>::points(&[]), &mut started(spec))?;
+    // The caller placed the workers. By default, each process has one.
+    settings.machine.workers = placement.workers();
     settings.machine.shown.with_places = true;
     let coordinator = Coordinator::new(&spec.control, Arc::new(settings.machine.clone()));
     let mut process = OneProcess { transport, placement, threads: spec.machine.threads.unwrap_or(1) };
