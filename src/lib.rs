@@ -88,8 +88,9 @@ pub mod distributed {
 pub mod spec {
     #[doc(inline)]
     pub use septet_core::spec::{
-        Alpha, Constants, Control, Correction, Graph, InputRules, Keep, Machine, Neighbours, Partition,
-        Progress, ProgressFn, Purpose, Recursion, SeparatorSets, SpecError, Transport, Tree, Workers,
+        Alpha, Constants, Control, Correction, Graph, InputRules, Keep, Machine, Neighbours, Nodes,
+        Partition, Progress, ProgressFn, Purpose, Recursion, Registers, SeparatorSets, SpecError, Transport,
+        Tree, Workers,
     };
 }
 

@@ -37,6 +37,9 @@ mod lists;
 #[path = "cli/mesh.rs"]
 mod mesh;
 
+#[path = "cli/options.rs"]
+mod options;
+
 #[path = "cli/pieces.rs"]
 mod pieces;
 

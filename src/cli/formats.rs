@@ -4,69 +4,43 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use septet_core::model::MeshView;
+use septet_core::spec::InputRules;
 use septet_io::read::{Format, RawRows, ReadOptions, UnknownFormatName, UnknownRawRows};
 use septet_io::write::{MshVersion, OutputError, OutputFormat, PointFormat, WriteOptions, write, write_to};
 
 use super::effects::{excludes, needs};
 use super::errors::{Code, Failure};
-use super::headings::{INPUT, OUTPUT};
+use super::given::Options;
+use super::headings::OUTPUT;
 use super::text::suggestion;
 
-/// Options of every command that reads points.
-#[derive(Debug, Args)]
-pub struct ReadArgs {
-    /// Columns of the coordinates in a text table
-    ///
-    /// Names from the header row, or 1-based numbers. By default, columns named x, y and z are used. A table without a
-    /// header row may have two or three columns; one with more columns needs this option or the dimension.
-    #[arg(long, value_name = "X,Y[,Z]", value_delimiter = ',', help_heading = INPUT)]
-    columns: Option<Vec<String>>,
-    /// Format of the points, for standard input and unknown extensions
-    ///
-    /// node, xyz, csv, npy, off, ply, stl, obj, vtu, vtk, msh or mesh.
-    #[arg(long, value_name = "NAME", value_parser = input_format, help_heading = INPUT, hide_short_help = true)]
-    input_format: Option<Format>,
-    /// Read coordinates in binary without a header, such as f64,3
-    ///
-    /// The type of the coordinates (f32 or f64, or f32be or f64be for big-endian numbers) and the number of coordinates of
-    /// a point (2 or 3). The names of the files may be any but those of other formats.
-    #[arg(long, value_name = "TYPE,D", value_parser = raw_rows, help_heading = INPUT, hide_short_help = true)]
-    raw: Option<RawRows>,
+/// Returns the options of the reader for these rules.
+pub fn read_options(input: &InputRules) -> Result<ReadOptions, Failure> {
+    let usage = |expected: String| Failure::new(Code::Usage, expected);
+    let raw = input.raw.as_deref().map(raw_rows).transpose().map_err(usage)?;
+    let named = input.format.as_deref().map(input_format).transpose().map_err(usage)?;
+    Ok(ReadOptions {
+        dimension: input.dimension,
+        format: raw.map(Format::Raw).or(named),
+        skip_invalid: input.skip_invalid,
+        columns: input.columns.clone(),
+        keep_columns: input.keep_columns,
+    })
 }
 
-impl ReadArgs {
-    /// Returns the options of the reader.
-    pub fn options(&self, dimension: Option<usize>, skip_invalid: bool) -> ReadOptions {
-        ReadOptions {
-            dimension,
-            format: self.raw.map(Format::Raw).or(self.input_format),
-            skip_invalid,
-            columns: self.columns.clone(),
-            keep_columns: false,
-        }
+/// Returns a failure if an option of files is used with a sample, which is not a file, or with another one that disables
+/// it.
+pub fn check_reading(given: &Options, is_sample: bool) -> Result<(), Failure> {
+    for name in ["columns", "input-format"] {
+        excludes(&format!("--{name}"), given.has(name), "--raw", given.has("raw"))?;
     }
-
-    /// Returns the option that `septet verify` needs to read the same points, after a space.
-    pub fn for_verify(&self) -> String {
-        self.raw.map_or_else(String::new, |rows| format!(" --raw {rows}"))
-    }
-
-    /// Returns a failure if one of these options is used with a sample, which is not a file, or with another one that
-    /// disables it. `others` lists further options, and whether each is set.
-    pub fn check(&self, is_sample: bool, others: &[(&str, bool)]) -> Result<(), Failure> {
-        let formats =
-            [("--columns", self.columns.is_some()), ("--input-format", self.input_format.is_some())];
-        for (option, given) in formats {
-            excludes(option, given, "--raw", self.raw.is_some())?;
+    let of_files = ["columns", "input-format", "raw", "keep-columns", "skip-invalid"];
+    match of_files.into_iter().find(|name| is_sample && given.has(name)) {
+        Some(name) => {
+            let message = format!("--{name} applies to files, not to a generated sample");
+            Err(Failure::new(Code::Usage, message).help(format!("omit --{name}, or give a file")))
         }
-        let own = formats.into_iter().chain([("--raw", self.raw.is_some())]);
-        match own.chain(others.iter().copied()).find(|(_, given)| is_sample && *given) {
-            Some((option, _)) => {
-                let message = format!("{option} applies to files, not to a generated sample");
-                Err(Failure::new(Code::Usage, message).help(format!("omit {option}, or give a file")))
-            }
-            None => Ok(()),
-        }
+        None => Ok(()),
     }
 }
 
@@ -132,11 +106,13 @@ fn unknown(name: &str, error: UnknownFormatName) -> String {
     format!("{}{error}", suggestion(&name.to_ascii_lowercase(), error.known.split(' ')))
 }
 
-fn raw_rows(text: &str) -> Result<RawRows, String> {
+/// Parses the form of binary coordinates.
+pub fn raw_rows(text: &str) -> Result<RawRows, String> {
     text.parse().map_err(|error: UnknownRawRows| error.to_string())
 }
 
-fn input_format(name: &str) -> Result<Format, String> {
+/// Parses the name of a format of points.
+pub fn input_format(name: &str) -> Result<Format, String> {
     let parsed = name.parse().map_err(|error| unknown(name, error))?;
     if parsed == Format::Ele { Err("ele is a format of cells, not of points".to_owned()) } else { Ok(parsed) }
 }

@@ -13,11 +13,11 @@ use septet_io::write::{
 use super::errors::Failure;
 use super::formats::point_format;
 use super::input;
-use super::numbers::count;
 use super::options::{dimension, kind};
 use super::progress::Talk;
 use super::summary::written;
 use super::text::counted;
+use septet_core::spec::count;
 
 /// Options of `septet generate`.
 #[derive(Debug, Args)]

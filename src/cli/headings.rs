@@ -8,9 +8,3 @@ pub const OUTPUT: &str = "Output";
 
 /// Options of reports and tables.
 pub const REPORTS: &str = "Reports";
-
-/// Options of the machine.
-pub const MACHINE: &str = "Machine";
-
-/// Options of the supergraph.
-pub const GRAPH: &str = "Supergraph";

@@ -5,7 +5,7 @@ use septet_protocol::wire::PartBytes;
 
 use super::effects::needs;
 use super::errors::Failure;
-use super::numbers::bytes;
+use septet_core::spec::bytes;
 
 /// Hidden options of runs by several processes.
 #[derive(Debug, Args)]

@@ -4,7 +4,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use clap::Args;
+use septet_core::Spec;
 use septet_core::generate::{Request, generate, parse_sample};
 use septet_core::model::Points;
 use septet_io::read::{
@@ -13,8 +13,8 @@ use septet_io::read::{
 
 use super::errors::{Code, Failure};
 use super::files;
-use super::formats::ReadArgs;
-use super::options::dimension;
+use super::formats::{check_reading, read_options};
+use super::given::Options;
 use super::progress::Talk;
 use super::text::counted;
 
@@ -119,36 +119,27 @@ pub fn refuse_list(input: &Path, reason: &str) -> Result<(), Failure> {
     Err(Failure::new(Code::Usage, message).help("give the name of a single file"))
 }
 
-/// Options of the commands that count a set of points and write no triangulation.
-#[derive(Debug, Args)]
-pub struct SetArgs {
-    /// Drop points with coordinates that are not finite numbers, instead of refusing the file
-    #[arg(long)]
-    pub skip_invalid: bool,
-    /// Dimension of the input; 2 keeps the first two coordinates
-    #[arg(short, long = "dimension", value_name = "2|3", value_parser = dimension)]
-    pub dimension: Option<usize>,
-    #[command(flatten)]
-    reading: ReadArgs,
-}
-
-impl SetArgs {
-    /// Reads or generates the points, after checking that `json` can be written and is not the input.
-    pub fn load(&self, name: &str, json: Option<&Path>, talk: &Talk) -> Result<Loaded, Failure> {
-        let input = Input::of(name, self.dimension)?;
-        self.reading.check(input.is_sample(), &[("--skip-invalid", self.skip_invalid)])?;
-        let texts: Vec<&Path> = json.into_iter().collect();
-        files::check(&input.files(), &[], &texts)?;
-        input.load(&self.reading.options(self.dimension, self.skip_invalid), talk)
-    }
+/// Reads or generates the points of a command that writes no triangulation, after checking that `json` can be written and
+/// is not the input.
+pub fn load(
+    name: &str,
+    (given, spec): (&Options, &Spec),
+    json: Option<&Path>,
+    talk: &Talk,
+) -> Result<Loaded, Failure> {
+    let input = Input::of(name, spec.input.dimension)?;
+    check_reading(given, input.is_sample())?;
+    let texts: Vec<&Path> = json.into_iter().collect();
+    files::check(&input.files(), &[], &texts)?;
+    input.load(&read_options(&spec.input)?, talk)
 }
 
 /// Parses the sample that an input describes, if it begins with `sample:`. `dimension` is the value of `-d`.
 pub fn sample(input: &str, dimension: Option<usize>) -> Result<Option<Request>, Failure> {
-    let Some(spec) = input.strip_prefix("sample:") else { return Ok(None) };
-    let mut request = parse_sample(spec)?;
+    let Some(sample) = input.strip_prefix("sample:") else { return Ok(None) };
+    let mut request = parse_sample(sample)?;
     if let Some(d) = dimension {
-        let stated = spec.split(',').any(|part| part.trim().starts_with("d="));
+        let stated = sample.split(',').any(|part| part.trim().starts_with("d="));
         if stated && request.dimension != d {
             let message = format!("-d {d} contradicts {input}");
             return Err(Failure::new(Code::Usage, message).help("state the dimension only once"));

@@ -1,7 +1,6 @@
 //! septet-cli: the subcommands, options, progress messages, errors and exit codes of the program `septet`.
 
 mod completions;
-mod constants;
 mod effects;
 mod errors;
 mod excerpt;
@@ -11,13 +10,13 @@ mod fit;
 mod fold;
 mod formats;
 mod generate;
+mod given;
 mod gzip;
 mod headings;
 mod hidden;
 mod input;
 mod instruments;
 mod mesh;
-mod numbers;
 mod options;
 mod page;
 mod predict;
@@ -43,11 +42,11 @@ use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ColorChoice, CommandFactory, FromArgMatches, Parser, Subcommand};
+use septet_core::spec::Transport;
 use septet_protocol::wire::Wire;
 use tracing_subscriber::layer::Identity;
 
 use errors::{Code, Failure};
-use options::TransportArg;
 use progress::{Cancelled, Talk, TalkArgs};
 use text::{near, nearest, printable};
 use triangulate::Goal;
@@ -297,9 +296,10 @@ fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
 
 /// Runs `septet triangulate` or `septet simulate` with its transport.
 fn run_goal(goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
-    match goal.args().machine.transport {
-        TransportArg::Processes => processes::local(goal, talk),
-        TransportArg::Channel | TransportArg::Sim => triangulate::run(goal, talk),
+    let requested = goal.requested()?;
+    match requested.machine.transport {
+        Transport::Processes { .. } => processes::local(goal, &requested, talk),
+        _ => triangulate::run(goal, requested, talk),
     }
 }
 

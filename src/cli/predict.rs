@@ -5,16 +5,15 @@ use std::path::PathBuf;
 
 use clap::Args;
 use septet_core::model::Points;
-use septet_core::spec::{DEFAULT_SEED, Transport, Workers};
+use septet_core::spec::{Commands, Transport, Workers};
 use septet_core::{Run, Spec, simulate};
 use septet_lab::predict::{Hardware, Prediction, calibrate, predict, takes_over};
 use serde::Serialize;
 
 use super::errors::{Code, Failure};
 use super::files;
-use super::headings::MACHINE;
-use super::input::{Loaded, SetArgs};
-use super::options::{GraphArgs, MachineArgs};
+use super::given::Given;
+use super::input::{Loaded, load};
 use super::progress::Talk;
 use super::text::counted;
 use super::triangulate::place;
@@ -54,15 +53,8 @@ pub struct PredictArgs {
     /// Write the predictions as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
-    /// Seed of the random draws
-    #[arg(long, value_name = "S", default_value_t = DEFAULT_SEED, help_heading = MACHINE)]
-    seed: u64,
     #[command(flatten)]
-    machine: MachineArgs,
-    #[command(flatten)]
-    graph: GraphArgs,
-    #[command(flatten)]
-    set: SetArgs,
+    given: Given<{ Commands::PREDICT.bits() }>,
 }
 
 /// A list of numbers of workers.
@@ -146,9 +138,7 @@ impl Runs<'_> {
 
 impl PredictArgs {
     fn spec(&self, talk: &Talk) -> Result<Spec, Failure> {
-        let spec = self.graph.extend(self.machine.spec()?)?.with(|c| {
-            c.machine.seed = self.seed;
-            c.input.skip_invalid = self.set.skip_invalid;
+        let spec = self.given.options().spec()?.with(|c| {
             c.control.cancel = Some(talk.cancel.clone());
             c.control.progress = Some(talk.phases());
         });
@@ -161,7 +151,7 @@ impl PredictArgs {
 pub fn run(args: &PredictArgs, talk: &Talk) -> Result<(), Failure> {
     let spec = args.spec(talk)?;
     super::threads::limit_threads(spec.machine.thread_count());
-    let loaded = args.set.load(&args.input, args.json.as_deref(), talk)?;
+    let loaded = load(&args.input, (args.given.options(), &spec), args.json.as_deref(), talk)?;
     let spec = spec.with(|c| c.recursion.spacing = loaded.spacing);
     let runs = Runs { args, loaded: &loaded, spec };
     let hardware = runs.hardware()?;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use septet_core::spec::{DEFAULT_SEED, cores};
+use septet_core::spec::{Correction, DEFAULT_SEED, Words, cores};
 use septet_lab::claims::{
     CheckedClaim, Claim, ClaimError, ClaimJournal, ClaimReport, Extent, Lab, LabOptions, registry, select,
 };
@@ -12,7 +12,7 @@ use super::effects::excludes;
 use super::errors::{Code, Failure};
 use super::faults::{FaultArg, fault_or_list, listed as listed_faults};
 use super::files;
-use super::options::NeighboursArg;
+use super::given::words;
 use super::progress::Talk;
 use super::text::suggestion;
 
@@ -54,8 +54,8 @@ pub struct ReproduceArgs {
     #[arg(long, value_name = "S", default_value_t = DEFAULT_SEED)]
     seed: u64,
     /// Correction of neighbour balls; the claims about its depth fail for `naive`
-    #[arg(long, value_enum, default_value_t = NeighboursArg::Descent)]
-    neighbours: NeighboursArg,
+    #[arg(long, value_parser = words::<Correction>(), default_value = Correction::Descent.name())]
+    neighbours: Correction,
     /// Number of threads [default: cores]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..))]
     threads: Option<u32>,
@@ -93,7 +93,7 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
     super::threads::limit_threads(threads);
     let extent = if args.full { Extent::Full } else { Extent::Quick };
     let cancel = Some(talk.cancel.clone());
-    let correction = args.neighbours.correction();
+    let correction = args.neighbours;
     let setting = LabOptions { extent, seed: args.seed, threads, correction, fault, cancel };
     let journal = args.journal.as_deref().map(|path| ClaimJournal::open(path, &setting)).transpose()?;
     let show = Show { table: !is_json_printed, figures: args.figures };

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 use septet_core::generate::Kind;
 use septet_core::model::Points;
-use septet_core::spec::DEFAULT_SEED;
+use septet_core::spec::{Commands, DEFAULT_SEED};
 use septet_core::{Spec, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_lab::baselines::{BaselineReport, incremental};
@@ -14,12 +14,13 @@ use septet_protocol::ledger::Total;
 
 use super::errors::{Code, Failure};
 use super::files;
-use super::input::SetArgs;
-use super::numbers::count;
+use super::given::Given;
+use super::input::load;
 use super::options::kind;
 use super::progress::Talk;
 use super::text::counted;
 use super::triangulate::place;
+use septet_core::spec::count;
 
 /// Options of `septet rival`.
 #[derive(Debug, Args)]
@@ -62,15 +63,15 @@ struct IncrementalArgs {
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
     #[command(flatten)]
-    set: SetArgs,
+    given: Given<{ Commands::RIVAL.bits() }>,
 }
 
 impl IncrementalArgs {
     /// Returns the name of the input file, or the description of the sample.
-    fn name(&self) -> String {
+    fn name(&self, spec: &Spec) -> String {
         let sample = || {
             let (kind, n) = (self.kind?, self.number?);
-            Some(format!("sample:{kind}:{n},d={},seed={}", self.set.dimension.unwrap_or(3), self.seed))
+            Some(format!("sample:{kind}:{n},d={},seed={}", spec.input.dimension.unwrap_or(3), self.seed))
         };
         self.input.clone().or_else(sample).unwrap_or_default()
     }
@@ -79,11 +80,11 @@ impl IncrementalArgs {
 /// Runs the baseline and septet on the same points and compares the cells.
 pub fn run(args: &RivalArgs, talk: &Talk) -> Result<(), Failure> {
     let Which::Incremental(args) = &args.rival;
-    let name = args.name();
-    let loaded = args.set.load(&name, args.json.as_deref(), talk)?;
-    let spec = Spec::default().with(|c| {
+    let spec = args.given.options().spec()?;
+    let name = args.name(&spec);
+    let loaded = load(&name, (args.given.options(), &spec), args.json.as_deref(), talk)?;
+    let spec = spec.with(|c| {
         c.machine.seed = args.seed;
-        c.input.skip_invalid = args.set.skip_invalid;
         c.recursion.spacing = loaded.spacing;
         c.control.cancel = Some(talk.cancel.clone());
         c.control.progress = Some(talk.phases());

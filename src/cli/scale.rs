@@ -6,13 +6,14 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use septet_core::generate::Kind;
-use septet_core::spec::{DEFAULT_SEED, Until, Workers};
+use septet_core::spec::{Commands, DEFAULT_SEED, Until, Value, Workers};
 use septet_lab::experiment::{
     Job, Journal, JournalError, Line, RunError, Runner, Sweep, SweepError, parse_sizes,
 };
 
 use super::errors::{Code, Failure};
-use super::options::{GraphArgs, MachineArgs, dimension, kind, workers};
+use super::given::Given;
+use super::options::{dimension, kind};
 use super::progress::{Cancelled, Talk};
 use super::summary::row;
 use super::text::counted;
@@ -42,7 +43,7 @@ pub struct ScaleArgs {
     #[arg(long, value_name = "L", allow_negative_numbers = true)]
     lipschitz: Option<f64>,
     /// Numbers of workers, separated by commas; `leaves` means one per leaf of the tree
-    #[arg(long, value_name = "P|leaves,..", default_value = "leaves", value_delimiter = ',', value_parser = workers, allow_negative_numbers = true)]
+    #[arg(long, value_name = "P|leaves,..", default_value = "leaves", value_delimiter = ',', value_parser = <Workers as Value>::read, allow_negative_numbers = true)]
     workers: Vec<Workers>,
     /// First seed of the sets and runs
     #[arg(long, value_name = "S", default_value_t = DEFAULT_SEED)]
@@ -62,9 +63,7 @@ pub struct ScaleArgs {
     #[arg(long, value_name = "PHASE", value_enum)]
     until: Option<UntilArg>,
     #[command(flatten)]
-    machine: MachineArgs,
-    #[command(flatten)]
-    graph: GraphArgs,
+    given: Given<{ Commands::SCALE.bits() }>,
     /// Output file with a line per run; if it already contains runs of this sweep, the sweep is continued
     #[arg(short, long = "output", value_name = "FILE")]
     output: PathBuf,
@@ -82,9 +81,8 @@ enum UntilArg {
 impl ScaleArgs {
     fn sweep(&self, talk: &Talk) -> Result<Sweep, Failure> {
         let sizes = parse_sizes(&self.sizes).map_err(|e| Failure::new(Code::Usage, e.to_string()))?;
-        let spec = self.graph.extend(self.machine.spec()?)?.with(|c| {
-            c.control.cancel = Some(talk.cancel.clone());
-        });
+        let spec = self.given.options().spec()?;
+        let spec = spec.with(|c| c.control.cancel = Some(talk.cancel.clone()));
         let sweep = Sweep {
             sizes,
             sizes_text: self.sizes.split_whitespace().collect(),

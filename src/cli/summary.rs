@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use septet_core::spec::{Correction, Partition};
+use septet_core::spec::{Correction, Partition, Words};
 use septet_io::read::FileList;
 use septet_io::without_gz;
 use septet_lab::report::RunReport;
@@ -101,10 +101,10 @@ fn machine(report: &RunReport) -> Vec<String> {
 
 /// Names the baselines that replace steps of the paper, if there are any.
 fn baselines(report: &RunReport) -> Option<String> {
-    let p = &report.parameters;
-    let cut = (p.partition != Partition::Sphere.name()).then_some("k-d planes separate subproblems");
-    let bottom_up =
-        (p.neighbours != Correction::Descent.name()).then_some("balls are corrected bottom-up, node by node");
+    let p = &report.parameters.options;
+    let cut = (p.text("partition") != Partition::Sphere.name()).then_some("k-d planes separate subproblems");
+    let bottom_up = (p.text("neighbours") != Correction::Descent.name())
+        .then_some("balls are corrected bottom-up, node by node");
     let both: Vec<&str> = cut.into_iter().chain(bottom_up).collect();
     (!both.is_empty()).then(|| row("baseline", both.join(", ")))
 }

@@ -9,17 +9,18 @@ use septet_core::run::CostTrace;
 use septet_core::run::memory::{admit, peak_rss, rss};
 use septet_core::{Error, Run, Spec};
 use septet_geometry::range::RangeError;
-use septet_io::read::{ListedFile, ReadOptions};
+use septet_io::read::ListedFile;
 use septet_io::write::{OutputFormat, WriteOptions};
 use septet_lab::report::{CostHeader, RunContext, RunReport, write_cost_trace};
 
 use super::effects::needs;
 use super::errors::{Code, Failure};
 use super::files;
-use super::formats::write_mesh;
+use super::formats::{check_reading, read_options, write_mesh};
+use super::given::Options;
 use super::input::{Input, Loaded, place_of};
 use super::instruments::{Tables, check_trace, traced};
-use super::options::{NodesArg, RunArgs, SimulateArgs, TriangulateArgs};
+use super::options::{RunArgs, SimulateArgs, TriangulateArgs};
 use super::progress::Talk;
 use super::rows::InputRows;
 use super::summary;
@@ -61,58 +62,54 @@ impl<'a> Goal<'a> {
         }
     }
 
-    /// Returns `true` if the report leaves out the nodes of the tree.
-    pub(super) fn hides_nodes(self) -> bool {
-        matches!(self, Goal::Simulate(args) if args.nodes == Some(NodesArg::None))
+    /// Returns the options of the run, as given.
+    pub(super) fn given(self) -> &'a Options {
+        match self {
+            Goal::Triangulate(args) => args.given.options(),
+            Goal::Simulate(args) => args.given.options(),
+        }
     }
 
-    /// Returns the checked configuration in one process.
-    fn spec(self) -> Result<Spec, Failure> {
-        self.extend(self.args().spec()?)
-    }
-
-    /// Returns the checked configuration of one of several processes ([`RunArgs::config_of_processes`]).
-    pub(super) fn config_of_processes(self, workers: u32, threads: usize) -> Result<Spec, Failure> {
-        self.extend(self.args().config_of_processes(workers, threads)?)
-    }
-
-    /// Applies the options of one subcommand only, and checks the configuration.
-    fn extend(self, spec: Spec) -> Result<Spec, Failure> {
-        let spec = match self {
-            Goal::Triangulate(_) => spec,
-            Goal::Simulate(args) => args.extend(spec)?,
-        };
+    /// Returns the checked specification, as requested.
+    pub(super) fn requested(self) -> Result<Spec, Failure> {
+        let (given, args) = (self.given(), self.args());
+        needs("--nodes", given.has("nodes"), "--json", args.json.is_some())?;
+        let spec = given.spec()?.with(|c| {
+            c.keep.costs = self.cost_trace().is_some();
+            c.planted.fault = args.fault;
+        });
         spec.check()?;
         Ok(spec)
     }
 }
 
 /// Runs either subcommand in one process.
-pub fn run(goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
-    let (args, mut spec) = (goal.args(), goal.spec()?);
+pub fn run(goal: Goal<'_>, mut requested: Spec, talk: &Talk) -> Result<(), Failure> {
+    let args = goal.args();
+    args.hidden.refuse()?;
+    let has_pieces = args.writing.any(&args.output, &[OutputFormat::Pvtu]);
+    let mut spec = requested.clone().with(|c| c.keep.point_owner = has_pieces);
     let counted = matches!(goal, Goal::Simulate(_));
     let start = Instant::now();
     super::threads::limit_threads(spec.machine.thread_count());
-    let input = Input::of(&args.input, args.dimension)?;
+    let input = Input::of(&args.input, spec.input.dimension)?;
     check_trace(&args.tracing)?;
     let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
     let texts = args.json.iter().chain(&args.tracing.trace).map(PathBuf::as_path).chain(tables.paths());
     let texts = texts.chain(goal.cost_trace());
     let texts: Vec<&Path> = texts.collect();
-    let of_files = [("--keep-columns", args.keep_columns), ("--skip-invalid", args.skip_invalid)];
-    args.reading.check(input.is_sample(), &of_files)?;
+    check_reading(goal.given(), input.is_sample())?;
     let options = args.writing.options();
     files::check_as(&input.files(), &args.output, &options, &texts)?;
-    check_effects(args)?;
+    check_effects(args, goal.given())?;
     if let Input::Sample(request) = &input {
         // A sample that is too large is refused before it is generated.
         admit(&spec, request.n, request.dimension, counted)?;
     }
-    let reading = args.reading.options(args.dimension, args.skip_invalid);
-    let loaded = input.load(&ReadOptions { keep_columns: args.keep_columns, ..reading }, talk)?;
-    spec.recursion.spacing = loaded.spacing;
-    if args.json.is_some() {
-        spec.keep.view = args.view.unwrap_or(if counted { MOST_POINTS } else { 0 });
+    let loaded = input.load(&read_options(&spec.input)?, talk)?;
+    (spec.recursion.spacing, requested.recursion.spacing) = (loaded.spacing, loaded.spacing);
+    if args.json.is_some() && counted {
+        spec.keep.view = spec.keep.view.or(Some(MOST_POINTS));
     }
     spec.control.cancel = Some(talk.cancel.clone());
     spec.control.progress = Some(talk.phases());
@@ -125,7 +122,7 @@ pub fn run(goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
     let (run, failure) = traced(&args.tracing, talk, &mut files, go)?;
     let run_seconds = start.elapsed().as_secs_f64();
     if failure.is_none() {
-        files.extend(write_all(args, &run, &loaded, talk)?);
+        files.extend(write_all((args, spec.keep.owner), &run, &loaded, talk)?);
     }
     if let (Some(path), Some(trace)) = (goal.cost_trace(), &run.costs) {
         write_costs(path, trace, CostHeader::of(&spec, &run.settled, run.points.used, run.space))?;
@@ -137,7 +134,7 @@ pub fn run(goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
         command: goal.name(),
         input: &args.input,
         outputs: &args.output,
-        hides_nodes: goal.hides_nodes(),
+        threads: spec.machine.thread_count(),
         skipped: loaded.skipped,
         read_seconds: loaded.seconds,
         write_seconds,
@@ -145,14 +142,14 @@ pub fn run(goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
         rss_before_bytes,
         peak_rss_bytes: peak_rss(),
     };
-    let report = RunReport::of(&run, &spec, &setting);
-    publish(args, &tables, &report, files, talk)?;
+    let report = RunReport::of(&run, &requested, &setting);
+    publish((args, &requested), &tables, &report, files, talk)?;
     failure.map_or(Ok(()), Err)
 }
 
 /// Writes the tables and the report, and prints the summary. `files` are the files written before.
 pub(super) fn publish(
-    args: &RunArgs,
+    (args, requested): (&RunArgs, &Spec),
     tables: &Tables,
     report: &RunReport,
     mut files: Vec<PathBuf>,
@@ -160,7 +157,7 @@ pub(super) fn publish(
 ) -> Result<(), Failure> {
     let rendered = |format, which| report.tables(format, which);
     files.extend(tables.write(&rendered)?);
-    print_report(args, report, &files, talk)?;
+    print_report((args, requested), report, &files, talk)?;
     tables.print(&rendered);
     Ok(())
 }
@@ -176,18 +173,23 @@ fn write_costs(path: &Path, trace: &CostTrace, header: CostHeader) -> Result<(),
 }
 
 /// Returns a failure if an option is set that no output or report uses.
-fn check_effects(args: &RunArgs) -> Result<(), Failure> {
+fn check_effects(args: &RunArgs, given: &Options) -> Result<(), Failure> {
     args.writing.check(&args.output)?;
     let has_data =
         args.writing.any(&args.output, &[OutputFormat::Vtu, OutputFormat::Pvtu, OutputFormat::Vtk]);
     let outputs = "-o OUT.vtu, -o OUT.pvtu or -o OUT.vtk";
-    needs("--keep-columns", args.keep_columns, outputs, has_data)?;
-    needs("--with-owner", args.with_owner, outputs, has_data)?;
-    needs("--view", args.view.is_some(), "--json", args.json.is_some())
+    needs("--keep-columns", given.has("keep-columns"), outputs, has_data)?;
+    needs("--with-owner", given.has("with-owner"), outputs, has_data)?;
+    needs("--view", given.has("view"), "--json", args.json.is_some())
 }
 
 /// Writes the report as JSON and prints its summary.
-fn print_report(args: &RunArgs, report: &RunReport, files: &[PathBuf], talk: &Talk) -> Result<(), Failure> {
+fn print_report(
+    (args, requested): (&RunArgs, &Spec),
+    report: &RunReport,
+    files: &[PathBuf],
+    talk: &Talk,
+) -> Result<(), Failure> {
     if let Some(path) = &args.json {
         let mut text = report
             .to_json()
@@ -202,7 +204,8 @@ fn print_report(args: &RunArgs, report: &RunReport, files: &[PathBuf], talk: &Ta
     if report.dimension < report.space as isize {
         talk.note(format!("note: {}", report.flat_note()));
     } else if report.certificate == "passed" {
-        let reading = args.reading.for_verify();
+        let raw = requested.input.raw.as_ref();
+        let reading = raw.map_or_else(String::new, |rows| format!(" --raw {rows}"));
         talk.note(summary::next_step(&args.input, &reading, &args.output, args.json.as_deref()));
     }
     Ok(())
@@ -257,9 +260,14 @@ pub(super) fn of_points(error: &RangeError, files: &[ListedFile], input: &str) -
         .help("round the coordinates to a common grid, or drop these points")
 }
 
-fn write_all(args: &RunArgs, run: &Run, loaded: &Loaded, talk: &Talk) -> Result<Vec<PathBuf>, Failure> {
+fn write_all(
+    (args, with_owner): (&RunArgs, bool),
+    run: &Run,
+    loaded: &Loaded,
+    talk: &Talk,
+) -> Result<Vec<PathBuf>, Failure> {
     let options = WriteOptions {
-        with_owner: args.with_owner,
+        with_owner,
         first_id: loaded.first_id,
         point_data: &loaded.columns,
         ..args.writing.options()

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use glam::DVec2;
 use septet_core::model::Points;
+use septet_core::spec::Commands;
 use septet_io::extension;
 use septet_io::read::{CellFile, CellOptions, read_cells};
 use septet_lab::report::VerifyReport;
@@ -12,7 +13,8 @@ use septet_verify::{Report, Triangulation, VerifyOptions, verify};
 
 use super::errors::{Code, Failure};
 use super::files;
-use super::formats::ReadArgs;
+use super::formats::{check_reading, read_options};
+use super::given::Given;
 use super::input::{self, Loaded};
 use super::progress::Talk;
 use super::text::counted;
@@ -33,7 +35,7 @@ pub struct VerifyArgs {
     /// Cells: .ele .vtu .vtk .msh .mesh .npy .off, each also .gz
     cells: PathBuf,
     #[command(flatten)]
-    reading: ReadArgs,
+    given: Given<{ Commands::VERIFY.bits() }>,
     /// Require that ties are broken by the symbolic perturbation of septet
     #[arg(long)]
     perturbed: bool,
@@ -54,10 +56,10 @@ pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
     let json: Vec<&Path> = args.json.as_deref().into_iter().collect();
     files::check(&inputs, &[], &json)?;
     let sample = input::sample(&args.points, None)?;
-    args.reading.check(sample.is_some(), &[])?;
+    check_reading(args.given.options(), sample.is_some())?;
     let loaded = match sample {
         Some(request) => input::make(&request, talk)?,
-        None => input::open(&args.points, &args.reading.options(None, false), talk)?,
+        None => input::open(&args.points, &read_options(&args.given.options().spec()?.input)?, talk)?,
     };
     let (points, cells) = matched(args, loaded, talk)?;
     let mesh = Triangulation {

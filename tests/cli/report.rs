@@ -7,18 +7,20 @@ use serde_json::Value;
 use super::Place;
 
 /// The documented keys, level by level.
-const KEYS: [(&str, &str); 17] = [
+const KEYS: [(&str, &str); 18] = [
     (
         "",
-        "schema version parameters seed supergraph points space dimension simplices hull_facets certificate \
+        "schema version parameters settled seed supergraph points space dimension simplices hull_facets certificate \
          repair fallback how_proved machine plan phases critical_path rounds traffic timeline tree nodes graph view coordinator control_bytes seconds \
          rss_before_bytes peak_rss_bytes",
     ),
     (
         "/parameters",
-        "command input outputs workers threads supergraph alpha k separator_sets partition neighbours constants samples \
-         tries leaf leaf_auto transport delivery_seed lipschitz skip_invalid max_memory with_owner view exchange_cap",
+        "command input outputs skip_invalid dimension columns input_format raw keep_columns with_owner view nodes workers seed \
+         threads registers supergraph alpha k separator_sets partition neighbours constants samples tries transport \
+         delivery_seed processes max_memory leaf leaf_auto lipschitz exchange_cap",
     ),
+    ("/settled", "workers threads leaf samples tries"),
     ("/supergraph", "kind alpha k why"),
     ("/points", "input used duplicate refused"),
     ("/repair", "rounds stars"),

@@ -147,7 +147,7 @@ fn spec(order: &Order) -> Spec {
         c.machine.transport = transport;
         c.keep.graph = true;
         c.keep.owner = true;
-        c.keep.view = order.picture;
+        c.keep.view = Some(order.picture);
         c.planted.exchange_cap = order.cap;
         c.tree.partition = if order.planes { Partition::Kd } else { Partition::Sphere };
         c.recursion.neighbours = if order.naive { Correction::BottomUp } else { Correction::Descent };

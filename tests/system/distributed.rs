@@ -403,7 +403,7 @@ fn configurations_for_one_process_are_refused() {
         kinds[0].clone()
     };
     assert!(matches!(refused(|c| c.machine.workers = Workers::Leaves), SpecError::NotDistributed { .. }));
-    assert!(matches!(refused(|c| c.keep.view = 10), SpecError::NotDistributed { .. }));
+    assert!(matches!(refused(|c| c.keep.view = Some(10)), SpecError::NotDistributed { .. }));
     assert!(matches!(refused(|c| c.keep.costs = true), SpecError::NotDistributed { .. }));
     assert!(matches!(refused(|c| c.keep.owner = true), SpecError::NotDistributed { .. }));
     let few = SpecError::TooFewWorkers { workers: 2, processes: 3 };

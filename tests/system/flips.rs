@@ -165,8 +165,8 @@ fn mixed<P: Point>(mut points: Vec<P>) -> Vec<P> {
 fn configurations() -> [(Spec, bool); 7] {
     use SeparatorSets::{Both, Ghost};
     let base = simulated(Workers::Count(WORKERS), 0, 20);
-    let direct = base.clone().with(|c| c.keep.view = 100);
-    let chosen = base.clone().with(|c| (c.keep.graph, c.keep.view, c.keep.owner) = (true, 100, true));
+    let direct = base.clone().with(|c| c.keep.view = Some(100));
+    let chosen = base.clone().with(|c| (c.keep.graph, c.keep.view, c.keep.owner) = (true, Some(100), true));
     let in_sets = with_graph(&base, (GraphKind::Density, Both, Alpha::Value(2.5), Neighbours::Auto));
     let in_sets = in_sets.with(|c| c.keep.sets = true);
     let with_ghosts = with_graph(&base, (GraphKind::Density, Ghost, Alpha::Value(2.5), Neighbours::Auto));

@@ -82,16 +82,6 @@ pub enum Partition {
     Kd,
 }
 
-impl Partition {
-    /// Returns the name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Partition::Sphere => "sphere",
-            Partition::Kd => "kd",
-        }
-    }
-}
-
 /// The correction of nearest-neighbour balls that cross separators.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Correction {
@@ -101,16 +91,6 @@ pub enum Correction {
     /// The baseline: node by node from the leaves up. Each node corrects the balls that cross its separator by a descent.
     #[serde(rename = "Naive")]
     BottomUp,
-}
-
-impl Correction {
-    /// Returns the name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Correction::Descent => "descent",
-            Correction::BottomUp => "naive",
-        }
-    }
 }
 
 /// The task of a run.

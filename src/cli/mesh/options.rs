@@ -2,17 +2,17 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use septet_core::mesh::view::MOST_CELLS;
 use septet_core::mesh::{Boundary, MeshSpec, SingularityRequest, SingularityShape};
-use septet_core::spec::{DEFAULT_SEED, Spec, Workers};
+use septet_core::spec::Commands;
 
 use crate::effects::needs;
 use crate::errors::{Code, Failure};
 use crate::formats::FormatArgs;
-use crate::headings::{INPUT, MACHINE, OUTPUT, REPORTS};
-use crate::numbers::bytes;
-use crate::options::{TraceArgs, TransportArg, workers};
+use crate::given::{Given, words};
+use crate::headings::{INPUT, OUTPUT, REPORTS};
+use crate::options::TraceArgs;
 
 const SIZES: &str = "Sizes and quality";
 const BOUNDARY: &str = "Boundary";
@@ -84,8 +84,8 @@ pub struct MeshArgs {
     #[command(flatten)]
     pub writing: FormatArgs,
     /// Treatment of the boundary [default: exact for .poly and .smesh, remesh for surfaces]
-    #[arg(long, value_name = "MODE", value_enum, help_heading = BOUNDARY)]
-    pub boundary: Option<BoundaryArg>,
+    #[arg(long, value_name = "MODE", value_parser = words::<Boundary>(), help_heading = BOUNDARY)]
+    pub boundary: Option<Boundary>,
     /// Upper limit of the size; edges can be about twice as long
     #[arg(long, value_name = "H", value_parser = length, help_heading = SIZES)]
     pub size: Option<f64>,
@@ -124,30 +124,6 @@ pub struct MeshArgs {
     /// Remove slivers: cells with small dihedral angles
     #[arg(long, help_heading = SIZES)]
     pub improve: bool,
-    /// Number of workers, `auto` for one per core, or `leaves` for one per leaf of the partition tree [default: auto]
-    #[arg(long, value_name = "P|auto|leaves", value_parser = workers, allow_negative_numbers = true, help_heading = MACHINE)]
-    pub workers: Option<Workers>,
-    /// Largest leaf of the partition trees, in points [default: 4000 in space, 2000 in the plane]
-    #[arg(long, value_name = "M", help_heading = MACHINE, hide_short_help = true)]
-    pub leaf: Option<u64>,
-    /// Number of threads that read, run the workers and write [default: cores]
-    #[arg(long, value_name = "T", help_heading = MACHINE)]
-    pub threads: Option<usize>,
-    /// Seed of the random draws
-    #[arg(long, value_name = "S", default_value_t = DEFAULT_SEED, help_heading = MACHINE, hide_short_help = true)]
-    pub seed: u64,
-    /// Transport of the messages
-    #[arg(long, value_enum, default_value_t = TransportArg::Channel, help_heading = MACHINE, hide_short_help = true)]
-    pub transport: TransportArg,
-    /// Seed of the delivery order, with --transport sim [default: 0]
-    #[arg(long, value_name = "S", help_heading = MACHINE, hide_short_help = true)]
-    pub delivery_seed: Option<u64>,
-    /// Refuse to start if the mesh is expected to need more memory
-    ///
-    /// K, M, G and T stand for powers of 1024, as in 2G. Without this option, the command stops when it detects that
-    /// the computer has too little memory.
-    #[arg(long, value_name = "BYTES", value_parser = bytes, help_heading = MACHINE, hide_short_help = true)]
-    pub max_memory: Option<u64>,
     /// Write the report as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-", help_heading = REPORTS)]
     pub json: Option<PathBuf>,
@@ -163,35 +139,19 @@ pub struct MeshArgs {
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-", conflicts_with = "check", help_heading = REPORTS, hide_short_help = true)]
     pub profile: Option<PathBuf>,
     #[command(flatten)]
+    pub given: Given<{ Commands::MESH.bits() }>,
+    #[command(flatten)]
     pub tracing: TraceArgs,
     /// Write histograms of the mesh quality as SVG files into this directory
     #[arg(long, value_name = "DIR", conflicts_with = "check", help_heading = REPORTS, hide_short_help = true)]
     pub svg: Option<PathBuf>,
 }
 
-/// `--boundary`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum BoundaryArg {
-    /// Keep every segment and facet
-    Exact,
-    /// Keep corners and ridges, and resample the rest of the surface
-    Remesh,
-}
-
-impl From<BoundaryArg> for Boundary {
-    fn from(boundary: BoundaryArg) -> Self {
-        match boundary {
-            BoundaryArg::Exact => Boundary::Exact,
-            BoundaryArg::Remesh => Boundary::Remesh,
-        }
-    }
-}
-
 impl MeshArgs {
     /// Returns the request for these options, without the size field, which the caller reads.
     pub fn request(&self) -> Result<MeshSpec, Failure> {
         let usage = |message: &str, help: &str| Err(Failure::new(Code::Usage, message).help(help));
-        let transport = self.transport.with_seed(self.delivery_seed)?;
+        let run = self.given.options().spec()?;
         needs("--view", self.view.is_some(), "--json", self.json.is_some())?;
         let is_reported = self.json.is_some() || self.svg.is_some() || self.profile.is_some();
         if !self.check && !is_reported && self.output.is_empty() && self.tracing.trace.is_none() {
@@ -206,21 +166,12 @@ impl MeshArgs {
                 "reduce --min-size, or omit it",
             );
         }
-        self.check_boundary(self.boundary == Some(BoundaryArg::Exact))?;
-        let run = Spec::default().with(|run| {
-            let m = &mut run.machine;
-            m.workers = self.workers.unwrap_or(m.workers);
-            m.threads = self.threads;
-            m.transport = transport;
-            m.seed = self.seed;
-            m.max_memory = self.max_memory;
-            run.tree.leaf = self.leaf;
-        });
+        self.check_boundary(self.boundary == Some(Boundary::Exact))?;
         run.check()?;
         let by_ratio = self.radius_edge.map(|b| 1.0 - 1.0 / b);
         Ok(MeshSpec::default().with(|mesh| {
             mesh.run = run;
-            mesh.boundary = self.boundary.map(Boundary::from);
+            mesh.boundary = self.boundary;
             let sizes = &mut mesh.sizes;
             (sizes.most, sizes.least) = (self.size, self.min_size);
             sizes.singularity.clone_from(&self.singularity);

@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 
+use septet_core::spec;
 use septet_lab::report::mesh::MESH_SCHEMA;
 
 use super::error::PageError;
@@ -135,24 +136,7 @@ impl RunData {
             let value = value.or_else(|| self.value.pointer(&format!("/settings/{key}")))?;
             value.as_str().map(str::to_owned).or_else(|| value.as_f64().map(|x| x.to_string()))
         };
-        let defaults = [
-            ("supergraph", "", "density"),
-            ("alpha", "alpha ", "auto"),
-            ("k", "k ", "auto"),
-            ("separator_sets", "sets ", "ghost"),
-            ("partition", "cut by ", "sphere"),
-            ("neighbours", "balls corrected by ", "descent"),
-            ("constants", "constants for ", "counting"),
-            ("samples", "samples ", "auto"),
-            ("tries", "great circles ", "auto"),
-            ("leaf", "leaf ", "auto"),
-        ];
-        let named = |&(key, before, usual): &(&str, &str, &str)| {
-            word(key)
-                .filter(|value| value != usual && !value.is_empty())
-                .map(|value| format!("{before}{value}"))
-        };
-        defaults.iter().filter_map(named).collect()
+        spec::series_name(false, |row| word(row.key))
     }
 
     /// Returns the requested number of workers, or `leaves`.

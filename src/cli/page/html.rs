@@ -255,7 +255,7 @@ fn runs_table(page: &Page, out: &mut String) {
             format!("mesh of {}", escape(&file.parameters.input)),
             count(Some(file.domain.dimension as f64)),
             count(Some(file.mesh.points as f64)),
-            count(file.parameters.workers.map(f64::from)),
+            count(file.settled.workers.map(f64::from)),
             count(Some(file.parameters.seed as f64)),
             count(Some(mesh.messages() as f64)),
             count(Some(mesh.bytes() as f64)),

@@ -12,24 +12,29 @@ mod sample;
 mod team;
 mod trace;
 
-use septet_core::spec::{Workers, cores};
+use septet_core::Spec;
+use septet_core::spec::{Transport, Workers, cores};
 use septet_protocol::wire::Wire;
 
 use crate::errors::{Code, Failure};
-use crate::options::TransportArg;
 use crate::progress::Talk;
 use crate::triangulate::Goal;
 use team::Team;
 
 /// Runs a goal on a process of a team. By default, there is one worker for each process.
-fn of_team(goal: Goal<'_>, threads: usize, mut team: Team<'_>, talk: &Talk) -> Result<(), Failure> {
+fn of_team(
+    goal: Goal<'_>,
+    (requested, threads): (&Spec, usize),
+    mut team: Team<'_>,
+    talk: &Talk,
+) -> Result<(), Failure> {
     team.check_same()?;
     team.processes.set_part_bytes(goal.args().hidden.part_bytes.unwrap_or_default());
-    let spec = goal.config_of_processes(team.processes.processes(), threads);
-    let spec = team.agree(spec)?;
-    let plan = run::plan(goal, &spec, &team);
+    let plan = run::plan(goal, requested, &team);
     let plan = team.agree(plan)?;
-    trace::traced(&goal.args().tracing, &mut team, talk, |team| run::run(goal, &plan, spec, team, talk))
+    trace::traced(&goal.args().tracing, &mut team, talk, |team| {
+        run::run(goal, &plan, (requested, threads), team, talk)
+    })
 }
 
 /// Returns the failure for a command that several processes cannot run.
@@ -44,13 +49,13 @@ pub fn not_on_processes() -> Failure {
 /// # Errors
 /// Fails with the first failure of any process.
 pub fn on_wire(goal: Goal<'_>, wire: &mut dyn Wire, name: &'static str, talk: &Talk) -> Result<(), Failure> {
-    let args = goal.args();
-    if args.machine.transport != TransportArg::Channel || args.processes.is_some() {
+    let requested = goal.requested()?;
+    if requested.machine.transport != Transport::Channel {
         let message =
             "--transport and --processes do not work with this program, which several processes run";
         return Err(Failure::new(Code::Usage, message).help("omit them"));
     }
-    of_team(goal, 1, Team::new(wire, name), talk)
+    of_team(goal, (&requested, 1), Team::new(wire, name), talk)
 }
 
 /// Returns `true` if another process started this one to run a command with it.
@@ -59,7 +64,8 @@ pub fn is_started(goal: Goal<'_>) -> bool {
     let is_started = launch::Place::of_environment().is_some();
     #[cfg(not(unix))]
     let is_started = false;
-    is_started && goal.args().machine.transport == TransportArg::Processes
+    is_started
+        && goal.requested().is_ok_and(|spec| matches!(spec.machine.transport, Transport::Processes { .. }))
 }
 
 /// Runs a goal with `--transport processes`. The first process starts the others.
@@ -67,23 +73,26 @@ pub fn is_started(goal: Goal<'_>) -> bool {
 /// # Errors
 /// Fails if a process does not start, or with the first failure of any process.
 #[cfg(unix)]
-pub fn local(goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
+pub fn local(goal: Goal<'_>, requested: &Spec, talk: &Talk) -> Result<(), Failure> {
     let cores = cores();
     let threads = |processes: u32| (cores / processes as usize).max(1);
     if let Some(place) = launch::Place::of_environment() {
         let mut wire = place.connect().map_err(|error| not_started(&error).of_process(place.process()))?;
-        return of_team(goal, threads(place.processes()), Team::new(&mut wire, "processes"), talk);
+        return of_team(
+            goal,
+            (requested, threads(place.processes())),
+            Team::new(&mut wire, "processes"),
+            talk,
+        );
     }
-    let args = goal.args();
-    let processes = args.processes.unwrap_or(match args.workers {
-        Some(Workers::Count(workers)) => workers.clamp(1, cores as u32),
-        _ => cores as u32,
+    let machine = &requested.machine;
+    let processes = machine.transport.processes().unwrap_or(match machine.workers {
+        Workers::Count(workers) => workers.clamp(1, cores as u32),
+        Workers::Auto | Workers::Leaves => cores as u32,
     });
-    // An option that no process obeys ends the command before any process starts.
-    goal.config_of_processes(processes, threads(processes))?;
     let mut started = launch::Started::start(processes).map_err(|error| not_started(&error))?;
     let mut wire = started.connect().map_err(|error| not_started(&error))?;
-    let result = of_team(goal, threads(processes), Team::new(&mut wire, "processes"), talk);
+    let result = of_team(goal, (requested, threads(processes)), Team::new(&mut wire, "processes"), talk);
     // The first connection that breaks may belong to a process that ended because of another one.
     let is_lost = result.as_ref().is_err_and(|failure| failure.code == Code::Machine);
     if !is_lost {
@@ -101,7 +110,7 @@ pub fn local(goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
 /// # Errors
 /// Fails always.
 #[cfg(not(unix))]
-pub fn local(_: Goal<'_>, _: &Talk) -> Result<(), Failure> {
+pub fn local(_: Goal<'_>, _: &Spec, _: &Talk) -> Result<(), Failure> {
     let message = "--transport processes needs Unix sockets, which this system does not have";
     Err(Failure::new(Code::Usage, message).help("use --transport channel"))
 }

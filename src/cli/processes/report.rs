@@ -2,9 +2,11 @@
 
 use std::time::Instant;
 
+use septet_core::Spec;
 use septet_core::result::subdomain::Part;
 use septet_core::run::memory::peak_rss;
 use septet_core::run::processes::ProcessRun;
+use septet_core::spec::Nodes;
 use septet_lab::report::{ProcessReport, bin_ranks};
 use septet_protocol::ledger::{CondensedLedger, PhaseSet};
 
@@ -45,9 +47,10 @@ pub(super) struct Rows {
 
 impl Rows {
     /// Returns the rows that the report of a goal shows.
-    pub(super) fn of(goal: Goal<'_>) -> Self {
+    pub(super) fn of(goal: Goal<'_>, spec: &Spec) -> Self {
         let has_pairs = goal.args().json.is_some();
-        Rows { has_pairs, has_nodes: has_pairs && matches!(goal, Goal::Simulate(_)) && !goal.hides_nodes() }
+        let has_nodes = has_pairs && matches!(goal, Goal::Simulate(_)) && spec.keep.nodes == Nodes::All;
+        Rows { has_pairs, has_nodes }
     }
 }
 

@@ -21,6 +21,7 @@ use super::team::Team;
 use super::trace;
 use crate::errors::{Code, Failure};
 use crate::files;
+use crate::formats::{check_reading, read_options};
 use crate::input::Input;
 use crate::instruments::Tables;
 use crate::progress::Talk;
@@ -41,15 +42,18 @@ pub struct Plan<'a> {
 pub fn run(
     goal: Goal<'_>,
     plan: &Plan<'_>,
-    mut spec: Spec,
+    (requested, threads): (&Spec, usize),
     team: &mut Team<'_>,
     talk: &Talk,
 ) -> Result<(), Failure> {
     let (start, args) = (Instant::now(), goal.args());
+    let mut requested = requested.clone();
+    let mut spec = requested.clone().with(|c| c.machine.threads = c.machine.threads.or(Some(threads)));
     crate::threads::limit_threads(spec.machine.thread_count());
     let options = args.writing.options();
     check_shared(&mut team.processes, &args.output, &options)?;
     let held = read(plan, team, &mut spec, talk)?;
+    requested.recursion.spacing = spec.recursion.spacing;
     go_on(team, talk)?;
     let read_seconds = start.elapsed().as_secs_f64();
     spec.control.cancel = Some(talk.cancel.clone());
@@ -70,12 +74,12 @@ pub fn run(
         let is_cancelled = || talk.is_cancelled();
         files = write_shared(&mut team.processes, &args.output, &mesh, &options, &is_cancelled)?;
     }
-    let ledger = united_ledger(team, run.as_mut(), Rows::of(goal))?;
+    let ledger = united_ledger(team, run.as_mut(), Rows::of(goal, &spec))?;
     let context = RunContext {
         command: goal.name(),
         input: &args.input,
         outputs: &args.output,
-        hides_nodes: goal.hides_nodes(),
+        threads: spec.machine.thread_count(),
         skipped: held.skipped,
         read_seconds,
         write_seconds: start.elapsed().as_secs_f64() - run_seconds,
@@ -88,9 +92,9 @@ pub fn run(
     team.first_only(|| {
         // The first process has workers in every run.
         let Some(run) = run else { return Ok(()) };
-        let report = RunReport::of(&run.into_run(ledger), &spec, &context);
+        let report = RunReport::of(&run.into_run(ledger), &requested, &context);
         talk.clear();
-        publish(args, &plan.tables, &report.with_processes(transport, processes), files, talk)
+        publish((args, &requested), &plan.tables, &report.with_processes(transport, processes), files, talk)
     })?;
     failure.map_or(Ok(()), Err)
 }
@@ -135,10 +139,10 @@ pub fn plan<'a>(goal: Goal<'a>, spec: &Spec, team: &Team<'_>) -> Result<Plan<'a>
             Failure::new(Code::Usage, message).help("give the name of a file, or - for standard input")
         );
     }
-    let input = Input::of(&args.input, args.dimension)?;
+    let input = Input::of(&args.input, spec.input.dimension)?;
     let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
     refuse(goal, spec)?;
-    args.reading.check(input.is_sample(), &[])?;
+    check_reading(goal.given(), input.is_sample())?;
     args.writing.check(&args.output)?;
     let placement = placement(spec, team.processes.processes())?;
     if team.is_first() {
@@ -147,21 +151,20 @@ pub fn plan<'a>(goal: Goal<'a>, spec: &Spec, team: &Team<'_>) -> Result<Plan<'a>
         let texts: Vec<&Path> = texts.collect();
         files::check_as(&input.files(), &args.output, &args.writing.options(), &texts)?;
     }
-    let reading = args.reading.options(args.dimension, args.skip_invalid);
+    let reading = read_options(&spec.input)?;
     Ok(Plan { input, tables, reading, placement })
 }
 
 /// Refuses options that need all cells or all ranks in one process.
 fn refuse(goal: Goal<'_>, spec: &Spec) -> Result<(), Failure> {
-    let args = goal.args();
     let options = [
         ("--workers leaves", spec.machine.workers == Workers::Leaves),
         ("--cost-trace", goal.cost_trace().is_some()),
-        ("--keep-columns", args.keep_columns),
-        ("--with-owner", args.with_owner),
-        ("--view", args.view.is_some_and(|shown| shown > 0)),
-        ("--skip-invalid", args.skip_invalid),
-        ("--max-memory", args.machine.max_memory.is_some()),
+        ("--keep-columns", spec.input.keep_columns),
+        ("--with-owner", spec.keep.owner),
+        ("--view", spec.keep.view.is_some_and(|shown| shown > 0)),
+        ("--skip-invalid", spec.input.skip_invalid),
+        ("--max-memory", spec.machine.max_memory.is_some()),
     ];
     match options.iter().find(|(_, given)| *given) {
         Some((option, _)) => {

@@ -8,7 +8,7 @@ use septet_meshing::size::{SizeError, SizeOptions};
 use thiserror::Error;
 
 use super::field::SizeField;
-use crate::spec::Spec;
+use crate::spec::{Spec, words};
 
 /// The default Lipschitz constant. It bounds radius-edge ratios away from the boundary by `1/(1-L) = 2`, the usual
 /// default of mesh generators. A smaller L needs more points everywhere. A larger L saves few points, because sizes
@@ -26,6 +26,11 @@ pub enum Boundary {
     /// Corners, and ridges above the feature angle.
     Remesh,
 }
+
+words!(Boundary {
+    Exact "exact" "Keep every segment and facet",
+    Remesh "remesh" "Keep corners and ridges, and resample the rest of the surface",
+});
 
 impl Boundary {
     /// Returns the default for a kind of domain: `Exact` for a complex, `Remesh` for a surface.

@@ -199,14 +199,14 @@ fn admitted<P: Point>(spec: &Spec, input: Input<'_, P>, processes: u32) -> Resul
 
 /// Refuses results that several processes cannot have. Returns the number of workers: by default, one for each process.
 pub(super) fn admitted_workers(spec: &Spec, processes: u32) -> Result<u32, Error> {
-    let Keep { graph, sets, owner, point_owner, costs, view } = spec.keep;
+    let Keep { graph, sets, owner, point_owner, costs, view, nodes: _ } = spec.keep;
     let outputs = [
         (spec.machine.workers == Workers::Leaves, "a worker for each leaf"),
         (graph, "the list of the edges of the supergraph"),
         (sets, "the list of the members of separator sets"),
         (costs, "a cost trace"),
         (owner || point_owner, "an array of owners"),
-        (view > 0, "a picture"),
+        (view.is_some_and(|points| points > 0), "a picture"),
     ];
     if let Some(&(_, output)) = outputs.iter().find(|(is_wanted, _)| *is_wanted) {
         return Err(SpecError::NotDistributed { output }.into());

@@ -23,8 +23,8 @@ use crate::run::auto_workers::auto_workers;
 use crate::run::memory;
 use crate::run::transport::Start;
 use crate::spec::{
-    Alpha, Constants, Fault, Graph, MOST_WORKERS, Neighbours, Purpose, Spec, SpecError, Task, TreeConstants,
-    Until, Workers, alpha_of_spacing, cores,
+    Alpha, Constants, Fault, Graph, MOST_WORKERS, Neighbours, Purpose, Registers, Spec, SpecError, Task,
+    TreeConstants, Until, Workers, alpha_of_spacing, cores,
 };
 
 /// Checks the configuration and the forecast of memory.
@@ -33,6 +33,9 @@ use crate::spec::{
 /// Fails if the configuration cannot run, or if there are too many points for its memory limit.
 pub(crate) fn admit(spec: &Spec, task: Task, points: u64, dimension: usize) -> Result<(), Error> {
     spec.check()?;
+    if spec.machine.registers == Registers::Baseline {
+        septet_geometry::simd::use_baseline_registers();
+    }
     if spec.recursion.neighbours == Correction::BottomUp && task == Task::Triangulate {
         return Err(SpecError::BottomUpUncounted.into());
     }
@@ -184,7 +187,7 @@ fn machine<P: Point>(spec: &Spec, task: Task, wanted: Wanted) -> WorkerConfig {
         with_leaves: spec.keep.owner,
         with_owned: spec.keep.point_owner && whole && !independent,
         with_places: false,
-        view: if whole { spec.keep.view.min(MOST_POINTS) } else { 0 },
+        view: if whole { spec.keep.view.unwrap_or(0).min(MOST_POINTS) } else { 0 },
     };
     WorkerConfig {
         run: spec.machine.name(),

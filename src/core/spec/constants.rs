@@ -3,6 +3,7 @@
 //! No result depends on them, but work, depth and time do. The program `constants` of `bench` counts the recursion for
 //! other constants.
 
+use crate::spec::value::words;
 use crate::spec::{DEFAULT_ALPHA, SeparatorSets};
 
 /// The quantity that the constants of a partition tree keep small.
@@ -15,15 +16,10 @@ pub enum Purpose {
     Timing,
 }
 
-impl Purpose {
-    /// Returns the name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Purpose::Counting => "counting",
-            Purpose::Timing => "timing",
-        }
-    }
-}
+words!(Purpose {
+    Counting "counting" "Little work and depth",
+    Timing "timing" "Little time",
+});
 
 /// The constants of a counted run as requested. The purpose decides those that are `None`. The leaf size is part of
 /// [`crate::spec::Tree`].
@@ -36,13 +32,6 @@ pub struct Constants {
     pub samples: Option<u64>,
     /// Number of great circles of a draw.
     pub tries: Option<u32>,
-}
-
-impl Constants {
-    /// Returns a constant as it is given on the command line.
-    pub fn text<T: ToString>(constant: Option<T>) -> String {
-        constant.map_or_else(|| "auto".to_owned(), |number| number.to_string())
-    }
 }
 
 /// The constants that a run uses.

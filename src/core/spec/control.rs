@@ -6,6 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use septet_workers::config::Fault;
 
+use crate::spec::value::words;
+
 /// The optional contents of a result, besides cells and counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -21,10 +23,26 @@ pub struct Keep {
     /// Whether the calls of primitives are kept, for a cost trace ([`crate::run::CostTrace`]). Only runs that count, with
     /// all ranks in the caller's process.
     pub costs: bool,
-    /// Expected number of points in the picture of the result ([`crate::Run::picture`]); 0 for no picture, at most
-    /// [`crate::result::view::MOST_POINTS`].
-    pub view: u32,
+    /// Expected number of points in the picture of the result ([`crate::Run::picture`]), at most
+    /// [`crate::result::view::MOST_POINTS`]. By default, there is no picture.
+    pub view: Option<u32>,
+    /// The nodes of the partition tree that reports list.
+    pub nodes: Nodes,
 }
+
+/// The nodes of the partition tree that a report lists.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Nodes {
+    /// All nodes.
+    #[default]
+    All,
+    /// No node.
+    None,
+}
+words!(Nodes {
+    All "all" "Every node",
+    None "none" "No node; with several processes, no process then receives the nodes of the others",
+});
 
 /// The progress of a run.
 #[derive(Clone, Copy, Debug)]

@@ -48,6 +48,26 @@ pub enum SpecError {
         /// alpha or k.
         parameter: &'static str,
     },
+    /// A value is not one of an option.
+    #[error("invalid value `{value}` for {option}: {expected}")]
+    Value {
+        /// The option.
+        option: &'static str,
+        /// The value.
+        value: String,
+        /// What was expected.
+        expected: String,
+    },
+    /// An option has no effect without another one.
+    #[error("{option} has no effect without {needed} {word}")]
+    Needs {
+        /// The option.
+        option: &'static str,
+        /// The option that it needs.
+        needed: &'static str,
+        /// The value that it needs.
+        word: &'static str,
+    },
     /// The rule of separator sets loses edges of the supergraph.
     #[error(
         "separator sets `smaller` hold for the density graph only: an edge of the {graph} graph can cross a \

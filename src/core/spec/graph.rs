@@ -7,6 +7,7 @@ use serde::Serialize;
 use septet_workers::config::Neighbours;
 
 use crate::spec::SpecError;
+use crate::spec::value::{Setting, Value, Words, words};
 
 /// The kinds of supergraphs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -20,13 +21,19 @@ pub enum GraphKind {
     Knn,
 }
 
+words!(GraphKind {
+    Density "density" "The density graph of the paper",
+    Overlap "overlap" "Overlapping neighbour balls",
+    Knn "knn" "The k nearest neighbours",
+});
+
 impl GraphKind {
-    /// Returns the name on the command line.
-    pub fn name(self) -> &'static str {
+    /// Returns the graph of this kind with automatic parameters.
+    pub fn graph(self) -> Graph {
         match self {
-            GraphKind::Density => "density",
-            GraphKind::Overlap => "overlap",
-            GraphKind::Knn => "knn",
+            GraphKind::Density => Graph::Density { alpha: Alpha::Auto },
+            GraphKind::Overlap => Graph::Overlap { alpha: Alpha::Auto },
+            GraphKind::Knn => Graph::Knn { k: Neighbours::Auto },
         }
     }
 }
@@ -38,6 +45,37 @@ pub enum Alpha {
     Auto,
     /// At least 1.
     Value(f64),
+}
+
+impl Value for Alpha {
+    fn read(text: &str) -> Result<Self, String> {
+        match text {
+            "auto" => Ok(Alpha::Auto),
+            _ => text
+                .parse()
+                .map(Alpha::Value)
+                .map_err(|_| "expected a number of at least 1, or `auto`".into()),
+        }
+    }
+
+    fn setting(&self) -> Setting {
+        Setting::Text(self.to_string())
+    }
+}
+
+impl Value for Neighbours {
+    fn read(text: &str) -> Result<Self, String> {
+        let expected = || "expected a number, `auto`, or a factor of ln n such as `10ln`".to_owned();
+        match (text, text.strip_suffix("ln")) {
+            ("auto", _) => Ok(Neighbours::Auto),
+            (_, Some(factor)) => factor.parse().map(Neighbours::Log).map_err(|_| expected()),
+            _ => text.parse().map(Neighbours::Count).map_err(|_| expected()),
+        }
+    }
+
+    fn setting(&self) -> Setting {
+        Setting::Text(self.to_string())
+    }
 }
 
 impl fmt::Display for Alpha {
@@ -83,14 +121,36 @@ impl Graph {
     /// # Errors
     /// Returns [`SpecError::Unused`] if the parameter of another kind is given.
     pub fn new(kind: GraphKind, alpha: Alpha, k: Neighbours) -> Result<Self, SpecError> {
-        let unused = |parameter| SpecError::Unused { graph: kind.name(), parameter };
-        match (kind, alpha, k) {
-            (GraphKind::Knn, Alpha::Value(_), _) => Err(unused("alpha")),
-            (GraphKind::Knn, Alpha::Auto, k) => Ok(Graph::Knn { k }),
-            (_, _, Neighbours::Count(_) | Neighbours::Log(_)) => Err(unused("k")),
-            (GraphKind::Density, alpha, Neighbours::Auto) => Ok(Graph::Density { alpha }),
-            (GraphKind::Overlap, alpha, Neighbours::Auto) => Ok(Graph::Overlap { alpha }),
+        kind.graph().with_alpha(alpha)?.with_k(k)
+    }
+
+    /// Returns the graph with this alpha.
+    ///
+    /// # Errors
+    /// Returns [`SpecError::Unused`] if the graph has no alpha.
+    pub fn with_alpha(self, alpha: Alpha) -> Result<Self, SpecError> {
+        match (self, alpha) {
+            (Graph::Density { .. }, alpha) => Ok(Graph::Density { alpha }),
+            (Graph::Overlap { .. }, alpha) => Ok(Graph::Overlap { alpha }),
+            (Graph::Knn { .. }, Alpha::Auto) => Ok(self),
+            (Graph::Knn { .. }, Alpha::Value(_)) => Err(self.unused("alpha")),
         }
+    }
+
+    /// Returns the graph with this k.
+    ///
+    /// # Errors
+    /// Returns [`SpecError::Unused`] if the graph has no k.
+    pub fn with_k(self, k: Neighbours) -> Result<Self, SpecError> {
+        match (self, k) {
+            (Graph::Knn { .. }, k) => Ok(Graph::Knn { k }),
+            (_, Neighbours::Auto) => Ok(self),
+            (_, Neighbours::Count(_) | Neighbours::Log(_)) => Err(self.unused("k")),
+        }
+    }
+
+    fn unused(self, parameter: &'static str) -> SpecError {
+        SpecError::Unused { graph: self.kind().name(), parameter }
     }
 
     /// Returns the kind.

@@ -5,14 +5,19 @@ mod control;
 mod error;
 mod graph;
 mod machine;
+mod options;
 mod task;
+mod value;
 
 pub(crate) use constants::TreeConstants;
 pub use constants::{Constants, Purpose};
-pub use control::{Control, Keep, Planted, Progress, ProgressFn};
+pub use control::{Control, Keep, Nodes, Planted, Progress, ProgressFn};
 pub use error::SpecError;
 pub use graph::{Alpha, DEFAULT_ALPHA, Graph, GraphKind, alpha_of_spacing};
-pub use machine::{DEFAULT_SEED, Machine, Transport, Workers, cores};
+pub use machine::{DEFAULT_SEED, Machine, Registers, Transport, TransportName, Workers, cores};
+pub use options::{
+    Commands, Heading, Matters, OPTIONS, Row, Series, options_of, row, series_name, words_of_counts,
+};
 use septet_geometry::separator::LEAST_SAMPLES;
 pub use septet_workers::config::Neighbours;
 pub use septet_workers::config::{
@@ -20,15 +25,22 @@ pub use septet_workers::config::{
     SetRule as SeparatorSets,
 };
 pub use task::{Task, Until};
+pub(crate) use value::words;
+pub use value::{Setting, Value, Word, Words, bytes, count};
 
-/// Returns the name of a rule of separator sets on the command line.
-pub fn sets_name(sets: SeparatorSets) -> &'static str {
-    match sets {
-        SeparatorSets::Both => "both",
-        SeparatorSets::Smaller => "smaller",
-        SeparatorSets::Ghost => "ghost",
-    }
-}
+words!(SeparatorSets {
+    Both "both" "Both sides receive them, as in the paper",
+    Smaller "smaller" "Only the side with fewer of them sends them to the other",
+    Ghost "ghost" "Both sides receive them as ghosts",
+});
+words!(Partition {
+    Sphere "sphere" "Sphere separators, as in the paper",
+    Kd "kd" "K-d planes, as a baseline",
+});
+words!(Correction {
+    Descent "descent" "One descent from the root",
+    BottomUp "naive" "Bottom-up, node by node, as a baseline",
+});
 
 /// Largest number of workers.
 pub const MOST_WORKERS: u32 = 1 << 20;
@@ -59,9 +71,19 @@ pub struct Spec {
 }
 
 /// The rules for the points of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct InputRules {
+    /// Dimension of the points; by default, that of the file. Only readers of files use it and the next three rules.
+    pub dimension: Option<usize>,
+    /// Columns of the coordinates in a text table: names from the header row, or numbers from 1.
+    pub columns: Option<Vec<String>>,
+    /// Name of the format of the file.
+    pub format: Option<String>,
+    /// Type and number of the coordinates in a file without a header, such as `f64,3`.
+    pub raw: Option<String>,
+    /// Whether the other numeric columns of a text table are kept.
+    pub keep_columns: bool,
     /// Whether points that are not finite are dropped and counted; otherwise they are an error.
     pub skip_invalid: bool,
 }

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use crate::experiment::fit::{ClusterRow, Estimate, clustered};
 use septet_core::Spec;
 use septet_core::generate::Kind;
-use septet_core::spec::{Alpha, DEFAULT_ALPHA, Graph, Partition, Until};
+use septet_core::spec::{Alpha, DEFAULT_ALPHA, Graph, Partition, Until, Words};
 
 use super::claim::LEVEL;
 use super::counted::Counted;

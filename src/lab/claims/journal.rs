@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::experiment::{Entry, Journal, JournalError, Stamp, read_entries};
 
+use septet_core::spec::Words;
+
 use super::{CheckedClaim, Claim, Figure, LabOptions};
 
 /// Name and version of the schema of a line.

@@ -284,7 +284,7 @@ impl<'a> Lab<'a> {
         let run = self.run(sample, seed, |spec| {
             spec.with(|c| {
                 c.keep.graph = true;
-                c.keep.view = MOST_POINTS;
+                c.keep.view = Some(MOST_POINTS);
             })
         })?;
         let set = self.set(sample, seed)?;

@@ -85,7 +85,7 @@ fn seen(spec: Spec, graph: Graph) -> Spec {
     spec.with(|c| {
         c.machine.workers = Workers::Count(1);
         c.tree.leaf = Some(LEAF);
-        c.keep.view = MOST_POINTS;
+        c.keep.view = Some(MOST_POINTS);
         c.recursion.graph = graph;
     })
 }

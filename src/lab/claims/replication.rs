@@ -5,7 +5,7 @@ use std::rc::Rc;
 use crate::experiment::fit::{ClusterRow, clustered};
 use septet_core::Spec;
 use septet_core::generate::Kind;
-use septet_core::spec::{Alpha, DEFAULT_ALPHA, Graph, Neighbours, Until, Workers};
+use septet_core::spec::{Alpha, DEFAULT_ALPHA, Graph, Neighbours, Until, Words, Workers};
 
 use super::bounds::{REPLICATION, ReplicationBounds};
 use super::claim::LEVEL;

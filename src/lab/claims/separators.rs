@@ -158,7 +158,7 @@ fn with_graph(lab: &mut Lab, of: &(Sample, Rc<Specimen>), graph: Claimed) -> Res
     let seen = |spec: Spec| {
         spec.with(|c| {
             c.recursion.sets = SeparatorSets::Both;
-            c.keep.view = MOST_POINTS;
+            c.keep.view = Some(MOST_POINTS);
             c.keep.sets = true;
         })
     };

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use septet_core::run::count::Ending;
-use septet_core::spec::Until;
+use septet_core::spec::{Setting, Until};
 use septet_protocol::ids::{ByGroup, Group, Phase};
 
 /// Name and version of the schema of [`Line`]. The number changes if a field changes its meaning or disappears. New
@@ -89,39 +89,20 @@ pub struct RunOptions {
     pub weak: bool,
     /// Number of threads that ran the workers.
     pub threads: usize,
-    /// `density`, `overlap` or `knn`.
-    pub supergraph: String,
-    /// A number, or `auto`.
-    pub alpha: String,
-    /// A number, `auto`, or a factor of ln n such as `10ln`.
-    pub k: String,
-    /// `both`, `smaller` or `ghost`.
-    pub separator_sets: String,
-    /// `sphere` or `kd`.
-    #[serde(default)]
-    pub partition: String,
-    /// `descent` or `naive`.
-    #[serde(default)]
-    pub neighbours: String,
-    /// `counting` or `timing`.
-    #[serde(default)]
-    pub constants: String,
-    /// A number, or `auto`.
-    #[serde(default)]
-    pub samples: String,
-    /// A number, or `auto`.
-    #[serde(default)]
-    pub tries: String,
-    /// A number, or `auto`.
-    pub leaf: String,
-    /// `channel` or `sim`.
-    pub transport: String,
-    /// Seed of the order of delivery, `sim` only.
-    pub delivery_seed: Option<u64>,
     /// Lipschitz constant of graded kinds, if given.
     pub lipschitz: Option<f64>,
     /// The last phase, if the run stopped early.
     pub until: Option<Until>,
+    /// The other options on which counts depend, by their keys.
+    #[serde(flatten)]
+    pub options: BTreeMap<String, Setting>,
+}
+
+impl RunOptions {
+    /// Returns an option as text, if the line has it.
+    pub fn text(&self, key: &str) -> Option<String> {
+        self.options.get(key).and_then(Setting::text)
+    }
 }
 
 /// One phase.

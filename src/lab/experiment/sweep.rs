@@ -6,8 +6,8 @@ use thiserror::Error;
 
 use septet_core::generate::{Kind, Request};
 use septet_core::spec::{
-    Alpha, Constants, Correction, GraphKind, Purpose, Recursion, SeparatorSets, Spec, SpecError, Tree, Until,
-    Workers, sets_name,
+    Alpha, Commands, Correction, GraphKind, Matters, Purpose, Recursion, SeparatorSets, Spec, SpecError,
+    Tree, Until, Workers, options_of, words_of_counts,
 };
 
 use super::line::{Program, RunOptions};
@@ -255,27 +255,8 @@ impl Sweep {
     }
 
     fn common_words(&self, lipschitz: Option<f64>, text: &mut String) {
-        let settings = self.settings(Workers::Count(1));
+        text.push_str(&words_of_counts(&self.spec, Commands::SCALE));
         // Writing to a string cannot fail.
-        let _ = write!(
-            text,
-            " --supergraph {} --alpha {} --k {} --separator-sets {} --partition {} --neighbours {} \
-             --constants {} --samples {} --tries {} --leaf {} --transport {}",
-            settings.supergraph,
-            settings.alpha,
-            settings.k,
-            settings.separator_sets,
-            settings.partition,
-            settings.neighbours,
-            settings.constants,
-            settings.samples,
-            settings.tries,
-            settings.leaf,
-            settings.transport
-        );
-        if let Some(seed) = settings.delivery_seed {
-            let _ = write!(text, " --delivery-seed {seed}");
-        }
         if let Some(until) = self.until {
             let _ = write!(text, " --until {}", until.name());
         }
@@ -286,26 +267,14 @@ impl Sweep {
 
     /// Returns the options of a run, for its line.
     pub fn settings(&self, workers: Workers) -> RunOptions {
-        let spec = &self.spec;
-        let transport = spec.machine.transport;
+        let rows = options_of(Commands::SCALE).filter(|row| row.matters >= Matters::Counts);
         RunOptions {
             workers: workers.to_string(),
             weak: self.weak,
-            threads: spec.machine.thread_count(),
-            supergraph: spec.recursion.graph.kind().name().to_string(),
-            alpha: spec.recursion.graph.alpha().to_string(),
-            k: spec.recursion.graph.k().to_string(),
-            separator_sets: sets_name(spec.recursion.sets).to_string(),
-            partition: spec.tree.partition.name().to_string(),
-            neighbours: spec.recursion.neighbours.name().to_string(),
-            constants: spec.tree.constants.purpose.name().to_string(),
-            samples: Constants::text(spec.tree.constants.samples),
-            tries: Constants::text(spec.tree.constants.tries),
-            leaf: Constants::text(spec.tree.leaf),
-            transport: transport.name().to_string(),
-            delivery_seed: transport.delivery_seed(),
+            threads: self.spec.machine.thread_count(),
             lipschitz: self.lipschitz,
             until: self.until,
+            options: rows.map(|row| (row.key.to_owned(), row.get(&self.spec))).collect(),
         }
     }
 }

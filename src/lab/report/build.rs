@@ -5,9 +5,10 @@ use septet_protocol::ids::{COORDINATOR, Group, Phase};
 use septet_protocol::ledger::{Ledger, RoundKey, RoundTally, Total};
 
 use septet_core::run::{Run, Settled};
-use septet_core::spec::Spec;
+use septet_core::spec::{Nodes, Spec};
 
 use super::context::RunContext;
+use super::parameters::SettledReport;
 use super::schema::{
     CoordinatorReport, Fallback, HowProved, MachineReport, NodeReport, PathReport, PhaseReport, PointsReport,
     RepairReport, RoundReport, RunReport, RunSeconds, SCHEMA, SupergraphReport, TotalReport,
@@ -25,6 +26,7 @@ impl RunReport {
             schema: SCHEMA,
             version: env!("CARGO_PKG_VERSION"),
             parameters: Parameters::of(spec, context, run.settled.leaf),
+            settled: SettledReport::of(&run.settled, context),
             seed: spec.machine.seed,
             supergraph: supergraph(&run.settled),
             points: PointsReport {
@@ -52,7 +54,7 @@ impl RunReport {
             traffic: traffic::links(ledger, run.settled.workers),
             timeline: traffic::senders(ledger, run.settled.workers),
             tree: tree::summary(run),
-            nodes: nodes(run, context),
+            nodes: nodes(run, spec),
             graph: counted.then(|| tree::graph(run)),
             view: run.picture.clone(),
             coordinator,
@@ -71,9 +73,9 @@ impl RunReport {
 }
 
 /// Returns every node of a counted run, unless the report leaves them out.
-fn nodes(run: &Run, context: &RunContext<'_>) -> Option<Vec<NodeReport>> {
+fn nodes(run: &Run, spec: &Spec) -> Option<Vec<NodeReport>> {
     let listed = || if run.settled.counted { tree::nodes(&run.ledger) } else { Vec::new() };
-    (!context.hides_nodes).then(listed)
+    (spec.keep.nodes == Nodes::All).then(listed)
 }
 
 /// Returns the supergraph of a run.

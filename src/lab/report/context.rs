@@ -11,8 +11,8 @@ pub struct RunContext<'a> {
     pub input: &'a str,
     /// The outputs as given on the command line.
     pub outputs: &'a [PathBuf],
-    /// Whether the report leaves out the list of nodes.
-    pub hides_nodes: bool,
+    /// Number of threads of each process.
+    pub threads: usize,
     /// Number of points that were dropped while reading.
     pub skipped: u64,
     /// Measured seconds of reading.

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use serde::Serialize;
 
 use septet_core::run::{CostRow, CostTrace, Settled};
-use septet_core::spec::{Spec, sets_name};
+use septet_core::spec::{Spec, Words};
 use septet_geometry::cost::{Call, LaneStep, Step, Tape};
 use septet_protocol::ledger::{Ledger, Total};
 
@@ -52,7 +52,7 @@ impl CostHeader {
             samples: settled.samples,
             tries: settled.tries,
             supergraph: supergraph(settled),
-            separator_sets: sets_name(spec.recursion.sets),
+            separator_sets: spec.recursion.sets.name(),
             partition: spec.tree.partition.name(),
             neighbours: spec.recursion.neighbours.name(),
             fault: spec.planted.fault.map(|fault| fault.to_string()),

@@ -20,7 +20,7 @@ mod verify;
 
 pub use context::RunContext;
 pub use cost_trace::{CostHeader, ledger_counts, write_cost_trace};
-pub use parameters::Parameters;
+pub use parameters::{Parameters, Requested, SettledReport};
 pub use processes::ProcessReport;
 pub use schema::{
     Fallback, GraphReport, HowProved, MachineReport, NodeReport, PathReport, PhaseReport, PointsReport,

@@ -3,12 +3,15 @@
 use std::path::PathBuf;
 
 use serde::Serialize;
+use serde::ser::{SerializeMap, Serializer};
 
-use septet_core::spec::{Constants, Spec, sets_name};
+use septet_core::Spec;
+use septet_core::run::Settled;
+use septet_core::spec::{OPTIONS, Setting};
 
 use super::context::RunContext;
 
-/// The options of a run as requested, except `leaf`. Other fields of the report contain the values that the run used.
+/// The options of a run as requested, except `leaf`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Parameters {
     /// `triangulate` or `simulate`.
@@ -17,80 +20,87 @@ pub struct Parameters {
     pub input: String,
     /// The outputs as given on the command line.
     pub outputs: Vec<PathBuf>,
-    /// A number, or `leaves`.
-    pub workers: String,
-    /// Number of threads that run the workers.
-    pub threads: usize,
-    /// `density`, `overlap` or `knn`.
-    pub supergraph: &'static str,
-    /// A number, or `auto`.
-    pub alpha: String,
-    /// A number, `auto`, or a factor of ln n such as `10ln`.
-    pub k: String,
-    /// `both`, `smaller` or `ghost`.
-    pub separator_sets: &'static str,
-    /// `sphere` or `kd`.
-    pub partition: &'static str,
-    /// `descent` or `naive`.
-    pub neighbours: &'static str,
-    /// `counting` or `timing`; `simulate` only.
-    pub constants: &'static str,
-    /// A number, or `auto`.
-    pub samples: String,
-    /// A number, or `auto`.
-    pub tries: String,
+    /// All options, of which `leaf` follows.
+    #[serde(flatten)]
+    pub options: Requested,
     /// Largest number of points in a leaf, as the run used it.
     pub leaf: u64,
     /// Whether septet chose the leaf size.
     pub leaf_auto: bool,
-    /// `channel` or `sim`.
-    pub transport: &'static str,
-    /// Seed of the delivery order; `sim` only.
-    pub delivery_seed: Option<u64>,
     /// Lipschitz constant of a generated f-spaced set.
     pub lipschitz: Option<f64>,
-    /// Whether invalid points are dropped.
-    pub skip_invalid: bool,
-    /// Memory limit in bytes.
-    pub max_memory: Option<u64>,
-    /// Whether the owner and the owning leaf of each cell are kept.
-    pub with_owner: bool,
-    /// Number of points requested for the picture.
-    pub view: u32,
     /// Maximum number of splaying rounds before the fallback. `None` for `6 log2 n`.
     pub exchange_cap: Option<u32>,
 }
 
+/// The values of options, in the order of their rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Requested(Vec<(&'static str, Setting)>);
+
+impl Requested {
+    /// Returns the values of the options whose keys are chosen.
+    pub(super) fn of(spec: &Spec, is_chosen: impl Fn(&str) -> bool) -> Self {
+        let rows = OPTIONS.iter().filter(|row| is_chosen(row.key));
+        Requested(rows.map(|row| (row.key, row.get(spec))).collect())
+    }
+
+    /// Returns the text of an option, which is empty if it is not given.
+    pub fn text(&self, key: &str) -> String {
+        let value = self.0.iter().find(|(name, _)| *name == key);
+        value.and_then(|(_, value)| value.text()).unwrap_or_default()
+    }
+
+    /// Replaces the value of an option.
+    pub(super) fn set(&mut self, key: &str, value: Setting) {
+        self.0.iter_mut().filter(|(name, _)| *name == key).for_each(|option| option.1 = value.clone());
+    }
+}
+
+impl Serialize for Requested {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let mut map = to.serialize_map(Some(self.0.len()))?;
+        for (key, value) in &self.0 {
+            map.serialize_entry(key, value)?;
+        }
+        map.end()
+    }
+}
+
 impl Parameters {
-    /// Returns the parameters of a configuration.
+    /// Returns the parameters of a specification as requested.
     pub(super) fn of(spec: &Spec, context: &RunContext<'_>, leaf: u64) -> Self {
-        let Spec { machine, tree, recursion, keep, .. } = spec;
-        let (graph, constants) = (recursion.graph, tree.constants);
         Parameters {
             command: context.command,
             input: context.input.to_owned(),
             outputs: context.outputs.to_vec(),
-            workers: machine.workers.to_string(),
-            threads: machine.thread_count(),
-            supergraph: graph.kind().name(),
-            alpha: graph.alpha().to_string(),
-            k: graph.k().to_string(),
-            separator_sets: sets_name(spec.recursion.sets),
-            partition: spec.tree.partition.name(),
-            neighbours: spec.recursion.neighbours.name(),
-            constants: constants.purpose.name(),
-            samples: Constants::text(constants.samples),
-            tries: Constants::text(constants.tries),
+            options: Requested::of(spec, |key| key != "leaf"),
             leaf,
-            leaf_auto: tree.leaf.is_none(),
-            transport: machine.transport.name(),
-            delivery_seed: machine.transport.delivery_seed(),
+            leaf_auto: spec.tree.leaf.is_none(),
             lipschitz: spec.recursion.spacing,
-            skip_invalid: spec.input.skip_invalid,
-            max_memory: machine.max_memory,
-            with_owner: keep.owner,
-            view: keep.view,
             exchange_cap: spec.planted.exchange_cap,
         }
+    }
+}
+
+/// The options that the run settled, as it used them.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SettledReport {
+    /// Number of workers.
+    pub workers: u32,
+    /// Number of threads of each process.
+    pub threads: usize,
+    /// Largest number of points in a leaf.
+    pub leaf: u64,
+    /// Largest expected number of samples of a draw.
+    pub samples: u64,
+    /// Number of great circles of a draw.
+    pub tries: u32,
+}
+
+impl SettledReport {
+    /// Returns the options that a run settled.
+    pub(super) fn of(settled: &Settled, context: &RunContext<'_>) -> Self {
+        let Settled { workers, leaf, samples, tries, .. } = *settled;
+        SettledReport { workers, threads: context.threads, leaf, samples, tries }
     }
 }

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use septet_core::spec::Setting;
+
 use super::RunReport;
 
 /// A process of a run.
@@ -31,7 +33,7 @@ impl RunReport {
     pub fn with_processes(mut self, transport: &'static str, processes: Vec<ProcessReport>) -> Self {
         let points = &mut self.points;
         points.duplicate = points.input - points.used - points.refused;
-        self.parameters.transport = transport;
+        self.parameters.options.set("transport", Setting::Text(transport.to_owned()));
         self.processes = processes;
         self
     }

@@ -6,9 +6,9 @@ use septet_core::result::view::View;
 use septet_core::run::TrafficTotal;
 use septet_protocol::ids::{ByGroup, Group};
 
-use super::Parameters;
 use super::processes::ProcessReport;
 use super::traffic::{TimelineReport, TrafficReport};
+use super::{Parameters, SettledReport};
 
 /// Name and version of the schema of [`RunReport`]. The number changes if a field changes its meaning or disappears.
 /// New fields may appear under the same number.
@@ -24,6 +24,8 @@ pub struct RunReport {
     pub version: &'static str,
     /// All options of the run.
     pub parameters: Parameters,
+    /// The options that the run settled, as it used them.
+    pub settled: SettledReport,
     /// Seed of every random draw.
     pub seed: u64,
     /// The supergraph of the run. Its kind is `none` for `triangulate`, and if there was nothing to triangulate.

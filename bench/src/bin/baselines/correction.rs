@@ -4,7 +4,7 @@ use std::error::Error;
 
 use septet_core::generate::Kind;
 use septet_core::model::Points;
-use septet_core::spec::{Correction, Until};
+use septet_core::spec::{Correction, Until, Words};
 use septet_core::{Spec, count};
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;

@@ -4,7 +4,7 @@ use std::error::Error;
 
 use septet_core::generate::{Generated, Kind};
 use septet_core::model::Points;
-use septet_core::spec::Partition;
+use septet_core::spec::{Partition, Words};
 use septet_core::{Run, Spec, simulate};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;

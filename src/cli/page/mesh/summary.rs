@@ -98,7 +98,7 @@ fn promise(place: &PlaceReport) -> String {
 
 fn machine(mesh: &MeshData, out: &mut String) {
     let (file, say) = (&mesh.file, |x: u64| grouped(x as f64));
-    let workers = file.parameters.workers.map_or_else(|| "one a leaf".to_owned(), |p| say(u64::from(p)));
+    let workers = file.settled.workers.map_or_else(|| "one a leaf".to_owned(), |p| say(u64::from(p)));
     let sent = format!("{} messages, {}B", say(mesh.messages()), si(mesh.bytes() as f64));
     card(out, "workers", &workers, &sent);
     let depth = format!("depth {}, work {}", say(mesh.total(|t| t.depth)), si(mesh.total(|t| t.work) as f64));

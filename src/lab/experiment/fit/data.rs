@@ -8,6 +8,8 @@ use septet_protocol::ids::{ByGroup, Group};
 use serde::Serialize;
 use thiserror::Error;
 
+use septet_core::spec;
+
 use super::super::line::{Line, PhaseLine, Program, RunOptions};
 
 /// A count.
@@ -349,33 +351,16 @@ pub(crate) fn series_name(line: &Line, key: Key) -> String {
     }
     if key == Key::Seconds {
         parts.push(format!("{} threads", s.threads));
-        if !s.transport.is_empty() {
-            parts.push(s.transport.clone());
-        }
+        parts.extend(s.text("transport"));
     }
     parts.extend(options_in_name(s));
     parts.join(", ")
 }
 
-/// Returns the options of the algorithm that are not defaults.
+/// Returns the options of the algorithm in the name of a group.
 fn options_in_name(settings: &RunOptions) -> Vec<String> {
-    let s = settings;
-    let options = [
-        ("", &s.supergraph),
-        ("alpha ", &s.alpha),
-        ("k ", &s.k),
-        ("sets ", &s.separator_sets),
-        ("partition ", &s.partition),
-        ("neighbours ", &s.neighbours),
-        ("leaf ", &s.leaf),
-        ("constants for ", &s.constants),
-        ("samples ", &s.samples),
-        ("tries ", &s.tries),
-    ];
-    let is_default = |value: &str| ["", "auto", "sphere", "descent", "counting"].contains(&value);
-    let changed = options.into_iter().filter(|(_, value)| !is_default(value));
-    let until = s.until.map(|until| format!("until {}", until.name()));
-    changed.map(|(what, value)| format!("{what}{value}")).chain(until).collect()
+    let until = settings.until.map(|until| format!("until {}", until.name()));
+    spec::series_name(true, |row| settings.text(row.key)).into_iter().chain(until).collect()
 }
 
 /// Returns the value of the count in a line, or `None` if the line does not contain the count.
@@ -441,23 +426,29 @@ pub(super) fn levels(line: &Line, phase: &str) -> Vec<(f64, f64)> {
 
 #[cfg(test)]
 mod tests {
-    use septet_core::spec::Until;
+    use septet_core::spec::{Setting, Until};
 
     use super::*;
 
     #[test]
     fn runs_with_other_options_belong_to_other_series() {
         let name_of = |change: fn(&mut RunOptions)| {
-            let mut settings = RunOptions { supergraph: "auto".to_string(), ..RunOptions::default() };
+            let mut settings = RunOptions::default();
             change(&mut settings);
             options_in_name(&settings).join(", ")
         };
+        let option = |key: &str, value: &str| {
+            let options = [(key.to_owned(), Setting::Text(value.to_owned()))];
+            options_in_name(&RunOptions { options: options.into(), ..RunOptions::default() }).join(", ")
+        };
         assert_eq!(name_of(|_| {}), "");
-        assert_eq!(name_of(|s| s.constants = "counting".to_string()), "");
-        assert_eq!(name_of(|s| s.constants = "timing".to_string()), "constants for timing");
-        assert_eq!(name_of(|s| s.samples = "400".to_string()), "samples 400");
-        assert_eq!(name_of(|s| s.tries = "5".to_string()), "tries 5");
+        assert_eq!(option("supergraph", "auto"), "");
+        assert_eq!(option("supergraph", "density"), "density");
+        assert_eq!(option("constants", "counting"), "");
+        assert_eq!(option("constants", "timing"), "constants for timing");
+        assert_eq!(option("samples", "400"), "samples 400");
+        assert_eq!(option("tries", "5"), "tries 5");
+        assert_eq!(option("leaf", "60"), "leaf 60");
         assert_eq!(name_of(|s| s.until = Some(Until::Partition)), "until partition");
-        assert_eq!(name_of(|s| s.leaf = "60".to_string()), "leaf 60");
     }
 }

@@ -20,14 +20,15 @@ pub mod tables;
 
 pub use schema::{
     CellReport, ConformityReport, CountReport, DeviationReport, DomainReport, FeatureReport, MeshReport,
-    MeshSeconds, ParameterReport, PlaceReport, QualityReport, RatioRange, SliverReport, StageReport,
+    MeshSeconds, MeshSettled, ParameterReport, PlaceReport, QualityReport, RatioRange, SliverReport,
+    StageReport,
 };
 
 use histogram::HistogramReport;
+use septet_core::mesh::MeshSpec;
 use septet_core::mesh::run_log::RunLog;
 use septet_core::mesh::view::MeshPicture;
-use septet_core::mesh::{Boundary, MeshSpec};
-use septet_core::spec::{Workers, cores};
+use septet_core::spec::{Words, Workers, cores};
 
 /// Name and version of the schema.
 pub const MESH_SCHEMA: &str = "septet-mesh/1";
@@ -91,6 +92,7 @@ impl MeshReport {
             schema: MESH_SCHEMA.into(),
             version: env!("CARGO_PKG_VERSION").into(),
             parameters: parameters(domain.kind, request, context),
+            settled: settled(request),
             domain: domain_report(domain),
             mesh: counts(mesh),
             stages: stages.iter().map(stage).collect(),
@@ -140,11 +142,7 @@ fn parameters(kind: DomainKind, request: &MeshSpec, context: &MeshContext<'_>) -
     ParameterReport {
         input: context.input.to_owned(),
         outputs: context.outputs.iter().map(|o| o.display().to_string()).collect(),
-        boundary: match request.boundary_of(kind) {
-            Boundary::Exact => "exact",
-            Boundary::Remesh => "remesh",
-        }
-        .into(),
+        boundary: request.boundary_of(kind).name().into(),
         lipschitz: request.sizes.lipschitz,
         radius_edge: request.radius_edge(),
         size: request.sizes.most,
@@ -157,16 +155,23 @@ fn parameters(kind: DomainKind, request: &MeshSpec, context: &MeshContext<'_>) -
         feature_angle: request.feature_angle,
         improve: request.improve,
         leaf: request.run.tree.leaf,
-        workers: match machine.workers {
-            Workers::Auto => Some(cores() as u32),
-            Workers::Count(n) => Some(n),
-            Workers::Leaves => None,
-        },
+        workers: machine.workers.to_string().into(),
         threads: machine.thread_count(),
-        transport: machine.transport.name().into(),
+        transport: machine.transport.kind().name().into(),
         delivery_seed: machine.transport.delivery_seed(),
         seed: machine.seed,
+        max_memory: machine.max_memory,
     }
+}
+
+fn settled(request: &MeshSpec) -> MeshSettled {
+    let machine = &request.run.machine;
+    let workers = match machine.workers {
+        Workers::Auto => Some(cores() as u32),
+        Workers::Count(workers) => Some(workers),
+        Workers::Leaves => None,
+    };
+    MeshSettled { workers, threads: machine.thread_count() }
 }
 
 fn domain_report<P: Triangulate>(domain: &Domain<P>) -> DomainReport {

@@ -42,6 +42,9 @@ pub struct MeshReport {
     pub version: Word,
     /// The options.
     pub parameters: ParameterReport,
+    /// The options that the runs settled, as they used them.
+    #[serde(default)]
+    pub settled: MeshSettled,
     /// The domain.
     pub domain: DomainReport,
     /// The numbers of points, cells, faces and edges.
@@ -74,6 +77,15 @@ pub struct MeshReport {
     /// Measured peak of resident memory.
     #[serde(skip_deserializing)]
     pub peak_rss_bytes: Option<u64>,
+}
+
+/// The options of the machine as its runs used them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MeshSettled {
+    /// Number of workers. `None` for one per leaf.
+    pub workers: Option<u32>,
+    /// Number of threads.
+    pub threads: usize,
 }
 
 /// The distances between a remeshed boundary and its surface, in the unit of the file.
@@ -126,8 +138,9 @@ pub struct ParameterReport {
     /// Largest number of points in a leaf of the partition trees.
     #[serde(skip_deserializing)]
     pub leaf: Option<u64>,
-    /// Number of workers. `None` for one per leaf.
-    pub workers: Option<u32>,
+    /// A number, `auto`, or `leaves`.
+    #[serde(skip_deserializing)]
+    pub workers: Word,
     /// Number of threads that run the workers.
     #[serde(skip_deserializing)]
     pub threads: usize,
@@ -139,6 +152,9 @@ pub struct ParameterReport {
     pub delivery_seed: Option<u64>,
     /// Seed of every random draw.
     pub seed: u64,
+    /// Memory limit in bytes.
+    #[serde(skip_deserializing)]
+    pub max_memory: Option<u64>,
 }
 
 /// The domain.
