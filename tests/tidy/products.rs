@@ -16,10 +16,10 @@ const TABLE: &str = "| products | made by | also changed by |";
 const VISIBLE: [&str; 3] = ["Share", "Choice", "Certificate"];
 
 /// Rooms without phase functions. The functions of the machine are the steps of a phase.
-const WITHOUT_PHASES: [&str; 5] = ["spec", "hosts", "machine", "share", "state"];
+const WITHOUT_PHASES: [&str; 5] = ["config", "hosts", "machine", "share", "state"];
 
 /// Rooms whose types are no products.
-const WITHOUT_PRODUCTS: [&str; 3] = ["spec", "hosts", "machine"];
+const WITHOUT_PRODUCTS: [&str; 3] = ["config", "hosts", "machine"];
 
 /// The room whose functions call phases and pass products on.
 pub const PROGRAMS: &str = "programs";

@@ -86,7 +86,7 @@ fn skip_item<'a>(lines: &mut impl Iterator<Item = &'a str>, close: &str) {
 pub type Module = String;
 
 /// Rooms of the machine that every room may import.
-pub const COMMON: [&str; 3] = ["spec", "machine", "state"];
+pub const COMMON: [&str; 3] = ["config", "machine", "state"];
 
 /// The room of a module: its first folder or file below the root.
 pub fn room(module: &str) -> String {

@@ -8,6 +8,7 @@ mod check;
 mod draw;
 mod faces;
 mod kind;
+mod notation;
 mod request;
 mod rows;
 mod search;
@@ -18,7 +19,8 @@ mod spaced;
 pub mod unit;
 
 use glam::{DVec2, DVec3};
-pub use kind::{Kind, parse_sample};
+pub use kind::Kind;
+pub use notation::parse_sample;
 pub use request::{
     GRADED_LIPSCHITZ, GenerateError, GenerateProgress, Generated, Request, SHELL_RATIO, Spacing,
 };

@@ -3,7 +3,7 @@
 use septet_geometry::point::Point;
 use septet_meshing::size::cones::Cone;
 
-use super::request::MeshError;
+use super::error::MeshError;
 
 /// Sizes at points of the plane or of space.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -3,6 +3,7 @@
 //! `generate` generates a mesh. [`labelled::Labelled`] holds the arrays for the writers. [`run_log`] records the runs
 //! of the machine, and [`view`] is the picture in the report.
 
+mod error;
 pub mod field;
 pub mod labelled;
 pub mod machine;
@@ -30,11 +31,11 @@ use septet_workers::profile::stage_span;
 
 use crate::run::memory;
 use crate::spec::{Machine, Spec};
+pub use error::MeshError;
 use machine::{AllCores, CountedMachine};
 pub use pipeline::{Dimension, Made, MakeError, MeshKeep, check, make, make_of};
 pub use request::{
-    Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, MeshError, MeshSpec, SingularityRequest,
-    SingularityShape, Sizes,
+    Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, MeshSpec, SingularityRequest, SingularityShape, Sizes,
 };
 use run_log::RunLog;
 

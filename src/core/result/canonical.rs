@@ -13,6 +13,7 @@ use septet_geometry::point::Point;
 use septet_protocol::ids::Rank;
 use septet_workers::share::Share;
 
+pub use crate::result::pieces::LabelledCells;
 use crate::result::pieces::Pieces;
 
 /// Puts a positively oriented row into canonical order: sorts it and, if the permutation was odd, swaps the last two.
@@ -30,17 +31,6 @@ pub fn canonical_row(row: &mut [u64]) {
         let n = row.len();
         row.swap(n - 2, n - 1);
     }
-}
-
-/// Cells with the owner and the leaf of each.
-#[derive(Clone, Debug, Default)]
-pub struct LabelledCells {
-    /// `DIM + 1` indices per row.
-    pub rows: Vec<u64>,
-    /// Owner of each row, if kept.
-    pub owner: Option<Vec<u32>>,
-    /// Leaf of each row, if kept.
-    pub leaf: Option<Vec<u64>>,
 }
 
 /// Cells as rows of input indices, part by part.

@@ -10,7 +10,16 @@ use septet_protocol::ids::Rank;
 use septet_workers::share::{PieceRows, Seam};
 use septet_workers::state::rows::{HULL, INTERFACE};
 
-use crate::result::canonical::LabelledCells;
+/// Cells with the owner and the leaf of each.
+#[derive(Clone, Debug, Default)]
+pub struct LabelledCells {
+    /// `DIM + 1` indices per row.
+    pub rows: Vec<u64>,
+    /// Owner of each row, if kept.
+    pub owner: Option<Vec<u32>>,
+    /// Leaf of each row, if kept.
+    pub leaf: Option<Vec<u64>>,
+}
 
 /// One worker's cells.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

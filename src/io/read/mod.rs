@@ -34,6 +34,7 @@ mod row;
 mod scalar;
 mod shared;
 mod signature;
+mod size_row;
 mod sizes;
 mod stl;
 #[cfg(test)]

@@ -9,7 +9,7 @@ use super::cells::{CellFile, CellOptions, Indices};
 use super::error::{InputError, Place};
 use super::points::{PointFile, ReadOptions};
 use super::scalar::{Endian, Scalar};
-use super::sizes;
+use super::size_row;
 use super::text::{Source, excerpt, integer};
 use septet_core::mesh::field::SizeField;
 
@@ -170,7 +170,7 @@ pub(super) fn read_sizes(source: Source<'_>) -> Result<SizeField, InputError> {
         for (column, slot) in numbers[..array.layout.columns].iter_mut().enumerate() {
             *slot = array.layout.scalar.float(array.element(row, column), Endian::Little);
         }
-        sizes::push(&mut field, &numbers[..array.layout.columns], |at, expected| {
+        size_row::push(&mut field, &numbers[..array.layout.columns], |at, expected| {
             source.malformed(array.offset(row, at) as usize, numbers[at].to_string(), expected)
         })?;
     }

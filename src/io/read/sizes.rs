@@ -10,11 +10,9 @@ use super::header::Header;
 use super::load::{self, Packing};
 use super::npy;
 use super::points::ReadProgress;
+use super::size_row::push;
 use super::text::{Line, Lines, NUMBER, Source, number};
 use septet_core::mesh::field::SizeField;
-
-/// The description of a valid size in messages.
-const SIZE: &str = "a size: a positive number";
 
 /// Reads sizes at points from a file, or from standard input if `path` is `-`. Decompresses gzip.
 ///
@@ -35,27 +33,6 @@ pub fn read_sizes(path: &Path, progress: &mut ReadProgress<'_>) -> Result<SizeFi
             Err(source.unsupported(Place::Whole, what, "give rows of `x y z size`: .txt, .csv or .npy"))
         }
     }
-}
-
-/// Adds a row of coordinates and a size. `blame` creates the error for an invalid number, from its column and the
-/// requirement.
-pub(super) fn push(
-    field: &mut SizeField,
-    row: &[f64],
-    blame: impl Fn(usize, &'static str) -> InputError,
-) -> Result<(), InputError> {
-    let (at, size) = (&row[..field.dimension], row[field.dimension]);
-    if let Some(bad) = at.iter().position(|c| !c.is_finite()) {
-        return Err(blame(bad, "a finite coordinate"));
-    }
-    if !(size > 0.0 && size.is_finite()) {
-        return Err(blame(field.dimension, SIZE));
-    }
-    let mut point = [0.0; 3];
-    // Adding zero converts -0.0 to 0.0.
-    point.iter_mut().zip(at).for_each(|(slot, c)| *slot = c + 0.0);
-    field.rows.push((point, size));
-    Ok(())
 }
 
 fn columns(source: Source<'_>) -> Result<SizeField, InputError> {

@@ -9,7 +9,8 @@ use septet_geometry::separator::Ablation;
 
 use super::counted::Counted;
 use super::exponent::{SHELLS, roots};
-use super::lab::{Lab, Runs, Sample};
+use super::lab::{Lab, Runs};
+use super::sample::Sample;
 use super::sweeps::LEAF;
 use super::{Claim, ClaimError, Figure, Reading, Role};
 

@@ -8,7 +8,8 @@ use septet_core::run::CostTrace;
 use septet_core::spec::{Correction, Graph, Neighbours, Partition, SeparatorSets, Workers};
 use septet_protocol::ledger::Ledger;
 
-use super::lab::{Lab, Sample};
+use super::lab::Lab;
+use super::sample::Sample;
 use super::{Claim, ClaimError, Figure, Reading, Role};
 
 /// Largest number of points in a leaf, small enough for several levels.

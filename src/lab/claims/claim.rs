@@ -5,7 +5,6 @@ use serde::Serialize;
 use super::error::ClaimError;
 use super::figure::Figure;
 use super::lab::Lab;
-use super::report::CheckedClaim;
 
 /// The form of the paper's statement that is checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -77,20 +76,6 @@ pub struct Claim {
 }
 
 impl Claim {
-    /// Runs the experiment. In a laboratory with a planted fault, a claim fails if its experiment ends with an error.
-    ///
-    /// # Errors
-    /// See [`ClaimError`].
-    pub fn check(&self, lab: &mut Lab) -> Result<CheckedClaim, ClaimError> {
-        let figures = match (self.check)(lab) {
-            Err(error) if lab.options.fault.is_some() && !error.is_interruption() => {
-                vec![Figure::at_most(error.to_string(), "no result", lab.options.seed, f64::NAN, 0.0)]
-            }
-            figures => figures?,
-        };
-        Ok(CheckedClaim::of(self, figures))
-    }
-
     /// Returns two lines. The first has the source, the statement and its reading. The second has the experiment, the
     /// bound, and the role and the error probabilities if there are any to state.
     pub fn explained(&self) -> [String; 2] {

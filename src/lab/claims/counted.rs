@@ -7,7 +7,7 @@ use septet_core::run::count::RunCounts;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::{Ledger, NodeFacts};
 
-use super::lab::Sample;
+use super::sample::Sample;
 
 /// The counts of one run.
 #[derive(Clone, Debug)]

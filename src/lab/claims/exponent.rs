@@ -10,7 +10,8 @@ use septet_core::spec::{Alpha, DEFAULT_ALPHA, Graph, Partition, Until, Words};
 use super::claim::LEVEL;
 use super::counted::Counted;
 use super::figure::{largest, smallest};
-use super::lab::{Lab, Runs, Sample};
+use super::lab::{Lab, Runs};
+use super::sample::Sample;
 use super::sweeps::LEAF;
 use super::{Claim, ClaimError, Extent, Figure, Reading, Role, Statistics};
 

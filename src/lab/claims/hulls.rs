@@ -6,8 +6,9 @@ use septet_core::generate::Kind;
 use septet_protocol::ids::Phase;
 use septet_verify::{Triangulation, VerifyOptions, verify};
 
-use super::lab::{Lab, Sample, Specimen};
+use super::lab::{Lab, Specimen};
 use super::measure::{degrees, density, edges, pairs};
+use super::sample::Sample;
 use super::{Claim, ClaimError, Figure, Reading, Role};
 
 pub(super) const CLAIMS: &[Claim] = &[

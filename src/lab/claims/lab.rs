@@ -6,7 +6,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use septet_core::generate::{GRADED_LIPSCHITZ, Generated, Kind, Request, Spacing, generate};
+use septet_core::generate::{Generated, Request, Spacing, generate};
 use septet_core::model::Points;
 use septet_core::result::view::MOST_POINTS;
 use septet_core::run::count::{RunCounts, count};
@@ -18,6 +18,7 @@ use septet_core::{IndependentRun, independent};
 
 use super::counted::Counted;
 use super::measure::{X, kth_nearest2};
+use super::sample::Sample;
 use super::{ClaimError, Extent, Figure};
 
 /// The parameters of the experiments.
@@ -61,32 +62,6 @@ pub(super) struct Runs<'a> {
     pub(super) seeds: u64,
     /// The last phase, if the runs stop before their end.
     pub(super) until: Option<Until>,
-}
-
-/// The request for a point set.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Sample {
-    pub(super) kind: Kind,
-    pub(super) n: u64,
-    pub(super) d: usize,
-    /// The Lipschitz constant of graded kinds.
-    pub(super) lipschitz: Option<f64>,
-}
-
-impl Sample {
-    pub(super) fn new(kind: Kind, n: u64, d: usize) -> Sample {
-        Sample { kind, n, d, lipschitz: kind.is_graded().then_some(GRADED_LIPSCHITZ) }
-    }
-
-    /// Returns the common size of sites at the points: `n^(-1/d)`, their mean distance in the unit square or cube.
-    pub(super) fn site_size(&self) -> f64 {
-        (self.n as f64).powf(-1.0 / self.d as f64)
-    }
-
-    pub(super) fn name(&self) -> String {
-        let graded = self.lipschitz.map_or_else(String::new, |l| format!(" L={l}"));
-        format!("{}{graded} {}D n={}", self.kind.name(), self.d, self.n)
-    }
 }
 
 /// A point set, and a run of the paper's recursion on it.

@@ -12,7 +12,8 @@ use septet_core::spec::{Alpha, DEFAULT_ALPHA, Graph, Neighbours, Workers};
 use septet_protocol::ledger::Ledger;
 
 use super::floors::{FLOORS, Floor, Runs, SHARE, Term};
-use super::lab::{Lab, Sample};
+use super::lab::Lab;
+use super::sample::Sample;
 use super::sites::rounds_of;
 use super::sizes::Sizes;
 use super::sweeps::{LEAF, LIST};

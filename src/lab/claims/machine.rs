@@ -6,7 +6,8 @@ use septet_core::Spec;
 use septet_core::generate::Kind;
 use septet_core::spec::Workers;
 
-use super::lab::{Lab, Runs, Sample};
+use super::lab::{Lab, Runs};
+use super::sample::Sample;
 use super::{Claim, ClaimError, Figure, Reading, Role};
 
 const LEAF: u64 = 256;

@@ -39,6 +39,7 @@ mod reached;
 mod recursion;
 mod replication;
 mod report;
+mod sample;
 mod separators;
 mod sites;
 mod sizes;

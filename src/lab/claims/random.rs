@@ -6,8 +6,9 @@ use crate::experiment::{Line, of_run};
 use septet_core::generate::Kind;
 use septet_core::spec::{Graph, Neighbours};
 
-use super::lab::{Lab, Sample, Specimen};
+use super::lab::{Lab, Specimen};
 use super::measure::{distance2, edges, shapes, stars};
+use super::sample::Sample;
 use super::{Claim, ClaimError, Figure, Reading, Role};
 
 pub(super) const CLAIMS: &[Claim] = &[

@@ -8,10 +8,11 @@ use std::rc::Rc;
 use septet_core::generate::Kind;
 
 use super::figure::smallest;
-use super::lab::{Lab, Sample, Specimen};
+use super::lab::{Lab, Specimen};
 use super::measure::{
     CellShape, X, degrees, density, distance2, dot, edges, minus, pairs, shapes, smallest_angle, stars,
 };
+use super::sample::Sample;
 use super::{Claim, ClaimError, Figure, Reading, Role};
 
 /// Tolerance for rounding, for bounds that can be attained.

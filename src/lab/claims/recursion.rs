@@ -4,8 +4,9 @@ use crate::experiment::of_run;
 use septet_core::generate::Kind;
 use septet_core::spec::SeparatorSets;
 
-use super::lab::{Lab, Sample};
+use super::lab::Lab;
 use super::measure::{degrees, density, overlap, pairs};
+use super::sample::Sample;
 use super::{Claim, ClaimError, Figure, Reading, Role};
 
 pub(super) const CLAIMS: &[Claim] = &[

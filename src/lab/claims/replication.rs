@@ -10,7 +10,8 @@ use septet_core::spec::{Alpha, DEFAULT_ALPHA, Graph, Neighbours, Until, Words, W
 use super::bounds::{REPLICATION, ReplicationBounds};
 use super::claim::LEVEL;
 use super::counted::Counted;
-use super::lab::{Lab, Runs, Sample};
+use super::lab::{Lab, Runs};
+use super::sample::Sample;
 use super::sweeps::{LEAF, LIST, recursions, sizes};
 use super::{Claim, ClaimError, Extent, Figure, Reading, Role, Statistics};
 

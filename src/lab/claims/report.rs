@@ -8,7 +8,8 @@ use serde::Serialize;
 use super::claim::{LEVEL, Statistics};
 use super::figure::worse;
 use super::holm::adjusted;
-use super::{Claim, Extent, Figure, Reading, Relation, Role};
+use super::lab::Lab;
+use super::{Claim, ClaimError, Extent, Figure, Reading, Relation, Role};
 
 /// Name and version of the schema of [`ClaimReport`].
 pub const SCHEMA: &str = "septet-claims/2";
@@ -70,6 +71,22 @@ pub struct ClaimReport {
     pub tests: usize,
     /// The claims, in the paper's order.
     pub claims: Vec<CheckedClaim>,
+}
+
+impl Claim {
+    /// Runs the experiment. In a laboratory with a planted fault, a claim fails if its experiment ends with an error.
+    ///
+    /// # Errors
+    /// See [`ClaimError`].
+    pub fn check(&self, lab: &mut Lab) -> Result<CheckedClaim, ClaimError> {
+        let figures = match (self.check)(lab) {
+            Err(error) if lab.options.fault.is_some() && !error.is_interruption() => {
+                vec![Figure::at_most(error.to_string(), "no result", lab.options.seed, f64::NAN, 0.0)]
+            }
+            figures => figures?,
+        };
+        Ok(CheckedClaim::of(self, figures))
+    }
 }
 
 impl CheckedClaim {

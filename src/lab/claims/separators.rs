@@ -12,9 +12,10 @@ use septet_core::run::Run;
 use septet_core::spec::{Alpha, Graph, Neighbours, SeparatorSets};
 
 use super::figure::largest;
-use super::lab::{Lab, Sample, Specimen};
+use super::lab::{Lab, Specimen};
 use super::measure::{X, degrees, density, distance2, kth_nearest2, nearest, overlap, pairs, ply};
 use super::own_sets::{OwnSets, Place, place};
+use super::sample::Sample;
 use super::surfaces::{Tree, height, meets};
 use super::{Claim, ClaimError, Figure, Reading, Role};
 

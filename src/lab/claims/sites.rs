@@ -7,8 +7,8 @@
 use glam::{DVec2, DVec3};
 use septet_geometry::priority::priority;
 
-use super::lab::Sample;
 use super::measure::{X, pairs};
+use super::sample::Sample;
 
 /// The counts of the rounds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

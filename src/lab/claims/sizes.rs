@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use septet_core::run::Run;
 
 use super::floors::{Natural, Term};
-use super::lab::Sample;
 use super::measure::{X, degrees, density, kth_nearest2, pairs, stars};
 use super::reached::{Extremes, reached};
+use super::sample::Sample;
 use super::sites::Rounds;
 use super::surfaces::Tree;
 use super::sweeps::LIST;

@@ -9,7 +9,8 @@ use septet_core::spec::{Alpha, DEFAULT_ALPHA, Graph, Neighbours, Until};
 
 use super::counted::Counted;
 use super::figure::largest;
-use super::lab::{Lab, Runs, Sample};
+use super::lab::{Lab, Runs};
+use super::sample::Sample;
 use super::{ClaimError, Extent};
 
 /// Largest leaf, in points. The separator sets `both` and `smaller` need larger leaves, but these runs use `ghost`.

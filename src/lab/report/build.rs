@@ -5,10 +5,11 @@ use septet_protocol::ids::{COORDINATOR, Group, Phase};
 use septet_protocol::ledger::{Ledger, RoundKey, RoundTally, Total};
 
 use septet_core::run::{Run, Settled};
-use septet_core::spec::{Nodes, Spec};
+use septet_core::spec::{Nodes, Setting, Spec};
 
 use super::context::RunContext;
 use super::parameters::SettledReport;
+use super::processes::ProcessReport;
 use super::schema::{
     CoordinatorReport, Fallback, HowProved, MachineReport, NodeReport, PathReport, PhaseReport, PointsReport,
     RepairReport, RoundReport, RunReport, RunSeconds, SCHEMA, SupergraphReport, TotalReport,
@@ -69,6 +70,16 @@ impl RunReport {
             peak_rss_bytes: context.peak_rss_bytes,
             processes: Vec::new(),
         }
+    }
+
+    /// Adds the processes. Duplicates are then counted over all processes.
+    #[must_use]
+    pub fn with_processes(mut self, transport: &'static str, processes: Vec<ProcessReport>) -> Self {
+        let points = &mut self.points;
+        points.duplicate = points.input - points.used - points.refused;
+        self.parameters.options.set("transport", Setting::Text(transport.to_owned()));
+        self.processes = processes;
+        self
     }
 }
 

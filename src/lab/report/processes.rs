@@ -2,10 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use septet_core::spec::Setting;
-
-use super::RunReport;
-
 /// A process of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ProcessReport {
@@ -25,16 +21,4 @@ pub struct ProcessReport {
     pub peak_rss_bytes: Option<u64>,
     /// Measured seconds from the start of the command to the end of its outputs.
     pub seconds: f64,
-}
-
-impl RunReport {
-    /// Adds the processes. Duplicates are then counted over all processes.
-    #[must_use]
-    pub fn with_processes(mut self, transport: &'static str, processes: Vec<ProcessReport>) -> Self {
-        let points = &mut self.points;
-        points.duplicate = points.input - points.used - points.refused;
-        self.parameters.options.set("transport", Setting::Text(transport.to_owned()));
-        self.processes = processes;
-        self
-    }
 }

@@ -30,7 +30,7 @@ use septet_geometry::incremental::facet_without;
 use septet_geometry::point::Simplex;
 use septet_geometry::predicates::{Sign, orientation};
 
-use super::cells::CellLabels;
+use super::cell_labels::CellLabels;
 use super::facets::{Plane, Subfacets, as_space};
 use super::generator::Generator;
 use super::machine::{Delaunay, MeshMachine};

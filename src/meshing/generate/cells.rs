@@ -38,6 +38,7 @@ use septet_geometry::incremental::facet_without;
 use septet_geometry::point::lex_cmp;
 
 use super::barrier::Barrier;
+use super::cell_labels::CellLabels;
 use super::facets::{Plane, as_space};
 use super::generator::Generator;
 use super::machine::{Delaunay, MeshMachine};
@@ -45,25 +46,6 @@ use super::vertices::Holders;
 use crate::mesh::Carrier;
 use crate::sides::Sets;
 use crate::space::Space;
-
-/// The component of each cell.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct CellLabels {
-    /// The component, [`CellLabels::OUT`] outside the domain, or [`CellLabels::FLAT`] for a flat cell.
-    pub of: Vec<u32>,
-}
-
-impl CellLabels {
-    /// Outside the domain.
-    pub const OUT: u32 = u32::MAX;
-    /// All vertices lie on one facet.
-    pub const FLAT: u32 = u32::MAX - 1;
-
-    /// Returns `true` if the cell is part of the mesh.
-    pub fn is_inside(&self, cell: u32) -> bool {
-        self.of[cell as usize] < Self::FLAT
-    }
-}
 
 impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     /// Returns the facet that contains the rounded centroid of a face. The face must have an area. Faces of cells

@@ -13,8 +13,7 @@ use septet_geometry::point::{Point, dist2, lex_cmp};
 use super::balls::{Ball, Balls};
 use super::generator::{CANDIDATES, Candidate, Generator, SIDE};
 use super::machine::MeshMachine;
-use super::off_centre::Subfeatures;
-use super::segments::{Chains, subsegments_of};
+use super::segments::{Chains, Subsegment, subsegments_of};
 use crate::bvh::{Bounds, Bvh};
 use crate::mesh::Carrier;
 use crate::octree::{CellKey, Cube, DEEPEST};
@@ -112,6 +111,12 @@ pub type Subfacet = (u32, [u32; 3]);
 
 /// The subfacets of all facets.
 pub(super) type Subfacets = Vec<Subfacet>;
+
+/// The subsegments and subfacets, in the order of their balls.
+pub(super) struct Subfeatures<'a> {
+    pub(super) subsegments: Vec<Subsegment>,
+    pub(super) subfacets: &'a Subfacets,
+}
 
 impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     /// Returns the planes of all facets. Empty in the plane.

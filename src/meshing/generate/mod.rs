@@ -83,6 +83,7 @@
 
 mod balls;
 mod barrier;
+mod cell_labels;
 mod cells;
 mod corner_shells;
 mod divide;
@@ -102,7 +103,7 @@ mod witness;
 use crate::domain::{Domain, Feature};
 use crate::space::Space;
 
-pub use cells::CellLabels;
+pub use cell_labels::CellLabels;
 pub use facets::Subfacet;
 pub use generator::{Rules, StageCounts};
 pub use machine::{Alone, Delaunay, MeshMachine};

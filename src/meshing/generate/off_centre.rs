@@ -25,10 +25,9 @@
 use septet_geometry::point::dist2;
 
 use super::balls::Ball;
-use super::facets::Subfacets;
+use super::facets::Subfeatures;
 use super::generator::Generator;
 use super::machine::MeshMachine;
-use super::segments::Subsegment;
 use crate::points::conflicts::{Site, Sites};
 use crate::space::Space;
 
@@ -38,12 +37,6 @@ const MOVES: usize = 4;
 /// The squared distance beyond which a point is outside a ball, relative to the squared radius. The margin exceeds the
 /// rounding.
 const BEYOND: f64 = 1.0 + 1e-9;
-
-/// The subsegments and subfacets, in the order of their balls.
-pub(super) struct Subfeatures<'a> {
-    pub(super) subsegments: Vec<Subsegment>,
-    pub(super) subfacets: &'a Subfacets,
-}
 
 impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     /// Returns the off-centre point of a circumcentre, outside all balls.

@@ -12,12 +12,11 @@ use septet_geometry::point::{Simplex, dist2};
 
 use super::balls::{Ball, Balls};
 use super::barrier::{Barrier, Own};
-use super::cells::CellLabels;
-use super::facets::circumcircle;
+use super::cell_labels::CellLabels;
+use super::facets::{Subfeatures, circumcircle};
 use super::generator::{CANDIDATES, Candidate, Generator, Rules, SIDE};
 use super::machine::{Delaunay, MeshMachine};
 use super::missing::MissingParts;
-use super::off_centre::Subfeatures;
 use super::segments::subsegments_of;
 use super::{GenerationError, Missing};
 use crate::bvh::{Bounds, Bvh};

@@ -295,7 +295,7 @@ impl<P: Point> Context<P> {
     }
 }
 
-pub(super) fn bad<P>(message: &Message<P>, reason: String) -> TransportError {
+fn bad<P>(message: &Message<P>, reason: String) -> TransportError {
     TransportError::BadMessage { from: message.from, reason }
 }
 

@@ -3,13 +3,14 @@
 //! A flip acts on the encoded body, between the bill of the message and its transport. It is therefore the same on all
 //! transports, and no hash of a frame detects it.
 
+use std::fmt::Display;
+
 use septet_geometry::point::Point;
 use septet_protocol::codec::encoded_len;
 use septet_protocol::message::Message;
 use septet_protocol::transport::TransportError;
 
 use crate::config::{Fault, WorkerConfig};
-use crate::machine::context::bad;
 
 /// The number of messages of the planted kind that a rank has sent.
 #[derive(Debug, Default)]
@@ -32,7 +33,8 @@ impl Flips {
             if (message.from, earlier) != flip.target(config.ranks()) {
                 continue;
             }
-            let failed = |error: &dyn std::fmt::Display| bad(message, error.to_string());
+            let from = message.from;
+            let failed = |error: &dyn Display| TransportError::BadMessage { from, reason: error.to_string() };
             let mut bytes = message.encode().map_err(|error| failed(&error))?;
             let body = encoded_len(&message.body);
             let bit = flip.bit(8 * body as u64);

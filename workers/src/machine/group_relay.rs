@@ -9,8 +9,8 @@ use septet_geometry::point::Point;
 use septet_protocol::ids::NodeId;
 use septet_protocol::message::Body;
 
-use crate::machine::collectives::Group;
 use crate::machine::context::Context;
+use crate::machine::group::Group;
 
 /// One member's part in sums that go up the trees of groups: sums of branches that are not complete.
 ///

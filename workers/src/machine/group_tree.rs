@@ -17,8 +17,8 @@ use septet_protocol::ids::Rank;
 use septet_protocol::message::Body;
 use septet_protocol::transport::TransportError;
 
-use crate::machine::collectives::Group;
 use crate::machine::context::Context;
+use crate::machine::group::Group;
 
 /// The largest number of ranks directly below a rank in a tree of ranks.
 pub(super) const FAN: u32 = 32;

@@ -3,6 +3,7 @@
 pub mod collectives;
 pub mod context;
 mod flips;
+pub mod group;
 pub mod group_relay;
 pub mod group_tree;
 pub mod outbox;

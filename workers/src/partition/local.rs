@@ -11,9 +11,14 @@ use crate::machine::profile::Site;
 use crate::partition::leader::{
     Accepted, Draw, MAX_ATTEMPTS, acceptable, draw_from, enter_facts, is_leaf, refused,
 };
-use crate::partition::shared::Sketch;
 use crate::partition::sides::sides_of;
 use crate::state::tree::Split;
+
+/// A node of a subtree that is listed in preorder.
+pub(crate) enum Sketch<P> {
+    Leaf,
+    Inner(Box<Split<P>>),
+}
 
 /// A subtree, with its charges and facts.
 pub(crate) struct Grown<P> {

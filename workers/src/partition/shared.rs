@@ -38,7 +38,7 @@ use crate::partition::leader::{
     Plan, decide_split, draw, is_leaf, send_plan, separator_of, take_plan, words_of,
 };
 use crate::partition::levelling;
-use crate::partition::local::{Builder, Grown};
+use crate::partition::local::{Builder, Grown, Sketch};
 use crate::partition::parts::{Decided, Samples, SideCounts, Words};
 use crate::partition::sides::sides_of;
 use crate::state::subdomain::{Group, Shared, Subdomain, Subtree, Unsplit};
@@ -453,12 +453,6 @@ fn split_batch<P: Point>(
         cost.split_arrays(sides, stay as u8, &mut ids.0, &mut positions.0, &mut radii2.0);
     let gone = PointBatch { radii2: Bulk(radii2), ..PointBatch::in_transit(ids, positions) };
     if stay == 0 { [points, gone] } else { [gone, points] }
-}
-
-/// A node of a subtree that is listed in preorder.
-pub(crate) enum Sketch<P> {
-    Leaf,
-    Inner(Box<Split<P>>),
 }
 
 fn raise<P: Point>(

@@ -12,8 +12,8 @@ use septet_protocol::message::{Child, PointBatch, PointSum, UNKNOWN_RADIUS2};
 
 use super::*;
 use crate::config::{Correction, Fault, SetRule, Task, Wanted, WorkerConfig};
-use crate::machine::collectives::Group;
 use crate::machine::context::Running;
+use crate::machine::group::Group;
 
 /// The rows that the ranks hold at first.
 #[derive(Clone, Copy)]

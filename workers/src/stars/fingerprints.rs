@@ -11,41 +11,6 @@ use crate::stars::owned::StarsView;
 use crate::state::cells::{smallest_vertex, star_cell};
 use crate::state::table::Table;
 
-/// For each point of a table, its hash and its first coordinate. [`VertexHashes::extend`] adds the new points of the
-/// table.
-#[derive(Debug, Default)]
-pub(crate) struct VertexHashes {
-    hashes: Vec<u128>,
-    firsts: Vec<f64>,
-}
-
-impl VertexHashes {
-    /// Hashes the points that were added to the table since the last call.
-    pub(super) fn extend<P: Point>(&mut self, table: &Table<P>) {
-        let known = self.hashes.len();
-        let new = table.ids()[known..].iter().zip(&table.positions()[known..]);
-        self.hashes.extend(new.map(|(&id, &x)| point_hash(id, x)));
-        self.firsts.extend(table.positions()[known..].iter().map(|x| x.coord(0)));
-    }
-
-    /// Returns the hash of a cell.
-    pub(super) fn cell_hash(&self, vertices: &[u32]) -> u128 {
-        mix(vertices.iter().fold(0u128, |sum, &v| sum.wrapping_add(self.hashes[v as usize])))
-    }
-
-    /// Returns the key of a pair in lists of fingerprints. Both hashes are mixed, so their difference is as well
-    /// distributed as the hashes themselves.
-    pub(super) fn list_key(&self, cell_hash: u128, other: u32) -> u64 {
-        (cell_hash ^ self.hashes[other as usize]) as u64
-    }
-
-    /// Returns the lexicographically smallest vertex of a finite cell.
-    #[inline]
-    pub(super) fn smallest<P: Point>(&self, table: &Table<P>, cell: &P::Cell) -> u32 {
-        smallest_vertex(table.positions(), cell.as_ref(), |v| self.firsts[v as usize])
-    }
-}
-
 impl Sums {
     /// Scans a subdomain triangulation and sums its pairs with ghosts. Pairs of two owned vertices agree by construction and
     /// are not summed.
@@ -125,7 +90,7 @@ impl<P: Point> StarsView<'_, P> {
     /// Calls `f` with the finite cells of some facets of a star.
     #[inline]
     fn each_cell(&self, vertex: u32, facets: &[P::Facet], mut f: impl FnMut(StarCell<'_, P>)) {
-        let VertexHashes { hashes, firsts } = self.stars().hashes();
+        let (hashes, firsts) = self.stars().hashes().columns();
         let firsts = &firsts[..hashes.len()];
         let positions = self.table().positions();
         'facets: for facet in facets {

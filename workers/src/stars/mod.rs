@@ -9,3 +9,4 @@ pub(crate) mod fingerprints;
 pub(crate) mod hulls;
 pub(crate) mod links;
 pub(crate) mod owned;
+pub(crate) mod vertex_hashes;

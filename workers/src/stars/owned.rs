@@ -8,8 +8,8 @@ use septet_protocol::message::Merged;
 
 use crate::direct::subdomain_triangulation::SubdomainTriangulation;
 use crate::stars::fingerprint_sums::Sums;
-use crate::stars::fingerprints::VertexHashes;
 use crate::stars::links::is_facet_of;
+use crate::stars::vertex_hashes::VertexHashes;
 use crate::state::link_arena::LinkArena;
 use crate::state::table::Table;
 

@@ -8,8 +8,8 @@ use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Rank};
 use septet_protocol::message::{Body, Child, Summary};
 
-pub use crate::machine::collectives::Group;
 use crate::machine::context::Context;
+pub use crate::machine::group::Group;
 use crate::state::tree::{Leaf, Split, Tree};
 
 /// A shared node on the path of a rank.

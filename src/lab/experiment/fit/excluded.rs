@@ -128,7 +128,8 @@ mod tests {
             })
             .collect();
         let how = How { dimension: 3, relative: false, margin: 0.05 };
-        let (growth, conclusion) = growth(&values, how).unwrap();
+        let growth = growth(&values, how).unwrap();
+        let conclusion = Conclusion::of_growth(&growth);
         let shares = not_excluded(&growth, &conclusion, 3);
         (conclusion, shares)
     }

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::conclusion::Conclusion;
 use super::data::Measurement;
 use super::design::Law;
 use super::distribution::t_quantile;
@@ -129,8 +128,8 @@ pub(super) struct How {
     pub(super) margin: f64,
 }
 
-/// Fits all laws and decides between them. Returns `None` if there are too few sizes.
-pub(super) fn growth(values: &[Measurement], how: How) -> Option<(Growth, Conclusion)> {
+/// Fits all laws. Returns `None` if there are too few sizes.
+pub(super) fn growth(values: &[Measurement], how: How) -> Option<Growth> {
     let How { dimension, relative, margin } = how;
     let table = by_size(values);
     if table.len() < LEAST_SIZES {
@@ -147,9 +146,7 @@ pub(super) fn growth(values: &[Measurement], how: How) -> Option<(Growth, Conclu
     }
     let exponent = exponent(&table);
     let change = change(&rows)?;
-    let growth = Growth { table, laws, curvature, exponent, change, margin, relative };
-    let conclusion = Conclusion::of_growth(&growth);
-    Some((growth, conclusion))
+    Some(Growth { table, laws, curvature, exponent, change, margin, relative })
 }
 
 /// Returns the change over the range of sizes as a fraction of the mean, estimated by a straight line in log2 x.

@@ -88,9 +88,10 @@ fn of_growth(name: String, lines: &[Line], request: &FitRequest) -> Result<Optio
     };
     let how = How { dimension, relative: request.y.is_relative(), margin: request.margin };
     let table = by_size(&values);
-    let Some((growth, conclusion)) = growth(&values, how) else {
+    let Some(growth) = growth(&values, how) else {
         return Err(FitError::TooFewSizes { series: name, sizes: table.len(), least: LEAST_SIZES });
     };
+    let conclusion = Conclusion::of_growth(&growth);
     let counts = table.iter().map(|row| (row.x, row.runs));
     enough_seeds(&name, counts, request)?;
     let resampled =

@@ -53,8 +53,8 @@ pub(super) fn resample_growth(
                 (0..runs.len()).map(|_| runs[rng.random_range(0..runs.len())]).collect::<Vec<_>>()
             })
             .collect();
-        if let Some((again, decided)) = growth(&drawn, how) {
-            same += u32::from(decided == *conclusion);
+        if let Some(again) = growth(&drawn, how) {
+            same += u32::from(Conclusion::of_growth(&again) == *conclusion);
             bends += u32::from(again.curvature.bends && again.curvature.quadratic.value > 0.0);
         }
     }

@@ -13,7 +13,7 @@ use septet_geometry::predicates::orientation;
 
 use super::surface::{Surface, SurfacePoint};
 use crate::generate::balls::Ball;
-use crate::generate::cells::CellLabels;
+use crate::generate::cell_labels::CellLabels;
 use crate::generate::facets::circumcircle;
 use crate::generate::generator::Generator;
 use crate::generate::machine::{Delaunay, MeshMachine};

@@ -10,12 +10,12 @@
 //! **Departures.** New cells use the slots of the cavity first. The exact predicates run only for cells that the
 //! rounded spheres leave undecided, once for each such cell.
 
-use super::cells::Cell;
+use super::cells::{CLEARED, Cell, NO_SPHERE, REMOVED};
 use super::read::corners;
 use super::ridges::Ridges;
 use super::ridges::ridge;
 use super::scratch::{Face, Scratch};
-use super::sphere::{CLEARED, NO_SPHERE, Query, REMOVED};
+use super::sphere::Query;
 use super::triangulation::Incremental;
 use crate::complex::{INFINITE, NONE};
 use crate::point::{Point, Simplex};

@@ -8,9 +8,17 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::sphere::{CLEARED, NO_SPHERE, REMOVED};
 use crate::complex::{INFINITE, NONE};
 use crate::point::Simplex;
+
+/// Mark of a cell that is free or is being removed.
+pub(super) const REMOVED: u32 = 1 << 31;
+
+/// Mark of a cell that the exact predicates found not to conflict with the current point.
+pub(super) const CLEARED: u32 = 1;
+
+/// The bits of the radius of a cell without a sphere: a NaN.
+pub(super) const NO_SPHERE: u32 = 0x7fc0_0000;
 
 /// A cell: its sphere, its neighbours and its vertices, each an array `S` of `DIM + 1` numbers. It has no other fields,
 /// so rows can overwrite the storage ([`super::rows`]).

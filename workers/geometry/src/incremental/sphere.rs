@@ -41,18 +41,9 @@
 
 use glam::Vec4;
 
-use super::cells::Cell;
+use super::cells::{CLEARED, Cell, NO_SPHERE, REMOVED};
 use crate::point::{Point, Simplex};
 use crate::simd::larger;
-
-/// Mark of a cell that is free or is being removed.
-pub(super) const REMOVED: u32 = 1 << 31;
-
-/// Mark of a cell that the exact predicates found not to conflict with the current point.
-pub(super) const CLEARED: u32 = 1;
-
-/// The bits of the radius of a cell without a sphere: a NaN.
-pub(super) const NO_SPHERE: u32 = 0x7fc0_0000;
 
 /// Unit roundoff of single precision.
 const SINGLE: f64 = 1.0 / (1u32 << 24) as f64;

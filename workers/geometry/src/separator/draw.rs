@@ -21,10 +21,10 @@
 //!
 //! **Departures.** See [`super`].
 
-use super::ablation::{Ablation, Centred, Method};
 use super::centrepoint::{centrepoint, has_room, lift};
 use super::drawn::{DrawKind, Drawn, NoneReason, PlaneReason};
 use super::key::DrawKey;
+use super::method::{Ablation, Centred, Method};
 use super::sampler::{SAMPLE_TARGET, Sampler};
 use super::surface::Separator;
 use crate::coordinate_arrays::PairVisitor;

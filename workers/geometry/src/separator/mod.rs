@@ -38,14 +38,16 @@ mod centrepoint;
 mod draw;
 mod drawn;
 mod key;
+mod method;
 mod sampler;
 mod surface;
 
-pub use ablation::{Ablation, draw_ablated};
+pub use ablation::draw_ablated;
 pub use bisect::bisection_samples;
 pub use draw::{SCORE_ALPHA, cut, cut_at_median, draw, draw_bisecting, split_bound};
 pub use drawn::{DrawKind, Drawn, NoneReason, PlaneReason};
 pub use key::DrawKey;
+pub use method::Ablation;
 pub use sampler::{LEAST_SAMPLES, MOST_SAMPLES, SAMPLE_TARGET, Sampler, node_samples};
 pub use surface::{SEPARATOR_WORDS, Separator, Side, Surface};
 

@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use thiserror::Error;
 
-use super::fold::{Fold, Folds, Passes, PhaseSet, Plan, settle, work_of};
+use super::fold::{Fold, Folds, Ledger, Passes, PhaseSet, Plan, phase_total, settle, work_of};
 use super::levels::TreeSums;
 use super::part::{Account, LedgerPart};
 use crate::ids::{NodeId, Phase};
@@ -155,6 +155,34 @@ impl CondensedLedger {
         let known = self.part.nodes.keys().copied().filter(|&node| !self.keeps_nodes && is_condensed(node));
         let below = self.folds.keys().copied().filter(|node| node.parent().is_some_and(is_condensed));
         charged.chain(known).chain(below).next().map_or(Ok(()), |node| Err(LedgerError::Shared { node }))
+    }
+}
+
+impl Ledger {
+    /// Folds the merged parts of a run over `population` points with `space` coordinates.
+    pub fn finish(part: LedgerPart, population: u64, space: usize) -> Ledger {
+        Ledger::of_condensed(CondensedLedger::of_rows(part), population, space)
+    }
+
+    /// Folds the condensed ledger of a run over `population` points with `space` coordinates.
+    pub fn of_condensed(condensed: CondensedLedger, population: u64, space: usize) -> Ledger {
+        let CondensedLedger { mut part, phases, folds, passes, work, mut tree, .. } = condensed;
+        let plan = Plan::of(phases);
+        settle(&mut part, passes);
+        tree.add_rows(&part, space);
+        let fold = Fold::of_tree(&plan, &part, folds);
+        let folded = fold.totals(&plan, population.max(1));
+        let totals = folded.as_ref().map(|(total, _)| *total);
+        let (_, path) = folded.paper;
+        let alone = fold.alone(&plan);
+        let phases = Phase::ALL.into_iter().filter_map(|phase| {
+            let on_path = path.iter().filter(|s| s.phase == phase).map(|s| s.depth).sum();
+            let condensed = work.get(&phase).copied().unwrap_or(0);
+            let work = condensed + work_of(&part, phase);
+            phase_total(&part, (phase, work), alone.get(&phase).copied().unwrap_or_default(), on_path)
+        });
+        let phases = phases.collect();
+        Ledger { totals, phases, critical_path: path, tree, part }
     }
 }
 

@@ -21,7 +21,6 @@ use std::collections::BTreeMap;
 
 use septet_geometry::cost::Price;
 
-use super::condensed::CondensedLedger;
 use super::levels::TreeSums;
 use super::part::{Account, Charge, LedgerPart};
 use super::totals::{PathStep, PhaseTotal, Totals};
@@ -47,34 +46,6 @@ pub struct Ledger {
     /// The longest chain of the paper's phases, first step first. Its depths add up to `totals.paper.depth`. Of chains of equal
     /// length, it ends as high in the tree as possible, and then in an interior child.
     pub critical_path: Vec<PathStep>,
-}
-
-impl Ledger {
-    /// Folds the merged parts of a run over `population` points with `space` coordinates.
-    pub fn finish(part: LedgerPart, population: u64, space: usize) -> Ledger {
-        Ledger::of_condensed(CondensedLedger::of_rows(part), population, space)
-    }
-
-    /// Folds the condensed ledger of a run over `population` points with `space` coordinates.
-    pub fn of_condensed(condensed: CondensedLedger, population: u64, space: usize) -> Ledger {
-        let CondensedLedger { mut part, phases, folds, passes, work, mut tree, .. } = condensed;
-        let plan = Plan::of(phases);
-        settle(&mut part, passes);
-        tree.add_rows(&part, space);
-        let fold = Fold::of_tree(&plan, &part, folds);
-        let folded = fold.totals(&plan, population.max(1));
-        let totals = folded.as_ref().map(|(total, _)| *total);
-        let (_, path) = folded.paper;
-        let alone = fold.alone(&plan);
-        let phases = Phase::ALL.into_iter().filter_map(|phase| {
-            let on_path = path.iter().filter(|s| s.phase == phase).map(|s| s.depth).sum();
-            let condensed = work.get(&phase).copied().unwrap_or(0);
-            let work = condensed + work_of(&part, phase);
-            phase_total(&part, (phase, work), alone.get(&phase).copied().unwrap_or_default(), on_path)
-        });
-        let phases = phases.collect();
-        Ledger { totals, phases, critical_path: path, tree, part }
-    }
 }
 
 /// Returns the work of a phase.
@@ -142,7 +113,7 @@ fn steps_of_nodes(part: &LedgerPart) -> BTreeMap<Account, Charge> {
 }
 
 /// Returns the total of a phase with its work.
-fn phase_total(
+pub(super) fn phase_total(
     part: &LedgerPart,
     (phase, work): (Phase, u64),
     alone: Depths,

@@ -1,7 +1,7 @@
 //! Rounded spheres compared with the exact predicate, for points almost on them.
 
 use super::super::cells::Cell;
-use super::super::sphere::NO_SPHERE;
+use super::super::cells::NO_SPHERE;
 use super::*;
 use crate::incremental::sphere::Frame;
 use crate::point::Point;

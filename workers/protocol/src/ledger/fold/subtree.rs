@@ -19,7 +19,7 @@ use crate::ledger::words::Reader;
 
 /// Length of the longest chain of one phase alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Depths {
+pub(in crate::ledger) struct Depths {
     /// Length; a scan counts 1.
     pub(super) depth: u64,
     /// Length if a scan of `m` items counts `ceil(log2 m)`.
@@ -270,7 +270,7 @@ impl Fold {
     }
 
     /// Returns the length of the longest chain of each phase of the plan alone.
-    pub(super) fn alone(&self, plan: &Plan) -> BTreeMap<Phase, Depths> {
+    pub(in crate::ledger) fn alone(&self, plan: &Plan) -> BTreeMap<Phase, Depths> {
         let of = |(&(phase, flow), &depths): (&(Phase, Flow), &Depths)| match flow {
             Flow::Steps => (phase, self.depths_of_steps(phase)),
             _ => (phase, depths),
@@ -279,7 +279,7 @@ impl Fold {
     }
 
     /// Returns the total of each group on `processors` processors, and the longest chain of its phases.
-    pub(super) fn totals(&self, plan: &Plan, processors: u64) -> ByGroup<(Total, Vec<PathStep>)> {
+    pub(in crate::ledger) fn totals(&self, plan: &Plan, processors: u64) -> ByGroup<(Total, Vec<PathStep>)> {
         let groups = plan.stages.as_ref().zip(self.tree.chains.as_ref());
         groups.map(|(stages, chains)| self.total(stages, chains, processors))
     }

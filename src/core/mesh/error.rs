@@ -1,0 +1,52 @@
+//! Errors of mesh generation.
+
+use septet_meshing::domain::Feature;
+use septet_meshing::size::SizeError;
+use thiserror::Error;
+
+/// Errors of mesh generation.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// The request is not supported.
+    #[error("{0}")]
+    Unsupported(&'static str),
+    /// The sizes requested are out of range or too fine.
+    #[error(transparent)]
+    Size(#[from] SizeError),
+    /// A size field or a singularity has a different dimension than the domain.
+    #[error("{what} has {found} coordinates per point, but the domain has {expected}")]
+    Dimension {
+        /// The option at fault.
+        what: &'static str,
+        /// The dimension of the domain.
+        expected: usize,
+        /// The dimension of the option.
+        found: usize,
+    },
+    /// Features that meet at small angles could not be recovered.
+    #[error("{} segments and facets of the domain cannot be recovered because features meet at small angles", features.len())]
+    Missing {
+        /// The features, and the number of missing subsegments or subfacets of each.
+        features: Vec<(Feature, u32)>,
+    },
+    /// The mesh needs more points than the limit.
+    #[error("the mesh needs more than {most} points, the limit of the memory or of 32-bit indices")]
+    TooMany {
+        /// The limit.
+        most: u64,
+    },
+    /// The mesh needs more memory than the limit.
+    #[error("{points} points need about {forecast} bytes of memory, but the limit is {limit}")]
+    Memory {
+        /// The forecast in bytes.
+        forecast: u64,
+        /// The limit in bytes.
+        limit: u64,
+        /// The number of points expected.
+        points: u64,
+    },
+    /// A run of the machine failed.
+    #[error(transparent)]
+    Run(#[from] crate::Error),
+}
