@@ -11,6 +11,7 @@
 //! **Work.** O(h log h) for h ridges, because they are sorted.
 
 use std::cmp::Ordering;
+use std::ops::Range;
 
 use rayon::prelude::*;
 
@@ -40,11 +41,9 @@ pub(super) fn check<const D: usize, const N: usize>(
     boundary: &[u32],
     runner: &mut Runner<'_>,
 ) -> Tally {
-    let sorted: Vec<Ridge> = runner.on_threads(|| {
-        let mut all: Vec<Ridge> = boundary.par_iter().flat_map_iter(|&f| ridges(soup, f)).collect();
-        all.par_sort_unstable();
-        all
-    });
+    let of = |block: Range<usize>| boundary[block].iter().flat_map(|&f| ridges(soup, f)).collect::<Vec<_>>();
+    let mut sorted: Vec<Ridge> = runner.map(boundary.len(), of).concat();
+    runner.on_threads(&mut || sorted.par_sort_unstable());
     let groups: Vec<&[Ridge]> = sorted.chunk_by(|a, b| a.0 == b.0).collect();
     runner.each("hull", groups.len(), |range, tally| {
         for group in &groups[range] {

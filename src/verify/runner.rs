@@ -1,6 +1,10 @@
 //! Parallel loops that report progress. Their results do not depend on the number of threads.
+//!
+//! A loop calls its work through a pointer, once for each block. The scheduler of rayon is therefore compiled once, and not
+//! for each loop and dimension.
 
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -28,12 +32,29 @@ impl<'a> Runner<'a> {
         Self { pool, progress }
     }
 
-    /// Runs `work` on the threads.
-    pub fn on_threads<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+    /// Runs `work` once, on the threads.
+    pub fn on_threads(&self, work: &mut (dyn FnMut() + Send)) {
         match &self.pool {
             Some(pool) => pool.install(work),
             None => work(),
         }
+    }
+
+    /// Calls `work` with every number below `count`, in any order.
+    fn numbers(&self, count: usize, work: &(dyn Fn(usize) + Sync)) {
+        self.on_threads(&mut || (0..count).into_par_iter().for_each(work));
+    }
+
+    /// Returns the values of `work` for the blocks of `0..total`, in order.
+    pub fn map<T: Send>(&self, total: usize, work: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
+        let made: Vec<Mutex<Option<T>>> = (0..total.div_ceil(BLOCK)).map(|_| Mutex::new(None)).collect();
+        self.numbers(made.len(), &|block| {
+            let value = work(block * BLOCK..total.min((block + 1) * BLOCK));
+            *made[block].lock().unwrap_or_else(PoisonError::into_inner) = Some(value);
+        });
+        made.into_iter()
+            .filter_map(|slot| slot.into_inner().unwrap_or_else(PoisonError::into_inner))
+            .collect()
     }
 
     /// Reports progress.
@@ -53,17 +74,10 @@ impl<'a> Runner<'a> {
         let mut done = 0;
         while done < total {
             let end = total.min(done + BLOCK * BLOCKS);
-            let blocks = (end - done).div_ceil(BLOCK);
-            let found: Vec<Tally> = self.on_threads(|| {
-                (0..blocks)
-                    .into_par_iter()
-                    .map(|block| {
-                        let from = done + block * BLOCK;
-                        let mut tally = Tally::default();
-                        work(from..end.min(from + BLOCK), &mut tally);
-                        tally
-                    })
-                    .collect()
+            let found = self.map(end - done, |block| {
+                let mut tally = Tally::default();
+                work(done + block.start..done + block.end, &mut tally);
+                tally
             });
             for later in found {
                 tally.append(later);

@@ -6,6 +6,7 @@
 
 use std::array::from_fn;
 use std::cmp::Ordering;
+use std::ops::Range;
 
 use rayon::prelude::*;
 
@@ -111,7 +112,7 @@ impl<const D: usize, const N: usize> Soup<D, N> {
         let points = &self.points;
         let by_place =
             |&i: &u32, &j: &u32| lexicographic(&points[i as usize], &points[j as usize]).then(i.cmp(&j));
-        runner.on_threads(|| order.par_sort_unstable_by(by_place));
+        runner.on_threads(&mut || order.par_sort_unstable_by(by_place));
         self.dimension = affine_dimension::<D, N>(points, &order);
         let empty = self.cells.is_empty();
         if empty && self.dimension == D as i32 {
@@ -128,17 +129,13 @@ impl<const D: usize, const N: usize> Soup<D, N> {
 
     /// Finds cells with the same vertices by sorting.
     fn repeated_cells(&self, runner: &Runner<'_>, tally: &mut Tally) {
-        let sorted = runner.on_threads(|| {
-            let mut rows: Vec<([u32; N], u32)> = (self.cells.par_iter().enumerate())
-                .map(|(i, row)| {
-                    let mut row = *row;
-                    row.sort_unstable();
-                    (row, i as u32)
-                })
-                .collect();
-            rows.par_sort_unstable();
-            rows
-        });
+        let row = |(i, row): (u32, &[u32; N])| {
+            let mut row = *row;
+            row.sort_unstable();
+            (row, i)
+        };
+        let mut sorted: Vec<([u32; N], u32)> = (0..).zip(&self.cells).map(row).collect();
+        runner.on_threads(&mut || sorted.par_sort_unstable());
         for pair in sorted.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
             tally.fault(Fault::CellTwice { cells: [pair[0].1 as u64, pair[1].1 as u64] });
         }
@@ -147,9 +144,9 @@ impl<const D: usize, const N: usize> Soup<D, N> {
     /// Checks the level `orientation`: no cell is flat, and none is negative unless any order is allowed. Afterwards, all
     /// cells that are not flat are positively oriented.
     pub fn orient(&mut self, any_order: bool, runner: &mut Runner<'_>) -> Tally {
-        let signs: Vec<Ordering> = runner.on_threads(|| {
-            (0..self.cells.len() as u32).into_par_iter().map(|c| orientation(&self.corners(c))).collect()
-        });
+        let of =
+            |cells: Range<usize>| cells.map(|c| orientation(&self.corners(c as u32))).collect::<Vec<_>>();
+        let signs: Vec<Ordering> = runner.map(self.cells.len(), of).concat();
         let mut tally = Tally { checked: signs.len() as u64, ..Tally::default() };
         for (cell, sign) in signs.into_iter().enumerate() {
             match sign {

@@ -1,5 +1,6 @@
 //! The parameters of a run, which every rank has before it starts.
 
+pub mod cores;
 mod cost_log;
 mod fault;
 mod neighbours;
@@ -7,8 +8,8 @@ mod stop;
 
 use std::fmt;
 use std::str::FromStr;
-use std::sync::Arc;
 
+pub use cores::{Pool, map_in};
 pub use cost_log::{ChargeRecord, ChargesByRank, CostLog};
 pub use fault::{FAULTS, Factor, Fault, FaultForm, FaultTextError, Flip, Law};
 pub use neighbours::{FALLBACK_K, Neighbours};
@@ -303,18 +304,6 @@ impl WorkerConfig {
             stop: Stop::default(),
             cost_log: CostLog::default(),
         }
-    }
-}
-
-/// The cores that belong to one worker, if it has more than one.
-pub type Pool = Option<Arc<rayon::ThreadPool>>;
-
-/// Maps items in order, on the worker's own cores if it has any.
-pub fn map_in<T: Sync, U: Send>(pool: &Pool, items: &[T], f: impl Fn(&T) -> U + Sync + Send) -> Vec<U> {
-    use rayon::prelude::*;
-    match pool {
-        Some(pool) if items.len() > 1 => pool.install(|| items.par_iter().map(&f).collect()),
-        _ => items.iter().map(f).collect(),
     }
 }
 

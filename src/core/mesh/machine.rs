@@ -7,7 +7,6 @@
 use std::time::Instant;
 
 use glam::DVec2;
-use rayon::prelude::*;
 use septet_geometry::incremental::{Incremental, IncrementalError};
 use septet_geometry::point::{Point, Simplex};
 use septet_meshing::executor::Executor;
@@ -17,6 +16,7 @@ use septet_meshing::points::conflicts::Site;
 use septet_meshing::points::independent::Independent;
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Ledger;
+use septet_workers::config::cores;
 use septet_workers::profile::stage_span;
 use tracing::span::EnteredSpan;
 
@@ -183,7 +183,7 @@ impl<P: Point> MeshMachine<P> for CountedMachine {
 
     fn planar(&mut self, sets: &[Vec<DVec2>]) -> Result<Vec<Vec<[u32; 3]>>, Error> {
         let small = |set: &Vec<DVec2>| (set.len() <= LEAF).then(|| in_a_leaf(set));
-        let mut made: Vec<Option<Vec<[u32; 3]>>> = sets.par_iter().map(small).map(Option::flatten).collect();
+        let mut made: Vec<Option<Vec<[u32; 3]>>> = cores::map(sets, |set| small(set).flatten());
         for (set, made) in sets.iter().zip(&mut made).filter(|(_, made)| made.is_none()) {
             *made = Some(MeshMachine::<DVec2>::delaunay(self, set)?.cells);
         }
@@ -201,7 +201,7 @@ pub(super) struct AllCores;
 
 impl Executor for AllCores {
     fn map<T: Sync, U: Send>(&self, items: &[T], f: impl Fn(&T) -> U + Sync + Send) -> Vec<U> {
-        items.par_iter().map(f).collect()
+        cores::map(items, f)
     }
 }
 

@@ -16,10 +16,9 @@
 
 use std::cmp::Ordering;
 
-use rayon::prelude::*;
-
 use septet_geometry::neighbourhood::{Bounds, bounds, box_dist2};
 use septet_geometry::point::{Point, dist2, lex_cmp};
+use septet_workers::config::cores;
 
 /// The smallest number of points of a worker.
 const POINTS_PER_WORKER: usize = 16_000;
@@ -126,7 +125,8 @@ fn near_neighbours<P: Point>(points: &[P], probes: &[P]) -> Vec<Near<P>> {
         }
         all
     };
-    let mut all = points.par_chunks(CHUNK).map(in_chunk).reduce(|| vec![Near::new(); probes.len()], join);
+    let parts = cores::map_blocks(points.len(), CHUNK, |at| in_chunk(&points[at]));
+    let mut all = parts.into_iter().fold(vec![Near::new(); probes.len()], join);
     for near in &mut all {
         keep_nearest(near);
         near.sort_unstable_by(nearer);

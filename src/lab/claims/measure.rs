@@ -1,7 +1,7 @@
 //! Measurements on points, cells and surfaces that share no code with the algorithm. They use all pairs, Cramer's rule
 //! and plain distances. Points in the plane have a third coordinate of 0.
 
-use rayon::prelude::*;
+use septet_workers::config::cores::{map, sort_rows};
 
 /// A point.
 pub(super) type X = [f64; 3];
@@ -30,7 +30,7 @@ pub(super) fn kth_nearest2(points: &[X], k: usize) -> Vec<f64> {
         // The distance of the point to itself, 0, is the smallest.
         *row.select_nth_unstable_by(k, f64::total_cmp).1
     };
-    points.par_iter().map(of).collect()
+    map(points, of)
 }
 
 /// Returns, in order, the pairs `i < j` that satisfy a symmetric rule. The rule receives the squared distance of a pair
@@ -40,12 +40,13 @@ pub(super) fn pairs(
     radii2: &[f64],
     joins: impl Fn(f64, f64, f64) -> bool + Sync,
 ) -> Vec<(u64, u64)> {
-    let of = |i: usize| {
-        let (joins, p, r) = (&joins, &points[i], radii2[i]);
-        let joined = move |j: &usize| joins(distance2(p, &points[*j]), r, radii2[*j]);
-        (i + 1..points.len()).filter(joined).map(move |j| (i as u64, j as u64)).collect::<Vec<_>>()
+    let numbers: Vec<usize> = (0..points.len()).collect();
+    let of = |&i: &usize| {
+        let (p, r) = (&points[i], radii2[i]);
+        let joined = |j: &usize| joins(distance2(p, &points[*j]), r, radii2[*j]);
+        (i + 1..points.len()).filter(joined).map(|j| (i as u64, j as u64)).collect::<Vec<_>>()
     };
-    (0..points.len()).into_par_iter().map(of).flatten_iter().collect()
+    map(&numbers, of).concat()
 }
 
 /// Returns the rule of Definition 2.2 for overlap graphs, for `alpha >= 1`.
@@ -119,11 +120,11 @@ pub(super) fn shape(corners: &[X]) -> CellShape {
 
 /// Returns the shapes of cells that are given as rows of `d + 1` point indices.
 pub(super) fn shapes(points: &[X], cells: &[u64], d: usize) -> Vec<CellShape> {
-    let of = |row: &[u64]| {
+    let of = |row: &&[u64]| {
         let corners: Vec<X> = row.iter().map(|&v| points[v as usize]).collect();
         shape(&corners)
     };
-    cells.par_chunks_exact(d + 1).map(of).collect()
+    map(&cells.chunks_exact(d + 1).collect::<Vec<_>>(), of)
 }
 
 /// For each of `n` points, returns the cells that contain it as a vertex.
@@ -139,15 +140,15 @@ pub(super) fn stars(n: usize, cells: &[u64], d: usize) -> Vec<Vec<u32>> {
 
 /// Returns the edges of the cells in order, each once, with the smaller index first.
 pub(super) fn edges(cells: &[u64], d: usize) -> Vec<(u64, u64)> {
-    let mut edges: Vec<(u64, u64)> = cells
+    let mut edges: Vec<[u64; 2]> = cells
         .chunks_exact(d + 1)
         .flat_map(|row| {
-            row.iter().enumerate().flat_map(|(i, &a)| row[..i].iter().map(move |&b| (a.min(b), a.max(b))))
+            row.iter().enumerate().flat_map(|(i, &a)| row[..i].iter().map(move |&b| [a.min(b), a.max(b)]))
         })
         .collect();
-    edges.par_sort_unstable();
+    sort_rows(edges.as_flattened_mut(), 2);
     edges.dedup();
-    edges
+    edges.into_iter().map(<(u64, u64)>::from).collect()
 }
 
 /// Returns the smallest angle of a triangle, computed from its sides.
@@ -167,7 +168,7 @@ pub(super) fn ply(points: &[X], radii2: &[f64], places: &[X]) -> u64 {
     let holding = |place: &X| {
         points.iter().zip(radii2).filter(|&(p, &r2)| distance2(p, place) < r2 * (1.0 - 1e-12)).count() as u64
     };
-    places.par_iter().map(holding).max().unwrap_or(0)
+    map(places, holding).into_iter().max().unwrap_or(0)
 }
 
 #[cfg(test)]

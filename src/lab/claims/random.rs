@@ -1,6 +1,6 @@
 //! Section 4.5: random points.
 
-use rayon::prelude::*;
+use septet_workers::config::cores::map;
 
 use crate::experiment::{Line, of_run};
 use septet_core::generate::Kind;
@@ -83,7 +83,7 @@ fn ranks(specimen: &Specimen) -> (u64, u64) {
         (if inside { smaller } else { 0 }, smaller)
     };
     let larger = |a: (u64, u64), b: (u64, u64)| (a.0.max(b.0), a.1.max(b.1));
-    edges(run.cells(), *d).par_iter().map(of).reduce(|| (0, 0), larger)
+    map(&edges(run.cells(), *d), of).into_iter().fold((0, 0), larger)
 }
 
 fn depth(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
