@@ -3,14 +3,9 @@
 
 mod meshes;
 
-use std::env;
-use std::io::stdout;
-use std::process::{Command, ExitCode};
-
 use glam::{DVec2, DVec3};
 pub use meshes::{MeshOrder, MeshOutcome, Shape, mesh};
 pub use septet_common::sets::Draw;
-use septet_common::transports::{TestTransport, serve};
 use septet_core::run::independent::independent;
 use septet_core::spec::{
     Alpha, Correction, Graph, Neighbours, Partition, SeparatorSets, Spec, Transport, Until, Workers,
@@ -49,8 +44,6 @@ pub enum Wire {
     Sim(u64),
     /// Over channels between this number of threads.
     Threads(usize),
-    /// Over pipes between processes.
-    Pipes,
 }
 
 /// A supergraph and its parameter.
@@ -118,12 +111,6 @@ pub enum Last {
     Neighbours,
 }
 
-/// Returns the exit code of a worker process, or `None` in the test's own process.
-pub fn worker() -> Option<ExitCode> {
-    let result = serve(stdout)?;
-    Some(if result.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
-}
-
 fn spec(order: &Order) -> Spec {
     let of = |alpha: Option<f64>| alpha.map_or(Alpha::Auto, Alpha::Value);
     let graph = match order.supergraph {
@@ -166,7 +153,6 @@ fn wire(wire: Wire) -> (Transport, usize) {
     match wire {
         Wire::Sim(delivery_seed) => (Transport::Sim { delivery_seed }, 1),
         Wire::Threads(threads) => (Transport::Channel, threads),
-        Wire::Pipes => (Transport::Sim { delivery_seed: 0 }, 1),
     }
 }
 
@@ -182,18 +168,9 @@ pub fn run(cloud: &Cloud, order: &Order, counted: bool) -> Option<Outcome> {
     }
 }
 
-/// This program, whose `main` calls [`worker`].
-fn this_program() -> Command {
-    Command::new(env::current_exe().expect("this program"))
-}
-
 fn run_in<P: Point>(points: &[P], order: &Order, counted: bool) -> Option<Outcome> {
     let spec = spec(order);
-    let run = match (order.wire, counted) {
-        (Wire::Pipes, _) => TestTransport::Processes(this_program).run(points, &spec, counted),
-        (_, true) => simulate(points, &spec),
-        (_, false) => triangulate(points, &spec),
-    };
+    let run = if counted { simulate(points, &spec) } else { triangulate(points, &spec) };
     match run {
         Ok(run) => Some(outcome(&run)),
         Err(Error::NotCertified { .. } | Error::Machine(_)) => None,

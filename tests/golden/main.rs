@@ -3,8 +3,6 @@
 //! `cargo test --test golden [-- FILTER]` runs the cases whose names contain FILTER and reports which differ from
 //! `outputs.txt` and `counts.txt`, with the first difference. With `SEPTET_GOLDEN=write` it writes these files instead. Outputs
 //! are hashes; counts are lines of the ledger, field by field, or sums and hashes by phase for the larger runs.
-//!
-//! This program is also its own worker process: with `SEPTET_PIPE_RANK` set, it runs that rank only.
 
 mod calls;
 mod cases;
@@ -62,9 +60,6 @@ impl Options {
 }
 
 fn main() -> ExitCode {
-    if let Some(code) = calls::worker() {
-        return code;
-    }
     let options = Options::read();
     let cases = cases::all();
     let selected: Vec<&Case> = cases.iter().filter(|case| options.selects(case)).collect();

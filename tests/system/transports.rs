@@ -1,36 +1,17 @@
-//! One list of runs over every transport: threads with channels, the simulator, processes with pipes.
+//! One list of runs over the transports of one process: threads with channels, and the simulator. The tests of the
+//! command line (`processes`) compare several processes with one.
 
-use std::process::{Command, exit};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use glam::DVec2;
 use septet_core::generate::Kind;
 use septet_core::spec::Workers;
 use septet_core::{Error, Run, Spec};
 use septet_geometry::point::Point;
-use septet_protocol::transport::TransportError;
 
 use crate::common::sets::{plane, space};
-use crate::common::transports::{TestTransport, each_transport, harness_output, serve};
-use crate::common::{assert_same_counts, check_over, combinations, with_graph, with_workers};
-
-/// Serves a rank if another test started this process for it. Otherwise starts two such processes.
-#[test]
-fn a_process_is_a_worker() {
-    if let Some(result) = serve(harness_output) {
-        exit(i32::from(result.is_err()));
-    }
-    let points = plane(Kind::Uniform, 200, 5);
-    let mut started = 0;
-    each_transport(|start| {
-        if let TestTransport::Processes(_) = start {
-            started += 1;
-            check_over(start, &points, &with_workers(Workers::Count(2), 60), true);
-        }
-    });
-    assert_eq!(started, u32::from(cfg!(unix)));
-}
+use crate::common::transports::each_transport;
+use crate::common::{assert_same_counts, combinations, with_graph, with_workers};
 
 /// Everything in a result and its ledger that a transport could change.
 fn assert_same(expected: &Run, found: &Run, what: &str) {
@@ -71,42 +52,6 @@ fn results_and_ledgers_of_uniform_sets_are_equal() {
 fn results_and_ledgers_in_the_plane_are_equal() {
     over_transports(&plane(Kind::Clusters, 3000, 5), &with_workers(Workers::Count(4), 60));
     over_transports(&plane(Kind::Grid, 900, 5), &with_workers(Workers::Leaves, 60));
-}
-
-/// A worker process that runs a shell script instead.
-#[cfg(unix)]
-fn shell(script: &str) -> Command {
-    let mut command = Command::new("sh");
-    command.args(["-c", script]);
-    command
-}
-
-/// The error of a run whose workers are this program.
-fn broken(program: fn() -> Command) -> Error {
-    let points: Vec<DVec2> = plane(Kind::Uniform, 200, 5);
-    let run = TestTransport::Processes(program).run(&points, &with_workers(Workers::Count(2), 60), true);
-    run.err().unwrap_or_else(|| panic!("a run with broken workers ended well"))
-}
-
-#[cfg(unix)]
-#[test]
-fn a_process_that_ends_is_named() {
-    // Both processes end. Either may be the first that the coordinator cannot reach.
-    let error = broken(|| shell("exit 3"));
-    assert!(matches!(error, Error::Machine(TransportError::WorkerFailed { rank: 1 | 2, .. })), "{error}");
-}
-
-#[cfg(unix)]
-#[test]
-fn a_process_that_sends_garbage_is_named() {
-    let error = broken(|| shell(r"printf '\0\1\0\0\0\7\0\0\0'; exit 0"));
-    assert!(matches!(error, Error::Machine(TransportError::WorkerFailed { rank: 1, .. })), "{error}");
-}
-
-#[test]
-fn a_missing_program_is_a_failure_to_start() {
-    let error = broken(|| Command::new("/nonexistent/septet"));
-    assert!(matches!(error, Error::Start(_)), "{error}");
 }
 
 /// A rank that fails or panics ends a run with the same error over every transport.

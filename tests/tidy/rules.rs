@@ -79,9 +79,8 @@ fn a_planted_long_function_is_found() {
 /// The transports are the workers' business; the library gets a machine from `machine` or from its caller.
 #[test]
 fn the_library_names_no_transport_type() {
-    let concrete =
-        ["channel::Channels", "sim::Sim", "pipe::Processes", "Processes::new", "Channels::new", "Sim::new"];
-    for name in ["Channels", "Sim", "Processes"] {
+    let concrete = ["channel::Channels", "sim::Sim", "Channels::new", "Sim::new"];
+    for name in ["Channels", "Sim"] {
         let transports = files("workers/src/hosts/transport");
         let defines = |text: &str| definitions(text).iter().any(|definition| definition.name == name);
         assert!(transports.iter().any(|(_, text)| defines(text)), "no transport has the name {name}");

@@ -6,9 +6,6 @@ mod fault;
 mod neighbours;
 mod stop;
 
-use std::fmt;
-use std::str::FromStr;
-
 pub use cores::{Pool, map_in};
 pub use cost_log::{ChargeRecord, ChargesByRank, CostLog};
 pub use fault::{FAULTS, Factor, Fault, FaultForm, FaultTextError, Flip, Law};
@@ -16,15 +13,13 @@ pub use neighbours::{FALLBACK_K, Neighbours};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::separator::{DrawKey, Sampler, bisection_samples, node_samples};
 use septet_protocol::ids::Phase;
-use serde::{Deserialize, Serialize};
 pub use stop::Stop;
-use thiserror::Error;
 
 /// The rule for the supergraph.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Wanted {
     /// This supergraph.
-    Fixed(#[serde(with = "SupergraphText")] Supergraph),
+    Fixed(Supergraph),
     /// The nearest neighbours by this rule.
     Nearest(Neighbours),
     /// A density graph with the alpha that a sample of stars needs, or 48 nearest neighbours.
@@ -63,7 +58,7 @@ pub enum Refusal {
 pub const MOST_IN_A_PIECE: u64 = 1 << 25;
 
 /// The rule by which children share separator points (paper, Section 4.3, and refinements).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SetRule {
     /// The paper's rule: the separator points of both sides go to both children.
     Both,
@@ -74,7 +69,7 @@ pub enum SetRule {
 }
 
 /// The surfaces that split subproblems.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Partition {
     /// Sphere separators, as in the paper.
     #[default]
@@ -84,18 +79,17 @@ pub enum Partition {
 }
 
 /// The correction of nearest-neighbour balls that cross separators.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Correction {
     /// All balls descend from the root together, once (Section 4.3, after Frieze, Miller and Teng 1993).
     #[default]
     Descent,
     /// The baseline: node by node from the leaves up. Each node corrects the balls that cross its separator by a descent.
-    #[serde(rename = "Naive")]
     BottomUp,
 }
 
 /// The task of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Task {
     /// The Delaunay triangulation of the points.
     Delaunay {
@@ -111,7 +105,7 @@ pub enum Task {
 }
 
 /// The rules of the partition tree.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug)]
 pub struct TreeRules {
     /// A subproblem of at most this many points is not split.
     pub leaf: u64,
@@ -127,7 +121,7 @@ pub struct TreeRules {
 }
 
 /// The rules of the supergraph, of its separator sets, and of the repair of its stars.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug)]
 pub struct GraphRules {
     /// The supergraph.
     pub wanted: Wanted,
@@ -140,7 +134,7 @@ pub struct GraphRules {
 }
 
 /// The additional outputs of a run.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Shown {
     /// Whether the ranks keep the edges of the supergraph.
     pub with_edges: bool,
@@ -157,7 +151,7 @@ pub struct Shown {
 }
 
 /// Parameters of a run that all ranks share. They contain no points.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
 pub struct WorkerConfig {
     /// Identifies the run in messages.
     pub run: u64,
@@ -180,11 +174,9 @@ pub struct WorkerConfig {
     pub until: Option<Phase>,
     /// A fault planted by a test.
     pub fault: Option<Fault>,
-    /// The request to stop, for ranks in the caller's process. Other processes end with the caller's.
-    #[serde(skip)]
+    /// The request to stop.
     pub stop: Stop,
-    /// The place for the charges of ranks in the caller's process, if the run keeps them.
-    #[serde(skip)]
+    /// The place for the charges of the ranks, if the run keeps them.
     pub cost_log: CostLog,
 }
 
@@ -224,57 +216,6 @@ impl WorkerConfig {
     }
 }
 
-/// A text that does not decode as a configuration.
-#[derive(Debug, Error)]
-#[error("the configuration of a worker does not decode: {0}")]
-pub struct ConfigTextError(#[from] serde_json::Error);
-
-/// The parameters as one line of JSON, for workers in other processes.
-impl fmt::Display for WorkerConfig {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&serde_json::to_string(self).map_err(|_| fmt::Error)?)
-    }
-}
-
-impl FromStr for WorkerConfig {
-    type Err = ConfigTextError;
-
-    fn from_str(line: &str) -> Result<Self, ConfigTextError> {
-        Ok(serde_json::from_str(line)?)
-    }
-}
-
-/// The form of a supergraph in the text of a configuration.
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Supergraph")]
-enum SupergraphText {
-    Density {
-        #[serde(with = "bits")]
-        alpha: f64,
-    },
-    Overlap {
-        #[serde(with = "bits")]
-        alpha: f64,
-    },
-    Knn {
-        k: u32,
-    },
-}
-
-/// Encodes a number by its bits, so that it is decoded exactly.
-mod bits {
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    #[allow(clippy::trivially_copy_pass_by_ref)] // The signature that serde calls.
-    pub(super) fn serialize<S: Serializer>(value: &f64, to: S) -> Result<S::Ok, S::Error> {
-        value.to_bits().serialize(to)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
-        u64::deserialize(from).map(f64::from_bits)
-    }
-}
-
 #[cfg(test)]
 impl WorkerConfig {
     /// Creates a configuration for tests: one worker, 8 nearest neighbours.
@@ -303,40 +244,6 @@ impl WorkerConfig {
             fault: None,
             stop: Stop::default(),
             cost_log: CostLog::default(),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_configuration_survives_its_line() {
-        let wanted = [
-            Wanted::AutoDensity,
-            Wanted::AutoOverlap,
-            Wanted::Nearest(Neighbours::Log(0.1 + 0.2)),
-            Wanted::Fixed(Supergraph::Density { alpha: 0.1 + 0.2 }),
-            Wanted::Fixed(Supergraph::Overlap { alpha: f64::INFINITY }),
-            Wanted::Fixed(Supergraph::Knn { k: 64 }),
-        ];
-        for (i, wanted) in wanted.into_iter().enumerate() {
-            let odd = i % 2 == 1;
-            let mut config =
-                WorkerConfig { seed: u64::MAX, workers: 8, counted: odd, ..WorkerConfig::plain() };
-            config.graph.wanted = wanted;
-            config.graph.sets = [SetRule::Both, SetRule::Smaller, SetRule::Ghost][i % 3];
-            config.task =
-                if odd { Task::Delaunay { skips_invalid: true } } else { Task::Independent { fixed: 7 } };
-            config.until = odd.then_some(Phase::Partition);
-            config.graph.exchange_cap = (!odd).then_some(9);
-            config.fault = odd.then_some(Fault::SpoilStar { rank: 2 });
-            let line = config.to_string();
-            let back: WorkerConfig = line.parse().unwrap();
-            assert_eq!(format!("{back:?}"), format!("{config:?}"), "{line}");
-            assert!(line[..line.len() - 1].parse::<WorkerConfig>().is_err());
-            assert!(line.replace("seed", "seeds").parse::<WorkerConfig>().is_err());
         }
     }
 }

@@ -177,13 +177,6 @@ fn transports() -> Vec<Case> {
     vec![
         Case::new("transport-sim", move |record| over(record, &sim)),
         Case::new("transport-channel", move |record| over(record, &threads)),
-        Case::new("transport-pipes", move |record| over(record, &[("pipes", Wire::Pipes)])),
-        Case::new("transport-pipes-refuse-draws", |record| {
-            let points = cloud("uniform", 3, 500);
-            for crew in [Crew::Of(5), Crew::Leaves] {
-                refuse(record, &points, &Order { fault: Some("refuse-draws:2"), ..order(crew, Wire::Pipes) });
-            }
-        }),
     ]
 }
 

@@ -2,13 +2,11 @@
 
 use std::fmt;
 
-use serde::{Deserialize, Serialize};
-
 /// The k of [`Neighbours::Auto`].
 pub const FALLBACK_K: u32 = 48;
 
 /// k of a nearest-neighbour graph.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Neighbours {
     /// 48, or all other points if there are fewer.
     Auto,

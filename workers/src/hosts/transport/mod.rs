@@ -1,13 +1,10 @@
-//! Machines: hosts in threads over channels, one host on the thread of the caller, processes over pipes, or processes that
-//! each call the library.
+//! Machines: hosts in threads over channels, one host on the thread of the caller, or processes that each call the library.
 
 mod channel;
 
 mod frames;
 
 pub mod over_wire;
-
-pub mod pipe;
 
 pub mod process;
 
