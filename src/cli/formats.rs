@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use septet_core::model::MeshView;
 use septet_core::spec::InputRules;
-use septet_io::read::{Format, RawRows, ReadOptions, UnknownFormatName, UnknownRawRows};
+use septet_io::read::{Format, ReadOptions};
 use septet_io::write::{MshVersion, OutputError, OutputFormat, PointFormat, WriteOptions, write, write_to};
 
 use super::effects::{excludes, needs};
 use super::errors::{Code, Failure};
 use super::given::Options;
 use super::headings::OUTPUT;
-use super::text::suggestion;
+use super::names::{input_format, raw_rows, unknown};
 
 /// Returns the options of the reader for these rules.
 pub fn read_options(input: &InputRules) -> Result<ReadOptions, Failure> {
@@ -100,21 +100,6 @@ pub fn output_format(name: &str) -> Result<OutputFormat, String> {
 /// Parses the name of an output format for point sets.
 pub fn point_format(name: &str) -> Result<PointFormat, String> {
     name.parse().map_err(|error| unknown(name, error))
-}
-
-fn unknown(name: &str, error: UnknownFormatName) -> String {
-    format!("{}{error}", suggestion(&name.to_ascii_lowercase(), error.known.split(' ')))
-}
-
-/// Parses the form of binary coordinates.
-pub fn raw_rows(text: &str) -> Result<RawRows, String> {
-    text.parse().map_err(|error: UnknownRawRows| error.to_string())
-}
-
-/// Parses the name of a format of points.
-pub fn input_format(name: &str) -> Result<Format, String> {
-    let parsed = name.parse().map_err(|error| unknown(name, error))?;
-    if parsed == Format::Ele { Err("ele is a format of cells, not of points".to_owned()) } else { Ok(parsed) }
 }
 
 /// Writes a triangulation to a file, or to standard output for `-`. Returns the files written.

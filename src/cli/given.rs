@@ -8,7 +8,7 @@ use septet_core::spec::{Commands, Row, SpecError, Value, Words, options_of};
 
 use super::effects::needs;
 use super::errors::Failure;
-use super::formats::{input_format, raw_rows};
+use super::names::{input_format, raw_rows};
 
 /// The options of a run that a command has, as given. `COMMAND` are the bits of [`Commands`].
 #[derive(Clone, Debug)]

@@ -17,6 +17,7 @@ mod hidden;
 mod input;
 mod instruments;
 mod mesh;
+mod names;
 mod options;
 mod page;
 mod predict;

@@ -3,8 +3,10 @@
 //! No result depends on them, but work, depth and time do. The program `constants` of `bench` counts the recursion for
 //! other constants.
 
+use septet_workers::config::SetRule as SeparatorSets;
+
+use crate::spec::graph::DEFAULT_ALPHA;
 use crate::spec::value::words;
-use crate::spec::{DEFAULT_ALPHA, SeparatorSets};
 
 /// The quantity that the constants of a partition tree keep small.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
