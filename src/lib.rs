@@ -27,9 +27,7 @@
 #[doc(inline)]
 pub use septet_core::model::Points;
 #[doc(inline)]
-pub use septet_core::{
-    Accounting, Error, IndependentRun, Refutation, Run, Spec, independent, simulate, triangulate,
-};
+pub use septet_core::{Accounting, Error, Outcome, Refutation, Spec, independent, simulate, triangulate};
 #[doc(inline)]
 pub use septet_geometry::point::Coordinates;
 #[doc(inline)]
@@ -63,15 +61,13 @@ pub use septet_lab::assert_counts;
 ///     let threads: Vec<_> = channels::<[f64; 3]>(2).into_iter().zip(inputs).map(start).collect();
 ///     threads.into_iter().map(|thread| thread.join().expect("no panic")).collect::<Result<Vec<_>, _>>()
 /// })?;
-/// let cells: usize = parts.iter().flat_map(|part| &part.subdomains).map(|s| s.cell_count()).sum();
-/// assert_eq!((cells as u64, parts[0].hull_facets), (parts[0].cells, 12));
+/// let cells: usize = parts.iter().flat_map(|part| &part.shares).map(|share| share.cell_count()).sum();
+/// assert_eq!((cells, parts[0].hull_facets), (parts[0].cell_count(), 12));
 /// # Ok::<(), septet::Error>(())
 /// ```
 pub mod distributed {
     #[doc(inline)]
-    pub use septet_core::result::subdomain::{Neighbour, Part, Subdomain};
-    #[doc(inline)]
-    pub use septet_core::run::distributed::{ProcessPoint, triangulate};
+    pub use septet_core::run::distributed::{ProcessPoint, simulate, triangulate};
     #[doc(inline)]
     pub use septet_protocol::message::Message;
     #[doc(inline)]
@@ -89,23 +85,26 @@ pub mod spec {
     #[doc(inline)]
     pub use septet_core::spec::{
         Alpha, Constants, Control, Correction, Graph, InputRules, Keep, Machine, Neighbours, Nodes,
-        Partition, Progress, ProgressFn, Purpose, Recursion, Registers, SeparatorSets, SpecError, Transport,
-        Tree, Workers,
+        Partition, Progress, ProgressFn, Purpose, Recursion, Registers, SeparatorSets, SpecError, Task,
+        Transport, Tree, Until, Workers,
     };
 }
 
-/// The contents of a [`Run`]: pieces with their adjacency, counts, and pictures.
+/// The contents of an [`Outcome`]: facts, shares of workers with their cells, counts, and pictures.
 pub mod result {
+    #[doc(inline)]
+    pub use septet_core::error::SiteError;
+    #[doc(inline)]
+    pub use septet_core::result::own_counts::OwnCounts;
     #[doc(inline)]
     pub use septet_core::result::part::{Division, DivisionError, Part};
     #[doc(inline)]
-    pub use septet_core::result::pieces::{Piece, Pieces};
-    #[doc(inline)]
     pub use septet_core::result::view::{SeparatorView, View};
     #[doc(inline)]
-    pub use septet_core::run::independent::SiteError;
-    #[doc(inline)]
-    pub use septet_core::{Settled, TrafficTotal};
+    pub use septet_core::{
+        Ending, Facts, Kept, LeftOut, Neighbour, Selection, SetMember, Settled, Times, TrafficTotal,
+        WorkerShare,
+    };
     #[doc(inline)]
     pub use septet_geometry::graph::Supergraph;
     #[doc(inline)]
@@ -241,7 +240,7 @@ pub mod experiment {
 ///
 /// let header = CostHeader::of(&spec, &run.settled, run.points.used, run.space);
 /// let mut text = Vec::new();
-/// write_cost_trace(&mut text, header, run.costs.as_ref().expect("kept"))?;
+/// write_cost_trace(&mut text, header, run.kept.costs.as_ref().expect("kept"))?;
 /// let accounts = fold(text.as_slice())?;
 /// assert_eq!(accounts.paper.depth, run.ledger.totals.paper.depth);
 /// assert!(accounts.differences(&ledger_counts(&run.ledger)).is_empty());

@@ -11,7 +11,7 @@ use std::time::Instant;
 use septet_core::generate::{Request, generate, parse_sample};
 use septet_core::model::Points;
 use septet_core::spec::{Alpha, Graph, Neighbours, Workers};
-use septet_core::{Run, Spec, simulate, triangulate};
+use septet_core::{Outcome, Spec, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_verify::{Triangulation, VerifyOptions, verify};
 
@@ -126,11 +126,11 @@ fn report<P: Point>(points: &[P], config: &Spec, setting: &Arguments) -> Result<
     Ok(())
 }
 
-fn print(run: &Run) {
+fn print(run: &Outcome) {
     println!(
         "triangulate {:.2} s, total {:.2} s, cells {}, {:?} ({})",
-        run.triangulate_seconds,
-        run.total_seconds,
+        run.times.triangulate,
+        run.times.total,
         run.cell_count(),
         run.settled.supergraph,
         run.settled.why
@@ -144,7 +144,7 @@ fn print(run: &Run) {
         septet_core::run::memory::peak_rss().unwrap_or(0) >> 20
     );
     for total in &run.ledger.phases {
-        let seconds: f64 = run.phase_seconds.iter().filter(|s| s.0 == total.phase).map(|s| s.1).sum();
+        let seconds: f64 = run.times.phases.iter().filter(|s| s.0 == total.phase).map(|s| s.1).sum();
         println!(
             "{:<15} {seconds:8.3} s  rounds {:4} messages {:8} bytes {:12} work {:13} depth {:6} critical {:6}",
             total.phase.name(),
@@ -156,7 +156,7 @@ fn print(run: &Run) {
             total.critical_depth
         );
     }
-    for (phase, seconds) in &run.phase_seconds {
+    for (phase, seconds) in &run.times.phases {
         print!("{} {seconds:.2}  ", phase.name());
     }
     println!();

@@ -4,9 +4,10 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use septet_core::Spec;
 use septet_core::generate::{Request, generate, parse_sample};
 use septet_core::model::Points;
+use septet_core::{Error, Spec};
+use septet_geometry::range::RangeError;
 use septet_io::read::{
     Column, FileList, InputError, ListedFile, PointFile, PointList, ReadOptions, read, read_list,
 };
@@ -39,6 +40,11 @@ pub struct Loaded {
 }
 
 impl Loaded {
+    /// Returns the row of the input of a point.
+    pub fn row(&self, point: usize) -> usize {
+        self.source_index.as_ref().map_or(point, |rows| rows[point] as usize)
+    }
+
     /// Returns the points of a file, or of the files of a list.
     fn of(file: PointFile, files: Vec<ListedFile>, start: Instant, talk: &Talk) -> Self {
         talk.check();
@@ -65,6 +71,38 @@ impl Loaded {
 pub fn place_of(files: &[ListedFile], row: u64) -> Option<String> {
     let file = ListedFile::of_row(files, row)?;
     Some(format!("; point {row} is row {} of {}", row - file.first_row, file.path.display()))
+}
+
+/// Converts an error of a run. An error about points gives the file and the positions of the points in it. `files` are the
+/// files of a list, and `at` returns the row of the input of each point.
+pub fn placed(error: Error, files: &[ListedFile], input: &str, at: impl Fn(usize) -> usize) -> Failure {
+    match error {
+        Error::Points(error) => of_points(&renumbered(error, at), files, input),
+        error => error.into(),
+    }
+}
+
+/// Returns the error with other numbers of its points.
+fn renumbered(mut error: RangeError, at: impl Fn(usize) -> usize) -> RangeError {
+    match &mut error {
+        RangeError::NotFinite { index, .. } => *index = at(*index),
+        RangeError::Spread { low, high, .. } => (*low, *high) = (at(*low), at(*high)),
+    }
+    error
+}
+
+/// Returns the failure for points that cannot be triangulated. `files` are the files of a list.
+fn of_points(error: &RangeError, files: &[ListedFile], input: &str) -> Failure {
+    let rows = match *error {
+        RangeError::NotFinite { index, .. } => vec![index],
+        RangeError::Spread { low, high, .. } => vec![low, high],
+    };
+    let name = if input == "-" { "standard input" } else { input };
+    let is_list = files.len() > 1;
+    let places = rows.into_iter().filter_map(|row| place_of(files, row as u64)).filter(|_| is_list);
+    let places: String = places.collect();
+    Failure::new(Code::Input, format!("{name}: {error} (points counted from 0{places})"))
+        .help("round the coordinates to a common grid, or drop these points")
 }
 
 /// The input of a command that reads points.

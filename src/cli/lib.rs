@@ -27,12 +27,12 @@ mod report;
 mod reproduce;
 mod rival;
 mod rows;
+mod run;
 mod scale;
 mod schema;
 mod summary;
 mod text;
 mod threads;
-mod triangulate;
 mod verify;
 
 use std::any::Any;
@@ -49,8 +49,8 @@ use tracing_subscriber::layer::Identity;
 
 use errors::{Code, Failure};
 use progress::{Cancelled, Talk, TalkArgs};
+use run::Goal;
 use text::{near, nearest, printable};
-use triangulate::Goal;
 
 /// Compute exact Delaunay triangulations and meshes on a counted message-passing machine.
 ///
@@ -300,7 +300,7 @@ fn run_goal(goal: Goal<'_>, talk: &Talk) -> Result<(), Failure> {
     let requested = goal.requested()?;
     match requested.machine.transport {
         Transport::Processes { .. } => processes::local(goal, &requested, talk),
-        _ => triangulate::run(goal, requested, talk),
+        _ => run::run_alone(goal, requested, talk),
     }
 }
 

@@ -6,17 +6,16 @@ use std::path::PathBuf;
 use clap::Args;
 use septet_core::model::Points;
 use septet_core::spec::{Commands, Transport, Workers};
-use septet_core::{Run, Spec, simulate};
+use septet_core::{Outcome, Spec, simulate};
 use septet_lab::predict::{Hardware, Prediction, calibrate, predict, takes_over};
 use serde::Serialize;
 
 use super::errors::{Code, Failure};
 use super::files;
 use super::given::Given;
-use super::input::{Loaded, load};
+use super::input::{Loaded, load, placed};
 use super::progress::Talk;
 use super::text::counted;
-use super::triangulate::place;
 
 /// Options of `septet predict`.
 #[derive(Debug, Args)]
@@ -104,13 +103,15 @@ struct Runs<'a> {
 
 impl Runs<'_> {
     /// Simulates the points on a machine with `workers` workers.
-    fn simulate(&self, workers: u32, spec: &Spec) -> Result<Run, Failure> {
+    fn simulate(&self, workers: u32, spec: &Spec) -> Result<Outcome, Failure> {
         let spec = spec.clone().with(|c| c.machine.workers = Workers::Count(workers));
         let run = match &self.loaded.points {
             Points::Plane(points) => simulate(points, &spec),
             Points::Space(points) => simulate(points, &spec),
         };
-        run.map_err(|error| place(error, self.loaded, &self.args.input))
+        run.map_err(|error| {
+            placed(error, &self.loaded.files, &self.args.input, |point| self.loaded.row(point))
+        })
     }
 
     /// Measures this computer by one worker on one thread.

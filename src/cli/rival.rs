@@ -15,11 +15,10 @@ use septet_protocol::ledger::Total;
 use super::errors::{Code, Failure};
 use super::files;
 use super::given::Given;
-use super::input::load;
+use super::input::{load, placed};
 use super::options::kind;
 use super::progress::Talk;
 use super::text::counted;
-use super::triangulate::place;
 use septet_core::spec::count;
 
 /// Options of `septet rival`.
@@ -93,7 +92,7 @@ pub fn run(args: &RivalArgs, talk: &Talk) -> Result<(), Failure> {
         Points::Plane(points) => compare(points, &name, args, &spec, talk),
         Points::Space(points) => compare(points, &name, args, &spec, talk),
     };
-    let report = report.map_err(|e| place(e, &loaded, &name))?;
+    let report = report.map_err(|e| placed(e, &loaded.files, &name, |point| loaded.row(point)))?;
     talk.clear();
     if let Some(path) = &args.json {
         let text = serde_json::to_string_pretty(&report)

@@ -7,8 +7,8 @@ use septet_geometry::range::RangeError;
 use septet_protocol::ids::COORDINATOR;
 use septet_protocol::transport::TransportError;
 
+use crate::result::outcome::Outcome;
 pub use crate::result::refutation::Refutation;
-use crate::result::run::Run;
 use crate::spec::SpecError;
 
 /// The error of [`crate::triangulate`], [`crate::simulate`] and [`crate::independent()`].
@@ -75,7 +75,7 @@ pub enum Error {
         /// The reasons why the stars do not form a triangulation.
         refutation: Refutation,
         /// The run with its counts, without cells.
-        run: Box<Run>,
+        run: Box<Outcome>,
     },
     /// There are more points than the indices of the baseline can address.
     #[error("incremental insertion cannot take these points: {0}")]
@@ -126,4 +126,20 @@ pub enum SiteError {
         /// Position of the second.
         second: usize,
     },
+}
+
+impl SiteError {
+    /// Checks the numbers of places and fixed sites, and the sizes.
+    pub(crate) fn check(places: usize, sizes: &[f64], fixed: usize) -> Result<(), SiteError> {
+        if places != sizes.len() {
+            return Err(SiteError::Lengths { places, sizes: sizes.len() });
+        }
+        if fixed > places {
+            return Err(SiteError::Fixed { fixed, sites: places });
+        }
+        match sizes.iter().position(|&size| !(size > 0.0 && size < f64::INFINITY)) {
+            Some(index) => Err(SiteError::Size { index, size: sizes[index] }),
+            None => Ok(()),
+        }
+    }
 }

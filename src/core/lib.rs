@@ -22,9 +22,12 @@ pub mod mesh;
 pub mod generate;
 
 pub use error::{Error, Refutation};
-pub use run::count::{Ending, RunCounts, count};
-pub use run::independent::{IndependentRun, independent};
-pub use run::{Accounting, Run, SetMember, Settled, Start, TrafficTotal, run_on, simulate, triangulate};
+pub use result::outcome::{
+    Accounting, Ending, Facts, Kept, LeftOut, Outcome, Selection, SetMember, Settled, Times, TrafficTotal,
+};
+pub use result::share::{Neighbour, WorkerShare};
+pub use run::Start;
+pub use run::calls::{count, independent, perform, run_on, simulate, triangulate};
 pub use septet_workers::host::{Host, Job, Unwatched, Watch, serve};
 pub use septet_workers::share::Share;
 pub use septet_workers::transport::process::channels;

@@ -1,6 +1,7 @@
 //! The input and output of the library: point sets and triangulations, independent of files and machines.
 
 use glam::{DVec2, DVec3};
+use septet_geometry::point::PointSlice;
 
 /// A point set of either dimension, as read or generated: in input order, duplicates included.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +31,14 @@ impl Points {
         match self {
             Points::Plane(_) => 2,
             Points::Space(_) => 3,
+        }
+    }
+
+    /// Returns the points.
+    pub fn slice(&self) -> PointSlice<'_> {
+        match self {
+            Points::Plane(p) => PointSlice::Plane(p),
+            Points::Space(p) => PointSlice::Space(p),
         }
     }
 

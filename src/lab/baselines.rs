@@ -13,8 +13,8 @@ use septet_core::error::Error;
 use septet_core::input::sequential::distinct;
 use septet_core::result::canonical::{LabelledCells, canonicalise};
 use septet_core::run::memory::admit;
-use septet_core::run::{Accounting, Run};
 use septet_core::spec::Spec;
+use septet_core::{Accounting, Outcome};
 
 /// Name and version of the schema of [`BaselineReport`].
 pub const BASELINE_SCHEMA: &str = "septet-rival/1";
@@ -162,7 +162,7 @@ pub struct SeptetReport {
 impl BaselineReport {
     /// Returns the report of a baseline and of septet's run on the same points. The report includes the counts of the
     /// run if the run was counted.
-    pub fn of(baseline: &Baseline, run: &Run, input: &str, seed: u64) -> Self {
+    pub fn of(baseline: &Baseline, run: &Outcome, input: &str, seed: u64) -> Self {
         let row = |r: &Round| BaselineRound {
             facets: r.facets,
             cells: r.cells,
@@ -199,7 +199,7 @@ impl BaselineReport {
 }
 
 impl SeptetReport {
-    fn of(run: &Run) -> Self {
+    fn of(run: &Outcome) -> Self {
         SeptetReport {
             totals: run.ledger.totals,
             levels: run.ledger.part.nodes.keys().map(|node| node.level()).max().unwrap_or(0),

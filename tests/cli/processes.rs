@@ -269,7 +269,6 @@ fn processes_end_with_one_error() {
         "--workers leaves",
         "--keep-columns",
         "--skip-invalid",
-        "--max-memory 2G",
     ] {
         for command in ["triangulate", "simulate"] {
             let line = format!("{command} sample:uniform:100 --transport processes {options}");
@@ -277,6 +276,13 @@ fn processes_end_with_one_error() {
             place.fails(&line, 2, &[option, "several processes"]);
         }
     }
+    // The limit is for each process.
+    place.good("triangulate sample:uniform:3000 --transport processes --workers 3 --max-memory 80M");
+    place.fails(
+        "triangulate sample:uniform:60000 --transport processes --workers 3 --max-memory 80M",
+        5,
+        &["--max-memory"],
+    );
     let line = "simulate sample:uniform:100 --transport processes";
     place.fails(&format!("{line} --trace -"), 2, &["--trace"]);
     place.fails(&format!("{line} --trace none/t.json"), 1, &["does not exist"]);

@@ -12,8 +12,8 @@ pub mod transports;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-use septet_core::spec::{Alpha, Graph, GraphKind, Neighbours, SeparatorSets, Transport, Workers};
-use septet_core::{Run, Spec, simulate, triangulate};
+use septet_core::spec::{Alpha, Graph, GraphKind, Neighbours, SeparatorSets, Task, Transport, Workers};
+use septet_core::{Outcome, Spec, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_protocol::ledger::Ledger;
 use septet_verify::{Triangulation, VerifyOptions, verify};
@@ -84,7 +84,7 @@ pub fn coordinates<P: Point>(points: &[P]) -> Vec<f64> {
 }
 
 /// Panics unless the independent verifier finds that the cells are septet's canonical triangulation.
-pub fn assert_verified<P: Point>(points: &[P], run: &Run) {
+pub fn assert_verified<P: Point>(points: &[P], run: &Outcome) {
     let coordinates = coordinates(points);
     let options = VerifyOptions { perturbed: true, any_order: false, ..VerifyOptions::default() };
     let report = verify(
@@ -97,8 +97,13 @@ pub fn assert_verified<P: Point>(points: &[P], run: &Run) {
     assert_eq!(report.dimension_of_points, run.dimension as i32);
 }
 
+/// Returns the task of `simulate` (`counted`) or `triangulate`.
+pub fn task(counted: bool) -> Task {
+    if counted { Task::Simulate } else { Task::Triangulate }
+}
+
 /// Triangulates and verifies. The ghost layer and the interface exchange must complete all stars.
-pub fn check<P: Point>(points: &[P], spec: &Spec) -> Run {
+pub fn check<P: Point>(points: &[P], spec: &Spec) -> Outcome {
     let run = triangulate(points, spec).unwrap_or_else(|e| panic!("{spec:?}: {e}"));
     assert_verified(points, &run);
     assert_eq!(run.exchange_rounds, 0, "{spec:?}");
@@ -106,7 +111,7 @@ pub fn check<P: Point>(points: &[P], spec: &Spec) -> Run {
 }
 
 /// Simulates and verifies.
-pub fn check_counted<P: Point>(points: &[P], spec: &Spec) -> Run {
+pub fn check_counted<P: Point>(points: &[P], spec: &Spec) -> Outcome {
     let run = simulate(points, spec).unwrap_or_else(|e| panic!("{spec:?}: {e}"));
     assert_verified(points, &run);
     run
@@ -124,7 +129,7 @@ pub fn threaded(workers: Workers, threads: usize, leaf: u64) -> Spec {
 
 /// Runs `simulate` (`counted`) or `triangulate` over a transport and verifies the result, like [`check`] and
 /// [`check_counted`].
-pub fn check_over<P: Point>(start: TestTransport, points: &[P], spec: &Spec, counted: bool) -> Run {
+pub fn check_over<P: Point>(start: TestTransport, points: &[P], spec: &Spec, counted: bool) -> Outcome {
     let run = start.run(points, spec, counted).unwrap_or_else(|e| panic!("{start:?}, {spec:?}: {e}"));
     assert_verified(points, &run);
     assert!(counted || run.exchange_rounds == 0, "{start:?}, {spec:?}: stars were incomplete");

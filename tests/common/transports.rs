@@ -1,7 +1,7 @@
 //! The transports of the machine within one process, so that one list of cases runs over all of them.
 
 use septet_core::spec::Transport;
-use septet_core::{Error, Run, Spec, simulate, triangulate};
+use septet_core::{Error, Outcome, Spec, simulate, triangulate};
 use septet_geometry::point::Point;
 
 /// A way to start the machine.
@@ -29,7 +29,7 @@ impl TestTransport {
     ///
     /// # Errors
     /// See [`Error`].
-    pub fn run<P: Point>(self, points: &[P], spec: &Spec, counted: bool) -> Result<Run, Error> {
+    pub fn run<P: Point>(self, points: &[P], spec: &Spec, counted: bool) -> Result<Outcome, Error> {
         let spec = self.configure(spec);
         if counted { simulate(points, &spec) } else { triangulate(points, &spec) }
     }

@@ -7,18 +7,19 @@ use std::collections::BTreeSet;
 use std::error::Error;
 use std::thread;
 
-use septet::distributed::{Neighbour, Part, channels, triangulate};
+use septet::distributed::{channels, triangulate};
 use septet::generate::{generate, parse_sample};
-use septet::{Points, Spec};
+use septet::result::Neighbour;
+use septet::{Outcome, Points, Spec};
 
 const PROCESSES: usize = 4;
 
 /// The cells of a part, as sorted input indices.
-fn cells(part: &Part) -> Vec<Vec<u64>> {
+fn cells(part: &Outcome) -> Vec<Vec<u64>> {
     let mut rows = Vec::new();
-    for subdomain in &part.subdomains {
-        for cell in 0..subdomain.cell_count() {
-            let mut row: Vec<u64> = subdomain.cell(cell).iter().map(|&v| subdomain.ids[v as usize]).collect();
+    for share in &part.shares {
+        for cell in 0..share.cell_count() {
+            let mut row: Vec<u64> = share.cell(cell).iter().map(|&v| share.ids[v as usize]).collect();
             row.sort_unstable();
             rows.push(row);
         }
@@ -27,11 +28,11 @@ fn cells(part: &Part) -> Vec<Vec<u64>> {
 }
 
 /// The number of facets of a part whose other cell belongs to another process.
-fn facets_between(part: &Part, process: u32) -> usize {
-    let of_others = |across| matches!(across, Neighbour::Remote { rank, .. } if part.placement.process_of(rank) != process);
-    let facets = part.subdomains.iter().flat_map(|subdomain| {
-        let cells = 0..subdomain.cell_count();
-        cells.flat_map(move |cell| (0..=part.space).map(move |slot| subdomain.neighbour(cell, slot)))
+fn facets_between(part: &Outcome, process: u32) -> usize {
+    let of_others = |across| matches!(across, Some(Neighbour::Remote { rank, .. }) if part.placement.process_of(rank) != process);
+    let facets = part.shares.iter().flat_map(|share| {
+        let cells = 0..share.cell_count();
+        cells.flat_map(move |cell| (0..=part.space).map(move |slot| share.neighbour(cell, slot)))
     });
     facets.filter(|&across| of_others(across)).count()
 }
@@ -56,7 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut all = BTreeSet::new();
     for (process, part) in (0..).zip(&parts) {
         let cells = cells(part);
-        let points: usize = part.subdomains.iter().map(|subdomain| subdomain.owned).sum();
+        let points: usize = part.shares.iter().map(|share| share.owned).sum();
         let between = facets_between(part, process);
         println!("process {process}: {points} points, {} cells, {between} facets to others", cells.len());
         all.extend(cells);

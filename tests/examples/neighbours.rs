@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::error::Error;
 
 use septet::generate::{generate, parse_sample};
+use septet::result::Neighbour;
 use septet::{Points, Spec};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -21,13 +22,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let degrees: usize = neighbours.iter().map(BTreeSet::len).sum();
     println!("mean degree {:.2}", degrees as f64 / points.len() as f64);
 
-    // The adjacency of cells: each worker's part holds its own cells.
-    let pieces = run.pieces().ok_or("triangulate keeps its parts")?;
+    // The adjacency of cells: each worker's share has its own cells.
     let mut facets = 0;
-    for (at, piece) in pieces.pieces().iter().enumerate() {
-        let cells = piece.rows.len() / 8;
-        for cell in 0..cells as u32 {
-            facets += (0..4).filter(|&slot| pieces.neighbour(at as u32, cell, slot).is_none()).count();
+    for share in &run.shares {
+        for cell in 0..share.cell_count() {
+            facets += (0..4).filter(|&slot| share.neighbour(cell, slot) == Some(Neighbour::Hull)).count();
         }
     }
     assert_eq!(facets as u64, run.hull_facets);

@@ -6,11 +6,11 @@ mod meshes;
 use glam::{DVec2, DVec3};
 pub use meshes::{MeshOrder, MeshOutcome, Shape, mesh};
 pub use septet_common::sets::Draw;
-use septet_core::run::independent::independent;
+use septet_core::independent;
 use septet_core::spec::{
     Alpha, Correction, Graph, Neighbours, Partition, SeparatorSets, Spec, Transport, Until, Workers,
 };
-use septet_core::{Error, Run, count, simulate, triangulate};
+use septet_core::{Error, count, simulate, triangulate};
 use septet_geometry::cost::Price;
 use septet_geometry::point::Point;
 use septet_lab::baselines;
@@ -178,14 +178,14 @@ fn run_in<P: Point>(points: &[P], order: &Order, counted: bool) -> Option<Outcom
     }
 }
 
-fn outcome(run: &Run) -> Outcome {
+fn outcome(run: &septet_core::Outcome) -> Outcome {
     let owners = run.owner().unwrap_or_default().iter().map(|&rank| u64::from(rank));
     let mut facts = vec![
         ("dimension+1", (run.dimension + 1) as u64),
         ("cells", run.cell_count() as u64),
         ("input", run.points.input),
         ("used", run.points.used),
-        ("duplicates", run.points.duplicates.len() as u64),
+        ("duplicates", run.left_out.duplicates.len() as u64),
         ("hull", run.hull_facets),
         ("local", run.stars_local),
         ("repaired", run.stars_repaired),
@@ -201,15 +201,15 @@ fn outcome(run: &Run) -> Outcome {
     Outcome {
         cells: run.cells().to_vec(),
         owners: owners.chain(run.owning_leaf().unwrap_or_default().iter().copied()).collect(),
-        graph: run.graph.iter().flatten().flat_map(|e| [e.0, e.1]).collect(),
+        graph: run.kept.graph.iter().flatten().flat_map(|e| [e.0, e.1]).collect(),
         picture: picture(run),
         facts,
-        rows: ledger(&run.ledger, &run.phase_seconds),
+        rows: ledger(&run.ledger, &run.times.phases),
     }
 }
 
-fn picture(run: &Run) -> Vec<u64> {
-    let Some(view) = &run.picture else { return Vec::new() };
+fn picture(run: &septet_core::Outcome) -> Vec<u64> {
+    let Some(view) = &run.kept.picture else { return Vec::new() };
     let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
     let words = |numbers: &[u32]| numbers.iter().map(|&x| u64::from(x)).collect::<Vec<_>>();
     let mut all = vec![view.of, view.points, view.ghosts_omitted, view.separators_omitted];
@@ -311,7 +311,7 @@ pub fn count_until(cloud: &Cloud, order: &Order, last: Last) -> Vec<Row> {
         _ => count(&points::<DVec3>(cloud), Some(until), &spec),
     };
     let counts = counts.unwrap_or_else(|e| panic!("{order:?}: {e}"));
-    ledger(&counts.ledger, &counts.phase_seconds)
+    ledger(&counts.ledger, &counts.times.phases)
 }
 
 /// An independent set of sites with these sizes, `fixed` of them in it from the start.
@@ -322,10 +322,11 @@ pub fn independent_set(cloud: &Cloud, sizes: &[f64], fixed: usize, order: &Order
         _ => independent(&points::<DVec3>(cloud), sizes, fixed, &spec),
     };
     let run = run.unwrap_or_else(|e| panic!("{order:?}: {e}"));
-    let rounds = run.undecided.iter().map(|&left| Row::new("undecided", "set", [left]));
+    let set = run.kept.selected.as_ref().expect("a set");
+    let rounds = set.undecided.iter().map(|&left| Row::new("undecided", "set", [left]));
     Outcome {
-        cells: run.members.iter().map(|&member| member as u64).collect(),
-        rows: ledger(&run.ledger, &run.phase_seconds).into_iter().chain(rounds).collect(),
+        cells: set.members.iter().map(|&member| member as u64).collect(),
+        rows: ledger(&run.ledger, &run.times.phases).into_iter().chain(rounds).collect(),
         ..Outcome::default()
     }
 }

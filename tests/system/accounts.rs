@@ -8,7 +8,7 @@ use septet_core::run::CostTrace;
 use septet_core::spec::{
     Correction, Graph, GraphKind, Neighbours, Partition, Purpose, SeparatorSets, Workers,
 };
-use septet_core::{Run, Spec, independent, simulate};
+use septet_core::{Outcome, Spec, independent, simulate};
 use septet_geometry::point::Point;
 use septet_lab::accounts::{AccountError, Accounts, fold};
 use septet_lab::report::{CostHeader, ledger_counts, write_cost_trace};
@@ -30,10 +30,10 @@ fn text_of(header: CostHeader, trace: &CostTrace) -> Vec<u8> {
     text
 }
 
-fn text<P: Point>(points: &[P], spec: &Spec) -> (Run, Vec<u8>) {
+fn text<P: Point>(points: &[P], spec: &Spec) -> (Outcome, Vec<u8>) {
     let run = simulate(points, spec).unwrap_or_else(|e| panic!("{spec:?}: {e}"));
     let header = CostHeader::of(spec, &run.settled, run.points.used, run.space);
-    let text = text_of(header, run.costs.as_ref().expect("kept"));
+    let text = text_of(header, run.kept.costs.as_ref().expect("kept"));
     (run, text)
 }
 
@@ -46,7 +46,7 @@ fn assert_equal(text: &[u8], ledger: &Ledger, what: &str) -> Accounts {
 }
 
 /// Both accounts are equal, and equal for all numbers of workers. Returns the last run.
-fn on_machines<P: Point>(points: &[P], what: &str, change: impl Fn(&mut Spec)) -> Run {
+fn on_machines<P: Point>(points: &[P], what: &str, change: impl Fn(&mut Spec)) -> Outcome {
     let mut first: Option<Accounts> = None;
     let mut last = None;
     for workers in [Workers::Count(1), Workers::Count(3), Workers::Count(16), Workers::Leaves] {
@@ -88,7 +88,7 @@ fn accounts_agree_on_baselines() {
 }
 
 /// Both accounts of one run are equal. Returns the run.
-fn on_one_machine<P: Point>(points: &[P], what: &str, change: impl Fn(&mut Spec)) -> Run {
+fn on_one_machine<P: Point>(points: &[P], what: &str, change: impl Fn(&mut Spec)) -> Outcome {
     let (run, text) = text(points, &traced(Workers::Count(3)).with(change));
     assert_equal(&text, &run.ledger, what);
     let header = text.split(|&byte| byte == b'\n').next().expect("a header");
@@ -116,7 +116,7 @@ fn accounts_agree_on_automatic_parameters() {
     }
     // Without a fixed leaf size, the purpose decides it.
     let timing = |c: &mut Spec| (c.tree.constants.purpose, c.tree.leaf) = (Purpose::Timing, None);
-    let leaf = |run: &Run| run.settled.leaf;
+    let leaf = |run: &Outcome| run.settled.leaf;
     assert_eq!(leaf(&on_one_machine(&flat, "timing in the plane", timing)), 500);
     assert!(leaf(&on_one_machine(&solid, "timing in space", timing)) >= 1000);
 }
@@ -149,7 +149,7 @@ fn accounts_agree_on_independent_sets() {
                 if fixed == 0 { (&places[..], &sizes[..]) } else { (&places[..1200], &sizes[..1200]) };
             let run = independent(places, sizes, fixed, &spec).unwrap();
             let header = CostHeader::of(&spec, &run.settled, places.len() as u64, 3);
-            let text = text_of(header, run.costs.as_ref().unwrap());
+            let text = text_of(header, run.kept.costs.as_ref().unwrap());
             let accounts = assert_equal(&text, &run.ledger, &format!("{workers:?}, {fixed} fixed"));
             assert!(accounts.phases.iter().any(|phase| phase.phase == "independent" && phase.depth > 0));
         }
@@ -168,7 +168,7 @@ fn degenerate_sets_have_both_accounts() {
 #[test]
 fn a_run_without_a_request_keeps_no_calls() {
     let run = simulate(&space(Kind::Uniform, 300, 1), &threaded(Workers::Count(2), 2, LEAF)).unwrap();
-    assert!(run.costs.is_none());
+    assert!(run.kept.costs.is_none());
 }
 
 /// A change of one row of a trace: without it, without its references, or with other items.
@@ -220,6 +220,6 @@ fn changed_traces_are_detected() {
 fn traces_are_small_enough() {
     let (run, text) = text(&space(Kind::WellSpaced, 20_000, 1), &traced(Workers::Count(4)));
     assert_equal(&text, &run.ledger, "20,000 points");
-    println!("{} bytes, {} rows", text.len(), run.costs.map_or(0, |trace| trace.rows().len()));
+    println!("{} bytes, {} rows", text.len(), run.kept.costs.map_or(0, |trace| trace.rows().len()));
     assert!(text.len() < 50_000_000, "{} bytes", text.len());
 }

@@ -8,7 +8,7 @@ use crate::common::{
 };
 use septet_core::generate::Kind;
 use septet_core::spec::{Alpha, Correction, Graph, Partition, Until, Workers};
-use septet_core::{Run, Spec, simulate, triangulate};
+use septet_core::{Outcome, Spec, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_geometry::range::{scale, scale_exponent};
 use septet_geometry::separator::{DrawKey, Sampler, node_samples};
@@ -20,12 +20,12 @@ use septet_protocol::ledger::{Ledger, NodeFacts};
 
 const LEAF: u64 = 60;
 
-fn counted<P: Point>(points: &[P], spec: &Spec) -> Run {
+fn counted<P: Point>(points: &[P], spec: &Spec) -> Outcome {
     simulate(points, spec).unwrap_or_else(|e| panic!("{spec:?}: {e}"))
 }
 
 /// The same cells as the paper's, and on every machine the same counts.
-fn over_machines<P: Point>(points: &[P], rival: &Spec, reference: &Run) -> Run {
+fn over_machines<P: Point>(points: &[P], rival: &Spec, reference: &Outcome) -> Outcome {
     let alone = counted(points, &rival.clone().with(|c| c.machine.workers = Workers::Count(1)));
     assert!(alone.cells() == reference.cells(), "{rival:?}: other cells");
     for workers in [2, 5, 64].map(Workers::Count).into_iter().chain([Workers::Leaves]) {
@@ -126,7 +126,7 @@ fn planes_halve_their_samples() {
     check(&plane(Kind::Clusters, 5000, 6));
 }
 
-fn graph(run: &Run) -> BTreeMap<NodeId, NodeFacts> {
+fn graph(run: &Outcome) -> BTreeMap<NodeId, NodeFacts> {
     let without_visits = |(&node, facts): (&NodeId, &NodeFacts)| (node, NodeFacts { visits: 0, ..*facts });
     run.ledger.part.nodes.iter().map(without_visits).collect()
 }

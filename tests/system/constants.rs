@@ -2,7 +2,7 @@
 
 use septet_core::generate::Kind;
 use septet_core::spec::{Partition, Purpose, SeparatorSets, Spec, Workers};
-use septet_core::{Run, simulate, triangulate};
+use septet_core::{Outcome, simulate, triangulate};
 use septet_geometry::point::Point;
 
 use crate::common::sets::space;
@@ -16,7 +16,7 @@ fn spec(change: impl FnOnce(&mut Spec)) -> Spec {
 }
 
 /// The samples, great circles and leaf size that a run used.
-fn used(run: &Run) -> (u64, u32, u64) {
+fn used(run: &Outcome) -> (u64, u32, u64) {
     (run.settled.samples, run.settled.tries, run.settled.leaf)
 }
 

@@ -6,7 +6,7 @@ use crate::common::{base, check, check_counted, check_over, simulated, with_work
 use glam::{DMat3, DVec2, DVec3};
 use septet_core::generate::Kind;
 use septet_core::spec::Workers;
-use septet_core::{Error, Run, triangulate};
+use septet_core::{Error, Outcome, triangulate};
 use septet_geometry::point::Point;
 use septet_geometry::range::RangeError;
 
@@ -53,7 +53,7 @@ fn small_sets() -> Vec<(String, Vec<DVec3>)> {
 
 /// A result that verifies, or no cells for a set that spans less.
 fn small<P: Point>(what: &str, points: &[P]) {
-    let mut reference: Option<Run> = None;
+    let mut reference: Option<Outcome> = None;
     for workers in [1, 3, 16] {
         let spec = with_workers(Workers::Count(workers), 2);
         let mut same = |start: TestTransport| {
@@ -62,8 +62,8 @@ fn small<P: Point>(what: &str, points: &[P]) {
                 let label = format!("{what}, {start:?}, counted {counted}, {spec:?}");
                 let run = within(PATIENCE, &label, move || check_over(start, &points, &of, counted));
                 assert_eq!(run.dimension < P::DIM as isize, run.cell_count() == 0, "{label}");
-                let accounted = run.points.used + run.points.duplicates.len() as u64;
-                assert_eq!((accounted, run.points.refused.len()), (run.points.input, 0), "{label}");
+                let accounted = run.points.used + run.left_out.duplicates.len() as u64;
+                assert_eq!((accounted, run.left_out.refused.len()), (run.points.input, 0), "{label}");
                 let reference = reference.get_or_insert_with(|| run.clone());
                 assert_eq!(reference.cells(), run.cells(), "{label}");
             }
@@ -87,7 +87,7 @@ fn few_points_in_space_and_in_the_plane() {
 }
 
 /// Verified, without a fallback, and equal for some numbers of workers.
-fn tied<P: Point>(what: &str, points: &[P]) -> Run {
+fn tied<P: Point>(what: &str, points: &[P]) -> Outcome {
     let run = check(points, &base());
     assert_eq!(run.fallback, None, "{what}");
     let spec = simulated(Workers::Count(7), 1, 200);
@@ -189,14 +189,14 @@ fn coincident_points_count_once() {
     let places = space(Kind::Uniform, 700, 4);
     let points: Vec<DVec3> = (0..2500).map(|_| places[draw.below(700)]).collect();
     let run = tied("duplicates", &points);
-    assert_eq!(run.points.used + run.points.duplicates.len() as u64, 2500);
-    for &(copy, of) in &run.points.duplicates {
+    assert_eq!(run.points.used + run.left_out.duplicates.len() as u64, 2500);
+    for &(copy, of) in &run.left_out.duplicates {
         assert!(of < copy && points[of as usize] == points[copy as usize]);
     }
-    assert!(run.points.duplicates.is_sorted());
+    assert!(run.left_out.duplicates.is_sorted());
     let signed: Vec<DVec2> =
         [[0.0, 0.0], [-0.0, 0.0], [1.0, -0.0], [0.0, 1.0], [1.0, 0.0]].map(DVec2::from).into();
-    assert_eq!(tied("signed zeros", &signed).points.duplicates, [(1, 0), (4, 2)]);
+    assert_eq!(tied("signed zeros", &signed).left_out.duplicates, [(1, 0), (4, 2)]);
 }
 
 #[test]
@@ -212,6 +212,6 @@ fn points_out_of_range_are_refused_by_index() {
         let error = triangulate(&points, &base()).unwrap_err();
         assert!(matches!(error, Error::Points(RangeError::NotFinite { index: 9, .. })), "{error}");
         let run = triangulate(&points, &base().with(|c| c.input.skip_invalid = true)).unwrap();
-        assert_eq!((run.points.refused, run.points.used), (vec![9], 49));
+        assert_eq!((run.points.used, run.left_out.refused), (49, vec![9]));
     }
 }

@@ -9,10 +9,9 @@ use std::sync::atomic::AtomicBool;
 use glam::{DVec2, DVec3};
 use septet_core::generate::Kind;
 use septet_core::result::canonical::{LabelledCells, canonicalise};
-use septet_core::result::subdomain::{Neighbour, Part, Subdomain};
-use septet_core::run::distributed::{ProcessPoint, triangulate};
+use septet_core::run::distributed::{ProcessPoint, simulate, triangulate};
 use septet_core::spec::{SpecError, Workers};
-use septet_core::{Error, Spec, channels};
+use septet_core::{Error, Neighbour, Outcome, Spec, WorkerShare, channels};
 use septet_geometry::point::Point;
 use septet_geometry::range::RangeError;
 use septet_protocol::transport::TransportError;
@@ -24,7 +23,7 @@ use crate::common::{base, within};
 type Held<C> = (Vec<C>, u64);
 
 /// Runs a process for each part of the points.
-fn run_all<C>(held: &[Held<C>], spec: impl Fn(usize) -> Spec + Sync) -> Vec<Result<Part, Error>>
+fn run_all<C>(held: &[Held<C>], spec: impl Fn(usize) -> Spec + Sync) -> Vec<Result<Outcome, Error>>
 where
     C: ProcessPoint + Sync,
 {
@@ -42,7 +41,7 @@ where
 }
 
 /// Runs a process for each part of the points, with this number of workers.
-fn parts<C: ProcessPoint + Sync>(held: &[Held<C>], workers: u32) -> Vec<Part> {
+fn parts<C: ProcessPoint + Sync>(held: &[Held<C>], workers: u32) -> Vec<Outcome> {
     let all = run_all(held, |_| spec(workers));
     all.into_iter().map(|part| part.unwrap_or_else(|e| panic!("{} processes: {e}", held.len()))).collect()
 }
@@ -71,57 +70,57 @@ fn divided<P: Point>(points: &[P], shares: &[usize], first_id: u64) -> Vec<Held<
     .collect()
 }
 
-/// The subdomain of each rank.
-fn by_rank(parts: &[Part]) -> BTreeMap<u32, &Subdomain> {
-    let all: Vec<&Subdomain> = parts.iter().flat_map(|part| &part.subdomains).collect();
-    let by_rank: BTreeMap<u32, &Subdomain> = all.iter().map(|s| (s.rank, *s)).collect();
+/// The share of each rank.
+fn by_rank(parts: &[Outcome]) -> BTreeMap<u32, &WorkerShare> {
+    let all: Vec<&WorkerShare> = parts.iter().flat_map(|part| &part.shares).collect();
+    let by_rank: BTreeMap<u32, &WorkerShare> = all.iter().map(|s| (s.rank, *s)).collect();
     assert_eq!(all.len(), by_rank.len());
     by_rank
 }
 
 /// The cells of all parts in canonical order.
-fn united<P: Point>(parts: &[Part]) -> Vec<u64> {
+fn united<P: Point>(parts: &[Outcome]) -> Vec<u64> {
     let mut rows = Vec::new();
-    for subdomain in by_rank(parts).values() {
-        for cell in 0..subdomain.cell_count() {
-            rows.extend(subdomain.cell(cell).iter().map(|&v| subdomain.ids[v as usize]));
+    for share in by_rank(parts).values() {
+        for cell in 0..share.cell_count() {
+            rows.extend(share.cell(cell).iter().map(|&v| share.ids[v as usize]));
         }
     }
     canonicalise::<P>(LabelledCells { rows, ..LabelledCells::default() }).rows
 }
 
 /// Each point has one owner, and all have the coordinates of the input.
-fn check_points<P: Point>(parts: &[Part], held: &[Held<P>]) {
+fn check_points<P: Point>(parts: &[Outcome], held: &[Held<P>]) {
     let mut owners = BTreeMap::new();
-    for subdomain in by_rank(parts).values() {
-        assert_eq!(subdomain.coordinates.len(), subdomain.ids.len() * P::DIM);
-        for (at, (&id, x)) in subdomain.ids.iter().zip(subdomain.coordinates.chunks(P::DIM)).enumerate() {
+    for share in by_rank(parts).values() {
+        assert_eq!(share.coordinates.len(), share.ids.len() * P::DIM);
+        for (at, (&id, x)) in share.ids.iter().zip(share.coordinates.chunks(P::DIM)).enumerate() {
             let (points, first) =
                 held.iter().find(|(p, first)| (*first..first + p.len() as u64).contains(&id)).unwrap();
             assert_eq!(P::from_coords(x), points[(id - first) as usize], "{id}");
-            assert_eq!(subdomain.owners[at] == subdomain.rank, at < subdomain.owned);
-            if at < subdomain.owned {
-                assert_eq!(owners.insert(id, subdomain.rank), None);
+            assert_eq!(share.owners[at] == share.rank, at < share.owned);
+            if at < share.owned {
+                assert_eq!(owners.insert(id, share.rank), None);
             }
         }
     }
-    for subdomain in by_rank(parts).values() {
-        let found: Vec<_> = subdomain.ids.iter().map(|id| owners[id]).collect();
-        assert_eq!(found, subdomain.owners);
+    for share in by_rank(parts).values() {
+        let found: Vec<_> = share.ids.iter().map(|id| owners[id]).collect();
+        assert_eq!(found, share.owners);
     }
     assert_eq!(owners.len() as u64, parts[0].points.used);
 }
 
 /// Every neighbour has the same facet, and the cell as its neighbour there. Returns the number of facets between workers,
 /// each counted twice.
-fn check_adjacency(parts: &[Part]) -> usize {
+fn check_adjacency(parts: &[Outcome]) -> usize {
     let by_rank = by_rank(parts);
     let (mut hull, mut between) = (0, 0);
-    for (&rank, subdomain) in &by_rank {
-        for cell in 0..subdomain.cell_count() {
-            let row = subdomain.cell(cell);
+    for (&rank, share) in &by_rank {
+        for cell in 0..share.cell_count() {
+            let row = share.cell(cell);
             for slot in 0..row.len() {
-                let (other_rank, other) = match subdomain.neighbour(cell, slot) {
+                let (other_rank, other) = match share.neighbour(cell, slot).unwrap() {
                     Neighbour::Hull => {
                         hull += 1;
                         continue;
@@ -139,8 +138,8 @@ fn check_adjacency(parts: &[Part]) -> usize {
                 } else {
                     Neighbour::Remote { rank, cell: cell as u32 }
                 };
-                let slots = (0..row.len()).filter(|&s| there.neighbour(other, s) == back);
-                let facet = facet(subdomain, cell, slot);
+                let slots = (0..row.len()).filter(|&s| there.neighbour(other, s) == Some(back));
+                let facet = facet(share, cell, slot);
                 assert!(
                     slots.into_iter().any(|s| self::facet(there, other, s) == facet),
                     "{rank} {cell} {slot}"
@@ -153,15 +152,15 @@ fn check_adjacency(parts: &[Part]) -> usize {
 }
 
 /// The vertices of a facet, ascending.
-fn facet(subdomain: &Subdomain, cell: usize, slot: usize) -> Vec<u64> {
-    let others = subdomain.cell(cell).iter().enumerate().filter(|&(at, _)| at != slot);
-    let mut ids: Vec<u64> = others.map(|(_, &v)| subdomain.ids[v as usize]).collect();
+fn facet(share: &WorkerShare, cell: usize, slot: usize) -> Vec<u64> {
+    let others = share.cell(cell).iter().enumerate().filter(|&(at, _)| at != slot);
+    let mut ids: Vec<u64> = others.map(|(_, &v)| share.ids[v as usize]).collect();
     ids.sort_unstable();
     ids
 }
 
 /// Compares the parts with the triangulation of all points.
-fn check<P: Point + ProcessPoint<Point = P>>(held: &[Held<P>], workers: u32) -> Vec<Part> {
+fn check<P: Point + ProcessPoint<Point = P>>(held: &[Held<P>], workers: u32) -> Vec<Outcome> {
     let points: Vec<P> = held.iter().flat_map(|(points, _)| points.iter().copied()).collect();
     let ids: Vec<u64> = held.iter().flat_map(|(points, first)| (*first..).take(points.len())).collect();
     let whole = septet_core::triangulate(&points, &base()).unwrap();
@@ -171,14 +170,15 @@ fn check<P: Point + ProcessPoint<Point = P>>(held: &[Held<P>], workers: u32) -> 
     let what = format!("{} points, {} processes, {workers} workers", points.len(), held.len());
     assert!(united::<P>(&parts) == expected, "{what}");
     let id = |&(row, first): &(u64, u64)| (ids[row as usize], ids[first as usize]);
-    let mut duplicates: Vec<_> = parts.iter().flat_map(|part| part.points.duplicates.clone()).collect();
+    let mut duplicates: Vec<_> = parts.iter().flat_map(|part| part.left_out.duplicates.clone()).collect();
     duplicates.sort_unstable();
-    assert_eq!(duplicates, whole.points.duplicates.iter().map(id).collect::<Vec<_>>(), "{what}");
+    assert_eq!(duplicates, whole.left_out.duplicates.iter().map(id).collect::<Vec<_>>(), "{what}");
     for (part, (points, first)) in parts.iter().zip(held) {
         let own = *first..first + points.len() as u64;
-        assert!(part.points.duplicates.iter().all(|(row, _)| own.contains(row)), "{what}");
-        let global = (part.points.input, part.points.used, part.dimension, part.cells, part.hull_facets);
-        let cells = whole.cell_count() as u64;
+        assert!(part.left_out.duplicates.iter().all(|(row, _)| own.contains(row)), "{what}");
+        let global =
+            (part.points.input, part.points.used, part.dimension, part.cell_count(), part.hull_facets);
+        let cells = whole.cell_count();
         let expected = (whole.points.input, whole.points.used, whole.dimension, cells, whole.hull_facets);
         assert_eq!(global, expected, "{what}");
     }
@@ -265,7 +265,7 @@ fn a_transport_serves_several_runs() {
             scope.spawn(move || {
                 let run =
                     |workers| triangulate(&mut transport, own, 100 * process as u64, &spec(workers)).unwrap();
-                [2, 5, 3].map(run).map(|part| (part.cells, part.subdomains.len()))
+                [2, 5, 3].map(run).map(|part| (part.cells, part.shares.len()))
             })
         };
         let threads: Vec<_> = channels::<DVec2>(2).into_iter().enumerate().map(start).collect();
@@ -302,7 +302,7 @@ fn a_point_that_is_not_finite_ends_all_processes() {
     }
     let skipping = |_| default_of(4)(0).with(|c| c.input.skip_invalid = true);
     let parts = run_all(&held, skipping).into_iter().map(Result::unwrap);
-    let refused: Vec<_> = parts.map(|part| (part.points.used, part.points.refused)).collect();
+    let refused: Vec<_> = parts.map(|part| (part.points.used, part.left_out.refused)).collect();
     let first = 1u64 << 33;
     assert_eq!(refused, [(198, vec![]), (198, vec![]), (198, vec![first + 120, first + 130]), (198, vec![])]);
 }
@@ -342,7 +342,7 @@ fn flips_are_detected_by_all_processes() {
             // A flip on the way down may reach some processes only.
             assert!(kind == "totals" || failed == 0 || failed == all.len(), "{kind} {seed}: {failed}");
             if failed == 0 {
-                let parts: Vec<Part> = all.into_iter().map(Result::unwrap).collect();
+                let parts: Vec<Outcome> = all.into_iter().map(Result::unwrap).collect();
                 assert!(united::<DVec3>(&parts) == quiet, "{kind} {seed}");
                 harmless += 1;
             } else {
@@ -405,7 +405,28 @@ fn configurations_for_one_process_are_refused() {
     assert!(matches!(refused(|c| c.machine.workers = Workers::Leaves), SpecError::NotDistributed { .. }));
     assert!(matches!(refused(|c| c.keep.view = Some(10)), SpecError::NotDistributed { .. }));
     assert!(matches!(refused(|c| c.keep.costs = true), SpecError::NotDistributed { .. }));
-    assert!(matches!(refused(|c| c.keep.owner = true), SpecError::NotDistributed { .. }));
     let few = SpecError::TooFewWorkers { workers: 2, processes: 3 };
     assert_eq!(refused(|c| c.machine.workers = Workers::Count(2)), few);
+}
+
+/// A simulation by several processes has the cells of a triangulation, and the same neighbours on request.
+#[test]
+fn simulations_have_the_cells_and_the_neighbours_of_triangulations() {
+    let points = space(Kind::Uniform, 900, 3);
+    let whole = septet_core::triangulate(&points, &base()).unwrap();
+    for processes in [1, 2, 5] {
+        let held = divided(&points, &vec![1; processes], 0);
+        let spec = spec(processes as u32 + 3).with(|spec| spec.keep.neighbours = true);
+        let parts: Vec<Outcome> = std::thread::scope(|scope| {
+            let (mut threads, spec) = (Vec::new(), &spec);
+            for (mut transport, held) in channels::<DVec3>(processes as u32).into_iter().zip(&held) {
+                threads.push(scope.spawn(move || simulate(&mut transport, &held.0, held.1, spec).unwrap()));
+            }
+            threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+        });
+        assert!(united::<DVec3>(&parts) == whole.cells(), "{processes} processes");
+        check_points(&parts, &held);
+        assert!(check_adjacency(&parts) > 0);
+        assert!(parts.iter().all(|part| part.settled.counted && part.own_counts.is_some()));
+    }
 }

@@ -9,7 +9,7 @@ use crate::common::{
 };
 use septet_core::generate::Kind;
 use septet_core::spec::{Alpha, GraphKind, Neighbours, Workers};
-use septet_core::{Run, Spec, simulate, triangulate};
+use septet_core::{Outcome, Spec, simulate, triangulate};
 use septet_geometry::point::Point;
 
 /// Runs over every transport; a process is started for each worker.
@@ -22,13 +22,13 @@ const OTHER_WORKERS: [Workers; 4] =
 const LEAF: u64 = 30;
 
 /// The verified triangulation of a set that splits at least six times.
-fn reference<P: Point>(points: &[P]) -> Run {
+fn reference<P: Point>(points: &[P]) -> Outcome {
     let run = check_counted(points, &threaded(Workers::Count(2), 2, LEAF));
     assert!(levels(&run.ledger) >= 6, "{} levels", levels(&run.ledger));
     run
 }
 
-fn assert_equal<P: Point>(start: TestTransport, points: &[P], spec: &Spec, reference: &Run) {
+fn assert_equal<P: Point>(start: TestTransport, points: &[P], spec: &Spec, reference: &Outcome) {
     for counted in [false, true] {
         let what = format!("{start:?}, {spec:?}, counted {counted}");
         let run = start.run(points, spec, counted).unwrap_or_else(|e| panic!("{what}: {e}"));
@@ -88,7 +88,7 @@ fn over_trees<P: Point>(points: &[P]) {
 }
 
 /// The cells by positions in `order`, as sorted sets.
-fn renamed(run: &Run, order: &[usize]) -> Vec<Vec<u64>> {
+fn renamed(run: &Outcome, order: &[usize]) -> Vec<Vec<u64>> {
     let width = run.space + 1;
     let rename = |row: &[u64]| {
         let mut row: Vec<u64> = row.iter().map(|&v| order[v as usize] as u64).collect();

@@ -21,7 +21,7 @@ use septet_protocol::message::{Body, ListBatch, Message, PointBatch, ReplyBatch}
 
 use crate::common::observed::Observed;
 use crate::common::sets::space;
-use crate::common::{combinations, simulated, with_graph};
+use crate::common::{combinations, simulated, task, with_graph};
 
 /// The number of points of every run, all distinct.
 const POINTS: u64 = 1500;
@@ -159,7 +159,7 @@ fn logged(workers: u32, choice: usize, counted: bool) -> Vec<Sent> {
 fn logged_of(spec: &Spec, counted: bool) -> Vec<Sent> {
     let points = space(Kind::Uniform, POINTS, 4);
     let log = Arc::new(Mutex::new(Vec::new()));
-    let run = run_on(&points, spec, counted, &mut |_| {
+    let run = run_on(&points, (spec, task(counted)), &mut |_| {
         let log = log.clone();
         Box::new(Observed(move |phase, messages: &[Message<DVec3>]| {
             log.lock().unwrap().extend(messages.iter().map(|m| (phase, m.clone())));

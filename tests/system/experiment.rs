@@ -78,7 +78,7 @@ fn a_run_that_stops_counts_what_the_whole_run_counts() {
     {
         let counts = count(&points, Some(until), &whole).unwrap();
         let all = of_run(&run);
-        let part = septet_lab::experiment::of_counts(&counts);
+        let part = septet_lab::experiment::of_run(&counts);
         assert_eq!((part.end, part.graph, part.totals.repair), (None, None, None));
         let mut seen = Vec::new();
         for phase in part.phases.iter().filter(|p| p.paper) {
@@ -94,7 +94,7 @@ fn a_run_that_stops_counts_what_the_whole_run_counts() {
     assert_eq!(all.end.unwrap().cells, run.cell_count() as u64);
     let flat: Vec<_> = (0..50).map(|i| glam::DVec2::new(f64::from(i), 0.0)).collect();
     assert_eq!(
-        count(&flat, Some(Until::Partition), &whole).unwrap().end.unwrap().cells,
+        count(&flat, Some(Until::Partition), &whole).unwrap().ending().unwrap().cells,
         0,
         "points on a line"
     );

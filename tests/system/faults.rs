@@ -37,7 +37,7 @@ fn relayed<P: Point>(points: &[P]) {
                 let facts = &counted.ledger.part.nodes[&NodeId(first)];
                 assert!(facts.is_leaf() && facts.population > LEAF, "{what}: it was split");
                 assert!(counted.cells() == reference.cells(), "{what}: other cells");
-                assert!(counted.graph == reference.graph, "{what}: another graph");
+                assert!(counted.kept.graph == reference.kept.graph, "{what}: another graph");
                 let run = start.run(points, &spec, false).unwrap_or_else(|e| panic!("{what}: {e}"));
                 assert!(run.cells() == reference.cells(), "{what}: other cells, triangulated");
             };
@@ -122,7 +122,8 @@ fn capped<P: Point>(points: &[P], nearest: u32, caps: std::ops::Range<u32>) -> B
                 let run = start.run(points, &spec, true).unwrap_or_else(|e| panic!("{what}: {e}"));
                 assert!(run.cells() == reference.cells(), "{what}: other cells");
                 sizes.insert(run.fallback.as_ref().unwrap_or_else(|| panic!("{what}: nothing gathered")).1);
-                let found = (run.fallback, run.ledger.totals.repair.work, run.ledger.totals.repair.depth);
+                let found =
+                    (run.facts.fallback, run.ledger.totals.repair.work, run.ledger.totals.repair.depth);
                 assert_eq!(first.get_or_insert_with(|| found.clone()), &found, "{what}");
             };
             if workers == 5 { each_transport(same) } else { same(TestTransport::Sim(3)) }

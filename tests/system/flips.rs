@@ -14,10 +14,10 @@ use std::time::{Duration, Instant};
 use crate::common::observed::Observed;
 use crate::common::sets::{Draw, plane, space};
 use crate::common::transports::each_transport;
-use crate::common::{simulated, with_graph};
+use crate::common::{simulated, task, with_graph};
 use septet_core::generate::Kind;
 use septet_core::spec::{Alpha, Fault, GraphKind, Neighbours, SeparatorSets, Workers};
-use septet_core::{Error, Run, Spec, independent, run_on};
+use septet_core::{Error, Outcome, Spec, independent, run_on};
 use septet_geometry::point::Point;
 use septet_protocol::ids::Rank;
 use septet_protocol::message::Message;
@@ -63,9 +63,9 @@ fn count_panics() {
 }
 
 /// Runs on a machine of one thread. Returns the counts of messages.
-fn run<P: Point>(points: &[P], spec: &Spec, counted: bool) -> (Result<Run, Error>, Counts) {
+fn run<P: Point>(points: &[P], spec: &Spec, counted: bool) -> (Result<Outcome, Error>, Counts) {
     let counts = Counts::default();
-    let result = run_on(points, spec, counted, &mut |_| {
+    let result = run_on(points, (spec, task(counted)), &mut |_| {
         let counts = counts.clone();
         Box::new(Observed(move |_, messages: &[Message<P>]| {
             for message in messages {
@@ -77,10 +77,10 @@ fn run<P: Point>(points: &[P], spec: &Spec, counted: bool) -> (Result<Run, Error
 }
 
 /// Returns `true` if outputs and ledgers are equal.
-fn is_same(a: &Run, b: &Run) -> bool {
-    let picture = |run: &Run| format!("{:?}", run.picture);
+fn is_same(a: &Outcome, b: &Outcome) -> bool {
+    let picture = |run: &Outcome| format!("{:?}", run.kept.picture);
     a.cells() == b.cells()
-        && (&a.graph, &a.sets, a.hull_facets) == (&b.graph, &b.sets, b.hull_facets)
+        && (&a.kept.graph, &a.kept.sets, a.hull_facets) == (&b.kept.graph, &b.kept.sets, b.hull_facets)
         && a.ledger.part == b.ledger.part
         && picture(a) == picture(b)
 }
@@ -90,7 +90,7 @@ struct Quiet<'a, P> {
     points: &'a [P],
     spec: Spec,
     counted: bool,
-    run: Run,
+    run: Outcome,
     counts: BTreeMap<(&'static str, Rank), u32>,
 }
 
@@ -257,7 +257,7 @@ fn no_flip_changes_an_independent_set() {
                 Err(Error::Machine(_)) => refused += 1,
                 Err(error) => panic!("{kind} {seed}: {error}"),
                 Ok(run) => {
-                    assert_eq!(run.members, quiet.members, "{kind} {seed}");
+                    assert_eq!(run.kept.selected, quiet.kept.selected, "{kind} {seed}");
                     assert!(run.ledger.part == quiet.ledger.part, "{kind} {seed}");
                 }
             }

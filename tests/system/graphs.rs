@@ -59,7 +59,7 @@ fn compare<P: Point>(points: &[P], choices: &[(GraphKind, Alpha, Neighbours)], l
                 assert!(crate::common::levels(&run.ledger) >= 3, "{what}: no tree");
                 let rule = run.settled.supergraph.unwrap();
                 let expected = expected.get_or_insert_with(|| by_definition(points, rule));
-                let found = run.graph.unwrap();
+                let found = run.kept.graph.unwrap();
                 assert_eq!(expected.len(), found.len(), "{what} {spec:?}: number of edges");
                 assert!(*expected == found, "{what} {spec:?}: other edges");
                 let counted: u64 = run.ledger.part.nodes.values().map(|facts| facts.edges).sum();
@@ -109,7 +109,7 @@ fn hypothesis<P: Point>(points: &[P], lipschitz: f64, what: &str) -> (f64, u64) 
     });
     let run = check_counted(points, &spec);
     assert_counts!(run, no_repair());
-    let graph = run.graph.clone().unwrap();
+    let graph = run.kept.graph.clone().unwrap();
     for cell in run.cells().chunks_exact(P::DIM + 1) {
         for (i, &a) in cell.iter().enumerate() {
             for &b in &cell[..i] {
@@ -152,8 +152,8 @@ fn separator_sets_contain_every_edge() {
             simulate(&points, &spec).unwrap()
         };
         let one = run(1);
-        let sets = one.sets.clone().unwrap();
-        assert_eq!(Some(&sets), run(5).sets.as_ref(), "{rule:?}");
+        let sets = one.kept.sets.clone().unwrap();
+        assert_eq!(Some(&sets), run(5).kept.sets.as_ref(), "{rule:?}");
         let members: u64 = one.ledger.part.nodes.values().map(|facts| facts.members).sum();
         assert!(sets.len() as u64 == members && sets.len() > points.len(), "{rule:?}");
         let mut nodes = vec![Vec::new(); points.len()];
@@ -161,7 +161,7 @@ fn separator_sets_contain_every_edge() {
             nodes[member.point as usize].push(member.node);
         }
         assert!(nodes.iter().all(|nodes| !nodes.is_empty()));
-        for (i, j) in one.graph.unwrap() {
+        for (i, j) in one.kept.graph.unwrap() {
             assert!(
                 nodes[i as usize].iter().any(|node| nodes[j as usize].contains(node)),
                 "{rule:?}: {i} {j}"

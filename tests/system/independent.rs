@@ -3,10 +3,10 @@
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
+use septet_core::error::SiteError;
 use septet_core::generate::Kind;
-use septet_core::run::independent::SiteError;
 use septet_core::spec::{Fault, Partition, Workers};
-use septet_core::{Error, IndependentRun, Spec, independent};
+use septet_core::{Error, Outcome, Selection, Spec, independent};
 use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::priority::priority;
 use septet_meshing::points::conflicts::{Site, Sites};
@@ -36,14 +36,19 @@ fn oracle<P: Point>(places: &[P], sizes: &[f64], fixed: usize, seed: u64) -> Ind
     set
 }
 
-fn assert_is(run: &IndependentRun, set: &Independent, fixed: usize, what: &str) {
+/// The set that a run selected.
+fn set_of(run: &Outcome) -> &Selection {
+    run.kept.selected.as_ref().unwrap()
+}
+
+fn assert_is(run: &Outcome, set: &Independent, fixed: usize, what: &str) {
     let members: Vec<usize> = set.members.iter().map(|&v| v as usize + fixed).collect();
-    assert_eq!(run.members, members, "{what}: members");
-    assert_eq!(run.undecided, set.undecided, "{what}: undecided");
+    assert_eq!(set_of(run).members, members, "{what}: members");
+    assert_eq!(set_of(run).undecided, set.undecided, "{what}: undecided");
 }
 
 /// The same set and the same counts on every machine.
-fn checked<P: Point>(places: &[P], sizes: &[f64], fixed: usize, what: &str) -> IndependentRun {
+fn checked<P: Point>(places: &[P], sizes: &[f64], fixed: usize, what: &str) -> Outcome {
     let set = oracle(places, sizes, fixed, 1);
     let spec = simulated(Workers::Count(1), 0, LEAF);
     let one = independent(places, sizes, fixed, &spec).unwrap_or_else(|e| panic!("{what}: {e}"));
@@ -78,7 +83,7 @@ fn even(n: usize, dimension: usize, degree: f64) -> f64 {
 fn uniform_sets_in_space_and_in_the_plane() {
     let points = space(Kind::Uniform, 1500, 3);
     let run = checked(&points, &vec![even(1500, 3, 12.0); 1500], 0, "space");
-    assert!(run.rounds() > 3 && run.members.len() > 100);
+    assert!(set_of(&run).rounds() > 3 && set_of(&run).members.len() > 100);
     let points = plane(Kind::Uniform, 1500, 3);
     checked(&points, &vec![even(1500, 2, 12.0); 1500], 0, "plane");
 }
@@ -123,9 +128,13 @@ fn sets_in_a_plane_or_on_a_line_of_space() {
         .filter(|p| p.x != 0.0 || p.y != 0.0)
         .collect();
     let run = checked(&cross, &vec![1.0; cross.len()], 0, "cross");
-    assert_eq!(run.members.len(), cross.len(), "points at a distance of their sizes do not conflict");
+    assert_eq!(
+        set_of(&run).members.len(),
+        cross.len(),
+        "points at a distance of their sizes do not conflict"
+    );
     let run = checked(&cross, &vec![1.5; cross.len()], 0, "cross");
-    assert!(run.members.len() < cross.len());
+    assert!(set_of(&run).members.len() < cross.len());
 }
 
 #[test]
@@ -134,9 +143,9 @@ fn fixed_points_are_respected() {
     let sizes = vec![even(1500, 3, 12.0); 1500];
     for fixed in [1, 40, 700, 1500] {
         let run = checked(&points, &sizes, fixed, &format!("{fixed} fixed"));
-        assert!(run.members.iter().all(|&m| m >= fixed));
+        assert!(set_of(&run).members.iter().all(|&m| m >= fixed));
         let near = |m: &usize| (0..fixed).any(|f| points[f].distance(points[*m]) < sizes[0]);
-        assert!(!run.members.iter().any(near));
+        assert!(!set_of(&run).members.iter().any(near));
     }
 }
 
@@ -194,13 +203,13 @@ fn orders_do_not_matter() {
     Draw::new(1).shuffle(&mut order);
     let (places, of): (Vec<DVec2>, Vec<f64>) = order.iter().map(|&i| (points[i], sizes[i])).unzip();
     let run = independent(&places, &of, 0, &simulated(Workers::Count(7), 1, LEAF)).unwrap();
-    let mut members: Vec<u32> = run.members.iter().map(|&m| order[m] as u32).collect();
+    let mut members: Vec<u32> = set_of(&run).members.iter().map(|&m| order[m] as u32).collect();
     members.sort_unstable();
     assert_eq!(members, set.members);
     let other = simulated(Workers::Count(7), 1, LEAF).with(|c| c.machine.seed = 2);
     let run = independent(&points, &sizes, 0, &other).unwrap();
     assert_is(&run, &oracle(&points, &sizes, 0, 2), 0, "another seed");
-    assert_ne!(run.members, set.members.iter().map(|&v| v as usize).collect::<Vec<_>>());
+    assert_ne!(set_of(&run).members, set.members.iter().map(|&v| v as usize).collect::<Vec<_>>());
 }
 
 /// Rounds of the set, and of the machine: two each, and one before.
@@ -212,15 +221,20 @@ fn rounds_are_logarithmic_and_messages_are_counted() {
         let spec = simulated(Workers::Count(workers), 1, 5 * LEAF);
         let run = independent(&points, &sizes, 10, &spec).unwrap();
         let bound = (n as f64).log2() + 2.0;
-        println!("{n}: {} rounds, {} members, {:?}", run.rounds(), run.members.len(), run.undecided);
-        assert!(run.rounds() as f64 <= bound, "{} rounds, bound {bound}", run.rounds());
-        assert!(run.undecided.windows(2).all(|w| w[1] < w[0]));
+        println!(
+            "{n}: {} rounds, {} members, {:?}",
+            set_of(&run).rounds(),
+            set_of(&run).members.len(),
+            set_of(&run).undecided
+        );
+        assert!(set_of(&run).rounds() as f64 <= bound, "{} rounds, bound {bound}", set_of(&run).rounds());
+        assert!(set_of(&run).undecided.windows(2).all(|w| w[1] < w[0]));
         let phase = run.ledger.phases.iter().find(|p| p.phase == Phase::Independent).unwrap();
-        assert!(phase.rounds <= 2 * run.rounds() as u64 + 1, "{phase:?}");
+        assert!(phase.rounds <= 2 * set_of(&run).rounds() as u64 + 1, "{phase:?}");
         assert!(phase.messages > 0 && phase.bytes > 0 && phase.work > 0, "{phase:?}");
         // A step of the program is a constant number of vector steps.
-        assert!(phase.depth <= 12 * (run.rounds() as u64 + 1), "{phase:?}");
-        let members = run.members.len() as f64 / n as f64;
+        assert!(phase.depth <= 12 * (set_of(&run).rounds() as u64 + 1), "{phase:?}");
+        let members = set_of(&run).members.len() as f64 / n as f64;
         assert!((0.1..0.3).contains(&members), "{members} of the sites");
     }
 }
@@ -279,25 +293,25 @@ fn the_scale_does_not_matter() {
         let run = independent(&places, &vec![size * factor; 400], 0, &spec).unwrap();
         // An independent and maximal set of the conflicts in the scale of 1.
         let near = |i: usize, j: usize| i != j && points[i].distance_squared(points[j]) < size * size;
-        assert!(run.members.iter().all(|&i| !run.members.iter().any(|&j| near(i, j))));
-        let covered = |i| run.members.iter().any(|&j| i == j || near(i, j));
+        assert!(set_of(&run).members.iter().all(|&i| !set_of(&run).members.iter().any(|&j| near(i, j))));
+        let covered = |i| set_of(&run).members.iter().any(|&j| i == j || near(i, j));
         assert!((0..400).all(covered), "{factor}: not maximal");
     }
     let run = independent(&points, &vec![f64::MAX; 400], 0, &spec).unwrap();
-    assert_eq!((run.members.len(), run.rounds()), (1, 1));
+    assert_eq!((set_of(&run).members.len(), set_of(&run).rounds()), (1, 1));
     let run = independent(&points, &vec![f64::MIN_POSITIVE; 400], 0, &spec).unwrap();
-    assert_eq!((run.members.len(), run.rounds()), (400, 1));
+    assert_eq!((set_of(&run).members.len(), set_of(&run).rounds()), (400, 1));
     // The only small site conflicts with no other site, however large the others are.
     let sizes: Vec<f64> = (0..400).map(|i| if i == 17 { 1e-200 } else { 1e200 }).collect();
     let run = independent(&points, &sizes, 0, &spec).unwrap();
-    assert!(run.members.len() == 2 && run.members.contains(&17));
+    assert!(set_of(&run).members.len() == 2 && set_of(&run).members.contains(&17));
 }
 
 #[test]
 fn inputs_without_a_graph_are_refused() {
     let points = [DVec2::ZERO, DVec2::ONE, DVec2::new(-0.0, 0.0)];
     let refused = |points: &[DVec2], sizes: &[f64], fixed, spec: &Spec| {
-        independent(points, sizes, fixed, spec).map(|run| run.members).unwrap_err()
+        independent(points, sizes, fixed, spec).unwrap_err()
     };
     let spec = base();
     let error = refused(&points, &[1.0; 3], 0, &spec);

@@ -5,7 +5,7 @@ use crate::common::transports::{TestTransport, each_transport};
 use crate::common::{assert_same_counts, combinations, simulated, threaded, with_graph, with_workers};
 use septet_core::generate::Kind;
 use septet_core::spec::Workers;
-use septet_core::{Run, Spec, simulate, triangulate};
+use septet_core::{Outcome, Spec, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_lab::assert_counts;
 use septet_protocol::ids::{COORDINATOR, Group, Phase};
@@ -13,7 +13,7 @@ use septet_protocol::ledger::LinkKey;
 
 const LEAF: u64 = 40;
 
-fn counted<P: Point>(points: &[P], spec: &Spec) -> Run {
+fn counted<P: Point>(points: &[P], spec: &Spec) -> Outcome {
     simulate(points, spec).unwrap_or_else(|e| panic!("{spec:?}: {e}"))
 }
 
@@ -117,7 +117,7 @@ const BYTES_OF_A_RUN: u64 = 1 << 15;
 const BYTES_PER_WORKER: u64 = 256;
 
 /// Bytes to the coordinator and from it, over all phases.
-fn coordinator_bytes(run: &Run) -> [u64; 2] {
+fn coordinator_bytes(run: &Outcome) -> [u64; 2] {
     let sum = |is_its: fn(&LinkKey) -> bool| {
         let links = run.ledger.part.links.iter().filter(|(link, _)| is_its(link));
         links.map(|(_, traffic)| traffic.bytes).sum()

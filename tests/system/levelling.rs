@@ -6,7 +6,7 @@ use crate::common::sets::space;
 use crate::common::with_workers;
 use septet_core::generate::Kind;
 use septet_core::spec::Workers;
-use septet_core::{Run, triangulate};
+use septet_core::{Outcome, triangulate};
 use septet_protocol::ids::Phase;
 
 const POINTS: u64 = 40_000;
@@ -34,7 +34,7 @@ fn orders() -> [(&'static str, Vec<DVec3>); 4] {
 }
 
 /// Returns the largest loads after the moves of each level.
-fn loads(run: &Run) -> Vec<u64> {
+fn loads(run: &Outcome) -> Vec<u64> {
     let rounds = run.ledger.part.rounds.iter().filter(|(key, _)| key.phase == Phase::Partition);
     rounds.map(|(_, tally)| tally.largest_load).filter(|&load| load > 0).collect()
 }

@@ -2,7 +2,7 @@
 
 use septet_core::generate::Kind;
 use septet_core::spec::{Alpha, GraphKind, Neighbours, SeparatorSets, Workers};
-use septet_core::{Run, Spec, simulate, triangulate};
+use septet_core::{Outcome, Spec, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 
@@ -19,12 +19,12 @@ const PHASES: [Phase; 5] =
     [Phase::Partition, Phase::Summaries, Phase::Merge, Phase::Certificate, Phase::Collect];
 
 /// Returns the largest number of messages that a rank sends or receives in a round of a phase.
-fn most(run: &Run, phase: Phase) -> u64 {
+fn most(run: &Outcome, phase: Phase) -> u64 {
     let rows = run.ledger.part.ranks.iter().filter(|(key, _)| key.phase == phase);
     rows.map(|(_, row)| row.sent.messages.max(row.received.messages)).max().unwrap_or(0)
 }
 
-fn few_messages(run: &Run, phases: &[Phase], what: &str) {
+fn few_messages(run: &Outcome, phases: &[Phase], what: &str) {
     let found: Vec<(Phase, u64)> = phases.iter().map(|&phase| (phase, most(run, phase))).collect();
     assert!(found.iter().all(|&(_, messages)| messages <= MOST), "{what}: {found:?}");
     // The groups are large enough for trees.
@@ -63,7 +63,7 @@ fn simulations_send_few_messages_per_rank_and_round() {
 /// The trees change neither the cells nor the counts that do not depend on the workers.
 #[test]
 fn trees_change_no_result() {
-    fn same<P: Point>(points: &[P], spec: &Spec, run: fn(&[P], &Spec) -> Run) {
+    fn same<P: Point>(points: &[P], spec: &Spec, run: fn(&[P], &Spec) -> Outcome) {
         let with = |workers| {
             let spec = spec.clone().with(|c| c.machine.workers = Workers::Count(workers));
             run(points, &spec)

@@ -15,7 +15,7 @@ use glam::{DVec2, DVec3};
 use septet_core::generate::Kind;
 use septet_core::model::Points;
 use septet_core::spec::Workers;
-use septet_core::{Run, Spec};
+use septet_core::{Outcome, Spec};
 use septet_geometry::point::Point;
 
 /// A checker's file.
@@ -59,7 +59,7 @@ fn cgal() -> &'static Path {
 }
 
 /// Runs a checker on points and cells; it says what it found.
-fn run_checker<P: Point>(mut command: Command, points: &[P], run: &Run, general: bool, what: &str) {
+fn run_checker<P: Point>(mut command: Command, points: &[P], run: &Outcome, general: bool, what: &str) {
     let directory = tempfile::tempdir().unwrap();
     let file = |name: &str| directory.path().join(name);
     let bytes: Vec<u8> = coordinates(points).iter().flat_map(|c| c.to_le_bytes()).collect();

@@ -6,7 +6,7 @@ use glam::DVec3;
 use septet_core::generate::Kind;
 use septet_core::result::part::{Division, Part};
 use septet_core::spec::{Spec, Transport, Workers};
-use septet_core::{Run, TrafficTotal, simulate, triangulate};
+use septet_core::{Outcome, TrafficTotal, simulate, triangulate};
 use septet_geometry::point::Point;
 
 use crate::common::sets::{plane, space};
@@ -20,7 +20,7 @@ fn keeping(workers: u32) -> Spec {
     })
 }
 
-fn parts_of<P: Point>(points: &[P], run: &Run) -> Vec<Part> {
+fn parts_of<P: Point>(points: &[P], run: &Outcome) -> Vec<Part> {
     let coordinates = coordinates(points);
     let division = Division::new(run.view(&coordinates)).unwrap();
     (1..=division.workers()).map(|worker| division.part(worker)).collect()
@@ -33,7 +33,7 @@ fn rows(part: &Part) -> Vec<Vec<u64>> {
 }
 
 /// Checks the parts of a run against its cells and owners.
-fn assert_parts<P: Point>(points: &[P], run: &Run, workers: u32) {
+fn assert_parts<P: Point>(points: &[P], run: &Outcome, workers: u32) {
     let parts = parts_of(points, run);
     assert_eq!(parts.len(), workers as usize);
     let whole: Vec<&[u64]> = run.cells().chunks_exact(P::DIM + 1).collect();
@@ -76,7 +76,7 @@ fn assert_parts<P: Point>(points: &[P], run: &Run, workers: u32) {
     }
     assert_eq!(owned, (0..whole.len() as u64).collect::<Vec<_>>());
     ids.sort_unstable();
-    let set_aside = |p: &u64| run.points.duplicates.iter().any(|(again, _)| again == p);
+    let set_aside = |p: &u64| run.left_out.duplicates.iter().any(|(again, _)| again == p);
     assert!(ids.into_iter().eq((0..points.len() as u64).filter(|p| !set_aside(p))));
 }
 

@@ -5,55 +5,85 @@ use crate::common::{check, threaded};
 use glam::DVec3;
 use septet_core::generate::Kind;
 use septet_core::spec::Workers;
-use septet_core::triangulate;
+use septet_core::{Neighbour, Outcome, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 
-fn assert_symmetric_adjacency<P: Point>(points: &[P], workers: u32) {
-    let spec = threaded(Workers::Count(workers), 2, 40);
-    let run = triangulate(points, &spec).unwrap();
-    let pieces = run.pieces().unwrap();
+fn assert_symmetric_adjacency<P: Point>(run: &Outcome, workers: u32) {
     let corners = P::DIM + 1;
-    let (mut hull, mut crossing) = (0, 0);
-    for (at, piece) in (0u32..).zip(pieces.pieces()) {
-        for cell in 0..(piece.rows.len() / (2 * corners)) as u32 {
-            let own: Vec<u64> = pieces.cell(at, cell).collect();
+    let (mut hull, mut crossing, mut cells) = (0, 0, 0);
+    let share = |rank: u32| &run.shares[rank as usize - 1];
+    for own in &run.shares {
+        cells += own.cell_count();
+        for cell in 0..own.cell_count() {
+            let ids: Vec<u64> = own.cell_ids(cell).collect();
             for slot in 0..corners {
-                let Some((other, next)) = pieces.neighbour(at, cell, slot) else {
-                    hull += 1;
-                    continue;
+                let (other, next) = match own.neighbour(cell, slot).unwrap() {
+                    Neighbour::Hull => {
+                        hull += 1;
+                        continue;
+                    }
+                    Neighbour::Local(next) => (own, next as usize),
+                    Neighbour::Remote { rank, cell } => (share(rank), cell as usize),
                 };
-                crossing += usize::from(other != at);
-                let theirs: Vec<u64> = pieces.cell(other, next).collect();
-                assert_eq!(own.iter().filter(|v| theirs.contains(v)).count(), P::DIM);
-                assert!(!theirs.contains(&own[slot]));
-                let back = (0..corners).filter(|&s| pieces.neighbour(other, next, s) == Some((at, cell)));
+                crossing += usize::from(other.rank != own.rank);
+                let theirs: Vec<u64> = other.cell_ids(next).collect();
+                assert_eq!(ids.iter().filter(|v| theirs.contains(v)).count(), P::DIM);
+                assert!(!theirs.contains(&ids[slot]));
+                let back = (0..corners).filter(|&s| match other.neighbour(next, s) {
+                    Some(Neighbour::Local(at)) => other.rank == own.rank && at as usize == cell,
+                    Some(Neighbour::Remote { rank, cell: at }) => rank == own.rank && at as usize == cell,
+                    _ => false,
+                });
                 assert_eq!(back.count(), 1);
             }
         }
     }
     assert_eq!(hull, run.hull_facets);
     assert_eq!(crossing > 0, workers > 1);
-    assert_eq!(pieces.len() * corners, run.cells().len());
+    assert_eq!(cells * corners, run.cells().len());
+}
+
+/// A triangulation and a simulation have neighbours.
+fn assert_adjacency<P: Point>(points: &[P], workers: u32) {
+    let spec = threaded(Workers::Count(workers), 2, 40).with(|spec| spec.keep.neighbours = true);
+    assert_symmetric_adjacency::<P>(&triangulate(points, &spec).unwrap(), workers);
+    assert_symmetric_adjacency::<P>(&simulate(points, &spec).unwrap(), workers);
 }
 
 #[test]
 fn adjacency_is_symmetric_in_space() {
     for workers in [1, 2, 5, 16] {
-        assert_symmetric_adjacency(&space(Kind::Uniform, 3000, 4), workers);
-        assert_symmetric_adjacency(&space(Kind::Grid, 1000, 4), workers);
+        assert_adjacency(&space(Kind::Uniform, 3000, 4), workers);
+        assert_adjacency(&space(Kind::Grid, 1000, 4), workers);
     }
 }
 
 #[test]
 fn adjacency_is_symmetric_in_the_plane() {
     for workers in [1, 2, 5, 16] {
-        assert_symmetric_adjacency(&plane(Kind::Clusters, 3000, 4), workers);
+        assert_adjacency(&plane(Kind::Clusters, 3000, 4), workers);
     }
 }
 
+/// Without a request, a simulation finds no neighbours, and sends no messages for them.
+#[test]
+fn a_simulation_has_neighbours_on_request() {
+    let points = space(Kind::Uniform, 1000, 4);
+    let spec = threaded(Workers::Count(4), 2, 40);
+    let plain = simulate(&points, &spec).unwrap();
+    assert!(plain.shares.iter().all(|share| !share.has_neighbours() && share.neighbour(0, 0).is_none()));
+    let kept = simulate(&points, &spec.clone().with(|spec| spec.keep.neighbours = true)).unwrap();
+    assert!(plain.cells() == kept.cells());
+    assert!(sent(&kept, Phase::Collect) > sent(&plain, Phase::Collect));
+    let others = |run: &Outcome| {
+        run.ledger.phases.iter().filter(|p| p.phase != Phase::Collect).copied().collect::<Vec<_>>()
+    };
+    assert!(others(&kept) == others(&plain));
+}
+
 /// Bytes sent in a phase.
-fn sent(run: &septet_core::Run, phase: Phase) -> u64 {
+fn sent(run: &Outcome, phase: Phase) -> u64 {
     run.ledger.phases.iter().filter(|p| p.phase == phase).map(|p| p.bytes).sum()
 }
 

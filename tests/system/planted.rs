@@ -8,7 +8,7 @@ use crate::common::sets::{plane, space};
 use crate::common::{assert_same_counts, combinations, simulated, with_graph};
 use septet_core::generate::Kind;
 use septet_core::spec::{Alpha, FAULTS, Fault, GraphKind, Neighbours, SeparatorSets, Workers};
-use septet_core::{Run, Spec, independent, simulate, triangulate};
+use septet_core::{Outcome, Spec, independent, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_geometry::separator::Ablation;
 use septet_protocol::ids::{Group, NodeId, Phase};
@@ -35,14 +35,14 @@ fn machine(workers: u32, fault: Option<&str>) -> Spec {
     })
 }
 
-fn run<P: Point>(points: &[P], workers: u32, choice: Choice, fault: Option<&str>) -> Run {
+fn run<P: Point>(points: &[P], workers: u32, choice: Choice, fault: Option<&str>) -> Outcome {
     let spec = with_graph(&machine(workers, fault), choice);
     simulate(points, &spec).unwrap_or_else(|e| panic!("{choice:?}, {workers} workers, {fault:?}: {e}"))
 }
 
 /// Runs with a fault on all numbers of workers, which must find the cells of the right run and agree on all counts.
-fn runs<P: Point>(points: &[P], choice: Choice, fault: &str, right: &Run) -> Vec<Run> {
-    let all: Vec<Run> = WORKERS.iter().map(|&p| run(points, p, choice, Some(fault))).collect();
+fn runs<P: Point>(points: &[P], choice: Choice, fault: &str, right: &Outcome) -> Vec<Outcome> {
+    let all: Vec<Outcome> = WORKERS.iter().map(|&p| run(points, p, choice, Some(fault))).collect();
     for (faulty, workers) in all.iter().zip(WORKERS) {
         let what = format!("{fault}, {choice:?}, {workers} workers");
         assert!(faulty.cells() == right.cells(), "{what}: other cells");
@@ -76,7 +76,7 @@ fn flooded<P: Point>(points: &[P]) {
         for (flooded, workers) in all.iter().zip(WORKERS) {
             let what = format!("{choice:?}, {workers} workers");
             let plain = run(points, workers, choice, None);
-            assert!(flooded.graph == plain.graph, "{what}: another graph");
+            assert!(flooded.kept.graph == plain.kept.graph, "{what}: another graph");
             assert!(flooded.ledger.totals.paper.work > plain.ledger.totals.paper.work, "{what}");
             assert!(workers == 1 || bytes(&flooded.ledger) > bytes(&plain.ledger), "{what}: no more bytes");
             let leaves = leaves(&flooded.ledger);
@@ -110,7 +110,7 @@ fn far_ghosts_are_more_ghosts() {
         let mut before = members(&right.ledger);
         for fault in ["far-ghosts:1.5", "flood"] {
             let all = runs(&points, choice, fault, &right);
-            assert!(all[0].graph == right.graph, "{fault}, {choice:?}: another graph");
+            assert!(all[0].kept.graph == right.kept.graph, "{fault}, {choice:?}: another graph");
             let found = members(&all[0].ledger);
             assert!(found > before, "{fault}, {choice:?}: {found} members after {before}");
             before = found;
@@ -126,11 +126,11 @@ fn halves_lose_edges() {
     let points = space(Kind::Uniform, 1500, 5);
     for choice in combinations(false).into_iter().filter(|choice| choice.0 != GraphKind::Knn) {
         let right = run(&points, 1, choice, None);
-        let edges: BTreeSet<_> = right.graph.iter().flatten().collect();
+        let edges: BTreeSet<_> = right.kept.graph.iter().flatten().collect();
         let ghost = choice.1 == SeparatorSets::Ghost;
         for (fault, acts) in [("half-ghosts", ghost), ("half-separators", !ghost)] {
             let all = runs(&points, choice, fault, &right);
-            let found: BTreeSet<_> = all[0].graph.iter().flatten().collect();
+            let found: BTreeSet<_> = all[0].kept.graph.iter().flatten().collect();
             let what = format!("{fault}, {choice:?}: {} of {} edges", found.len(), edges.len());
             assert!(found.is_subset(&edges), "{what}");
             assert_eq!(found.len() < edges.len(), acts, "{what}");
@@ -142,7 +142,7 @@ fn halves_lose_edges() {
 fn ablations_draw_other_separators() {
     let points = space(Kind::Clusters, 1500, 6);
     let right = run(&points, 1, DENSITY, None);
-    let root = |run: &Run| run.ledger.part.nodes[&NodeId::ROOT];
+    let root = |run: &Outcome| run.ledger.part.nodes[&NodeId::ROOT];
     for ablation in Ablation::ALL {
         let all = runs(&points, DENSITY, ablation.name(), &right);
         assert_ne!(root(&all[0]).separator, root(&right).separator, "{ablation:?}");

@@ -6,7 +6,7 @@ use crate::common::sets::{plane, space};
 use crate::common::{combinations, simulated, with_graph};
 use septet_core::generate::Kind;
 use septet_core::spec::{Partition, Transport, Workers};
-use septet_core::{Run, Spec, simulate};
+use septet_core::{Outcome, Spec, simulate};
 use septet_geometry::point::Point;
 use septet_lab::predict::{Hardware, predict};
 use septet_protocol::ids::{Phase, Rank};
@@ -14,7 +14,7 @@ use septet_protocol::ledger::RankTally;
 
 const WORKERS: [u32; 4] = [1, 7, 64, 300];
 
-fn run<P: Point>(points: &[P], spec: &Spec, workers: u32) -> Run {
+fn run<P: Point>(points: &[P], spec: &Spec, workers: u32) -> Outcome {
     let spec = spec.clone().with(|c| c.machine.workers = Workers::Count(workers));
     simulate(points, &spec).unwrap_or_else(|e| panic!("{spec:?}: {e}"))
 }
@@ -66,7 +66,7 @@ fn ranks_have_the_same_counts_on_every_transport() {
 }
 
 /// The largest values of a function of the ranks, summed over the rounds.
-fn slowest(run: &Run, of: impl Fn(u32, Rank) -> f64) -> f64 {
+fn slowest(run: &Outcome, of: impl Fn(u32, Rank) -> f64) -> f64 {
     let last = run.ledger.part.ranks.keys().map(|key| key.round).max().unwrap_or(0);
     let ranks = || 0..=run.settled.workers;
     (0..=last).map(|round| ranks().map(|rank| of(round, rank)).fold(0.0, f64::max)).sum()

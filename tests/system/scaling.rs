@@ -4,7 +4,7 @@ use crate::common::sets::{plane, space};
 use crate::common::simulated;
 use septet_core::generate::Kind;
 use septet_core::spec::{Alpha, Graph, Workers};
-use septet_core::{Run, simulate};
+use septet_core::{Outcome, simulate};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_lab::assert_counts;
@@ -18,7 +18,7 @@ use septet_protocol::ledger::Account;
 const ROUNDS: [(&str, f64, f64); 3] =
     [("partition", 10.0, -95.0), ("neighbours", 2.0, -12.0), ("merge", 1.25, -6.0)];
 
-fn rounds_are_logarithmic(run: &Run, what: &str) {
+fn rounds_are_logarithmic(run: &Outcome, what: &str) {
     let log = (run.points.used as f64).log2();
     for (phase, slope, constant) in ROUNDS {
         assert_counts!(run, rounds(phase, slope, constant));
@@ -28,7 +28,7 @@ fn rounds_are_logarithmic(run: &Run, what: &str) {
 }
 
 /// Balls that cross a separator of m points: at most 5 alpha m^(1 - 1/d). Attempts: 1.5 on average.
-fn separators_are_small(run: &Run, what: &str) {
+fn separators_are_small(run: &Outcome, what: &str) {
     let Some(Supergraph::Density { alpha }) = run.settled.supergraph else { panic!("{what}: no alpha") };
     let power = 1.0 - 1.0 / run.space as f64;
     let split: Vec<_> = run.ledger.part.nodes.values().filter(|facts| !facts.is_leaf()).collect();
@@ -45,7 +45,7 @@ fn separators_are_small(run: &Run, what: &str) {
 }
 
 /// The depth of a split does not depend on its size.
-fn depth_is_flat(run: &Run, what: &str) {
+fn depth_is_flat(run: &Outcome, what: &str) {
     let part = &run.ledger.part;
     let once = part.nodes.iter().filter(|(_, facts)| {
         !facts.is_leaf() && facts.attempts == 1 && facts.population > 2 * run.settled.leaf

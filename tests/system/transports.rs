@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use septet_core::generate::Kind;
 use septet_core::spec::Workers;
-use septet_core::{Error, Run, Spec};
+use septet_core::{Error, Outcome, Spec};
 use septet_geometry::point::Point;
 
 use crate::common::sets::{plane, space};
@@ -14,9 +14,9 @@ use crate::common::transports::each_transport;
 use crate::common::{assert_same_counts, combinations, with_graph, with_workers};
 
 /// Everything in a result and its ledger that a transport could change.
-fn assert_same(expected: &Run, found: &Run, what: &str) {
+fn assert_same(expected: &Outcome, found: &Outcome, what: &str) {
     assert!(expected.cells() == found.cells(), "{what}: other cells");
-    assert!(expected.graph == found.graph, "{what}: another graph");
+    assert!(expected.kept.graph == found.kept.graph, "{what}: another graph");
     assert_eq!(expected.owner(), found.owner(), "{what}");
     assert_eq!(expected.owning_leaf(), found.owning_leaf(), "{what}");
     assert_same_counts(&expected.ledger, &found.ledger, what);
@@ -26,7 +26,7 @@ fn assert_same(expected: &Run, found: &Run, what: &str) {
 
 fn over_transports<P: Point>(points: &[P], spec: &Spec) {
     for counted in [false, true] {
-        let mut reference: Option<Run> = None;
+        let mut reference: Option<Outcome> = None;
         each_transport(|start| {
             let what = format!("{start:?}, counted {counted}, {spec:?}");
             let run = start.run(points, spec, counted).unwrap_or_else(|e| panic!("{what}: {e}"));

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use glam::DVec3;
 use septet_core::spec::{Correction, Progress, Workers};
-use septet_core::{Run, Spec, simulate};
+use septet_core::{Outcome, Spec, simulate};
 use septet_lab::trace::{Detail, layer};
 use tracing_subscriber::layer::SubscriberExt;
 
@@ -35,7 +35,7 @@ fn traced<T>(path: &Path, detail: Detail, work: impl FnOnce() -> T) -> T {
 }
 
 /// A traced run, and the number of its exchanges.
-fn counted_run(path: &Path, points: &[DVec3], spec: &Spec) -> (Run, u64) {
+fn counted_run(path: &Path, points: &[DVec3], spec: &Spec) -> (Outcome, u64) {
     let exchanges = Arc::new(AtomicU64::new(0));
     let counter = exchanges.clone();
     let spec = spec.clone().with(|c| {
@@ -47,7 +47,7 @@ fn counted_run(path: &Path, points: &[DVec3], spec: &Spec) -> (Run, u64) {
 }
 
 /// One slice between any two exchanges for each worker, one arrow for each message.
-fn assert_complete(path: &Path, run: &Run, exchanges: u64) {
+fn assert_complete(path: &Path, run: &Outcome, exchanges: u64) {
     let workers = u64::from(run.settled.workers);
     let messages: u64 = run.ledger.phases.iter().map(|p| p.messages).sum();
     let seen = rules::read(path);
@@ -60,7 +60,7 @@ fn assert_complete(path: &Path, run: &Run, exchanges: u64) {
 }
 
 /// The same by Perfetto, and its steps are those that the rules find.
-fn assert_read_by_perfetto(path: &Path, run: &Run, exchanges: u64) {
+fn assert_read_by_perfetto(path: &Path, run: &Outcome, exchanges: u64) {
     assert_complete(path, run, exchanges);
     let seen = rules::read(path);
     let (workers, messages) = (u64::from(run.settled.workers), seen.arrows);
@@ -83,7 +83,7 @@ fn assert_read_by_perfetto(path: &Path, run: &Run, exchanges: u64) {
 }
 
 /// Checks a trace of a run, which made this number of exchanges.
-type Check = fn(&Path, &Run, u64);
+type Check = fn(&Path, &Outcome, u64);
 
 #[test]
 fn a_trace_of_a_large_run_is_complete_and_small() {
@@ -156,7 +156,7 @@ fn details_add_up_and_change_nothing() {
         let seen = rules::read(&path);
         let has = |category: &str| seen.slices.keys().any(|k| k.1 == category);
         // The run and its phases.
-        assert_eq!(seen.slices[&(1, "phase".to_owned())], run.phase_seconds.len() as u64 + 1);
+        assert_eq!(seen.slices[&(1, "phase".to_owned())], run.times.phases.len() as u64 + 1);
         assert_eq!(has("round"), detail >= Detail::Round);
         assert_eq!(seen.arrows > 0, detail >= Detail::Message);
         assert_eq!(seen.last.contains_key("bytes in flight"), detail >= Detail::Message);

@@ -140,10 +140,8 @@ pub struct Shown {
     pub with_edges: bool,
     /// Whether the ranks keep the members of the separator sets of the leaves.
     pub with_sets: bool,
-    /// Whether the ranks keep the leaf of every cell.
-    pub with_leaves: bool,
-    /// Whether the ranks keep the input indices of the points that they own.
-    pub with_owned: bool,
+    /// Whether a counted run finds the neighbours of its cells, as every other run does.
+    pub with_neighbours: bool,
     /// Whether the ranks keep the coordinates and the owners of the vertices of their cells.
     pub with_places: bool,
     /// Expected number of sampled points in the picture; 0 for no picture.
@@ -191,6 +189,11 @@ impl WorkerConfig {
     /// Returns the number of ranks: the workers and the coordinator.
     pub fn ranks(&self) -> u32 {
         self.workers + 1
+    }
+
+    /// Returns `true` if the cells of the run get neighbours.
+    pub fn has_neighbours(&self) -> bool {
+        self.shown.with_neighbours || !self.counted
     }
 
     /// Returns the reason why a run with this number of points does not start, if there is one.

@@ -6,11 +6,6 @@
 
 #[cfg(unix)]
 mod launch;
-mod report;
-mod run;
-mod sample;
-mod team;
-mod trace;
 
 use septet_core::Spec;
 use septet_core::spec::{Transport, Workers, cores};
@@ -18,8 +13,7 @@ use septet_protocol::wire::Wire;
 
 use crate::errors::{Code, Failure};
 use crate::progress::Talk;
-use crate::triangulate::Goal;
-use team::Team;
+use crate::run::{Goal, Team, run};
 
 /// Runs a goal on a process of a team. By default, there is one worker for each process.
 fn of_team(
@@ -30,11 +24,7 @@ fn of_team(
 ) -> Result<(), Failure> {
     team.check_same()?;
     team.processes.set_part_bytes(goal.args().hidden.part_bytes.unwrap_or_default());
-    let plan = run::plan(goal, requested, &team);
-    let plan = team.agree(plan)?;
-    trace::traced(&goal.args().tracing, &mut team, talk, |team| {
-        run::run(goal, &plan, (requested, threads), team, talk)
-    })
+    run(goal, (requested.clone(), Some(threads)), &mut team, talk)
 }
 
 /// Returns the failure for a command that several processes cannot run.

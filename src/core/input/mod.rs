@@ -1,8 +1,8 @@
-//! The input of a run: the rows of the caller, and their use.
+//! The input of a run: the rows of the caller.
 
-mod prepared;
+mod held;
 pub mod sequential;
 mod whole;
 
-pub(crate) use prepared::Prepared;
+pub(crate) use held::Held;
 pub(crate) use whole::Whole;

@@ -10,7 +10,7 @@ use septet_geometry::predicates::affine_frame;
 use septet_geometry::range::{all_finite, scale, scale_exponent};
 
 use crate::error::Error;
-use crate::result::run::Accounting;
+use crate::result::outcome::{Accounting, LeftOut};
 
 /// The distinct points of an input.
 #[derive(Clone, Debug)]
@@ -21,6 +21,8 @@ pub struct Distinct<P> {
     pub rows: Vec<u64>,
     /// The rows by their use.
     pub points: Accounting,
+    /// The rows that are not points.
+    pub left_out: LeftOut,
     /// Dimension of the affine hull; -1 for no points.
     pub dimension: isize,
 }
@@ -48,10 +50,15 @@ pub fn distinct<P: Point>(points: &[P], skip_invalid: bool) -> Result<Distinct<P
     rows.sort_unstable();
     duplicates.sort_unstable();
     let positions: Vec<P> = rows.iter().map(|&row| place(row as usize)).collect();
-    let refused = refused.into_iter().map(|i| i as u64).collect();
-    let (input, used) = (points.len() as u64, rows.len() as u64);
+    let refused: Vec<u64> = refused.into_iter().map(|i| i as u64).collect();
+    let accounting = Accounting {
+        input: points.len() as u64,
+        used: rows.len() as u64,
+        duplicate: duplicates.len() as u64,
+        refused: refused.len() as u64,
+    };
     let dimension = affine_frame(&positions).0;
-    Ok(Distinct { positions, rows, points: Accounting { input, used, duplicates, refused }, dimension })
+    Ok(Distinct { positions, rows, points: accounting, left_out: LeftOut { duplicates, refused }, dimension })
 }
 
 #[cfg(test)]
@@ -67,7 +74,7 @@ mod tests {
         let points = [p(1.0), p(0.0), p(1.0), p(-0.0), p(2.0), DVec2::new(0.0, 1.0), p(1.0)];
         let ready = distinct(&points, false).unwrap();
         assert_eq!(ready.rows, [0, 1, 4, 5]);
-        assert_eq!(ready.points.duplicates, [(2, 0), (3, 1), (6, 0)]);
+        assert_eq!(ready.left_out.duplicates, [(2, 0), (3, 1), (6, 0)]);
         assert_eq!(ready.dimension, 2);
         assert_eq!(distinct::<DVec2>(&[], false).unwrap().dimension, -1);
     }
@@ -78,6 +85,6 @@ mod tests {
         let error = distinct(&points, false).unwrap_err();
         assert!(matches!(error, Error::Points(RangeError::NotFinite { index: 1, .. })));
         let ready = distinct(&points, true).unwrap();
-        assert_eq!((ready.rows, ready.points.refused), (vec![0, 2], vec![1]));
+        assert_eq!((ready.rows, ready.left_out.refused), (vec![0, 2], vec![1]));
     }
 }

@@ -3,6 +3,8 @@
 use septet_geometry::point::Point;
 use septet_workers::input::{Rows, Source};
 
+use super::held::Held;
+
 /// All rows of an input, as the source of a machine.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Whole<'a, P> {
@@ -16,6 +18,13 @@ impl<'a, P> Whole<'a, P> {
     /// Creates the input of a triangulation.
     pub(crate) fn points(positions: &'a [P]) -> Self {
         Whole { positions, sizes: &[] }
+    }
+}
+
+impl<P: Point> Whole<'_, P> {
+    /// Returns the rows as those of the only process.
+    pub(crate) fn held(&self) -> Held<'_, P> {
+        Held { source: self, points: self.positions, first: 0, rows: self.positions.len() as u64 }
     }
 }
 

@@ -22,8 +22,9 @@ use tracing::span::EnteredSpan;
 
 use super::run_log::{INDEPENDENT_SET, RunLog, SiteCounts, TRIANGULATION};
 use crate::error::Error;
-use crate::run::independent::independent;
-use crate::run::{TrafficTotal, triangulate};
+use crate::result::outcome::{Selection, TrafficTotal};
+use crate::result::share::Neighbour;
+use crate::run::calls::{independent, triangulate};
 use crate::spec::Spec;
 
 /// The largest number of points of a facet that is one leaf.
@@ -131,13 +132,11 @@ impl<P: Point> MeshMachine<P> for CountedMachine {
             points: sites.len(),
             fixed,
             ledger: &run.ledger,
-            phase_seconds: &run.phase_seconds,
-            seconds: run.seconds,
+            phase_seconds: &run.times.phases,
+            seconds: run.times.total,
         });
-        Ok(Independent {
-            members: run.members.into_iter().map(|m| m as u32).collect(),
-            undecided: run.undecided,
-        })
+        let Selection { members, undecided } = run.kept.selected.unwrap_or_default();
+        Ok(Independent { members: members.into_iter().map(|m| m as u32).collect(), undecided })
     }
 
     fn delaunay(&mut self, points: &[P]) -> Result<Delaunay<P::Cell>, Error> {
@@ -147,31 +146,35 @@ impl<P: Point> MeshMachine<P> for CountedMachine {
             points: points.len(),
             fixed: 0,
             ledger: &run.ledger,
-            phase_seconds: &run.phase_seconds,
-            seconds: run.total_seconds,
+            phase_seconds: &run.times.phases,
+            seconds: run.times.total,
         });
         let (mut cells, mut neighbours) = (Vec::new(), Vec::new());
-        let Some(pieces) = run.pieces() else { return Ok(Delaunay { cells, neighbours }) };
-        cells.reserve(pieces.len());
-        neighbours.reserve(pieces.len());
-        let mut first = Vec::new();
-        let mut count = 0;
-        for piece in pieces.pieces() {
+        cells.reserve(run.cell_count());
+        neighbours.reserve(run.cell_count());
+        // Ranks count from 1.
+        let (mut first, mut count) = (vec![0], 0);
+        for share in &run.shares {
             first.push(count);
-            count += (piece.rows.len() / (2 * P::Cell::LEN)) as u32;
+            count += share.cell_count() as u32;
         }
         if P::DIM >= self.owners.dimension {
-            let of = pieces.pieces().iter();
-            let of = of.flat_map(|p| vec![p.owner; p.rows.len() / (2 * P::Cell::LEN)]).collect();
+            let of = run.shares.iter().flat_map(|share| vec![share.rank; share.cell_count()]).collect();
             self.owners = Owners { dimension: P::DIM, of };
         }
-        for (p, piece) in (0u32..).zip(pieces.pieces()) {
-            for (c, row) in (0u32..).zip(piece.rows.chunks_exact(2 * P::Cell::LEN)) {
+        for share in &run.shares {
+            for at in 0..share.cell_count() {
                 let (mut cell, mut across) = (P::Cell::splat(0), P::Cell::splat(u32::MAX));
-                for (slot, &v) in row[..P::Cell::LEN].iter().enumerate() {
-                    cell.as_mut()[slot] = piece.ids[v as usize] as u32;
-                    if let Some((q, d)) = pieces.neighbour(p, c, slot) {
-                        across.as_mut()[slot] = first[q as usize] + d;
+                for (slot, id) in share.cell_ids(at).enumerate() {
+                    cell.as_mut()[slot] = id as u32;
+                    match share.neighbour(at, slot) {
+                        Some(Neighbour::Local(other)) => {
+                            across.as_mut()[slot] = first[share.rank as usize] + other;
+                        }
+                        Some(Neighbour::Remote { rank, cell }) => {
+                            across.as_mut()[slot] = first[rank as usize] + cell;
+                        }
+                        Some(Neighbour::Hull) | None => {}
                     }
                 }
                 cells.push(cell);

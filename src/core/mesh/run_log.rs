@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::{Ledger, NodeFacts, PhaseTotal};
 
-use crate::run::TrafficTotal;
+use crate::result::outcome::TrafficTotal;
 
 /// The task of a run that selects an independent set of candidates.
 pub const INDEPENDENT_SET: &str = "independent set";

@@ -4,17 +4,11 @@
 //! plane, of the second and third) keeps the orientation positive. Rows are sorted. The output therefore depends on the
 //! triangulation only.
 
-use std::sync::OnceLock;
-
-use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use septet_geometry::point::Point;
-use septet_protocol::ids::Rank;
-use septet_workers::share::Share;
 
-pub use crate::result::pieces::LabelledCells;
-use crate::result::pieces::Pieces;
+use crate::result::share::WorkerShare;
 
 /// Puts a positively oriented row into canonical order: sorts it and, if the permutation was odd, swaps the last two.
 pub fn canonical_row(row: &mut [u64]) {
@@ -33,95 +27,33 @@ pub fn canonical_row(row: &mut [u64]) {
     }
 }
 
-/// Cells as rows of input indices, part by part.
+/// Cells with the owner and the leaf of each.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct OwnedRows {
-    /// The rows of each rank.
-    parts: Vec<Vec<u64>>,
-    /// The rank of each cell, if kept.
-    owners: Vec<Rank>,
-    /// The leaf of each cell, if kept.
-    leaves: Vec<u64>,
+pub struct LabelledCells {
+    /// `DIM + 1` indices per row.
+    pub rows: Vec<u64>,
+    /// Owner of each row, if kept.
+    pub owner: Option<Vec<u32>>,
+    /// Leaf of each row, if kept.
+    pub leaf: Option<Vec<u64>>,
 }
 
-impl OwnedRows {
-    /// Takes the cells of all shares. If `with_owner` is set, also takes the rank and the leaf of each.
-    pub(crate) fn of<P: Point>(shares: &mut [Share<P>], with_owner: bool) -> Self {
-        let mut all = OwnedRows::default();
-        for share in shares {
-            let mut cells = std::mem::take(&mut share.cells);
-            if with_owner {
-                all.owners.extend(std::iter::repeat_n(share.rank, cells.rows.len() / (P::DIM + 1)));
-                all.leaves.append(&mut cells.leaves);
-            }
-            all.parts.push(cells.rows);
-        }
-        all
-    }
-}
-
-/// Cells before they are exported.
-#[derive(Clone, Debug)]
-pub(crate) enum Store {
-    /// Rows of input indices, rank by rank.
-    Rows(OwnedRows),
-    /// Subdomain triangulations.
-    Pieces(Pieces),
-    /// This number of cells, which several processes hold.
-    Elsewhere(u64),
-}
-
-/// The cells of a run. The first request brings them into canonical order.
-#[derive(Clone, Debug)]
-pub(crate) struct Export {
-    space: usize,
-    store: Store,
-    with_owner: bool,
-    canonical: OnceLock<LabelledCells>,
-}
-
-impl Export {
-    /// Stores cells of `space + 1` vertices. If `with_owner` is set, the owner of each cell is exported.
-    pub(crate) fn new(space: usize, store: Store, with_owner: bool) -> Self {
-        Export { space, store, with_owner, canonical: OnceLock::new() }
-    }
-
-    /// Returns the number of cells.
-    pub(crate) fn len(&self) -> usize {
-        match &self.store {
-            Store::Rows(rows) => rows.parts.iter().map(Vec::len).sum::<usize>() / (self.space + 1),
-            Store::Pieces(pieces) => pieces.len(),
-            Store::Elsewhere(cells) => *cells as usize,
+/// Returns the cells of shares as rows of `corners` input indices, share by share, with the owner and the leaf of each if
+/// requested.
+pub(crate) fn rows_of_shares(shares: &[WorkerShare], corners: usize, with_labels: bool) -> LabelledCells {
+    let cells: usize = shares.iter().map(WorkerShare::cell_count).sum();
+    let mut rows = Vec::with_capacity(cells * corners);
+    let (mut owner, mut leaf) = (Vec::new(), Vec::new());
+    for share in shares {
+        let vertices = share.rows().map(|row| &row[..corners]);
+        rows.par_extend(vertices.flat_map_iter(|cell| cell.iter().map(|&v| share.ids[v as usize])));
+        if with_labels {
+            owner.extend(std::iter::repeat_n(share.rank, share.cell_count()));
+            let leaves = share.leaves.iter();
+            leaf.extend(leaves.flat_map(|&(leaf, cells)| std::iter::repeat_n(leaf.0, cells as usize)));
         }
     }
-
-    /// Returns the subdomain triangulations, if the run made any.
-    pub(crate) fn pieces(&self) -> Option<&Pieces> {
-        match &self.store {
-            Store::Rows(_) | Store::Elsewhere(_) => None,
-            Store::Pieces(pieces) => Some(pieces),
-        }
-    }
-
-    /// Returns the cells in canonical order.
-    pub(crate) fn canonical(&self) -> &LabelledCells {
-        self.canonical.get_or_init(|| {
-            let cells = self.unsorted();
-            if self.space == 2 { canonicalise::<DVec2>(cells) } else { canonicalise::<DVec3>(cells) }
-        })
-    }
-
-    fn unsorted(&self) -> LabelledCells {
-        match &self.store {
-            Store::Pieces(pieces) => pieces.rows(self.with_owner),
-            Store::Elsewhere(_) => LabelledCells::default(),
-            Store::Rows(OwnedRows { parts, owners, leaves }) => LabelledCells {
-                rows: parts.concat(),
-                owner: self.with_owner.then(|| owners.clone()),
-                leaf: self.with_owner.then(|| leaves.clone()),
-            },
-        }
-    }
+    LabelledCells { rows, owner: with_labels.then_some(owner), leaf: with_labels.then_some(leaf) }
 }
 
 /// Brings positively oriented cells into canonical order.
@@ -144,6 +76,8 @@ pub fn canonicalise<P: Point>(mut cells: LabelledCells) -> LabelledCells {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec2;
+
     use super::*;
 
     #[test]
@@ -165,9 +99,5 @@ mod tests {
         let sorted = canonicalise::<DVec2>(cells);
         assert_eq!(sorted.rows, [1, 2, 3, 4, 5, 6]);
         assert_eq!(sorted.owner, Some(vec![8, 7]));
-        let parts = vec![vec![9, 8, 7, 6], vec![], vec![0, 1, 2, 3]];
-        let export = Export::new(3, Store::Rows(OwnedRows { parts, ..OwnedRows::default() }), false);
-        assert_eq!(export.len(), 2);
-        assert_eq!(export.canonical().rows, [0, 1, 2, 3, 6, 7, 8, 9]);
     }
 }

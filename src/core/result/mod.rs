@@ -1,11 +1,10 @@
-//! The result of a run: pieces of the triangulation, cells in canonical order, a picture.
+//! The result of a run: facts, the shares of the workers, cells in canonical order, a picture.
 
 pub mod canonical;
 pub mod cost_trace;
+pub mod outcome;
+pub mod own_counts;
 pub mod part;
-pub mod pieces;
-pub(crate) mod point_owner;
 pub mod refutation;
-pub mod run;
-pub mod subdomain;
+pub mod share;
 pub mod view;

@@ -1,9 +1,10 @@
 //! Reasons against a certificate.
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// The reasons why the stars do not form a triangulation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error, Serialize, Deserialize)]
 #[non_exhaustive]
 #[error("{disagreements} disagreements, {minima} minima, {stars} of {points} stars{}", owned(*.foreign))]
 pub struct Refutation {
@@ -21,7 +22,7 @@ pub struct Refutation {
 
 impl Refutation {
     /// Returns the message of the error.
-    pub(crate) fn message(&self) -> String {
+    pub fn message(&self) -> String {
         format!("the certificate failed: {self}; this is a bug in septet: please report it with the input")
     }
 }

@@ -3,35 +3,35 @@
 //! [`admit`] checks everything that depends only on the configuration and the number of points. It runs before the
 //! points are prepared, so that a refused run does not allocate memory. [`Settings::decide`] decides everything else.
 
-use std::sync::Arc;
-
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
-use septet_protocol::ids::{NodeId, Phase};
-use septet_protocol::ledger::Ledger;
 use septet_workers::config::{
     Correction, CostLog, FALLBACK_K, GraphRules, MOST_IN_A_PIECE, Refusal, SetRule, Shown, Stop,
     Task as RankTask, TreeRules, Wanted, WorkerConfig,
 };
 
-use crate::coordinator::{Coordinator, Plan};
+use crate::coordinator::Plan;
 use crate::error::Error;
-use crate::input::Whole;
-use crate::result::run::{Settled, TrafficTotal};
+use crate::input::Held;
+use crate::result::outcome::{Settled, TrafficTotal};
 use crate::result::view::MOST_POINTS;
 use crate::run::auto_workers::auto_workers;
 use crate::run::memory;
-use crate::run::transport::Start;
 use crate::spec::{
     Alpha, Constants, Fault, Graph, MOST_WORKERS, Neighbours, Purpose, Registers, Spec, SpecError, Task,
     TreeConstants, Until, Workers, alpha_of_spacing, cores,
 };
 
-/// Checks the configuration and the forecast of memory.
+/// Checks the specification, the numbers of the rows and the forecast of memory. `is_team` is set if several processes may
+/// share the ranks. The forecast is for one process, which holds its share of the points.
 ///
 /// # Errors
-/// Fails if the configuration cannot run, or if there are too many points for its memory limit.
-pub(crate) fn admit(spec: &Spec, task: Task, points: u64, dimension: usize) -> Result<(), Error> {
+/// Fails if the specification cannot run, or if there are too many points for its memory limit.
+pub(crate) fn admit<P: Point>(
+    (spec, task): (&Spec, Task),
+    input: Held<'_, P>,
+    is_team: bool,
+) -> Result<(), Error> {
     spec.check()?;
     if spec.machine.registers == Registers::Baseline {
         septet_geometry::simd::use_baseline_registers();
@@ -39,19 +39,44 @@ pub(crate) fn admit(spec: &Spec, task: Task, points: u64, dimension: usize) -> R
     if spec.recursion.neighbours == Correction::BottomUp && task == Task::Triangulate {
         return Err(SpecError::BottomUpUncounted.into());
     }
+    if is_team {
+        admit_team(spec)?;
+    }
+    let Held { first, rows, .. } = input;
+    if first.checked_add(rows).is_none() {
+        return Err(Error::Indices { rows, first, last: u64::MAX });
+    }
+    let points = input.points.len() as u64;
     match task {
-        Task::Independent { .. } => memory::admit_sites(spec, points, dimension),
+        Task::Independent { .. } => memory::admit_sites(spec, points, P::DIM),
         // A run that stops before the graph takes less memory than a triangulation.
         Task::Triangulate | Task::Count(Until::Partition | Until::Neighbours) => {
-            memory::admit(spec, points, dimension, false)
+            memory::admit(spec, points, P::DIM, false)
         }
-        Task::Simulate | Task::Count(Until::Graph) => memory::admit(spec, points, dimension, true),
+        Task::Simulate | Task::Count(Until::Graph) => memory::admit(spec, points, P::DIM, true),
+    }
+}
+
+/// Refuses what needs all ranks in one process.
+fn admit_team(spec: &Spec) -> Result<(), SpecError> {
+    let outputs = [
+        (spec.machine.workers == Workers::Leaves, "a worker for each leaf"),
+        (spec.keep.costs, "a cost trace"),
+        (spec.keep.view.is_some_and(|points| points > 0), "a picture"),
+    ];
+    match outputs.iter().find(|(is_wanted, _)| *is_wanted) {
+        Some(&(_, output)) => Err(SpecError::NotDistributed { output }),
+        None => Ok(()),
     }
 }
 
 /// The machine of a run, and the reasons for it.
-#[derive(Debug)]
-pub(crate) struct Settings {
+#[derive(Clone, Debug)]
+pub(crate) struct Settings<'a> {
+    /// What the caller asks for.
+    pub(crate) spec: &'a Spec,
+    /// What the run computes.
+    pub(crate) task: Task,
     /// The parameters that all ranks share.
     pub(crate) machine: WorkerConfig,
     /// The reason for this supergraph; empty if the coordinator chooses it.
@@ -62,73 +87,40 @@ pub(crate) struct Settings {
     pub(crate) planning: Option<TrafficTotal>,
 }
 
-impl Settings {
-    /// Decides all settings of a run over these points. With [`Workers::Leaves`], this requires a run that grows the
-    /// tree.
-    ///
-    /// # Errors
-    /// Fails if there are too many workers, or if the machine that grows the tree fails.
+impl<'a> Settings<'a> {
+    /// Decides all settings of a run over these points. Of several processes, the place of the ranks decides the number of
+    /// `workers`. With [`Workers::Leaves`], there is one worker until the leaves are counted.
     pub(crate) fn decide<P: Point>(
-        spec: &Spec,
-        task: Task,
-        input: Whole<'_, P>,
-        start_machine: &mut Start<'_, P>,
-    ) -> Result<Self, Error> {
+        (spec, task): (&'a Spec, Task),
+        input: Held<'_, P>,
+        workers: Option<u32>,
+    ) -> Self {
         let (wanted, why) = match task {
             Task::Independent { .. } => {
                 (Wanted::Fixed(Supergraph::Density { alpha: 1.0 }), "sizes as given".to_string())
             }
             _ => supergraph(spec),
         };
-        let machine = machine::<P>(spec, task, wanted);
-        let mut settings = Settings { machine, why, plan: Plan::new(), planning: None };
-        match spec.machine.workers {
-            Workers::Auto if task == Task::Triangulate => {
-                settings.machine.workers = auto_workers(input.positions, cores() as u32);
-            }
-            Workers::Auto => settings.machine.workers = cores() as u32,
-            Workers::Count(workers) => settings.machine.workers = workers,
-            Workers::Leaves => settings.plan_leaves(spec, input, start_machine)?,
-        }
-        let workers = settings.machine.workers;
-        if workers > MOST_WORKERS {
-            return Err(SpecError::TooManyWorkers { workers, most: MOST_WORKERS }.into());
-        }
-        Ok(settings)
+        let mut machine = machine::<P>(spec, task, wanted);
+        machine.shown.with_places = workers.is_some();
+        machine.workers = match (workers, spec.machine.workers) {
+            (Some(workers), _) | (None, Workers::Count(workers)) => workers,
+            (None, Workers::Auto) if task == Task::Triangulate => auto_workers(input.points, cores() as u32),
+            (None, Workers::Auto) => cores() as u32,
+            (None, Workers::Leaves) => 1,
+        };
+        Settings { spec, task, machine, why, plan: Plan::new(), planning: None }
     }
 
-    /// Grows the tree once, on one worker, to count the leaves below each node.
-    fn plan_leaves<P: Point>(
-        &mut self,
-        spec: &Spec,
-        input: Whole<'_, P>,
-        start_machine: &mut Start<'_, P>,
-    ) -> Result<(), Error> {
-        let run = self.machine.run ^ PLANNING;
-        let until = Some(Phase::Partition);
-        let machine = Arc::new(WorkerConfig {
-            run,
-            counted: true,
-            until,
-            cost_log: CostLog::default(),
-            ..self.machine.clone()
-        });
-        let mut hosts = start_machine(&machine);
-        let grown = Coordinator::new(&spec.control, machine).run(hosts.as_mut(), input, &Plan::new())?;
-        grown.check_balance()?;
-        let part = grown.ledger;
-        for (node, _) in part.nodes.iter().filter(|(_, facts)| facts.is_leaf()) {
-            let mut at = Some(*node);
-            while let Some(n) = at {
-                *self.plan.entry(n).or_default() += 1;
-                at = n.parent();
-            }
+    /// Checks the number of workers.
+    ///
+    /// # Errors
+    /// Fails if there are too many.
+    pub(crate) fn check_workers(&self) -> Result<(), SpecError> {
+        let workers = self.machine.workers;
+        if workers > MOST_WORKERS {
+            return Err(SpecError::TooManyWorkers { workers, most: MOST_WORKERS });
         }
-        if !grown.input.is_flat(P::DIM) {
-            let ledger = Ledger::finish(part, grown.input.population.count, P::DIM);
-            self.planning = Some(TrafficTotal::of(&ledger));
-        }
-        self.machine.workers = self.plan.get(&NodeId::ROOT).copied().unwrap_or(1);
         Ok(())
     }
 
@@ -162,9 +154,6 @@ impl Settings {
     }
 }
 
-/// The bit that distinguishes the name of a planning run from the name of the run that it plans.
-const PLANNING: u64 = 1 << 63;
-
 /// Returns the parameters that all ranks share, for one worker.
 fn machine<P: Point>(spec: &Spec, task: Task, wanted: Wanted) -> WorkerConfig {
     let (counted, whole) = (task.is_counted(), task.until().is_none());
@@ -184,8 +173,7 @@ fn machine<P: Point>(spec: &Spec, task: Task, wanted: Wanted) -> WorkerConfig {
     let shown = Shown {
         with_edges: spec.keep.graph && counted,
         with_sets: spec.keep.sets && counted,
-        with_leaves: spec.keep.owner,
-        with_owned: spec.keep.point_owner && whole && !independent,
+        with_neighbours: spec.keep.neighbours,
         with_places: false,
         view: if whole { spec.keep.view.unwrap_or(0).min(MOST_POINTS) } else { 0 },
     };

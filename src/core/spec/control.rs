@@ -16,14 +16,17 @@ pub struct Keep {
     pub graph: bool,
     /// Whether the separator sets of the leaves are kept. [`crate::simulate`] with a rule that forms them only.
     pub sets: bool,
+    /// Whether [`crate::simulate`] finds the neighbours of cells, as [`crate::triangulate`] always does. This takes two more
+    /// rounds of messages.
+    pub neighbours: bool,
     /// Whether the worker and the leaf of each cell are kept.
     pub owner: bool,
-    /// Whether the worker that holds each point is kept ([`crate::Run::point_owner`]). A `.pvtu` file needs it.
+    /// Whether the worker that holds each point is kept ([`crate::Outcome::point_owner`]). A `.pvtu` file needs it.
     pub point_owner: bool,
     /// Whether the calls of primitives are kept, for a cost trace ([`crate::run::CostTrace`]). Only runs that count, with
     /// all ranks in the caller's process.
     pub costs: bool,
-    /// Expected number of points in the picture of the result ([`crate::Run::picture`]), at most
+    /// Expected number of points in the picture of the result ([`crate::result::outcome::Kept::picture`]), at most
     /// [`crate::result::view::MOST_POINTS`]. By default, there is no picture.
     pub view: Option<u32>,
     /// The nodes of the partition tree that reports list.

@@ -4,7 +4,7 @@ use septet_protocol::ids::Phase;
 use serde::{Deserialize, Serialize};
 
 /// The task of a run. Each call of the library chooses it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Task {
     /// A triangulation by the direct path.
     Triangulate,

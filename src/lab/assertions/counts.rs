@@ -1,9 +1,8 @@
 //! The counts that checks accept.
 
-use septet_core::Run;
-use septet_core::run::count::RunCounts;
+use septet_core::Outcome;
 
-use crate::experiment::{Line, of_counts, of_run};
+use crate::experiment::{Line, of_run};
 
 /// One or several counted runs.
 pub trait HasCounts {
@@ -17,15 +16,9 @@ impl HasCounts for Line {
     }
 }
 
-impl HasCounts for Run {
+impl HasCounts for Outcome {
     fn lines(&self) -> Vec<Line> {
         vec![of_run(self)]
-    }
-}
-
-impl HasCounts for RunCounts {
-    fn lines(&self) -> Vec<Line> {
-        vec![of_counts(self)]
     }
 }
 

@@ -1,6 +1,6 @@
 //! Assertions for tests on the counts of runs: depth, levels, rounds, merged results, traffic and growth.
 //!
-//! A check is a function of counts (a `Run`, `RunCounts`, a `Line` of a sweep, or several of them) and of a bound. If
+//! A check is a function of counts (an `Outcome`, a `Line` of a sweep, or several of them) and of a bound. If
 //! the counts exceed the bound, it returns [`Broken`] with a table of all runs and the first round that exceeds the
 //! bound. If there are enough sizes, the error contains the fit of the count. [`assert_counts!`](crate::assert_counts)
 //! panics with the error at the line of the test.

@@ -64,7 +64,7 @@ fn accounts(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         })?;
         let header = CostHeader::of(&spec, &run.settled, run.points.used, run.space);
         let on = format!("{}{name}", sample.name());
-        figures.push(figure(lab.seed(), on, &differences(header, run.costs.as_ref(), &run.ledger)?));
+        figures.push(figure(lab.seed(), on, &differences(header, run.kept.costs.as_ref(), &run.ledger)?));
     }
     figures.push(of_sites(lab)?);
     Ok(figures)
@@ -80,7 +80,7 @@ fn of_sites(lab: &mut Lab) -> Result<Figure, ClaimError> {
     })?;
     let header = CostHeader::of(&spec, &run.settled, sample.n, sample.d);
     let on = format!("{}, independent set", sample.name());
-    Ok(figure(lab.seed(), on, &differences(header, run.costs.as_ref(), &run.ledger)?))
+    Ok(figure(lab.seed(), on, &differences(header, run.kept.costs.as_ref(), &run.ledger)?))
 }
 
 /// Returns the configuration of a machine with three workers that keeps the calls of primitives.

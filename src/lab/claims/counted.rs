@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::experiment::{Line, of_counts};
-use septet_core::run::count::RunCounts;
+use crate::experiment::{Line, of_run};
+use septet_core::Outcome;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::{Ledger, NodeFacts};
 
@@ -28,8 +28,8 @@ pub(super) struct NodeCounts {
 
 impl Counted {
     /// Returns the counts of a run over a sample.
-    pub(super) fn of(sample: Sample, seed: u64, counts: &RunCounts) -> Counted {
-        Counted::of_line(sample, seed, of_counts(counts), &counts.ledger)
+    pub(super) fn of(sample: Sample, seed: u64, counts: &Outcome) -> Counted {
+        Counted::of_line(sample, seed, of_run(counts), &counts.ledger)
     }
 
     /// Returns the counts of a run with this line and ledger.

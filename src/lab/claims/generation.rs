@@ -15,7 +15,7 @@ use septet_core::Spec;
 use septet_core::generate::unit::Unit;
 use septet_core::mesh::Promise;
 use septet_core::mesh::machine::CountedMachine;
-use septet_core::run::simulate;
+use septet_core::simulate;
 use septet_core::spec::{Graph, Workers};
 
 use super::lab::Lab;

@@ -76,7 +76,7 @@ fn specimens(lab: &mut Lab) -> Result<Vec<Rc<Specimen>>, ClaimError> {
 fn subgraph(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     for specimen in specimens(lab)? {
-        let graph = specimen.run.graph.as_deref().unwrap_or_default();
+        let graph = specimen.run.kept.graph.as_deref().unwrap_or_default();
         let all = edges(specimen.run.cells(), specimen.d);
         let missing = all.iter().filter(|edge| graph.binary_search(edge).is_err()).count();
         let what = format!("edges of DT(P), of {}, not in the graph of {} edges", all.len(), graph.len());

@@ -9,12 +9,10 @@ use std::sync::atomic::AtomicBool;
 use septet_core::generate::{Generated, Request, Spacing, generate};
 use septet_core::model::Points;
 use septet_core::result::view::MOST_POINTS;
-use septet_core::run::count::{RunCounts, count};
-use septet_core::run::{Run, simulate};
 use septet_core::spec::{
     Alpha, Correction, DEFAULT_ALPHA, Fault, Graph, Spec, Until, Workers, alpha_of_spacing,
 };
-use septet_core::{IndependentRun, independent};
+use septet_core::{Outcome, count, independent, simulate};
 
 use super::counted::Counted;
 use super::measure::{X, kth_nearest2};
@@ -76,7 +74,7 @@ pub(super) struct Specimen {
     pub(super) alpha: f64,
     /// Squared distance from each point to the nearest other point, computed from all pairs.
     pub(super) nearest2: Vec<f64>,
-    pub(super) run: Run,
+    pub(super) run: Outcome,
 }
 
 impl Specimen {
@@ -184,7 +182,7 @@ impl<'a> Lab<'a> {
         sample: Sample,
         seed: u64,
         change: impl FnOnce(Spec) -> Spec,
-    ) -> Result<Run, ClaimError> {
+    ) -> Result<Outcome, ClaimError> {
         let set = self.set(sample, seed)?;
         (self.report)(&format!("run over {} seed {seed}", sample.name()));
         let spec = change(self.base(&set, seed));
@@ -200,7 +198,7 @@ impl<'a> Lab<'a> {
         &mut self,
         sample: Sample,
         change: impl FnOnce(Spec) -> Spec,
-    ) -> Result<IndependentRun, ClaimError> {
+    ) -> Result<Outcome, ClaimError> {
         let seed = self.seed();
         let set = self.set(sample, seed)?;
         (self.report)(&format!("independent set of {} seed {seed}", sample.name()));
@@ -218,7 +216,7 @@ impl<'a> Lab<'a> {
         seed: u64,
         until: Option<Until>,
         change: impl FnOnce(Spec) -> Spec,
-    ) -> Result<RunCounts, ClaimError> {
+    ) -> Result<Outcome, ClaimError> {
         let set = self.set(sample, seed)?;
         (self.report)(&format!("counts over {} seed {seed}", sample.name()));
         let spec = change(self.base(&set, seed));

@@ -1,6 +1,6 @@
 //! The machine's own separator sets.
 
-use septet_core::run::SetMember;
+use septet_core::SetMember;
 
 /// The sets in which the machine compares all pairs: those of leaves, and of nodes whose sets were not divided further.
 /// A point that occurs in such sets below both children of a node is in the separator set `P_O` of the node.

@@ -59,7 +59,7 @@ fn exact(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
                     c.tree.leaf = Some(400);
                 })
             })?;
-            let found = run.graph.as_deref().unwrap_or_default();
+            let found = run.kept.graph.as_deref().unwrap_or_default();
             let missing = expected.iter().filter(|edge| found.binary_search(edge).is_err()).count();
             let extra = found.iter().filter(|edge| expected.binary_search(edge).is_err()).count();
             let levels = of_run(&run).tree.levels;

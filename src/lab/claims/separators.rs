@@ -5,10 +5,10 @@
 
 use std::rc::Rc;
 
+use septet_core::Outcome;
 use septet_core::Spec;
 use septet_core::generate::Kind;
 use septet_core::result::view::{MOST_POINTS, SeparatorView};
-use septet_core::run::Run;
 use septet_core::spec::{Alpha, Graph, Neighbours, SeparatorSets};
 
 use super::figure::largest;
@@ -155,7 +155,7 @@ const NEAREST: usize = 12;
 const OVERLAP: f64 = 2.0;
 
 /// Runs the machine on the points of the specimen with this graph. The picture of the run shows all points.
-fn with_graph(lab: &mut Lab, of: &(Sample, Rc<Specimen>), graph: Claimed) -> Result<Run, ClaimError> {
+fn with_graph(lab: &mut Lab, of: &(Sample, Rc<Specimen>), graph: Claimed) -> Result<Outcome, ClaimError> {
     let seen = |spec: Spec| {
         spec.with(|c| {
             c.recursion.sets = SeparatorSets::Both;
@@ -187,7 +187,7 @@ fn no_edges(lab: &mut Lab, graph: Claimed) -> Result<Vec<Figure>, ClaimError> {
         let tree = Tree::of_run(&run, points);
         let parted: Vec<(usize, usize, &SeparatorView)> =
             edges.iter().filter_map(|&(i, j)| Some((i as usize, j as usize, tree.parting(i, j)?))).collect();
-        let sets = OwnSets(run.sets.as_deref().unwrap_or_default()).nodes(points.len());
+        let sets = OwnSets(run.kept.sets.as_deref().unwrap_or_default()).nodes(points.len());
         let of = |v: usize, s: &SeparatorView| place(&sets[v], s.node);
         let divided: Vec<_> = parted
             .iter()

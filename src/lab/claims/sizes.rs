@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use septet_core::run::Run;
+use septet_core::Outcome;
 
 use super::floors::{Natural, Term};
 use super::measure::{X, degrees, density, kth_nearest2, pairs, stars};
@@ -37,7 +37,7 @@ impl Sizes {
     }
 
     /// Returns the sizes of a run with nearest-neighbour lists.
-    pub(super) fn of_lists(run: &Run, points: &[X]) -> Sizes {
+    pub(super) fn of_lists(run: &Outcome, points: &[X]) -> Sizes {
         let tree = Tree::of_run(run, points);
         let mut sizes = of_tree(&tree, points.len());
         add_balls(&mut sizes, &tree, points, &radii(&kth_nearest2(points, LIST as usize)));
@@ -45,7 +45,7 @@ impl Sizes {
     }
 
     /// Returns the sizes of a run with a density graph of this alpha.
-    pub(super) fn of_density(run: &Run, sample: Sample, points: &[X], alpha: f64) -> Sizes {
+    pub(super) fn of_density(run: &Outcome, sample: Sample, points: &[X], alpha: f64) -> Sizes {
         let tree = Tree::of_run(run, points);
         let mut sizes = of_tree(&tree, points.len());
         let nearest2 = kth_nearest2(points, 1);

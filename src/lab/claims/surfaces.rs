@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use septet_core::Outcome;
 use septet_core::result::view::SeparatorView;
-use septet_core::run::Run;
 
 use super::lab::Specimen;
 use super::measure::{X, distance2, dot};
@@ -39,8 +39,8 @@ impl<'a> Tree<'a> {
         Tree::of_run(&specimen.run, &specimen.points)
     }
 
-    pub(super) fn of_run(run: &'a Run, points: &[X]) -> Tree<'a> {
-        let separators = run.picture.as_ref().map_or(&[][..], |view| &view.separators);
+    pub(super) fn of_run(run: &'a Outcome, points: &[X]) -> Tree<'a> {
+        let separators = run.kept.picture.as_ref().map_or(&[][..], |view| &view.separators);
         let mut leaves = vec![1u64; points.len()];
         let mut nodes = Vec::new();
         // A child has a larger node id than its parent, so parents come first.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use septet_core::run::count::Ending;
+use septet_core::Ending;
 use septet_core::spec::{Setting, Until};
 use septet_protocol::ids::{ByGroup, Group, Phase};
 

@@ -6,53 +6,17 @@ use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::{ByGroup, Group, NodeId, Phase};
 use septet_protocol::ledger::{Ledger, NodeFacts, NodeKind, PhaseTotal, RoundKey, RoundTally};
 
-use septet_core::run::count::{Ending, RunCounts};
-use septet_core::run::{Run, Settled};
+use septet_core::Outcome;
 
 use super::line::{
     DepthLine, GraphLine, LevelLine, Line, PhaseLine, Program, RoundLine, RunOptions, SCHEMA, Spread,
     TreeLine,
 };
 
-/// The parts of a run or of its counts from which a line is made.
-struct Source<'a> {
-    space: usize,
-    points: u64,
-    settled: &'a Settled,
-    ledger: &'a Ledger,
-    phase_seconds: &'a [(Phase, f64)],
-    seconds: f64,
-    end: Option<Ending>,
-}
-
 /// Returns the line of a run made through the library. Kind and options are empty, and the seed is 0.
-pub fn of_run(run: &Run) -> Line {
-    line(&Source {
-        space: run.space,
-        points: run.points.used,
-        settled: &run.settled,
-        ledger: &run.ledger,
-        phase_seconds: &run.phase_seconds,
-        seconds: run.total_seconds,
-        end: Some(Ending::of(run)),
-    })
-}
-
-/// Returns the line of counts made through the library. Kind and options are empty, and the seed is 0.
-pub fn of_counts(counts: &RunCounts) -> Line {
-    line(&Source {
-        space: counts.space,
-        points: counts.points,
-        settled: &counts.settled,
-        ledger: &counts.ledger,
-        phase_seconds: &counts.phase_seconds,
-        seconds: counts.seconds,
-        end: counts.end,
-    })
-}
-
-fn line(source: &Source<'_>) -> Line {
-    let Source { space, points, settled, ledger, phase_seconds, seconds, end } = *source;
+pub fn of_run(run: &Outcome) -> Line {
+    let Outcome { facts, ledger, times, .. } = run;
+    let (space, points, settled, end) = (facts.space, facts.points.used, &facts.settled, run.ending());
     let counted = settled.counted;
     let whole = end.is_some();
     Line {
@@ -72,7 +36,7 @@ fn line(source: &Source<'_>) -> Line {
         tries: settled.tries,
         settings: RunOptions::default(),
         supergraph: settled.supergraph.filter(|_| whole).map(named),
-        phases: phases(ledger, phase_seconds),
+        phases: phases(ledger, &times.phases),
         totals: ByGroup::of(|group| {
             let known = counted && (whole || group != Group::Repair);
             known.then(|| spread(ledger, group))
@@ -82,7 +46,7 @@ fn line(source: &Source<'_>) -> Line {
         rounds: rounds(ledger),
         graph: (counted && whole).then(|| graph_line(ledger, points)),
         end,
-        seconds,
+        seconds: times.total,
     }
 }
 

@@ -17,7 +17,7 @@ pub use line::{
     DepthLine, GraphLine, LevelLine, Line, PhaseLine, Program, RoundLine, RunOptions, SCHEMA, Spread,
     TreeLine,
 };
-pub use measure::{of_counts, of_run};
+pub use measure::of_run;
 pub use runner::{RunError, Runner};
 pub use sizes::{SizesError, parse_sizes};
 pub use sweep::{Job, Sweep, SweepError};

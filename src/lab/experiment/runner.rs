@@ -9,13 +9,12 @@ use septet_geometry::point::Point;
 
 use septet_core::generate::{GenerateError, Generated, Request, generate};
 use septet_core::model::Points;
-use septet_core::run::count::{Ending, count};
-use septet_core::run::triangulate;
 use septet_core::spec::{Spec, Until};
+use septet_core::{Ending, count, triangulate};
 use septet_protocol::ids::ByGroup;
 
 use super::line::{Line, Program, RunOptions, SCHEMA, TreeLine};
-use super::measure::{of_counts, of_run};
+use super::measure::of_run;
 use super::sweep::{Job, Sweep};
 
 /// A reason why a run of a sweep has no line.
@@ -83,11 +82,11 @@ fn made<P: Point>(
     spec: &Spec,
 ) -> Result<Line, RunError> {
     Ok(match program {
-        Program::Simulate => of_counts(&count(points, until, spec)?),
+        Program::Simulate => of_run(&count(points, until, spec)?),
         Program::Triangulate => {
             let run = triangulate(points, spec)?;
             // The time excludes the canonical ordering of the output, as it does for the serial kernel.
-            Line { seconds: run.triangulate_seconds, ..of_run(&run) }
+            Line { seconds: run.times.triangulate, ..of_run(&run) }
         }
         Program::Serial => serial(points)?,
     })

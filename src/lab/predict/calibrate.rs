@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 
-use septet_core::Run;
+use septet_core::Outcome;
 use septet_protocol::ids::Phase;
 
 use super::hardware::Hardware;
@@ -18,11 +18,11 @@ struct TimedPhase {
 }
 
 /// Returns the charged work and the measured seconds of each phase of a run.
-fn timed(run: &Run) -> Vec<TimedPhase> {
+fn timed(run: &Outcome) -> Vec<TimedPhase> {
     let totals = &run.ledger.phases;
     let work = |phase| totals.iter().find(|total| total.phase == phase).map_or(0, |total| total.work);
     let row = |&(phase, seconds): &(Phase, f64)| TimedPhase { phase, work: work(phase), seconds };
-    run.phase_seconds.iter().map(row).collect()
+    run.times.phases.iter().map(row).collect()
 }
 
 const BOUNCES: u32 = 2000;
@@ -49,7 +49,7 @@ fn median(mut all: Vec<f64>) -> f64 {
 /// Measures latency, overhead and bandwidth of channels between two threads. Rates come from the phases of `run`, which
 /// must be a run with one worker on one thread. A phase without charged work is assumed to take the same time for every
 /// number of workers.
-pub fn calibrate(run: &Run) -> Hardware {
+pub fn calibrate(run: &Outcome) -> Hardware {
     let phases = timed(run);
     let (out, inbox): Line = unbounded();
     let (reply, back): Line = unbounded();

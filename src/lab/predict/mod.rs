@@ -16,7 +16,7 @@
 //! A round without messages has no communication. A phase may charge the work of several rounds in the last of them.
 //! The maximum over the ranks of the sum is at most the sum of the maxima, so the prediction may be too low.
 
-use septet_core::{Run, TrafficTotal};
+use septet_core::{Outcome, TrafficTotal};
 use septet_protocol::ids::{Phase, Rank};
 use septet_protocol::ledger::{Ledger, PhaseTotal};
 use serde::Serialize;
@@ -93,7 +93,7 @@ pub struct PhasePrediction {
 
 /// Predicts the times of the machine that made a run, on other hardware. The run must have counted its work
 /// ([`septet_core::simulate`]).
-pub fn predict(run: &Run, hardware: &Hardware) -> Prediction {
+pub fn predict(run: &Outcome, hardware: &Hardware) -> Prediction {
     let ledger = &run.ledger;
     let workers = run.settled.workers.max(1);
     let (mut work, mut compute) = (0, hardware.fixed);
@@ -123,7 +123,7 @@ pub fn predict(run: &Run, hardware: &Hardware) -> Prediction {
 }
 
 /// Returns the size of `n^(1-1/d) p^(1/d)` point records, at least one record.
-fn surface_bytes(run: &Run, workers: u32) -> f64 {
+fn surface_bytes(run: &Outcome, workers: u32) -> f64 {
     let (n, p, d) = (run.points.used as f64, f64::from(workers), run.space as f64);
     let record = 8.0 * d + 20.0;
     (n.powf(1.0 - 1.0 / d) * p.powf(1.0 / d)).max(1.0) * record

@@ -4,8 +4,8 @@ use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::{COORDINATOR, Group, Phase};
 use septet_protocol::ledger::{Ledger, RoundKey, RoundTally, Total};
 
-use septet_core::run::{Run, Settled};
 use septet_core::spec::{Nodes, Setting, Spec};
+use septet_core::{Outcome, Settled};
 
 use super::context::RunContext;
 use super::parameters::SettledReport;
@@ -18,7 +18,7 @@ use super::{Parameters, traffic, tree};
 
 impl RunReport {
     /// Returns the report of a run.
-    pub fn of(run: &Run, spec: &Spec, context: &RunContext<'_>) -> RunReport {
+    pub fn of(run: &Outcome, spec: &Spec, context: &RunContext<'_>) -> RunReport {
         let counted = run.settled.counted;
         let ledger = &run.ledger;
         let points = &run.points;
@@ -33,13 +33,13 @@ impl RunReport {
             points: PointsReport {
                 input: points.input + context.skipped,
                 used: points.used,
-                duplicate: points.duplicates.len() as u64,
-                refused: points.refused.len() as u64 + context.skipped,
+                duplicate: points.duplicate,
+                refused: points.refused + context.skipped,
             },
             space: run.space,
             dimension: run.dimension,
-            simplices: run.cell_count() as u64,
-            hull_facets: if run.refutation.is_none() { run.hull_facets } else { 0 },
+            simplices: run.facts.cells,
+            hull_facets: run.hull_facets,
             certificate: match run.refutation {
                 None => "passed".to_owned(),
                 Some(refutation) => format!("failed: {refutation}"),
@@ -57,12 +57,12 @@ impl RunReport {
             tree: tree::summary(run),
             nodes: nodes(run, spec),
             graph: counted.then(|| tree::graph(run)),
-            view: run.picture.clone(),
+            view: run.kept.picture.clone(),
             coordinator,
             control_bytes: coordinator.bytes_in,
             seconds: RunSeconds {
                 read: context.read_seconds,
-                triangulate: run.triangulate_seconds,
+                triangulate: run.times.triangulate,
                 write: context.write_seconds,
                 total: context.total_seconds,
             },
@@ -72,11 +72,9 @@ impl RunReport {
         }
     }
 
-    /// Adds the processes. Duplicates are then counted over all processes.
+    /// Adds the processes.
     #[must_use]
     pub fn with_processes(mut self, transport: &'static str, processes: Vec<ProcessReport>) -> Self {
-        let points = &mut self.points;
-        points.duplicate = points.input - points.used - points.refused;
         self.parameters.options.set("transport", Setting::Text(transport.to_owned()));
         self.processes = processes;
         self
@@ -84,7 +82,7 @@ impl RunReport {
 }
 
 /// Returns every node of a counted run, unless the report leaves them out.
-fn nodes(run: &Run, spec: &Spec) -> Option<Vec<NodeReport>> {
+fn nodes(run: &Outcome, spec: &Spec) -> Option<Vec<NodeReport>> {
     let listed = || if run.settled.counted { tree::nodes(&run.ledger) } else { Vec::new() };
     (spec.keep.nodes == Nodes::All).then(listed)
 }
@@ -112,7 +110,7 @@ impl CoordinatorReport {
     }
 }
 
-fn how_proved(run: &Run) -> HowProved {
+fn how_proved(run: &Outcome) -> HowProved {
     if run.refutation.is_some() {
         return HowProved { direct: 0, hypothesis: 0, local_radius: 0, exchange: 0 };
     }
@@ -123,7 +121,7 @@ fn how_proved(run: &Run) -> HowProved {
     HowProved { direct, hypothesis, local_radius: run.stars_local, exchange: run.stars_repaired }
 }
 
-fn machine(run: &Run) -> MachineReport {
+fn machine(run: &Outcome) -> MachineReport {
     let phases = &run.ledger.phases;
     let total = |t: &Total| {
         let known = |x: u64| run.settled.counted.then_some(x);
@@ -144,11 +142,11 @@ fn machine(run: &Run) -> MachineReport {
 }
 
 /// Returns the phases that were counted or measured, in order. A phase that occurred twice has one row.
-fn phases(run: &Run) -> Vec<PhaseReport> {
+fn phases(run: &Outcome) -> Vec<PhaseReport> {
     let counted = run.settled.counted;
     let row = |phase: Phase| {
         let total = run.ledger.phases.iter().find(|t| t.phase == phase);
-        let timed = run.phase_seconds.iter().any(|(p, _)| *p == phase);
+        let timed = run.times.phases.iter().any(|(p, _)| *p == phase);
         if total.is_none() && !timed {
             return None;
         }
@@ -163,7 +161,7 @@ fn phases(run: &Run) -> Vec<PhaseReport> {
             critical_depth: counted.then(|| of(|t| t.critical_depth)),
             messages: of(|t| t.messages),
             bytes: of(|t| t.bytes),
-            seconds: run.phase_seconds.iter().filter(|(p, _)| *p == phase).map(|(_, s)| s).sum(),
+            seconds: run.times.phases.iter().filter(|(p, _)| *p == phase).map(|(_, s)| s).sum(),
         })
     };
     Phase::ALL.into_iter().filter_map(row).collect()

@@ -4,7 +4,8 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
-use septet_core::run::{CostRow, CostTrace, Settled};
+use septet_core::Settled;
+use septet_core::run::{CostRow, CostTrace};
 use septet_core::spec::{Spec, Words};
 use septet_geometry::cost::{Call, LaneStep, Step, Tape};
 use septet_protocol::ledger::{Ledger, Total};

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
+use septet_core::Settled;
 use septet_core::Spec;
-use septet_core::run::Settled;
 use septet_core::spec::{OPTIONS, Setting};
 
 use super::context::RunContext;

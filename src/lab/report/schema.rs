@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
+use septet_core::TrafficTotal;
 use septet_core::result::view::View;
-use septet_core::run::TrafficTotal;
 use septet_protocol::ids::{ByGroup, Group};
 
 use super::processes::ProcessReport;

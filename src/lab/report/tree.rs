@@ -3,12 +3,12 @@
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::{Ledger, LevelSums, NodeFacts};
 
-use septet_core::run::Run;
+use septet_core::Outcome;
 
 use super::schema::{GraphReport, NodeReport, TreeLevelReport, TreeReport};
 
 /// Returns the ratios of the tree, and its levels.
-pub(super) fn summary(run: &Run) -> TreeReport {
+pub(super) fn summary(run: &Outcome) -> TreeReport {
     let sums = &run.ledger.tree;
     let total = sums.total();
     let splits = total.nodes - total.leaves;
@@ -31,7 +31,7 @@ pub(super) fn summary(run: &Run) -> TreeReport {
     }
 }
 
-fn levels(run: &Run) -> Vec<TreeLevelReport> {
+fn levels(run: &Outcome) -> Vec<TreeLevelReport> {
     let counted = run.settled.counted;
     // Only runs whose supergraph is built from nearest-neighbour balls have this phase.
     let has_balls = run.ledger.phases.iter().any(|total| total.phase == Phase::Neighbours);
@@ -72,7 +72,7 @@ pub(super) fn nodes(ledger: &Ledger) -> Vec<NodeReport> {
 }
 
 /// Returns the size of the supergraph.
-pub(super) fn graph(run: &Run) -> GraphReport {
+pub(super) fn graph(run: &Outcome) -> GraphReport {
     let total = run.ledger.tree.total();
     let points = run.points.used.max(1) as f64;
     GraphReport {

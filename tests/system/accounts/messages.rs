@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use septet_core::generate::Kind;
 use septet_core::run::{CostRow, CostTrace};
-use septet_core::spec::{Alpha, Correction, Graph, Neighbours, SeparatorSets, Workers};
+use septet_core::spec::{Alpha, Correction, Graph, Neighbours, SeparatorSets, Task, Workers};
 use septet_core::{Spec, run_on};
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase, Rank};
@@ -237,7 +237,7 @@ impl Found {
     fn check<P: Point>(&mut self, points: &[P], change: impl Fn(&mut Spec)) {
         let spec = traced(Workers::Count(5)).with(change);
         let log = Log::default();
-        let run = run_on(points, &spec, true, &mut |_| {
+        let run = run_on(points, (&spec, Task::Simulate), &mut |_| {
             let log = log.clone();
             Box::new(Observed(move |phase, messages: &[Message<P>]| {
                 let sent = messages.iter().filter(|m| m.from != m.to).map(|m| Sent::of(phase, m));
@@ -245,7 +245,7 @@ impl Found {
             }))
         });
         let run = run.unwrap();
-        let rows = Rows::new(run.costs.as_ref().unwrap());
+        let rows = Rows::new(run.kept.costs.as_ref().unwrap());
         self.charging.extend(rows.of_rank.keys().map(|(phase, _)| phase));
         for sent in log.borrow().iter() {
             self.sending.insert(sent.phase);

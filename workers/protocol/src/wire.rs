@@ -117,6 +117,26 @@ pub trait Wire {
     fn set_part_bytes(&mut self, part_bytes: PartBytes);
 }
 
+/// The wire of a process alone, which has nobody to send to.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Alone;
+
+impl Wire for Alone {
+    fn process(&self) -> u32 {
+        0
+    }
+
+    fn processes(&self) -> u32 {
+        1
+    }
+
+    fn exchange(&mut self, _: u32, _: Vec<Parcel>, state: u8) -> Result<Arrived, WireError> {
+        Ok(Arrived { parcels: Vec::new(), state })
+    }
+
+    fn set_part_bytes(&mut self, _: PartBytes) {}
+}
+
 /// The processes of a run, connected by a wire.
 pub struct Processes<'a> {
     wire: &'a mut dyn Wire,

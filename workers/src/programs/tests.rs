@@ -79,13 +79,12 @@ fn run_everyone<P: Point>(config: WorkerConfig, points: &[P], blocks: Blocks) ->
 /// The cells of a result, as sorted rows of sorted ids.
 fn cells<P: Point>(shares: &[Share<P>]) -> Vec<Vec<u64>> {
     let corners = P::DIM + 1;
-    let rows = shares.iter().flat_map(|share| share.cells.rows.chunks_exact(corners).map(<[u64]>::to_vec));
-    let of_piece = |piece: &crate::share::PieceRows| {
-        let rows = piece.rows.chunks_exact(2 * corners).map(|row| &row[..corners]);
+    let of_piece = |share: &Share<P>| {
+        let piece = &share.piece;
+        let rows = piece.rows.chunks_exact(piece.width(corners)).map(|row| &row[..corners]);
         rows.map(|row| row.iter().map(|&v| piece.ids[v as usize]).collect()).collect::<Vec<Vec<u64>>>()
     };
-    let mut all: Vec<Vec<u64>> =
-        rows.chain(shares.iter().filter_map(|share| share.piece.as_ref()).flat_map(of_piece)).collect();
+    let mut all: Vec<Vec<u64>> = shares.iter().flat_map(of_piece).collect();
     for row in &mut all {
         row.sort_unstable();
     }
@@ -115,7 +114,7 @@ pub(crate) fn ways(workers: u32) -> Vec<(&'static str, WorkerConfig)> {
         way("smaller", &|c| (c.graph.wanted, c.graph.sets) = (density, SetRule::Smaller)),
         way("bottom-up", &|c| (c.graph.wanted, c.graph.correction) = (density, Correction::BottomUp)),
         way("picture", &|c| {
-            (c.shown.view, c.shown.with_leaves, c.shown.with_owned) = (100, true, true);
+            (c.shown.view, c.shown.with_neighbours) = (100, true);
             (c.shown.with_edges, c.shown.with_sets) = (true, true);
         }),
         way("gathered", &|c| {
@@ -125,7 +124,7 @@ pub(crate) fn ways(workers: u32) -> Vec<(&'static str, WorkerConfig)> {
         way("whole", &|c| c.tree.leaf = 10_000),
         way("direct", &|c| (c.counted, c.tree.balanced) = (false, true)),
         way("direct, picture", &|c| {
-            (c.counted, c.shown.view, c.shown.with_owned) = (false, 100, true);
+            (c.counted, c.shown.view) = (false, 100);
         }),
         way("direct, unsplit", &|c| {
             (c.counted, c.fault) = (false, Some(Fault::RefuseSplit { first: NodeId(2), last: NodeId(3) }));

@@ -1,20 +1,19 @@
 //! Builds the share of a rank: its cells, its data for pictures and its ledger. The share stays with the rank.
 //!
-//! **Rounds.** Two for `triangulate`, for the facets between pieces (`result::facets`), and those of the totals
+//! **Rounds.** Two if the cells get neighbours, for the facets between pieces (`result::facets`), and those of the totals
 //! (`result::totals`).
 
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::transport::TransportError;
 
-use crate::config::Shown;
 use crate::machine::context::Context;
 use crate::result::certified::Certified;
 use crate::result::facets::{count_hull, pair_facets, send_facets, store_neighbours};
 use crate::result::merge::{Instance, OwnedCells, Results, classify};
 use crate::result::totals::totals;
 use crate::result::view::view_part;
-use crate::share::{CellRows, PieceRows, Places, Share};
+use crate::share::{PieceRows, Places, Share};
 use crate::stars::owned::{Stars, StarsView};
 use crate::state::bits::ones;
 use crate::state::cells::{finite_cell, opposite};
@@ -51,14 +50,11 @@ pub(crate) async fn collect_cells<P: Point>(
             let results = Results::new(subdomain, StarsView::new(&table, &stars), supergraph);
             share.view = Some(view_part(cx, results, ghosts, population.count));
         }
-        if cx.config().shown.with_owned {
-            share.owned = table.owned_ids().to_vec();
+        if table.owned_len() > 0 {
+            share.piece = piece(cx, subdomain, table, stars, certified.owned_cells());
         }
-        if cx.config().counted {
-            share.cells = cells(cx, subdomain, table, &stars, certified.owned_cells());
-        } else {
-            share.piece = (table.owned_len() > 0).then(|| piece(cx, subdomain, table, stars));
-            pair(cx, share.piece.as_mut()).await?;
+        if cx.config().has_neighbours() {
+            pair(cx, &mut share.piece).await?;
         }
     }
     share.certified = certified.into_certificate();
@@ -66,17 +62,14 @@ pub(crate) async fn collect_cells<P: Point>(
 }
 
 /// Pairs the facets between pieces.
-async fn pair<P: Point>(
-    cx: &mut Context<P>,
-    mut piece: Option<&mut PieceRows>,
-) -> Result<(), TransportError> {
+async fn pair<P: Point>(cx: &mut Context<P>, piece: &mut PieceRows) -> Result<(), TransportError> {
     while cx.exchange().await? {
         pair_facets(cx)?;
-        store_neighbours(cx, piece.as_deref_mut())?;
+        store_neighbours(cx, piece)?;
     }
     // The last exchange delivered no message, so the ranks begin a second pass of the phase.
     cx.enter(Phase::Collect)?;
-    piece.map_or(Ok(()), |piece| count_hull(cx, piece))
+    count_hull(cx, piece)
 }
 
 /// Ends the run of a rank: adds the totals of all ranks and the ledger to the share, and files the record of charges.
@@ -101,35 +94,6 @@ fn add_picture_data<P: Point>(table: &mut Table<P>, stars: &mut Stars<P>) {
     }
 }
 
-/// Returns the cells that belong to owned points, as rows of ids.
-fn cells<P: Point>(
-    cx: &Context<P>,
-    subdomain: &Subdomain<P>,
-    table: Table<P>,
-    stars: &Stars<P>,
-    owned_cells: &OwnedCells,
-) -> CellRows {
-    let Shown { with_leaves, with_places, .. } = cx.config().shown;
-    let (view, ids) = (StarsView::new(&table, stars), table.ids());
-    let mut cells = CellRows::default();
-    cells.rows.reserve_exact(owned_cells.count() as usize * (P::DIM + 1));
-    for leaf in subdomain.leaves() {
-        for vertex in leaf.owned() {
-            each_owned_cell(view, owned_cells, vertex, |cell| {
-                cells.rows.extend(cell.as_ref().iter().map(|&v| ids[v as usize]));
-                if with_leaves {
-                    cells.leaves.push(leaf.id().0);
-                }
-            });
-        }
-    }
-    if with_places {
-        cells.places = places(&table);
-        cells.ids = table.into_ids();
-    }
-    cells
-}
-
 /// Calls `f` with the cells that belong to an owned point.
 fn each_owned_cell<P: Point>(
     view: StarsView<'_, P>,
@@ -145,22 +109,44 @@ fn each_owned_cell<P: Point>(
     known.chain(others).filter_map(|facet| finite_cell::<P>(vertex, facet)).for_each(|cell| f(&cell));
 }
 
-/// Returns the cells that belong to this rank, with their neighbours. Sends the facets that other ranks may share.
+/// Returns the cells that belong to this rank. If they get neighbours, sends the facets that other ranks may share.
 fn piece<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: Table<P>,
     mut stars: Stars<P>,
+    owned_cells: &OwnedCells,
 ) -> PieceRows {
-    let cells = match stars.take_triangulation() {
-        Some(triangulation) => triangulation.into_rows(),
-        None => rows_of_links(StarsView::new(&table, &stars)),
+    let has_neighbours = cx.config().has_neighbours();
+    let (cells, leaves) = match stars.take_triangulation() {
+        Some(triangulation) => {
+            let leaf = subdomain.leaves().first().map_or(NodeId::ROOT, Leaf::id);
+            (triangulation.into_rows(), vec![(leaf, owned_cells.count())])
+        }
+        None => {
+            let (cells, leaves) = cells_of_stars(StarsView::new(&table, &stars), subdomain, owned_cells);
+            drop(stars);
+            let rows =
+                if has_neighbours { matched::<P>(&cells) } else { AdjacencyRows::new(cells, Vec::new()) };
+            (rows, leaves)
+        }
     };
-    send_facets(cx, &table, &cells);
+    if has_neighbours {
+        send_facets(cx, &table, &cells);
+    }
     let (rows, open) = cells.into_parts();
-    let leaf = subdomain.leaves().first().map_or(NodeId::ROOT, Leaf::id).0;
     let places = if cx.config().shown.with_places { places(&table) } else { Places::default() };
-    PieceRows { leaf, ids: table.into_ids(), rows, open, places, ..PieceRows::default() }
+    let owned = table.owned_len() as usize;
+    PieceRows {
+        ids: table.into_ids(),
+        owned,
+        leaves,
+        has_neighbours,
+        rows,
+        open,
+        places,
+        ..PieceRows::default()
+    }
 }
 
 /// Returns the places of all points of a rank.
@@ -169,17 +155,28 @@ fn places<P: Point>(table: &Table<P>) -> Places {
     Places { coordinates, owners: table.owners().to_vec() }
 }
 
-/// Returns the cells that belong to this rank, from links. Matches facets to find neighbours. A facet without a match
-/// gets the entry [`INTERFACE`], although it may be on the hull.
-fn rows_of_links<P: Point>(view: StarsView<'_, P>) -> AdjacencyRows {
-    let table = view.table();
-    let mut cells = Vec::new();
-    for vertex in table.owned() {
-        let owned = view.link(vertex).iter().filter(|f| classify(table.positions(), vertex, f).is_owned());
-        owned
-            .filter_map(|facet| finite_cell::<P>(vertex, facet))
-            .for_each(|cell| cells.extend_from_slice(cell.as_ref()));
+/// Returns the vertices of the cells that belong to owned points, and the leaves with the number of cells of each.
+fn cells_of_stars<P: Point>(
+    view: StarsView<'_, P>,
+    subdomain: &Subdomain<P>,
+    owned_cells: &OwnedCells,
+) -> (Vec<u32>, Vec<(NodeId, u64)>) {
+    let corners = P::DIM + 1;
+    let mut cells = Vec::with_capacity(owned_cells.count() as usize * corners);
+    let mut leaves = Vec::with_capacity(subdomain.leaves().len());
+    for leaf in subdomain.leaves() {
+        let before = cells.len();
+        for vertex in leaf.owned() {
+            each_owned_cell(view, owned_cells, vertex, |cell| cells.extend_from_slice(cell.as_ref()));
+        }
+        leaves.push((leaf.id(), ((cells.len() - before) / corners) as u64));
     }
+    (cells, leaves)
+}
+
+/// Adds their neighbours to cells, by matching their facets. A facet without a match gets the entry [`INTERFACE`], although
+/// it may be on the hull.
+fn matched<P: Point>(cells: &[u32]) -> AdjacencyRows {
     let corners = P::DIM + 1;
     let mut facets: Vec<(P::Facet, u32)> = (0..cells.len())
         .map(|entry| {

@@ -1,4 +1,4 @@
-//! Pairs the facets between subdomains.
+//! Pairs the facets between the cells of ranks.
 //!
 //! **Statement.** A facet of a triangulation belongs to two cells, or to one cell if it is on the hull. Two ranks have a
 //! cell each of a facet between their subdomains, and both know its vertices. They send the facet to the rank that owns its
@@ -128,7 +128,7 @@ pub(super) fn pair_facets<P: Point>(cx: &mut Context<P>) -> Result<(), Transport
 /// Fails if a reply is for an entry that waits for none.
 pub(super) fn store_neighbours<P: Point>(
     cx: &mut Context<P>,
-    piece: Option<&mut PieceRows>,
+    piece: &mut PieceRows,
 ) -> Result<(), TransportError> {
     let replies = cx.take(|m: &mut Message<P>| match &mut m.body {
         Body::Across { entries, ranks, cells } => {
@@ -137,9 +137,6 @@ pub(super) fn store_neighbours<P: Point>(
         }
         _ => None,
     });
-    let Some(piece) = piece else {
-        return replies.first().map_or(Ok(()), |reply| Err(unasked(reply.0)));
-    };
     for (from, entries, across) in replies {
         for (entry, (rank, cell)) in entries.into_iter().zip(across) {
             let neighbour = piece.rows.get_mut(entry as usize).filter(|code| **code == INTERFACE);

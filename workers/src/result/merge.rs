@@ -37,14 +37,12 @@ pub(crate) struct Results<'a, P: Point> {
     subdomain: &'a Subdomain<P>,
     view: StarsView<'a, P>,
     supergraph: Supergraph,
-    /// Whether the share has rows of ids. If `false`, it has rows of local indices.
-    by_id: bool,
 }
 
 impl<'a, P: Point> Results<'a, P> {
-    /// Views the results of a rank whose share has rows of ids.
+    /// Views the results of a rank.
     pub(crate) fn new(subdomain: &'a Subdomain<P>, view: StarsView<'a, P>, supergraph: Supergraph) -> Self {
-        Results { subdomain, view, supergraph, by_id: true }
+        Results { subdomain, view, supergraph }
     }
 
     /// Returns the subdomain.
@@ -55,17 +53,6 @@ impl<'a, P: Point> Results<'a, P> {
     /// Returns the stars and the table of their vertices.
     pub(super) fn view(&self) -> StarsView<'a, P> {
         self.view
-    }
-
-    /// Returns the hash of a cell in the form that it has in the share.
-    fn hash_of(&self, cell: &P::Cell) -> u64 {
-        let (ids, vertices) = (self.view.table().ids(), cell.as_ref());
-        if !self.by_id {
-            return row_hash(vertices);
-        }
-        let mut row = [0; 4];
-        row.iter_mut().zip(vertices).for_each(|(id, &v)| *id = ids[v as usize]);
-        row_hash(&row[..vertices.len()])
     }
 
     /// Returns the radius of the separator ball of an owned point.
@@ -150,7 +137,7 @@ pub(crate) async fn merge<P: Point>(
 ) -> Result<MergedResult, TransportError> {
     cx.enter(Phase::Merge)?;
     let supergraph = pass.instance.supergraph;
-    let results = Results { subdomain, view, supergraph, by_id: cx.config().counted };
+    let results = Results { subdomain, view, supergraph };
     let mut owned_cells = OwnedCells::default();
     let leaves = match view.merged() {
         Some(own) => vec![own],
@@ -160,7 +147,8 @@ pub(crate) async fn merge<P: Point>(
         owned_cells.count = own.cells;
         own.disagreements += agreement.count();
         own.point_hash = view.table().owned_sum().hash;
-        if !cx.config().counted {
+        // The share of a rank without points is empty.
+        if view.table().owned_len() > 0 {
             own.cell_hash = piece_hash(cx.rank(), own.cell_hash, view.table().ids());
         }
         own.exchange_rounds = u64::from(pass.rounds);
@@ -331,7 +319,7 @@ impl<P: Point> Results<'_, P> {
             cells += u64::from(class.is_owned());
             owned_facets |= bit * u64::from(class.is_owned());
             if class.is_owned() {
-                cell_hash = cell_hash.wrapping_add(self.hash_of(&star_cell::<P>(vertex, facet)));
+                cell_hash = cell_hash.wrapping_add(row_hash(star_cell::<P>(vertex, facet).as_ref()));
             }
             // The bit is 0 from the 65th facet on.
             bit <<= 1;

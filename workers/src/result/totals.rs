@@ -9,7 +9,6 @@
 //! **Work and depth.** A vector step over the cells. It is not charged.
 
 use septet_geometry::point::Point;
-use septet_protocol::checksum::row_hash;
 use septet_protocol::message::{Body, Totals};
 use septet_protocol::transport::TransportError;
 
@@ -32,25 +31,20 @@ pub(super) async fn totals<P: Point>(
     let corners = P::DIM + 1;
     let mut own = *share.certified.totals;
     own.left_out = (share.loaded.refused.len() + share.loaded.repeated.len()) as u64;
-    if let Some(piece) = &share.piece {
-        let chunks: Vec<&[u32]> = piece.rows.chunks(2 * corners * CHUNK).collect();
-        let hash = sum(&cx.map(&chunks, |rows| cells_hash(rows, corners)));
-        own.cells += (piece.rows.len() / (2 * corners)) as u64;
-        own.cell_hash = own.cell_hash.wrapping_add(piece_hash(cx.rank(), hash, &piece.ids));
-        own.hull_facets += piece.hull_facets;
+    let (piece, width) = (&share.piece, share.piece.width(corners));
+    let chunks: Vec<&[u32]> = piece.rows.chunks(width * CHUNK).collect();
+    let hashes = cx.map(&chunks, |rows| cells_hash(rows, corners, width));
+    own.cells += (piece.rows.len() / width) as u64;
+    // A rank without points contributes no hash to the certificate either.
+    if !piece.ids.is_empty() {
+        let sum = hashes.into_iter().fold(0, u64::wrapping_add);
+        own.cell_hash = own.cell_hash.wrapping_add(piece_hash(cx.rank(), sum, &piece.ids));
     }
-    let chunks: Vec<&[u64]> = share.cells.rows.chunks(corners * CHUNK).collect();
-    let hash = |rows: &&[u64]| rows.chunks_exact(corners).map(row_hash).fold(0, u64::wrapping_add);
-    own.cells += (share.cells.rows.len() / corners) as u64;
-    own.cell_hash = own.cell_hash.wrapping_add(sum(&cx.map(&chunks, hash)));
+    own.hull_facets += piece.hull_facets;
     own.balance = cx.balance();
     let all = cx.all_reduce(own).await?;
     cx.end_phase().await?;
     Ok(all)
-}
-
-fn sum(hashes: &[u64]) -> u64 {
-    hashes.iter().copied().fold(0, u64::wrapping_add)
 }
 
 impl<P: Point> Reduced<P> for Totals {

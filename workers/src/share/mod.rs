@@ -8,34 +8,44 @@ use septet_protocol::message::{Merged, Totals, ViewPart};
 use crate::config::Fault;
 use crate::input::Loaded;
 
-/// The cells of a subdomain triangulation with their adjacency. A cell belongs to the rank that owns its
-/// lexicographically smallest vertex.
+/// The cells of a rank. A cell belongs to the rank that owns its lexicographically smallest vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PieceRows {
-    /// The node of the tree that the rank holds.
-    pub leaf: u64,
-    /// Input indices of the vertices.
+    /// Input indices of the points of the rank, then of other points, the other vertices of its cells among them.
     pub ids: Vec<u64>,
-    /// For each cell its vertices, as positions in `ids`, positively oriented, then its neighbours. The neighbour
-    /// opposite a vertex is a cell of this piece, or [`HULL`](crate::state::rows::HULL), or
+    /// Number of points of the rank.
+    pub owned: usize,
+    /// The leaves of the tree that the rank holds, with the number of cells of each. The cells of a leaf are consecutive.
+    pub leaves: Vec<(NodeId, u64)>,
+    /// Whether the cells have neighbours.
+    pub has_neighbours: bool,
+    /// For each cell its vertices, as positions in `ids`, positively oriented, then its neighbours, if it has any. The
+    /// neighbour opposite a vertex is a cell of this piece, or [`HULL`](crate::state::rows::HULL), or
     /// [`INTERFACE`](crate::state::rows::INTERFACE) plus one plus a position in `seam`.
     pub rows: Vec<u32>,
     /// The cells with a facet on the hull or to another piece, ascending.
     pub open: Vec<u32>,
     /// The neighbours in other pieces.
     pub seam: Vec<Seam>,
-    /// Number of facets on the hull.
+    /// Number of facets on the hull, if the cells have neighbours.
     pub hull_facets: u64,
-    /// The places of the vertices, if the run keeps them.
+    /// The places of the points, if the run keeps them.
     pub places: Places,
 }
 
-/// The places of the vertices of cells. The points that the rank owns come first.
+impl PieceRows {
+    /// Returns the number of entries of a row, for cells of `corners` vertices.
+    pub fn width(&self, corners: usize) -> usize {
+        if self.has_neighbours { 2 * corners } else { corners }
+    }
+}
+
+/// The places of the points of a piece.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Places {
-    /// Coordinates on the machine, `d` per vertex.
+    /// Coordinates on the machine, `d` per point.
     pub coordinates: Vec<f64>,
-    /// The rank that owns each vertex.
+    /// The rank that owns each point.
     pub owners: Vec<Rank>,
 }
 
@@ -46,19 +56,6 @@ pub struct Seam {
     pub rank: Rank,
     /// The cell of its piece.
     pub cell: u32,
-}
-
-/// Cells as rows of input indices.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct CellRows {
-    /// `d + 1` indices per cell, positively oriented.
-    pub rows: Vec<u64>,
-    /// The leaf of the smallest vertex of each cell, if the run keeps leaves.
-    pub leaves: Vec<u64>,
-    /// Input indices of the points of the rank, which contain all vertices, if the run keeps places.
-    pub ids: Vec<u64>,
-    /// The places of these points.
-    pub places: Places,
 }
 
 /// A share of a maximal independent set.
@@ -118,12 +115,8 @@ pub struct Share<P> {
     pub rank: Rank,
     /// The input.
     pub loaded: Loaded,
-    /// The cells of the rank's subdomain (`triangulate` only).
-    pub piece: Option<PieceRows>,
-    /// The cells of the rank's stars (`simulate` only).
-    pub cells: CellRows,
-    /// Input indices of the points that the rank owns, if the run keeps them.
-    pub owned: Vec<u64>,
+    /// The points and the cells of the rank, if the certificate passed.
+    pub piece: PieceRows,
     /// The edges of the supergraph that count at an owned point, as pairs of input indices, if the run keeps them.
     pub edges: Vec<u64>,
     /// Node and input index of each member of the sets in which the rank compared all pairs, if the run keeps them.
@@ -146,9 +139,7 @@ impl<P> Share<P> {
         Share {
             rank,
             loaded: Loaded::default(),
-            piece: None,
-            cells: CellRows::default(),
-            owned: Vec::new(),
+            piece: PieceRows::default(),
             edges: Vec::new(),
             sets: Vec::new(),
             selected: Selected::default(),

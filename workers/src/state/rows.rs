@@ -19,11 +19,10 @@ pub fn piece_hash(owner: Rank, cells: u64, ids: &[u64]) -> u64 {
     cells.wrapping_add(checksum(bytemuck::cast_slice(ids))).wrapping_mul(odd)
 }
 
-/// Returns the sum of the hashes of the cells in rows of `2 * corners` entries, of which the first `corners` are the
-/// vertices.
-pub fn cells_hash(rows: &[u32], corners: usize) -> u64 {
+/// Returns the sum of the hashes of the cells in rows of `width` entries, of which the first `corners` are the vertices.
+pub fn cells_hash(rows: &[u32], corners: usize, width: usize) -> u64 {
     let hash = |row: &[u32]| row_hash(&row[..corners]);
-    rows.chunks_exact(2 * corners).fold(0, |sum, row| sum.wrapping_add(hash(row)))
+    rows.chunks_exact(width).fold(0, |sum, row| sum.wrapping_add(hash(row)))
 }
 
 /// The cells that belong to a worker.

@@ -5,7 +5,7 @@ use std::error::Error;
 use septet_core::generate::{Generated, Kind};
 use septet_core::model::Points;
 use septet_core::spec::{Partition, Words};
-use septet_core::{Run, Spec, simulate};
+use septet_core::{Outcome, Spec, simulate};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
@@ -112,7 +112,7 @@ struct Counts {
 }
 
 impl Counts {
-    fn add(&mut self, run: &Run) {
+    fn add(&mut self, run: &Outcome) {
         self.runs += 1;
         let name = name(run.settled.supergraph);
         if !self.supergraphs.contains(&name) {
@@ -133,7 +133,7 @@ impl Counts {
         self.gathered += run.fallback.as_ref().map_or(0, |f| f.1);
     }
 
-    fn add_tree(&mut self, run: &Run) {
+    fn add_tree(&mut self, run: &Outcome) {
         let nodes = &run.ledger.part.nodes;
         self.levels += u64::from(nodes.keys().map(|node| node.level()).max().unwrap_or(0));
         let power = 1.0 - 1.0 / run.space as f64;

@@ -5,7 +5,7 @@ use std::error::Error;
 use septet_core::generate::{Generated, Kind, Request, generate};
 use septet_core::model::Points;
 use septet_core::spec::{Partition, Transport, Workers};
-use septet_core::{Run, Spec, simulate};
+use septet_core::{Outcome, Spec, simulate};
 use septet_geometry::point::Point;
 use septet_lab::baselines::incremental;
 
@@ -81,7 +81,7 @@ impl Sets {
     }
 }
 
-fn recursion(points: &Points, spec: &Spec) -> Result<Run, septet_core::error::Error> {
+fn recursion(points: &Points, spec: &Spec) -> Result<Outcome, septet_core::error::Error> {
     match points {
         Points::Plane(points) => simulate(points, spec),
         Points::Space(points) => simulate(points, spec),

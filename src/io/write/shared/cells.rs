@@ -1,13 +1,13 @@
 //! The cells of a subdomain as canonical rows.
 
 use rayon::prelude::*;
+use septet_core::WorkerShare;
 use septet_core::result::canonical::canonical_row;
-use septet_core::result::subdomain::Subdomain;
 
 use crate::write::quality::radius_edge_ratio;
 
 /// Writes the input indices of the vertices of a cell in canonical order to the beginning of `row`.
-pub(super) fn write_row(subdomain: &Subdomain, cell: usize, row: &mut [u64]) {
+pub(super) fn write_row(subdomain: &WorkerShare, cell: usize, row: &mut [u64]) {
     let vertices = subdomain.cell(cell);
     let row = &mut row[..vertices.len()];
     for (to, &vertex) in row.iter_mut().zip(vertices) {
@@ -18,7 +18,7 @@ pub(super) fn write_row(subdomain: &Subdomain, cell: usize, row: &mut [u64]) {
 
 /// Appends the cells of a subdomain as rows in the order of the subdomain. If `with_ratio` is set, the bits of the
 /// radius-edge ratio follow the vertices.
-pub(super) fn append_rows(subdomain: &Subdomain, space: usize, with_ratio: bool, rows: &mut Vec<u64>) {
+pub(super) fn append_rows(subdomain: &WorkerShare, space: usize, with_ratio: bool, rows: &mut Vec<u64>) {
     let corners = space + 1;
     let width = corners + usize::from(with_ratio);
     let start = rows.len();
@@ -33,7 +33,7 @@ pub(super) fn append_rows(subdomain: &Subdomain, space: usize, with_ratio: bool,
 
 /// Returns the radius-edge ratio of a cell. The vertices are taken in the order of the row, on which the rounding of the
 /// ratio depends.
-fn ratio(subdomain: &Subdomain, space: usize, cell: usize, row: &[u64]) -> f64 {
+fn ratio(subdomain: &WorkerShare, space: usize, cell: usize, row: &[u64]) -> f64 {
     let mut corners = [0.0; 12];
     for (to, id) in corners.chunks_exact_mut(space).zip(row) {
         let mut vertices = subdomain.cell(cell).iter().map(|&vertex| vertex as usize);

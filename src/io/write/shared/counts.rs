@@ -23,7 +23,7 @@ pub(super) struct Counts {
 impl Counts {
     /// Collects the numbers, and checks that the shares fit together.
     pub fn gather(processes: &mut Processes<'_>, mesh: &SharedMesh<'_>) -> Result<Self, Ended> {
-        let cells: Vec<u64> = mesh.part.subdomains.iter().map(|own| own.cell_count() as u64).collect();
+        let cells: Vec<u64> = mesh.run.shares.iter().map(|own| own.cell_count() as u64).collect();
         let all = processes.all_gather(&(mesh.first, mesh.rows.len() as u64, cells))?;
         let process = processes.process();
         // There is at least one process, this one.
@@ -52,18 +52,17 @@ impl Counts {
     }
 
     fn check(&self, mesh: &SharedMesh<'_>, process: u32, is_consecutive: bool) -> Result<(), String> {
-        let part = mesh.part;
+        let run = mesh.run;
         if !is_consecutive {
             return Err("the rows of the processes are not consecutive".to_string());
         }
-        let ranks = part.subdomains.iter().map(|own| own.rank);
-        let is_placed =
-            part.placement.has_worker(self.workers) && !part.placement.has_worker(self.workers + 1);
-        if !is_placed || !ranks.eq(part.placement.workers_of(process)) {
+        let ranks = run.shares.iter().map(|own| own.rank);
+        let is_placed = run.placement.has_worker(self.workers) && !run.placement.has_worker(self.workers + 1);
+        if !is_placed || !ranks.eq(run.placement.workers_of(process)) {
             return Err(format!("process {process} has the subdomains of other workers"));
         }
-        if self.cells != part.cells || (mesh.is_flat() && self.cells > 0) {
-            return Err(format!("the processes hold {} of {} cells", self.cells, part.cells));
+        if self.cells != run.cells || (mesh.is_flat() && self.cells > 0) {
+            return Err(format!("the processes hold {} of {} cells", self.cells, run.cells));
         }
         mesh.check(&self.rows)
     }

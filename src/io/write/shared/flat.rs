@@ -12,8 +12,8 @@ pub(super) const FLAT_WORKER: u32 = 1;
 /// Sends the vertices to the process of worker 1. Returns the piece of this worker on its process, and an empty piece on
 /// the others. Only that process needs memory for all points.
 pub(super) fn gather(processes: &mut Processes<'_>, mesh: &SharedMesh<'_>) -> Result<Piece, Ended> {
-    let space = mesh.part.space;
-    let points = &mesh.part.points;
+    let space = mesh.run.space;
+    let points = &mesh.run.left_out;
     let mut unused: Vec<u64> = points.duplicates.iter().map(|(row, _)| *row).collect();
     unused.extend(&points.refused);
     unused.sort_unstable();
@@ -23,7 +23,7 @@ pub(super) fn gather(processes: &mut Processes<'_>, mesh: &SharedMesh<'_>) -> Re
             append(&mut bytes, std::iter::once(row).chain(place.iter().map(|c| c.to_bits())));
         }
     }
-    let process = mesh.part.placement.process_of(FLAT_WORKER);
+    let process = mesh.run.placement.process_of(FLAT_WORKER);
     let arrived = processes.scatter(vec![Parcel { process, bytes }])?;
     let mut piece = Piece { dimension: space, ..Piece::default() };
     let row = 8 * (space + 1);

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use septet_core::result::subdomain::Subdomain;
+use septet_core::WorkerShare;
 use septet_protocol::wire::{Ended, Parcel, Processes, WireError};
 
 use super::cells::{append_rows, write_row};
@@ -41,14 +41,14 @@ impl Ghosts {
         counts: &Counts,
     ) -> Result<Self, Ended> {
         let mut sent: Vec<Vec<u8>> = vec![Vec::new(); processes.processes() as usize];
-        for (subdomain, &first) in mesh.part.subdomains.iter().zip(&counts.first_cells) {
+        for (subdomain, &first) in mesh.run.shares.iter().zip(&counts.first_cells) {
             append_blocks(mesh, subdomain, first, &mut sent);
         }
         let parcels = (0..).zip(sent).map(|(process, bytes)| Parcel { process, bytes });
         let parcels = processes.scatter(parcels.filter(|parcel| !parcel.bytes.is_empty()).collect())?;
         let mut blocks = Vec::new();
         for (at, parcel) in parcels.iter().enumerate() {
-            find_blocks(at, parcel, mesh.part.space, &mut blocks)?;
+            find_blocks(at, parcel, mesh.run.space, &mut blocks)?;
         }
         Ok(Ghosts { parcels, blocks })
     }
@@ -74,8 +74,8 @@ impl Ghosts {
 }
 
 /// Appends the blocks of a subdomain to the bytes for each process. The number of its first cell is given.
-fn append_blocks(mesh: &SharedMesh<'_>, subdomain: &Subdomain, first: u64, sent: &mut [Vec<u8>]) {
-    let (space, corners) = (mesh.part.space, mesh.part.space + 1);
+fn append_blocks(mesh: &SharedMesh<'_>, subdomain: &WorkerShare, first: u64, sent: &mut [Vec<u8>]) {
+    let (space, corners) = (mesh.run.space, mesh.run.space + 1);
     let mut pairs: Vec<(u32, u32)> = Vec::new();
     for cell in 0..subdomain.cell_count() {
         let owners = subdomain.cell(cell).iter().map(|&vertex| subdomain.owners[vertex as usize]);
@@ -98,7 +98,7 @@ fn append_blocks(mesh: &SharedMesh<'_>, subdomain: &Subdomain, first: u64, sent:
         points.sort_unstable();
         points.dedup();
         // Every owner has a process, because the counts were checked.
-        let Some(bytes) = sent.get_mut(mesh.part.placement.process_of(worker) as usize) else { continue };
+        let Some(bytes) = sent.get_mut(mesh.run.placement.process_of(worker) as usize) else { continue };
         append(bytes, [u64::from(worker), points.len() as u64, cells.len() as u64]);
         for point in points.into_iter().map(|point| point as usize) {
             let place = &subdomain.coordinates[point * space..][..space];

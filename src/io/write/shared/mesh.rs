@@ -2,14 +2,14 @@
 
 use std::ops::Range;
 
+use septet_core::Outcome;
 use septet_core::model::Points;
-use septet_core::result::subdomain::Part;
 
 /// A triangulation that several processes hold: the share of one process.
 #[derive(Clone, Copy, Debug)]
 pub struct SharedMesh<'a> {
-    /// The part of the triangulation.
-    pub part: &'a Part,
+    /// The outcome of this process.
+    pub run: &'a Outcome,
     /// The input rows that this process read, in their order. Rows of all processes are points, duplicates included.
     pub rows: &'a Points,
     /// The number of the first of these rows. The rows of a process follow those of the process before it. The first process can
@@ -20,7 +20,7 @@ pub struct SharedMesh<'a> {
 impl SharedMesh<'_> {
     /// Returns `true` if the points do not span the space, so that there are no cells.
     pub(super) fn is_flat(&self) -> bool {
-        self.part.dimension < self.part.space as isize
+        self.run.is_flat()
     }
 
     /// Checks that the arrays of this process are consistent, given the numbers of the rows of all processes.
@@ -28,11 +28,11 @@ impl SharedMesh<'_> {
     /// # Errors
     /// Returns the contradiction.
     pub(super) fn check(&self, rows: &Range<u64>) -> Result<(), String> {
-        let (space, found) = (self.part.space, self.rows.dimension());
+        let (space, found) = (self.run.space, self.rows.dimension());
         if space != found {
             return Err(format!("rows of {found} coordinates for a triangulation with {space}"));
         }
-        for subdomain in &self.part.subdomains {
+        for subdomain in &self.run.shares {
             let (rank, points) = (subdomain.rank, subdomain.ids.len());
             let lengths = [subdomain.owners.len(), subdomain.coordinates.len() / space];
             if lengths != [points; 2] || subdomain.owned > points {
@@ -42,7 +42,7 @@ impl SharedMesh<'_> {
                 return Err(format!("worker {rank} has point {id} of points {} to {}", rows.start, rows.end));
             }
             let (own, others) = subdomain.owners.split_at(subdomain.owned);
-            let is_other = |owner: &u32| *owner != rank && self.part.placement.has_worker(*owner);
+            let is_other = |owner: &u32| *owner != rank && self.run.placement.has_worker(*owner);
             if !own.iter().all(|owner| *owner == rank) || !others.iter().all(is_other) {
                 return Err(format!("the points of worker {rank} have other owners"));
             }

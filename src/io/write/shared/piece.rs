@@ -1,8 +1,8 @@
 //! The piece of a worker, made from its subdomain and its ghost cells.
 
 use rayon::prelude::*;
+use septet_core::WorkerShare;
 use septet_core::result::part::Part as Piece;
-use septet_core::result::subdomain::Subdomain;
 
 use super::cells::append_rows;
 use super::ghosts::Ghosts;
@@ -18,7 +18,7 @@ struct PiecePoints {
 
 impl PiecePoints {
     /// Returns the points of a subdomain, of which `owned` belong to the worker, and the other points of ghost cells.
-    fn of(subdomain: &Subdomain, ghosts: &Ghosts, space: usize) -> Self {
+    fn of(subdomain: &WorkerShare, ghosts: &Ghosts, space: usize) -> Self {
         let (owned, width) = (subdomain.owned, space + 1);
         let mut others: Vec<u64> = Vec::new();
         for (id, place) in subdomain.ids.iter().zip(subdomain.coordinates.chunks_exact(space)).skip(owned) {
@@ -56,7 +56,7 @@ impl PiecePoints {
 /// # Errors
 /// Fails if a vertex of a ghost cell is missing.
 pub(super) fn piece(
-    subdomain: &Subdomain,
+    subdomain: &WorkerShare,
     ghosts: &Ghosts,
     space: usize,
     first_cell: u64,

@@ -41,7 +41,7 @@ pub(super) fn write(
     };
     let mut written = write_pieces(&files, &content, mesh, counts, options);
     if processes.process() == 0 && written.is_ok() {
-        let empty = Piece { dimension: mesh.part.space, ..Piece::default() };
+        let empty = Piece { dimension: mesh.run.space, ..Piece::default() };
         let list = stage_list(&mut staged.stage, path, &empty, options, &files, counts.workers);
         written = list.map_err(SharedFault::from);
     }
@@ -56,8 +56,8 @@ fn write_pieces(
     counts: &Counts,
     options: &WriteOptions<'_>,
 ) -> Result<(), SharedFault> {
-    let space = mesh.part.space;
-    for (subdomain, &first_cell) in mesh.part.subdomains.iter().zip(&counts.first_cells) {
+    let space = mesh.run.space;
+    for (subdomain, &first_cell) in mesh.run.shares.iter().zip(&counts.first_cells) {
         let worker = subdomain.rank;
         match content {
             Content::Ghosts(ghosts) => {

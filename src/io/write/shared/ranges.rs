@@ -72,12 +72,12 @@ fn arrays<'a>(mesh: &SharedMesh<'a>, counts: &Counts, cells: &'a SortedCells) ->
     let position = move |row: u64| (row - base).to_le_bytes();
     let connectivity: Record<'a> =
         Box::new(move |buffer, i| buffer.extend(cells.row(i - first).iter().flat_map(|row| position(*row))));
-    let points = vtu::points(mesh.part.space, mesh.rows.coordinates());
+    let points = vtu::points(mesh.run.space, mesh.rows.coordinates());
     let points = points.placed((mesh.first - base) as usize, rows);
     let mut data = vtu::plain_data_arrays((rows, total), &[], ratio);
     let has_rows = |array: &&mut Array<'_>| array.section == Section::PointData && array.has_global_ids();
     for array in data.iter_mut().filter(has_rows) {
         array.record = Box::new(move |buffer, i| buffer.extend_from_slice(&(base + i as u64).to_le_bytes()));
     }
-    vtu::grid_arrays(data, points, mesh.part.space, (total, connectivity))
+    vtu::grid_arrays(data, points, mesh.run.space, (total, connectivity))
 }

@@ -57,12 +57,12 @@ pub(super) fn sort(
     counts: &Counts,
     with_ratio: bool,
 ) -> Result<SortedCells, Ended> {
-    let space = mesh.part.space;
+    let space = mesh.run.space;
     let corners = space + 1;
     let width = corners + usize::from(with_ratio);
-    let own = mesh.part.subdomains.iter().map(|subdomain| subdomain.cell_count() * width);
+    let own = mesh.run.shares.iter().map(|subdomain| subdomain.cell_count() * width);
     let mut words = Vec::with_capacity(own.sum());
-    for subdomain in &mesh.part.subdomains {
+    for subdomain in &mesh.run.shares {
         append_rows(subdomain, space, with_ratio, &mut words);
     }
     let words = sort_words(processes, words, width, counts.cells)?;

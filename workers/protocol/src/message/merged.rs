@@ -25,8 +25,7 @@ pub struct Merged {
     pub exchange_rounds: u64,
     /// The sum of the hashes of the owned points ([`PointSum`]).
     pub point_hash: u64,
-    /// The sum of the hashes of the cells in the form of the share: rows of ids, or rows of local indices (`piece_hash`
-    /// of the workers).
+    /// The sum of the hashes of the cells of all workers, in rows of local indices (`piece_hash` of the workers).
     pub cell_hash: u64,
 }
 
@@ -61,9 +60,9 @@ pub struct Totals {
     pub merged: Merged,
     /// Cells in the shares.
     pub cells: u64,
-    /// The sum of their hashes, in the form of [`Merged::cell_hash`].
+    /// The sum of their hashes, as in [`Merged::cell_hash`].
     pub cell_hash: u64,
-    /// Hull facets of the cells with adjacency. Rows of ids have no adjacency.
+    /// Hull facets of the cells with neighbours.
     pub hull_facets: u64,
     /// Rows of the input that are not vertices: refused rows and repeated rows.
     pub left_out: u64,

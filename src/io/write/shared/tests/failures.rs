@@ -3,8 +3,8 @@
 use std::io::{ErrorKind, Seek, SeekFrom, Write};
 
 use septet_common::sets::plane;
+use septet_core::WorkerShare;
 use septet_core::generate::Kind;
-use septet_core::result::subdomain::Subdomain;
 use septet_protocol::wire::Refused;
 
 use super::*;
@@ -16,8 +16,8 @@ fn shares() -> Vec<Own> {
 }
 
 /// The largest subdomain of a process.
-fn largest(own: &mut Own) -> &mut Subdomain {
-    own.part.subdomains.iter_mut().max_by_key(|subdomain| subdomain.cell_count()).unwrap()
+fn largest(own: &mut Own) -> &mut WorkerShare {
+    own.run.shares.iter_mut().max_by_key(|subdomain| subdomain.cell_count()).unwrap()
 }
 
 /// Checks outputs on three processes, which refuse them.
@@ -95,11 +95,11 @@ fn shares_that_contradict_each_other_leave_nothing() {
     type Spoil = fn(&mut Own);
     let spoilt: [(&str, Spoil); 6] = [
         ("not consecutive", |own| own.first += 1),
-        ("of other workers", |own| own.part.subdomains.truncate(1)),
+        ("of other workers", |own| own.run.shares.truncate(1)),
         ("different lengths", |own| largest(own).owners.truncate(1)),
         ("have other owners", |own| largest(own).owners[0] = 9),
         ("point 300 of points 0 to 300", |own| largest(own).ids[0] = 300),
-        ("cells", |own| own.part.cells += 1),
+        ("cells", |own| own.run.facts.cells += 1),
     ];
     for (words, spoil) in spoilt {
         let directory = tempfile::tempdir().unwrap();

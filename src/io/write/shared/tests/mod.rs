@@ -9,10 +9,9 @@ use std::path::{Path, PathBuf};
 use std::thread;
 
 use septet_core::model::Points;
-use septet_core::result::subdomain::Part;
 use septet_core::run::distributed::{ProcessPoint, triangulate};
 use septet_core::spec::{Spec, Workers};
-use septet_core::{Run, channels};
+use septet_core::{Outcome, channels};
 use septet_protocol::wire::{Ended, Processes};
 
 use super::*;
@@ -20,14 +19,14 @@ use crate::thread_wire::{Threads, connect};
 
 /// The share of a process of a run.
 struct Own {
-    part: Part,
+    run: Outcome,
     rows: Points,
     first: u64,
 }
 
 impl Own {
     fn mesh(&self) -> SharedMesh<'_> {
-        SharedMesh { part: &self.part, rows: &self.rows, first: self.first }
+        SharedMesh { run: &self.run, rows: &self.rows, first: self.first }
     }
 }
 
@@ -66,8 +65,8 @@ where
             let (first, end) = (at(process), at(process + 1));
             scope.spawn(move || {
                 let own = &points[first..end];
-                let part = triangulate(&mut transport, own, first as u64, &spec(workers)).unwrap();
-                Own { part, rows: wrap(own.to_vec()), first: first as u64 }
+                let run = triangulate(&mut transport, own, first as u64, &spec(workers)).unwrap();
+                Own { run, rows: wrap(own.to_vec()), first: first as u64 }
             })
         };
         let threads: Vec<_> = (0..).zip(channels::<C::Point>(count)).map(start).collect();
@@ -84,7 +83,7 @@ fn apart(points: &Points, workers: u32, count: u32) -> Vec<Own> {
 }
 
 /// Triangulates points on one process.
-fn alone(points: &Points, workers: u32) -> Run {
+fn alone(points: &Points, workers: u32) -> Outcome {
     let spec = spec(workers).with(|spec| spec.keep.point_owner = true);
     match points {
         Points::Plane(points) => septet_core::triangulate(points, &spec).unwrap(),

@@ -61,8 +61,8 @@ fn with_copies<P: Copy>(mut points: Vec<P>) -> Vec<P> {
 #[test]
 fn uniform_points() {
     let owns = apart(&Points::Space(space(Kind::Uniform, 500, 3)), 8, 3);
-    let mut subdomains = owns.iter().flat_map(|own| &own.part.subdomains);
-    assert!(subdomains.all(|own| own.owned > 20 && own.owned < own.ids.len()), "every worker has ghosts");
+    let mut shares = owns.iter().flat_map(|own| &own.run.shares);
+    assert!(shares.all(|own| own.owned > 20 && own.owned < own.ids.len()), "every worker has ghosts");
     same("plane", &Points::Plane(plane(Kind::Uniform, 500, 3)));
     same("space", &Points::Space(space(Kind::Uniform, 500, 3)));
 }

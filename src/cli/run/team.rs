@@ -2,7 +2,7 @@
 
 use septet_protocol::checksum::checksum;
 use septet_protocol::message::PROTOCOL_VERSION;
-use septet_protocol::wire::{Ended, Processes, Wire, WireError};
+use septet_protocol::wire::{Alone, Ended, Processes, Wire, WireError};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -12,14 +12,24 @@ use crate::errors::{Code, Failure};
 pub struct Team<'a> {
     /// The processes.
     pub processes: Processes<'a>,
-    /// The name of the connection in reports: `processes` or `mpi`.
-    pub transport: &'static str,
+    /// The name of the connection in reports: `processes` or `mpi`. `None` for a process alone.
+    pub transport: Option<&'static str>,
 }
 
 impl<'a> Team<'a> {
+    /// Creates the team of a process alone.
+    pub fn alone(wire: &'a mut Alone) -> Self {
+        Team { processes: Processes::over(wire), transport: None }
+    }
+
+    /// Returns `true` for a process alone.
+    pub fn is_alone(&self) -> bool {
+        self.transport.is_none()
+    }
+
     /// Creates the team that a wire connects.
     pub fn new(wire: &'a mut dyn Wire, transport: &'static str) -> Self {
-        Team { processes: Processes::over(wire), transport }
+        Team { processes: Processes::over(wire), transport: Some(transport) }
     }
 
     /// Returns `true` on the process that prints.
@@ -29,6 +39,9 @@ impl<'a> Team<'a> {
 
     /// Returns the value of this process if no process failed, and the first failure otherwise.
     pub fn agree<T>(&mut self, own: Result<T, Failure>) -> Result<T, Failure> {
+        if self.is_alone() {
+            return own;
+        }
         Ok(self.processes.agree(own, |failure| (failure.code as u8, failure.text()))?)
     }
 

@@ -1,4 +1,4 @@
-//! The traces of several processes: each process records its ranks in a file of its own.
+//! The trace of a run. Several processes record their ranks in a file each.
 
 use std::ffi::OsStr;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -9,44 +9,53 @@ use tracing_subscriber::layer::Identity;
 
 use super::team::Team;
 use crate::errors::Failure;
-use crate::instruments::check_trace;
+use crate::instruments;
 use crate::options::TraceArgs;
 use crate::progress::Talk;
 
-/// Sets up logging and the trace of this process, if any, and runs the work. The traces are completed even if the work fails.
+/// Sets up logging and the trace of this process, if any, and runs the work. The trace is completed even if the work fails. The
+/// trace of a process alone is appended to `files`.
 ///
 /// # Errors
 /// Fails with the first failure of any process.
-pub(super) fn traced(
+pub(super) fn traced<T>(
     args: &TraceArgs,
     team: &mut Team<'_>,
     talk: &Talk,
-    work: impl FnOnce(&mut Team<'_>) -> Result<(), Failure>,
-) -> Result<(), Failure> {
+    files: &mut Vec<PathBuf>,
+    work: impl FnOnce(&mut Team<'_>) -> Result<T, Failure>,
+) -> Result<T, Failure> {
+    if team.is_alone() {
+        return instruments::traced(args, talk, files, || work(team));
+    }
     let Some(path) = &args.trace else {
         talk.log(None::<Identity>);
         return work(team);
     };
     let detail = args.trace_level.map_or_else(Detail::default, Detail::from);
     let own = path_of(path, team.processes.process());
-    let begun = check_trace(args).and_then(|()| Ok(trace::layer(&own, detail)?));
+    let begun = trace::layer(&own, detail).map_err(Failure::from);
     // The processes leave this call at about the same time, at which their clocks start.
     let (layer, file) = team.agree(begun)?;
     talk.log(Some(layer));
     let outcome = catch_unwind(AssertUnwindSafe(|| work(team)));
     let finished = file.finish().map_err(Failure::from);
-    outcome.unwrap_or_else(|panic| resume_unwind(panic))?;
+    let done = outcome.unwrap_or_else(|panic| resume_unwind(panic))?;
     team.agree(finished)?;
     if team.is_first() {
         let last = path_of(path, team.processes.processes() - 1);
         talk.note(format!("wrote {} to {}", own.display(), last.display()));
     }
-    Ok(())
+    Ok(done)
 }
 
 /// Returns the names of the traces of all processes.
-pub(super) fn paths(args: &TraceArgs, processes: u32) -> Vec<PathBuf> {
-    args.trace.iter().flat_map(|path| (0..processes).map(|process| path_of(path, process))).collect()
+pub(super) fn paths(args: &TraceArgs, team: &Team<'_>) -> Vec<PathBuf> {
+    let of_team = |path: &PathBuf| {
+        let numbers = 0..team.processes.processes();
+        if team.is_alone() { vec![path.clone()] } else { numbers.map(|n| path_of(path, n)).collect() }
+    };
+    args.trace.iter().flat_map(of_team).collect()
 }
 
 /// Returns the name of the trace of a process: `run.json` becomes `run.3.json`.

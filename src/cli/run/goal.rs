@@ -1,0 +1,74 @@
+//! `septet triangulate` and `septet simulate`: the subcommand with its options.
+
+use std::path::Path;
+
+use septet_core::Spec;
+use septet_core::spec::Task;
+
+use crate::effects::needs;
+use crate::errors::Failure;
+use crate::given::Options;
+use crate::options::{RunArgs, SimulateArgs, TriangulateArgs};
+
+/// The subcommand with its options.
+#[derive(Clone, Copy, Debug)]
+pub enum Goal<'a> {
+    /// `septet triangulate`.
+    Triangulate(&'a TriangulateArgs),
+    /// `septet simulate`.
+    Simulate(&'a SimulateArgs),
+}
+
+impl<'a> Goal<'a> {
+    /// Returns the name of the subcommand.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Goal::Triangulate(_) => "triangulate",
+            Goal::Simulate(_) => "simulate",
+        }
+    }
+
+    /// Returns what the run computes.
+    pub(super) fn task(self) -> Task {
+        match self {
+            Goal::Triangulate(_) => Task::Triangulate,
+            Goal::Simulate(_) => Task::Simulate,
+        }
+    }
+
+    /// Returns the options of both subcommands.
+    pub fn args(self) -> &'a RunArgs {
+        match self {
+            Goal::Triangulate(args) => &args.run,
+            Goal::Simulate(args) => &args.run,
+        }
+    }
+
+    /// Returns the file of the cost trace.
+    pub(super) fn cost_trace(self) -> Option<&'a Path> {
+        match self {
+            Goal::Triangulate(_) => None,
+            Goal::Simulate(args) => args.cost_trace.as_deref(),
+        }
+    }
+
+    /// Returns the options of the run, as given.
+    pub(super) fn given(self) -> &'a Options {
+        match self {
+            Goal::Triangulate(args) => args.given.options(),
+            Goal::Simulate(args) => args.given.options(),
+        }
+    }
+
+    /// Returns the checked specification, as requested.
+    pub fn requested(self) -> Result<Spec, Failure> {
+        let (given, args) = (self.given(), self.args());
+        needs("--nodes", given.has("nodes"), "--json", args.json.is_some())?;
+        let spec = given.spec()?.with(|c| {
+            c.keep.costs = self.cost_trace().is_some();
+            c.planted.fault = args.fault;
+        });
+        spec.check()?;
+        Ok(spec)
+    }
+}

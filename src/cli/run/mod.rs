@@ -1,0 +1,116 @@
+//! `septet triangulate` and `septet simulate`, from the options to the report, in one process or in several.
+//!
+//! A process that runs a command alone is a team of one. Several processes run the same command. They agree on every error
+//! before they continue, so that all end with the same exit code. Only the first one prints.
+
+mod goal;
+mod output;
+mod plan;
+mod report;
+mod rows;
+mod team;
+mod trace;
+
+use std::time::Instant;
+
+use septet_core::run::memory::{peak_rss, rss};
+use septet_core::run::processes::{HeldRows, run_held};
+use septet_core::{Outcome, Spec, perform};
+use septet_io::write::OutputFormat;
+use septet_lab::report::{RunContext, RunReport};
+use septet_protocol::wire::Alone;
+
+use crate::errors::{Code, Failure};
+use crate::progress::Talk;
+pub use goal::Goal;
+use output::{write_costs, write_mesh_files};
+use plan::Plan;
+use report::{gather, publish, unite_counts};
+use rows::Rows;
+pub use team::Team;
+
+/// Runs either subcommand in this process alone.
+///
+/// # Errors
+/// Fails if an option, the input or an output is not valid, or if the run fails.
+pub fn run_alone(goal: Goal<'_>, requested: Spec, talk: &Talk) -> Result<(), Failure> {
+    goal.args().hidden.refuse()?;
+    run(goal, (requested, None), &mut Team::alone(&mut Alone), talk)
+}
+
+/// Runs either subcommand on the processes of a team, as requested. `threads` is the default number of threads of a process.
+///
+/// # Errors
+/// Fails with the first failure of any process.
+pub fn run(
+    goal: Goal<'_>,
+    (mut requested, threads): (Spec, Option<usize>),
+    team: &mut Team<'_>,
+    talk: &Talk,
+) -> Result<(), Failure> {
+    let (start, args) = (Instant::now(), goal.args());
+    let has_pieces = args.writing.any(&args.output, &[OutputFormat::Pvtu]);
+    let mut spec = requested.clone().with(|c| {
+        c.machine.threads = c.machine.threads.or(threads);
+        c.keep.point_owner = has_pieces;
+    });
+    crate::threads::limit_threads(spec.machine.thread_count());
+    let plan = Plan::of(goal, &spec, team);
+    let plan = team.agree(plan)?;
+    plan.check_outputs(team)?;
+    let rows = Rows::read(&plan, team, talk)?;
+    let read_seconds = rows.seconds.unwrap_or_else(|| start.elapsed().as_secs_f64());
+    rows.complete(&mut spec, &plan, team, talk)?;
+    requested.recursion.spacing = spec.recursion.spacing;
+    let rss_before_bytes = rss();
+    let mut files = Vec::new();
+    let mut run =
+        trace::traced(&args.tracing, team, talk, &mut files, |team| run_ranks(&plan, &spec, &rows, team))?;
+    let run_seconds = start.elapsed().as_secs_f64();
+    let failure = run.refutation.as_ref().map(|found| Failure::new(Code::Rejected, found.message()));
+    if failure.is_none() {
+        files.extend(write_mesh_files((&plan, spec.keep.owner), &run, &rows, team, talk)?);
+    }
+    unite_counts(team, &mut run, (goal, spec.keep.nodes))?;
+    files.extend(write_costs(goal, &spec, &run)?);
+    let write_seconds = start.elapsed().as_secs_f64() - run_seconds;
+    talk.clear();
+    let context = RunContext {
+        command: goal.name(),
+        input: &args.input,
+        outputs: &args.output,
+        threads: spec.machine.thread_count(),
+        skipped: rows.held.skipped,
+        read_seconds,
+        write_seconds,
+        total_seconds: start.elapsed().as_secs_f64(),
+        rss_before_bytes,
+        peak_rss_bytes: peak_rss(),
+    };
+    let processes = gather(team, &run, start)?;
+    let transport = team.transport;
+    team.first_only(|| {
+        let report = RunReport::of(&run, &requested, &context);
+        let report = match transport {
+            Some(name) => report.with_processes(name, processes),
+            None => report,
+        };
+        publish((args, &requested), &plan.tables, &report, files, talk)
+    })?;
+    failure.map_or(Ok(()), Err)
+}
+
+/// Runs the ranks of this process. A process without ranks gets the facts from the first one.
+fn run_ranks(plan: &Plan<'_>, spec: &Spec, rows: &Rows, team: &mut Team<'_>) -> Result<Outcome, Failure> {
+    let order = (spec, plan.goal.task());
+    let Some(placement) = plan.placement else {
+        return perform(rows.held.points.slice(), order).map_err(|error| rows.failure(error, plan));
+    };
+    let held = &rows.held;
+    let own = HeldRows { points: &held.points, first: held.first, rows: held.rows, base: plan.first_row() };
+    let run = run_held(&mut team.processes, own, order);
+    let run = team.agree(run.map_err(|error| rows.failure(error, plan)))?;
+    let facts = team.all_gather(&run.as_ref().map(|run| run.facts.clone()))?.swap_remove(0);
+    let facts = facts.ok_or_else(|| Failure::new(Code::Machine, "the first process has no workers"))?;
+    Ok(run.unwrap_or_else(|| Outcome::of_facts(facts, placement)))
+}

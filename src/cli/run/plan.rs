@@ -1,0 +1,127 @@
+//! The settled arguments of a run, and their checks before the points are read.
+
+use std::path::{Path, PathBuf};
+
+use septet_core::Spec;
+use septet_core::run::memory::admit;
+use septet_core::run::processes::placement;
+use septet_core::spec::{Task, Workers};
+use septet_io::read::ReadOptions;
+use septet_io::write::{OutputFormat, check_shared};
+use septet_protocol::transport::Placement;
+
+use super::goal::Goal;
+use super::team::Team;
+use super::trace;
+use crate::effects::needs;
+use crate::errors::{Code, Failure};
+use crate::files;
+use crate::formats::{check_reading, read_options};
+use crate::given::Options;
+use crate::input::Input;
+use crate::instruments::{Tables, check_trace};
+use crate::options::RunArgs;
+
+/// The tables of a run, as they appear in file names.
+const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
+
+/// The settled arguments of a run.
+pub(super) struct Plan<'a> {
+    /// The subcommand with its options.
+    pub goal: Goal<'a>,
+    /// The input.
+    pub input: Input<'a>,
+    /// The tables.
+    pub tables: Tables,
+    /// The options of the reader.
+    pub reading: ReadOptions,
+    /// The process of each worker. `None` if one process runs the command alone.
+    pub placement: Option<Placement>,
+}
+
+impl<'a> Plan<'a> {
+    /// Settles the arguments, and refuses those that the processes cannot obey. The first process checks the names of all
+    /// files that the processes write.
+    ///
+    /// # Errors
+    /// Fails if the arguments do not fit together, or if a file cannot be written.
+    pub(super) fn of(goal: Goal<'a>, spec: &Spec, team: &Team<'_>) -> Result<Self, Failure> {
+        let args = goal.args();
+        if !team.is_alone() {
+            refuse(goal, spec)?;
+        }
+        let input = Input::of(&args.input, spec.input.dimension)?;
+        check_trace(&args.tracing)?;
+        let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
+        check_reading(goal.given(), input.is_sample())?;
+        let processes = team.processes.processes();
+        let placement = if team.is_alone() { None } else { Some(placement(spec, processes)?) };
+        if team.is_first() {
+            let traces = trace::paths(&args.tracing, team);
+            let texts = args.json.iter().chain(&traces).map(PathBuf::as_path).chain(tables.paths());
+            let texts: Vec<&Path> = texts.chain(goal.cost_trace()).collect();
+            files::check_as(&input.files(), &args.output, &args.writing.options(), &texts)?;
+        }
+        check_effects(args, goal.given())?;
+        if let (Input::Sample(request), None) = (&input, placement) {
+            // A sample that is too large is refused before it is generated.
+            admit(spec, request.n, request.dimension, goal.task() == Task::Simulate)?;
+        }
+        let reading = read_options(&spec.input)?;
+        Ok(Plan { goal, input, tables, reading, placement })
+    }
+
+    /// Checks that the processes of a team can write the outputs together.
+    ///
+    /// # Errors
+    /// See [`check_shared`].
+    pub(super) fn check_outputs(&self, team: &mut Team<'_>) -> Result<(), Failure> {
+        let args = self.goal.args();
+        if self.placement.is_some() {
+            check_shared(&mut team.processes, &args.output, &args.writing.options())?;
+        }
+        Ok(())
+    }
+
+    /// Returns the number of the first row of all processes.
+    pub(super) fn first_row(&self) -> u64 {
+        self.goal.args().hidden.first_row.unwrap_or(0)
+    }
+}
+
+/// Refuses what needs all cells or all ranks in one process.
+fn refuse(goal: Goal<'_>, spec: &Spec) -> Result<(), Failure> {
+    let args = goal.args();
+    if args.input == "@-" || args.input.trim_start_matches('@').starts_with("/dev/") {
+        let message = format!("{}: several processes cannot read it", args.input);
+        return Err(
+            Failure::new(Code::Usage, message).help("give the name of a file, or - for standard input")
+        );
+    }
+    let options = [
+        ("--workers leaves", spec.machine.workers == Workers::Leaves),
+        ("--cost-trace", goal.cost_trace().is_some()),
+        ("--keep-columns", spec.input.keep_columns),
+        ("--with-owner", spec.keep.owner),
+        ("--view", spec.keep.view.is_some_and(|shown| shown > 0)),
+        ("--skip-invalid", spec.input.skip_invalid),
+    ];
+    match options.iter().find(|(_, given)| *given) {
+        Some((option, _)) => {
+            Err(Failure::new(Code::Usage, format!("{option} does not work with several processes"))
+                .help(format!("omit {option}, or run the command in one process")))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Returns a failure if an option is set that no output or report uses.
+fn check_effects(args: &RunArgs, given: &Options) -> Result<(), Failure> {
+    args.writing.check(&args.output)?;
+    let has_data =
+        args.writing.any(&args.output, &[OutputFormat::Vtu, OutputFormat::Pvtu, OutputFormat::Vtk]);
+    let outputs = "-o OUT.vtu, -o OUT.pvtu or -o OUT.vtk";
+    needs("--keep-columns", given.has("keep-columns"), outputs, has_data)?;
+    needs("--with-owner", given.has("with-owner"), outputs, has_data)?;
+    needs("--view", given.has("view"), "--json", args.json.is_some())
+}

@@ -1,0 +1,133 @@
+//! The rows of this process: all of them, or a block of those of several processes.
+
+use std::ops::Range;
+use std::path::PathBuf;
+
+use septet_core::generate::{Request, SeparateRows};
+use septet_core::result::view::MOST_POINTS;
+use septet_core::run::memory::admit;
+use septet_core::run::processes::rows_of;
+use septet_core::spec::Task;
+use septet_core::{Error, Spec};
+use septet_io::read::{Column, SharedPoints, read_shared, share_points};
+
+use super::plan::Plan;
+use super::team::Team;
+use crate::errors::Failure;
+use crate::input::{Input, Loaded, make, placed};
+use crate::progress::Talk;
+
+/// The rows of this process.
+pub(super) struct Rows {
+    /// The points.
+    pub held: SharedPoints,
+    /// Other columns of a text table, if they are kept.
+    pub columns: Vec<Column>,
+    /// The Lipschitz constant of an f-spaced set.
+    pub spacing: Option<f64>,
+    /// Measured seconds, if this process reads alone.
+    pub seconds: Option<f64>,
+}
+
+impl Rows {
+    /// Reads or generates the rows of this process.
+    ///
+    /// # Errors
+    /// Fails with the first failure of any process.
+    pub(super) fn read(plan: &Plan<'_>, team: &mut Team<'_>, talk: &Talk) -> Result<Self, Failure> {
+        let Some(placement) = plan.placement else {
+            return Ok(Rows::of_all(plan.input.load(&plan.reading, talk)?));
+        };
+        let process = team.processes.process();
+        let block = |rows: u64| rows_of(placement, process, rows);
+        let (held, spacing) = match &plan.input {
+            Input::Sample(request) => sample(request, team, &block, talk)?,
+            Input::File(name) => {
+                (read_shared(&mut team.processes, &[PathBuf::from(name)], &plan.reading, &block)?, None)
+            }
+            Input::List(list) => {
+                (read_shared(&mut team.processes, list.files(), &plan.reading, &block)?, None)
+            }
+        };
+        if team.is_first() {
+            for note in &held.notes {
+                talk.note(format!("note: {note}"));
+            }
+        }
+        // A process that was interrupted while reading ends the command on all of them.
+        team.agree(if talk.is_cancelled() { Err(Failure::interrupted()) } else { Ok(()) })?;
+        Ok(Rows { held, columns: Vec::new(), spacing, seconds: None })
+    }
+
+    /// Takes the points that one process loaded.
+    fn of_all(loaded: Loaded) -> Self {
+        let Loaded { points, spacing, skipped, source_index, first_id, columns, files, seconds } = loaded;
+        let rows = points.len() as u64;
+        let held = SharedPoints {
+            skipped,
+            source_index,
+            first_id,
+            files,
+            ..SharedPoints::of_block(points, 0, rows)
+        };
+        Rows { held, columns, spacing, seconds: Some(seconds) }
+    }
+
+    /// Completes the specification once the rows are known: the spacing, the picture, progress and cancellation. Checks the
+    /// forecast of the memory of this process against its limit.
+    ///
+    /// # Errors
+    /// Fails if the points of a process need more memory.
+    pub(super) fn complete(
+        &self,
+        spec: &mut Spec,
+        plan: &Plan<'_>,
+        team: &mut Team<'_>,
+        talk: &Talk,
+    ) -> Result<(), Failure> {
+        let (args, points) = (plan.goal.args(), &self.held.points);
+        let counted = plan.goal.task() == Task::Simulate;
+        spec.recursion.spacing = self.spacing;
+        if team.is_alone() && args.json.is_some() {
+            spec.keep.view = spec.keep.view.or(counted.then_some(MOST_POINTS));
+        }
+        spec.control.cancel = Some(talk.cancel.clone());
+        if team.is_first() {
+            spec.control.progress = Some(talk.phases());
+        }
+        let admitted = admit(spec, points.len() as u64, points.dimension(), counted);
+        team.agree(admitted.map_err(Failure::from))
+    }
+
+    /// Returns the failure for an error of a run over these rows. An error about points gives the file and the positions of the
+    /// points in it.
+    pub(super) fn failure(&self, error: Error, plan: &Plan<'_>) -> Failure {
+        let base = plan.first_row() as usize;
+        let of_input = |row: usize| match (&self.held.source_index, plan.placement) {
+            (Some(source), None) => source[row] as usize,
+            _ => row.saturating_sub(base),
+        };
+        placed(error, &self.held.files, &plan.goal.args().input, of_input)
+    }
+}
+
+/// Generates the rows of this process, or receives them from the first process, which then generates the set. Also returns the
+/// Lipschitz constant of an f-spaced set. `block` returns the rows of this process, of the given number of rows.
+fn sample(
+    request: &Request,
+    team: &mut Team<'_>,
+    block: &dyn Fn(u64) -> Range<u64>,
+    talk: &Talk,
+) -> Result<(SharedPoints, Option<f64>), Failure> {
+    let separate = SeparateRows::of(request).map_err(Failure::from);
+    if let Some(set) = team.agree(separate)? {
+        let own = block(set.count());
+        let points = set.points(own.clone());
+        let held = SharedPoints::of_block(points, own.start, set.count());
+        return Ok((SharedPoints { notes: set.notes(request), ..held }, None));
+    }
+    let made = team.first_only(|| make(request, talk))?;
+    let spacing = made.as_ref().and_then(|made| made.spacing);
+    let spacing = team.processes.all_gather(&spacing)?.swap_remove(0);
+    Ok((share_points(&mut team.processes, made.map(|made| made.points), block)?, spacing))
+}

@@ -1,0 +1,108 @@
+//! The calls of the library in one process.
+
+use septet_geometry::point::{Coordinates, Point, PointSlice};
+
+use crate::error::{Error, SiteError};
+use crate::input::Whole;
+use crate::result::outcome::Outcome;
+use crate::run::hosts::started;
+use crate::run::{Hosts, Start, certified, run};
+use crate::spec::{Spec, Task, Until};
+
+/// Computes the Delaunay triangulation of `points`. The result is exact and certified. It is the same for every
+/// number of workers and threads and every transport.
+///
+/// Coincident points count once ([`crate::result::outcome::Facts::points`]). If the points do not span the space, there are
+/// no cells. This function does not count work and depth; [`simulate`] does.
+///
+/// # Errors
+/// See [`Error`].
+pub fn triangulate<C: Coordinates>(points: &[C], spec: &Spec) -> Result<Outcome, Error> {
+    certified(perform(C::points(points), (spec, Task::Triangulate))?)
+}
+
+/// Computes the Delaunay triangulation of `points` by the paper's recursion down to the leaf size, and counts work and
+/// depth.
+///
+/// # Errors
+/// See [`Error`].
+pub fn simulate<C: Coordinates>(points: &[C], spec: &Spec) -> Result<Outcome, Error> {
+    certified(perform(C::points(points), (spec, Task::Simulate))?)
+}
+
+/// Counts the paper's recursion, either completely, as [`simulate`] does, or up to a phase. The tree and the neighbours take a
+/// fraction of the time and memory of a triangulation.
+///
+/// # Errors
+/// See [`Error`].
+pub fn count<C: Coordinates>(points: &[C], until: Option<Until>, spec: &Spec) -> Result<Outcome, Error> {
+    certified(perform(C::points(points), (spec, until.map_or(Task::Simulate, Task::Count)))?)
+}
+
+/// Computes a maximal independent set of the conflict graph of sites. The first `fixed` sites are members from the start. The
+/// set is in [`crate::result::outcome::Kept::selected`].
+///
+/// Sites p and q of sizes f(p) and f(q) conflict iff `|p - q| < min(f(p), f(q))` (paper, Section 5, as the guide reads it). The
+/// conflict graph is the density graph with alpha 1 of balls with given radii, except that the density graph compares with
+/// `<=`. The squared radius of a site is therefore the float below its squared size, which turns `<=` into `<` without
+/// rounding. The run has the phases of [`simulate`] with given radii up to the graph. Rounds of local priorities follow, whose
+/// proofs are in the module `independent` of `septet_workers`.
+///
+/// The greedy algorithm, in the order of
+/// [`septet_geometry::priority`], selects the same set. The set is the same for every number of workers and threads and every
+/// transport. Permuting the sites does not change which sites are selected.
+///
+/// [`Spec::recursion`] and [`Spec::keep`] are not used, except for the calls of primitives.
+///
+/// # Errors
+/// Returns an [`Error`], which contains a [`SiteError`] if the sites are invalid.
+pub fn independent<C: Coordinates>(
+    places: &[C],
+    sizes: &[f64],
+    fixed: usize,
+    spec: &Spec,
+) -> Result<Outcome, Error> {
+    SiteError::check(places.len(), sizes, fixed)?;
+    let task = Task::Independent { fixed: fixed as u64 };
+    let outcome = sized(C::points(places), sizes, (spec, task))?;
+    match outcome.left_out.duplicates.first() {
+        Some(&(second, first)) => {
+            Err(SiteError::Coincident { first: first as usize, second: second as usize }.into())
+        }
+        None => Ok(outcome),
+    }
+}
+
+/// Runs a task over points in this process. A failed certificate is not an error
+/// ([`crate::result::outcome::Facts::refutation`]).
+///
+/// # Errors
+/// See [`Error`].
+pub fn perform(points: PointSlice<'_>, order: (&Spec, Task)) -> Result<Outcome, Error> {
+    sized(points, &[], order)
+}
+
+/// Runs a task over points or sites in either dimension. It is compiled here, so that callers do not compile the machine.
+#[inline(never)]
+fn sized(points: PointSlice<'_>, sizes: &[f64], order: (&Spec, Task)) -> Result<Outcome, Error> {
+    match points {
+        PointSlice::Plane(positions) => {
+            run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
+        }
+        PointSlice::Space(positions) => {
+            run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
+        }
+    }
+}
+
+/// Runs a task over points on a machine that `start` starts. The transport of the specification is not used.
+///
+/// # Errors
+/// See [`Error`].
+pub fn run_on<P: Point>(
+    points: &[P],
+    order: (&Spec, Task),
+    start: &mut Start<'_, P>,
+) -> Result<Outcome, Error> {
+    certified(run(order, Whole::points(points).held(), &mut Hosts::Own(start))?)
+}
