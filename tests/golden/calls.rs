@@ -11,13 +11,12 @@ use septet_core::spec::{
     Alpha, Correction, Graph, Neighbours, Partition, SeparatorSets, Spec, Transport, Until, Workers,
 };
 use septet_core::{Error, count, simulate, triangulate};
-use septet_geometry::cost::Price;
 use septet_geometry::point::Point;
 use septet_lab::baselines;
-use septet_protocol::ids::{Group, Phase};
-use septet_protocol::ledger::{Ledger, LinkKey, RankKey, RoundKey, Total};
+use septet_protocol::ids::Phase;
+use septet_protocol::ledger::{Ledger, LedgerPart};
 
-use crate::record::Row;
+use crate::record::Section;
 
 /// Points, one coordinate after the other.
 #[derive(Clone, Debug)]
@@ -100,8 +99,12 @@ pub struct Outcome {
     pub picture: Vec<u64>,
     /// Single numbers with their names.
     pub facts: Vec<(&'static str, u64)>,
+    /// The nodes of the partition tree, without the facts that balls add.
+    pub tree: Vec<u64>,
     /// The ledger.
-    pub rows: Vec<Row>,
+    pub counts: Vec<Section>,
+    /// Draws of separators beyond the first of each node. With a worker for every leaf, only groups draw separators.
+    pub retries: u64,
 }
 
 /// A phase after which a run stops.
@@ -204,7 +207,9 @@ fn outcome(run: &septet_core::Outcome) -> Outcome {
         graph: run.kept.graph.iter().flatten().flat_map(|e| [e.0, e.1]).collect(),
         picture: picture(run),
         facts,
-        rows: ledger(&run.ledger, &run.times.phases),
+        tree: tree(&run.ledger),
+        counts: sections(&run.ledger, &run.times.phases),
+        retries: retries(&run.ledger),
     }
 }
 
@@ -231,73 +236,49 @@ fn picture(run: &septet_core::Outcome) -> Vec<u64> {
     all
 }
 
-fn cost(cost: Price) -> [u64; 4] {
-    cost.to_parts()
-}
-
-/// The ledger, field by field.
-fn ledger(ledger: &Ledger, phases: &[(Phase, f64)]) -> Vec<Row> {
-    let part = &ledger.part;
-    let order: Vec<&str> = phases.iter().map(|(phase, _)| phase.name()).collect();
-    let mut rows = vec![Row::new("phases", &order.join(","), [])];
-    for p in &ledger.phases {
-        let sums = [p.rounds, p.work, p.depth, p.depth_log_scan, p.critical_depth, p.messages, p.bytes];
-        rows.push(Row::new("total", p.phase.name(), sums));
-    }
-    let total = |t: &Total| [t.work, t.depth, t.depth_log_scan, t.brent];
+/// Checks that every phase with work belongs to the total of its group.
+fn check_groups(ledger: &Ledger) {
     for (group, sums) in ledger.totals.each() {
         let of_phases: u64 = ledger.phases.iter().filter(|p| p.phase.group() == group).map(|p| p.work).sum();
         assert_eq!(of_phases, sums.work, "the phases of {} add up to its total", group.name());
-        if group != Group::Selection {
-            rows.push(Row::new("group", group.name(), total(sums)));
-        }
     }
     let of_phases: u64 = ledger.phases.iter().map(|p| p.work).sum();
     assert_eq!(of_phases, ledger.totals.sum().work, "every phase with work belongs to a total");
-    for step in &ledger.critical_path {
-        rows.push(Row::new("path", step.phase.name(), [step.node.0, step.depth]));
-    }
-    for (&RoundKey { round, phase }, t) in &part.rounds {
-        let moved = [t.messages, t.bytes, t.largest, t.points];
-        let done = [t.active, t.merged, t.separators, t.retries];
-        let numbers = [u64::from(round)].into_iter().chain(moved).chain(done);
-        rows.push(Row::new("round", phase.name(), numbers));
-    }
-    for (&LinkKey { phase, from, to }, t) in &part.links {
-        let numbers = [u64::from(from), u64::from(to), t.messages, t.bytes, t.points];
-        rows.push(Row::new("link", phase.name(), numbers));
-    }
-    for (&RankKey { round, phase, rank }, tally) in part.ranks.iter().filter(|(_, r)| r.sent.messages > 0) {
-        let t = tally.sent;
-        let numbers = [u64::from(round), u64::from(rank), t.messages, t.bytes, t.points];
-        rows.push(Row::new("sender", phase.name(), numbers));
-    }
-    for phase in Phase::ALL {
-        for (node, c) in part.members(phase) {
-            rows.push(Row::new("charge", phase.name(), [node.0, c.items].into_iter().chain(cost(c.cost))));
-        }
-    }
-    for phase in Phase::ALL {
-        for (step, node, c) in part.steps(phase) {
-            let numbers = [u64::from(step), node.0, c.items].into_iter().chain(cost(c.cost));
-            rows.push(Row::new("step", phase.name(), numbers));
-        }
-    }
-    for (level, node, c) in part.passes() {
-        let numbers = [u64::from(level), node.0, c.items].into_iter().chain(cost(c.cost));
-        rows.push(Row::new("correction", "neighbours", numbers));
-    }
-    for (node, f) in &part.nodes {
-        let split = [node.0, f.population, f.inside, f.attempts, f.kind.number(), f.separator];
-        let sets = [f.crossing_inside, f.crossing_outside, f.members, f.edges, f.max_degree, f.visits];
-        rows.push(Row::new("node", "tree", split.into_iter().chain(sets)));
-    }
-    rows.push(Row::new("edges", "hash", [part.edge_hash]));
-    rows
+}
+
+/// The ledger, section by section. Every field is named, so that none is left out.
+fn sections(ledger: &Ledger, phases: &[(Phase, f64)]) -> Vec<Section> {
+    let Ledger { part, tree, totals: groups, phases: totals, critical_path } = ledger;
+    let LedgerPart { rounds, links, ranks, charges, nodes, edge_hash, balance } = part;
+    let order: Vec<&str> = phases.iter().map(|(phase, _)| phase.name()).collect();
+    check_groups(ledger);
+    vec![
+        Section::new("charges", charges),
+        Section::new("groups", groups.each()),
+        Section::new("levels", tree.levels()),
+        Section::new("links", links),
+        Section::new("nodes", nodes),
+        Section::new("path", critical_path),
+        Section::new("ranks", ranks),
+        Section::new("rounds", rounds),
+        Section::new("totals", totals).and([edge_hash, balance]).and(order),
+    ]
+}
+
+fn tree(ledger: &Ledger) -> Vec<u64> {
+    let nodes = ledger.part.nodes.iter();
+    nodes
+        .flat_map(|(node, f)| [node.0, f.population, f.inside, f.attempts, f.kind.number(), f.separator])
+        .collect()
+}
+
+fn retries(ledger: &Ledger) -> u64 {
+    let rounds = ledger.part.rounds.iter();
+    rounds.filter(|(key, _)| key.phase == Phase::Partition).map(|(_, tally)| tally.retries).sum()
 }
 
 /// The ledger of a run that stops after a phase.
-pub fn count_until(cloud: &Cloud, order: &Order, last: Last) -> Vec<Row> {
+pub fn count_until(cloud: &Cloud, order: &Order, last: Last) -> Vec<Section> {
     let until = match last {
         Last::Partition => Until::Partition,
         Last::Neighbours => Until::Neighbours,
@@ -311,7 +292,7 @@ pub fn count_until(cloud: &Cloud, order: &Order, last: Last) -> Vec<Row> {
         _ => count(&points::<DVec3>(cloud), Some(until), &spec),
     };
     let counts = counts.unwrap_or_else(|e| panic!("{order:?}: {e}"));
-    ledger(&counts.ledger, &counts.times.phases)
+    sections(&counts.ledger, &counts.times.phases)
 }
 
 /// An independent set of sites with these sizes, `fixed` of them in it from the start.
@@ -322,11 +303,13 @@ pub fn independent_set(cloud: &Cloud, sizes: &[f64], fixed: usize, order: &Order
         _ => independent(&points::<DVec3>(cloud), sizes, fixed, &spec),
     };
     let run = run.unwrap_or_else(|e| panic!("{order:?}: {e}"));
+    let mut counts = sections(&run.ledger, &run.times.phases);
     let set = run.kept.selected.as_ref().expect("a set");
-    let rounds = set.undecided.iter().map(|&left| Row::new("undecided", "set", [left]));
+    counts.push(Section::new("undecided", &set.undecided));
     Outcome {
         cells: set.members.iter().map(|&member| member as u64).collect(),
-        rows: ledger(&run.ledger, &run.times.phases).into_iter().chain(rounds).collect(),
+        tree: tree(&run.ledger),
+        counts,
         ..Outcome::default()
     }
 }
@@ -339,11 +322,8 @@ pub fn incremental(cloud: &Cloud) -> Outcome {
         _ => baselines::incremental(&points::<DVec3>(cloud), &spec),
     };
     let made = made.unwrap_or_else(|e| panic!("incremental insertion: {e}"));
-    let clock = [made.clock.steps, made.clock.log_scan, made.clock.hashed, made.clock.chain, made.brent];
-    let mut rows = vec![Row::new("clock", "chain", clock)];
-    for r in &made.rounds {
-        rows.push(Row::new("insertion", "round", [r.facets, r.cells, r.tests, r.work, r.steps]));
-    }
     let facts = vec![("hull", made.hull_facets), ("used", made.points.used)];
-    Outcome { cells: made.cells, facts, rows, ..Outcome::default() }
+    let counts =
+        vec![Section::new("clock", [made.clock]).and(made.brent), Section::new("insertions", &made.rounds)];
+    Outcome { cells: made.cells, facts, counts, ..Outcome::default() }
 }

@@ -1,8 +1,11 @@
 //! Compares the outputs and counts of all cases with committed files.
 //!
 //! `cargo test --test golden [-- FILTER]` runs the cases whose names contain FILTER and reports which differ from
-//! `outputs.txt` and `counts.txt`, with the first difference. With `SEPTET_GOLDEN=write` it writes these files instead. Outputs
-//! are hashes; counts are lines of the ledger, field by field, or sums and hashes by phase for the larger runs.
+//! `outputs.txt` and `counts.txt`, by run and by output or section. With `SEPTET_GOLDEN=write` it writes these files instead.
+//! Outputs are hashes. Counts are one hash for each section of a run, over every field of the ledger.
+//!
+//! The full text of a case that differs is written to `target/tmp/golden/CASE.txt`. `SEPTET_GOLDEN=explain` writes the text
+//! of every case. To see what a commit changes, run it on both commits and compare the files.
 
 mod calls;
 mod cases;
@@ -19,7 +22,7 @@ use std::time::Instant;
 
 use cases::Case;
 use record::Record;
-use store::Store;
+use store::{Store, explain};
 
 /// Smallest number of cases with refused draws in which groups must draw again.
 const RETRYING: usize = 10;
@@ -29,6 +32,8 @@ struct Options {
     filter: Option<String>,
     list: bool,
     write: bool,
+    /// Whether the full text of every case is written.
+    explain: bool,
     /// Cases whose names contain one of these words do not run.
     skipped: Vec<String>,
 }
@@ -45,12 +50,8 @@ impl Options {
                 _ => {}
             }
         }
-        Options {
-            filter,
-            skipped,
-            list,
-            write: env::var_os("SEPTET_GOLDEN").is_some_and(|value| value == "write"),
-        }
+        let mode = |word: &str| env::var_os("SEPTET_GOLDEN").is_some_and(|value| value == word);
+        Options { filter, skipped, list, write: mode("write"), explain: mode("explain") }
     }
 
     fn selects(&self, case: &Case) -> bool {
@@ -78,24 +79,39 @@ fn main() -> ExitCode {
     }
 }
 
-/// The record of a case, and the seconds that it took.
+/// The record of a case, where it differs, and the seconds that it took.
 #[derive(Default)]
 struct Finished {
     record: Record,
+    differences: Vec<String>,
     seconds: f64,
 }
 
+impl Finished {
+    /// Runs a case, and writes its full text if it differs.
+    fn of(case: &Case, store: &Store, options: &Options) -> Finished {
+        let begun = Instant::now();
+        let mut record = Record::default();
+        (case.run)(&mut record);
+        let mut differences = if options.write { Vec::new() } else { store.differences(&case.name, &record) };
+        if options.explain || !differences.is_empty() {
+            let text = explain(&case.name, &record).map(|path| format!("full text: {}", path.display()));
+            let failed = !differences.is_empty() || text.is_err();
+            differences.extend(failed.then(|| text.unwrap_or_else(|error| error)));
+        }
+        record.text = String::new();
+        Finished { record, differences, seconds: begun.elapsed().as_secs_f64() }
+    }
+}
+
 /// Runs the cases on all cores, and returns their records in the order of the cases.
-fn records(selected: &[&Case]) -> Vec<Finished> {
+fn records(selected: &[&Case], store: &Store, options: &Options) -> Vec<Finished> {
     let finished: Vec<Mutex<Finished>> = selected.iter().map(|_| Mutex::default()).collect();
     let queue = Mutex::new(selected.iter().zip(&finished));
     let next = || queue.lock().unwrap().next();
     let work = || {
         while let Some((case, place)) = next() {
-            let begun = Instant::now();
-            let mut record = Record::default();
-            (case.run)(&mut record);
-            *place.lock().unwrap() = Finished { record, seconds: begun.elapsed().as_secs_f64() };
+            *place.lock().unwrap() = Finished::of(case, store, options);
         }
     };
     thread::scope(|scope| {
@@ -110,14 +126,12 @@ fn records(selected: &[&Case]) -> Vec<Finished> {
 fn run(selected: &[&Case], mut store: Store, options: &Options, of: usize) -> ExitCode {
     let start = Instant::now();
     let (mut failed, mut retrying) = (0, 0);
-    for (case, Finished { record, seconds }) in selected.iter().zip(records(selected)) {
+    let finished = records(selected, &store, options);
+    for (case, Finished { record, differences, seconds }) in selected.iter().zip(finished) {
         retrying += usize::from(case.retries && record.retries > 0);
-        let differences = if options.write {
+        if options.write {
             store.replace(&case.name, &record);
-            Vec::new()
-        } else {
-            store.differences(&case.name, &record)
-        };
+        }
         let result = if differences.is_empty() { "ok" } else { "FAILED" };
         println!("test {} ... {result} ({seconds:.1} s)", case.name);
         for difference in &differences {

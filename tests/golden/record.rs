@@ -1,42 +1,55 @@
-//! The record of a case: lines of outputs and lines of counts.
+//! The record of a case: lines of outputs, lines of counts, and their full text.
 
-use std::collections::BTreeMap;
-use std::fmt::Write as _;
+use std::fmt::{Debug, Display, Write as _};
 
 use sha2::{Digest, Sha256};
 
 use crate::calls::{MeshOutcome, Outcome};
 
-/// Runs with more rows than this are kept as sums and a hash for each kind and phase.
-const MOST_ROWS: usize = 250;
+/// Numbers in a line of the full text.
+const NUMBERS_OF_A_LINE: usize = 12;
 
-/// One line of counts: a kind, a subject, and numbers.
+/// One section of the counts of a run, such as the traffic of its links: an entry a line, as `Debug` prints it. So a
+/// field that a type gains is in the record.
 #[derive(Clone, Debug)]
-pub struct Row {
-    kind: &'static str,
-    of: String,
-    numbers: Vec<u64>,
+pub struct Section {
+    name: &'static str,
+    entries: Vec<String>,
 }
 
-impl Row {
-    /// A row of these numbers.
-    pub fn new(kind: &'static str, of: &str, numbers: impl IntoIterator<Item = u64>) -> Self {
-        Row { kind, of: of.replace(' ', "-"), numbers: numbers.into_iter().collect() }
+impl Section {
+    /// A section of these entries.
+    pub fn new<E: Debug>(name: &'static str, entries: impl IntoIterator<Item = E>) -> Self {
+        Section { name, entries: entries.into_iter().map(|entry| format!("{entry:?}")).collect() }
     }
 
-    fn text(&self) -> String {
-        let mut text = format!("{} {}", self.kind, self.of);
-        for number in &self.numbers {
-            let _ = write!(text, " {number}");
+    /// Adds another entry.
+    pub fn and(mut self, entry: impl Debug) -> Self {
+        self.entries.push(format!("{entry:?}"));
+        self
+    }
+
+    /// Hash of all values in order. Names of structs and fields are not in it.
+    fn hash(&self) -> String {
+        let mut hash = Sha256::new();
+        for entry in &self.entries {
+            for value in values(entry) {
+                hash.update(value);
+                hash.update(" ");
+            }
+            hash.update("\n");
         }
-        text
+        hexadecimal(&hash.finalize()[..16])
     }
 }
 
-/// Draws of separators beyond the first of each node, summed over the rounds. With a worker for every leaf, only groups
-/// draw separators.
-pub fn retries(rows: &[Row]) -> u64 {
-    rows.iter().filter(|r| r.kind == "round" && r.of == "partition").map(|r| r.numbers[8]).sum()
+/// The words of a text of `Debug` that are not names of structs or fields. Punctuation is left out.
+fn values(text: &str) -> impl Iterator<Item = &str> {
+    let delimits = |c: char| !(c.is_alphanumeric() || "._-".contains(c));
+    let pieces = move || text.split_inclusive(delimits);
+    let pairs = pieces().zip(pieces().skip(1).chain([""]));
+    let values = pairs.filter(|(piece, next)| !piece.ends_with(':') && !next.starts_with('{'));
+    values.map(move |(piece, _)| piece.trim_end_matches(delimits)).filter(|word| !word.is_empty())
 }
 
 /// The lines of one case.
@@ -44,23 +57,39 @@ pub fn retries(rows: &[Row]) -> u64 {
 pub struct Record {
     /// Lines of outputs.
     pub outputs: Vec<String>,
-    /// Lines of counts.
+    /// Lines of counts: the run, the section, the number of its entries, and their hash.
     pub counts: Vec<String>,
+    /// What the hashes stand for.
+    pub text: String,
     /// Draws of separators beyond the first of each node.
     pub retries: u64,
 }
 
 impl Record {
     /// Adds a line of outputs.
-    pub fn output(&mut self, run: &str, what: &str, value: impl std::fmt::Display) {
+    pub fn output(&mut self, run: &str, what: &str, value: impl Display) {
         self.outputs.push(format!("{run} {what} {value}"));
+        let _ = writeln!(self.text, "{run} {what} {value}");
+    }
+
+    /// Adds a short value as it is, a long one by its length and its hash.
+    pub fn value(&mut self, run: &str, what: &str, value: &str) {
+        if value.len() <= 80 {
+            return self.output(run, what, value);
+        }
+        self.output(run, what, format_args!("{} {}", value.len(), sha256(value.as_bytes())));
+        let _ = writeln!(self.text, "{run} {what} {value}");
     }
 
     /// Adds the count and the hash of numbers.
     pub fn numbers(&mut self, run: &str, what: &str, numbers: &[u64]) {
-        if !numbers.is_empty() {
-            let bytes: Vec<u8> = numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
-            self.output(run, what, format_args!("{} {}", numbers.len(), sha256(&bytes)));
+        if numbers.is_empty() {
+            return;
+        }
+        let bytes: Vec<u8> = numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
+        self.output(run, what, format_args!("{} {}", numbers.len(), sha256(&bytes)));
+        for line in numbers.chunks(NUMBERS_OF_A_LINE) {
+            let _ = writeln!(self.text, "{run} {what} {line:?}");
         }
     }
 
@@ -77,9 +106,8 @@ impl Record {
         self.numbers(run, "owners", &o.owners);
         self.numbers(run, "graph", &o.graph);
         self.numbers(run, "picture", &o.picture);
-        let tree = o.rows.iter().filter(|r| r.kind == "node").flat_map(|r| r.numbers[..6].to_vec());
-        self.numbers(run, "tree", &tree.collect::<Vec<_>>());
-        self.rows(run, &o.rows);
+        self.numbers(run, "tree", &o.tree);
+        self.counts(run, &o.counts);
     }
 
     /// Records a mesh, or that there is none.
@@ -91,44 +119,28 @@ impl Record {
         self.numbers(run, "cells", &o.cells);
         self.numbers(run, "faces", &o.faces);
         self.numbers(run, "edges", &o.edges);
-        self.rows(run, &o.rows);
+        self.counts(run, &o.counts);
     }
 
-    /// Lines of counts: every row of a small run, sums and hashes by kind and phase of a large one.
-    pub fn rows(&mut self, run: &str, rows: &[Row]) {
-        if rows.len() <= MOST_ROWS {
-            self.counts.extend(rows.iter().map(|row| format!("{run} {}", row.text())));
-            return;
-        }
-        let mut groups: BTreeMap<(&str, &str), Vec<&Row>> = BTreeMap::new();
-        for row in rows {
-            groups.entry((row.kind, &row.of)).or_default().push(row);
-        }
-        for ((kind, of), rows) in groups {
-            if rows.len() <= 2 {
-                self.counts.extend(rows.iter().map(|row| format!("{run} {}", row.text())));
-                continue;
+    /// Adds a line for each section that has entries.
+    pub fn counts(&mut self, run: &str, sections: &[Section]) {
+        for section in sections.iter().filter(|section| !section.entries.is_empty()) {
+            let Section { name, entries } = section;
+            self.counts.push(format!("{run} {name} {} {}", entries.len(), section.hash()));
+            for entry in entries {
+                let _ = writeln!(self.text, "{run} {name} {entry}");
             }
-            let mut sums = vec![0u64; rows.iter().map(|r| r.numbers.len()).max().unwrap_or(0)];
-            let mut text = String::new();
-            for row in &rows {
-                sums.iter_mut().zip(&row.numbers).for_each(|(sum, n)| *sum = sum.wrapping_add(*n));
-                let _ = writeln!(text, "{}", row.text());
-            }
-            let sums: Vec<String> = sums.iter().map(u64::to_string).collect();
-            let hash = &sha256(text.as_bytes())[..32];
-            self.counts.push(format!(
-                "{run} {kind} {of} x{} sums {} sha256 {hash}",
-                rows.len(),
-                sums.join(" ")
-            ));
         }
     }
 }
 
 /// As hexadecimal digits.
 pub fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().fold(String::new(), |mut text, byte| {
+    hexadecimal(&Sha256::digest(bytes))
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
         let _ = write!(text, "{byte:02x}");
         text
     })

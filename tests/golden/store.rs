@@ -1,9 +1,13 @@
 //! The golden files: a line `case NAME` and the case's lines, in the order of the cases.
 
+use std::collections::HashSet;
 use std::fs;
 use std::path::PathBuf;
 
 use crate::record::Record;
+
+/// Differing lines of a case that are printed.
+const MOST_LINES: usize = 12;
 
 /// Both files.
 pub struct Store {
@@ -54,20 +58,25 @@ impl File {
         }
     }
 
-    /// Returns the first line that differs, with the line found.
-    fn difference(&self, case: &str, found: &[String]) -> Option<String> {
+    /// The lines of a case that differ, by run and by section or output: `-` is golden, `+` was found.
+    fn differences(&self, case: &str, found: &[String]) -> Vec<String> {
         let golden = self.of(case);
-        let at = (0..golden.len().max(found.len())).find(|&i| golden.get(i) != found.get(i))?;
-        let differing = (0..golden.len().max(found.len())).filter(|&i| golden.get(i) != found.get(i)).count();
-        let show = |lines: &[String]| lines.get(at).cloned().unwrap_or_else(|| "(no line)".to_owned());
-        Some(format!(
-            "{}, line {} of {case} ({differing} of {} lines differ)\n      golden: {}\n      found:  {}",
-            self.name,
-            at + 1,
-            golden.len(),
-            show(golden),
-            show(found)
-        ))
+        if golden == found {
+            return Vec::new();
+        }
+        let only = |sign: char, lines: &[String], others: &[String]| -> Vec<String> {
+            let others: HashSet<&String> = others.iter().collect();
+            let lines = lines.iter().filter(|line| !others.contains(line));
+            lines.map(|line| format!("{} {sign} {line}", self.name)).collect()
+        };
+        let mut all = only('-', golden, found);
+        all.extend(only('+', found, golden));
+        if all.is_empty() {
+            all.push(format!("{}: the lines of {case} are in another order", self.name));
+        }
+        // The two lines of a run and section follow each other.
+        all.sort_by_cached_key(|line| line.split(' ').skip(2).take(2).collect::<Vec<_>>().join(" "));
+        all
     }
 
     fn close(&self) -> Result<(), String> {
@@ -90,10 +99,16 @@ impl Store {
         Ok(Store { outputs: File::open("outputs.txt", write)?, counts: File::open("counts.txt", write)? })
     }
 
-    /// Where a case differs: at most one place a file.
+    /// Where a case differs: the first lines of both files, and the number of the others.
     pub fn differences(&self, case: &str, record: &Record) -> Vec<String> {
-        let outputs = self.outputs.difference(case, &record.outputs);
-        outputs.into_iter().chain(self.counts.difference(case, &record.counts)).collect()
+        let outputs = self.outputs.differences(case, &record.outputs);
+        let mut all: Vec<String> =
+            outputs.into_iter().chain(self.counts.differences(case, &record.counts)).collect();
+        if let Some(others) = all.len().checked_sub(MOST_LINES).filter(|&others| others > 0) {
+            all.truncate(MOST_LINES);
+            all.push(format!("and {others} lines more"));
+        }
+        all
     }
 
     /// Takes over the lines of a case.
@@ -127,4 +142,12 @@ impl Store {
         }
         Ok(())
     }
+}
+
+/// Writes the text whose hashes are in the golden files to a file of its own, and returns its path.
+pub fn explain(case: &str, record: &Record) -> Result<PathBuf, String> {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("golden");
+    let path = folder.join(format!("{case}.txt"));
+    let written = fs::create_dir_all(&folder).and_then(|()| fs::write(&path, &record.text));
+    written.map(|()| path.clone()).map_err(|error| format!("{}: {error}", path.display()))
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::DVec3;
-use septet_core::mesh::run_log::RunLog;
+use septet_core::mesh::run_log::{RunLine, RunLog, StagePhase};
 use septet_core::mesh::{Boundary, Dimension, Made, MakeError, MeshKeep, MeshSpec, check, make_of};
 use septet_core::spec::Workers;
 use septet_io::read::{AnyInput, read_domain};
@@ -11,7 +11,7 @@ use septet_meshing::input::Input;
 use septet_meshing::mesh::{Carrier, Edge, StageLine};
 
 use super::{Wire, wire};
-use crate::record::Row;
+use crate::record::Section;
 
 /// A domain.
 #[derive(Clone, Debug)]
@@ -49,7 +49,7 @@ pub struct MeshOutcome {
     /// Single numbers with their names.
     pub facts: Vec<(&'static str, u64)>,
     /// Stages, runs of the machine, phases.
-    pub rows: Vec<Row>,
+    pub counts: Vec<Section>,
 }
 
 /// Makes a mesh and compares it with its domain. Returns `None` if the mesh cannot be made.
@@ -111,7 +111,6 @@ fn mesh_outcome<P: Dimension>(made: &Made<P>) -> MeshOutcome {
     let edge = |e: &Edge| {
         [u64::from(e.vertices[0]), u64::from(e.vertices[1]), u64::from(e.segment), e.marker as u64]
     };
-    let rows = stages(&made.stages).into_iter().chain(record(&made.run_log)).collect();
     MeshOutcome {
         points: coordinates.chain(mesh.sizes.iter().copied()).map(f64::to_bits).collect(),
         carriers: mesh.carriers.iter().flat_map(carrier).collect(),
@@ -125,34 +124,16 @@ fn mesh_outcome<P: Dimension>(made: &Made<P>) -> MeshOutcome {
             ("defects", made.conformity.defects.len() as u64),
             ("owned", made.owners.as_ref().map_or(0, |owners| owners.len() as u64)),
         ],
-        rows,
+        counts: counts(&made.stages, &made.run_log),
     }
 }
 
-fn stages(stages: &[StageLine]) -> Vec<Row> {
-    let row = |s: &StageLine| {
-        let made = [s.candidates, s.points, s.completion_rounds, s.set_rounds];
-        let machine = [s.rounds, s.messages, s.bytes, s.work, s.depth];
-        Row::new("stage", &s.name, made.into_iter().chain(machine))
-    };
-    stages.iter().map(row).collect()
-}
-
-fn record(record: &RunLog) -> Vec<Row> {
-    let mut rows = Vec::new();
-    for r in &record.runs {
-        let name = format!("{}/{}", r.stage, r.task);
-        let tree = [r.points, r.fixed, u64::from(r.levels), r.leaves, r.divided];
-        let graph = [r.members, r.edges, r.work, r.depth].map(Option::unwrap_or_default);
-        let numbers = tree.into_iter().chain(graph).chain([r.rounds, r.messages, r.bytes]);
-        rows.push(Row::new("run", &name, numbers));
-        let phases = r.phases.iter();
-        rows.extend(phases.map(|p| Row::new("run-phase", &format!("{name}/{}", p.phase), [p.work, p.depth])));
-    }
-    for p in &record.phases {
-        let sums = [p.work, p.depth].map(Option::unwrap_or_default);
-        let numbers = [p.runs, p.rounds, p.messages, p.bytes].into_iter().chain(sums);
-        rows.push(Row::new("stage-phase", &format!("{}/{}", p.stage, p.phase), numbers));
-    }
-    rows
+/// Stages, runs and phases without the measured seconds.
+fn counts(stages: &[StageLine], log: &RunLog) -> Vec<Section> {
+    let RunLog { runs, phases } = log;
+    vec![
+        Section::new("stages", stages.iter().map(|s| StageLine { seconds: 0.0, ..s.clone() })),
+        Section::new("runs", runs.iter().map(|r| RunLine { seconds: 0.0, ..r.clone() })),
+        Section::new("phases", phases.iter().map(|p| StagePhase { seconds: 0.0, ..p.clone() })),
+    ]
 }

@@ -92,7 +92,7 @@ impl Place {
         };
         strip(&mut value);
         for (key, value) in value.as_object().into_iter().flatten() {
-            record.output(name, key, short(value));
+            record.value(name, key, &value.to_string());
         }
     }
 
@@ -102,7 +102,7 @@ impl Place {
         for (i, line) in text.lines().enumerate() {
             let mut value: Value = serde_json::from_str(line).unwrap_or_default();
             strip(&mut value);
-            record.output(name, &format!("line-{}", i + 1), short(&value));
+            record.value(name, &format!("line-{}", i + 1), &value.to_string());
         }
     }
 }
@@ -117,12 +117,6 @@ fn strip(value: &mut Value) {
         Value::Array(items) => items.iter_mut().for_each(strip),
         _ => {}
     }
-}
-
-/// A short value as it is, a long one by its hash.
-fn short(value: &Value) -> String {
-    let text = value.to_string();
-    if text.len() <= 80 { text } else { format!("{} {}", text.len(), sha256(text.as_bytes())) }
 }
 
 const SQUARE: &str = "0 0\n1 0\n0 1\n1 1\n0.4 0.3\n";

@@ -4,7 +4,7 @@ use super::Case;
 use crate::calls::{
     Cloud, Crew, Last, Order, Sharing, Supergraph, Wire, count_until, incremental, independent_set, run,
 };
-use crate::record::{Record, retries};
+use crate::record::Record;
 use crate::sets::{KINDS, cloud, sunken};
 
 const CREWS: [Crew; 5] = [Crew::Of(1), Crew::Of(3), Crew::Of(16), Crew::Of(64), Crew::Leaves];
@@ -92,7 +92,7 @@ fn refuse(record: &mut Record, points: &Cloud, order: &Order) {
     for (what, counted) in [("triangulate", false), ("simulate", true)] {
         let made = run(points, order, counted);
         if let (Some(made), Crew::Leaves) = (&made, order.crew) {
-            record.retries += retries(&made.rows);
+            record.retries += made.retries;
         }
         let fault = order.fault.unwrap_or_default();
         record.run(&format!("{what}/{fault}/{}", crew_name(order.crew)), made.as_ref());
@@ -219,8 +219,8 @@ fn others() -> Vec<Case> {
             for (kind, dimension, crew) in [("uniform", 3, Crew::Leaves), ("clusters", 2, Crew::Of(5))] {
                 let points = cloud(kind, dimension, 3 * number(dimension));
                 for (name, last) in [("partition", Last::Partition), ("neighbours", Last::Neighbours)] {
-                    let rows = count_until(&points, &order(crew, Wire::Threads(2)), last);
-                    record.rows(&format!("{kind}-{dimension}d/{name}"), &rows);
+                    let counts = count_until(&points, &order(crew, Wire::Threads(2)), last);
+                    record.counts(&format!("{kind}-{dimension}d/{name}"), &counts);
                 }
             }
         }),
