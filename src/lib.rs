@@ -123,15 +123,17 @@ pub mod result {
 pub mod io {
     #[doc(inline)]
     pub use septet_core::model::{Labels, MeshView, Patches, Shares};
+    #[doc(inline)]
+    pub use septet_io::{Files, Format, Role, Row, UnknownFormatName};
 
     /// Readers of points, cells, domains and sizes.
     pub mod read {
         #[doc(inline)]
         pub use septet_io::read::{
             AnyInput, CellFile, CellOptions, Column, CoordinateType, DomainFile, EntryFault, FileList,
-            Format, InputError, ListError, ListedFile, Place, PointFile, PointList, RawRows, ReadOptions,
-            ReadProgress, UnknownFormatName, UnknownRawRows, read, read_cells, read_cells_from, read_domain,
-            read_from, read_list, read_sizes,
+            InputError, ListError, ListedFile, Place, PointFile, PointList, RawRows, ReadOptions,
+            ReadProgress, UnknownRawRows, read, read_cells, read_cells_from, read_domain, read_from,
+            read_list, read_sizes,
         };
     }
 
@@ -143,8 +145,8 @@ pub mod io {
     pub mod write {
         #[doc(inline)]
         pub use septet_io::write::{
-            MshVersion, OutputError, OutputFormat, PointFormat, WriteOptions, check_output,
-            check_points_output, write, write_points, write_points_to, write_to,
+            MshVersion, OutputError, WriteOptions, check_output, check_points_output, write, write_points,
+            write_points_to, write_to,
         };
     }
 }

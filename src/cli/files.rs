@@ -4,7 +4,8 @@
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use septet_io::write::{OutputError, OutputFormat, WriteOptions, check_output, check_text_output};
+use septet_io::Files;
+use septet_io::write::{OutputError, WriteOptions, check_output, check_text_output};
 
 use super::errors::{Code, Failure};
 
@@ -43,15 +44,15 @@ fn overlap(a: &Path, b: &Path) -> bool {
 
 /// Returns the reason why an output would overwrite a file with another name than its own.
 fn help(output: &Path, options: &WriteOptions<'_>) -> &'static str {
-    match options.format_of(output) {
-        Ok(OutputFormat::TetGen) => {
+    match options.format_of(output).map(|format| format.row().files) {
+        Ok(Files::Set) => {
             "an output named .node, .ele, .face, .edge or .neigh writes all five files: choose another name, such \
              as one that ends in .1.ele"
         }
-        Ok(OutputFormat::Pvtu) => {
+        Ok(Files::Pieces) => {
             "an output named NAME.pvtu replaces the folder NAME.pieces: choose another name for the output"
         }
-        _ => "choose another name for the output",
+        Ok(Files::One) | Err(_) => "choose another name for the output",
     }
 }
 
@@ -84,9 +85,7 @@ pub fn check_as(
     let texts = texts.iter().copied().filter(|t| !is_stream(t));
     for output in outputs {
         // An unknown format is a usage error. Usage errors are reported before other failures.
-        if matches!(options.format_of(output)?, OutputFormat::TetGen | OutputFormat::Pvtu)
-            && is_stream(output)
-        {
+        if options.format_of(output)?.row().files != Files::One && is_stream(output) {
             return Err(OutputError::NotOneFile.into());
         }
     }

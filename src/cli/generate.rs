@@ -6,18 +6,21 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use septet_core::generate::{Kind, Request};
 use septet_core::spec::DEFAULT_SEED;
-use septet_io::write::{
-    OutputError, PointFormat, WriteOptions, check_points_output, write_points, write_points_to,
-};
+use septet_io::write::{OutputError, WriteOptions, check_points_output, write_points, write_points_to};
+use septet_io::{Format, Role};
 
 use super::errors::Failure;
-use super::formats::point_format;
+use super::formats::listed;
 use super::input;
+use super::names::of_role;
 use super::options::{dimension, kind};
 use super::progress::Talk;
 use super::summary::written;
 use super::text::counted;
 use septet_core::spec::count;
+
+/// The help of the output.
+const OUTPUT: &str = "Output file, `-` for standard output";
 
 /// Options of `septet generate`.
 #[derive(Debug, Args)]
@@ -48,19 +51,16 @@ pub struct GenerateArgs {
     /// Ratio of consecutive radii of shells, above 1 [default: 1.3]
     #[arg(long, value_name = "R")]
     ratio: Option<f64>,
-    /// Output file, `-` for standard output
-    ///
-    /// Formats: .node .xyz .txt .csv .npy .off .ply .vtu .vtk .obj, each also .gz.
-    #[arg(short, long, value_name = "FILE", default_value = "-")]
+    #[arg(short, long, value_name = "FILE", default_value = "-", help = OUTPUT, long_help = listed(OUTPUT, Role::PointSet))]
     output: PathBuf,
     /// Format of the points, regardless of the file name; defaults to xyz for standard output
-    #[arg(long, value_name = "NAME", value_parser = point_format)]
-    format: Option<PointFormat>,
+    #[arg(long, value_name = "NAME", value_parser = of_role(Role::PointSet))]
+    format: Option<Format>,
 }
 
 /// Generates a point set and writes it.
 pub fn run(args: &GenerateArgs, talk: &Talk) -> Result<(), Failure> {
-    let options = WriteOptions { point_format: args.format, ..WriteOptions::default() };
+    let options = WriteOptions { format: args.format, ..WriteOptions::default() };
     let format = check_points_output(&args.output, &options)?;
     let request = Request {
         kind: args.kind,

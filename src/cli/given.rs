@@ -5,10 +5,11 @@ use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use septet_core::Spec;
 use septet_core::spec::{Commands, Row, SpecError, Value, Words, options_of};
+use septet_io::Role;
 
 use super::effects::needs;
 use super::errors::Failure;
-use super::names::{input_format, raw_rows};
+use super::names::{of_role, raw_rows, with_formats};
 
 /// The options of a run that a command has, as given. `COMMAND` are the bits of [`Commands`].
 #[derive(Clone, Debug)]
@@ -81,10 +82,12 @@ impl Options {
 
 /// Returns the argument of a row for a command.
 fn argument(row: &'static Row, command: Commands) -> Arg {
-    let (short, long) = row.doc.split_once("\n\n").unwrap_or((row.doc, ""));
-    let mut argument = Arg::new(row.key).long(row.name).help(short).help_heading(row.heading.title());
+    let doc = with_formats(row.doc);
+    let (short, long) = doc.split_once("\n\n").unwrap_or((&doc, ""));
+    let mut argument =
+        Arg::new(row.key).long(row.name).help(short.to_owned()).help_heading(row.heading.title());
     if !long.is_empty() {
-        argument = argument.long_help(row.doc);
+        argument = argument.long_help(doc.clone());
     }
     if let Some(short) = row.short {
         argument = argument.short(short);
@@ -107,7 +110,7 @@ fn argument(row: &'static Row, command: Commands) -> Arg {
 /// Checks a value by itself. Readers know the names of formats.
 fn checked(row: &Row, text: &str) -> Result<(), String> {
     match row.name {
-        "input-format" => input_format(text).map(drop),
+        "input-format" => of_role(Role::Points)(text).map(drop),
         "raw" => raw_rows(text).map(drop),
         _ => row.check(text),
     }

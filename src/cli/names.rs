@@ -1,12 +1,18 @@
 //! Names of formats on the command line.
 
-use septet_io::read::{Format, RawRows, UnknownFormatName, UnknownRawRows};
+use septet_io::read::{RawRows, UnknownRawRows};
+use septet_io::{Format, Role};
 
 use super::text::suggestion;
 
-/// The message for an unknown name, with a suggestion.
-pub(super) fn unknown(name: &str, error: UnknownFormatName) -> String {
-    format!("{}{error}", suggestion(&name.to_ascii_lowercase(), error.known.split(' ')))
+/// Returns a parser of the names of formats that have a use.
+pub fn of_role(role: Role) -> impl Fn(&str) -> Result<Format, String> + Clone {
+    move |name| {
+        Format::named(name, role).map_err(|error| {
+            let near = suggestion(&name.to_ascii_lowercase(), error.known.split(' '));
+            format!("{near}{error}")
+        })
+    }
 }
 
 /// Parses the form of binary coordinates.
@@ -14,8 +20,17 @@ pub fn raw_rows(text: &str) -> Result<RawRows, String> {
     text.parse().map_err(|error: UnknownRawRows| error.to_string())
 }
 
-/// Parses the name of a format of points.
-pub fn input_format(name: &str) -> Result<Format, String> {
-    let parsed = name.parse().map_err(|error| unknown(name, error))?;
-    if parsed == Format::Ele { Err("ele is a format of cells, not of points".to_owned()) } else { Ok(parsed) }
+/// Returns the names of the formats of a use, without further names of the same format.
+pub fn names(role: Role) -> String {
+    role.formats().map(Format::name).collect::<Vec<_>>().join(", ")
+}
+
+/// Replaces `{points}` by the names of formats of points, and `{data}` by the extensions of outputs with values at points.
+pub fn with_formats(text: &str) -> String {
+    text.replace("{points}", &names(Role::Points)).replace("{data}", &with_data())
+}
+
+/// Returns the extensions of outputs with values at points, for help texts and messages.
+pub fn with_data() -> String {
+    Role::Triangulation.extensions(|row| row.has_data)
 }

@@ -8,7 +8,7 @@ use septet_core::spec::{Commands, Fault};
 use septet_lab::trace::Detail;
 
 use super::faults::fault;
-use super::formats::FormatArgs;
+use super::formats::{FormatArgs, input_help, outputs_help};
 use super::given::Given;
 use super::headings::{OUTPUT, REPORTS};
 use super::hidden::HiddenArgs;
@@ -68,18 +68,9 @@ pub struct SimulateArgs {
 /// Options of both commands.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// Point file, `-` for standard input, or `sample:KIND:N` for a generated set
-    ///
-    /// Files: .node .xyz .txt .csv .npy .off .ply .stl .obj .vtu .vtk .msh .mesh, or binary coordinates with --raw; each also .gz. A pattern in quotes,
-    /// such as 'part-*.npy', reads several files in byte order of their names. @LIST reads the files that the text file
-    /// LIST names, one per line. Rows are numbered across the files. The full form of a sample is `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25][,ratio=1.3]`.
+    #[arg(help = "Point file, `-` for standard input, or `sample:KIND:N` for a generated set", long_help = input_help())]
     pub input: String,
-    /// Write the triangulation; may be given several times
-    ///
-    /// Formats: .vtu .vtk .msh .msh22 .mesh .off .stl .npy. Any of .node .ele .face .edge .neigh writes all five
-    /// files. Each also .gz, and `-` for standard output. NAME.pvtu writes a piece for each worker into the folder
-    /// NAME.pieces, which it replaces.
-    #[arg(short, long = "output", value_name = "OUT", help_heading = OUTPUT)]
+    #[arg(short, long = "output", value_name = "OUT", help = "Write the triangulation; may be given several times", long_help = outputs_help(), help_heading = OUTPUT)]
     pub output: Vec<PathBuf>,
     /// Write the report as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-", help_heading = REPORTS)]

@@ -6,8 +6,8 @@ use clap::Args;
 use glam::DVec2;
 use septet_core::model::Points;
 use septet_core::spec::Commands;
-use septet_io::extension;
 use septet_io::read::{CellFile, CellOptions, read_cells};
+use septet_io::{Role, extension};
 use septet_lab::report::VerifyReport;
 use septet_verify::{Report, Triangulation, VerifyOptions, verify};
 
@@ -32,7 +32,7 @@ Examples:
 pub struct VerifyArgs {
     /// Points: any readable file, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25][,ratio=1.3]`
     points: String,
-    /// Cells: .ele .vtu .vtk .msh .mesh .npy .off, each also .gz
+    #[arg(help = format!("Cells: {}", Role::Cells.known()))]
     cells: PathBuf,
     #[command(flatten)]
     given: Given<{ Commands::VERIFY.bits() }>,

@@ -2,6 +2,9 @@
 
 mod ending;
 mod exit_code;
+mod format;
+#[cfg(test)]
+mod guide_tests;
 pub mod read;
 mod spelling;
 #[cfg(test)]
@@ -9,3 +12,4 @@ mod thread_wire;
 pub mod write;
 
 pub use ending::{extension, without_gz};
+pub use format::{Files, Format, Role, Row, UnknownFormatName};

@@ -143,7 +143,7 @@ fn errors_name_what_is_expected() {
     place.fails("fit run.json --phase hulls", 2, &["-y"]);
     place.fails("generate unifrm -n 9", 2, &["the nearest is uniform", "well-spaced"]);
     place.fails("triangulate sample:unifrm:9", 2, &["`unifrm`", "the nearest is uniform"]);
-    place.fails("triangulate p.xyz -o a.x --format foo", 2, &["expected one of vtu"]);
+    place.fails("triangulate p.xyz -o a.x --format foo", 2, &["expected one of node", "vtu"]);
     place.fails("schema foo", 2, &["run, mesh, scale"]);
     place.fails("schema rnu", 2, &["'run'"]);
     place.fails("reproduce levls", 2, &["there is no claim `levls`", "the nearest is levels"]);

@@ -13,7 +13,8 @@ use septet_core::mesh::{Dimension, Made, MakeError, MeshError, MeshKeep, MeshSpe
 use septet_core::run::memory::peak_rss;
 use septet_io::read::{AnyInput, DomainFile, read_domain, read_sizes};
 use septet_io::without_gz;
-use septet_io::write::{OutputError, OutputFormat, WriteOptions, faces_path};
+use septet_io::write::{OutputError, WriteOptions, faces_path};
+use septet_io::{Format, Role};
 use septet_lab::report::mesh::tables::TABLES;
 use septet_lab::report::mesh::{
     CheckedMesh, MeshContext, MeshReport, MeshSeconds, feature_name, unscaled_measure,
@@ -77,13 +78,14 @@ pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
 fn outputs(args: &MeshArgs, tables: &Tables) -> Result<(), Failure> {
     let options = args.writing.options();
     // No worker holds the points of a mesh, because its vertices are not the points of one run.
-    if let Some(path) = args.output.iter().find(|o| matches!(options.format_of(o), Ok(OutputFormat::Pvtu))) {
+    let has_pieces = |o: &&PathBuf| options.format_of(o).is_ok_and(|format| !format.has(Role::Mesh));
+    if let Some(path) = args.output.iter().find(has_pieces) {
         return Err(OutputError::NoPieces { path: path.clone() }.into());
     }
     let faces: Vec<PathBuf> = args
         .output
         .iter()
-        .filter(|o| o.as_os_str() != "-" && matches!(options.format_of(o), Ok(OutputFormat::Vtu)))
+        .filter(|o| o.as_os_str() != "-" && matches!(options.format_of(o), Ok(Format::Vtu)))
         .map(|o| faces_path(o))
         .collect();
     let texts = args.json.iter().chain(&args.tracing.trace).chain(&faces).map(PathBuf::as_path);

@@ -6,14 +6,17 @@ use clap::Args;
 use septet_core::mesh::view::MOST_CELLS;
 use septet_core::mesh::{Boundary, MeshSpec, SingularityRequest, SingularityShape};
 use septet_core::spec::Commands;
+use septet_io::Role;
 
 use crate::effects::needs;
 use crate::errors::{Code, Failure};
-use crate::formats::FormatArgs;
+use crate::formats::{FormatArgs, listed, mesh_outputs_help};
 use crate::given::{Given, words};
 use crate::headings::{INPUT, OUTPUT, REPORTS};
 use crate::options::TraceArgs;
 
+/// The help of `--size-field`.
+const SIZE_FIELD: &str = "Sizes at points, in rows of `x y [z] size`";
 const SIZES: &str = "Sizes and quality";
 const BOUNDARY: &str = "Boundary";
 
@@ -70,16 +73,12 @@ Examples:
   septet mesh part.poly --size-field sizes.csv --min-size 0.01 -o part.1.ele"
 )]
 pub struct MeshArgs {
-    /// Domain: .poly .smesh .stl .off .ply .obj, each also .gz
+    #[arg(help = format!("Domain: {}", Role::Domain.known()))]
     pub domain: PathBuf,
     /// Check the domain only
     #[arg(long, conflicts_with_all = NOT_FOR_CHECKS, help_heading = INPUT)]
     pub check: bool,
-    /// Write the mesh or its surface; may be given several times
-    ///
-    /// Mesh: .vtu .vtk .msh .msh22 .mesh .npy; any of .node .ele .face .edge .neigh writes all five files. Surface:
-    /// .off .stl. Each also .gz, and `-` for standard output.
-    #[arg(short, long = "output", value_name = "OUT", help_heading = OUTPUT)]
+    #[arg(short, long = "output", value_name = "OUT", help = "Write the mesh or its surface; may be given several times", long_help = mesh_outputs_help(), help_heading = OUTPUT)]
     pub output: Vec<PathBuf>,
     #[command(flatten)]
     pub writing: FormatArgs,
@@ -89,10 +88,7 @@ pub struct MeshArgs {
     /// Upper limit of the size; edges can be about twice as long
     #[arg(long, value_name = "H", value_parser = length, help_heading = SIZES)]
     pub size: Option<f64>,
-    /// Sizes at points, in rows of `x y [z] size`
-    ///
-    /// Formats: .txt .csv .npy, each also .gz, and `-` for standard input.
-    #[arg(long, value_name = "FILE", help_heading = SIZES, hide_short_help = true)]
+    #[arg(long, value_name = "FILE", help = SIZE_FIELD, long_help = format!("{} `-` is standard input.", listed(SIZE_FIELD, Role::Sizes)), help_heading = SIZES, hide_short_help = true)]
     pub size_field: Option<PathBuf>,
     /// Grade sizes down to --min-size at a point or on a line
     ///

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use septet_core::{Outcome, Spec};
-use septet_io::write::{OutputFormat, SharedMesh, WriteOptions, write_shared};
+use septet_io::write::{SharedMesh, WriteOptions, write_shared};
 use septet_lab::report::{CostHeader, write_cost_trace};
 
 use super::goal::Goal;
@@ -56,7 +56,7 @@ fn write_all(
         let written = match (&held.source_index, options.format_of(output)?) {
             // In a file that has only cells, or only some of the points, indices count all rows of the input, including
             // dropped ones.
-            (Some(source), OutputFormat::Npy | OutputFormat::Pvtu) => {
+            (Some(source), format) if format.row().has_input_rows => {
                 let all = InputRows::of(&view, &rows.columns, source, held.skipped);
                 let options = WriteOptions { point_data: &all.columns, ..options };
                 write_mesh(output, &all.view(&view), &options, &mut progress)

@@ -7,7 +7,7 @@ use septet_core::run::memory::admit;
 use septet_core::run::processes::placement;
 use septet_core::spec::{Task, Workers};
 use septet_io::read::ReadOptions;
-use septet_io::write::{OutputFormat, check_shared};
+use septet_io::write::check_shared;
 use septet_protocol::transport::Placement;
 
 use super::goal::Goal;
@@ -20,6 +20,7 @@ use crate::formats::{check_reading, read_options};
 use crate::given::Options;
 use crate::input::Input;
 use crate::instruments::{Tables, check_trace};
+use crate::names::with_data;
 use crate::options::RunArgs;
 
 /// The tables of a run, as they appear in file names.
@@ -118,10 +119,10 @@ fn refuse(goal: Goal<'_>, spec: &Spec) -> Result<(), Failure> {
 /// Returns a failure if an option is set that no output or report uses.
 fn check_effects(args: &RunArgs, given: &Options) -> Result<(), Failure> {
     args.writing.check(&args.output)?;
-    let has_data =
-        args.writing.any(&args.output, &[OutputFormat::Vtu, OutputFormat::Pvtu, OutputFormat::Vtk]);
-    let outputs = "-o OUT.vtu, -o OUT.pvtu or -o OUT.vtk";
-    needs("--keep-columns", given.has("keep-columns"), outputs, has_data)?;
-    needs("--with-owner", given.has("with-owner"), outputs, has_data)?;
+    let has_data = args.writing.any(&args.output, |format| format.row().has_data);
+    let outputs = with_data().split(' ').map(|extension| format!("-o OUT{extension}")).collect::<Vec<_>>();
+    let outputs = outputs.join(" or ");
+    needs("--keep-columns", given.has("keep-columns"), &outputs, has_data)?;
+    needs("--with-owner", given.has("with-owner"), &outputs, has_data)?;
     needs("--view", given.has("view"), "--json", args.json.is_some())
 }

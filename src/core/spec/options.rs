@@ -122,7 +122,8 @@ pub struct Row {
     pub key: &'static str,
     /// The short name on the command line.
     pub short: Option<char>,
-    /// The first paragraph is the short help. The other one is the rest of the long help.
+    /// The first paragraph is the short help. The other one is the rest of the long help. `{points}` and `{data}` stand for
+    /// the formats of points and of outputs with values at points, which readers and writers know.
     pub doc: &'static str,
     /// The form of the value, such as `P|auto|leaves`. Empty for words and flags.
     pub form: &'static str,
@@ -305,8 +306,7 @@ pub static OPTIONS: &[Row] = &[
     ),
     option!(
         "input-format", "input_format",
-        "Format of the points, for standard input and unknown extensions\n\nnode, xyz, csv, npy, off, ply, stl, obj, \
-         vtu, vtk, msh or mesh.",
+        "Format of the points, for standard input and unknown extensions\n\n{points}.",
         Option<String>,
         |s| s.input.format.clone(),
         |s, format| { s.input.format = format; Ok(()) },
@@ -324,7 +324,7 @@ pub static OPTIONS: &[Row] = &[
     ),
     option!(
         "keep-columns", "keep_columns",
-        "Keep the other numeric columns of a text table as point data (.vtu .pvtu .vtk)",
+        "Keep the other numeric columns of a text table as point data ({data})",
         bool,
         |s| s.input.keep_columns,
         |s, is_set| { s.input.keep_columns = is_set; Ok(()) },
@@ -332,7 +332,7 @@ pub static OPTIONS: &[Row] = &[
     ),
     option!(
         "with-owner", "with_owner",
-        "Write the owning worker and the owning leaf of every cell (.vtu .pvtu .vtk)",
+        "Write the owning worker and the owning leaf of every cell ({data})",
         bool,
         |s| s.keep.owner,
         |s, is_set| { s.keep.owner = is_set; Ok(()) },

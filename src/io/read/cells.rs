@@ -1,8 +1,8 @@
 //! Lists of cells: rows of point ids, which are checked and converted to zero-based indices.
 
 use super::error::{InputError, Place};
-use super::format::Format;
 use super::text::{Line, Lines, Source, integer};
+use crate::format::Format;
 
 /// The options for reading a file of cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -5,12 +5,12 @@ use std::path::Path;
 
 use super::cells::{CellFile, CellOptions};
 use super::error::{InputError, Place};
-use super::format::{self, Format};
+use super::formats::{described, of_content, of_file, raw, read_by_name, reader};
 use super::load::{self, Packing};
 use super::points::{PointFile, ReadOptions, ReadProgress};
 use super::text::Source;
-use super::{cells, columns, extension, medit, msh, node, npy, obj, off, ply, raw, signature, stl, vtk, vtu};
-use crate::ending;
+use super::{columns, signature};
+use crate::format::{Format, Role, may_be_table};
 
 /// Reads points from a file, or from standard input if `path` is `-`. From a mesh (`.vtu`, `.vtk`, `.msh`, `.mesh`) it
 /// reads the vertices.
@@ -75,7 +75,7 @@ pub fn read_cells_from<R: Read>(
 
 /// Checks the options for a file of points before it is read.
 pub(super) fn check_options(path: &Path, options: &ReadOptions) -> Result<(), InputError> {
-    if let (Some(Format::Raw(_)), Some(known)) = (options.format, Format::of_path(path)) {
+    if let (Some(_), Some(known)) = (options.raw, read_by_name(path)) {
         return Err(InputError::NotRaw { path: path.to_owned(), format: known.name() });
     }
     check_dimension(path, options.dimension)
@@ -94,15 +94,15 @@ fn check_dimension(path: &Path, dimension: Option<usize>) -> Result<(), InputErr
 /// Returns the format of a file of points, given by its name, or by its content if the name does not determine it.
 /// Standard input is a table unless its content identifies another format.
 fn format_of_points(path: &Path, data: &[u8]) -> Option<Format> {
-    let named = Format::of_path(path);
+    let named = read_by_name(path);
     // The rows of a list of cells also form a table.
     let known = match named {
-        Some(Format::Text) if signature::is_ele(data) => Some(Format::Ele),
+        Some(format) if format.row().is_table && signature::is_ele(data) => Some(Format::Ele),
         Some(Format::Node) if signature::is_ele_despite_name(data) => Some(Format::Ele),
-        _ => named.or_else(|| Format::of_content(data)),
+        _ => named.or_else(|| of_content(data)),
     };
-    let is_table = || path.as_os_str() == "-" || (extension::may_be_table(path) && columns::is_table(data));
-    known.or_else(|| is_table().then_some(Format::Text))
+    let is_table = || path.as_os_str() == "-" || (may_be_table(path) && columns::is_table(data));
+    known.or_else(|| is_table().then_some(Format::Xyz))
 }
 
 pub(super) fn points(path: &Path, data: &[u8], options: &ReadOptions) -> Result<PointFile, InputError> {
@@ -114,7 +114,9 @@ pub(super) fn points(path: &Path, data: &[u8], options: &ReadOptions) -> Result<
 
 /// Returns `true` if the name or the content is that of a `.poly` or `.smesh` file.
 pub(super) fn is_domain(path: &Path, data: &[u8]) -> bool {
-    matches!(ending::extension(path).as_str(), "poly" | "smesh") || signature::is_poly(data)
+    let named = Format::of_path(path);
+    named.is_some_and(|format| format.has(Role::Domain) && !format.has(Role::Points))
+        || signature::is_poly(data)
 }
 
 /// Returns the error for a domain instead of points or cells.
@@ -122,57 +124,54 @@ pub(super) fn a_domain(source: Source<'_>, wanted: &str) -> InputError {
     source.unsupported(Place::Whole, format!("a domain (.poly) as {wanted}"), "mesh it with `septet mesh`")
 }
 
+/// Returns the error for a file whose format is unknown, or has not this use.
+fn unknown(path: &Path, role: Role) -> InputError {
+    let states = if role == Role::Points { ", or state the format with --input-format or --raw" } else { "" };
+    let known = role.known() + states;
+    let advice = role.advice(path).map_or_else(String::new, |advice| format!("{advice}, or "));
+    InputError::UnknownFormat { path: path.to_owned(), advice, known }
+}
+
 fn parsed_points(path: &Path, data: &[u8], options: &ReadOptions) -> Result<PointFile, InputError> {
     let source = Source { path, data };
+    let chosen = options.columns.is_some() || options.keep_columns;
+    let not_a_table = |format| InputError::NotATable { path: path.to_owned(), format };
+    if let Some(rows) = options.raw {
+        return if chosen { Err(not_a_table("raw")) } else { raw::read(source, rows, options) };
+    }
     let Some(format) = options.format.or_else(|| format_of_points(path, data)) else {
-        let (path, advice) = (path.to_owned(), format::advice(path));
-        return Err(InputError::UnknownFormat { path, advice, known: Format::POINTS });
+        return Err(unknown(path, Role::Points));
     };
-    if format != Format::Text && (options.columns.is_some() || options.keep_columns) {
-        return Err(InputError::NotATable { path: path.to_owned(), format: format.name() });
+    if !format.row().is_table && chosen {
+        return Err(not_a_table(format.name()));
     }
-    match format {
-        Format::Node => node::read(source, options),
-        Format::Text => columns::read(source, options),
-        Format::Npy => npy::read(source, options),
-        Format::Raw(rows) => raw::read(source, rows, options),
-        Format::Off => off::read(source, options),
-        Format::Ply => ply::read(source, options),
-        Format::Stl => stl::read(source, options),
-        Format::Obj => obj::read(source, options),
-        Format::Vtu => vtu::parse(source, options)?.into_points(options),
-        Format::Vtk => vtk::parse(source, options)?.into_points(options),
-        Format::Msh => msh::parse(source, options)?.into_points(options),
-        Format::Medit => medit::parse(source, options)?.into_points(options),
-        Format::Ele => {
-            let what = "a list of cells (.ele) as points";
-            let advice =
-                "give the .node file of its points, or check the cells with `septet verify POINTS CELLS`";
-            Err(source.unsupported(Place::Whole, what, advice))
-        }
+    match reader(format).points {
+        Some(read) => read(source, options),
+        None => Err(without_role(source, format, Role::Points)),
     }
+}
+
+/// Returns the error for a file whose format does not have the role.
+fn without_role(source: Source<'_>, format: Format, role: Role) -> InputError {
+    let what = format!("{} as {}", described(format), role.content());
+    let known = || format!("give one of {}", role.known());
+    let advice = format.instead(role).map_or_else(known, str::to_owned);
+    source.unsupported(Place::Whole, what, advice)
 }
 
 pub(super) fn cell_list(path: &Path, data: &[u8], options: &CellOptions) -> Result<CellFile, InputError> {
     let source = Source { path, data };
-    let plain = ReadOptions::default();
-    let cells = match options.format.or_else(|| Format::of_path(path)).or_else(|| Format::of_content(data)) {
-        Some(Format::Ele) => cells::read_ele(source, options)?,
-        Some(Format::Npy) => npy::read_cells(source, options)?,
-        Some(Format::Off) => off::read_cells(source)?,
-        Some(Format::Vtu) => vtu::parse(source, &plain)?.into_cells(options)?,
-        Some(Format::Vtk) => vtk::parse(source, &plain)?.into_cells(options)?,
-        Some(Format::Msh) => msh::parse(source, &plain)?.into_cells(options)?,
-        Some(Format::Medit) => medit::parse(source, &plain)?.into_cells(options)?,
-        _ if is_domain(path, data) => return Err(a_domain(source, "cells")),
-        found if matches!(found, Some(Format::Node | Format::Text)) || columns::is_of_points(data) => {
+    let format = options.format.or_else(|| of_file(path, data));
+    let cells = match format.and_then(|format| reader(format).cells) {
+        Some(read) => read(source, options)?,
+        None if is_domain(path, data) => return Err(a_domain(source, "cells")),
+        None if format.is_some_and(|format| format == Format::Node || format.row().is_table)
+            || columns::is_of_points(data) =>
+        {
             let advice = "give the cells of these points, such as an .ele file, or create them with `septet triangulate`";
             return Err(source.unsupported(Place::Whole, "a table of points as cells", advice));
         }
-        _ => {
-            let (path, advice) = (path.to_owned(), format::advice(path));
-            return Err(InputError::UnknownFormat { path, advice, known: Format::CELLS });
-        }
+        None => return Err(unknown(path, Role::Cells)),
     };
     match options.dimension {
         Some(dimension) if dimension != cells.dimension => {

@@ -5,8 +5,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use super::extension::may_be_table;
 use crate::exit_code;
+use crate::format::may_be_table;
 
 /// A location in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,8 +70,8 @@ pub enum InputError {
         path: PathBuf,
         /// The nearest format and how to convert the file to it. May be empty.
         advice: String,
-        /// The formats that can be read here.
-        known: &'static str,
+        /// The extensions with dots that can be read here, and a remark on compression.
+        known: String,
     },
     /// The file is valid, but this kind of content is not supported.
     #[error("{}{place}: {what} is not supported; {advice}", shown(.path))]
@@ -83,7 +83,7 @@ pub enum InputError {
         /// The kind of content.
         what: String,
         /// The remedy.
-        advice: &'static str,
+        advice: String,
     },
     /// A line or word violates the rules of the format.
     #[error("{}, line {line}{}: found \"{text}\", expected {expected}", shown(.path), at_column(*.column))]

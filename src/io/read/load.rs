@@ -7,7 +7,6 @@ use std::path::Path;
 use flate2::read::MultiGzDecoder;
 
 use super::error::InputError;
-use super::format::Format;
 use super::points::{ReadOptions, ReadProgress};
 use crate::ending::without_gz;
 
@@ -33,8 +32,8 @@ impl Packing {
 
     /// Returns the packing of a file of points. The first coordinate of a raw file could look like a header of gzip.
     pub fn of_points(path: &Path, options: &ReadOptions) -> Self {
-        match (Packing::of(path), options.format) {
-            (Packing::Unknown, Some(Format::Raw(_))) => Packing::Plain,
+        match (Packing::of(path), options.raw) {
+            (Packing::Unknown, Some(_)) => Packing::Plain,
             (packing, _) => packing,
         }
     }

@@ -2,8 +2,9 @@
 
 use septet_core::model::Points;
 
-use super::format::Format;
+use super::raw_rows::RawRows;
 pub use super::scalar::CoordinateType;
+use crate::format::Format;
 
 /// Receives the number of bytes read so far, before decompression, and the size of the file if it is known.
 ///
@@ -18,6 +19,9 @@ pub struct ReadOptions {
     pub dimension: Option<usize>,
     /// The format. By default, the file name determines it, or the content if the name does not.
     pub format: Option<Format>,
+    /// The rows of a file of coordinates in binary without a header. No name and no content has this format, so that it is
+    /// always stated. [`ReadOptions::format`] is then not used.
+    pub raw: Option<RawRows>,
     /// Whether to drop and count points with infinite, NaN or unreadable coordinates. By default they are errors.
     pub skip_invalid: bool,
     /// The columns of the coordinates in a text table: two or three names or 1-based numbers.

@@ -1,17 +1,14 @@
-//! Sizes at points: a text table or a `.npy` array of rows `x y size` or `x y z size`. In a text table, fields are
-//! separated by whitespace, commas or semicolons, and comments begin with `#` or `%`. If a header row names `x`, `y`,
-//! optionally `z`, and `size`, the names select the columns.
+//! Sizes at points: a text table or a `.npy` array of rows `x y size` or `x y z size`.
 
 use std::path::Path;
 
 use super::error::{InputError, Place};
-use super::format::Format;
-use super::header::Header;
+use super::formats::{described, of_content, reader};
 use super::load::{self, Packing};
-use super::npy;
 use super::points::ReadProgress;
-use super::size_row::push;
-use super::text::{Line, Lines, NUMBER, Source, number};
+use super::size_rows;
+use super::text::Source;
+use crate::format::{Format, Role};
 use septet_core::mesh::field::SizeField;
 
 /// Reads sizes at points from a file, or from standard input if `path` is `-`. Decompresses gzip.
@@ -20,86 +17,22 @@ use septet_core::mesh::field::SizeField;
 /// Returns [`InputError`] if the file is missing or damaged, the number of columns varies, a number is not finite, or a
 /// size is not positive.
 pub fn read_sizes(path: &Path, progress: &mut ReadProgress<'_>) -> Result<SizeField, InputError> {
-    let format = Format::of_path(path);
     let data = load::load(path, Packing::of(path), progress)?;
     let source = Source { path, data: &data };
-    if format == Some(Format::Npy) || data.starts_with(b"\x93NUMPY") {
-        return npy::read_sizes(source);
-    }
-    match format {
-        None | Some(Format::Text) => columns(source),
-        Some(other) => {
-            let what = format!("a .{} file of sizes", other.name());
-            Err(source.unsupported(Place::Whole, what, "give rows of `x y z size`: .txt, .csv or .npy"))
+    let content = of_content(&data).filter(|format| format.has(Role::Sizes));
+    let Some(format) = content.or_else(|| Format::of_path(path)) else { return size_rows::read(source) };
+    match reader(format).sizes {
+        Some(read) => read(source),
+        None => {
+            let what = format!("{} of sizes", described(format));
+            let known = Role::Sizes.extensions(|_| true);
+            Err(source.unsupported(
+                Place::Whole,
+                what,
+                format!("give rows of `x y z size` as one of {known}"),
+            ))
         }
     }
-}
-
-fn columns(source: Source<'_>) -> Result<SizeField, InputError> {
-    let mut field = SizeField::default();
-    let mut headed = false;
-    // The positions of the named columns, and the width of the header row.
-    let mut by_name: Option<(Vec<usize>, usize)> = None;
-    for line in Lines::new(source.data) {
-        let end = line.text.iter().position(|b| matches!(b, b'#' | b'%')).unwrap_or(line.text.len());
-        let mut words = split(&line.text[..end]);
-        if words.is_empty() {
-            continue;
-        }
-        let named = |w: &&[u8]| w.first().is_some_and(|b| b.is_ascii_alphabetic() || *b == b'"');
-        if field.rows.is_empty() && !headed && words.iter().all(|w| named(w) && number(w).is_none()) {
-            let separated_by_blanks = !line.text[..end].contains(&b',') && !line.text[..end].contains(&b';');
-            headed = true;
-            let header = Header::of(line.number, &words, separated_by_blanks);
-            by_name = header.sizes().map(|positions| (positions, header.width()));
-            continue;
-        }
-        if let Some((positions, width)) = &by_name {
-            if words.len() != *width {
-                return Err(source.bad_line(&line, "the columns of the header row"));
-            }
-            words = positions.iter().map(|&i| words[i]).collect();
-        }
-        if field.rows.is_empty() {
-            field.dimension = match words.len() {
-                3 => 2,
-                4 => 3,
-                _ => return Err(source.bad_line(&line, "three or four numbers: `x y size` or `x y z size`")),
-            };
-        }
-        row(source, &mut field, &line, &words)?;
-    }
-    if field.rows.is_empty() {
-        return Err(source.truncated(Place::Whole, "rows of sizes", 1, 0));
-    }
-    Ok(field)
-}
-
-fn row(
-    source: Source<'_>,
-    field: &mut SizeField,
-    line: &Line<'_>,
-    words: &[&[u8]],
-) -> Result<(), InputError> {
-    let width = field.dimension + 1;
-    if words.len() != width {
-        return Err(source.bad_line(line, format!("{width} numbers, as in the first row")));
-    }
-    let mut numbers = [0.0; 4];
-    for (slot, word) in numbers.iter_mut().zip(words) {
-        *slot = number(word).ok_or_else(|| source.bad_word(line, word, NUMBER))?;
-    }
-    push(field, &numbers[..width], |at, expected| source.bad_word(line, words[at], expected))
-}
-
-/// Splits a line at semicolons if it has any, otherwise at commas if it has any, otherwise at whitespace.
-fn split(text: &[u8]) -> Vec<&[u8]> {
-    if text.trim_ascii().is_empty() {
-        return Vec::new();
-    }
-    let by =
-        |mark: u8| text.contains(&mark).then(|| text.split(|b| *b == mark).map(<[u8]>::trim_ascii).collect());
-    by(b';').or_else(|| by(b',')).unwrap_or_else(|| Line { number: 0, text }.words().collect())
 }
 
 #[cfg(test)]

@@ -192,8 +192,14 @@ impl Source<'_> {
         InputError::Count { path: self.path.to_owned(), place, expected, what }
     }
 
-    pub fn unsupported(&self, place: Place, what: impl Into<String>, advice: &'static str) -> InputError {
-        InputError::Unsupported { path: self.path.to_owned(), place, what: what.into(), advice }
+    pub fn unsupported(
+        &self,
+        place: Place,
+        what: impl Into<String>,
+        advice: impl Into<String>,
+    ) -> InputError {
+        let (path, what, advice) = (self.path.to_owned(), what.into(), advice.into());
+        InputError::Unsupported { path, place, what, advice }
     }
 
     pub fn malformed(&self, offset: usize, found: impl Into<String>, expected: &'static str) -> InputError {

@@ -1,23 +1,24 @@
 //! Errors of the writers.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::topology::TopologyError;
 use crate::exit_code;
+use crate::format::Role;
 
 /// A reason why an output cannot be written. Variants that concern a file contain its path.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
     /// The extension of the path does not belong to a format that can be written here.
-    #[error("{}: unknown output format, {advice}; use one of {known} (each but .pvtu also with .gz), or state the format with --format", .path.display())]
+    #[error("{}: unknown output format, {advice}; use one of {known}, or state the format with --format", .path.display())]
     UnknownFormat {
         /// The path.
         path: PathBuf,
         /// The nearest format.
         advice: String,
-        /// The known extensions, separated by spaces.
+        /// The known extensions with dots, and a remark on compression.
         known: String,
     },
     /// The format consists of several files and cannot be written to one stream or device.
@@ -118,6 +119,16 @@ pub enum OutputError {
 }
 
 impl OutputError {
+    /// Returns the error for a path that does not determine a format of this use.
+    pub(super) fn unknown(path: &Path, role: Role) -> Self {
+        let advice = if path.as_os_str() == "-" {
+            "standard output needs --format".to_owned()
+        } else {
+            role.advice(path).unwrap_or_else(|| "end the name in a known extension".to_owned())
+        };
+        OutputError::UnknownFormat { path: path.to_owned(), advice, known: role.known() }
+    }
+
     /// Returns the exit code of the program.
     pub fn exit_code(&self) -> u8 {
         match self {
@@ -158,7 +169,7 @@ pub(super) enum WriteFault {
 
 impl WriteFault {
     /// Adds the path.
-    pub(super) fn at(self, path: &std::path::Path) -> OutputError {
+    pub(super) fn at(self, path: &Path) -> OutputError {
         let path = path.to_path_buf();
         match self {
             WriteFault::Io(source) => OutputError::Io { path, source },

@@ -6,28 +6,17 @@
 mod buckets;
 mod error;
 mod folder;
-mod format;
+mod formats;
 mod labels;
-mod medit;
-mod msh;
-mod msh_labelled;
 mod names;
-mod npy;
-mod off;
 mod options;
 mod points;
-mod pvtu;
 mod quality;
 mod records;
 mod shared;
 #[doc(hidden)]
 pub mod stage;
-mod stl;
-mod tetgen;
 pub mod topology;
-mod vtk;
-mod vtu;
-mod vtu_faces;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -37,13 +26,14 @@ use septet_core::model::MeshView;
 use crate::ending::without_gz;
 
 pub use error::OutputError;
-pub use format::{MshVersion, OutputFormat, PointFormat};
-pub use options::WriteOptions;
+pub use options::{MshVersion, WriteOptions};
 pub use points::{check_points_output, write_points, write_points_to};
 pub use quality::radius_edge_ratio;
 pub use shared::{SharedMesh, check_shared, write_shared};
 
+use crate::format::{Files, Format, Role};
 use error::WriteFault;
+use formats::{Body, pvtu, vtu_faces, writer};
 use options::check_first_id;
 use records::WriteProgress;
 use stage::Stage;
@@ -52,16 +42,14 @@ use stage::Stage;
 ///
 /// # Errors
 /// Returns an [`OutputError`] that names the obstacle.
-pub fn check_output(path: &Path, options: &WriteOptions<'_>) -> Result<OutputFormat, OutputError> {
+pub fn check_output(path: &Path, options: &WriteOptions<'_>) -> Result<Format, OutputError> {
     let format = options.format_of(path)?;
-    if format == OutputFormat::Pvtu {
-        pvtu::check(path)?;
-        return Ok(format);
-    }
-    stage::probe(path)?;
-    if format == OutputFormat::TetGen {
-        for file in format.files(path) {
-            stage::probe(&file)?;
+    match format.row().files {
+        Files::Pieces => pvtu::check(path)?,
+        Files::One => stage::probe(path)?,
+        Files::Set => {
+            stage::probe(path)?;
+            format.files(path).iter().try_for_each(|file| stage::probe(file))?;
         }
     }
     Ok(format)
@@ -112,23 +100,32 @@ pub fn write(
 ) -> Result<Vec<PathBuf>, OutputError> {
     let format = options.format_of(path)?;
     check_mesh(mesh, options)?;
-    let mut progress = WriteProgress::new(records(format, mesh), progress);
-    if format == OutputFormat::Pvtu {
-        let files = pvtu::write(path, mesh, options, &mut progress)?;
-        progress.finish();
-        return Ok(files);
-    }
+    let (body, mut progress) = prepare(format, mesh, path, progress)?;
     let mut stage = Stage::default();
-    match format {
-        OutputFormat::TetGen => tetgen::write(path, mesh, options, &mut stage, &mut progress)?,
-        _ => stage.write(path, |out| write_body(out, format, mesh, options, &mut progress))?,
+    let mut files = Vec::new();
+    match body {
+        Body::Pieces(write) => files = write(path, mesh, options, &mut progress)?,
+        Body::Set(write) => write(path, mesh, options, &mut stage, &mut progress)?,
+        Body::One(write) => stage.write(path, |out| write(out, mesh, options, &mut progress))?,
     }
-    if let (OutputFormat::Vtu, Some(labels)) = (format, mesh.labels) {
+    if let (Format::Vtu, Some(labels)) = (format, mesh.labels) {
         stage.write(&faces_path(path), |out| vtu_faces::write(out, mesh, labels, &mut progress))?;
     }
-    let files = stage.commit()?;
+    files.extend(stage.commit()?);
     progress.finish();
     Ok(files)
+}
+
+/// Returns the writer of a format of triangulations, and the progress of its records.
+fn prepare<'a>(
+    format: Format,
+    mesh: &MeshView<'_>,
+    path: &Path,
+    progress: &'a mut dyn FnMut(u64, u64),
+) -> Result<(Body, WriteProgress<'a>), OutputError> {
+    let writer = writer(format);
+    let body = writer.mesh.ok_or_else(|| OutputError::unknown(path, Role::Triangulation))?;
+    Ok((body, WriteProgress::new((writer.records)(mesh), progress)))
 }
 
 /// Writes a triangulation to a stream, such as standard output. The options must state the format.
@@ -137,54 +134,20 @@ pub fn write(
 /// Returns [`OutputError::Stream`] if writing to the stream fails, [`OutputError::UnknownFormat`] if the options
 /// state no format, and [`OutputError::NotOneFile`] if the format consists of several files.
 pub fn write_to(
-    writer: &mut dyn Write,
+    out: &mut dyn Write,
     mesh: &MeshView<'_>,
     options: &WriteOptions<'_>,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<(), OutputError> {
-    let format = options.format_of(Path::new("-"))?;
-    if matches!(format, OutputFormat::TetGen | OutputFormat::Pvtu) {
-        return Err(OutputError::NotOneFile);
-    }
+    let path = Path::new("-");
+    let format = options.format_of(path)?;
+    let (body, mut progress) = prepare(format, mesh, path, progress)?;
+    let Body::One(write) = body else { return Err(OutputError::NotOneFile) };
     check_mesh(mesh, options)?;
-    let mut progress = WriteProgress::new(records(format, mesh), progress);
-    let written = write_body(writer, format, mesh, options, &mut progress);
-    written.and_then(|()| Ok(writer.flush()?)).map_err(WriteFault::of_stream)?;
+    let written = write(out, mesh, options, &mut progress);
+    written.and_then(|()| Ok(out.flush()?)).map_err(WriteFault::of_stream)?;
     progress.finish();
     Ok(())
-}
-
-/// Returns the number of records to write.
-fn records(format: OutputFormat, mesh: &MeshView<'_>) -> u64 {
-    match format {
-        OutputFormat::Vtu | OutputFormat::Pvtu | OutputFormat::Vtk => {
-            vtu::records(mesh.point_count(), mesh.cell_count())
-        }
-        OutputFormat::TetGen => tetgen::records(mesh),
-        OutputFormat::Npy | OutputFormat::Stl => mesh.cell_count() as u64,
-        OutputFormat::Msh(_) | OutputFormat::Medit | OutputFormat::Off => {
-            (mesh.point_count() + mesh.cell_count()) as u64
-        }
-    }
-}
-
-/// Writes a triangulation in a single-file format.
-fn write_body(
-    out: &mut dyn Write,
-    format: OutputFormat,
-    mesh: &MeshView<'_>,
-    options: &WriteOptions<'_>,
-    progress: &mut WriteProgress<'_>,
-) -> Result<(), WriteFault> {
-    match format {
-        OutputFormat::Vtu | OutputFormat::Pvtu => vtu::write(out, mesh, options, progress),
-        OutputFormat::Vtk => vtk::write(out, mesh, options, progress),
-        OutputFormat::Msh(version) => msh::write(out, mesh, version.unwrap_or(options.msh), progress),
-        OutputFormat::Medit => medit::write(out, mesh, progress),
-        OutputFormat::Npy => npy::write_cells(out, mesh, progress),
-        OutputFormat::Stl => stl::write(out, mesh, progress),
-        OutputFormat::Off | OutputFormat::TetGen => off::write(out, mesh, progress),
-    }
 }
 
 /// Checks that the arrays of the mesh and of the options are consistent.

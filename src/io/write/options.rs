@@ -1,18 +1,27 @@
 //! The options of the writers.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::error::OutputError;
-use super::format::{MshVersion, OutputFormat, PointFormat};
+use super::names::{pieces_path, siblings};
+use crate::format::{Files, Format, Role};
 use crate::read::Column;
+
+/// The version of a Gmsh file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum MshVersion {
+    /// 4.1, the default of current versions of Gmsh.
+    #[default]
+    V41,
+    /// 2.2, which more programs read.
+    V22,
+}
 
 /// The options of the writers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WriteOptions<'a> {
-    /// The format of triangulations. By default, the file name extension determines it.
-    pub format: Option<OutputFormat>,
-    /// The format of point sets. By default, the file name extension determines it.
-    pub point_format: Option<PointFormat>,
+    /// The format. By default, the file name extension determines it.
+    pub format: Option<Format>,
     /// Whether to write the owner and the owning leaf of each cell, if the mesh contains them (`.vtu` and `.vtk`
     /// only).
     pub with_owner: bool,
@@ -30,16 +39,37 @@ impl WriteOptions<'_> {
     ///
     /// # Errors
     /// Returns [`OutputError::UnknownFormat`] if neither the options nor the extension determine it.
-    pub fn format_of(&self, path: &Path) -> Result<OutputFormat, OutputError> {
-        self.format.map_or_else(|| OutputFormat::of(path), Ok)
+    pub fn format_of(&self, path: &Path) -> Result<Format, OutputError> {
+        self.of(path, Role::Triangulation)
     }
 
-    /// Returns the format in which a point set is written to this path.
+    /// Returns the format in which a point set is written to this path. For the path `-` (standard output), the format is
+    /// [`Format::Xyz`] unless the options state another.
     ///
     /// # Errors
     /// Returns [`OutputError::UnknownFormat`] if neither the options nor the extension determine it.
-    pub fn point_format_of(&self, path: &Path) -> Result<PointFormat, OutputError> {
-        self.point_format.map_or_else(|| PointFormat::of(path), Ok)
+    pub fn point_format_of(&self, path: &Path) -> Result<Format, OutputError> {
+        if path.as_os_str() == "-" && self.format.is_none() {
+            return Ok(Format::Xyz);
+        }
+        self.of(path, Role::PointSet)
+    }
+
+    fn of(&self, path: &Path, role: Role) -> Result<Format, OutputError> {
+        let format = self.format.or_else(|| Format::of_path(path)).filter(|format| format.has(role));
+        format.ok_or_else(|| OutputError::unknown(path, role))
+    }
+}
+
+impl Format {
+    /// Returns the files that an output of this format consists of, without the faces of a mesh of a domain. A `.pvtu` file
+    /// is followed by the folder of its pieces.
+    pub fn files(self, path: &Path) -> Vec<PathBuf> {
+        match self.row().files {
+            Files::One => vec![path.to_owned()],
+            Files::Set => siblings(path).collect(),
+            Files::Pieces => vec![path.to_owned(), pieces_path(path)],
+        }
     }
 }
 
@@ -48,4 +78,43 @@ pub(super) fn check_first_id(first_id: u64) -> Result<(), OutputError> {
         return Err(OutputError::FirstId { first_id });
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(name: &str) -> Format {
+        WriteOptions::default().format_of(Path::new(name)).unwrap()
+    }
+
+    #[test]
+    fn extensions_determine_formats() {
+        for (name, format) in [
+            ("a/b.VTU", Format::Vtu),
+            ("a/b.vtk.GZ", Format::Vtk),
+            ("b.1.neigh", Format::Faces),
+            ("b.msh2", Format::Msh22),
+        ] {
+            assert_eq!(of(name), format);
+        }
+        let point = |name: &str| WriteOptions::default().point_format_of(Path::new(name));
+        assert_eq!(point("-").unwrap(), Format::Xyz);
+        assert_eq!(point("p.txt.gz").unwrap(), Format::Xyz);
+        assert!(point("a.mesh").unwrap_err().to_string().contains("write .vtu or .ply"));
+    }
+
+    #[test]
+    fn errors_list_the_known_extensions_and_the_nearest() {
+        for name in ["mesh", ".vtu", "a.zip.gz", "a.", "-", "a.xyz", ".gz"] {
+            let error = WriteOptions::default().format_of(Path::new(name)).unwrap_err();
+            assert!(error.to_string().contains(".msh22"), "{error}");
+        }
+        for (name, advice) in [("a.vut", "the nearest is .vtu"), ("a.dat", "write .npy"), ("-", "--format")] {
+            let error = WriteOptions::default().format_of(Path::new(name)).unwrap_err();
+            assert!(error.to_string().contains(advice), "{error}");
+        }
+        let ply = WriteOptions { format: Some(Format::Ply), ..WriteOptions::default() };
+        assert!(ply.format_of(Path::new("a.vtu")).is_err());
+    }
 }

@@ -12,30 +12,30 @@ fn space() -> Points {
     Points::Space(vec![DVec3::new(0.1, -2.5e300, 7.0), DVec3::new(1e-5, 0.0, 1.0)])
 }
 
-fn stream(format: PointFormat, points: &Points) -> Vec<u8> {
+fn stream(format: Format, points: &Points) -> Vec<u8> {
     let mut bytes = Vec::new();
     let options = WriteOptions { first_id: 1, ..WriteOptions::default() };
     write_points_to(&mut bytes, format, points, &options, &mut |_, _| {}).unwrap();
     bytes
 }
 
-fn text(format: PointFormat, points: &Points) -> String {
+fn text(format: Format, points: &Points) -> String {
     String::from_utf8(stream(format, points)).unwrap()
 }
 
 #[test]
 fn text_formats_are_plain() {
-    assert_eq!(text(PointFormat::Xyz, &plane()), "0.1 -0\n1e-120 3\n");
-    assert_eq!(text(PointFormat::Xyz, &space()), "0.1 -2.5e300 7\n1e-5 0 1\n");
-    assert_eq!(text(PointFormat::Csv, &space()), "0.1,-2.5e300,7\n1e-5,0,1\n");
-    assert_eq!(text(PointFormat::Obj, &plane()), "v 0.1 -0 0\nv 1e-120 3 0\n");
-    assert_eq!(text(PointFormat::Node, &plane()), "2 2 0 0\n1 0.1 -0\n2 1e-120 3\n");
-    assert_eq!(text(PointFormat::Off, &plane()), "OFF\n2 0 0\n0.1 -0 0\n1e-120 3 0\n");
+    assert_eq!(text(Format::Xyz, &plane()), "0.1 -0\n1e-120 3\n");
+    assert_eq!(text(Format::Xyz, &space()), "0.1 -2.5e300 7\n1e-5 0 1\n");
+    assert_eq!(text(Format::Csv, &space()), "0.1,-2.5e300,7\n1e-5,0,1\n");
+    assert_eq!(text(Format::Obj, &plane()), "v 0.1 -0 0\nv 1e-120 3 0\n");
+    assert_eq!(text(Format::Node, &plane()), "2 2 0 0\n1 0.1 -0\n2 1e-120 3\n");
+    assert_eq!(text(Format::Off, &plane()), "OFF\n2 0 0\n0.1 -0 0\n1e-120 3 0\n");
 }
 
 #[test]
 fn ply_is_binary_doubles() {
-    let bytes = stream(PointFormat::Ply, &plane());
+    let bytes = stream(Format::Ply, &plane());
     let head = b"end_header\n";
     let start = bytes.windows(head.len()).position(|w| w == head).unwrap() + head.len();
     assert!(bytes.starts_with(b"ply\nformat binary_little_endian 1.0\nelement vertex 2\n"));
@@ -46,7 +46,7 @@ fn ply_is_binary_doubles() {
 
 #[test]
 fn vtu_points_are_vertices() {
-    let bytes = stream(PointFormat::Vtu, &space());
+    let bytes = stream(Format::Vtu, &space());
     let head = String::from_utf8_lossy(&bytes);
     assert!(head.contains("NumberOfPoints=\"2\" NumberOfCells=\"2\""));
     assert!(!head.contains("radius_edge_ratio"));
@@ -76,7 +76,7 @@ fn files_equal_streams_and_empty_sets_are_written() {
 
 #[test]
 fn the_path_for_standard_output_is_no_file() {
-    assert_eq!(check_points_output(Path::new("-"), &WriteOptions::default()).unwrap(), PointFormat::Xyz);
+    assert_eq!(check_points_output(Path::new("-"), &WriteOptions::default()).unwrap(), Format::Xyz);
     let error = write_points(Path::new("-"), &plane(), &WriteOptions::default(), &mut |_, _| {});
     assert!(matches!(error, Err(OutputError::UnknownFormat { .. })));
 }
@@ -96,7 +96,7 @@ impl Write for Broken {
 #[test]
 fn a_broken_stream_is_reported() {
     let options = WriteOptions::default();
-    let format = PointFormat::Xyz;
+    let format = Format::Xyz;
     let result = write_points_to(&mut Broken, format, &plane(), &options, &mut |_, _| {});
     let Err(OutputError::Stream { source }) = result else { panic!("{result:?}") };
     assert_eq!(source.kind(), std::io::ErrorKind::BrokenPipe);

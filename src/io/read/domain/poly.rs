@@ -9,12 +9,15 @@ use septet_geometry::point::Point;
 use septet_meshing::input::{DomainKind, Input, InputFacet, InputSegment, Region};
 
 use super::super::error::{InputError, Place};
+use super::super::load::{self, Packing};
+use super::super::points::ReadProgress;
 use super::super::text::{Line, Lines, Source, Words, integer, number};
 use super::any::{AnyInput, DomainFile};
+use crate::ending::without_gz;
 
 /// The syntax of the list of facets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Facets {
+enum Facets {
     /// `.poly`: each facet has polygons and holes.
     Polygons,
     /// `.smesh`: one polygon per facet, without holes.
@@ -41,13 +44,32 @@ fn header(source: Source<'_>, lines: &mut Lines<'_>) -> Result<[u64; 4], InputEr
     Ok([count, rest[0], rest[1], rest[2]])
 }
 
-/// Returns `true` if the points are in a `.node` file.
-pub fn wants_node(source: Source<'_>) -> Result<bool, InputError> {
-    Ok(header(source, &mut Lines::new(source.data))?[0] == 0)
+/// Reads a `.poly` file, and the `.node` file next to it if it has no points.
+pub fn read_polygons(source: Source<'_>, progress: &mut ReadProgress<'_>) -> Result<DomainFile, InputError> {
+    read_with_node(source, Facets::Polygons, progress)
+}
+
+/// Reads a `.smesh` file, and the `.node` file next to it if it has no points.
+pub fn read_simple(source: Source<'_>, progress: &mut ReadProgress<'_>) -> Result<DomainFile, InputError> {
+    read_with_node(source, Facets::Simple, progress)
+}
+
+fn read_with_node(
+    source: Source<'_>,
+    facets: Facets,
+    progress: &mut ReadProgress<'_>,
+) -> Result<DomainFile, InputError> {
+    let has_points = header(source, &mut Lines::new(source.data))?[0] > 0;
+    if has_points {
+        return read(source, None, facets);
+    }
+    let path = without_gz(source.path).0.with_extension("node");
+    let data = load::load(&path, Packing::of(&path), progress)?;
+    read(source, Some(Source { path: &path, data: &data }), facets)
 }
 
 /// Reads a domain. `node` is the `.node` file, if the points are in a separate file.
-pub fn read(source: Source<'_>, node: Option<Source<'_>>, facets: Facets) -> Result<DomainFile, InputError> {
+fn read(source: Source<'_>, node: Option<Source<'_>>, facets: Facets) -> Result<DomainFile, InputError> {
     let mut lines = Lines::new(source.data);
     let mut own = header(source, &mut lines)?;
     let mut reader = Reader { source, lines, first: 0, count: 0 };

@@ -11,6 +11,8 @@ use septet_meshing::input::{DomainKind, InputSegment};
 use std::io::Write;
 
 use super::*;
+use crate::read::error::InputError;
+use crate::read::read_domain;
 
 /// Writes files into a new directory and reads the first.
 fn read(files: &[(&str, &[u8])]) -> Result<DomainFile, InputError> {

@@ -11,15 +11,14 @@ use super::super::array::Layout;
 use super::super::columns::{self, Head, Opening};
 use super::super::dispatch::{a_domain, check_options, is_domain};
 use super::super::error::InputError;
-use super::super::format::Format;
+use super::super::formats::{Rows, npy, of_content, raw, read_by_name, reader};
 use super::super::load::{self, Packing};
-use super::super::npy;
 use super::super::points::ReadOptions;
-use super::super::raw;
 use super::super::signature;
 use super::super::text::{Lines, Source, line_feeds};
 use super::chunks::{OpenFile, Unit};
 use super::error::{SharedError, agree};
+use crate::format::Format;
 
 /// The number of lines with data that determine whether a table is a list of cells.
 const LINES: usize = 9;
@@ -142,18 +141,21 @@ fn of_file(path: &Path, options: &ReadOptions, step: usize) -> Result<Surveyed, 
     if first.starts_with(&[0x1f, 0x8b]) && packing != Packing::Plain {
         return Ok(whole(size));
     }
-    let is_array = first.starts_with(b"\x93NUMPY");
-    let cut = match options.format.or(Format::of_path(path)).or(is_array.then_some(Format::Npy)) {
-        Some(format @ (Format::Npy | Format::Raw(_))) if options.columns.is_some() => {
-            return Err(InputError::NotATable { path: path.to_owned(), format: format.name() }.into());
-        }
-        Some(Format::Npy) => array(path, &mut file, (first, size), options)?,
-        Some(Format::Raw(rows)) => {
+    let format = options.format.or(read_by_name(path)).or_else(|| of_content(&first));
+    let rows = format.and_then(|format| reader(format).rows);
+    let name = if options.raw.is_some() { Some("raw") } else { format.map(Format::name) };
+    if options.columns.is_some() && (options.raw.is_some() || rows == Some(Rows::Array)) {
+        let format = name.unwrap_or_default();
+        return Err(InputError::NotATable { path: path.to_owned(), format }.into());
+    }
+    let cut = match (options.raw, rows) {
+        (Some(rows), _) => {
             let source = Source { path, data: &[] };
             Some((of_layout(source, raw::layout(source, rows, size)?, options)?, 0))
         }
-        Some(Format::Text) => table(path, &mut file, size, options, step)?,
-        _ => None,
+        (None, Some(Rows::Array)) => array(path, &mut file, (first, size), options)?,
+        (None, Some(Rows::Lines)) => table(path, &mut file, size, options, step)?,
+        (None, None) => None,
     };
     Ok(cut.map_or_else(|| whole(size), |(cut, sum)| Surveyed { plan: Plan::Cut(cut), seen: [size, sum] }))
 }

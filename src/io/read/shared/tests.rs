@@ -14,7 +14,7 @@ use septet_protocol::wire::{Ended, Processes};
 use crate::thread_wire;
 use tempfile::TempDir;
 
-use super::super::{FileList, Format, ListedFile, PointFile, ReadOptions, read, read_list};
+use super::super::{FileList, ListedFile, PointFile, ReadOptions, read, read_list};
 use super::{Call, LIMITS, Limits, SharedPoints};
 
 /// Numbers of processes.
@@ -221,7 +221,7 @@ fn arrays_are_read_in_blocks() {
 }
 
 fn raw(text: &str) -> ReadOptions {
-    ReadOptions { format: Some(Format::Raw(text.parse().unwrap())), ..plain() }
+    ReadOptions { raw: Some(text.parse().unwrap()), ..plain() }
 }
 
 #[test]

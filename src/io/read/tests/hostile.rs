@@ -5,33 +5,27 @@ use std::fmt::Write as _;
 use proptest::prelude::*;
 
 use super::*;
-use crate::read::Format;
+use crate::format::Format;
 
-fn raw(text: &str) -> Format {
-    Format::Raw(text.parse().unwrap())
+/// The readers of all formats that are read by name, and of raw files.
+fn all() -> Vec<ReadOptions> {
+    let of = |format: &Format| ReadOptions { format: Some(*format), ..PLAIN };
+    Format::ALL.iter().map(of).chain(["f64,3", "f32be,2"].map(raw)).collect()
 }
 
-const ALL: [Format; 12] = [
-    Format::Node,
-    Format::Text,
-    Format::Npy,
-    Format::Off,
-    Format::Ply,
-    Format::Stl,
-    Format::Obj,
-    Format::Vtu,
-    Format::Vtk,
-    Format::Msh,
-    Format::Medit,
-    Format::Ele,
-];
+fn raw(text: &str) -> ReadOptions {
+    ReadOptions { raw: Some(text.parse().unwrap()), ..PLAIN }
+}
+
+fn of(format: Format) -> ReadOptions {
+    ReadOptions { format: Some(format), ..PLAIN }
+}
 
 /// Reads the data in every way. Only a panic or a hang is a failure.
-fn survive(format: Format, data: &[u8]) {
+fn survive(reading: &ReadOptions, data: &[u8]) {
     for skip_invalid in [false, true] {
         for dimension in [None, Some(2), Some(3)] {
-            let result =
-                parse("a", data, &ReadOptions { format: Some(format), ..with(dimension, skip_invalid) });
+            let result = parse("a", data, &ReadOptions { dimension, skip_invalid, ..reading.clone() });
             if let Ok(file) = result {
                 assert!(file.points.coordinates().iter().all(|c| c.is_finite()));
                 assert_eq!(file.source_index.is_some(), file.skipped > 0);
@@ -40,7 +34,7 @@ fn survive(format: Format, data: &[u8]) {
         }
     }
     for base in [None, Some(0), Some(1)] {
-        let options = CellOptions { format: Some(format), base, point_count: Some(4), dimension: None };
+        let options = CellOptions { format: reading.format, base, point_count: Some(4), dimension: None };
         if let Ok(file) = parse_cells("a", data, &options) {
             assert_eq!(file.cells.len() % (file.dimension + 1), 0);
         }
@@ -48,31 +42,31 @@ fn survive(format: Format, data: &[u8]) {
 }
 
 /// Returns a valid file of each format.
-fn samples() -> Vec<(Format, Vec<u8>)> {
+fn samples() -> Vec<(ReadOptions, Vec<u8>)> {
     vec![
-        (Format::Node, b"2 3 1 1\n1 0 0 0 5 1\n2 1 2 3 5 1\n".to_vec()),
-        (Format::Text, b"x,y,z\n1,2,3\n4,5,6,7\n".to_vec()),
-        (Format::Text, b"2\n\nO 0 0 0\nH 1.5 0 0\n".to_vec()),
-        (Format::Npy, npy_f8()),
-        (Format::Npy, npy("{'descr': '<i8', 'fortran_order': True, 'shape': (2, 3), }", &[0; 48])),
+        (of(Format::Node), b"2 3 1 1\n1 0 0 0 5 1\n2 1 2 3 5 1\n".to_vec()),
+        (of(Format::Xyz), b"x,y,z\n1,2,3\n4,5,6,7\n".to_vec()),
+        (of(Format::Xyz), b"2\n\nO 0 0 0\nH 1.5 0 0\n".to_vec()),
+        (of(Format::Npy), npy_f8()),
+        (of(Format::Npy), npy("{'descr': '<i8', 'fortran_order': True, 'shape': (2, 3), }", &[0; 48])),
         (raw("f64,3"), bytes_of!(f64, to_le_bytes, [1, 2, 3, 4, 5, 6])),
         (raw("f32be,2"), bytes_of!(f32, to_be_bytes, [1, 2, 3, 4, 5, 6])),
-        (Format::Off, b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n".to_vec()),
-        (Format::Ply, ply_binary(false)),
-        (Format::Ply, ply_binary(true)),
-        (Format::Stl, stl_binary(b"solid")),
-        (Format::Stl, STL_ASCII.into()),
-        (Format::Obj, b"v 1 2 3\nv 4 5 6 1\nf 1 2\n".to_vec()),
-        (Format::Vtu, vtu_raw(false)),
-        (Format::Vtu, vtu_raw(true)),
-        (Format::Vtu, vtu_inline("", "ascii", |_, text| text.to_owned()).into_bytes()),
-        (Format::Vtk, vtk::ascii("POLYDATA", "POLYGONS 1 4\n3 0 1 2\n").into()),
-        (Format::Vtk, vtk::binary()),
-        (Format::Vtk, vtk::VERSION_5.into()),
-        (Format::Msh, MSH2.into()),
-        (Format::Msh, MSH41.into()),
-        (Format::Medit, MEDIT.into()),
-        (Format::Ele, b"2 4 1\n1 1 2 3 4 7\n2 1 2 3 4 7\n".to_vec()),
+        (of(Format::Off), b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n".to_vec()),
+        (of(Format::Ply), ply_binary(false)),
+        (of(Format::Ply), ply_binary(true)),
+        (of(Format::Stl), stl_binary(b"solid")),
+        (of(Format::Stl), STL_ASCII.into()),
+        (of(Format::Obj), b"v 1 2 3\nv 4 5 6 1\nf 1 2\n".to_vec()),
+        (of(Format::Vtu), vtu_raw(false)),
+        (of(Format::Vtu), vtu_raw(true)),
+        (of(Format::Vtu), vtu_inline("", "ascii", |_, text| text.to_owned()).into_bytes()),
+        (of(Format::Vtk), vtk::ascii("POLYDATA", "POLYGONS 1 4\n3 0 1 2\n").into()),
+        (of(Format::Vtk), vtk::binary()),
+        (of(Format::Vtk), vtk::VERSION_5.into()),
+        (of(Format::Msh), MSH2.into()),
+        (of(Format::Msh), MSH41.into()),
+        (of(Format::Medit), MEDIT.into()),
+        (of(Format::Ele), b"2 4 1\n1 1 2 3 4 7\n2 1 2 3 4 7\n".to_vec()),
     ]
 }
 
@@ -80,7 +74,7 @@ fn samples() -> Vec<(Format, Vec<u8>)> {
 fn every_truncation_is_survived() {
     for (format, data) in samples() {
         for cut in 0..data.len() {
-            survive(format, &data[..cut]);
+            survive(&format, &data[..cut]);
         }
     }
 }
@@ -109,7 +103,7 @@ fn every_bit_flip_is_survived() {
             let mut flipped = data.clone();
             for value in [data[at] ^ 1, data[at] ^ 0x80, 0xff, b'9', b' '] {
                 flipped[at] = value;
-                survive(format, &flipped);
+                survive(&format, &flipped);
             }
         }
     }
@@ -120,8 +114,8 @@ proptest! {
 
     #[test]
     fn random_bytes_are_survived(data in prop::collection::vec(any::<u8>(), 0..400)) {
-        for format in ALL {
-            survive(format, &data);
+        for format in all() {
+            survive(&format, &data);
         }
         let _ = parse("-", &data, &PLAIN);
     }
@@ -136,13 +130,13 @@ proptest! {
         let (format, data) = which.get(&samples);
         let mut data = data[..at.index(data.len())].to_vec();
         data.extend(tail);
-        survive(*format, &data);
+        survive(format, &data);
     }
 
     #[test]
     fn random_words_are_survived(words in "([-0-9.eE,;# \n\r\t]|nan|OFF|vertex|solid|\\$Nodes|Vertices){0,120}") {
-        for format in ALL {
-            survive(format, words.as_bytes());
+        for format in all() {
+            survive(&format, words.as_bytes());
         }
     }
 

@@ -9,7 +9,8 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 
 use super::*;
-use crate::read::{Format, read, read_cells, read_cells_from, read_from};
+use crate::format::Format;
+use crate::read::{read, read_cells, read_cells_from, read_from};
 
 fn gz(data: &[u8]) -> Vec<u8> {
     let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
@@ -68,16 +69,16 @@ fn standard_input_is_recognised_by_content() {
 
 #[test]
 fn names_of_formats() {
-    assert_eq!("XYZ".parse(), Ok(Format::Text));
+    assert_eq!("XYZ".parse(), Ok(Format::Xyz));
     assert_eq!("mesh".parse(), Ok(Format::Medit));
     assert!("dat".parse::<Format>().is_err());
-    assert_eq!(Format::Text.name(), "xyz");
+    assert_eq!(Format::Xyz.name(), "xyz");
     assert_eq!(good("a.dat", "1 2 3\n").points.len(), 1);
     assert!(matches!(bad("a.dat", "words alone\n"), InputError::UnknownFormat { .. }));
     assert!(matches!(bad("a.foo", "1 2 3\n"), InputError::UnknownFormat { .. }));
     assert_eq!(good("a.dat", npy_f8()).points.len(), 4);
     assert_eq!(
-        good_with("a.dat", "1 2 3\n", &ReadOptions { format: Some(Format::Text), ..PLAIN }).points.len(),
+        good_with("a.dat", "1 2 3\n", &ReadOptions { format: Some(Format::Xyz), ..PLAIN }).points.len(),
         1
     );
 }

@@ -7,10 +7,10 @@ use flate2::write::GzEncoder;
 use proptest::prelude::*;
 
 use super::*;
-use crate::read::{CoordinateType, Format, Place, RawRows, read_from};
+use crate::read::{CoordinateType, Place, RawRows, read_from};
 
 fn raw(text: &str) -> ReadOptions {
-    ReadOptions { format: Some(Format::Raw(text.parse().unwrap())), ..PLAIN }
+    ReadOptions { raw: Some(text.parse().unwrap()), ..PLAIN }
 }
 
 fn stream(data: &[u8], name: &str, options: &ReadOptions) -> Result<PointFile, InputError> {
@@ -111,7 +111,7 @@ proptest! {
         let array = npy(&head, &little);
         let options = with(kept, skip_invalid);
         let rows: RawRows = format!("{kind}{order},{dimension}").parse().unwrap();
-        let raw = ReadOptions { format: Some(Format::Raw(rows)), ..options.clone() };
+        let raw = ReadOptions { raw: Some(rows), ..options.clone() };
         let found = parse("a.raw", if is_big { &sent } else { &little }, &raw);
         match (found, parse("a.npy", &array, &options)) {
             (Ok(found), Ok(expected)) => prop_assert_eq!(found, expected),

@@ -172,7 +172,7 @@ fn tables_are_recognised_by_content() {
         let message = error.to_string();
         assert!(message.contains(advice) && message.contains("--input-format"), "{message}");
     }
-    let forced = ReadOptions { format: Some(crate::read::Format::Text), ..PLAIN };
+    let forced = ReadOptions { format: Some(crate::format::Format::Xyz), ..PLAIN };
     assert_eq!(good_with("a.zzz", "1 2 3\n", &forced).points.len(), 1);
 }
 

@@ -8,10 +8,10 @@ use septet_protocol::wire::{Ended, Processes};
 
 use super::fault::{SharedFault, describe};
 use crate::ending::without_gz;
+use crate::format::{Files, Format, Role};
 use crate::write::error::OutputError;
-use crate::write::format::OutputFormat;
+use crate::write::formats::pvtu;
 use crate::write::options::{WriteOptions, check_first_id};
-use crate::write::pvtu;
 use crate::write::stage::{beside, directory_of, is_special, probe};
 
 /// Checks outputs on all processes, and returns their formats.
@@ -19,7 +19,7 @@ pub(super) fn check(
     processes: &mut Processes<'_>,
     outputs: &[PathBuf],
     options: &WriteOptions<'_>,
-) -> Result<Vec<OutputFormat>, Ended> {
+) -> Result<Vec<Format>, Ended> {
     let name = |output: &PathBuf| output.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let names: Vec<Vec<String>> = processes.all_gather(&outputs.iter().map(name).collect())?;
     let process = processes.process();
@@ -37,7 +37,7 @@ pub(super) fn check(
 }
 
 /// Returns the formats of outputs that several processes can write.
-fn formats(outputs: &[PathBuf], options: &WriteOptions<'_>) -> Result<Vec<OutputFormat>, SharedFault> {
+fn formats(outputs: &[PathBuf], options: &WriteOptions<'_>) -> Result<Vec<Format>, SharedFault> {
     let used = [("--with-owner", options.with_owner), ("--keep-columns", !options.point_data.is_empty())];
     if let Some(&(option, _)) = used.iter().find(|(_, is_used)| *is_used) {
         return Err(SharedFault::Option { option });
@@ -47,7 +47,7 @@ fn formats(outputs: &[PathBuf], options: &WriteOptions<'_>) -> Result<Vec<Output
     for path in outputs {
         let format = options.format_of(path)?;
         let not_shared = |what, remedy| Err(SharedFault::NotShared { path: path.clone(), what, remedy });
-        if !matches!(format, OutputFormat::Npy | OutputFormat::Vtu | OutputFormat::Pvtu) {
+        if !format.row().is_divided(Role::Triangulation) {
             return not_shared("this format", "write .npy, .vtu or .pvtu");
         }
         if path.as_os_str() == "-" || is_special(path) {
@@ -63,7 +63,7 @@ fn formats(outputs: &[PathBuf], options: &WriteOptions<'_>) -> Result<Vec<Output
 }
 
 /// Refuses outputs that have a file in common, or of which one is in a folder that another replaces.
-fn check_names(outputs: &[PathBuf], formats: &[OutputFormat]) -> Result<(), SharedFault> {
+fn check_names(outputs: &[PathBuf], formats: &[Format]) -> Result<(), SharedFault> {
     let mut taken: Vec<(PathBuf, &Path)> = Vec::new();
     for (path, format) in outputs.iter().zip(formats) {
         let folder = directory_of(path).canonicalize().unwrap_or_else(|_| directory_of(path).to_path_buf());
@@ -91,12 +91,12 @@ struct Tokens {
 
 impl Tokens {
     /// Checks that outputs can be written, and creates a token beside each.
-    fn create(outputs: &[PathBuf], formats: &[OutputFormat]) -> Result<Self, OutputError> {
+    fn create(outputs: &[PathBuf], formats: &[Format]) -> Result<Self, OutputError> {
         let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let text = format!("septet {} {}", std::process::id(), since.as_nanos());
         let mut tokens = Tokens { files: Vec::new(), text };
         for (path, format) in outputs.iter().zip(formats) {
-            if *format == OutputFormat::Pvtu {
+            if format.row().files == Files::Pieces {
                 pvtu::check(path)?;
             } else {
                 probe(path)?;

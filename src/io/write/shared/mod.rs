@@ -27,8 +27,8 @@ use septet_protocol::wire::{Ended, Processes};
 
 pub use mesh::SharedMesh;
 
-use super::format::OutputFormat;
 use super::options::WriteOptions;
+use crate::format::Format;
 use counts::Counts;
 use fault::{SharedFault, describe};
 use staged::Staged;
@@ -66,24 +66,24 @@ pub fn write_shared(
     let go_on = |processes: &mut Processes<'_>| {
         processes.agree(if stop() { Err(SharedFault::Interrupted) } else { Ok(()) }, describe)
     };
-    let of = |format: OutputFormat| {
+    let of = |format: Format| {
         let all = outputs.iter().zip(&formats);
         all.filter(move |(_, own)| **own == format).map(|(path, _)| path)
     };
     let mut staged = Staged::default();
-    let has_grids = of(OutputFormat::Vtu).next().is_some();
-    if has_grids || of(OutputFormat::Npy).next().is_some() {
+    let has_grids = of(Format::Vtu).next().is_some();
+    if has_grids || of(Format::Npy).next().is_some() {
         let cells = sort::sort(processes, mesh, &counts, has_grids)?;
-        for path in of(OutputFormat::Npy) {
+        for path in of(Format::Npy) {
             go_on(processes)?;
             staged.write_range(processes, path, |place| ranges::write_npy(place, &cells))?;
         }
-        for path in of(OutputFormat::Vtu) {
+        for path in of(Format::Vtu) {
             go_on(processes)?;
             staged.write_range(processes, path, |place| ranges::write_vtu(place, mesh, &counts, &cells))?;
         }
     }
-    for path in of(OutputFormat::Pvtu) {
+    for path in of(Format::Pvtu) {
         go_on(processes)?;
         pieces::write(processes, &mut staged, path, mesh, &counts, options)?;
     }

@@ -13,8 +13,8 @@ use super::mesh::SharedMesh;
 use super::piece::piece;
 use super::staged::Staged;
 use crate::write::folder::Pieces;
+use crate::write::formats::pvtu::{stage_list, write_piece};
 use crate::write::options::WriteOptions;
-use crate::write::pvtu::{stage_list, write_piece};
 
 /// The content of the pieces, apart from the subdomains.
 enum Content {

@@ -6,9 +6,9 @@ use super::counts::Counts;
 use super::mesh::SharedMesh;
 use super::sort::SortedCells;
 use super::staged::Place;
-use crate::write::npy::{push_cell, write_cells_head};
+use crate::write::formats::npy::{push_cell, write_cells_head};
+use crate::write::formats::vtu::{self, Array, Record, Section};
 use crate::write::records::{WriteProgress, write_records};
-use crate::write::vtu::{self, Array, Record, Section};
 
 /// Writes the share of a process of a `.npy` file of cells.
 pub(super) fn write_npy(place: &mut Place, cells: &SortedCells) -> io::Result<()> {

@@ -175,9 +175,9 @@ fn a_failure_leaves_the_former_files() {
 fn obstacles_are_found_before_any_work() {
     let directory = tempfile::tempdir().unwrap();
     let at = |name: &str| directory.path().join(name);
-    let options = WriteOptions { format: Some(OutputFormat::Pvtu), ..WriteOptions::default() };
+    let options = WriteOptions { format: Some(Format::Pvtu), ..WriteOptions::default() };
     let check = |path: &Path| check_output(path, &options);
-    assert_eq!(check(&at("m.pvtu")).unwrap(), OutputFormat::Pvtu);
+    assert_eq!(check(&at("m.pvtu")).unwrap(), Format::Pvtu);
     assert!(matches!(check(&at("m.pvtu.gz")), Err(OutputError::Compressed { .. })));
     assert!(matches!(check(&at("m\n.pvtu")), Err(OutputError::NotText { .. })));
     assert!(matches!(check(&at("none/m.pvtu")), Err(OutputError::MissingDirectory { .. })));

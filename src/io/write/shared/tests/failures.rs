@@ -8,8 +8,7 @@ use septet_core::generate::Kind;
 use septet_protocol::wire::Refused;
 
 use super::*;
-use crate::read::Column;
-use crate::write::format::OutputFormat;
+use crate::format::Format;
 
 fn shares() -> Vec<Own> {
     apart(&Points::Plane(plane(Kind::Uniform, 300, 3)), 5, 3)
@@ -47,7 +46,7 @@ fn formats_and_options_are_refused_by_name() {
     let columns = [Column { name: "a".to_string(), values: vec![0.0; 300] }];
     let columns = WriteOptions { point_data: &columns, ..plain };
     assert!(check_refused(&at("m.vtu"), &columns).message.contains("--keep-columns"));
-    let npy = WriteOptions { format: Some(OutputFormat::Npy), ..plain };
+    let npy = WriteOptions { format: Some(Format::Npy), ..plain };
     assert!(check_refused(&["-".into()], &npy).message.contains("a stream or a device"));
     #[cfg(unix)]
     assert!(check_refused(&["/dev/null".into()], &npy).message.contains("a stream or a device"));

@@ -1,0 +1,566 @@
+//! The table of file formats. Readers, writers, help texts, the guide, refusals and suggestions read it.
+//!
+//! To add a format, add its row here, its module to `read/formats` or `write/formats`, and its entry to the `mod.rs` there.
+
+use std::path::Path;
+use std::str::FromStr;
+
+use crate::ending::extension;
+use crate::spelling::nearest;
+
+/// A use of a format by a reader or a writer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Role {
+    /// Points are read.
+    Points,
+    /// Cells are read.
+    Cells,
+    /// A domain is read: a complex or a closed surface.
+    Domain,
+    /// Sizes at points are read.
+    Sizes,
+    /// A triangulation of points is written.
+    Triangulation,
+    /// A mesh of a domain is written.
+    Mesh,
+    /// A set of points is written.
+    PointSet,
+}
+
+/// The files that an output consists of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Files {
+    /// One file.
+    One,
+    /// The set of `TetGen`, whichever of its files is named.
+    Set,
+    /// A file that lists pieces, and a folder with a piece for each worker.
+    Pieces,
+}
+
+/// What the program knows about a format. The texts are cells of the tables of the guide; an empty text stands for "yes".
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// The extensions without dots. The first is the name of the format.
+    pub extensions: &'static [&'static str],
+    /// Extensions that other files also have, so that the content of the file decides. Nothing is written under them.
+    pub ambiguous: &'static [&'static str],
+    /// The uses, each with a remark.
+    pub roles: &'static [(Role, &'static str)],
+    /// The uses that several processes divide: each reads or writes its own part. In the other uses, the first process
+    /// reads or writes for all.
+    pub divided: &'static [Role],
+    /// The files of an output.
+    pub files: Files,
+    /// Whether files may be compressed with gzip.
+    pub is_packable: bool,
+    /// Whether files are tables of text, with columns to choose.
+    pub is_table: bool,
+    /// Whether outputs hold values at points and owners of cells.
+    pub has_data: bool,
+    /// Whether a triangulation in space is written as its surface.
+    pub is_surface: bool,
+    /// Whether points are numbered by the rows of the input, including dropped ones, because the file lacks some points.
+    pub has_input_rows: bool,
+    /// Parts of a mesh of a domain that are written: cells, faces on facets, edges on segments, points.
+    pub labels: Option<[&'static str; 4]>,
+    /// What to do instead of the uses that the format does not have.
+    pub instead: &'static [(Role, &'static str)],
+}
+
+/// A format without uses.
+const NONE: Row = Row {
+    extensions: &[],
+    ambiguous: &[],
+    roles: &[],
+    divided: &[],
+    files: Files::One,
+    is_packable: true,
+    is_table: false,
+    has_data: false,
+    is_surface: false,
+    has_input_rows: false,
+    labels: None,
+    instead: &[],
+};
+
+/// Makes the enumeration of the formats and its table from the rows.
+macro_rules! formats {
+    ($($(#[doc = $doc:literal])* $name:ident { $($field:ident: $value:expr),* $(,)? })*) => {
+        /// A file format. [`Role`] lists the uses that a format can have.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[non_exhaustive]
+        pub enum Format { $($(#[doc = $doc])* $name),* }
+
+        impl Format {
+            /// All formats, in the order of lists.
+            pub const ALL: &'static [Format] = &[$(Format::$name),*];
+
+            /// Returns the row of the table.
+            pub const fn row(self) -> &'static Row {
+                match self { $(Format::$name => const { &Row { $($field: $value,)* ..NONE } }),* }
+            }
+        }
+    };
+}
+
+/// The advice for points that are to be read from cells or from a domain.
+const NO_POINTS: &str =
+    "give the .node file of its points, or check the cells with `septet verify POINTS CELLS`";
+
+formats! {
+    /// Points of `TetGen` and Triangle. A triangulation is written as the whole set.
+    Node {
+        extensions: &["node"],
+        roles: &[
+            (Role::Points, ""),
+            (Role::Triangulation, "the set; ids from 0 or 1 as in the input"),
+            (Role::Mesh, ""),
+            (Role::PointSet, ""),
+        ],
+        files: Files::Set,
+    }
+    /// A text table of numbers, separated by blanks in outputs.
+    Xyz {
+        extensions: &["xyz", "txt"],
+        ambiguous: &["dat", "pts", "asc", "data", "tsv", "xy"],
+        roles: &[(Role::Points, ""), (Role::Sizes, ""), (Role::PointSet, "")],
+        divided: &[Role::Points],
+        is_table: true,
+        instead: &[(Role::Triangulation, "write .npy for the cells alone, or .vtu"), (Role::Mesh, "write .npy for the cells alone, or .vtu")],
+    }
+    /// A text table of numbers, separated by commas in outputs.
+    Csv {
+        extensions: &["csv"],
+        roles: &[(Role::Points, ""), (Role::Sizes, ""), (Role::PointSet, "")],
+        divided: &[Role::Points],
+        is_table: true,
+        instead: &[(Role::Triangulation, "write .npy for the cells alone, or .vtu"), (Role::Mesh, "write .npy for the cells alone, or .vtu")],
+    }
+    /// A `NumPy` array.
+    Npy {
+        extensions: &["npy"],
+        roles: &[
+            (Role::Points, "float (n, 2) or (n, 3)"),
+            (Role::Cells, "integer (m, 3) or (m, 4)"),
+            (Role::Sizes, ""),
+            (Role::Triangulation, "cells, `<i8` (m, d+1), from 0"),
+            (Role::Mesh, ""),
+            (Role::PointSet, "`<f8` (n, d)"),
+        ],
+        divided: &[Role::Points, Role::Triangulation],
+        has_input_rows: true,
+    }
+    /// Geomview Object File Format.
+    Off {
+        extensions: &["off"],
+        roles: &[
+            (Role::Points, ""),
+            (Role::Cells, "triangles"),
+            (Role::Domain, ""),
+            (Role::Triangulation, "2D: the triangles; 3D: the surface"),
+            (Role::Mesh, ""),
+            (Role::PointSet, ""),
+        ],
+        is_surface: true,
+        labels: Some(["", "the surface, oriented outward", "", ""]),
+    }
+    /// Stanford polygons.
+    Ply {
+        extensions: &["ply"],
+        roles: &[(Role::Points, "ASCII, binary"), (Role::Domain, ""), (Role::PointSet, "binary")],
+        instead: &[(Role::Triangulation, "write .stl or .off for a surface"), (Role::Mesh, "write .stl or .off for a surface")],
+    }
+    /// Stereolithography facets.
+    Stl {
+        extensions: &["stl"],
+        roles: &[
+            (Role::Points, "ASCII, binary; equal corners are merged"),
+            (Role::Domain, ""),
+            (Role::Triangulation, "ASCII; 2D: the triangles; 3D: the surface"),
+            (Role::Mesh, ""),
+        ],
+        is_surface: true,
+        labels: Some(["", "the surface, oriented outward", "", ""]),
+        instead: &[(Role::PointSet, "write .ply or .off")],
+    }
+    /// Wavefront object.
+    Obj {
+        extensions: &["obj"],
+        roles: &[(Role::Points, ""), (Role::Domain, ""), (Role::PointSet, "")],
+        instead: &[(Role::Triangulation, "write .stl or .off for a surface"), (Role::Mesh, "write .stl or .off for a surface")],
+    }
+    /// VTK XML unstructured grid.
+    Vtu {
+        extensions: &["vtu"],
+        roles: &[
+            (Role::Points, "its points"),
+            (Role::Cells, ""),
+            (Role::Triangulation, "raw appended, radius-edge ratio of each cell"),
+            (Role::Mesh, ""),
+            (Role::PointSet, ""),
+        ],
+        divided: &[Role::Triangulation],
+        has_data: true,
+        labels: Some([
+            "`region`, `attribute`, `radius_edge_ratio`, `least_angle`",
+            "`NAME.faces.vtu`: `marker`, `facet`, regions on both sides",
+            "",
+            "`size`, `marker`, `carrier_dimension`, `carrier`",
+        ]),
+    }
+    /// VTK XML parallel unstructured grid: a `.vtu` file for each worker, in the folder `NAME.pieces`.
+    Pvtu {
+        extensions: &["pvtu"],
+        roles: &[(Role::Triangulation, "a piece for each worker, see [pieces](#pieces-of-workers)")],
+        divided: &[Role::Triangulation],
+        files: Files::Pieces,
+        is_packable: false,
+        has_data: true,
+        has_input_rows: true,
+        instead: &[
+            (Role::Points, "give a .vtu file of the whole triangulation"),
+            (Role::Cells, "give a .vtu file of the whole triangulation"),
+            (Role::Mesh, "write .vtu: a mesh of a domain has no pieces"),
+            (Role::PointSet, "write .vtu"),
+        ],
+    }
+    /// Legacy VTK polygonal data or unstructured grid.
+    Vtk {
+        extensions: &["vtk"],
+        roles: &[
+            (Role::Points, "legacy; ASCII, binary"),
+            (Role::Cells, ""),
+            (Role::Triangulation, "binary 3.0"),
+            (Role::Mesh, ""),
+            (Role::PointSet, ""),
+        ],
+        has_data: true,
+    }
+    /// Gmsh text, versions 2.2 and 4.1. An option decides the version of an output.
+    Msh {
+        extensions: &["msh"],
+        roles: &[
+            (Role::Points, "ASCII 2 and 4.1"),
+            (Role::Cells, ""),
+            (Role::Triangulation, "4.1, or 2.2 with `--msh-version 2.2`"),
+            (Role::Mesh, ""),
+        ],
+        labels: Some([
+            "component as volume, name as physical group",
+            "facet as surface, marker as physical group",
+            "segment as curve, marker as physical group",
+            "",
+        ]),
+        instead: &[(Role::PointSet, "write .vtu or .ply")],
+    }
+    /// Gmsh text, version 2.2 in outputs.
+    Msh22 {
+        extensions: &["msh22", "msh2"],
+        roles: &[(Role::Points, "as `.msh`"), (Role::Cells, ""), (Role::Triangulation, "2.2"), (Role::Mesh, "")],
+        instead: &[(Role::PointSet, "write .vtu or .ply")],
+    }
+    /// Gmsh text, version 4.1 in outputs.
+    Msh41 {
+        extensions: &["msh41"],
+        roles: &[(Role::Points, "as `.msh`"), (Role::Cells, ""), (Role::Triangulation, "4.1"), (Role::Mesh, "")],
+        instead: &[(Role::PointSet, "write .vtu or .ply")],
+    }
+    /// Medit text.
+    Medit {
+        extensions: &["mesh"],
+        roles: &[
+            (Role::Points, "Medit, ASCII"),
+            (Role::Cells, ""),
+            (Role::Triangulation, "ASCII"),
+            (Role::Mesh, ""),
+        ],
+        labels: Some(["name of the region, or number of the component", "marker", "marker", "marker"]),
+        instead: &[(Role::PointSet, "write .vtu or .ply")],
+    }
+    /// Cells of `TetGen` and Triangle. A triangulation is written as the whole set.
+    Ele {
+        extensions: &["ele"],
+        roles: &[(Role::Cells, ""), (Role::Triangulation, "the set of `.node`"), (Role::Mesh, "")],
+        files: Files::Set,
+        labels: Some([
+            "name of the region (attribute)",
+            "`.face`: marker; 2D: `.edge`, all edges, marker",
+            "`.edge`: marker",
+            "size (attribute), marker",
+        ]),
+        instead: &[(Role::Points, NO_POINTS), (Role::Domain, "check the cells with `septet verify POINTS CELLS`")],
+    }
+    /// Faces, edges and neighbours of `TetGen` and Triangle. A triangulation is written as the whole set.
+    Faces {
+        extensions: &["face", "edge", "neigh"],
+        roles: &[(Role::Triangulation, "the set of `.node`"), (Role::Mesh, "")],
+        files: Files::Set,
+        instead: &[(Role::Points, NO_POINTS), (Role::Cells, "give the .ele file of the set")],
+    }
+    /// A domain of `TetGen` or Triangle: points, facets with polygons, holes and regions.
+    Poly {
+        extensions: &["poly"],
+        roles: &[(Role::Domain, "")],
+        instead: &[(Role::Points, "mesh it with `septet mesh`"), (Role::Cells, "mesh it with `septet mesh`")],
+    }
+    /// A domain of `TetGen`: points and facets of one polygon.
+    Smesh {
+        extensions: &["smesh"],
+        roles: &[(Role::Domain, "")],
+        instead: &[(Role::Points, "mesh it with `septet mesh`"), (Role::Cells, "mesh it with `septet mesh`")],
+    }
+}
+
+/// Extensions of formats that are neither read nor written: the extensions, what to do to read such a file, and what to
+/// write instead.
+const OTHERS: [(&[&str], &str, &str); 8] = [
+    (
+        &["vtp", "vti", "vtr", "vts", "pvd", "xdmf", "xmf", "ex2", "exo", "cgns"],
+        "write .vtu with ParaView or meshio",
+        "write .vtu for ParaView",
+    ),
+    (&["las", "laz", "pcd", "e57"], "convert the point cloud to .ply", "write .ply or .xyz for points"),
+    (
+        &["npz", "h5", "hdf5", "parquet", "feather", "mat", "fits", "pkl"],
+        "save the array with numpy.save as .npy",
+        "write .npy for NumPy",
+    ),
+    (&["xls", "xlsx", "ods"], "export the sheet as .csv", "write .npy for the cells alone"),
+    (
+        &["3mf", "gltf", "glb", "dae"],
+        "export the surface as .obj or .ply",
+        "write .stl or .off for a surface",
+    ),
+    (
+        &["bdf", "inp", "unv", "med", "cas"],
+        "write .vtu or .msh with meshio",
+        "write .msh for meshio and Gmsh",
+    ),
+    (
+        &["step", "stp", "iges", "igs", "brep"],
+        "write .msh or .stl with Gmsh",
+        "write .stl or .off for a surface",
+    ),
+    (&["svg", "pdf", "png"], "", "write .vtu for ParaView"),
+];
+
+impl Role {
+    /// Whether the use is an output.
+    pub const fn is_output(self) -> bool {
+        matches!(self, Role::Triangulation | Role::Mesh | Role::PointSet)
+    }
+
+    /// Returns the content in messages.
+    pub const fn content(self) -> &'static str {
+        match self {
+            Role::Points | Role::PointSet => "points",
+            Role::Cells => "cells",
+            Role::Domain => "a domain",
+            Role::Sizes => "sizes",
+            Role::Triangulation => "a triangulation",
+            Role::Mesh => "a mesh",
+        }
+    }
+
+    /// Returns the formats that have this use.
+    pub fn formats(self) -> impl Iterator<Item = Format> {
+        Format::ALL.iter().copied().filter(move |format| format.has(self))
+    }
+
+    /// Returns the names of the formats that have this use, and the other extensions of these formats.
+    pub fn names(self) -> Vec<&'static str> {
+        self.formats().flat_map(|format| format.row().extensions).copied().collect()
+    }
+
+    /// Returns the extensions with dots of the formats that have this use and fulfil a condition, separated by spaces.
+    pub fn extensions(self, holds: impl Fn(&Row) -> bool) -> String {
+        let rows = self.formats().map(Format::row).filter(|row| holds(row));
+        let dotted: Vec<String> =
+            rows.flat_map(|row| row.extensions).map(|name| format!(".{name}")).collect();
+        dotted.join(" ")
+    }
+
+    /// Returns the extensions of the formats that have this use, and which of them may be compressed, for messages.
+    pub fn known(self) -> String {
+        let packable = self.extensions(|row| row.is_packable);
+        let other = self.extensions(|row| !row.is_packable);
+        let all = self.extensions(|_| true);
+        match (packable.is_empty(), other.is_empty()) {
+            (true, _) => all,
+            (false, true) => format!("{all} (each also with .gz)"),
+            (false, false) => format!("{all} (each but {other} also with .gz)"),
+        }
+    }
+
+    /// Returns what to do instead with a file that cannot have this use, judged by its extension. Returns `None` if the
+    /// extension has no near word.
+    pub fn advice(self, path: &Path) -> Option<String> {
+        let extension = extension(path);
+        let known = Format::ALL.iter().find(|format| format.row().has_extension(&extension));
+        if let Some(advice) = known.and_then(|format| format.instead(self)) {
+            return Some(advice.to_owned());
+        }
+        let other = OTHERS.iter().find(|(extensions, ..)| extensions.contains(&extension.as_str()));
+        let advice = other.map(|(_, read, write)| if self.is_output() { *write } else { *read });
+        if let Some(advice) = advice.filter(|advice| !advice.is_empty()) {
+            return Some(advice.to_owned());
+        }
+        if self.is_output()
+            && known.is_some_and(|format| format.row().ambiguous.contains(&extension.as_str()))
+        {
+            return Some("write .xyz or .csv for text".to_owned());
+        }
+        let near = nearest(&extension, self.names())?;
+        Some(if self.is_output() {
+            format!("the nearest is .{near}")
+        } else {
+            format!("rename it if it is a .{near} file")
+        })
+    }
+}
+
+impl Row {
+    /// Whether the format has this extension, also one that does not determine it.
+    fn has_extension(&self, extension: &str) -> bool {
+        self.extensions.contains(&extension) || self.ambiguous.contains(&extension)
+    }
+
+    /// Returns the remark on a use, or `None` if the format does not have it.
+    pub fn remark(&self, role: Role) -> Option<&'static str> {
+        self.roles.iter().find(|(own, _)| *own == role).map(|(_, remark)| *remark)
+    }
+
+    /// Whether several processes divide this use among themselves.
+    pub const fn is_divided(&self, role: Role) -> bool {
+        let mut at = 0;
+        while at < self.divided.len() {
+            if self.divided[at] as u8 == role as u8 {
+                return true;
+            }
+            at += 1;
+        }
+        false
+    }
+}
+
+impl Format {
+    /// Returns the name of the format: its usual extension without the dot.
+    pub fn name(self) -> &'static str {
+        self.row().extensions[0]
+    }
+
+    /// Whether the format has a use.
+    pub const fn has(self, role: Role) -> bool {
+        let roles = self.row().roles;
+        let mut at = 0;
+        while at < roles.len() {
+            if roles[at].0 as u8 == role as u8 {
+                return true;
+            }
+            at += 1;
+        }
+        false
+    }
+
+    /// Returns the format that the extension of a path determines. A final `.gz` is ignored.
+    pub fn of_path(path: &Path) -> Option<Format> {
+        extension(path).parse().ok()
+    }
+
+    /// Returns the format of this name for a use.
+    ///
+    /// # Errors
+    /// Returns [`UnknownFormatName`] if there is no such format, or if it does not have the use.
+    pub fn named(name: &str, role: Role) -> Result<Format, UnknownFormatName> {
+        let unknown = UnknownFormatName { known: role.names().join(" ") };
+        name.parse().ok().filter(|format: &Format| format.has(role)).ok_or(unknown)
+    }
+
+    /// Returns what to do instead of a use that the format does not have.
+    pub fn instead(self, role: Role) -> Option<&'static str> {
+        self.row().instead.iter().find(|(own, _)| *own == role).map(|(_, advice)| *advice)
+    }
+}
+
+/// Whether the name of a file does not show whether the file is a table: its extension is ambiguous, such as `.dat`, or
+/// missing.
+pub(crate) fn may_be_table(path: &Path) -> bool {
+    let extension = extension(path);
+    extension.is_empty()
+        || Format::ALL.iter().any(|format| format.row().ambiguous.contains(&extension.as_str()))
+}
+
+/// The error for an unknown format name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("expected one of {known}")]
+pub struct UnknownFormatName {
+    /// The names of the formats, separated by spaces.
+    pub known: String,
+}
+
+impl FromStr for Format {
+    type Err = UnknownFormatName;
+
+    /// Parses an extension without its dot, in either case.
+    fn from_str(name: &str) -> Result<Self, UnknownFormatName> {
+        let name = name.to_ascii_lowercase();
+        let found = Format::ALL.iter().find(|format| format.row().extensions.contains(&name.as_str()));
+        found.copied().ok_or_else(|| {
+            let names = Format::ALL.iter().flat_map(|format| format.row().extensions).copied();
+            UnknownFormatName { known: names.collect::<Vec<_>>().join(" ") }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_extension_belongs_to_one_format() {
+        let mut all: Vec<&str> = OTHERS.iter().flat_map(|(extensions, ..)| *extensions).copied().collect();
+        for format in Format::ALL {
+            let row = format.row();
+            all.extend(row.extensions.iter().chain(row.ambiguous));
+            for name in row.extensions {
+                assert_eq!(name.parse(), Ok(*format));
+                assert_eq!(
+                    Format::of_path(Path::new(&format!("a.{}.gz", name.to_uppercase()))),
+                    Some(*format)
+                );
+            }
+            assert!(row.roles.iter().all(|(role, _)| format.instead(*role).is_none()), "{format:?}");
+            assert!(row.divided.iter().all(|role| format.has(*role)), "{format:?}");
+        }
+        let count = all.len();
+        all.sort_unstable();
+        all.dedup();
+        assert_eq!(all.len(), count);
+    }
+
+    #[test]
+    fn advice_follows_the_extension() {
+        for (name, role, advice) in [
+            ("a.xdmf", Role::Triangulation, "write .vtu for ParaView"),
+            ("a.xdmf.gz", Role::Points, "write .vtu with ParaView or meshio"),
+            ("a.vut", Role::Triangulation, "the nearest is .vtu"),
+            ("a.cvs", Role::Points, "rename it if it is a .csv file"),
+            ("a.npz", Role::Mesh, "write .npy for NumPy"),
+            ("a.obj", Role::Triangulation, "write .stl or .off for a surface"),
+            ("a.tsv", Role::PointSet, "write .xyz or .csv for text"),
+            ("a.pvtu", Role::Cells, "give a .vtu file of the whole triangulation"),
+        ] {
+            assert_eq!(role.advice(Path::new(name)).as_deref(), Some(advice), "{name}");
+        }
+        assert_eq!(Role::Points.advice(Path::new("a.zzzz")), None);
+    }
+
+    #[test]
+    fn names_are_those_of_the_use() {
+        let error = Format::named("ele", Role::Points).unwrap_err();
+        assert!(error.known.starts_with("node xyz txt csv") && !error.known.contains("ele"), "{error}");
+        assert_eq!(Format::named("MSH2", Role::Triangulation), Ok(Format::Msh22));
+        assert!(Format::named("xyz", Role::Triangulation).is_err());
+    }
+}

@@ -1,0 +1,182 @@
+//! The readers of the formats. [`reader`] has an entry for each format of the table.
+
+mod medit;
+mod msh;
+mod node;
+pub mod npy;
+mod obj;
+mod off;
+mod ply;
+pub mod raw;
+mod stl;
+mod vtk;
+mod vtu;
+
+use std::path::Path;
+
+use super::cells::{self, CellFile, CellOptions};
+use super::domain::{DomainFile, poly, surface};
+use super::error::InputError;
+use super::points::{PointFile, ReadOptions, ReadProgress};
+use super::text::Source;
+use super::{columns, signature, size_rows};
+use crate::format::{Format, Role};
+use septet_core::mesh::field::SizeField;
+
+/// The functions that read a format, one for each use.
+#[derive(Clone, Copy)]
+pub struct Reader {
+    /// Whether the bytes of a file have the format, whatever its name is.
+    signature: fn(&[u8]) -> bool,
+    pub points: Option<fn(Source<'_>, &ReadOptions) -> Result<PointFile, InputError>>,
+    pub cells: Option<fn(Source<'_>, &CellOptions) -> Result<CellFile, InputError>>,
+    pub domain: Option<fn(Source<'_>, &mut ReadProgress<'_>) -> Result<DomainFile, InputError>>,
+    pub sizes: Option<fn(Source<'_>) -> Result<SizeField, InputError>>,
+    /// The rows of points that several processes divide.
+    pub rows: Option<Rows>,
+}
+
+/// How rows of points are found in a file without reading it whole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rows {
+    /// Each row has the same number of bytes.
+    Array,
+    /// Each row is a line.
+    Lines,
+}
+
+/// A format that is not read.
+const NONE: Reader =
+    Reader { signature: |_| false, points: None, cells: None, domain: None, sizes: None, rows: None };
+
+/// A format of points and cells, read by `parse` of its module.
+macro_rules! mesh {
+    ($module:ident, $signature:expr) => {
+        Reader {
+            signature: $signature,
+            points: Some(|source, options| $module::parse(source, options)?.into_points(options)),
+            cells: Some(|source, options| {
+                $module::parse(source, &ReadOptions::default())?.into_cells(options)
+            }),
+            ..NONE
+        }
+    };
+}
+
+/// Returns the functions that read a format.
+pub const fn reader(format: Format) -> Reader {
+    match format {
+        Format::Node => {
+            Reader { signature: |data| signature::is_node(text(data)), points: Some(node::read), ..NONE }
+        }
+        Format::Xyz | Format::Csv => Reader {
+            points: Some(columns::read),
+            sizes: Some(size_rows::read),
+            rows: Some(Rows::Lines),
+            ..NONE
+        },
+        Format::Npy => Reader {
+            signature: |data| data.starts_with(b"\x93NUMPY"),
+            points: Some(npy::read),
+            cells: Some(npy::read_cells),
+            sizes: Some(npy::read_sizes),
+            rows: Some(Rows::Array),
+            ..NONE
+        },
+        Format::Off => Reader {
+            signature: |data| signature::is_keyword(word(data)),
+            points: Some(off::read),
+            cells: Some(|source, _| off::read_cells(source)),
+            domain: Some(|source, _| {
+                surface::of(source, off::read(source, &ReadOptions::default())?, off::read_faces(source)?, 0)
+            }),
+            ..NONE
+        },
+        Format::Ply => Reader {
+            signature: |data| data.starts_with(b"ply\n") || data.starts_with(b"ply\r"),
+            points: Some(ply::read),
+            domain: Some(|source, _| {
+                surface::of(source, ply::read(source, &ReadOptions::default())?, ply::read_faces(source)?, 0)
+            }),
+            ..NONE
+        },
+        Format::Stl => Reader {
+            signature: |data| signature::is_binary(data) || word(data) == b"solid",
+            points: Some(stl::read),
+            domain: Some(|source, _| {
+                let (file, faces) = stl::read_faces(source, &ReadOptions::default())?;
+                surface::of(source, file, faces, 0)
+            }),
+            ..NONE
+        },
+        Format::Obj => Reader {
+            points: Some(obj::read),
+            domain: Some(|source, _| {
+                surface::of(source, obj::read(source, &ReadOptions::default())?, obj::read_faces(source)?, 1)
+            }),
+            ..NONE
+        },
+        Format::Vtu => {
+            mesh!(vtu, |data| { word(data).starts_with(b"<?xml") || word(data).starts_with(b"<VTKFile") })
+        }
+        Format::Vtk => mesh!(vtk, |data| data.starts_with(b"# vtk DataFile")),
+        Format::Msh => mesh!(msh, |data| word(data) == b"$MeshFormat"),
+        // Their content is that of a `.msh` file.
+        Format::Msh22 | Format::Msh41 => mesh!(msh, |_| false),
+        Format::Medit => mesh!(medit, |data| word(data) == b"MeshVersionFormatted"),
+        Format::Ele => {
+            Reader { signature: |data| signature::is_ele(text(data)), cells: Some(cells::read_ele), ..NONE }
+        }
+        Format::Poly => Reader { domain: Some(poly::read_polygons), ..NONE },
+        Format::Smesh => Reader { domain: Some(poly::read_simple), ..NONE },
+        Format::Faces | Format::Pvtu => NONE,
+    }
+}
+
+/// The table and the readers agree.
+const _: () = {
+    let mut at = 0;
+    while at < Format::ALL.len() {
+        let format = Format::ALL[at];
+        let reader = reader(format);
+        assert!(format.has(Role::Points) == reader.points.is_some());
+        assert!(format.has(Role::Cells) == reader.cells.is_some());
+        assert!(format.has(Role::Domain) == reader.domain.is_some());
+        assert!(format.has(Role::Sizes) == reader.sizes.is_some());
+        assert!(format.row().is_divided(Role::Points) == reader.rows.is_some());
+        at += 1;
+    }
+};
+
+/// Returns the format that the first bytes or lines identify.
+pub fn of_content(data: &[u8]) -> Option<Format> {
+    Format::ALL.iter().copied().find(|format| (reader(*format).signature)(data))
+}
+
+/// Returns the format of a file that is read, given by its name, or by its content if the name does not determine it.
+pub fn of_file(path: &Path, data: &[u8]) -> Option<Format> {
+    read_by_name(path).or_else(|| of_content(data))
+}
+
+/// Returns the format given by the name of a file of points or cells.
+pub fn read_by_name(path: &Path) -> Option<Format> {
+    Format::of_path(path).filter(|format| format.has(Role::Points) || format.has(Role::Cells))
+}
+
+/// Describes a file of a format in messages.
+pub fn described(format: Format) -> String {
+    match format {
+        Format::Ele => "a list of cells (.ele)".to_owned(),
+        other => format!("a .{} file", other.name()),
+    }
+}
+
+/// Returns the text without a byte order mark and blanks at its beginning.
+fn text(data: &[u8]) -> &[u8] {
+    data.strip_prefix(b"\xef\xbb\xbf").unwrap_or(data).trim_ascii_start()
+}
+
+/// Returns the first word of a text.
+fn word(data: &[u8]) -> &[u8] {
+    text(data).split(u8::is_ascii_whitespace).next().unwrap_or_default()
+}

@@ -1,0 +1,267 @@
+//! Gmsh `.msh`, versions 2 and 4.1, ASCII.
+
+use std::collections::HashMap;
+
+use crate::read::cells::index;
+use crate::read::collect::Collector;
+use crate::read::error::{InputError, Place};
+use crate::read::mesh::{CellKind, FileMesh};
+use crate::read::points::ReadOptions;
+use crate::read::text::{Line, Lines, Source, integer};
+
+/// Node tags and their zero-based indices, which are the positions of the nodes in their section.
+struct Tags {
+    first: i64,
+    count: u64,
+    /// The index of each tag. `None` if the tags are consecutive.
+    map: Option<HashMap<i64, u64>>,
+}
+
+impl Tags {
+    fn new(tags: &[i64]) -> Self {
+        let first = tags.first().copied().unwrap_or(1);
+        let rising = tags.iter().enumerate().all(|(i, tag)| first.checked_add(i as i64) == Some(*tag));
+        let map = || tags.iter().enumerate().map(|(i, tag)| (*tag, i as u64)).collect();
+        Tags { first, count: tags.len() as u64, map: (!rising).then(map) }
+    }
+
+    /// Returns `true` if two nodes have the same tag.
+    fn doubled(&self) -> bool {
+        self.map.as_ref().is_some_and(|map| (map.len() as u64) < self.count)
+    }
+
+    fn index(&self, tag: i64) -> Option<u64> {
+        match &self.map {
+            Some(map) => map.get(&tag).copied(),
+            None => {
+                tag.checked_sub(self.first).and_then(|i| u64::try_from(i).ok()).filter(|i| *i < self.count)
+            }
+        }
+    }
+}
+
+/// Reads a section line by line.
+struct Section<'a, 'b> {
+    source: Source<'a>,
+    lines: &'b mut Lines<'a>,
+    what: &'static str,
+}
+
+impl<'a> Section<'a, '_> {
+    /// Returns the next line of the section, or an error if the section ends.
+    fn line(&mut self, expected: u64, found: u64) -> Result<Line<'a>, InputError> {
+        let line = self.lines.next_data().filter(|line| !line.text.trim_ascii().starts_with(b"$"));
+        let place = Place::Line(self.lines.number());
+        line.ok_or_else(|| self.source.truncated(place, self.what, expected, found))
+    }
+
+    fn end(&mut self, name: &str, expected: u64, found: u64) -> Result<(), InputError> {
+        let place = Place::Line(self.lines.number());
+        match self.lines.next_data() {
+            Some(line) if line.keyword() == name => {}
+            Some(line) => return Err(self.source.surplus(line.place(), self.what, expected)),
+            None => {
+                return Err(self.source.truncated(place, "lines closing a section", 1, 0));
+            }
+        }
+        if found < expected {
+            return Err(self.source.truncated(place, self.what, expected, found));
+        }
+        Ok(())
+    }
+}
+
+/// Reads the mesh.
+pub fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<FileMesh<'a>, InputError> {
+    let options = &ReadOptions { dimension: None, ..options.clone() };
+    let mut lines = Lines::new(source.data);
+    let mut version = None;
+    let mut nodes: Option<(FileMesh<'a>, Tags)> = None;
+    while let Some(line) = lines.next_data() {
+        let keyword = line.keyword();
+        match (keyword.as_str(), version, &mut nodes) {
+            ("$meshformat", None, _) => version = Some(format(source, &mut lines)?),
+            ("$nodes", Some(version), None) => {
+                nodes = Some(read_nodes(source, options, &mut lines, version)?);
+            }
+            ("$elements", Some(version), Some((mesh, tags))) => {
+                let section = Section { source, lines: &mut lines, what: "elements" };
+                read_elements(section, version, mesh, tags)?;
+            }
+            (_, None, _) => return Err(source.bad_line(&line, "$MeshFormat")),
+            ("$nodes" | "$elements" | "$meshformat", ..) => {
+                return Err(source.bad_line(&line, "one section $Nodes before the $Elements"));
+            }
+            (other, ..) if other.starts_with('$') => {
+                let close = other.replacen('$', "$end", 1);
+                if !lines.any(|line| line.keyword() == close) {
+                    return Err(source.truncated(line.place(), "lines closing a section", 1, 0));
+                }
+            }
+            _ => return Err(source.bad_line(&line, "a section such as $Nodes")),
+        }
+    }
+    let missing = || source.truncated(Place::Line(lines.number()), "section $Nodes", 1, 0);
+    nodes.map(|(mesh, _)| mesh).ok_or_else(missing)
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Version {
+    Two,
+    FourOne,
+}
+
+fn format<'a>(source: Source<'a>, lines: &mut Lines<'a>) -> Result<Version, InputError> {
+    const ADVICE: &str = "save as version 2.2 or 4.1, ASCII (gmsh -format msh22 or msh41, without -bin)";
+    let mut section = Section { source, lines, what: "format lines" };
+    let line = section.line(1, 0)?;
+    let words: Vec<&[u8]> = line.words().take(3).collect();
+    let version = match words[..] {
+        [b"4.1", b"0", _] => Version::FourOne,
+        [version, b"0", _] if version == b"2" || version.starts_with(b"2.") => Version::Two,
+        [_, b"1", _] => return Err(source.unsupported(line.place(), "a binary .msh file", ADVICE)),
+        [version, ..] if integer(version).is_some() || version.contains(&b'.') => {
+            let what = format!(".msh version {}", crate::read::text::excerpt(version));
+            return Err(source.unsupported(line.place(), what, ADVICE));
+        }
+        _ => return Err(source.bad_line(&line, "`version 0 size`, such as `2.2 0 8`")),
+    };
+    section.end("$endmeshformat", 1, 1)?;
+    Ok(version)
+}
+
+fn tag(source: Source<'_>, line: &Line<'_>, word: Option<&[u8]>) -> Result<i64, InputError> {
+    let word = word.ok_or_else(|| source.bad_line(line, "a node tag"))?;
+    integer(word).ok_or_else(|| source.bad_word(line, word, "a node tag"))
+}
+
+fn read_nodes<'a>(
+    source: Source<'a>,
+    options: &ReadOptions,
+    lines: &mut Lines<'a>,
+    version: Version,
+) -> Result<(FileMesh<'a>, Tags), InputError> {
+    let bytes = lines.rest().len();
+    let mut section = Section { source, lines, what: "nodes" };
+    let header = section.line(1, 0)?;
+    let mut words = header.words();
+    let first = source.count(&header, words.next(), "the number of nodes or blocks")?;
+    let announced = match version {
+        Version::Two => first,
+        Version::FourOne => source.count(&header, words.next(), "the number of nodes")?,
+    };
+    let mut points = Collector::new(source, options, (header.place(), 3), (announced, bytes, 8))?;
+    let mut tags = Vec::new();
+    match version {
+        Version::Two => {
+            for found in 0..announced {
+                let line = section.line(announced, found)?;
+                let mut words = line.words();
+                tags.push(tag(source, &line, words.next())?);
+                points.push_words(&line, &mut words)?;
+            }
+        }
+        Version::FourOne => {
+            for _ in 0..first {
+                let head = section.line(announced, points.met)?;
+                let in_block =
+                    source.count(&head, head.words().nth(3), "the number of nodes of the block")?;
+                for found in 0..in_block {
+                    let line = section.line(in_block, found)?;
+                    tags.push(tag(source, &line, line.words().next())?);
+                }
+                for found in 0..in_block {
+                    let line = section.line(in_block, found)?;
+                    points.push_words(&line, &mut line.words())?;
+                }
+            }
+        }
+    }
+    if points.met > announced {
+        return Err(source.surplus(header.place(), "nodes", announced));
+    }
+    section.end("$endnodes", announced, points.met)?;
+    let tags = Tags::new(&tags);
+    if tags.doubled() {
+        return Err(source.bad_line(&header, "nodes with distinct tags (a tag below occurs twice)"));
+    }
+    let base = u64::try_from(tags.first).unwrap_or(0);
+    Ok((FileMesh::new(source, points, base), tags))
+}
+
+fn kind(element: i64) -> CellKind {
+    match element {
+        1 | 15 => CellKind::Lower,
+        2 => CellKind::Triangle,
+        4 => CellKind::Tetrahedron,
+        _ => CellKind::Other,
+    }
+}
+
+fn read_elements(
+    mut section: Section<'_, '_>,
+    version: Version,
+    mesh: &mut FileMesh<'_>,
+    tags: &Tags,
+) -> Result<(), InputError> {
+    let source = section.source;
+    let header = section.line(1, 0)?;
+    let mut words = header.words();
+    let first = source.count(&header, words.next(), "the number of elements or blocks")?;
+    if version == Version::Two {
+        for found in 0..first {
+            let line = section.line(first, found)?;
+            let mut words = line.words().skip(1);
+            let element = tag(source, &line, words.next())?;
+            let skipped = source.count(&line, words.next(), "the number of tags")?;
+            let skipped = usize::try_from(skipped).unwrap_or(usize::MAX);
+            push(source, mesh, tags, element, &line, &mut words.skip(skipped))?;
+        }
+        return section.end("$endelements", first, first);
+    }
+    let announced = source.count(&header, words.next(), "the number of elements")?;
+    let mut found = 0;
+    for _ in 0..first {
+        let head = section.line(announced, found)?;
+        let element = tag(source, &head, head.words().nth(2))?;
+        let in_block = source.count(&head, head.words().nth(3), "the number of elements of the block")?;
+        for i in 0..in_block {
+            let line = section.line(in_block, i)?;
+            push(source, mesh, tags, element, &line, &mut line.words().skip(1))?;
+        }
+        found += in_block;
+    }
+    if found > announced {
+        return Err(source.surplus(header.place(), "elements", announced));
+    }
+    section.end("$endelements", announced, found)
+}
+
+fn push(
+    source: Source<'_>,
+    mesh: &mut FileMesh<'_>,
+    tags: &Tags,
+    element: i64,
+    line: &Line<'_>,
+    words: &mut dyn Iterator<Item = &[u8]>,
+) -> Result<(), InputError> {
+    let kind = kind(element);
+    if kind == CellKind::Other && mesh.other.is_none() {
+        mesh.other = Some((line.place(), format!("a cell of Gmsh type {element}")));
+    }
+    let width = if kind == CellKind::Triangle { 3 } else { 4 };
+    let Some(list) = mesh.list(kind) else {
+        return Ok(());
+    };
+    for _ in 0..width {
+        let node = index(source, line, words.next(), width)?;
+        match tags.index(node) {
+            Some(index) => list.flat.push(index),
+            None => return Err(list.out_of_range(line.place(), i128::from(node))),
+        }
+    }
+    if words.next().is_some() {
+        return Err(source.bad_line(line, format!("{width} point ids at the end of the line, no more")));
+    }
+    Ok(())
+}

@@ -1,0 +1,178 @@
+//! The writers of the formats. [`writer`] has an entry for each format of the table.
+
+mod medit;
+mod msh;
+mod msh_labelled;
+pub mod npy;
+mod off;
+mod ply;
+pub mod pvtu;
+mod stl;
+mod table;
+mod tetgen;
+mod vtk;
+pub mod vtu;
+pub mod vtu_faces;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use septet_core::model::{MeshView, Points};
+
+use super::error::{OutputError, WriteFault};
+use super::options::{MshVersion, WriteOptions};
+use super::records::WriteProgress;
+use super::stage::Stage;
+use crate::format::{Files, Format, Role};
+
+/// Writes a triangulation as one file.
+type WriteFile =
+    fn(&mut dyn Write, &MeshView<'_>, &WriteOptions<'_>, &mut WriteProgress<'_>) -> Result<(), WriteFault>;
+/// Writes a triangulation as a set of files.
+type WriteSet = fn(
+    &Path,
+    &MeshView<'_>,
+    &WriteOptions<'_>,
+    &mut Stage,
+    &mut WriteProgress<'_>,
+) -> Result<(), OutputError>;
+/// Writes a triangulation as pieces, and returns the files.
+type WritePieces =
+    fn(&Path, &MeshView<'_>, &WriteOptions<'_>, &mut WriteProgress<'_>) -> Result<Vec<PathBuf>, OutputError>;
+/// Writes a set of points.
+pub type WritePoints =
+    fn(&mut dyn Write, &Points, &WriteOptions<'_>, &mut WriteProgress<'_>) -> Result<(), WriteFault>;
+
+/// How a format stores a triangulation.
+#[derive(Clone, Copy)]
+pub enum Body {
+    /// In one file.
+    One(WriteFile),
+    /// In a set of files.
+    Set(WriteSet),
+    /// In pieces.
+    Pieces(WritePieces),
+}
+
+/// The functions that write a format, one for each use.
+#[derive(Clone, Copy)]
+pub struct Writer {
+    /// The writer of triangulations of points and of meshes of domains.
+    pub mesh: Option<Body>,
+    /// The number of records of a triangulation.
+    pub records: fn(&MeshView<'_>) -> u64,
+    /// The writer of points.
+    pub points: Option<WritePoints>,
+    /// The number of records for each point of a set of points.
+    pub records_per_point: u64,
+}
+
+/// A format that is not written.
+const NONE: Writer = Writer { mesh: None, records: points_and_cells, points: None, records_per_point: 1 };
+
+/// Returns the functions that write a format.
+pub const fn writer(format: Format) -> Writer {
+    match format {
+        Format::Node => Writer {
+            points: Some(|out, points, options, progress| {
+                tetgen::write_points(out, points, options.first_id, progress)
+            }),
+            ..SET
+        },
+        Format::Ele | Format::Faces => SET,
+        Format::Xyz => Writer {
+            points: Some(|out, points, _, progress| table::write(out, points, b' ', progress)),
+            ..NONE
+        },
+        Format::Csv => Writer {
+            points: Some(|out, points, _, progress| table::write(out, points, b',', progress)),
+            ..NONE
+        },
+        Format::Npy => Writer {
+            mesh: Some(Body::One(|out, mesh, _, progress| npy::write_cells(out, mesh, progress))),
+            records: |mesh| mesh.cell_count() as u64,
+            points: Some(|out, points, _, progress| npy::write_points(out, points, progress)),
+            ..NONE
+        },
+        Format::Off => Writer {
+            mesh: Some(Body::One(|out, mesh, _, progress| off::write(out, mesh, progress))),
+            points: Some(|out, points, _, progress| off::write_points(out, points, progress)),
+            ..NONE
+        },
+        Format::Ply => {
+            Writer { points: Some(|out, points, _, progress| ply::write(out, points, progress)), ..NONE }
+        }
+        Format::Stl => Writer {
+            mesh: Some(Body::One(|out, mesh, _, progress| stl::write(out, mesh, progress))),
+            records: |mesh| mesh.cell_count() as u64,
+            ..NONE
+        },
+        Format::Obj => Writer {
+            points: Some(|out, points, _, progress| table::write_obj(out, points, progress)),
+            ..NONE
+        },
+        Format::Vtu => Writer {
+            mesh: Some(Body::One(vtu::write)),
+            records: grid_records,
+            points: Some(|out, points, _, progress| vtu::write_points(out, points, progress)),
+            records_per_point: 5,
+        },
+        Format::Pvtu => Writer { mesh: Some(Body::Pieces(pvtu::write)), records: grid_records, ..NONE },
+        Format::Vtk => Writer {
+            mesh: Some(Body::One(vtk::write)),
+            records: grid_records,
+            points: Some(|out, points, _, progress| vtk::write_points(out, points, progress)),
+            records_per_point: 3,
+        },
+        Format::Msh => Writer {
+            mesh: Some(Body::One(|out, mesh, options, progress| {
+                msh::write(out, mesh, options.msh, progress)
+            })),
+            ..NONE
+        },
+        Format::Msh22 => Writer {
+            mesh: Some(Body::One(|out, mesh, _, progress| msh::write(out, mesh, MshVersion::V22, progress))),
+            ..NONE
+        },
+        Format::Msh41 => Writer {
+            mesh: Some(Body::One(|out, mesh, _, progress| msh::write(out, mesh, MshVersion::V41, progress))),
+            ..NONE
+        },
+        Format::Medit => Writer {
+            mesh: Some(Body::One(|out, mesh, _, progress| medit::write(out, mesh, progress))),
+            ..NONE
+        },
+        Format::Poly | Format::Smesh => NONE,
+    }
+}
+
+/// The set of `TetGen`.
+const SET: Writer = Writer { mesh: Some(Body::Set(tetgen::write)), records: tetgen::records, ..NONE };
+
+/// The table and the writers agree.
+const _: () = {
+    let mut at = 0;
+    while at < Format::ALL.len() {
+        let format = Format::ALL[at];
+        let writer = writer(format);
+        assert!(format.has(Role::Triangulation) == writer.mesh.is_some());
+        assert!(format.has(Role::PointSet) == writer.points.is_some());
+        let is_of_its_files = match (writer.mesh, format.row().files) {
+            (Some(Body::Set(_)), Files::Set) | (Some(Body::Pieces(_)), Files::Pieces) => true,
+            (Some(Body::One(_)) | None, Files::One) => true,
+            _ => false,
+        };
+        assert!(is_of_its_files);
+        // A mesh of a domain has no pieces.
+        assert!(!format.has(Role::Mesh) || matches!(writer.mesh, Some(Body::One(_) | Body::Set(_))));
+        at += 1;
+    }
+};
+
+fn points_and_cells(mesh: &MeshView<'_>) -> u64 {
+    (mesh.point_count() + mesh.cell_count()) as u64
+}
+
+fn grid_records(mesh: &MeshView<'_>) -> u64 {
+    vtu::records(mesh.point_count(), mesh.cell_count())
+}
