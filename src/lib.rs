@@ -145,8 +145,8 @@ pub mod io {
     pub mod write {
         #[doc(inline)]
         pub use septet_io::write::{
-            MshVersion, OutputError, WriteOptions, check_output, check_points_output, write, write_points,
-            write_points_to, write_to,
+            KeptRows, MshVersion, OutputError, WriteOptions, check_output, check_points_output, write,
+            write_points, write_points_to, write_to,
         };
     }
 }

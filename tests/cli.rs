@@ -46,6 +46,9 @@ mod pieces;
 #[path = "cli/predict.rs"]
 mod predict;
 
+#[cfg(unix)]
+#[path = "cli/process_formats.rs"]
+mod process_formats;
 #[path = "cli/process_rows.rs"]
 mod process_rows;
 

@@ -26,7 +26,6 @@ mod progress;
 mod report;
 mod reproduce;
 mod rival;
-mod rows;
 mod run;
 mod scale;
 mod schema;

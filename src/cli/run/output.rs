@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use septet_core::{Outcome, Spec};
-use septet_io::write::{SharedMesh, WriteOptions, write_shared};
+use septet_io::write::{KeptRows, SharedMesh, WriteOptions, write_shared};
 use septet_lab::report::{CostHeader, write_cost_trace};
 
 use super::goal::Goal;
@@ -14,7 +14,6 @@ use crate::errors::{Code, Failure};
 use crate::files;
 use crate::formats::write_mesh;
 use crate::progress::Talk;
-use crate::rows::InputRows;
 
 /// Writes the triangulation to all outputs. Returns the files written.
 pub(super) fn write_mesh_files(
@@ -27,10 +26,23 @@ pub(super) fn write_mesh_files(
     if team.is_alone() {
         return write_all((plan, with_owner), run, rows, talk);
     }
-    let args = plan.goal.args();
-    let mesh = SharedMesh { run, rows: &rows.held.points, first: plan.first_row() + rows.held.first };
+    let held = &rows.held;
+    let mesh = SharedMesh {
+        run,
+        rows: &held.points,
+        first: plan.first_row() + held.first,
+        source_index: held.source_index.as_deref(),
+        dropped: held.skipped,
+    };
     let is_cancelled = || talk.is_cancelled();
-    Ok(write_shared(&mut team.processes, &args.output, &mesh, &args.writing.options(), &is_cancelled)?)
+    let (outputs, options) = (&plan.goal.args().output, options((plan, with_owner), rows));
+    Ok(write_shared(&mut team.processes, outputs, &mesh, &options, &is_cancelled)?)
+}
+
+/// Returns the options of the writers.
+fn options<'a>((plan, with_owner): (&Plan<'_>, bool), rows: &'a Rows) -> WriteOptions<'a> {
+    let (args, held) = (plan.goal.args(), &rows.held);
+    WriteOptions { with_owner, first_id: held.first_id, point_data: &held.columns, ..args.writing.options() }
 }
 
 /// Writes the triangulation of one process.
@@ -40,30 +52,16 @@ fn write_all(
     rows: &Rows,
     talk: &Talk,
 ) -> Result<Vec<PathBuf>, Failure> {
-    let (args, held) = (plan.goal.args(), &rows.held);
-    let options = WriteOptions {
-        with_owner,
-        first_id: held.first_id,
-        point_data: &rows.columns,
-        ..args.writing.options()
-    };
+    let held = &rows.held;
+    // In a file that has only cells, or only some of the points, indices count all rows of the input.
+    let kept = held.source_index.as_deref().map(|rows| KeptRows { rows, dropped: held.skipped });
+    let options = WriteOptions { kept, ..options((plan, with_owner), rows) };
     let mut files = Vec::new();
-    for output in &args.output {
+    for output in &plan.goal.args().output {
         talk.check();
         let stage = format!("writing {}", output.display());
         let mut progress = |done: u64, total: u64| talk.stage(&stage, done, Some(total));
-        let view = run.view(held.points.coordinates());
-        let written = match (&held.source_index, options.format_of(output)?) {
-            // In a file that has only cells, or only some of the points, indices count all rows of the input, including
-            // dropped ones.
-            (Some(source), format) if format.row().has_input_rows => {
-                let all = InputRows::of(&view, &rows.columns, source, held.skipped);
-                let options = WriteOptions { point_data: &all.columns, ..options };
-                write_mesh(output, &all.view(&view), &options, &mut progress)
-            }
-            _ => write_mesh(output, &view, &options, &mut progress),
-        };
-        files.extend(written?);
+        files.extend(write_mesh(output, &run.view(held.points.coordinates()), &options, &mut progress)?);
     }
     Ok(files)
 }

@@ -102,10 +102,8 @@ fn refuse(goal: Goal<'_>, spec: &Spec) -> Result<(), Failure> {
     let options = [
         ("--workers leaves", spec.machine.workers == Workers::Leaves),
         ("--cost-trace", goal.cost_trace().is_some()),
-        ("--keep-columns", spec.input.keep_columns),
         ("--with-owner", spec.keep.owner),
         ("--view", spec.keep.view.is_some_and(|shown| shown > 0)),
-        ("--skip-invalid", spec.input.skip_invalid),
     ];
     match options.iter().find(|(_, given)| *given) {
         Some((option, _)) => {

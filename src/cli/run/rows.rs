@@ -9,7 +9,7 @@ use septet_core::run::memory::admit;
 use septet_core::run::processes::rows_of;
 use septet_core::spec::Task;
 use septet_core::{Error, Spec};
-use septet_io::read::{Column, SharedPoints, read_shared, share_points};
+use septet_io::read::{SharedPoints, read_shared, share_points};
 
 use super::plan::Plan;
 use super::team::Team;
@@ -21,8 +21,6 @@ use crate::progress::Talk;
 pub(super) struct Rows {
     /// The points.
     pub held: SharedPoints,
-    /// Other columns of a text table, if they are kept.
-    pub columns: Vec<Column>,
     /// The Lipschitz constant of an f-spaced set.
     pub spacing: Option<f64>,
     /// Measured seconds, if this process reads alone.
@@ -56,7 +54,7 @@ impl Rows {
         }
         // A process that was interrupted while reading ends the command on all of them.
         team.agree(if talk.is_cancelled() { Err(Failure::interrupted()) } else { Ok(()) })?;
-        Ok(Rows { held, columns: Vec::new(), spacing, seconds: None })
+        Ok(Rows { held, spacing, seconds: None })
     }
 
     /// Takes the points that one process loaded.
@@ -68,9 +66,10 @@ impl Rows {
             source_index,
             first_id,
             files,
+            columns,
             ..SharedPoints::of_block(points, 0, rows)
         };
-        Rows { held, columns, spacing, seconds: Some(seconds) }
+        Rows { held, spacing, seconds: Some(seconds) }
     }
 
     /// Completes the specification once the rows are known: the spacing, the picture, progress and cancellation. Checks the
@@ -102,10 +101,11 @@ impl Rows {
     /// Returns the failure for an error of a run over these rows. An error about points gives the file and the positions of the
     /// points in it.
     pub(super) fn failure(&self, error: Error, plan: &Plan<'_>) -> Failure {
-        let base = plan.first_row() as usize;
-        let of_input = |row: usize| match (&self.held.source_index, plan.placement) {
-            (Some(source), None) => source[row] as usize,
-            _ => row.saturating_sub(base),
+        let base = plan.first_row() as usize + self.held.first as usize;
+        let of_input = |row: usize| {
+            // If rows were dropped, a process knows the numbers of its own rows only.
+            let own = self.held.source_index.as_ref().and_then(|source| source.get(row.checked_sub(base)?));
+            own.map_or(row.saturating_sub(plan.first_row() as usize), |row| *row as usize)
         };
         placed(error, &self.held.files, &plan.goal.args().input, of_input)
     }

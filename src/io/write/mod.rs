@@ -7,15 +7,18 @@ mod buckets;
 mod error;
 mod folder;
 mod formats;
+mod input_rows;
 mod labels;
 mod names;
 mod options;
+mod output;
 mod points;
 mod quality;
 mod records;
 mod shared;
 #[doc(hidden)]
 pub mod stage;
+mod staged;
 pub mod topology;
 
 use std::io::Write;
@@ -23,20 +26,21 @@ use std::path::{Path, PathBuf};
 
 use septet_core::model::MeshView;
 
-use crate::ending::without_gz;
-
 pub use error::OutputError;
-pub use options::{MshVersion, WriteOptions};
+pub use names::faces_path;
+pub use options::{KeptRows, MshVersion, WriteOptions};
 pub use points::{check_points_output, write_points, write_points_to};
 pub use quality::radius_edge_ratio;
-pub use shared::{SharedMesh, check_shared, write_shared};
+pub use shared::{GATHER_LIMIT, SharedMesh, check_shared, write_shared};
 
-use crate::format::{Files, Format, Role};
+use crate::format::{Files, Format};
 use error::WriteFault;
-use formats::{Body, pvtu, vtu_faces, writer};
+use formats::{Body, pvtu, writer};
+use input_rows::InputRows;
 use options::check_first_id;
 use records::WriteProgress;
 use stage::Stage;
+use staged::Staged;
 
 /// Checks that a triangulation can be written under this path, before any other work.
 ///
@@ -74,13 +78,6 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
     stage.commit().map(|_| ())
 }
 
-/// Returns the path for the faces of a mesh of a domain. For `mesh.vtu`, it is `mesh.faces.vtu` in the same
-/// directory.
-pub fn faces_path(path: &Path) -> PathBuf {
-    let (plain, zipped) = without_gz(path);
-    plain.with_extension(if zipped { "faces.vtu.gz" } else { "faces.vtu" })
-}
-
 /// Writes a triangulation to a file and returns the files written.
 ///
 /// The options or the extension determine the format. Each of `.node`, `.ele`, `.face`, `.edge` and `.neigh` writes the
@@ -98,34 +95,10 @@ pub fn write(
     options: &WriteOptions<'_>,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Vec<PathBuf>, OutputError> {
-    let format = options.format_of(path)?;
     check_mesh(mesh, options)?;
-    let (body, mut progress) = prepare(format, mesh, path, progress)?;
-    let mut stage = Stage::default();
-    let mut files = Vec::new();
-    match body {
-        Body::Pieces(write) => files = write(path, mesh, options, &mut progress)?,
-        Body::Set(write) => write(path, mesh, options, &mut stage, &mut progress)?,
-        Body::One(write) => stage.write(path, |out| write(out, mesh, options, &mut progress))?,
-    }
-    if let (Format::Vtu, Some(labels)) = (format, mesh.labels) {
-        stage.write(&faces_path(path), |out| vtu_faces::write(out, mesh, labels, &mut progress))?;
-    }
-    files.extend(stage.commit()?);
-    progress.finish();
-    Ok(files)
-}
-
-/// Returns the writer of a format of triangulations, and the progress of its records.
-fn prepare<'a>(
-    format: Format,
-    mesh: &MeshView<'_>,
-    path: &Path,
-    progress: &'a mut dyn FnMut(u64, u64),
-) -> Result<(Body, WriteProgress<'a>), OutputError> {
-    let writer = writer(format);
-    let body = writer.mesh.ok_or_else(|| OutputError::unknown(path, Role::Triangulation))?;
-    Ok((body, WriteProgress::new((writer.records)(mesh), progress)))
+    let mut staged = Staged::default();
+    output::add(&mut staged, path, mesh, options, progress)?;
+    staged.commit()
 }
 
 /// Writes a triangulation to a stream, such as standard output. The options must state the format.
@@ -141,10 +114,19 @@ pub fn write_to(
 ) -> Result<(), OutputError> {
     let path = Path::new("-");
     let format = options.format_of(path)?;
-    let (body, mut progress) = prepare(format, mesh, path, progress)?;
-    let Body::One(write) = body else { return Err(OutputError::NotOneFile) };
+    let writer = writer(format);
+    let Some(Body::One(write)) = writer.mesh else { return Err(OutputError::NotOneFile) };
     check_mesh(mesh, options)?;
-    let written = write(out, mesh, options, &mut progress);
+    let rows = options.kept.filter(|_| format.row().has_input_rows);
+    let rows = rows.map(|kept| InputRows::of(mesh, options.point_data, kept));
+    let mut progress = WriteProgress::new((writer.records)(mesh), progress);
+    let written = match &rows {
+        None => write(out, mesh, options, &mut progress),
+        Some(rows) => {
+            let options = WriteOptions { point_data: &rows.columns, ..*options };
+            write(out, &rows.view(mesh), &options, &mut progress)
+        }
+    };
     written.and_then(|()| Ok(out.flush()?)).map_err(WriteFault::of_stream)?;
     progress.finish();
     Ok(())

@@ -173,7 +173,6 @@ fn append(
     (path, first): (&Path, &Path),
     (before, extent): (u64, Extent),
 ) -> Result<(), ListError> {
-    let (expected, found) = (columns::names(&all.columns), columns::names(&file.columns));
     let (known, added) = (all.points.len(), file.points.len());
     let (width, other) = (all.points.dimension(), file.points.dimension());
     let reserved = match (&mut all.points, file.points) {
@@ -189,10 +188,7 @@ fn append(
         let error = Box::new(InputError::OutOfMemory { path: path.to_owned(), bytes });
         ListError::File { error, before }
     })?;
-    if !columns::append(&mut all.columns, file.columns) {
-        let (path, first) = (path.to_owned(), first.to_owned());
-        return Err(ListError::MixedColumns { path, found, first, expected });
-    }
+    columns::append(&mut all.columns, file.columns, (path, first))?;
     if file.skipped > 0 && all.source_index.is_none() {
         all.source_index = Some((0..known as u64).collect());
     }

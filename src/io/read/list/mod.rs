@@ -13,6 +13,7 @@ mod pattern;
 #[cfg(test)]
 mod tests;
 
+pub(super) use columns::append as append_columns;
 pub use error::{EntryFault, ListError};
 pub use files::FileList;
 pub(super) use join::empty;

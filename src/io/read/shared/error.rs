@@ -17,9 +17,6 @@ pub(super) enum SharedError {
     /// A file of a list cannot be read, or does not agree with the files before it.
     #[error(transparent)]
     List(Box<ListError>),
-    /// The options ask for other columns.
-    #[error("--keep-columns is not supported if several processes read the input; omit it")]
-    KeepColumns,
     /// A file that one process must read is too large.
     #[error("{}: the file has more than {limit} bytes, and its format does not allow several processes to read it in parts; save it as .npy in C order", shown(.path))]
     TooLarge {
@@ -92,7 +89,6 @@ impl SharedError {
     /// Returns the exit code of the program.
     fn code(&self) -> u8 {
         match self {
-            Self::KeepColumns => exit_code::USAGE,
             Self::TooLarge { .. } => exit_code::LIMIT,
             Self::Blocks { .. } => exit_code::FAILED,
             Self::File(error) => error.exit_code(),

@@ -6,7 +6,7 @@
 //! of all blocks, and each process parses its own rows. With `skip_invalid`, arrays and raw files are also read twice, because dropped
 //! rows do not count.
 //!
-//! **Other files.** Process 0 reads them as [`read`](super::read()) does, and sends each process its rows. These are
+//! **Other files.** With [`ReadOptions::keep_columns`], process 0 reads all files and keeps the columns. Process 0 reads them as [`read`](super::read()) does, and sends each process its rows. These are
 //! compressed files, arrays in Fortran order, chemical files, pipes, standard input and all other formats. Process 0 holds
 //! the points of all these files until they are sent. A file of more than [`WHOLE_LIMIT`] bytes is refused.
 //!
@@ -31,9 +31,9 @@ use std::path::PathBuf;
 use septet_core::model::Points;
 use septet_protocol::wire::{Ended, Processes, WireError};
 
-use super::list::ListedFile;
 use super::list::notes::Notes;
-use super::points::{CoordinateType, PointFile, ReadOptions};
+use super::list::{self, ListedFile};
+use super::points::{Column, CoordinateType, PointFile, ReadOptions};
 
 use block::{Mark, Reading, Rows};
 use error::{SharedError, agree};
@@ -66,6 +66,8 @@ pub struct SharedPoints {
     pub first_id: u64,
     /// The type of the coordinates in binary files, as in [`PointFile::coordinate_type`].
     pub coordinate_type: Option<CoordinateType>,
+    /// The columns of all rows that are not dropped, on process 0, as in [`PointFile::columns`]. Empty on the others.
+    pub columns: Vec<Column>,
 }
 
 impl SharedPoints {
@@ -82,6 +84,7 @@ impl SharedPoints {
             files: Vec::new(),
             first_id: 0,
             coordinate_type: None,
+            columns: Vec::new(),
         }
     }
 }
@@ -108,7 +111,7 @@ const LIMITS: Limits = Limits { step: 1 << 20, whole: WHOLE_LIMIT, round: 1 << 2
 ///
 /// # Errors
 /// All processes return the same error. It has the message of `read` or `read_list`, and the exit code of the program. Also
-/// fails if the options ask for further columns, if a file that process 0 must read has more than [`WHOLE_LIMIT`] bytes, if
+/// fails if a file that process 0 must read has more than [`WHOLE_LIMIT`] bytes, if
 /// the processes see different files, or if the processes lose each other.
 pub fn read_shared(
     processes: &mut Processes<'_>,
@@ -174,7 +177,7 @@ impl Call<'_> {
         let blocks = blocks(processes, all.kept, block)?;
         let marks = self.marks(processes, (&plans, &tallies), &all, &blocks)?;
         let dealt = self.deal(processes, &plans, &all, &whole, &blocks)?;
-        drop(whole.content);
+        let columns = agree(processes, joined_columns(self.files, whole.content))?;
         let reading = Reading { plans: &plans, all: &all, options, step };
         let own = &blocks[processes.process() as usize];
         let read = reading.block(own, &marks, dealt);
@@ -191,6 +194,7 @@ impl Call<'_> {
             files: all.listed(self.files),
             first_id: all.first_id(),
             coordinate_type: all.coordinate_type(),
+            columns,
         })
     }
 
@@ -282,6 +286,18 @@ impl Call<'_> {
         self.files.iter().zip(notes).for_each(|(path, notes)| listed.add(path, notes));
         listed.lines()
     }
+}
+
+/// Joins the kept columns of files, and drops their points.
+fn joined_columns(paths: &[PathBuf], content: Vec<PointFile>) -> Result<Vec<Column>, SharedError> {
+    let mut all: Option<(&PathBuf, Vec<Column>)> = None;
+    for (path, file) in paths.iter().zip(content).filter(|(_, file)| !file.points.is_empty()) {
+        match &mut all {
+            None => all = Some((path, file.columns)),
+            Some((first, columns)) => list::append_columns(columns, file.columns, (path, first))?,
+        }
+    }
+    Ok(all.map(|(_, columns)| columns).unwrap_or_default())
 }
 
 /// Returns the blocks of all processes.

@@ -74,8 +74,7 @@ pub(super) fn survey(
     step: usize,
 ) -> Result<Vec<Plan>, Ended> {
     let each = |path: &PathBuf| of_file(path, options, step);
-    let own: Result<Vec<Surveyed>, SharedError> =
-        if options.keep_columns { Err(SharedError::KeepColumns) } else { files.iter().map(each).collect() };
+    let own: Result<Vec<Surveyed>, SharedError> = files.iter().map(each).collect();
     let own = agree(processes, own)?;
     let (plans, seen): (Vec<Plan>, Vec<[u64; 2]>) = own.into_iter().map(|of| (of.plan, of.seen)).unzip();
     let same = compare(processes, files, &seen)?;
@@ -130,8 +129,8 @@ fn of_file(path: &Path, options: &ReadOptions, step: usize) -> Result<Surveyed, 
         return Err(InputError::Directory { path: path.to_owned() }.into());
     }
     let packing = Packing::of_points(path, options);
-    // Only one process can read from a pipe.
-    if !found.is_file() || packing == Packing::Gzip {
+    // Only one process can read from a pipe, and values of other columns stay on the process that writes them.
+    if !found.is_file() || packing == Packing::Gzip || options.keep_columns {
         return Ok(whole(if found.is_file() { found.len() } else { 0 }));
     }
     let size = found.len();

@@ -15,7 +15,7 @@ pub mod vtu;
 pub mod vtu_faces;
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use septet_core::model::{MeshView, Points};
 
@@ -23,6 +23,7 @@ use super::error::{OutputError, WriteFault};
 use super::options::{MshVersion, WriteOptions};
 use super::records::WriteProgress;
 use super::stage::Stage;
+use super::staged::Staged;
 use crate::format::{Files, Format, Role};
 
 /// Writes a triangulation as one file.
@@ -36,9 +37,14 @@ type WriteSet = fn(
     &mut Stage,
     &mut WriteProgress<'_>,
 ) -> Result<(), OutputError>;
-/// Writes a triangulation as pieces, and returns the files.
-type WritePieces =
-    fn(&Path, &MeshView<'_>, &WriteOptions<'_>, &mut WriteProgress<'_>) -> Result<Vec<PathBuf>, OutputError>;
+/// Writes a triangulation as pieces.
+type WritePieces = fn(
+    &Path,
+    &MeshView<'_>,
+    &WriteOptions<'_>,
+    &mut Staged,
+    &mut WriteProgress<'_>,
+) -> Result<(), OutputError>;
 /// Writes a set of points.
 pub type WritePoints =
     fn(&mut dyn Write, &Points, &WriteOptions<'_>, &mut WriteProgress<'_>) -> Result<(), WriteFault>;
@@ -54,6 +60,19 @@ pub enum Body {
     Pieces(WritePieces),
 }
 
+/// How several processes write a triangulation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// The first process gathers the triangulation and writes it.
+    Whole,
+    /// Each process writes a range of the sorted cells.
+    Cells,
+    /// Each process writes ranges of the points and of the sorted cells.
+    Grid,
+    /// Each process writes the pieces of its workers.
+    Pieces,
+}
+
 /// The functions that write a format, one for each use.
 #[derive(Clone, Copy)]
 pub struct Writer {
@@ -65,10 +84,12 @@ pub struct Writer {
     pub points: Option<WritePoints>,
     /// The number of records for each point of a set of points.
     pub records_per_point: u64,
+    pub way: Way,
 }
 
 /// A format that is not written.
-const NONE: Writer = Writer { mesh: None, records: points_and_cells, points: None, records_per_point: 1 };
+const NONE: Writer =
+    Writer { mesh: None, records: points_and_cells, points: None, records_per_point: 1, way: Way::Whole };
 
 /// Returns the functions that write a format.
 pub const fn writer(format: Format) -> Writer {
@@ -92,6 +113,7 @@ pub const fn writer(format: Format) -> Writer {
             mesh: Some(Body::One(|out, mesh, _, progress| npy::write_cells(out, mesh, progress))),
             records: |mesh| mesh.cell_count() as u64,
             points: Some(|out, points, _, progress| npy::write_points(out, points, progress)),
+            way: Way::Cells,
             ..NONE
         },
         Format::Off => Writer {
@@ -116,13 +138,17 @@ pub const fn writer(format: Format) -> Writer {
             records: grid_records,
             points: Some(|out, points, _, progress| vtu::write_points(out, points, progress)),
             records_per_point: 5,
+            way: Way::Grid,
         },
-        Format::Pvtu => Writer { mesh: Some(Body::Pieces(pvtu::write)), records: grid_records, ..NONE },
+        Format::Pvtu => {
+            Writer { mesh: Some(Body::Pieces(pvtu::write)), records: grid_records, way: Way::Pieces, ..NONE }
+        }
         Format::Vtk => Writer {
             mesh: Some(Body::One(vtk::write)),
             records: grid_records,
             points: Some(|out, points, _, progress| vtk::write_points(out, points, progress)),
             records_per_point: 3,
+            ..NONE
         },
         Format::Msh => Writer {
             mesh: Some(Body::One(|out, mesh, options, progress| {
@@ -163,6 +189,7 @@ const _: () = {
             _ => false,
         };
         assert!(is_of_its_files);
+        assert!(format.row().is_divided(Role::Triangulation) != matches!(writer.way, Way::Whole));
         // A mesh of a domain has no pieces.
         assert!(!format.has(Role::Mesh) || matches!(writer.mesh, Some(Body::One(_) | Body::Set(_))));
         at += 1;

@@ -9,7 +9,7 @@
 //! folder with a temporary name.
 
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use rayon::prelude::*;
 use septet_core::model::MeshView;
@@ -26,6 +26,7 @@ use crate::write::names::pieces_path;
 use crate::write::options::WriteOptions;
 use crate::write::records::WriteProgress;
 use crate::write::stage::{self, Stage};
+use crate::write::staged::Staged;
 
 /// The value of `vtkGhostType` for a ghost cell (`DUPLICATECELL`) and for a ghost point (`DUPLICATEPOINT`).
 const GHOST: u8 = 1;
@@ -52,33 +53,30 @@ pub fn write(
     path: &Path,
     mesh: &MeshView<'_>,
     options: &WriteOptions<'_>,
+    staged: &mut Staged,
     progress: &mut WriteProgress<'_>,
-) -> Result<Vec<PathBuf>, OutputError> {
+) -> Result<(), OutputError> {
     check(path)?;
     let division = Division::new(*mesh).map_err(|error| match error {
         DivisionError::NoShares => OutputError::NoPieces { path: path.to_path_buf() },
         error => OutputError::InvalidMesh { reason: error.to_string() },
     })?;
-    let target = pieces_path(path);
-    let folder = Folder::create(&target, division.workers())?;
+    let folder = Folder::create(&pieces_path(path), division.workers())?;
+    let pieces = folder.pieces().clone();
+    // If a piece fails, dropping the folder removes it.
+    staged.folders.push(folder);
     let workers: Vec<u32> = (1..=division.workers()).collect();
     // Each thread has one part in memory.
     for batch in workers.chunks(rayon::current_num_threads()) {
         let piece = |&worker: &u32| {
             let part = division.part(worker);
-            write_piece(folder.pieces(), worker, &part, options)?;
+            write_piece(&pieces, worker, &part, options)?;
             Ok(vtu::records(part.owned_points, part.owned_cells))
         };
         let written = batch.par_iter().map(piece).collect::<Result<Vec<u64>, OutputError>>()?;
         progress.advance(written.iter().sum());
     }
-    let mut stage = Stage::default();
-    stage_list(&mut stage, path, &empty_part(mesh), options, folder.pieces(), division.workers())?;
-    let placed = folder.place()?;
-    let mut files = stage.commit()?;
-    placed.keep();
-    files.push(target);
-    Ok(files)
+    stage_list(&mut staged.stage, path, &empty_part(mesh), options, &pieces, division.workers())
 }
 
 /// Writes the piece of a worker.

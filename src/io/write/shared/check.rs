@@ -7,8 +7,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use septet_protocol::wire::{Ended, Processes};
 
 use super::fault::{SharedFault, describe};
-use crate::ending::without_gz;
-use crate::format::{Files, Format, Role};
+use crate::format::{Files, Format};
 use crate::write::error::OutputError;
 use crate::write::formats::pvtu;
 use crate::write::options::{WriteOptions, check_first_id};
@@ -38,23 +37,15 @@ pub(super) fn check(
 
 /// Returns the formats of outputs that several processes can write.
 fn formats(outputs: &[PathBuf], options: &WriteOptions<'_>) -> Result<Vec<Format>, SharedFault> {
-    let used = [("--with-owner", options.with_owner), ("--keep-columns", !options.point_data.is_empty())];
-    if let Some(&(option, _)) = used.iter().find(|(_, is_used)| *is_used) {
-        return Err(SharedFault::Option { option });
+    if options.with_owner {
+        return Err(SharedFault::Option { option: "--with-owner" });
     }
     check_first_id(options.first_id)?;
     let mut formats = Vec::with_capacity(outputs.len());
     for path in outputs {
         let format = options.format_of(path)?;
-        let not_shared = |what, remedy| Err(SharedFault::NotShared { path: path.clone(), what, remedy });
-        if !format.row().is_divided(Role::Triangulation) {
-            return not_shared("this format", "write .npy, .vtu or .pvtu");
-        }
         if path.as_os_str() == "-" || is_special(path) {
-            return not_shared("a stream or a device", "write a file");
-        }
-        if without_gz(path).1 {
-            return not_shared("a compressed file", "omit .gz");
+            return Err(SharedFault::NotAFile { path: path.clone() });
         }
         formats.push(format);
     }
@@ -99,7 +90,7 @@ impl Tokens {
             if format.row().files == Files::Pieces {
                 pvtu::check(path)?;
             } else {
-                probe(path)?;
+                format.files(path).iter().try_for_each(|file| probe(file))?;
             }
             let ((), token) = beside(path, |token| fs::File::create_new(token).map(drop))?;
             tokens.files.push(token.clone());

@@ -11,9 +11,14 @@ pub(super) enum SharedFault {
     /// One process could not write it either.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// Only one process can write such an output.
-    #[error("{}: several processes cannot write {what}; {remedy}", .path.display())]
-    NotShared { path: PathBuf, what: &'static str, remedy: &'static str },
+    /// Only a process of its own can write to a stream.
+    #[error("{}: several processes cannot write a stream or a device; write a file", .path.display())]
+    NotAFile { path: PathBuf },
+    /// The triangulation is too large for the first process.
+    #[error(
+        "the first process would hold {bytes} bytes of the triangulation, more than {limit}, for outputs that one process writes; write {divided} without other columns, and drop no rows"
+    )]
+    TooLarge { bytes: u64, limit: u64, divided: String },
     /// Only one process can write the data that an option adds.
     #[error("{option} is not possible if several processes write the output; omit it")]
     Option { option: &'static str },
@@ -43,6 +48,7 @@ pub(super) fn describe(fault: &SharedFault) -> (u8, String) {
     let code = match fault {
         SharedFault::Output(error) => error.exit_code(),
         SharedFault::NotVisible { .. } => exit_code::FAILED,
+        SharedFault::TooLarge { .. } => exit_code::LIMIT,
         SharedFault::Interrupted => exit_code::INTERRUPTED,
         _ => exit_code::USAGE,
     };

@@ -13,15 +13,9 @@ pub(super) const FLAT_WORKER: u32 = 1;
 /// the others. Only that process needs memory for all points.
 pub(super) fn gather(processes: &mut Processes<'_>, mesh: &SharedMesh<'_>) -> Result<Piece, Ended> {
     let space = mesh.run.space;
-    let points = &mesh.run.left_out;
-    let mut unused: Vec<u64> = points.duplicates.iter().map(|(row, _)| *row).collect();
-    unused.extend(&points.refused);
-    unused.sort_unstable();
     let mut bytes = Vec::with_capacity(8 + 8 * (mesh.rows.len() * (space + 1)));
-    for (row, place) in (mesh.first..).zip(mesh.rows.coordinates().chunks_exact(space)) {
-        if unused.binary_search(&row).is_err() {
-            append(&mut bytes, std::iter::once(row).chain(place.iter().map(|c| c.to_bits())));
-        }
+    for (row, place) in mesh.vertices() {
+        append(&mut bytes, std::iter::once(row).chain(place.iter().map(|c| c.to_bits())));
     }
     let process = mesh.run.placement.process_of(FLAT_WORKER);
     let arrived = processes.scatter(vec![Parcel { process, bytes }])?;

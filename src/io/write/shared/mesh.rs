@@ -15,12 +15,26 @@ pub struct SharedMesh<'a> {
     /// The number of the first of these rows. The rows of a process follow those of the process before it. The first process can
     /// begin with any number.
     pub first: u64,
+    /// The row of the input of each point that this process read, if rows were dropped.
+    pub source_index: Option<&'a [u64]>,
+    /// Number of dropped rows of all processes.
+    pub dropped: u64,
 }
 
 impl SharedMesh<'_> {
     /// Returns `true` if the points do not span the space, so that there are no cells.
     pub(super) fn is_flat(&self) -> bool {
         self.run.is_flat()
+    }
+
+    /// Returns the rows of this process that are neither duplicates nor refused, each with its coordinates.
+    pub(super) fn vertices(&self) -> impl Iterator<Item = (u64, &[f64])> {
+        let points = &self.run.left_out;
+        let mut unused: Vec<u64> = points.duplicates.iter().map(|(row, _)| *row).collect();
+        unused.extend(&points.refused);
+        unused.sort_unstable();
+        let rows = (self.first..).zip(self.rows.coordinates().chunks_exact(self.run.space));
+        rows.filter(move |(row, _)| unused.binary_search(row).is_err())
     }
 
     /// Checks that the arrays of this process are consistent, given the numbers of the rows of all processes.
@@ -31,6 +45,9 @@ impl SharedMesh<'_> {
         let (space, found) = (self.run.space, self.rows.dimension());
         if space != found {
             return Err(format!("rows of {found} coordinates for a triangulation with {space}"));
+        }
+        if self.source_index.map_or(0, <[u64]>::len) != if self.dropped > 0 { self.rows.len() } else { 0 } {
+            return Err("the input rows of the points are missing".to_string());
         }
         for subdomain in &self.run.shares {
             let (rank, points) = (subdomain.rank, subdomain.ids.len());

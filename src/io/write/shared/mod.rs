@@ -2,7 +2,9 @@
 //!
 //! Process 0 creates all files under temporary names. A `.npy` or `.vtu` file has a range of bytes for each process,
 //! because the canonical order is sorted across the processes. A `.pvtu` file has pieces, which the process of the worker
-//! writes. When all processes have written their shares and the bytes are on disk, process 0 renames all files.
+//! writes. Process 0 gathers the triangulation and writes the other outputs as one process does: other formats, compressed
+//! files, values at points, and formats that number points by input rows of which some were dropped. It gathers at most
+//! [`GATHER_LIMIT`] bytes. When all processes have written their shares and the bytes are on disk, process 0 renames all files.
 //!
 //! All functions are collective. If a process has an error, all processes return it, and no output is left. If processes
 //! lose each other, process 0 removes its temporary files, but another process may still write to their folder.
@@ -12,6 +14,7 @@ mod check;
 mod counts;
 mod fault;
 mod flat;
+mod gather;
 mod ghosts;
 mod mesh;
 mod piece;
@@ -25,15 +28,19 @@ use std::path::PathBuf;
 
 use septet_protocol::wire::{Ended, Processes};
 
+pub use gather::GATHER_LIMIT;
 pub use mesh::SharedMesh;
 
+use super::formats::{Way, writer};
 use super::options::WriteOptions;
+use super::staged::Staged;
+use crate::ending::without_gz;
 use crate::format::Format;
 use counts::Counts;
 use fault::{SharedFault, describe};
-use staged::Staged;
+use gather::Whole;
 
-/// Checks before a run that all processes can write these outputs together: the formats, the names, and that all
+/// Checks before a run that all processes can write these outputs together: the names, the options, and that all
 /// processes see the folders of process 0.
 ///
 /// # Errors
@@ -49,7 +56,8 @@ pub fn check_shared(
 
 /// Writes outputs on all processes, and returns the files written. They appear under their names only when all processes
 /// have written all of them. Coordinates of the input must not be -0.0, which readers replace. Between two outputs, a process asks `stop`
-/// whether to end the call on all processes.
+/// whether to end the call on all processes. The values at points in the options of process 0 are those of all rows; other
+/// processes need none.
 ///
 /// # Errors
 /// See [`check_shared`]. Also fails if writing fails, or if the shares of the processes contradict each other. Existing
@@ -63,29 +71,40 @@ pub fn write_shared(
 ) -> Result<Vec<PathBuf>, Ended> {
     let formats = check::check(processes, outputs, options)?;
     let counts = Counts::gather(processes, mesh)?;
+    let has_columns = processes.all_gather(&!options.point_data.is_empty())?[0];
+    let way = |(path, format): (&PathBuf, &Format)| {
+        let row = format.row();
+        let needs_all = (has_columns && row.has_data) || (mesh.dropped > 0 && row.has_input_rows);
+        if needs_all || without_gz(path).1 { Way::Whole } else { writer(*format).way }
+    };
+    let ways: Vec<Way> = outputs.iter().zip(&formats).map(way).collect();
+    let of = |way: Way| outputs.iter().zip(&ways).filter(move |(_, own)| **own == way).map(|(path, _)| path);
     let go_on = |processes: &mut Processes<'_>| {
         processes.agree(if stop() { Err(SharedFault::Interrupted) } else { Ok(()) }, describe)
     };
-    let of = |format: Format| {
-        let all = outputs.iter().zip(&formats);
-        all.filter(move |(_, own)| **own == format).map(|(path, _)| path)
-    };
     let mut staged = Staged::default();
-    let has_grids = of(Format::Vtu).next().is_some();
-    if has_grids || of(Format::Npy).next().is_some() {
+    let has_grids = of(Way::Grid).next().is_some();
+    if has_grids || of(Way::Cells).next().is_some() {
         let cells = sort::sort(processes, mesh, &counts, has_grids)?;
-        for path in of(Format::Npy) {
+        for path in of(Way::Cells) {
             go_on(processes)?;
             staged.write_range(processes, path, |place| ranges::write_npy(place, &cells))?;
         }
-        for path in of(Format::Vtu) {
+        for path in of(Way::Grid) {
             go_on(processes)?;
             staged.write_range(processes, path, |place| ranges::write_vtu(place, mesh, &counts, &cells))?;
         }
     }
-    for path in of(Format::Pvtu) {
+    for path in of(Way::Pieces) {
         go_on(processes)?;
         pieces::write(processes, &mut staged, path, mesh, &counts, options)?;
+    }
+    if of(Way::Whole).next().is_some() {
+        let whole = Whole::gather(processes, mesh, &counts)?;
+        for path in of(Way::Whole) {
+            go_on(processes)?;
+            whole.write(processes, &mut staged, path, options)?;
+        }
     }
     go_on(processes)?;
     // The other processes have no files to rename.

@@ -11,10 +11,10 @@ use super::flat::{self, FLAT_WORKER};
 use super::ghosts::Ghosts;
 use super::mesh::SharedMesh;
 use super::piece::piece;
-use super::staged::Staged;
 use crate::write::folder::Pieces;
 use crate::write::formats::pvtu::{stage_list, write_piece};
 use crate::write::options::WriteOptions;
+use crate::write::staged::Staged;
 
 /// The content of the pieces, apart from the subdomains.
 enum Content {

@@ -1,4 +1,5 @@
-//! The files of a call under temporary names. Process 0 creates and renames them; the others open them by name.
+//! The files of a call under temporary names. Process 0 creates and renames them; the others open them by name, and their own
+//! [`Staged`] is empty.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, IntoInnerError};
@@ -8,16 +9,10 @@ use septet_protocol::wire::{Ended, Processes};
 
 use super::fault::{SharedFault, describe};
 use crate::write::error::OutputError;
-use crate::write::folder::{Folder, Pieces, Placed};
+use crate::write::folder::{Folder, Pieces};
 use crate::write::names::pieces_path;
-use crate::write::stage::{Stage, directory_of, sync};
-
-/// The files and folders that process 0 has not yet renamed. Dropping removes them. On other processes, it is empty.
-#[derive(Default)]
-pub(super) struct Staged {
-    pub stage: Stage,
-    folders: Vec<Folder>,
-}
+use crate::write::stage::{directory_of, sync};
+use crate::write::staged::Staged;
 
 /// The place of a process in a file that several processes write.
 pub(super) struct Place {
@@ -28,7 +23,7 @@ pub(super) struct Place {
 
 impl Staged {
     /// Creates a file, and lets every process write its ranges of bytes. `body` may seek.
-    pub fn write_range(
+    pub(super) fn write_range(
         &mut self,
         processes: &mut Processes<'_>,
         target: &Path,
@@ -43,7 +38,7 @@ impl Staged {
     }
 
     /// Creates the folder of the pieces of a `.pvtu` file. Returns its files.
-    pub fn create_folder(
+    pub(super) fn create_folder(
         &mut self,
         processes: &mut Processes<'_>,
         path: &Path,
@@ -62,14 +57,6 @@ impl Staged {
         };
         let temporary: PathBuf = directory_of(&target).join(name_of_first(processes, own)?);
         Ok(Pieces::of(temporary, &target, pieces))
-    }
-
-    /// Renames folders, then files. If a rename fails, none of them is left, and former folders return.
-    pub fn commit(self) -> Result<(), OutputError> {
-        let placed = self.folders.into_iter().map(Folder::place).collect::<Result<Vec<Placed>, _>>()?;
-        self.stage.commit()?;
-        placed.into_iter().for_each(Placed::keep);
-        Ok(())
     }
 }
 

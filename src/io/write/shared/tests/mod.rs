@@ -26,7 +26,7 @@ struct Own {
 
 impl Own {
     fn mesh(&self) -> SharedMesh<'_> {
-        SharedMesh { run: &self.run, rows: &self.rows, first: self.first }
+        SharedMesh { run: &self.run, rows: &self.rows, first: self.first, source_index: None, dropped: 0 }
     }
 }
 

@@ -1,10 +1,11 @@
 //! A triangulation whose indices count all rows of the input, including rows that were dropped.
 
+use super::options::KeptRows;
+use crate::read::Column;
 use septet_core::model::{MeshView, Shares};
-use septet_io::read::Column;
 
 /// The arrays of a triangulation, with one entry for each row of the input.
-pub struct InputRows {
+pub(super) struct InputRows {
     coordinates: Vec<f64>,
     cells: Vec<u64>,
     point_owner: Option<Vec<u32>>,
@@ -13,10 +14,10 @@ pub struct InputRows {
 }
 
 impl InputRows {
-    /// Renumbers a triangulation. `source` is the row of each point, and `dropped` is the number of dropped rows. Their
-    /// coordinates and values are 0.
-    pub fn of(view: &MeshView<'_>, columns: &[Column], source: &[u64], dropped: u64) -> Self {
-        let rows = source.len() + dropped as usize;
+    /// Renumbers a triangulation. The coordinates and values of dropped rows are 0.
+    pub fn of(view: &MeshView<'_>, columns: &[Column], kept: KeptRows<'_>) -> Self {
+        let source = kept.rows;
+        let rows = source.len() + kept.dropped as usize;
         let of_column = |column: &Column| Column {
             name: column.name.clone(),
             values: spread(&column.values, 1, source, rows),
