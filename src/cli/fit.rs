@@ -1,5 +1,6 @@
 //! `septet fit`.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -7,6 +8,7 @@ use septet_lab::experiment::fit::{Abscissa, FitError, FitRequest, Key, fit, spee
 use septet_lab::experiment::{JournalError, Line, read_lines};
 use septet_lab::report::SCHEMA;
 use septet_lab::report::mesh::MESH_SCHEMA;
+use septet_protocol::ids::Phase;
 use serde_json::{Value, json};
 
 use super::effects::{excludes, needs};
@@ -28,7 +30,8 @@ Examples:
   septet fit times.jsonl --speedup
 
 Counts of a run: levels, leaves, attempts, edges, max-degree, replication, exchange-rounds. Counts of a phase, with \
---phase: depth, depth-log-scan, work, rounds, messages, bytes, seconds, level-depth. The repair phases are fitted \
+--phase: depth, depth-log-scan, work, rounds, messages, bytes, seconds, level-depth, and the counts of rounds, such as \
+largest-load. The repair phases are fitted \
 separately from the phases of the paper.")]
 pub struct FitArgs {
     /// Files of `septet scale`
@@ -114,17 +117,15 @@ fn request(args: &FitArgs) -> Result<Option<FitRequest>, Failure> {
 
 /// Lists the counts that can be fitted, with the command for one of them.
 fn counts(lines: &[Line]) -> String {
-    let mut phases: Vec<&str> = Vec::new();
-    for phase in lines.iter().flat_map(|line| &line.phases) {
-        if !phases.contains(&phase.name.as_str()) {
-            phases.push(&phase.name);
-        }
-    }
+    let rows = lines.iter().flat_map(|line| &line.phases);
+    let phases: BTreeSet<Phase> = rows.map(|row| row.total.phase).collect();
+    let phases: Vec<&str> = phases.into_iter().map(Phase::name).collect();
+    let of_phases: Vec<&str> = Key::names_of_phases().collect();
     let runs = counted(lines.len() as u64, "run");
     format!(
         "{runs}. Choose a count with -y:\n  of a run:    levels, leaves, attempts, edges, max-degree, replication, \
-         exchange-rounds\n  of a phase:  depth, depth-log-scan, work, rounds, messages, bytes, seconds, level-depth; add \
-         --phase NAME\n  phases:      paper, repair, selection, {}\n",
+         exchange-rounds\n  of a phase:  {}; add --phase NAME\n  phases:      paper, repair, selection, {}\n",
+        of_phases.join(", "),
         phases.join(", ")
     )
 }

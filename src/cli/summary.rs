@@ -36,7 +36,7 @@ pub fn of_run(report: &RunReport, is_sample: bool) -> Vec<String> {
         report.certificate
     )];
     lines.extend(set_aside(report));
-    if report.machine.rounds > 0 {
+    if report.machine.traffic.rounds > 0 {
         lines.extend(machine(report));
     }
     let s = &report.seconds;
@@ -88,12 +88,12 @@ fn machine(report: &RunReport) -> Vec<String> {
         format!(
             "{}, {}, {}, {}",
             counted(machine.workers, "worker"),
-            counted(machine.rounds, "round"),
-            counted(machine.messages, "message"),
-            bytes(machine.bytes)
+            counted(machine.traffic.rounds, "round"),
+            counted(machine.traffic.messages, "message"),
+            bytes(machine.traffic.bytes)
         ),
     ));
-    if let (Some(work), Some(depth)) = (machine.totals.paper.work, machine.totals.paper.depth) {
+    if let (Some(work), Some(depth)) = (machine.totals.paper.total.work, machine.totals.paper.total.depth) {
         lines.push(row("counts", format!("work {}, depth {}", grouped(work), grouped(depth))));
     }
     lines

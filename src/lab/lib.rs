@@ -4,6 +4,8 @@ pub mod accounts;
 
 pub mod report;
 
+pub mod rows;
+
 pub mod trace;
 
 pub mod baselines;

@@ -26,8 +26,11 @@ const KEYS: [(&str, &str); 18] = [
     ("/repair", "rounds stars"),
     ("/how_proved", "direct hypothesis local_radius exchange"),
     ("/machine", "workers rounds messages bytes paper repair selection"),
-    ("/machine/paper", "work depth depth_log_scan brent"),
-    ("/phases/0", "name paper group rounds work depth critical_depth messages bytes seconds"),
+    ("/machine/paper", "work depth depth_log_scan brent rounds messages bytes"),
+    (
+        "/phases/0",
+        "name paper repair group rounds work depth depth_log_scan critical_depth messages bytes seconds",
+    ),
     ("/rounds/0", "round phase active merged points largest_load messages bytes largest retries separators"),
     ("/traffic", "bins grouped rows"),
     ("/traffic/rows/0", "phase from to messages bytes"),
@@ -41,7 +44,7 @@ const KEYS: [(&str, &str); 18] = [
     (
         "/tree/by_level/0",
         "level nodes leaves points largest largest_split_ratio largest_attempts separator_points \
-         partition_depth neighbours_depth merge_depth",
+         partition_depth neighbours_depth merge_depth depths",
     ),
     ("/seconds", "read triangulate write total"),
 ];
@@ -66,7 +69,7 @@ fn the_report_is_whole_and_adds_up() {
     assert_keys(
         &report,
         "/nodes/0",
-        "id level population inside attempts kind crossing_inside crossing_outside members edges",
+        "id level population inside attempts kind crossing_inside crossing_outside members edges max_degree visits",
     );
     assert_keys(
         &report,

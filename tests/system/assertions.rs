@@ -10,6 +10,7 @@ use septet_lab::assertions::{
 };
 use septet_lab::experiment::Line;
 use septet_lab::experiment::fit::{FitRequest, Key, Law};
+use septet_protocol::ids::{Group, Phase};
 
 use crate::common::sets::plane;
 use crate::common::{base, simulated};
@@ -53,9 +54,13 @@ fn bounds_hold_or_name_the_round() {
         bytes("separator-sets", 1e5),
         no_repair(),
     );
-    let merged: Vec<u32> = line.rounds.iter().filter(|r| r.merged > 0).map(|r| r.round).collect();
-    let sent: Vec<u32> =
-        line.rounds.iter().filter(|r| r.phase == "merge" && r.messages > 0).map(|r| r.round).collect();
+    let merged: Vec<u32> = line.rounds.iter().filter(|r| r.tally.merged > 0).map(|r| r.key.round).collect();
+    let sent: Vec<u32> = line
+        .rounds
+        .iter()
+        .filter(|r| r.key.phase == Phase::Merge && r.tally.messages > 0)
+        .map(|r| r.key.round)
+        .collect();
     says(levels(&line, 0.0, 2.0), &["levels of the tree: ", "0 log2 n + 2", "level 3", "<- above the bound"]);
     says(levels_over_leaf(&line, 0.1, 0.0), &["log2(n/leaf)", "level 1"]);
     says(depth_of_levels(&line, "partition", 3), &["partition: ", "level 0", "largest node of"]);
@@ -89,7 +94,10 @@ fn the_same_counts_over_workers() {
     };
     differs(&|l| l.tree.attempts += 1, "the tree");
     differs(&|l| l.levels[1].attempts += 1, "level 1");
-    differs(&|l| l.phases.iter_mut().filter(|p| p.paper).for_each(|p| p.depth += 1), "of partition: ");
+    differs(
+        &|l| l.phases.iter_mut().filter(|p| p.group() == Group::Paper).for_each(|p| p.total.depth += 1),
+        "of partition: ",
+    );
     differs(&|l| l.graph.as_mut().unwrap().edges -= 1, "the graph");
     differs(&|l| l.end.as_mut().unwrap().cells += 1, "the result");
 }
@@ -104,9 +112,9 @@ fn sweep(depth: impl Fn(f64) -> f64, bytes: impl Fn(f64) -> f64) -> Vec<Line> {
             let wobble = 1.0 + 0.002 * ((u64::from(exponent) * 7 + seed * 5) % 3) as f64;
             let mut line = Line { n, asked: n, seed, ..line.clone() };
             for phase in &mut line.phases {
-                match phase.name.as_str() {
-                    "partition" => phase.depth = (depth(n as f64) * wobble) as u64,
-                    "separator-sets" => phase.bytes = (bytes(n as f64) * wobble) as u64,
+                match phase.name() {
+                    "partition" => phase.total.depth = (depth(n as f64) * wobble) as u64,
+                    "separator-sets" => phase.total.bytes = (bytes(n as f64) * wobble) as u64,
                     _ => {}
                 }
             }

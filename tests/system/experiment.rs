@@ -11,6 +11,9 @@ use septet_lab::experiment::{
     Journal, JournalError, Line, Program, Runner, Sweep, of_run, parse_sizes, read_lines,
 };
 
+use septet_protocol::ids::{Group, Phase};
+use septet_protocol::ledger::RoundTally;
+
 use crate::common::base;
 use crate::common::sets::{Draw, plane};
 use crate::oracle::{python, source};
@@ -40,7 +43,8 @@ fn lines(sweep: &Sweep) -> Vec<Line> {
 /// A line whose partition has this depth.
 fn with_depth(line: &Line, n: u64, seed: u64, depth: f64) -> Line {
     let mut line = Line { n, asked: n, seed, ..line.clone() };
-    line.phases.iter_mut().filter(|p| p.name == "partition").for_each(|p| p.depth = depth.round() as u64);
+    let partition = line.phases.iter_mut().filter(|row| row.total.phase == Phase::Partition);
+    partition.for_each(|row| row.total.depth = depth.round() as u64);
     line
 }
 
@@ -81,16 +85,16 @@ fn a_run_that_stops_counts_what_the_whole_run_counts() {
         let part = septet_lab::experiment::of_run(&counts);
         assert_eq!((part.end, part.graph, part.totals.repair), (None, None, None));
         let mut seen = Vec::new();
-        for phase in part.phases.iter().filter(|p| p.paper) {
-            let same = all.phase(&phase.name).unwrap();
-            assert_eq!((phase.work, phase.depth, phase.bytes), (same.work, same.depth, same.bytes));
-            seen.push(phase.name.as_str());
+        for phase in part.phases.iter().filter(|p| p.group() == Group::Paper) {
+            let (own, same) = (&phase.total, &all.phase(phase.name()).unwrap().total);
+            assert_eq!((own.work, own.depth, own.bytes), (same.work, same.depth, same.bytes));
+            seen.push(phase.name());
         }
         assert_eq!(seen.last(), Some(&last));
         assert_eq!((part.tree.levels, part.tree.leaves), (all.tree.levels, all.tree.leaves));
     }
     let all = of_run(&run);
-    assert_eq!(all.totals.paper.unwrap().depth, run.ledger.totals.paper.depth);
+    assert_eq!(all.totals.paper.unwrap().total.depth, run.ledger.totals.paper.depth);
     assert_eq!(all.end.unwrap().cells, run.cell_count() as u64);
     let flat: Vec<_> = (0..50).map(|i| glam::DVec2::new(f64::from(i), 0.0)).collect();
     assert_eq!(
@@ -252,6 +256,39 @@ fn incompatible_runs_are_refused() {
     assert!(matches!(ask(Key::Edges, None), FitError::Nothing { .. }));
     assert!(matches!(ask(Key::Depth, Some("repair")), FitError::Nothing { .. }));
     assert!(matches!("speed".parse::<Key>(), Err(FitError::UnknownKey { .. })));
+}
+
+/// A count of a round is a count that `fit` knows, without a list of its own.
+#[test]
+fn counts_of_rounds_can_be_fitted() {
+    for count in RoundTally::COUNTS {
+        assert!(count.name.parse::<Key>().is_ok_and(Key::of_phase), "{}", count.name);
+    }
+    let sweep = Sweep { workers: vec![Workers::Count(3)], ..sweep("200,400,800,1600", 2) };
+    let lines = lines(&sweep);
+    let load: Key = "largest-load".parse().unwrap();
+    assert_eq!((load.name(), serde_json::to_value(load).unwrap()), ("largest-load", "largest-load".into()));
+    let answer = fit(&lines, &FitRequest::new(load, Some("partition"))).unwrap();
+    assert_eq!((answer.series.len(), answer.series[0].runs), (1, lines.len()));
+    for line in &lines {
+        let loads = line.rounds.iter().filter(|row| row.key.phase == Phase::Partition);
+        let most = loads.map(|row| row.tally.largest_load).max().unwrap();
+        assert!(most * 3 >= line.n && most < line.n, "{most} of {} points", line.n);
+    }
+    let text = serde_json::to_string(&lines[0]).unwrap();
+    assert_eq!(serde_json::from_str::<Line>(&text).unwrap(), lines[0]);
+    // A line of an earlier version has fewer counts.
+    let mut old: serde_json::Value = serde_json::from_str(&text).unwrap();
+    old.as_object_mut().unwrap().remove("selection");
+    for phase in old["phases"].as_array_mut().unwrap() {
+        phase.as_object_mut().unwrap().remove("group");
+    }
+    for round in old["rounds"].as_array_mut().unwrap() {
+        ["active", "separators", "retries", "largest_load"]
+            .map(|count| round.as_object_mut().unwrap().remove(count));
+    }
+    let old: Line = serde_json::from_value(old).unwrap();
+    assert_eq!((old.phases, old.totals.selection), (lines[0].phases.clone(), None));
 }
 
 #[test]

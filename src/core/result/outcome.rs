@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::Phase;
-use septet_protocol::ledger::{CondensedLedger, Ledger};
+use septet_protocol::ledger::{CondensedLedger, Ledger, PhaseTotal};
 use septet_protocol::transport::Placement;
 use septet_workers::share::distort;
 
@@ -107,7 +107,7 @@ impl Facts {
 }
 
 /// The traffic of a whole machine.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TrafficTotal {
     /// Number of rounds in which messages were sent.
     pub rounds: u64,
@@ -120,7 +120,12 @@ pub struct TrafficTotal {
 impl TrafficTotal {
     /// Sums the traffic of all phases of a ledger.
     pub fn of(ledger: &Ledger) -> Self {
-        ledger.phases.iter().fold(TrafficTotal::default(), |sum, phase| TrafficTotal {
+        TrafficTotal::of_phases(&ledger.phases)
+    }
+
+    /// Sums the traffic of phases.
+    pub fn of_phases<'a>(phases: impl IntoIterator<Item = &'a PhaseTotal>) -> Self {
+        phases.into_iter().fold(TrafficTotal::default(), |sum, phase| TrafficTotal {
             rounds: sum.rounds + phase.rounds,
             messages: sum.messages + phase.messages,
             bytes: sum.bytes + phase.bytes,

@@ -4,8 +4,9 @@ use std::fmt;
 
 use thiserror::Error;
 
+use crate::experiment::Line;
 use crate::experiment::fit::{FitReport, FitRequest, fit};
-use crate::experiment::{Line, RoundLine};
+use septet_protocol::ledger::{RoundKey, RoundRow, RoundTally};
 
 /// A row of the table in the error: one run.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,8 +86,9 @@ pub(super) fn short(x: f64) -> String {
 }
 
 /// Describes a round that exceeds a bound, in words.
-pub(super) fn describe(round: &RoundLine) -> String {
-    let RoundLine { round, phase, merged, points, messages, bytes, .. } = round;
+pub(super) fn describe(row: &RoundRow) -> String {
+    let RoundRow { key: RoundKey { round, phase }, tally } = row;
+    let (phase, RoundTally { merged, points, messages, bytes, .. }) = (phase.name(), tally);
     format!(
         "round above the bound: round {round} of {phase}, {messages} messages, {bytes} bytes, {merged} merged, \
          {points} points"

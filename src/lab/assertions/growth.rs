@@ -1,7 +1,8 @@
 //! Checks of sweeps: the growth of a count.
 
 use crate::experiment::fit::{Conclusion, FitReport, FitRequest, Key, Law, fit};
-use crate::experiment::{DepthLine, LevelLine, Line, RoundLine};
+use crate::experiment::{DepthLine, LevelLine, Line};
+use septet_protocol::ledger::RoundRow;
 
 use super::broken::{Broken, describe, nothing, short};
 use super::counts::HasCounts;
@@ -22,13 +23,13 @@ fn answered(lines: &[Line], request: &FitRequest) -> Result<FitReport, Broken> {
 
 /// Describes the round with the most bytes in the largest run, of this phase or of any phase.
 fn last_round(lines: &[Line], phase: Option<&str>) -> Option<String> {
-    let of = |r: &&RoundLine| r.messages > 0 && phase.is_none_or(|phase| r.phase == phase);
+    let of = |r: &&RoundRow| r.tally.messages > 0 && phase.is_none_or(|phase| r.key.phase.name() == phase);
     let largest = lines.iter().max_by_key(|line| line.n)?;
     largest
         .rounds
         .iter()
         .filter(of)
-        .max_by_key(|r| r.bytes)
+        .max_by_key(|r| r.tally.bytes)
         .map(|r| describe(r).replace("above the bound", "to check"))
 }
 

@@ -2,7 +2,10 @@
 //! phase.
 
 use crate::experiment::fit::{FitRequest, Key};
-use crate::experiment::{LevelLine, Line, RoundLine};
+use crate::experiment::{LevelLine, Line};
+use crate::rows::PhaseRow;
+use septet_protocol::ids::Phase;
+use septet_protocol::ledger::RoundRow;
 
 use super::broken::{Broken, Row, compare, describe, nothing, short};
 use super::counts::HasCounts;
@@ -74,11 +77,11 @@ pub fn depth_of_levels(counted: &impl HasCounts, phase: &str, most: u64) -> Resu
 /// Fails if a run has more such rounds.
 pub fn rounds(counted: &impl HasCounts, phase: &str, slope: f64, constant: f64) -> Result<(), Broken> {
     let count = |line: &Line| {
-        let rounds = line.phase(phase).map_or(f64::NAN, |p| p.rounds as f64);
+        let rounds = line.phase(phase).map_or(f64::NAN, |p| p.total.rounds as f64);
         (rounds, logarithm(line.n as f64, slope, constant))
     };
     let first = |line: &Line, bound: f64| {
-        let sent = |r: &&RoundLine| r.phase == phase && r.messages > 0;
+        let sent = |r: &&RoundRow| r.key.phase.name() == phase && r.tally.messages > 0;
         line.rounds.iter().filter(sent).nth(bound.max(0.0) as usize).map(describe)
     };
     let question = FitRequest::new(Key::Rounds, Some(phase));
@@ -93,9 +96,10 @@ pub fn rounds(counted: &impl HasCounts, phase: &str, slope: f64, constant: f64) 
 /// Fails if a run has more such rounds, or a different number of merged results.
 pub fn merges(counted: &impl HasCounts, slope: f64, constant: f64) -> Result<(), Broken> {
     let lines = counted.lines();
-    let merging = |line: &Line| line.rounds.iter().filter(|r| r.merged > 0).cloned().collect::<Vec<_>>();
+    let merging =
+        |line: &Line| line.rounds.iter().filter(|r| r.tally.merged > 0).copied().collect::<Vec<_>>();
     for line in &lines {
-        let merged: u64 = merging(line).iter().map(|r| r.merged).sum();
+        let merged: u64 = merging(line).iter().map(|r| r.tally.merged).sum();
         let splits = line.tree.nodes - line.tree.leaves;
         if merged != splits {
             return Err(Broken {
@@ -122,11 +126,11 @@ pub fn messages_per_worker(
     constant: f64,
 ) -> Result<(), Broken> {
     let count = |line: &Line| {
-        let messages = line.phase(phase).map_or(f64::NAN, |p| p.messages as f64);
+        let messages = line.phase(phase).map_or(f64::NAN, |p| p.total.messages as f64);
         (messages / f64::from(line.workers.max(1)), logarithm(line.n as f64, slope, constant))
     };
     let first = |line: &Line, bound: f64| {
-        beyond(line, phase, bound * f64::from(line.workers.max(1)), |round| round.messages)
+        beyond(line, phase, bound * f64::from(line.workers.max(1)), |round| round.tally.messages)
     };
     let question = FitRequest::new(Key::Messages, Some(phase));
     let what = format!("messages of {phase} per worker");
@@ -140,22 +144,22 @@ pub fn messages_per_worker(
 pub fn bytes(counted: &impl HasCounts, phase: &str, factor: f64) -> Result<(), Broken> {
     let count = |line: &Line| {
         let surface = (line.n as f64).powf(1.0 - 1.0 / line.dimension as f64);
-        (line.phase(phase).map_or(f64::NAN, |p| p.bytes as f64), factor * surface)
+        (line.phase(phase).map_or(f64::NAN, |p| p.total.bytes as f64), factor * surface)
     };
-    let first = |line: &Line, bound: f64| beyond(line, phase, bound, |round| round.bytes);
+    let first = |line: &Line, bound: f64| beyond(line, phase, bound, |round| round.tally.bytes);
     let question = FitRequest::new(Key::Bytes, Some(phase));
     let text = format!("{} n^(1-1/d)", short(factor));
     compare(&counted.lines(), &format!("bytes of {phase}"), &text, count, Some(&question), first)
 }
 
 /// Describes the first round of a phase at which the running sum of `of` exceeds the bound.
-fn beyond(line: &Line, phase: &str, bound: f64, of: impl Fn(&RoundLine) -> u64) -> Option<String> {
+fn beyond(line: &Line, phase: &str, bound: f64, of: impl Fn(&RoundRow) -> u64) -> Option<String> {
     let mut sum = 0;
-    let over = |round: &&RoundLine| {
+    let over = |round: &&RoundRow| {
         sum += of(round);
         sum as f64 > bound
     };
-    line.rounds.iter().filter(|r| r.phase == phase).find(over).map(describe)
+    line.rounds.iter().filter(|r| r.key.phase.name() == phase).find(over).map(describe)
 }
 
 /// Checks that no star changed after the local hulls, that there was no splaying, and that no points were gathered.
@@ -169,7 +173,7 @@ pub fn no_repair(counted: &impl HasCounts) -> Result<(), Broken> {
         (end.map_or(f64::NAN, |sum| sum as f64), 0.0)
     };
     let first = |line: &Line, _: f64| {
-        line.rounds.iter().find(|r| r.phase == "repair" && r.messages > 0).map(describe)
+        line.rounds.iter().find(|r| r.key.phase == Phase::Repair && r.tally.messages > 0).map(describe)
     };
     let question = FitRequest::new(Key::ExchangeRounds, None);
     let what = "rounds of splaying, stars changed and points gathered";
@@ -223,15 +227,16 @@ fn difference(a: &Line, b: &Line) -> Option<String> {
             return differs(format!("level {}", x.level), x, y);
         }
     }
-    for phase in a.phases.iter().filter(|p| p.counts_work()) {
-        let own = (phase.work, phase.depth, phase.depth_log_scan);
-        let other = b.phase(&phase.name).map_or((0, 0, 0), |p| (p.work, p.depth, p.depth_log_scan));
+    let counts = |p: &PhaseRow| (p.total.work, p.total.depth, p.total.depth_log_scan);
+    for phase in a.phases.iter().filter(|p| p.group().counts_work()) {
+        let own = counts(phase);
+        let other = b.phase(phase.name()).map_or((0, 0, 0), counts);
         if own != other {
-            let what = format!("work, depth, and depth with scans at log m, of {}", phase.name);
+            let what = format!("work, depth, and depth with scans at log m, of {}", phase.name());
             return differs(what, &own, &other);
         }
     }
-    let sums = |line: &Line| line.totals.paper.map(|s| (s.work, s.depth, s.depth_log_scan, s.brent));
+    let sums = |line: &Line| line.totals.paper.map(|sums| sums.total);
     if sums(a) != sums(b) {
         return differs("the paper's phases together".to_string(), &sums(a), &sums(b));
     }

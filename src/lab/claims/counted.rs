@@ -46,7 +46,7 @@ impl Counted {
 
     /// Returns Brent's bound with n processors: the sum of `T_n` over the groups of phases.
     pub(super) fn brent(&self) -> u64 {
-        self.line.totals.each().into_iter().filter_map(|(_, total)| *total).map(|total| total.brent).sum()
+        self.line.totals.each().into_iter().filter_map(|(_, row)| *row).map(|row| row.total.brent).sum()
     }
 
     /// Returns a sum over all nodes, divided by the number of points.

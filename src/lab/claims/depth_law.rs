@@ -66,13 +66,13 @@ fn law(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
 
 /// Returns the figure of a phase that every run must charge. It has no value if a run does not charge the phase.
 fn of_phase(sweep: &Sweep, phase: &str, seed: u64) -> Figure {
-    bend(sweep, phase, seed, |run| sweep.count(run, phase, |line| line.depth))
+    bend(sweep, phase, seed, |run| sweep.count(run, phase, |total| total.depth))
 }
 
 /// Returns the depth of all groups of phases, without the steps of the probe on the longest chain.
 fn sum(run: &Counted) -> f64 {
-    let depths = run.line.totals.each().into_iter().filter_map(|(_, total)| *total).map(|total| total.depth);
-    let probe = run.line.phase("probe").map_or(0, |phase| phase.critical_depth);
+    let depths = run.line.totals.each().into_iter().filter_map(|(_, row)| *row).map(|row| row.total.depth);
+    let probe = run.line.phase("probe").map_or(0, |phase| phase.total.critical_depth);
     depths.sum::<u64>().saturating_sub(probe) as f64
 }
 

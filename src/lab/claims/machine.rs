@@ -77,7 +77,7 @@ fn named(line: &Line) -> String {
 fn merged(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     for line in [lines(lab, 2)?, lines(lab, 3)?].concat() {
-        let merged: Vec<u64> = line.rounds.iter().map(|r| r.merged).filter(|&m| m > 0).collect();
+        let merged: Vec<u64> = line.rounds.iter().map(|r| r.tally.merged).filter(|&m| m > 0).collect();
         let slope = (merged.len() as f64 - 2.0) / (line.n as f64 / line.leaf as f64).log2();
         let profile: Vec<String> = merged.iter().map(u64::to_string).collect();
         let what =
@@ -98,7 +98,7 @@ fn rounds(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     for line in [lines(lab, 2)?, lines(lab, 3)?].concat() {
         for (phase, bound) in [("partition", 6.0), ("neighbours", 2.0), ("merge", 1.0)] {
-            let rounds = line.phase(phase).map_or(f64::NAN, |p| p.rounds as f64);
+            let rounds = line.phase(phase).map_or(f64::NAN, |p| p.total.rounds as f64);
             let (levels, tree) = (line.tree.levels, levels_of_ranks(line.workers));
             let again = if phase == "partition" { large_levels(line.workers) } else { 0 };
             let per_level = rounds / f64::from(levels + 1 + tree + again);
@@ -141,8 +141,10 @@ fn free_of_workers(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
             all.extend(lab.run(sample, lab.seed(), change)?.lines());
         }
         let differ = all[1..].iter().filter(|line| same_counts(&[&all[0], *line]).is_err()).count();
-        let depths: Vec<String> =
-            all.iter().map(|line| line.totals.paper.map_or(0, |paper| paper.depth).to_string()).collect();
+        let depths: Vec<String> = all
+            .iter()
+            .map(|line| line.totals.paper.map_or(0, |paper| paper.total.depth).to_string())
+            .collect();
         let what = format!("runs that differ from one worker's; depths {}", depths.join(" "));
         figures.push(Figure::at_most(what, sample.name(), lab.seed(), differ as f64, 0.0));
     }

@@ -101,7 +101,7 @@ fn depth(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
                     })
                 })?;
                 let line: Line = of_run(&run);
-                let depth = line.phase("hulls").map_or(f64::NAN, |p| p.depth as f64);
+                let depth = line.phase("hulls").map_or(f64::NAN, |p| p.total.depth as f64);
                 sum += depth / (line.n as f64).log2().powf(d as f64 / 2.0);
             }
             means.push(sum / seeds as f64);

@@ -113,7 +113,8 @@ fn of_lists(lab: &mut Lab, sample: Sample, bounds: &ReplicationBounds) -> Result
     let run = &runs(lab, &[sample], Graph::Knn { k: Neighbours::Count(LIST) }, 1)?[0];
     let items = run.per_point(|node| node.items.get("knn").copied().unwrap_or(0));
     let visits = run.per_point(|node| node.facts.visits);
-    let bytes = run.line.phases.iter().filter(|p| p.name.starts_with("knn")).map(|p| p.bytes).sum::<u64>();
+    let lists = run.line.phases.iter().filter(|row| row.name().starts_with("knn"));
+    let bytes = lists.map(|row| row.total.bytes).sum::<u64>();
     let bytes = bytes as f64 / run.line.n as f64;
     let figure = |what: &str, value, bound| {
         Figure::at_most(format!("{what} of lists per point"), sample.name(), seed, value, bound)

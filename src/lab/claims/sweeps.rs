@@ -2,10 +2,10 @@
 
 use std::rc::Rc;
 
-use crate::experiment::PhaseLine;
 use septet_core::Spec;
 use septet_core::generate::Kind;
 use septet_core::spec::{Alpha, DEFAULT_ALPHA, Graph, Neighbours, Until};
+use septet_protocol::ledger::PhaseTotal;
 
 use super::counted::Counted;
 use super::figure::largest;
@@ -65,15 +65,16 @@ impl Sweep {
 
     /// Returns `true` if a run charged the phase.
     pub(super) fn has(&self, phase: &str) -> bool {
-        self.runs.iter().any(|run| run.line.phase(phase).is_some_and(|phase| phase.depth > 0))
+        self.runs.iter().any(|run| run.line.phase(phase).is_some_and(|phase| phase.total.depth > 0))
     }
 
     /// Returns a count of a phase in a run. Without charges, the count of a phase that must occur is undefined, and
     /// that of another phase is 0.
-    pub(super) fn count(&self, run: &Counted, phase: &str, of: impl Fn(&PhaseLine) -> u64) -> f64 {
+    pub(super) fn count(&self, run: &Counted, phase: &str, of: impl Fn(&PhaseTotal) -> u64) -> f64 {
         let missing = if self.must_have(phase) { f64::NAN } else { 0.0 };
-        let charged = run.line.phase(phase).filter(|line| line.work > 0 && line.depth > 0);
-        charged.map_or(missing, |line| of(line) as f64)
+        let total = run.line.phase(phase).map(|row| &row.total);
+        let charged = total.filter(|total| total.work > 0 && total.depth > 0);
+        charged.map_or(missing, |total| of(total) as f64)
     }
 }
 

@@ -6,7 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use septet_core::Ending;
 use septet_core::spec::{Setting, Until};
-use septet_protocol::ids::{ByGroup, Group, Phase};
+use septet_protocol::ids::ByGroup;
+use septet_protocol::ledger::RoundRow;
+
+use crate::rows::{GroupTotal, PhaseRow};
 
 /// Name and version of the schema of [`Line`]. The number changes if a field changes its meaning or disappears. New
 /// fields may appear under the same number.
@@ -62,16 +65,16 @@ pub struct Line {
     /// The supergraph of the run, such as `density 2.5`. `None` without a supergraph, or if the run stopped early.
     pub supergraph: Option<String>,
     /// The phases that occurred.
-    pub phases: Vec<PhaseLine>,
+    pub phases: Vec<PhaseRow>,
     /// The totals of the groups of phases. `None` if not counted, and for repair if the run stopped early.
     #[serde(flatten)]
-    pub totals: ByGroup<Option<Spread>>,
+    pub totals: ByGroup<Option<GroupTotal>>,
     /// The partition tree.
     pub tree: TreeLine,
     /// The levels of the tree, beginning with the root. Empty if not counted.
     pub levels: Vec<LevelLine>,
     /// Rounds in which messages were sent or results were merged.
-    pub rounds: Vec<RoundLine>,
+    pub rounds: Vec<RoundRow>,
     /// Edges, largest degree and replication of the supergraph. `None` if not counted, or if the run stopped early.
     pub graph: Option<GraphLine>,
     /// The result of a complete run. `None` if the run stopped early.
@@ -103,52 +106,6 @@ impl RunOptions {
     pub fn text(&self, key: &str) -> Option<String> {
         self.options.get(key).and_then(Setting::text)
     }
-}
-
-/// One phase.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PhaseLine {
-    /// The name.
-    pub name: String,
-    /// Whether the phase belongs to the paper.
-    pub paper: bool,
-    /// Whether the phase belongs to agreement or repair.
-    pub repair: bool,
-    /// Number of rounds with messages.
-    pub rounds: u64,
-    /// Number of operations.
-    pub work: u64,
-    /// Longest chain within the phase, with each scan counted as 1.
-    pub depth: u64,
-    /// Longest chain within the phase, with a scan of m items counted as `ceil(log2 m)`.
-    pub depth_log_scan: u64,
-    /// Steps of the phase on the longest chain of the run.
-    pub critical_depth: u64,
-    /// Number of messages.
-    pub messages: u64,
-    /// Bytes of all messages.
-    pub bytes: u64,
-    /// Measured wall-clock seconds.
-    pub seconds: f64,
-}
-
-/// Totals of a group of phases.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Spread {
-    /// Number of operations.
-    pub work: u64,
-    /// Longest chain, with each scan counted as 1.
-    pub depth: u64,
-    /// Longest chain, with a scan of m items counted as `ceil(log2 m)`.
-    pub depth_log_scan: u64,
-    /// Brent's bound on the steps with as many processors as points.
-    pub brent: u64,
-    /// Number of rounds with messages.
-    pub rounds: u64,
-    /// Number of messages.
-    pub messages: u64,
-    /// Bytes of all messages.
-    pub bytes: u64,
 }
 
 /// The partition tree.
@@ -207,25 +164,6 @@ pub struct DepthLine {
     pub work: u64,
 }
 
-/// One round.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct RoundLine {
-    /// Number of the round.
-    pub round: u32,
-    /// The phase of the round.
-    pub phase: String,
-    /// Number of results that were merged from two children.
-    pub merged: u64,
-    /// Number of points sent.
-    pub points: u64,
-    /// Number of messages.
-    pub messages: u64,
-    /// Bytes of all messages.
-    pub bytes: u64,
-    /// Bytes of the longest message.
-    pub largest: u64,
-}
-
 /// Size of the supergraph.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GraphLine {
@@ -237,22 +175,10 @@ pub struct GraphLine {
     pub replication: f64,
 }
 
-impl PhaseLine {
-    /// Returns the group of the phase, or `None` if this version has no phase with this name.
-    pub fn group(&self) -> Option<Group> {
-        Phase::from_name(&self.name).map(Phase::group)
-    }
-
-    /// Returns `true` if the phase belongs to a group whose phases count work.
-    pub fn counts_work(&self) -> bool {
-        self.group().is_some_and(Group::counts_work)
-    }
-}
-
 impl Line {
     /// Returns the phase with this name, if it occurred.
-    pub fn phase(&self, name: &str) -> Option<&PhaseLine> {
-        self.phases.iter().find(|phase| phase.name == name)
+    pub fn phase(&self, name: &str) -> Option<&PhaseRow> {
+        self.phases.iter().find(|phase| phase.name() == name)
     }
 
     /// Returns a title of the run for messages.

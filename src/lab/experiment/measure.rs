@@ -3,15 +3,13 @@
 use std::collections::BTreeMap;
 
 use septet_geometry::graph::Supergraph;
-use septet_protocol::ids::{ByGroup, Group, NodeId, Phase};
-use septet_protocol::ledger::{Ledger, NodeFacts, NodeKind, PhaseTotal, RoundKey, RoundTally};
+use septet_protocol::ids::{ByGroup, NodeId, Phase};
+use septet_protocol::ledger::{Ledger, NodeFacts, NodeKind};
 
 use septet_core::Outcome;
 
-use super::line::{
-    DepthLine, GraphLine, LevelLine, Line, PhaseLine, Program, RoundLine, RunOptions, SCHEMA, Spread,
-    TreeLine,
-};
+use super::line::{DepthLine, GraphLine, LevelLine, Line, Program, RunOptions, SCHEMA, TreeLine};
+use crate::rows::{self, PhaseRow};
 
 /// Returns the line of a run made through the library. Kind and options are empty, and the seed is 0.
 pub fn of_run(run: &Outcome) -> Line {
@@ -19,6 +17,8 @@ pub fn of_run(run: &Outcome) -> Line {
     let (space, points, settled, end) = (facts.space, facts.points.used, &facts.settled, run.ending());
     let counted = settled.counted;
     let whole = end.is_some();
+    let totals = rows::groups(ledger).map(|total| counted.then_some(total));
+    let moved = rows::rounds(ledger).filter(|row| row.tally.messages > 0 || row.tally.merged > 0);
     Line {
         schema: SCHEMA.to_string(),
         version: env!("CARGO_PKG_VERSION").to_string(),
@@ -37,13 +37,10 @@ pub fn of_run(run: &Outcome) -> Line {
         settings: RunOptions::default(),
         supergraph: settled.supergraph.filter(|_| whole).map(named),
         phases: phases(ledger, &times.phases),
-        totals: ByGroup::of(|group| {
-            let known = counted && (whole || group != Group::Repair);
-            known.then(|| spread(ledger, group))
-        }),
+        totals: ByGroup { repair: totals.repair.filter(|_| whole), ..totals },
         tree: tree(ledger, space, whole),
         levels: if counted { levels(ledger, whole) } else { Vec::new() },
-        rounds: rounds(ledger),
+        rounds: moved.collect(),
         graph: (counted && whole).then(|| graph_line(ledger, points)),
         end,
         seconds: times.total,
@@ -59,39 +56,10 @@ fn named(supergraph: Supergraph) -> String {
     }
 }
 
-fn phases(ledger: &Ledger, phase_seconds: &[(Phase, f64)]) -> Vec<PhaseLine> {
-    let seconds = |phase| phase_seconds.iter().filter(|s| s.0 == phase).map(|s| s.1).sum();
-    let row = |p: &PhaseTotal| PhaseLine {
-        name: p.phase.name().to_string(),
-        paper: p.phase.group() == Group::Paper,
-        repair: p.phase.group() == Group::Repair,
-        rounds: p.rounds,
-        work: p.work,
-        depth: p.depth,
-        depth_log_scan: p.depth_log_scan,
-        critical_depth: p.critical_depth,
-        messages: p.messages,
-        bytes: p.bytes,
-        seconds: seconds(p.phase),
-    };
-    ledger.phases.iter().map(row).collect()
-}
-
-fn spread(ledger: &Ledger, group: Group) -> Spread {
-    let total = ledger.totals.get(group).copied().unwrap_or_default();
-    let mut spread = Spread {
-        work: total.work,
-        depth: total.depth,
-        depth_log_scan: total.depth_log_scan,
-        brent: total.brent,
-        ..Spread::default()
-    };
-    for phase in ledger.phases.iter().filter(|p| p.phase.group() == group) {
-        spread.rounds += phase.rounds;
-        spread.messages += phase.messages;
-        spread.bytes += phase.bytes;
-    }
-    spread
+/// Returns the phases with counts.
+fn phases(ledger: &Ledger, seconds: &[(Phase, f64)]) -> Vec<PhaseRow> {
+    let counted = |row: &PhaseRow| ledger.phases.contains(&row.total);
+    rows::phases(ledger, seconds).into_iter().filter(counted).collect()
 }
 
 fn tree(ledger: &Ledger, dimension: usize, whole: bool) -> TreeLine {
@@ -152,20 +120,6 @@ impl LevelLine {
             self.separator_points = whole.then(|| self.separator_points.unwrap_or(0) + crossing);
         }
     }
-}
-
-fn rounds(ledger: &Ledger) -> Vec<RoundLine> {
-    let moved = ledger.part.rounds.iter().filter(|(_, tally)| tally.messages > 0 || tally.merged > 0);
-    let row = |(key, tally): (&RoundKey, &RoundTally)| RoundLine {
-        round: key.round,
-        phase: key.phase.name().to_string(),
-        merged: tally.merged,
-        points: tally.points,
-        messages: tally.messages,
-        bytes: tally.bytes,
-        largest: tally.largest,
-    };
-    moved.map(row).collect()
 }
 
 fn graph_line(ledger: &Ledger, points: u64) -> GraphLine {

@@ -37,12 +37,9 @@ use round::rounds;
 pub struct Prediction {
     /// Number of workers.
     pub workers: u32,
-    /// Number of rounds in which messages are sent.
-    pub rounds: u64,
-    /// Number of messages.
-    pub messages: u64,
-    /// Bytes of all messages.
-    pub bytes: u64,
+    /// The messages of all phases.
+    #[serde(flatten)]
+    pub traffic: TrafficTotal,
     /// Bytes divided by the size of `n^(1-1/d) p^(1/d)` point records. This number of points lies on the surfaces of p
     /// subdomains.
     pub surface_ratio: f64,
@@ -79,14 +76,9 @@ impl PredictedSeconds {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct PhasePrediction {
-    /// The name.
-    pub name: &'static str,
-    /// Number of rounds with messages.
-    pub rounds: u64,
-    /// Number of messages.
-    pub messages: u64,
-    /// Bytes of all messages.
-    pub bytes: u64,
+    /// The counts.
+    #[serde(flatten)]
+    pub total: PhaseTotal,
     /// Work of the rank with the most work in this phase.
     pub busiest_work: u64,
 }
@@ -106,14 +98,12 @@ pub fn predict(run: &Outcome, hardware: &Hardware) -> Prediction {
             loggp += round.transfer + hardware.latency;
         }
     }
-    let TrafficTotal { rounds, messages, bytes } = TrafficTotal::of(ledger);
+    let traffic = TrafficTotal::of(ledger);
     let total = ledger.totals.sum();
     Prediction {
         workers,
-        rounds,
-        messages,
-        bytes,
-        surface_ratio: bytes as f64 / surface_bytes(run, workers),
+        traffic,
+        surface_ratio: traffic.bytes as f64 / surface_bytes(run, workers),
         busiest_work: work,
         brent: total.work / u64::from(workers) + total.depth,
         bsp: PredictedSeconds { compute, communicate: bsp },
@@ -136,13 +126,7 @@ fn phases(ledger: &Ledger) -> Vec<PhasePrediction> {
         *work.entry(key.phase).or_default().entry(key.rank).or_default() += tally.work;
     }
     let busiest = |phase| work.get(&phase).and_then(|ranks| ranks.values().max()).copied().unwrap_or(0);
-    let row = |total: &PhaseTotal| PhasePrediction {
-        name: total.phase.name(),
-        rounds: total.rounds,
-        messages: total.messages,
-        bytes: total.bytes,
-        busiest_work: busiest(total.phase),
-    };
+    let row = |total: &PhaseTotal| PhasePrediction { total: *total, busiest_work: busiest(total.phase) };
     ledger.phases.iter().map(row).collect()
 }
 

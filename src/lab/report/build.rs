@@ -1,20 +1,21 @@
 //! Converts a run into its report.
 
 use septet_geometry::graph::Supergraph;
-use septet_protocol::ids::{COORDINATOR, Group, Phase};
-use septet_protocol::ledger::{Ledger, RoundKey, RoundTally, Total};
+use septet_protocol::ids::COORDINATOR;
+use septet_protocol::ledger::Ledger;
 
 use septet_core::spec::{Nodes, Setting, Spec};
-use septet_core::{Outcome, Settled};
+use septet_core::{Outcome, Settled, TrafficTotal};
 
 use super::context::RunContext;
 use super::parameters::SettledReport;
 use super::processes::ProcessReport;
 use super::schema::{
-    CoordinatorReport, Fallback, HowProved, MachineReport, NodeReport, PathReport, PhaseReport, PointsReport,
-    RepairReport, RoundReport, RunReport, RunSeconds, SCHEMA, SupergraphReport, TotalReport,
+    CoordinatorReport, Fallback, HowProved, MachineReport, PointsReport, RepairReport, RunReport, RunSeconds,
+    SCHEMA, SupergraphReport,
 };
 use super::{Parameters, traffic, tree};
+use crate::rows::{self, GroupTotal, NodeRow, PhaseRow};
 
 impl RunReport {
     /// Returns the report of a run.
@@ -50,8 +51,8 @@ impl RunReport {
             machine: machine(run),
             plan: run.plan,
             phases: phases(run),
-            critical_path: if counted { path(ledger) } else { Vec::new() },
-            rounds: rounds(ledger),
+            critical_path: if counted { ledger.critical_path.clone() } else { Vec::new() },
+            rounds: rows::rounds(ledger).collect(),
             traffic: traffic::links(ledger, run.settled.workers),
             timeline: traffic::senders(ledger, run.settled.workers),
             tree: tree::summary(run),
@@ -82,8 +83,8 @@ impl RunReport {
 }
 
 /// Returns every node of a counted run, unless the report leaves them out.
-fn nodes(run: &Outcome, spec: &Spec) -> Option<Vec<NodeReport>> {
-    let listed = || if run.settled.counted { tree::nodes(&run.ledger) } else { Vec::new() };
+fn nodes(run: &Outcome, spec: &Spec) -> Option<Vec<NodeRow>> {
+    let listed = || if run.settled.counted { rows::nodes(&run.ledger) } else { Vec::new() };
     (spec.keep.nodes == Nodes::All).then(listed)
 }
 
@@ -122,73 +123,17 @@ fn how_proved(run: &Outcome) -> HowProved {
 }
 
 fn machine(run: &Outcome) -> MachineReport {
-    let phases = &run.ledger.phases;
-    let total = |t: &Total| {
-        let known = |x: u64| run.settled.counted.then_some(x);
-        TotalReport {
-            work: known(t.work),
-            depth: known(t.depth),
-            depth_log_scan: known(t.depth_log_scan),
-            brent: known(t.brent),
-        }
-    };
+    let counted = run.settled.counted;
+    let known = |group: GroupTotal| GroupTotal { total: group.total.known(counted), traffic: group.traffic };
     MachineReport {
         workers: run.settled.workers,
-        rounds: phases.iter().map(|p| p.rounds).sum(),
-        messages: phases.iter().map(|p| p.messages).sum(),
-        bytes: phases.iter().map(|p| p.bytes).sum(),
-        totals: run.ledger.totals.as_ref().map(total),
+        traffic: TrafficTotal::of(&run.ledger),
+        totals: rows::groups(&run.ledger).map(known),
     }
 }
 
-/// Returns the phases that were counted or measured, in order. A phase that occurred twice has one row.
-fn phases(run: &Outcome) -> Vec<PhaseReport> {
+fn phases(run: &Outcome) -> Vec<PhaseRow<Option<u64>>> {
     let counted = run.settled.counted;
-    let row = |phase: Phase| {
-        let total = run.ledger.phases.iter().find(|t| t.phase == phase);
-        let timed = run.times.phases.iter().any(|(p, _)| *p == phase);
-        if total.is_none() && !timed {
-            return None;
-        }
-        let of = |f: fn(&septet_protocol::ledger::PhaseTotal) -> u64| total.map_or(0, f);
-        Some(PhaseReport {
-            name: phase.name(),
-            paper: phase.group() == Group::Paper,
-            group: phase.group(),
-            rounds: of(|t| t.rounds),
-            work: counted.then(|| of(|t| t.work)),
-            depth: counted.then(|| of(|t| t.depth)),
-            critical_depth: counted.then(|| of(|t| t.critical_depth)),
-            messages: of(|t| t.messages),
-            bytes: of(|t| t.bytes),
-            seconds: run.times.phases.iter().filter(|(p, _)| *p == phase).map(|(_, s)| s).sum(),
-        })
-    };
-    Phase::ALL.into_iter().filter_map(row).collect()
-}
-
-fn path(ledger: &Ledger) -> Vec<PathReport> {
-    let step = |s: &septet_protocol::ledger::PathStep| PathReport {
-        subproblem: s.node.0,
-        phase: s.phase.name(),
-        depth: s.depth,
-    };
-    ledger.critical_path.iter().map(step).collect()
-}
-
-fn rounds(ledger: &Ledger) -> Vec<RoundReport> {
-    let row = |(key, t): (&RoundKey, &RoundTally)| RoundReport {
-        round: key.round,
-        phase: key.phase.name(),
-        active: t.active,
-        merged: t.merged,
-        points: t.points,
-        largest_load: t.largest_load,
-        messages: t.messages,
-        bytes: t.bytes,
-        largest: t.largest,
-        retries: t.retries,
-        separators: t.separators,
-    };
-    ledger.part.rounds.iter().map(row).collect()
+    let known = |row: PhaseRow| PhaseRow { total: row.total.known(counted), seconds: row.seconds };
+    rows::phases(&run.ledger, &run.times.phases).into_iter().map(known).collect()
 }

@@ -1,14 +1,18 @@
 //! The schema of the report, field by field.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use septet_core::TrafficTotal;
 use septet_core::result::view::View;
-use septet_protocol::ids::{ByGroup, Group};
+use septet_protocol::ids::ByGroup;
+use septet_protocol::ledger::{PathStep, RoundRow};
 
 use super::processes::ProcessReport;
 use super::traffic::{TimelineReport, TrafficReport};
 use super::{Parameters, SettledReport};
+use crate::rows::{GroupTotal, NodeRow, PhaseRow};
 
 /// Name and version of the schema of [`RunReport`]. The number changes if a field changes its meaning or disappears.
 /// New fields may appear under the same number.
@@ -53,11 +57,11 @@ pub struct RunReport {
     /// Traffic of the planning run for `--workers leaves`. The totals do not include it.
     pub plan: Option<TrafficTotal>,
     /// The phases in order.
-    pub phases: Vec<PhaseReport>,
+    pub phases: Vec<PhaseRow<Option<u64>>>,
     /// The longest chain of subproblems. Its depths add up to `machine.paper.depth`. Empty if not counted.
-    pub critical_path: Vec<PathReport>,
+    pub critical_path: Vec<PathStep>,
     /// The rounds in order.
-    pub rounds: Vec<RoundReport>,
+    pub rounds: Vec<RoundRow>,
     /// Messages by phase, sender and receiver.
     pub traffic: TrafficReport,
     /// Messages by round and sender.
@@ -66,7 +70,7 @@ pub struct RunReport {
     pub tree: TreeReport,
     /// Every node of the tree, by id. Empty if not counted, `None` if the report leaves them out.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub nodes: Option<Vec<NodeReport>>,
+    pub nodes: Option<Vec<NodeRow>>,
     /// The size of the supergraph. `None` if not counted.
     pub graph: Option<GraphReport>,
     /// Sampled points and the tree, for pictures. `None` if not requested.
@@ -158,92 +162,12 @@ pub struct HowProved {
 pub struct MachineReport {
     /// Number of workers.
     pub workers: u32,
-    /// Rounds in which messages were sent.
-    pub rounds: u64,
-    /// Number of messages.
-    pub messages: u64,
-    /// Bytes of all messages.
-    pub bytes: u64,
-    /// The totals of the groups of phases.
+    /// The messages of all phases.
     #[serde(flatten)]
-    pub totals: ByGroup<TotalReport>,
-}
-
-/// Work and depth of the model (an EREW PRAM with unit-time scans). `None` if not counted.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct TotalReport {
-    /// Number of operations.
-    pub work: Option<u64>,
-    /// Steps on the longest chain, with each scan counted as 1.
-    pub depth: Option<u64>,
-    /// Steps on the longest chain, with a scan of m items counted as `ceil(log2 m)`.
-    pub depth_log_scan: Option<u64>,
-    /// Brent's bound on the steps with as many processors as points.
-    pub brent: Option<u64>,
-}
-
-/// One phase.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct PhaseReport {
-    /// The name.
-    pub name: &'static str,
-    /// Whether the phase belongs to the paper.
-    pub paper: bool,
-    /// The group of the phase.
-    pub group: Group,
-    /// Number of rounds with messages.
-    pub rounds: u64,
-    /// Number of operations. `None` if not counted.
-    pub work: Option<u64>,
-    /// Longest chain within the phase.
-    pub depth: Option<u64>,
-    /// Steps of the phase on the critical path.
-    pub critical_depth: Option<u64>,
-    /// Number of messages.
-    pub messages: u64,
-    /// Bytes of all messages.
-    pub bytes: u64,
-    /// Measured wall-clock seconds.
-    pub seconds: f64,
-}
-
-/// One entry of the critical path.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct PathReport {
-    /// Id of the node: the root is 1, and the children of s are 2s (inside) and 2s + 1 (outside).
-    pub subproblem: u64,
-    /// The phase.
-    pub phase: &'static str,
-    /// Steps of the phase at this node.
-    pub depth: u64,
-}
-
-/// One round.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct RoundReport {
-    /// Number of the round.
-    pub round: u32,
-    /// The phase of the round.
-    pub phase: &'static str,
-    /// Number of subproblems whose leader acted.
-    pub active: u64,
-    /// Number of results merged from two children.
-    pub merged: u64,
-    /// Number of points sent.
-    pub points: u64,
-    /// Largest number of points of a worker once the points of the round have arrived; 0 except after moves of points to
-    /// their owners.
-    pub largest_load: u64,
-    /// Number of messages.
-    pub messages: u64,
-    /// Bytes of all messages.
-    pub bytes: u64,
-    /// Bytes of the longest message.
-    pub largest: u64,
-    /// Number of separators drawn after a rejected one.
-    pub retries: u64,
-    /// Number of separators drawn.
-    pub separators: u64,
+    pub traffic: TrafficTotal,
+    /// The totals of the groups of phases. Work and depth are those of the model (an EREW PRAM with unit-time scans).
+    #[serde(flatten)]
+    pub totals: ByGroup<GroupTotal<Option<u64>>>,
 }
 
 /// The partition tree. Ratios are `None` if no node was split.
@@ -306,31 +230,8 @@ pub struct TreeLevelReport {
     pub neighbours_depth: Option<u64>,
     /// Largest depth of a node in the phase `merge`. `None` if not counted.
     pub merge_depth: Option<u64>,
-}
-
-/// One node of the tree.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct NodeReport {
-    /// Id: the root is 1, and the children of s are 2s (inside) and 2s + 1 (outside).
-    pub id: u64,
-    /// Levels below the root.
-    pub level: u32,
-    /// Number of owned points.
-    pub population: u64,
-    /// Number of owned points inside the separator; 0 for a leaf.
-    pub inside: u64,
-    /// Number of attempts at a separator.
-    pub attempts: u64,
-    /// `leaf`, `sphere` or `plane`.
-    pub kind: &'static str,
-    /// Number of owned points inside whose balls meet the separator.
-    pub crossing_inside: u64,
-    /// Number of owned points outside whose balls meet the separator.
-    pub crossing_outside: u64,
-    /// Number of points that the leaf holds in the graph phase: owned points, ghosts and separator points.
-    pub members: u64,
-    /// Number of edges of the supergraph whose end with the smaller index is owned by the leaf.
-    pub edges: u64,
+    /// Largest depth of a node in each phase that charged nodes of the level, by name. Empty if not counted.
+    pub depths: BTreeMap<&'static str, u64>,
 }
 
 /// Size of the supergraph.

@@ -4,8 +4,9 @@
 use std::fmt::Write;
 
 use septet_protocol::ids::Group;
+use septet_protocol::ledger::{RoundRow, RoundTally, Total};
 
-use super::schema::{RunReport, TotalReport};
+use super::schema::RunReport;
 
 /// The format of tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -174,13 +175,10 @@ impl RunReport {
     }
 
     /// Returns the totals of the groups of phases, without those of groups that no phase of the run belongs to.
-    fn totals(&self) -> impl Iterator<Item = (Group, &TotalReport)> {
-        let has = |group| self.phases.iter().any(|phase| phase.group == group);
-        self.machine
-            .totals
-            .each()
-            .into_iter()
-            .filter(move |&(group, total)| total.work.is_some() && has(group))
+    fn totals(&self) -> impl Iterator<Item = (Group, &Total<Option<u64>>)> {
+        let has = |group| self.phases.iter().any(|phase| phase.group() == group);
+        let totals = self.machine.totals.each().into_iter().map(|(group, row)| (group, &row.total));
+        totals.filter(move |&(group, total)| total.work.is_some() && has(group))
     }
 
     fn phase_table(&self, format: TableFormat) -> Table {
@@ -195,13 +193,13 @@ impl RunReport {
         columns.push(Measured("seconds"));
         let mut rows = Vec::new();
         for p in &self.phases {
-            let own = p.group == Group::Paper;
-            let mut row = vec![format!("{}{}", p.name, if own || !starred { "" } else { " *" })];
+            let (own, t) = (p.group() == Group::Paper, &p.total);
+            let mut row = vec![format!("{}{}", p.name(), if own || !starred { "" } else { " *" })];
             if !starred {
-                row.push(p.group.name().to_owned());
+                row.push(p.group().name().to_owned());
             }
-            row.extend([p.rounds.to_string(), maybe(p.work), maybe(p.depth), maybe(p.critical_depth)]);
-            row.extend([p.messages.to_string(), p.bytes.to_string(), format!("{:.4}", p.seconds)]);
+            row.extend([t.rounds.to_string(), maybe(t.work), maybe(t.depth), maybe(t.critical_depth)]);
+            row.extend([t.messages.to_string(), t.bytes.to_string(), format!("{:.4}", p.seconds)]);
             rows.push(row);
         }
         let (mut totals, mut notes) = (Vec::new(), Vec::new());
@@ -230,15 +228,11 @@ impl RunReport {
 
     fn round_table(&self) -> Table {
         use TableColumn::{Label, Modelled};
-        let counts = ["active", "merged", "separators", "retries", "points", "messages", "bytes", "largest"];
-        let columns = [Label("round"), Label("phase")].into_iter().chain(counts.map(Modelled)).collect();
-        let row = |r: &super::schema::RoundReport| {
-            let counts =
-                [r.active, r.merged, r.separators, r.retries, r.points, r.messages, r.bytes, r.largest];
-            [r.round.to_string(), r.phase.to_owned()]
-                .into_iter()
-                .chain(counts.map(|c| c.to_string()))
-                .collect()
+        let counts = RoundTally::COUNTS.map(|count| Modelled(count.name));
+        let columns = [Label("round"), Label("phase")].into_iter().chain(counts).collect();
+        let row = |RoundRow { key, tally }: &RoundRow| {
+            let labels = [key.round.to_string(), key.phase.name().to_owned()];
+            labels.into_iter().chain(tally.values().map(|count| count.to_string())).collect()
         };
         let rows = self.rounds.iter().map(row).collect();
         Table {

@@ -1,11 +1,11 @@
 //! The partition tree and the supergraph, in numbers.
 
-use septet_protocol::ids::{NodeId, Phase};
-use septet_protocol::ledger::{Ledger, LevelSums, NodeFacts};
+use septet_protocol::ids::Phase;
+use septet_protocol::ledger::LevelSums;
 
 use septet_core::Outcome;
 
-use super::schema::{GraphReport, NodeReport, TreeLevelReport, TreeReport};
+use super::schema::{GraphReport, TreeLevelReport, TreeReport};
 
 /// Returns the ratios of the tree, and its levels.
 pub(super) fn summary(run: &Outcome) -> TreeReport {
@@ -49,26 +49,10 @@ fn levels(run: &Outcome) -> Vec<TreeLevelReport> {
             partition_depth: depth(Phase::Partition),
             neighbours_depth: depth(Phase::Neighbours).filter(|_| has_balls),
             merge_depth: depth(Phase::Merge),
+            depths: sums.depths().filter(|_| counted).map(|(phase, depth)| (phase.name(), depth)).collect(),
         }
     };
     run.ledger.tree.levels().map(row).collect()
-}
-
-/// Returns every node.
-pub(super) fn nodes(ledger: &Ledger) -> Vec<NodeReport> {
-    let row = |(node, f): (&NodeId, &NodeFacts)| NodeReport {
-        id: node.0,
-        level: node.level(),
-        population: f.population,
-        inside: f.inside,
-        attempts: f.attempts,
-        kind: f.kind.name(),
-        crossing_inside: f.crossing_inside,
-        crossing_outside: f.crossing_outside,
-        members: f.members,
-        edges: f.edges,
-    };
-    ledger.part.nodes.iter().map(row).collect()
 }
 
 /// Returns the size of the supergraph.

@@ -4,6 +4,7 @@
 //! pair of `B` and `E`, so the rows of a thread must be in the order of their times. Flows are bound to the enclosing
 //! slice.
 
+use septet_protocol::ids::Group;
 use serde::Serialize;
 
 /// A process and a thread of the trace.
@@ -19,6 +20,9 @@ pub(super) struct Args {
     pub(super) run: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) phase: Option<String>,
+    /// The group of the phase, in slices of phases.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) group: Option<Group>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) round: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]

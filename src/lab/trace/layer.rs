@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use septet_protocol::ids::Phase;
 use septet_workers::profile::{MESSAGE, PHASE, ROUND, SUBPROBLEM};
 use tracing::field::{Field, Visit};
 use tracing::span::{Attributes, Id};
@@ -90,6 +91,7 @@ impl Slice {
             run: fields.run,
             workers: is_run.then_some(fields.workers),
             points: is_run.then_some(fields.points),
+            group: Phase::from_name(&fields.phase).filter(|_| !is_run).map(Phase::group),
             ..Args::default()
         };
         let name = if is_run { "run".to_owned() } else { fields.phase };

@@ -5,7 +5,7 @@ mod phases;
 use bincode::{Decode, Encode};
 use serde::{Deserialize, Serialize};
 
-pub use phases::{ByGroup, Flow, Group, Phase, PhaseNumberError};
+pub use phases::{ByGroup, Flow, Group, Phase, PhaseNumberError, names};
 
 /// A rank of the machine. Rank 0 is the coordinator, workers are `1..=p`.
 pub type Rank = u32;

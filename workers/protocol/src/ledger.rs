@@ -6,17 +6,20 @@
 //! ([`LedgerPart::condense`]): the subtrees of ranks travel as sums.
 
 mod condensed;
+mod counts;
 mod fold;
 mod levels;
 mod part;
+mod round;
 mod totals;
 mod words;
 
 pub use condensed::{CondensedLedger, Condensing, LedgerError};
+pub use counts::{Count, Join};
 pub use fold::{Ledger, PhaseSet};
 pub use levels::{LevelSums, Ratios, TreeSums};
 pub use part::{
-    Account, Charge, LedgerPart, LinkKey, NodeFacts, NodeKind, RankKey, RankTally, Role, RoundKey,
-    RoundTally, Traffic,
+    Account, Charge, LedgerPart, LinkKey, NodeFacts, NodeKind, RankKey, RankTally, Role, Traffic,
 };
+pub use round::{RoundKey, RoundRow, RoundTally};
 pub use totals::{PathStep, PhaseTotal, Total, Totals};

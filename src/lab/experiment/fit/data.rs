@@ -4,13 +4,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::str::FromStr;
 
-use septet_protocol::ids::{ByGroup, Group};
+use septet_protocol::ids::{ByGroup, Group, Phase};
+use septet_protocol::ledger::{Count, PhaseTotal, RoundTally};
 use serde::Serialize;
 use thiserror::Error;
 
 use septet_core::spec;
 
-use super::super::line::{Line, PhaseLine, Program, RunOptions};
+use super::super::line::{Line, Program, RunOptions};
+use crate::rows::PhaseRow;
 
 /// A count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -46,6 +48,14 @@ pub enum Key {
     Seconds,
     /// Mean depth of a phase per split, by level, against the mean size of the level's nodes.
     LevelDepth,
+    /// Another count of the rounds of a phase: the sum over the rounds, or the largest value.
+    #[serde(untagged)]
+    Rounded(&'static Count),
+}
+
+/// The counts of rounds that no other key has.
+fn of_rounds() -> impl Iterator<Item = &'static Count> {
+    RoundTally::COUNTS.iter().filter(|count| KEYS.iter().all(|(_, name)| *name != count.name))
 }
 
 /// The keys and their names.
@@ -70,18 +80,29 @@ const KEYS: [(Key, &str); 15] = [
 impl Key {
     /// Returns the name on the command line.
     pub fn name(self) -> &'static str {
-        KEYS.iter().find(|(key, _)| *key == self).map_or("", |(_, name)| name)
+        match self {
+            Key::Rounded(count) => count.name,
+            key => KEYS.iter().find(|(known, _)| *known == key).map_or("", |(_, name)| name),
+        }
+    }
+
+    /// Returns the names of all counts of phases.
+    pub fn names_of_phases() -> impl Iterator<Item = &'static str> {
+        let of_phases = KEYS.iter().filter(|(key, _)| key.of_phase()).map(|(_, name)| *name);
+        of_phases.chain(of_rounds().map(|count| count.name))
     }
 
     /// Returns `true` if the count belongs to a phase and not to a whole run.
     pub fn of_phase(self) -> bool {
         use Key::{Bytes, Depth, DepthLogScan, LevelDepth, Messages, Rounds, Seconds, Work};
-        matches!(self, Depth | DepthLogScan | Work | Rounds | Messages | Bytes | Seconds | LevelDepth)
+        let named =
+            matches!(self, Depth | DepthLogScan | Work | Rounds | Messages | Bytes | Seconds | LevelDepth);
+        named || matches!(self, Key::Rounded(_))
     }
 
     /// Returns `true` if the count depends on the number of workers.
     pub fn of_machine(self) -> bool {
-        matches!(self, Key::Rounds | Key::Messages | Key::Bytes | Key::Seconds)
+        matches!(self, Key::Rounds | Key::Messages | Key::Bytes | Key::Seconds | Key::Rounded(_))
     }
 
     /// Returns `true` if rows are weighted by 1 / y^2, because the count grows like a power of n.
@@ -96,9 +117,11 @@ impl FromStr for Key {
 
     fn from_str(name: &str) -> Result<Self, FitError> {
         let found = KEYS.iter().find(|(_, known)| *known == name).map(|(key, _)| *key);
-        found.ok_or_else(|| {
-            let known = KEYS.map(|(_, name)| name).join(", ");
-            FitError::UnknownKey { name: name.to_string(), known }
+        let rounded = || of_rounds().find(|count| count.name == name).map(Key::Rounded);
+        found.or_else(rounded).ok_or_else(|| {
+            let known: Vec<&str> =
+                KEYS.iter().map(|(_, name)| *name).chain(of_rounds().map(|count| count.name)).collect();
+            FitError::UnknownKey { name: name.to_string(), known: known.join(", ") }
         })
     }
 }
@@ -278,15 +301,11 @@ pub(super) struct Measurement {
     pub(super) y: f64,
 }
 
-/// Lists the distinct phases of the paper and of repair, in the order in which the lines name them.
+/// Lists the phases of the lines that count work, in order.
 pub(super) fn phases(lines: &[Line]) -> String {
-    let mut names: Vec<&str> = Vec::new();
-    for phase in lines.iter().flat_map(|line| &line.phases).filter(|p| p.counts_work()) {
-        if !names.contains(&phase.name.as_str()) {
-            names.push(&phase.name);
-        }
-    }
-    names.join(", ")
+    let rows = lines.iter().flat_map(|line| &line.phases).filter(|row| row.group().counts_work());
+    let phases: BTreeSet<Phase> = rows.map(|row| row.total.phase).collect();
+    phases.into_iter().map(Phase::name).collect::<Vec<_>>().join(", ")
 }
 
 /// Returns the group of phases with this name, if its phases count work. A group hides a phase with its name.
@@ -392,15 +411,15 @@ fn of_phase(line: &Line, request: &FitRequest) -> Option<f64> {
     let group = group(name);
     let total = match group {
         // Even a run in which no stars disagree has a total of repair, because it has a certificate.
-        Some(group) => Some((*line.totals.get(group)?)?),
+        Some(group) => Some((*line.totals.get(group)?)?.total),
         None => None,
     };
-    let belongs = |p: &&PhaseLine| if group.is_some() { p.group() == group } else { p.name == name };
-    let members: Vec<&PhaseLine> = line.phases.iter().filter(belongs).collect();
+    let belongs = |phase: Phase| group.map_or(phase.name() == name, |group| phase.group() == group);
+    let members: Vec<&PhaseRow> = line.phases.iter().filter(|row| belongs(row.total.phase)).collect();
     if members.is_empty() {
         return None;
     }
-    let sum = |f: fn(&PhaseLine) -> u64| members.iter().map(|p| f(p)).sum::<u64>() as f64;
+    let sum = |f: fn(&PhaseTotal) -> u64| members.iter().map(|row| f(&row.total)).sum::<u64>() as f64;
     Some(match request.y {
         // The longest chain of a group is not the sum over its phases. It is taken from the ledger.
         Key::Depth => total.map_or_else(|| sum(|p| p.depth), |g| g.depth as f64),
@@ -410,6 +429,11 @@ fn of_phase(line: &Line, request: &FitRequest) -> Option<f64> {
         Key::Messages => sum(|p| p.messages),
         Key::Bytes => sum(|p| p.bytes),
         Key::Seconds => members.iter().map(|p| p.seconds).sum(),
+        Key::Rounded(count) => {
+            let rounds = line.rounds.iter().filter(|row| belongs(row.key.phase));
+            let counts = rounds.filter_map(|row| row.tally.get(count.name));
+            counts.reduce(|all, one| count.join.of(all, one))? as f64
+        }
         _ => return None,
     })
 }

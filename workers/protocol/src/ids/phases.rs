@@ -128,6 +128,31 @@ impl TryFrom<u8> for Phase {
     }
 }
 
+/// A phase as its name, for reports.
+pub mod names {
+    use serde::de::Error;
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    use super::Phase;
+
+    /// Writes the name.
+    ///
+    /// # Errors
+    /// Fails if the serializer fails.
+    pub fn serialize<S: Serializer>(phase: &Phase, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(phase.name())
+    }
+
+    /// Reads the name.
+    ///
+    /// # Errors
+    /// Fails if no phase has the name.
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Phase, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        Phase::from_name(&name).ok_or_else(|| D::Error::custom(format!("no phase has the name `{name}`")))
+    }
+}
+
 /// The direction of a phase over the tree. A descent whose replies return is charged on the way down, so it goes down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flow {

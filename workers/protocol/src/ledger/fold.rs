@@ -139,7 +139,7 @@ pub(super) fn phase_total(
 mod tests {
     use septet_geometry::cost::Price;
 
-    use super::super::part::RoundKey;
+    use super::super::round::RoundKey;
     use super::*;
 
     /// The price of a loop.

@@ -3,17 +3,11 @@
 use std::collections::BTreeMap;
 
 use septet_geometry::cost::Price;
+use serde::Serialize;
 
+use super::counts::counts;
+use super::round::{RoundKey, RoundTally};
 use crate::ids::{NodeId, Phase, Rank};
-
-/// A round of a phase.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct RoundKey {
-    /// The number of the round.
-    pub round: u32,
-    /// The phase.
-    pub phase: Phase,
-}
 
 /// A link between two ranks in a phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -37,63 +31,15 @@ pub struct RankKey {
     pub rank: Rank,
 }
 
-/// The counts of one round of a phase.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct RoundTally {
-    /// Messages sent.
-    pub messages: u64,
-    /// Bytes sent.
-    pub bytes: u64,
-    /// Length of the longest message in bytes.
-    pub largest: u64,
-    /// Points sent.
-    pub points: u64,
-    /// The largest number of points of a rank, once the points of the round have arrived. Known after moves of points to
-    /// their owners, otherwise 0.
-    pub largest_load: u64,
-    /// Subproblems whose leader acted.
-    pub active: u64,
-    /// Results merged from two children.
-    pub merged: u64,
-    /// Separators drawn.
-    pub separators: u64,
-    /// Separators drawn after a rejected one.
-    pub retries: u64,
-}
-
-impl RoundTally {
-    /// Adds the counts of another rank for the same round.
-    pub fn add(&mut self, other: &RoundTally) {
-        self.messages += other.messages;
-        self.bytes += other.bytes;
-        self.largest = self.largest.max(other.largest);
-        self.points += other.points;
-        self.largest_load = self.largest_load.max(other.largest_load);
-        self.active += other.active;
-        self.merged += other.merged;
-        self.separators += other.separators;
-        self.retries += other.retries;
-    }
-}
-
-/// Numbers of messages, bytes and points.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Traffic {
+counts! {
+    /// Numbers of messages, bytes and points.
+    Traffic:
     /// Messages.
-    pub messages: u64,
+    messages "messages" Sum;
     /// Bytes of the messages.
-    pub bytes: u64,
+    bytes "bytes" Sum;
     /// Points in the messages.
-    pub points: u64,
-}
-
-impl Traffic {
-    /// Adds other traffic.
-    pub fn add(&mut self, other: &Traffic) {
-        self.messages += other.messages;
-        self.bytes += other.bytes;
-        self.points += other.points;
-    }
+    points "points" Sum;
 }
 
 /// The work and the messages of one rank in one round of a phase.
@@ -172,7 +118,8 @@ pub struct Charge {
 }
 
 /// The form of a node of the partition tree.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum NodeKind {
     /// A leaf.
     #[default]
@@ -195,25 +142,16 @@ impl NodeKind {
     pub fn from_number(number: u64) -> Option<Self> {
         NodeKind::ALL.get(usize::try_from(number).ok()?).copied()
     }
-
-    /// Returns the name of the kind in reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            NodeKind::Leaf => "leaf",
-            NodeKind::Sphere => "sphere",
-            NodeKind::Plane => "plane",
-        }
-    }
 }
 
 /// The facts of a node of the partition tree.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct NodeFacts {
-    /// Owned points.
+    /// Number of owned points.
     pub population: u64,
-    /// Owned points inside the separator, 0 for a leaf.
+    /// Number of owned points inside the separator; 0 for a leaf.
     pub inside: u64,
-    /// Separators drawn.
+    /// Number of attempts at a separator.
     pub attempts: u64,
     /// The form of the node.
     pub kind: NodeKind,
@@ -225,7 +163,8 @@ pub struct NodeFacts {
     pub members: u64,
     /// Edges of the supergraph whose smaller end a leaf owns.
     pub edges: u64,
-    /// Order-free hash of the separator's coefficients.
+    /// Order-free hash of the separator's coefficients. Reports do not have it.
+    #[serde(skip)]
     pub separator: u64,
     /// Largest degree of an owned point.
     pub max_degree: u64,

@@ -2,41 +2,112 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::ids::{ByGroup, NodeId, Phase};
+use crate::ids::{ByGroup, NodeId, Phase, names};
 
-/// Totals of one phase.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PhaseTotal {
-    /// The phase.
+/// Totals of one phase. `C` is the type of counts of work and depth, which are optional in reports of runs that may not
+/// count them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PhaseTotal<C = u64> {
+    /// The phase: its name and its group.
+    #[serde(flatten, with = "identity")]
     pub phase: Phase,
-    /// Rounds in which a rank sent messages.
+    /// Number of rounds with messages.
     pub rounds: u64,
-    /// Work over all subproblems.
-    pub work: u64,
-    /// Length of the longest chain of the phase alone; a scan counts 1.
-    pub depth: u64,
-    /// Length of that chain if a scan of `m` items counts `ceil(log2 m)`.
-    pub depth_log_scan: u64,
-    /// Share of the phase in the critical path of the run.
-    pub critical_depth: u64,
-    /// Messages sent.
+    /// Number of operations. `None` if not counted.
+    pub work: C,
+    /// Longest chain within the phase, with each scan counted as 1.
+    pub depth: C,
+    /// Longest chain within the phase, with a scan of m items counted as `ceil(log2 m)`.
+    pub depth_log_scan: C,
+    /// Steps of the phase on the critical path of the run.
+    pub critical_depth: C,
+    /// Number of messages.
     pub messages: u64,
-    /// Bytes sent.
+    /// Bytes of all messages.
     pub bytes: u64,
 }
 
-/// Work, depth and Brent's bound over a group of phases.
+impl PhaseTotal {
+    /// Returns the totals of a phase without counts.
+    pub fn empty(phase: Phase) -> Self {
+        PhaseTotal {
+            phase,
+            rounds: 0,
+            work: 0,
+            depth: 0,
+            depth_log_scan: 0,
+            critical_depth: 0,
+            messages: 0,
+            bytes: 0,
+        }
+    }
+
+    /// Returns the totals for a report: without work and depth, unless the run `counted` them.
+    pub fn known(self, counted: bool) -> PhaseTotal<Option<u64>> {
+        let known = |count: u64| counted.then_some(count);
+        PhaseTotal {
+            phase: self.phase,
+            rounds: self.rounds,
+            work: known(self.work),
+            depth: known(self.depth),
+            depth_log_scan: known(self.depth_log_scan),
+            critical_depth: known(self.critical_depth),
+            messages: self.messages,
+            bytes: self.bytes,
+        }
+    }
+}
+
+/// The facts of a phase in a report. Only its name is read back, because the table of phases has the others.
+mod identity {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use crate::ids::{Group, Phase, names};
+
+    /// The facts.
+    #[derive(Serialize)]
+    struct Identity {
+        /// The name.
+        name: &'static str,
+        /// Whether the phase belongs to the paper.
+        paper: bool,
+        /// Whether the phase belongs to agreement or repair.
+        repair: bool,
+        /// The group of the phase.
+        group: Group,
+    }
+
+    #[derive(Deserialize)]
+    struct Named {
+        #[serde(with = "names")]
+        name: Phase,
+    }
+
+    #[allow(clippy::trivially_copy_pass_by_ref)] // The signature that serde calls.
+    pub(super) fn serialize<S: Serializer>(phase: &Phase, serializer: S) -> Result<S::Ok, S::Error> {
+        let (name, group) = (phase.name(), phase.group());
+        let (paper, repair) = (group == Group::Paper, group == Group::Repair);
+        Identity { name, paper, repair, group }.serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Phase, D::Error> {
+        Named::deserialize(deserializer).map(|named| named.name)
+    }
+}
+
+/// Work, depth and Brent's bound over a group of phases. `C` is the type of counts, which are optional in reports of runs
+/// that may not count them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Total {
-    /// Number of operations.
-    pub work: u64,
+pub struct Total<C = u64> {
+    /// Number of operations. `None` if not counted.
+    pub work: C,
     /// Longest chain of vector steps, with each scan counted as 1.
-    pub depth: u64,
+    pub depth: C,
     /// Longest chain, with a scan of m items counted as `ceil(log2 m)`.
-    pub depth_log_scan: u64,
+    pub depth_log_scan: C,
     /// Brent's bound on the steps with as many processors as points. A step is a phase at a level of the tree. The bound
     /// is the sum of `ceil((work - depth) / n) + depth` over all steps.
-    pub brent: u64,
+    pub brent: C,
 }
 
 impl Total {
@@ -48,6 +119,17 @@ impl Total {
             depth: self.depth + next.depth,
             depth_log_scan: self.depth_log_scan + next.depth_log_scan,
             brent: self.brent + next.brent,
+        }
+    }
+
+    /// Returns the total for a report: without counts, unless the run `counted` them.
+    pub fn known(self, counted: bool) -> Total<Option<u64>> {
+        let known = |count: u64| counted.then_some(count);
+        Total {
+            work: known(self.work),
+            depth: known(self.depth),
+            depth_log_scan: known(self.depth_log_scan),
+            brent: known(self.brent),
         }
     }
 }
@@ -63,12 +145,14 @@ impl Totals {
 }
 
 /// One step of the critical path.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct PathStep {
-    /// The subproblem.
+    /// Id of the node: the root is 1, and the children of s are 2s (inside) and 2s + 1 (outside).
+    #[serde(rename = "subproblem")]
     pub node: NodeId,
     /// The phase.
+    #[serde(with = "names")]
     pub phase: Phase,
-    /// Depth of the phase at the subproblem.
+    /// Steps of the phase at this node.
     pub depth: u64,
 }

@@ -7,49 +7,14 @@
 use septet_geometry::cost::Price;
 
 use super::part::{
-    Account, Charge, LedgerPart, LinkKey, NodeFacts, NodeKind, RankKey, RankTally, Role, RoundKey,
-    RoundTally, Traffic,
+    Account, Charge, LedgerPart, LinkKey, NodeFacts, NodeKind, RankKey, RankTally, Role, Traffic,
 };
+use super::round::{RoundKey, RoundTally};
 use crate::checksum::checksum;
 use crate::ids::{NodeId, Phase, Rank};
 
 /// Words of a charge: phase and role, node, items and the four parts of the price.
 const CHARGE_WORDS: usize = 7;
-
-impl RoundTally {
-    const LEN: usize = 9;
-
-    fn parts(&self) -> [u64; Self::LEN] {
-        [
-            self.messages,
-            self.bytes,
-            self.largest,
-            self.points,
-            self.largest_load,
-            self.active,
-            self.merged,
-            self.separators,
-            self.retries,
-        ]
-    }
-
-    fn from_parts(p: &[u64; Self::LEN]) -> Self {
-        let &[messages, bytes, largest, points, largest_load, active, merged, separators, retries] = p;
-        RoundTally { messages, bytes, largest, points, largest_load, active, merged, separators, retries }
-    }
-}
-
-impl Traffic {
-    const LEN: usize = 3;
-
-    fn parts(&self) -> [u64; Self::LEN] {
-        [self.messages, self.bytes, self.points]
-    }
-
-    fn from_parts(&[messages, bytes, points]: &[u64; Self::LEN]) -> Self {
-        Traffic { messages, bytes, points }
-    }
-}
 
 impl NodeFacts {
     const LEN: usize = 11;
@@ -205,7 +170,7 @@ impl LedgerPart {
         ];
         for (key, tally) in &self.rounds {
             out.extend([u64::from(key.round), key.phase as u64]);
-            out.extend(tally.parts());
+            out.extend(tally.values());
         }
         for (account, charge) in &self.charges {
             out.extend([account.first_word(), account.node.0, charge.items]);
@@ -217,12 +182,12 @@ impl LedgerPart {
         }
         for (key, moved) in &self.links {
             out.extend([key.phase as u64, u64::from(key.from), u64::from(key.to)]);
-            out.extend(moved.parts());
+            out.extend(moved.values());
         }
         for (key, tally) in &self.ranks {
             out.extend([u64::from(key.round), key.phase as u64, u64::from(key.rank), tally.work]);
-            out.extend(tally.sent.parts());
-            out.extend(tally.received.parts());
+            out.extend(tally.sent.values());
+            out.extend(tally.received.values());
         }
         hashed(out)
     }
@@ -234,7 +199,7 @@ impl LedgerPart {
         let mut part = LedgerPart { edge_hash, balance, ..LedgerPart::default() };
         for _ in 0..rounds {
             let key = RoundKey { round: rest.small()?, phase: rest.phase()? };
-            part.rounds.insert(key, RoundTally::from_parts(&rest.take()?));
+            part.rounds.insert(key, RoundTally::from_values(rest.take()?));
         }
         for _ in 0..charges {
             let (account, charge) = rest.charge()?;
@@ -245,12 +210,12 @@ impl LedgerPart {
         }
         for _ in 0..links {
             let key = LinkKey { phase: rest.phase()?, from: rest.rank()?, to: rest.rank()? };
-            part.links.insert(key, Traffic::from_parts(&rest.take()?));
+            part.links.insert(key, Traffic::from_values(rest.take()?));
         }
         for _ in 0..ranks {
             let key = RankKey { round: rest.small()?, phase: rest.phase()?, rank: rest.rank()? };
             let [work] = rest.take()?;
-            let [sent, received] = [rest.take()?, rest.take()?].map(|words| Traffic::from_parts(&words));
+            let [sent, received] = [rest.take()?, rest.take()?].map(Traffic::from_values);
             part.ranks.insert(key, RankTally { work, sent, received });
         }
         rest.is_empty().then_some(part)
