@@ -1,6 +1,6 @@
 //! Rows that reports of runs and lines of sweeps share. They hold the counts of the ledger.
 
-use septet_core::run::TrafficTotal;
+use septet_core::TrafficTotal;
 use septet_protocol::ids::{ByGroup, Group, NodeId, Phase};
 use septet_protocol::ledger::{Ledger, NodeFacts, PhaseTotal, RoundRow, Total};
 use serde::{Deserialize, Serialize};

@@ -284,8 +284,9 @@ fn counts_of_rounds_can_be_fitted() {
         phase.as_object_mut().unwrap().remove("group");
     }
     for round in old["rounds"].as_array_mut().unwrap() {
-        ["active", "separators", "retries", "largest_load"]
-            .map(|count| round.as_object_mut().unwrap().remove(count));
+        for count in ["active", "separators", "retries", "largest_load"] {
+            round.as_object_mut().unwrap().remove(count);
+        }
     }
     let old: Line = serde_json::from_value(old).unwrap();
     assert_eq!((old.phases, old.totals.selection), (lines[0].phases.clone(), None));
