@@ -49,6 +49,7 @@ pub struct Settled {
 
 /// The traffic of a whole machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TrafficTotal {
     /// Number of rounds in which messages were sent.
     pub rounds: u64,

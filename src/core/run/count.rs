@@ -44,6 +44,7 @@ pub struct RunCounts {
 
 /// The result of a complete run besides the counts of its phases.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Ending {
     /// Number of triangles or tetrahedra.
     pub cells: u64,

@@ -16,9 +16,11 @@ pub const SCHEMA: &str = "septet-run/2";
 
 /// The report of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RunReport {
-    /// [`SCHEMA`].
+    /// Name and version of this schema.
+    #[cfg_attr(feature = "schema", schemars(extend("const" = SCHEMA)))]
     pub schema: &'static str,
     /// Version of septet.
     pub version: &'static str,
@@ -64,7 +66,7 @@ pub struct RunReport {
     pub timeline: TimelineReport,
     /// The partition tree; for `triangulate`, the part that several workers share.
     pub tree: TreeReport,
-    /// Every node of the tree, by id. Empty if not counted, `None` if the report leaves them out.
+    /// Every node of the tree, by id. Empty if not counted, absent if the report leaves them out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nodes: Option<Vec<NodeReport>>,
     /// The size of the supergraph. `None` if not counted.
@@ -81,13 +83,14 @@ pub struct RunReport {
     pub rss_before_bytes: Option<u64>,
     /// Measured peak of resident memory.
     pub peak_rss_bytes: Option<u64>,
-    /// The processes, if there are several.
+    /// The processes; absent if there is one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub processes: Vec<ProcessReport>,
 }
 
 /// The traffic of the coordinator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CoordinatorReport {
     /// Bytes of all messages to the coordinator.
     pub bytes_in: u64,
@@ -97,6 +100,7 @@ pub struct CoordinatorReport {
 
 /// The supergraph.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SupergraphReport {
     /// `density`, `overlap`, `knn`, or `none`.
     pub kind: &'static str,
@@ -110,6 +114,7 @@ pub struct SupergraphReport {
 
 /// The input points, counted by use: `input = used + duplicate + refused`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PointsReport {
     /// Number of points in the input.
     pub input: u64,
@@ -123,6 +128,7 @@ pub struct PointsReport {
 
 /// Splaying of stars.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RepairReport {
     /// Number of rounds of splaying.
     pub rounds: u64,
@@ -132,6 +138,7 @@ pub struct RepairReport {
 
 /// Points that were gathered and triangulated at once.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Fallback {
     /// The reason.
     pub reason: String,
@@ -141,6 +148,7 @@ pub struct Fallback {
 
 /// Number of stars by kind of proof; the numbers add up to `points.used`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct HowProved {
     /// Stars of `triangulate`, which needs no hypothesis: the certificate over exact subdomain triangulations proves
     /// them. 0 for `simulate`.
@@ -155,6 +163,7 @@ pub struct HowProved {
 
 /// Totals of the machine.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MachineReport {
     /// Number of workers.
     pub workers: u32,
@@ -171,6 +180,7 @@ pub struct MachineReport {
 
 /// Work and depth of the model (an EREW PRAM with unit-time scans). `None` if not counted.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TotalReport {
     /// Number of operations.
     pub work: Option<u64>,
@@ -184,6 +194,7 @@ pub struct TotalReport {
 
 /// One phase.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PhaseReport {
     /// The name.
     pub name: &'static str,
@@ -209,6 +220,7 @@ pub struct PhaseReport {
 
 /// One entry of the critical path.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PathReport {
     /// Id of the node: the root is 1, and the children of s are 2s (inside) and 2s + 1 (outside).
     pub subproblem: u64,
@@ -220,6 +232,7 @@ pub struct PathReport {
 
 /// One round.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RoundReport {
     /// Number of the round.
     pub round: u32,
@@ -248,6 +261,7 @@ pub struct RoundReport {
 
 /// The partition tree. Ratios are `None` if no node was split.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TreeReport {
     /// Largest expected number of samples from which a separator is drawn. `None` for `triangulate`, whose separators
     /// are balanced.
@@ -283,6 +297,7 @@ pub struct TreeReport {
 
 /// One level of the tree.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TreeLevelReport {
     /// 0 for the root.
     pub level: u32,
@@ -294,7 +309,7 @@ pub struct TreeLevelReport {
     pub points: u64,
     /// Number of owned points of the largest node.
     pub largest: u64,
-    /// Largest split ratio of the level (see [`TreeReport::largest_split_ratio`]).
+    /// Largest split ratio of the level, as `largest_split_ratio` of the tree.
     pub largest_split_ratio: Option<f64>,
     /// Largest number of attempts at the separator of a node.
     pub largest_attempts: u64,
@@ -310,6 +325,7 @@ pub struct TreeLevelReport {
 
 /// One node of the tree.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct NodeReport {
     /// Id: the root is 1, and the children of s are 2s (inside) and 2s + 1 (outside).
     pub id: u64,
@@ -335,6 +351,7 @@ pub struct NodeReport {
 
 /// Size of the supergraph.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct GraphReport {
     /// Number of edges.
     pub edges: u64,
@@ -350,6 +367,7 @@ pub struct GraphReport {
 
 /// Measured wall-clock seconds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RunSeconds {
     /// Reading or generating the input.
     pub read: f64,

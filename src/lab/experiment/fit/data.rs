@@ -14,6 +14,7 @@ use super::super::line::{Line, PhaseLine, Program, RunOptions};
 
 /// A count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Key {
     /// Number of levels of the tree below the root.
@@ -105,6 +106,7 @@ impl FromStr for Key {
 
 /// The abscissa of a count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Abscissa {
     /// The number of distinct points.
     #[default]
@@ -134,6 +136,7 @@ pub const MARGIN: f64 = 0.05;
 
 /// A request for a fit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FitRequest {
     /// The count.
     pub y: Key,

@@ -27,6 +27,7 @@ pub struct PhaseTotal {
 
 /// Work, depth and Brent's bound over a group of phases.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Total {
     /// Number of operations.
     pub work: u64,
