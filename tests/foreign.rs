@@ -2,7 +2,7 @@
 //!
 //! `SEPTET_PYTHON` names a Python interpreter with the packages that `tests/foreign/read_with_others.py` lists.
 //! `tests/foreign/check_pieces.py` checks `.pvtu` files, `tests/foreign/check_mesh.py` meshes of domains, and
-//! `tests/foreign/check_remesh.py` those with a remeshed boundary. `tests/run` makes the interpreter and runs these tests,
+//! `tests/foreign/check_remesh.py` those with a remeshed boundary. `tests/foreign/check_schemas.py` checks JSON reports. `tests/run` makes the interpreter and runs these tests,
 //! which a plain `cargo test` ignores.
 
 use std::ffi::OsString;
@@ -134,7 +134,7 @@ fn write_all(directory: &Path, mesh: &Mesh) {
 /// The interpreter.
 fn python() -> OsString {
     std::env::var_os("SEPTET_PYTHON").expect(
-        "SEPTET_PYTHON must name a Python interpreter with vtk, meshio, gmsh and numpy: tests/run makes one",
+        "SEPTET_PYTHON must name a Python interpreter with the packages of tests/requirements.txt: tests/run makes one",
     )
 }
 
@@ -406,4 +406,45 @@ fn edited(table: &str, row: usize, change: impl Fn(&mut Vec<String>)) -> String 
     change(&mut words);
     lines[row] = words.join(" ");
     lines.join("\n")
+}
+
+/// Commands of the program that write a report each, and the name of its schema.
+const REPORTS: [(&str, &str); 13] = [
+    ("run", "triangulate sample:uniform:500 --workers 2 --json"),
+    ("run", "simulate sample:clusters:800 --workers 3 --leaf 50 --view 100 --json"),
+    ("run", "simulate sample:uniform:300,d=2 --supergraph knn --workers leaves --nodes none --json"),
+    ("run", "triangulate sample:uniform:400 --workers 2 --transport processes --json"),
+    ("mesh", "mesh tests/domains/good/cube.poly --size 1 --json"),
+    ("scale", "scale -n 256,362,512,724,1024 --seeds 2 -d 2 --until partition -o"),
+    ("scale", "scale -n 256,512 --seeds 2 -d 2 --timed --workers 1,2 -o"),
+    ("fit", "fit DIR/5.json -y levels --json"),
+    ("speedup", "fit DIR/6.json --speedup --json"),
+    ("predict", "predict sample:uniform:800 --workers 1,2 --json"),
+    ("rival", "rival incremental -n 300 --kind uniform --against --json"),
+    ("claims", "reproduce separator-attempts ply --json"),
+    ("cost", "simulate sample:clusters:800 --workers 3 --leaf 60 --cost-trace"),
+];
+
+/// The schemas are valid, reports match them, and a report with any other field does not.
+#[test]
+#[ignore = "needs Python with jsonschema"]
+fn reports_match_their_schemas() {
+    let directory = tempfile::tempdir().unwrap();
+    let septet = |line: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_septet"));
+        let output = command.args(line.split(' ')).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
+        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+        output.stdout
+    };
+    for (i, (name, line)) in REPORTS.iter().enumerate() {
+        let schema = directory.path().join(format!("{i}.schema.json"));
+        fs::write(schema, septet(&format!("schema {name}"))).unwrap();
+        let line = line.replace("DIR", &directory.path().display().to_string());
+        septet(&format!("{line} {}", directory.path().join(format!("{i}.json")).display()));
+    }
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/foreign/check_schemas.py");
+    let output = Command::new(python()).arg(script).arg(directory.path()).output().unwrap();
+    let printed = [output.stdout, output.stderr].map(|s| String::from_utf8_lossy(&s).into_owned()).concat();
+    assert!(output.status.success(), "{printed}");
+    assert_eq!(printed.lines().count(), REPORTS.len(), "{printed}");
 }

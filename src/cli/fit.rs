@@ -4,11 +4,15 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use septet_lab::experiment::fit::{Abscissa, FitError, FitRequest, Key, fit, speedup, speedup_table};
+use schemars::JsonSchema;
+use septet_lab::experiment::fit::{
+    Abscissa, FitError, FitRequest, Key, SpeedupRow, fit, speedup, speedup_table,
+};
 use septet_lab::experiment::{JournalError, Line, read_lines};
 use septet_lab::report::SCHEMA;
 use septet_lab::report::mesh::MESH_SCHEMA;
 use septet_protocol::ids::Phase;
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::effects::{excludes, needs};
@@ -63,6 +67,19 @@ pub struct FitArgs {
     json: Option<PathBuf>,
 }
 
+/// Name and version of the schema of [`SpeedupReport`].
+const SPEEDUP_SCHEMA: &str = "septet-speedup/1";
+
+/// The speed-ups of all sets and machines.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct SpeedupReport {
+    /// Name and version of this schema.
+    #[schemars(extend("const" = SPEEDUP_SCHEMA))]
+    schema: &'static str,
+    /// One row for each set, number of points, number of workers and number of threads.
+    rows: Vec<SpeedupRow>,
+}
+
 /// Runs the subcommand.
 pub fn run(args: &FitArgs, talk: &Talk) -> Result<(), Failure> {
     let request = request(args)?;
@@ -79,7 +96,8 @@ pub fn run(args: &FitArgs, talk: &Talk) -> Result<(), Failure> {
     }
     let (value, text) = if args.speedup {
         let rows = speedup(&lines).map_err(|error| in_files(&args.files, error))?;
-        (json!({ "schema": "septet-speedup/1", "rows": rows }), speedup_table(&rows))
+        let table = speedup_table(&rows);
+        (json!(SpeedupReport { schema: SPEEDUP_SCHEMA, rows }), table)
     } else {
         let Some(request) = request else { return Ok(files::print(&counts(&lines))?) };
         let report = fit(&lines, &request).map_err(|error| in_files(&args.files, error))?;

@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
+use schemars::JsonSchema;
 use septet_core::model::Points;
 use septet_core::spec::{Commands, Transport, Workers};
 use septet_core::{Outcome, Spec, simulate};
@@ -80,17 +81,30 @@ fn worker_counts(text: &str) -> Result<WorkerCounts, String> {
     if counts.is_empty() { Err(expected()) } else { Ok(WorkerCounts(counts)) }
 }
 
-/// `septet-predict/2`.
-#[derive(Serialize)]
-struct PredictReport<'a> {
+/// Name and version of the schema of [`PredictReport`].
+const SCHEMA: &str = "septet-predict/2";
+
+/// The predictions for all numbers of workers.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct PredictReport<'a> {
+    /// Name and version of this schema.
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
+    /// Version of septet.
     version: &'static str,
+    /// The input as given on the command line.
     input: &'a str,
+    /// Number of points.
     points: u64,
+    /// Number of coordinates: 2 or 3.
     dimension: usize,
+    /// Number of leaves of the partition tree.
     leaves: usize,
+    /// The hardware of the predicted machines.
     hardware: &'a Hardware,
+    /// The predictions, by number of workers.
     predictions: &'a [Prediction],
+    /// The smallest of these numbers of workers for which BSP predicts more communication than computation.
     communication_takes_over: Option<u32>,
 }
 
@@ -166,7 +180,7 @@ pub fn run(args: &PredictArgs, talk: &Talk) -> Result<(), Failure> {
     talk.clear();
     let points = loaded.points.len() as u64;
     let report = PredictReport {
-        schema: "septet-predict/2",
+        schema: SCHEMA,
         version: env!("CARGO_PKG_VERSION"),
         input: &args.input,
         points,

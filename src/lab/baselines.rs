@@ -79,9 +79,11 @@ pub fn incremental<P: Point>(points: &[P], spec: &Spec) -> Result<Baseline, Erro
 
 /// The report of `septet rival incremental --json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct BaselineReport {
-    /// [`BASELINE_SCHEMA`].
+    /// Name and version of this schema.
+    #[cfg_attr(feature = "schema", schemars(extend("const" = BASELINE_SCHEMA)))]
     pub schema: &'static str,
     /// Version of septet.
     pub version: &'static str,
@@ -109,6 +111,7 @@ pub struct BaselineReport {
 
 /// Counts of the incremental insertions.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct IncrementalReport {
     /// Number of operations.
     pub work: u64,
@@ -132,8 +135,9 @@ pub struct IncrementalReport {
 
 /// One round of insertions.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BaselineRound {
-    /// Number of facets between two cells that the round settled ([`Round::facets`]).
+    /// Number of facets between two cells that the round settled.
     pub facets: u64,
     /// Number of cells created.
     pub cells: u64,
@@ -147,6 +151,7 @@ pub struct BaselineRound {
 
 /// The counts of septet on the same points.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SeptetReport {
     /// The totals of the groups of phases.
     #[serde(flatten)]

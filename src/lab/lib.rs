@@ -17,3 +17,6 @@ pub mod experiment;
 pub mod assertions;
 
 pub mod claims;
+
+#[cfg(feature = "schema")]
+mod option_schema;

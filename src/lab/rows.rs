@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 
 /// One phase. `C` is the type of counts of work and depth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "PhaseRow"))]
 pub struct PhaseRow<C = u64> {
     /// The counts.
     #[serde(flatten)]
@@ -43,6 +45,8 @@ pub(crate) fn phases(ledger: &Ledger, seconds: &[(Phase, f64)]) -> Vec<PhaseRow>
 
 /// The totals of a group of phases. `C` is the type of counts of work and depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "GroupTotal"))]
 pub struct GroupTotal<C = u64> {
     /// Work and depth.
     #[serde(flatten)]
@@ -67,8 +71,10 @@ pub(crate) fn rounds(ledger: &Ledger) -> impl Iterator<Item = RoundRow> {
 
 /// One node of the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct NodeRow {
     /// Id: the root is 1, and the children of s are 2s (inside) and 2s + 1 (outside).
+    #[cfg_attr(feature = "schema", schemars(with = "u64"))]
     pub id: NodeId,
     /// Levels below the root.
     pub level: u32,

@@ -9,6 +9,7 @@ pub const KEPT: usize = 10;
 
 /// A fault. Cells are rows of the file, points and vertices are input indices. Both are zero-based.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "fault", rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Fault {
@@ -240,6 +241,7 @@ impl Fault {
 
 /// One level of the verification.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LevelReport {
     /// `structure`, `orientation`, `manifold`, `hull`, `empty spheres` or `single cover`.
     pub name: &'static str,
@@ -258,6 +260,7 @@ pub struct LevelReport {
 
 /// The outcome of [`super::verify`].
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Report {
     /// The levels, in order.
     pub levels: Vec<LevelReport>,

@@ -2,7 +2,12 @@
 
 use super::*;
 
-/// The part of JSON Schema that the schemas of septet use.
+/// All schemas, by name.
+const NAMES: [&str; 10] =
+    ["run", "mesh", "scale", "fit", "speedup", "claims", "predict", "rival", "verify", "cost"];
+
+/// A JSON Schema with the keywords that the schemas of septet use. Another keyword is an error. `tests/foreign` compares with a
+/// validator of all of JSON Schema.
 struct Schema(Value);
 
 impl Schema {
@@ -18,46 +23,108 @@ impl Schema {
     }
 
     fn matches(&self, schema: &Value, value: &Value, at: &str) -> Result<(), String> {
-        if let Some(reference) = schema["$ref"].as_str() {
-            let name = reference.strip_prefix("#/$defs/").unwrap();
-            self.matches(&self.0["$defs"][name], value, at)?;
-        }
-        for key in ["anyOf", "oneOf"] {
-            if let Some(alternatives) = schema[key].as_array() {
-                let fits = alternatives.iter().filter(|s| self.matches(s, value, at).is_ok()).count();
-                if fits == 0 || key == "oneOf" && fits > 1 {
-                    return Err(format!("{at}: {fits} of {key} match {value}"));
-                }
-            }
-        }
-        let expected = schema.get("const").is_none_or(|c| c == value)
-            && schema["enum"].as_array().is_none_or(|all| all.contains(value))
-            && (schema["minimum"].is_null() || value.as_i64().is_none_or(|n| n >= 0))
-            && is_of_type(&schema["type"], value);
-        if !expected {
-            return Err(format!("{at}: unexpected {value}"));
-        }
-        self.parts(schema, value, at)
+        let Value::Object(keywords) = schema else { panic!("{at}: the schema is {schema}") };
+        keywords.iter().try_for_each(|(keyword, rule)| self.obeys(keyword, rule, schema, value, at))
     }
 
-    /// Checks the fields of an object and the items of an array.
-    fn parts(&self, schema: &Value, value: &Value, at: &str) -> Result<(), String> {
-        if let (Some(properties), Some(object)) = (schema["properties"].as_object(), value.as_object()) {
-            for required in schema["required"].as_array().into_iter().flatten() {
-                let name = required.as_str().unwrap();
-                object.get(name).ok_or_else(|| format!("{at}: no field `{name}`"))?;
+    fn obeys(
+        &self,
+        keyword: &str,
+        rule: &Value,
+        schema: &Value,
+        value: &Value,
+        at: &str,
+    ) -> Result<(), String> {
+        let list = || rule.as_array().unwrap().iter();
+        let object = || value.as_object().into_iter().flatten();
+        let items = || value.as_array().into_iter().flatten().enumerate();
+        let known = |name: &str| schema["properties"].get(name).is_some();
+        let length = value.as_array().map(|items| items.len() as u64);
+        let holds = match keyword {
+            "$schema" | "title" | "description" | "$defs" => true,
+            "$ref" => {
+                let name = rule.as_str().unwrap().strip_prefix("#/$defs/").unwrap();
+                return self.matches(&self.0["$defs"][name], value, at);
             }
-            for (name, field) in object {
-                let schema = properties.get(name).ok_or_else(|| format!("{at}: unknown field `{name}`"))?;
-                self.matches(schema, field, &format!("{at}/{name}"))?;
+            "anyOf" => list().any(|one| self.matches(one, value, at).is_ok()),
+            "oneOf" => list().filter(|one| self.matches(one, value, at).is_ok()).count() == 1,
+            "const" => rule == value,
+            "enum" => list().any(|one| one == value),
+            "type" => is_of_type(rule, value),
+            "minimum" => value.as_f64().is_none_or(|number| number >= rule.as_f64().unwrap()),
+            "maximum" => value.as_f64().is_none_or(|number| number <= rule.as_f64().unwrap()),
+            "minItems" => length.is_none_or(|length| length >= rule.as_u64().unwrap()),
+            "maxItems" => length.is_none_or(|length| length <= rule.as_u64().unwrap()),
+            "required" => {
+                let missing =
+                    |name: &&Value| value.is_object() && value.get(name.as_str().unwrap()).is_none();
+                return list().find(missing).map_or(Ok(()), |name| Err(format!("{at}: no field `{name}`")));
+            }
+            "properties" => {
+                return object().filter(|(name, _)| known(name)).try_for_each(|(name, field)| {
+                    self.matches(&rule[name.as_str()], field, &format!("{at}/{name}"))
+                });
+            }
+            "additionalProperties" => {
+                return object().filter(|(name, _)| !known(name)).try_for_each(|(name, field)| match rule {
+                    Value::Bool(false) => Err(format!("{at}: unknown field `{name}`")),
+                    rule => self.matches(rule, field, &format!("{at}/{name}")),
+                });
+            }
+            "prefixItems" => {
+                let pairs = list().zip(items());
+                return pairs
+                    .into_iter()
+                    .try_for_each(|(rule, (i, item))| self.matches(rule, item, &format!("{at}/{i}")));
+            }
+            "items" => {
+                return items().try_for_each(|(i, item)| self.matches(rule, item, &format!("{at}/{i}")));
+            }
+            other => panic!("{at}: the keyword `{other}`"),
+        };
+        if holds { Ok(()) } else { Err(format!("{at}: {keyword} {rule} does not allow {value}")) }
+    }
+}
+
+/// Returns all schemas within a schema, with their paths.
+fn parts<'a>(schema: &'a Value, at: &str, found: &mut Vec<(String, &'a Value)>) {
+    found.push((at.to_owned(), schema));
+    for (keyword, rule) in schema.as_object().into_iter().flatten() {
+        let inner = match (keyword.as_str(), rule) {
+            ("properties" | "$defs", Value::Object(named)) => {
+                named.iter().map(|(name, one)| (name.clone(), one)).collect()
+            }
+            ("anyOf" | "oneOf" | "prefixItems", Value::Array(list)) => {
+                list.iter().enumerate().map(|(i, one)| (i.to_string(), one)).collect()
+            }
+            ("items" | "additionalProperties", Value::Object(_)) => vec![(String::new(), rule)],
+            _ => Vec::new(),
+        };
+        inner.into_iter().for_each(|(name, one)| parts(one, &format!("{at}/{keyword}/{name}"), found));
+    }
+}
+
+#[test]
+fn every_field_is_described_and_every_object_is_closed() {
+    let place = Place::new();
+    for name in NAMES {
+        let Schema(schema) = Schema::of(&place, name);
+        assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema", "{name}");
+        assert!(schema["title"].as_str().is_some_and(|title| title.contains("septet")), "{name}");
+        let mut all = Vec::new();
+        parts(&schema, name, &mut all);
+        let described = |one: &Value| one["description"].as_str().is_some_and(|text| text.ends_with('.'));
+        for (at, part) in all {
+            for (field, one) in part["properties"].as_object().into_iter().flatten() {
+                assert!(described(one), "{at}: {field}: {one}");
+                let text = one["description"].as_str().unwrap_or_default();
+                assert!(!text.contains("`None`") && !text.contains("[`"), "{at}: {field}: {text}");
+            }
+            if part.get("properties").is_some() {
+                assert_eq!(part["additionalProperties"], false, "{at}");
+                assert!(part["required"].is_array() && described(part), "{at}");
             }
         }
-        for (i, item) in value.as_array().into_iter().flatten().enumerate() {
-            let schema =
-                if schema["prefixItems"].is_array() { &schema["prefixItems"][i] } else { &schema["items"] };
-            self.matches(schema, item, &format!("{at}/{i}"))?;
-        }
-        Ok(())
     }
 }
 

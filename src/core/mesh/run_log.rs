@@ -22,6 +22,7 @@ fn counts(task: &'static str) -> bool {
 
 /// One run of the machine.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RunLine {
     /// The stage of generation that started the run.
     pub stage: String,
@@ -60,6 +61,7 @@ pub struct RunLine {
 
 /// The counts of one phase of a run.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RunPhase {
     /// The phase.
     pub phase: &'static str,
@@ -71,6 +73,7 @@ pub struct RunPhase {
 
 /// One phase of the machine, over all runs of a stage.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StagePhase {
     /// The stage of generation.
     pub stage: String,

@@ -25,6 +25,7 @@ pub const DEFAULT_CELLS: u32 = 20_000;
 
 /// A mesh for drawing. Every list about cells has one entry per cell, in the order of the mesh.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MeshPicture {
     /// Number of points.
     pub points: u64,

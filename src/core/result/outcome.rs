@@ -108,6 +108,7 @@ impl Facts {
 
 /// The traffic of a whole machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TrafficTotal {
     /// Number of rounds in which messages were sent.
     pub rounds: u64,
@@ -347,6 +348,7 @@ impl Outcome {
 
 /// The result of a complete run besides the counts of its phases.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Ending {
     /// Number of triangles or tetrahedra.
     pub cells: u64,

@@ -26,6 +26,7 @@ pub const MOST_GHOSTS: usize = 80_000;
 
 /// The sampled points, one entry each, and the tree.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct View {
     /// Number of points of the whole set.
@@ -62,6 +63,7 @@ pub struct View {
 
 /// One separator, in the coordinates of the input.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SeparatorView {
     /// Path number of the node that it splits.

@@ -8,6 +8,7 @@ use super::lab::Lab;
 
 /// The form of the paper's statement that is checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum Reading {
     /// The statement as printed.
@@ -23,6 +24,7 @@ pub enum Reading {
 
 /// The role of a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Role {
     /// A fault of the machine or of its counts can make the claim fail.
@@ -35,6 +37,7 @@ pub enum Role {
 /// The error probabilities of a statistical claim. Such a claim compares an end of a one-sided 95 % interval with a
 /// bound.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Statistics {
     /// Probability that any statistical claim of a report passes although its bound is exceeded. Holm's method

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 /// The extent of the experiments.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Extent {
     /// A third of the quick sizes, and fewer sets. Tests of the claims use it. It is not available on the command line.

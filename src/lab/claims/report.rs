@@ -16,6 +16,7 @@ pub const SCHEMA: &str = "septet-claims/2";
 
 /// A checked claim.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct CheckedClaim {
     /// The name of the claim.
@@ -50,9 +51,11 @@ pub struct CheckedClaim {
 
 /// All checked claims.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ClaimReport {
-    /// [`SCHEMA`].
+    /// Name and version of this schema.
+    #[cfg_attr(feature = "schema", schemars(extend("const" = SCHEMA)))]
     pub schema: &'static str,
     /// Version of septet.
     pub version: &'static str,
@@ -60,8 +63,9 @@ pub struct ClaimReport {
     pub extent: Extent,
     /// The first seed.
     pub seed: u64,
-    /// The fault that every machine had, if one was planted.
+    /// The fault that every machine had; absent if none was planted.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(with = "String"))]
     pub fault: Option<Fault>,
     /// Whether there are claims, all tests passed, and all illustrations satisfy their bounds.
     pub passed: bool,

@@ -17,6 +17,7 @@ pub const SCHEMA: &str = "septet-scale/1";
 
 /// The program of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Program {
     /// The paper's recursion down to the leaf size, with counts.
@@ -29,8 +30,10 @@ pub enum Program {
 
 /// One run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Line {
-    /// [`SCHEMA`].
+    /// Name and version of this schema.
+    #[cfg_attr(feature = "schema", schemars(extend("const" = SCHEMA)))]
     pub schema: String,
     /// Version of septet.
     pub version: String,
@@ -85,6 +88,7 @@ pub struct Line {
 
 /// Options of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RunOptions {
     /// A number, or `leaves`.
     pub workers: String,
@@ -98,7 +102,15 @@ pub struct RunOptions {
     pub until: Option<Until>,
     /// The other options on which counts depend, by their keys.
     #[serde(flatten)]
+    #[cfg_attr(feature = "schema", schemars(schema_with = "options"))]
     pub options: BTreeMap<String, Setting>,
+}
+
+/// Returns the schema of the options on which counts depend.
+#[cfg(feature = "schema")]
+fn options(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    use septet_core::spec::{Commands, Matters, options_of};
+    crate::option_schema::object(options_of(Commands::SCALE).filter(|row| row.matters >= Matters::Counts))
 }
 
 impl RunOptions {
@@ -110,6 +122,7 @@ impl RunOptions {
 
 /// The partition tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TreeLine {
     /// Number of levels below the root.
     pub levels: u32,
@@ -130,6 +143,7 @@ pub struct TreeLine {
 
 /// One level of the tree.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LevelLine {
     /// 0 for the root.
     pub level: u32,
@@ -153,6 +167,7 @@ pub struct LevelLine {
 
 /// Depth of the split nodes of a level in a phase.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DepthLine {
     /// Number of nodes that were charged in this phase.
     pub nodes: u64,
@@ -166,6 +181,7 @@ pub struct DepthLine {
 
 /// Size of the supergraph.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct GraphLine {
     /// Number of edges.
     pub edges: u64,

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 /// The hardware of a predicted machine.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Hardware {
     /// Seconds that a message takes from one rank to another, without the time for its bytes.
     pub latency: f64,

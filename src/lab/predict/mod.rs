@@ -33,6 +33,7 @@ use round::rounds;
 
 /// The prediction for one number of workers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Prediction {
     /// Number of workers.
@@ -57,6 +58,7 @@ pub struct Prediction {
 
 /// Predicted seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PredictedSeconds {
     /// Computation of the slowest rank of each round, summed over all rounds, plus the time that does not depend on the
     /// workers.
@@ -74,6 +76,7 @@ impl PredictedSeconds {
 
 /// One phase.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct PhasePrediction {
     /// The counts.

@@ -7,6 +7,8 @@ use serde::Serialize;
 use septet_core::Settled;
 use septet_core::run::{CostRow, CostTrace};
 use septet_core::spec::{Spec, Words};
+#[cfg(feature = "schema")]
+use septet_geometry::cost::Primitive;
 use septet_geometry::cost::{Call, LaneStep, Step, Tape};
 use septet_protocol::ledger::{Ledger, Total};
 
@@ -14,27 +16,57 @@ use super::SupergraphReport;
 use super::build::supergraph;
 use crate::accounts::{ReportedCounts, ReportedPhase, ReportedTotal, ReportedTotals, SCHEMA};
 
-/// The first line of a cost trace: the version, the size of the run, and the parameters on which the counts depend.
+/// A line of a cost trace. The first line is the header. Every other line is a row.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(untagged)]
+pub enum CostLine<'a> {
+    /// The first line.
+    Header(CostHeader),
+    /// Another line.
+    Row(Row<'a>),
+}
+
+/// The run, and the parameters on which its counts depend.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CostHeader {
+    /// Name and version of the format.
+    #[cfg_attr(feature = "schema", schemars(extend("const" = SCHEMA)))]
     schema: &'static str,
+    /// Version of septet.
     version: &'static str,
+    /// Number of distinct points.
     points: u64,
+    /// 2 or 3.
     dimension: usize,
+    /// Seed of every draw.
     seed: u64,
+    /// Number of workers.
     workers: u32,
+    /// Purpose of the constants of the partition tree: `counting` or `timing`.
     constants: &'static str,
+    /// Largest number of points in a leaf.
     leaf: u64,
+    /// Largest expected number of samples of a draw.
     samples: u64,
+    /// Number of great circles of a draw.
     tries: u32,
+    /// The supergraph.
     supergraph: SupergraphReport,
+    /// Rule for separator sets: `both`, `smaller` or `ghost`.
     separator_sets: &'static str,
+    /// Rule that divides subproblems: `sphere` or `kd`.
     partition: &'static str,
+    /// Correction of nearest-neighbour balls: `descent` or `naive`.
     neighbours: &'static str,
+    /// Planted fault; absent if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     fault: Option<String>,
+    /// Maximum number of splaying rounds before the fallback; absent for `6 log2 n`.
     #[serde(skip_serializing_if = "Option::is_none")]
     exchange_cap: Option<u32>,
+    /// Number of rows that follow.
     rows: u64,
 }
 
@@ -63,41 +95,68 @@ impl CostHeader {
     }
 }
 
-/// A row of a cost trace.
+/// A call of a primitive, a vector step whose items have their own calls, or a barrier.
 #[derive(Serialize)]
-struct Row<'a> {
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Row<'a> {
+    /// Position of the row, from 0.
     #[expect(clippy::struct_field_names, reason = "the name in the format")]
     row: u64,
+    /// The phase.
     phase: &'static str,
+    /// The subproblem; the root is 1. Absent for a barrier of a whole phase.
     #[serde(skip_serializing_if = "Option::is_none")]
     node: Option<u64>,
+    /// Number of the step, if the subproblems step together; level of the corrected node if the balls are corrected
+    /// naively.
     #[serde(skip_serializing_if = "Option::is_none")]
     step: Option<u32>,
+    /// The rank that made the call; absent for a barrier.
     #[serde(skip_serializing_if = "Option::is_none")]
     rank: Option<u32>,
+    /// The round in which the rank charged the call; absent for a barrier.
     #[serde(skip_serializing_if = "Option::is_none")]
     round: Option<u32>,
     #[serde(flatten)]
     entry: Entry,
+    /// Positions of earlier rows that end before this row starts.
     after: &'a [u64],
 }
 
-/// A call of a primitive, or a vector step whose items have their own calls.
+/// A call of a lane.
 #[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct Entry {
+    /// A name of the price table in the guide, `lanes` or `barrier`.
+    #[cfg_attr(feature = "schema", schemars(schema_with = "primitives"))]
     primitive: &'static str,
+    /// Number of items; of `lanes`, number of lanes.
     items: u64,
+    /// Of `lanes` only: the calls of all lanes.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     calls: Vec<Calls>,
+    /// Of `lanes` only: the calls of the longest lane in their order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     longest: Vec<Entry>,
 }
 
-/// Equal calls of the lanes of a vector step.
+/// Returns the schema of a name of a primitive.
+#[cfg(feature = "schema")]
+fn primitives(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    let names = [&Primitive::ALL.map(Primitive::name)[..], &["lanes", "barrier"]].concat();
+    schemars::json_schema!({ "enum": names })
+}
+
+/// Equal calls of all lanes of a vector step.
 #[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct Calls {
+    /// A name of the price table in the guide.
+    #[cfg_attr(feature = "schema", schemars(schema_with = "primitives"))]
     primitive: &'static str,
+    /// Number of items of each call.
     items: u64,
+    /// Number of times that the call occurs.
     times: u64,
 }
 
@@ -135,11 +194,12 @@ impl Entry {
 /// Fails if `out` fails.
 pub fn write_cost_trace(out: &mut impl Write, header: CostHeader, trace: &CostTrace) -> io::Result<()> {
     let header = CostHeader { rows: trace.rows().len() as u64, ..header };
-    line(out, &header)?;
+    line(out, &CostLine::Header(header))?;
     for (row, &CostRow { phase, node, step, rank, round, ref entry, ref after }) in (0..).zip(trace.rows()) {
         let entry = entry.as_ref().map_or_else(|| Entry::plain("barrier", 0), Entry::of);
         let phase = phase.name();
-        line(out, &Row { row, phase, node: node.map(|node| node.0), step, rank, round, entry, after })?;
+        let node = node.map(|node| node.0);
+        line(out, &CostLine::Row(Row { row, phase, node, step, rank, round, entry, after }))?;
     }
     Ok(())
 }
@@ -164,7 +224,7 @@ pub fn ledger_counts(ledger: &Ledger) -> ReportedCounts {
     ReportedCounts { machine, phases: phases.collect() }
 }
 
-fn line(out: &mut impl Write, value: &impl Serialize) -> io::Result<()> {
+fn line(out: &mut impl Write, value: &CostLine<'_>) -> io::Result<()> {
     serde_json::to_writer(&mut *out, value)?;
     out.write_all(b"\n")
 }

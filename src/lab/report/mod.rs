@@ -19,7 +19,7 @@ mod tree;
 mod verify;
 
 pub use context::RunContext;
-pub use cost_trace::{CostHeader, ledger_counts, write_cost_trace};
+pub use cost_trace::{CostHeader, CostLine, ledger_counts, write_cost_trace};
 pub use parameters::{Parameters, Requested, SettledReport};
 pub use processes::ProcessReport;
 pub use schema::{

@@ -13,6 +13,7 @@ use super::context::RunContext;
 
 /// The options of a run as requested, except `leaf`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Parameters {
     /// `triangulate` or `simulate`.
     pub command: &'static str,
@@ -66,6 +67,18 @@ impl Serialize for Requested {
     }
 }
 
+/// The options that the table lists, without `leaf`.
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for Requested {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Requested".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        crate::option_schema::object(OPTIONS.iter().filter(|row| row.key != "leaf"))
+    }
+}
+
 impl Parameters {
     /// Returns the parameters of a specification as requested.
     pub(super) fn of(spec: &Spec, context: &RunContext<'_>, leaf: u64) -> Self {
@@ -84,6 +97,7 @@ impl Parameters {
 
 /// The options that the run settled, as it used them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SettledReport {
     /// Number of workers.
     pub workers: u32,

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// A process of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ProcessReport {
     /// Number of the process, counted from 0.
     pub process: u32,

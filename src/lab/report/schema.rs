@@ -20,9 +20,11 @@ pub const SCHEMA: &str = "septet-run/2";
 
 /// The report of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RunReport {
-    /// [`SCHEMA`].
+    /// Name and version of this schema.
+    #[cfg_attr(feature = "schema", schemars(extend("const" = SCHEMA)))]
     pub schema: &'static str,
     /// Version of septet.
     pub version: &'static str,
@@ -68,7 +70,7 @@ pub struct RunReport {
     pub timeline: TimelineReport,
     /// The partition tree; for `triangulate`, the part that several workers share.
     pub tree: TreeReport,
-    /// Every node of the tree, by id. Empty if not counted, `None` if the report leaves them out.
+    /// Every node of the tree, by id. Empty if not counted, absent if the report leaves them out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nodes: Option<Vec<NodeRow>>,
     /// The size of the supergraph. `None` if not counted.
@@ -85,13 +87,14 @@ pub struct RunReport {
     pub rss_before_bytes: Option<u64>,
     /// Measured peak of resident memory.
     pub peak_rss_bytes: Option<u64>,
-    /// The processes, if there are several.
+    /// The processes; absent if there is one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub processes: Vec<ProcessReport>,
 }
 
 /// The traffic of the coordinator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CoordinatorReport {
     /// Bytes of all messages to the coordinator.
     pub bytes_in: u64,
@@ -101,6 +104,7 @@ pub struct CoordinatorReport {
 
 /// The supergraph.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SupergraphReport {
     /// `density`, `overlap`, `knn`, or `none`.
     pub kind: &'static str,
@@ -114,6 +118,7 @@ pub struct SupergraphReport {
 
 /// The input points, counted by use: `input = used + duplicate + refused`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PointsReport {
     /// Number of points in the input.
     pub input: u64,
@@ -127,6 +132,7 @@ pub struct PointsReport {
 
 /// Splaying of stars.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RepairReport {
     /// Number of rounds of splaying.
     pub rounds: u64,
@@ -136,6 +142,7 @@ pub struct RepairReport {
 
 /// Points that were gathered and triangulated at once.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Fallback {
     /// The reason.
     pub reason: String,
@@ -145,6 +152,7 @@ pub struct Fallback {
 
 /// Number of stars by kind of proof; the numbers add up to `points.used`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct HowProved {
     /// Stars of `triangulate`, which needs no hypothesis: the certificate over exact subdomain triangulations proves
     /// them. 0 for `simulate`.
@@ -159,6 +167,7 @@ pub struct HowProved {
 
 /// Totals of the machine.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MachineReport {
     /// Number of workers.
     pub workers: u32,
@@ -172,6 +181,7 @@ pub struct MachineReport {
 
 /// The partition tree. Ratios are `None` if no node was split.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TreeReport {
     /// Largest expected number of samples from which a separator is drawn. `None` for `triangulate`, whose separators
     /// are balanced.
@@ -207,6 +217,7 @@ pub struct TreeReport {
 
 /// One level of the tree.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TreeLevelReport {
     /// 0 for the root.
     pub level: u32,
@@ -218,7 +229,7 @@ pub struct TreeLevelReport {
     pub points: u64,
     /// Number of owned points of the largest node.
     pub largest: u64,
-    /// Largest split ratio of the level (see [`TreeReport::largest_split_ratio`]).
+    /// Largest split ratio of the level, as `largest_split_ratio` of the tree.
     pub largest_split_ratio: Option<f64>,
     /// Largest number of attempts at the separator of a node.
     pub largest_attempts: u64,
@@ -236,6 +247,7 @@ pub struct TreeLevelReport {
 
 /// Size of the supergraph.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct GraphReport {
     /// Number of edges.
     pub edges: u64,
@@ -251,6 +263,7 @@ pub struct GraphReport {
 
 /// Measured wall-clock seconds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RunSeconds {
     /// Reading or generating the input.
     pub read: f64,

@@ -13,6 +13,7 @@ pub const MOST_BINS: u32 = 512;
 
 /// A bin of ranks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BinReport {
     /// First rank; the coordinator is 0 and has its own bin.
     pub first: Rank,
@@ -22,6 +23,7 @@ pub struct BinReport {
 
 /// Messages by phase, sender and receiver.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TrafficReport {
     /// The bins. `from` and `to` are positions in this list.
     pub bins: Vec<BinReport>,
@@ -33,6 +35,7 @@ pub struct TrafficReport {
 
 /// The messages from one bin to another in a phase.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LinkReport {
     /// The phase.
     pub phase: &'static str,
@@ -48,6 +51,7 @@ pub struct LinkReport {
 
 /// Messages by round, phase and sender.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TimelineReport {
     /// The bins. `worker` is a position in this list.
     pub bins: Vec<BinReport>,
@@ -59,6 +63,7 @@ pub struct TimelineReport {
 
 /// The messages of one bin in a round.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SenderReport {
     /// The round.
     pub round: u32,

@@ -9,8 +9,10 @@ pub const VERIFY_SCHEMA: &str = "septet-verify/1";
 
 /// The verified files, and the result.
 #[derive(Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct VerifyReport<'a> {
-    /// [`VERIFY_SCHEMA`].
+    /// Name and version of this schema.
+    #[cfg_attr(feature = "schema", schemars(extend("const" = VERIFY_SCHEMA)))]
     pub schema: &'static str,
     /// Version of septet.
     pub version: &'static str,

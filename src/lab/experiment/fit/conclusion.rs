@@ -16,6 +16,7 @@ const ENOUGH: f64 = 0.95;
 
 /// A conclusion.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "says", rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Conclusion {

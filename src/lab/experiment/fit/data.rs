@@ -16,6 +16,7 @@ use crate::rows::PhaseRow;
 
 /// A count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Key {
     /// Number of levels of the tree below the root.
@@ -50,7 +51,7 @@ pub enum Key {
     LevelDepth,
     /// Another count of the rounds of a phase: the sum over the rounds, or the largest value.
     #[serde(untagged)]
-    Rounded(&'static Count),
+    Rounded(#[cfg_attr(feature = "schema", schemars(with = "String"))] &'static Count),
 }
 
 /// The counts of rounds that no other key has.
@@ -128,6 +129,7 @@ impl FromStr for Key {
 
 /// The abscissa of a count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Abscissa {
     /// The number of distinct points.
     #[default]
@@ -157,6 +159,7 @@ pub const MARGIN: f64 = 0.05;
 
 /// A request for a fit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FitRequest {
     /// The count.
     pub y: Key,

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 /// A growth law: `y = a + b g(x)`. The order of the laws is the order of their growth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Law {
     /// log2 n.
     #[serde(rename = "log n")]

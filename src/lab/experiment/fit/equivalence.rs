@@ -12,6 +12,7 @@ const SIZE: f64 = 0.05;
 
 /// The slope of depth against log2 of the size, and whether it is within the margin.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Equivalence {
     /// Steps per doubling of the size, with the 90 % interval of the two tests.
     pub slope: Interval,

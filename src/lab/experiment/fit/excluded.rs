@@ -24,6 +24,7 @@ use super::ols::{Observation, least_squares};
 /// A *higher* law, which grows faster than the law of the conclusion, and the largest share of it that the data do not
 /// exclude.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct NotExcluded {
     /// The higher law.

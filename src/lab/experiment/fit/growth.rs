@@ -17,6 +17,7 @@ pub(super) const LEAST_SIZES: usize = 5;
 
 /// Growth with n.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Growth {
     /// One row per size.
@@ -55,6 +56,7 @@ fn weighted(table: &[SizeRow], relative: bool) -> Vec<(f64, f64, f64)> {
 
 /// The runs of one size.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SizeRow {
     /// Mean x.
     pub x: f64,
@@ -70,6 +72,7 @@ pub struct SizeRow {
 
 /// The fit of a law.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct LawFit {
     /// The law g.

@@ -13,6 +13,7 @@ const POWER: f64 = 0.95;
 
 /// The quadratic term of `y = a + b L + c L^2`, L = log2 x.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Curvature {
     /// The coefficient c.
     pub quadratic: Interval,

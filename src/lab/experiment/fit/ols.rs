@@ -24,6 +24,7 @@ pub struct Observation {
 /// An estimate with its interval. The level of the interval is 95 %, unless the field that contains it states another
 /// one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Interval {
     /// The estimate.
     pub value: f64,

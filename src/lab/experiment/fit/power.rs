@@ -27,6 +27,7 @@ const HALVINGS: u32 = 40;
 
 /// The exponent of `y = a + b x^e`, with its 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Power {
     /// The exponent with the smallest residual.

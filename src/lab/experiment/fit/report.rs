@@ -24,9 +24,11 @@ const LEAST_SEEDS: usize = 3;
 
 /// The result of a request.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FitReport {
-    /// [`SCHEMA`].
+    /// Name and version of this schema.
+    #[cfg_attr(feature = "schema", schemars(extend("const" = SCHEMA)))]
     pub schema: String,
     /// The request.
     pub request: FitRequest,
@@ -36,6 +38,7 @@ pub struct FitReport {
 
 /// Runs of one curve, which differ in size and seed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Series {
     /// The common options of the runs.

@@ -21,6 +21,7 @@ const SEED: u64 = 1;
 
 /// The results of the repetitions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Resampled {
     /// Number of repetitions.
     pub times: u32,

@@ -9,6 +9,7 @@ use super::data::FitError;
 
 /// The runs with one kind and size of set, one number of workers and one number of threads.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SpeedupRow {
     /// Kind and dimension.
     pub set: String,

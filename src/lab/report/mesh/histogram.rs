@@ -6,6 +6,7 @@ use septet_meshing::quality::histogram::Histogram;
 
 /// Counts over equal bins.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct HistogramReport {
     /// The lower end of the first bin.
     pub from: f64,

@@ -19,6 +19,7 @@ fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
 
 /// Measured wall-clock seconds.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MeshSeconds {
     /// Reading and checking the domain.
     pub read_seconds: f64,
@@ -34,9 +35,11 @@ pub struct MeshSeconds {
 
 /// The report of a mesh.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct MeshReport {
-    /// [`MESH_SCHEMA`](super::MESH_SCHEMA).
+    /// Name and version of this schema.
+    #[cfg_attr(feature = "schema", schemars(extend("const" = super::MESH_SCHEMA)))]
     pub schema: Word,
     /// Version of septet.
     pub version: Word,
@@ -81,6 +84,7 @@ pub struct MeshReport {
 
 /// The options of the machine as its runs used them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MeshSettled {
     /// Number of workers. `None` for one per leaf.
     pub workers: Option<u32>,
@@ -90,6 +94,7 @@ pub struct MeshSettled {
 
 /// The distances between a remeshed boundary and its surface, in the unit of the file.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeviationReport {
     /// Largest distance from sampled points of the boundary to the surface.
     pub of_boundary: f64,
@@ -105,6 +110,7 @@ pub struct DeviationReport {
 
 /// The options of a mesh as requested. Lengths are in the unit of the file.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ParameterReport {
     /// The domain as given on the command line.
     pub input: String,
@@ -159,6 +165,7 @@ pub struct ParameterReport {
 
 /// The domain.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DomainReport {
     /// Number of coordinates: 2 or 3.
     pub dimension: usize,
@@ -187,6 +194,7 @@ pub struct DomainReport {
 
 /// The numbers of points, cells, faces and edges of a mesh.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CountReport {
     /// Number of points.
     pub points: u64,
@@ -212,6 +220,7 @@ pub struct CountReport {
 
 /// A stage of generation.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StageReport {
     /// The name.
     pub name: String,
@@ -239,19 +248,21 @@ pub struct StageReport {
 
 /// An interval that contains a ratio. The upper bound is null if rounding prevents a finite one.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RatioRange {
     /// The lower bound.
     #[serde(skip_deserializing)]
     pub lower: f64,
-    /// The upper bound; infinite if rounding prevents a finite one.
+    /// The upper bound; infinite, and null in JSON, if rounding prevents a finite one.
     #[serde(deserialize_with = "number")]
     pub upper: f64,
 }
 
 /// The radius-edge ratios of the cells whose circumcentres have one kind of location.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlaceReport {
-    /// `free`, `near`, `above` or `outside` ([`septet_meshing::quality::CentrePlace`]).
+    /// `free`, `near`, `above` or `outside`.
     pub place: Word,
     /// Number of cells.
     pub cells: u64,
@@ -268,6 +279,7 @@ pub struct PlaceReport {
 
 /// A cell.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CellReport {
     /// Index of the cell.
     pub cell: u32,
@@ -289,6 +301,7 @@ pub struct CellReport {
 /// A feature with the cells whose circumcentres lie near it, or outside the domain with this feature as the nearest
 /// one.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FeatureReport {
     /// The name of the feature.
     pub feature: String,
@@ -306,6 +319,7 @@ pub struct FeatureReport {
 
 /// The quality of the cells of a mesh.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct QualityReport {
     /// Radius-edge ratios.
     pub radius_edge: HistogramReport,
@@ -350,6 +364,7 @@ pub struct QualityReport {
 
 /// Number of cells with an angle below `angle` and a radius-edge ratio below `radius_edge`.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SliverReport {
     /// The angle in degrees.
     pub angle: f64,
@@ -361,6 +376,7 @@ pub struct SliverReport {
 
 /// The comparison of a mesh with its domain.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ConformityReport {
     /// Whether the mesh conforms to the domain.
     pub passed: bool,

@@ -168,6 +168,7 @@ pub enum Flow {
 
 /// A group of phases. Each phase belongs to exactly one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Group {
     /// The algorithm of the paper.
@@ -207,6 +208,7 @@ impl Group {
 
 /// A value for each group whose phases count work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ByGroup<T> {
     /// The phases of the paper.
     pub paper: T,

@@ -42,6 +42,7 @@ macro_rules! counts {
     ($(#[$meta:meta])* $table:ident: $($(#[doc = $doc:literal])+ $count:ident $name:literal $join:ident;)+) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[serde(default)]
         pub struct $table {
             $($(#[doc = $doc])+ pub $count: u64,)+

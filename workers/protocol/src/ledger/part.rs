@@ -119,6 +119,7 @@ pub struct Charge {
 
 /// The form of a node of the partition tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum NodeKind {
     /// A leaf.
@@ -146,6 +147,7 @@ impl NodeKind {
 
 /// The facts of a node of the partition tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct NodeFacts {
     /// Number of owned points.
     pub population: u64,

@@ -7,11 +7,13 @@ use crate::ids::{Phase, names};
 
 /// A round of a phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RoundKey {
     /// Number of the round.
     pub round: u32,
     /// The phase of the round.
     #[serde(with = "names")]
+    #[cfg_attr(feature = "schema", schemars(with = "String"))]
     pub phase: Phase,
 }
 
@@ -41,6 +43,7 @@ counts! {
 
 /// One round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RoundRow {
     /// The round and its phase.
     #[serde(flatten)]

@@ -7,9 +7,11 @@ use crate::ids::{ByGroup, NodeId, Phase, names};
 /// Totals of one phase. `C` is the type of counts of work and depth, which are optional in reports of runs that may not
 /// count them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PhaseTotal<C = u64> {
     /// The phase: its name and its group.
     #[serde(flatten, with = "identity")]
+    #[cfg_attr(feature = "schema", schemars(with = "identity::Identity"))]
     pub phase: Phase,
     /// Number of rounds with messages.
     pub rounds: u64,
@@ -66,7 +68,8 @@ mod identity {
 
     /// The facts.
     #[derive(Serialize)]
-    struct Identity {
+    #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+    pub(super) struct Identity {
         /// The name.
         name: &'static str,
         /// Whether the phase belongs to the paper.
@@ -98,6 +101,7 @@ mod identity {
 /// Work, depth and Brent's bound over a group of phases. `C` is the type of counts, which are optional in reports of runs
 /// that may not count them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Total<C = u64> {
     /// Number of operations. `None` if not counted.
     pub work: C,
@@ -146,12 +150,15 @@ impl Totals {
 
 /// One step of the critical path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PathStep {
     /// Id of the node: the root is 1, and the children of s are 2s (inside) and 2s + 1 (outside).
     #[serde(rename = "subproblem")]
+    #[cfg_attr(feature = "schema", schemars(with = "u64"))]
     pub node: NodeId,
     /// The phase.
     #[serde(with = "names")]
+    #[cfg_attr(feature = "schema", schemars(with = "String"))]
     pub phase: Phase,
     /// Steps of the phase at this node.
     pub depth: u64,
