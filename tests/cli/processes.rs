@@ -31,8 +31,8 @@ pub(super) fn outputs(place: &Place, name: &str) -> Vec<(String, Vec<u8>)> {
 }
 
 /// The fields of a report that state measurements, the outputs and the transport. All others do not depend on the processes.
-const OF_THE_PROCESSES: [&str; 6] =
-    ["parameters", "phases", "seconds", "rss_before_bytes", "peak_rss_bytes", "processes"];
+const OF_THE_PROCESSES: [&str; 7] =
+    ["parameters", "settled", "phases", "seconds", "rss_before_bytes", "peak_rss_bytes", "processes"];
 
 /// The reports of one process and of several have the same counts.
 fn same_counts(found: &Value, one: &Value, label: &str) {

@@ -16,7 +16,8 @@ pub use error::SpecError;
 pub use graph::{Alpha, DEFAULT_ALPHA, Graph, GraphKind, alpha_of_spacing};
 pub use machine::{DEFAULT_SEED, Machine, Registers, Transport, TransportName, Workers, cores};
 pub use options::{
-    Commands, Heading, Matters, OPTIONS, Row, Series, options_of, row, series_name, words_of_counts,
+    Commands, Heading, Matters, OPTIONS, Row, Series, guide_table, options_of, row, series_name,
+    words_of_counts,
 };
 use septet_geometry::separator::LEAST_SAMPLES;
 pub use septet_workers::config::Neighbours;

@@ -2,7 +2,7 @@
 
 use septet_workers::config::Neighbours;
 
-use super::value::{Auto, Between, Bytes, Seed, Setting, Value, Whole, Word};
+use super::value::{Auto, Between, Bytes, Seed, Setting, Value, Whole, Word, Words, words};
 use super::{
     Alpha, Correction, GraphKind, Nodes, Partition, Purpose, Registers, SeparatorSets, Spec, SpecError,
     TransportName, Workers,
@@ -102,6 +102,13 @@ pub enum Matters {
     Cells,
 }
 
+words!(Matters {
+    Report "report" "Only the contents of reports and files besides the cells",
+    Time "time" "Only times and memory",
+    Counts "counts" "The counts of the machine, but no cell",
+    Cells "cells" "The cells, because other points are read",
+});
+
 /// The form of an option in the name of a series of runs: the words before its value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Series {
@@ -129,6 +136,8 @@ pub struct Row {
     pub form: &'static str,
     /// The words of the option, if its values are words.
     pub words: &'static [Word],
+    /// The JSON types of the value in a report ([`Value::TYPES`]).
+    pub types: &'static [&'static str],
     /// Whether the option is a flag.
     pub is_flag: bool,
     /// The commands that have the option.
@@ -213,6 +222,26 @@ pub fn words_of_counts(spec: &Spec, command: Commands) -> String {
     rows.filter_map(word).collect()
 }
 
+/// Returns the table of all options for the guide, in Markdown.
+pub fn guide_table() -> String {
+    let bar = |text: &str| text.replace('|', "\\|");
+    let mut table =
+        "| option | meaning | values | default | can change |\n|---|---|---|---|---|\n".to_owned();
+    for row in OPTIONS {
+        let (meaning, more) = row.doc.split_once("\n\n").unwrap_or((row.doc, ""));
+        let ends = if more.is_empty() { "" } else { ". " };
+        let words: Vec<String> = row.words.iter().map(|(word, _)| format!("`{word}`")).collect();
+        let values = if row.words.is_empty() { format!("`{}`", bar(row.form)) } else { words.join(", ") };
+        let values = if row.is_flag { "-".to_owned() } else { values };
+        let default = row.default_text().map_or_else(|| "-".to_owned(), |text| format!("`{text}`"));
+        let change = row.matters.name();
+        let line =
+            format!("| `--{}` | {meaning}{ends}{more} | {values} | {default} | {change} |\n", row.name);
+        table.push_str(&line);
+    }
+    table
+}
+
 /// Returns the options of the algorithm for the name of a series, from their values as text. If `with_defaults` is not set,
 /// no default is part of the name.
 pub fn series_name(with_defaults: bool, text: impl Fn(&Row) -> Option<String>) -> Vec<String> {
@@ -237,6 +266,7 @@ macro_rules! option {
             key: $key,
             doc: $doc,
             words: <$type as Value>::WORDS,
+            types: <$type as Value>::TYPES,
             check: |text| <$type as Value>::read(text).map(drop),
             get: |spec| {
                 let get: fn(&Spec) -> $type = $get;
@@ -263,6 +293,7 @@ const PLAIN: Row = Row {
     doc: "",
     form: "",
     words: &[],
+    types: &[],
     is_flag: false,
     commands: Commands::MACHINES,
     limited: &[],

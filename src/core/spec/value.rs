@@ -39,6 +39,9 @@ pub trait Value: Sized {
     /// The words of the option, if its values are words.
     const WORDS: &'static [Word] = &[];
 
+    /// The JSON types of the form in a report, as in a JSON schema. `array` is one of texts.
+    const TYPES: &'static [&'static str] = &["string"];
+
     /// Reads a value.
     ///
     /// # Errors
@@ -93,6 +96,8 @@ macro_rules! words {
 pub(crate) use words;
 
 impl Value for bool {
+    const TYPES: &'static [&'static str] = &["boolean"];
+
     fn read(text: &str) -> Result<Self, String> {
         text.parse().map_err(|_| "expected true or false".to_owned())
     }
@@ -107,6 +112,8 @@ impl Value for bool {
 pub(super) struct Whole(pub(super) Option<u64>);
 
 impl Value for Whole {
+    const TYPES: &'static [&'static str] = &["integer", "null"];
+
     fn read(text: &str) -> Result<Self, String> {
         count(text).map(|number| Whole(Some(number)))
     }
@@ -121,6 +128,8 @@ impl Value for Whole {
 pub(super) struct Seed(pub(super) Option<u64>);
 
 impl Value for Seed {
+    const TYPES: &'static [&'static str] = &["integer", "null"];
+
     fn read(text: &str) -> Result<Self, String> {
         let number = text.parse().map_err(|_| "expected a whole number below 2^64".to_owned());
         number.map(|number| Seed(Some(number)))
@@ -136,10 +145,14 @@ impl Value for Seed {
 pub(super) struct Between<const LEAST: u32, const MOST: u32>(pub(super) Option<u32>);
 
 impl<const LEAST: u32, const MOST: u32> Value for Between<LEAST, MOST> {
+    const TYPES: &'static [&'static str] = &["integer", "null"];
+
     fn read(text: &str) -> Result<Self, String> {
         let number = count(text)?;
         let small = u32::try_from(number).ok().filter(|number| (LEAST..=MOST).contains(number));
-        let expected = || format!("expected a number from {LEAST} to {MOST}");
+        let between = if MOST - LEAST == 1 { "" } else { "a number from " };
+        let and = if MOST - LEAST == 1 { "or" } else { "to" };
+        let expected = || format!("expected {between}{LEAST} {and} {MOST}");
         small.map(|number| Self(Some(number))).ok_or_else(expected)
     }
 
@@ -167,6 +180,8 @@ impl Value for Auto {
 pub(super) struct Bytes(pub(super) Option<u64>);
 
 impl Value for Bytes {
+    const TYPES: &'static [&'static str] = &["integer", "null"];
+
     fn read(text: &str) -> Result<Self, String> {
         bytes(text).map(|number| Bytes(Some(number)))
     }
@@ -177,6 +192,8 @@ impl Value for Bytes {
 }
 
 impl Value for Option<String> {
+    const TYPES: &'static [&'static str] = &["string", "null"];
+
     fn read(text: &str) -> Result<Self, String> {
         Ok(Some(text.to_owned()))
     }
@@ -187,6 +204,8 @@ impl Value for Option<String> {
 }
 
 impl Value for Option<Vec<String>> {
+    const TYPES: &'static [&'static str] = &["array", "null"];
+
     fn read(text: &str) -> Result<Self, String> {
         Ok(Some(text.split(',').map(str::to_owned).collect()))
     }
