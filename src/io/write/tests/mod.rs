@@ -170,7 +170,7 @@ fn inconsistent_meshes_are_refused_before_anything_is_written() {
 fn check_output_looks_at_the_whole_set() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("m.ele");
-    assert_eq!(check_output(&path, &WriteOptions::default()).unwrap(), Format::Node);
+    assert_eq!(check_output(&path, &WriteOptions::default()).unwrap(), Format::Ele);
     fs::create_dir(directory.path().join("m.neigh")).unwrap();
     let error = check_output(&path, &WriteOptions::default()).unwrap_err();
     assert!(error.to_string().contains("m.neigh"), "{error}");

@@ -111,15 +111,30 @@ fn errors_are_those_of_one_process() {
 }
 
 #[test]
-fn options_and_large_files_are_refused() {
+fn large_files_are_refused() {
     let folder = Folder::of(&[("a.xyz", "1 2 3\n"), ("b.node", "1 3 0 0\n1 0 0 0\n")]);
-    let (code, message) =
-        refused(&folder, &["a.xyz"], &ReadOptions { keep_columns: true, ..plain() }, LIMITS);
-    assert!(code == 2 && message.contains("--keep-columns"), "{message}");
     let (code, message) = refused(&folder, &["a.xyz", "b.node"], &plain(), Limits { whole: 15, ..LIMITS });
     assert!(code == 5 && message.contains("b.node") && message.contains(".npy"), "{message}");
     let limits = Limits { whole: 16, ..LIMITS };
     assert!(together(&folder.paths(&["b.node"]), &plain(), 2, limits, even).iter().all(Result::is_ok));
+}
+
+/// Process 0 has the columns of all rows, whatever their order in the files is.
+#[test]
+fn columns_stay_on_the_first_process() {
+    let folder = Folder::of(&[
+        ("a.csv", "x,y,z,m,n\n1,2,3,4,5\n1,nan,3,0,0\n"),
+        ("b.csv", "x,y,z,n,m\n6,7,8,9,10\n"),
+        ("c.csv", "x,y,z,k\n1,2,3,4\n"),
+    ]);
+    let options = ReadOptions { keep_columns: true, ..skipping() };
+    let parts = together(&folder.paths(&["a.csv", "b.csv"]), &options, 3, LIMITS, even);
+    let columns: Vec<_> = parts.into_iter().map(|part| part.unwrap().columns).collect();
+    let found: Vec<_> = columns[0].iter().map(|of| (of.name.as_str(), &of.values[..])).collect();
+    assert_eq!(found, [("m", &[4.0, 10.0][..]), ("n", &[5.0, 9.0][..])]);
+    assert!(columns[1].is_empty() && columns[2].is_empty());
+    let (code, message) = refused(&folder, &["a.csv", "c.csv"], &options, LIMITS);
+    assert!(code == 3 && message.contains("c.csv: the kept columns are k"), "{message}");
 }
 
 /// Returns the message if each process has its own files.
