@@ -15,8 +15,7 @@ use septet_geometry::separator::{SEPARATOR_WORDS, Separator, Surface};
 use septet_protocol::ids::NodeId;
 use septet_protocol::message::ViewPart;
 
-/// Largest number of points shown.
-pub const MOST_POINTS: u32 = 20_000;
+pub use crate::spec::MOST_POINTS;
 
 /// Largest number of separators shown. Upper levels come first.
 pub const MOST_SEPARATORS: usize = 4095;

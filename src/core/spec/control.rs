@@ -27,11 +27,14 @@ pub struct Keep {
     /// all ranks in the caller's process.
     pub costs: bool,
     /// Expected number of points in the picture of the result ([`crate::result::outcome::Kept::picture`]), at most
-    /// [`crate::result::view::MOST_POINTS`]. By default, there is no picture.
+    /// [`MOST_POINTS`]. By default, there is no picture.
     pub view: Option<u32>,
     /// The nodes of the partition tree that reports list.
     pub nodes: Nodes,
 }
+
+/// Largest number of points shown.
+pub const MOST_POINTS: u32 = 20_000;
 
 /// The nodes of the partition tree that a report lists.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

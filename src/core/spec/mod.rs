@@ -6,19 +6,18 @@ mod error;
 mod graph;
 mod machine;
 mod options;
+mod row;
 mod task;
 mod value;
 
 pub(crate) use constants::TreeConstants;
 pub use constants::{Constants, Purpose};
-pub use control::{Control, Keep, Nodes, Planted, Progress, ProgressFn};
+pub use control::{Control, Keep, MOST_POINTS, Nodes, Planted, Progress, ProgressFn};
 pub use error::SpecError;
 pub use graph::{Alpha, DEFAULT_ALPHA, Graph, GraphKind, alpha_of_spacing};
 pub use machine::{DEFAULT_SEED, Machine, Registers, Transport, TransportName, Workers, cores};
-pub use options::{
-    Commands, Heading, Matters, OPTIONS, Row, Series, guide_table, options_of, row, series_name,
-    words_of_counts,
-};
+pub use options::{OPTIONS, guide_table, options_of, row, series_name, words_of_counts};
+pub use row::{Commands, Heading, Matters, Row, Series};
 use septet_geometry::separator::LEAST_SAMPLES;
 pub use septet_workers::config::Neighbours;
 pub use septet_workers::config::{

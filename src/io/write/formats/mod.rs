@@ -109,13 +109,7 @@ pub const fn writer(format: Format) -> Writer {
             points: Some(|out, points, _, progress| table::write(out, points, b',', progress)),
             ..NONE
         },
-        Format::Npy => Writer {
-            mesh: Some(Body::One(|out, mesh, _, progress| npy::write_cells(out, mesh, progress))),
-            records: |mesh| mesh.cell_count() as u64,
-            points: Some(|out, points, _, progress| npy::write_points(out, points, progress)),
-            way: Way::Cells,
-            ..NONE
-        },
+        Format::Npy => NPY,
         Format::Off => Writer {
             mesh: Some(Body::One(|out, mesh, _, progress| off::write(out, mesh, progress))),
             points: Some(|out, points, _, progress| off::write_points(out, points, progress)),
@@ -133,23 +127,11 @@ pub const fn writer(format: Format) -> Writer {
             points: Some(|out, points, _, progress| table::write_obj(out, points, progress)),
             ..NONE
         },
-        Format::Vtu => Writer {
-            mesh: Some(Body::One(vtu::write)),
-            records: grid_records,
-            points: Some(|out, points, _, progress| vtu::write_points(out, points, progress)),
-            records_per_point: 5,
-            way: Way::Grid,
-        },
+        Format::Vtu => VTU,
         Format::Pvtu => {
             Writer { mesh: Some(Body::Pieces(pvtu::write)), records: grid_records, way: Way::Pieces, ..NONE }
         }
-        Format::Vtk => Writer {
-            mesh: Some(Body::One(vtk::write)),
-            records: grid_records,
-            points: Some(|out, points, _, progress| vtk::write_points(out, points, progress)),
-            records_per_point: 3,
-            ..NONE
-        },
+        Format::Vtk => VTK,
         Format::Msh => Writer {
             mesh: Some(Body::One(|out, mesh, options, progress| {
                 msh::write(out, mesh, options.msh, progress)
@@ -171,6 +153,33 @@ pub const fn writer(format: Format) -> Writer {
         Format::Poly | Format::Smesh => NONE,
     }
 }
+
+/// The arrays of `NumPy`.
+const NPY: Writer = Writer {
+    mesh: Some(Body::One(|out, mesh, _, progress| npy::write_cells(out, mesh, progress))),
+    records: |mesh| mesh.cell_count() as u64,
+    points: Some(|out, points, _, progress| npy::write_points(out, points, progress)),
+    way: Way::Cells,
+    ..NONE
+};
+
+/// The grids of VTK in XML.
+const VTU: Writer = Writer {
+    mesh: Some(Body::One(vtu::write)),
+    records: grid_records,
+    points: Some(|out, points, _, progress| vtu::write_points(out, points, progress)),
+    records_per_point: 5,
+    way: Way::Grid,
+};
+
+/// The legacy grids of VTK.
+const VTK: Writer = Writer {
+    mesh: Some(Body::One(vtk::write)),
+    records: grid_records,
+    points: Some(|out, points, _, progress| vtk::write_points(out, points, progress)),
+    records_per_point: 3,
+    ..NONE
+};
 
 /// The set of `TetGen`.
 const SET: Writer = Writer { mesh: Some(Body::Set(tetgen::write)), records: tetgen::records, ..NONE };

@@ -1,0 +1,196 @@
+//! The form of an option of a run: its texts, its values, and what it can change.
+
+use super::value::{Setting, Word, words};
+use super::{Spec, SpecError};
+
+/// The commands that have options of a run, as a set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Commands(u8);
+
+impl Commands {
+    /// `septet triangulate`.
+    pub const TRIANGULATE: Commands = Commands(1);
+    /// `septet simulate`.
+    pub const SIMULATE: Commands = Commands(2);
+    /// `septet scale`.
+    pub const SCALE: Commands = Commands(4);
+    /// `septet predict`.
+    pub const PREDICT: Commands = Commands(8);
+    /// `septet mesh`.
+    pub const MESH: Commands = Commands(16);
+    /// `septet rival`.
+    pub const RIVAL: Commands = Commands(32);
+    /// `septet verify`, which only reads points.
+    pub const VERIFY: Commands = Commands(64);
+
+    pub(super) const RUNS: Commands = Commands::TRIANGULATE.and(Commands::SIMULATE);
+    pub(super) const COUNTS: Commands = Commands::SIMULATE.and(Commands::SCALE).and(Commands::PREDICT);
+    pub(super) const POINTS: Commands = Commands::RUNS.and(Commands::PREDICT).and(Commands::RIVAL);
+    pub(super) const FILES: Commands = Commands::POINTS.and(Commands::VERIFY);
+    pub(super) const TREES: Commands = Commands::RUNS.and(Commands::SCALE).and(Commands::PREDICT);
+    pub(super) const MACHINES: Commands = Commands::TREES.and(Commands::MESH);
+
+    /// Returns the commands of both sets.
+    #[must_use]
+    pub const fn and(self, other: Commands) -> Commands {
+        Commands(self.0 | other.0)
+    }
+
+    /// Returns `true` if the sets have a command in common.
+    #[must_use]
+    pub const fn meets(self, other: Commands) -> bool {
+        self.0 & other.0 != 0
+    }
+
+    /// Returns the set of these bits ([`Commands::bits`]).
+    #[must_use]
+    pub const fn of_bits(bits: u8) -> Commands {
+        Commands(bits)
+    }
+
+    /// Returns the set as bits, for a parameter of a type.
+    #[must_use]
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+}
+
+/// The heading of an option in the help.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Heading {
+    /// The points.
+    Input,
+    /// The files of the result.
+    Output,
+    /// The machine and its partition tree.
+    Machine,
+    /// The supergraph.
+    Graph,
+    /// Reports and tables.
+    Reports,
+}
+
+impl Heading {
+    /// Returns the text of the heading.
+    pub const fn title(self) -> &'static str {
+        match self {
+            Heading::Input => "Input",
+            Heading::Output => "Output",
+            Heading::Machine => "Machine",
+            Heading::Graph => "Supergraph",
+            Heading::Reports => "Reports",
+        }
+    }
+}
+
+/// What another value of an option can change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Matters {
+    /// Only the contents of reports and files besides the cells.
+    Report,
+    /// Only times and memory.
+    Time,
+    /// The counts of the machine, but no cell.
+    Counts,
+    /// The cells, because other points are read.
+    Cells,
+}
+
+words!(Matters {
+    Report "report" "Only the contents of reports and files besides the cells",
+    Time "time" "Only times and memory",
+    Counts "counts" "The counts of the machine, but no cell",
+    Cells "cells" "The cells, because other points are read",
+});
+
+/// The form of an option in the name of a series of runs: the words before its value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Series {
+    /// The name does not contain the option.
+    Omitted,
+    /// The name contains the value unless it is the default.
+    Changed(&'static str),
+    /// The name contains the value.
+    Always(&'static str),
+}
+
+/// One option of a run.
+#[derive(Debug)]
+pub struct Row {
+    /// The name on the command line.
+    pub name: &'static str,
+    /// The name in reports and in other languages.
+    pub key: &'static str,
+    /// The short name on the command line.
+    pub short: Option<char>,
+    /// The first paragraph is the short help. The other one is the rest of the long help. `{points}` and `{data}` stand for
+    /// the formats of points and of outputs with values at points, which readers and writers know.
+    pub doc: &'static str,
+    /// The form of the value, such as `P|auto|leaves`. Empty for words and flags.
+    pub form: &'static str,
+    /// The words of the option, if its values are words.
+    pub words: &'static [Word],
+    /// The JSON types of the value in a report ([`Value::TYPES`]).
+    pub types: &'static [&'static str],
+    /// Whether the option is a flag.
+    pub is_flag: bool,
+    /// The commands that have the option.
+    pub commands: Commands,
+    /// Words that only some of these commands have.
+    pub limited: &'static [(&'static str, Commands)],
+    /// The heading in the help.
+    pub heading: Heading,
+    /// Whether the short help lists the option.
+    pub is_common: bool,
+    /// What another value can change.
+    pub matters: Matters,
+    /// The option and the word without which this option has no effect.
+    pub needs: Option<(&'static str, &'static str)>,
+    /// The form of the option in the name of a series of runs.
+    pub series: Series,
+    /// Checks a value.
+    pub(super) check: fn(&str) -> Result<(), String>,
+    pub(super) get: fn(&Spec) -> Setting,
+    pub(super) set: fn(&mut Spec, &str) -> Result<(), SpecError>,
+}
+
+impl Row {
+    /// Checks a value by itself.
+    ///
+    /// # Errors
+    /// Returns what was expected.
+    pub fn check(&self, text: &str) -> Result<(), String> {
+        (self.check)(text)
+    }
+
+    /// Returns the value in a specification.
+    pub fn get(&self, spec: &Spec) -> Setting {
+        (self.get)(spec)
+    }
+
+    /// Sets the value. Options that are set together must be set in the order of [`super::OPTIONS`].
+    ///
+    /// # Errors
+    /// Fails if the value is not one of this option, or has no effect with options that were set before.
+    pub fn set(&self, spec: &mut Spec, text: &str) -> Result<(), SpecError> {
+        (self.set)(spec, text)
+    }
+
+    /// Returns the default as text, if there is one.
+    pub fn default_text(&self) -> Option<String> {
+        self.get(&Spec::default()).text()
+    }
+
+    /// Returns `true` if the value is not the default.
+    pub fn is_changed(&self, spec: &Spec) -> bool {
+        self.get(spec) != self.get(&Spec::default())
+    }
+
+    /// Returns the words that a command has, with their meanings.
+    pub fn words_of(&self, command: Commands) -> impl Iterator<Item = &'static Word> + use<'_> {
+        let has = move |word: &str| {
+            self.limited.iter().all(|&(limited, commands)| limited != word || commands.meets(command))
+        };
+        self.words.iter().filter(move |(word, _)| has(word))
+    }
+}
