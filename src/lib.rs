@@ -124,7 +124,7 @@ pub mod io {
     #[doc(inline)]
     pub use septet_core::model::{Labels, MeshView, Patches, Shares};
     #[doc(inline)]
-    pub use septet_io::{Files, Format, Role, Row, UnknownFormatName};
+    pub use septet_io::{Format, Role, UnknownFormatName};
 
     /// Readers of points, cells, domains and sizes.
     pub mod read {

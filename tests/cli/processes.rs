@@ -289,7 +289,7 @@ fn processes_end_with_one_error() {
         let line = format!("{command} sample:uniform:100 --processes 2");
         place.fails(&line, 2, &["--processes", "--transport processes"]);
     }
-    place.fails("predict sample:uniform:100 --transport processes", 2, &["septet simulate"]);
+    place.fails("predict sample:uniform:100 --transport processes", 2, &["invalid value 'processes'"]);
     place.fails(&format!("triangulate sample:uniform:100 {many} -o no/m.vtu"), 1, &["no/m.vtu"]);
     for fault in ["die:2:partition", "spoil:1"] {
         let output = place.run(&format!("triangulate sample:uniform:500 {many} -o m.npy --fault {fault}"));
