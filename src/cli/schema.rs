@@ -105,7 +105,9 @@ fn finish(schema: &mut Schema) {
         for (name, property) in properties {
             if !required.contains(&Value::from(name.as_str())) {
                 let types = property.get_mut("type").and_then(Value::as_array_mut);
-                types.map(|types| types.retain(|name| name != "null"));
+                if let Some(types) = types {
+                    types.retain(|name| name != "null");
+                }
             }
             // Only the tags of enums have a single value and no doc comment.
             if property.get("const").is_some() && property.get("description").is_none() {

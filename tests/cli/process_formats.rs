@@ -17,14 +17,14 @@ fn clear(place: &Place, name: &str) {
 
 /// Runs a command in one process and in several. Their outputs have the same bytes.
 fn same_outputs(line: &str, place: &Place, files: &[&str]) {
-    let all = |name: &str| files.iter().map(|file| format!(" -o {name}.{file}")).collect::<String>();
+    let all = |name: &str| files.iter().map(|file| format!("-o {name}.{file}")).collect::<Vec<_>>().join(" ");
     clear(place, "one");
-    place.good(&format!("{line} -q --workers 5{}", all("one")));
+    place.good(&format!("{line} -q --workers 5 {}", all("one")));
     let expected = outputs(place, "one");
     assert!(expected.len() >= files.len(), "{line}");
     for processes in [2, 5] {
         clear(place, "many");
-        let several = format!("--workers 5 --transport processes --processes {processes}{}", all("many"));
+        let several = format!("--workers 5 --transport processes --processes {processes} {}", all("many"));
         place.good(&format!("{line} -q {several}"));
         assert!(outputs(place, "many") == expected, "{line}: {processes} processes");
     }
@@ -52,7 +52,7 @@ fn columns_and_dropped_rows_have_the_bytes_of_one_process() {
         format!("{x},{},{},{}\n", i * 23 % 97, i * 11 % 89, i * i)
     };
     let file = |name: &str, rows: std::ops::Range<u64>| {
-        place.file(name, &rows.fold("x,y,z,mass\n".to_owned(), |text, i| text + &row(i)));
+        place.file(name, rows.fold("x,y,z,mass\n".to_owned(), |text, i| text + &row(i)));
     };
     file("all.csv", 0..120);
     file("p-1.csv", 0..70);

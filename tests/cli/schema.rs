@@ -100,7 +100,9 @@ fn parts<'a>(schema: &'a Value, at: &str, found: &mut Vec<(String, &'a Value)>) 
             ("items" | "additionalProperties", Value::Object(_)) => vec![(String::new(), rule)],
             _ => Vec::new(),
         };
-        inner.into_iter().for_each(|(name, one)| parts(one, &format!("{at}/{keyword}/{name}"), found));
+        for (name, one) in inner {
+            parts(one, &format!("{at}/{keyword}/{name}"), found);
+        }
     }
 }
 

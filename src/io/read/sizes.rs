@@ -21,18 +21,12 @@ pub fn read_sizes(path: &Path, progress: &mut ReadProgress<'_>) -> Result<SizeFi
     let source = Source { path, data: &data };
     let content = of_content(&data).filter(|format| format.has(Role::Sizes));
     let Some(format) = content.or_else(|| Format::of_path(path)) else { return size_rows::read(source) };
-    match reader(format).sizes {
-        Some(read) => read(source),
-        None => {
-            let what = format!("{} of sizes", described(format));
-            let known = Role::Sizes.extensions(|_| true);
-            Err(source.unsupported(
-                Place::Whole,
-                what,
-                format!("give rows of `x y z size` as one of {known}"),
-            ))
-        }
+    if let Some(read) = reader(format).sizes {
+        return read(source);
     }
+    let what = format!("{} of sizes", described(format));
+    let known = Role::Sizes.extensions(|_| true);
+    Err(source.unsupported(Place::Whole, what, format!("give rows of `x y z size` as one of {known}")))
 }
 
 #[cfg(test)]

@@ -76,7 +76,7 @@ impl RunReport {
     /// Adds the processes.
     #[must_use]
     pub fn with_processes(mut self, transport: &'static str, processes: Vec<ProcessReport>) -> Self {
-        self.parameters.options.set("transport", Setting::Text(transport.to_owned()));
+        self.parameters.options.set("transport", &Setting::Text(transport.to_owned()));
         self.processes = processes;
         self
     }

@@ -52,7 +52,7 @@ impl Requested {
     }
 
     /// Replaces the value of an option.
-    pub(super) fn set(&mut self, key: &str, value: Setting) {
+    pub(super) fn set(&mut self, key: &str, value: &Setting) {
         self.0.iter_mut().filter(|(name, _)| *name == key).for_each(|option| option.1 = value.clone());
     }
 }

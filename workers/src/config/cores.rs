@@ -53,7 +53,9 @@ fn items_of<T: Sync, U: Send>(each: Each<'_>, items: &[T], f: impl Fn(&T) -> U +
     let size = items.len().div_ceil(MOST_BLOCKS).max(1);
     let made = blocks(each, items.len(), size, |at| items[at].iter().map(&f).collect::<Vec<U>>());
     let mut all = Vec::with_capacity(items.len());
-    made.into_iter().for_each(|block| all.extend(block));
+    for block in made {
+        all.extend(block);
+    }
     all
 }
 

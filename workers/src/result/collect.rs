@@ -118,18 +118,14 @@ fn piece<P: Point>(
     owned_cells: &OwnedCells,
 ) -> PieceRows {
     let has_neighbours = cx.config().has_neighbours();
-    let (cells, leaves) = match stars.take_triangulation() {
-        Some(triangulation) => {
-            let leaf = subdomain.leaves().first().map_or(NodeId::ROOT, Leaf::id);
-            (triangulation.into_rows(), vec![(leaf, owned_cells.count())])
-        }
-        None => {
-            let (cells, leaves) = cells_of_stars(StarsView::new(&table, &stars), subdomain, owned_cells);
-            drop(stars);
-            let rows =
-                if has_neighbours { matched::<P>(&cells) } else { AdjacencyRows::new(cells, Vec::new()) };
-            (rows, leaves)
-        }
+    let (cells, leaves) = if let Some(triangulation) = stars.take_triangulation() {
+        let leaf = subdomain.leaves().first().map_or(NodeId::ROOT, Leaf::id);
+        (triangulation.into_rows(), vec![(leaf, owned_cells.count())])
+    } else {
+        let (cells, leaves) = cells_of_stars(StarsView::new(&table, &stars), subdomain, owned_cells);
+        drop(stars);
+        let rows = if has_neighbours { matched::<P>(&cells) } else { AdjacencyRows::new(cells, Vec::new()) };
+        (rows, leaves)
     };
     if has_neighbours {
         send_facets(cx, &table, &cells);

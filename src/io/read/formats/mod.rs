@@ -23,14 +23,23 @@ use super::{columns, signature, size_rows};
 use crate::format::{Format, Role};
 use septet_core::mesh::field::SizeField;
 
+/// Reads points.
+type ReadPoints = fn(Source<'_>, &ReadOptions) -> Result<PointFile, InputError>;
+
+/// Reads cells.
+type ReadCells = fn(Source<'_>, &CellOptions) -> Result<CellFile, InputError>;
+
+/// Reads a domain.
+type ReadDomain = fn(Source<'_>, &mut ReadProgress<'_>) -> Result<DomainFile, InputError>;
+
 /// The functions that read a format, one for each use.
 #[derive(Clone, Copy)]
 pub struct Reader {
     /// Whether the bytes of a file have the format, whatever its name is.
     signature: fn(&[u8]) -> bool,
-    pub points: Option<fn(Source<'_>, &ReadOptions) -> Result<PointFile, InputError>>,
-    pub cells: Option<fn(Source<'_>, &CellOptions) -> Result<CellFile, InputError>>,
-    pub domain: Option<fn(Source<'_>, &mut ReadProgress<'_>) -> Result<DomainFile, InputError>>,
+    pub points: Option<ReadPoints>,
+    pub cells: Option<ReadCells>,
+    pub domain: Option<ReadDomain>,
     pub sizes: Option<fn(Source<'_>) -> Result<SizeField, InputError>>,
     /// The rows of points that several processes divide.
     pub rows: Option<Rows>,

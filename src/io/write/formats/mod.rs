@@ -192,12 +192,12 @@ const _: () = {
         let writer = writer(format);
         assert!(format.has(Role::Triangulation) == writer.mesh.is_some());
         assert!(format.has(Role::PointSet) == writer.points.is_some());
-        let is_of_its_files = match (writer.mesh, format.row().files) {
-            (Some(Body::Set(_)), Files::Set) | (Some(Body::Pieces(_)), Files::Pieces) => true,
-            (Some(Body::One(_)) | None, Files::One) => true,
-            _ => false,
-        };
-        assert!(is_of_its_files);
+        assert!(matches!(
+            (writer.mesh, format.row().files),
+            (Some(Body::Set(_)), Files::Set)
+                | (Some(Body::Pieces(_)), Files::Pieces)
+                | (Some(Body::One(_)) | None, Files::One)
+        ));
         assert!(format.row().is_divided(Role::Triangulation) != matches!(writer.way, Way::Whole));
         // A mesh of a domain has no pieces.
         assert!(!format.has(Role::Mesh) || matches!(writer.mesh, Some(Body::One(_) | Body::Set(_))));

@@ -59,14 +59,14 @@ impl Whole {
         sort_rows(&mut cells, space + 1);
         whole.cells = cells;
         let owned = owned(mesh, base);
-        whole.set_owners(to_first(processes, owned)?)?;
+        whole.set_owners(&to_first(processes, owned)?)?;
         let source = mesh.source_index.unwrap_or_default();
         whole.source = to_first(processes, source.iter().copied())?;
         Ok(whole)
     }
 
     /// Sets the worker of each point, given the pairs of point and worker.
-    fn set_owners(&mut self, pairs: Vec<u64>) -> Result<(), WireError> {
+    fn set_owners(&mut self, pairs: &[u64]) -> Result<(), WireError> {
         self.point_owner = vec![0; self.coordinates.len() / self.dimension];
         for [point, worker] in pairs.as_chunks::<2>().0 {
             let Some(owner) = self.point_owner.get_mut(*point as usize) else {
