@@ -2,8 +2,12 @@
 //!
 //! To add a format, add its row here, its module to `read/formats` or `write/formats`, and its entry to the `mod.rs` there.
 
+mod others;
+
 use std::path::Path;
 use std::str::FromStr;
+
+use others::OTHERS;
 
 use crate::ending::extension;
 use crate::spelling::nearest;
@@ -311,39 +315,6 @@ formats! {
         instead: &[(Role::Points, "mesh it with `septet mesh`"), (Role::Cells, "mesh it with `septet mesh`")],
     }
 }
-
-/// Extensions of formats that are neither read nor written: the extensions, what to do to read such a file, and what to
-/// write instead.
-const OTHERS: [(&[&str], &str, &str); 8] = [
-    (
-        &["vtp", "vti", "vtr", "vts", "pvd", "xdmf", "xmf", "ex2", "exo", "cgns"],
-        "write .vtu with ParaView or meshio",
-        "write .vtu for ParaView",
-    ),
-    (&["las", "laz", "pcd", "e57"], "convert the point cloud to .ply", "write .ply or .xyz for points"),
-    (
-        &["npz", "h5", "hdf5", "parquet", "feather", "mat", "fits", "pkl"],
-        "save the array with numpy.save as .npy",
-        "write .npy for NumPy",
-    ),
-    (&["xls", "xlsx", "ods"], "export the sheet as .csv", "write .npy for the cells alone"),
-    (
-        &["3mf", "gltf", "glb", "dae"],
-        "export the surface as .obj or .ply",
-        "write .stl or .off for a surface",
-    ),
-    (
-        &["bdf", "inp", "unv", "med", "cas"],
-        "write .vtu or .msh with meshio",
-        "write .msh for meshio and Gmsh",
-    ),
-    (
-        &["step", "stp", "iges", "igs", "brep"],
-        "write .msh or .stl with Gmsh",
-        "write .stl or .off for a surface",
-    ),
-    (&["svg", "pdf", "png"], "", "write .vtu for ParaView"),
-];
 
 impl Role {
     /// Whether the use is an output.

@@ -1,7 +1,8 @@
 //! The form of an option of a run: its texts, its values, and what it can change.
 
+use super::error::SpecError;
+use super::groups::Spec;
 use super::value::{Setting, Word, words};
-use super::{Spec, SpecError};
 
 /// The commands that have options of a run, as a set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
