@@ -1,6 +1,6 @@
 //! A run: from points and a [`Spec`] to a certified triangulation and its counts.
 //!
-//! [`run`] is the only way. Its callers differ in the task, the source of the rows, and the place of the ranks.
+//! `run` is the only way. Its callers differ in the task, the source of the rows, and the place of the ranks.
 
 mod auto_workers;
 pub mod calls;

@@ -131,7 +131,7 @@ pub struct Row {
     pub form: &'static str,
     /// The words of the option, if its values are words.
     pub words: &'static [Word],
-    /// The JSON types of the value in a report ([`Value::TYPES`]).
+    /// The JSON types of the value in a report ([`super::Value::TYPES`]).
     pub types: &'static [&'static str],
     /// Whether the option is a flag.
     pub is_flag: bool,

@@ -52,7 +52,7 @@ pub trait Value: Sized {
     fn setting(&self) -> Setting;
 }
 
-/// An enum whose values are words. [`words`] implements it, so that every variant has a word.
+/// An enum whose values are words. `words!` implements it, so that every variant has a word.
 pub trait Words: Copy + Sized + 'static {
     /// All variants.
     const ALL: &'static [Self];
