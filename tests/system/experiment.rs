@@ -264,7 +264,7 @@ fn counts_of_rounds_can_be_fitted() {
     for count in RoundTally::COUNTS {
         assert!(count.name.parse::<Key>().is_ok_and(Key::of_phase), "{}", count.name);
     }
-    let sweep = Sweep { workers: vec![Workers::Count(3)], ..sweep("200,400,800,1600", 2) };
+    let sweep = Sweep { workers: vec![Workers::Count(3)], ..sweep("200,400,800,1600,3200", 2) };
     let lines = lines(&sweep);
     let load: Key = "largest-load".parse().unwrap();
     assert_eq!((load.name(), serde_json::to_value(load).unwrap()), ("largest-load", "largest-load".into()));
