@@ -11,6 +11,8 @@ mod fold;
 mod formats;
 mod generate;
 mod given;
+#[cfg(test)]
+mod guide_tests;
 mod gzip;
 mod headings;
 mod hidden;

@@ -30,26 +30,6 @@ pub fn words_of_counts(spec: &Spec, command: Commands) -> String {
     rows.filter_map(word).collect()
 }
 
-/// Returns the table of all options for the guide, in Markdown.
-pub fn guide_table() -> String {
-    let bar = |text: &str| text.replace('|', "\\|");
-    let mut table =
-        "| option | meaning | values | default | can change |\n|---|---|---|---|---|\n".to_owned();
-    for row in OPTIONS {
-        let (meaning, more) = row.doc.split_once("\n\n").unwrap_or((row.doc, ""));
-        let ends = if more.is_empty() { "" } else { ". " };
-        let words: Vec<String> = row.words.iter().map(|(word, _)| format!("`{word}`")).collect();
-        let values = if row.words.is_empty() { format!("`{}`", bar(row.form)) } else { words.join(", ") };
-        let values = if row.is_flag { "-".to_owned() } else { values };
-        let default = row.default_text().map_or_else(|| "-".to_owned(), |text| format!("`{text}`"));
-        let change = row.matters.name();
-        let line =
-            format!("| `--{}` | {meaning}{ends}{more} | {values} | {default} | {change} |\n", row.name);
-        table.push_str(&line);
-    }
-    table
-}
-
 /// Returns the options of the algorithm for the name of a series, from their values as text. If `with_defaults` is not set,
 /// no default is part of the name.
 pub fn series_name(with_defaults: bool, text: impl Fn(&Row) -> Option<String>) -> Vec<String> {

@@ -45,21 +45,6 @@ fn every_field_has_a_row() {
     }
 }
 
-/// With the environment variable `SEPTET_WRITE`, the test writes the table into the guide.
-#[test]
-fn the_guide_has_the_table_of_options() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../guide/options.md");
-    let guide = std::fs::read_to_string(path).unwrap();
-    let (start, end) = ("<!-- options -->\n", "<!-- end of options -->\n");
-    let (before, rest) = guide.split_once(start).unwrap();
-    let (table, after) = rest.split_once(end).unwrap();
-    if std::env::var_os("SEPTET_WRITE").is_some() {
-        std::fs::write(path, [before, start, &guide_table(), end, after].concat()).unwrap();
-    } else {
-        assert_eq!(table, guide_table(), "run this test with SEPTET_WRITE=1");
-    }
-}
-
 #[test]
 fn values_survive_a_round_trip() {
     let changed = [
