@@ -4,7 +4,7 @@
 
 use std::fs;
 
-use septet_core::spec::OPTIONS;
+use septet_core::spec::{OPTIONS, Words};
 
 use crate::names::with_formats;
 

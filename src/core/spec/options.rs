@@ -3,7 +3,7 @@
 use septet_workers::config::Neighbours;
 
 use super::row::{Commands, Heading, Matters, Row, Series};
-use super::value::{Auto, Between, Bytes, Seed, Setting, Value, Whole, Words};
+use super::value::{Auto, Between, Bytes, Seed, Setting, Value, Whole};
 use super::{
     Alpha, Correction, GraphKind, MOST_POINTS, Nodes, Partition, Purpose, Registers, SeparatorSets, Spec,
     SpecError, TransportName, Workers,
