@@ -223,10 +223,10 @@ pub mod experiment {
     };
     #[doc(inline)]
     pub use septet_lab::experiment::{
-        Job, JournalError, LevelLine, Line, Lines, RunError, Runner, SweepError, of_run, read_lines,
+        Job, JournalError, Line, Lines, RunError, Runner, SweepError, of_run, read_lines,
     };
     #[doc(inline)]
-    pub use septet_lab::rows::{GroupTotal, PhaseRow};
+    pub use septet_lab::rows::{GroupTotal, LevelRow, PhaseRow};
 }
 
 /// A second account of work and depth: the calls of primitives of a run without prices, and a fold that prices them. It

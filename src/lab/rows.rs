@@ -2,7 +2,7 @@
 
 use septet_core::TrafficTotal;
 use septet_protocol::ids::{ByGroup, Group, NodeId, Phase};
-use septet_protocol::ledger::{Ledger, NodeFacts, PhaseTotal, RoundRow, Total};
+use septet_protocol::ledger::{Ledger, LevelSums, NodeFacts, PhaseTotal, RoundRow, Total};
 use serde::{Deserialize, Serialize};
 
 /// One phase. `C` is the type of counts of work and depth.
@@ -87,4 +87,108 @@ pub struct NodeRow {
 pub(crate) fn nodes(ledger: &Ledger) -> Vec<NodeRow> {
     let row = |(&id, &facts): (&NodeId, &NodeFacts)| NodeRow { id, level: id.level(), facts };
     ledger.part.nodes.iter().map(row).collect()
+}
+
+/// The partition tree. Ratios are `None` if no node was split.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct TreeRow {
+    /// Number of levels below the root; 0 for a single leaf.
+    pub levels: u32,
+    /// Number of leaves.
+    pub leaves: u64,
+    /// Number of nodes, leaves included.
+    pub nodes: u64,
+    /// Number of nodes split by a sphere.
+    pub spheres: u64,
+    /// Number of nodes split by a plane.
+    pub planes: u64,
+    /// Size of the larger side over the number of owned points of the node; the maximum over all splits.
+    pub largest_split_ratio: Option<f64>,
+    /// Mean of this ratio, over all splits.
+    pub mean_split_ratio: Option<f64>,
+    /// Number of attempts at separators, over all splits.
+    pub attempts: u64,
+    /// Largest number of attempts at the separator of a node.
+    pub largest_attempts: u64,
+    /// Mean number of attempts per split.
+    pub mean_attempts: Option<f64>,
+    /// Number of points whose balls meet the separator, over `m^(1 - 1/d)` for m owned points; the maximum over all
+    /// splits. `None` if the run stopped early.
+    pub largest_separator_ratio: Option<f64>,
+    /// Mean of this ratio, over all splits.
+    pub mean_separator_ratio: Option<f64>,
+}
+
+/// Returns the row of the tree. Only a run that did not stop early has sizes of separators.
+pub(crate) fn tree(ledger: &Ledger, has_separators: bool) -> TreeRow {
+    let total = ledger.tree.total();
+    let splits = total.nodes - total.leaves;
+    TreeRow {
+        levels: ledger.tree.levels().map(|(level, _)| level).last().unwrap_or(0),
+        leaves: total.leaves,
+        nodes: total.nodes,
+        spheres: total.spheres,
+        planes: total.planes,
+        largest_split_ratio: total.split.largest(),
+        mean_split_ratio: total.split.mean(),
+        attempts: total.attempts,
+        largest_attempts: total.largest_attempts,
+        mean_attempts: (splits > 0).then(|| total.attempts as f64 / splits as f64),
+        largest_separator_ratio: total.separator.largest().filter(|_| has_separators),
+        mean_separator_ratio: total.separator.mean().filter(|_| has_separators),
+    }
+}
+
+/// One level of the tree. `D` has what only reports or only lines have.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "{D}OfLevel"))]
+pub struct LevelRow<D> {
+    /// 0 for the root.
+    pub level: u32,
+    /// Number of nodes.
+    pub nodes: u64,
+    /// Number of leaves among them.
+    #[serde(default)]
+    pub leaves: u64,
+    /// Number of owned points of all nodes.
+    pub points: u64,
+    /// Number of owned points of the largest node.
+    pub largest: u64,
+    /// Size of the larger side over the number of owned points of a node; the maximum over all splits.
+    #[serde(default)]
+    pub largest_split_ratio: Option<f64>,
+    /// Number of attempts at separators.
+    pub attempts: u64,
+    /// Largest number of attempts at the separator of a node.
+    #[serde(default)]
+    pub largest_attempts: u64,
+    /// Number of points whose balls meet a separator. `None` if the run stopped early.
+    pub separator_points: Option<u64>,
+    /// What only reports or only lines have.
+    #[serde(flatten)]
+    pub detail: D,
+}
+
+/// Returns the levels of the tree, beginning with the root.
+pub(crate) fn levels<D>(
+    ledger: &Ledger,
+    has_separators: bool,
+    mut detail: impl FnMut(u32, &LevelSums) -> D,
+) -> Vec<LevelRow<D>> {
+    let row = |(level, sums): (u32, &LevelSums)| LevelRow {
+        level,
+        nodes: sums.nodes,
+        leaves: sums.leaves,
+        points: sums.points,
+        largest: sums.largest,
+        largest_split_ratio: sums.split.largest(),
+        attempts: sums.attempts,
+        largest_attempts: sums.largest_attempts,
+        separator_points: has_separators.then_some(sums.separator_points),
+        detail: detail(level, sums),
+    };
+    ledger.tree.levels().map(row).collect()
 }

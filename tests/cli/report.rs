@@ -38,12 +38,12 @@ const KEYS: [(&str, &str); 18] = [
     ("/timeline/rows/0", "round phase worker messages bytes points"),
     (
         "/tree",
-        "samples tries levels leaves nodes spheres planes largest_split_ratio mean_split_ratio largest_attempts mean_attempts \
+        "samples tries levels leaves nodes spheres planes largest_split_ratio mean_split_ratio attempts largest_attempts mean_attempts \
          largest_separator_ratio mean_separator_ratio by_level",
     ),
     (
         "/tree/by_level/0",
-        "level nodes leaves points largest largest_split_ratio largest_attempts separator_points \
+        "level nodes leaves points largest largest_split_ratio attempts largest_attempts separator_points \
          partition_depth neighbours_depth merge_depth depths",
     ),
     ("/seconds", "read triangulate write total"),

@@ -71,10 +71,8 @@ fn bounds_hold_or_name_the_round() {
         &["round", "of partition", "messages of partition"],
     );
     says(bytes(&line, "separator-sets", 1e-3), &["n^(1-1/d)", "of separator-sets"]);
-    let lost = Line {
-        tree: septet_lab::experiment::TreeLine { nodes: line.tree.nodes + 2, ..line.tree },
-        ..line.clone()
-    };
+    let lost =
+        Line { tree: septet_lab::rows::TreeRow { nodes: line.tree.nodes + 2, ..line.tree }, ..line.clone() };
     says(merges(&lost, 2.0, 0.0), &["results merged: "]);
     let mut repaired = line.clone();
     repaired.end.as_mut().unwrap().stars_repaired = 7;
@@ -149,8 +147,8 @@ fn growth_holds_or_shows_the_fit() {
     let mut levels = log.clone();
     let tilt = |lines: &mut [Line], slope: f64| {
         for level in lines.iter_mut().flat_map(|line| &mut line.levels) {
-            if let Some(depth) = level.depth.get_mut("partition") {
-                let log = (level.split_points as f64 / level.splits as f64).log2();
+            if let Some(depth) = level.detail.depth.get_mut("partition") {
+                let log = (level.detail.split_points as f64 / level.detail.splits as f64).log2();
                 depth.sum = ((1000.0 + 1000.0 * slope * (log - 8.0)) * depth.nodes as f64) as u64;
             }
         }

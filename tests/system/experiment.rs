@@ -216,8 +216,8 @@ fn the_level_test_needs_its_margin() {
     let request = FitRequest::new(Key::LevelDepth, Some("partition"));
     let bend = |lines: &mut [Line], slope: f64| {
         for (at, level) in lines.iter_mut().flat_map(|line| &mut line.levels).enumerate() {
-            if let Some(depth) = level.depth.get_mut("partition") {
-                let log = (level.split_points as f64 / level.splits as f64).log2();
+            if let Some(depth) = level.detail.depth.get_mut("partition") {
+                let log = (level.detail.split_points as f64 / level.detail.splits as f64).log2();
                 let noise = if at % 2 == 0 { 1.0 } else { -1.0 };
                 depth.sum = ((1000.0 + noise + 1000.0 * slope * (log - 9.0)) * depth.nodes as f64) as u64;
             }

@@ -1,7 +1,8 @@
 //! Checks of sweeps: the growth of a count.
 
 use crate::experiment::fit::{Conclusion, FitReport, FitRequest, Key, Law, fit};
-use crate::experiment::{DepthLine, LevelLine, Line};
+use crate::experiment::{DepthLine, Line, Splits};
+use crate::rows::LevelRow;
 use septet_protocol::ledger::RoundRow;
 
 use super::broken::{Broken, describe, nothing, short};
@@ -43,11 +44,11 @@ fn broken(what: String, lines: &[Line], report: FitReport) -> Broken {
 fn first_level(lines: &[Line], phase: &str, margin: f64) -> Option<String> {
     let run = lines.iter().max_by_key(|line| line.n)?;
     let mean = |depth: &DepthLine| depth.sum as f64 / depth.nodes.max(1) as f64;
-    let levels: Vec<(&LevelLine, f64)> =
-        run.levels.iter().filter_map(|level| Some((level, mean(level.depth.get(phase)?)))).collect();
+    let levels: Vec<(&LevelRow<Splits>, f64)> =
+        run.levels.iter().filter_map(|level| Some((level, mean(level.detail.depth.get(phase)?)))).collect();
     let all = levels.iter().map(|level| level.1).sum::<f64>() / levels.len().max(1) as f64;
     let (level, depth) = levels.into_iter().find(|level| (level.1 - all).abs() > margin * all)?;
-    let LevelLine { level, nodes, largest, .. } = level;
+    let LevelRow { level, nodes, largest, .. } = level;
     let (depth, all) = (short(depth), short(all));
     Some(format!(
         "level away from the mean: level {level}, {nodes} nodes of at most {largest} points, depth {depth}, mean of levels {all}"

@@ -2,8 +2,8 @@
 //! phase.
 
 use crate::experiment::fit::{FitRequest, Key};
-use crate::experiment::{LevelLine, Line};
-use crate::rows::PhaseRow;
+use crate::experiment::{Line, Splits};
+use crate::rows::{LevelRow, PhaseRow};
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::RoundRow;
 
@@ -42,7 +42,7 @@ fn tree_levels(lines: &[Line], text: &str, bound: impl Fn(&Line) -> f64) -> Resu
     let count = |line: &Line| (f64::from(line.tree.levels), bound(line));
     let first = |line: &Line, bound: f64| {
         let level = line.levels.iter().find(|level| f64::from(level.level) > bound)?;
-        let LevelLine { level, nodes, points, .. } = level;
+        let LevelRow { level, nodes, points, .. } = level;
         Some(format!("level above the bound: level {level}, {nodes} nodes with {points} points"))
     };
     compare(lines, "levels of the tree", text, count, Some(&FitRequest::new(Key::Levels, None)), first)
@@ -53,15 +53,15 @@ fn tree_levels(lines: &[Line], text: &str, bound: impl Fn(&Line) -> f64) -> Resu
 /// # Errors
 /// Fails if a level has a larger depth.
 pub fn depth_of_levels(counted: &impl HasCounts, phase: &str, most: u64) -> Result<(), Broken> {
-    let of_level = |level: &LevelLine| level.depth.get(phase).map_or(0, |depth| depth.largest);
+    let of_level = |level: &LevelRow<Splits>| level.detail.depth.get(phase).map_or(0, |depth| depth.largest);
     let count = |line: &Line| {
         // A run without a level in this phase fails the check.
-        let largest = line.levels.iter().filter(|l| l.depth.contains_key(phase)).map(of_level).max();
+        let largest = line.levels.iter().filter(|l| l.detail.depth.contains_key(phase)).map(of_level).max();
         (largest.map_or(f64::NAN, |depth| depth as f64), most as f64)
     };
     let first = |line: &Line, bound: f64| {
         let level = line.levels.iter().find(|level| of_level(level) as f64 > bound)?;
-        let (depth, LevelLine { level: number, largest, .. }) = (of_level(level), level);
+        let (depth, LevelRow { level: number, largest, .. }) = (of_level(level), level);
         Some(format!(
             "level above the bound: level {number}, depth {depth}, largest node of {largest} points"
         ))
@@ -218,9 +218,9 @@ fn difference(a: &Line, b: &Line) -> Option<String> {
         return differs("the tree".to_string(), &a.tree, &b.tree);
     }
     for (x, y) in a.levels.iter().zip(&b.levels) {
-        let of = |level: &LevelLine| {
+        let of = |level: &LevelRow<Splits>| {
             let mut level = level.clone();
-            level.depth.retain(|_, depth| depth.sum > 0);
+            level.detail.depth.retain(|_, depth| depth.sum > 0);
             level
         };
         if of(x) != of(y) {

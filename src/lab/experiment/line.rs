@@ -9,7 +9,7 @@ use septet_core::spec::{Setting, Until};
 use septet_protocol::ids::ByGroup;
 use septet_protocol::ledger::RoundRow;
 
-use crate::rows::{GroupTotal, PhaseRow};
+use crate::rows::{GroupTotal, LevelRow, PhaseRow, TreeRow};
 
 /// Name and version of the schema of [`Line`]. The number changes if a field changes its meaning or disappears. New
 /// fields may appear under the same number.
@@ -73,9 +73,9 @@ pub struct Line {
     #[serde(flatten)]
     pub totals: ByGroup<Option<GroupTotal>>,
     /// The partition tree.
-    pub tree: TreeLine,
+    pub tree: TreeRow,
     /// The levels of the tree, beginning with the root. Empty if not counted.
-    pub levels: Vec<LevelLine>,
+    pub levels: Vec<LevelRow<Splits>>,
     /// Rounds in which messages were sent or results were merged.
     pub rounds: Vec<RoundRow>,
     /// Edges, largest degree and replication of the supergraph. `None` if not counted, or if the run stopped early.
@@ -120,47 +120,14 @@ impl RunOptions {
     }
 }
 
-/// The partition tree.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct TreeLine {
-    /// Number of levels below the root.
-    pub levels: u32,
-    /// Number of leaves.
-    pub leaves: u64,
-    /// Number of nodes, leaves included.
-    pub nodes: u64,
-    /// Number of nodes split by a plane.
-    pub planes: u64,
-    /// Number of attempts at separators, over all splits.
-    pub attempts: u64,
-    /// Size of the larger side over the number of owned points of the node; the maximum over all splits.
-    pub largest_split_ratio: f64,
-    /// Number of points whose balls meet the separator, over `m^(1 - 1/d)` for m owned points; the maximum over all
-    /// splits. `None` if the run stopped early.
-    pub largest_separator_ratio: Option<f64>,
-}
-
-/// One level of the tree.
+/// The split nodes of a level.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct LevelLine {
-    /// 0 for the root.
-    pub level: u32,
-    /// Number of nodes.
-    pub nodes: u64,
+pub struct Splits {
     /// Number of nodes that were split.
     pub splits: u64,
-    /// Number of owned points of all nodes.
-    pub points: u64,
     /// Number of owned points of the nodes that were split.
     pub split_points: u64,
-    /// Number of owned points of the largest node.
-    pub largest: u64,
-    /// Number of attempts at separators.
-    pub attempts: u64,
-    /// Number of points whose balls meet a separator. `None` if the run stopped early.
-    pub separator_points: Option<u64>,
     /// Depth by phase, for the nodes that were split.
     pub depth: BTreeMap<String, DepthLine>,
 }

@@ -13,9 +13,10 @@ use septet_core::spec::{Spec, Until};
 use septet_core::{Ending, count, triangulate};
 use septet_protocol::ids::ByGroup;
 
-use super::line::{Line, Program, RunOptions, SCHEMA, TreeLine};
+use super::line::{Line, Program, RunOptions, SCHEMA};
 use super::measure::of_run;
 use super::sweep::{Job, Sweep};
+use crate::rows::TreeRow;
 
 /// A reason why a run of a sweep has no line.
 #[derive(Debug, Error)]
@@ -119,7 +120,7 @@ fn serial<P: Point>(points: &[P]) -> Result<Line, RunError> {
         supergraph: None,
         phases: Vec::new(),
         totals: ByGroup::default(),
-        tree: TreeLine::default(),
+        tree: TreeRow::default(),
         levels: Vec::new(),
         rounds: Vec::new(),
         graph: None,

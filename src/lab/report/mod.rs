@@ -23,8 +23,8 @@ pub use cost_trace::{CostHeader, CostLine, ledger_counts, write_cost_trace};
 pub use parameters::{Parameters, Requested, SettledReport};
 pub use processes::ProcessReport;
 pub use schema::{
-    Fallback, GraphReport, HowProved, MachineReport, PointsReport, RepairReport, RunReport, RunSeconds,
-    SCHEMA, SupergraphReport, TreeLevelReport, TreeReport,
+    Fallback, GraphReport, HowProved, LevelDepths, MachineReport, PointsReport, RepairReport, RunReport,
+    RunSeconds, SCHEMA, SupergraphReport, TreeReport,
 };
 pub use tables::TableFormat;
 pub use traffic::{BinReport, LinkReport, MOST_BINS, SenderReport, TimelineReport, TrafficReport, bin_ranks};

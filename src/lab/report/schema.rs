@@ -12,7 +12,7 @@ use septet_protocol::ledger::{PathStep, RoundRow};
 use super::processes::ProcessReport;
 use super::traffic::{TimelineReport, TrafficReport};
 use super::{Parameters, SettledReport};
-use crate::rows::{GroupTotal, NodeRow, PhaseRow};
+use crate::rows::{GroupTotal, LevelRow, NodeRow, PhaseRow, TreeRow};
 
 /// Name and version of the schema of [`RunReport`]. The number changes if a field changes its meaning or disappears.
 /// New fields may appear under the same number.
@@ -179,7 +179,7 @@ pub struct MachineReport {
     pub totals: ByGroup<GroupTotal<Option<u64>>>,
 }
 
-/// The partition tree. Ratios are `None` if no node was split.
+/// The partition tree.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TreeReport {
@@ -188,53 +188,17 @@ pub struct TreeReport {
     pub samples: Option<u64>,
     /// Number of great circles that are drawn for a separator. `None` for `triangulate`.
     pub tries: Option<u32>,
-    /// Number of levels below the root; 0 for a single leaf.
-    pub levels: u32,
-    /// Number of leaves.
-    pub leaves: u64,
-    /// Number of nodes, leaves included.
-    pub nodes: u64,
-    /// Number of nodes split by a sphere.
-    pub spheres: u64,
-    /// Number of nodes split by a plane.
-    pub planes: u64,
-    /// Size of the larger side over the number of owned points of the node; the maximum over all splits.
-    pub largest_split_ratio: Option<f64>,
-    /// Mean of this ratio, over all splits.
-    pub mean_split_ratio: Option<f64>,
-    /// Largest number of attempts at the separator of a node.
-    pub largest_attempts: u64,
-    /// Mean number of attempts per split.
-    pub mean_attempts: Option<f64>,
-    /// Number of points whose balls meet the separator, over `m^(1 - 1/d)` for m owned points; the maximum over all
-    /// splits.
-    pub largest_separator_ratio: Option<f64>,
-    /// Mean of this ratio, over all splits.
-    pub mean_separator_ratio: Option<f64>,
+    /// The nodes and their separators.
+    #[serde(flatten)]
+    pub tree: TreeRow,
     /// The levels, beginning with the root.
-    pub by_level: Vec<TreeLevelReport>,
+    pub by_level: Vec<LevelRow<LevelDepths>>,
 }
 
-/// One level of the tree.
+/// The largest depths of the nodes of a level.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct TreeLevelReport {
-    /// 0 for the root.
-    pub level: u32,
-    /// Number of nodes.
-    pub nodes: u64,
-    /// Number of leaves among them.
-    pub leaves: u64,
-    /// Number of owned points of all nodes.
-    pub points: u64,
-    /// Number of owned points of the largest node.
-    pub largest: u64,
-    /// Largest split ratio of the level, as `largest_split_ratio` of the tree.
-    pub largest_split_ratio: Option<f64>,
-    /// Largest number of attempts at the separator of a node.
-    pub largest_attempts: u64,
-    /// Number of points whose balls meet a separator.
-    pub separator_points: u64,
+pub struct LevelDepths {
     /// Largest depth of a node in the phase `partition`. `None` if not counted.
     pub partition_depth: Option<u64>,
     /// Largest depth of a node in the phase `neighbours`. `None` if not counted.

@@ -6,7 +6,8 @@ use std::fmt::Write;
 use septet_protocol::ids::Group;
 use septet_protocol::ledger::{RoundRow, RoundTally, Total};
 
-use super::schema::RunReport;
+use super::schema::{LevelDepths, RunReport};
+use crate::rows::LevelRow;
 
 /// The format of tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -250,7 +251,7 @@ impl RunReport {
         let counts = ["nodes", "leaves", "points", "largest", "split", "attempts", "on separators"];
         let depths = ["partition depth", "neighbours depth", "merge depth"];
         let columns = std::iter::once(Label("level")).chain(counts.into_iter().chain(depths).map(Modelled));
-        let row = |l: &super::schema::TreeLevelReport| {
+        let row = |l: &LevelRow<LevelDepths>| {
             vec![
                 l.level.to_string(),
                 l.nodes.to_string(),
@@ -259,13 +260,13 @@ impl RunReport {
                 l.largest.to_string(),
                 ratio(l.largest_split_ratio),
                 l.largest_attempts.to_string(),
-                l.separator_points.to_string(),
-                maybe(l.partition_depth),
-                maybe(l.neighbours_depth),
-                maybe(l.merge_depth),
+                maybe(l.separator_points),
+                maybe(l.detail.partition_depth),
+                maybe(l.detail.neighbours_depth),
+                maybe(l.detail.merge_depth),
             ]
         };
-        let t = &self.tree;
+        let t = &self.tree.tree;
         let note = format!(
             "{} levels, {} leaves, {} spheres, {} planes; split at most {}, on average {}; \
              separator points at most {} m^(1-1/d)",
@@ -281,7 +282,7 @@ impl RunReport {
             title: "Tree levels",
             heading: "Tree levels (modelled)",
             columns: columns.collect(),
-            rows: t.by_level.iter().map(row).collect(),
+            rows: self.tree.by_level.iter().map(row).collect(),
             totals: Vec::new(),
             notes: vec![note],
         }

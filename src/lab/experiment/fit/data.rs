@@ -11,8 +11,8 @@ use thiserror::Error;
 
 use septet_core::spec;
 
-use super::super::line::{Line, Program, RunOptions};
-use crate::rows::PhaseRow;
+use super::super::line::{Line, Program, RunOptions, Splits};
+use crate::rows::{LevelRow, PhaseRow};
 
 /// A count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -443,9 +443,9 @@ fn of_phase(line: &Line, request: &FitRequest) -> Option<f64> {
 
 /// Returns log2 of the mean size and the mean depth for each split level of a run.
 pub(super) fn levels(line: &Line, phase: &str) -> Vec<(f64, f64)> {
-    let row = |level: &super::super::line::LevelLine| {
-        let depth = level.depth.get(phase).filter(|d| d.nodes > 0)?;
-        let size = level.split_points as f64 / level.splits.max(1) as f64;
+    let row = |level: &LevelRow<Splits>| {
+        let depth = level.detail.depth.get(phase).filter(|d| d.nodes > 0)?;
+        let size = level.detail.split_points as f64 / level.detail.splits.max(1) as f64;
         Some((size.log2(), depth.sum as f64 / depth.nodes as f64))
     };
     line.levels.iter().filter_map(row).collect()
