@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
+use septet_core::Spec;
 use septet_core::model::MeshView;
 use septet_core::spec::InputRules;
 use septet_io::read::ReadOptions;
@@ -11,7 +12,7 @@ use septet_io::{Files, Format, Role, Row};
 
 use super::effects::{excludes, needs};
 use super::errors::{Code, Failure};
-use super::given::Options;
+use super::given::{Options, words};
 use super::headings::OUTPUT;
 use super::names::{names, of_role, raw_rows};
 
@@ -33,7 +34,7 @@ pub fn read_options(input: &InputRules) -> Result<ReadOptions, Failure> {
 
 /// Returns a failure if an option of files is used with a sample, which is not a file, or with another one that disables
 /// it.
-pub fn check_reading(given: &Options, is_sample: bool) -> Result<(), Failure> {
+pub fn check_reading(given: &Options<Spec>, is_sample: bool) -> Result<(), Failure> {
     for name in ["columns", "input-format"] {
         excludes(&format!("--{name}"), given.has(name), "--raw", given.has("raw"))?;
     }
@@ -53,28 +54,14 @@ pub struct FormatArgs {
     #[arg(long, value_name = "NAME", value_parser = of_role(Role::Triangulation), help = "Format of all outputs, regardless of their names; required for `-o -`", long_help = output_format_help(), help_heading = OUTPUT, hide_short_help = true)]
     format: Option<Format>,
     /// Version of files named .msh [default: 4.1]
-    #[arg(long, value_name = "VERSION", value_enum, help_heading = OUTPUT, hide_short_help = true)]
-    msh_version: Option<MshArg>,
-}
-
-/// `--msh-version`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum MshArg {
-    /// Legacy Gmsh files
-    #[value(name = "2.2")]
-    V22,
-    /// Current Gmsh files
-    #[value(name = "4.1")]
-    V41,
+    #[arg(long, value_name = "VERSION", value_parser = words::<MshVersion>(), help_heading = OUTPUT, hide_short_help = true)]
+    msh_version: Option<MshVersion>,
 }
 
 impl FormatArgs {
     /// Returns the options of the writers.
     pub fn options(&self) -> WriteOptions<'static> {
-        let msh = self.msh_version.map_or_else(MshVersion::default, |version| match version {
-            MshArg::V22 => MshVersion::V22,
-            MshArg::V41 => MshVersion::V41,
-        });
+        let msh = self.msh_version.unwrap_or_default();
         WriteOptions { format: self.format, msh, ..WriteOptions::default() }
     }
 

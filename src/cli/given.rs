@@ -4,6 +4,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use septet_core::Spec;
+use septet_core::mesh::{MESH_OPTIONS, MeshSpec};
 use septet_core::spec::{Commands, Row, SpecError, Value, Words, options_of};
 use septet_io::Role;
 
@@ -13,18 +14,11 @@ use super::names::{of_role, raw_rows, with_formats};
 
 /// The options of a run that a command has, as given. `COMMAND` are the bits of [`Commands`].
 #[derive(Clone, Debug)]
-pub struct Given<const COMMAND: u8>(Options);
-
-/// The options that a user gave.
-#[derive(Clone, Debug, Default)]
-pub struct Options {
-    /// Options with their texts, in the order of the rows.
-    words: Vec<(&'static Row, String)>,
-}
+pub struct Given<const COMMAND: u8>(Options<Spec>);
 
 impl<const COMMAND: u8> Given<COMMAND> {
     /// Returns the options.
-    pub fn options(&self) -> &Options {
+    pub fn options(&self) -> &Options<Spec> {
         &self.0
     }
 }
@@ -32,7 +26,7 @@ impl<const COMMAND: u8> Given<COMMAND> {
 impl<const COMMAND: u8> Args for Given<COMMAND> {
     fn augment_args(command: Command) -> Command {
         let of = Commands::of_bits(COMMAND);
-        options_of(of).fold(command, |command, row| command.arg(argument(row, of)))
+        arguments(command, options_of(of), of)
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -42,12 +36,7 @@ impl<const COMMAND: u8> Args for Given<COMMAND> {
 
 impl<const COMMAND: u8> FromArgMatches for Given<COMMAND> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let given = |row: &&Row| matches.value_source(row.key) == Some(ValueSource::CommandLine);
-        let text = |row: &Row| {
-            if row.is_flag { Some("true".to_owned()) } else { matches.get_one::<String>(row.key).cloned() }
-        };
-        let rows = options_of(Commands::of_bits(COMMAND)).filter(given);
-        Ok(Given(Options { words: rows.filter_map(|row| Some((row, text(row)?))).collect() }))
+        Ok(Given(Options::of(matches, options_of(Commands::of_bits(COMMAND)))))
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
@@ -56,18 +45,71 @@ impl<const COMMAND: u8> FromArgMatches for Given<COMMAND> {
     }
 }
 
-impl Options {
+/// The options of a mesh, as given.
+#[derive(Clone, Debug)]
+pub struct GivenMesh(Options<MeshSpec>);
+
+impl GivenMesh {
+    /// Returns the options.
+    pub fn options(&self) -> &Options<MeshSpec> {
+        &self.0
+    }
+}
+
+impl Args for GivenMesh {
+    fn augment_args(command: Command) -> Command {
+        arguments(command, MESH_OPTIONS, Commands::MESH)
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for GivenMesh {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        Ok(GivenMesh(Options::of(matches, MESH_OPTIONS)))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+/// The options of a specification that a user gave.
+#[derive(Clone, Debug)]
+pub struct Options<S: 'static> {
+    /// Options with their texts, in the order of the rows.
+    words: Vec<(&'static Row<S>, String)>,
+}
+
+impl<S: Default> Options<S> {
+    fn of(matches: &ArgMatches, rows: impl IntoIterator<Item = &'static Row<S>>) -> Self {
+        let given = |row: &&Row<S>| matches.value_source(row.key) == Some(ValueSource::CommandLine);
+        let text = |row: &Row<S>| {
+            if row.is_flag { Some("true".to_owned()) } else { matches.get_one::<String>(row.key).cloned() }
+        };
+        let rows = rows.into_iter().filter(given);
+        Options { words: rows.filter_map(|row| Some((row, text(row)?))).collect() }
+    }
+
     /// Returns `true` if the user gave this option.
     pub fn has(&self, name: &str) -> bool {
         self.words.iter().any(|(row, _)| row.name == name)
+    }
+
+    /// Returns the options that have no effect unless another option has a value: their names, with that option and value.
+    pub fn needs(&self) -> impl Iterator<Item = (&'static str, (&'static str, &'static str))> {
+        self.words.iter().filter_map(|(row, _)| Some((row.name, row.needs?)))
     }
 
     /// Returns the specification as requested.
     ///
     /// # Errors
     /// Fails if an option has no effect with the others.
-    pub fn spec(&self) -> Result<Spec, Failure> {
-        let mut spec = Spec::default();
+    pub fn spec(&self) -> Result<S, Failure> {
+        let mut spec = S::default();
         for (row, text) in &self.words {
             match row.set(&mut spec, text) {
                 Err(SpecError::Needs { option, needed, word }) => {
@@ -80,8 +122,17 @@ impl Options {
     }
 }
 
+/// Adds the arguments of rows to a command.
+fn arguments<S: Default + 'static>(
+    command: Command,
+    rows: impl IntoIterator<Item = &'static Row<S>>,
+    of: Commands,
+) -> Command {
+    rows.into_iter().fold(command, |command, row| command.arg(argument(row, of)))
+}
+
 /// Returns the argument of a row for a command.
-fn argument(row: &'static Row, command: Commands) -> Arg {
+fn argument<S: Default + 'static>(row: &'static Row<S>, command: Commands) -> Arg {
     let doc = with_formats(row.doc);
     let (short, long) = doc.split_once("\n\n").unwrap_or((&doc, ""));
     let mut argument =
@@ -108,7 +159,7 @@ fn argument(row: &'static Row, command: Commands) -> Arg {
 }
 
 /// Checks a value by itself. Readers know the names of formats.
-fn checked(row: &Row, text: &str) -> Result<(), String> {
+fn checked<S: Default>(row: &Row<S>, text: &str) -> Result<(), String> {
     match row.name {
         "input-format" => of_role(Role::Points)(text).map(drop),
         "raw" => raw_rows(text).map(drop),

@@ -1,44 +1,49 @@
-//! The table of options in the guide, against the rows of options.
+//! The tables of options in the guide, against the rows of options.
 //!
-//! `SEPTET_GUIDE=write cargo test -p septet-cli guide` writes it.
+//! `SEPTET_GUIDE=write cargo test -p septet-cli guide` writes them.
 
 use std::fs;
 
-use septet_core::spec::{OPTIONS, Words};
+use septet_core::mesh::MESH_OPTIONS;
+use septet_core::spec::{OPTIONS, Row, Words};
 
 use crate::names::with_formats;
 
-/// Returns the table of all options, in Markdown.
-fn guide_table() -> String {
-    let bar = |text: &str| text.replace('|', "\\|");
-    let mut table =
-        "| option | meaning | values | default | can change |\n|---|---|---|---|---|\n".to_owned();
-    for row in OPTIONS {
-        let doc = with_formats(row.doc);
-        let (meaning, more) = doc.split_once("\n\n").unwrap_or((&doc, ""));
-        let ends = if more.is_empty() { "" } else { ". " };
-        let words: Vec<String> = row.words.iter().map(|(word, _)| format!("`{word}`")).collect();
-        let values = if row.words.is_empty() { format!("`{}`", bar(row.form)) } else { words.join(", ") };
-        let values = if row.is_flag { "-".to_owned() } else { values };
-        let default = row.default_text().map_or_else(|| "-".to_owned(), |text| format!("`{text}`"));
-        let change = row.matters.name();
-        let line =
-            format!("| `--{}` | {meaning}{ends}{more} | {values} | {default} | {change} |\n", row.name);
-        table.push_str(&line);
-    }
-    table
+/// Returns the table of options, in Markdown.
+fn table<S: Default>(rows: &[Row<S>]) -> String {
+    let head = "| option | meaning | values | default | can change |\n|---|---|---|---|---|\n";
+    rows.iter().map(line).fold(head.to_owned(), |table, line| table + &line)
 }
 
-#[test]
-fn the_guide_has_the_table_of_options() {
+fn line<S: Default>(row: &Row<S>) -> String {
+    let bar = |text: &str| text.replace('|', "\\|");
+    let doc = with_formats(row.doc);
+    let (meaning, more) = doc.split_once("\n\n").unwrap_or((&doc, ""));
+    let ends = if more.is_empty() { "" } else { ". " };
+    let words: Vec<String> = row.words.iter().map(|(word, _)| format!("`{word}`")).collect();
+    let values = if row.words.is_empty() { format!("`{}`", bar(row.form)) } else { words.join(", ") };
+    let values = if row.is_flag { "-".to_owned() } else { values };
+    let default = row.default_text().map_or_else(|| "-".to_owned(), |text| format!("`{text}`"));
+    format!("| `--{}` | {meaning}{ends}{more} | {values} | {default} | {} |\n", row.name, row.matters.name())
+}
+
+/// Compares a block of the guide with its text, or writes it.
+fn compare(block: &str, expected: &str) {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../guide/options.md");
     let guide = fs::read_to_string(path).unwrap();
-    let (start, end) = ("<!-- options -->\n", "<!-- end of options -->\n");
-    let (before, rest) = guide.split_once(start).unwrap();
-    let (table, after) = rest.split_once(end).unwrap();
+    let (start, end) = (format!("<!-- {block} -->\n"), format!("<!-- end of {block} -->\n"));
+    let (before, rest) = guide.split_once(&start).unwrap();
+    let (found, after) = rest.split_once(&end).unwrap();
     if std::env::var_os("SEPTET_GUIDE").is_some_and(|value| value == "write") {
-        fs::write(path, [before, start, &guide_table(), end, after].concat()).unwrap();
+        fs::write(path, [before, &start, expected, &end, after].concat()).unwrap();
     } else {
-        assert_eq!(table, guide_table(), "SEPTET_GUIDE=write cargo test -p septet-cli guide writes it");
+        assert_eq!(found, expected, "SEPTET_GUIDE=write cargo test -p septet-cli guide writes it");
     }
+}
+
+// One test, because both blocks are in one file.
+#[test]
+fn the_guide_has_the_tables_of_options() {
+    compare("options", &table(OPTIONS));
+    compare("options of meshes", &table(MESH_OPTIONS));
 }

@@ -161,7 +161,7 @@ pub fn refuse_list(input: &Path, reason: &str) -> Result<(), Failure> {
 /// is not the input.
 pub fn load(
     name: &str,
-    (given, spec): (&Options, &Spec),
+    (given, spec): (&Options<Spec>, &Spec),
     json: Option<&Path>,
     talk: &Talk,
 ) -> Result<Loaded, Failure> {

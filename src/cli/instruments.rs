@@ -6,7 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
 
 use septet_lab::report::TableFormat;
-use septet_lab::trace::{self, Detail};
+use septet_lab::trace;
 use tracing_subscriber::layer::Identity;
 
 use super::errors::{Code, Failure};
@@ -101,7 +101,7 @@ pub fn traced<T>(
         talk.log(None::<Identity>);
         return work();
     };
-    let detail = args.trace_level.map_or_else(Detail::default, Detail::from);
+    let detail = args.trace_level.unwrap_or_default();
     let (layer, file) = trace::layer(path, detail)?;
     talk.log(Some(layer));
     let outcome = catch_unwind(AssertUnwindSafe(work));

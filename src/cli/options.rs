@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use septet_core::generate::{GenerateError, Kind};
 use septet_core::spec::{Commands, Fault};
 use septet_lab::trace::Detail;
 
 use super::faults::fault;
 use super::formats::{FormatArgs, input_help, outputs_help};
-use super::given::Given;
+use super::given::{Given, words};
 use super::headings::{OUTPUT, REPORTS};
 use super::hidden::HiddenArgs;
 use super::text::suggestion;
@@ -99,32 +99,8 @@ pub struct TraceArgs {
     #[arg(long, value_name = "FILE", help_heading = REPORTS, hide_short_help = true)]
     pub trace: Option<PathBuf>,
     /// Detail of the trace; each level includes the previous ones [default: subproblem]
-    #[arg(long, value_name = "DETAIL", value_enum, requires = "trace", help_heading = REPORTS, hide_short_help = true)]
-    pub trace_level: Option<DetailArg>,
-}
-
-/// `--trace-level`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum DetailArg {
-    /// Phases of the coordinator
-    Phase,
-    /// Rounds of each worker
-    Round,
-    /// Messages and bytes in flight
-    Message,
-    /// Steps at the nodes of the partition tree
-    Subproblem,
-}
-
-impl From<DetailArg> for Detail {
-    fn from(detail: DetailArg) -> Self {
-        match detail {
-            DetailArg::Phase => Detail::Phase,
-            DetailArg::Round => Detail::Round,
-            DetailArg::Message => Detail::Message,
-            DetailArg::Subproblem => Detail::Subproblem,
-        }
-    }
+    #[arg(long, value_name = "DETAIL", value_parser = words::<Detail>(), requires = "trace", help_heading = REPORTS, hide_short_help = true)]
+    pub trace_level: Option<Detail>,
 }
 
 /// Parses a kind of point set.

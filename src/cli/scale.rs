@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::PathBuf;
 use std::time::Instant;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use septet_core::generate::Kind;
 use septet_core::spec::{Commands, DEFAULT_SEED, Until, Value, Workers};
 use septet_lab::experiment::{
@@ -12,7 +12,7 @@ use septet_lab::experiment::{
 };
 
 use super::errors::{Code, Failure};
-use super::given::Given;
+use super::given::{Given, words};
 use super::options::{dimension, kind};
 use super::progress::{Cancelled, Talk};
 use super::summary::row;
@@ -60,22 +60,13 @@ pub struct ScaleArgs {
     /// Stop every run after this phase
     ///
     /// This allows larger sets, because the local hulls are skipped.
-    #[arg(long, value_name = "PHASE", value_enum)]
-    until: Option<UntilArg>,
+    #[arg(long, value_name = "PHASE", value_parser = words::<Until>())]
+    until: Option<Until>,
     #[command(flatten)]
     given: Given<{ Commands::SCALE.bits() }>,
     /// Output file with a line per run; if it already contains runs of this sweep, the sweep is continued
     #[arg(short, long = "output", value_name = "FILE")]
     output: PathBuf,
-}
-
-/// `--until`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum UntilArg {
-    /// The partition tree
-    Partition,
-    /// The nearest-neighbour balls
-    Neighbours,
 }
 
 impl ScaleArgs {
@@ -94,10 +85,7 @@ impl ScaleArgs {
             seeds: self.seeds,
             weak: self.weak,
             timed: self.timed,
-            until: self.until.map(|until| match until {
-                UntilArg::Partition => Until::Partition,
-                UntilArg::Neighbours => Until::Neighbours,
-            }),
+            until: self.until,
             spec,
         };
         sweep.check()?;

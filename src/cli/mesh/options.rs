@@ -2,51 +2,29 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, Id};
 use septet_core::mesh::view::MOST_CELLS;
-use septet_core::mesh::{Boundary, MeshSpec, SingularityRequest, SingularityShape};
-use septet_core::spec::Commands;
+use septet_core::mesh::{Boundary, MESH_OPTIONS, MeshSpec};
+use septet_core::spec::{Commands, Heading, options_of};
 use septet_io::Role;
 
-use crate::effects::needs;
+use crate::effects::{excludes, needs};
 use crate::errors::{Code, Failure};
 use crate::formats::{FormatArgs, listed, mesh_outputs_help};
-use crate::given::{Given, words};
+use crate::given::{Given, GivenMesh};
 use crate::headings::{INPUT, OUTPUT, REPORTS};
 use crate::options::TraceArgs;
 
 /// The help of `--size-field`.
 const SIZE_FIELD: &str = "Sizes at points, in rows of `x y [z] size`";
-const SIZES: &str = "Sizes and quality";
-const BOUNDARY: &str = "Boundary";
 
-/// The options that have no meaning with `--check`.
-const NOT_FOR_CHECKS: [&str; 24] = [
-    "output",
-    "format",
-    "msh_version",
-    "boundary",
-    "feature_angle",
-    "max_distance",
-    "size",
-    "size_field",
-    "singularity",
-    "lipschitz",
-    "radius_edge",
-    "min_size",
-    "improve",
-    "workers",
-    "leaf",
-    "threads",
-    "seed",
-    "transport",
-    "delivery_seed",
-    "max_memory",
-    "json",
-    "trace",
-    "trace_level",
-    "view",
-];
+/// Returns the options that have no meaning with `--check`.
+fn not_for_checks() -> Vec<Id> {
+    let own = ["output", "format", "msh_version", "size_field", "json", "trace", "trace_level", "view"];
+    let of_mesh = MESH_OPTIONS.iter().map(|row| row.key);
+    let of_runs = options_of(Commands::MESH).map(|row| row.key);
+    own.into_iter().chain(of_mesh).chain(of_runs).map(Id::from).collect()
+}
 
 /// Options of `septet mesh`.
 #[derive(Debug, Args)]
@@ -76,50 +54,14 @@ pub struct MeshArgs {
     #[arg(help = format!("Domain: {}", Role::Domain.known()))]
     pub domain: PathBuf,
     /// Check the domain only
-    #[arg(long, conflicts_with_all = NOT_FOR_CHECKS, help_heading = INPUT)]
+    #[arg(long, conflicts_with_all = not_for_checks(), help_heading = INPUT)]
     pub check: bool,
     #[arg(short, long = "output", value_name = "OUT", help = "Write the mesh or its surface; may be given several times", long_help = mesh_outputs_help(), help_heading = OUTPUT)]
     pub output: Vec<PathBuf>,
     #[command(flatten)]
     pub writing: FormatArgs,
-    /// Treatment of the boundary [default: exact for .poly and .smesh, remesh for surfaces]
-    #[arg(long, value_name = "MODE", value_parser = words::<Boundary>(), help_heading = BOUNDARY)]
-    pub boundary: Option<Boundary>,
-    /// Upper limit of the size; edges can be about twice as long
-    #[arg(long, value_name = "H", value_parser = length, help_heading = SIZES)]
-    pub size: Option<f64>,
-    #[arg(long, value_name = "FILE", help = SIZE_FIELD, long_help = format!("{} `-` is standard input.", listed(SIZE_FIELD, Role::Sizes)), help_heading = SIZES, hide_short_help = true)]
+    #[arg(long, value_name = "FILE", help = SIZE_FIELD, long_help = format!("{} `-` is standard input.", listed(SIZE_FIELD, Role::Sizes)), help_heading = Heading::Sizes.title(), hide_short_help = true)]
     pub size_field: Option<PathBuf>,
-    /// Grade sizes down to --min-size at a point or on a line
-    ///
-    /// Coordinates follow after a colon, as in `point:0,0,1`. By default, the point is the centre of the bounding
-    /// box, and the line is the middle third of the box along x.
-    #[arg(long, value_name = "point|line[:X,Y,..]", value_parser = singularity, requires = "min_size", help_heading = SIZES, hide_short_help = true)]
-    pub singularity: Option<SingularityRequest>,
-    /// Growth rate of sizes, between 0 and 1 [default: 0.5]
-    ///
-    /// Away from the boundary, radius-edge ratios are at most 1/(1-L).
-    #[arg(long, value_name = "L", value_parser = lipschitz, conflicts_with = "radius_edge", allow_negative_numbers = true, help_heading = SIZES, hide_short_help = true)]
-    pub lipschitz: Option<f64>,
-    /// Largest radius-edge ratio away from the boundary, above 1 [default: 2]
-    ///
-    /// It sets the growth rate of sizes to L = 1 - 1/B.
-    #[arg(long, value_name = "B", value_parser = radius_edge, allow_negative_numbers = true, help_heading = SIZES)]
-    pub radius_edge: Option<f64>,
-    /// Lower limit of the size; overrides every other size
-    #[arg(long, value_name = "H", value_parser = length, allow_negative_numbers = true, help_heading = SIZES)]
-    pub min_size: Option<f64>,
-    /// Angle in degrees above which an edge of a surface is a ridge [default: 60]
-    #[arg(long, value_name = "DEG", value_parser = degrees, allow_negative_numbers = true, help_heading = BOUNDARY, hide_short_help = true)]
-    pub feature_angle: Option<f64>,
-    /// Largest distance between a surface and its remeshed boundary
-    ///
-    /// By default, refinement aims at a tenth of the local size at face centres, and the limit is half the size.
-    #[arg(long, value_name = "D", value_parser = length, allow_negative_numbers = true, help_heading = BOUNDARY)]
-    pub max_distance: Option<f64>,
-    /// Remove slivers: cells with small dihedral angles
-    #[arg(long, help_heading = SIZES)]
-    pub improve: bool,
     /// Write the report as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-", help_heading = REPORTS)]
     pub json: Option<PathBuf>,
@@ -134,6 +76,8 @@ pub struct MeshArgs {
     /// and NAME.runs.csv.
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-", conflicts_with = "check", help_heading = REPORTS, hide_short_help = true)]
     pub profile: Option<PathBuf>,
+    #[command(flatten)]
+    pub mesh: GivenMesh,
     #[command(flatten)]
     pub given: Given<{ Commands::MESH.bits() }>,
     #[command(flatten)]
@@ -154,7 +98,11 @@ impl MeshArgs {
             let message = "no output is given";
             return usage(message, "use -o FILE or --json FILE, or --check to check the domain only");
         }
-        if let (Some(size), Some(least)) = (self.size, self.min_size)
+        let given = self.mesh.options();
+        needs("--singularity", given.has("singularity"), "--min-size", given.has("min-size"))?;
+        excludes("--lipschitz", given.has("lipschitz"), "--radius-edge", given.has("radius-edge"))?;
+        let mesh = given.spec()?;
+        if let (Some(size), Some(least)) = (mesh.sizes.most, mesh.sizes.least)
             && least > size
         {
             return usage(
@@ -162,31 +110,15 @@ impl MeshArgs {
                 "reduce --min-size, or omit it",
             );
         }
-        self.check_boundary(self.boundary == Some(Boundary::Exact))?;
+        self.check_boundary(mesh.boundary == Some(Boundary::Exact))?;
         run.check()?;
-        let by_ratio = self.radius_edge.map(|b| 1.0 - 1.0 / b);
-        Ok(MeshSpec::default().with(|mesh| {
-            mesh.run = run;
-            mesh.boundary = self.boundary;
-            let sizes = &mut mesh.sizes;
-            (sizes.most, sizes.least) = (self.size, self.min_size);
-            sizes.singularity.clone_from(&self.singularity);
-            sizes.lipschitz = self.lipschitz.or(by_ratio).unwrap_or(sizes.lipschitz);
-            mesh.feature_angle = self.feature_angle.unwrap_or(mesh.feature_angle);
-            mesh.max_distance = self.max_distance;
-            mesh.improve = self.improve;
-        }))
+        Ok(mesh.with(|mesh| mesh.run = run))
     }
-}
 
-impl MeshArgs {
     /// Refuses options of remeshing for an exact boundary.
     pub fn check_boundary(&self, is_exact: bool) -> Result<(), Failure> {
-        for (option, is_given) in [
-            ("--feature-angle", self.feature_angle.is_some()),
-            ("--max-distance", self.max_distance.is_some()),
-        ] {
-            needs(option, is_given, "--boundary remesh", !is_exact)?;
+        for (option, (needed, word)) in self.mesh.options().needs() {
+            needs(&format!("--{option}"), true, &format!("--{needed} {word}"), !is_exact)?;
         }
         Ok(())
     }
@@ -196,49 +128,4 @@ impl MeshArgs {
 fn shown(text: &str) -> Result<u32, String> {
     let number: Option<u32> = text.parse().ok();
     number.filter(|&n| n <= MOST_CELLS).ok_or_else(|| format!("expected a number of at most {MOST_CELLS}"))
-}
-
-/// Parses a number and checks a condition.
-fn number(text: &str, expected: &str, good: impl Fn(f64) -> bool) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|&x: &f64| x.is_finite() && good(x))
-        .ok_or_else(|| format!("expected {expected}"))
-}
-
-fn length(text: &str) -> Result<f64, String> {
-    number(text, "a positive length", |x| x > 0.0)
-}
-
-fn lipschitz(text: &str) -> Result<f64, String> {
-    number(text, "a number between 0 and 1, both exclusive", |x| x > 0.0 && x < 1.0)
-}
-
-fn radius_edge(text: &str) -> Result<f64, String> {
-    // L = 1 - 1/B must lie strictly between 0 and 1 after rounding.
-    number(text, "a number above 1", |b| b > 1.0 && 1.0 - 1.0 / b > 0.0 && 1.0 - 1.0 / b < 1.0)
-}
-
-fn degrees(text: &str) -> Result<f64, String> {
-    number(text, "an angle from 0 to 180 degrees", |x| (0.0..=180.0).contains(&x))
-}
-
-fn singularity(text: &str) -> Result<SingularityRequest, String> {
-    let expected = || "expected `point`, `line`, `point:X,Y[,Z]` or `line:X,Y[,Z],X,Y[,Z]`".to_owned();
-    let (name, place) = text.split_once(':').map_or((text, None), |(name, place)| (name, Some(place)));
-    let (shape, points) = match name {
-        "point" => (SingularityShape::Point, 1),
-        "line" => (SingularityShape::Line, 2),
-        _ => return Err(expected()),
-    };
-    let at = match place {
-        None => Vec::new(),
-        Some(place) => place
-            .split(',')
-            .map(|c| c.trim().parse().ok().filter(|x: &f64| x.is_finite()))
-            .collect::<Option<Vec<f64>>>()
-            .filter(|at| at.len() == 2 * points || at.len() == 3 * points)
-            .ok_or_else(expected)?,
-    };
-    Ok(SingularityRequest { shape, at })
 }

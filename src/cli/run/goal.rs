@@ -53,7 +53,7 @@ impl<'a> Goal<'a> {
     }
 
     /// Returns the options of the run, as given.
-    pub(super) fn given(self) -> &'a Options {
+    pub(super) fn given(self) -> &'a Options<Spec> {
         match self {
             Goal::Triangulate(args) => args.given.options(),
             Goal::Simulate(args) => args.given.options(),

@@ -115,7 +115,7 @@ fn refuse(goal: Goal<'_>, spec: &Spec) -> Result<(), Failure> {
 }
 
 /// Returns a failure if an option is set that no output or report uses.
-fn check_effects(args: &RunArgs, given: &Options) -> Result<(), Failure> {
+fn check_effects(args: &RunArgs, given: &Options<Spec>) -> Result<(), Failure> {
     args.writing.check(&args.output)?;
     let has_data = args.writing.any(&args.output, |format| format.row().has_data);
     let outputs = with_data().split(' ').map(|extension| format!("-o OUT{extension}")).collect::<Vec<_>>();

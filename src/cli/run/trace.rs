@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
 
-use septet_lab::trace::{self, Detail};
+use septet_lab::trace;
 use tracing_subscriber::layer::Identity;
 
 use super::team::Team;
@@ -32,7 +32,7 @@ pub(super) fn traced<T>(
         talk.log(None::<Identity>);
         return work(team);
     };
-    let detail = args.trace_level.map_or_else(Detail::default, Detail::from);
+    let detail = args.trace_level.unwrap_or_default();
     let own = path_of(path, team.processes.process());
     let begun = trace::layer(&own, detail).map_err(Failure::from);
     // The processes leave this call at about the same time, at which their clocks start.

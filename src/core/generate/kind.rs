@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+use crate::spec::Words;
+use crate::words;
+
 /// A kind of point set in the unit square or cube.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Kind {
@@ -41,39 +44,38 @@ pub enum Kind {
     GradedLine,
 }
 
-/// All kinds with their names, in the order of the help text.
-pub(super) const NAMES: [(Kind, &str); 15] = [
-    (Kind::Uniform, "uniform"),
-    (Kind::Poisson, "poisson"),
-    (Kind::Ball, "ball"),
-    (Kind::Sphere, "sphere"),
-    (Kind::Grid, "grid"),
-    (Kind::Fcc, "fcc"),
-    (Kind::Jittered, "jittered"),
-    (Kind::Clusters, "clusters"),
-    (Kind::Slab, "slab"),
-    (Kind::Line, "line"),
-    (Kind::MomentCurve, "moment-curve"),
-    (Kind::Shells, "shells"),
-    (Kind::WellSpaced, "well-spaced"),
-    (Kind::GradedPoint, "graded"),
-    (Kind::GradedLine, "graded-line"),
-];
+words!(Kind {
+    Uniform "uniform" "Independent and uniform",
+    Poisson "poisson" "A homogeneous Poisson process",
+    Ball "ball" "Uniform in a ball",
+    Sphere "sphere" "Uniform on a sphere, up to rounding",
+    Grid "grid" "An integer grid",
+    Fcc "fcc" "A face-centred cubic lattice; in the plane, a centred square lattice",
+    Jittered "jittered" "One point in the middle half of each cell of a grid",
+    Clusters "clusters" "Ten bell-shaped clusters, each half as wide as the previous one",
+    Slab "slab" "Uniform in a thin slab",
+    Line "line" "Uniform near points of a slanted segment",
+    MomentCurve "moment-curve" "Points of the moment curve; in space, all of them are Delaunay neighbours",
+    Shells "shells" "24 points on each of many concentric spheres",
+    WellSpaced "well-spaced" "Vertices of a mesh whose size function is constant",
+    GradedPoint "graded" "Vertices of a mesh whose sizes grow from a point",
+    GradedLine "graded-line" "Vertices of a mesh whose sizes grow from a line",
+});
 
 /// Returns the names of all kinds, separated by commas.
 pub(super) fn names() -> String {
-    NAMES.map(|(_, name)| name).join(", ")
+    Kind::all().map(Kind::name).collect::<Vec<_>>().join(", ")
 }
 
 impl Kind {
-    /// Returns every kind.
+    /// Returns every kind, in the order of the help text.
     pub fn all() -> impl Iterator<Item = Kind> {
-        NAMES.into_iter().map(|(kind, _)| kind)
+        Kind::ALL.iter().copied()
     }
 
     /// Returns the name on the command line.
     pub fn name(self) -> &'static str {
-        NAMES.iter().find(|(kind, _)| *kind == self).map_or("", |(_, name)| name)
+        Words::name(self)
     }
 
     /// Returns `true` if the set is f-spaced.
@@ -105,7 +107,16 @@ impl Kind {
             Kind::Grid | Kind::Jittered => "rounded to a power of an integer side",
             Kind::Fcc => "rounded to an integer number of lattice cells per side",
             Kind::Shells => "rounded to 24 points per sphere",
-            _ => "the number is the requested one, or within 5 % of it",
+            Kind::Uniform
+            | Kind::Ball
+            | Kind::Sphere
+            | Kind::Clusters
+            | Kind::Slab
+            | Kind::Line
+            | Kind::MomentCurve
+            | Kind::WellSpaced
+            | Kind::GradedPoint
+            | Kind::GradedLine => "the number is the requested one, or within 5 % of it",
         }
     }
 }

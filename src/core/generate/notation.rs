@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use super::kind::{Kind, NAMES};
+use super::kind::Kind;
 use super::request::{GenerateError, Request};
 
 impl FromStr for Kind {
@@ -10,8 +10,8 @@ impl FromStr for Kind {
 
     fn from_str(name: &str) -> Result<Self, GenerateError> {
         let wanted = if name == "graded-point" { "graded" } else { name };
-        let found = NAMES.iter().find(|(_, known)| *known == wanted);
-        found.map(|(kind, _)| *kind).ok_or_else(|| GenerateError::UnknownKind { name: name.into() })
+        let found = Kind::all().find(|kind| kind.name() == wanted);
+        found.ok_or_else(|| GenerateError::UnknownKind { name: name.into() })
     }
 }
 

@@ -7,6 +7,7 @@ mod error;
 pub mod field;
 pub mod labelled;
 pub mod machine;
+mod options;
 pub mod pipeline;
 mod request;
 pub mod run_log;
@@ -33,6 +34,7 @@ use crate::run::memory;
 use crate::spec::{Machine, Spec};
 pub use error::MeshError;
 use machine::{AllCores, CountedMachine};
+pub use options::MESH_OPTIONS;
 pub use pipeline::{Dimension, Made, MakeError, MeshKeep, check, make, make_of};
 pub use request::{
     Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, MeshSpec, SingularityRequest, SingularityShape, Sizes,

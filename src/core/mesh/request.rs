@@ -8,7 +8,8 @@ use septet_meshing::size::user::{Constraints, Singularity};
 
 use super::error::MeshError;
 use super::field::SizeField;
-use crate::spec::{Spec, words};
+use crate::spec::Spec;
+use crate::words;
 
 /// The default Lipschitz constant. It bounds radius-edge ratios away from the boundary by `1/(1-L) = 2`, the usual
 /// default of mesh generators. A smaller L needs more points everywhere. A larger L saves few points, because sizes
@@ -49,6 +50,21 @@ pub enum SingularityShape {
     Point,
     /// A segment. The default is the middle third of the bounding box along the first axis.
     Line,
+}
+
+words!(SingularityShape {
+    Point "point" "A point",
+    Line "line" "A segment",
+});
+
+impl SingularityShape {
+    /// Returns the number of points that describe the shape.
+    pub(super) fn points(self) -> usize {
+        match self {
+            SingularityShape::Point => 1,
+            SingularityShape::Line => 2,
+        }
+    }
 }
 
 /// A point or segment towards which sizes decrease to the smallest size.

@@ -6,7 +6,7 @@
 use septet_workers::config::SetRule as SeparatorSets;
 
 use crate::spec::graph::DEFAULT_ALPHA;
-use crate::spec::value::words;
+use crate::words;
 
 /// The quantity that the constants of a partition tree keep small.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

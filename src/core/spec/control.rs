@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use septet_workers::config::Fault;
 
-use crate::spec::value::words;
+use crate::words;
 
 /// The optional contents of a result, besides cells and counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

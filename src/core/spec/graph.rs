@@ -7,7 +7,8 @@ use serde::Serialize;
 use septet_workers::config::Neighbours;
 
 use crate::spec::SpecError;
-use crate::spec::value::{Setting, Value, Words, words};
+use crate::spec::value::{Setting, Value, Words};
+use crate::words;
 
 /// The kinds of supergraphs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -5,7 +5,8 @@ use std::fmt;
 use septet_workers::transport::TransportKind;
 
 use crate::spec::SpecError;
-use crate::spec::value::{Setting, Value, words};
+use crate::spec::value::{Setting, Value};
+use crate::words;
 
 /// The seed of the random draws, unless another is given.
 pub const DEFAULT_SEED: u64 = 1;

@@ -19,6 +19,7 @@ pub use graph::{Alpha, DEFAULT_ALPHA, Graph, GraphKind, alpha_of_spacing};
 pub use groups::{InputRules, MOST_WORKERS, Recursion, Spec, Tree};
 pub use machine::{DEFAULT_SEED, Machine, Registers, Transport, TransportName, Workers, cores};
 pub use options::{OPTIONS, options_of, row, series_name, words_of_counts};
+pub(crate) use row::option;
 pub use row::{Commands, Heading, Matters, Row, Series};
 pub use septet_workers::config::Neighbours;
 pub use septet_workers::config::{
@@ -26,19 +27,18 @@ pub use septet_workers::config::{
     SetRule as SeparatorSets,
 };
 pub use task::{Task, Until};
-pub(crate) use value::words;
 pub use value::{Setting, Value, Word, Words, bytes, count};
 
-words!(SeparatorSets {
+crate::words!(SeparatorSets {
     Both "both" "Both sides receive them, as in the paper",
     Smaller "smaller" "Only the side with fewer of them sends them to the other",
     Ghost "ghost" "Both sides receive them as ghosts",
 });
-words!(Partition {
+crate::words!(Partition {
     Sphere "sphere" "Sphere separators, as in the paper",
     Kd "kd" "K-d planes, as a baseline",
 });
-words!(Correction {
+crate::words!(Correction {
     Descent "descent" "One descent from the root",
     BottomUp "naive" "Bottom-up, node by node, as a baseline",
 });

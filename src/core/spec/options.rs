@@ -2,11 +2,11 @@
 
 use septet_workers::config::Neighbours;
 
-use super::row::{Commands, Heading, Matters, Row, Series};
-use super::value::{Auto, Between, Bytes, Seed, Setting, Value, Whole};
+use super::row::{Commands, Heading, Matters, Row, Series, option};
+use super::value::{Auto, Between, Bytes, Seed, Whole};
 use super::{
     Alpha, Correction, GraphKind, MOST_POINTS, Nodes, Partition, Purpose, Registers, SeparatorSets, Spec,
-    SpecError, TransportName, Workers,
+    TransportName, Until, Workers,
 };
 
 /// Returns the row of an option.
@@ -45,60 +45,10 @@ pub fn series_name(with_defaults: bool, text: impl Fn(&Row) -> Option<String>) -
     OPTIONS.iter().filter_map(named).collect()
 }
 
-/// A row whose other columns are replaced.
-macro_rules! option {
-    ($name:literal, $key:literal, $doc:literal, $type:ty, $get:expr, $set:expr, { $($column:ident: $value:expr),* $(,)? }) => {
-        Row {
-            $($column: $value,)*
-            name: $name,
-            key: $key,
-            doc: $doc,
-            words: <$type as Value>::WORDS,
-            types: <$type as Value>::TYPES,
-            check: |text| <$type as Value>::read(text).map(drop),
-            get: |spec| {
-                let get: fn(&Spec) -> $type = $get;
-                Value::setting(&get(spec))
-            },
-            set: |spec, text| {
-                let value = <$type as Value>::read(text).map_err(|expected| SpecError::Value {
-                    option: $name,
-                    value: text.to_owned(),
-                    expected,
-                })?;
-                let set: fn(&mut Spec, $type) -> Result<(), SpecError> = $set;
-                set(spec, value)
-            },
-            ..PLAIN
-        }
-    };
-}
-
-const PLAIN: Row = Row {
-    name: "",
-    key: "",
-    short: None,
-    doc: "",
-    form: "",
-    words: &[],
-    types: &[],
-    is_flag: false,
-    commands: Commands::MACHINES,
-    limited: &[],
-    heading: Heading::Machine,
-    is_common: false,
-    matters: Matters::Counts,
-    needs: None,
-    series: Series::Omitted,
-    check: |_| Ok(()),
-    get: |_| Setting::None,
-    set: |_, _| Ok(()),
-};
-
 /// The options of a run, in the order in which they are set and listed.
 pub static OPTIONS: &[Row] = &[
     option!(
-        "skip-invalid", "skip_invalid",
+        Spec, "skip-invalid", "skip_invalid",
         "Drop points with coordinates that are not finite numbers, instead of refusing the file",
         bool,
         |s| s.input.skip_invalid,
@@ -106,7 +56,7 @@ pub static OPTIONS: &[Row] = &[
         { is_flag: true, commands: Commands::POINTS, heading: Heading::Input, is_common: true, matters: Matters::Cells }
     ),
     option!(
-        "dimension", "dimension",
+        Spec, "dimension", "dimension",
         "Dimension of the input; 2 keeps the first two coordinates",
         Between<2, 3>,
         |s| Between(s.input.dimension.map(|dimension| dimension as u32)),
@@ -114,7 +64,7 @@ pub static OPTIONS: &[Row] = &[
         { short: Some('d'), form: "2|3", commands: Commands::POINTS, heading: Heading::Input, is_common: true, matters: Matters::Cells }
     ),
     option!(
-        "columns", "columns",
+        Spec, "columns", "columns",
         "Columns of the coordinates in a text table\n\nNames from the header row, or 1-based numbers. By default, \
          columns named x, y and z are used. A table without a header row may have two or three columns; one with more \
          columns needs this option or the dimension.",
@@ -124,7 +74,7 @@ pub static OPTIONS: &[Row] = &[
         { form: "X,Y[,Z]", commands: Commands::FILES, heading: Heading::Input, is_common: true, matters: Matters::Cells }
     ),
     option!(
-        "input-format", "input_format",
+        Spec, "input-format", "input_format",
         "Format of the points, for standard input and unknown extensions\n\n{points}.",
         Option<String>,
         |s| s.input.format.clone(),
@@ -132,7 +82,7 @@ pub static OPTIONS: &[Row] = &[
         { form: "NAME", commands: Commands::FILES, heading: Heading::Input, matters: Matters::Cells }
     ),
     option!(
-        "raw", "raw",
+        Spec, "raw", "raw",
         "Read coordinates in binary without a header, such as f64,3\n\nThe type of the coordinates (f32 or f64, or f32be \
          or f64be for big-endian numbers) and the number of coordinates of a point (2 or 3). The names of the files may \
          be any but those of other formats.",
@@ -142,7 +92,7 @@ pub static OPTIONS: &[Row] = &[
         { form: "TYPE,D", commands: Commands::FILES, heading: Heading::Input, matters: Matters::Cells }
     ),
     option!(
-        "keep-columns", "keep_columns",
+        Spec, "keep-columns", "keep_columns",
         "Keep the other numeric columns of a text table as point data ({data})",
         bool,
         |s| s.input.keep_columns,
@@ -150,7 +100,7 @@ pub static OPTIONS: &[Row] = &[
         { is_flag: true, commands: Commands::RUNS, heading: Heading::Input, matters: Matters::Report }
     ),
     option!(
-        "with-owner", "with_owner",
+        Spec, "with-owner", "with_owner",
         "Write the owning worker and the owning leaf of every cell ({data})",
         bool,
         |s| s.keep.owner,
@@ -158,7 +108,7 @@ pub static OPTIONS: &[Row] = &[
         { is_flag: true, commands: Commands::RUNS, heading: Heading::Output, matters: Matters::Report }
     ),
     option!(
-        "view", "view",
+        Spec, "view", "view",
         "Number of points in the picture of the JSON report\n\nAt most 20000, 0 for none. [default: 20000 for simulate \
          in one process, otherwise 0]",
         Between<0, MOST_POINTS>,
@@ -167,7 +117,7 @@ pub static OPTIONS: &[Row] = &[
         { form: "N", commands: Commands::RUNS, heading: Heading::Reports, matters: Matters::Report }
     ),
     option!(
-        "nodes", "nodes",
+        Spec, "nodes", "nodes",
         "Nodes of the partition tree that the JSON report lists\n\nLevels, phases and totals always cover all nodes.",
         Nodes,
         |s| s.keep.nodes,
@@ -175,7 +125,7 @@ pub static OPTIONS: &[Row] = &[
         { commands: Commands::SIMULATE, heading: Heading::Reports, matters: Matters::Report }
     ),
     option!(
-        "workers", "workers",
+        Spec, "workers", "workers",
         "Number of workers, or `leaves` for one per leaf of the partition tree\n\n`auto` is the number of cores. \
          `triangulate` takes fewer for few points, and for points on curved surfaces, where more workers are not \
          faster. With several processes, `auto` is one worker for each process.",
@@ -185,7 +135,7 @@ pub static OPTIONS: &[Row] = &[
         { form: "P|auto|leaves", commands: Commands::RUNS.and(Commands::MESH), is_common: true }
     ),
     option!(
-        "seed", "seed",
+        Spec, "seed", "seed",
         "Seed of the random draws",
         Seed,
         |s| Seed(Some(s.machine.seed)),
@@ -193,7 +143,7 @@ pub static OPTIONS: &[Row] = &[
         { form: "S", commands: Commands::RUNS.and(Commands::PREDICT).and(Commands::MESH) }
     ),
     option!(
-        "threads", "threads",
+        Spec, "threads", "threads",
         "Number of threads that read, run the workers and write [default: cores]",
         Whole,
         |s| Whole(s.machine.threads.map(|threads| threads as u64)),
@@ -201,7 +151,7 @@ pub static OPTIONS: &[Row] = &[
         { form: "T", is_common: true, matters: Matters::Time }
     ),
     option!(
-        "registers", "registers",
+        Spec, "registers", "registers",
         "SIMD width of the inner loops; it does not change results",
         Registers,
         |s| s.machine.registers,
@@ -209,15 +159,15 @@ pub static OPTIONS: &[Row] = &[
         { commands: Commands::TREES, matters: Matters::Time }
     ),
     option!(
-        "supergraph", "supergraph",
+        Spec, "supergraph", "supergraph",
         "Graph that is expected to contain all edges of the Delaunay triangulation",
         GraphKind,
         |s| s.recursion.graph.kind(),
         |s, kind| { s.recursion.graph = kind.graph(); Ok(()) },
-        { commands: Commands::COUNTS, heading: Heading::Graph, is_common: true, series: Series::Always("") }
+        { commands: Commands::COUNTS, heading: Heading::Graph, is_common: true, series: Series::Always(""), first_use: Until::Graph }
     ),
     option!(
-        "alpha", "alpha",
+        Spec, "alpha", "alpha",
         "Parameter alpha of a density or overlap graph, at least 1",
         Alpha,
         |s| s.recursion.graph.alpha(),
@@ -225,7 +175,7 @@ pub static OPTIONS: &[Row] = &[
         { form: "A|auto", commands: Commands::COUNTS, heading: Heading::Graph, is_common: true, series: Series::Changed("alpha ") }
     ),
     option!(
-        "k", "k",
+        Spec, "k", "k",
         "Parameter k of a nearest-neighbour graph; `10ln` stands for ceil(10 ln n)",
         Neighbours,
         |s| s.recursion.graph.k(),
@@ -233,15 +183,15 @@ pub static OPTIONS: &[Row] = &[
         { form: "K|auto|Cln", commands: Commands::COUNTS, heading: Heading::Graph, is_common: true, series: Series::Changed("k ") }
     ),
     option!(
-        "separator-sets", "separator_sets",
+        Spec, "separator-sets", "separator_sets",
         "Sharing of separator points",
         SeparatorSets,
         |s| s.recursion.sets,
         |s, sets| { s.recursion.sets = sets; Ok(()) },
-        { commands: Commands::COUNTS, heading: Heading::Graph, series: Series::Always("sets ") }
+        { commands: Commands::COUNTS, heading: Heading::Graph, series: Series::Always("sets "), first_use: Until::Graph }
     ),
     option!(
-        "partition", "partition",
+        Spec, "partition", "partition",
         "Separators of the partition",
         Partition,
         |s| s.tree.partition,
@@ -249,15 +199,15 @@ pub static OPTIONS: &[Row] = &[
         { commands: Commands::TREES, series: Series::Changed("partition ") }
     ),
     option!(
-        "neighbours", "neighbours",
+        Spec, "neighbours", "neighbours",
         "Correction of nearest-neighbour balls across separators",
         Correction,
         |s| s.recursion.neighbours,
         |s, correction| { s.recursion.neighbours = correction; Ok(()) },
-        { commands: Commands::COUNTS, heading: Heading::Graph, series: Series::Changed("neighbours ") }
+        { commands: Commands::COUNTS, heading: Heading::Graph, series: Series::Changed("neighbours "), first_use: Until::Neighbours }
     ),
     option!(
-        "constants", "constants",
+        Spec, "constants", "constants",
         "Constants of the partition: for little work and depth, or for little time\n\n--samples, --tries and --leaf \
          replace single constants.",
         Purpose,
@@ -266,7 +216,7 @@ pub static OPTIONS: &[Row] = &[
         { commands: Commands::COUNTS, series: Series::Changed("constants for ") }
     ),
     option!(
-        "samples", "samples",
+        Spec, "samples", "samples",
         "Largest number of samples from which a separator is drawn; small subproblems have fewer",
         Auto,
         |s| Auto(s.tree.constants.samples),
@@ -274,7 +224,7 @@ pub static OPTIONS: &[Row] = &[
         { form: "M|auto", commands: Commands::COUNTS, series: Series::Changed("samples ") }
     ),
     option!(
-        "tries", "tries",
+        Spec, "tries", "tries",
         "Number of great circles of which the best becomes the separator",
         Auto,
         |s| Auto(s.tree.constants.tries.map(u64::from)),
@@ -285,7 +235,7 @@ pub static OPTIONS: &[Row] = &[
         { form: "T|auto", commands: Commands::COUNTS, series: Series::Changed("tries ") }
     ),
     option!(
-        "leaf", "leaf",
+        Spec, "leaf", "leaf",
         "Largest number of points in a leaf of the partition tree",
         Auto,
         |s| Auto(s.tree.leaf),
@@ -293,7 +243,7 @@ pub static OPTIONS: &[Row] = &[
         { form: "M|auto", series: Series::Changed("leaf ") }
     ),
     option!(
-        "transport", "transport",
+        Spec, "transport", "transport",
         "Transport of the messages",
         TransportName,
         |s| s.machine.transport.kind(),
@@ -301,7 +251,7 @@ pub static OPTIONS: &[Row] = &[
         { limited: &[("processes", Commands::RUNS)] }
     ),
     option!(
-        "delivery-seed", "delivery_seed",
+        Spec, "delivery-seed", "delivery_seed",
         "Seed of the delivery order, with --transport sim [default: 0]",
         Seed,
         |s| Seed(s.machine.transport.delivery_seed()),
@@ -309,7 +259,7 @@ pub static OPTIONS: &[Row] = &[
         { form: "S", needs: Some(("transport", "sim")) }
     ),
     option!(
-        "processes", "processes",
+        Spec, "processes", "processes",
         "Number of processes, with --transport processes [default: one for each worker, at most the cores]",
         Between<1, 256>,
         |s| Between(s.machine.transport.processes()),
@@ -317,7 +267,7 @@ pub static OPTIONS: &[Row] = &[
         { form: "N", commands: Commands::RUNS, needs: Some(("transport", "processes")) }
     ),
     option!(
-        "max-memory", "max_memory",
+        Spec, "max-memory", "max_memory",
         "Refuse to start if the run is expected to need more memory\n\nK, M, G and T stand for powers of 1024, as in 2G.",
         Bytes,
         |s| Bytes(s.machine.max_memory),

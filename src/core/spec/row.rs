@@ -2,7 +2,9 @@
 
 use super::error::SpecError;
 use super::groups::Spec;
-use super::value::{Setting, Word, words};
+use super::task::Until;
+use super::value::{Setting, Word};
+use crate::words;
 
 /// The commands that have options of a run, as a set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,6 +69,10 @@ pub enum Heading {
     Machine,
     /// The supergraph.
     Graph,
+    /// The sizes and the quality of a mesh.
+    Sizes,
+    /// The boundary of a mesh.
+    Boundary,
     /// Reports and tables.
     Reports,
 }
@@ -79,6 +85,8 @@ impl Heading {
             Heading::Output => "Output",
             Heading::Machine => "Machine",
             Heading::Graph => "Supergraph",
+            Heading::Sizes => "Sizes and quality",
+            Heading::Boundary => "Boundary",
             Heading::Reports => "Reports",
         }
     }
@@ -115,9 +123,9 @@ pub enum Series {
     Always(&'static str),
 }
 
-/// One option of a run.
+/// One option of a specification: of a run, or of a mesh ([`crate::mesh::MESH_OPTIONS`]).
 #[derive(Debug)]
-pub struct Row {
+pub struct Row<S: 'static = Spec> {
     /// The name on the command line.
     pub name: &'static str,
     /// The name in reports and in other languages.
@@ -149,13 +157,40 @@ pub struct Row {
     pub needs: Option<(&'static str, &'static str)>,
     /// The form of the option in the name of a series of runs.
     pub series: Series,
+    /// The first phase that uses the option, of those after which a run may stop.
+    pub first_use: Until,
     /// Checks a value.
-    pub(super) check: fn(&str) -> Result<(), String>,
-    pub(super) get: fn(&Spec) -> Setting,
-    pub(super) set: fn(&mut Spec, &str) -> Result<(), SpecError>,
+    pub(crate) check: fn(&str) -> Result<(), String>,
+    pub(crate) get: fn(&S) -> Setting,
+    pub(crate) set: fn(&mut S, &str) -> Result<(), SpecError>,
 }
 
-impl Row {
+impl<S> Row<S> {
+    /// A row of which every column is the usual one, or empty.
+    pub(crate) const PLAIN: Row<S> = Row {
+        name: "",
+        key: "",
+        short: None,
+        doc: "",
+        form: "",
+        words: &[],
+        types: &[],
+        is_flag: false,
+        commands: Commands::MACHINES,
+        limited: &[],
+        heading: Heading::Machine,
+        is_common: false,
+        matters: Matters::Counts,
+        needs: None,
+        series: Series::Omitted,
+        first_use: Until::Partition,
+        check: |_| Ok(()),
+        get: |_| Setting::None,
+        set: |_, _| Ok(()),
+    };
+}
+
+impl<S: Default> Row<S> {
     /// Checks a value by itself.
     ///
     /// # Errors
@@ -165,7 +200,7 @@ impl Row {
     }
 
     /// Returns the value in a specification.
-    pub fn get(&self, spec: &Spec) -> Setting {
+    pub fn get(&self, spec: &S) -> Setting {
         (self.get)(spec)
     }
 
@@ -173,25 +208,56 @@ impl Row {
     ///
     /// # Errors
     /// Fails if the value is not one of this option, or has no effect with options that were set before.
-    pub fn set(&self, spec: &mut Spec, text: &str) -> Result<(), SpecError> {
+    pub fn set(&self, spec: &mut S, text: &str) -> Result<(), SpecError> {
         (self.set)(spec, text)
     }
 
     /// Returns the default as text, if there is one.
     pub fn default_text(&self) -> Option<String> {
-        self.get(&Spec::default()).text()
+        self.get(&S::default()).text()
     }
 
     /// Returns `true` if the value is not the default.
-    pub fn is_changed(&self, spec: &Spec) -> bool {
-        self.get(spec) != self.get(&Spec::default())
+    pub fn is_changed(&self, spec: &S) -> bool {
+        self.get(spec) != self.get(&S::default())
     }
 
     /// Returns the words that a command has, with their meanings.
-    pub fn words_of(&self, command: Commands) -> impl Iterator<Item = &'static Word> + use<'_> {
+    pub fn words_of(&self, command: Commands) -> impl Iterator<Item = &'static Word> {
         let has = move |word: &str| {
             self.limited.iter().all(|&(limited, commands)| limited != word || commands.meets(command))
         };
         self.words.iter().filter(move |(word, _)| has(word))
     }
 }
+
+/// A row of an option: the specification that has it, its name and key, its document, the type of its value, how it is read
+/// and set, and the columns that differ from [`Row::PLAIN`].
+macro_rules! option {
+    ($spec:ty, $name:literal, $key:literal, $doc:literal, $type:ty, $get:expr, $set:expr, { $($column:ident: $value:expr),* $(,)? }) => {
+        $crate::spec::Row {
+            $($column: $value,)*
+            name: $name,
+            key: $key,
+            doc: $doc,
+            words: <$type as $crate::spec::Value>::WORDS,
+            types: <$type as $crate::spec::Value>::TYPES,
+            check: |text| <$type as $crate::spec::Value>::read(text).map(drop),
+            get: |spec| {
+                let get: fn(&$spec) -> $type = $get;
+                $crate::spec::Value::setting(&get(spec))
+            },
+            set: |spec, text| {
+                let value = <$type as $crate::spec::Value>::read(text).map_err(|expected| $crate::spec::SpecError::Value {
+                    option: $name,
+                    value: text.to_owned(),
+                    expected,
+                })?;
+                let set: fn(&mut $spec, $type) -> Result<(), $crate::spec::SpecError> = $set;
+                set(spec, value)
+            },
+            ..$crate::spec::Row::PLAIN
+        }
+    };
+}
+pub(crate) use option;

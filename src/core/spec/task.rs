@@ -39,8 +39,8 @@ impl Task {
     }
 }
 
-/// A phase after which a run may stop, for its counts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// A phase after which a run may stop, for its counts, in order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Until {
@@ -52,12 +52,13 @@ pub enum Until {
     Graph,
 }
 
-impl Until {
-    /// Returns the name on the command line.
-    pub fn name(self) -> &'static str {
-        self.phase().name()
-    }
+crate::words!(Until {
+    Partition "partition" "The partition tree",
+    Neighbours "neighbours" "The nearest-neighbour balls",
+    Graph "graph" "The supergraph",
+});
 
+impl Until {
     /// Returns the last phase.
     pub(crate) fn phase(self) -> Phase {
         match self {

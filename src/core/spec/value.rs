@@ -12,6 +12,8 @@ pub enum Setting {
     Flag(bool),
     /// A whole number.
     Number(u64),
+    /// A number.
+    Real(f64),
     /// A word, or a number that may be `auto`.
     Text(String),
     /// Several words.
@@ -25,8 +27,22 @@ impl Setting {
             Setting::None | Setting::Flag(false) => None,
             Setting::Flag(true) => Some(String::new()),
             Setting::Number(number) => Some(number.to_string()),
+            Setting::Real(number) => Some(number.to_string()),
             Setting::Text(text) => Some(text.clone()),
             Setting::List(words) => Some(words.join(",")),
+        }
+    }
+
+    /// Returns the type in JSON.
+    #[cfg(test)]
+    pub(crate) fn json_type(&self) -> &'static str {
+        match self {
+            Setting::None => "null",
+            Setting::Flag(_) => "boolean",
+            Setting::Number(_) => "integer",
+            Setting::Real(_) => "number",
+            Setting::Text(_) => "string",
+            Setting::List(_) => "array",
         }
     }
 }
@@ -78,7 +94,8 @@ impl<T: Words> Value for T {
     }
 }
 
-/// Gives every variant of an enum its word.
+/// Gives every variant of an enum its word and the meaning of the word. An enum without a word for a variant does not compile.
+#[macro_export]
 macro_rules! words {
     ($type:ident { $($variant:ident $word:literal $meaning:literal),+ $(,)? }) => {
         impl $crate::spec::Words for $type {
@@ -93,7 +110,6 @@ macro_rules! words {
         }
     };
 }
-pub(crate) use words;
 
 impl Value for bool {
     const TYPES: &'static [&'static str] = &["boolean"];
@@ -188,6 +204,19 @@ impl Value for Bytes {
 
     fn setting(&self) -> Setting {
         Whole(self.0).setting()
+    }
+}
+
+impl<T: Words> Value for Option<T> {
+    const WORDS: &'static [Word] = T::TABLE;
+    const TYPES: &'static [&'static str] = &["string", "null"];
+
+    fn read(text: &str) -> Result<Self, String> {
+        T::read(text).map(Some)
+    }
+
+    fn setting(&self) -> Setting {
+        self.map_or(Setting::None, |value| value.setting())
     }
 }
 

@@ -17,6 +17,11 @@ pub enum MshVersion {
     V22,
 }
 
+septet_core::words!(MshVersion {
+    V22 "2.2" "Legacy Gmsh files",
+    V41 "4.1" "Current Gmsh files",
+});
+
 /// The options of the writers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WriteOptions<'a> {

@@ -110,7 +110,8 @@ pub struct RunOptions {
 #[cfg(feature = "schema")]
 fn options(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
     use septet_core::spec::{Commands, Matters, options_of};
-    crate::option_schema::object(options_of(Commands::SCALE).filter(|row| row.matters >= Matters::Counts))
+    let rows = options_of(Commands::SCALE).filter(|row| row.matters >= Matters::Counts);
+    crate::option_schema::Fields::default().and(rows).object()
 }
 
 impl RunOptions {

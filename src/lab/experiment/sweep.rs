@@ -6,8 +6,8 @@ use thiserror::Error;
 
 use septet_core::generate::{Kind, Request};
 use septet_core::spec::{
-    Alpha, Commands, Correction, GraphKind, Matters, Purpose, Recursion, SeparatorSets, Spec, SpecError,
-    Tree, Until, Workers, options_of, words_of_counts,
+    Alpha, Commands, Correction, Matters, Purpose, Row, Spec, SpecError, Tree, Until, Words, Workers,
+    options_of, words_of_counts,
 };
 
 use super::line::{Program, RunOptions};
@@ -78,7 +78,7 @@ pub enum SweepError {
     )]
     TimedBottomUp,
     /// An option is given that no phase up to `until` uses.
-    #[error("{option} has no effect with --until {}; leave one of them out", .until.name())]
+    #[error("--{option} has no effect with --until {}; leave one of them out", .until.name())]
     Unreached {
         /// The option.
         option: &'static str,
@@ -156,21 +156,14 @@ impl Sweep {
     /// Checks that the phases up to `until` use every option. Defaults are accepted, because [`Sweep::command`] spells
     /// them out.
     fn check_reached(&self, until: Until) -> Result<(), SweepError> {
-        if until == Until::Graph {
-            return Ok(());
+        let is_unreached = |row: &&Row| row.first_use > until && row.is_changed(&self.spec);
+        if let Some(row) = options_of(Commands::SCALE).find(is_unreached) {
+            return Err(SweepError::Unreached { option: row.name, until });
         }
-        let Recursion { graph, sets, neighbours, .. } = self.spec.recursion;
         let Tree { leaf, constants, .. } = self.spec.tree;
-        let unreached = [
-            ("--supergraph", graph.kind() != GraphKind::Density),
-            ("--separator-sets", sets != SeparatorSets::Ghost),
-            ("--neighbours", until == Until::Partition && neighbours != Correction::Descent),
-        ];
-        if let Some((option, _)) = unreached.into_iter().find(|(_, is_given)| *is_given) {
-            return Err(SweepError::Unreached { option, until });
-        }
         let decides_leaf = leaf.is_none() && constants.purpose == Purpose::Timing;
-        if graph.alpha() != Alpha::Auto && !decides_leaf {
+        let has_alpha = self.spec.recursion.graph.alpha() != Alpha::Auto;
+        if until < Until::Graph && has_alpha && !decides_leaf {
             return Err(SweepError::AlphaOfLeaf);
         }
         Ok(())
@@ -282,7 +275,7 @@ impl Sweep {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use septet_core::spec::{Graph, Neighbours, Partition, Transport};
+    use septet_core::spec::{Graph, Neighbours, Partition, SeparatorSets, Transport};
 
     fn sweep() -> Sweep {
         Sweep {
@@ -337,18 +330,18 @@ mod tests {
             stops(s, Until::Neighbours);
             s.spec.recursion.graph = Graph::Knn { k: Neighbours::Auto };
         });
-        assert_eq!(k, SweepError::Unreached { option: "--supergraph", until: Until::Neighbours });
+        assert_eq!(k, SweepError::Unreached { option: "supergraph", until: Until::Neighbours });
         let sets = refused(&|s| {
             stops(s, Until::Neighbours);
             s.spec.recursion.sets = SeparatorSets::Both;
         });
-        assert_eq!(sets, SweepError::Unreached { option: "--separator-sets", until: Until::Neighbours });
+        assert_eq!(sets, SweepError::Unreached { option: "separator-sets", until: Until::Neighbours });
         let naive = |until| {
             let mut s = sweep();
             (s.until, s.spec.recursion.neighbours) = (Some(until), Correction::BottomUp);
             s.check()
         };
-        let option = "--neighbours";
+        let option = "neighbours";
         assert_eq!(naive(Until::Partition), Err(SweepError::Unreached { option, until: Until::Partition }));
         assert_eq!(naive(Until::Neighbours), Ok(()));
         let alpha = |purpose, leaf| {

@@ -228,3 +228,23 @@ fn line(out: &mut impl Write, value: &CostLine<'_>) -> io::Result<()> {
     serde_json::to_writer(&mut *out, value)?;
     out.write_all(b"\n")
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+    use septet_core::spec::{OPTIONS, Series};
+
+    use super::*;
+
+    #[test]
+    fn the_header_has_every_option_on_which_work_and_depth_depend() {
+        let corners = [DVec2::ZERO, DVec2::X, DVec2::Y];
+        let spec = Spec::default();
+        let run = septet_core::simulate(&corners, &spec).unwrap();
+        let header = serde_json::to_value(CostHeader::of(&spec, &run.settled, 3, 2)).unwrap();
+        for row in OPTIONS.iter().filter(|row| row.series != Series::Omitted) {
+            let is_field = header.get(row.key).is_some() || header["supergraph"].get(row.key).is_some();
+            assert!(is_field, "{}", row.name);
+        }
+    }
+}

@@ -7,7 +7,7 @@ use serde::ser::{SerializeMap, Serializer};
 
 use septet_core::Settled;
 use septet_core::Spec;
-use septet_core::spec::{OPTIONS, Setting};
+use septet_core::spec::{OPTIONS, Row, Setting};
 
 use super::context::RunContext;
 
@@ -35,14 +35,22 @@ pub struct Parameters {
 }
 
 /// The values of options, in the order of their rows.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Requested(Vec<(&'static str, Setting)>);
 
 impl Requested {
-    /// Returns the values of the options whose keys are chosen.
-    pub(super) fn of(spec: &Spec, is_chosen: impl Fn(&str) -> bool) -> Self {
-        let rows = OPTIONS.iter().filter(|row| is_chosen(row.key));
-        Requested(rows.map(|row| (row.key, row.get(spec))).collect())
+    /// Returns the values of options.
+    pub(super) fn of<S: Default + 'static>(
+        rows: impl IntoIterator<Item = &'static Row<S>>,
+        spec: &S,
+    ) -> Self {
+        Requested(rows.into_iter().map(|row| (row.key, row.get(spec))).collect())
+    }
+
+    /// Returns the values of both.
+    pub(super) fn and(mut self, other: Requested) -> Self {
+        self.0.extend(other.0);
+        self
     }
 
     /// Returns the text of an option, which is empty if it is not given.
@@ -75,8 +83,13 @@ impl schemars::JsonSchema for Requested {
     }
 
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        crate::option_schema::object(OPTIONS.iter().filter(|row| row.key != "leaf"))
+        crate::option_schema::Fields::default().and(run_rows()).object()
     }
+}
+
+/// Returns the rows of [`Requested`] options of a run: all but `leaf`.
+fn run_rows() -> impl Iterator<Item = &'static Row> {
+    OPTIONS.iter().filter(|row| row.key != "leaf")
 }
 
 impl Parameters {
@@ -86,7 +99,7 @@ impl Parameters {
             command: context.command,
             input: context.input.to_owned(),
             outputs: context.outputs.to_vec(),
-            options: Requested::of(spec, |key| key != "leaf"),
+            options: Requested::of(run_rows(), spec),
             leaf,
             leaf_auto: spec.tree.leaf.is_none(),
             lipschitz: spec.recursion.spacing,

@@ -75,6 +75,13 @@ pub enum Detail {
     Subproblem,
 }
 
+septet_core::words!(Detail {
+    Phase "phase" "Phases of the coordinator",
+    Round "round" "Rounds of each worker",
+    Message "message" "Messages and bytes in flight",
+    Subproblem "subproblem" "Steps at the nodes of the partition tree",
+});
+
 impl Detail {
     fn targets(self) -> Targets {
         let all = [

@@ -1,7 +1,7 @@
 use std::collections::BTreeSet;
 
 use super::*;
-use crate::spec::{Constants, InputRules, Keep, Machine, Recursion, Tree};
+use crate::spec::{Constants, InputRules, Keep, Machine, Recursion, Setting, SpecError, Tree};
 
 /// The options of the fields of all groups. A new field does not compile here until it is named.
 fn fields() -> BTreeSet<&'static str> {
@@ -82,13 +82,7 @@ fn values_survive_a_round_trip() {
     for row in OPTIONS {
         assert_eq!(row.get(&spec), row.get(&other), "{}", row.name);
         for value in [row.get(&spec), row.get(&Spec::default())] {
-            let of = match value {
-                Setting::None => "null",
-                Setting::Flag(_) => "boolean",
-                Setting::Number(_) => "integer",
-                Setting::Text(_) => "string",
-                Setting::List(_) => "array",
-            };
+            let of = value.json_type();
             assert!(row.types.contains(&of), "{}: {of}", row.name);
         }
     }

@@ -9,7 +9,7 @@ use septet_protocol::ledger::{Count, PhaseTotal, RoundTally};
 use serde::Serialize;
 use thiserror::Error;
 
-use septet_core::spec;
+use septet_core::spec::{self, Words};
 
 use super::super::line::{Line, Program, RunOptions, Splits};
 use crate::rows::{LevelRow, PhaseRow};

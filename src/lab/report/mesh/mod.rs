@@ -24,6 +24,7 @@ pub use schema::{
     StageReport,
 };
 
+use super::parameters::Requested;
 use histogram::HistogramReport;
 use septet_core::mesh::MeshSpec;
 use septet_core::mesh::run_log::RunLog;
@@ -145,22 +146,12 @@ fn parameters(kind: DomainKind, request: &MeshSpec, context: &MeshContext<'_>) -
         boundary: request.boundary_of(kind).name().into(),
         lipschitz: request.sizes.lipschitz,
         radius_edge: request.radius_edge(),
-        size: request.sizes.most,
-        min_size: request.sizes.least,
-        size_field_points: request.sizes.field.as_ref().map_or(0, |f| f.rows.len()),
-        singularity: request.sizes.singularity.as_ref().map(|s| match s.shape {
-            septet_core::mesh::SingularityShape::Point => "point".into(),
-            septet_core::mesh::SingularityShape::Line => "line".into(),
-        }),
-        feature_angle: request.feature_angle,
-        improve: request.improve,
-        leaf: request.run.tree.leaf,
-        workers: machine.workers.to_string().into(),
-        threads: machine.thread_count(),
-        transport: machine.transport.kind().name().into(),
-        delivery_seed: machine.transport.delivery_seed(),
         seed: machine.seed,
-        max_memory: machine.max_memory,
+        size_field_points: request.sizes.field.as_ref().map_or(0, |f| f.rows.len()),
+        leaf: request.run.tree.leaf,
+        threads: machine.thread_count(),
+        options: Requested::of(ParameterReport::mesh_rows(), request)
+            .and(Requested::of(ParameterReport::run_rows(), &request.run)),
     }
 }
 

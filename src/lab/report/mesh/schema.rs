@@ -6,7 +6,10 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use septet_core::mesh::run_log::{RunLine, StagePhase};
 use septet_core::mesh::view::MeshPicture;
+use septet_core::mesh::{MESH_OPTIONS, MeshSpec};
+use septet_core::spec::{Commands, Row, options_of};
 
+use super::super::parameters::Requested;
 use super::histogram::HistogramReport;
 
 /// A text in the report: borrowed when the report is written, and owned when it is read back.
@@ -108,7 +111,7 @@ pub struct DeviationReport {
     pub asked: Option<f64>,
 }
 
-/// The options of a mesh as requested. Lengths are in the unit of the file.
+/// The options of a mesh as requested, except `boundary`. Lengths are in the unit of the file.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ParameterReport {
@@ -117,50 +120,48 @@ pub struct ParameterReport {
     /// The outputs as given on the command line.
     #[serde(skip_deserializing)]
     pub outputs: Vec<String>,
-    /// `exact` or `remesh`.
+    /// `exact` or `remesh`, as the mesh used it.
     pub boundary: Word,
     /// The Lipschitz constant of the size function.
     pub lipschitz: f64,
     /// Largest radius-edge ratio away from the boundary.
     pub radius_edge: f64,
-    /// Largest size.
-    #[serde(skip_deserializing)]
-    pub size: Option<f64>,
-    /// Smallest size.
-    #[serde(skip_deserializing)]
-    pub min_size: Option<f64>,
+    /// Seed of every random draw.
+    pub seed: u64,
     /// Number of points in the size field.
     #[serde(skip_deserializing)]
     pub size_field_points: usize,
-    /// `point` or `line`.
-    #[serde(skip_deserializing)]
-    pub singularity: Option<Word>,
-    /// The feature angle in degrees.
-    #[serde(skip_deserializing)]
-    pub feature_angle: f64,
-    /// Whether slivers are removed.
-    #[serde(skip_deserializing)]
-    pub improve: bool,
     /// Largest number of points in a leaf of the partition trees.
     #[serde(skip_deserializing)]
     pub leaf: Option<u64>,
-    /// A number, `auto`, or `leaves`.
-    #[serde(skip_deserializing)]
-    pub workers: Word,
     /// Number of threads that run the workers.
     #[serde(skip_deserializing)]
     pub threads: usize,
-    /// `channel` or `sim`.
-    #[serde(skip_deserializing)]
-    pub transport: Word,
-    /// Seed of the delivery order; `sim` only.
-    #[serde(skip_deserializing)]
-    pub delivery_seed: Option<u64>,
-    /// Seed of every random draw.
-    pub seed: u64,
-    /// Memory limit in bytes.
-    #[serde(skip_deserializing)]
-    pub max_memory: Option<u64>,
+    /// The other options.
+    #[serde(flatten, skip_deserializing)]
+    #[cfg_attr(feature = "schema", schemars(schema_with = "other_options"))]
+    pub options: Requested,
+}
+
+/// The options that are fields of [`ParameterReport`].
+const FIELDS: [&str; 6] = ["boundary", "lipschitz", "radius_edge", "seed", "leaf", "threads"];
+
+impl ParameterReport {
+    /// Returns the rows of the other options of a mesh.
+    pub(super) fn mesh_rows() -> impl Iterator<Item = &'static Row<MeshSpec>> {
+        MESH_OPTIONS.iter().filter(|row| !FIELDS.contains(&row.key))
+    }
+
+    /// Returns the rows of the other options of its runs.
+    pub(super) fn run_rows() -> impl Iterator<Item = &'static Row> {
+        options_of(Commands::MESH).filter(|row| !FIELDS.contains(&row.key))
+    }
+}
+
+#[cfg(feature = "schema")]
+fn other_options(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    let fields = crate::option_schema::Fields::default();
+    fields.and(ParameterReport::mesh_rows()).and(ParameterReport::run_rows()).object()
 }
 
 /// The domain.
