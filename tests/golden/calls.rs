@@ -99,8 +99,6 @@ pub struct Outcome {
     pub picture: Vec<u64>,
     /// Single numbers with their names.
     pub facts: Vec<(&'static str, u64)>,
-    /// The nodes of the partition tree, without the facts that balls add.
-    pub tree: Vec<u64>,
     /// The ledger.
     pub counts: Vec<Section>,
     /// Draws of separators beyond the first of each node. With a worker for every leaf, only groups draw separators.
@@ -207,7 +205,6 @@ fn outcome(run: &septet_core::Outcome) -> Outcome {
         graph: run.kept.graph.iter().flatten().flat_map(|e| [e.0, e.1]).collect(),
         picture: picture(run),
         facts,
-        tree: tree(&run.ledger),
         counts: sections(&run.ledger, &run.times.phases),
         retries: retries(&run.ledger),
     }
@@ -254,22 +251,13 @@ fn sections(ledger: &Ledger, phases: &[(Phase, f64)]) -> Vec<Section> {
     check_groups(ledger);
     vec![
         Section::new("charges", charges),
-        Section::new("groups", groups.each()),
-        Section::new("levels", tree.levels()),
         Section::new("links", links),
-        Section::new("nodes", nodes),
+        Section::new("nodes", nodes).and_all(tree.levels()),
         Section::new("path", critical_path),
         Section::new("ranks", ranks),
         Section::new("rounds", rounds),
-        Section::new("totals", totals).and([edge_hash, balance]).and(order),
+        Section::new("totals", totals).and_all(groups.each()).and([edge_hash, balance]).and(order),
     ]
-}
-
-fn tree(ledger: &Ledger) -> Vec<u64> {
-    let nodes = ledger.part.nodes.iter();
-    nodes
-        .flat_map(|(node, f)| [node.0, f.population, f.inside, f.attempts, f.kind.number(), f.separator])
-        .collect()
 }
 
 fn retries(ledger: &Ledger) -> u64 {
@@ -306,12 +294,7 @@ pub fn independent_set(cloud: &Cloud, sizes: &[f64], fixed: usize, order: &Order
     let mut counts = sections(&run.ledger, &run.times.phases);
     let set = run.kept.selected.as_ref().expect("a set");
     counts.push(Section::new("undecided", &set.undecided));
-    Outcome {
-        cells: set.members.iter().map(|&member| member as u64).collect(),
-        tree: tree(&run.ledger),
-        counts,
-        ..Outcome::default()
-    }
+    Outcome { cells: set.members.iter().map(|&member| member as u64).collect(), counts, ..Outcome::default() }
 }
 
 /// The baseline of incremental insertions in rounds.

@@ -23,6 +23,11 @@ impl Section {
         Section { name, entries: entries.into_iter().map(|entry| format!("{entry:?}")).collect() }
     }
 
+    /// Adds other entries.
+    pub fn and_all<T: Debug>(self, entries: impl IntoIterator<Item = T>) -> Self {
+        entries.into_iter().fold(self, Section::and)
+    }
+
     /// Adds another entry.
     pub fn and(mut self, entry: impl Debug) -> Self {
         self.entries.push(format!("{entry:?}"));
@@ -106,7 +111,6 @@ impl Record {
         self.numbers(run, "owners", &o.owners);
         self.numbers(run, "graph", &o.graph);
         self.numbers(run, "picture", &o.picture);
-        self.numbers(run, "tree", &o.tree);
         self.counts(run, &o.counts);
     }
 
