@@ -97,8 +97,6 @@ pub mod result {
     #[doc(inline)]
     pub use septet_core::result::own_counts::OwnCounts;
     #[doc(inline)]
-    pub use septet_core::result::part::{Division, DivisionError, Part};
-    #[doc(inline)]
     pub use septet_core::result::view::{SeparatorView, View};
     #[doc(inline)]
     pub use septet_core::{
@@ -122,7 +120,7 @@ pub mod result {
 /// Readers and writers of files.
 pub mod io {
     #[doc(inline)]
-    pub use septet_core::model::{Labels, MeshView, Patches, Shares};
+    pub use septet_core::model::{Labels, MeshView, Patches};
     #[doc(inline)]
     pub use septet_io::{Format, Role, UnknownFormatName};
 
@@ -139,14 +137,12 @@ pub mod io {
 
     /// Writers of triangulations, meshes and points.
     ///
-    /// A `.pvtu` file has a piece for each worker. It needs a run that keeps the worker of each point
-    /// ([`Keep::point_owner`](crate::spec::Keep::point_owner)). [`Division`](crate::result::Division) gives the content
-    /// of the pieces without files.
+    /// A `.pvtu` file has a piece for each worker, made from the shares of a run ([`MeshView::run`](super::MeshView::run)).
     pub mod write {
         #[doc(inline)]
         pub use septet_io::write::{
-            KeptRows, MshVersion, OutputError, WriteOptions, check_output, check_points_output, write,
-            write_points, write_points_to, write_to,
+            MshVersion, OutputError, WriteOptions, check_output, check_points_output, write, write_points,
+            write_points_to, write_to,
         };
     }
 }

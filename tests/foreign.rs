@@ -101,7 +101,7 @@ fn write_all(directory: &Path, mesh: &Mesh) {
         cells: &mesh.cells,
         owner: Some(&owner),
         owning_leaf: Some(&owning_leaf),
-        shares: None,
+        run: None,
         labels: None,
     };
     let options = WriteOptions { with_owner: true, first_id: mesh.first_id, ..WriteOptions::default() };

@@ -3,6 +3,8 @@
 use glam::{DVec2, DVec3};
 use septet_geometry::point::PointSlice;
 
+use crate::result::outcome::Outcome;
+
 /// A point set of either dimension, as read or generated: in input order, duplicates included.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Points {
@@ -68,20 +70,10 @@ pub struct MeshView<'a> {
     pub owner: Option<&'a [u32]>,
     /// The leaf of the partition tree that owns the smallest vertex of each cell, if requested.
     pub owning_leaf: Option<&'a [u64]>,
-    /// The distribution of the points among workers, if requested.
-    pub shares: Option<Shares<'a>>,
+    /// The run whose triangulation this is, if it was a run by one process. A `.pvtu` file has a piece for each worker.
+    pub run: Option<&'a Outcome>,
     /// Labels of cells, faces, edges and points, if the triangulation is a mesh of a domain.
     pub labels: Option<&'a Labels>,
-}
-
-/// The distribution of the points of a triangulation among workers. A cell belongs to the worker of its
-/// lexicographically smallest vertex.
-#[derive(Clone, Copy, Debug)]
-pub struct Shares<'a> {
-    /// Number of workers. Their ranks are 1 to this number.
-    pub workers: u32,
-    /// The rank of the worker that holds each point; 0 for a point that is not a vertex.
-    pub point_owner: &'a [u32],
 }
 
 /// Edges or triangles of a mesh that lie on features of its domain.
@@ -126,6 +118,21 @@ pub struct Labels {
     pub sizes: Vec<f64>,
     /// The dimension and the index of the feature that each point lies on; index -1 for the interior of a region.
     pub carriers: Vec<[i32; 2]>,
+}
+
+impl Outcome {
+    /// Returns the triangulation of one process in the form that writers take, with the coordinates of the input.
+    pub fn view<'a>(&'a self, coordinates: &'a [f64]) -> MeshView<'a> {
+        MeshView {
+            dimension: self.space,
+            coordinates,
+            cells: self.cells(),
+            owner: self.owner(),
+            owning_leaf: self.owning_leaf(),
+            run: Some(self),
+            labels: None,
+        }
+    }
 }
 
 impl MeshView<'_> {

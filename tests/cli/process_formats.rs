@@ -39,6 +39,7 @@ fn all_formats_have_the_bytes_of_one_process() {
             let line = format!("{command} sample:{kind}");
             same_outputs(&line, &place, &["vtk", "msh", "msh22", "mesh", "off", "stl", "npy", "vtu", "pvtu"]);
             same_outputs(&line, &place, &["ele"]);
+            same_outputs(&format!("{line} --with-owner"), &place, &["vtu", "pvtu", "vtk", "npy", "vtu.gz"]);
         }
     }
 }

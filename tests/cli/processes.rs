@@ -263,7 +263,7 @@ fn processes_end_with_one_error() {
     place.file("bad.xyz", "0 0 0\n1 0 0\n0 1 0\n0 0 nan\n1 1 1\n");
     place.fails(&format!("triangulate bad.xyz -o m.vtu {many}"), 3, &["bad.xyz"]);
     place.fails(&format!("triangulate none.npy {many}"), 3, &["none.npy"]);
-    for options in ["--with-owner -o m.vtu", "--view 5 --json r.json", "--workers leaves"] {
+    for options in ["--view 5 --json r.json", "--workers leaves"] {
         for command in ["triangulate", "simulate"] {
             let line = format!("{command} sample:uniform:100 --transport processes {options}");
             let option = options.split(' ').next().unwrap();

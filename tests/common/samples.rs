@@ -32,7 +32,7 @@ impl Sample {
             cells: &self.cells,
             owner: Some(&self.owner),
             owning_leaf: Some(&self.owning_leaf),
-            shares: None,
+            run: None,
             labels: None,
         }
     }

@@ -1,29 +1,85 @@
-//! The parts of a triangulation that the workers hold.
+//! The pieces of a `.pvtu` file: the parts of a triangulation that the workers hold.
 
 use std::collections::BTreeMap;
+use std::fs;
 
 use glam::DVec3;
 use septet_core::generate::Kind;
-use septet_core::result::part::{Division, Part};
 use septet_core::spec::{Spec, Transport, Workers};
-use septet_core::{Outcome, TrafficTotal, simulate, triangulate};
+use septet_core::{Outcome, simulate, triangulate};
 use septet_geometry::point::Point;
+use septet_io::write::{WriteOptions, write};
 
 use crate::common::sets::{plane, space};
 use crate::common::transports::each_transport;
 use crate::common::{coordinates, with_workers};
 
 fn keeping(workers: u32) -> Spec {
-    with_workers(Workers::Count(workers), 60).with(|c| {
-        c.keep.owner = true;
-        c.keep.point_owner = true;
-    })
+    with_workers(Workers::Count(workers), 60).with(|c| c.keep.owner = true)
+}
+
+/// The content of a piece. Points and cells of the worker come first.
+#[derive(Clone, Debug, PartialEq)]
+struct Part {
+    dimension: usize,
+    owned_points: usize,
+    owned_cells: usize,
+    point_ids: Vec<u64>,
+    /// Three coordinates per point.
+    coordinates: Vec<f64>,
+    cells: Vec<u64>,
+    cell_ids: Vec<u64>,
+    owner: Vec<u32>,
+}
+
+impl Part {
+    /// Reads a piece, in which arrays are in the order of their declarations with the length before each.
+    fn read(file: &[u8], dimension: usize) -> Self {
+        let marker = b"encoding=\"raw\">\n   _";
+        let start = file.windows(marker.len()).position(|bytes| bytes == marker).unwrap() + marker.len();
+        let head = String::from_utf8_lossy(&file[..start]);
+        let arrays: Vec<(&str, &[u8])> = head
+            .lines()
+            .filter(|line| line.contains("<DataArray"))
+            .map(|line| {
+                let value = |name: &str| line.split(&format!(" {name}=\"")).nth(1).unwrap().split('"').next();
+                let at = start + value("offset").unwrap().parse::<usize>().unwrap();
+                let length = u64::from_le_bytes(file[at..at + 8].try_into().unwrap()) as usize;
+                (value("Name").unwrap(), &file[at + 8..at + 8 + length])
+            })
+            .collect();
+        let named = |name: &str| {
+            arrays.iter().filter(|(own, _)| *own == name).map(|(_, bytes)| *bytes).collect::<Vec<_>>()
+        };
+        let words = |name: &str| -> Vec<u64> {
+            named(name)[0].chunks_exact(8).map(|word| u64::from_le_bytes(word.try_into().unwrap())).collect()
+        };
+        let owned = |types: &[u8]| {
+            assert!(types.is_sorted() && types.iter().all(|kind| *kind <= 1));
+            types.iter().filter(|kind| **kind == 0).count()
+        };
+        let types = named("vtkGhostType");
+        let owner = named("owner").concat();
+        Part {
+            dimension,
+            owned_points: owned(types[0]),
+            owned_cells: owned(types[1]),
+            point_ids: words("GlobalPointIds"),
+            coordinates: words("Points").into_iter().map(f64::from_bits).collect(),
+            cells: words("connectivity"),
+            cell_ids: words("GlobalCellIds"),
+            owner: owner.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect(),
+        }
+    }
 }
 
 fn parts_of<P: Point>(points: &[P], run: &Outcome) -> Vec<Part> {
+    let directory = tempfile::tempdir().unwrap();
     let coordinates = coordinates(points);
-    let division = Division::new(run.view(&coordinates)).unwrap();
-    (1..=division.workers()).map(|worker| division.part(worker)).collect()
+    let options = WriteOptions { with_owner: true, ..WriteOptions::default() };
+    write(&directory.path().join("m.pvtu"), &run.view(&coordinates), &options, &mut |_, _| {}).unwrap();
+    let piece = |worker: u32| fs::read(directory.path().join(format!("m.pieces/{:04}.vtu", worker - 1)));
+    (1..=run.settled.workers).map(|worker| Part::read(&piece(worker).unwrap(), P::DIM)).collect()
 }
 
 /// The cells of a part as rows of input indices.
@@ -65,12 +121,14 @@ fn assert_parts<P: Point>(points: &[P], run: &Outcome, workers: u32) {
         used.sort_unstable();
         used.dedup();
         assert!((part.owned_points..part.point_ids.len()).all(|at| used.binary_search(&(at as u64)).is_ok()));
+        let of_row = |row: &Vec<u64>| owners[whole.binary_search(&&row[..]).unwrap()];
+        assert!(part.owner.iter().copied().eq(rows.iter().map(of_row)));
         for (number, row) in part.cell_ids.iter().zip(&rows) {
             assert_eq!(number_of.entry(row.clone()).or_insert(*number), number);
         }
         owned.extend(&part.cell_ids[..part.owned_cells]);
         for (at, &point) in part.point_ids.iter().enumerate() {
-            let own = &part.coordinates[at * P::DIM..(at + 1) * P::DIM];
+            let own = &part.coordinates[at * 3..(at + 1) * 3];
             assert!((0..P::DIM).all(|i| own[i] == points[point as usize].coord(i)));
         }
     }
@@ -133,19 +191,4 @@ fn parts_are_equal_over_every_transport() {
     let expected = with(&|c| c.machine.threads = Some(1));
     assert!(with(&|c| c.machine.threads = Some(2)) == expected);
     assert!(with(&|c| c.machine.transport = Transport::Sim { delivery_seed: 3 }) == expected);
-}
-
-/// The workers of points stay with their ranks until the caller joins the shares.
-#[test]
-fn owners_of_points_send_no_messages() {
-    let points = space(Kind::Uniform, 1500, 5);
-    for counted in [false, true] {
-        let run = |spec: &Spec| {
-            if counted { simulate(&points, spec).unwrap() } else { triangulate(&points, spec).unwrap() }
-        };
-        let plain = run(&keeping(5).with(|c| c.keep.point_owner = false));
-        let kept = run(&keeping(5));
-        assert!(kept.point_owner().is_some() && plain.point_owner() == kept.point_owner());
-        assert_eq!(TrafficTotal::of(&kept.ledger), TrafficTotal::of(&plain.ledger));
-    }
 }

@@ -16,7 +16,6 @@ use std::time::Instant;
 use septet_core::run::memory::{peak_rss, rss};
 use septet_core::run::processes::{HeldRows, run_held};
 use septet_core::{Outcome, Spec, perform};
-use septet_io::Files;
 use septet_lab::report::{RunContext, RunReport};
 use septet_protocol::wire::Alone;
 
@@ -49,10 +48,8 @@ pub fn run(
     talk: &Talk,
 ) -> Result<(), Failure> {
     let (start, args) = (Instant::now(), goal.args());
-    let has_pieces = args.writing.any(&args.output, |format| format.row().files == Files::Pieces);
     let mut spec = requested.clone().with(|c| {
         c.machine.threads = c.machine.threads.or(threads);
-        c.keep.point_owner = has_pieces;
     });
     crate::threads::limit_threads(spec.machine.thread_count());
     let plan = Plan::of(goal, &spec, team);

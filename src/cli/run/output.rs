@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use septet_core::{Outcome, Spec};
-use septet_io::write::{KeptRows, SharedMesh, WriteOptions, write_shared};
+use septet_io::write::{SharedMesh, WriteOptions, write_shared};
 use septet_lab::report::{CostHeader, write_cost_trace};
 
 use super::goal::Goal;
@@ -29,7 +29,7 @@ pub(super) fn write_mesh_files(
     let held = &rows.held;
     let mesh = SharedMesh {
         run,
-        rows: &held.points,
+        coordinates: held.points.coordinates(),
         first: plan.first_row() + held.first,
         source_index: held.source_index.as_deref(),
         dropped: held.skipped,
@@ -54,8 +54,8 @@ fn write_all(
 ) -> Result<Vec<PathBuf>, Failure> {
     let held = &rows.held;
     // In a file that has only cells, or only some of the points, indices count all rows of the input.
-    let kept = held.source_index.as_deref().map(|rows| KeptRows { rows, dropped: held.skipped });
-    let options = WriteOptions { kept, ..options((plan, with_owner), rows) };
+    let source = held.source_index.as_deref();
+    let options = WriteOptions { source, ..options((plan, with_owner), rows) };
     let mut files = Vec::new();
     for output in &plan.goal.args().output {
         talk.check();

@@ -102,7 +102,6 @@ fn refuse(goal: Goal<'_>, spec: &Spec) -> Result<(), Failure> {
     let options = [
         ("--workers leaves", spec.machine.workers == Workers::Leaves),
         ("--cost-trace", goal.cost_trace().is_some()),
-        ("--with-owner", spec.keep.owner),
         ("--view", spec.keep.view.is_some_and(|shown| shown > 0)),
     ];
     match options.iter().find(|(_, given)| *given) {

@@ -56,7 +56,7 @@ impl<'a, P: Space> Labelled<'a, P> {
             cells: &self.cells,
             owner: None,
             owning_leaf: None,
-            shares: None,
+            run: None,
             labels: Some(&self.labels),
         }
     }

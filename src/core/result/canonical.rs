@@ -49,8 +49,7 @@ pub(crate) fn rows_of_shares(shares: &[WorkerShare], corners: usize, with_labels
         rows.par_extend(vertices.flat_map_iter(|cell| cell.iter().map(|&v| share.ids[v as usize])));
         if with_labels {
             owner.extend(std::iter::repeat_n(share.rank, share.cell_count()));
-            let leaves = share.leaves.iter();
-            leaf.extend(leaves.flat_map(|&(leaf, cells)| std::iter::repeat_n(leaf.0, cells as usize)));
+            leaf.extend(share.leaf_of_cells().map(|leaf| leaf.0));
         }
     }
     LabelledCells { rows, owner: with_labels.then_some(owner), leaf: with_labels.then_some(leaf) }

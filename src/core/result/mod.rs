@@ -4,7 +4,6 @@ pub mod canonical;
 pub mod cost_trace;
 pub mod outcome;
 pub mod own_counts;
-pub mod part;
 pub mod refutation;
 pub mod share;
 pub mod view;

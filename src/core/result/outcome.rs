@@ -12,7 +12,6 @@ use septet_protocol::ledger::{CondensedLedger, Ledger, PhaseTotal};
 use septet_protocol::transport::Placement;
 use septet_workers::share::distort;
 
-use crate::model::{MeshView, Shares};
 use crate::result::canonical::{LabelledCells, canonicalise, rows_of_shares};
 use crate::result::cost_trace::CostTrace;
 use crate::result::own_counts::OwnCounts;
@@ -212,21 +211,12 @@ pub struct Outcome {
     pub kept: Kept,
     /// Measured seconds.
     pub times: Times,
-    /// The labels that writers take.
-    pub(crate) labels: LabelsKept,
+    /// Whether cells have an owner and a leaf.
+    pub(crate) has_owners: bool,
     /// The cells of this process in canonical order, once requested.
     pub(crate) canonical: OnceLock<LabelledCells>,
     /// The worker of each input point, once requested.
     pub(crate) point_owner: OnceLock<Vec<u32>>,
-}
-
-/// The labels of cells and points that a result shows to writers.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct LabelsKept {
-    /// Whether cells have an owner and a leaf.
-    pub(crate) cells: bool,
-    /// Whether points have an owner.
-    pub(crate) points: bool,
 }
 
 impl Deref for Outcome {
@@ -250,7 +240,7 @@ impl Outcome {
             plan: None,
             kept: Kept::default(),
             times: Times::default(),
-            labels: LabelsKept::default(),
+            has_owners: false,
             canonical: OnceLock::new(),
             point_owner: OnceLock::new(),
         }
@@ -291,9 +281,14 @@ impl Outcome {
         self.canonical().leaf.as_deref()
     }
 
+    /// Returns `true` if the owner and the leaf of each cell are kept.
+    pub fn has_owners(&self) -> bool {
+        self.has_owners
+    }
+
     fn canonical(&self) -> &LabelledCells {
         self.canonical.get_or_init(|| {
-            let cells = rows_of_shares(&self.shares, self.space + 1, self.labels.cells);
+            let cells = rows_of_shares(&self.shares, self.space + 1, self.has_owners);
             if self.space == 2 { canonicalise::<DVec2>(cells) } else { canonicalise::<DVec3>(cells) }
         })
     }
@@ -318,20 +313,6 @@ impl Outcome {
         self.left_out.duplicates.iter().for_each(|&(id, _)| set(id, 0));
         self.left_out.refused.iter().for_each(|&id| set(id, 0));
         owners
-    }
-
-    /// Returns the triangulation of one process in the form that writers take, with the coordinates of the input.
-    pub fn view<'a>(&'a self, coordinates: &'a [f64]) -> MeshView<'a> {
-        let point_owner = if self.labels.points { self.point_owner() } else { None };
-        MeshView {
-            dimension: self.space,
-            coordinates,
-            cells: self.cells(),
-            owner: self.owner(),
-            owning_leaf: self.owning_leaf(),
-            shares: point_owner.map(|point_owner| Shares { workers: self.settled.workers, point_owner }),
-            labels: None,
-        }
     }
 
     /// Returns the counts of a complete run besides those of its phases. Returns `None` for a run that stopped before. A run whose

@@ -132,6 +132,11 @@ impl WorkerShare {
         self.cell(cell).iter().map(|&vertex| self.ids[vertex as usize])
     }
 
+    /// Returns the leaf of each cell.
+    pub fn leaf_of_cells(&self) -> impl Iterator<Item = NodeId> + '_ {
+        self.leaves.iter().flat_map(|&(leaf, cells)| std::iter::repeat_n(leaf, cells as usize))
+    }
+
     /// Returns the rows of the cells, whose first `space + 1` entries are the vertices.
     pub(crate) fn rows(&self) -> rayon::slice::ChunksExact<'_, u32> {
         self.rows.par_chunks_exact(self.width)

@@ -16,9 +16,7 @@ use septet_workers::share::{Choice, Share, merged_ledger};
 use crate::coordinator::Returned;
 use crate::error::{Error, Refutation, incomplete};
 use crate::result::cost_trace::CostTrace;
-use crate::result::outcome::{
-    Accounting, Facts, Kept, LabelsKept, LeftOut, Outcome, Selection, SetMember, Settled,
-};
+use crate::result::outcome::{Accounting, Facts, Kept, LeftOut, Outcome, Selection, SetMember, Settled};
 use crate::result::own_counts::OwnCounts;
 use crate::result::share::WorkerShare;
 use crate::result::view::Album;
@@ -46,7 +44,7 @@ pub(super) fn finish<P: Point>(
     let is_empty = facts.is_flat() && !is_selection(machine);
     let points = facts.points.used;
     let mut outcome = Outcome { left_out, plan: settings.planning, ..Outcome::of_facts(facts, placement) };
-    outcome.labels = LabelsKept { cells: keep.owner && !is_empty, points: keep.point_owner };
+    outcome.has_owners = keep.owner && !is_empty;
     outcome.kept.costs = cost_trace(machine)?;
     if !is_empty {
         keep_contents(&mut outcome.kept, machine, &mut shares);

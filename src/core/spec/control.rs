@@ -21,8 +21,6 @@ pub struct Keep {
     pub neighbours: bool,
     /// Whether the worker and the leaf of each cell are kept.
     pub owner: bool,
-    /// Whether views of the mesh have the worker of each point ([`crate::Outcome::point_owner`]). A `.pvtu` file needs it.
-    pub point_owner: bool,
     /// Whether the calls of primitives are kept, for a cost trace ([`crate::run::CostTrace`]). Only runs that count, with
     /// all ranks in the caller's process.
     pub costs: bool,

@@ -19,20 +19,24 @@ const DIGITS: usize = 4;
 pub(super) struct Pieces {
     temporary: PathBuf,
     target: PathBuf,
-    /// Number of digits in the name of a piece.
-    digits: usize,
+    count: u32,
 }
 
 impl Pieces {
     /// Returns the files of a folder for this number of pieces, which has the name `temporary` now.
     pub(super) fn of(temporary: PathBuf, target: &Path, pieces: u32) -> Self {
-        let digits = pieces.saturating_sub(1).to_string().len().max(DIGITS);
-        Pieces { temporary, target: target.to_path_buf(), digits }
+        Pieces { temporary, target: target.to_path_buf(), count: pieces }
     }
 
     /// Returns the name of a piece, without its folder.
     pub(super) fn name(&self, piece: u32) -> String {
-        format!("{piece:0digits$}.vtu", digits = self.digits)
+        let digits = self.count.saturating_sub(1).to_string().len().max(DIGITS);
+        format!("{piece:0digits$}.vtu")
+    }
+
+    /// Returns the number of pieces.
+    pub(super) fn count(&self) -> u32 {
+        self.count
     }
 
     /// Returns the final path of the folder.

@@ -4,17 +4,19 @@
 //! receive the bytes directly. The output depends on the mesh and the options, but not on the number of threads.
 
 mod buckets;
+mod cell_range;
 mod error;
 mod folder;
 mod formats;
-mod input_rows;
 mod labels;
 mod names;
 mod options;
 mod output;
+mod place;
 mod points;
 mod quality;
 mod records;
+mod row_table;
 mod shared;
 #[doc(hidden)]
 pub mod stage;
@@ -28,7 +30,7 @@ use septet_core::model::MeshView;
 
 pub use error::OutputError;
 pub use names::faces_path;
-pub use options::{KeptRows, MshVersion, WriteOptions};
+pub use options::{MshVersion, WriteOptions};
 pub use points::{check_points_output, write_points, write_points_to};
 pub use quality::radius_edge_ratio;
 pub use shared::{GATHER_LIMIT, SharedMesh, check_shared, write_shared};
@@ -36,7 +38,6 @@ pub use shared::{GATHER_LIMIT, SharedMesh, check_shared, write_shared};
 use crate::format::{Files, Format};
 use error::WriteFault;
 use formats::{Body, pvtu, writer};
-use input_rows::InputRows;
 use options::check_first_id;
 use records::WriteProgress;
 use stage::Stage;
@@ -83,7 +84,7 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
 /// The options or the extension determine the format. Each of `.node`, `.ele`, `.face`, `.edge` and `.neigh` writes the
 /// whole set (in the plane, without `.face`). For a `.vtu` file of a mesh with labels, the faces go to a second file
 /// ([`faces_path`]). `NAME.pvtu` lists the files of the folder `NAME.pieces`, one for each worker, and replaces the
-/// folder; the mesh must have [`MeshView::shares`]. If the name ends in `.gz`, the output is compressed.
+/// folder; the mesh must have [`MeshView::run`]. If the name ends in `.gz`, the output is compressed.
 ///
 /// `progress` receives the number of records written and their total.
 ///
@@ -117,16 +118,8 @@ pub fn write_to(
     let writer = writer(format);
     let Some(Body::One(write)) = writer.mesh else { return Err(OutputError::NotOneFile) };
     check_mesh(mesh, options)?;
-    let rows = options.kept.filter(|_| format.row().has_input_rows);
-    let rows = rows.map(|kept| InputRows::of(mesh, options.point_data, kept));
     let mut progress = WriteProgress::new((writer.records)(mesh), progress);
-    let written = match &rows {
-        None => write(out, mesh, options, &mut progress),
-        Some(rows) => {
-            let options = WriteOptions { point_data: &rows.columns, ..*options };
-            write(out, &rows.view(mesh), &options, &mut progress)
-        }
-    };
+    let written = write(out, mesh, options, &mut progress);
     written.and_then(|()| Ok(out.flush()?)).map_err(WriteFault::of_stream)?;
     progress.finish();
     Ok(())
@@ -159,6 +152,9 @@ fn check_mesh(mesh: &MeshView<'_>, options: &WriteOptions<'_>) -> Result<(), Out
     let points = mesh.point_count();
     if let Some(column) = options.point_data.iter().find(|column| column.values.len() != points) {
         return invalid(format!("{} values of {} for {points} points", column.values.len(), column.name));
+    }
+    if let Some(source) = options.source.filter(|source| source.len() != points) {
+        return invalid(format!("{} input rows of {points} points", source.len()));
     }
     mesh.labels.map_or(Ok(()), |labels| labels::check(mesh, labels).or_else(invalid))
 }

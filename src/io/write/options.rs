@@ -37,17 +37,9 @@ pub struct WriteOptions<'a> {
     pub msh: MshVersion,
     /// Values at the points of a triangulation, one column per array (`.vtu` and `.vtk` only).
     pub point_data: &'a [Column],
-    /// The rows of the input that are points, if rows were dropped. Formats of [`has_input_rows`](crate::Row::has_input_rows) number points by them.
-    pub kept: Option<KeptRows<'a>>,
-}
-
-/// The rows of an input of which some were dropped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct KeptRows<'a> {
-    /// The zero-based row of each point, ascending.
-    pub rows: &'a [u64],
-    /// The number of dropped rows.
-    pub dropped: u64,
+    /// The zero-based row of the input of each point, ascending, if rows were dropped. Formats of
+    /// [`has_input_rows`](crate::Row::has_input_rows) number points by them.
+    pub source: Option<&'a [u64]>,
 }
 
 impl WriteOptions<'_> {

@@ -19,11 +19,13 @@ use std::path::Path;
 
 use septet_core::model::{MeshView, Points};
 
+use super::cell_range::CellRange;
 use super::error::{OutputError, WriteFault};
 use super::options::{MshVersion, WriteOptions};
+use super::place::Place;
 use super::records::WriteProgress;
+use super::row_table::RowTable;
 use super::stage::Stage;
-use super::staged::Staged;
 use crate::format::{Files, Format, Role};
 
 /// Writes a triangulation as one file.
@@ -37,14 +39,6 @@ type WriteSet = fn(
     &mut Stage,
     &mut WriteProgress<'_>,
 ) -> Result<(), OutputError>;
-/// Writes a triangulation as pieces.
-type WritePieces = fn(
-    &Path,
-    &MeshView<'_>,
-    &WriteOptions<'_>,
-    &mut Staged,
-    &mut WriteProgress<'_>,
-) -> Result<(), OutputError>;
 /// Writes a set of points.
 pub type WritePoints =
     fn(&mut dyn Write, &Points, &WriteOptions<'_>, &mut WriteProgress<'_>) -> Result<(), WriteFault>;
@@ -56,8 +50,8 @@ pub enum Body {
     One(WriteFile),
     /// In a set of files.
     Set(WriteSet),
-    /// In pieces.
-    Pieces(WritePieces),
+    /// In pieces, which are made from the shares of the workers.
+    Pieces,
 }
 
 /// How several processes write a triangulation.
@@ -128,9 +122,7 @@ pub const fn writer(format: Format) -> Writer {
             ..NONE
         },
         Format::Vtu => VTU,
-        Format::Pvtu => {
-            Writer { mesh: Some(Body::Pieces(pvtu::write)), records: grid_records, way: Way::Pieces, ..NONE }
-        }
+        Format::Pvtu => Writer { mesh: Some(Body::Pieces), records: grid_records, way: Way::Pieces, ..NONE },
         Format::Vtk => VTK,
         Format::Msh => Writer {
             mesh: Some(Body::One(|out, mesh, options, progress| {
@@ -156,7 +148,10 @@ pub const fn writer(format: Format) -> Writer {
 
 /// The arrays of `NumPy`.
 const NPY: Writer = Writer {
-    mesh: Some(Body::One(|out, mesh, _, progress| npy::write_cells(out, mesh, progress))),
+    mesh: Some(Body::One(|out, mesh, options, progress| {
+        let (cells, table) = (CellRange::whole(mesh), RowTable::of_options(options));
+        Ok(npy::write_cells(&mut Place::stream(out), &cells, &table, progress)?)
+    })),
     records: |mesh| mesh.cell_count() as u64,
     points: Some(|out, points, _, progress| npy::write_points(out, points, progress)),
     way: Way::Cells,
@@ -195,7 +190,7 @@ const _: () = {
         assert!(matches!(
             (writer.mesh, format.row().files),
             (Some(Body::Set(_)), Files::Set)
-                | (Some(Body::Pieces(_)), Files::Pieces)
+                | (Some(Body::Pieces), Files::Pieces)
                 | (Some(Body::One(_)) | None, Files::One)
         ));
         assert!(format.row().is_divided(Role::Triangulation) != matches!(writer.way, Way::Whole));

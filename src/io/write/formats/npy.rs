@@ -2,27 +2,32 @@
 
 use std::io::{self, Write};
 
+use crate::write::cell_range::CellRange;
 use crate::write::error::WriteFault;
+use crate::write::place::Place;
 use crate::write::records::{WriteProgress, write_records};
-use septet_core::model::{MeshView, Points};
+use crate::write::row_table::RowTable;
+use septet_core::model::Points;
 
-/// Writes the cells with zero-based indices.
+/// Writes cells with zero-based numbers of the rows of the input.
 pub fn write_cells(
-    out: &mut dyn Write,
-    mesh: &MeshView<'_>,
+    place: &mut Place<'_>,
+    cells: &CellRange<'_>,
+    table: &RowTable<'_>,
     progress: &mut WriteProgress<'_>,
-) -> Result<(), WriteFault> {
-    let (cells, width) = (mesh.cells, mesh.dimension + 1);
-    write_cells_head(out, mesh.cell_count(), width)?;
-    write_records(out, mesh.cell_count(), progress, |buffer, row| {
-        push_cell(buffer, &cells[row * width..(row + 1) * width]);
-    })?;
-    Ok(())
-}
-
-/// Writes the header of an array of cells with this number of vertices.
-pub fn write_cells_head(out: &mut dyn Write, cells: usize, corners: usize) -> io::Result<()> {
-    write_head(out, "<i8", cells, corners)
+) -> io::Result<()> {
+    let mut head = Vec::new();
+    write_head(&mut head, "<i8", cells.total, cells.corners)?;
+    let position = |cell: usize| head.len() + cell * 8 * cells.corners;
+    if place.is_first {
+        place.set_len(position(cells.total))?;
+        place.write_all(&head)?;
+    }
+    place.go_to(position(cells.first))?;
+    write_records(place, cells.len(), progress, |buffer, cell| match &table.source {
+        None => push_cell(buffer, cells.row(cell)),
+        Some(_) => cells.row(cell).iter().for_each(|row| push_cell(buffer, &[table.number(*row)])),
+    })
 }
 
 /// Appends the vertices of a cell.
@@ -79,11 +84,13 @@ mod tests {
 
     /// Returns the bytes that [`write_cells`] writes.
     fn cells_file(dimension: usize, cells: &[u64]) -> Vec<u8> {
-        let (owner, owning_leaf, shares, labels) = (None, None, None, None);
-        let mesh = MeshView { dimension, coordinates: &[], cells, owner, owning_leaf, shares, labels };
+        let corners = dimension + 1;
+        let total = cells.len() / corners;
+        let cells = CellRange { corners, first: 0, total, width: corners, words: cells };
         let mut bytes = Vec::new();
         let mut report = |_, _| {};
-        write_cells(&mut bytes, &mesh, &mut WriteProgress::new(cells.len() as u64, &mut report)).unwrap();
+        let progress = &mut WriteProgress::new(total as u64, &mut report);
+        write_cells(&mut Place::stream(&mut bytes), &cells, &RowTable::default(), progress).unwrap();
         bytes
     }
 

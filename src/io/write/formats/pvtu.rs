@@ -1,7 +1,7 @@
 //! `.pvtu` files: a parallel unstructured grid of VTK. `NAME.pvtu` declares the arrays and lists the pieces, one for each
 //! worker, which are the files `NAME.pieces/0000.vtu`, `0001.vtu` and so on.
 //!
-//! A piece contains a [`Part`]: the points and cells of a worker, and its ghosts. `vtkGhostType` is 1 for ghosts and 0
+//! A piece contains a [`Piece`]: the points and cells of a worker, and its ghosts. `vtkGhostType` is 1 for ghosts and 0
 //! for all others. The ids of points are their rows in the input. A worker without points has an empty piece.
 //!
 //! The folder of the pieces is replaced as a whole, and the `.pvtu` file is renamed last. If the program is killed in
@@ -11,9 +11,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use rayon::prelude::*;
 use septet_core::model::MeshView;
-use septet_core::result::part::{Division, DivisionError, Part};
 
 use super::vtu::{
     self, Array, CELL_DATA, POINT_DATA, Record, Section, cell_array, data_arrays, escaped, write_grid,
@@ -21,12 +19,44 @@ use super::vtu::{
 use crate::ending::without_gz;
 use crate::read::Column;
 use crate::write::error::{OutputError, WriteFault};
-use crate::write::folder::{self, Folder, Pieces};
+use crate::write::folder::{self, Pieces};
 use crate::write::names::pieces_path;
 use crate::write::options::WriteOptions;
 use crate::write::records::WriteProgress;
+use crate::write::row_table::RowTable;
 use crate::write::stage::{self, Stage};
-use crate::write::staged::Staged;
+
+/// The content of a piece.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Piece {
+    /// 2 or 3.
+    pub dimension: usize,
+    /// Number of points that the worker holds. They come first.
+    pub owned_points: usize,
+    /// Number of cells that belong to the worker. They come first.
+    pub owned_cells: usize,
+    /// The row of each point: first those of the worker, ascending, then those of ghost points, ascending.
+    pub rows: Vec<u64>,
+    /// `dimension` coordinates per point.
+    pub coordinates: Vec<f64>,
+    /// `dimension + 1` vertices per cell, as positions in `rows`. The cells of the worker and the ghost cells are in
+    /// canonical order, and so are the vertices of a cell.
+    pub cells: Vec<u64>,
+    /// The number of each cell in the whole triangulation. Cells are numbered worker by worker, in canonical order.
+    pub cell_ids: Vec<u64>,
+    /// The worker of each cell, if it is written.
+    pub owner: Option<Vec<u32>>,
+    /// The leaf of the partition tree of each cell, if it is written.
+    pub owning_leaf: Option<Vec<u64>>,
+}
+
+impl Piece {
+    /// Returns a piece without points and cells.
+    pub fn empty(dimension: usize, with_owner: bool) -> Self {
+        let (owner, owning_leaf) = (with_owner.then(Vec::new), with_owner.then(Vec::new));
+        Piece { dimension, owner, owning_leaf, ..Piece::default() }
+    }
+}
 
 /// The value of `vtkGhostType` for a ghost cell (`DUPLICATECELL`) and for a ghost point (`DUPLICATEPOINT`).
 const GHOST: u8 = 1;
@@ -48,110 +78,68 @@ pub fn check(path: &Path) -> Result<(), OutputError> {
     folder::check(&pieces_path(path))
 }
 
-/// Writes the pieces of a triangulation and the file that lists them.
-pub fn write(
-    path: &Path,
-    mesh: &MeshView<'_>,
-    options: &WriteOptions<'_>,
-    staged: &mut Staged,
-    progress: &mut WriteProgress<'_>,
-) -> Result<(), OutputError> {
-    check(path)?;
-    let division = Division::new(*mesh).map_err(|error| match error {
-        DivisionError::NoShares => OutputError::NoPieces { path: path.to_path_buf() },
-        error => OutputError::InvalidMesh { reason: error.to_string() },
-    })?;
-    let folder = Folder::create(&pieces_path(path), division.workers())?;
-    let pieces = folder.pieces().clone();
-    // If a piece fails, dropping the folder removes it.
-    staged.folders.push(folder);
-    let workers: Vec<u32> = (1..=division.workers()).collect();
-    // Each thread has one part in memory.
-    for batch in workers.chunks(rayon::current_num_threads()) {
-        let piece = |&worker: &u32| {
-            let part = division.part(worker);
-            write_piece(&pieces, worker, &part, options)?;
-            Ok(vtu::records(part.owned_points, part.owned_cells))
-        };
-        let written = batch.par_iter().map(piece).collect::<Result<Vec<u64>, OutputError>>()?;
-        progress.advance(written.iter().sum());
-    }
-    stage_list(&mut staged.stage, path, &empty_part(mesh), options, &pieces, division.workers())
-}
-
 /// Writes the piece of a worker.
 pub fn write_piece(
-    pieces: &Pieces,
+    files: &Pieces,
     worker: u32,
-    part: &Part,
-    options: &WriteOptions<'_>,
+    piece: &Piece,
+    table: &RowTable<'_>,
 ) -> Result<(), OutputError> {
-    pieces.write(worker - 1, |out| Ok(write_part(out, part, options)?))
+    files.write(worker - 1, |out| {
+        let written = with_arrays(piece, table, |view, arrays| {
+            let mut ignore = |_, _| {};
+            write_grid(out, view, arrays, &mut WriteProgress::new(0, &mut ignore))
+        });
+        Ok(written?)
+    })
 }
 
-/// Writes the file that lists the pieces of all workers under a temporary name. The empty part has their arrays.
+/// Writes the file that lists the pieces under a temporary name. The empty piece has their arrays.
 pub fn stage_list(
     stage: &mut Stage,
     path: &Path,
-    empty: &Part,
-    options: &WriteOptions<'_>,
-    pieces: &Pieces,
-    workers: u32,
+    files: &Pieces,
+    (empty, table): (&Piece, &RowTable<'_>),
 ) -> Result<(), OutputError> {
-    let sources: Vec<String> = (0..workers).map(|piece| pieces.name(piece)).collect();
+    let sources: Vec<String> = (0..files.count()).map(|piece| files.name(piece)).collect();
     stage.write(path, |out| {
-        with_arrays(empty, options, |_, arrays| write_list(out, arrays, pieces.target(), &sources))
+        with_arrays(empty, table, |_, arrays| write_list(out, arrays, files.target(), &sources))
             .map_err(WriteFault::from)
     })
 }
 
-/// Returns a part without points and cells that has the same arrays as the parts of a triangulation.
-fn empty_part(mesh: &MeshView<'_>) -> Part {
-    Part {
-        dimension: mesh.dimension,
-        owner: mesh.owner.map(|_| Vec::new()),
-        owning_leaf: mesh.owning_leaf.map(|_| Vec::new()),
-        ..Part::default()
-    }
-}
-
-/// Writes a part as a `.vtu` file.
-fn write_part(out: &mut dyn Write, part: &Part, options: &WriteOptions<'_>) -> io::Result<()> {
-    with_arrays(part, options, |view, arrays| {
-        let mut ignore = |_, _| {};
-        write_grid(out, view, arrays, &mut WriteProgress::new(0, &mut ignore))
-    })
-}
-
-/// Calls `body` with a part as a mesh, and with its arrays of point data and cell data.
+/// Calls `body` with a piece as a mesh, and with its arrays of point data and cell data.
 fn with_arrays<T>(
-    part: &Part,
-    options: &WriteOptions<'_>,
+    piece: &Piece,
+    table: &RowTable<'_>,
     body: impl for<'a> FnOnce(&MeshView<'a>, Vec<Array<'a>>) -> T,
 ) -> T {
-    let of_part = |column: &Column| Column {
+    let of_piece = |column: &Column| Column {
         name: column.name.clone(),
-        values: part.point_ids.iter().map(|&id| column.values[id as usize]).collect(),
+        values: piece.rows.iter().map(|&row| column.values[table.position(row)]).collect(),
     };
-    let columns: Vec<Column> = options.point_data.iter().map(of_part).collect();
-    let options = WriteOptions { point_data: &columns, ..*options };
+    let columns: Vec<Column> = table.columns.iter().map(of_piece).collect();
+    let options = WriteOptions { with_owner: true, point_data: &columns, ..WriteOptions::default() };
     let view = MeshView {
-        dimension: part.dimension,
-        coordinates: &part.coordinates,
-        cells: &part.cells,
-        owner: part.owner.as_deref(),
-        owning_leaf: part.owning_leaf.as_deref(),
-        shares: None,
+        dimension: piece.dimension,
+        coordinates: &piece.coordinates,
+        cells: &piece.cells,
+        owner: piece.owner.as_deref(),
+        owning_leaf: piece.owning_leaf.as_deref(),
+        run: None,
         labels: None,
     };
     let mut arrays = data_arrays(&view, &options);
     for array in arrays.iter_mut().filter(|array| array.has_global_ids()) {
-        let ids = if array.section == Section::PointData { &part.point_ids } else { &part.cell_ids };
-        array.record = Box::new(|buffer, i| buffer.extend_from_slice(&ids[i].to_le_bytes()));
+        array.record = if array.section == Section::PointData {
+            Box::new(|buffer, i| buffer.extend_from_slice(&table.number(piece.rows[i]).to_le_bytes()))
+        } else {
+            Box::new(|buffer, i| buffer.extend_from_slice(&piece.cell_ids[i].to_le_bytes()))
+        };
     }
     let of_points = arrays.iter().take_while(|array| array.section == Section::PointData).count();
-    arrays.insert(of_points, ghost_types(Section::PointData, part.point_ids.len(), part.owned_points));
-    arrays.push(ghost_types(Section::CellData, part.cell_ids.len(), part.owned_cells));
+    arrays.insert(of_points, ghost_types(Section::PointData, piece.rows.len(), piece.owned_points));
+    arrays.push(ghost_types(Section::CellData, piece.cell_ids.len(), piece.owned_cells));
     body(&view, arrays)
 }
 

@@ -10,6 +10,7 @@ use super::npy::push_cell;
 use crate::read::Column;
 use crate::write::error::WriteFault;
 use crate::write::options::WriteOptions;
+use crate::write::place::Place;
 use crate::write::quality::{least_angle, radius_edge_ratio};
 use crate::write::records::{WriteProgress, write_range};
 use septet_core::model::{Labels, MeshView, Points};
@@ -23,7 +24,7 @@ pub const POINT_DATA: &str = "PointData GlobalIds=\"GlobalPointIds\"";
 pub const CELL_DATA: &str = "CellData GlobalIds=\"GlobalCellIds\" Scalars=\"radius_edge_ratio\"";
 
 /// The opening tags of the data of a triangulation.
-const GRID_DATA: [&str; 2] = [POINT_DATA, CELL_DATA];
+pub const GRID_DATA: [&str; 2] = [POINT_DATA, CELL_DATA];
 
 /// The section of the file that has an array.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -61,12 +62,12 @@ impl Array<'_> {
     }
 
     /// Writes the number of bytes of all records, which precedes them.
-    pub fn write_length(&self, out: &mut dyn Write) -> io::Result<()> {
+    fn write_length(&self, out: &mut dyn Write) -> io::Result<()> {
         out.write_all(&((self.count * self.width) as u64).to_le_bytes())
     }
 
     /// Writes the records of a range.
-    pub fn write(
+    fn write(
         &self,
         out: &mut dyn Write,
         range: Range<usize>,
@@ -76,7 +77,7 @@ impl Array<'_> {
     }
 
     /// Returns the position of a record in the bytes of the array, which begin with their number.
-    pub fn position(&self, record: usize) -> usize {
+    fn position(&self, record: usize) -> usize {
         LENGTH + record * self.width
     }
 
@@ -96,7 +97,7 @@ impl Array<'_> {
 const LENGTH: usize = 8;
 
 /// The end of a file, after the arrays.
-pub const TAIL: &[u8] = b"\n  </AppendedData>\n</VTKFile>\n";
+const TAIL: &[u8] = b"\n  </AppendedData>\n</VTKFile>\n";
 
 /// The attribute of an array of global ids.
 const IDS: &str = " IdType=\"1\"";
@@ -129,7 +130,7 @@ pub fn write_grid<'a>(
         Box::new(move |buffer, i| push_cell(buffer, &cells[i * corners..(i + 1) * corners]));
     let points = points(mesh.dimension, mesh.coordinates);
     let arrays = grid_arrays(arrays, points, mesh.dimension, (count, connectivity));
-    head_and_arrays(out, GRID_DATA, (mesh.point_count(), count), &arrays, progress)
+    write_whole(out, GRID_DATA, &arrays, progress)
 }
 
 /// Appends the arrays of points and cells to those of point data and cell data. The number of cells and the vertices of a
@@ -161,7 +162,12 @@ pub fn data_arrays<'a>(mesh: &MeshView<'a>, options: &WriteOptions<'a>) -> Vec<A
     let counts = (mesh.point_count(), mesh.cell_count());
     let mut arrays = plain_data_arrays(counts, options.point_data, ratio);
     if options.with_owner {
-        arrays.extend(owners(mesh));
+        if let Some(owner) = mesh.owner {
+            arrays.push(owners(owner.len(), move |i| owner[i]));
+        }
+        if let Some(leaf) = mesh.owning_leaf {
+            arrays.push(leaves(leaf.len(), move |i| leaf[i]));
+        }
     }
     if let Some(labels) = mesh.labels {
         arrays.extend(labelled(mesh, labels));
@@ -196,8 +202,7 @@ pub fn write_points(
     let mut arrays = vec![point_ids(count), points(set.dimension(), set.coordinates())];
     arrays.push(cell_array(Section::Cells, "connectivity", "Int64", (count, 8), index));
     arrays.extend(offsets_and_types(count, 1, VERTEX));
-    let data = [POINT_DATA, "CellData"];
-    Ok(head_and_arrays(out, data, (count, count), &arrays, progress)?)
+    Ok(write_whole(out, [POINT_DATA, "CellData"], &arrays, progress)?)
 }
 
 pub fn cell_array<'a>(
@@ -223,18 +228,16 @@ fn cell_ids(count: usize) -> Array<'static> {
     ids(Section::CellData, "GlobalCellIds", count)
 }
 
-fn owners<'a>(mesh: &MeshView<'a>) -> Vec<Array<'a>> {
-    let count = mesh.cell_count();
-    let mut arrays = Vec::new();
-    if let Some(owner) = mesh.owner {
-        let record: Record<'a> = Box::new(|buffer, i| buffer.extend_from_slice(&owner[i].to_le_bytes()));
-        arrays.push(cell_array(Section::CellData, "owner", "UInt32", (count, 4), record));
-    }
-    if let Some(leaf) = mesh.owning_leaf {
-        let record: Record<'a> = Box::new(|buffer, i| buffer.extend_from_slice(&leaf[i].to_le_bytes()));
-        arrays.push(cell_array(Section::CellData, "home_leaf", "UInt64", (count, 8), record));
-    }
-    arrays
+/// Returns the array of the workers of cells.
+pub fn owners<'a>(count: usize, owner: impl Fn(usize) -> u32 + Sync + 'a) -> Array<'a> {
+    let record: Record<'a> = Box::new(move |buffer, i| buffer.extend_from_slice(&owner(i).to_le_bytes()));
+    cell_array(Section::CellData, "owner", "UInt32", (count, 4), record)
+}
+
+/// Returns the array of the leaves of cells.
+pub fn leaves<'a>(count: usize, leaf: impl Fn(usize) -> u64 + Sync + 'a) -> Array<'a> {
+    let record: Record<'a> = Box::new(move |buffer, i| buffer.extend_from_slice(&leaf(i).to_le_bytes()));
+    cell_array(Section::CellData, "home_leaf", "UInt64", (count, 8), record)
 }
 
 /// Returns the arrays of the labels of a mesh of a domain.
@@ -288,32 +291,64 @@ pub fn offsets_and_types(count: usize, corners: usize, kind: u8) -> [Array<'stat
     ]
 }
 
-/// Writes a file with the given arrays. `data` contains the opening tags of point data and cell data. `points` and
-/// `cells` are the numbers of points and cells.
-pub fn head_and_arrays(
+/// Writes a file with the given arrays. `data` contains the opening tags of point data and cell data.
+pub fn write_whole(
     out: &mut dyn Write,
     data: [&str; 2],
-    (points, cells): (usize, usize),
     arrays: &[Array<'_>],
     progress: &mut WriteProgress<'_>,
 ) -> io::Result<()> {
-    write_head(out, data, (points, cells), arrays)?;
-    for array in arrays {
-        array.write_length(out)?;
-        array.write(out, 0..array.count, progress)?;
-    }
-    out.write_all(TAIL)
+    let all = |section| 0..count_of(arrays, section);
+    let own = Own { points: all(Section::Points), cells: all(Section::Cells) };
+    write_arrays(&mut Place::stream(out), data, arrays, own, progress)
 }
 
-/// Returns the XML header of a triangulation with this number of points and of cells.
-pub fn grid_head(counts: (usize, usize), arrays: &[Array<'_>]) -> io::Result<Vec<u8>> {
+/// The records that a process writes.
+pub struct Own {
+    pub points: Range<usize>,
+    pub cells: Range<usize>,
+}
+
+/// Writes the records of a process to a file with the given arrays.
+pub fn write_arrays(
+    place: &mut Place<'_>,
+    data: [&str; 2],
+    arrays: &[Array<'_>],
+    own: Own,
+    progress: &mut WriteProgress<'_>,
+) -> io::Result<()> {
     let mut head = Vec::new();
-    write_head(&mut head, GRID_DATA, counts, arrays)?;
-    Ok(head)
+    write_head(&mut head, data, arrays)?;
+    let mut starts: Vec<usize> = offsets(arrays).into_iter().map(|offset| head.len() + offset).collect();
+    let end = starts.pop().unwrap_or(head.len());
+    if place.is_first {
+        place.set_len(end + TAIL.len())?;
+        place.write_all(&head)?;
+    }
+    for (array, start) in arrays.iter().zip(starts) {
+        let of_points = matches!(array.section, Section::PointData | Section::Points);
+        let range = if of_points { &own.points } else { &own.cells };
+        if place.is_first {
+            place.go_to(start)?;
+            array.write_length(place)?;
+        }
+        place.go_to(start + array.position(range.start))?;
+        array.write(place, range.clone(), progress)?;
+    }
+    if place.is_first {
+        place.go_to(end)?;
+        place.write_all(TAIL)?;
+    }
+    Ok(())
+}
+
+/// Returns the number of records of a section, whose arrays have equal lengths.
+fn count_of(arrays: &[Array<'_>], section: Section) -> usize {
+    arrays.iter().find(|array| array.section == section).map_or(0, |array| array.count)
 }
 
 /// Returns the position of each array after the header, then the position of the end.
-pub fn offsets(arrays: &[Array<'_>]) -> Vec<usize> {
+fn offsets(arrays: &[Array<'_>]) -> Vec<usize> {
     let mut offsets = vec![0];
     let mut end = 0;
     for array in arrays {
@@ -340,12 +375,8 @@ pub fn escaped(name: &str) -> String {
 }
 
 /// Writes the XML header, up to the underscore before the data.
-fn write_head(
-    out: &mut dyn Write,
-    data: [&str; 2],
-    (points, cells): (usize, usize),
-    arrays: &[Array<'_>],
-) -> io::Result<()> {
+fn write_head(out: &mut dyn Write, data: [&str; 2], arrays: &[Array<'_>]) -> io::Result<()> {
+    let [points, cells] = [Section::Points, Section::Cells].map(|section| count_of(arrays, section));
     let sections = [
         (Section::PointData, data[0]),
         (Section::CellData, data[1]),

@@ -4,7 +4,7 @@
 
 use std::io::Write;
 
-use super::vtu::{Record, Section, cell_array, head_and_arrays, offsets_and_types, points};
+use super::vtu::{Record, Section, cell_array, offsets_and_types, points, write_whole};
 use crate::write::error::WriteFault;
 use crate::write::records::WriteProgress;
 use septet_core::model::{Labels, MeshView};
@@ -56,5 +56,5 @@ pub fn write(
     let kind = if dimension == 3 { TRIANGLE } else { LINE };
     arrays.extend(offsets_and_types(count, dimension, kind));
     let data = ["PointData", "CellData Scalars=\"marker\""];
-    Ok(head_and_arrays(out, data, (used.len(), count), &arrays, progress)?)
+    Ok(write_whole(out, data, &arrays, progress)?)
 }

@@ -37,9 +37,6 @@ pub(super) fn check(
 
 /// Returns the formats of outputs that several processes can write.
 fn formats(outputs: &[PathBuf], options: &WriteOptions<'_>) -> Result<Vec<Format>, SharedFault> {
-    if options.with_owner {
-        return Err(SharedFault::Option { option: "--with-owner" });
-    }
     check_first_id(options.first_id)?;
     let mut formats = Vec::with_capacity(outputs.len());
     for path in outputs {

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::exit_code;
+use crate::format::Role;
 use crate::write::error::OutputError;
 
 /// A reason why several processes cannot write an output. The clause after the last semicolon is the remedy.
@@ -14,14 +15,11 @@ pub(super) enum SharedFault {
     /// Only a process of its own can write to a stream.
     #[error("{}: several processes cannot write a stream or a device; write a file", .path.display())]
     NotAFile { path: PathBuf },
-    /// The triangulation is too large for the first process.
+    /// The triangulation, or its values of all rows, are too large for one process.
     #[error(
-        "the first process would hold {bytes} bytes of the triangulation, more than {limit}, for outputs that one process writes; write {divided} without other columns, and drop no rows"
+        "one process would hold {bytes} bytes of all rows and cells, more than {limit}; write {divided} without other columns, and drop no rows"
     )]
     TooLarge { bytes: u64, limit: u64, divided: String },
-    /// Only one process can write the data that an option adds.
-    #[error("{option} is not possible if several processes write the output; omit it")]
-    Option { option: &'static str },
     /// Two outputs have a file in common.
     #[error("outputs {} and {} would write the same file; give each output its own name", .first.display(), .second.display())]
     SameFile { first: PathBuf, second: PathBuf },
@@ -41,6 +39,16 @@ impl SharedFault {
     pub fn inconsistent(reason: impl Into<String>) -> Self {
         OutputError::InvalidMesh { reason: reason.into() }.into()
     }
+}
+
+/// The largest size in bytes of the data that one of several processes holds for all: the triangulation, or the values of all rows.
+pub const GATHER_LIMIT: u64 = 1 << 30;
+
+/// Checks the size of the data that one process holds for all.
+pub(super) fn fits(bytes: u64) -> Result<(), SharedFault> {
+    let divided = || Role::Triangulation.extensions(|row| row.is_divided(Role::Triangulation));
+    let too_large = || SharedFault::TooLarge { bytes, limit: GATHER_LIMIT, divided: divided() };
+    if bytes > GATHER_LIMIT { Err(too_large()) } else { Ok(()) }
 }
 
 /// Returns the exit code and the message, which ends with the remedy.

@@ -1,10 +1,10 @@
 //! The piece of points that do not span the space: all vertices belong to worker 1, and there are no cells.
 
-use septet_core::result::part::Part as Piece;
 use septet_protocol::wire::{Ended, Parcel, Processes, WireError};
 
 use super::mesh::SharedMesh;
 use super::words::{append, words_of};
+use crate::write::formats::pvtu::Piece;
 
 /// The worker that counts as the owner of all points.
 pub(super) const FLAT_WORKER: u32 = 1;
@@ -13,7 +13,7 @@ pub(super) const FLAT_WORKER: u32 = 1;
 /// the others. Only that process needs memory for all points.
 pub(super) fn gather(processes: &mut Processes<'_>, mesh: &SharedMesh<'_>) -> Result<Piece, Ended> {
     let space = mesh.run.space;
-    let mut bytes = Vec::with_capacity(8 + 8 * (mesh.rows.len() * (space + 1)));
+    let mut bytes = Vec::with_capacity(8 + 8 * (mesh.row_count() * (space + 1)));
     for (row, place) in mesh.vertices() {
         append(&mut bytes, std::iter::once(row).chain(place.iter().map(|c| c.to_bits())));
     }
@@ -22,7 +22,7 @@ pub(super) fn gather(processes: &mut Processes<'_>, mesh: &SharedMesh<'_>) -> Re
     let mut piece = Piece { dimension: space, ..Piece::default() };
     let row = 8 * (space + 1);
     let count = arrived.iter().map(|parcel| parcel.bytes.len() / row).sum();
-    piece.point_ids.reserve_exact(count);
+    piece.rows.reserve_exact(count);
     piece.coordinates.reserve_exact(count * space);
     for Parcel { process, bytes } in arrived {
         if !bytes.len().is_multiple_of(row) {
@@ -30,10 +30,10 @@ pub(super) fn gather(processes: &mut Processes<'_>, mesh: &SharedMesh<'_>) -> Re
         }
         for point in bytes.chunks_exact(row) {
             let (id, place) = point.split_at(8);
-            piece.point_ids.extend(words_of(id));
+            piece.rows.extend(words_of(id));
             piece.coordinates.extend(words_of(place).map(f64::from_bits));
         }
     }
-    piece.owned_points = piece.point_ids.len();
+    piece.owned_points = piece.rows.len();
     Ok(piece)
 }

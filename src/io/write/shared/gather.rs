@@ -2,23 +2,17 @@
 
 use std::path::Path;
 
-use septet_core::model::{MeshView, Shares};
+use septet_core::model::MeshView;
 use septet_protocol::wire::{Ended, Parcel, Processes, WireError};
 
-use super::cells::append_rows;
+use super::cells::{Layout, ShareRows};
 use super::counts::Counts;
-use super::fault::{SharedFault, describe};
-use super::flat::FLAT_WORKER;
+use super::fault::{SharedFault, describe, fits};
 use super::mesh::SharedMesh;
 use super::words::{append, sort_rows, words_of};
-use crate::format::Role;
-use crate::write::options::{KeptRows, WriteOptions};
+use crate::write::options::WriteOptions;
 use crate::write::output;
 use crate::write::staged::Staged;
-
-/// The largest size in bytes of a triangulation that several processes gather on the first one: coordinates, cells, and 16
-/// bytes for each point.
-pub const GATHER_LIMIT: u64 = 1 << 30;
 
 /// A whole triangulation.
 #[derive(Debug, Default)]
@@ -26,11 +20,10 @@ pub(super) struct Whole {
     dimension: usize,
     coordinates: Vec<f64>,
     cells: Vec<u64>,
-    workers: u32,
-    point_owner: Vec<u32>,
+    /// The owner and the leaf of each cell, if they are written.
+    labels: Option<(Vec<u32>, Vec<u64>)>,
     /// The row of the input of each point, if rows were dropped.
-    source: Vec<u64>,
-    dropped: u64,
+    source: Option<Vec<u64>>,
 }
 
 impl Whole {
@@ -41,43 +34,39 @@ impl Whole {
         counts: &Counts,
     ) -> Result<Self, Ended> {
         let space = mesh.run.space;
-        let rows = counts.row_count() as u64;
-        let bytes = rows.saturating_mul(8 * space as u64 + 16);
-        let bytes = bytes.saturating_add(counts.cells.saturating_mul(8 * (space as u64 + 1)));
+        let layout = Layout { corners: space + 1, with_ratio: false, with_owner: counts.with_owner };
+        let bytes = (counts.row_count() as u64).saturating_mul(8 * space as u64 + 16);
+        let bytes = bytes.saturating_add(counts.cells.saturating_mul(8 * layout.width() as u64));
         processes.agree(fits(bytes), describe)?;
-        let mut whole =
-            Whole { dimension: space, workers: counts.workers, dropped: mesh.dropped, ..Whole::default() };
-        let coordinates = mesh.rows.coordinates().iter().map(|coordinate| coordinate.to_bits());
+        let mut whole = Whole { dimension: space, ..Whole::default() };
+        let coordinates = mesh.coordinates.iter().map(|coordinate| coordinate.to_bits());
         let arrived = to_first(processes, coordinates)?;
         whole.coordinates = arrived.into_iter().map(f64::from_bits).collect();
-        let base = counts.rows.start;
-        let mut cells = Vec::new();
-        for subdomain in &mesh.run.shares {
-            append_rows(subdomain, space, false, &mut cells);
+        let mut words = Vec::new();
+        for share in &mesh.run.shares {
+            ShareRows::of(mesh, share, layout).append(&mut words);
         }
-        let mut cells = to_first(processes, cells.into_iter().map(|row| row - base))?;
-        sort_rows(&mut cells, space + 1);
-        whole.cells = cells;
-        let owned = owned(mesh, base);
-        whole.set_owners(&to_first(processes, owned)?)?;
-        let source = mesh.source_index.unwrap_or_default();
-        whole.source = to_first(processes, source.iter().copied())?;
+        let mut words = to_first(processes, words)?;
+        sort_rows(&mut words, layout.width());
+        whole.set_cells(words, layout, counts.rows.start);
+        if mesh.dropped > 0 {
+            let source = mesh.source_index.unwrap_or_default();
+            whole.source = Some(to_first(processes, source.iter().copied())?);
+        }
         Ok(whole)
     }
 
-    /// Sets the worker of each point, given the pairs of point and worker.
-    fn set_owners(&mut self, pairs: &[u64]) -> Result<(), WireError> {
-        self.point_owner = vec![0; self.coordinates.len() / self.dimension];
-        for [point, worker] in pairs.as_chunks::<2>().0 {
-            let Some(owner) = self.point_owner.get_mut(*point as usize) else {
-                return Err(WireError::Corrupt {
-                    process: 0,
-                    reason: "a worker has a point that is no row".to_string(),
-                });
-            };
-            *owner = *worker as u32;
+    /// Sets the cells and their labels, given sorted rows. `base` is the number of the first point.
+    fn set_cells(&mut self, words: Vec<u64>, layout: Layout, base: u64) {
+        let rows = || words.chunks_exact(layout.width());
+        if layout.with_owner {
+            let owner = rows().map(|row| row[layout.corners] as u32).collect();
+            self.labels = Some((owner, rows().map(|row| row[layout.corners + 1]).collect()));
+            self.cells = rows().flat_map(|row| &row[..layout.corners]).copied().collect();
+        } else {
+            self.cells = words;
         }
-        Ok(())
+        self.cells.iter_mut().for_each(|vertex| *vertex -= base);
     }
 
     /// Writes an output on the first process, as one process does.
@@ -89,7 +78,7 @@ impl Whole {
         options: &WriteOptions<'_>,
     ) -> Result<(), Ended> {
         let written = if processes.process() == 0 {
-            let options = WriteOptions { kept: self.kept(), ..*options };
+            let options = WriteOptions { source: self.source.as_deref(), ..*options };
             output::add(staged, path, &self.view(), &options, &mut |_, _| {}).map_err(SharedFault::from)
         } else {
             Ok(())
@@ -99,41 +88,17 @@ impl Whole {
 
     /// Returns the triangulation.
     fn view(&self) -> MeshView<'_> {
+        let labels = self.labels.as_ref();
         MeshView {
             dimension: self.dimension,
             coordinates: &self.coordinates,
             cells: &self.cells,
-            owner: None,
-            owning_leaf: None,
-            shares: Some(Shares { workers: self.workers, point_owner: &self.point_owner }),
+            owner: labels.map(|(owner, _)| &owner[..]),
+            owning_leaf: labels.map(|(_, leaf)| &leaf[..]),
+            run: None,
             labels: None,
         }
     }
-
-    /// Returns the rows of the input that are points, if rows were dropped.
-    fn kept(&self) -> Option<KeptRows<'_>> {
-        (self.dropped > 0).then_some(KeptRows { rows: &self.source, dropped: self.dropped })
-    }
-}
-
-/// Checks the size of a triangulation.
-fn fits(bytes: u64) -> Result<(), SharedFault> {
-    let divided = || Role::Triangulation.extensions(|row| row.is_divided(Role::Triangulation));
-    let too_large = || SharedFault::TooLarge { bytes, limit: GATHER_LIMIT, divided: divided() };
-    if bytes > GATHER_LIMIT { Err(too_large()) } else { Ok(()) }
-}
-
-/// Returns the pairs of point and worker of this process.
-fn owned(mesh: &SharedMesh<'_>, base: u64) -> Vec<u64> {
-    if mesh.is_flat() {
-        // All vertices belong to one worker, and no subdomain has them.
-        let rows = mesh.vertices().map(|(row, _)| row - base);
-        return rows.flat_map(|row| [row, u64::from(FLAT_WORKER)]).collect();
-    }
-    let pairs = mesh.run.shares.iter().flat_map(|subdomain| {
-        subdomain.ids[..subdomain.owned].iter().flat_map(move |id| [id - base, u64::from(subdomain.rank)])
-    });
-    pairs.collect()
 }
 
 /// Sends words to the first process, which returns those of all processes in their order.

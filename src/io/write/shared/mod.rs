@@ -2,9 +2,9 @@
 //!
 //! Process 0 creates all files under temporary names. A `.npy` or `.vtu` file has a range of bytes for each process,
 //! because the canonical order is sorted across the processes. A `.pvtu` file has pieces, which the process of the worker
-//! writes. Process 0 gathers the triangulation and writes the other outputs as one process does: other formats, compressed
-//! files, values at points, and formats that number points by input rows of which some were dropped. It gathers at most
-//! [`GATHER_LIMIT`] bytes. When all processes have written their shares and the bytes are on disk, process 0 renames all files.
+//! writes; one process writes all of them in the same way. Values at points, and the numbers of input rows of which some
+//! were dropped, go to all processes. Process 0 gathers the triangulation and writes the other formats and compressed files as
+//! one process does. A process gathers at most [`GATHER_LIMIT`] bytes. When all processes have written their shares and the bytes are on disk, process 0 renames all files.
 //!
 //! All functions are collective. If a process has an error, all processes return it, and no output is left. If processes
 //! lose each other, process 0 removes its temporary files, but another process may still write to their folder.
@@ -18,8 +18,9 @@ mod gather;
 mod ghosts;
 mod mesh;
 mod piece;
-mod pieces;
+pub(super) mod pieces;
 mod ranges;
+mod rows;
 mod sort;
 mod staged;
 mod words;
@@ -28,14 +29,18 @@ use std::path::PathBuf;
 
 use septet_protocol::wire::{Ended, Processes};
 
-pub use gather::GATHER_LIMIT;
+pub use fault::GATHER_LIMIT;
 pub use mesh::SharedMesh;
 
-use super::formats::{Way, writer};
+use super::formats::{Way, npy, writer};
 use super::options::WriteOptions;
+use super::place::Place;
+use super::records::WriteProgress;
+use super::row_table::RowTable;
 use super::staged::Staged;
 use crate::ending::without_gz;
 use crate::format::Format;
+use cells::Layout;
 use counts::Counts;
 use fault::{SharedFault, describe};
 use gather::Whole;
@@ -70,12 +75,9 @@ pub fn write_shared(
     stop: &dyn Fn() -> bool,
 ) -> Result<Vec<PathBuf>, Ended> {
     let formats = check::check(processes, outputs, options)?;
-    let counts = Counts::gather(processes, mesh)?;
-    let has_columns = processes.all_gather(&!options.point_data.is_empty())?[0];
+    let counts = Counts::gather(processes, mesh, options.with_owner)?;
     let way = |(path, format): (&PathBuf, &Format)| {
-        let row = format.row();
-        let needs_all = (has_columns && row.has_data) || (mesh.dropped > 0 && row.has_input_rows);
-        if needs_all || without_gz(path).1 { Way::Whole } else { writer(*format).way }
+        if without_gz(path).1 { Way::Whole } else { writer(*format).way }
     };
     let ways: Vec<Way> = outputs.iter().zip(&formats).map(way).collect();
     let of = |way: Way| outputs.iter().zip(&ways).filter(move |(_, own)| **own == way).map(|(path, _)| path);
@@ -83,21 +85,35 @@ pub fn write_shared(
         processes.agree(if stop() { Err(SharedFault::Interrupted) } else { Ok(()) }, describe)
     };
     let mut staged = Staged::default();
-    let has_grids = of(Way::Grid).next().is_some();
-    if has_grids || of(Way::Cells).next().is_some() {
-        let cells = sort::sort(processes, mesh, &counts, has_grids)?;
+    let has = |way: Way| of(way).next().is_some();
+    let table = if has(Way::Cells) || has(Way::Grid) || has(Way::Pieces) {
+        let columns = if has(Way::Grid) || has(Way::Pieces) { options.point_data } else { &[] };
+        rows::gather(processes, mesh, &counts, columns)?
+    } else {
+        RowTable::default()
+    };
+    if has(Way::Grid) || has(Way::Cells) {
+        let with_ratio = has(Way::Grid);
+        let with_owner = with_ratio && counts.with_owner;
+        let layout = Layout { corners: mesh.run.space + 1, with_ratio, with_owner };
+        let cells = sort::sort(processes, mesh, &counts, layout)?;
+        let mut ignore = |_, _| {};
+        let progress = &mut WriteProgress::new(0, &mut ignore);
         for path in of(Way::Cells) {
             go_on(processes)?;
-            staged.write_range(processes, path, |place| ranges::write_npy(place, &cells))?;
+            let write =
+                |place: &mut Place<'_>| npy::write_cells(place, &cells.range(), &table, &mut *progress);
+            staged.write_range(processes, path, write)?;
         }
         for path in of(Way::Grid) {
             go_on(processes)?;
-            staged.write_range(processes, path, |place| ranges::write_vtu(place, mesh, &counts, &cells))?;
+            let write = |place: &mut Place<'_>| ranges::write_vtu(place, (mesh, &counts), &cells, &table);
+            staged.write_range(processes, path, write)?;
         }
     }
     for path in of(Way::Pieces) {
         go_on(processes)?;
-        pieces::write(processes, &mut staged, path, mesh, &counts, options)?;
+        pieces::write(processes, &mut staged, path, (mesh, &counts), &table)?;
     }
     if of(Way::Whole).next().is_some() {
         let whole = Whole::gather(processes, mesh, &counts)?;

@@ -1,54 +1,65 @@
-//! The piece of a worker, made from its subdomain and its ghost cells.
+//! The piece of a worker, made from its share and its ghost cells.
 
 use rayon::prelude::*;
 use septet_core::WorkerShare;
-use septet_core::result::part::Part as Piece;
 
-use super::cells::append_rows;
+use super::cells::{Layout, ShareRows};
 use super::ghosts::Ghosts;
+use super::mesh::SharedMesh;
 use super::words::{dedup_rows, sort_rows};
+use crate::write::formats::pvtu::Piece;
 
 /// The points of a piece.
 struct PiecePoints {
     owned: usize,
-    /// Input indices: those of the worker, ascending, then those of others, ascending.
-    ids: Vec<u64>,
+    /// Rows: those of the worker, ascending, then those of others, ascending.
+    rows: Vec<u64>,
     coordinates: Vec<f64>,
 }
 
 impl PiecePoints {
-    /// Returns the points of a subdomain, of which `owned` belong to the worker, and the other points of ghost cells.
-    fn of(subdomain: &WorkerShare, ghosts: &Ghosts, space: usize) -> Self {
-        let (owned, width) = (subdomain.owned, space + 1);
+    /// Returns the points of the worker, and the other vertices of its cells and of its ghost cells.
+    fn of(mesh: &SharedMesh<'_>, share: &WorkerShare, ghosts: &Ghosts) -> Self {
+        let (owned, width) = (share.owned, mesh.run.space + 1);
         let mut others: Vec<u64> = Vec::new();
-        for (id, place) in subdomain.ids.iter().zip(subdomain.coordinates.chunks_exact(space)).skip(owned) {
-            others.push(*id);
-            others.extend(place.iter().map(|coordinate| coordinate.to_bits()));
+        for vertex in other_vertices(share) {
+            others.push(share.ids[vertex as usize]);
+            others.extend(mesh.place(share, vertex).iter().map(|coordinate| coordinate.to_bits()));
         }
-        others.extend(ghosts.points(subdomain.rank));
+        others.extend(ghosts.points(share.rank));
         sort_rows(&mut others, width);
         dedup_rows(&mut others, width);
         let mut order: Vec<u32> = (0..owned as u32).collect();
-        order.par_sort_unstable_by_key(|&point| subdomain.ids[point as usize]);
+        order.par_sort_unstable_by_key(|&point| share.ids[point as usize]);
         let count = owned + others.len() / width;
-        let (mut ids, mut coordinates) = (Vec::with_capacity(count), Vec::with_capacity(count * space));
-        for point in order.into_iter().map(|point| point as usize) {
-            ids.push(subdomain.ids[point]);
-            coordinates.extend_from_slice(&subdomain.coordinates[point * space..][..space]);
+        let (mut rows, mut coordinates) =
+            (Vec::with_capacity(count), Vec::with_capacity(count * mesh.run.space));
+        for point in order {
+            rows.push(share.ids[point as usize]);
+            coordinates.extend_from_slice(mesh.place(share, point));
         }
         for other in others.chunks_exact(width) {
-            ids.push(other[0]);
+            rows.push(other[0]);
             coordinates.extend(other[1..].iter().map(|bits| f64::from_bits(*bits)));
         }
-        PiecePoints { owned, ids, coordinates }
+        PiecePoints { owned, rows, coordinates }
     }
 
-    /// Returns the position of a point in the piece.
-    fn position(&self, id: u64) -> Option<u64> {
-        let (owned, others) = self.ids.split_at(self.owned);
-        let in_others = |_| others.binary_search(&id).map(|at| self.owned + at);
-        owned.binary_search(&id).or_else(in_others).ok().map(|at| at as u64)
+    /// Returns the position of a row in the piece.
+    fn position(&self, row: u64) -> Option<u64> {
+        let (owned, others) = self.rows.split_at(self.owned);
+        let in_others = |_| others.binary_search(&row).map(|at| self.owned + at);
+        owned.binary_search(&row).or_else(in_others).ok().map(|at| at as u64)
     }
+}
+
+/// Returns the vertices of the cells of a share that are points of other workers.
+fn other_vertices(share: &WorkerShare) -> impl Iterator<Item = u32> + '_ {
+    let mut is_used = vec![false; share.ids.len()];
+    for cell in 0..share.cell_count() {
+        share.cell(cell).iter().for_each(|&vertex| is_used[vertex as usize] = true);
+    }
+    (share.owned as u32..share.ids.len() as u32).filter(move |&vertex| is_used[vertex as usize])
 }
 
 /// Returns the piece of a worker, given the number of its first cell.
@@ -56,42 +67,50 @@ impl PiecePoints {
 /// # Errors
 /// Fails if a vertex of a ghost cell is missing.
 pub(super) fn piece(
-    subdomain: &WorkerShare,
+    mesh: &SharedMesh<'_>,
+    share: &WorkerShare,
     ghosts: &Ghosts,
-    space: usize,
     first_cell: u64,
 ) -> Result<Piece, String> {
-    let corners = space + 1;
-    let points = PiecePoints::of(subdomain, ghosts, space);
-    let mut of_others: Vec<u64> = ghosts.cells(subdomain.rank).collect();
-    sort_rows(&mut of_others, corners + 1);
-    let owned_cells = subdomain.cell_count();
-    let count = owned_cells + of_others.len() / (corners + 1);
-    let mut cells = Vec::with_capacity(count * corners);
-    append_rows(subdomain, space, false, &mut cells);
-    sort_rows(&mut cells, corners);
+    let layout = Layout { with_ratio: false, ..ghosts.layout };
+    let (corners, width) = (layout.corners, layout.width());
+    let points = PiecePoints::of(mesh, share, ghosts);
+    let mut of_others: Vec<u64> = ghosts.cells(share.rank).collect();
+    sort_rows(&mut of_others, width + 1);
+    let owned_cells = share.cell_count();
+    let count = owned_cells + of_others.len() / (width + 1);
+    let mut words = Vec::with_capacity(count * width);
+    ShareRows::of(mesh, share, layout).append(&mut words);
+    sort_rows(&mut words, width);
     let mut cell_ids = Vec::with_capacity(count);
     cell_ids.extend((first_cell..).take(owned_cells));
-    for row in of_others.chunks_exact(corners + 1) {
-        cells.extend_from_slice(&row[..corners]);
-        cell_ids.push(row[corners]);
+    for row in of_others.chunks_exact(width + 1) {
+        words.extend_from_slice(&row[..width]);
+        cell_ids.push(row[width]);
+    }
+    let label = |at: usize| words.chunks_exact(width).map(move |row| row[corners + at]);
+    let owner = layout.with_owner.then(|| label(0).map(|owner| owner as u32).collect());
+    let owning_leaf = layout.with_owner.then(|| label(1).collect());
+    let mut cells = words;
+    if layout.with_owner {
+        cells = cells.chunks_exact(width).flat_map(|row| &row[..corners]).copied().collect();
     }
     let found = cells.par_iter_mut().try_for_each(|vertex| {
         *vertex = points.position(*vertex)?;
         Some(())
     });
     if found.is_none() {
-        return Err(format!("a vertex of a ghost cell of worker {} is missing", subdomain.rank));
+        return Err(format!("a vertex of a ghost cell of worker {} is missing", share.rank));
     }
     Ok(Piece {
-        dimension: space,
+        dimension: mesh.run.space,
         owned_points: points.owned,
         owned_cells,
-        point_ids: points.ids,
+        rows: points.rows,
         coordinates: points.coordinates,
         cells,
         cell_ids,
-        owner: None,
-        owning_leaf: None,
+        owner,
+        owning_leaf,
     })
 }

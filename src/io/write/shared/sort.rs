@@ -11,10 +11,11 @@
 use septet_protocol::codec::Bulk;
 use septet_protocol::wire::{Ended, Parcel, Processes, WireError};
 
-use super::cells::append_rows;
+use super::cells::{Layout, ShareRows};
 use super::counts::Counts;
 use super::mesh::SharedMesh;
 use super::words::{bytes_of, first_not_less, sort_rows, words_of};
+use crate::write::cell_range::CellRange;
 
 /// Number of samples for each process.
 const SAMPLES: u64 = 1024;
@@ -22,53 +23,41 @@ const SAMPLES: u64 = 1024;
 /// The share of a process of the cells in canonical order.
 #[derive(Clone, Debug)]
 pub(super) struct SortedCells {
-    /// Number of vertices of a cell.
-    pub corners: usize,
+    /// The words of a cell.
+    pub layout: Layout,
     /// The number of the first cell.
-    pub first: u64,
+    first: u64,
     /// Number of cells of all processes.
-    pub total: u64,
-    /// Words per row: the vertices, then the bits of the radius-edge ratio if requested.
-    width: usize,
+    total: u64,
     words: Vec<u64>,
 }
 
 impl SortedCells {
-    /// Returns the number of cells of this process.
-    pub fn len(&self) -> usize {
-        self.words.len() / self.width
-    }
-
-    /// Returns the vertices of a cell of this process.
-    pub fn row(&self, cell: usize) -> &[u64] {
-        &self.words[cell * self.width..][..self.corners]
-    }
-
-    /// Returns the bits of the radius-edge ratio of a cell of this process, which was requested.
-    pub fn ratio_bits(&self, cell: usize) -> u64 {
-        self.words[cell * self.width + self.corners]
+    /// Returns the cells.
+    pub fn range(&self) -> CellRange<'_> {
+        let (first, total) = (self.first as usize, self.total as usize);
+        let (corners, width) = (self.layout.corners, self.layout.width());
+        CellRange { corners, first, total, width, words: &self.words }
     }
 }
 
-/// Sorts the cells of all processes. If `with_ratio` is set, their radius-edge ratios travel with them.
+/// Sorts the cells of all processes as rows of this layout.
 pub(super) fn sort(
     processes: &mut Processes<'_>,
     mesh: &SharedMesh<'_>,
     counts: &Counts,
-    with_ratio: bool,
+    layout: Layout,
 ) -> Result<SortedCells, Ended> {
-    let space = mesh.run.space;
-    let corners = space + 1;
-    let width = corners + usize::from(with_ratio);
-    let own = mesh.run.shares.iter().map(|subdomain| subdomain.cell_count() * width);
+    let width = layout.width();
+    let own = mesh.run.shares.iter().map(|share| share.cell_count() * width);
     let mut words = Vec::with_capacity(own.sum());
-    for subdomain in &mesh.run.shares {
-        append_rows(subdomain, space, with_ratio, &mut words);
+    for share in &mesh.run.shares {
+        ShareRows::of(mesh, share, layout).append(&mut words);
     }
     let words = sort_words(processes, words, width, counts.cells)?;
     let before = processes.all_gather(&((words.len() / width) as u64))?;
     let first = before.iter().take(processes.process() as usize).sum();
-    Ok(SortedCells { corners, first, total: counts.cells, width, words })
+    Ok(SortedCells { layout, first, total: counts.cells, words })
 }
 
 /// Sorts the rows of all processes, `total` in number. Returns the share of this process.

@@ -1,8 +1,8 @@
 //! The files of a call under temporary names. Process 0 creates and renames them; the others open them by name, and their own
 //! [`Staged`] is empty.
 
-use std::fs::{File, OpenOptions};
-use std::io::{self, BufWriter, IntoInnerError};
+use std::fs::OpenOptions;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use septet_protocol::wire::{Ended, Processes};
@@ -11,15 +11,9 @@ use super::fault::{SharedFault, describe};
 use crate::write::error::OutputError;
 use crate::write::folder::{Folder, Pieces};
 use crate::write::names::pieces_path;
+use crate::write::place::Place;
 use crate::write::stage::{directory_of, sync};
 use crate::write::staged::Staged;
-
-/// The place of a process in a file that several processes write.
-pub(super) struct Place {
-    pub out: BufWriter<File>,
-    /// Whether this process also writes the bytes outside of the shares: header, lengths and end.
-    pub is_first: bool,
-}
 
 impl Staged {
     /// Creates a file, and lets every process write its ranges of bytes. `body` may seek.
@@ -27,7 +21,7 @@ impl Staged {
         &mut self,
         processes: &mut Processes<'_>,
         target: &Path,
-        body: impl FnOnce(&mut Place) -> io::Result<()>,
+        body: impl FnOnce(&mut Place<'_>) -> io::Result<()>,
     ) -> Result<(), Ended> {
         let is_first = processes.process() == 0;
         let own = if is_first { self.stage.reserve(target) } else { Ok(String::new()) };
@@ -70,10 +64,10 @@ fn name_of_first(processes: &mut Processes<'_>, own: Result<String, OutputError>
 fn write_synced(
     path: &Path,
     is_first: bool,
-    body: impl FnOnce(&mut Place) -> io::Result<()>,
+    body: impl FnOnce(&mut Place<'_>) -> io::Result<()>,
 ) -> io::Result<()> {
     let file = OpenOptions::new().write(true).open(path)?;
-    let mut place = Place { out: BufWriter::with_capacity(1 << 18, file), is_first };
+    let mut place = Place::shared(file, is_first);
     body(&mut place)?;
-    sync(&place.out.into_inner().map_err(IntoInnerError::into_error)?)
+    place.into_file()?.map_or(Ok(()), |file| sync(&file))
 }

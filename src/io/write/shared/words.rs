@@ -5,12 +5,14 @@ use rayon::prelude::*;
 /// Bytes per word.
 const WORD: usize = 8;
 
-/// Sorts rows of `width` words. The width is 3, 4 or 5.
+/// Sorts rows of `width` words. The width is 3 to 7.
 pub(super) fn sort_rows(words: &mut [u64], width: usize) {
     match width {
         3 => words.as_chunks_mut::<3>().0.par_sort_unstable(),
         4 => words.as_chunks_mut::<4>().0.par_sort_unstable(),
-        _ => words.as_chunks_mut::<5>().0.par_sort_unstable(),
+        5 => words.as_chunks_mut::<5>().0.par_sort_unstable(),
+        6 => words.as_chunks_mut::<6>().0.par_sort_unstable(),
+        _ => words.as_chunks_mut::<7>().0.par_sort_unstable(),
     }
 }
 
@@ -61,7 +63,7 @@ mod tests {
 
     #[test]
     fn rows_are_sorted_by_their_first_words() {
-        for width in 3..=5 {
+        for width in 3..=7 {
             let row = |first: u64| (0..width as u64).map(move |i| first + i);
             let mut words: Vec<u64> = [7, 2, 7, 0, 9, 2].into_iter().flat_map(row).collect();
             sort_rows(&mut words, width);

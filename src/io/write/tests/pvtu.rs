@@ -3,15 +3,43 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use septet_core::model::Shares;
+use septet_common::sets::{plane, space};
+use septet_core::Outcome;
+use septet_core::generate::Kind;
+use septet_core::model::Points;
+use septet_core::spec::{Spec, Workers};
 
 use super::binary::words;
 use super::*;
 use crate::read::{Column, InputError, ReadOptions, read};
 
-/// The workers of the points of a sample: the lower half, the upper half, and a worker without points between them.
-fn halves(sample: &Sample) -> Vec<u32> {
-    sample.coordinates.chunks(sample.dimension).map(|point| if point[0] < 0.5 { 1 } else { 3 }).collect()
+/// A run of three workers over some points.
+struct Run {
+    points: Points,
+    outcome: Outcome,
+}
+
+impl Run {
+    fn over(points: Points) -> Self {
+        let spec = Spec::default().with(|spec| {
+            spec.machine.workers = Workers::Count(3);
+            spec.tree.leaf = Some(20);
+            spec.keep.owner = true;
+        });
+        let outcome = match &points {
+            Points::Plane(points) => septet_core::triangulate(points, &spec),
+            Points::Space(points) => septet_core::triangulate(points, &spec),
+        };
+        Run { outcome: outcome.unwrap(), points }
+    }
+
+    fn in_space(count: u64) -> Self {
+        Run::over(Points::Space(space(Kind::Uniform, count, 3)))
+    }
+
+    fn view(&self) -> MeshView<'_> {
+        self.outcome.view(self.points.coordinates())
+    }
 }
 
 /// The files below a directory, by their paths in it.
@@ -29,28 +57,25 @@ fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
     found
 }
 
-/// Writes a sample of three workers to `m.pvtu` in a directory.
+/// Writes `m.pvtu` in a directory.
 fn write_to_directory(
     directory: &Path,
-    sample: &Sample,
+    run: &Run,
     options: &WriteOptions<'_>,
 ) -> Result<Vec<PathBuf>, OutputError> {
-    let owners = halves(sample);
-    let shares = Some(Shares { workers: 3, point_owner: &owners });
-    let mesh = MeshView { shares, ..sample.view() };
-    write(&directory.join("m.pvtu"), &mesh, options, &mut |_, _| {})
+    write(&directory.join("m.pvtu"), &run.view(), options, &mut |_, _| {})
 }
 
 const NAMES: [&str; 4] = ["m.pieces/0000.vtu", "m.pieces/0001.vtu", "m.pieces/0002.vtu", "m.pvtu"];
 
 #[test]
 fn every_worker_has_a_piece() {
-    for sample in [kuhn(3), squares(4)] {
+    for run in [Run::in_space(300), Run::over(Points::Plane(plane(Kind::Clusters, 300, 3)))] {
         let directory = tempfile::tempdir().unwrap();
-        let values: Vec<f64> = (0..sample.view().point_count()).map(|i| i as f64 / 4.0).collect();
+        let values: Vec<f64> = (0..run.view().point_count()).map(|i| i as f64 / 4.0).collect();
         let columns = [Column { name: "a<b".to_owned(), values }];
         let options = WriteOptions { with_owner: true, point_data: &columns, ..WriteOptions::default() };
-        let written = write_to_directory(directory.path(), &sample, &options).unwrap();
+        let written = write_to_directory(directory.path(), &run, &options).unwrap();
         assert_eq!(written, ["m.pvtu", "m.pieces"].map(|name| directory.path().join(name)));
         let files = files(directory.path());
         assert_eq!(files.keys().collect::<Vec<_>>(), NAMES.iter().collect::<Vec<_>>());
@@ -69,8 +94,7 @@ fn every_worker_has_a_piece() {
                 .map(|line| line.split(" format=").next().unwrap().to_owned() + "/>")
                 .collect();
             assert_eq!(found, declared);
-            let owned = |name: &str| words(&arrays[name]).len();
-            assert_eq!(owned("GlobalPointIds") == 0, piece.contains("0001"));
+            assert!(found.iter().any(|line| line.contains("home_leaf")));
             let numbers = words(&arrays["a&lt;b"]);
             for (id, value) in words(&arrays["GlobalPointIds"]).iter().zip(numbers) {
                 assert_eq!(f64::from_bits(value), *id as f64 / 4.0);
@@ -78,7 +102,7 @@ fn every_worker_has_a_piece() {
             points += list_of(&head, "NumberOfPoints");
             cells += list_of(&head, "NumberOfCells");
         }
-        assert!(points > sample.view().point_count() && cells > sample.view().cell_count());
+        assert!(points > run.view().point_count() && cells > run.view().cell_count());
         assert!(list.contains("PointData GlobalIds=\"GlobalPointIds\"") && list.contains("GhostLevel=\"1\""));
     }
 }
@@ -91,9 +115,12 @@ fn list_of(head: &str, name: &str) -> usize {
 
 #[test]
 fn points_and_cells_are_owned_once() {
-    let sample = awkward(kuhn(3));
+    // The coordinates have the bits of the input.
+    let at = |p: glam::DVec3| if p.x < 0.3 { p.with_x(-0.0) } else { p };
+    let run = Run::over(Points::Space(space(Kind::Uniform, 300, 3).into_iter().map(at).collect()));
     let directory = tempfile::tempdir().unwrap();
-    write_to_directory(directory.path(), &sample, &WriteOptions::default()).unwrap();
+    write_to_directory(directory.path(), &run, &WriteOptions::default()).unwrap();
+    let mesh = run.view();
     let (mut points, mut cells) = (Vec::new(), Vec::new());
     let mut rows = Vec::new();
     for (name, bytes) in files(directory.path()).iter().filter(|(name, _)| name.starts_with("m.pieces/")) {
@@ -102,7 +129,7 @@ fn points_and_cells_are_owned_once() {
         let ids = words(&arrays["GlobalPointIds"]);
         for (at, id) in ids.iter().enumerate() {
             let bits: Vec<u64> = words(&arrays["Points"])[3 * at..3 * at + 3].to_vec();
-            let expected = &sample.coordinates[3 * *id as usize..][..3];
+            let expected = &mesh.coordinates[3 * *id as usize..][..3];
             assert_eq!(bits, expected.iter().map(|c| c.to_bits()).collect::<Vec<_>>(), "{name}");
         }
         // The arrays of points and of cells have the same name; cells come last.
@@ -115,21 +142,21 @@ fn points_and_cells_are_owned_once() {
         }
         points.extend(ids);
     }
-    assert_eq!(cells, (0..sample.view().cell_count() as u64).collect::<Vec<_>>());
+    assert_eq!(cells, (0..mesh.cell_count() as u64).collect::<Vec<_>>());
     rows.sort();
-    assert_eq!(rows.concat(), sample.cells);
+    assert_eq!(rows.concat(), mesh.cells);
     points.sort_unstable();
     points.dedup();
-    assert_eq!(points.len(), sample.view().point_count());
+    assert_eq!(points.len(), mesh.point_count());
 }
 
 #[test]
 fn pieces_do_not_depend_on_the_number_of_threads() {
-    let sample = awkward(kuhn(9));
+    let run = Run::in_space(2000);
     let with_threads = |threads: usize| {
         let directory = tempfile::tempdir().unwrap();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| write_to_directory(directory.path(), &sample, &WriteOptions::default())).unwrap();
+        pool.install(|| write_to_directory(directory.path(), &run, &WriteOptions::default())).unwrap();
         files(directory.path())
     };
     assert!(with_threads(1) == with_threads(2) && with_threads(1) == with_threads(5));
@@ -137,31 +164,25 @@ fn pieces_do_not_depend_on_the_number_of_threads() {
 
 #[test]
 fn a_failure_leaves_the_former_files() {
-    let sample = kuhn(1);
+    let run = Run::in_space(60);
     let options = WriteOptions::default();
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("m.pvtu");
-    write_to_directory(directory.path(), &sample, &options).unwrap();
+    write_to_directory(directory.path(), &run, &options).unwrap();
     let before = files(directory.path());
-    // No workers of points, and a caller that panics between two pieces.
-    let error = write(&path, &sample.view(), &options, &mut |_, _| {}).unwrap_err();
+    // A mesh without a run, points of another number, and a caller that panics between two pieces.
+    let error = write(&path, &kuhn(1).view(), &options, &mut |_, _| {}).unwrap_err();
     assert!(matches!(error, OutputError::NoPieces { .. }), "{error}");
-    let owners = vec![0; 8];
-    let mesh = MeshView { shares: Some(Shares { workers: 3, point_owner: &owners }), ..sample.view() };
+    let mesh = MeshView { coordinates: &[0.0; 30], cells: &[], owner: None, owning_leaf: None, ..run.view() };
     let error = write(&path, &mesh, &options, &mut |_, _| {}).unwrap_err();
     assert!(matches!(error, OutputError::InvalidMesh { .. }), "{error}");
-    let stopped = std::panic::catch_unwind(|| {
-        let owners = halves(&sample);
-        let mesh = MeshView { shares: Some(Shares { workers: 3, point_owner: &owners }), ..sample.view() };
-        write(&path, &mesh, &options, &mut |done, _| assert!(done == 0))
-    });
+    let stopped =
+        std::panic::catch_unwind(|| write(&path, &run.view(), &options, &mut |done, _| assert!(done == 0)));
     assert!(stopped.is_err());
     assert!(files(directory.path()) == before);
     // A directory takes the name of the list after the check.
     fs::remove_file(&path).unwrap();
-    let owners = halves(&sample);
-    let mesh = MeshView { shares: Some(Shares { workers: 3, point_owner: &owners }), ..sample.view() };
-    let error = write(&path, &mesh, &options, &mut |done, _| {
+    let error = write(&path, &run.view(), &options, &mut |done, _| {
         if done > 0 && !path.exists() {
             fs::create_dir(&path).unwrap();
         }
@@ -205,10 +226,11 @@ fn obstacles_are_found_before_any_work() {
 #[test]
 fn a_list_of_pieces_is_not_read() {
     let directory = tempfile::tempdir().unwrap();
-    write_to_directory(directory.path(), &kuhn(1), &WriteOptions::default()).unwrap();
+    let run = Run::in_space(60);
+    write_to_directory(directory.path(), &run, &WriteOptions::default()).unwrap();
     let read = |name: &str| read(&directory.path().join(name), &ReadOptions::default(), &mut |_, _| {});
     let error = read("m.pvtu").unwrap_err();
     assert!(matches!(error, InputError::Unsupported { .. }), "{error}");
     assert!(error.to_string().contains("lists its pieces"), "{error}");
-    assert_eq!(read("m.pieces/0000.vtu").unwrap().points.len(), 8);
+    assert!(read("m.pieces/0000.vtu").unwrap().points.len() > 20);
 }

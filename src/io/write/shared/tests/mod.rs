@@ -26,7 +26,8 @@ struct Own {
 
 impl Own {
     fn mesh(&self) -> SharedMesh<'_> {
-        SharedMesh { run: &self.run, rows: &self.rows, first: self.first, source_index: None, dropped: 0 }
+        let (coordinates, first) = (self.rows.coordinates(), self.first);
+        SharedMesh { run: &self.run, coordinates, first, source_index: None, dropped: 0 }
     }
 }
 
@@ -51,6 +52,7 @@ fn spec(workers: u32) -> Spec {
         spec.machine.threads = Some(1);
         spec.tree.leaf = Some(20);
         spec.input.skip_invalid = true;
+        spec.keep.owner = true;
     })
 }
 
@@ -84,7 +86,7 @@ fn apart(points: &Points, workers: u32, count: u32) -> Vec<Own> {
 
 /// Triangulates points on one process.
 fn alone(points: &Points, workers: u32) -> Outcome {
-    let spec = spec(workers).with(|spec| spec.keep.point_owner = true);
+    let spec = spec(workers);
     match points {
         Points::Plane(points) => septet_core::triangulate(points, &spec).unwrap(),
         Points::Space(points) => septet_core::triangulate(points, &spec).unwrap(),
@@ -93,7 +95,7 @@ fn alone(points: &Points, workers: u32) -> Outcome {
 
 /// The outputs of all formats in a directory.
 fn outputs(directory: &Path) -> Vec<PathBuf> {
-    ["m.npy", "m.pvtu", "m.vtu"].map(|name| directory.join(name)).to_vec()
+    ["m.npy", "m.pvtu", "m.vtk", "m.vtu"].map(|name| directory.join(name)).to_vec()
 }
 
 /// The files below a directory, by their paths in it.

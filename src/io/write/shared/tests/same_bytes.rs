@@ -1,4 +1,5 @@
-//! The bytes of the outputs.
+//! The bytes of the outputs. `tests/system/parts.rs` compares the pieces with the cells and owners of a run, and the golden
+//! test has the hashes of all files.
 
 use glam::{DVec2, DVec3};
 use septet_common::sets::{flat_grid, grid, plane, space};
@@ -6,13 +7,18 @@ use septet_core::generate::Kind;
 
 use super::*;
 
+/// The outputs of five workers have the owner and the leaf of each cell.
+fn options(workers: u32) -> WriteOptions<'static> {
+    WriteOptions { with_owner: workers == 5, ..WriteOptions::default() }
+}
+
 /// Writes the outputs of one process.
 fn written_alone(points: &Points, workers: u32) -> BTreeMap<String, Vec<u8>> {
     let directory = tempfile::tempdir().unwrap();
     let run = alone(points, workers);
     for output in outputs(directory.path()) {
         let view = run.view(points.coordinates());
-        crate::write::write(&output, &view, &WriteOptions::default(), &mut |_, _| {}).unwrap();
+        crate::write::write(&output, &view, &options(workers), &mut |_, _| {}).unwrap();
     }
     files(directory.path())
 }
@@ -23,9 +29,9 @@ fn written_apart(points: &Points, workers: u32, count: u32) -> BTreeMap<String, 
     let outputs = outputs(directory.path());
     let owns = apart(points, workers, count);
     let write = |processes: &mut Processes<'_>, own: &Own| {
-        write_shared(processes, &outputs, &own.mesh(), &WriteOptions::default(), &|| false)
+        write_shared(processes, &outputs, &own.mesh(), &options(workers), &|| false)
     };
-    let listed = ["m.npy", "m.pvtu", "m.pieces", "m.vtu"].map(|name| directory.path().join(name));
+    let listed = ["m.npy", "m.pvtu", "m.pieces", "m.vtk", "m.vtu"].map(|name| directory.path().join(name));
     for files in on_each(&owns, write) {
         assert_eq!(files.unwrap(), listed);
     }
@@ -36,7 +42,7 @@ fn written_apart(points: &Points, workers: u32, count: u32) -> BTreeMap<String, 
 fn same(what: &str, points: &Points) {
     for workers in [1, 5, 8] {
         let expected = written_alone(points, workers);
-        assert!(expected.len() as u32 == 4 + workers);
+        assert!(expected.len() as u32 == 5 + workers);
         for count in [1, 2, 3, 5].into_iter().filter(|count| *count <= workers) {
             let found = written_apart(points, workers, count);
             let names = |files: &BTreeMap<String, Vec<u8>>| files.keys().cloned().collect::<Vec<_>>();
