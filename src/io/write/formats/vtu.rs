@@ -299,7 +299,7 @@ pub fn write_whole(
     progress: &mut WriteProgress<'_>,
 ) -> io::Result<()> {
     let all = |section| 0..count_of(arrays, section);
-    let own = Own { points: all(Section::Points), cells: all(Section::Cells) };
+    let own = &Own { points: all(Section::Points), cells: all(Section::Cells) };
     write_arrays(&mut Place::stream(out), data, arrays, own, progress)
 }
 
@@ -314,7 +314,7 @@ pub fn write_arrays(
     place: &mut Place<'_>,
     data: [&str; 2],
     arrays: &[Array<'_>],
-    own: Own,
+    own: &Own,
     progress: &mut WriteProgress<'_>,
 ) -> io::Result<()> {
     let mut head = Vec::new();

@@ -32,10 +32,9 @@ use septet_protocol::wire::{Ended, Processes};
 pub use fault::GATHER_LIMIT;
 pub use mesh::SharedMesh;
 
-use super::formats::{Way, npy, writer};
+use super::formats::{Way, writer};
 use super::options::WriteOptions;
 use super::place::Place;
-use super::records::WriteProgress;
 use super::row_table::RowTable;
 use super::staged::Staged;
 use crate::ending::without_gz;
@@ -97,13 +96,9 @@ pub fn write_shared(
         let with_owner = with_ratio && counts.with_owner;
         let layout = Layout { corners: mesh.run.space + 1, with_ratio, with_owner };
         let cells = sort::sort(processes, mesh, &counts, layout)?;
-        let mut ignore = |_, _| {};
-        let progress = &mut WriteProgress::new(0, &mut ignore);
         for path in of(Way::Cells) {
             go_on(processes)?;
-            let write =
-                |place: &mut Place<'_>| npy::write_cells(place, &cells.range(), &table, &mut *progress);
-            staged.write_range(processes, path, write)?;
+            staged.write_range(processes, path, |place| ranges::write_npy(place, &cells, &table))?;
         }
         for path in of(Way::Grid) {
             go_on(processes)?;

@@ -1,14 +1,21 @@
-//! `.vtu` files of which every process writes ranges of bytes.
+//! Files of which every process writes ranges of bytes.
 
 use std::io;
 
 use super::counts::Counts;
 use super::mesh::SharedMesh;
 use super::sort::SortedCells;
+use crate::write::formats::npy;
 use crate::write::formats::vtu::{self, Array, Own, Record, Section};
 use crate::write::place::Place;
 use crate::write::records::WriteProgress;
 use crate::write::row_table::RowTable;
+
+/// Writes the share of a process of a `.npy` file of cells.
+pub(super) fn write_npy(place: &mut Place<'_>, cells: &SortedCells, table: &RowTable<'_>) -> io::Result<()> {
+    let mut ignore = |_, _| {};
+    npy::write_cells(place, &cells.range(), table, &mut WriteProgress::new(0, &mut ignore))
+}
 
 /// Writes the share of a process of a `.vtu` file: its input rows as points, and its cells.
 pub(super) fn write_vtu(
@@ -22,7 +29,7 @@ pub(super) fn write_vtu(
     let own = Own { points: first..first + mesh.row_count(), cells: range.first..range.first + range.len() };
     let mut ignore = |_, _| {};
     let progress = &mut WriteProgress::new(0, &mut ignore);
-    vtu::write_arrays(place, vtu::GRID_DATA, &arrays((mesh, counts), cells, table), own, progress)
+    vtu::write_arrays(place, vtu::GRID_DATA, &arrays((mesh, counts), cells, table), &own, progress)
 }
 
 /// Returns the arrays of the whole file. Only the records of this process can be written.
