@@ -27,7 +27,9 @@
 #[doc(inline)]
 pub use septet_core::model::Points;
 #[doc(inline)]
-pub use septet_core::{Accounting, Error, Outcome, Refutation, Spec, independent, simulate, triangulate};
+pub use septet_core::{
+    Accounting, Door, Error, Outcome, Refutation, Remedy, Spec, independent, simulate, triangulate,
+};
 #[doc(inline)]
 pub use septet_geometry::point::Coordinates;
 #[doc(inline)]
@@ -253,7 +255,7 @@ pub mod accounts {
     #[doc(inline)]
     pub use septet_lab::accounts::{
         AccountError, Accounts, Difference, PhaseAccount, ReportError, ReportedCounts, ReportedPhase,
-        ReportedRun, ReportedTotal, ReportedTotals, SCHEMA, TotalAccount, fold,
+        ReportedRun, ReportedTotal, ReportedTotals, TotalAccount, fold,
     };
     #[doc(inline)]
     pub use septet_lab::report::{CostHeader, ledger_counts, write_cost_trace};
@@ -264,7 +266,7 @@ pub mod claims {
     #[doc(inline)]
     pub use septet_lab::claims::{
         CheckedClaim, Claim, ClaimError, ClaimJournal, ClaimReport, Extent, Figure, Lab, LabOptions, Reading,
-        Relation, Role, SCHEMA, Statistics, registry, select,
+        Relation, Role, Statistics, registry, select,
     };
 }
 

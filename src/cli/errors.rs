@@ -1,10 +1,11 @@
 //! Failures of the program: a message, help, the offending input line, and an exit code.
 
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
 use std::io::{ErrorKind, Write as _};
 
 use septet_core::generate::{GenerateError, Kind};
 use septet_core::spec::SpecError;
+use septet_core::{Door, Error, Remedy};
 use septet_io::read::{InputError, ListError};
 use septet_io::write::OutputError;
 use septet_protocol::transport::TransportError;
@@ -62,25 +63,26 @@ impl Failure {
         Failure { code, message: message.into(), help: None, excerpt: None, is_own: false }
     }
 
-    /// Returns the message and, on a line of its own, the help.
-    pub fn text(&self) -> String {
-        format!("{}\n{}", self.message, self.help.as_deref().unwrap_or_default())
+    /// Creates the failure of an error. Its remedy, spelled for the command line, is the help.
+    pub fn of(code: Code, error: &impl Display, remedy: Option<Remedy>) -> Self {
+        let help = remedy.map(|remedy| remedy.spelled(Door::Shell));
+        Failure { help, ..Failure::new(code, error.to_string()) }
     }
 
-    /// Creates the failure with the text of another one ([`Failure::text`]), or with a message that ends with its help after a
-    /// semicolon.
-    pub fn of_text(code: Code, text: &str) -> Self {
-        match text.rsplit_once('\n') {
-            Some((message, "")) => Failure::new(code, message),
-            Some((message, help)) => Failure::new(code, message).help(help),
-            None => Failure::split(code, text),
-        }
+    /// Returns the code, the message and the help, for other processes.
+    pub fn described(&self) -> (u8, String, String) {
+        (self.code as u8, self.message.clone(), Remedy::sent(self.help.as_ref().map(Remedy::plain)))
     }
 
     /// Adds the next step for the user.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
+    }
+
+    /// Adds the next step for the user, if the error has no remedy.
+    pub fn or_help(self, help: &str) -> Self {
+        if self.help.is_some() { self } else { self.help(help) }
     }
 
     /// Returns the failure after the first Ctrl-C.
@@ -97,14 +99,6 @@ impl Failure {
     #[cfg(unix)]
     pub fn of_process(self, process: u32) -> Self {
         Failure { is_own: true, ..self.in_place(&format!("process {process}")) }
-    }
-
-    /// Splits a message at its last semicolon: the clause after it becomes the help.
-    pub fn split(code: Code, message: &str) -> Self {
-        match message.rsplit_once("; ") {
-            Some((what, help)) => Failure::new(code, what).help(help),
-            None => Failure::new(code, message),
-        }
     }
 
     /// Writes the report to standard error.
@@ -125,98 +119,88 @@ impl Failure {
 
 impl From<InputError> for Failure {
     fn from(error: InputError) -> Self {
-        of_file(&error, &error.to_string())
+        of_file(&error, &error)
     }
 }
 
 /// Returns the failure for a file that cannot be read.
-fn of_file(error: &InputError, message: &str) -> Failure {
-    let mut failure = Failure::split(Code::of(error.exit_code()), message);
-    if failure.help.is_none() && matches!(error, InputError::Syntax { .. }) {
-        failure.help = Some("correct the file, or give it the extension of its format".into());
-    }
-    if let Some(line) = error.line() {
-        failure.excerpt = Excerpt::of(error.path(), line, error.column()).map(Box::new);
-    }
-    failure
+fn of_file(error: &InputError, message: &impl Display) -> Failure {
+    let failure = Failure::of(Code::of(error.exit_code()), message, error.remedy());
+    let excerpt = error.line().and_then(|line| Excerpt::of(error.path(), line, error.column()));
+    Failure { excerpt: excerpt.map(Box::new), ..failure }
 }
 
 impl From<ListError> for Failure {
     fn from(error: ListError) -> Self {
-        let message = error.to_string();
         match &error {
-            ListError::File { error, .. } | ListError::List { error } => of_file(error, &message),
-            ListError::Entry { list, line, .. } => {
-                let excerpt = Excerpt::of(list, *line, None).map(Box::new);
-                Failure { excerpt, ..Failure::split(Code::of(error.exit_code()), &message) }
+            ListError::File { error: of, .. } | ListError::List { error: of } => of_file(of, &error),
+            _ => {
+                let line =
+                    if let ListError::Entry { list, line, .. } = &error { Some((list, *line)) } else { None };
+                let excerpt = line.and_then(|(list, line)| Excerpt::of(list, line, None)).map(Box::new);
+                Failure { excerpt, ..Failure::of(Code::of(error.exit_code()), &error, error.remedy()) }
             }
-            _ => Failure::split(Code::of(error.exit_code()), &message),
         }
     }
 }
 
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
-        let message = error.to_string();
         match &error {
             OutputError::Stream { source } if source.kind() == ErrorKind::BrokenPipe => {
-                Failure::new(Code::ReaderGone, message)
+                Failure::new(Code::ReaderGone, error.to_string())
             }
-            _ => match error.remedy() {
-                Some(remedy) => Failure::new(Code::of(error.exit_code()), message).help(remedy),
-                None => Failure::split(Code::of(error.exit_code()), &message),
-            },
+            _ => Failure::of(Code::of(error.exit_code()), &error, error.remedy()),
         }
     }
 }
 
 impl From<SpecError> for Failure {
     fn from(error: SpecError) -> Self {
-        Failure::new(Code::Usage, error.to_string()).help("see the options in the command's `--help`")
+        Failure::of(Code::Usage, &error, error.remedy()).or_help("see the options in the command's `--help`")
     }
 }
 
 impl From<GenerateError> for Failure {
     fn from(error: GenerateError) -> Self {
+        let code = match &error {
+            GenerateError::TooMany { .. } => Code::Limit,
+            GenerateError::Incomplete { .. } => Code::Failed,
+            _ => Code::Usage,
+        };
+        let failure = Failure::of(code, &error, error.remedy());
         match error {
-            GenerateError::TooMany { .. } => {
-                Failure::new(Code::Limit, error.to_string()).help("reduce the number of points")
-            }
             GenerateError::Machine(error) => error.into(),
-            GenerateError::Incomplete { .. } => Failure::new(Code::Failed, error.to_string()),
-            GenerateError::UnknownKind { ref name } => {
-                let near = suggestion(name, Kind::all().map(Kind::name));
-                Failure::new(Code::Usage, error.to_string())
-                    .help(format!("{near}see `septet generate --help`"))
+            GenerateError::UnknownKind { name } => {
+                let near = suggestion(&name, Kind::all().map(Kind::name));
+                let known = failure.help.clone().unwrap_or_default();
+                failure.help(format!("{near}{known}"))
             }
-            _ => Failure::new(Code::Usage, error.to_string()).help("see `septet generate --help`"),
+            _ => failure.or_help("see `septet generate --help`"),
         }
     }
 }
 
-impl From<septet_core::Error> for Failure {
-    fn from(error: septet_core::Error) -> Self {
-        use septet_core::Error;
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        let of = |code| Failure::of(code, &error, error.remedy());
         match error {
             Error::Spec(error) => error.into(),
-            Error::Points(error) => Failure::new(Code::Input, error.to_string()),
-            Error::Sites(error) => Failure::new(Code::Input, error.to_string()),
-            Error::Indices { .. } => Failure::new(Code::Input, error.to_string()),
-            Error::Memory { forecast, limit, points } => Failure::new(
-                Code::Limit,
-                format!(
+            Error::Points(_) | Error::Sites(_) | Error::Indices { .. } => of(Code::Input),
+            Error::Memory { forecast, limit, points } => {
+                let message = format!(
                     "{points} points need about {} of memory ({forecast} bytes), but the limit is {} ({limit} bytes)",
                     bytes(forecast),
                     bytes(limit)
-                ),
-            )
-            .help("raise --max-memory, or reduce the number of points"),
+                );
+                Failure { message, ..of(Code::Limit) }
+            }
             Error::Machine(TransportError::Stopped) | Error::Interrupted => Failure::interrupted(),
-            Error::Machine(_) | Error::Start(_) => Failure::new(Code::Machine, error.to_string())
+            Error::Machine(_) | Error::Start(_) => of(Code::Machine)
                 .help("run it again with -v; if it fails again, please report it with the input"),
-            Error::Piece { .. } | Error::Baseline(_) => Failure::new(Code::Limit, error.to_string()),
-            Error::NotCertified { .. } => Failure::new(Code::Rejected, error.to_string()),
-            _ => Failure::new(Code::Failed, error.to_string()),
+            Error::Piece { .. } | Error::Baseline(_) => of(Code::Limit),
+            Error::NotCertified { .. } => of(Code::Rejected),
+            _ => of(Code::Failed),
         }
     }
 }

@@ -185,6 +185,6 @@ impl From<FitError> for Failure {
             | FitError::NoSerial { .. } => Code::Input,
             _ => Code::Usage,
         };
-        Failure::new(code, error.to_string()).help("see `septet fit --help`")
+        Failure::of(code, &error, error.remedy()).or_help("see `septet fit --help`")
     }
 }

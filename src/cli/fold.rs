@@ -4,7 +4,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use septet_lab::accounts::{Accounts, ReportedRun, fold};
+use septet_lab::accounts::{Accounts, ReportError, ReportedRun, fold};
 
 use super::errors::{Code, Failure};
 use super::files;
@@ -41,11 +41,12 @@ pub fn run(args: &FoldArgs, talk: &Talk) -> Result<(), Failure> {
     }
     let reported = args.report.as_deref().map(reported).transpose()?;
     let trace = gzip::open(&args.trace).map_err(|error| input::unreadable(&args.trace, &error))?;
-    let refused = |path: &Path, text: &str| Failure::split(Code::Input, text).in_place(&input::name(path));
-    let accounts = fold(trace).map_err(|error| refused(&args.trace, &error.to_string()))?;
+    let accounts = fold(trace).map_err(|error| {
+        Failure::of(Code::Input, &error, error.remedy()).in_place(&input::name(&args.trace))
+    })?;
     let differences = reported.as_ref().map(|run| accounts.compare(run)).transpose();
     let path = args.report.as_deref().unwrap_or(&args.trace);
-    let differences = differences.map_err(|error| refused(path, &error.to_string()))?;
+    let differences = differences.map_err(|error| refused(path, &error))?;
     files::print(&table(&accounts))?;
     let differences = differences.unwrap_or_default();
     for difference in &differences {
@@ -69,8 +70,12 @@ fn reported(path: &Path) -> Result<ReportedRun, Failure> {
     let mut text = Vec::new();
     let read = gzip::open(path).and_then(|mut reader| reader.read_to_end(&mut text));
     read.map_err(|error| input::unreadable(path, &error))?;
-    ReportedRun::parse(&text)
-        .map_err(|error| Failure::split(Code::Input, &error.to_string()).in_place(&input::name(path)))
+    ReportedRun::parse(&text).map_err(|error| refused(path, &error))
+}
+
+/// Returns the failure for a file that is not the report of the run.
+fn refused(path: &Path, error: &ReportError) -> Failure {
+    Failure::of(Code::Input, error, error.remedy()).in_place(&input::name(path))
 }
 
 /// Formats the counts of the phases and the totals.

@@ -25,6 +25,8 @@ mod page;
 mod predict;
 mod processes;
 mod progress;
+#[cfg(test)]
+mod remedy_tests;
 mod report;
 mod reproduce;
 mod rival;

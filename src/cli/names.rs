@@ -1,5 +1,6 @@
 //! Names of formats on the command line.
 
+use septet_core::Door;
 use septet_io::read::{RawRows, UnknownRawRows};
 use septet_io::{Format, Role};
 
@@ -25,9 +26,11 @@ pub fn names(role: Role) -> String {
     role.formats().map(Format::name).collect::<Vec<_>>().join(", ")
 }
 
-/// Replaces `{points}` by the names of formats of points, and `{data}` by the extensions of outputs with values at points.
+/// Returns the text of a row of options. `{points}` stands for the names of formats of points, and `{data}` for the
+/// extensions of outputs with values at points.
 pub fn with_formats(text: &str) -> String {
-    text.replace("{points}", &names(Role::Points)).replace("{data}", &with_data())
+    let text = text.replace("{points}", &names(Role::Points)).replace("{data}", &with_data());
+    Door::Shell.spell(&text)
 }
 
 /// Returns the extensions of outputs with values at points, for help texts and messages.

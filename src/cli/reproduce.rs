@@ -196,7 +196,7 @@ fn unknown(error: ClaimError) -> Failure {
     let names: Vec<&str> = registry().map(|claim| claim.name).collect();
     let near = suggestion(name, names.iter().copied());
     let help = format!("{near}the claims are {}; see `septet reproduce --list`", names.join(" "));
-    Failure::new(Code::Usage, format!("there is no claim `{name}`")).help(help)
+    Failure::new(Code::Usage, error.to_string()).help(help)
 }
 
 fn listed(claim: &Claim) -> String {
@@ -209,8 +209,8 @@ impl From<ClaimError> for Failure {
         match error {
             ClaimError::Run(error) => error.into(),
             ClaimError::Fit(error) => error.into(),
-            ClaimError::Unknown { .. } => Failure::new(Code::Usage, error.to_string()),
-            _ => Failure::new(Code::Failed, error.to_string()),
+            ClaimError::Unknown { .. } => Failure::of(Code::Usage, &error, error.remedy()),
+            _ => Failure::of(Code::Failed, &error, error.remedy()),
         }
     }
 }

@@ -71,7 +71,8 @@ pub struct ScaleArgs {
 
 impl ScaleArgs {
     fn sweep(&self, talk: &Talk) -> Result<Sweep, Failure> {
-        let sizes = parse_sizes(&self.sizes).map_err(|e| Failure::new(Code::Usage, e.to_string()))?;
+        let sizes = parse_sizes(&self.sizes);
+        let sizes = sizes.map_err(|error| Failure::of(Code::Usage, &error, error.remedy()))?;
         let spec = self.given.options().spec()?;
         let spec = spec.with(|c| c.control.cancel = Some(talk.cancel.clone()));
         let sweep = Sweep {
@@ -177,21 +178,18 @@ fn left(elapsed: f64, spent: f64, total: f64) -> String {
 
 impl From<SweepError> for Failure {
     fn from(error: SweepError) -> Self {
-        Failure::new(Code::Usage, error.to_string()).help("see `septet scale --help`")
+        Failure::of(Code::Usage, &error, error.remedy()).or_help("see `septet scale --help`")
     }
 }
 
 impl From<JournalError> for Failure {
     fn from(error: JournalError) -> Self {
-        let (code, help) = match &error {
-            JournalError::Line { .. } => (Code::Input, "delete the line, or choose another file"),
-            JournalError::NoSweep { .. } => (Code::Input, "choose another file: this one has other content"),
-            JournalError::OtherSweep { .. } | JournalError::OtherVersion { .. } => {
-                (Code::Usage, "choose another file; `septet fit` accepts several files")
-            }
-            _ => (Code::Failed, "choose a file that you can read and write"),
+        let code = match &error {
+            JournalError::Line { .. } | JournalError::NoSweep { .. } => Code::Input,
+            JournalError::OtherSweep { .. } | JournalError::OtherVersion { .. } => Code::Usage,
+            _ => Code::Failed,
         };
-        Failure::new(code, error.to_string()).help(help)
+        Failure::of(code, &error, error.remedy())
     }
 }
 
@@ -200,7 +198,7 @@ impl From<RunError> for Failure {
         match error {
             RunError::Generate(error) => error.into(),
             RunError::Run(error) => error.into(),
-            _ => Failure::new(Code::Failed, error.to_string()),
+            _ => Failure::of(Code::Failed, &error, error.remedy()),
         }
     }
 }

@@ -7,6 +7,7 @@ use septet_geometry::range::RangeError;
 use septet_protocol::ids::COORDINATOR;
 use septet_protocol::transport::TransportError;
 
+use crate::remedy::Remedy;
 use crate::result::outcome::Outcome;
 pub use crate::result::refutation::Refutation;
 use crate::spec::SpecError;
@@ -25,10 +26,7 @@ pub enum Error {
     #[error(transparent)]
     Sites(#[from] SiteError),
     /// Points of different processes have the same input index.
-    #[error(
-        "{rows} points have input indices between {first} and {last}, so some have the same index: pass each process \
-         a first index beyond the indices of the others"
-    )]
+    #[error("{rows} points have input indices between {first} and {last}, so some have the same index")]
     Indices {
         /// Number of points of all processes.
         rows: u64,
@@ -38,10 +36,7 @@ pub enum Error {
         last: u64,
     },
     /// The memory forecast exceeds the limit.
-    #[error(
-        "about {forecast} bytes would be needed for {points} points, more than the limit of {limit}: use more \
-         machines, fewer points, or raise --max-memory"
-    )]
+    #[error("about {forecast} bytes would be needed for {points} points, more than the limit of {limit}")]
     Memory {
         /// Expected peak in bytes.
         forecast: u64,
@@ -51,10 +46,7 @@ pub enum Error {
         points: u64,
     },
     /// One worker would have more points than its local indices can address.
-    #[error(
-        "one worker would have to triangulate about {points} points, more than the limit of {most}: use at least \
-         {workers} workers"
-    )]
+    #[error("one worker would have to triangulate about {points} points, more than the limit of {most}")]
     Piece {
         /// Expected number of points of the largest subdomain.
         points: u64,
@@ -70,7 +62,7 @@ pub enum Error {
     #[error("cannot start the workers: {0}")]
     Start(#[from] std::io::Error),
     /// The stars disagree after every repair. This is a bug in septet.
-    #[error("{}", refutation.message())]
+    #[error("the certificate failed: {refutation}")]
     NotCertified {
         /// The reasons why the stars do not form a triangulation.
         refutation: Refutation,
@@ -83,6 +75,30 @@ pub enum Error {
     /// The run was cancelled.
     #[error("interrupted")]
     Interrupted,
+}
+
+impl Error {
+    /// Returns what to do.
+    pub fn remedy(&self) -> Option<Remedy> {
+        match self {
+            Error::Spec(error) => error.remedy(),
+            Error::Sites(error) => error.remedy(),
+            Error::Points(RangeError::NotFinite { .. } | RangeError::Spread { .. }) => {
+                Some(Remedy::of("round the coordinates to a common grid, or drop these points"))
+            }
+            Error::Indices { .. } => {
+                Some(Remedy::of("pass each process a first index beyond the indices of the others"))
+            }
+            Error::Memory { .. } => Some(Remedy::of("raise {max-memory}, or reduce the number of points")),
+            Error::Piece { workers, .. } => Some(Remedy::of("use at least ").set("workers", workers)),
+            Error::Machine(TransportError::WorkerFailed { .. } | TransportError::BadMessage { .. })
+            | Error::Start(_) => {
+                Some(Remedy::of("run it again; if it fails again, please report it with the input"))
+            }
+            Error::NotCertified { .. } => Some(Remedy::REPORT),
+            Error::Machine(TransportError::Stopped) | Error::Baseline(_) | Error::Interrupted => None,
+        }
+    }
 }
 
 /// Returns the error for a result that is incomplete.
@@ -119,7 +135,7 @@ pub enum SiteError {
         size: f64,
     },
     /// Two sites have the same coordinates.
-    #[error("sites {first} and {second} have the same coordinates: leave one of them out")]
+    #[error("sites {first} and {second} have the same coordinates")]
     Coincident {
         /// Position of the first.
         first: usize,
@@ -129,6 +145,14 @@ pub enum SiteError {
 }
 
 impl SiteError {
+    /// Returns what to do.
+    pub fn remedy(&self) -> Option<Remedy> {
+        match self {
+            SiteError::Coincident { .. } => Some(Remedy::of("omit one of them")),
+            SiteError::Lengths { .. } | SiteError::Fixed { .. } | SiteError::Size { .. } => None,
+        }
+    }
+
     /// Checks the numbers of places and fixed sites, and the sizes.
     pub(crate) fn check(places: usize, sizes: &[f64], fixed: usize) -> Result<(), SiteError> {
         if places != sizes.len() {

@@ -9,6 +9,8 @@ pub mod model;
 
 pub mod error;
 
+pub mod remedy;
+
 pub mod input;
 
 pub mod coordinator;
@@ -22,6 +24,7 @@ pub mod mesh;
 pub mod generate;
 
 pub use error::{Error, Refutation};
+pub use remedy::{Door, Remedy};
 pub use result::outcome::{
     Accounting, Ending, Facts, Kept, LeftOut, Outcome, Selection, SetMember, Settled, Times, TrafficTotal,
 };

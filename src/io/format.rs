@@ -247,7 +247,7 @@ formats! {
         roles: &[
             (Role::Points, "ASCII 2 and 4.1"),
             (Role::Cells, ""),
-            (Role::Triangulation, "4.1, or 2.2 with `--msh-version 2.2`"),
+            (Role::Triangulation, "4.1 or 2.2"),
             (Role::Mesh, ""),
         ],
         labels: Some([

@@ -3,6 +3,7 @@
 use schemars::{Schema, json_schema};
 use serde_json::{Map, Value, json};
 
+use septet_core::Door;
 use septet_core::spec::Row;
 
 /// The fields of an object, by name.
@@ -13,7 +14,7 @@ impl Fields {
     /// Adds a field for each row: its types ([`septet_core::spec::Value::TYPES`]) and the first sentence of its document.
     pub(crate) fn and<S: 'static>(mut self, rows: impl IntoIterator<Item = &'static Row<S>>) -> Self {
         for row in rows {
-            let first = row.doc.split("\n\n").next().unwrap_or_default();
+            let first = Door::Rust.spell(row.doc.split("\n\n").next().unwrap_or_default());
             let description = format!("{}.", first.trim_end_matches('.'));
             self.0.insert(row.key.to_owned(), json!({ "description": description, "type": row.types }));
         }

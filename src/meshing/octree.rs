@@ -140,15 +140,13 @@ pub struct Grown<Leaf> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum TooFine {
     /// The tree needs too many cells.
-    #[error("the size function needs more than {limit} cells: raise the minimum size or the memory limit")]
+    #[error("the size function needs more than {limit} cells")]
     Cells {
         /// The limit.
         limit: u64,
     },
     /// The tree needs too many levels.
-    #[error(
-        "the size function needs cells smaller than 2^-30 of the domain, near {at:?}: raise the minimum size"
-    )]
+    #[error("the size function needs cells smaller than 2^-30 of the domain, near {at:?}")]
     Levels {
         /// A cell of the last level.
         at: CellKey,

@@ -132,6 +132,6 @@ fn a_size_field_of_the_wrong_width_is_a_fault_of_the_file() {
     let place = Place::new();
     let domain = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/domains/good/cube.poly");
     place.file("plane.txt", "0 0 1\n").file("wide.txt", "0 0 0 0 0 1\n");
-    place.fails(&format!("mesh {domain} -o m.vtu --size-field plane.txt"), 3, &["--size-field has 2"]);
+    place.fails(&format!("mesh {domain} -o m.vtu --size-field plane.txt"), 3, &["the size field has 2"]);
     place.fails(&format!("mesh {domain} -o m.vtu --size-field wide.txt"), 3, &["wide.txt", "three or four"]);
 }

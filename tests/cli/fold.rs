@@ -43,7 +43,7 @@ fn other_counts_are_refused() {
     place.fails("fold phase.jsonl", 3, &["there is no phase `lunch`"]);
     place.file("node.jsonl", text.replacen("\"node\":1,", "\"node\":0,", 1));
     place.fails("fold node.jsonl", 3, &["there is no node 0"]);
-    place.fails("fold r.json", 3, &["r.json", "septet simulate --cost-trace"]);
+    place.fails("fold r.json", 3, &["r.json", "septet simulate", "--cost-trace"]);
     place.fails("fold none.jsonl", 3, &["no such file"]);
     place.fails("triangulate sample:uniform:300 --cost-trace c.jsonl", 2, &["--cost-trace"]);
     place.fails("simulate sample:uniform:300 --cost-trace c.jsonl --json c.jsonl", 2, &["same file"]);
@@ -64,7 +64,7 @@ fn reports_of_other_runs_are_refused() {
     place.good("simulate sample:uniform:200 --leaf 60 --seed 2 --json few.json");
     place.fails("fold c.jsonl --report few.json", 3, &["another run: it has 200 points", "has 300 points"]);
     place.good("triangulate sample:uniform:300 --seed 2 --json direct.json");
-    let words = &["direct.json: this run has no counts", "run `septet simulate --json`"];
+    let words = &["direct.json: this run has no counts", "run `septet simulate` with --json"];
     place.fails("fold c.jsonl --report direct.json", 3, words);
     place.fails("fold c.jsonl --report c.jsonl", 3, &["septet simulate --json"]);
     place.file("verify.json", "{\"schema\":\"septet-verify/1\"}");

@@ -171,7 +171,7 @@ fn bad_points_are_named_by_file_and_rows() {
 fn files_that_do_not_agree_are_refused() {
     let place = Place::new();
     place.file("a.xyz", "0 0 0\n1 0 0\n").file("b.xyz", "0 1\n").file("ab.txt", "a.xyz\nb.xyz\n");
-    place.fails("triangulate @ab.txt", 3, &["b.xyz: points of dimension 2", "a.xyz", "-d 2"]);
+    place.fails("triangulate @ab.txt", 3, &["b.xyz: points of dimension 2", "a.xyz", "--dimension 2"]);
     place.good("triangulate @ab.txt -d 2");
     place.fails("triangulate @ab.txt -d 3", 3, &["b.xyz, line 1", "row 2 of the list"]);
     place.file("c.npy", npy("<f8", [1, 3], &[0; 24])).file("d.npy", npy("<f4", [1, 3], &[0; 12]));

@@ -126,7 +126,7 @@ fn options_that_cannot_be_are_refused() {
         ("-o m.vtu --singularity point", 2, &["--min-size"]),
         ("-o m.vtu --min-size 1 --singularity plane", 2, &["`point`, `line`"]),
         ("-o m.vtu --min-size 1 --singularity line:1,2,3", 2, &["line:X,Y"]),
-        ("-o m.vtu --min-size 1 --singularity point:0,0", 2, &["--singularity has 2", "the domain has 3"]),
+        ("-o m.vtu --min-size 1 --singularity point:0,0", 2, &["the singularity has 2", "the domain has 3"]),
         ("-o m.vtu --delivery-seed 3", 2, &["--transport sim"]),
         ("-o m.vtu --workers 0", 2, &["worker"]),
         ("-o m.xyz", 2, &["m.xyz", "unknown output format"]),
@@ -143,7 +143,11 @@ fn options_that_cannot_be_are_refused() {
     place.file("f.txt", "0 0 0 1\n0 0 1 -1\n");
     place.fails("mesh cube.poly -o m.vtu --size-field f.txt", 3, &["f.txt", "line 2", "positive"]);
     place.file("f.txt", "0 0 1\n");
-    place.fails("mesh cube.poly -o m.vtu --size-field f.txt", 3, &["--size-field has 2", "the domain has 3"]);
+    place.fails(
+        "mesh cube.poly -o m.vtu --size-field f.txt",
+        3,
+        &["the size field has 2", "the domain has 3"],
+    );
 }
 
 /// Surfaces of CGAL's demos and TetGen's example.

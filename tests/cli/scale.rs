@@ -78,11 +78,11 @@ fn a_sweep_is_kept_taken_up_repeated_and_fitted() {
     place.fails("fit runs.jsonl -y speed", 2, &["no count `speed`", "levels"]);
     place.fails("fit runs.jsonl -y depth --phase hull", 2, &["no run has a phase `hull`"]);
     place.fails("fit runs.jsonl -y level-depth --phase partition --margin 2", 2, &["margin"]);
-    place.fails("fit runs.jsonl --speedup", 3, &["scale --timed"]);
+    place.fails("fit runs.jsonl --speedup", 3, &["septet scale", "--timed"]);
     place.fails("fit none.jsonl -y levels", 3, &["none.jsonl"]);
     place.file("empty.jsonl", "");
     for options in ["", " -y levels", " --speedup"] {
-        let words = ["empty.jsonl: there are no runs", "septet scale -o FILE"];
+        let words = ["empty.jsonl: there are no runs", "septet scale"];
         place.fails(&format!("fit empty.jsonl{options}"), 3, &words);
     }
 }

@@ -192,7 +192,7 @@ fn constant_counts_are_found_constant_or_undecided() {
     let few: Vec<Line> = lines.into_iter().filter(|line| line.seed < 3).collect();
     let refused = fit(&few, &request).unwrap_err();
     assert!(matches!(refused, FitError::TooFewSeeds { seeds: 2, least: 3, .. }), "{refused}");
-    assert!(refused.to_string().contains("--seeds 3"), "{refused}");
+    assert!(refused.remedy().unwrap().to_string().contains("`seeds = 3`"), "{refused}");
 }
 
 #[test]

@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use fancy_regex::Regex;
+
 use crate::source::{code, files, files_of, is_test, root};
 use crate::syntax::definitions;
 
@@ -109,6 +111,29 @@ fn libraries_do_not_print_or_exit() {
         found.extend(named(&text, &EFFECTS).map(|line| (file.to_string(), line)));
     }
     assert!(found.is_empty(), "these print or exit: {found:#?}");
+}
+
+/// The words of options on the command line, such as `--json` and `-d 2`.
+const OPTIONS: &str = r#"--[a-z]|"[^"]*[ `(]-[dnoxy][ `,)"]"#;
+
+/// These write command lines: the line of a run has the command that repeats it, and a journal the options of its claims.
+const COMMAND_LINES: [&str; 2] = ["src/lab/experiment/sweep.rs", "src/lab/claims/journal.rs"];
+
+/// The command line, and every other door, spells options in its own way.
+#[test]
+fn libraries_name_no_option_of_the_command_line() {
+    let option = Regex::new(OPTIONS).unwrap();
+    let libraries = ["src/core", "src/io", "src/lab", "src/verify", "src/meshing", "workers"];
+    let all = libraries.iter().flat_map(|folder| files(folder));
+    let plain = all.filter(|(name, _)| !is_test(name) && !COMMAND_LINES.contains(&name.as_str()));
+    let named =
+        |text: &str| code(text).lines().find(|line| option.is_match(line).unwrap()).map(str::to_owned);
+    let found: Vec<_> = plain.filter_map(|(name, text)| Some((name, named(&text)?))).collect();
+    assert!(found.is_empty(), "these name an option of the command line: {found:#?}");
+    for planted in ["    #[error(\"omit --raw\")]", "        more text, or use --raw\"", "f(\"use -d 2\")"] {
+        assert!(named(planted).is_some(), "{planted}");
+    }
+    assert!(named("let opposite = x - -d; // --raw").is_none());
 }
 
 #[test]

@@ -184,7 +184,7 @@ impl Job<'_> {
                 return Err(broken.unwrap_or_else(|| Failure::new(Code::Rejected, "the mesh is degenerate")));
             }
             Err(MakeError::Mesh(error)) => return Err(self.named(domain, error)),
-            Err(error) => return Err(Failure::new(Code::Failed, error.to_string())),
+            Err(error) => return Err(Failure::of(Code::Failed, &error, error.remedy())),
         };
         let cells = made.mesh.cells.len();
         let owners = made.owners.take();
@@ -286,28 +286,21 @@ impl Job<'_> {
 
 impl From<MeshError> for Failure {
     fn from(error: MeshError) -> Self {
+        let code = match &error {
+            // The number of columns of a size field is a property of its file.
+            MeshError::Dimension { what: "size field", .. } => Code::Input,
+            MeshError::Dimension { .. } => Code::Usage,
+            MeshError::Size(SizeError::TooFine(_)) => Code::Limit,
+            MeshError::Size(_) => Code::Usage,
+            MeshError::Missing { .. } => Code::Rejected,
+            MeshError::TooMany { .. } | MeshError::Memory { .. } => Code::Limit,
+            _ => Code::Failed,
+        };
+        let is_size = matches!(error, MeshError::Size(_));
+        let help = if is_size { "see `septet mesh --help`" } else { "--check checks the domain only" };
         match error {
             MeshError::Run(error) => error.into(),
-            MeshError::Dimension { what, .. } => {
-                // The number of columns of a size field is a property of its file.
-                let code = if what == "--size-field" { Code::Input } else { Code::Usage };
-                Failure::new(code, error.to_string())
-                    .help("use as many coordinates as the domain has; in a size field, the size follows them")
-            }
-            MeshError::Size(error) => {
-                let code = match error {
-                    SizeError::TooFine(_) => Code::Limit,
-                    _ => Code::Usage,
-                };
-                Failure::new(code, error.to_string()).help("see `septet mesh --help`")
-            }
-            MeshError::Missing { .. } => Failure::new(Code::Rejected, error.to_string())
-                .help("--check lists the small angles of the domain; a smaller --size may help"),
-            MeshError::TooMany { .. } | MeshError::Memory { .. } => {
-                Failure::new(Code::Limit, error.to_string())
-                    .help("raise --max-memory, or increase --size or --min-size")
-            }
-            error => Failure::new(Code::Failed, error.to_string()).help("--check checks the domain only"),
+            error => Failure::of(code, &error, error.remedy()).or_help(help),
         }
     }
 }

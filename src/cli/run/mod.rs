@@ -15,7 +15,7 @@ use std::time::Instant;
 
 use septet_core::run::memory::{peak_rss, rss};
 use septet_core::run::processes::{HeldRows, run_held};
-use septet_core::{Outcome, Spec, perform};
+use septet_core::{Outcome, Remedy, Spec, perform};
 use septet_lab::report::{RunContext, RunReport};
 use septet_protocol::wire::Alone;
 
@@ -64,7 +64,10 @@ pub fn run(
     let mut run =
         trace::traced(&args.tracing, team, talk, &mut files, |team| run_ranks(&plan, &spec, &rows, team))?;
     let run_seconds = start.elapsed().as_secs_f64();
-    let failure = run.refutation.as_ref().map(|found| Failure::new(Code::Rejected, found.message()));
+    let failure = run.refutation.as_ref().map(|found| {
+        let message = format!("the certificate failed: {found}");
+        Failure::of(Code::Rejected, &message, Some(Remedy::REPORT))
+    });
     if failure.is_none() {
         files.extend(write_mesh_files((&plan, spec.keep.owner), &run, &rows, team, talk)?);
     }

@@ -1,5 +1,6 @@
 //! The processes of a command: their values, and their common errors.
 
+use septet_core::Remedy;
 use septet_protocol::checksum::checksum;
 use septet_protocol::message::PROTOCOL_VERSION;
 use septet_protocol::wire::{Alone, Ended, Processes, Wire, WireError};
@@ -42,7 +43,7 @@ impl<'a> Team<'a> {
         if self.is_alone() {
             return own;
         }
-        Ok(self.processes.agree(own, |failure| (failure.code as u8, failure.text()))?)
+        Ok(self.processes.agree(own, Failure::described)?)
     }
 
     /// Runs a step on the first process only. All processes return its failure.
@@ -98,7 +99,9 @@ impl Start {
 impl From<Ended> for Failure {
     fn from(ended: Ended) -> Self {
         match ended {
-            Ended::Refused(refused) => Failure::of_text(Code::of(refused.code), &refused.message),
+            Ended::Refused(refused) => {
+                Failure::of(Code::of(refused.code), &refused.message, Remedy::received(refused.remedy))
+            }
             Ended::Wire(error) => error.into(),
         }
     }

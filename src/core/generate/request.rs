@@ -6,6 +6,7 @@ use thiserror::Error;
 use super::kind::{self, Kind};
 use super::sizing::Sizing;
 use crate::model::Points;
+use crate::remedy::Remedy;
 
 /// The default Lipschitz constant of the graded kinds.
 pub const GRADED_LIPSCHITZ: f64 = 0.25;
@@ -66,7 +67,7 @@ pub struct Generated {
 #[derive(Debug, Error)]
 pub enum GenerateError {
     /// The kind is unknown.
-    #[error("unknown kind of point set `{name}`; known kinds: {}", kind::names())]
+    #[error("unknown kind of point set `{name}`")]
     UnknownKind {
         /// The name as given.
         name: String,
@@ -88,8 +89,7 @@ pub enum GenerateError {
     RatioUnused(Kind),
     /// The radii of that many shells exceed the range in which signs are exact.
     #[error(
-        "{n} points on shells of ratio {ratio} exceed the range of exact coordinates: at most {limit} points, or a \
-         smaller ratio"
+        "{n} points on shells of ratio {ratio} exceed the range of exact coordinates: at most {limit} points"
     )]
     TooManyShells {
         /// The number of points requested.
@@ -121,11 +121,30 @@ pub enum GenerateError {
     #[error("the generation of an f-spaced set failed")]
     Machine(#[from] crate::Error),
     /// The generation of an f-spaced set did not finish.
-    #[error("the generation of an f-spaced set did not finish: {reason}; this is a bug in septet")]
+    #[error("the generation of an f-spaced set did not finish: {reason}")]
     Incomplete {
         /// The failure.
         reason: String,
     },
+}
+
+impl GenerateError {
+    /// Returns what to do.
+    pub fn remedy(&self) -> Option<Remedy> {
+        Some(match self {
+            Self::UnknownKind { .. } => Remedy::of("use one of ").and(kind::names()),
+            Self::TooManyShells { .. } => Remedy::of("reduce the number of points or the ratio"),
+            Self::TooMany { .. } => Remedy::of("reduce the number of points"),
+            Self::Machine(error) => return error.remedy(),
+            Self::Incomplete { .. } => Remedy::REPORT,
+            Self::Dimension(_)
+            | Self::Lipschitz(_)
+            | Self::LipschitzUnused(_)
+            | Self::Ratio(_)
+            | Self::RatioUnused(_)
+            | Self::Spec { .. } => return None,
+        })
+    }
 }
 
 /// A callback for progress. Its arguments are the name of the step, the amount done, and the total amount.

@@ -1,8 +1,11 @@
 //! Errors of mesh generation.
 
 use septet_meshing::domain::Feature;
+use septet_meshing::octree::TooFine;
 use septet_meshing::size::SizeError;
 use thiserror::Error;
+
+use crate::remedy::Remedy;
 
 /// Errors of mesh generation.
 #[derive(Debug, Error)]
@@ -15,13 +18,13 @@ pub enum MeshError {
     #[error(transparent)]
     Size(#[from] SizeError),
     /// A size field or a singularity has a different dimension than the domain.
-    #[error("{what} has {found} coordinates per point, but the domain has {expected}")]
+    #[error("the {what} has {found} coordinates per point, but the domain has {expected}")]
     Dimension {
-        /// The option at fault.
+        /// The input at fault: size field or singularity.
         what: &'static str,
         /// The dimension of the domain.
         expected: usize,
-        /// The dimension of the option.
+        /// The dimension of this input.
         found: usize,
     },
     /// Features that meet at small angles could not be recovered.
@@ -49,4 +52,30 @@ pub enum MeshError {
     /// A run of the machine failed.
     #[error(transparent)]
     Run(#[from] crate::Error),
+}
+
+impl MeshError {
+    /// Returns what to do.
+    pub fn remedy(&self) -> Option<Remedy> {
+        Some(match self {
+            Self::Dimension { .. } => Remedy::of(
+                "use as many coordinates as the domain has; in a size field, the size follows them",
+            ),
+            Self::Missing { .. } => {
+                Remedy::of("{check} lists the small angles of the domain; a smaller {size} may help")
+            }
+            Self::TooMany { .. } | Self::Memory { .. } => {
+                Remedy::of("raise {max-memory}, or increase {size} or {min-size}")
+            }
+            Self::Size(SizeError::TooFine(TooFine::Cells { .. })) => {
+                Remedy::of("raise {min-size} or {max-memory}")
+            }
+            Self::Size(SizeError::TooFine(TooFine::Levels { .. })) => Remedy::of("raise {min-size}"),
+            Self::Run(error) => return error.remedy(),
+            Self::Unsupported(_)
+            | Self::Size(
+                SizeError::Lipschitz(_) | SizeError::Loss { .. } | SizeError::Size(_) | SizeError::Place,
+            ) => return None,
+        })
+    }
 }

@@ -1,4 +1,4 @@
-//! Sizes at points, as given with `--size-field`.
+//! The size field of a request: sizes at points.
 
 use septet_geometry::point::Point;
 use septet_meshing::size::cones::Cone;
@@ -21,7 +21,7 @@ impl SizeField {
     /// Returns [`MeshError::Dimension`].
     pub fn cones<P: Point>(&self) -> Result<Vec<Cone<P>>, MeshError> {
         if self.dimension != P::DIM {
-            let what = "--size-field";
+            let what = "size field";
             return Err(MeshError::Dimension { what, expected: P::DIM, found: self.dimension });
         }
         Ok(self.rows.iter().map(|&(at, size)| Cone { at: P::from_coords(&at[..P::DIM]), size }).collect())

@@ -127,7 +127,7 @@ pub static MESH_OPTIONS: &[Row<MeshSpec>] = &[
     ),
     option!(
         MeshSpec, "singularity", "singularity",
-        "Grade sizes down to --min-size at a point or on a line\n\nCoordinates follow after a colon, as in \
+        "Grade sizes down to {min-size} at a point or on a line\n\nCoordinates follow after a colon, as in \
          `point:0,0,1`. By default, the point is the centre of the bounding box, and the line is the middle third of \
          the box along x.",
         Option<SingularityRequest>,

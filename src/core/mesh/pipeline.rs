@@ -17,6 +17,7 @@ use thiserror::Error;
 
 use super::run_log::RunLog;
 use super::{Built, MeshError, MeshSpec, assess, build, conform, sizes};
+use crate::remedy::Remedy;
 
 /// Limits on the data that the result keeps besides the mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,6 +72,17 @@ pub enum MakeError<P: Triangulate> {
     /// The mesh does not conform to its domain. This is a bug in septet.
     #[error("the mesh does not conform to its domain: {} defects", .0.conformity.defects.len())]
     NotConforming(Box<Made<P>>),
+}
+
+impl<P: Triangulate> MakeError<P> {
+    /// Returns what to do.
+    pub fn remedy(&self) -> Option<Remedy> {
+        match self {
+            MakeError::Input(_) => Some(Remedy::of("fix the defects of the domain")),
+            MakeError::Mesh(error) => error.remedy(),
+            MakeError::Shapeless(_) | MakeError::NotConforming(_) => Some(Remedy::REPORT),
+        }
+    }
 }
 
 fn first(defects: &[Defect]) -> &'static str {

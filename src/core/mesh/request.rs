@@ -188,7 +188,7 @@ impl SingularityRequest {
         }
         if !self.at.is_empty() {
             let found = if self.shape == SingularityShape::Point { self.at.len() } else { self.at.len() / 2 };
-            return Err(MeshError::Dimension { what: "--singularity", expected: P::DIM, found });
+            return Err(MeshError::Dimension { what: "singularity", expected: P::DIM, found });
         }
         let unscaled = |p: P| septet_geometry::range::scale(p, -domain.simplices.exponent);
         let live = domain.corners.iter().map(|&v| domain.points()[v as usize]);

@@ -20,13 +20,6 @@ pub struct Refutation {
     pub foreign: bool,
 }
 
-impl Refutation {
-    /// Returns the message of the error.
-    pub fn message(&self) -> String {
-        format!("the certificate failed: {self}; this is a bug in septet: please report it with the input")
-    }
-}
-
 fn owned(foreign: bool) -> &'static str {
     if foreign { ", of points that are not those of the input" } else { "" }
 }

@@ -2,12 +2,14 @@
 
 use thiserror::Error;
 
+use crate::remedy::Remedy;
+
 /// A combination of parameters with which no run is possible.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SpecError {
     /// There are no workers.
-    #[error("at least one worker is needed (--workers 1)")]
+    #[error("at least one worker is needed")]
     NoWorkers,
     /// There are more workers than ranks.
     #[error("{workers} workers are too many: at most {most}")]
@@ -18,7 +20,7 @@ pub enum SpecError {
         most: u32,
     },
     /// There are no threads.
-    #[error("at least one thread is needed (--threads 1)")]
+    #[error("at least one thread is needed")]
     NoThreads,
     /// alpha is less than 1 or not a number.
     #[error("alpha is {alpha}: it must be a number of at least 1 (Definition 2.2), or `auto`")]
@@ -41,7 +43,7 @@ pub enum SpecError {
         factor: f64,
     },
     /// alpha or k is given for a supergraph that does not use it.
-    #[error("a {graph} graph has no {parameter}: leave it out or choose another supergraph")]
+    #[error("a {graph} graph has no {parameter}")]
     Unused {
         /// The supergraph.
         graph: &'static str,
@@ -71,17 +73,17 @@ pub enum SpecError {
     /// The rule of separator sets loses edges of the supergraph.
     #[error(
         "separator sets `smaller` hold for the density graph only: an edge of the {graph} graph can cross a \
-         separator with one end's ball on its own side; use `both` or `ghost`"
+         separator with one end's ball on its own side"
     )]
     SmallerSide {
         /// The supergraph.
         graph: &'static str,
     },
     /// The bottom-up correction is requested from a run that does not count.
-    #[error("--neighbours naive needs `simulate`: use `simulate`, or leave out --neighbours")]
+    #[error("only `simulate` has the naive correction of neighbour balls")]
     BottomUpUncounted,
     /// A draw has too few samples for a centrepoint.
-    #[error("{samples} samples are too few for a centrepoint: at least {least} (--samples {least})")]
+    #[error("{samples} samples are too few for a centrepoint: at least {least}")]
     Samples {
         /// The number of samples in the configuration.
         samples: u64,
@@ -89,7 +91,7 @@ pub enum SpecError {
         least: u64,
     },
     /// The number of great circles is out of range.
-    #[error("a draw tries between 1 and {most} great circles, not {tries} (--tries)")]
+    #[error("a draw tries between 1 and {most} great circles, not {tries}")]
     Tries {
         /// The number in the configuration.
         tries: u32,
@@ -97,13 +99,10 @@ pub enum SpecError {
         most: u32,
     },
     /// Great circles are given for a partition by planes.
-    #[error("--tries has no effect with --partition kd, which draws no great circles: leave one of them out")]
+    #[error("a number of great circles has no effect on the partition kd, which draws none")]
     TriesOfPlanes,
     /// A process would have no worker.
-    #[error(
-        "{workers} workers are too few for {processes} processes: use at least one worker for each process \
-         (workers = {processes})"
-    )]
+    #[error("{workers} workers are too few for {processes} processes")]
     TooFewWorkers {
         /// The number of workers in the configuration.
         workers: u32,
@@ -111,14 +110,40 @@ pub enum SpecError {
         processes: u32,
     },
     /// An output needs all ranks in one process.
-    #[error(
-        "{output} needs all points in one process: omit the option that asks for it, or run in one process"
-    )]
+    #[error("{output} needs all points in one process")]
     NotDistributed {
         /// The output.
         output: &'static str,
     },
     /// The leaf size is zero.
-    #[error("a leaf holds at least one point (--leaf 1)")]
+    #[error("a leaf holds at least one point")]
     EmptyLeaf,
+}
+
+impl SpecError {
+    /// Returns what to do.
+    pub fn remedy(&self) -> Option<Remedy> {
+        Some(match *self {
+            Self::NoWorkers => Remedy::of("use {workers=1}"),
+            Self::NoThreads => Remedy::of("use {threads=1}"),
+            Self::EmptyLeaf => Remedy::of("use {leaf=1}"),
+            Self::TooManyWorkers { most, .. } => Remedy::of("use at most ").set("workers", most),
+            Self::Samples { least, .. } => Remedy::of("use at least ").set("samples", least),
+            Self::Tries { most, .. } => Remedy::of("use {tries=1} to ").set("tries", most),
+            Self::TooFewWorkers { processes, .. } => Remedy::of("use at least ").set("workers", processes),
+            Self::Unused { parameter, .. } => {
+                Remedy::of("omit ").option(parameter).then(", or choose another {supergraph}")
+            }
+            Self::Needs { option, needed, word } => {
+                Remedy::of("add ").set(needed, word).then(", or omit ").option(option)
+            }
+            Self::SmallerSide { .. } => Remedy::of("use {separator-sets=both} or {separator-sets=ghost}"),
+            Self::BottomUpUncounted => Remedy::of("use `simulate`, or omit {neighbours}"),
+            Self::TriesOfPlanes => Remedy::of("omit {tries} or {partition=kd}"),
+            Self::NotDistributed { .. } => {
+                Remedy::of("omit the option that asks for it, or run in one process")
+            }
+            Self::Alpha { .. } | Self::K { .. } | Self::LogFactor { .. } | Self::Value { .. } => return None,
+        })
+    }
 }

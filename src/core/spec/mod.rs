@@ -18,7 +18,7 @@ pub use error::SpecError;
 pub use graph::{Alpha, DEFAULT_ALPHA, Graph, GraphKind, alpha_of_spacing};
 pub use groups::{InputRules, MOST_WORKERS, Recursion, Spec, Tree};
 pub use machine::{DEFAULT_SEED, Machine, Registers, Transport, TransportName, Workers, cores};
-pub use options::{OPTIONS, options_of, row, series_name, words_of_counts};
+pub use options::{OPTIONS, options_of, row, series_name};
 pub(crate) use row::option;
 pub use row::{Commands, Heading, Matters, Row, Series};
 pub use septet_workers::config::Neighbours;

@@ -22,14 +22,6 @@ pub fn options_of(command: Commands) -> impl Iterator<Item = &'static Row> {
     OPTIONS.iter().filter(move |row| row.commands.meets(command))
 }
 
-/// Returns the options whose values differ from the defaults and can change the counts of a command, as words of its
-/// command line. All of them have a value there, including defaults.
-pub fn words_of_counts(spec: &Spec, command: Commands) -> String {
-    let rows = options_of(command).filter(|row| row.matters >= Matters::Counts);
-    let word = |row: &Row| Some(format!(" --{} {}", row.name, row.get(spec).text()?));
-    rows.filter_map(word).collect()
-}
-
 /// Returns the options of the algorithm for the name of a series, from their values as text. If `with_defaults` is not set,
 /// no default is part of the name.
 pub fn series_name(with_defaults: bool, text: impl Fn(&Row) -> Option<String>) -> Vec<String> {
@@ -208,7 +200,7 @@ pub static OPTIONS: &[Row] = &[
     ),
     option!(
         Spec, "constants", "constants",
-        "Constants of the partition: for little work and depth, or for little time\n\n--samples, --tries and --leaf \
+        "Constants of the partition: for little work and depth, or for little time\n\n{samples}, {tries} and {leaf} \
          replace single constants.",
         Purpose,
         |s| s.tree.constants.purpose,
@@ -252,7 +244,7 @@ pub static OPTIONS: &[Row] = &[
     ),
     option!(
         Spec, "delivery-seed", "delivery_seed",
-        "Seed of the delivery order, with --transport sim [default: 0]",
+        "Seed of the delivery order, with {transport=sim} [default: 0]",
         Seed,
         |s| Seed(s.machine.transport.delivery_seed()),
         |s, Seed(seed)| s.machine.transport.set_delivery_seed(seed),
@@ -260,7 +252,7 @@ pub static OPTIONS: &[Row] = &[
     ),
     option!(
         Spec, "processes", "processes",
-        "Number of processes, with --transport processes [default: one for each worker, at most the cores]",
+        "Number of processes, with {transport=processes} [default: one for each worker, at most the cores]",
         Between<1, 256>,
         |s| Between(s.machine.transport.processes()),
         |s, Between(processes)| s.machine.transport.set_processes(processes),

@@ -133,7 +133,8 @@ pub struct Row<S: 'static = Spec> {
     /// The short name on the command line.
     pub short: Option<char>,
     /// The first paragraph is the short help. The other one is the rest of the long help. `{points}` and `{data}` stand for
-    /// the formats of points and of outputs with values at points, which readers and writers know.
+    /// the formats of points and of outputs with values at points, which readers and writers know. Other options are
+    /// those of a template ([`crate::Remedy`]).
     pub doc: &'static str,
     /// The form of the value, such as `P|auto|leaves`. Empty for words and flags.
     pub form: &'static str,

@@ -177,7 +177,8 @@ impl<'a> Collector<'a> {
             && !points.is_empty()
             && points.iter().all(|p| p.z == 0.0)
         {
-            self.notes.push("every z is 0; use -d 2 to triangulate in the plane".to_owned());
+            self.notes
+                .push("every z is 0, so dimension 2 triangulates the same points in the plane".to_owned());
         }
     }
 

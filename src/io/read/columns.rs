@@ -368,7 +368,7 @@ fn push(
         let is_first = is_positional && points.met == 0 && !options.skip_invalid;
         let mut first = row.fields.iter().take(if is_first { dimension } else { 0 });
         if let Some(word) = first.find(|field| number(field).is_none()) {
-            return Err(source.bad_word(line, word, advised(row, dimension)));
+            return Err(source.bad_word(line, word, NUMBER).with_columns(numbers(row, dimension)));
         }
         points.push_words(line, &mut selection.axes[..dimension].iter().map(|&i| row.fields[i]))?;
     }
@@ -378,18 +378,11 @@ fn push(
     Ok(())
 }
 
-/// Returns the "expected" part of the error for a field of the first row that is not a number. If the row has enough
-/// numbers, the text also suggests columns to choose.
-fn advised(row: &Row<'_>, dimension: usize) -> String {
+/// Returns the first columns of a row that are numbers, if the row has enough of them.
+fn numbers(row: &Row<'_>, dimension: usize) -> Option<String> {
     let numbers = row.fields.iter().enumerate().filter(|(_, f)| number(f).is_some());
     let numbers: Vec<String> = numbers.map(|(i, _)| (i + 1).to_string()).collect();
-    if numbers.len() < dimension {
-        return NUMBER.to_owned();
-    }
-    format!(
-        "{NUMBER}; choose the columns of the coordinates, such as --columns {}",
-        numbers[..dimension].join(",")
-    )
+    Some(numbers.get(..dimension)?.join(","))
 }
 
 /// Returns the number of atoms of a chemical file: a count, a comment, then rows of an element and three numbers.

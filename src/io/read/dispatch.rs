@@ -126,10 +126,7 @@ pub(super) fn a_domain(source: Source<'_>, wanted: &str) -> InputError {
 
 /// Returns the error for a file whose format is unknown, or has not this use.
 fn unknown(path: &Path, role: Role) -> InputError {
-    let states = if role == Role::Points { ", or state the format with --input-format or --raw" } else { "" };
-    let known = role.known() + states;
-    let advice = role.advice(path).map_or_else(String::new, |advice| format!("{advice}, or "));
-    InputError::UnknownFormat { path: path.to_owned(), advice, known }
+    InputError::UnknownFormat { path: path.to_owned(), advice: role.advice(path), role }
 }
 
 fn parsed_points(path: &Path, data: &[u8], options: &ReadOptions) -> Result<PointFile, InputError> {

@@ -30,10 +30,8 @@ fn of_format(
     progress: &mut ReadProgress<'_>,
 ) -> Result<DomainFile, InputError> {
     let Some(format) = format else {
-        let (path, known) = (source.path.to_owned(), Role::Domain.known());
-        let advice =
-            Role::Domain.advice(source.path).map_or_else(String::new, |advice| format!("{advice}, or "));
-        return Err(InputError::UnknownFormat { path, advice, known });
+        let (path, role) = (source.path.to_owned(), Role::Domain);
+        return Err(InputError::UnknownFormat { path, advice: role.advice(source.path), role });
     };
     match reader(format).domain {
         Some(read) => read(source, progress),

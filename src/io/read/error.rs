@@ -1,12 +1,12 @@
-//! Errors of the readers. Each message gives the file, the location, the problem and a remedy.
-//!
-//! The remedy follows the last semicolon of a message.
+//! Errors of the readers. Each message gives the file, the location and the problem.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use septet_core::Remedy;
+
 use crate::exit_code;
-use crate::format::may_be_table;
+use crate::format::{Role, may_be_table};
 
 /// A location in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,19 +36,19 @@ impl fmt::Display for Place {
 #[non_exhaustive]
 pub enum InputError {
     /// The file does not exist.
-    #[error("{}: no such file; check the name, or use - to read standard input", shown(.path))]
+    #[error("{}: no such file", shown(.path))]
     Missing {
         /// The file.
         path: PathBuf,
     },
     /// The path is a directory.
-    #[error("{}: is a directory; name a file in it", shown(.path))]
+    #[error("{}: is a directory", shown(.path))]
     Directory {
         /// The directory.
         path: PathBuf,
     },
     /// The operating system cannot open or read the file.
-    #[error("{}: cannot be read: {source}; check its permissions and that it is a regular file", shown(.path))]
+    #[error("{}: cannot be read: {source}", shown(.path))]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -56,7 +56,7 @@ pub enum InputError {
         source: std::io::Error,
     },
     /// The gzip data are damaged, incomplete, or missing although the name ends in `.gz`.
-    #[error("{}: the gzip data are damaged or incomplete: {source}; fetch the file again, or test it with `gzip -t`", shown(.path))]
+    #[error("{}: the gzip data are damaged or incomplete: {source}", shown(.path))]
     Gzip {
         /// The file.
         path: PathBuf,
@@ -64,17 +64,17 @@ pub enum InputError {
         source: std::io::Error,
     },
     /// Neither the name nor the content determines the format.
-    #[error("{}: unknown format; {advice}use one of {known}", shown(.path))]
+    #[error("{}: unknown format", shown(.path))]
     UnknownFormat {
         /// The file.
         path: PathBuf,
-        /// The nearest format and how to convert the file to it. May be empty.
-        advice: String,
-        /// The extensions with dots that can be read here, and a remark on compression.
-        known: String,
+        /// The nearest format, or how to convert the file to a known one, if its extension is known.
+        advice: Option<String>,
+        /// The use of the file.
+        role: Role,
     },
     /// The file is valid, but this kind of content is not supported.
-    #[error("{}{place}: {what} is not supported; {advice}", shown(.path))]
+    #[error("{}{place}: {what} is not supported", shown(.path))]
     Unsupported {
         /// The file.
         path: PathBuf,
@@ -100,6 +100,8 @@ pub enum InputError {
         expected: String,
         /// The zero-based index in the file of the point, if the error concerns a row of points.
         row: Option<u64>,
+        /// A possible choice of columns, if other columns of the row are numbers.
+        columns: Option<String>,
     },
     /// Binary content violates the rules of the format.
     #[error("{}, byte {offset}: found {found}, expected {expected}", shown(.path))]
@@ -114,7 +116,7 @@ pub enum InputError {
         expected: &'static str,
     },
     /// The columns of a table do not determine the coordinates.
-    #[error("{}{place}: {problem}{}; choose the columns of the coordinates, such as --columns {example}", shown(.path), listed(.names))]
+    #[error("{}{place}: {problem}{}", shown(.path), listed(.names))]
     Columns {
         /// The file.
         path: PathBuf,
@@ -128,7 +130,7 @@ pub enum InputError {
         example: String,
     },
     /// A table has a header row that names the coordinates, but no rows of points.
-    #[error("{}{place}: the file has a header and no rows; add the rows, or check that the file is complete", shown(.path))]
+    #[error("{}{place}: the file has a header and no rows", shown(.path))]
     NoRows {
         /// The file.
         path: PathBuf,
@@ -136,7 +138,7 @@ pub enum InputError {
         place: Place,
     },
     /// The name of a file to be read as raw coordinates is that of another format.
-    #[error("{}: --raw does not apply to a .{format} file; omit --raw, or rename the file", shown(.path))]
+    #[error("{}: the coordinates of a .{format} file are not raw", shown(.path))]
     NotRaw {
         /// The file.
         path: PathBuf,
@@ -144,7 +146,7 @@ pub enum InputError {
         format: &'static str,
     },
     /// A raw file does not end with a whole row.
-    #[error("{}: {size} bytes are not whole rows of {row} bytes; check the type and the dimension in --raw, or fetch the complete file", shown(.path))]
+    #[error("{}: {size} bytes are not whole rows of {row} bytes", shown(.path))]
     PartOfRow {
         /// The file.
         path: PathBuf,
@@ -154,7 +156,7 @@ pub enum InputError {
         row: u64,
     },
     /// Columns are chosen in a file that is not a text table.
-    #[error("{}: a .{format} file has no columns to choose; omit --columns and --keep-columns", shown(.path))]
+    #[error("{}: a .{format} file has no columns to choose", shown(.path))]
     NotATable {
         /// The file.
         path: PathBuf,
@@ -162,7 +164,7 @@ pub enum InputError {
         format: &'static str,
     },
     /// A coordinate is NaN or infinite.
-    #[error("{}{place}: coordinate of point {index} (from 0) is {value}, not a finite number; correct it, or drop such points with --skip-invalid", shown(.path))]
+    #[error("{}{place}: coordinate of point {index} (from 0) is {value}, not a finite number", shown(.path))]
     NotFinite {
         /// The file.
         path: PathBuf,
@@ -174,7 +176,7 @@ pub enum InputError {
         value: f64,
     },
     /// The file ends before the announced number of entries.
-    #[error("{}{place}: {expected} {what} announced, {found} found; the file is incomplete or its count is wrong", shown(.path))]
+    #[error("{}{place}: {expected} {what} announced, {found} found", shown(.path))]
     Truncated {
         /// The file.
         path: PathBuf,
@@ -188,7 +190,7 @@ pub enum InputError {
         what: &'static str,
     },
     /// The file continues after the announced number of entries.
-    #[error("{}{place}: more than the {expected} {what} announced; correct the count in the header", shown(.path))]
+    #[error("{}{place}: more than the {expected} {what} announced", shown(.path))]
     Count {
         /// The file.
         path: PathBuf,
@@ -200,7 +202,7 @@ pub enum InputError {
         what: &'static str,
     },
     /// The number of coordinates in a row differs from the other rows or from the requested dimension.
-    #[error("{}{place}: {found} coordinate{} instead of {expected}; give every row the same number, or choose the dimension with -d", shown(.path), if *.found == 1 { "" } else { "s" })]
+    #[error("{}{place}: {found} coordinate{} instead of {expected}", shown(.path), if *.found == 1 { "" } else { "s" })]
     MixedDimension {
         /// The file.
         path: PathBuf,
@@ -214,7 +216,7 @@ pub enum InputError {
         row: Option<u64>,
     },
     /// The dimension is neither 2 nor 3.
-    #[error("{}{place}: dimension {found}; only 2 and 3 are supported", shown(.path))]
+    #[error("{}{place}: dimension {found} is neither 2 nor 3", shown(.path))]
     UnsupportedDimension {
         /// The file.
         path: PathBuf,
@@ -224,7 +226,7 @@ pub enum InputError {
         found: u64,
     },
     /// A cell refers to a point that does not exist.
-    #[error("{}{place}: cell {cell} (from 0) names point {value}; point ids start at {first}{}; check that the points belong to these cells", shown(.path), of_points(*.limit))]
+    #[error("{}{place}: cell {cell} (from 0) names point {value}, but point ids start at {first}{}", shown(.path), of_points(*.limit))]
     OutOfRangeIndex {
         /// The file.
         path: PathBuf,
@@ -240,7 +242,7 @@ pub enum InputError {
         limit: Option<u64>,
     },
     /// The content does not fit in memory.
-    #[error("{}: cannot allocate {bytes} bytes; free memory or split the input", shown(.path))]
+    #[error("{}: cannot allocate {bytes} bytes", shown(.path))]
     OutOfMemory {
         /// The file.
         path: PathBuf,
@@ -250,6 +252,39 @@ pub enum InputError {
 }
 
 impl InputError {
+    /// Returns what to do.
+    pub fn remedy(&self) -> Option<Remedy> {
+        Some(match self {
+            Self::Missing { .. } => Remedy::of("check the name, or use - to read standard input"),
+            Self::Directory { .. } => Remedy::of("name a file in it"),
+            Self::Unreadable { .. } => Remedy::of("check its permissions and that it is a regular file"),
+            Self::Gzip { .. } => Remedy::of("fetch the file again, or test it with `gzip -t`"),
+            Self::UnknownFormat { advice, role, .. } => known_formats(advice.as_deref(), *role),
+            Self::Unsupported { advice, .. } => Remedy::plain(advice),
+            Self::Columns { example, .. } | Self::Syntax { columns: Some(example), .. } => {
+                Remedy::of("choose the columns of the coordinates, such as {columns} ").and(example)
+            }
+            Self::Syntax { columns: None, .. } => {
+                Remedy::of("correct the file, or give it the extension of its format")
+            }
+            Self::NoRows { .. } => Remedy::of("add the rows, or check that the file is complete"),
+            Self::NotRaw { .. } => Remedy::of("omit {raw}, or rename the file"),
+            Self::PartOfRow { .. } => {
+                Remedy::of("check the type and the dimension in {raw}, or fetch the complete file")
+            }
+            Self::NotATable { .. } => Remedy::of("omit {columns} and {keep-columns}"),
+            Self::NotFinite { .. } => Remedy::of("correct it, or drop such points with {skip-invalid}"),
+            Self::Truncated { .. } => Remedy::of("the file is incomplete or its count is wrong"),
+            Self::Count { .. } => Remedy::of("correct the count in the header"),
+            Self::MixedDimension { .. } => {
+                Remedy::of("give every row the same number, or choose it with {dimension}")
+            }
+            Self::OutOfRangeIndex { .. } => Remedy::of("check that the points belong to these cells"),
+            Self::OutOfMemory { .. } => Remedy::of("free memory or split the input"),
+            Self::Malformed { .. } | Self::UnsupportedDimension { .. } => return None,
+        })
+    }
+
     /// Returns the offending file, or `-` for standard input.
     pub fn path(&self) -> &Path {
         match self {
@@ -288,6 +323,14 @@ impl InputError {
     pub(super) fn in_row(mut self, index: u64) -> Self {
         if let Self::Syntax { row, .. } | Self::MixedDimension { row, .. } = &mut self {
             *row = Some(index);
+        }
+        self
+    }
+
+    /// Returns the error with a possible choice of columns.
+    pub(super) fn with_columns(mut self, example: Option<String>) -> Self {
+        if let Self::Syntax { columns, .. } = &mut self {
+            *columns = example;
         }
         self
     }
@@ -360,6 +403,17 @@ impl InputError {
             Self::UnknownFormat { path, .. } => !may_be_table(path),
             _ => false,
         }
+    }
+}
+
+/// Returns the remedy for a file of an unknown format.
+fn known_formats(advice: Option<&str>, role: Role) -> Remedy {
+    let near = advice.map_or_else(String::new, |advice| format!("{advice}, or "));
+    let remedy = Remedy::plain(near).and("use one of ").and(role.known());
+    if role == Role::Points {
+        remedy.then(", or state the format with {input-format} or {raw}")
+    } else {
+        remedy
     }
 }
 

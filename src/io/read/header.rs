@@ -224,7 +224,7 @@ impl Chooser<'_> {
         if !(2..=3).contains(&wanted.len()) || self.options.dimension.is_some_and(|d| d != wanted.len()) {
             let expected = self.options.dimension.map_or("two or three".to_owned(), |d| d.to_string());
             let columns = if wanted.len() == 1 { "column" } else { "columns" };
-            let problem = format!("--columns names {} {columns} instead of {expected}", wanted.len());
+            let problem = format!("{} {columns} instead of {expected}", wanted.len());
             return Err(self.error(problem));
         }
         wanted.iter().map(|name| self.column(name)).collect()

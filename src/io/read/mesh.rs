@@ -72,7 +72,8 @@ impl<'a> FileMesh<'a> {
             }
             file.points = Points::Plane(space.iter().map(|p| p.truncate()).collect());
         } else if lifted == 0 && !space.is_empty() {
-            file.notes.push("every z is 0; give -d 2 to triangulate in the plane".to_owned());
+            file.notes
+                .push("every z is 0, so dimension 2 triangulates the same points in the plane".to_owned());
         }
         Ok(file)
     }

@@ -168,6 +168,7 @@ impl Source<'_> {
             text: excerpt(line.text.trim_ascii()),
             expected: expected.into(),
             row: None,
+            columns: None,
         }
     }
 
@@ -181,6 +182,7 @@ impl Source<'_> {
             text: excerpt(word),
             expected: expected.into(),
             row: None,
+            columns: None,
         }
     }
 
@@ -222,6 +224,7 @@ impl Source<'_> {
             text: text.into(),
             expected: expected.to_owned(),
             row: None,
+            columns: None,
         }
     }
 

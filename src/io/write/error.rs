@@ -3,6 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use septet_core::Remedy;
+
 use super::topology::TopologyError;
 use crate::exit_code;
 use crate::format::Role;
@@ -12,34 +14,32 @@ use crate::format::Role;
 #[non_exhaustive]
 pub enum OutputError {
     /// The extension of the path does not belong to a format that can be written here.
-    #[error("{}: unknown output format, {advice}; use one of {known}, or state the format with --format", .path.display())]
+    #[error("{}: unknown output format", .path.display())]
     UnknownFormat {
         /// The path.
         path: PathBuf,
-        /// The nearest format.
+        /// The nearest format, or what to do instead.
         advice: String,
-        /// The known extensions with dots, and a remark on compression.
-        known: String,
+        /// The use of the file.
+        role: Role,
     },
     /// The format consists of several files and cannot be written to one stream or device.
-    #[error(
-        "a .node/.ele set or a .pvtu file has several files and cannot be written to a stream; choose another format"
-    )]
+    #[error("a .node/.ele set or a .pvtu file has several files and cannot be written to a stream")]
     NotOneFile,
     /// The path of a `.pvtu` file ends in `.gz`.
-    #[error("{}: VTK does not read a compressed .pvtu file; omit .gz", .path.display())]
+    #[error("{}: VTK does not read a compressed .pvtu file", .path.display())]
     Compressed {
         /// The path.
         path: PathBuf,
     },
     /// The name of a `.pvtu` file cannot be written in XML, but the file contains the path of its pieces.
-    #[error("{}: the name of a .pvtu file must be Unicode without control characters; choose another name", .path.display())]
+    #[error("{}: the name of a .pvtu file must be Unicode without control characters", .path.display())]
     NotText {
         /// The path.
         path: PathBuf,
     },
     /// A `.pvtu` file has a piece for each worker, but the mesh does not state the worker of each point.
-    #[error("{}: a .pvtu file needs the worker of each point, which only triangulate and simulate keep; write .vtu", .path.display())]
+    #[error("{}: a .pvtu file needs the worker of each point, which only triangulate and simulate keep", .path.display())]
     NoPieces {
         /// The path.
         path: PathBuf,
@@ -53,7 +53,7 @@ pub enum OutputError {
         obstacle: String,
     },
     /// The mesh has more entries than the format can count.
-    #[error("{}: {entries} entries are too many for a .vtk file, which counts in 32 bits; write .vtu", .path.display())]
+    #[error("{}: {entries} entries are too many for a .vtk file, which counts in 32 bits", .path.display())]
     TooLarge {
         /// The path.
         path: PathBuf,
@@ -122,11 +122,11 @@ impl OutputError {
     /// Returns the error for a path that does not determine a format of this use.
     pub(super) fn unknown(path: &Path, role: Role) -> Self {
         let advice = if path.as_os_str() == "-" {
-            "standard output needs --format".to_owned()
+            "standard output has no extension".to_owned()
         } else {
             role.advice(path).unwrap_or_else(|| "end the name in a known extension".to_owned())
         };
-        OutputError::UnknownFormat { path: path.to_owned(), advice, known: role.known() }
+        OutputError::UnknownFormat { path: path.to_owned(), advice, role }
     }
 
     /// Returns the exit code of the program.
@@ -142,17 +142,26 @@ impl OutputError {
         }
     }
 
-    /// Returns the remedy, or `None` if it is the last clause of the message.
-    pub fn remedy(&self) -> Option<&'static str> {
-        Some(match self {
-            _ if self.exit_code() != exit_code::FAILED => return None,
+    /// Returns what to do.
+    pub fn remedy(&self) -> Option<Remedy> {
+        Some(Remedy::of(match self {
+            OutputError::UnknownFormat { advice, role, .. } => {
+                let known = Remedy::plain(advice).and("; use one of ").and(role.known());
+                return Some(known.then(", or state the format with {format}"));
+            }
+            OutputError::NotOneFile => "choose another format",
+            OutputError::Compressed { .. } => "omit .gz",
+            OutputError::NotText { .. } => "choose another name",
+            OutputError::NoPieces { .. } | OutputError::TooLarge { .. } => "write .vtu",
             OutputError::MissingDirectory { .. } => "create the directory, or choose another",
             OutputError::IsDirectory { .. } => "give the name of a file in it",
             OutputError::Obstructed { .. } => "choose another name for the output, or move the obstacle away",
             OutputError::NotWritable { .. } => "choose a directory that you can write to",
             OutputError::Io { .. } | OutputError::Stream { .. } => "check the free space on the disk",
-            _ => "this is a defect of septet: please report it with the input",
-        })
+            OutputError::Topology { .. } | OutputError::InvalidMesh { .. } | OutputError::FirstId { .. } => {
+                return Some(Remedy::REPORT);
+            }
+        }))
     }
 }
 

@@ -109,18 +109,19 @@ mod tests {
         let point = |name: &str| WriteOptions::default().point_format_of(Path::new(name));
         assert_eq!(point("-").unwrap(), Format::Xyz);
         assert_eq!(point("p.txt.gz").unwrap(), Format::Xyz);
-        assert!(point("a.mesh").unwrap_err().to_string().contains("write .vtu or .ply"));
+        let remedy = point("a.mesh").unwrap_err().remedy().unwrap();
+        assert!(remedy.to_string().contains("write .vtu or .ply"));
     }
 
     #[test]
     fn errors_list_the_known_extensions_and_the_nearest() {
         for name in ["mesh", ".vtu", "a.zip.gz", "a.", "-", "a.xyz", ".gz"] {
             let error = WriteOptions::default().format_of(Path::new(name)).unwrap_err();
-            assert!(error.to_string().contains(".msh22"), "{error}");
+            assert!(error.remedy().unwrap().to_string().contains(".msh22"), "{error}");
         }
-        for (name, advice) in [("a.vut", "the nearest is .vtu"), ("a.dat", "write .npy"), ("-", "--format")] {
+        for (name, advice) in [("a.vut", "the nearest is .vtu"), ("a.dat", "write .npy"), ("-", "`format`")] {
             let error = WriteOptions::default().format_of(Path::new(name)).unwrap_err();
-            assert!(error.to_string().contains(advice), "{error}");
+            assert!(error.remedy().unwrap().to_string().contains(advice), "{error}");
         }
         let ply = WriteOptions { format: Some(Format::Ply), ..WriteOptions::default() };
         assert!(ply.format_of(Path::new("a.vtu")).is_err());

@@ -37,12 +37,8 @@ pub fn write_points(
 ) -> Result<Vec<PathBuf>, OutputError> {
     let format = options.point_format_of(path)?;
     if path.as_os_str() == "-" {
-        let advice = "standard output is not a file, use a stream".to_owned();
-        return Err(OutputError::UnknownFormat {
-            path: path.to_path_buf(),
-            advice,
-            known: "file names".to_owned(),
-        });
+        let (path, advice) = (path.to_path_buf(), "write standard output as a stream".to_owned());
+        return Err(OutputError::UnknownFormat { path, advice, role: Role::PointSet });
     }
     check_first_id(options.first_id)?;
     let (write, mut progress) = prepare(format, points, path, progress)?;

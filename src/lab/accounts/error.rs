@@ -1,5 +1,6 @@
-//! Errors of the second account. The clause after the last semicolon of a message states the next step.
+//! Errors of the second account.
 
+use septet_core::Remedy;
 use thiserror::Error;
 
 /// A text that is not a complete cost trace.
@@ -7,7 +8,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum AccountError {
     /// The text cannot be read.
-    #[error("line {line} cannot be read: {source}; write the cost trace again")]
+    #[error("line {line} cannot be read: {source}")]
     Unreadable {
         /// The line, from 1.
         line: u64,
@@ -15,12 +16,10 @@ pub enum AccountError {
         source: std::io::Error,
     },
     /// There is no line.
-    #[error("the cost trace is empty; give a file that `septet simulate --cost-trace` wrote")]
+    #[error("the cost trace is empty")]
     Empty,
     /// A line is neither a header nor a row.
-    #[error(
-        "line {line} is not a line of a cost trace: {source}; give a file that `septet simulate --cost-trace` wrote"
-    )]
+    #[error("line {line} is not a line of a cost trace: {source}")]
     Syntax {
         /// The line, from 1.
         line: u64,
@@ -28,15 +27,13 @@ pub enum AccountError {
         source: serde_json::Error,
     },
     /// The text has another format.
-    #[error(
-        "the format is `{found}` instead of `septet-cost/1`; give a file that `septet simulate --cost-trace` wrote"
-    )]
+    #[error("the format is `{found}` instead of `septet-cost/1`")]
     Schema {
         /// The format in the text.
         found: String,
     },
     /// The number of a row is not its position.
-    #[error("row {expected} is missing: row {found} is at its position; write the cost trace again")]
+    #[error("row {expected} is missing: row {found} is at its position")]
     Missing {
         /// The missing row.
         expected: u64,
@@ -44,7 +41,7 @@ pub enum AccountError {
         found: u64,
     },
     /// The number of rows differs from the header.
-    #[error("the trace has {found} of {expected} rows; write the cost trace again")]
+    #[error("the trace has {found} of {expected} rows")]
     Incomplete {
         /// The number in the header.
         expected: u64,
@@ -52,9 +49,7 @@ pub enum AccountError {
         found: u64,
     },
     /// A row names a row that does not come before it.
-    #[error(
-        "row {row} names row {after} in `after`, which does not come before it; write the cost trace again"
-    )]
+    #[error("row {row} names row {after} in `after`, which does not come before it")]
     Order {
         /// The row.
         row: u64,
@@ -62,21 +57,19 @@ pub enum AccountError {
         after: u64,
     },
     /// A row other than the first names no earlier row.
-    #[error("row {row} has no predecessor in `after`; write the cost trace again")]
+    #[error("row {row} has no predecessor in `after`")]
     Loose {
         /// The row.
         row: u64,
     },
     /// A row other than the last is named by no later row.
-    #[error("row {row} has no successor; write the cost trace again")]
+    #[error("row {row} has no successor")]
     Unused {
         /// The row.
         row: u64,
     },
     /// A primitive has no price.
-    #[error(
-        "row {row}: the primitive `{primitive}` has no price; use the version of septet that wrote the trace"
-    )]
+    #[error("row {row}: the primitive `{primitive}` has no price")]
     Primitive {
         /// The row.
         row: u64,
@@ -84,7 +77,7 @@ pub enum AccountError {
         primitive: String,
     },
     /// No phase has this name.
-    #[error("row {row}: there is no phase `{phase}`; use the version of septet that wrote the trace")]
+    #[error("row {row}: there is no phase `{phase}`")]
     Phase {
         /// The row.
         row: u64,
@@ -92,29 +85,51 @@ pub enum AccountError {
         phase: String,
     },
     /// The node id of a row is 0. Ids begin with 1, the root.
-    #[error("row {row}: there is no node 0, because the root is 1; write the cost trace again")]
+    #[error("row {row}: there is no node 0, because the root is 1")]
     Node {
         /// The row.
         row: u64,
     },
     /// A count is above the largest 64-bit number.
-    #[error("row {row}: work or depth is above 2^64 - 1; write the cost trace again")]
+    #[error("row {row}: work or depth is above 2^64 - 1")]
     Overflow {
         /// The row.
         row: u64,
     },
     /// The longest lane makes a call more often than all lanes together.
-    #[error("row {row}: `longest` has calls that `calls` does not have; write the cost trace again")]
+    #[error("row {row}: `longest` has calls that `calls` does not have")]
     Longest {
         /// The row.
         row: u64,
     },
     /// More than two `lanes` are nested.
-    #[error("row {row}: `lanes` may contain `lanes` at one level only; write the cost trace again")]
+    #[error("row {row}: `lanes` may contain `lanes` at one level only")]
     Nesting {
         /// The row.
         row: u64,
     },
+}
+
+impl AccountError {
+    /// Returns what to do.
+    pub fn remedy(&self) -> Option<Remedy> {
+        Some(Remedy::of(match self {
+            Self::Empty | Self::Syntax { .. } | Self::Schema { .. } => {
+                "give a file that `septet simulate` wrote with {cost-trace}"
+            }
+            Self::Primitive { .. } | Self::Phase { .. } => "use the version of septet that wrote the trace",
+            Self::Unreadable { .. }
+            | Self::Missing { .. }
+            | Self::Incomplete { .. }
+            | Self::Order { .. }
+            | Self::Loose { .. }
+            | Self::Unused { .. }
+            | Self::Node { .. }
+            | Self::Overflow { .. }
+            | Self::Longest { .. }
+            | Self::Nesting { .. } => "write the cost trace again",
+        }))
+    }
 }
 
 /// A text that is not the report of the run that wrote the cost trace.
@@ -122,24 +137,19 @@ pub enum AccountError {
 #[non_exhaustive]
 pub enum ReportError {
     /// The text is not a report.
-    #[error("the text is not the report of a run: {0}; give a file that `septet simulate --json` wrote")]
+    #[error("the text is not the report of a run: {0}")]
     Syntax(#[from] serde_json::Error),
     /// The text has another format.
-    #[error(
-        "the format is `{found}` instead of `septet-run/2`; give a file that `septet simulate --json` wrote"
-    )]
+    #[error("the format is `{found}` instead of `septet-run/2`")]
     Schema {
         /// The format in the text.
         found: String,
     },
     /// The run does not count work and depth.
-    #[error("this run has no counts; run `septet simulate --json`")]
+    #[error("this run has no counts")]
     NoCounts,
     /// The seeds differ.
-    #[error(
-        "the report belongs to another run: it has seed {reported}, and the trace has seed {traced}; write both files \
-         in one run"
-    )]
+    #[error("the report belongs to another run: it has seed {reported}, and the trace has seed {traced}")]
     Seed {
         /// The seed of the report.
         reported: u64,
@@ -147,14 +157,22 @@ pub enum ReportError {
         traced: u64,
     },
     /// The numbers of points differ.
-    #[error(
-        "the report belongs to another run: it has {reported} points, and the trace has {traced} points; write both \
-         files in one run"
-    )]
+    #[error("the report belongs to another run: it has {reported} points, and the trace has {traced} points")]
     Points {
         /// The number of distinct points of the report.
         reported: u64,
         /// The number of distinct points of the trace.
         traced: u64,
     },
+}
+
+impl ReportError {
+    /// Returns what to do.
+    pub fn remedy(&self) -> Option<Remedy> {
+        Some(Remedy::of(match self {
+            Self::Syntax(_) | Self::Schema { .. } => "give a file that `septet simulate` wrote with {json}",
+            Self::NoCounts => "run `septet simulate` with {json}",
+            Self::Seed { .. } | Self::Points { .. } => "write both files in one run",
+        }))
+    }
 }

@@ -47,7 +47,8 @@ fn incomplete_traces_are_refused() {
     }
     let with = |from: &str, to: &str| {
         assert!(TRACE.contains(from), "{from}");
-        folded(&TRACE.replace(from, to)).unwrap_err().to_string()
+        let error = folded(&TRACE.replace(from, to)).unwrap_err();
+        format!("{error}; {}", error.remedy().unwrap())
     };
     let again = "; write the cost trace again";
     let row = |number: u64, text: &str| format!("row {number} {text}{again}");
@@ -59,10 +60,10 @@ fn incomplete_traces_are_refused() {
     let version = "; use the version of septet that wrote the trace";
     assert_eq!(with("\"scan\"", "\"scam\""), format!("row 6: the primitive `scam` has no price{version}"));
     assert_eq!(with("\"check\"", "\"lunch\""), format!("row 6: there is no phase `lunch`{version}"));
-    let file = "; give a file that `septet simulate --cost-trace` wrote";
+    let file = "; give a file that `septet simulate` wrote with `cost_trace`";
     let format = "the format is `septet-cost/9` instead of `septet-cost/1`";
     assert_eq!(with("cost/1", "cost/9"), format!("{format}{file}"));
-    assert_eq!(folded("").unwrap_err().to_string(), format!("the cost trace is empty{file}"));
+    assert_eq!(folded("").unwrap_err().to_string(), "the cost trace is empty");
 }
 
 #[test]
@@ -133,7 +134,8 @@ fn differences_name_the_phase() {
     assert_eq!(differences, ["depth of hulls: 7 by the cost trace, 8 by the ledger"]);
     let with = |from: &str, to: &str| {
         assert!(text.contains(from), "{from}");
-        compared(&text.replace(from, to)).unwrap_err().to_string()
+        let error = compared(&text.replace(from, to)).unwrap_err();
+        format!("{error}; {}", error.remedy().unwrap())
     };
     let other = "the report belongs to another run: it has ";
     let once = "; write both files in one run";
@@ -142,7 +144,7 @@ fn differences_name_the_phase() {
     assert_eq!(with("\"used\":2", "\"used\":4"), points);
     let counts = "\"paper\":{\"work\":85,\"depth\":13,\"depth_log_scan\":9,\"brent\":51}";
     let none = "\"paper\":{\"work\":null,\"depth\":null,\"brent\":null}";
-    assert_eq!(with(counts, none), "this run has no counts; run `septet simulate --json`");
+    assert_eq!(with(counts, none), "this run has no counts; run `septet simulate` with `json`");
     assert!(with("run/2", "mesh/1").starts_with("the format is `septet-mesh/1` instead of `septet-run/2`"));
     assert!(with("\"seed\"", "\"seat\"").contains("missing field `seed`"));
 }

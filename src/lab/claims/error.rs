@@ -1,5 +1,6 @@
 //! The errors of a claim.
 
+use septet_core::Remedy;
 use thiserror::Error;
 
 use crate::accounts::AccountError;
@@ -29,7 +30,7 @@ pub enum ClaimError {
     #[error("a cost trace cannot be written: {0}")]
     Trace(#[from] std::io::Error),
     /// There is no claim with this name.
-    #[error("there is no claim `{name}`; `septet reproduce --list` lists all claims")]
+    #[error("there is no claim `{name}`")]
     Unknown {
         /// The unknown name.
         name: String,
@@ -37,6 +38,17 @@ pub enum ClaimError {
 }
 
 impl ClaimError {
+    /// Returns what to do.
+    pub fn remedy(&self) -> Option<Remedy> {
+        match self {
+            ClaimError::Run(error) => error.remedy(),
+            ClaimError::Fit(error) => error.remedy(),
+            ClaimError::Account(error) => error.remedy(),
+            ClaimError::Unknown { .. } => Some(Remedy::of("`septet reproduce` lists all claims with {list}")),
+            ClaimError::Mesh { .. } | ClaimError::Trace(_) => None,
+        }
+    }
+
     /// Returns `true` if the caller interrupted the experiment.
     pub(super) fn is_interruption(&self) -> bool {
         matches!(self, ClaimError::Run(RunError::Run(septet_core::Error::Interrupted)))

@@ -9,6 +9,7 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use septet_core::Remedy;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use thiserror::Error;
@@ -52,7 +53,7 @@ pub enum JournalError {
         asked: String,
     },
     /// The file does not begin like a journal. Opening it would delete its content.
-    #[error("{} is not the file of {what} and remains unchanged; choose another file", path.display())]
+    #[error("{} is not the file of {what} and remains unchanged", path.display())]
     NoSweep {
         /// The expected kind of file.
         what: &'static str,
@@ -67,6 +68,20 @@ pub enum JournalError {
         /// The version that began the file.
         there: String,
     },
+}
+
+impl JournalError {
+    /// Returns what to do.
+    pub fn remedy(&self) -> Option<Remedy> {
+        Some(Remedy::of(match self {
+            Self::Io { .. } => "choose a file that you can read and write",
+            Self::Line { .. } => "delete the line, or choose another file",
+            Self::NoSweep { .. } => "choose another file: this one has other content",
+            Self::OtherSweep { .. } | Self::OtherVersion { .. } => {
+                "choose another file; `septet fit` accepts several files"
+            }
+        }))
+    }
 }
 
 /// A line of a journal. The schema is its first field.

@@ -10,7 +10,7 @@ use septet_geometry::point::Point;
 use septet_core::generate::{GenerateError, Generated, Request, generate};
 use septet_core::model::Points;
 use septet_core::spec::{Spec, Until};
-use septet_core::{Ending, count, triangulate};
+use septet_core::{Ending, Remedy, count, triangulate};
 use septet_protocol::ids::ByGroup;
 
 use super::line::{Line, Program, RunOptions, SCHEMA};
@@ -31,6 +31,17 @@ pub enum RunError {
     /// The serial kernel failed.
     #[error("the serial kernel failed")]
     Serial(#[from] IncrementalError),
+}
+
+impl RunError {
+    /// Returns what to do.
+    pub fn remedy(&self) -> Option<Remedy> {
+        match self {
+            RunError::Generate(error) => error.remedy(),
+            RunError::Run(error) => error.remedy(),
+            RunError::Serial(_) => None,
+        }
+    }
 }
 
 /// Executes runs one after another, and keeps the point set of the last run.

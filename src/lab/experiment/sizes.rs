@@ -1,17 +1,23 @@
 //! Parses the numbers of points of a sweep from the command line.
 
+use septet_core::Remedy;
 use thiserror::Error;
 
 /// A list of sizes that cannot be parsed.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error(
-    "cannot read the sizes `{text}`: {reason}; write 2^10..2^20, 2^10..2^20,per-octave=8 or 1000,2000,1e4"
-)]
+#[error("cannot read the sizes `{text}`: {reason}")]
 pub struct SizesError {
     /// The list.
     pub text: String,
     /// The reason.
     pub reason: String,
+}
+
+impl SizesError {
+    /// Returns what to do.
+    pub fn remedy(&self) -> Option<Remedy> {
+        Some(Remedy::of("write 2^10..2^20, 2^10..2^20,per-octave=8 or 1000,2000,1e4"))
+    }
 }
 
 /// Largest number of sizes in one sweep.

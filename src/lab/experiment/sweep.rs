@@ -4,10 +4,11 @@ use std::fmt::Write;
 
 use thiserror::Error;
 
+use septet_core::Remedy;
 use septet_core::generate::{Kind, Request};
 use septet_core::spec::{
     Alpha, Commands, Correction, Matters, Purpose, Row, Spec, SpecError, Tree, Until, Words, Workers,
-    options_of, words_of_counts,
+    options_of,
 };
 
 use super::line::{Program, RunOptions};
@@ -46,14 +47,16 @@ pub struct Sweep {
 #[non_exhaustive]
 pub enum SweepError {
     /// The sweep has no runs.
-    #[error("the sweep has no {what}; name at least one")]
+    #[error("the sweep has no {what}")]
     Empty {
         /// Sizes, kinds, workers or seeds.
         what: &'static str,
     },
     /// The sizes count points per worker, but there is one worker per leaf, so the numbers of workers and points are
     /// unknown before the run.
-    #[error("--weak needs numbers of workers: the number of `leaves` is unknown before the run")]
+    #[error(
+        "the number of workers of `leaves` is unknown before the run, so sizes cannot count points per worker"
+    )]
     WeakLeaves,
     /// The number of workers depends on the computer, so the sweep would not repeat.
     #[error("the workers of a sweep are numbers or `leaves`: `auto` depends on the computer")]
@@ -67,18 +70,13 @@ pub enum SweepError {
         workers: u32,
     },
     /// Times are requested for runs that do not triangulate.
-    #[error(
-        "--timed compares triangulations, and --until stops before the triangulation; leave one of them out"
-    )]
+    #[error("runs that stop before the triangulation cannot be compared with triangulations")]
     TimedUntil,
     /// Times are requested for the bottom-up correction, which exists only so that it can be counted.
-    #[error(
-        "--timed compares triangulations, and no triangulation uses the naive correction; leave out --timed or \
-         --neighbours"
-    )]
+    #[error("runs with the naive correction cannot be compared with triangulations, which do not use it")]
     TimedBottomUp,
     /// An option is given that no phase up to `until` uses.
-    #[error("--{option} has no effect with --until {}; leave one of them out", .until.name())]
+    #[error("{option} has no effect on runs that stop after the phase {}", .until.name())]
     Unreached {
         /// The option.
         option: &'static str,
@@ -86,17 +84,39 @@ pub enum SweepError {
         until: Until,
     },
     /// alpha is given for runs that stop before the supergraph. In such runs, alpha determines only the leaf size, and
-    /// only for `--constants timing`.
+    /// only for constants for little time.
     #[error(
-        "--alpha has no effect with --until: it only decides the leaf size of --constants timing; leave one of them out"
+        "alpha has no effect on runs that stop before the supergraph, unless it decides the size of leaves"
     )]
     AlphaOfLeaf,
     /// A Lipschitz constant is given for kinds that have none.
-    #[error("--lipschitz has no effect without a graded kind; leave it out, or add --kind graded")]
+    #[error("a Lipschitz constant has no effect without a graded kind")]
     LipschitzUnused,
     /// The parameters of the runs are invalid.
     #[error(transparent)]
     Spec(#[from] SpecError),
+}
+
+impl SweepError {
+    /// Returns what to do.
+    pub fn remedy(&self) -> Option<Remedy> {
+        Some(match self {
+            Self::Empty { .. } => Remedy::of("name at least one"),
+            Self::WeakLeaves => Remedy::of("omit {weak}, or give numbers to {workers}"),
+            Self::TimedUntil => Remedy::of("omit {timed} or {until}"),
+            Self::TimedBottomUp => Remedy::of("omit {timed} or {neighbours}"),
+            Self::Unreached { option, until } => {
+                let remedy = Remedy::of("omit ").option(option);
+                remedy.then(" or ").set("until", until.name())
+            }
+            Self::AlphaOfLeaf => {
+                Remedy::of("omit {alpha} or {until}, or use {constants=timing} without {leaf}")
+            }
+            Self::LipschitzUnused => Remedy::of("omit {lipschitz}, or add {kind=graded}"),
+            Self::Spec(error) => return error.remedy(),
+            Self::AutoWorkers | Self::TooMany { .. } => return None,
+        })
+    }
 }
 
 /// One run of a sweep.
@@ -248,8 +268,12 @@ impl Sweep {
     }
 
     fn common_words(&self, lipschitz: Option<f64>, text: &mut String) {
-        text.push_str(&words_of_counts(&self.spec, Commands::SCALE));
         // Writing to a string cannot fail.
+        for row in options_of(Commands::SCALE).filter(|row| row.matters >= Matters::Counts) {
+            if let Some(value) = row.get(&self.spec).text() {
+                let _ = write!(text, " --{} {value}", row.name);
+            }
+        }
         if let Some(until) = self.until {
             let _ = write!(text, " --until {}", until.name());
         }

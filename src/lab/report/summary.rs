@@ -12,7 +12,7 @@ impl RunReport {
             _ => "all points lie in a plane (dimension 2)".to_owned(),
         };
         let advice = if self.space == 3 && self.dimension == 2 {
-            "; use -d 2 to triangulate x and y only"
+            "; dimension 2 triangulates x and y only"
         } else {
             ""
         };

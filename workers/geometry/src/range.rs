@@ -36,7 +36,7 @@ pub enum RangeError {
     /// The bits of the coordinates spread too far for exact signs.
     #[error(
         "the coordinates spread over {bits} binary digits (point {low} needs the lowest, point {high} the \
-         highest); exact signs are available up to 410: round the small coordinates or shift the origin"
+         highest), but exact signs are available up to 410"
     )]
     Spread {
         /// Number of binary digits from the lowest set bit to the highest.

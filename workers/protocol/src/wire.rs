@@ -56,8 +56,10 @@ pub struct Refused {
     pub process: u32,
     /// The exit code of the program.
     pub code: u8,
-    /// The message, which names the place and the remedy.
+    /// The message, which names the place.
     pub message: String,
+    /// The template of the remedy, or nothing.
+    pub remedy: String,
 }
 
 /// The end of a run on all processes.
@@ -219,16 +221,16 @@ impl<'a> Processes<'a> {
     /// Returns the value of this process if no process has an error.
     ///
     /// # Errors
-    /// Returns the first error, on all processes, with the exit code and the message that `describe` returns for it.
+    /// Returns the first error, on all processes, with the exit code, the message and the remedy that `describe` returns for it.
     pub fn agree<T, E>(
         &mut self,
         own: Result<T, E>,
-        describe: impl FnOnce(&E) -> (u8, String),
+        describe: impl FnOnce(&E) -> (u8, String, String),
     ) -> Result<T, Ended> {
         let process = self.process();
         let refused = own.as_ref().err().map(|error| {
-            let (code, message) = describe(error);
-            Refused { process, code, message }
+            let (code, message, remedy) = describe(error);
+            Refused { process, code, message, remedy }
         });
         match (self.all_gather(&refused)?.into_iter().flatten().next(), own) {
             (None, Ok(value)) => Ok(value),
@@ -325,12 +327,12 @@ mod tests {
 
     #[test]
     fn the_first_error_ends_all_processes() {
-        let first = Refused { process: 0, code: 3, message: "bad row".to_string() };
+        let first = Refused { process: 0, code: 3, message: "bad row".into(), remedy: "drop it".into() };
         for own in [Ok(7), Err("no space")] {
             let [zero, two] = [(0, Some(first.clone())), (2, None)]
                 .map(|(of, it)| sealed(of, &codec::encode(&it).unwrap()));
             let mut wire = Alone { arrives: vec![zero, two] };
-            let agreed = Processes::over(&mut wire).agree(own, |error| (1, error.to_string()));
+            let agreed = Processes::over(&mut wire).agree(own, |error| (1, error.to_string(), String::new()));
             assert_eq!(agreed, Err(Ended::Refused(first.clone())));
         }
         let none = codec::encode(&None::<Refused>).unwrap();
@@ -338,9 +340,12 @@ mod tests {
         let agreed =
             Processes::over(&mut Alone { arrives: arrives() }).agree(Ok::<_, String>(7), |_| unreachable!());
         assert_eq!(agreed, Ok(7));
-        let agreed =
-            Processes::over(&mut Alone { arrives: arrives() }).agree(Err::<u8, _>(4), |_| (1, "no".into()));
-        assert_eq!(agreed, Err(Refused { process: 1, code: 1, message: "no".into() }.into()));
+        let agreed = Processes::over(&mut Alone { arrives: arrives() })
+            .agree(Err::<u8, _>(4), |_| (1, "no".into(), "yes".into()));
+        assert_eq!(
+            agreed,
+            Err(Refused { process: 1, code: 1, message: "no".into(), remedy: "yes".into() }.into())
+        );
     }
 
     #[test]

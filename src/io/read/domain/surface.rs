@@ -28,6 +28,6 @@ pub fn of(source: Source<'_>, file: PointFile, faces: Faces, first: u64) -> Resu
         return Err(InputError::OutOfRangeIndex { path, place, cell, value, first, limit });
     }
     let input = AnyInput::Space(Input::surface(points, faces));
-    let notes = file.notes.into_iter().filter(|n| !n.contains("-d 2")).collect();
+    let notes = file.notes.into_iter().filter(|n| !n.contains("dimension 2")).collect();
     Ok(DomainFile { input, notes, first_id: first })
 }

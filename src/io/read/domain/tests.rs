@@ -37,11 +37,13 @@ fn plane(file: DomainFile) -> Input<DVec2> {
     }
 }
 
-/// Returns the error message for a file.
+/// Returns the error message and the remedy for a file.
 fn refused(name: &str, text: &str) -> String {
     match read(&[(name, text.as_bytes())]) {
         Ok(_) => panic!("{name} was read: {text}"),
-        Err(error) => error.to_string(),
+        Err(error) => {
+            format!("{error}\n{}", error.remedy().map(|remedy| remedy.to_string()).unwrap_or_default())
+        }
     }
 }
 

@@ -1,6 +1,8 @@
-//! Errors of lists of files. The remedy follows the last semicolon of a message.
+//! Errors of lists of files.
 
 use std::path::PathBuf;
+
+use septet_core::Remedy;
 
 use super::super::error::{InputError, shown};
 use super::super::points::CoordinateType;
@@ -11,27 +13,25 @@ use crate::exit_code;
 #[non_exhaustive]
 pub enum EntryFault {
     /// The file does not exist.
-    #[error("no such file ({}); check the name, which is relative to the folder of the list", .path.display())]
+    #[error("no such file ({})", .path.display())]
     Missing {
         /// The path with the folder of the list.
         path: PathBuf,
     },
     /// The path is a directory.
-    #[error("is a directory; name the files in it, one per line")]
+    #[error("is a directory")]
     Folder,
     /// The line names the list that contains it.
-    #[error("is this list itself; remove the line")]
+    #[error("is this list itself")]
     Itself,
     /// The line begins with `@`.
-    #[error(
-        "a list cannot contain a list; copy its lines, or write ./@NAME for a file whose name begins with @"
-    )]
+    #[error("a list cannot contain a list")]
     List,
     /// The line is `-`.
-    #[error("a list cannot contain standard input; save the points to a file and name it")]
+    #[error("a list cannot contain standard input")]
     StandardInput,
     /// The line is not UTF-8.
-    #[error("the name is not UTF-8; save the list as UTF-8, or rename the file")]
+    #[error("the name is not UTF-8")]
     NotUtf8,
 }
 
@@ -40,7 +40,7 @@ pub enum EntryFault {
 #[non_exhaustive]
 pub enum ListError {
     /// The pattern violates the rules of patterns.
-    #[error("{}: invalid pattern: {problem}; use *, ? and [...] only, in the file name", .pattern.display())]
+    #[error("{}: invalid pattern: {problem}", .pattern.display())]
     Pattern {
         /// The pattern with its folder.
         pattern: PathBuf,
@@ -48,7 +48,7 @@ pub enum ListError {
         problem: &'static str,
     },
     /// The folder of a pattern cannot be read.
-    #[error("{}: the folder {} cannot be read: {source}; check the folder, which cannot be a pattern", .pattern.display(), .folder.display())]
+    #[error("{}: the folder {} cannot be read: {source}", .pattern.display(), .folder.display())]
     Folder {
         /// The pattern with its folder.
         pattern: PathBuf,
@@ -58,7 +58,7 @@ pub enum ListError {
         source: std::io::Error,
     },
     /// No file matches the pattern.
-    #[error("{}: no file matches this pattern; check the name and the folder", .pattern.display())]
+    #[error("{}: no file matches this pattern", .pattern.display())]
     NoMatch {
         /// The pattern with its folder.
         pattern: PathBuf,
@@ -82,7 +82,7 @@ pub enum ListError {
         fault: EntryFault,
     },
     /// The list has only comments and empty lines.
-    #[error("{}: the list names no file; write one path per line", shown(.list))]
+    #[error("{}: the list names no file", shown(.list))]
     NoEntry {
         /// The list.
         list: PathBuf,
@@ -96,7 +96,7 @@ pub enum ListError {
         before: u64,
     },
     /// Two files have points of different dimensions.
-    #[error("{}: points of dimension {found}, but {} has points of dimension {expected}; give files of one dimension, or use -d 2", .path.display(), .first.display())]
+    #[error("{}: points of dimension {found}, but {} has points of dimension {expected}", .path.display(), .first.display())]
     MixedDimension {
         /// The file.
         path: PathBuf,
@@ -108,7 +108,7 @@ pub enum ListError {
         expected: usize,
     },
     /// Two binary files store coordinates as different types.
-    #[error("{}: coordinates of type {found}, but {} has type {expected}; save all files with one type", .path.display(), .first.display())]
+    #[error("{}: coordinates of type {found}, but {} has type {expected}", .path.display(), .first.display())]
     MixedTypes {
         /// The file.
         path: PathBuf,
@@ -120,7 +120,7 @@ pub enum ListError {
         expected: CoordinateType,
     },
     /// Two files have other kept columns.
-    #[error("{}: the kept columns are {}, but {} has {}; give all files the same numeric columns, or omit --keep-columns", .path.display(), names(.found), .first.display(), names(.expected))]
+    #[error("{}: the kept columns are {}, but {} has {}", .path.display(), names(.found), .first.display(), names(.expected))]
     MixedColumns {
         /// The file.
         path: PathBuf,
@@ -133,7 +133,36 @@ pub enum ListError {
     },
 }
 
+impl EntryFault {
+    /// Returns what to do.
+    pub fn remedy(&self) -> Option<Remedy> {
+        Some(Remedy::of(match self {
+            Self::Missing { .. } => "check the name, which is relative to the folder of the list",
+            Self::Folder => "name the files in it, one per line",
+            Self::Itself => "remove the line",
+            Self::List => "copy its lines, or write ./@NAME for a file whose name begins with @",
+            Self::StandardInput => "save the points to a file and name it",
+            Self::NotUtf8 => "save the list as UTF-8, or rename the file",
+        }))
+    }
+}
+
 impl ListError {
+    /// Returns what to do.
+    pub fn remedy(&self) -> Option<Remedy> {
+        Some(Remedy::of(match self {
+            Self::File { error, .. } | Self::List { error } => return error.remedy(),
+            Self::Entry { fault, .. } => return fault.remedy(),
+            Self::Pattern { .. } => "use *, ? and [...] only, in the file name",
+            Self::Folder { .. } => "check the folder, which cannot be a pattern",
+            Self::NoMatch { .. } => "check the name and the folder",
+            Self::NoEntry { .. } => "write one path per line",
+            Self::MixedDimension { .. } => "give files of one dimension, or use {dimension=2}",
+            Self::MixedTypes { .. } => "save all files with one type",
+            Self::MixedColumns { .. } => "give all files the same numeric columns, or omit {keep-columns}",
+        }))
+    }
+
     /// Returns the exit code of the program.
     pub fn exit_code(&self) -> u8 {
         match self {
@@ -142,9 +171,7 @@ impl ListError {
             _ => exit_code::INPUT,
         }
     }
-}
 
-impl ListError {
     /// Returns the index across all files of the offending point, if the error concerns a single row of points.
     pub fn row(&self) -> Option<u64> {
         match self {

@@ -1,7 +1,8 @@
-//! Errors of reading by several processes. The remedy follows the last semicolon of a message.
+//! Errors of reading by several processes.
 
 use std::path::PathBuf;
 
+use septet_core::Remedy;
 use septet_protocol::wire::{Ended, Processes};
 
 use super::super::error::{InputError, shown};
@@ -18,7 +19,7 @@ pub(super) enum SharedError {
     #[error(transparent)]
     List(Box<ListError>),
     /// A file that one process must read is too large.
-    #[error("{}: the file has more than {limit} bytes, and its format does not allow several processes to read it in parts; save it as .npy in C order", shown(.path))]
+    #[error("{}: the file has more than {limit} bytes, and its format does not allow several processes to read it in parts", shown(.path))]
     TooLarge {
         /// The file.
         path: PathBuf,
@@ -26,7 +27,7 @@ pub(super) enum SharedError {
         limit: u64,
     },
     /// Two processes see other files at the same path.
-    #[error("{}: process {process} sees {found}, but process 0 sees {expected}; give all processes the same file", shown(.path))]
+    #[error("{}: process {process} sees {found}, but process 0 sees {expected}", shown(.path))]
     Differs {
         /// The file.
         path: PathBuf,
@@ -38,9 +39,7 @@ pub(super) enum SharedError {
         expected: String,
     },
     /// Two processes have other lists of files.
-    #[error(
-        "process {process} has {found} files, but process 0 has {expected}; give all processes the same list"
-    )]
+    #[error("process {process} has {found} files, but process 0 has {expected}")]
     OtherList {
         /// The process.
         process: u32,
@@ -50,15 +49,13 @@ pub(super) enum SharedError {
         expected: u64,
     },
     /// The blocks of the processes are not consecutive.
-    #[error(
-        "the blocks of the processes do not divide the {rows} rows; this is a defect of septet: please report it with the input"
-    )]
+    #[error("the blocks of the processes do not divide the {rows} rows")]
     Blocks {
         /// The number of rows.
         rows: u64,
     },
     /// A file changed while it was read.
-    #[error("{}: the file changed while it was read; read it again", shown(.path))]
+    #[error("{}: the file changed while it was read", shown(.path))]
     Changed {
         /// The file.
         path: PathBuf,
@@ -86,6 +83,19 @@ impl SharedError {
         ListError::File { error: Box::new(error), before }.into()
     }
 
+    /// Returns what to do.
+    fn remedy(&self) -> Option<Remedy> {
+        Some(match self {
+            Self::File(error) => return error.remedy(),
+            Self::List(error) => return error.remedy(),
+            Self::TooLarge { .. } => Remedy::of("save it as .npy in C order"),
+            Self::Differs { .. } => Remedy::of("give all processes the same file"),
+            Self::OtherList { .. } => Remedy::of("give all processes the same list"),
+            Self::Blocks { .. } => Remedy::REPORT,
+            Self::Changed { .. } => Remedy::of("read it again"),
+        })
+    }
+
     /// Returns the exit code of the program.
     fn code(&self) -> u8 {
         match self {
@@ -100,5 +110,5 @@ impl SharedError {
 
 /// Returns the value of this process if no process has an error, otherwise the error of the first process that has one.
 pub(super) fn agree<T>(processes: &mut Processes<'_>, own: Result<T, SharedError>) -> Result<T, Ended> {
-    processes.agree(own, |error| (error.code(), error.to_string()))
+    processes.agree(own, |error| (error.code(), error.to_string(), Remedy::sent(error.remedy())))
 }

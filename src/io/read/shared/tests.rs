@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use std::thread;
 
 use proptest::prelude::*;
+use septet_core::Remedy;
 use septet_core::model::Points;
 use septet_protocol::wire::{Ended, Processes};
 
@@ -98,17 +99,23 @@ fn together(
     })
 }
 
+/// The message of an error and its remedy.
+type Described = (String, String);
+
 /// Reads files by one process without a wire.
-fn alone(files: &[PathBuf], options: &ReadOptions) -> Result<(PointFile, Option<Vec<ListedFile>>), String> {
+fn alone(
+    files: &[PathBuf],
+    options: &ReadOptions,
+) -> Result<(PointFile, Option<Vec<ListedFile>>), Described> {
     if let [file] = files {
         return match read(file, options, &mut |_, _| {}) {
             Ok(file) => Ok((file, None)),
-            Err(error) => Err(error.to_string()),
+            Err(error) => Err((error.to_string(), Remedy::sent(error.remedy()))),
         };
     }
     match read_list(&FileList::new(files.to_vec()), options, &mut |_, _| {}) {
         Ok(list) => Ok((list.content, Some(list.files))),
-        Err(error) => Err(error.to_string()),
+        Err(error) => Err((error.to_string(), Remedy::sent(error.remedy()))),
     }
 }
 
@@ -119,7 +126,7 @@ fn bits(points: &Points) -> Vec<u64> {
 fn compare(
     files: &[PathBuf],
     options: &ReadOptions,
-    alone: &Result<(PointFile, Option<Vec<ListedFile>>), String>,
+    alone: &Result<(PointFile, Option<Vec<ListedFile>>), Described>,
     processes: u32,
     limits: Limits,
     block: Block,
@@ -129,8 +136,8 @@ fn compare(
         Ok(alone) => alone,
         Err(message) => {
             for part in parts {
-                let Err(Ended::Refused(refused)) = &part else { panic!("{part:?} instead of {message}") };
-                assert_eq!(refused.message, *message, "{processes} processes");
+                let Err(Ended::Refused(refused)) = part else { panic!("{part:?} instead of {message:?}") };
+                assert_eq!((refused.message, refused.remedy), *message, "{processes} processes");
             }
             return;
         }

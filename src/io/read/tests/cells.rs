@@ -113,12 +113,8 @@ fn domains_are_recognised_by_content() {
     for domain in DOMAINS {
         for name in ["a.poly", "a.smesh", "a.node", "a.txt", "a.dat", "-"] {
             let Err(error) = parse(name, domain, &PLAIN) else { panic!("{name} has points") };
-            assert!(
-                error
-                    .to_string()
-                    .ends_with("a domain (.poly) as points is not supported; mesh it with `septet mesh`"),
-                "{error}"
-            );
+            let end = "a domain (.poly) as points is not supported\nmesh it with `septet mesh`";
+            assert!(report(&error).ends_with(end), "{error}");
             let Err(error) = parse_cells(name, domain, &CellOptions::default()) else {
                 panic!("{name} has cells")
             };
@@ -126,7 +122,7 @@ fn domains_are_recognised_by_content() {
         }
     }
     let only_facets = "0 3 0 0\n1 0\n1\n3 1 2 3\n0\n0\n";
-    assert!(bad("a.poly", only_facets).to_string().contains("septet mesh"));
+    assert!(report(&bad("a.poly", only_facets)).contains("septet mesh"));
     // A point too many is not a list of facets.
     assert!(matches!(bad("a.node", "1 2\n1 0.5 0\n2 1 0.5\n"), InputError::Count { .. }));
 }
@@ -135,7 +131,7 @@ fn domains_are_recognised_by_content() {
 fn cells_and_points_are_recognised_by_content() {
     let cells = "2 4 1\n0 0 1 2 3 7\n1 1 2 3 4 7\n";
     for name in ["a.ele", "a.txt", "a.node", "a.dat", "a"] {
-        let text = bad(name, cells).to_string();
+        let text = report(&bad(name, cells));
         assert!(
             text.contains("a list of cells (.ele) as points") && text.contains("septet verify"),
             "{text}"
@@ -146,7 +142,7 @@ fn cells_and_points_are_recognised_by_content() {
     assert_eq!(good("a.txt", "3 4 0\n0 1 2\n1 2 3\n").points.len(), 3);
     for (name, points) in [("a.xyz", "0 0\n1 0\n"), ("a.dat", "0.5,0\n1,0\n"), ("a.node", "1 2 0 0\n1 0 0\n")]
     {
-        let text = bad_cells(name, points).to_string();
+        let text = report(&bad_cells(name, points));
         assert!(text.contains("a table of points as cells") && text.contains("septet triangulate"), "{text}");
     }
 }

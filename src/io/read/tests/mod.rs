@@ -14,6 +14,7 @@ use std::path::Path;
 
 use super::dispatch::{cell_list, points};
 use super::{CellFile, CellOptions, InputError, PointFile, ReadOptions};
+use septet_core::Door;
 use septet_core::model::Points;
 
 /// Default options.
@@ -52,6 +53,12 @@ fn bad_with(name: &str, data: impl AsRef<[u8]>, options: &ReadOptions) -> InputE
             error
         }
     }
+}
+
+/// Returns the message and, after a line break, the remedy in the words of the shell.
+fn report(error: &InputError) -> String {
+    let remedy = error.remedy().map(|remedy| remedy.spelled(Door::Shell));
+    format!("{error}\n{}", remedy.unwrap_or_default())
 }
 
 fn parse_cells(name: &str, data: impl AsRef<[u8]>, options: &CellOptions) -> Result<CellFile, InputError> {

@@ -14,7 +14,7 @@ fn off_in_its_variants() {
         assert_eq!(space(&good("a.off", text)), CORNERS, "{text:?}");
     }
     let flat = "OFF 2 0 0\n1 2 0\n3 4 0\n";
-    assert!(noted(&good("a.off", flat).notes, "-d 2"));
+    assert!(noted(&good("a.off", flat).notes, "dimension 2"));
     assert_eq!(plane(&good_with("a.off", flat, &TWO)), [[1.0, 2.0], [3.0, 4.0]]);
     assert!(matches!(bad("a.off", "4OFF\n1 0 0\n"), InputError::Unsupported { .. }));
     assert!(matches!(bad("a.off", "OFF BINARY\n"), InputError::Unsupported { .. }));
@@ -103,7 +103,7 @@ fn flat_triangle_meshes_are_plane() {
     assert_eq!(space(&good_with("a.msh", msh, &THREE)).len(), 3);
     assert_eq!(space(&good("a.msh", msh.replace("0 1 0\n", "0 1 5\n"))).len(), 3);
     let bare = msh.split("$Elements").next().unwrap_or_default();
-    assert!(noted(&good("a.msh", bare).notes, "-d 2"));
+    assert!(noted(&good("a.msh", bare).notes, "dimension 2"));
     let medit = "MeshVersionFormatted 2 Dimension 2 Vertices 3 0 0 0 1 0 0 0 1 0 Triangles 1 1 2 3 0 End";
     assert_eq!(plane(&good("a.mesh", medit)), [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
     assert!(matches!(bad_with("a.mesh", medit, &THREE), InputError::MixedDimension { .. }));

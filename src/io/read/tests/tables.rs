@@ -9,7 +9,7 @@ fn columns(wanted: &[&str]) -> ReadOptions {
 fn refused(data: &str, options: &ReadOptions) -> String {
     let error = bad_with("a.csv", data, options);
     assert!(matches!(error, InputError::Columns { .. }) && error.is_usage(), "{error}");
-    error.to_string()
+    report(&error)
 }
 
 #[test]
@@ -102,7 +102,7 @@ fn rows_of_a_named_table_have_its_columns() {
     let file = good_with("a.csv", text, &SKIP);
     assert_eq!((plane(&file), file.source_index), (vec![[1.0, 2.0], [4.0, 5.0]], Some(vec![0, 3])));
     let error = bad("a.csv", "A,1,2,3\nB,4,5,6\n");
-    assert!(error.to_string().ends_with("such as --columns 2,3,4"), "{error}");
+    assert!(report(&error).ends_with("such as --columns 2,3,4"), "{error}");
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn tables_are_recognised_by_content() {
     ] {
         let error = bad(name, "1 2 3\n");
         assert!(error.is_usage(), "{error}");
-        let message = error.to_string();
+        let message = report(&error);
         assert!(message.contains(advice) && message.contains("--input-format"), "{message}");
     }
     let forced = ReadOptions { format: Some(crate::format::Format::Xyz), ..PLAIN };
@@ -207,7 +207,7 @@ fn more_than_three_unnamed_columns_need_a_choice() {
     for name in ["a.csv", "a.xyz", "a.txt", "a.dat", "-"] {
         let error = parse(name, "7,0.5,1,2\n8,4,5,6\n", &PLAIN).unwrap_err();
         assert!(matches!(error, InputError::Columns { .. }) && error.line() == Some(1), "{error}");
-        let message = error.to_string();
+        let message = report(&error);
         assert!(
             message.contains("4 columns of numbers") && message.ends_with("--columns 1,2,3"),
             "{message}"

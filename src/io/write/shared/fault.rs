@@ -2,32 +2,32 @@
 
 use std::path::PathBuf;
 
+use septet_core::Remedy;
+
 use crate::exit_code;
 use crate::format::Role;
 use crate::write::error::OutputError;
 
-/// A reason why several processes cannot write an output. The clause after the last semicolon is the remedy.
+/// A reason why several processes cannot write an output.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum SharedFault {
     /// One process could not write it either.
     #[error(transparent)]
     Output(#[from] OutputError),
     /// Only a process of its own can write to a stream.
-    #[error("{}: several processes cannot write a stream or a device; write a file", .path.display())]
+    #[error("{}: several processes cannot write a stream or a device", .path.display())]
     NotAFile { path: PathBuf },
     /// The triangulation, or its values of all rows, are too large for one process.
-    #[error(
-        "one process would hold {bytes} bytes of all rows and cells, more than {limit}; write {divided} without other columns, and drop no rows"
-    )]
+    #[error("one process would hold {bytes} bytes of all rows and cells, more than {limit}")]
     TooLarge { bytes: u64, limit: u64, divided: String },
     /// Two outputs have a file in common.
-    #[error("outputs {} and {} would write the same file; give each output its own name", .first.display(), .second.display())]
+    #[error("outputs {} and {} would write the same file", .first.display(), .second.display())]
     SameFile { first: PathBuf, second: PathBuf },
     /// The processes were started with different outputs.
-    #[error("process {process} has other outputs than process 0; give all processes the same outputs")]
+    #[error("process {process} has other outputs than process 0")]
     OtherOutputs { process: u32 },
     /// The processes do not share a folder.
-    #[error("{}: process {process} does not see the folder {} of process 0; choose a folder that all processes share", .path.display(), .folder.display())]
+    #[error("{}: process {process} does not see the folder {} of process 0", .path.display(), .folder.display())]
     NotVisible { path: PathBuf, folder: PathBuf, process: u32 },
     /// The user interrupted the run.
     #[error("interrupted; no partial output was left")]
@@ -38,6 +38,22 @@ impl SharedFault {
     /// Returns the error of shares that contradict each other.
     pub fn inconsistent(reason: impl Into<String>) -> Self {
         OutputError::InvalidMesh { reason: reason.into() }.into()
+    }
+
+    /// Returns what to do.
+    fn remedy(&self) -> Option<Remedy> {
+        Some(Remedy::of(match self {
+            Self::Output(error) => return error.remedy(),
+            Self::NotAFile { .. } => "write a file",
+            Self::TooLarge { divided, .. } => {
+                let remedy = Remedy::of("write ").and(divided);
+                return Some(remedy.and(" without other columns, and drop no rows"));
+            }
+            Self::SameFile { .. } => "give each output its own name",
+            Self::OtherOutputs { .. } => "give all processes the same outputs",
+            Self::NotVisible { .. } => "choose a folder that all processes share",
+            Self::Interrupted => return None,
+        }))
     }
 }
 
@@ -51,8 +67,8 @@ pub(super) fn fits(bytes: u64) -> Result<(), SharedFault> {
     if bytes > GATHER_LIMIT { Err(too_large()) } else { Ok(()) }
 }
 
-/// Returns the exit code and the message, which ends with the remedy.
-pub(super) fn describe(fault: &SharedFault) -> (u8, String) {
+/// Returns the exit code, the message and the remedy.
+pub(super) fn describe(fault: &SharedFault) -> (u8, String, String) {
     let code = match fault {
         SharedFault::Output(error) => error.exit_code(),
         SharedFault::NotVisible { .. } => exit_code::FAILED,
@@ -60,6 +76,5 @@ pub(super) fn describe(fault: &SharedFault) -> (u8, String) {
         SharedFault::Interrupted => exit_code::INTERRUPTED,
         _ => exit_code::USAGE,
     };
-    let remedy = if let SharedFault::Output(error) = fault { error.remedy() } else { None };
-    (code, remedy.map_or_else(|| fault.to_string(), |remedy| format!("{fault}; {remedy}")))
+    (code, fault.to_string(), Remedy::sent(fault.remedy()))
 }

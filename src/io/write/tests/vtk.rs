@@ -82,7 +82,7 @@ fn streams_receive_the_bytes_of_files() {
         assert_eq!(written("m.unknown", &sample, &options)["m.unknown"], bytes, "{name}");
     }
     let set = WriteOptions { format: Some(Format::Node), ..WriteOptions::default() };
-    for (options, expected) in [(set, "several files"), (WriteOptions::default(), "--format")] {
+    for (options, expected) in [(set, "several files"), (WriteOptions::default(), "unknown output format")] {
         let error = write_to(&mut Vec::new(), &sample.view(), &options, &mut |_, _| {}).unwrap_err();
         assert!(error.to_string().contains(expected), "{error}");
     }

@@ -9,6 +9,7 @@ use septet_protocol::ledger::{Count, PhaseTotal, RoundTally};
 use serde::Serialize;
 use thiserror::Error;
 
+use septet_core::Remedy;
 use septet_core::spec::{self, Words};
 
 use super::super::line::{Line, Program, RunOptions, Splits};
@@ -187,10 +188,10 @@ impl FitRequest {
 #[non_exhaustive]
 pub enum FitError {
     /// There are no lines.
-    #[error("there are no runs; write some with `septet scale -o FILE`")]
+    #[error("there are no runs")]
     NoRuns,
     /// There is no such count.
-    #[error("there is no count `{name}`; the counts are {known}")]
+    #[error("there is no count `{name}`")]
     UnknownKey {
         /// The unknown name.
         name: String,
@@ -198,16 +199,13 @@ pub enum FitError {
         known: String,
     },
     /// The abscissa is neither n nor n/leaf.
-    #[error("`{name}` is not an abscissa; -x takes n or n/leaf")]
+    #[error("`{name}` is not an abscissa")]
     UnknownAbscissa {
         /// The unknown name.
         name: String,
     },
     /// The count requires a phase.
-    #[error(
-        "`{key}` of a whole run mixes the paper's phases with repair and with reading and collecting; choose a \
-         phase with --phase: paper (all of the paper's), repair, selection, or one of {phases}"
-    )]
+    #[error("`{key}` of a whole run mixes the paper's phases with repair and with reading and collecting")]
     Mixes {
         /// The count.
         key: &'static str,
@@ -215,7 +213,7 @@ pub enum FitError {
         phases: String,
     },
     /// No line has the phase.
-    #[error("no run has a phase `{phase}`; the phases are {phases}")]
+    #[error("no run has a phase `{phase}`")]
     UnknownPhase {
         /// The unknown name.
         phase: String,
@@ -223,13 +221,13 @@ pub enum FitError {
         phases: String,
     },
     /// A phase was given for a count that has no phases.
-    #[error("`{key}` is a count of the run, not of a phase; omit --phase")]
+    #[error("`{key}` is a count of the run, not of a phase")]
     NoPhase {
         /// The count.
         key: &'static str,
     },
     /// A group of phases was given for a count by level.
-    #[error("`level-depth` requires a single phase; choose partition, neighbours, summaries or merge")]
+    #[error("`level-depth` requires a single phase")]
     OnePhase,
     /// The margin is out of range.
     #[error("the margin is {margin}, but it must be a fraction of the mean, between 0 and 1")]
@@ -238,7 +236,7 @@ pub enum FitError {
         margin: f64,
     },
     /// There are fewer sizes than a curve needs.
-    #[error("{series}: {sizes} sizes do not determine a curve; at least {least} are required")]
+    #[error("{series}: {sizes} sizes do not determine a curve, which requires at least {least}")]
     TooFewSizes {
         /// The runs.
         series: String,
@@ -249,7 +247,7 @@ pub enum FitError {
     },
     /// There are fewer levels or runs than the equivalence test requires.
     #[error(
-        "{series}: {levels} split levels of {runs} runs do not determine a slope; at least 3 runs with 2 levels are required"
+        "{series}: {levels} split levels of {runs} runs do not determine a slope, which requires 3 runs with 2 levels"
     )]
     TooFewLevels {
         /// The runs.
@@ -260,10 +258,7 @@ pub enum FitError {
         runs: usize,
     },
     /// A size has too few runs for resampling.
-    #[error(
-        "{series}: {seeds} seeds at size {size:.0} are too few to resample; run the sweep with --seeds {least} or \
-         more, or omit --resample"
-    )]
+    #[error("{series}: {seeds} seeds at size {size:.0} are too few to resample")]
     TooFewSeeds {
         /// The runs.
         series: String,
@@ -281,17 +276,46 @@ pub enum FitError {
         key: &'static str,
     },
     /// Speed-up is requested for runs that were not timed.
-    #[error("no line is a timed triangulation; create some with `septet scale --timed`")]
+    #[error("no line is a timed triangulation")]
     NotTimed,
     /// Speed-up is requested, but there is no serial run on the same points.
     #[error(
         "no serial run of {set} in these lines: speed-up is relative to the best serial program, never to one \
-         worker; create one with `septet scale --timed`"
+         worker"
     )]
     NoSerial {
         /// Kind, dimension, number of points, and seed.
         set: String,
     },
+}
+
+impl FitError {
+    /// Returns what to do.
+    pub fn remedy(&self) -> Option<Remedy> {
+        Some(match self {
+            Self::NoRuns => Remedy::of("write some with `septet scale`"),
+            Self::UnknownKey { known, .. } => Remedy::of("the counts are ").and(known),
+            Self::UnknownAbscissa { .. } => Remedy::of("choose n or n/leaf"),
+            Self::Mixes { phases, .. } => {
+                Remedy::of("choose a {phase}: paper (all of the paper's), repair, selection, or one of ")
+                    .and(phases)
+            }
+            Self::UnknownPhase { phases, .. } => Remedy::of("the phases are ").and(phases),
+            Self::NoPhase { .. } => Remedy::of("omit {phase}"),
+            Self::OnePhase => Remedy::of("choose partition, neighbours, summaries or merge"),
+            Self::TooFewSeeds { least, .. } => {
+                let remedy = Remedy::of("run the sweep with ").set("seeds", least);
+                remedy.then(" or more, or omit {resample}")
+            }
+            Self::NotTimed | Self::NoSerial { .. } => {
+                Remedy::of("create one with `septet scale` and {timed}")
+            }
+            Self::Margin { .. }
+            | Self::TooFewSizes { .. }
+            | Self::TooFewLevels { .. }
+            | Self::Nothing { .. } => return None,
+        })
+    }
 }
 
 /// The value of a count in one run.

@@ -5,14 +5,14 @@ use super::super::{Call, LIMITS, Limits};
 use super::{Ended, Folder, MANY, Processes, data, even, npy, plain, skipping, table, thread_wire, together};
 use std::thread;
 
-/// Returns the exit code and the message on which all processes agree.
+/// Returns the exit code, and the message with the remedy, on which all processes agree.
 fn refused(folder: &Folder, names: &[&str], options: &ReadOptions, limits: Limits) -> (u8, String) {
     let files = folder.paths(names);
     let mut found = None;
     for processes in MANY {
         for part in together(&files, options, processes, limits, even) {
             let Err(Ended::Refused(refused)) = part else { panic!("{part:?}") };
-            let now = (refused.code, refused.message);
+            let now = (refused.code, [refused.message, refused.remedy].join("\n"));
             assert_eq!(*found.get_or_insert_with(|| now.clone()), now);
         }
     }
