@@ -31,6 +31,7 @@ pub use result::outcome::{
 pub use result::share::{Neighbour, WorkerShare};
 pub use run::Start;
 pub use run::calls::{count, independent, perform, run_on, simulate, triangulate};
+pub use septet_workers::config::cores;
 pub use septet_workers::host::{Host, Job, Unwatched, Watch, serve};
 pub use septet_workers::share::Share;
 pub use septet_workers::transport::process::channels;

@@ -4,11 +4,13 @@
 //! plane, of the second and third) keeps the orientation positive. Rows are sorted. The output therefore depends on the
 //! triangulation only.
 
-use rayon::prelude::*;
-
 use septet_geometry::point::Point;
+use septet_workers::config::cores::{each_chunk_mut, sort_rows};
 
 use crate::result::share::WorkerShare;
+
+/// Cells for each unit of parallel work.
+const BLOCK: usize = 4096;
 
 /// Puts a positively oriented row into canonical order: sorts it and, if the permutation was odd, swaps the last two.
 pub fn canonical_row(row: &mut [u64]) {
@@ -45,8 +47,13 @@ pub(crate) fn rows_of_shares(shares: &[WorkerShare], corners: usize, with_labels
     let mut rows = Vec::with_capacity(cells * corners);
     let (mut owner, mut leaf) = (Vec::new(), Vec::new());
     for share in shares {
-        let vertices = share.rows().map(|row| &row[..corners]);
-        rows.par_extend(vertices.flat_map_iter(|cell| cell.iter().map(|&v| share.ids[v as usize])));
+        let start = rows.len();
+        rows.resize(start + share.cell_count() * corners, 0);
+        each_chunk_mut(&mut rows[start..], BLOCK * corners, |block, rows| {
+            for (cell, row) in (block * BLOCK..).zip(rows.chunks_exact_mut(corners)) {
+                row.iter_mut().zip(share.cell_ids(cell)).for_each(|(to, id)| *to = id);
+            }
+        });
         if with_labels {
             owner.extend(std::iter::repeat_n(share.rank, share.cell_count()));
             leaf.extend(share.leaf_of_cells().map(|leaf| leaf.0));
@@ -57,20 +64,34 @@ pub(crate) fn rows_of_shares(shares: &[WorkerShare], corners: usize, with_labels
 
 /// Brings positively oriented cells into canonical order.
 pub fn canonicalise<P: Point>(mut cells: LabelledCells) -> LabelledCells {
-    let rows: &mut [P::Row] = bytemuck::cast_slice_mut(&mut cells.rows);
-    rows.par_iter_mut().for_each(|row| canonical_row(row.as_mut()));
-    match (&mut cells.owner, &mut cells.leaf) {
-        (Some(owner), Some(leaf)) => {
-            let mut order: Vec<u32> = (0..rows.len() as u32).collect();
-            order.par_sort_unstable_by(|&a, &b| rows[a as usize].cmp(&rows[b as usize]));
-            let sorted: Vec<P::Row> = order.iter().map(|&i| rows[i as usize]).collect();
-            rows.copy_from_slice(&sorted);
-            *owner = order.iter().map(|&i| owner[i as usize]).collect();
-            *leaf = order.iter().map(|&i| leaf[i as usize]).collect();
+    let corners = P::DIM + 1;
+    each_chunk_mut(&mut cells.rows, BLOCK * corners, |_, rows| {
+        rows.chunks_exact_mut(corners).for_each(canonical_row);
+    });
+    match (cells.owner, cells.leaf) {
+        (Some(owner), Some(leaf)) => sorted_with_labels(&cells.rows, corners, (&owner, &leaf)),
+        _ => {
+            sort_rows(&mut cells.rows, corners);
+            LabelledCells { rows: cells.rows, owner: None, leaf: None }
         }
-        _ => rows.par_sort_unstable(),
     }
-    cells
+}
+
+/// Sorts rows together with the owner and the leaf of each.
+fn sorted_with_labels(rows: &[u64], corners: usize, (owner, leaf): (&[u32], &[u64])) -> LabelledCells {
+    let width = corners + 2;
+    let mut all = Vec::with_capacity(owner.len() * width);
+    for ((row, &owner), &leaf) in rows.chunks_exact(corners).zip(owner).zip(leaf) {
+        all.extend_from_slice(row);
+        all.extend([u64::from(owner), leaf]);
+    }
+    sort_rows(&mut all, width);
+    let column = |at: usize| all.chunks_exact(width).map(move |row| row[corners + at]);
+    LabelledCells {
+        rows: all.chunks_exact(width).flat_map(|row| &row[..corners]).copied().collect(),
+        owner: Some(column(0).map(|owner| owner as u32).collect()),
+        leaf: Some(column(1).collect()),
+    }
 }
 
 #[cfg(test)]

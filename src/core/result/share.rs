@@ -1,7 +1,5 @@
 //! The share of a worker: its points, and the cells whose lexicographically smallest vertices they are.
 
-use rayon::prelude::*;
-
 use septet_geometry::point::Point;
 use septet_geometry::range::scale;
 use septet_protocol::ids::NodeId;
@@ -135,11 +133,6 @@ impl WorkerShare {
     /// Returns the leaf of each cell.
     pub fn leaf_of_cells(&self) -> impl Iterator<Item = NodeId> + '_ {
         self.leaves.iter().flat_map(|&(leaf, cells)| std::iter::repeat_n(leaf, cells as usize))
-    }
-
-    /// Returns the rows of the cells, whose first `space + 1` entries are the vertices.
-    pub(crate) fn rows(&self) -> rayon::slice::ChunksExact<'_, u32> {
-        self.rows.par_chunks_exact(self.width)
     }
 
     /// Returns `true` if the cells have neighbours: always after [`crate::triangulate`], and after [`crate::simulate`] if the run

@@ -1,6 +1,6 @@
 //! A counting sort into many small buckets.
 
-use rayon::prelude::*;
+use septet_core::cores::{each_item, map_blocks};
 
 /// The number of buckets per unit of parallel work.
 const CHUNK: usize = 2048;
@@ -76,7 +76,7 @@ impl<T: Item> Buckets<T> {
             slices.push((bounds, slice));
             rest = tail;
         }
-        slices.into_par_iter().for_each(|((starts, ends), mut slice)| {
+        each_item(slices, |((starts, ends), mut slice)| {
             for (start, end) in starts.iter().zip(ends) {
                 let (bucket, tail) = std::mem::take(&mut slice).split_at_mut(end - start);
                 bucket.sort_unstable();
@@ -95,18 +95,14 @@ impl<T: Item> Buckets<T> {
         let count = self.starts.len() - 1;
         for start in (0..count).step_by(CHUNK * BATCH) {
             let end = count.min(start + CHUNK * BATCH);
-            let results: Vec<Result<Vec<R>, E>> = (start..end)
-                .into_par_iter()
-                .step_by(CHUNK)
-                .map(|first| {
-                    let mut results = Vec::new();
-                    for bucket in first..end.min(first + CHUNK) {
-                        let range = self.starts[bucket]..self.starts[bucket + 1];
-                        work(&self.items[range], &mut results)?;
-                    }
-                    Ok(results)
-                })
-                .collect();
+            let results = map_blocks(end - start, CHUNK, |block| {
+                let mut results = Vec::new();
+                for bucket in start + block.start..start + block.end {
+                    let range = self.starts[bucket]..self.starts[bucket + 1];
+                    work(&self.items[range], &mut results)?;
+                }
+                Ok(results)
+            });
             for result in results {
                 accept(result?);
             }

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::ops::Range;
 
-use rayon::prelude::*;
+use septet_core::cores::map_blocks;
 
 /// The number of records per unit of parallel work. It is fixed, so that the bytes do not depend on the computer.
 const CHUNK: usize = 4096;
@@ -60,17 +60,11 @@ pub(super) fn write_range(
     let mut start = range.start;
     while start < range.end {
         let end = range.end.min(start + CHUNK * BATCH);
-        let chunks: Vec<Vec<u8>> = (start..end)
-            .into_par_iter()
-            .step_by(CHUNK)
-            .map(|first| {
-                let mut buffer = Vec::new();
-                for index in first..end.min(first + CHUNK) {
-                    format(&mut buffer, index);
-                }
-                buffer
-            })
-            .collect();
+        let chunks = map_blocks(end - start, CHUNK, |block| {
+            let mut buffer = Vec::new();
+            block.for_each(|index| format(&mut buffer, start + index));
+            buffer
+        });
         for chunk in chunks {
             out.write_all(&chunk)?;
         }

@@ -4,9 +4,12 @@
 //! facet or edge of each cell, and buckets are processed in parallel. Results depend on the cells, but not on the
 //! number of threads.
 
-use rayon::prelude::*;
+use septet_core::cores::{map_blocks, sort_rows};
 
 use super::buckets::{Buckets, Item};
+
+/// Cells for each unit of parallel work.
+const BLOCK: usize = 4096;
 
 /// The value of `neighbours` for a facet on the hull.
 pub const OUTSIDE: u64 = u64::MAX;
@@ -114,7 +117,7 @@ pub fn hull_edges(dimension: usize, hull: &[u64]) -> Vec<[u64; 2]> {
             edges.extend(facet[i + 1..].iter().map(|&b| [a.min(b), a.max(b)]));
         }
     }
-    edges.par_sort_unstable();
+    sort_rows(edges.as_flattened_mut(), 2);
     edges.dedup();
     edges
 }
@@ -128,15 +131,17 @@ pub(super) fn check_cells(dimension: usize, point_count: usize, cells: &[u64]) -
         return Err(TopologyError::PartialCell { length: cells.len() });
     }
     let points = point_count as u64;
-    let fault = cells.par_chunks_exact(dimension + 1).enumerate().find_map_first(|(row, cell)| {
-        let row = row as u64;
+    let corners = dimension + 1;
+    let fault = |row: usize| {
+        let cell = &cells[row * corners..][..corners];
         if let Some(&vertex) = cell.iter().find(|&&vertex| vertex >= points) {
-            return Some(TopologyError::VertexOutOfRange { cell: row, vertex, points });
+            return Some(TopologyError::VertexOutOfRange { cell: row as u64, vertex, points });
         }
-        let repeated = (1..cell.len()).find(|&i| cell[..i].contains(&cell[i]));
-        repeated.map(|i| TopologyError::RepeatedVertex { cell: row, vertex: cell[i] })
-    });
-    fault.map_or(Ok(()), Err)
+        let repeated = (1..corners).find(|&i| cell[..i].contains(&cell[i]));
+        repeated.map(|i| TopologyError::RepeatedVertex { cell: row as u64, vertex: cell[i] })
+    };
+    let faults = map_blocks(cells.len() / corners, BLOCK, |mut rows| rows.find_map(fault));
+    faults.into_iter().flatten().next().map_or(Ok(()), Err)
 }
 
 /// Returns the facet opposite vertex `i` of a positively oriented cell, oriented outward. In the plane, the facet is

@@ -73,10 +73,24 @@ pub fn each_chunk_mut<T: Send>(items: &mut [T], size: usize, f: impl Fn(usize, &
     each(chunks.len(), &|at| f(at, &mut chunks[at].lock().unwrap_or_else(PoisonError::into_inner)));
 }
 
-/// Sorts rows of `width` numbers, from 1 to 5, lexicographically. Numbers beyond the last whole row stay in place.
+/// Calls `f` with every item, in any order.
+pub fn each_item<T: Send>(items: Vec<T>, f: impl Fn(T) + Sync) {
+    let items: Vec<Mutex<Option<T>>> = items.into_iter().map(|item| Mutex::new(Some(item))).collect();
+    each(items.len(), &|at| {
+        let item = items[at].lock().unwrap_or_else(PoisonError::into_inner).take();
+        item.into_iter().for_each(&f);
+    });
+}
+
+/// Returns the number of threads of the current pool.
+pub fn threads() -> usize {
+    rayon::current_num_threads()
+}
+
+/// Sorts rows of `width` numbers, from 1 to 7, lexicographically. Numbers beyond the last whole row stay in place.
 ///
 /// # Panics
-/// If the width is not between 1 and 5.
+/// If the width is not between 1 and 7.
 pub fn sort_rows(numbers: &mut [u64], width: usize) {
     match width {
         1 => numbers.par_sort_unstable(),
@@ -84,6 +98,8 @@ pub fn sort_rows(numbers: &mut [u64], width: usize) {
         3 => numbers.as_chunks_mut::<3>().0.par_sort_unstable(),
         4 => numbers.as_chunks_mut::<4>().0.par_sort_unstable(),
         5 => numbers.as_chunks_mut::<5>().0.par_sort_unstable(),
+        6 => numbers.as_chunks_mut::<6>().0.par_sort_unstable(),
+        7 => numbers.as_chunks_mut::<7>().0.par_sort_unstable(),
         _ => panic!("rows of {width} numbers"),
     }
 }
@@ -108,12 +124,15 @@ mod tests {
                 chunk.iter_mut().enumerate().for_each(|(i, number)| *number = (100 * at + i).pow(2));
             });
             assert_eq!(numbers, expected);
+            let sum = Mutex::new(0);
+            each_item(items, |item| *sum.lock().unwrap() += item);
+            assert_eq!(sum.into_inner().unwrap(), len * len.saturating_sub(1) / 2);
         }
     }
 
     #[test]
     fn rows_are_sorted_by_all_their_numbers() {
-        for width in 1..=5 {
+        for width in 1..=7 {
             let mut numbers: Vec<u64> = (0..60 * width as u64).map(|i| i * 7919 % 4).collect();
             let mut expected: Vec<Vec<u64>> = numbers.chunks(width).map(<[u64]>::to_vec).collect();
             expected.sort();

@@ -3,12 +3,15 @@
 
 use std::io::Write;
 
-use rayon::prelude::*;
+use septet_core::cores::{each_chunk_mut, sort_rows};
 
 use crate::write::error::WriteFault;
 use crate::write::records::{WriteProgress, push_indices, push_point, write_records};
 use crate::write::topology;
 use septet_core::model::{MeshView, Points};
+
+/// Vertices for each unit of parallel work.
+const BLOCK: usize = 4096;
 
 /// Writes a surface.
 pub fn write(
@@ -23,11 +26,13 @@ pub fn write(
     }
     let mut hull = topology::hull(3, mesh.point_count(), mesh.cells)?;
     let mut used = hull.clone();
-    used.par_sort_unstable();
+    sort_rows(&mut used, 1);
     used.dedup();
-    hull.par_iter_mut().for_each(|vertex| {
-        // The search always succeeds, because the list has all vertices of the hull.
-        *vertex = used.binary_search(vertex).map_or(0, |position| position as u64);
+    each_chunk_mut(&mut hull, BLOCK, |_, vertices| {
+        for vertex in vertices {
+            // The search always succeeds, because the list has all vertices of the hull.
+            *vertex = used.binary_search(vertex).map_or(0, |position| position as u64);
+        }
     });
     write_head(out, used.len(), hull.len() / 3)?;
     write_records(out, used.len(), progress, |buffer, i| {

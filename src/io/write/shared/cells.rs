@@ -1,7 +1,7 @@
 //! The cells of a share as rows of words.
 
-use rayon::prelude::*;
 use septet_core::WorkerShare;
+use septet_core::cores::each_chunk_mut;
 use septet_core::result::canonical::canonical_row;
 
 use super::mesh::SharedMesh;
@@ -9,6 +9,9 @@ use crate::write::quality::radius_edge_ratio;
 
 /// The largest number of words of a row: four vertices, a ratio and two labels.
 pub(super) const WIDEST: usize = 7;
+
+/// Cells for each unit of parallel work.
+const BLOCK: usize = 4096;
 
 /// The words of a row: the vertices in canonical order, the bits of the radius-edge ratio, the owner and the leaf.
 #[derive(Clone, Copy, Debug)]
@@ -47,8 +50,10 @@ impl<'a> ShareRows<'a> {
     pub fn append(&self, words: &mut Vec<u64>) {
         let (start, width) = (words.len(), self.layout.width());
         words.resize(start + self.share.cell_count() * width, 0);
-        let rows = words[start..].par_chunks_exact_mut(width).enumerate();
-        rows.for_each(|(cell, row)| self.write(cell, row));
+        each_chunk_mut(&mut words[start..], BLOCK * width, |block, rows| {
+            let cells = (block * BLOCK..).zip(rows.chunks_exact_mut(width));
+            cells.for_each(|(cell, row)| self.write(cell, row));
+        });
     }
 
     /// Writes the row of a cell.

@@ -1,13 +1,18 @@
 //! The piece of a worker, made from its share and its ghost cells.
 
-use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use septet_core::WorkerShare;
+use septet_core::cores::each_chunk_mut;
 
 use super::cells::{Layout, ShareRows};
 use super::ghosts::Ghosts;
 use super::mesh::SharedMesh;
 use super::words::{dedup_rows, sort_rows};
 use crate::write::formats::pvtu::Piece;
+
+/// Vertices for each unit of parallel work.
+const BLOCK: usize = 16384;
 
 /// The points of a piece.
 struct PiecePoints {
@@ -29,14 +34,14 @@ impl PiecePoints {
         others.extend(ghosts.points(share.rank));
         sort_rows(&mut others, width);
         dedup_rows(&mut others, width);
-        let mut order: Vec<u32> = (0..owned as u32).collect();
-        order.par_sort_unstable_by_key(|&point| share.ids[point as usize]);
+        let mut order: Vec<u64> = (0..owned).flat_map(|point| [share.ids[point], point as u64]).collect();
+        sort_rows(&mut order, 2);
         let count = owned + others.len() / width;
         let (mut rows, mut coordinates) =
             (Vec::with_capacity(count), Vec::with_capacity(count * mesh.run.space));
-        for point in order {
-            rows.push(share.ids[point as usize]);
-            coordinates.extend_from_slice(mesh.place(share, point));
+        for row in order.chunks_exact(2) {
+            rows.push(row[0]);
+            coordinates.extend_from_slice(mesh.place(share, row[1] as u32));
         }
         for other in others.chunks_exact(width) {
             rows.push(other[0]);
@@ -95,11 +100,16 @@ pub(super) fn piece(
     if layout.with_owner {
         cells = cells.chunks_exact(width).flat_map(|row| &row[..corners]).copied().collect();
     }
-    let found = cells.par_iter_mut().try_for_each(|vertex| {
-        *vertex = points.position(*vertex)?;
-        Some(())
+    let is_missing = AtomicBool::new(false);
+    each_chunk_mut(&mut cells, BLOCK, |_, vertices| {
+        for vertex in vertices {
+            match points.position(*vertex) {
+                Some(position) => *vertex = position,
+                None => is_missing.store(true, Ordering::Relaxed),
+            }
+        }
     });
-    if found.is_none() {
+    if is_missing.into_inner() {
         return Err(format!("a vertex of a ghost cell of worker {} is missing", share.rank));
     }
     Ok(Piece {

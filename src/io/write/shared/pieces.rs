@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use rayon::prelude::*;
+use septet_core::cores;
 use septet_core::model::MeshView;
 use septet_protocol::wire::{Alone, Ended, Processes};
 
@@ -80,7 +80,7 @@ pub(in crate::write) fn write_alone(
     // If a piece fails, dropping the folder removes it.
     staged.folders.push(folder);
     let own = OwnPieces::gather(processes, (mesh, counts), table).map_err(ended)?;
-    own.write(&files, rayon::current_num_threads(), progress)?;
+    own.write(&files, cores::threads(), progress)?;
     stage_list(&mut staged.stage, path, &files, (&own.empty(), table))
 }
 
@@ -108,8 +108,8 @@ impl<'a> OwnPieces<'a> {
     ) -> Result<(), OutputError> {
         let positions: Vec<usize> = (0..self.mesh.run.shares.len()).collect();
         for batch in positions.chunks(together) {
-            let written = batch.par_iter().map(|&share| self.write_piece(files, share));
-            progress.advance(written.collect::<Result<Vec<u64>, OutputError>>()?.iter().sum());
+            let written = cores::map(batch, |&share| self.write_piece(files, share));
+            progress.advance(written.into_iter().sum::<Result<u64, OutputError>>()?);
         }
         Ok(())
     }

@@ -1,20 +1,9 @@
 //! Rows of words of 64 bits: their order, and their bytes on the wire.
 
-use rayon::prelude::*;
+pub(super) use septet_core::cores::sort_rows;
 
 /// Bytes per word.
 const WORD: usize = 8;
-
-/// Sorts rows of `width` words. The width is 3 to 7.
-pub(super) fn sort_rows(words: &mut [u64], width: usize) {
-    match width {
-        3 => words.as_chunks_mut::<3>().0.par_sort_unstable(),
-        4 => words.as_chunks_mut::<4>().0.par_sort_unstable(),
-        5 => words.as_chunks_mut::<5>().0.par_sort_unstable(),
-        6 => words.as_chunks_mut::<6>().0.par_sort_unstable(),
-        _ => words.as_chunks_mut::<7>().0.par_sort_unstable(),
-    }
-}
 
 /// Keeps the first of consecutive rows with the same first word.
 pub(super) fn dedup_rows(words: &mut Vec<u64>, width: usize) {
