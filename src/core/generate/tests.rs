@@ -265,7 +265,9 @@ fn samples_are_parsed() {
     assert_eq!(read("graded:1e6,d=2,seed=7,lipschitz=0.5"), full);
     assert_eq!(read("graded-point:1e6, d=2,seed=7 ,lipschitz=0.5"), full);
     let message = |spec| parse_sample(spec).unwrap_err().to_string();
-    assert!(message("cube:10").contains("`cube`") && message("cube:10").contains("moment-curve"));
+    let unknown = parse_sample("cube:10").unwrap_err();
+    assert_eq!(unknown.to_string(), "unknown kind of point set `cube`");
+    assert!(unknown.remedy().unwrap().to_string().contains("moment-curve"));
     assert!(message("uniform").contains("KIND:N"));
     assert!(message("uniform:many").contains("`many`"));
     assert!(message("uniform:1e30").contains("`1e30`"));
