@@ -5,7 +5,7 @@ use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use septet_core::Spec;
 use septet_core::mesh::{MESH_OPTIONS, MeshSpec};
-use septet_core::spec::{Commands, Row, SpecError, Value, Words, options_of};
+use septet_core::spec::{Commands, OPTIONS, Row, SpecError, Value, Words, options_of};
 use septet_io::Role;
 
 use super::effects::needs;
@@ -26,7 +26,7 @@ impl<const COMMAND: u8> Given<COMMAND> {
 impl<const COMMAND: u8> Args for Given<COMMAND> {
     fn augment_args(command: Command) -> Command {
         let of = Commands::of_bits(COMMAND);
-        arguments(command, options_of(of), of)
+        arguments(command, OPTIONS, of)
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -88,7 +88,11 @@ impl<S: Default> Options<S> {
     fn of(matches: &ArgMatches, rows: impl IntoIterator<Item = &'static Row<S>>) -> Self {
         let given = |row: &&Row<S>| matches.value_source(row.key) == Some(ValueSource::CommandLine);
         let text = |row: &Row<S>| {
-            if row.is_flag { Some("true".to_owned()) } else { matches.get_one::<String>(row.key).cloned() }
+            if row.is_flag {
+                return Some("true".to_owned());
+            }
+            let values: Vec<&str> = matches.get_many::<String>(row.key)?.map(String::as_str).collect();
+            Some(values.join(","))
         };
         let rows = rows.into_iter().filter(given);
         Options { words: rows.filter_map(|row| Some((row, text(row)?))).collect() }
@@ -128,7 +132,8 @@ fn arguments<S: Default + 'static>(
     rows: impl IntoIterator<Item = &'static Row<S>>,
     of: Commands,
 ) -> Command {
-    rows.into_iter().fold(command, |command, row| command.arg(argument(row, of)))
+    let rows = rows.into_iter().filter(|row| row.commands.meets(of));
+    rows.fold(command, |command, row| command.arg(argument(row, of)))
 }
 
 /// Returns the argument of a row for a command.
@@ -144,6 +149,9 @@ fn argument<S: Default + 'static>(row: &'static Row<S>, command: Commands) -> Ar
         argument = argument.short(short);
     }
     argument = argument.hide_short_help(!row.is_common);
+    if row.types.contains(&"array") {
+        argument = argument.action(ArgAction::Append);
+    }
     if row.is_flag {
         return argument.action(ArgAction::SetTrue);
     }
@@ -155,7 +163,7 @@ fn argument<S: Default + 'static>(row: &'static Row<S>, command: Commands) -> Ar
         return argument.value_name(row.form).allow_negative_numbers(true).value_parser(parser);
     }
     let words = row.words_of(command).map(|&(word, meaning)| PossibleValue::new(word).help(meaning));
-    argument.value_parser(PossibleValuesParser::new(words))
+    argument.value_name(row.key.to_uppercase()).value_parser(PossibleValuesParser::new(words))
 }
 
 /// Checks a value by itself. Readers know the names of formats.

@@ -56,7 +56,7 @@ fn of_specs() -> Described {
         Tries { tries: 0, most: 9 },
         TriesOfPlanes,
         TooFewWorkers { workers: 1, processes: 2 },
-        NotDistributed { output: "a picture" },
+        NotDistributed { output: "a picture", option: "view" },
         EmptyLeaf,
     ]
 }

@@ -83,7 +83,10 @@ impl Error {
         match self {
             Error::Spec(error) => error.remedy(),
             Error::Sites(error) => error.remedy(),
-            Error::Points(RangeError::NotFinite { .. } | RangeError::Spread { .. }) => {
+            Error::Points(RangeError::NotFinite { .. }) => {
+                Some(Remedy::of("correct it, or drop such points with {skip-invalid}"))
+            }
+            Error::Points(RangeError::Spread { .. }) => {
                 Some(Remedy::of("round the coordinates to a common grid, or drop these points"))
             }
             Error::Indices { .. } => {

@@ -14,7 +14,9 @@ impl Fields {
     /// Adds a field for each row: its types ([`septet_core::spec::Value::TYPES`]) and the first sentence of its document.
     pub(crate) fn and<S: 'static>(mut self, rows: impl IntoIterator<Item = &'static Row<S>>) -> Self {
         for row in rows {
-            let first = Door::Rust.spell(row.doc.split("\n\n").next().unwrap_or_default());
+            let first = row.doc.split("\n\n").next().unwrap_or_default();
+            // Readers and writers know the formats.
+            let first = Door::Rust.spell(&first.replace(" ({data})", ""));
             let description = format!("{}.", first.trim_end_matches('.'));
             self.0.insert(row.key.to_owned(), json!({ "description": description, "type": row.types }));
         }

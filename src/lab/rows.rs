@@ -141,6 +141,33 @@ pub(crate) fn tree(ledger: &Ledger, has_separators: bool) -> TreeRow {
     }
 }
 
+/// The size of the supergraph.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct GraphRow {
+    /// Number of edges.
+    pub edges: u64,
+    /// Largest degree.
+    pub max_degree: u64,
+    /// Mean degree.
+    #[serde(default)]
+    pub mean_degree: f64,
+    /// Number of points of all leaves, ghosts included, divided by the number of points.
+    pub replication: f64,
+}
+
+/// Returns the size of the supergraph of `points` points.
+pub(crate) fn graph(ledger: &Ledger, points: u64) -> GraphRow {
+    let total = ledger.tree.total();
+    let points = points.max(1) as f64;
+    GraphRow {
+        edges: total.edges,
+        max_degree: total.max_degree,
+        mean_degree: 2.0 * total.edges as f64 / points,
+        replication: total.members as f64 / points,
+    }
+}
+
 /// One level of the tree. `D` has what only reports or only lines have.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

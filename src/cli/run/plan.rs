@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use septet_core::Spec;
+use septet_core::run::admit_team;
 use septet_core::run::memory::admit;
 use septet_core::run::processes::placement;
-use septet_core::spec::{Task, Workers};
+use septet_core::spec::Task;
 use septet_io::read::ReadOptions;
 use septet_io::write::check_shared;
 use septet_protocol::transport::Placement;
@@ -99,18 +100,7 @@ fn refuse(goal: Goal<'_>, spec: &Spec) -> Result<(), Failure> {
             Failure::new(Code::Usage, message).help("give the name of a file, or - for standard input")
         );
     }
-    let options = [
-        ("--workers leaves", spec.machine.workers == Workers::Leaves),
-        ("--cost-trace", goal.cost_trace().is_some()),
-        ("--view", spec.keep.view.is_some_and(|shown| shown > 0)),
-    ];
-    match options.iter().find(|(_, given)| *given) {
-        Some((option, _)) => {
-            Err(Failure::new(Code::Usage, format!("{option} does not work with several processes"))
-                .help(format!("omit {option}, or run the command in one process")))
-        }
-        None => Ok(()),
-    }
+    Ok(admit_team(spec)?)
 }
 
 /// Returns a failure if an option is set that no output or report uses.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
+use septet_core::Door;
 use septet_core::run::memory::peak_rss;
 use septet_core::spec::{Nodes, Task};
 use septet_core::{Outcome, Spec};
@@ -117,7 +118,7 @@ fn print_report(
         talk.note(line);
     }
     if report.dimension < report.space as isize {
-        talk.note(format!("note: {}", report.flat_note()));
+        talk.note(format!("note: {}", report.flat_note(Door::Shell)));
     } else if report.certificate == "passed" {
         let raw = requested.input.raw.as_ref();
         let reading = raw.map_or_else(String::new, |rows| format!(" --raw {rows}"));

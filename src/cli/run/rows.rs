@@ -10,6 +10,7 @@ use septet_core::run::processes::rows_of;
 use septet_core::spec::Task;
 use septet_core::{Error, Spec};
 use septet_io::read::{SharedPoints, read_shared, share_points};
+use septet_io::write::check_gathered;
 
 use super::plan::Plan;
 use super::team::Team;
@@ -95,7 +96,12 @@ impl Rows {
             spec.control.progress = Some(talk.phases());
         }
         let admitted = admit(spec, points.len() as u64, points.dimension(), counted);
-        team.agree(admitted.map_err(Failure::from))
+        team.agree(admitted.map_err(Failure::from))?;
+        if plan.placement.is_some() {
+            let outputs = (&args.output[..], &args.writing.options());
+            check_gathered(&mut team.processes, outputs, (self.held.rows, points.dimension()))?;
+        }
+        Ok(())
     }
 
     /// Returns the failure for an error of a run over these rows. An error about points gives the file and the positions of the

@@ -3,7 +3,6 @@
 use std::fmt;
 
 use crate::spec::Words;
-use crate::words;
 
 /// A kind of point set in the unit square or cube.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -44,7 +43,7 @@ pub enum Kind {
     GradedLine,
 }
 
-words!(Kind {
+crate::words!(Kind {
     Uniform "uniform" "Independent and uniform",
     Poisson "poisson" "A homogeneous Poisson process",
     Ball "ball" "Uniform in a ball",

@@ -9,7 +9,6 @@ use septet_meshing::size::user::{Constraints, Singularity};
 use super::error::MeshError;
 use super::field::SizeField;
 use crate::spec::Spec;
-use crate::words;
 
 /// The default Lipschitz constant. It bounds radius-edge ratios away from the boundary by `1/(1-L) = 2`, the usual
 /// default of mesh generators. A smaller L needs more points everywhere. A larger L saves few points, because sizes
@@ -28,7 +27,7 @@ pub enum Boundary {
     Remesh,
 }
 
-words!(Boundary {
+crate::words!(Boundary {
     Exact "exact" "Keep every segment and facet",
     Remesh "remesh" "Keep corners and ridges, and resample the rest of the surface",
 });
@@ -52,7 +51,7 @@ pub enum SingularityShape {
     Line,
 }
 
-words!(SingularityShape {
+crate::words!(SingularityShape {
     Point "point" "A point",
     Line "line" "A segment",
 });

@@ -68,29 +68,31 @@ pub fn canonicalise<P: Point>(mut cells: LabelledCells) -> LabelledCells {
     each_chunk_mut(&mut cells.rows, BLOCK * corners, |_, rows| {
         rows.chunks_exact_mut(corners).for_each(canonical_row);
     });
-    match (cells.owner, cells.leaf) {
-        (Some(owner), Some(leaf)) => sorted_with_labels(&cells.rows, corners, (&owner, &leaf)),
-        _ => {
-            sort_rows(&mut cells.rows, corners);
-            LabelledCells { rows: cells.rows, owner: None, leaf: None }
-        }
-    }
-}
-
-/// Sorts rows together with the owner and the leaf of each.
-fn sorted_with_labels(rows: &[u64], corners: usize, (owner, leaf): (&[u32], &[u64])) -> LabelledCells {
     let width = corners + 2;
-    let mut all = Vec::with_capacity(owner.len() * width);
-    for ((row, &owner), &leaf) in rows.chunks_exact(corners).zip(owner).zip(leaf) {
-        all.extend_from_slice(row);
-        all.extend([u64::from(owner), leaf]);
-    }
+    let Some(mut all) = cells.with_labels(corners) else {
+        sort_rows(&mut cells.rows, corners);
+        return cells;
+    };
     sort_rows(&mut all, width);
     let column = |at: usize| all.chunks_exact(width).map(move |row| row[corners + at]);
-    LabelledCells {
-        rows: all.chunks_exact(width).flat_map(|row| &row[..corners]).copied().collect(),
-        owner: Some(column(0).map(|owner| owner as u32).collect()),
-        leaf: Some(column(1).collect()),
+    let owner = Some(column(0).map(|owner| owner as u32).collect());
+    let leaf = Some(column(1).collect());
+    let mut rows = Vec::with_capacity(all.len() / width * corners);
+    all.chunks_exact(width).for_each(|row| rows.extend_from_slice(&row[..corners]));
+    LabelledCells { rows, owner, leaf }
+}
+
+impl LabelledCells {
+    /// Returns rows that end with the owner and the leaf, or `None` without them. Such cells are taken.
+    fn with_labels(&mut self, corners: usize) -> Option<Vec<u64>> {
+        let (owner, leaf) = (self.owner.take()?, self.leaf.take()?);
+        let rows = std::mem::take(&mut self.rows);
+        let mut all = Vec::with_capacity(owner.len() * (corners + 2));
+        for ((row, owner), leaf) in rows.chunks_exact(corners).zip(owner).zip(leaf) {
+            all.extend_from_slice(row);
+            all.extend([u64::from(owner), leaf]);
+        }
+        Some(all)
     }
 }
 

@@ -26,6 +26,7 @@ pub(crate) use hosts::Hosts;
 pub use hosts::Start;
 use leaves::plan_leaves;
 use perform::perform;
+pub use settings::admit_team;
 use settings::{Settings, admit};
 
 /// Runs a task over the rows of all processes. A failed certificate is not an error, because the counts of the run are still

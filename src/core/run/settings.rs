@@ -58,14 +58,17 @@ pub(crate) fn admit<P: Point>(
 }
 
 /// Refuses what needs all ranks in one process.
-fn admit_team(spec: &Spec) -> Result<(), SpecError> {
+///
+/// # Errors
+/// Fails with the first option that asks for it.
+pub fn admit_team(spec: &Spec) -> Result<(), SpecError> {
     let outputs = [
-        (spec.machine.workers == Workers::Leaves, "a worker for each leaf"),
-        (spec.keep.costs, "a cost trace"),
-        (spec.keep.view.is_some_and(|points| points > 0), "a picture"),
+        (spec.machine.workers == Workers::Leaves, "a worker for each leaf", "workers"),
+        (spec.keep.costs, "a cost trace", "cost-trace"),
+        (spec.keep.view.is_some_and(|points| points > 0), "a picture", "view"),
     ];
-    match outputs.iter().find(|(is_wanted, _)| *is_wanted) {
-        Some(&(_, output)) => Err(SpecError::NotDistributed { output }),
+    match outputs.iter().find(|(is_wanted, ..)| *is_wanted) {
+        Some(&(_, output, option)) => Err(SpecError::NotDistributed { output, option }),
         None => Ok(()),
     }
 }

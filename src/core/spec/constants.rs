@@ -6,7 +6,6 @@
 use septet_workers::config::SetRule as SeparatorSets;
 
 use crate::spec::graph::DEFAULT_ALPHA;
-use crate::words;
 
 /// The quantity that the constants of a partition tree keep small.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,7 +17,7 @@ pub enum Purpose {
     Timing,
 }
 
-words!(Purpose {
+crate::words!(Purpose {
     Counting "counting" "Little work and depth",
     Timing "timing" "Little time",
 });

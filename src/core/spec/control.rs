@@ -6,8 +6,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use septet_workers::config::Fault;
 
-use crate::words;
-
 /// The optional contents of a result, besides cells and counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -43,7 +41,7 @@ pub enum Nodes {
     /// No node.
     None,
 }
-words!(Nodes {
+crate::words!(Nodes {
     All "all" "Every node",
     None "none" "No node; with several processes, no process then receives the nodes of the others",
 });

@@ -109,11 +109,13 @@ pub enum SpecError {
         /// The number of processes.
         processes: u32,
     },
-    /// An output needs all ranks in one process.
+    /// An option needs all ranks in one process.
     #[error("{output} needs all points in one process")]
     NotDistributed {
         /// The output.
         output: &'static str,
+        /// The option that asks for it.
+        option: &'static str,
     },
     /// The leaf size is zero.
     #[error("a leaf holds at least one point")]
@@ -140,8 +142,8 @@ impl SpecError {
             Self::SmallerSide { .. } => Remedy::of("use {separator-sets=both} or {separator-sets=ghost}"),
             Self::BottomUpUncounted => Remedy::of("use `simulate`, or omit {neighbours}"),
             Self::TriesOfPlanes => Remedy::of("omit {tries} or {partition=kd}"),
-            Self::NotDistributed { .. } => {
-                Remedy::of("omit the option that asks for it, or run in one process")
+            Self::NotDistributed { option, .. } => {
+                Remedy::of("omit ").option(option).then(", or run in one process")
             }
             Self::Alpha { .. } | Self::K { .. } | Self::LogFactor { .. } | Self::Value { .. } => return None,
         })

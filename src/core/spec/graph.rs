@@ -8,7 +8,6 @@ use septet_workers::config::Neighbours;
 
 use crate::spec::SpecError;
 use crate::spec::value::{Setting, Value, Words};
-use crate::words;
 
 /// The kinds of supergraphs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -22,7 +21,7 @@ pub enum GraphKind {
     Knn,
 }
 
-words!(GraphKind {
+crate::words!(GraphKind {
     Density "density" "The density graph of the paper",
     Overlap "overlap" "Overlapping neighbour balls",
     Knn "knn" "The k nearest neighbours",

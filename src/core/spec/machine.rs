@@ -6,7 +6,6 @@ use septet_workers::transport::TransportKind;
 
 use crate::spec::SpecError;
 use crate::spec::value::{Setting, Value};
-use crate::words;
 
 /// The seed of the random draws, unless another is given.
 pub const DEFAULT_SEED: u64 = 1;
@@ -78,7 +77,7 @@ pub enum TransportName {
     /// [`Transport::Processes`].
     Processes,
 }
-words!(TransportName {
+crate::words!(TransportName {
     Channel "channel" "Channels between threads",
     Sim "sim" "A simulator on one thread",
     Processes "processes" "Sockets between processes, each of which reads and writes its share",
@@ -148,7 +147,7 @@ pub enum Registers {
     /// run on.
     Baseline,
 }
-words!(Registers {
+crate::words!(Registers {
     Widest "widest" "The widest registers of the processor",
     Baseline "baseline" "The registers that every processor of the architecture has",
 });

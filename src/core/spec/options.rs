@@ -221,14 +221,21 @@ pub static OPTIONS: &[Row] = &[
         Auto,
         |s| Auto(s.tree.constants.tries.map(u64::from)),
         |s, Auto(tries)| {
-            s.tree.constants.tries = tries.map(|tries| u32::try_from(tries).unwrap_or(u32::MAX));
+            let number = tries.map(u32::try_from).transpose();
+            let refused = |_| super::SpecError::Value {
+                option: "tries",
+                value: tries.unwrap_or_default().to_string(),
+                expected: "expected a smaller number".to_owned(),
+            };
+            s.tree.constants.tries = number.map_err(refused)?;
             Ok(())
         },
         { form: "T|auto", commands: Commands::COUNTS, series: Series::Changed("tries ") }
     ),
     option!(
         Spec, "leaf", "leaf",
-        "Largest number of points in a leaf of the partition tree",
+        "Largest number of points in a leaf of the partition tree\n\n`auto` depends on the dimension and the supergraph. For \
+         meshes it is 4000 in space and 2000 in the plane.",
         Auto,
         |s| Auto(s.tree.leaf),
         |s, Auto(leaf)| { s.tree.leaf = leaf; Ok(()) },
@@ -260,7 +267,8 @@ pub static OPTIONS: &[Row] = &[
     ),
     option!(
         Spec, "max-memory", "max_memory",
-        "Refuse to start if the run is expected to need more memory\n\nK, M, G and T stand for powers of 1024, as in 2G.",
+        "Refuse to start if the run is expected to need more memory\n\nK, M, G and T stand for powers of 1024, as in 2G. \
+         Without a limit, `septet mesh` stops when it finds that the computer has too little memory.",
         Bytes,
         |s| Bytes(s.machine.max_memory),
         |s, Bytes(limit)| { s.machine.max_memory = limit; Ok(()) },

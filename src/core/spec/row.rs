@@ -4,7 +4,6 @@ use super::error::SpecError;
 use super::groups::Spec;
 use super::task::Until;
 use super::value::{Setting, Word};
-use crate::words;
 
 /// The commands that have options of a run, as a set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,15 +100,15 @@ pub enum Matters {
     Time,
     /// The counts of the machine, but no cell.
     Counts,
-    /// The cells, because other points are read.
+    /// The cells.
     Cells,
 }
 
-words!(Matters {
+crate::words!(Matters {
     Report "report" "Only the contents of reports and files besides the cells",
     Time "time" "Only times and memory",
     Counts "counts" "The counts of the machine, but no cell",
-    Cells "cells" "The cells, because other points are read",
+    Cells "cells" "The cells",
 });
 
 /// The form of an option in the name of a series of runs: the words before its value.

@@ -158,8 +158,9 @@ impl OutputError {
             OutputError::Obstructed { .. } => "choose another name for the output, or move the obstacle away",
             OutputError::NotWritable { .. } => "choose a directory that you can write to",
             OutputError::Io { .. } | OutputError::Stream { .. } => "check the free space on the disk",
-            OutputError::Topology { .. } | OutputError::InvalidMesh { .. } | OutputError::FirstId { .. } => {
-                return Some(Remedy::REPORT);
+            OutputError::FirstId { .. } => "use 0 or 1",
+            OutputError::Topology { .. } | OutputError::InvalidMesh { .. } => {
+                "check the arrays; if septet made them, please report it with the input"
             }
         }))
     }

@@ -33,7 +33,7 @@ pub use names::faces_path;
 pub use options::{MshVersion, WriteOptions};
 pub use points::{check_points_output, write_points, write_points_to};
 pub use quality::radius_edge_ratio;
-pub use shared::{GATHER_LIMIT, SharedMesh, check_shared, write_shared};
+pub use shared::{GATHER_LIMIT, SharedMesh, check_gathered, check_shared, write_shared};
 
 use crate::format::{Files, Format};
 use error::WriteFault;

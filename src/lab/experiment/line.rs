@@ -9,7 +9,7 @@ use septet_core::spec::{Setting, Until};
 use septet_protocol::ids::ByGroup;
 use septet_protocol::ledger::RoundRow;
 
-use crate::rows::{GroupTotal, LevelRow, PhaseRow, TreeRow};
+use crate::rows::{GraphRow, GroupTotal, LevelRow, PhaseRow, TreeRow};
 
 /// Name and version of the schema of [`Line`]. The number changes if a field changes its meaning or disappears. New
 /// fields may appear under the same number.
@@ -79,7 +79,7 @@ pub struct Line {
     /// Rounds in which messages were sent or results were merged.
     pub rounds: Vec<RoundRow>,
     /// Edges, largest degree and replication of the supergraph. `None` if not counted, or if the run stopped early.
-    pub graph: Option<GraphLine>,
+    pub graph: Option<GraphRow>,
     /// The result of a complete run. `None` if the run stopped early.
     pub end: Option<Ending>,
     /// Measured wall-clock seconds.
@@ -145,18 +145,6 @@ pub struct DepthLine {
     pub largest: u64,
     /// Sum of the work of these nodes.
     pub work: u64,
-}
-
-/// Size of the supergraph.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct GraphLine {
-    /// Number of edges.
-    pub edges: u64,
-    /// Largest degree.
-    pub max_degree: u64,
-    /// Number of points of all leaves, ghosts included, divided by the number of points.
-    pub replication: f64,
 }
 
 impl Line {

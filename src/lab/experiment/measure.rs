@@ -8,7 +8,7 @@ use septet_protocol::ledger::Ledger;
 
 use septet_core::Outcome;
 
-use super::line::{DepthLine, GraphLine, Line, Program, RunOptions, SCHEMA, Splits};
+use super::line::{DepthLine, Line, Program, RunOptions, SCHEMA, Splits};
 use crate::rows::{self, LevelRow, PhaseRow};
 
 /// Returns the line of a run made through the library. Kind and options are empty, and the seed is 0.
@@ -41,7 +41,7 @@ pub fn of_run(run: &Outcome) -> Line {
         tree: rows::tree(ledger, whole),
         levels: if counted { levels(ledger, whole) } else { Vec::new() },
         rounds: moved.collect(),
-        graph: (counted && whole).then(|| graph_line(ledger, points)),
+        graph: (counted && whole).then(|| rows::graph(ledger, points)),
         end,
         seconds: times.total,
     }
@@ -87,13 +87,4 @@ fn splits(ledger: &Ledger) -> BTreeMap<u32, Splits> {
         depth.work += charge.cost.work();
     }
     rows
-}
-
-fn graph_line(ledger: &Ledger, points: u64) -> GraphLine {
-    let nodes = ledger.part.nodes.values();
-    GraphLine {
-        edges: nodes.clone().map(|f| f.edges).sum(),
-        max_degree: nodes.clone().map(|f| f.max_degree).max().unwrap_or(0),
-        replication: nodes.map(|f| f.members).sum::<u64>() as f64 / points.max(1) as f64,
-    }
 }

@@ -13,7 +13,7 @@ mod sizes;
 mod sweep;
 
 pub use journal::{Entry, Journal, JournalError, Lines, Stamp, read_entries, read_lines};
-pub use line::{DepthLine, GraphLine, Line, Program, RunOptions, SCHEMA, Splits};
+pub use line::{DepthLine, Line, Program, RunOptions, SCHEMA, Splits};
 pub use measure::of_run;
 pub use runner::{RunError, Runner};
 pub use sizes::{SizesError, parse_sizes};

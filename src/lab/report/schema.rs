@@ -12,7 +12,7 @@ use septet_protocol::ledger::{PathStep, RoundRow};
 use super::processes::ProcessReport;
 use super::traffic::{TimelineReport, TrafficReport};
 use super::{Parameters, SettledReport};
-use crate::rows::{GroupTotal, LevelRow, NodeRow, PhaseRow, TreeRow};
+use crate::rows::{GraphRow, GroupTotal, LevelRow, NodeRow, PhaseRow, TreeRow};
 
 /// Name and version of the schema of [`RunReport`]. The number changes if a field changes its meaning or disappears.
 /// New fields may appear under the same number.
@@ -209,20 +209,15 @@ pub struct LevelDepths {
     pub depths: BTreeMap<&'static str, u64>,
 }
 
-/// Size of the supergraph.
+/// The supergraph.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct GraphReport {
-    /// Number of edges.
-    pub edges: u64,
+    /// The size.
+    #[serde(flatten)]
+    pub size: GraphRow,
     /// Hash of all edges, independent of their order, in hexadecimal.
     pub edge_hash: String,
-    /// Largest degree.
-    pub max_degree: u64,
-    /// Mean degree.
-    pub mean_degree: f64,
-    /// Number of points of all leaves, ghosts included, divided by the number of points.
-    pub replication: f64,
 }
 
 /// Measured wall-clock seconds.

@@ -1,10 +1,12 @@
 //! The note on points whose affine hull has a smaller dimension than the space.
 
+use septet_core::Door;
+
 use super::schema::RunReport;
 
 impl RunReport {
-    /// Describes points whose affine hull has a smaller dimension than the space, in one line.
-    pub fn flat_note(&self) -> String {
+    /// Describes points whose affine hull has a smaller dimension than the space, in one line, in the words of a door.
+    pub fn flat_note(&self, door: Door) -> String {
         let span = match self.dimension {
             -1 => "there are no points".to_owned(),
             0 => "all points coincide (dimension 0)".to_owned(),
@@ -12,10 +14,10 @@ impl RunReport {
             _ => "all points lie in a plane (dimension 2)".to_owned(),
         };
         let advice = if self.space == 3 && self.dimension == 2 {
-            "; dimension 2 triangulates x and y only"
+            "; {dimension=2} triangulates x and y only"
         } else {
             ""
         };
-        format!("{span}: no cells{advice}")
+        door.spell(&format!("{span}: no cells{advice}"))
     }
 }

@@ -35,13 +35,8 @@ fn levels(run: &Outcome) -> Vec<LevelRow<LevelDepths>> {
 
 /// Returns the size of the supergraph.
 pub(super) fn graph(run: &Outcome) -> GraphReport {
-    let total = run.ledger.tree.total();
-    let points = run.points.used.max(1) as f64;
     GraphReport {
-        edges: total.edges,
+        size: rows::graph(&run.ledger, run.points.used),
         edge_hash: format!("{:016x}", run.ledger.part.edge_hash),
-        max_degree: total.max_degree,
-        mean_degree: 2.0 * total.edges as f64 / points,
-        replication: total.members as f64 / points,
     }
 }

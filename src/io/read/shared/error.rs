@@ -19,7 +19,7 @@ pub(super) enum SharedError {
     #[error(transparent)]
     List(Box<ListError>),
     /// A file that one process must read is too large.
-    #[error("{}: the file has more than {limit} bytes, and its format does not allow several processes to read it in parts", shown(.path))]
+    #[error("{}: the file has more than {limit} bytes, and several processes cannot read it in parts", shown(.path))]
     TooLarge {
         /// The file.
         path: PathBuf,
@@ -88,7 +88,7 @@ impl SharedError {
         Some(match self {
             Self::File(error) => return error.remedy(),
             Self::List(error) => return error.remedy(),
-            Self::TooLarge { .. } => Remedy::of("save it as .npy in C order"),
+            Self::TooLarge { .. } => Remedy::of("save it as .npy in C order, or read it in one process"),
             Self::Differs { .. } => Remedy::of("give all processes the same file"),
             Self::OtherList { .. } => Remedy::of("give all processes the same list"),
             Self::Blocks { .. } => Remedy::REPORT,

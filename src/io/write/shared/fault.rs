@@ -46,8 +46,8 @@ impl SharedFault {
             Self::Output(error) => return error.remedy(),
             Self::NotAFile { .. } => "write a file",
             Self::TooLarge { divided, .. } => {
-                let remedy = Remedy::of("write ").and(divided);
-                return Some(remedy.and(" without other columns, and drop no rows"));
+                let remedy = Remedy::of("run in one process, or write ").and(divided);
+                return Some(remedy.then(" without {keep-columns} and {skip-invalid}"));
             }
             Self::SameFile { .. } => "give each output its own name",
             Self::OtherOutputs { .. } => "give all processes the same outputs",

@@ -35,8 +35,8 @@ impl Whole {
     ) -> Result<Self, Ended> {
         let space = mesh.run.space;
         let layout = Layout { corners: space + 1, with_ratio: false, with_owner: counts.with_owner };
-        let bytes = (counts.row_count() as u64).saturating_mul(8 * space as u64 + 16);
-        let bytes = bytes.saturating_add(counts.cells.saturating_mul(8 * layout.width() as u64));
+        let labels = counts.cells.saturating_mul(8 * (layout.width() - layout.corners) as u64);
+        let bytes = bytes(counts.row_count() as u64, counts.cells, space).saturating_add(labels);
         processes.agree(fits(bytes), describe)?;
         let mut whole = Whole { dimension: space, ..Whole::default() };
         let coordinates = mesh.coordinates.iter().map(|coordinate| coordinate.to_bits());
@@ -99,6 +99,12 @@ impl Whole {
             labels: None,
         }
     }
+}
+
+/// Returns the bytes of rows and cells without labels.
+pub(super) fn bytes(rows: u64, cells: u64, space: usize) -> u64 {
+    let rows = rows.saturating_mul(8 * space as u64 + 16);
+    rows.saturating_add(cells.saturating_mul(8 * (space as u64 + 1)))
 }
 
 /// Sends words to the first process, which returns those of all processes in their order.

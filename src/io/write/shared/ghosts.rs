@@ -53,6 +53,8 @@ impl Ghosts {
         for (at, parcel) in parcels.iter().enumerate() {
             find_blocks(at, parcel, layout, &mut blocks)?;
         }
+        // The sort is stable, so the blocks of a worker stay in the order of their senders.
+        blocks.sort_by_key(|block| block.worker);
         Ok(Ghosts { layout, parcels, blocks })
     }
 
@@ -71,8 +73,11 @@ impl Ghosts {
         worker: u32,
         range: impl Fn(&Block) -> Range<usize> + 'a,
     ) -> impl Iterator<Item = u64> + 'a {
-        let blocks = self.blocks.iter().filter(move |block| block.worker == worker);
-        blocks.flat_map(move |block| words_of(&self.parcels[block.parcel].bytes[range(block)]))
+        let from = self.blocks.partition_point(|block| block.worker < worker);
+        let to = self.blocks.partition_point(|block| block.worker <= worker);
+        self.blocks[from..to]
+            .iter()
+            .flat_map(move |block| words_of(&self.parcels[block.parcel].bytes[range(block)]))
     }
 }
 

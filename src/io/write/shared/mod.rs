@@ -25,7 +25,7 @@ mod sort;
 mod staged;
 mod words;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use septet_protocol::wire::{Ended, Processes};
 
@@ -41,7 +41,7 @@ use crate::ending::without_gz;
 use crate::format::Format;
 use cells::Layout;
 use counts::Counts;
-use fault::{SharedFault, describe};
+use fault::{SharedFault, describe, fits};
 use gather::Whole;
 
 /// Checks before a run that all processes can write these outputs together: the names, the options, and that all
@@ -56,6 +56,29 @@ pub fn check_shared(
     options: &WriteOptions<'_>,
 ) -> Result<(), Ended> {
     check::check(processes, outputs, options).map(drop)
+}
+
+/// Returns how several processes write an output.
+fn way_of(path: &Path, format: Format) -> Way {
+    if without_gz(path).1 { Way::Whole } else { writer(format).way }
+}
+
+/// Checks, before a run, that the first process can hold the triangulation of so many points for the outputs that one process
+/// writes. In general position, points in space have about seven cells each, and points in the plane two.
+///
+/// # Errors
+/// Fails on all processes if the triangulation would need more than [`GATHER_LIMIT`] bytes.
+pub fn check_gathered(
+    processes: &mut Processes<'_>,
+    (outputs, options): (&[PathBuf], &WriteOptions<'_>),
+    (points, dimension): (u64, usize),
+) -> Result<(), Ended> {
+    let is_gathered =
+        |output: &PathBuf| options.format_of(output).is_ok_and(|format| way_of(output, format) == Way::Whole);
+    let cells = points.saturating_mul(if dimension == 2 { 2 } else { 7 });
+    let fitting =
+        if outputs.iter().any(is_gathered) { fits(gather::bytes(points, cells, dimension)) } else { Ok(()) };
+    processes.agree(fitting, describe)
 }
 
 /// Writes outputs on all processes, and returns the files written. They appear under their names only when all processes
@@ -75,10 +98,7 @@ pub fn write_shared(
 ) -> Result<Vec<PathBuf>, Ended> {
     let formats = check::check(processes, outputs, options)?;
     let counts = Counts::gather(processes, mesh, options.with_owner)?;
-    let way = |(path, format): (&PathBuf, &Format)| {
-        if without_gz(path).1 { Way::Whole } else { writer(*format).way }
-    };
-    let ways: Vec<Way> = outputs.iter().zip(&formats).map(way).collect();
+    let ways: Vec<Way> = outputs.iter().zip(&formats).map(|(path, format)| way_of(path, *format)).collect();
     let of = |way: Way| outputs.iter().zip(&ways).filter(move |(_, own)| **own == way).map(|(path, _)| path);
     let go_on = |processes: &mut Processes<'_>| {
         processes.agree(if stop() { Err(SharedFault::Interrupted) } else { Ok(()) }, describe)

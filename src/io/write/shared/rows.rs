@@ -22,7 +22,9 @@ pub(super) fn gather<'a>(
     let names = processes.all_gather(&names)?.swap_remove(0);
     let rows = counts.row_count();
     let words = names.len() + usize::from(mesh.dropped > 0);
-    processes.agree(fits((rows as u64).saturating_mul(8 * words as u64)), describe)?;
+    // Process 0 holds a copy for each process while they travel.
+    let copies = u64::from(processes.processes());
+    processes.agree(fits((rows as u64).saturating_mul(8 * words as u64 * copies)), describe)?;
     let source = if mesh.dropped > 0 {
         let own = Bulk(mesh.source_index.unwrap_or_default().to_vec());
         Some(Cow::Owned(processes.all_gather(&own)?.into_iter().flat_map(|source| source.0).collect()))

@@ -166,7 +166,7 @@ pub struct FitRequest {
     pub y: Key,
     /// The abscissa.
     pub x: Abscissa,
-    /// The phase; `paper` or `repair` for all phases of the group.
+    /// The phase, or a group that counts work: `paper`, `repair` or `selection`.
     pub phase: Option<String>,
     /// Margin of the equivalence tests. For `level-depth`, it is a fraction of the mean depth per doubling. For all
     /// other counts, it is a fraction of the mean over the whole range of sizes.
