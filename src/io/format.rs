@@ -216,15 +216,17 @@ formats! {
     /// VTK XML parallel unstructured grid: a `.vtu` file for each worker, in the folder `NAME.pieces`.
     Pvtu {
         extensions: &["pvtu"],
-        roles: &[(Role::Triangulation, "a piece for each worker, see [pieces](#pieces-of-workers)")],
+        roles: &[
+            (Role::Cells, "those of its pieces, without ghosts"),
+            (Role::Triangulation, "a piece for each worker, see [pieces](#pieces-of-workers)"),
+        ],
         divided: &[Role::Triangulation],
         files: Files::Pieces,
         is_packable: false,
         has_data: true,
         has_input_rows: true,
         instead: &[
-            (Role::Points, "give a .vtu file of the whole triangulation"),
-            (Role::Cells, "give a .vtu file of the whole triangulation"),
+            (Role::Points, "it only lists its pieces; give one of the .vtu files that it names"),
             (Role::Mesh, "write .vtu: a mesh of a domain has no pieces"),
             (Role::PointSet, "write .vtu"),
         ],
@@ -520,7 +522,7 @@ mod tests {
             ("a.npz", Role::Mesh, "write .npy for NumPy"),
             ("a.obj", Role::Triangulation, "write .stl or .off for a surface"),
             ("a.tsv", Role::PointSet, "write .xyz or .csv for text"),
-            ("a.pvtu", Role::Cells, "give a .vtu file of the whole triangulation"),
+            ("a.pvtu", Role::Points, "it only lists its pieces; give one of the .vtu files that it names"),
         ] {
             assert_eq!(role.advice(Path::new(name)).as_deref(), Some(advice), "{name}");
         }

@@ -138,7 +138,8 @@ pub const fn reader(format: Format) -> Reader {
         }
         Format::Poly => Reader { domain: Some(poly::read_polygons), ..NONE },
         Format::Smesh => Reader { domain: Some(poly::read_simple), ..NONE },
-        Format::Faces | Format::Pvtu => NONE,
+        Format::Pvtu => Reader { cells: Some(vtu::read_pieces), ..NONE },
+        Format::Faces => NONE,
     }
 }
 

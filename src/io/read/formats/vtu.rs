@@ -4,6 +4,7 @@
 mod arrays;
 mod base64;
 mod decode;
+mod pieces;
 mod xml;
 
 use super::vtk::kind_of_type;
@@ -14,6 +15,7 @@ use crate::read::points::ReadOptions;
 use crate::read::scalar::Scalar;
 use crate::read::text::{Source, integer, number};
 use arrays::{Arrays, DataArray};
+pub use pieces::read_pieces;
 
 /// Reads the mesh.
 pub fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<FileMesh<'a>, InputError> {
@@ -77,9 +79,7 @@ fn agree(
 fn read_cells(grid: &Arrays<'_>, mesh: &mut FileMesh<'_>) -> Result<(), InputError> {
     let source = grid.source;
     let integers = |array: &Option<DataArray<'_>>| match array {
-        Some(array) => {
-            grid.values(array, |scalar, bytes, endian| narrow(scalar.integer(bytes, endian)), integer)
-        }
+        Some(array) => integers(grid, array),
         None if grid.cell_count == 0 => Ok(Vec::new()),
         None => Err(source.truncated(Place::Whole, "arrays connectivity, offsets and types", 3, 2)),
     };
@@ -119,6 +119,11 @@ fn read_cells(grid: &Arrays<'_>, mesh: &mut FileMesh<'_>) -> Result<(), InputErr
         }
     }
     Ok(())
+}
+
+/// Returns the values of an array of integers.
+fn integers(grid: &Arrays<'_>, array: &DataArray<'_>) -> Result<Vec<i64>, InputError> {
+    grid.values(array, |scalar, bytes, endian| narrow(scalar.integer(bytes, endian)), integer)
 }
 
 /// Converts an index to `i64`. An index out of range becomes `i64::MAX`, which no point has as its index.

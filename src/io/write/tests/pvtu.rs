@@ -11,7 +11,7 @@ use septet_core::spec::{Spec, Workers};
 
 use super::binary::words;
 use super::*;
-use crate::read::{Column, InputError, ReadOptions, read};
+use crate::read::{CellOptions, Column, InputError, ReadOptions, read, read_cells};
 
 /// A run of three workers over some points.
 struct Run {
@@ -224,13 +224,25 @@ fn obstacles_are_found_before_any_work() {
 }
 
 #[test]
-fn a_list_of_pieces_is_not_read() {
+fn the_cells_of_a_list_of_pieces_are_read() {
     let directory = tempfile::tempdir().unwrap();
     let run = Run::in_space(60);
     write_to_directory(directory.path(), &run, &WriteOptions::default()).unwrap();
+    let read_cells = |point_count: u64| {
+        let options = CellOptions { point_count: Some(point_count), ..CellOptions::default() };
+        read_cells(&directory.path().join("m.pvtu"), &options, &mut |_, _| {})
+    };
+    let cells = read_cells(60).unwrap();
+    assert_eq!(cells.dimension, 3);
+    let mut rows = cells.cells.as_chunks::<4>().0.to_vec();
+    rows.sort_unstable();
+    assert_eq!(rows.concat(), run.view().cells);
+    assert!(matches!(read_cells(59), Err(InputError::OutOfRangeIndex { .. })));
     let read = |name: &str| read(&directory.path().join(name), &ReadOptions::default(), &mut |_, _| {});
     let error = read("m.pvtu").unwrap_err();
     assert!(matches!(error, InputError::Unsupported { .. }), "{error}");
     assert!(error.remedy().unwrap().to_string().contains("lists its pieces"), "{error}");
     assert!(read("m.pieces/0000.vtu").unwrap().points.len() > 20);
+    fs::remove_file(directory.path().join("m.pieces/0001.vtu")).unwrap();
+    assert!(read_cells(60).unwrap_err().to_string().contains("0001.vtu"));
 }

@@ -46,6 +46,10 @@ pub struct Arrays<'a> {
     pub connectivity: Option<DataArray<'a>>,
     pub offsets: Option<DataArray<'a>>,
     pub types: Option<DataArray<'a>>,
+    /// The global ids of points, if they are numbers.
+    pub point_ids: Option<DataArray<'a>>,
+    /// The kinds of ghost cells, if they are numbers.
+    pub ghosts: Option<DataArray<'a>>,
     pub appended: Option<Appended<'a>>,
 }
 
@@ -73,14 +77,16 @@ pub fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
                 let (text, end) = if tag.empty { (b"".as_slice(), at) } else { content(source, &tag)? };
                 at = end;
                 let name = tag.attribute("Name").unwrap_or_default();
-                let slot = match (section, name) {
-                    (b"Points", _) => &mut grid.points,
-                    (b"Cells", "connectivity") => &mut grid.connectivity,
-                    (b"Cells", "offsets") => &mut grid.offsets,
-                    (b"Cells", "types") => &mut grid.types,
-                    _ => continue,
-                };
-                *slot = Some(declared(source, &tag, text)?);
+                let array = declared(source, &tag, text);
+                match (section, name) {
+                    (b"Points", _) => grid.points = Some(array?),
+                    (b"Cells", "connectivity") => grid.connectivity = Some(array?),
+                    (b"Cells", "offsets") => grid.offsets = Some(array?),
+                    (b"Cells", "types") => grid.types = Some(array?),
+                    (b"PointData", "GlobalPointIds") => grid.point_ids = array.ok(),
+                    (b"CellData", "vtkGhostType") => grid.ghosts = array.ok(),
+                    _ => {}
+                }
             }
             (b"AppendedData", false) => {
                 grid.appended = Some(appended(source, &tag)?);
@@ -107,7 +113,7 @@ fn shown(value: &str) -> String {
 }
 
 /// Returns the first tag with this name.
-fn first_tag<'a>(data: &'a [u8], name: &[u8]) -> Option<Tag<'a>> {
+pub fn first_tag<'a>(data: &'a [u8], name: &[u8]) -> Option<Tag<'a>> {
     let mut tag = next_tag(data, 0)?;
     while tag.name != name {
         tag = next_tag(data, tag.end)?;
@@ -141,6 +147,8 @@ fn root_of<'a>(source: Source<'a>, root: &Tag<'_>) -> Result<Arrays<'a>, InputEr
         connectivity: None,
         offsets: None,
         types: None,
+        point_ids: None,
+        ghosts: None,
         appended: None,
     })
 }
