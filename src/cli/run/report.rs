@@ -3,10 +3,9 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use septet_core::Door;
 use septet_core::run::memory::peak_rss;
 use septet_core::spec::{Nodes, Task};
-use septet_core::{Outcome, Spec};
+use septet_core::{Door, Outcome, Spec};
 use septet_lab::report::{ProcessReport, RunReport, bin_ranks};
 use septet_protocol::ledger::{CondensedLedger, PhaseSet};
 
