@@ -3,6 +3,7 @@
 //! The modules follow the flow of a run: specification, input, the coordinator, the run, and the result. Meshes of
 //! domains and generated point sets start their own runs.
 
+#[macro_use]
 pub mod spec;
 
 pub mod model;

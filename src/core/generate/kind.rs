@@ -43,7 +43,7 @@ pub enum Kind {
     GradedLine,
 }
 
-crate::words!(Kind {
+words!(Kind {
     Uniform "uniform" "Independent and uniform",
     Poisson "poisson" "A homogeneous Poisson process",
     Ball "ball" "Uniform in a ball",

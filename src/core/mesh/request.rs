@@ -27,7 +27,7 @@ pub enum Boundary {
     Remesh,
 }
 
-crate::words!(Boundary {
+words!(Boundary {
     Exact "exact" "Keep every segment and facet",
     Remesh "remesh" "Keep corners and ridges, and resample the rest of the surface",
 });
@@ -51,7 +51,7 @@ pub enum SingularityShape {
     Line,
 }
 
-crate::words!(SingularityShape {
+words!(SingularityShape {
     Point "point" "A point",
     Line "line" "A segment",
 });

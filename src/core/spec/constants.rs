@@ -17,7 +17,7 @@ pub enum Purpose {
     Timing,
 }
 
-crate::words!(Purpose {
+words!(Purpose {
     Counting "counting" "Little work and depth",
     Timing "timing" "Little time",
 });

@@ -41,7 +41,7 @@ pub enum Nodes {
     /// No node.
     None,
 }
-crate::words!(Nodes {
+words!(Nodes {
     All "all" "Every node",
     None "none" "No node; with several processes, no process then receives the nodes of the others",
 });

@@ -21,7 +21,7 @@ pub enum GraphKind {
     Knn,
 }
 
-crate::words!(GraphKind {
+words!(GraphKind {
     Density "density" "The density graph of the paper",
     Overlap "overlap" "Overlapping neighbour balls",
     Knn "knn" "The k nearest neighbours",

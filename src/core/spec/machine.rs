@@ -77,7 +77,7 @@ pub enum TransportName {
     /// [`Transport::Processes`].
     Processes,
 }
-crate::words!(TransportName {
+words!(TransportName {
     Channel "channel" "Channels between threads",
     Sim "sim" "A simulator on one thread",
     Processes "processes" "Sockets between processes, each of which reads and writes its share",
@@ -147,7 +147,7 @@ pub enum Registers {
     /// run on.
     Baseline,
 }
-crate::words!(Registers {
+words!(Registers {
     Widest "widest" "The widest registers of the processor",
     Baseline "baseline" "The registers that every processor of the architecture has",
 });

@@ -1,5 +1,8 @@
 //! What a run is: one [`Spec`] of groups, the tasks, and the checks that need no points.
 
+#[macro_use]
+mod value;
+
 mod constants;
 mod control;
 mod error;
@@ -9,7 +12,6 @@ mod machine;
 mod options;
 mod row;
 mod task;
-mod value;
 
 pub(crate) use constants::TreeConstants;
 pub use constants::{Constants, Purpose};
@@ -29,16 +31,16 @@ pub use septet_workers::config::{
 pub use task::{Task, Until};
 pub use value::{Setting, Value, Word, Words, bytes, count};
 
-crate::words!(SeparatorSets {
+words!(SeparatorSets {
     Both "both" "Both sides receive them, as in the paper",
     Smaller "smaller" "Only the side with fewer of them sends them to the other",
     Ghost "ghost" "Both sides receive them as ghosts",
 });
-crate::words!(Partition {
+words!(Partition {
     Sphere "sphere" "Sphere separators, as in the paper",
     Kd "kd" "K-d planes, as a baseline",
 });
-crate::words!(Correction {
+words!(Correction {
     Descent "descent" "One descent from the root",
     BottomUp "naive" "Bottom-up, node by node, as a baseline",
 });

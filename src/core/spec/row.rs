@@ -104,7 +104,7 @@ pub enum Matters {
     Cells,
 }
 
-crate::words!(Matters {
+words!(Matters {
     Report "report" "Only the contents of reports and files besides the cells",
     Time "time" "Only times and memory",
     Counts "counts" "The counts of the machine, but no cell",

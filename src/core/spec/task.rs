@@ -52,7 +52,7 @@ pub enum Until {
     Graph,
 }
 
-crate::words!(Until {
+words!(Until {
     Partition "partition" "The partition tree",
     Neighbours "neighbours" "The nearest-neighbour balls",
     Graph "graph" "The supergraph",
