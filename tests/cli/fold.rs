@@ -66,7 +66,7 @@ fn reports_of_other_runs_are_refused() {
     place.good("triangulate sample:uniform:300 --seed 2 --json direct.json");
     let words = &["direct.json: this run has no counts", "run `septet simulate` with --json"];
     place.fails("fold c.jsonl --report direct.json", 3, words);
-    place.fails("fold c.jsonl --report c.jsonl", 3, &["septet simulate --json"]);
+    place.fails("fold c.jsonl --report c.jsonl", 3, &["`septet simulate` wrote with --json"]);
     place.file("verify.json", "{\"schema\":\"septet-verify/1\"}");
     place.fails("fold c.jsonl --report verify.json", 3, &["`septet-verify/1` instead of `septet-run/2`"]);
     place.fails("fold - --report -", 2, &["standard input"]);

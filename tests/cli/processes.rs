@@ -267,7 +267,7 @@ fn processes_end_with_one_error() {
         for command in ["triangulate", "simulate"] {
             let line = format!("{command} sample:uniform:100 --transport processes {options}");
             let option = options.split(' ').next().unwrap();
-            place.fails(&line, 2, &[option, "several processes"]);
+            place.fails(&line, 2, &[option, "in one process"]);
         }
     }
     // The limit is for each process.
@@ -281,7 +281,7 @@ fn processes_end_with_one_error() {
     place.fails(&format!("{line} --trace -"), 2, &["--trace"]);
     place.fails(&format!("{line} --trace none/t.json"), 1, &["does not exist"]);
     place.fails(&format!("{line} --trace t.json --json t.1.json"), 2, &["t.1.json", "the same file"]);
-    place.fails(&format!("{line} --cost-trace c.jsonl"), 2, &["--cost-trace", "several processes"]);
+    place.fails(&format!("{line} --cost-trace c.jsonl"), 2, &["--cost-trace", "in one process"]);
     place.fails(&format!("{line} -o - --format npy"), 2, &["a stream"]);
     place.fails(&format!("{line} --supergraph knn --k 100"), 2, &["k is 100"]);
     place.fails(&format!("{line} --delivery-seed 3"), 2, &["--delivery-seed"]);
