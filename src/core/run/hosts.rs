@@ -117,8 +117,6 @@ pub(crate) fn end_all<P: Point>(transport: &mut dyn ProcessTransport<P>, error: 
     let ended = transport.exchange(Vec::new(), HostState::Failed(failed.clone()));
     match (error, ended) {
         (error @ Error::Spec(_), _) => error,
-        // The first process that fails keeps the type of its error; the others have its text.
-        (error, Err(TransportError::WorkerFailed { rank, .. })) if rank == process + 1 => error,
         (_, Err(first)) => first.into(),
         (_, Ok(_)) => failed.into(),
     }
