@@ -35,6 +35,7 @@ def pairs():
     yield "half-ghosts", ["graph-exact"], ["lower-bounds"]
     yield "half-separators", ["graph-exact"], []
     yield "halve-alpha", ["graph-exact", "local-hulls", "supergraph"], []
+    yield "first-ball", ["overlap-k"], []
     yield "small-sphere", ["levels", "separator-split"], []
     for ablation in ["random-planes", "median-planes", "no-centrepoint"]:
         yield ablation, ["separator-exponent"], []

@@ -63,7 +63,7 @@ fn setting(words: &[String]) -> Result<Arguments, Failure> {
     let graphs = [
         ("density", Graph::Density { alpha }),
         ("knn", Graph::Knn { k: Neighbours::Auto }),
-        ("overlap", Graph::Overlap { alpha }),
+        ("overlap", Graph::Overlap { alpha, k: Neighbours::Auto }),
     ];
     let graph = one_of(word(5, "density"), &graphs)?;
     let config = Spec::default().with(|c| {

@@ -6,7 +6,7 @@ use std::io::{Error as IoError, ErrorKind};
 use clap::CommandFactory;
 use septet_core::generate::{GenerateError, Kind};
 use septet_core::mesh::MeshError;
-use septet_core::spec::{SpecError, Until};
+use septet_core::spec::{Neighbours, SpecError, Until};
 use septet_core::{Door, Error, Remedy};
 use septet_geometry::range::RangeError;
 use septet_io::Role;
@@ -48,6 +48,9 @@ fn of_specs() -> Described {
         K { k: 9, points: 8 },
         LogFactor { factor: -1.0 },
         Unused { graph, parameter: "k" },
+        AutomaticAlpha { k: Neighbours::Count(4) },
+        OverlapLog { factor: 10.0 },
+        BottomUpBalls { k: 4 },
         Value { option: "leaf", value: "x".into(), expected: "expected a number".into() },
         Needs { option: "delivery-seed", needed: "transport", word: "sim" },
         SmallerSide { graph },

@@ -116,7 +116,7 @@ fn spec(order: &Order) -> Spec {
     let of = |alpha: Option<f64>| alpha.map_or(Alpha::Auto, Alpha::Value);
     let graph = match order.supergraph {
         Supergraph::Density(alpha) => Graph::Density { alpha: of(alpha) },
-        Supergraph::Overlap(alpha) => Graph::Overlap { alpha: of(alpha) },
+        Supergraph::Overlap(alpha) => Graph::Overlap { alpha: of(alpha), k: Neighbours::Auto },
         Supergraph::Knn(k) => Graph::Knn { k: k.map_or(Neighbours::Auto, Neighbours::Count) },
         Supergraph::KnnLog(factor) => Graph::Knn { k: Neighbours::Log(factor) },
     };

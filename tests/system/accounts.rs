@@ -6,7 +6,7 @@ use glam::DVec3;
 use septet_core::generate::Kind;
 use septet_core::run::CostTrace;
 use septet_core::spec::{
-    Correction, Graph, GraphKind, Neighbours, Partition, Purpose, SeparatorSets, Workers,
+    Alpha, Correction, Graph, GraphKind, Neighbours, Partition, Purpose, SeparatorSets, Workers,
 };
 use septet_core::{Outcome, Spec, independent, simulate};
 use septet_geometry::point::Point;
@@ -136,6 +136,17 @@ fn accounts_agree_on_repair_and_gathering() {
         assert!(gathered.fallback.is_some(), "{cap}");
     }
     on_machines(&space(Kind::Clusters, 1500, 4), "clusters", |_| {});
+}
+
+/// Balls to the k-th neighbour have the phases of balls to the first one. In clusters, some of them probe.
+#[test]
+fn accounts_agree_on_balls_to_any_neighbour() {
+    for sets in [SeparatorSets::Ghost, SeparatorSets::Both] {
+        on_machines(&space(Kind::Clusters, 900, 4), "balls to the fifth neighbour", |c| {
+            c.recursion.graph = Graph::Overlap { alpha: Alpha::Value(1.5), k: Neighbours::Count(5) };
+            c.recursion.sets = sets;
+        });
+    }
 }
 
 #[test]

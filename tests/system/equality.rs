@@ -62,6 +62,7 @@ fn over_graphs<P: Point>(points: &[P]) {
     let (_, both, ..) = choices[1];
     choices.push((GraphKind::Density, both, Alpha::Value(4.0), Neighbours::Auto));
     choices.push((GraphKind::Density, both, Alpha::Value(1.0), Neighbours::Auto));
+    choices.push((GraphKind::Overlap, both, Alpha::Value(2.0), Neighbours::Count(4)));
     choices.push((GraphKind::Knn, both, Alpha::Auto, Neighbours::Log(4.5)));
     choices.push((GraphKind::Knn, both, Alpha::Auto, Neighbours::Count(1)));
     for choice in choices {

@@ -1,11 +1,15 @@
 //! The graph of the divide and conquer is the graph by definition, edge by edge; and what the paper says of it
 //! holds where its hypothesis does.
 
+use std::collections::BTreeSet;
+
 use crate::common::sets::{plane, space};
-use crate::common::{base, check_counted, combinations, threaded, with_graph};
+use crate::common::{assert_same_counts, base, check_counted, combinations, threaded, with_graph};
+use glam::{DVec2, DVec3};
+use proptest::prelude::*;
 use septet_core::generate::Kind;
-use septet_core::simulate;
-use septet_core::spec::{Alpha, GraphKind, Neighbours, SeparatorSets, Workers};
+use septet_core::spec::{Alpha, Graph, GraphKind, Neighbours, SeparatorSets, Until, Workers};
+use septet_core::{Spec, count, simulate};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_lab::assert_counts;
@@ -18,8 +22,8 @@ fn squared<P: Point>(a: &P, b: &P) -> f64 {
 fn by_definition<P: Point>(points: &[P], rule: Supergraph) -> Vec<(u64, u64)> {
     let n = points.len();
     let order = match rule {
-        Supergraph::Knn { k } => k as usize,
-        _ => 1,
+        Supergraph::Overlap { k, .. } | Supergraph::Knn { k } => k as usize,
+        Supergraph::Density { .. } => 1,
     };
     let mut radii = Vec::with_capacity(n);
     let mut distances = vec![0.0; n];
@@ -37,7 +41,7 @@ fn by_definition<P: Point>(points: &[P], rule: Supergraph) -> Vec<(u64, u64)> {
             let (small, large) = (radii[i].min(radii[j]), radii[i].max(radii[j]));
             let joined = match rule {
                 Supergraph::Density { alpha } => d2 <= alpha * alpha * small,
-                Supergraph::Overlap { alpha } => d2.sqrt() <= alpha * small.sqrt() + large.sqrt(),
+                Supergraph::Overlap { alpha, .. } => d2.sqrt() <= alpha * small.sqrt() + large.sqrt(),
                 Supergraph::Knn { .. } => d2 <= large,
             };
             if joined {
@@ -91,6 +95,105 @@ fn supergraphs_have_the_edges_of_their_definition_in_space() {
 fn supergraphs_have_the_edges_of_their_definition_in_the_plane() {
     for kind in KINDS {
         compare(&plane(kind, 2000, 3), &choices(), 40, kind.name());
+    }
+}
+
+/// A configuration that builds an overlap graph of balls to the k-th neighbour and keeps its edges.
+fn with_balls(alpha: f64, k: u32, sets: SeparatorSets) -> Spec {
+    base().with(|c| {
+        c.recursion.graph = Graph::Overlap { alpha: Alpha::Value(alpha), k: Neighbours::Count(k) };
+        c.recursion.sets = sets;
+        c.keep.graph = true;
+    })
+}
+
+/// Compares overlap graphs of all k with their definition. Every fifth point occurs twice, and only distinct points are
+/// neighbours.
+fn compare_balls<P: Point>(points: &[P], what: &str) {
+    let repeated = [points, &points[..points.len() / 5]].concat();
+    for k in [1, 2, 4, 8, 16] {
+        let expected = by_definition(points, Supergraph::Overlap { alpha: 1.5, k });
+        for (sets, workers) in
+            [(SeparatorSets::Ghost, 1), (SeparatorSets::Ghost, 7), (SeparatorSets::Both, 3)]
+        {
+            let spec = with_balls(1.5, k, sets).with(|c| {
+                c.tree.leaf = Some(30);
+                c.machine.workers = Workers::Count(workers);
+            });
+            let run = count(&repeated, Some(Until::Graph), &spec).unwrap();
+            assert!(crate::common::levels(&run.ledger) >= 3, "{what}: no tree");
+            assert!(run.kept.graph == Some(expected.clone()), "{what}, k = {k}, {sets:?}, {workers} workers");
+        }
+    }
+}
+
+#[test]
+fn balls_to_any_neighbour_have_the_edges_of_their_definition() {
+    let kinds = [Kind::Uniform, Kind::Clusters, Kind::GradedPoint, Kind::Grid, Kind::Fcc, Kind::Sphere];
+    for kind in kinds {
+        compare_balls(&space(kind, 600, 3), &format!("{kind} in space"));
+        compare_balls(&plane(kind, 600, 3), &format!("{kind} in the plane"));
+    }
+}
+
+/// With k = 1, the counts are those of the default.
+#[test]
+fn balls_to_the_first_neighbour_are_the_default() {
+    let points = space(Kind::Clusters, 900, 4);
+    for sets in [SeparatorSets::Ghost, SeparatorSets::Both] {
+        let first = simulate(&points, &with_balls(2.0, 1, sets)).unwrap();
+        let spec = base().with(|c| {
+            c.recursion.graph = Graph::Overlap { alpha: Alpha::Value(2.0), k: Neighbours::Auto };
+            c.recursion.sets = sets;
+        });
+        assert_same_counts(&first.ledger, &simulate(&points, &spec).unwrap().ledger, "k = 1");
+    }
+}
+
+/// A ball needs a k-th neighbour. Repeated points are none.
+#[test]
+fn balls_beyond_the_last_neighbour_are_refused() {
+    let points = plane(Kind::Uniform, 9, 1);
+    let repeated = [&points[..], &points[..]].concat();
+    for k in [9, 10, 0] {
+        let error = simulate(&repeated, &with_balls(1.0, k, SeparatorSets::Ghost)).unwrap_err();
+        assert!(error.to_string().starts_with(&format!("k is {k}, but the set has 9 points")), "{error}");
+    }
+    let run = count(&repeated, Some(Until::Graph), &with_balls(1.0, 8, SeparatorSets::Ghost)).unwrap();
+    assert_eq!(run.kept.graph.map(|edges| edges.len()), Some(36));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 100, ..ProptestConfig::default() })]
+
+    /// Few places, so that many distances tie.
+    #[test]
+    fn balls_on_lattices_have_the_edges_of_their_definition(
+        places in prop::collection::btree_set((0..6i32, 0..6i32, 0..4i32), 20..60),
+        k in 1..20u32,
+        quarters in 4..16u32,
+        workers in 1..6u32,
+        both in any::<bool>(),
+    ) {
+        let alpha = f64::from(quarters) / 4.0;
+        let sets = if both { SeparatorSets::Both } else { SeparatorSets::Ghost };
+        let spec = with_balls(alpha, k, sets).with(|c| {
+            c.tree.leaf = Some(6);
+            c.machine.workers = Workers::Count(workers);
+        });
+        let at = |&(x, y, z): &(i32, i32, i32)| DVec3::new(x.into(), y.into(), z.into());
+        let solid: Vec<DVec3> = places.iter().map(at).collect();
+        let flat: BTreeSet<(i32, i32)> = places.iter().map(|&(x, y, z)| (7 * z + x, y)).collect();
+        let flat: Vec<DVec2> = flat.iter().map(|&(x, y)| DVec2::new(x.into(), y.into())).collect();
+        let rule = Supergraph::Overlap { alpha, k };
+        let of_space = count(&solid, Some(Until::Graph), &spec).unwrap();
+        let of_plane = count(&flat, Some(Until::Graph), &spec).unwrap();
+        for (run, expected) in [(of_space, by_definition(&solid, rule)), (of_plane, by_definition(&flat, rule))] {
+            // A set that does not span the space has no graph.
+            if run.dimension == run.space as isize {
+                prop_assert_eq!(run.kept.graph, Some(expected));
+            }
+        }
     }
 }
 

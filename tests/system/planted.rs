@@ -138,6 +138,19 @@ fn halves_lose_edges() {
     }
 }
 
+/// Balls that stay at the first neighbour have the graph and the counts of k = 1.
+#[test]
+fn first_balls_are_those_of_one_neighbour() {
+    let points = space(Kind::Clusters, 900, 5);
+    for sets in [SeparatorSets::Ghost, SeparatorSets::Both] {
+        let of = |k| (GraphKind::Overlap, sets, Alpha::Value(1.5), Neighbours::Count(k));
+        let (one, four) = (run(&points, 1, of(1), None), run(&points, 1, of(4), None));
+        let faulty = &runs(&points, of(4), "first-ball", &four)[0];
+        assert!(faulty.kept.graph == one.kept.graph && one.kept.graph != four.kept.graph, "{sets:?}");
+        assert_same_counts(&faulty.ledger, &one.ledger, "first-ball");
+    }
+}
+
 #[test]
 fn ablations_draw_other_separators() {
     let points = space(Kind::Clusters, 1500, 6);

@@ -202,6 +202,12 @@ impl WorkerConfig {
             Wanted::Nearest(rule @ Neighbours::Count(k)) if rule.of(points).is_none() => {
                 return Some(Refusal::Neighbours { k });
             }
+            // One neighbour is the default, also of a single point.
+            Wanted::Fixed(Supergraph::Overlap { k, .. })
+                if k != 1 && Neighbours::Count(k).of(points).is_none() =>
+            {
+                return Some(Refusal::Neighbours { k });
+            }
             _ => {}
         }
         let share = points / u64::from(self.workers);

@@ -187,9 +187,9 @@ fn summary(run: &RunData, out: &mut String) {
         let work = si(get("/machine/paper/work").unwrap_or(0.0));
         card(out, "depth", &grouped(depth), &format!("work {work}, the paper's phases"));
     }
-    let parameter = ["alpha", "k"].iter().find_map(|k| Some((*k, get(&format!("/supergraph/{k}"))?)));
-    let parameter = parameter.map_or(String::new(), |(k, v)| format!(", {k} {v}"));
-    let kind = format!("{}{parameter}", word("/supergraph/kind"));
+    let parameter = |name: &&str| Some(format!(", {name} {}", get(&format!("/supergraph/{name}"))?));
+    let parameters: String = ["alpha", "k"].iter().filter_map(parameter).collect();
+    let kind = format!("{}{parameters}", word("/supergraph/kind"));
     card(out, "supergraph", &kind, &word("/supergraph/why"));
     let seconds = get("/seconds/triangulate").map_or_else(|| "–".to_owned(), |s| format!("{}s", si(s)));
     card(out, "measured time", &seconds, &format!("seed {}, version {}", say("/seed"), word("/version")));

@@ -161,17 +161,14 @@ impl<'a> Settings<'a> {
 fn machine<P: Point>(spec: &Spec, task: Task, wanted: Wanted) -> WorkerConfig {
     let (counted, whole) = (task.is_counted(), task.until().is_none());
     let independent = task.is_independent();
-    let alpha = match wanted {
-        Wanted::Fixed(Supergraph::Density { alpha } | Supergraph::Overlap { alpha }) => Some(alpha),
-        _ => None,
-    };
+    let known = if let Wanted::Fixed(supergraph) = wanted { Some(supergraph) } else { None };
     let wished = match task {
         Task::Simulate | Task::Count(_) => spec.tree.constants,
         Task::Triangulate | Task::Independent { .. } => {
             Constants { purpose: Purpose::Timing, ..Constants::default() }
         }
     };
-    let constants = TreeConstants::of(wished.purpose, P::DIM, spec.recursion.sets, alpha);
+    let constants = TreeConstants::of(wished.purpose, P::DIM, spec.recursion.sets, known);
     let leaf = if independent { LEAF_OF_SITES[P::DIM - 2] } else { constants.leaf };
     let shown = Shown {
         with_edges: spec.keep.graph && counted,
@@ -223,24 +220,36 @@ const LEAF_OF_SITES: [u64; 2] = [2000, 4000];
 /// Returns the supergraph to build, and the reason for it.
 fn supergraph(spec: &Spec) -> (Wanted, String) {
     let share = if spec.planted.fault == Some(Fault::HalveAlpha) { 0.5 } else { 1.0 };
-    let (alpha, overlap) = match spec.recursion.graph {
+    let (alpha, k) = match spec.recursion.graph {
         Graph::Knn { k } => return (Wanted::Nearest(k), why_nearest(k)),
-        Graph::Density { alpha } => (alpha, false),
-        Graph::Overlap { alpha } => (alpha, true),
+        Graph::Density { alpha } => (alpha, None),
+        Graph::Overlap { alpha, k } => (alpha, Some(k)),
     };
     let fixed = |alpha: f64| {
         let alpha = share * alpha;
-        Wanted::Fixed(if overlap { Supergraph::Overlap { alpha } } else { Supergraph::Density { alpha } })
+        Wanted::Fixed(match k.map(ball_order) {
+            Some(k) => Supergraph::Overlap { alpha, k },
+            None => Supergraph::Density { alpha },
+        })
     };
     match (alpha, spec.recursion.spacing) {
+        (Alpha::Value(alpha), _) if matches!(k, Some(Neighbours::Count(_))) => {
+            (fixed(alpha), "alpha and k as given".to_string())
+        }
         (Alpha::Value(alpha), _) => (fixed(alpha), "alpha as given".to_string()),
         (Alpha::Auto, Some(lipschitz)) => {
             let why = format!("1.25 * 2 (1 + L) / (1 - L) of an f-spaced set with L = {lipschitz}");
             (fixed(alpha_of_spacing(lipschitz)), why)
         }
-        (Alpha::Auto, None) if overlap => (Wanted::AutoOverlap, String::new()),
+        (Alpha::Auto, None) if k.is_some() => (Wanted::AutoOverlap, String::new()),
         (Alpha::Auto, None) => (Wanted::AutoDensity, String::new()),
     }
+}
+
+/// Returns the rank of the neighbour to which the balls of an overlap graph extend. [`Spec::check`] refuses a factor of
+/// ln n.
+fn ball_order(k: Neighbours) -> u32 {
+    if let Neighbours::Count(k) = k { k } else { 1 }
 }
 
 /// Returns the reason for k.

@@ -3,6 +3,7 @@
 //! No result depends on them, but work, depth and time do. The program `constants` of `bench` counts the recursion for
 //! other constants.
 
+use septet_geometry::graph::Supergraph;
 use septet_workers::config::SetRule as SeparatorSets;
 
 use crate::spec::graph::DEFAULT_ALPHA;
@@ -48,18 +49,23 @@ pub(crate) struct TreeConstants {
 const COUNTING_LEAF: [u64; 2] = [40, 60];
 
 impl TreeConstants {
-    /// Returns the constants for a purpose. The children of a node share separator points by the rule `sets`, in a
-    /// supergraph with parameter `alpha` if it has one.
-    pub(crate) fn of(purpose: Purpose, dimension: usize, sets: SeparatorSets, alpha: Option<f64>) -> Self {
+    /// Returns the constants for a purpose. The children of a node share separator points by the rule `sets`, in this
+    /// supergraph if it is known.
+    pub(crate) fn of(
+        purpose: Purpose,
+        dimension: usize,
+        sets: SeparatorSets,
+        supergraph: Option<Supergraph>,
+    ) -> Self {
         match (purpose, sets) {
             (Purpose::Counting, SeparatorSets::Ghost) => {
                 TreeConstants { samples: 100, tries: 10, leaf: COUNTING_LEAF[dimension - 2] }
             }
             (Purpose::Counting, SeparatorSets::Both | SeparatorSets::Smaller) => {
-                TreeConstants { samples: 100, tries: 10, leaf: leaf_of_unions(dimension, alpha) }
+                TreeConstants { samples: 100, tries: 10, leaf: leaf_of_unions(dimension, supergraph) }
             }
             (Purpose::Timing, _) => {
-                TreeConstants { samples: 400, tries: 10, leaf: leaf_of_unions(dimension, alpha) }
+                TreeConstants { samples: 400, tries: 10, leaf: leaf_of_unions(dimension, supergraph) }
             }
         }
     }
@@ -67,12 +73,16 @@ impl TreeConstants {
 
 /// Returns the smallest leaf size at which separator sets do not fill the leaves, if the children of a node receive the
 /// separator points of each other. Such a leaf has about 1,000 points in space at alpha 2.5 and 500 in the plane, and
-/// grows with the volume of the alpha-balls.
-fn leaf_of_unions(dimension: usize, alpha: Option<f64>) -> u64 {
+/// grows with the volume of the alpha-balls, which is proportional to k if they extend to the k-th neighbour.
+fn leaf_of_unions(dimension: usize, supergraph: Option<Supergraph>) -> u64 {
     let floor = if dimension == 3 { 1000.0 } else { 500.0 };
-    let ratio = (alpha.unwrap_or(DEFAULT_ALPHA) / DEFAULT_ALPHA).max(1.0);
-    let growth = (0..dimension).fold(1.0, |g: f64, _| g * ratio);
-    (floor * growth).min(1e9) as u64
+    let (alpha, k) = match supergraph {
+        Some(Supergraph::Density { alpha }) => (alpha, 1),
+        Some(Supergraph::Overlap { alpha, k }) => (alpha, k),
+        Some(Supergraph::Knn { .. }) | None => (DEFAULT_ALPHA, 1),
+    };
+    let volume = (0..dimension).fold(1.0, |g: f64, _| g * (alpha / DEFAULT_ALPHA));
+    (floor * (volume * f64::from(k)).max(1.0)).min(1e9) as u64
 }
 
 #[cfg(test)]
@@ -80,16 +90,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn leaves_of_unions_grow_with_alpha() {
+    fn leaves_of_unions_grow_with_balls() {
         assert_eq!(leaf_of_unions(3, None), 1000);
-        assert_eq!(leaf_of_unions(3, Some(5.0)), 8000);
-        assert_eq!(leaf_of_unions(2, Some(5.0)), 2000);
+        let density = |alpha| Some(Supergraph::Density { alpha });
+        assert_eq!(leaf_of_unions(3, density(5.0)), 8000);
+        assert_eq!(leaf_of_unions(2, density(5.0)), 2000);
+        assert_eq!(leaf_of_unions(2, density(1.0)), 500);
+        let overlap = |alpha, k| Some(Supergraph::Overlap { alpha, k });
+        assert_eq!([1, 4].map(|k| leaf_of_unions(3, overlap(2.5, k))), [1000, 4000]);
+        assert_eq!([1, 4].map(|k| leaf_of_unions(2, overlap(1.25, k))), [500, 500]);
+        assert_eq!(leaf_of_unions(3, Some(Supergraph::Knn { k: 12 })), 1000);
         assert!((DEFAULT_ALPHA - 2.5).abs() < 1e-15);
     }
 
     #[test]
     fn only_unions_and_processors_need_large_leaves() {
-        let leaf = |purpose, sets| TreeConstants::of(purpose, 3, sets, Some(2.5)).leaf;
+        let leaf = |purpose, sets| TreeConstants::of(purpose, 3, sets, None).leaf;
         assert_eq!(leaf(Purpose::Counting, SeparatorSets::Ghost), COUNTING_LEAF[1]);
         assert_eq!(leaf(Purpose::Counting, SeparatorSets::Both), 1000);
         assert_eq!(leaf(Purpose::Counting, SeparatorSets::Smaller), 1000);

@@ -1,5 +1,6 @@
 //! Configurations that cannot run.
 
+use septet_workers::config::Neighbours;
 use thiserror::Error;
 
 use crate::remedy::Remedy;
@@ -49,6 +50,29 @@ pub enum SpecError {
         graph: &'static str,
         /// alpha or k.
         parameter: &'static str,
+    },
+    /// k is given for an overlap graph whose alpha is automatic.
+    #[error(
+        "k of an overlap graph is {k}, but alpha is `auto`, which a sample of stars chooses for balls to the first \
+         neighbour"
+    )]
+    AutomaticAlpha {
+        /// The value in the configuration.
+        k: Neighbours,
+    },
+    /// k of an overlap graph is a factor of ln n.
+    #[error("k of an overlap graph is {factor}ln: it must be a number (Definition 2.2), or `auto`")]
+    OverlapLog {
+        /// The factor in the configuration.
+        factor: f64,
+    },
+    /// The bottom-up correction is requested for balls beyond the first neighbour.
+    #[error(
+        "the naive correction of neighbour balls finds first neighbours, but k of the overlap graph is {k}"
+    )]
+    BottomUpBalls {
+        /// The value in the configuration.
+        k: u32,
     },
     /// A value is not one of an option.
     #[error("invalid value `{value}` for {option}: {expected}")]
@@ -136,6 +160,8 @@ impl SpecError {
             Self::Unused { parameter, .. } => {
                 Remedy::of("omit ").option(parameter).then(", or choose another {supergraph}")
             }
+            Self::AutomaticAlpha { .. } => Remedy::of("use {alpha=2.5}, or omit {k}"),
+            Self::BottomUpBalls { .. } => Remedy::of("omit {neighbours} or {k}"),
             Self::Needs { option, needed, word } => {
                 Remedy::of("add ").set(needed, word).then(", or omit ").option(option)
             }
@@ -145,7 +171,11 @@ impl SpecError {
             Self::NotDistributed { option, .. } => {
                 Remedy::of("omit ").option(option).then(", or run in one process")
             }
-            Self::Alpha { .. } | Self::K { .. } | Self::LogFactor { .. } | Self::Value { .. } => return None,
+            Self::Alpha { .. }
+            | Self::K { .. }
+            | Self::LogFactor { .. }
+            | Self::OverlapLog { .. }
+            | Self::Value { .. } => return None,
         })
     }
 }

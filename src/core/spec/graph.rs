@@ -32,7 +32,7 @@ impl GraphKind {
     pub fn graph(self) -> Graph {
         match self {
             GraphKind::Density => Graph::Density { alpha: Alpha::Auto },
-            GraphKind::Overlap => Graph::Overlap { alpha: Alpha::Auto },
+            GraphKind::Overlap => Graph::Overlap { alpha: Alpha::Auto, k: Neighbours::Auto },
             GraphKind::Knn => Graph::Knn { k: Neighbours::Auto },
         }
     }
@@ -101,6 +101,8 @@ pub enum Graph {
     Overlap {
         /// Its alpha.
         alpha: Alpha,
+        /// The neighbour to which its balls extend: a number, or [`Neighbours::Auto`] for the first.
+        k: Neighbours,
     },
     /// The graph of k nearest neighbours (Section 4.5).
     Knn {
@@ -116,7 +118,7 @@ impl Default for Graph {
 }
 
 impl Graph {
-    /// Returns the graph of a kind with the parameter that applies to it.
+    /// Returns the graph of a kind with the parameters that apply to it.
     ///
     /// # Errors
     /// Returns [`SpecError::Unused`] if the parameter of another kind is given.
@@ -131,7 +133,7 @@ impl Graph {
     pub fn with_alpha(self, alpha: Alpha) -> Result<Self, SpecError> {
         match (self, alpha) {
             (Graph::Density { .. }, alpha) => Ok(Graph::Density { alpha }),
-            (Graph::Overlap { .. }, alpha) => Ok(Graph::Overlap { alpha }),
+            (Graph::Overlap { k, .. }, alpha) => Ok(Graph::Overlap { alpha, k }),
             (Graph::Knn { .. }, Alpha::Auto) => Ok(self),
             (Graph::Knn { .. }, Alpha::Value(_)) => Err(self.unused("alpha")),
         }
@@ -144,8 +146,9 @@ impl Graph {
     pub fn with_k(self, k: Neighbours) -> Result<Self, SpecError> {
         match (self, k) {
             (Graph::Knn { .. }, k) => Ok(Graph::Knn { k }),
-            (_, Neighbours::Auto) => Ok(self),
-            (_, Neighbours::Count(_) | Neighbours::Log(_)) => Err(self.unused("k")),
+            (Graph::Overlap { alpha, .. }, k) => Ok(Graph::Overlap { alpha, k }),
+            (Graph::Density { .. }, Neighbours::Auto) => Ok(self),
+            (Graph::Density { .. }, Neighbours::Count(_) | Neighbours::Log(_)) => Err(self.unused("k")),
         }
     }
 
@@ -165,16 +168,16 @@ impl Graph {
     /// Returns alpha, which is [`Alpha::Auto`] for nearest neighbours.
     pub fn alpha(self) -> Alpha {
         match self {
-            Graph::Density { alpha } | Graph::Overlap { alpha } => alpha,
+            Graph::Density { alpha } | Graph::Overlap { alpha, .. } => alpha,
             Graph::Knn { .. } => Alpha::Auto,
         }
     }
 
-    /// Returns k, which is [`Neighbours::Auto`] for density and overlap graphs.
+    /// Returns k, which is [`Neighbours::Auto`] for density graphs.
     pub fn k(self) -> Neighbours {
         match self {
-            Graph::Density { .. } | Graph::Overlap { .. } => Neighbours::Auto,
-            Graph::Knn { k } => k,
+            Graph::Density { .. } => Neighbours::Auto,
+            Graph::Overlap { k, .. } | Graph::Knn { k } => k,
         }
     }
 }

@@ -117,11 +117,25 @@ impl Spec {
             }
             _ => {}
         }
+        self.check_balls()?;
         let kind = self.recursion.graph.kind();
         if self.recursion.sets == SeparatorSets::Smaller && kind != GraphKind::Density {
             return Err(SpecError::SmallerSide { graph: kind.name() });
         }
         Ok(())
+    }
+
+    /// Checks the balls of an overlap graph.
+    fn check_balls(&self) -> Result<(), SpecError> {
+        let Graph::Overlap { alpha, k } = self.recursion.graph else { return Ok(()) };
+        match (k, alpha) {
+            (Neighbours::Log(factor), _) => Err(SpecError::OverlapLog { factor }),
+            (Neighbours::Count(_), Alpha::Auto) => Err(SpecError::AutomaticAlpha { k }),
+            (Neighbours::Count(k), _) if k > 1 && self.recursion.neighbours == Correction::BottomUp => {
+                Err(SpecError::BottomUpBalls { k })
+            }
+            (Neighbours::Auto | Neighbours::Count(_), _) => Ok(()),
+        }
     }
 
     fn check_constants(&self) -> Result<(), SpecError> {
@@ -172,7 +186,7 @@ mod tests {
             assert_eq!(density(alpha), SpecError::Alpha { alpha });
         }
         assert!(matches!(density(f64::NAN), SpecError::Alpha { .. }));
-        for graph in [Graph::Overlap { alpha: Alpha::Auto }, Graph::Knn { k: Neighbours::Auto }] {
+        for graph in [GraphKind::Overlap, GraphKind::Knn].map(GraphKind::graph) {
             let error = with(&|c| {
                 c.recursion.graph = graph;
                 c.recursion.sets = SeparatorSets::Smaller;
@@ -194,6 +208,25 @@ mod tests {
         let planes =
             Spec::default().with(|c| (c.tree.partition, c.tree.constants.tries) = (Partition::Kd, Some(5)));
         assert_eq!(planes.check(), Err(SpecError::TriesOfPlanes));
+    }
+
+    #[test]
+    fn balls_that_no_search_finds_are_refused() {
+        let with = |alpha, k, correction| {
+            let recursion = Recursion {
+                graph: Graph::Overlap { alpha, k },
+                neighbours: correction,
+                ..Recursion::default()
+            };
+            Spec { recursion, ..Spec::default() }.check()
+        };
+        let (four, two) = (Neighbours::Count(4), Alpha::Value(2.0));
+        assert_eq!(with(two, four, Correction::Descent), Ok(()));
+        assert_eq!(with(Alpha::Auto, four, Correction::Descent), Err(SpecError::AutomaticAlpha { k: four }));
+        let log = with(two, Neighbours::Log(2.0), Correction::Descent);
+        assert_eq!(log, Err(SpecError::OverlapLog { factor: 2.0 }));
+        assert_eq!(with(two, four, Correction::BottomUp), Err(SpecError::BottomUpBalls { k: 4 }));
+        assert_eq!(with(two, Neighbours::Count(1), Correction::BottomUp), Ok(()));
     }
 
     #[test]

@@ -168,7 +168,8 @@ pub static OPTIONS: &[Row] = &[
     ),
     option!(
         Spec, "k", "k",
-        "Parameter k of a nearest-neighbour graph; `10ln` stands for ceil(10 ln n)",
+        "Parameter k of a nearest-neighbour or overlap graph; `10ln` stands for ceil(10 ln n)\n\nThe balls of an overlap \
+         graph extend to the k-th neighbour, by default to the first. Its k is a number, and needs a number as alpha.",
         Neighbours,
         |s| s.recursion.graph.k(),
         |s, k| { s.recursion.graph = s.recursion.graph.with_k(k)?; Ok(()) },

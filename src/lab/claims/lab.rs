@@ -220,10 +220,26 @@ impl<'a> Lab<'a> {
         let set = self.set(sample, seed)?;
         (self.report)(&format!("counts over {} seed {seed}", sample.name()));
         let spec = change(self.base(&set, seed));
-        Ok(match &set.points {
-            Points::Plane(points) => count(points, until, &spec)?,
-            Points::Space(points) => count(points, until, &spec)?,
-        })
+        counts_of(&set.points, until, &spec)
+    }
+
+    /// Builds the supergraph of a set whose first `repeats` points are also its last points. `change` modifies the
+    /// configuration.
+    pub(super) fn graph_with_repeats(
+        &mut self,
+        sample: Sample,
+        repeats: usize,
+        change: impl FnOnce(Spec) -> Spec,
+    ) -> Result<Outcome, ClaimError> {
+        let seed = self.seed();
+        let set = self.set(sample, seed)?;
+        (self.report)(&format!("graph of {} seed {seed} and {repeats} repeated points", sample.name()));
+        let spec = change(self.base(&set, seed));
+        let points = match &set.points {
+            Points::Plane(points) => Points::Plane([&points[..], &points[..repeats]].concat()),
+            Points::Space(points) => Points::Space([&points[..], &points[..repeats]].concat()),
+        };
+        counts_of(&points, Some(Until::Graph), &spec)
     }
 
     /// Returns the counts of runs, one for each sample and seed. A second call with the same name returns the same runs.
@@ -290,6 +306,13 @@ impl<'a> Lab<'a> {
         }
         Ok(all)
     }
+}
+
+fn counts_of(points: &Points, until: Option<Until>, spec: &Spec) -> Result<Outcome, ClaimError> {
+    Ok(match points {
+        Points::Plane(points) => count(points, until, spec)?,
+        Points::Space(points) => count(points, until, spec)?,
+    })
 }
 
 fn coordinates(points: &Points) -> Vec<X> {

@@ -13,6 +13,7 @@
 
 mod ablation;
 mod accounts;
+mod ball_order;
 mod bounds;
 mod brent;
 mod claim;
@@ -59,9 +60,10 @@ pub use report::{CheckedClaim, ClaimReport, SCHEMA};
 
 /// Returns all claims, in the paper's order.
 pub fn registry() -> impl Iterator<Item = &'static Claim> {
-    let groups: [&'static [Claim]; 16] = [
+    let groups: [&'static [Claim]; 17] = [
         separators::CLAIMS,
         exponent::CLAIMS,
+        ball_order::CLAIMS,
         ablation::CLAIMS,
         ratio::CLAIMS,
         hulls::CLAIMS,

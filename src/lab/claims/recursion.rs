@@ -2,7 +2,7 @@
 
 use crate::experiment::of_run;
 use septet_core::generate::Kind;
-use septet_core::spec::SeparatorSets;
+use septet_core::spec::{Alpha, Graph, Neighbours, SeparatorSets};
 
 use super::lab::Lab;
 use super::measure::{degrees, density, overlap, pairs};
@@ -97,9 +97,8 @@ fn subproblems(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
                 if n == sizes[0] {
                     let run = lab.run(sample, specimen.seed, |spec| {
                         spec.with(|c| {
-                            c.recursion.graph = septet_core::spec::Graph::Overlap {
-                                alpha: septet_core::spec::Alpha::Value(alpha),
-                            };
+                            c.recursion.graph =
+                                Graph::Overlap { alpha: Alpha::Value(alpha), k: Neighbours::Auto };
                         })
                     })?;
                     let counted = of_run(&run).graph.map_or(0, |graph| graph.edges);

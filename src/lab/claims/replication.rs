@@ -97,9 +97,8 @@ fn runs(lab: &mut Lab, samples: &[Sample], graph: Graph, seeds: u64) -> Result<R
 fn members(lab: &mut Lab, sample: Sample, bounds: &ReplicationBounds) -> Result<Vec<Figure>, ClaimError> {
     let (seed, d) = (lab.seed(), sample.d);
     let mut figures = Vec::new();
-    for (graph, bound) in
-        [(density(), bounds.density), (Graph::Overlap { alpha: Alpha::Value(OVERLAP) }, bounds.overlap)]
-    {
+    let overlap = Graph::Overlap { alpha: Alpha::Value(OVERLAP), k: Neighbours::Auto };
+    for (graph, bound) in [(density(), bounds.density), (overlap, bounds.overlap)] {
         let run = &runs(lab, &[sample], graph, 1)?[0];
         let found = run.per_point(|node| node.facts.members);
         let what = format!("points of all leaves over points, {} graph", graph.kind().name());

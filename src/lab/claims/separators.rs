@@ -167,7 +167,9 @@ fn with_graph(lab: &mut Lab, of: &(Sample, Rc<Specimen>), graph: Claimed) -> Res
     let with = |graph: Graph| move |spec: Spec| seen(spec).with(|c| c.recursion.graph = graph);
     match graph {
         Claimed::Density => lab.run(sample, seed, seen),
-        Claimed::Overlap => lab.run(sample, seed, with(Graph::Overlap { alpha: Alpha::Value(OVERLAP) })),
+        Claimed::Overlap => {
+            lab.run(sample, seed, with(Graph::Overlap { alpha: Alpha::Value(OVERLAP), k: Neighbours::Auto }))
+        }
         Claimed::Nearest => lab.run(sample, seed, with(Graph::Knn { k: Neighbours::Count(NEAREST as u32) })),
     }
 }

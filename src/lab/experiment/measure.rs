@@ -49,9 +49,10 @@ pub fn of_run(run: &Outcome) -> Line {
 
 fn named(supergraph: Supergraph) -> String {
     match supergraph {
-        Supergraph::Density { alpha } | Supergraph::Overlap { alpha } => {
+        Supergraph::Density { alpha } | Supergraph::Overlap { alpha, k: 1 } => {
             format!("{} {alpha}", supergraph.name())
         }
+        Supergraph::Overlap { alpha, k } => format!("{} {alpha}, k {k}", supergraph.name()),
         Supergraph::Knn { k } => format!("{} {k}", supergraph.name()),
     }
 }

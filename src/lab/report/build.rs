@@ -92,7 +92,7 @@ fn nodes(run: &Outcome, spec: &Spec) -> Option<Vec<NodeRow>> {
 pub(super) fn supergraph(settled: &Settled) -> SupergraphReport {
     let (kind, alpha, k) = match settled.supergraph {
         Some(Supergraph::Density { alpha }) => ("density", Some(alpha), None),
-        Some(Supergraph::Overlap { alpha }) => ("overlap", Some(alpha), None),
+        Some(Supergraph::Overlap { alpha, k }) => ("overlap", Some(alpha), Some(k)),
         Some(Supergraph::Knn { k }) => ("knn", None, Some(k)),
         None => ("none", None, None),
     };

@@ -110,7 +110,8 @@ pub struct SupergraphReport {
     pub kind: &'static str,
     /// alpha, if the graph has one.
     pub alpha: Option<f64>,
-    /// k, if the graph has one.
+    /// k, if the graph has one: the number of nearest neighbours, or the neighbour to which the balls of an overlap graph
+    /// extend.
     pub k: Option<u32>,
     /// The reason for the choice of this supergraph.
     pub why: String,

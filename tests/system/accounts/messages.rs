@@ -300,4 +300,11 @@ fn rows_follow_the_senders_of_their_data() {
         c.recursion.neighbours = Correction::BottomUp;
     });
     assert!(bottom_up.pairs_of(Phase::Neighbours) > 3, "{bottom_up:?}");
+    let mut balls = Found::default();
+    balls.check(&space(Kind::Uniform, 500, 7), |c| {
+        c.recursion.graph = Graph::Overlap { alpha: Alpha::Value(1.5), k: Neighbours::Count(4) };
+    });
+    for phase in [Phase::Neighbours, Phase::Summaries, Phase::Sets] {
+        assert!(balls.pairs_of(phase) > 3, "{phase:?}: {balls:?}");
+    }
 }

@@ -2,7 +2,8 @@
 //!
 //! **Statement.** Let `B_i` be balls with radii `r_i`.
 //! - The `(alpha, k)`-overlap graph (paper, Definition 2.2) has the edge `ij` iff `B_i` meets `alpha B_j` and
-//!   `alpha B_i` meets `B_j`. For `alpha >= 1` this means `|ij| <= alpha min(r_i, r_j) + max(r_i, r_j)`.
+//!   `alpha B_i` meets `B_j`. For `alpha >= 1` this means `|ij| <= alpha min(r_i, r_j) + max(r_i, r_j)`. Each ball
+//!   extends to the `k`-th nearest neighbour of its centre.
 //! - The `alpha`-density graph (Section 4.2) of nearest-neighbour balls has the edge `ij` iff
 //!   `|ij| <= alpha min(r_i, r_j)`. The two-sided minimum is essential: with one-sided balls, the degree at a
 //!   singularity is proportional to `n`.
@@ -11,6 +12,9 @@
 //!
 //! The divide and conquer, the direct construction and the tests evaluate each condition by the same expression, which
 //! is symmetric in `i` and `j`. All of them therefore yield the same graph, edge by edge.
+//!
+//! **Departure.** Definition 2.2 has any k-ply system of balls. Balls to the `k`-th neighbour have ply at most
+//! `tau_d k` ([`crate::neighbourhood`]), so `k` is the ply up to a constant, and the bounds of Section 2 keep their form.
 //!
 //! **Work and depth.** The direct construction tests `m^2` pairs in O(1) steps.
 
@@ -27,10 +31,12 @@ pub enum Supergraph {
         /// Enlargement factor of the balls, at least 1.
         alpha: f64,
     },
-    /// The (alpha, 1)-overlap graph of the nearest-neighbour balls.
+    /// The (alpha, k)-overlap graph of the balls that extend to the k-th nearest neighbour.
     Overlap {
         /// Enlargement factor of the balls, at least 1.
         alpha: f64,
+        /// Rank of the neighbour to which the balls extend, at least 1.
+        k: u32,
     },
     /// The k-nearest-neighbour graph.
     Knn {
@@ -46,7 +52,7 @@ impl Supergraph {
     pub fn joins(self, d2: f64, a2: f64, b2: f64) -> bool {
         match self {
             Supergraph::Density { alpha } => d2 <= alpha * alpha * a2.min(b2),
-            Supergraph::Overlap { alpha } => d2.sqrt() <= alpha * a2.min(b2).sqrt() + a2.max(b2).sqrt(),
+            Supergraph::Overlap { alpha, .. } => d2.sqrt() <= alpha * a2.min(b2).sqrt() + a2.max(b2).sqrt(),
             Supergraph::Knn { .. } => d2 <= a2.max(b2),
         }
     }
@@ -57,7 +63,7 @@ impl Supergraph {
         let up = 1.0 + 1e-12;
         match self {
             Supergraph::Density { alpha } => alpha * r2.min(max2).sqrt() * up,
-            Supergraph::Overlap { alpha } => {
+            Supergraph::Overlap { alpha, .. } => {
                 (alpha * r2.min(max2).sqrt() + r2.max(max2).sqrt()).min(alpha * r2.sqrt() + max2.sqrt()) * up
             }
             Supergraph::Knn { .. } => r2.max(max2).sqrt() * up,
@@ -70,7 +76,7 @@ impl Supergraph {
     pub fn separator_radius(self, r2: f64) -> f64 {
         let up = 1.0 + 1e-12;
         match self {
-            Supergraph::Density { alpha } | Supergraph::Overlap { alpha } => alpha * r2.sqrt() * up,
+            Supergraph::Density { alpha } | Supergraph::Overlap { alpha, .. } => alpha * r2.sqrt() * up,
             Supergraph::Knn { .. } => r2.sqrt() * up,
         }
     }
@@ -85,10 +91,10 @@ impl Supergraph {
     }
 
     /// Returns the rank of the neighbour to which the balls extend: `k`, or 1.
-    pub fn ball_order(self) -> usize {
+    pub fn ball_order(self) -> u32 {
         match self {
-            Supergraph::Knn { k } => k as usize,
-            _ => 1,
+            Supergraph::Overlap { k, .. } | Supergraph::Knn { k } => k,
+            Supergraph::Density { .. } => 1,
         }
     }
 }
@@ -180,7 +186,7 @@ mod tests {
     fn rules_are_symmetric_and_reach_covers_them() {
         let rules = [
             Supergraph::Density { alpha: 2.5 },
-            Supergraph::Overlap { alpha: 2.5 },
+            Supergraph::Overlap { alpha: 2.5, k: 1 },
             Supergraph::Knn { k: 8 },
         ];
         let values = [1e-6, 0.3, 1.0, 1.7, 40.0];
@@ -203,7 +209,7 @@ mod tests {
     #[test]
     fn the_overlap_edge_that_one_sided_sets_lose() {
         // In this counterexample, the enlarged ball of the edge's inner endpoint does not cross the line.
-        let rule = Supergraph::Overlap { alpha: 2.0 };
+        let rule = Supergraph::Overlap { alpha: 2.0, k: 1 };
         let (i, j) = (1.05f64, 0.0f64);
         assert!(rule.joins((i - j) * (i - j), 0.05 * 0.05, 1.05 * 1.05));
         assert!(i - rule.separator_radius(0.05 * 0.05) > 0.5);

@@ -75,6 +75,8 @@ pub enum Fault {
     HalfSeparators,
     /// Graphs are built with half the chosen alpha.
     HalveAlpha,
+    /// Balls of overlap graphs extend to the first neighbour, whatever k is.
+    FirstBall,
     /// Every separator is a sphere around one sample that contains a twentieth of the points. It is always accepted.
     SmallSphere,
     /// Separators lack one part of the draw.

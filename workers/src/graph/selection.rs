@@ -66,7 +66,7 @@ pub fn choose(wanted: Wanted, sample: u64, certified: &[u64], population: u64) -
         let uncertified = sample - good.min(sample);
         if uncertified as f64 <= UNCERTIFIED_SHARE * sample as f64 {
             let supergraph = match wanted {
-                Wanted::AutoOverlap => Supergraph::Overlap { alpha },
+                Wanted::AutoOverlap => Supergraph::Overlap { alpha, k: 1 },
                 _ => Supergraph::Density { alpha },
             };
             let why = format!("alpha {alpha} certifies {good} of {sample} sampled stars");
@@ -82,7 +82,8 @@ pub fn choose(wanted: Wanted, sample: u64, certified: &[u64], population: u64) -
 /// Returns `true` if [`choose`] can return the supergraph.
 fn is_choice(rule: Supergraph) -> bool {
     match rule {
-        Supergraph::Density { alpha } | Supergraph::Overlap { alpha } => ALPHAS.contains(&alpha),
+        Supergraph::Density { alpha } | Supergraph::Overlap { alpha, k: 1 } => ALPHAS.contains(&alpha),
+        Supergraph::Overlap { .. } => false,
         Supergraph::Knn { k } => (1..=FALLBACK_K).contains(&k),
     }
 }

@@ -13,11 +13,13 @@ use crate::graph::summaries::summaries;
 use crate::graph::supergraph::supergraph;
 use crate::machine::context::Context;
 use crate::neighbours::balls::nearest_balls;
-use crate::neighbours::lists::nearest_lists;
+use crate::neighbours::lists::{ListSearch, nearest_lists};
 use crate::result::collect::{collect_cells, collect_counts};
 use crate::result::merge::Instance;
 use crate::share::{Choice, Share};
 use crate::stars::hulls::local_hulls;
+use crate::state::subdomain::Subdomain;
+use crate::state::table::Table;
 
 /// Computes nearest-neighbour balls, the supergraph in separator sets, local hulls, the certificate and the cells.
 pub(super) async fn simulate<P: Point>(
@@ -39,15 +41,13 @@ pub(super) async fn simulate<P: Point>(
         let reason = "phase choice ended without a choice".to_string();
         return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
     };
-    // Graphs of k nearest neighbours do not use nearest-neighbour balls.
-    let k = if let Supergraph::Knn { k } = rule { Some(k) } else { None };
-    if k.is_none() || cx.config().graph.correction == Correction::BottomUp {
-        nearest_balls(cx, &subdomain, &mut table).await?;
-    }
+    neighbour_balls(cx, &subdomain, &mut table, rule).await?;
     summaries(cx, &mut subdomain, &mut table, &mut frame).await?;
-    let nearest = match k {
-        Some(k) => Some(nearest_lists(cx, &subdomain, &mut table, k).await?),
-        None => None,
+    let nearest = match rule {
+        Supergraph::Knn { k } => {
+            Some(nearest_lists(cx, &subdomain, &mut table, ListSearch::of_graph(k)).await?)
+        }
+        Supergraph::Density { .. } | Supergraph::Overlap { .. } => None,
     };
     let mut graph = supergraph(cx, &subdomain, &mut table, rule, nearest).await?;
     (share.edges, share.sets) = (graph.take_edges(), graph.take_sets());
@@ -59,4 +59,23 @@ pub(super) async fn simulate<P: Point>(
     let instance = Instance { population, supergraph: rule };
     let certified = certify(cx, &subdomain, &mut table, &mut stars, instance).await?;
     collect_cells(cx, &subdomain, table, stars, &ghosts, certified, share).await
+}
+
+/// Finds the neighbour balls of a supergraph. Graphs of k nearest neighbours do not use them. The baseline corrects them
+/// nevertheless, for a comparison of all supergraphs.
+async fn neighbour_balls<P: Point>(
+    cx: &mut Context<P>,
+    subdomain: &Subdomain<P>,
+    table: &mut Table<P>,
+    rule: Supergraph,
+) -> Result<(), TransportError> {
+    let order = match rule {
+        Supergraph::Knn { .. } if cx.config().graph.correction == Correction::Descent => return Ok(()),
+        Supergraph::Knn { .. } | Supergraph::Density { .. } => 1,
+        Supergraph::Overlap { k, .. } => cx.config().fault.map_or(k, |fault| fault.ball_order(k)),
+    };
+    if order == 1 {
+        return nearest_balls(cx, subdomain, table).await;
+    }
+    nearest_lists(cx, subdomain, table, ListSearch::of_balls(order)).await.map(drop)
 }

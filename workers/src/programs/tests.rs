@@ -109,6 +109,9 @@ pub(crate) fn ways(workers: u32) -> Vec<(&'static str, WorkerConfig)> {
     vec![
         way("knn", &|_| {}),
         way("density", &|c| c.graph.wanted = density),
+        way("overlap", &|c| {
+            c.graph.wanted = Wanted::Fixed(Supergraph::Overlap { alpha: 2.0, k: 3 });
+        }),
         way("auto", &|c| c.graph.wanted = Wanted::AutoDensity),
         way("both", &|c| (c.graph.wanted, c.graph.sets) = (density, SetRule::Both)),
         way("smaller", &|c| (c.graph.wanted, c.graph.sets) = (density, SetRule::Smaller)),

@@ -189,7 +189,7 @@ impl Counts {
 fn name(supergraph: Option<Supergraph>) -> String {
     match supergraph {
         Some(Supergraph::Density { alpha }) => format!("density {alpha:.2}"),
-        Some(Supergraph::Overlap { alpha }) => format!("overlap {alpha:.2}"),
+        Some(Supergraph::Overlap { alpha, .. }) => format!("overlap {alpha:.2}"),
         Some(Supergraph::Knn { k }) => format!("knn {k}"),
         None => "none".to_string(),
     }

@@ -91,7 +91,8 @@ impl From<ChosenSupergraph> for (u8, f64) {
     fn from(ChosenSupergraph(supergraph): ChosenSupergraph) -> (u8, f64) {
         match supergraph {
             Supergraph::Density { alpha } => (0, alpha),
-            Supergraph::Overlap { alpha } => (1, alpha),
+            // A sample of stars chooses balls to the first neighbour only.
+            Supergraph::Overlap { alpha, .. } => (1, alpha),
             Supergraph::Knn { k } => (2, f64::from(k)),
         }
     }
@@ -103,7 +104,7 @@ impl TryFrom<(u8, f64)> for ChosenSupergraph {
     fn try_from((kind, parameter): (u8, f64)) -> Result<Self, ()> {
         match kind {
             0 => Ok(ChosenSupergraph(Supergraph::Density { alpha: parameter })),
-            1 => Ok(ChosenSupergraph(Supergraph::Overlap { alpha: parameter })),
+            1 => Ok(ChosenSupergraph(Supergraph::Overlap { alpha: parameter, k: 1 })),
             2 => Ok(ChosenSupergraph(Supergraph::Knn { k: parameter as u32 })),
             _ => Err(()),
         }
@@ -213,7 +214,7 @@ mod tests {
         travels_as(SetDecision::Stop, &0u8);
         travels_as(SetDecision::Exterior, &3u8);
         travels_as(ChosenSupergraph(Supergraph::Density { alpha: 2.5 }), &(0u8, 2.5));
-        travels_as(ChosenSupergraph(Supergraph::Overlap { alpha: 3.0 }), &(1u8, 3.0));
+        travels_as(ChosenSupergraph(Supergraph::Overlap { alpha: 3.0, k: 1 }), &(1u8, 3.0));
         travels_as(ChosenSupergraph(Supergraph::Knn { k: 9 }), &(2u8, 9.0));
         let counts = SetCounts { inside: 1, outside: 2, crossing_inside: 3, crossing_outside: 4 };
         travels_as(counts, &Bulk(vec![1u64, 2, 3, 4]));

@@ -63,6 +63,11 @@ impl Fault {
         }
     }
 
+    /// Returns the rank of the neighbour to which the balls of an overlap graph extend if it should be `k`.
+    pub(crate) fn ball_order(self, k: u32) -> u32 {
+        if self == Fault::FirstBall { 1 } else { k }
+    }
+
     /// Returns `true` if the fault keeps the point in its own leaf under the rule `ghost`.
     pub(crate) fn keeps_home<P: Point>(self, x: P) -> bool {
         self == Fault::HalfGhosts && is_in_half(x)
@@ -128,5 +133,10 @@ mod tests {
         assert_eq!(Fault::Flood.spread(), f64::INFINITY);
         assert_eq!(Fault::FarGhosts { factor: Factor::new(3.0).unwrap() }.spread(), 3.0);
         assert_eq!(Fault::HalfGhosts.spread(), 1.0);
+    }
+
+    #[test]
+    fn balls_stay_at_the_first_neighbour() {
+        assert_eq!((Fault::FirstBall.ball_order(8), Fault::Flood.ball_order(8)), (1, 8));
     }
 }

@@ -184,6 +184,7 @@ fn plain(name: &str) -> Option<Fault> {
         "half-ghosts" => Fault::HalfGhosts,
         "half-separators" => Fault::HalfSeparators,
         "halve-alpha" => Fault::HalveAlpha,
+        "first-ball" => Fault::FirstBall,
         "small-sphere" => Fault::SmallSphere,
         "sequential-leaf" => Fault::SequentialLeaf,
         "free-loop" => Fault::FreeLoop,
@@ -231,6 +232,7 @@ impl fmt::Display for Fault {
             Fault::HalfGhosts => f.write_str("half-ghosts"),
             Fault::HalfSeparators => f.write_str("half-separators"),
             Fault::HalveAlpha => f.write_str("halve-alpha"),
+            Fault::FirstBall => f.write_str("first-ball"),
             Fault::SmallSphere => f.write_str("small-sphere"),
             Fault::Ablate(ablation) => f.write_str(ablation.name()),
             Fault::Slow { phase, law, factor } => {
@@ -250,7 +252,7 @@ mod tests {
     use super::*;
 
     /// Texts of all forms.
-    const TEXTS: [&str; 25] = [
+    const TEXTS: [&str; 26] = [
         "slow:partition:log2:3",
         "slow:separator-sets:root3:0.1",
         "slow:hulls:log:1",
@@ -264,6 +266,7 @@ mod tests {
         "half-ghosts",
         "half-separators",
         "halve-alpha",
+        "first-ball",
         "small-sphere",
         "random-planes",
         "median-planes",
