@@ -102,8 +102,8 @@ fn singularity(text: &str) -> Option<SingularityRequest> {
     let shape = SingularityShape::read(name).ok()?;
     let number = |text: &str| text.trim().parse().ok().filter(|x: &f64| x.is_finite());
     let at: Vec<f64> = place.map_or(Some(Vec::new()), |place| place.split(',').map(number).collect())?;
-    let is_valid =
-        place.is_none() || [2, 3].contains(&(at.len() / shape.points())) && at.len() % shape.points() == 0;
+    let is_valid = place.is_none()
+        || [2, 3].contains(&(at.len() / shape.points())) && at.len().is_multiple_of(shape.points());
     is_valid.then_some(SingularityRequest { shape, at })
 }
 
