@@ -255,7 +255,7 @@ fn of_experiments() -> Described {
 /// The long options of all commands.
 fn options() -> BTreeSet<String> {
     let program = super::Cli::command();
-    let arguments = program.get_subcommands().flat_map(|command| command.get_arguments());
+    let arguments = program.get_subcommands().flat_map(clap::Command::get_arguments);
     arguments.filter_map(|argument| argument.get_long()).map(str::to_owned).collect()
 }
 

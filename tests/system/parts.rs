@@ -56,7 +56,7 @@ impl Part {
         };
         let owned = |types: &[u8]| {
             assert!(types.is_sorted() && types.iter().all(|kind| *kind <= 1));
-            types.iter().filter(|kind| **kind == 0).count()
+            types.partition_point(|kind| *kind == 0)
         };
         let types = named("vtkGhostType");
         let owner = named("owner").concat();

@@ -289,11 +289,11 @@ impl From<MeshError> for Failure {
         let code = match &error {
             // The number of columns of a size field is a property of its file.
             MeshError::Dimension { what: "size field", .. } => Code::Input,
-            MeshError::Dimension { .. } => Code::Usage,
-            MeshError::Size(SizeError::TooFine(_)) => Code::Limit,
-            MeshError::Size(_) => Code::Usage,
+            MeshError::Size(SizeError::TooFine(_)) | MeshError::TooMany { .. } | MeshError::Memory { .. } => {
+                Code::Limit
+            }
+            MeshError::Dimension { .. } | MeshError::Size(_) => Code::Usage,
             MeshError::Missing { .. } => Code::Rejected,
-            MeshError::TooMany { .. } | MeshError::Memory { .. } => Code::Limit,
             _ => Code::Failed,
         };
         let is_size = matches!(error, MeshError::Size(_));

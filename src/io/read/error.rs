@@ -95,13 +95,13 @@ pub enum InputError {
         /// The 1-based column in bytes, if the error concerns a single word.
         column: Option<u64>,
         /// The offending text, shortened.
-        text: String,
+        text: Box<str>,
         /// The text that the format requires.
         expected: String,
         /// The zero-based index in the file of the point, if the error concerns a row of points.
         row: Option<u64>,
         /// A possible choice of columns, if other columns of the row are numbers.
-        columns: Option<String>,
+        columns: Option<Box<str>>,
     },
     /// Binary content violates the rules of the format.
     #[error("{}, byte {offset}: found {found}, expected {expected}", shown(.path))]
@@ -261,9 +261,8 @@ impl InputError {
             Self::Gzip { .. } => Remedy::of("fetch the file again, or test it with `gzip -t`"),
             Self::UnknownFormat { advice, role, .. } => known_formats(advice.as_deref(), *role),
             Self::Unsupported { advice, .. } => Remedy::plain(advice),
-            Self::Columns { example, .. } | Self::Syntax { columns: Some(example), .. } => {
-                Remedy::of("choose the columns of the coordinates, such as {columns} ").and(example)
-            }
+            Self::Columns { example, .. } => choose_columns(example),
+            Self::Syntax { columns: Some(example), .. } => choose_columns(example),
             Self::Syntax { columns: None, .. } => {
                 Remedy::of("correct the file, or give it the extension of its format")
             }
@@ -330,7 +329,7 @@ impl InputError {
     /// Returns the error with a possible choice of columns.
     pub(super) fn with_columns(mut self, example: Option<String>) -> Self {
         if let Self::Syntax { columns, .. } = &mut self {
-            *columns = example;
+            *columns = example.map(String::into_boxed_str);
         }
         self
     }
@@ -404,6 +403,11 @@ impl InputError {
             _ => false,
         }
     }
+}
+
+/// Returns the advice to choose columns, with an example.
+fn choose_columns(example: &str) -> Remedy {
+    Remedy::of("choose the columns of the coordinates, such as {columns} ").and(example)
 }
 
 /// Returns the remedy for a file of an unknown format.

@@ -95,7 +95,7 @@ fn decimal_commas_are_refused() {
 fn a_bad_number_is_pointed_at() {
     let error = bad("a.txt", "1 2 3\n4  5x 6\n");
     let InputError::Syntax { line: 2, column: Some(4), text, .. } = &error else { panic!("{error}") };
-    assert_eq!(text, "5x");
+    assert_eq!(&**text, "5x");
     assert_eq!(bad("a.csv", "1,,3\n").column(), Some(3));
     assert!(matches!(bad("a.txt", "1.0D0 2 3\n"), InputError::Syntax { line: 1, .. }));
     let long = bad("a.txt", format!("1 2 3\n1 2 {}\n", "é\u{1b}".repeat(1000))).to_string();
