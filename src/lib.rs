@@ -139,7 +139,7 @@ pub mod io {
 
     /// Writers of triangulations, meshes and points.
     ///
-    /// A `.pvtu` file has a piece for each worker, made from the shares of a run ([`MeshView::run`](super::MeshView::run)).
+    /// A `.pvtu` file has a piece for each worker, made from the shares of a run ([`MeshView::run`]).
     pub mod write {
         #[doc(inline)]
         pub use septet_io::write::{
