@@ -167,10 +167,10 @@ fn all_processes_fail_with_one_message() {
     fs::write(folder.path().join("bad.xyz"), "0 0 0\n1 0 0\n0 1 0\n0 0 nan\n1 1 1\n").unwrap();
     fails(&folder, "triangulate bad.xyz -o m.vtu", 3, "bad.xyz");
     fails(&folder, "triangulate none.npy -o m.vtu", 3, "none.npy");
-    fails(&folder, "triangulate bad.xyz -o m.msh", 2, "m.msh");
+    fails(&folder, "triangulate bad.xyz -o m.msh", 3, "bad.xyz");
     fails(&folder, "triangulate bad.xyz -o m.vtu --no-such-option", 2, "--no-such-option");
     fails(&folder, "mesh bad.xyz -o m.vtu", 2, "simulate");
-    fails(&folder, "simulate bad.xyz -o m.vtu --workers leaves", 2, "--workers leaves");
+    fails(&folder, "simulate bad.xyz -o m.vtu --workers leaves", 2, "in one process");
     fails(&folder, "triangulate sample:uniform:500 -o m.npy --fault die:2:partition", 6, "worker 2");
     fails(&folder, "triangulate sample:uniform:500 -o m.npy --fault spoil:1", 4, "certificate");
     let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
