@@ -4,7 +4,8 @@
 //! because the canonical order is sorted across the processes. A `.pvtu` file has pieces, which the process of the worker
 //! writes; one process writes all of them in the same way. Values at points, and the numbers of input rows of which some
 //! were dropped, go to all processes. Process 0 gathers the triangulation and writes the other formats and compressed files as
-//! one process does. A process gathers at most [`GATHER_LIMIT`] bytes. When all processes have written their shares and the bytes are on disk, process 0 renames all files.
+//! one process does. A process gathers at most [`GATHER_LIMIT`] bytes. When all processes have written their shares and the
+//! bytes are on disk, process 0 renames all files.
 //!
 //! All functions are collective. If a process has an error, all processes return it, and no output is left. If processes
 //! lose each other, process 0 removes its temporary files, but another process may still write to their folder.
@@ -64,7 +65,7 @@ fn way_of(path: &Path, format: Format) -> Way {
 }
 
 /// Checks, before a run, that the first process can hold the triangulation of so many points for the outputs that one process
-/// writes. In general position, points in space have about seven cells each, and points in the plane two.
+/// writes. The check assumes seven cells for each point in space, and two in the plane, as for uniform points.
 ///
 /// # Errors
 /// Fails on all processes if the triangulation would need more than [`GATHER_LIMIT`] bytes.
