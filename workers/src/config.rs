@@ -22,10 +22,42 @@ pub enum Wanted {
     Fixed(Supergraph),
     /// The nearest neighbours by this rule.
     Nearest(Neighbours),
-    /// A density graph with the alpha that a sample of stars needs, or 48 nearest neighbours.
-    AutoDensity,
-    /// An overlap graph with the alpha that a sample of stars needs, or 48 nearest neighbours.
-    AutoOverlap,
+    /// The best of a family by a sample of stars.
+    Auto {
+        /// The family.
+        family: Family,
+        /// The quantity that the choice keeps small.
+        purpose: Purpose,
+    },
+}
+
+/// A family of supergraphs with a parameter alpha, whose balls extend to the nearest neighbour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    /// Density graphs.
+    Density,
+    /// Overlap graphs.
+    Overlap,
+}
+
+impl Family {
+    /// Returns the graph of the family with this alpha.
+    pub fn with(self, alpha: f64) -> Supergraph {
+        match self {
+            Family::Density => Supergraph::Density { alpha },
+            Family::Overlap => Supergraph::Overlap { alpha, k: 1 },
+        }
+    }
+}
+
+/// The quantity that the constants and the choices of a run keep small.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Purpose {
+    /// Work and depth on the machine of the paper.
+    #[default]
+    Counting,
+    /// Time on processors with caches.
+    Timing,
 }
 
 impl Wanted {
@@ -34,7 +66,7 @@ impl Wanted {
         match self {
             Wanted::Fixed(rule) => Some(rule),
             Wanted::Nearest(k) => k.of(points).map(|k| Supergraph::Knn { k }),
-            Wanted::AutoDensity | Wanted::AutoOverlap => None,
+            Wanted::Auto { .. } => None,
         }
     }
 }

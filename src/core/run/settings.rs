@@ -6,7 +6,7 @@
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_workers::config::{
-    Correction, CostLog, FALLBACK_K, GraphRules, MOST_IN_A_PIECE, Refusal, SetRule, Shown, Stop,
+    Correction, CostLog, FALLBACK_K, Family, GraphRules, MOST_IN_A_PIECE, Refusal, SetRule, Shown, Stop,
     Task as RankTask, TreeRules, Wanted, WorkerConfig,
 };
 
@@ -241,8 +241,10 @@ fn supergraph(spec: &Spec) -> (Wanted, String) {
             let why = format!("1.25 * 2 (1 + L) / (1 - L) of an f-spaced set with L = {lipschitz}");
             (fixed(alpha_of_spacing(lipschitz)), why)
         }
-        (Alpha::Auto, None) if k.is_some() => (Wanted::AutoOverlap, String::new()),
-        (Alpha::Auto, None) => (Wanted::AutoDensity, String::new()),
+        (Alpha::Auto, None) => {
+            let family = if k.is_some() { Family::Overlap } else { Family::Density };
+            (Wanted::Auto { family, purpose: spec.tree.constants.purpose }, String::new())
+        }
     }
 }
 

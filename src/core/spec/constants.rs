@@ -4,19 +4,10 @@
 //! other constants.
 
 use septet_geometry::graph::Supergraph;
+pub use septet_workers::config::Purpose;
 use septet_workers::config::SetRule as SeparatorSets;
 
 use crate::spec::graph::DEFAULT_ALPHA;
-
-/// The quantity that the constants of a partition tree keep small.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Purpose {
-    /// Work and depth on the machine of the paper.
-    #[default]
-    Counting,
-    /// Time on processors with caches, for which larger leaves are better.
-    Timing,
-}
 
 words!(Purpose {
     Counting "counting" "Little work and depth",
@@ -64,6 +55,7 @@ impl TreeConstants {
             (Purpose::Counting, SeparatorSets::Both | SeparatorSets::Smaller) => {
                 TreeConstants { samples: 100, tries: 10, leaf: leaf_of_unions(dimension, supergraph) }
             }
+            // Larger leaves use caches better.
             (Purpose::Timing, _) => {
                 TreeConstants { samples: 400, tries: 10, leaf: leaf_of_unions(dimension, supergraph) }
             }

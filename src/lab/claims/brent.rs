@@ -2,7 +2,7 @@
 //!
 //! **Statement.** Let a phase have work `W` and depth `D` at level l. By Brent's principle, n processors run all levels
 //! in `T_n = sum over phases and levels of ceil((W - D) / n) + D` steps. `T_n` of a run is
-//! the sum of `machine.paper.brent`, `machine.repair.brent` and `machine.selection.brent` of its report. Theorem 4.4 states that `T_n` is `O(log n)`, and hence
+//! `machine.total.brent` of its report. Theorem 4.4 states that `T_n` is `O(log n)`, and hence
 //! that the work is `O(n log n)`.
 
 use super::bounds::{PHASES, T_N};
@@ -18,7 +18,7 @@ pub(super) const CLAIMS: &[Claim] = &[Claim {
     statement: "DT(P) takes O(log n) time with n processors, hence O(n log n) work",
     reading: Reading::AsPrinted,
     experiment: "Leaves of 60 points, well-spaced sets from 512 points up, and lists of 12 neighbours of uniform sets: the \
-                 largest T_n = machine.paper.brent + machine.repair.brent over log2 n; for each phase, the largest work over \
+                 largest T_n = machine.total.brent over log2 n; for each phase, the largest work over \
                  n log2 n and the largest depth over log2 n",
     bound: "1.15 times the largest value over the seeds 1 to 3, measured once before the run: counts vary by a few percent \
             between seeds, and a second pass of a phase adds 100 %; for the work of a probe, a tenth of the bound of the \

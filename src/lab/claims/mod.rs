@@ -16,6 +16,7 @@ mod accounts;
 mod ball_order;
 mod bounds;
 mod brent;
+mod choice;
 mod claim;
 mod counted;
 mod depth_law;
@@ -60,7 +61,7 @@ pub use report::{CheckedClaim, ClaimReport, SCHEMA};
 
 /// Returns all claims, in the paper's order.
 pub fn registry() -> impl Iterator<Item = &'static Claim> {
-    let groups: [&'static [Claim]; 17] = [
+    let groups: [&'static [Claim]; 18] = [
         separators::CLAIMS,
         exponent::CLAIMS,
         ball_order::CLAIMS,
@@ -73,6 +74,7 @@ pub fn registry() -> impl Iterator<Item = &'static Claim> {
         level_depth::CLAIMS,
         depth_law::CLAIMS,
         brent::CLAIMS,
+        choice::CLAIMS,
         lower_bounds::CLAIMS,
         random::CLAIMS,
         machine::CLAIMS,

@@ -125,8 +125,13 @@ fn how_proved(run: &Outcome) -> HowProved {
 fn machine(run: &Outcome) -> MachineReport {
     let counted = run.settled.counted;
     let known = |group: GroupTotal| GroupTotal { total: group.total.known(counted), traffic: group.traffic };
+    let whole = GroupTotal {
+        total: run.ledger.totals.sum(),
+        traffic: TrafficTotal::of_phases(run.ledger.phases.iter().filter(|total| total.phase.group().counts_work())),
+    };
     MachineReport {
         workers: run.settled.workers,
+        total: known(whole),
         traffic: TrafficTotal::of(&run.ledger),
         totals: rows::groups(&run.ledger).map(known),
     }

@@ -175,6 +175,8 @@ pub struct MachineReport {
     /// The messages of all phases.
     #[serde(flatten)]
     pub traffic: TrafficTotal,
+    /// The sum of the groups of phases.
+    pub total: GroupTotal<Option<u64>>,
     /// The totals of the groups of phases. Work and depth are those of the model (an EREW PRAM with unit-time scans).
     #[serde(flatten)]
     pub totals: ByGroup<GroupTotal<Option<u64>>>,

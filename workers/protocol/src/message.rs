@@ -20,7 +20,7 @@ pub use input::{RefusedRow, Survey};
 pub use merged::{Merged, PointSum, Totals};
 pub use queries::{QueryBatch, ReplyBatch};
 pub use split::{Child, Decision, Route, RouteBatch, SplitBatch};
-pub use typed::{ChosenSupergraph, Fingerprint, SampleStars, SetCounts, SetDecision};
+pub use typed::{AlphaCounts, ChosenSupergraph, Fingerprint, SampleStars, SetCounts, SetDecision};
 
 /// The version of the protocol. It increases when the meaning or layout of a message changes.
 pub const PROTOCOL_VERSION: u16 = 13;

@@ -77,6 +77,8 @@ pub enum Fault {
     HalveAlpha,
     /// Balls of overlap graphs extend to the first neighbour, whatever k is.
     FirstBall,
+    /// The choice of the supergraph takes the candidate that it predicts to be the worst. Purpose `counting` only.
+    WorstChoice,
     /// Every separator is a sphere around one sample that contains a twentieth of the points. It is always accepted.
     SmallSphere,
     /// Separators lack one part of the draw.

@@ -11,7 +11,7 @@ use septet_protocol::ids::{COORDINATOR, NodeId, Rank};
 use septet_protocol::message::{Child, PointBatch, PointSum, UNKNOWN_RADIUS2};
 
 use super::*;
-use crate::config::{Correction, Fault, SetRule, Task, Wanted, WorkerConfig};
+use crate::config::{Correction, Family, Fault, Purpose, SetRule, Task, Wanted, WorkerConfig};
 use crate::machine::context::Running;
 use crate::machine::group::Group;
 
@@ -100,6 +100,7 @@ fn random<P: Point>(n: usize) -> Vec<P> {
 /// The ways of a run through the phases: path, supergraph, separator sets, correction, faults, gathering.
 pub(crate) fn ways(workers: u32) -> Vec<(&'static str, WorkerConfig)> {
     let density = Wanted::Fixed(Supergraph::Density { alpha: 2.5 });
+    let auto = |purpose| Wanted::Auto { family: Family::Density, purpose };
     let base = WorkerConfig { workers, ..WorkerConfig::plain() };
     let way = |name, change: &dyn Fn(&mut WorkerConfig)| {
         let mut config = base.clone();
@@ -112,7 +113,8 @@ pub(crate) fn ways(workers: u32) -> Vec<(&'static str, WorkerConfig)> {
         way("overlap", &|c| {
             c.graph.wanted = Wanted::Fixed(Supergraph::Overlap { alpha: 2.0, k: 3 });
         }),
-        way("auto", &|c| c.graph.wanted = Wanted::AutoDensity),
+        way("auto", &|c| c.graph.wanted = auto(Purpose::Counting)),
+        way("auto-timing", &|c| c.graph.wanted = auto(Purpose::Timing)),
         way("both", &|c| (c.graph.wanted, c.graph.sets) = (density, SetRule::Both)),
         way("smaller", &|c| (c.graph.wanted, c.graph.sets) = (density, SetRule::Smaller)),
         way("bottom-up", &|c| (c.graph.wanted, c.graph.correction) = (density, Correction::BottomUp)),

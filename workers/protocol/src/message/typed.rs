@@ -45,8 +45,36 @@ pub struct ChosenSupergraph(pub Supergraph);
 pub struct SampleStars {
     /// Sampled stars.
     pub sampled: u64,
-    /// Stars that each alpha certifies: 2.5, 3, 4 and 6.
-    pub certified: [u64; 4],
+    /// What each alpha does for these stars: 2.5, 3, 4 and 6.
+    pub of_alpha: [AlphaCounts; 4],
+}
+
+/// What an alpha does for sampled stars.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AlphaCounts {
+    /// Stars that it certifies.
+    pub certified: u64,
+    /// Edges of the supergraph at the sampled points.
+    pub edges: u64,
+    /// Vertices of the links to which the supergraph has no edge.
+    pub missing: u64,
+}
+
+impl AlphaCounts {
+    /// Adds the counts of other stars.
+    pub fn add(&mut self, other: AlphaCounts) {
+        self.certified = self.certified.saturating_add(other.certified);
+        self.edges = self.edges.saturating_add(other.edges);
+        self.missing = self.missing.saturating_add(other.missing);
+    }
+}
+
+impl SampleStars {
+    /// Adds the counts of other stars.
+    pub fn add(&mut self, other: SampleStars) {
+        self.sampled = self.sampled.saturating_add(other.sampled);
+        self.of_alpha.iter_mut().zip(other.of_alpha).for_each(|(sum, counts)| sum.add(counts));
+    }
 }
 
 /// The order-free fingerprint of the cells that two workers share.
@@ -130,8 +158,9 @@ impl TryFrom<Bulk<u64>> for SetCounts {
 }
 
 impl From<SampleStars> for Bulk<u64> {
-    fn from(SampleStars { sampled, certified: [a, b, c, d] }: SampleStars) -> Self {
-        Bulk(vec![sampled, a, b, c, d])
+    fn from(SampleStars { sampled, of_alpha }: SampleStars) -> Self {
+        let words = |AlphaCounts { certified, edges, missing }| [certified, edges, missing];
+        Bulk([sampled].into_iter().chain(of_alpha.into_iter().flat_map(words)).collect())
     }
 }
 
@@ -139,8 +168,11 @@ impl TryFrom<Bulk<u64>> for SampleStars {
     type Error = ();
 
     fn try_from(words: Bulk<u64>) -> Result<Self, ()> {
-        let &[sampled, a, b, c, d] = words.0.as_slice() else { return Err(()) };
-        Ok(SampleStars { sampled, certified: [a, b, c, d] })
+        let Some((&sampled, counts)) = words.0.split_first() else { return Err(()) };
+        let (rows, []) = counts.as_chunks::<3>() else { return Err(()) };
+        let of_alpha: &[[u64; 3]; 4] = rows.try_into().map_err(|_| ())?;
+        let counts = |[certified, edges, missing]: [u64; 3]| AlphaCounts { certified, edges, missing };
+        Ok(SampleStars { sampled, of_alpha: of_alpha.map(counts) })
     }
 }
 
@@ -218,7 +250,9 @@ mod tests {
         travels_as(ChosenSupergraph(Supergraph::Knn { k: 9 }), &(2u8, 9.0));
         let counts = SetCounts { inside: 1, outside: 2, crossing_inside: 3, crossing_outside: 4 };
         travels_as(counts, &Bulk(vec![1u64, 2, 3, 4]));
-        travels_as(SampleStars { sampled: 5, certified: [1, 2, 3, 4] }, &Bulk(vec![5u64, 1, 2, 3, 4]));
+        let of_alpha = [1, 2, 3, 4].map(|n| AlphaCounts { certified: n, edges: 10 * n, missing: 100 * n });
+        let words = vec![5u64, 1, 10, 100, 2, 20, 200, 3, 30, 300, 4, 40, 400];
+        travels_as(SampleStars { sampled: 5, of_alpha }, &Bulk(words));
         travels_as(Fingerprint { sum: 7 | 9 << 64, pairs: 2 }, &Bulk(vec![7u64, 9, 2]));
     }
 

@@ -26,7 +26,7 @@ const fn form(text: &'static str, effect: &'static str) -> FaultForm {
 }
 
 /// All faults: first those of charges, then those of the machine, then those that end or disturb a run.
-pub const FAULTS: [FaultForm; 24] = [
+pub const FAULTS: [FaultForm; 25] = [
     form(
         "slow:PHASE:LAW[:FACTOR]",
         "Each node of the phase takes FACTOR times LAW additional steps. LAW is log, log2 (the square of log) or root3.",
@@ -45,6 +45,7 @@ pub const FAULTS: [FaultForm; 24] = [
     ),
     form("halve-alpha", "Graphs are built with half the chosen alpha."),
     form("first-ball", "Balls of overlap graphs extend to the first neighbour, whatever k is."),
+    form("worst-choice", "The choice takes the supergraph that it predicts to be the worst (constants for counting)."),
     form(
         "small-sphere",
         "Every separator is a sphere that contains a twentieth of the points, and is accepted.",

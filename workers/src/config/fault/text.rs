@@ -94,9 +94,10 @@ impl FaultTextError {
     }
 }
 
-/// Returns `true` if the fault with this name acts on the phase. Faults of charges act on the phases of the paper.
+/// Returns `true` if the fault with this name acts on the phase. Faults of charges act on the phases of the paper and on the
+/// choice.
 fn acts(fault: &str, phase: Phase) -> bool {
-    matches!(fault, "die" | "panic") || phase.group() == Group::Paper
+    matches!(fault, "die" | "panic") || matches!(phase.group(), Group::Paper | Group::Selection)
 }
 
 /// The parameters of a fault with a known form.
@@ -185,6 +186,7 @@ fn plain(name: &str) -> Option<Fault> {
         "half-separators" => Fault::HalfSeparators,
         "halve-alpha" => Fault::HalveAlpha,
         "first-ball" => Fault::FirstBall,
+        "worst-choice" => Fault::WorstChoice,
         "small-sphere" => Fault::SmallSphere,
         "sequential-leaf" => Fault::SequentialLeaf,
         "free-loop" => Fault::FreeLoop,
@@ -233,6 +235,7 @@ impl fmt::Display for Fault {
             Fault::HalfSeparators => f.write_str("half-separators"),
             Fault::HalveAlpha => f.write_str("halve-alpha"),
             Fault::FirstBall => f.write_str("first-ball"),
+            Fault::WorstChoice => f.write_str("worst-choice"),
             Fault::SmallSphere => f.write_str("small-sphere"),
             Fault::Ablate(ablation) => f.write_str(ablation.name()),
             Fault::Slow { phase, law, factor } => {
@@ -252,7 +255,7 @@ mod tests {
     use super::*;
 
     /// Texts of all forms.
-    const TEXTS: [&str; 26] = [
+    const TEXTS: [&str; 27] = [
         "slow:partition:log2:3",
         "slow:separator-sets:root3:0.1",
         "slow:hulls:log:1",
@@ -267,6 +270,7 @@ mod tests {
         "half-separators",
         "halve-alpha",
         "first-ball",
+        "worst-choice",
         "small-sphere",
         "random-planes",
         "median-planes",
