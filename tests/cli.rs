@@ -218,6 +218,8 @@ fn impossible_options_are_exit_2() {
         ("--supergraph overlap --alpha 2 --k 2ln", "2ln"),
         ("--supergraph overlap --k 2", "--alpha"),
         ("--supergraph overlap --alpha 2 --k 2 --neighbours naive", "naive"),
+        ("--supergraph overlap --alpha 2 --k 2 --neighbours fmt", "fmt"),
+        ("--supergraph overlap --alpha 2 --k 2 --neighbours pairs", "pairs"),
         ("--supergraph voronoi", "possible values"),
         ("--delivery-seed 3", "--transport sim"),
         ("--no-such-option", "--no-such-option"),

@@ -103,9 +103,14 @@ fn machine(report: &RunReport) -> Vec<String> {
 fn baselines(report: &RunReport) -> Option<String> {
     let p = &report.parameters.options;
     let cut = (p.text("partition") != Partition::Sphere.name()).then_some("k-d planes separate subproblems");
-    let bottom_up = (p.text("neighbours") != Correction::Descent.name())
-        .then_some("balls are corrected bottom-up, node by node");
-    let both: Vec<&str> = cut.into_iter().chain(bottom_up).collect();
+    let correction = Correction::ALL.into_iter().find(|c| c.name() == p.text("neighbours"));
+    let balls = correction.and_then(|correction| match correction {
+        Correction::Descent => None,
+        Correction::BottomUp => Some("balls are corrected bottom-up, node by node"),
+        Correction::Stages => Some("balls are corrected bottom-up, in stages"),
+        Correction::Pairs => Some("balls come from well-separated pairs"),
+    });
+    let both: Vec<&str> = cut.into_iter().chain(balls).collect();
     (!both.is_empty()).then(|| row("baseline", both.join(", ")))
 }
 

@@ -119,6 +119,10 @@ pub struct TreeRow {
     pub largest_separator_ratio: Option<f64>,
     /// Mean of this ratio, over all splits.
     pub mean_separator_ratio: Option<f64>,
+    /// Number of nodes that punt: too many balls cross their separators for a correction in stages (`fmt`).
+    pub punts: u64,
+    /// Number of well-separated pairs (`pairs`).
+    pub pairs: u64,
 }
 
 /// Returns the row of the tree. Only a run that did not stop early has sizes of separators.
@@ -138,6 +142,8 @@ pub(crate) fn tree(ledger: &Ledger, has_separators: bool) -> TreeRow {
         mean_attempts: (splits > 0).then(|| total.attempts as f64 / splits as f64),
         largest_separator_ratio: total.separator.largest().filter(|_| has_separators),
         mean_separator_ratio: total.separator.mean().filter(|_| has_separators),
+        punts: total.punts,
+        pairs: total.pairs,
     }
 }
 

@@ -39,7 +39,7 @@ const KEYS: [(&str, &str); 18] = [
     (
         "/tree",
         "samples tries levels leaves nodes spheres planes largest_split_ratio mean_split_ratio attempts largest_attempts mean_attempts \
-         largest_separator_ratio mean_separator_ratio by_level",
+         largest_separator_ratio mean_separator_ratio punts pairs by_level",
     ),
     (
         "/tree/by_level/0",

@@ -90,18 +90,25 @@ fn planes_and_naive_correction_give_the_same_bytes() {
         "simulate sample:clusters:3000 --partition kd --workers leaves --leaf 300",
         "simulate sample:clusters:3000 --neighbours naive --workers 5 --leaf 200 --transport sim",
         "simulate sample:clusters:3000 --neighbours naive --partition kd --supergraph knn --leaf 300",
+        "simulate sample:clusters:3000 --neighbours fmt --workers 5 --leaf 200",
+        "simulate sample:clusters:3000 --neighbours pairs --workers 3 --leaf 200",
     ] {
         let talk = stderr(&place.good(&format!("{line} -o b.vtu --json r.json")));
         assert!(std::fs::read(place.path("b.vtu")).unwrap() == reference, "{line}");
         let report = place.json("r.json");
         let kd = line.contains("kd");
         assert_eq!(report["parameters"]["partition"], if kd { "kd" } else { "sphere" }, "{line}");
-        let naive = line.contains("naive");
-        assert_eq!(report["parameters"]["neighbours"], if naive { "naive" } else { "descent" }, "{line}");
-        assert_eq!((talk.contains("k-d planes"), talk.contains("bottom-up")), (kd, naive), "{talk}");
+        let correction = ["naive", "fmt", "pairs"].into_iter().find(|word| line.contains(word));
+        assert_eq!(report["parameters"]["neighbours"], correction.unwrap_or("descent"), "{line}");
+        let bottom_up = matches!(correction, Some("naive" | "fmt"));
+        assert_eq!((talk.contains("k-d planes"), talk.contains("bottom-up")), (kd, bottom_up), "{talk}");
+        let by_pairs = correction == Some("pairs");
+        assert_eq!((talk.contains("pairs"), report["tree"]["pairs"] != 0), (by_pairs, by_pairs), "{talk}");
+        assert_eq!(report["tree"]["punts"], 0, "{line}");
         assert!(!kd || report["tree"]["spheres"] == 0 && report["tree"]["planes"] != 0, "{line}");
     }
     place.fails("triangulate sample:uniform:500 --neighbours naive", 2, &["--neighbours"]);
+    place.fails("triangulate sample:uniform:500 --neighbours fmt", 2, &["--neighbours", "fmt"]);
     place.fails("scale -n 500 --timed --neighbours naive -o s.jsonl", 2, &["--timed"]);
     place.fails("triangulate sample:uniform:500 --partition bsp", 2, &["sphere", "kd"]);
 }

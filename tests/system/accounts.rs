@@ -82,6 +82,8 @@ fn accounts_agree_on_baselines() {
     let points = space(Kind::Uniform, 1500, 2);
     on_machines(&points, "planes", |c| c.tree.partition = Partition::Kd);
     on_machines(&points, "bottom-up", |c| c.recursion.neighbours = Correction::BottomUp);
+    on_machines(&points, "in stages", |c| c.recursion.neighbours = Correction::Stages);
+    on_machines(&points, "by pairs", |c| c.recursion.neighbours = Correction::Pairs);
     on_machines(&plane(Kind::Uniform, 2000, 3), "bottom-up in the plane", |c| {
         c.recursion.neighbours = Correction::BottomUp;
     });

@@ -8,7 +8,7 @@ use crate::common::{
 };
 use septet_core::generate::Kind;
 use septet_core::spec::{Alpha, Correction, Graph, Partition, Until, Workers};
-use septet_core::{Outcome, Spec, simulate, triangulate};
+use septet_core::{Outcome, Spec, count, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_geometry::range::{scale, scale_exponent};
 use septet_geometry::separator::{DrawKey, Sampler, node_samples};
@@ -127,7 +127,8 @@ fn planes_halve_their_samples() {
 }
 
 fn graph(run: &Outcome) -> BTreeMap<NodeId, NodeFacts> {
-    let without_visits = |(&node, facts): (&NodeId, &NodeFacts)| (node, NodeFacts { visits: 0, ..*facts });
+    let without_visits =
+        |(&node, facts): (&NodeId, &NodeFacts)| (node, NodeFacts { visits: 0, punts: 0, pairs: 0, ..*facts });
     run.ledger.part.nodes.iter().map(without_visits).collect()
 }
 
@@ -142,6 +143,14 @@ fn corrected<P: Point>(points: &[P]) {
     assert_eq!(naive.ledger.part.edge_hash, reference.ledger.part.edge_hash);
     let radii = |ledger: &Ledger| depth(ledger, Phase::Probe) + depth(ledger, Phase::Neighbours);
     assert!(radii(&naive.ledger) > radii(&reference.ledger));
+    for correction in [Correction::Stages, Correction::Pairs] {
+        let run =
+            over_machines(points, &paper.clone().with(|c| c.recursion.neighbours = correction), &reference);
+        assert_eq!(graph(&run), graph(&reference));
+        assert_eq!(run.ledger.part.edge_hash, reference.ledger.part.edge_hash);
+        let total = run.ledger.tree.total();
+        assert_eq!((total.pairs > 0, total.punts), (correction == Correction::Pairs, 0));
+    }
     let both = rival.with(|c| c.tree.partition = Partition::Kd);
     over_machines(points, &both, &reference);
 }
@@ -154,6 +163,40 @@ fn depth(ledger: &Ledger, phase: Phase) -> u64 {
 fn naive_correction_finds_the_same_balls() {
     corrected(&space(Kind::Uniform, 2500, 9));
     corrected(&plane(Kind::GradedPoint, 2500, 9));
+}
+
+/// All corrections find the same radii, bit by bit, for any number of workers.
+fn same_radii<P: Point>(points: &[P], what: &str) {
+    let run = |correction, workers| {
+        let spec = simulated(Workers::Count(workers), 5, 20).with(|c| {
+            c.recursion.graph = Graph::Density { alpha: Alpha::Value(3.0) };
+            c.recursion.neighbours = correction;
+            c.keep.graph = true;
+        });
+        let run = count(points, Some(Until::Neighbours), &spec).unwrap();
+        let radii2 = run.kept.radii2.expect("radii");
+        let bits: Vec<(u64, u64)> = radii2.into_iter().map(|(i, r2)| (i, r2.to_bits())).collect();
+        let total = run.ledger.tree.total();
+        (bits, [total.punts, total.pairs, run.ledger.totals.paper.work, run.ledger.totals.paper.depth])
+    };
+    let (expected, _) = run(Correction::Descent, 1);
+    assert_eq!(expected.len(), points.len(), "{what}");
+    for correction in [Correction::BottomUp, Correction::Stages, Correction::Pairs] {
+        let (_, counts) = run(correction, 1);
+        for workers in [1, 3, 16] {
+            let found = run(correction, workers);
+            assert!(found.0 == expected, "{what}, {correction:?}, {workers} workers");
+            assert_eq!(found.1, counts, "{what}, {correction:?}, {workers} workers");
+        }
+    }
+}
+
+#[test]
+fn all_corrections_find_the_same_radii() {
+    for kind in [Kind::Uniform, Kind::Clusters, Kind::Line, Kind::Grid] {
+        same_radii(&plane(kind, 700, 3), &format!("{kind} in the plane"));
+        same_radii(&space(kind, 700, 3), &format!("{kind} in space"));
+    }
 }
 
 /// Levels below each node.

@@ -34,6 +34,7 @@ static PAIRS: [Pair; 16] = [
     pair("first-ball", &["overlap-k"]),
     pair("worst-choice", &["choice-near-best"]),
     pair("free:choice", &["whole-sum"]),
+    pair("always-punt", &["neighbours-published"]),
     pair("small-sphere", &["separator-split", "levels"]),
     // Smaller sets do not show the exponents.
     Pair { extent: Extent::Quick, ..pair("random-planes", &["separator-exponent"]) },

@@ -7,7 +7,9 @@ use glam::DVec3;
 use crate::common::sets::{plane, space};
 use crate::common::{assert_same_counts, combinations, simulated, with_graph};
 use septet_core::generate::Kind;
-use septet_core::spec::{Alpha, FAULTS, Fault, GraphKind, Neighbours, SeparatorSets, Workers};
+use septet_core::spec::{
+    Alpha, Correction, FAULTS, Fault, Graph, GraphKind, Neighbours, SeparatorSets, Workers,
+};
 use septet_core::{Outcome, Spec, independent, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_geometry::separator::Ablation;
@@ -148,6 +150,24 @@ fn first_balls_are_those_of_one_neighbour() {
         let faulty = &runs(&points, of(4), "first-ball", &four)[0];
         assert!(faulty.kept.graph == one.kept.graph && one.kept.graph != four.kept.graph, "{sets:?}");
         assert_same_counts(&faulty.ledger, &one.ledger, "first-ball");
+    }
+}
+
+/// With the fault, every split node punts, for any number of workers. Without it, none of these does.
+#[test]
+fn every_node_punts() {
+    let points = plane(Kind::Uniform, 900, 5);
+    for (fault, workers) in
+        [None, Some(planted("always-punt"))].into_iter().flat_map(|f| WORKERS.map(|w| (f, w)))
+    {
+        let spec = simulated(Workers::Count(workers), 5, LEAF).with(|c| {
+            c.recursion.graph = Graph::Density { alpha: Alpha::Value(2.5) };
+            c.recursion.neighbours = Correction::Stages;
+            c.planted.fault = fault;
+        });
+        let total = simulate(&points, &spec).unwrap().ledger.tree.total();
+        let expected = if fault.is_some() { total.nodes - total.leaves } else { 0 };
+        assert_eq!(total.punts, expected, "{fault:?}, {workers} workers");
     }
 }
 

@@ -118,6 +118,11 @@ pub enum Correction {
     Descent,
     /// The baseline: node by node from the leaves up. Each node corrects the balls that cross its separator by a descent.
     BottomUp,
+    /// Node by node from the leaves up, in a constant number of stages at each node that does not punt (Frieze, Miller and
+    /// Teng 1993).
+    Stages,
+    /// Well-separated pairs of nodes of fair split trees (Callahan and Kosaraju 1995).
+    Pairs,
 }
 
 /// The task of a run.

@@ -180,8 +180,13 @@ fn summary(run: &RunData, out: &mut String) {
         format!("{} messages, {}B", say("/machine/messages"), si(get("/machine/bytes").unwrap_or(0.0)));
     card(out, "workers", &say("/machine/workers"), &machine);
     let cut = if word("/parameters/partition") == "kd" { ", cut by k-d planes" } else { "" };
-    let naive = if word("/parameters/neighbours") == "naive" { ", balls corrected bottom-up" } else { "" };
-    let tree = format!("{} levels of the tree{cut}{naive}", say("/tree/levels"));
+    let balls = match word("/parameters/neighbours").as_str() {
+        "naive" => ", balls corrected bottom-up",
+        "fmt" => ", balls corrected bottom-up in stages",
+        "pairs" => ", balls from well-separated pairs",
+        _ => "",
+    };
+    let tree = format!("{} levels of the tree{cut}{balls}", say("/tree/levels"));
     card(out, "rounds", &say("/machine/rounds"), &tree);
     if let Some(depth) = get("/machine/paper/depth") {
         let work = si(get("/machine/paper/work").unwrap_or(0.0));

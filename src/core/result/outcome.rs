@@ -164,6 +164,9 @@ impl Selection {
 pub struct Kept {
     /// Edges of the supergraph, if kept: pairs of input indices, smaller first, sorted.
     pub graph: Option<Vec<(u64, u64)>>,
+    /// Input index and squared radius of the ball of each point, if the edges are to be kept and the run ends with the balls,
+    /// in the order of the indices. The radii are those on the machine, in its scaled coordinates.
+    pub radii2: Option<Vec<(u64, f64)>>,
     /// The members of the sets in which all pairs were compared, if kept, in order.
     pub sets: Option<Vec<SetMember>>,
     /// Sampled points and the tree, for pictures, if requested.

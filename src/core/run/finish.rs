@@ -274,8 +274,16 @@ fn cost_trace(machine: &WorkerConfig) -> Result<Option<CostTrace>, Error> {
 /// Takes the optional contents from the shares.
 fn keep_contents<P>(kept: &mut Kept, machine: &WorkerConfig, shares: &mut [Share<P>]) {
     kept.graph = machine.shown.with_edges.then(|| sorted_edges(shares));
+    let with_radii = machine.shown.with_edges && machine.until == Some(Phase::Neighbours);
+    kept.radii2 = with_radii.then(|| sorted_radii(shares));
     kept.sets = machine.shown.with_sets.then(|| sorted_members(shares));
     kept.selected = is_selection(machine).then(|| united(shares));
+}
+
+fn sorted_radii<P>(shares: &[Share<P>]) -> Vec<(u64, f64)> {
+    let mut radii2: Vec<(u64, f64)> = shares.iter().flat_map(|share| &share.radii2).copied().collect();
+    radii2.sort_unstable_by_key(|(point, _)| *point);
+    radii2
 }
 
 fn sorted_members<P>(shares: &[Share<P>]) -> Vec<SetMember> {

@@ -19,7 +19,7 @@ use crate::run::auto_workers::auto_workers;
 use crate::run::memory;
 use crate::spec::{
     Alpha, Constants, Fault, Graph, MOST_WORKERS, Neighbours, Purpose, Registers, Spec, SpecError, Task,
-    TreeConstants, Until, Workers, alpha_of_spacing, cores,
+    TreeConstants, Until, Words, Workers, alpha_of_spacing, cores,
 };
 
 /// Checks the specification, the numbers of the rows and the forecast of memory. `is_team` is set if several processes may
@@ -36,8 +36,9 @@ pub(crate) fn admit<P: Point>(
     if spec.machine.registers == Registers::Baseline {
         septet_geometry::simd::use_baseline_registers();
     }
-    if spec.recursion.neighbours == Correction::BottomUp && task == Task::Triangulate {
-        return Err(SpecError::BottomUpUncounted.into());
+    let correction = spec.recursion.neighbours;
+    if correction != Correction::Descent && task == Task::Triangulate {
+        return Err(SpecError::Uncorrected { correction: correction.name() }.into());
     }
     if is_team {
         admit_team(spec)?;

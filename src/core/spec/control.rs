@@ -10,7 +10,8 @@ use septet_workers::config::Fault;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Keep {
-    /// Whether the edges of the supergraph are kept. [`crate::simulate`] only.
+    /// Whether the edges of the supergraph are kept, or the radii of the balls if the run ends with them. [`crate::simulate`]
+    /// and [`crate::count`] only.
     pub graph: bool,
     /// Whether the separator sets of the leaves are kept. [`crate::simulate`] with a rule that forms them only.
     pub sets: bool,

@@ -66,11 +66,11 @@ pub enum SpecError {
         /// The factor in the configuration.
         factor: f64,
     },
-    /// The bottom-up correction is requested for balls beyond the first neighbour.
-    #[error(
-        "the naive correction of neighbour balls finds first neighbours, but k of the overlap graph is {k}"
-    )]
-    BottomUpBalls {
+    /// A correction of balls to first neighbours is requested for balls beyond the first neighbour.
+    #[error("`{correction}` finds the balls of first neighbours only, but k of the overlap graph is {k}")]
+    FirstBalls {
+        /// The name of the correction.
+        correction: &'static str,
         /// The value in the configuration.
         k: u32,
     },
@@ -103,9 +103,12 @@ pub enum SpecError {
         /// The supergraph.
         graph: &'static str,
     },
-    /// The bottom-up correction is requested from a run that does not count.
-    #[error("only `simulate` has the naive correction of neighbour balls")]
-    BottomUpUncounted,
+    /// A correction of neighbour balls is requested from a run without them.
+    #[error("only `simulate` has neighbour balls, so only it has the correction `{correction}`")]
+    Uncorrected {
+        /// The name of the correction.
+        correction: &'static str,
+    },
     /// A draw has too few samples for a centrepoint.
     #[error("{samples} samples are too few for a centrepoint: at least {least}")]
     Samples {
@@ -161,12 +164,12 @@ impl SpecError {
                 Remedy::of("omit ").option(parameter).then(", or choose another {supergraph}")
             }
             Self::AutomaticAlpha { .. } => Remedy::of("use {alpha=2.5}, or omit {k}"),
-            Self::BottomUpBalls { .. } => Remedy::of("omit {neighbours} or {k}"),
+            Self::FirstBalls { .. } => Remedy::of("omit {neighbours} or {k}"),
             Self::Needs { option, needed, word } => {
                 Remedy::of("add ").set(needed, word).then(", or omit ").option(option)
             }
             Self::SmallerSide { .. } => Remedy::of("use {separator-sets=both} or {separator-sets=ghost}"),
-            Self::BottomUpUncounted => Remedy::of("use `simulate`, or omit {neighbours}"),
+            Self::Uncorrected { .. } => Remedy::of("use `simulate`, or omit {neighbours}"),
             Self::TriesOfPlanes => Remedy::of("omit {tries} or {partition=kd}"),
             Self::NotDistributed { option, .. } => {
                 Remedy::of("omit ").option(option).then(", or run in one process")

@@ -131,8 +131,8 @@ impl Spec {
         match (k, alpha) {
             (Neighbours::Log(factor), _) => Err(SpecError::OverlapLog { factor }),
             (Neighbours::Count(_), Alpha::Auto) => Err(SpecError::AutomaticAlpha { k }),
-            (Neighbours::Count(k), _) if k > 1 && self.recursion.neighbours == Correction::BottomUp => {
-                Err(SpecError::BottomUpBalls { k })
+            (Neighbours::Count(k), _) if k > 1 && self.recursion.neighbours != Correction::Descent => {
+                Err(SpecError::FirstBalls { correction: self.recursion.neighbours.name(), k })
             }
             (Neighbours::Auto | Neighbours::Count(_), _) => Ok(()),
         }
@@ -225,8 +225,11 @@ mod tests {
         assert_eq!(with(Alpha::Auto, four, Correction::Descent), Err(SpecError::AutomaticAlpha { k: four }));
         let log = with(two, Neighbours::Log(2.0), Correction::Descent);
         assert_eq!(log, Err(SpecError::OverlapLog { factor: 2.0 }));
-        assert_eq!(with(two, four, Correction::BottomUp), Err(SpecError::BottomUpBalls { k: 4 }));
-        assert_eq!(with(two, Neighbours::Count(1), Correction::BottomUp), Ok(()));
+        for correction in [Correction::BottomUp, Correction::Stages, Correction::Pairs] {
+            let refused = SpecError::FirstBalls { correction: correction.name(), k: 4 };
+            assert_eq!(with(two, four, correction), Err(refused));
+            assert_eq!(with(two, Neighbours::Count(1), correction), Ok(()));
+        }
     }
 
     #[test]

@@ -43,4 +43,6 @@ words!(Partition {
 words!(Correction {
     Descent "descent" "One descent from the root",
     BottomUp "naive" "Bottom-up, node by node, as a baseline",
+    Stages "fmt" "Bottom-up in stages, after Frieze, Miller and Teng",
+    Pairs "pairs" "Well-separated pairs, after Callahan and Kosaraju",
 });

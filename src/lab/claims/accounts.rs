@@ -51,6 +51,8 @@ fn cases(lab: &Lab) -> Vec<Case> {
         }),
         case(Kind::Uniform, 2, ", split by planes", |c| c.tree.partition = Partition::Kd),
         case(Kind::Uniform, 2, ", bottom-up correction", |c| c.recursion.neighbours = Correction::BottomUp),
+        case(Kind::Uniform, 3, ", correction in stages", |c| c.recursion.neighbours = Correction::Stages),
+        case(Kind::Uniform, 3, ", well-separated pairs", |c| c.recursion.neighbours = Correction::Pairs),
     ]
 }
 

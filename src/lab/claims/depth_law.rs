@@ -65,7 +65,7 @@ fn law(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
 }
 
 /// Returns the figure of a phase that every run must charge. It has no value if a run does not charge the phase.
-fn of_phase(sweep: &Sweep, phase: &str, seed: u64) -> Figure {
+pub(super) fn of_phase(sweep: &Sweep, phase: &str, seed: u64) -> Figure {
     bend(sweep, phase, seed, |run| sweep.count(run, phase, |total| total.depth))
 }
 

@@ -210,7 +210,8 @@ impl<'a> Lab<'a> {
         })
     }
 
-    fn counts(
+    /// Returns the counts of one run. `change` modifies the configuration.
+    pub(super) fn counts(
         &mut self,
         sample: Sample,
         seed: u64,

@@ -34,6 +34,7 @@ mod level_depth;
 mod lower_bounds;
 mod machine;
 mod measure;
+mod neighbours;
 mod own_sets;
 mod random;
 mod ratio;
@@ -73,6 +74,7 @@ pub fn registry() -> impl Iterator<Item = &'static Claim> {
         tree::CLAIMS,
         level_depth::CLAIMS,
         depth_law::CLAIMS,
+        neighbours::CLAIMS,
         brent::CLAIMS,
         choice::CLAIMS,
         lower_bounds::CLAIMS,

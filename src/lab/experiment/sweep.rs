@@ -72,9 +72,11 @@ pub enum SweepError {
     /// Times are requested for runs that do not triangulate.
     #[error("runs that stop before the triangulation cannot be compared with triangulations")]
     TimedUntil,
-    /// Times are requested for the bottom-up correction, which exists only so that it can be counted.
-    #[error("runs with the naive correction cannot be compared with triangulations, which do not use it")]
-    TimedBottomUp,
+    /// Times are requested for a correction of neighbour balls that exists only so that it can be counted.
+    #[error(
+        "runs with another correction than `descent` cannot be compared with triangulations, which do not use it"
+    )]
+    TimedCorrection,
     /// An option is given that no phase up to `until` uses.
     #[error("{option} has no effect on runs that stop after the phase {}", .until.name())]
     Unreached {
@@ -104,7 +106,7 @@ impl SweepError {
             Self::Empty { .. } => Remedy::of("name at least one"),
             Self::WeakLeaves => Remedy::of("omit {weak}, or give numbers to {workers}"),
             Self::TimedUntil => Remedy::of("omit {timed} or {until}"),
-            Self::TimedBottomUp => Remedy::of("omit {timed} or {neighbours}"),
+            Self::TimedCorrection => Remedy::of("omit {timed} or {neighbours}"),
             Self::Unreached { option, until } => {
                 let remedy = Remedy::of("omit ").option(option);
                 remedy.then(" or ").set("until", until.name())
@@ -148,8 +150,8 @@ impl Sweep {
         if self.timed && self.until.is_some() {
             return Err(SweepError::TimedUntil);
         }
-        if self.timed && self.spec.recursion.neighbours == Correction::BottomUp {
-            return Err(SweepError::TimedBottomUp);
+        if self.timed && self.spec.recursion.neighbours != Correction::Descent {
+            return Err(SweepError::TimedCorrection);
         }
         if self.lipschitz.is_some() && !self.kinds.iter().any(|kind| kind.is_graded()) {
             return Err(SweepError::LipschitzUnused);
@@ -348,7 +350,7 @@ mod tests {
         let timed = refused(&|s| (s.timed, s.until) = (true, Some(Until::Partition)));
         assert_eq!(timed, SweepError::TimedUntil);
         let timed = refused(&|s| (s.timed, s.spec.recursion.neighbours) = (true, Correction::BottomUp));
-        assert_eq!(timed, SweepError::TimedBottomUp);
+        assert_eq!(timed, SweepError::TimedCorrection);
         let stops = |s: &mut Sweep, until| s.until = Some(until);
         let k = refused(&|s| {
             stops(s, Until::Neighbours);

@@ -58,7 +58,7 @@ pub struct CostHeader {
     separator_sets: &'static str,
     /// Rule that divides subproblems: `sphere` or `kd`.
     partition: &'static str,
-    /// Correction of nearest-neighbour balls: `descent` or `naive`.
+    /// Correction of nearest-neighbour balls: `descent`, `naive`, `fmt` or `pairs`.
     neighbours: &'static str,
     /// Planted fault; absent if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -300,6 +300,12 @@ fn rows_follow_the_senders_of_their_data() {
         c.recursion.neighbours = Correction::BottomUp;
     });
     assert!(bottom_up.pairs_of(Phase::Neighbours) > 3, "{bottom_up:?}");
+    let mut stages = Found::default();
+    stages.check(&space(Kind::Uniform, 500, 7), |c| {
+        density(c);
+        c.recursion.neighbours = Correction::Stages;
+    });
+    assert!(stages.pairs_of(Phase::Neighbours) > 3, "{stages:?}");
     let mut balls = Found::default();
     balls.check(&space(Kind::Uniform, 500, 7), |c| {
         c.recursion.graph = Graph::Overlap { alpha: Alpha::Value(1.5), k: Neighbours::Count(4) };

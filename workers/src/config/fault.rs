@@ -79,6 +79,8 @@ pub enum Fault {
     FirstBall,
     /// The choice of the supergraph takes the candidate that it predicts to be the worst. Purpose `counting` only.
     WorstChoice,
+    /// Every node punts in the correction of neighbour balls in stages.
+    AlwaysPunt,
     /// Every separator is a sphere around one sample that contains a twentieth of the points. It is always accepted.
     SmallSphere,
     /// Separators lack one part of the draw.

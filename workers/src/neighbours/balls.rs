@@ -2,10 +2,15 @@
 //!
 //! **Statement.** The initial radius of a ball is the distance to the nearest other point of its leaf. A ball much
 //! larger than the median ball of its leaf probes first. Then all balls descend. Both steps are defined in
-//! [`crate::neighbours::descent`]. The final radius is the distance to the nearest point found. The baseline corrects
-//! the balls bottom-up instead ([`crate::neighbours::bottom_up`]).
+//! [`crate::neighbours::descent`]. The final radius is the distance to the nearest point found. The baseline and the
+//! correction in stages correct the balls bottom-up instead ([`crate::neighbours::bottom_up`]).
 //!
-//! **Work and depth.** All pairs of points within each leaf, and the descents.
+//! **Pairs.** With `pairs`, the initial radii come from the well-separated pairs of a fair split tree of each leaf
+//! ([`crate::neighbours::fair_split`]). Departure: the tree of Callahan and Kosaraju has all points. Here, a pair of points
+//! in different leaves is not in a pair of nodes. The balls of both points find it in the descent. A leaf belongs to one
+//! rank, so the pairs do not depend on the number of ranks.
+//!
+//! **Work and depth.** All pairs of points within each leaf, or its well-separated pairs, and the descents.
 //!
 //! **Rounds.** The radii within leaves need no messages. The two descents, or the passes of the baseline, take
 //! rounds.
@@ -21,6 +26,7 @@ use crate::config::Correction;
 use crate::machine::context::Context;
 use crate::neighbours::bottom_up::correct_bottom_up;
 use crate::neighbours::descent::descend;
+use crate::neighbours::fair_split::{Found, nearest_by_pairs};
 use crate::neighbours::search::{Ball, Search};
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
@@ -36,8 +42,9 @@ pub(crate) async fn nearest_balls<P: Point>(
     table: &mut Table<P>,
 ) -> Result<(), TransportError> {
     leaf_radii(cx, subdomain, table).await?;
-    if cx.config().graph.correction == Correction::BottomUp {
-        return correct_bottom_up(cx, subdomain, table).await;
+    match cx.config().graph.correction {
+        Correction::BottomUp | Correction::Stages => return correct_bottom_up(cx, subdomain, table).await,
+        Correction::Descent | Correction::Pairs => {}
     }
     let nearest = |phase, probe| Search { phase, wanted: 1, probe, own_leaf: false, everywhere: false };
     cx.enter(Phase::Probe)?;
@@ -61,18 +68,25 @@ async fn leaf_radii<P: Point>(
     cx.enter(Phase::Radii)?;
     let (positions, site, fault) = (table.positions(), cx.site(), cx.config().fault);
     let meter = cx.own_cost();
+    let by_pairs = cx.config().graph.correction == Correction::Pairs;
     let results = cx.map(subdomain.leaves(), |leaf| {
         let _span = site.subproblem(Phase::Radii, leaf.id(), "leaf radii", leaf.owned_len());
         let members: Vec<u32> = leaf.owned().collect();
         let mut cost = meter.fresh();
-        let all = |_| f64::INFINITY;
-        let nearest = nearest_direct(positions, &members, &members, 1, all, &mut cost);
+        let (nearest2, pairs) = if by_pairs {
+            let Found { nearest2, pairs } = nearest_by_pairs(&positions[leaf.indices()], &mut cost);
+            (nearest2, pairs)
+        } else {
+            let all = |_| f64::INFINITY;
+            (nearest_direct(positions, &members, &members, 1, all, &mut cost).kth2, 0)
+        };
         let cost = fault.and_then(|fault| fault.charge_of_radii(&members, &meter)).unwrap_or(cost);
-        (nearest.kth2, cost)
+        (nearest2, pairs, cost)
     });
     let mut radii2 = Vec::with_capacity(table.owned_len() as usize);
-    for (leaf, (nearest2, cost)) in subdomain.leaves().iter().zip(results) {
+    for (leaf, (nearest2, pairs, cost)) in subdomain.leaves().iter().zip(results) {
         cx.charge(Account::member(Phase::Radii, leaf.id()), cost, leaf.owned_len() * leaf.owned_len());
+        cx.facts(leaf.id()).pairs += pairs;
         radii2.extend(nearest2);
     }
     table.owned_radii2_mut().copy_from_slice(&radii2);

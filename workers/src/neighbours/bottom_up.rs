@@ -1,18 +1,19 @@
-//! The baseline of the descent: balls corrected node by node, from the leaves up.
+//! Balls corrected node by node, from the leaves up.
 //!
 //! **Statement.** Assume that for each child of a node, the nearest neighbours of its points within the child are
 //! known. The balls that cross the separator of the node then search for nearer points on the other side, by a descent
 //! from the child on that side. A node waits for its children.
 //!
-//! **Source.** The divide-and-conquer algorithm that Frieze, Miller and Teng (1993) accelerate.
+//! **Source.** The divide-and-conquer algorithm that Frieze, Miller and Teng (1993) accelerate. Both are here: the
+//! baseline, in which balls go down level by level, and the acceleration ([`crate::neighbours::stages`]).
 //!
-//! **Work and depth.** A node of height `h` needs a descent of up to `h` levels. The nodes on a path to the root
+//! **Work and depth.** Without the acceleration, a node of height `h` needs a descent of up to `h` levels. The nodes on a path to the root
 //! follow in sequence, so the total depth is O(log^2 n). One descent of all balls from the root takes O(log n) and
 //! yields the same radii. Balls do not need the punt ([`crate::neighbours::descent`]), because they have shrunk at
 //! lower nodes before they meet many leaves.
 //!
 //! **Rounds.** One pass of messages for each shared level, the deepest level first. With `h'` shared levels, a pass
-//! takes up to `2 h'` rounds.
+//! takes up to `2 h'` rounds. The acceleration also decides before each pass.
 
 use std::ops::Range;
 
@@ -26,6 +27,7 @@ use crate::machine::context::Context;
 use crate::neighbours::descent::{Descent, WaitingBall};
 use crate::neighbours::router::QueryRouter;
 use crate::neighbours::search::Search;
+use crate::neighbours::stages::{Crossed, March, decide};
 use crate::neighbours::tallies::Tallies;
 use crate::neighbours::walk::{MovingBall, SearchSpace};
 use crate::state::subdomain::{Subdomain, Way};
@@ -54,27 +56,40 @@ pub(crate) async fn correct_bottom_up<P: Point>(
         if let Some(tree) = subdomain.tree().filter(|_| level == first) {
             correct(cx, subdomain, table, tree);
         }
+        let at = subdomain.path().iter().position(|shared| shared.id().level() == level);
+        let crossed = at.map(|at| (*subdomain.path()[at].group(), crossing(subdomain, table, at)));
+        let march = decide(cx, subdomain, crossed).await?;
         let mut descent = Descent::new(subdomain, SEARCH, &[]);
-        if subdomain.tree().is_some() {
-            cross(cx, subdomain, table, level, &mut descent);
+        if let Some(at) = at.filter(|_| subdomain.tree().is_some()) {
+            cross(cx, subdomain, table, at, &mut descent);
         }
         while cx.exchange().await? {
             descent.receive(cx, table)?;
         }
-        descent.finish_pass(cx, level).shrink(table.owned_radii2_mut());
+        descent.finish_pass(cx, level, march).shrink(table.owned_radii2_mut());
     }
     Ok(())
 }
 
-/// Sends the balls that cross the separator of the shared node at `level` to the other side of the separator.
+/// Returns the number of owned balls that cross the separator of the shared node at position `at` of the path.
+fn crossing<P: Point>(subdomain: &Subdomain<P>, table: &Table<P>, at: usize) -> u64 {
+    let shared = &subdomain.path()[at];
+    let crosses = |&point: &u32| {
+        let (centre, radius2) = (table.positions()[point as usize], table.radii2()[point as usize]);
+        shared.split().reaches(centre, radius2, 1 - shared.mine())
+    };
+    table.owned().filter(crosses).count() as u64
+}
+
+/// Sends the balls that cross the separator of the shared node at position `at` of the path to the other side of the
+/// separator.
 fn cross<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &Table<P>,
-    level: u32,
+    at: usize,
     descent: &mut Descent<P>,
 ) {
-    let Some(at) = subdomain.path().iter().position(|shared| shared.id().level() == level) else { return };
     let shared = &subdomain.path()[at];
     let out = Way { level: at, side: 1 - shared.mine() };
     let mut router = QueryRouter::new(cx.rank(), SEARCH);
@@ -115,14 +130,16 @@ fn correct_node<P: Point>(
     owned: &[Range<u32>; 2],
 ) {
     let mut walk = SearchSpace { subdomain, table, blocks: &[] }.walk(SEARCH);
-    let mut nearer = Vec::new();
+    let (mut nearer, mut crossing) = (Vec::new(), 0);
     let mut found = NeighbourList::default();
+    let population = u64::from(owned[1].end - owned[0].start);
     for (side, range) in owned.iter().enumerate() {
         for point in range.clone() {
             let (centre, radius2) = (table.positions()[point as usize], table.radii2()[point as usize]);
             let crosses = inner.split().reaches(centre, radius2, 1 - side);
             walk.visit_local(inner.number(), crosses);
             if crosses {
+                crossing += 1;
                 found.clear();
                 let ball = MovingBall { centre, radius2, own_leaf: None };
                 walk.down(&inner.children()[1 - side], &ball, &mut found);
@@ -132,7 +149,9 @@ fn correct_node<P: Point>(
     }
     let mut tallies = Tallies::default();
     tallies.add(cx, &walk.into_counts());
-    tallies.charge_pass(cx, inner.id().level());
+    let march = March::of::<P>(cx.config(), Crossed { population, crossing });
+    cx.facts(inner.id()).punts += u64::from(march == March::Punt);
+    tallies.charge_pass(cx, inner.id().level(), march);
     for (point, d2) in nearer {
         let radius2 = &mut table.owned_radii2_mut()[point as usize];
         *radius2 = radius2.min(d2);

@@ -47,6 +47,7 @@ use crate::neighbours::replies::ReceivedQueries;
 use crate::neighbours::results::{CompletedLists, Part};
 use crate::neighbours::router::{QueryRouter, Replica};
 use crate::neighbours::search::{Ball, Search};
+use crate::neighbours::stages::March;
 use crate::neighbours::tallies::{NodeCharge, Tallies};
 use crate::neighbours::walk::{MovingBall, SearchSpace};
 use crate::state::subdomain::{Subdomain, Way};
@@ -248,8 +249,8 @@ impl<'a, P: Point> Descent<'a, P> {
     }
 
     /// Charges the pass of the bottom-up correction at `level`. Returns the complete lists.
-    pub(crate) fn finish_pass(self, cx: &mut Context<P>, level: u32) -> CompletedLists {
-        self.tallies.charge_pass(cx, level);
+    pub(crate) fn finish_pass(self, cx: &mut Context<P>, level: u32, march: March) -> CompletedLists {
+        self.tallies.charge_pass(cx, level, march);
         self.complete
     }
 

@@ -8,6 +8,7 @@ use septet_protocol::ids::NodeId;
 use septet_protocol::ledger::Account;
 
 use crate::machine::context::Context;
+use crate::neighbours::stages::March;
 use crate::neighbours::walk::{BallCounts, Visits};
 
 /// The balls that visited each node.
@@ -42,9 +43,15 @@ impl Tallies {
         }
     }
 
-    /// Charges each node for the pass of the bottom-up correction at `level`.
-    pub(crate) fn charge_pass<P: Point>(self, cx: &mut Context<P>, level: u32) {
-        for NodeCharge { node, cost, items } in self.into_charges(cx.shared_cost(), 1) {
+    /// Charges each node for the pass of the bottom-up correction at `level`. A node within a block has a charge of zero,
+    /// which connects those above and below.
+    pub(crate) fn charge_pass<P: Point>(mut self, cx: &mut Context<P>, level: u32, march: March) {
+        let meter = cx.shared_cost();
+        for (node, visits) in std::mem::take(&mut self.inner) {
+            let cost = march.charge(&meter, (level, node), visits);
+            cx.charge(Account::pass(level, node), cost, visits.down.items());
+        }
+        for NodeCharge { node, cost, items } in self.into_charges(meter, 1) {
             cx.charge(Account::pass(level, node), cost, items);
         }
     }

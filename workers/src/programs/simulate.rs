@@ -31,6 +31,10 @@ pub(super) async fn simulate<P: Point>(
     let (mut subdomain, mut table, mut frame) = ground.into_parts();
     if cx.config().until == Some(Phase::Neighbours) {
         nearest_balls(cx, &subdomain, &mut table).await?;
+        if cx.config().shown.with_edges {
+            share.radii2 =
+                table.owned().map(|i| (table.ids()[i as usize], table.radii2()[i as usize])).collect();
+        }
         return collect_counts(cx, share).await;
     }
     share.choice = match cx.config().graph.wanted.fixed(population.count) {

@@ -119,6 +119,8 @@ pub struct Share<P> {
     pub piece: PieceRows,
     /// The edges of the supergraph that count at an owned point, as pairs of input indices, if the run keeps them.
     pub edges: Vec<u64>,
+    /// Input index and squared radius of the ball of each owned point, if the run ends with the balls and keeps them.
+    pub radii2: Vec<(u64, f64)>,
     /// Node and input index of each member of the sets in which the rank compared all pairs, if the run keeps them.
     pub sets: Vec<[u64; 2]>,
     /// The share of the independent set, if the task asks for one.
@@ -141,6 +143,7 @@ impl<P> Share<P> {
             loaded: Loaded::default(),
             piece: PieceRows::default(),
             edges: Vec::new(),
+            radii2: Vec::new(),
             sets: Vec::new(),
             selected: Selected::default(),
             view: None,

@@ -78,6 +78,12 @@ impl Sweep {
         blocks.find_within(centre, limit2, start, found);
     }
 
+    /// Returns the sweep over the parts of each item, for example the places of each ball. All items have `parts` parts.
+    #[must_use]
+    pub fn of_parts(&self, parts: u64) -> Sweep {
+        Sweep { items: self.items * parts }
+    }
+
     /// Returns the number of items so far.
     pub fn items(&self) -> u64 {
         self.items

@@ -83,6 +83,10 @@ pub struct LevelSums {
     pub members: u64,
     /// Largest degree of a point.
     pub max_degree: u64,
+    /// Nodes that punt ([`NodeFacts::punts`]).
+    pub punts: u64,
+    /// Well-separated pairs of leaves ([`NodeFacts::pairs`]).
+    pub pairs: u64,
     /// Largest depth of a node in each phase.
     pub(super) deepest: BTreeMap<Phase, u64>,
 }
@@ -112,6 +116,8 @@ impl LevelSums {
         self.edges += facts.edges;
         self.members += facts.members;
         self.max_degree = self.max_degree.max(facts.max_degree);
+        self.punts += facts.punts;
+        self.pairs += facts.pairs;
         match facts.kind {
             NodeKind::Leaf => {
                 self.leaves += 1;
@@ -146,6 +152,8 @@ impl LevelSums {
         self.edges += other.edges;
         self.members += other.members;
         self.max_degree = self.max_degree.max(other.max_degree);
+        self.punts += other.punts;
+        self.pairs += other.pairs;
         for (&phase, &depth) in &other.deepest {
             self.add_depth(phase, depth);
         }

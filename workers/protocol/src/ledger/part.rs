@@ -172,6 +172,12 @@ pub struct NodeFacts {
     pub max_degree: u64,
     /// Balls that visited a leaf.
     pub visits: u64,
+    /// 1 if the node punts: too many balls cross its separator for a correction in stages. Reports have the sum.
+    #[serde(skip)]
+    pub punts: u64,
+    /// Well-separated pairs of a leaf. Reports have the sum.
+    #[serde(skip)]
+    pub pairs: u64,
 }
 
 impl NodeFacts {
@@ -189,6 +195,8 @@ impl NodeFacts {
         self.members += o.members;
         self.edges += o.edges;
         self.visits += o.visits;
+        self.punts += o.punts;
+        self.pairs += o.pairs;
     }
 
     /// Returns `true` if the node is a leaf of the tree.

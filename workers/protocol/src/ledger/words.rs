@@ -17,7 +17,7 @@ use crate::ids::{NodeId, Phase, Rank};
 const CHARGE_WORDS: usize = 7;
 
 impl NodeFacts {
-    const LEN: usize = 11;
+    const LEN: usize = 13;
 
     fn parts(&self) -> [u64; Self::LEN] {
         [
@@ -32,12 +32,15 @@ impl NodeFacts {
             self.separator,
             self.max_degree,
             self.visits,
+            self.punts,
+            self.pairs,
         ]
     }
 
     fn from_parts(p: &[u64; Self::LEN]) -> Option<Self> {
         let &[population, inside, attempts, kind, ..] = p;
-        let &[.., crossing_inside, crossing_outside, members, edges, separator, max_degree, visits] = p;
+        let &[_, _, _, _, crossing_inside, crossing_outside, members, edges, ..] = p;
+        let &[.., separator, max_degree, visits, punts, pairs] = p;
         let kind = NodeKind::from_number(kind)?;
         Some(NodeFacts {
             population,
@@ -51,6 +54,8 @@ impl NodeFacts {
             separator,
             max_degree,
             visits,
+            punts,
+            pairs,
         })
     }
 }

@@ -187,6 +187,7 @@ fn plain(name: &str) -> Option<Fault> {
         "halve-alpha" => Fault::HalveAlpha,
         "first-ball" => Fault::FirstBall,
         "worst-choice" => Fault::WorstChoice,
+        "always-punt" => Fault::AlwaysPunt,
         "small-sphere" => Fault::SmallSphere,
         "sequential-leaf" => Fault::SequentialLeaf,
         "free-loop" => Fault::FreeLoop,
@@ -236,6 +237,7 @@ impl fmt::Display for Fault {
             Fault::HalveAlpha => f.write_str("halve-alpha"),
             Fault::FirstBall => f.write_str("first-ball"),
             Fault::WorstChoice => f.write_str("worst-choice"),
+            Fault::AlwaysPunt => f.write_str("always-punt"),
             Fault::SmallSphere => f.write_str("small-sphere"),
             Fault::Ablate(ablation) => f.write_str(ablation.name()),
             Fault::Slow { phase, law, factor } => {
@@ -271,6 +273,7 @@ mod tests {
         "halve-alpha",
         "first-ball",
         "worst-choice",
+        "always-punt",
         "small-sphere",
         "random-planes",
         "median-planes",

@@ -35,7 +35,7 @@ impl LevelSums {
         out.extend(self.split.parts());
         out.extend(self.separator.parts());
         out.extend([self.attempts, self.largest_attempts, self.separator_points]);
-        out.extend([self.edges, self.members, self.max_degree]);
+        out.extend([self.edges, self.members, self.max_degree, self.punts, self.pairs]);
         out.push(self.deepest.len() as u64);
         out.extend(self.deepest.iter().flat_map(|(phase, depth)| [*phase as u64, *depth]));
     }
@@ -45,7 +45,7 @@ impl LevelSums {
         let split = Ratios::from_parts(words.take()?)?;
         let separator = Ratios::from_parts(words.take()?)?;
         let [attempts, largest_attempts, separator_points] = words.take()?;
-        let [edges, members, max_degree] = words.take()?;
+        let [edges, members, max_degree, punts, pairs] = words.take()?;
         let ([phases], mut deepest) = (words.take()?, BTreeMap::new());
         for _ in 0..phases {
             let (phase, [depth]) = (words.phase()?, words.take()?);
@@ -66,6 +66,8 @@ impl LevelSums {
             edges,
             members,
             max_degree,
+            punts,
+            pairs,
             deepest,
         })
     }

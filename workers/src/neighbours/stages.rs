@@ -1,0 +1,233 @@
+//! The bottom-up correction in a constant number of stages at each node.
+//!
+//! **Statement.** Balls are corrected node by node from the leaves up ([`crate::neighbours::bottom_up`]). At a node of `m`
+//! points with `c` crossing balls, one of two corrections takes place:
+//! 1. If `c <= m^(1-1/d) log m`, the balls march down the tree beyond the separator in *stages*. One stage covers a
+//!    *block* of `J` levels at once, for `J = ceil(log2(m / leaf) / d)`. So a balanced tree has `d` stages, whatever `m` is.
+//! 2. Otherwise the node *punts*: the balls descend level by level.
+//!
+//! **A stage.** A ball that arrives at the root of a block has `2^J - 1` places, one for each node that the block may have.
+//! 1. A copy-scan copies the ball to its places. In a vector step, each place tests its node. A scan over the Euler tour of
+//!    the block then counts the nodes above each place that the ball misses.
+//! 2. A scan computes the positions of the replicas below the block: those with no missed node above. A vector step moves
+//!    them. A copy-scan copies the ball to them.
+//! 3. On the way up, a vector step moves the results of replicas to the places of their ball, and a segmented reduction takes
+//!    the nearest. A copy-scan distributes it.
+//!
+//! Each of the three is charged as all pairs of a ball and a place: a copy-scan, a step and a segmented scan.
+//!
+//! **Source.** Frieze, Miller and Teng (1993): fast correction, and punting. Rootfix by a scan over the Euler tour: Blelloch
+//! (1990).
+//!
+//! **Work and depth.** If the separators cut `O(m^(1-1/d))` balls, a stage has `O(m^(1-1/d) (m / leaf)^(1/d)) = O(m)` places.
+//! A node without a punt takes O(1) depth and O(m) work, so all nodes take O(log n) depth and O(n log n) work. A node that
+//! punts takes O(log m) depth.
+//!
+//! **Rounds.** Before the pass of a shared level, the members of each group add up their crossing balls. Their sum goes up and
+//! the decision down the tree of the group.
+//!
+//! **Departures.**
+//! 1. Frieze, Miller and Teng bound the number of crossing balls by `m^mu` for a constant `mu` above `1 - 1/d`. The bound here
+//!    has a logarithm in place of the larger exponent.
+//! 2. They also punt if the replicas of a stage are too many. Here, the work of a stage counts all its replicas.
+//! 3. A rank walks the balls level by level, and only to the nodes that they reach. The march decides how the ledger charges
+//!    this walk.
+
+use septet_geometry::cost::{Cost, ceil_log2};
+use septet_geometry::point::Point;
+use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::message::{Body, Message, SetCounts, SetDecision};
+use septet_protocol::transport::TransportError;
+
+use crate::config::{Correction, Fault, WorkerConfig};
+use crate::machine::context::Context;
+use crate::machine::group_relay::{Ascent, Descent};
+use crate::neighbours::walk::Visits;
+use crate::state::subdomain::{Group, Subdomain};
+
+/// The way in which the crossing balls of a node go down the tree beyond its separator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum March {
+    /// Level by level, without a decision.
+    Levels,
+    /// Level by level, because too many balls cross the separator.
+    Punt,
+    /// In stages of this many levels.
+    Stages(u32),
+}
+
+/// A node whose balls are corrected.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Crossed {
+    /// Number of its points.
+    pub(crate) population: u64,
+    /// Number of its balls that cross its separator.
+    pub(crate) crossing: u64,
+}
+
+impl March {
+    /// Decides how the balls of a node march.
+    pub(crate) fn of<P: Point>(config: &WorkerConfig, node: Crossed) -> March {
+        match config.graph.correction {
+            Correction::Stages if node.punts(P::DIM, config.fault) => March::Punt,
+            Correction::Stages => March::Stages(block(node.population, config.tree.leaf, P::DIM)),
+            Correction::BottomUp | Correction::Descent | Correction::Pairs => March::Levels,
+        }
+    }
+
+    /// Charges the visits of a node in the pass of the balls of its ancestor at `level`, or of its own balls. `meter` is an
+    /// empty meter.
+    pub(crate) fn charge(self, meter: &Cost, (level, node): (u32, NodeId), visits: Visits) -> Cost {
+        let Visits { down, both } = visits;
+        let mut cost = meter.fresh();
+        match self {
+            March::Stages(levels) if node.level() > level => {
+                if (node.level() - level - 1).is_multiple_of(levels) {
+                    let places = down.of_parts((1 << levels) - 1);
+                    (0..3).for_each(|_| cost.charge_pairs(places));
+                }
+            }
+            March::Levels | March::Punt | March::Stages(_) => {
+                cost.charge_replication(down);
+                cost.charge_combination(both);
+            }
+        }
+        if self != March::Levels && node.level() == level {
+            // The number of crossing balls.
+            cost.charge_sweep(down);
+        }
+        cost
+    }
+}
+
+impl Crossed {
+    /// Returns `true` if more than `m^(1-1/d) log2 m` balls cross the separator. Only products are compared.
+    fn punts(self, dimension: usize, fault: Option<Fault>) -> bool {
+        let (m, log) = (self.population as f64, ceil_log2(self.population) as f64);
+        let power = |x: f64, exponent: usize| (0..exponent).fold(1.0, |product, _| product * x);
+        let most = power(m, dimension - 1) * power(log, dimension);
+        fault == Some(Fault::AlwaysPunt) || power(self.crossing as f64, dimension) > most
+    }
+}
+
+/// Returns the number of levels of a block.
+fn block(population: u64, leaf: u64, dimension: usize) -> u32 {
+    let levels = ceil_log2(population.div_ceil(leaf.max(1))) as u32;
+    levels.div_ceil(dimension as u32).max(1)
+}
+
+/// The decisions of the shared nodes of one level.
+#[derive(Default)]
+struct Votes {
+    crossing: Ascent<u64>,
+    decisions: Descent<bool>,
+}
+
+impl Votes {
+    /// Adds the crossing balls of this rank, or of the members below it. The leader decides.
+    fn add<P: Point>(&mut self, cx: &mut Context<P>, group: &Group, own: u64) {
+        let body = |sum| Body::SetCounts(SetCounts { crossing_inside: sum, ..SetCounts::default() });
+        if let Some(crossing) = self.crossing.add(cx, group, |sum: u64| sum + own, body) {
+            let punts = March::of::<P>(cx.config(), Crossed { population: group.child.population, crossing })
+                == March::Punt;
+            cx.facts(group.node).punts += u64::from(punts);
+            self.pass_down(cx, group, punts);
+        }
+    }
+
+    fn pass_down<P: Point>(&mut self, cx: &mut Context<P>, group: &Group, punts: bool) {
+        let body = |punts| Body::SetDecision(if punts { SetDecision::Stop } else { SetDecision::Both });
+        self.decisions.pass_down(cx, group, 0, punts, body);
+    }
+
+    /// Receives the sums and the decisions of a round.
+    fn receive<P: Point>(&mut self, cx: &mut Context<P>, subdomain: &Subdomain<P>) {
+        let sums = cx.take(|m: &mut Message<P>| match m.body {
+            Body::SetCounts(counts) => Some((m.node, counts.crossing_inside)),
+            _ => None,
+        });
+        for (node, sum) in sums {
+            if let Some(shared) = subdomain.shared(node) {
+                self.add(cx, shared.group(), sum);
+            }
+        }
+        let decided = cx.take(|m: &mut Message<P>| match m.body {
+            Body::SetDecision(decision) => Some((m.node, decision == SetDecision::Stop)),
+            _ => None,
+        });
+        for (node, punts) in decided {
+            if let Some(shared) = subdomain.shared(node) {
+                self.pass_down(cx, shared.group(), punts);
+            }
+        }
+    }
+}
+
+/// Decides together with the members of a shared node how its balls march. `crossed` is the group of the node, if this rank
+/// shares one at the current level, and the number of this rank's balls that cross its separator. All ranks call this function
+/// in the same round, in the phase of the correction, and are then at the start of a pass.
+pub(crate) async fn decide<P: Point>(
+    cx: &mut Context<P>,
+    subdomain: &Subdomain<P>,
+    crossed: Option<(Group, u64)>,
+) -> Result<March, TransportError> {
+    if cx.config().graph.correction != Correction::Stages {
+        return Ok(March::Levels);
+    }
+    let mut votes = Votes::default();
+    if let Some((group, own)) = &crossed {
+        votes.add(cx, group, *own);
+    }
+    while cx.exchange().await? {
+        votes.receive(cx, subdomain);
+    }
+    cx.enter(Phase::Neighbours)?;
+    let punts = votes.decisions.take(u32::MAX).into_iter().any(|(_, punts)| punts);
+    let population = crossed.map_or(0, |(group, _)| group.child.population);
+    let stages = March::Stages(block(population, cx.config().tree.leaf, P::DIM));
+    Ok(if punts { March::Punt } else { stages })
+}
+
+#[cfg(test)]
+mod tests {
+    use septet_geometry::cost::Sweep;
+
+    use super::*;
+
+    #[test]
+    fn blocks_have_a_share_of_the_levels() {
+        assert_eq!([60, 120, 480, 481].map(|m| block(m, 60, 3)), [1, 1, 1, 2]);
+        assert_eq!([60 << 6, 60 << 7, 60 << 12].map(|m| block(m, 60, 3)), [2, 3, 4]);
+        assert_eq!([60 << 6, 60 << 12].map(|m| block(m, 60, 2)), [3, 6]);
+        assert_eq!(block(0, 0, 2), 1);
+    }
+
+    #[test]
+    fn a_node_punts_above_the_bound() {
+        // In the plane, 32 * 10 balls of 1,024 points; in space, 256 * 12 balls of 4,096 points.
+        for (population, most, d) in [(1024, 320, 2), (4096, 3072, 3)] {
+            let punts = |crossing, fault| Crossed { population, crossing }.punts(d, fault);
+            assert!(!punts(most, None) && punts(most + 1, None));
+            assert!(punts(0, Some(Fault::AlwaysPunt)) && !punts(0, Some(Fault::FirstBall)));
+        }
+    }
+
+    #[test]
+    fn a_block_is_charged_at_its_root() {
+        let meter = Cost::of_subproblem(false);
+        let mut down = Sweep::default();
+        (0..5).for_each(|_| down.visit());
+        let visits = Visits { down, both: Sweep::default() };
+        let of = |march: March, node: u64| {
+            let cost = march.charge(&meter, (1, NodeId(node)), visits);
+            (cost.work(), cost.depth())
+        };
+        // The node at level 1, its child, and the levels below.
+        assert_eq!(of(March::Stages(2), 2), (5 * 8, 8));
+        assert_eq!(of(March::Stages(2), 4), (3 * 3 * 5 * 3, 9));
+        assert_eq!(of(March::Stages(2), 8), (0, 0));
+        assert_eq!(of(March::Stages(2), 16), (3 * 3 * 5 * 3, 9));
+        assert_eq!((of(March::Punt, 2), of(March::Punt, 8)), ((5 * 8, 8), (5 * 6, 6)));
+        assert_eq!(of(March::Levels, 2), (5 * 6, 6));
+    }
+}
