@@ -37,6 +37,7 @@ def pairs():
     yield "halve-alpha", ["graph-exact", "local-hulls", "supergraph"], []
     yield "first-ball", ["overlap-k"], []
     yield "always-punt", ["neighbours-published"], []
+    yield "slow-hub", ["hubs"], []
     yield "small-sphere", ["levels", "separator-split"], []
     for ablation in ["random-planes", "median-planes", "no-centrepoint"]:
         yield ablation, ["separator-exponent"], []

@@ -35,6 +35,7 @@ static PAIRS: [Pair; 16] = [
     pair("worst-choice", &["choice-near-best"]),
     pair("free:choice", &["whole-sum"]),
     pair("always-punt", &["neighbours-published"]),
+    pair("slow-hub", &["hubs"]),
     pair("small-sphere", &["separator-split", "levels"]),
     // Smaller sets do not show the exponents.
     Pair { extent: Extent::Quick, ..pair("random-planes", &["separator-exponent"]) },

@@ -64,9 +64,9 @@ pub(super) const PHASES: [PhaseBounds; 14] = [
     phase("separator-sets", Bound::new(6.25, 13.8), Bound::new(6.65, 6.87)),
     phase("graph", Bound::new(52.9, 142.0), Bound::new(0.511, 0.512)),
     phase("hulls", Bound::new(34.6, 208.0), Bound::new(12.6, 26.6)),
-    phase("check", Bound::new(4.48, 16.4), Bound::new(0.767, 0.768)),
+    phase("check", Bound::new(11.2, 46.5), Bound::new(1.92, 2.18)),
     // Splaying is rare on these points. Its certificate costs at most as much as a check and a merge.
-    phase("certificate", Bound::new(9.0, 38.0), Bound::new(1.9, 1.9)),
+    phase("certificate", Bound::new(15.7, 68.4), Bound::new(3.1, 3.4)),
     phase("merge", Bound::new(4.48, 21.9), Bound::new(1.10, 1.14)),
     of_lists("knn-radii", Bound::new(96.6, 86.5), Bound::new(2.05, 2.05)),
     of_lists("knn-probe", Bound::new(17.4, 50.2), Bound::new(13.0, 13.2)),

@@ -25,7 +25,8 @@
 //! - `hulls`. A sweep over the link facets for each candidate: 2 operations per facet. The first candidates meet links
 //!   that are smaller than the final one, so a candidate counts 1.6 operations per facet of the final link. Candidates
 //!   are added in sequence, so each counts at least one step.
-//! - `check`. A sum and two look-ups of each link facet. These are 3 sweeps: 6 operations per facet, 6 steps.
+//! - `check`. A sum of each link facet, and a delivery of its cell. A leaf has at least 64 link facets, so the delivery has at
+//!   least 10 steps: with the sweep of the sum, 12 operations per facet, 12 steps.
 //! - `merge`. A sweep over the vertices of the link facets: 2 operations per vertex, 2 steps. A reduction over the two
 //!   children of a node: 2 operations, 1 step.
 //! - `independent`. In each half round, an undecided point sweeps its list of neighbours to decide, and again to inform
@@ -202,7 +203,7 @@ pub(super) const FLOORS: [Floor; 12] = [
         &[(1.6, Natural::CandidatesTimesFacets)],
         &[(1.0, Natural::LargestDegree)],
     ),
-    floor(Runs::WellSpaced, "check", &[(6.0, Natural::LinkFacets)], &[(6.0, Natural::One)]),
+    floor(Runs::WellSpaced, "check", &[(12.0, Natural::LinkFacets)], &[(12.0, Natural::One)]),
     floor(
         Runs::Graphs,
         "merge",

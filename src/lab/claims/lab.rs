@@ -13,6 +13,7 @@ use septet_core::spec::{
     Alpha, Correction, DEFAULT_ALPHA, Fault, Graph, Spec, Until, Workers, alpha_of_spacing,
 };
 use septet_core::{Outcome, count, independent, simulate};
+use septet_geometry::point::Point;
 
 use super::counted::Counted;
 use super::measure::{X, kth_nearest2};
@@ -192,6 +193,23 @@ impl<'a> Lab<'a> {
         })
     }
 
+    /// Runs the paper's recursion on a set in the unit cube and its centre, which is the last point. `change` modifies
+    /// the configuration.
+    pub(super) fn run_with_centre(
+        &mut self,
+        sample: Sample,
+        change: impl FnOnce(Spec) -> Spec,
+    ) -> Result<Outcome, ClaimError> {
+        let seed = self.seed();
+        let set = self.set(sample, seed)?;
+        (self.report)(&format!("run over {} seed {seed} and the centre", sample.name()));
+        let spec = change(self.base(&set, seed));
+        Ok(match &set.points {
+            Points::Plane(points) => simulate(&with_centre(points), &spec)?,
+            Points::Space(points) => simulate(&with_centre(points), &spec)?,
+        })
+    }
+
     /// Computes an independent set of sites at the points of a set. All sites have the same size
     /// ([`Sample::site_size`]). `change` modifies the configuration.
     pub(super) fn independent(
@@ -307,6 +325,11 @@ impl<'a> Lab<'a> {
         }
         Ok(all)
     }
+}
+
+/// Returns the points and the centre of the unit cube or square.
+fn with_centre<P: Point>(points: &[P]) -> Vec<P> {
+    [points, &[P::splat(0.5)]].concat()
 }
 
 fn counts_of(points: &Points, until: Option<Until>, spec: &Spec) -> Result<Outcome, ClaimError> {

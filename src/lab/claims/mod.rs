@@ -27,6 +27,7 @@ mod figure;
 mod floors;
 mod generation;
 mod holm;
+mod hubs;
 mod hulls;
 mod journal;
 mod lab;
@@ -69,6 +70,7 @@ pub fn registry() -> impl Iterator<Item = &'static Claim> {
         ablation::CLAIMS,
         ratio::CLAIMS,
         hulls::CLAIMS,
+        hubs::CLAIMS,
         recursion::CLAIMS,
         replication::CLAIMS,
         tree::CLAIMS,

@@ -81,6 +81,8 @@ pub enum Fault {
     WorstChoice,
     /// Every node punts in the correction of neighbour balls in stages.
     AlwaysPunt,
+    /// Local hulls with many candidates are built by distance.
+    SlowHub,
     /// Every separator is a sphere around one sample that contains a twentieth of the points. It is always accepted.
     SmallSphere,
     /// Separators lack one part of the draw.

@@ -44,6 +44,7 @@ use crate::splaying::messages::{GatheredPoint, Objections, Proposal};
 use crate::splaying::pending::{Pending, StarInbox, StepOutput};
 use crate::splaying::step::{Splayed, StarStep, Tools};
 use crate::stars::check::{Agreement, Disagreement};
+use crate::stars::look_up::LookUp;
 use crate::stars::owned::{Stars, StarsView};
 use crate::state::cells::{finite_cell, in_order};
 use crate::state::subdomain::Subdomain;
@@ -161,12 +162,13 @@ fn step<P: Point>(
         objections.append(group.objections);
     }
     if !groups.is_empty() {
+        let look_up = LookUp::new(stars, found.iter().map(|proposal| proposal.from));
         found.retain(|proposal| {
             let (mut sweep, mut cost) = (Sweep::default(), meter.nested());
             sweep.visit_all(stars.link(proposal.from));
             cost.charge_sweep(sweep);
             charges.add_proposal(leaf_number(leaves, proposal.from), cost);
-            stars.position_in(proposal.from, &proposal.cell).is_some()
+            look_up.position_in(proposal.from, &proposal.cell).is_some()
         });
     }
     proposals.extend(found);

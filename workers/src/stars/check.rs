@@ -28,15 +28,16 @@
 //!
 //! **Rounds.** One, or two if lists are needed.
 //!
-//! **Work and depth.** Three vector steps over all link facets: one sums them, and two look up each cell in the star of its
-//! smallest vertex and in the stars of its other vertices. The certificate charges the two look-ups again for the stars
-//! that splaying has changed. The program looks cells up only if sums differ. Because this depends on the ranks that own
-//! the stars, the look-ups are always charged.
+//! **Work and depth.** A vector step sums all link facets. Then the facets are sorted by the keys of their cells, as messages
+//! are by their receivers: the copies of a cell are next to each other, and a cell with too few copies is a disagreement. For
+//! `m` facets, this is a delivery: O(m log m) work and O(log m) depth. The certificate charges the delivery again for the
+//! stars that splaying has changed. The program looks cells up only if sums differ ([`crate::stars::look_up`]). Because this
+//! depends on the ranks that own the stars, the delivery is always charged.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use septet_geometry::complex::INFINITE;
-use septet_geometry::cost::{Cost, Sweep};
+use septet_geometry::cost::Sweep;
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
@@ -140,17 +141,11 @@ fn sum_all<P: Point>(
         let mut cost = cx.own_cost();
         let items = sweep.items();
         cost.charge_sweep(sweep);
-        charge_look_ups(&mut cost, sweep);
+        cost.charge_delivery(sweep);
         cx.charge(Account::member(Phase::Check, leaf), cost, items);
     }
     stars.set_sums(all);
     vertex_sums
-}
-
-/// Charges two look-ups of the cells of some facets.
-fn charge_look_ups(cost: &mut Cost, facets: Sweep) {
-    cost.charge_sweep(facets);
-    cost.charge_sweep(facets);
 }
 
 /// Charges each leaf for the look-ups of the cells of the stars that splaying has changed.
@@ -161,7 +156,7 @@ fn charge_changed<P: Point>(cx: &mut Context<P>, leaves: &[Leaf<P>], stars: &Sta
     }
     for (leaf, sweep) in sweeps {
         let mut cost = cx.own_cost();
-        charge_look_ups(&mut cost, sweep);
+        cost.charge_delivery(sweep);
         cx.charge(Account::member(Phase::Certificate, leaves[leaf as usize].id()), cost, sweep.items());
     }
 }

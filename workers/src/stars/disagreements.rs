@@ -4,7 +4,8 @@
 //! with the star of each other vertex. If the sums within a rank differ, this module finds the cells on which owned stars
 //! disagree. It examines only cells whose smallest vertex has a sum that is not zero ([`VertexSums`]).
 //!
-//! **Work and depth.** Two vector steps over all link facets. Few cells are looked up, each in a link of O(1) facets.
+//! **Work and depth.** Two vector steps over all link facets. Few cells are looked up, each in O(log l) time in a link of `l`
+//! facets ([`crate::stars::look_up`]).
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -14,6 +15,7 @@ use septet_geometry::point::Point;
 use crate::config::{Pool, map_in};
 use crate::stars::check::Disagreement;
 use crate::stars::fingerprint_sums::{DifferingBuckets, Sums, VertexSums};
+use crate::stars::look_up::LookUp;
 use crate::stars::owned::StarsView;
 use crate::state::cells::finite_cell;
 use crate::state::tree::{Leaf, owned_groups};
@@ -30,6 +32,7 @@ impl<P: Point> StarsView<'_, P> {
         let differing = vertex_sums.unwrap_or_else(|| self.vertex_sums(pool, &groups)).into_differing();
         let matches = Matches {
             view: *self,
+            look_up: LookUp::new(self.stars(), self.table().owned()),
             differing,
             counts: (0..self.stars().positions()).map(|_| AtomicU8::new(0)).collect(),
         };
@@ -58,6 +61,7 @@ impl<P: Point> StarsView<'_, P> {
 /// Cells in the stars of smallest vertices, matched with the stars of their other vertices.
 struct Matches<'a, P: Point> {
     view: StarsView<'a, P>,
+    look_up: LookUp<'a, P>,
     differing: DifferingBuckets,
     /// For each facet in the link of the smallest vertex of its cell, the number of other owned stars that have the cell.
     counts: Vec<AtomicU8>,
@@ -85,7 +89,7 @@ impl<P: Point> Matches<'_, P> {
             if smallest == vertex || self.differing.of(smallest) == 0 || !self.may_differ(smallest, &cell) {
                 continue;
             }
-            match stars.position_in(smallest, &cell) {
+            match self.look_up.position_in(smallest, &cell) {
                 Some(at) => {
                     self.counts[at as usize].fetch_add(1, Ordering::Relaxed);
                 }
@@ -107,7 +111,7 @@ impl<P: Point> Matches<'_, P> {
                 continue;
             }
             for &other in link.as_ref() {
-                if table.is_owned(other) && stars.position_in(other, &cell).is_none() {
+                if table.is_owned(other) && self.look_up.position_in(other, &cell).is_none() {
                     found.push(Disagreement { holder: vertex, facet, other });
                 }
             }

@@ -17,7 +17,7 @@
 use std::collections::BTreeMap;
 
 use septet_geometry::cost::Cost;
-use septet_geometry::hull::StarBuilder;
+use septet_geometry::hull::{LargeStars, StarBuilder};
 use septet_geometry::lists::Lists;
 use septet_geometry::neighbourhood::nearest_direct;
 use septet_geometry::point::{Point, lex_cmp};
@@ -26,6 +26,7 @@ use septet_protocol::ledger::Account;
 use septet_protocol::message::PointBatch;
 use septet_protocol::transport::TransportError;
 
+use crate::config::Fault;
 use crate::machine::context::Context;
 use crate::machine::profile::Site;
 use crate::stars::owned::{Stars, usual_facets};
@@ -63,7 +64,8 @@ pub(crate) async fn local_hulls<P: Point>(
     let seeds = leaf_seeds(subdomain, table);
     let frame = table.intern_all(frame);
     let (site, meter) = (cx.site(), cx.own_cost());
-    let candidates = Candidates { table, neighbours: &neighbours, ghosts, frame: &frame, site, meter };
+    let large = cx.config().fault.map_or(LargeStars::default(), Fault::large_stars);
+    let candidates = Candidates { table, neighbours: &neighbours, ghosts, frame: &frame, site, meter, large };
     let stars = hulls_of_leaves(cx, subdomain.leaves(), &seeds, &candidates);
     drop(neighbours);
     while cx.exchange().await? {}
@@ -120,6 +122,7 @@ struct Candidates<'a, P: Point> {
     site: Site,
     /// An empty meter.
     meter: Cost,
+    large: LargeStars,
 }
 
 impl<P: Point> Candidates<'_, P> {
@@ -128,7 +131,7 @@ impl<P: Point> Candidates<'_, P> {
         let _span = self.site.subproblem(Phase::Hulls, leaf.id(), "leaf hulls", leaf.owned_len());
         let mut cost = self.meter.fresh();
         let nearest = self.nearest_members(at, leaf, &mut cost);
-        let mut builder = StarBuilder::default();
+        let mut builder = StarBuilder::new(self.large);
         let mut facets = Vec::with_capacity(leaf.owned_len() as usize * usual_facets(P::DIM));
         let mut lengths = Vec::with_capacity(leaf.owned_len() as usize);
         let vertices: Vec<u32> = leaf.owned().collect();

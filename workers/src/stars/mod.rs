@@ -8,5 +8,6 @@ pub(crate) mod fingerprint_sums;
 pub(crate) mod fingerprints;
 pub(crate) mod hulls;
 pub(crate) mod links;
+pub(crate) mod look_up;
 pub(crate) mod owned;
 pub(crate) mod vertex_hashes;

@@ -8,7 +8,6 @@ use septet_protocol::message::Merged;
 
 use crate::direct::subdomain_triangulation::SubdomainTriangulation;
 use crate::stars::fingerprint_sums::Sums;
-use crate::stars::links::is_facet_of;
 use crate::stars::vertex_hashes::VertexHashes;
 use crate::state::link_arena::LinkArena;
 use crate::state::table::Table;
@@ -58,12 +57,6 @@ impl<P: Point> Stars<P> {
     /// Returns the position of the link's first facet among the facets of all links.
     pub(crate) fn start(&self, vertex: u32) -> u32 {
         self.links.start(vertex)
-    }
-
-    /// Returns the position of a cell's facet in the link of its owned vertex `vertex`, among the facets of all links.
-    pub(crate) fn position_in(&self, vertex: u32, cell: &P::Cell) -> Option<u32> {
-        let at = self.link(vertex).iter().position(is_facet_of::<P>(cell, vertex))?;
-        Some(self.start(vertex) + at as u32)
     }
 
     /// Returns the number of facets of all links, including replaced ones.

@@ -1,11 +1,12 @@
-//! Construction of the link of a star: one sweep over its facets for each candidate.
+//! Construction of the link of a star: one sweep over its facets for each near candidate.
 //!
 //! **Statement.** After each step, the link is that of the centre's star among the candidates so far (see [`super`]).
 //!
 //! **Work and depth.** As in [`super`], plus a sort of the candidates.
 
 use super::candidate::{Candidate, candidate};
-use super::corners::{Cone, Corners};
+use super::conflict_lists::ConflictLists;
+use super::large::{BATCH, LARGE, LargeStars};
 use super::planes::{Planes, Side};
 
 use crate::complex::Complex;
@@ -22,17 +23,17 @@ pub struct StarBuilder<P: Point> {
     /// Positions of the candidates in the table, by distance.
     pub(super) order: Vec<u32>,
     /// Number of candidates of `order` that were already taken.
-    taken: usize,
+    pub(super) taken: usize,
     /// Scratch storage for the sort.
-    keys: Vec<u64>,
+    pub(super) keys: Vec<u64>,
     pub(super) centre: P,
     /// The point at infinity, then the candidates taken from `order`, in their order. Vertex `v` of the link is entry
     /// `v + 1`.
     pub(super) points: Vec<Candidate<P>>,
     /// Facets that the current candidate may conflict with.
-    uncertain: Vec<u32>,
+    pub(super) uncertain: Vec<u32>,
     /// The facets of the cavity, if some facets were undecided. Otherwise, `uncertain` is the cavity.
-    cavity: Vec<u32>,
+    pub(super) cavity: Vec<u32>,
     /// For each facet, the side on which the current candidate lies, as far as it is known.
     pub(super) sides: Vec<Side>,
     /// For each facet of the link that [`StarBuilder::extend`] loaded, whether it was removed.
@@ -41,6 +42,9 @@ pub struct StarBuilder<P: Point> {
     pub(super) removed: Vec<u32>,
     /// Scratch storage: maps positions in the table to positions in `points`.
     pub(super) positions: Positions,
+    /// Scratch storage for large stars.
+    pub(super) conflicts: ConflictLists,
+    pub(super) large: LargeStars,
 }
 
 impl<P: Point> Default for StarBuilder<P> {
@@ -59,13 +63,11 @@ impl<P: Point> Default for StarBuilder<P> {
             loaded: Vec::new(),
             removed: Vec::new(),
             positions: Positions::default(),
+            conflicts: ConflictLists::default(),
+            large: LargeStars::default(),
         }
     }
 }
-
-/// Number of candidates in a batch. After each batch, the construction ends if the remaining candidates are out of
-/// reach.
-const BATCH: usize = 32;
 
 /// Number of candidates between two tests that may end the construction.
 const CHECK_INTERVAL: u32 = 4;
@@ -89,12 +91,18 @@ impl<P: Point> StarBuilder<P> {
         self.sort_by_distance(table, cost);
         let mut more = |this: &mut Self| this.take_batch(table);
         let first = self.first_simplex(&mut more, cost);
-        if let Some(first) = first {
+        if let Some(mut first) = first {
+            if self.is_large(self.points.len() - 1) {
+                first = self.bring_forward(first);
+            }
             self.start(first);
-            widest(
+            let is_complete = widest(
                 #[inline(always)]
                 || self.sweep_all(first, &mut more, cost),
             );
+            if !is_complete {
+                self.add_rest(table, cost);
+            }
         } else {
             self.link.clear();
         }
@@ -136,7 +144,7 @@ impl<P: Point> StarBuilder<P> {
     /// Takes the next batch of candidates. Returns `false` if there are no more candidates.
     fn take_batch(&mut self, table: &[P]) -> bool {
         let next = &self.order[self.taken..];
-        let next = if next.len() > 2 * BATCH { &next[..BATCH] } else { next };
+        let next = if next.len() > LARGE { &next[..BATCH] } else { next };
         self.taken += next.len();
         for &id in next {
             if self.points.last().is_some_and(|last| last.id != id) {
@@ -192,24 +200,36 @@ impl<P: Point> StarBuilder<P> {
     }
 
     /// Adds the candidates that are not in `first` one by one, until the remaining candidates are out of reach of every
-    /// facet.
+    /// facet. Returns `false` if the remaining candidates must be added at random.
     #[inline(always)]
-    fn sweep_all(&mut self, first: P::Facet, more: &mut impl FnMut(&mut Self) -> bool, cost: &mut Cost) {
+    fn sweep_all(
+        &mut self,
+        first: P::Facet,
+        more: &mut impl FnMut(&mut Self) -> bool,
+        cost: &mut Cost,
+    ) -> bool {
         let last = first.as_ref().iter().fold(0, |last, &q| q.max(last));
         for q in 0.. {
             while q as usize + 1 == self.points.len() {
-                if self.planes.are_out_of_reach(self.reach_of(q - 1)) || !more(self) {
-                    return;
+                if self.planes.are_out_of_reach(self.reach_of(q - 1)) {
+                    return true;
+                }
+                if self.needs_lists() {
+                    return false;
+                }
+                if !more(self) {
+                    return true;
                 }
             }
             if q > last || !first.as_ref().contains(&q) {
                 let checks_reach = q % CHECK_INTERVAL == 0;
                 self.insert(q, checks_reach, cost);
                 if checks_reach && self.planes.are_out_of_reach(self.reach_of(q)) {
-                    return;
+                    return true;
                 }
             }
         }
+        true
     }
 
     /// Returns the squared length of a candidate's image under inversion. Later candidates are not closer, so no later
@@ -228,22 +248,10 @@ impl<P: Point> StarBuilder<P> {
         let image = candidate(&self.points, q).image;
         let mut sweep = cost.sweep();
         sweep.visit_lanes(if checks_reach { 2 * self.link.len() } else { self.link.len() });
-        self.uncertain.clear();
-        let (mut seed, mut undecided) = (None, false);
-        self.planes.each_uncertain(&image.at, |facet, side| {
-            self.uncertain.push(facet);
-            self.sides[facet as usize] = side;
-            match side {
-                Side::Conflict => seed = Some(facet),
-                _ => undecided = true,
-            }
-        });
+        let undecided = self.find_cavity(q);
         if self.uncertain.is_empty() {
             cost.charge_sweep(sweep);
             return;
-        }
-        if undecided {
-            self.decide(q, seed);
         }
         let (sides, cavity) = (&self.sides, if undecided { &self.cavity } else { &self.uncertain });
         let conflicts = !cavity.is_empty();
@@ -252,25 +260,13 @@ impl<P: Point> StarBuilder<P> {
         exact.visit_all(&self.uncertain);
         removed.visit_parts(cavity, P::DIM);
         if conflicts {
-            // Most links were not loaded.
-            if !self.loaded.is_empty() {
-                for &facet in cavity {
-                    if let Some(is_removed) = self.loaded.get_mut(facet as usize)
-                        && !*is_removed
-                    {
-                        *is_removed = true;
-                        self.removed.push(facet);
-                    }
-                }
-            }
+            note_removed(&mut self.loaded, &mut self.removed, cavity);
             self.link.replace(q, cavity, |facet| sides[facet as usize] == Side::Conflict);
             for &facet in self.link.free() {
                 self.planes.remove(facet);
             }
         }
-        for &facet in &self.uncertain {
-            self.sides[facet as usize] = Side::Clear;
-        }
+        self.clear_sides();
         if conflicts {
             self.enter_created(image.length);
             ridges.visit_parts(planes.visit_all(self.link.created()), P::DIM);
@@ -280,7 +276,7 @@ impl<P: Point> StarBuilder<P> {
 
     /// Computes the planes of the new facets. No later image may be longer than `longest`.
     #[inline(always)]
-    fn enter_created(&mut self, longest: f64) {
+    pub(super) fn enter_created(&mut self, longest: f64) {
         let slots = self.link.slots() as usize;
         if slots > self.sides.len() {
             let room = self.planes.make_room(slots);
@@ -290,47 +286,20 @@ impl<P: Point> StarBuilder<P> {
             enter(&mut self.planes, &self.points, facet, self.link.cell(facet), longest);
         }
     }
+}
 
-    /// Finds the cavity if some facets are undecided, and marks its undecided facets as conflicts.
-    #[cold]
-    fn decide(&mut self, q: u32, seed: Option<u32>) {
-        self.cavity.clear();
-        let Some(seed) = seed.or_else(|| self.conflict_among_undecided(q)) else { return };
-        let corners = Corners { centre: self.centre, points: &self.points };
-        self.sides[seed as usize] = Side::InCavity;
-        self.cavity.push(seed);
-        let mut head = 0;
-        while let Some(&facet) = self.cavity.get(head) {
-            head += 1;
-            for slot in 0..P::DIM {
-                let (next, _) = self.link.neighbour(facet, slot);
-                let side = &mut self.sides[next as usize];
-                if *side == Side::Undecided {
-                    *side = if corners.conflict(&self.link, next, q) { Side::Conflict } else { Side::Clear };
-                }
-                if *side == Side::Conflict {
-                    *side = Side::InCavity;
-                    self.cavity.push(next);
-                }
+/// Records which facets of a cavity belong to the loaded link. Most links were not loaded.
+#[inline(always)]
+pub(super) fn note_removed(loaded: &mut [bool], removed: &mut Vec<u32>, cavity: &[u32]) {
+    if !loaded.is_empty() {
+        for &facet in cavity {
+            if let Some(is_removed) = loaded.get_mut(facet as usize)
+                && !*is_removed
+            {
+                *is_removed = true;
+                removed.push(facet);
             }
         }
-        for &facet in &self.cavity {
-            self.sides[facet as usize] = Side::Conflict;
-        }
-    }
-
-    /// Finds an undecided facet in conflict, if there is one. Requires that no decided facet conflicts.
-    #[cold]
-    fn conflict_among_undecided(&self, q: u32) -> Option<u32> {
-        let corners = Corners { centre: self.centre, points: &self.points };
-        for &cell in &self.uncertain {
-            match corners.cone(&self.link, cell, q) {
-                Cone::Beyond => return Some(cell),
-                Cone::Inside => return corners.conflict(&self.link, cell, q).then_some(cell),
-                Cone::Elsewhere => {}
-            }
-        }
-        None
     }
 }
 

@@ -58,15 +58,24 @@ impl<P: Point> StarBuilder<P> {
             self.link.clear();
             return Extended::Open;
         }
+        if self.is_large(self.order.len()) {
+            self.insert_at_random(known as u32 - 1, cost);
+        } else {
+            self.insert_in_order(known as u32 - 1, cost);
+        }
+        if self.removed.is_empty() { Extended::Same } else { Extended::Changed }
+    }
+
+    /// Adds the points from number `from` on, one by one.
+    fn insert_in_order(&mut self, from: u32, cost: &mut Cost) {
         widest(
             #[inline(always)]
             || {
-                for q in known as u32..self.points.len() as u32 {
-                    self.insert(q - 1, false, cost);
+                for q in from..self.points.len() as u32 - 1 {
+                    self.insert(q, false, cost);
                 }
             },
         );
-        if self.removed.is_empty() { Extended::Same } else { Extended::Changed }
     }
 
     /// Appends to `out` the facets that the last [`StarBuilder::extend`] created.
@@ -80,9 +89,14 @@ impl<P: Point> StarBuilder<P> {
         &self.removed
     }
 
-    /// Sets `points` to infinity, the link's vertices, and the added candidates by distance.
+    /// Sets `points` to infinity, the link's vertices, and the added candidates by distance or, if
+    /// there are many, by random rank.
     fn take_points(&mut self, table: &[P], vertices: &[u32], cost: &mut Cost) {
-        self.sort_by_distance(table, cost);
+        if self.is_large(self.order.len()) {
+            self.sort_by_rank(table, cost);
+        } else {
+            self.sort_by_distance(table, cost);
+        }
         self.points.clear();
         self.points.push(Candidate::infinity());
         let mut sweep = cost.sweep();

@@ -10,11 +10,13 @@
 //! that it conflicts with ([`crate::complex`]). A finite facet `f` conflicts with `q` iff `q` lies in the circumsphere
 //! of `(p, f)`. An infinite facet conflicts with `q` iff `q` lies beyond the hull facet.
 //!
-//! **Work and depth.** Each candidate takes one sweep over the facets of the link, which is a vector step. For `m`
-//! candidates and link size `l`: depth O(m), work O(m l). Both are constant under the paper's hypothesis.
+//! **Work and depth.** Each near candidate takes one sweep over the facets of the link, which is a vector step. For `m`
+//! candidates and link size `l`: depth O(m), work O(m l). Both are constant under the paper's hypothesis. If the link
+//! becomes large while many candidates remain, these are added at random with conflict lists (`random_order`): O(m log m)
+//! expected work and O(log^2 m) depth.
 //!
 //! **Departures.**
-//! 1. Candidates are added in order of distance, so most conflict with no facet. A facet conflicts with no candidate
+//! 1. The near candidates, and all candidates of a star with at most 64, are added in order of distance, so most conflict with no facet. A facet conflicts with no candidate
 //!    farther than the diameter of its sphere. The sweeps end when the remaining candidates are farther than the
 //!    diameters of all spheres.
 //! 2. Tests run in rounded arithmetic on inverse images (`planes`), with one error bound for each facet. If the bound
@@ -38,13 +40,18 @@
 
 mod builder;
 mod candidate;
+mod cavity;
 mod change;
+mod conflict_lists;
 mod corners;
+mod large;
 mod planes;
+mod random_order;
 mod witness;
 
 pub use builder::StarBuilder;
 pub use change::Extended;
+pub use large::LargeStars;
 pub use witness::Witnesses;
 
 #[cfg(test)]

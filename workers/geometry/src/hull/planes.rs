@@ -198,6 +198,11 @@ impl Planes {
         !self.reach2.iter().fold(false, |within, &reach2| within | (reach2 <= length2))
     }
 
+    /// Returns the squared length below which images are certainly not beyond any plane.
+    pub(super) fn least_reach2(&self) -> f64 {
+        self.reach2.iter().fold(f64::INFINITY, |least, &reach2| least.min(reach2))
+    }
+
     /// Calls `f` for every facet that is not certainly clear of a candidate, with the candidate's side as far as it is
     /// known.
     #[inline(always)]

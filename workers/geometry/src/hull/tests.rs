@@ -1,5 +1,7 @@
 //! Stars compared with brute force.
 
+mod large;
+
 use super::*;
 use crate::complex::INFINITE;
 use crate::cost::Cost;

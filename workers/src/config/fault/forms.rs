@@ -47,6 +47,7 @@ pub const FAULTS: [FaultForm; 25] = [
     form("first-ball", "Balls of overlap graphs extend to the first neighbour, whatever k is."),
     form("worst-choice", "The choice takes the supergraph that it predicts to be the worst (constants for counting)."),
     form("always-punt", "Every node punts in the correction of neighbour balls `fmt`."),
+    form("slow-hub", "Local hulls with many candidates are built by distance."),
     form(
         "small-sphere",
         "Every separator is a sphere that contains a twentieth of the points, and is accepted.",

@@ -3,6 +3,7 @@
 use std::panic::panic_any;
 
 use septet_geometry::hash::mix;
+use septet_geometry::hull::LargeStars;
 use septet_geometry::point::{Point, dist2};
 use septet_geometry::separator::{Ablation, SEPARATOR_WORDS, Separator};
 use septet_protocol::ids::{NodeId, Phase, Rank};
@@ -66,6 +67,11 @@ impl Fault {
     /// Returns the rank of the neighbour to which the balls of an overlap graph extend if it should be `k`.
     pub(crate) fn ball_order(self, k: u32) -> u32 {
         if self == Fault::FirstBall { 1 } else { k }
+    }
+
+    /// Returns how local hulls with many candidates are built.
+    pub(crate) fn large_stars(self) -> LargeStars {
+        if self == Fault::SlowHub { LargeStars::ByDistance } else { LargeStars::AtRandom }
     }
 
     /// Returns `true` if the fault keeps the point in its own leaf under the rule `ghost`.
@@ -133,6 +139,12 @@ mod tests {
         assert_eq!(Fault::Flood.spread(), f64::INFINITY);
         assert_eq!(Fault::FarGhosts { factor: Factor::new(3.0).unwrap() }.spread(), 3.0);
         assert_eq!(Fault::HalfGhosts.spread(), 1.0);
+    }
+
+    #[test]
+    fn one_fault_builds_large_stars_by_distance() {
+        assert_eq!(Fault::SlowHub.large_stars(), LargeStars::ByDistance);
+        assert_eq!(Fault::Flood.large_stars(), LargeStars::default());
     }
 
     #[test]

@@ -188,6 +188,7 @@ fn plain(name: &str) -> Option<Fault> {
         "first-ball" => Fault::FirstBall,
         "worst-choice" => Fault::WorstChoice,
         "always-punt" => Fault::AlwaysPunt,
+        "slow-hub" => Fault::SlowHub,
         "small-sphere" => Fault::SmallSphere,
         "sequential-leaf" => Fault::SequentialLeaf,
         "free-loop" => Fault::FreeLoop,
@@ -238,6 +239,7 @@ impl fmt::Display for Fault {
             Fault::FirstBall => f.write_str("first-ball"),
             Fault::WorstChoice => f.write_str("worst-choice"),
             Fault::AlwaysPunt => f.write_str("always-punt"),
+            Fault::SlowHub => f.write_str("slow-hub"),
             Fault::SmallSphere => f.write_str("small-sphere"),
             Fault::Ablate(ablation) => f.write_str(ablation.name()),
             Fault::Slow { phase, law, factor } => {
@@ -274,6 +276,7 @@ mod tests {
         "first-ball",
         "worst-choice",
         "always-punt",
+        "slow-hub",
         "small-sphere",
         "random-planes",
         "median-planes",
