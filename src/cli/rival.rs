@@ -6,10 +6,10 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 use septet_core::generate::Kind;
 use septet_core::model::Points;
-use septet_core::spec::{Commands, DEFAULT_SEED};
-use septet_core::{Spec, simulate, triangulate};
+use septet_core::spec::{Commands, DEFAULT_SEED, Workers};
+use septet_core::{Spec, simulate};
 use septet_geometry::point::Point;
-use septet_lab::baselines::{BaselineReport, incremental};
+use septet_lab::baselines::{BaselineReport, Counted, Rival};
 use septet_protocol::ledger::Total;
 
 use super::errors::{Code, Failure};
@@ -31,18 +31,45 @@ pub struct RivalArgs {
 #[derive(Debug, Subcommand)]
 enum Which {
     /// Parallel randomized incremental insertion (Blelloch, Gu, Shun and Sun 2020): dependence depth and work
-    Incremental(IncrementalArgs),
+    Incremental(PointArgs),
+    /// Star splaying from the k nearest neighbours of each point (not the paper's)
+    Splay(SplayArgs),
+    /// The path of `triangulate`, charged: ghost layers, subdomain triangulations, interface (not the paper's)
+    Direct(PointArgs),
 }
 
-/// Options of `septet rival incremental`.
+impl Which {
+    /// Returns the rival and its options.
+    fn parts(&self) -> (Rival, &PointArgs) {
+        match self {
+            Which::Incremental(args) => (Rival::Incremental, args),
+            Which::Splay(SplayArgs { k, args }) => (Rival::Splay { k: *k }, args),
+            Which::Direct(args) => (Rival::Direct, args),
+        }
+    }
+}
+
+/// Options of `septet rival splay`.
+#[derive(Debug, Args)]
+struct SplayArgs {
+    /// Number of nearest neighbours
+    #[arg(long, value_name = "K", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..))]
+    k: u32,
+    #[command(flatten)]
+    args: PointArgs,
+}
+
+/// Options of every rival.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The cells are compared with the cells of septet. The exit code is 4 if they differ.
+The cells are compared with the cells of `simulate`. The exit code is 4 if they differ.
 
 Examples:
   septet rival incremental -n 1e5 --kind uniform
+  septet rival splay -n 1e5 --kind uniform --k 12
+  septet rival direct -n 1e5 --kind uniform --workers 64
   septet rival incremental points.npy --against --json rival.json")]
-struct IncrementalArgs {
+struct PointArgs {
     /// Point file, pattern in quotes, `@LIST`, `-` for standard input, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25][,ratio=1.3]`
     #[arg(required_unless_present = "kind")]
     input: Option<String>,
@@ -55,7 +82,10 @@ struct IncrementalArgs {
     /// Seed of the insertion order, of septet, and of the generated set
     #[arg(long, value_name = "S", default_value_t = DEFAULT_SEED)]
     seed: u64,
-    /// Also run `simulate` on the same points and print its counts
+    /// Number of workers of septet, which own the points; one subdomain each for `direct`
+    #[arg(long, value_name = "P", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..))]
+    workers: u32,
+    /// Also print the counts of `simulate` on the same points
     #[arg(long)]
     against: bool,
     /// Write the counts as JSON, `-` for standard output
@@ -65,7 +95,7 @@ struct IncrementalArgs {
     given: Given<{ Commands::RIVAL.bits() }>,
 }
 
-impl IncrementalArgs {
+impl PointArgs {
     /// Returns the name of the input file, or the description of the sample.
     fn name(&self, spec: &Spec) -> String {
         let sample = || {
@@ -78,19 +108,20 @@ impl IncrementalArgs {
 
 /// Runs the baseline and septet on the same points and compares the cells.
 pub fn run(args: &RivalArgs, talk: &Talk) -> Result<(), Failure> {
-    let Which::Incremental(args) = &args.rival;
+    let (rival, args) = args.rival.parts();
     let spec = args.given.options().spec()?;
     let name = args.name(&spec);
     let loaded = load(&name, (args.given.options(), &spec), args.json.as_deref(), talk)?;
     let spec = spec.with(|c| {
         c.machine.seed = args.seed;
+        c.machine.workers = Workers::Count(args.workers);
         c.recursion.spacing = loaded.spacing;
         c.control.cancel = Some(talk.cancel.clone());
         c.control.progress = Some(talk.phases());
     });
     let report = match &loaded.points {
-        Points::Plane(points) => compare(points, &name, args, &spec, talk),
-        Points::Space(points) => compare(points, &name, args, &spec, talk),
+        Points::Plane(points) => compare(points, (rival, &name, args.against), &spec, talk),
+        Points::Space(points) => compare(points, (rival, &name, args.against), &spec, talk),
     };
     let report = report.map_err(|e| placed(e, &loaded.files, &name, |point| loaded.row(point)))?;
     talk.clear();
@@ -104,35 +135,34 @@ pub fn run(args: &RivalArgs, talk: &Talk) -> Result<(), Failure> {
     }
     let cell = if report.space == 2 { "triangle" } else { "tetrahedron" };
     let [points, cells] = [counted(report.points, "point"), counted(report.simplices, cell)];
-    talk.note(format!("septet: {points}, {cells} by insertion"));
+    talk.note(format!("septet: {points}, {cells} by {}", report.rival.name()));
     if report.same_cells {
         return Ok(());
     }
-    let message = "insertion and septet give different cells";
+    let message = format!("rival {} and septet give different cells", report.rival.name());
     Err(Failure::new(Code::Rejected, message)
         .help("this is a defect of septet: please report it with the input"))
 }
 
 fn compare<P: Point>(
     points: &[P],
-    name: &str,
-    args: &IncrementalArgs,
+    (rival, name, against): (Rival, &str, bool),
     spec: &Spec,
     talk: &Talk,
 ) -> Result<BaselineReport, septet_core::Error> {
-    let run = if args.against { simulate(points, spec)? } else { triangulate(points, spec)? };
+    let run = simulate(points, spec)?;
     talk.check();
-    talk.stage("inserting", 0, None);
-    let rival = incremental(points, spec)?;
-    Ok(BaselineReport::of(&rival, &run, name, args.seed))
+    talk.stage("running the rival", 0, None);
+    let counted = rival.run(points, spec, &run)?;
+    Ok(BaselineReport::of(counted, &run, (name, spec.machine.seed), against))
 }
 
 /// Formats the counts of the baseline next to the counts of septet.
 fn table(report: &BaselineReport) -> String {
     let mut out = String::new();
-    let rival = &report.incremental;
+    let rival = report.rival.counts();
     let totals = report.septet.as_ref().map(|s| [&s.totals.paper, &s.totals.repair]);
-    let head = ["", "incremental", "septet", "its repair"];
+    let head = ["", report.rival.name(), "septet", "its repair"];
     let columns = if totals.is_some() { 4 } else { 2 };
     let mut row = |cells: &[String]| {
         let mut line = format!("{:<34}", cells[0]);
@@ -151,13 +181,23 @@ fn table(report: &BaselineReport) -> String {
     };
     count("work (operations)", rival.work, Some(|t| t.work));
     count("depth (steps, a scan 1)", rival.depth, Some(|t| t.depth));
-    count("depth (a scan of m ceil(log2 m))", rival.depth_log_scan, Some(|t| t.depth_log_scan));
-    count("depth (a union of conflicts 1)", rival.depth_hashed, None);
     count("steps with n processors (Brent)", rival.brent, Some(|t| t.brent));
-    count("dependence depth (cells)", rival.chain, None);
-    count("rounds", rival.rounds.len() as u64, None);
-    count("in-sphere tests", rival.tests, None);
-    count("cells made", rival.cells, None);
+    count("rounds with messages", rival.rounds, None);
+    count("messages", rival.messages, None);
+    count("bytes", rival.bytes, None);
+    match &report.rival {
+        Counted::Incremental(own) => {
+            count("depth (a scan of m ceil(log2 m))", own.depth_log_scan, Some(|t| t.depth_log_scan));
+            count("depth (a union of conflicts 1)", own.depth_hashed, None);
+            count("dependence depth (cells)", own.chain, None);
+            count("rounds of insertions", own.insertion_rounds.len() as u64, None);
+            count("in-sphere tests", own.tests, None);
+            count("cells made", own.cells, None);
+        }
+        Counted::Splay(own) | Counted::Direct(own) => {
+            own.phases.iter().for_each(|p| count(&format!("work of {}", p.phase.name()), p.work, None));
+        }
+    }
     if let Some(septet) = &report.septet {
         let _ = writeln!(
             out,

@@ -225,3 +225,24 @@ pub(crate) fn levels<D>(
     };
     ledger.tree.levels().map(row).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use septet_geometry::cost::Price;
+    use septet_protocol::ledger::BrentCurve;
+
+    use super::*;
+
+    #[test]
+    fn a_curve_of_bounds_is_a_map_in_reports() {
+        let mut row = GroupTotal::<u64>::default();
+        row.total.brent_at = BrentCurve::up_to(5);
+        row.total.brent_at.add_step(Price::from_parts([9, 1, 0, 0]));
+        let text = serde_json::to_string(&row).unwrap();
+        assert!(text.contains(r#""brent_at":{"1":9,"2":5,"4":3}"#), "{text}");
+        assert_eq!(serde_json::from_str::<GroupTotal>(&text).unwrap(), row);
+        let old = text.replace(r#""brent_at":{"1":9,"2":5,"4":3},"#, "");
+        assert_eq!(serde_json::from_str::<GroupTotal>(&old).unwrap().total.brent_at, BrentCurve::default());
+        assert!(serde_json::from_str::<GroupTotal>(&text.replace(r#""4""#, r#""3""#)).is_err());
+    }
+}

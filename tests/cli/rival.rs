@@ -19,11 +19,11 @@ fn incremental_insertion_is_counted_beside_septet() {
             assert!(table.contains(words), "{table}");
         }
         let report = place.json("r.json");
-        assert_eq!(report["schema"], "septet-rival/1");
+        assert_eq!(report["schema"], "septet-rival/2");
         assert_eq!((&report["same_cells"], &report["space"]), (&true.into(), &dimension.into()));
         let rival = &report["incremental"];
         for (field, of) in [("work", "work"), ("tests", "tests"), ("cells", "cells")] {
-            assert_eq!(rival[field].as_u64().unwrap(), sum(&rival["rounds"], of), "{field}");
+            assert_eq!(rival[field].as_u64().unwrap(), sum(&rival["insertion_rounds"], of), "{field}");
         }
         let count = |field: &str| rival[field].as_u64().unwrap();
         assert!(count("chain") > 10 && count("chain") < count("depth_hashed"));
@@ -39,6 +39,21 @@ fn incremental_insertion_is_counted_beside_septet() {
         assert_eq!(report["simplices"], run["simplices"]);
         assert_eq!(septet["levels"], run["tree"]["levels"]);
     }
+}
+
+#[test]
+fn every_rival_has_the_same_cells_and_counts() {
+    let place = Place::new();
+    for (line, name) in [("incremental", "incremental"), ("splay --k 12", "splay"), ("direct", "direct")] {
+        place.good(&format!("rival {line} -n 900 --kind clusters --workers 5 --json r.json"));
+        let report = place.json("r.json");
+        assert_eq!((&report["same_cells"], &report["workers"]), (&true.into(), &5.into()), "{line}");
+        for count in ["work", "depth", "brent", "rounds", "messages", "bytes"] {
+            assert!(report[name][count].as_u64().unwrap() > 0, "{count} of {line}");
+        }
+    }
+    place.fails("rival splay -n 900 --kind clusters --k 0", 2, &["--k"]);
+    place.fails("rival direct -n 900 --kind clusters --k 12", 2, &["--k"]);
 }
 
 #[test]

@@ -177,6 +177,9 @@ pub struct Shown {
     pub with_edges: bool,
     /// Whether the ranks keep the members of the separator sets of the leaves.
     pub with_sets: bool,
+    /// Whether the phases of the direct path are charged. A subdomain is then charged as an insertion by
+    /// [`septet_geometry::dependence`], which triangulates it once more.
+    pub with_prices: bool,
     /// Whether a counted run finds the neighbours of its cells, as every other run does.
     pub with_neighbours: bool,
     /// Whether the ranks keep the coordinates and the owners of the vertices of their cells.

@@ -175,6 +175,7 @@ fn machine<P: Point>(spec: &Spec, task: Task, wanted: Wanted) -> WorkerConfig {
         with_edges: spec.keep.graph && counted,
         with_sets: spec.keep.sets && counted,
         with_neighbours: spec.keep.neighbours,
+        with_prices: spec.keep.prices && !counted,
         with_places: false,
         view: if whole { spec.keep.view.unwrap_or(0).min(MOST_POINTS) } else { 0 },
     };

@@ -23,6 +23,9 @@ pub struct Keep {
     /// Whether the calls of primitives are kept, for a cost trace ([`crate::run::CostTrace`]). Only runs that count, with
     /// all ranks in the caller's process.
     pub costs: bool,
+    /// Whether [`crate::triangulate`] charges its phases, for a comparison with other algorithms. It then triangulates each
+    /// subdomain a second time, to count.
+    pub prices: bool,
     /// Expected number of points in the picture of the result ([`crate::result::outcome::Kept::picture`]), at most
     /// [`MOST_POINTS`]. By default, there is no picture.
     pub view: Option<u32>,

@@ -71,6 +71,13 @@ impl Cost {
         Cost { is_nested: true, ..Cost::of_subproblem(self.tape.is_some()) }
     }
 
+    /// Creates the meter of a nested problem whose chains have their own clocks: its work, the steps of its longest chain,
+    /// and these steps if a scan counts `ceil(log2 m)`. The meter keeps no record of calls.
+    pub(crate) fn of_clock(work: u64, steps: u64, log_scan: u64) -> Self {
+        let price = Price::from_parts([work, steps, 0, log_scan.saturating_sub(steps)]);
+        Cost { price, is_nested: true, tape: None }
+    }
+
     /// Returns the price so far.
     pub fn price(&self) -> Price {
         self.price

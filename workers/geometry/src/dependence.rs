@@ -34,11 +34,14 @@
 //! so the cells equal the cells of [`crate::incremental`].
 
 mod counts;
+mod network;
 mod order;
 
 use std::collections::BTreeMap;
 
 pub use counts::{Clock, Round};
+use network::Network;
+pub use network::Traffic;
 use order::Order;
 
 use crate::complex::INFINITE;
@@ -59,6 +62,8 @@ pub struct Dependence<P: Point> {
     /// Counts of each round. The first round draws the order and tests all points against the first cells; the others
     /// settle facets.
     pub rounds: Vec<Round>,
+    /// The messages between the owners of the points.
+    pub traffic: Traffic,
 }
 
 impl<P: Point> Dependence<P> {
@@ -67,9 +72,19 @@ impl<P: Point> Dependence<P> {
     /// # Errors
     /// Fails if points coincide or are not finite, if there are too many, or if they do not span the space.
     pub fn new(points: &[P], seed: u64) -> Result<Self, IncrementalError> {
+        Self::owned(points, seed, &[])
+    }
+
+    /// Triangulates points that have `owners`, and counts the messages between them. Without owners, there are none.
+    ///
+    /// # Errors
+    /// See [`Dependence::new`].
+    pub fn owned(points: &[P], seed: u64, owners: &[u32]) -> Result<Self, IncrementalError> {
         let mut drawing = Cost::default().nested();
         let order = Order::draw(points, seed, &mut drawing)?;
-        let mut builder = Builder::new(&order.positions);
+        let inserted = order.indices.iter().filter_map(|&i| owners.get(i as usize).copied());
+        let network = Network::new(inserted.collect(), P::DIM);
+        let mut builder = Builder::new(&order.positions, network);
         let mut joined = builder.start(drawing.price());
         while joined.iter().any(Option::is_some) {
             joined = builder.round(&joined);
@@ -83,6 +98,7 @@ impl<P: Point> Dependence<P> {
             hull_facets: builder.infinite,
             clock: builder.clock,
             rounds: builder.rounds,
+            traffic: builder.network.traffic(),
         })
     }
 
@@ -95,6 +111,13 @@ impl<P: Point> Dependence<P> {
             work: sum.work + r.work,
             steps: sum.steps + r.steps,
         })
+    }
+
+    /// Returns the cost of the triangulation as a nested problem: the work of all rounds, and the steps of the longest
+    /// chain.
+    pub fn cost(&self) -> Cost {
+        let Clock { steps, log_scan, .. } = self.clock;
+        Cost::of_clock(self.total().work, steps, log_scan)
     }
 
     /// Returns Brent's bound on the number of steps with `processors` processors: the sum of
@@ -114,6 +137,8 @@ struct OpenCell<P: Point> {
     clock: Clock,
     /// Number of facets that are not settled.
     open: usize,
+    /// The owner that holds the cell.
+    holder: u32,
 }
 
 /// One side of a facet.
@@ -150,11 +175,19 @@ struct Origin {
     union: Price,
     /// A slot whose facet has a known second cell.
     known: Option<(usize, Half)>,
+    /// The owner that holds the new cell.
+    holder: u32,
 }
 
 impl Default for Origin {
     fn default() -> Self {
-        Origin { after: Clock::default(), lane: Cost::default().nested(), union: Price::ZERO, known: None }
+        Origin {
+            after: Clock::default(),
+            lane: Cost::default().nested(),
+            union: Price::ZERO,
+            known: None,
+            holder: 0,
+        }
     }
 }
 
@@ -171,10 +204,11 @@ struct Builder<'a, P: Point> {
     rounds: Vec<Round>,
     /// The steps that all cells of the round wait for.
     shared: Price,
+    network: Network,
 }
 
 impl<'a, P: Point> Builder<'a, P> {
-    fn new(points: &'a [P]) -> Self {
+    fn new(points: &'a [P], network: Network) -> Self {
         Builder {
             points,
             cells: Vec::new(),
@@ -185,6 +219,7 @@ impl<'a, P: Point> Builder<'a, P> {
             clock: Clock::default(),
             rounds: Vec::new(),
             shared: Price::ZERO,
+            network,
         }
     }
 
@@ -208,10 +243,13 @@ impl<'a, P: Point> Builder<'a, P> {
         }
         let mut round = Round::default();
         let mut joined = Vec::new();
+        self.network.send_points();
         for vertices in cells {
             let others = (n as u32..self.points.len() as u32).map(|point| (point, false)).collect();
-            self.create(vertices, others, Origin::default(), &mut round, &mut joined);
+            let origin = Origin { holder: self.network.owner(0), ..Origin::default() };
+            self.create(vertices, others, origin, &mut round, &mut joined);
         }
+        self.network.end_round();
         round.charge_shared(self.shared);
         self.rounds.push(round);
         joined
@@ -224,6 +262,7 @@ impl<'a, P: Point> Builder<'a, P> {
         let mut round = Round { facets: ready.len() as u64, ..Round::default() };
         let mut joined = Vec::new();
         for facet in ready {
+            self.tell_holders(&facet);
             let mut lane = Cost::default().nested();
             let replaced = lane.map(&[facet.sides], |&sides| self.replaced_side(sides));
             if let Some((old, other)) = replaced[0] {
@@ -233,9 +272,18 @@ impl<'a, P: Point> Builder<'a, P> {
                 round.charge(lane.price());
             }
         }
+        self.network.end_round();
         round.charge_shared(self.shared);
         self.rounds.push(round);
         joined
+    }
+
+    /// Tells the holders of both cells of a facet that it is settled.
+    fn tell_holders(&mut self, facet: &ReadyFacet) {
+        for side in facet.sides {
+            let cell = &self.cells[side.cell as usize];
+            self.network.tell(facet_without::<P>(&cell.vertices, side.slot).as_ref(), cell.holder);
+        }
     }
 
     /// Packs the ready facets, and assigns processors to their candidates by a scan over the numbers of conflicts.
@@ -277,8 +325,12 @@ impl<'a, P: Point> Builder<'a, P> {
         // The pivot is a vertex of the new cell, not a conflict.
         let candidates = union.unite(&t.conflicts[1..], &o.conflicts);
         let after = t.clock.later(o.clock);
+        let holder = self.network.owner(t.conflicts[0]);
+        for (half, cell) in [(old, t), (other, o)] {
+            self.network.copy((half.cell, cell.holder), cell.conflicts.len(), holder);
+        }
         lane.map(&[old], |old| self.release(old.cell));
-        let origin = Origin { after, lane, union: union.price(), known: Some((old.slot, other)) };
+        let origin = Origin { after, lane, union: union.price(), known: Some((old.slot, other)), holder };
         self.create(vertices, candidates, origin, round, joined);
     }
 
@@ -291,11 +343,12 @@ impl<'a, P: Point> Builder<'a, P> {
         round: &mut Round,
         joined: &mut Vec<Option<ReadyFacet>>,
     ) {
-        let Origin { after, mut lane, union, known } = origin;
+        let Origin { after, mut lane, union, known, holder } = origin;
         let index = self.free.pop().unwrap_or(self.cells.len() as u32);
         let conflicts = self.conflicts(&vertices, candidates, round, &mut lane);
         let slots: Vec<usize> = (0..=P::DIM).collect();
         let facets = lane.map(&slots, |&slot| (slot, facet_without::<P>(&vertices, slot)));
+        facets.iter().for_each(|(_, facet)| self.network.report(facet.as_ref(), holder));
         joined.extend(lane.map(&facets, |&(slot, facet)| {
             let half = Half { cell: index, slot };
             let known = known.filter(|k| k.0 == slot).map(|k| k.1);
@@ -313,7 +366,7 @@ impl<'a, P: Point> Builder<'a, P> {
         round.cells += 1;
         own.then(union);
         round.charge(own);
-        let cell = OpenCell { vertices, conflicts, clock, open: slots.len() };
+        let cell = OpenCell { vertices, conflicts, clock, open: slots.len(), holder };
         match self.cells.get_mut(index as usize) {
             Some(slot) => *slot = cell,
             None => self.cells.push(cell),

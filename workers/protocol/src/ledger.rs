@@ -5,6 +5,7 @@
 //! do not depend on order. [`Ledger::finish`] folds the merged part. Several processes condense their parts first
 //! ([`LedgerPart::condense`]): the subtrees of ranks travel as sums.
 
+mod brent;
 mod condensed;
 mod counts;
 mod fold;
@@ -14,6 +15,7 @@ mod round;
 mod totals;
 mod words;
 
+pub use brent::{BrentCurve, steps_on};
 pub use condensed::{CondensedLedger, Condensing, LedgerError};
 pub use counts::{Count, Join};
 pub use fold::{Ledger, PhaseSet};

@@ -3,8 +3,10 @@
 use std::collections::{BTreeMap, HashSet};
 use std::hash::BuildHasherDefault;
 
+use septet_geometry::cost::Sweep;
 use septet_geometry::point::Point;
-use septet_protocol::ids::Rank;
+use septet_protocol::ids::{NodeId, Rank};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, PointBatch};
 
 use crate::machine::context::Context;
@@ -54,4 +56,19 @@ pub(super) fn receive_copies<P: Point>(cx: &mut Context<P>, table: &mut Table<P>
             }
         }
     }
+}
+
+/// Charges an exchange of copies in the current phase, if the run charges the direct path: a vector step over the `tests`
+/// that decide what is sent, and the delivery of the points that arrived.
+pub(super) fn charge_exchange<P: Point>(cx: &mut Context<P>, root: NodeId, tests: Sweep, arrived: usize) {
+    if !cx.config().shown.with_prices {
+        return;
+    }
+    let mut cost = cx.own_cost();
+    cost.charge_sweep(tests);
+    let mut points = Sweep::default();
+    (0..arrived).for_each(|_| points.visit());
+    cost.charge_delivery(points);
+    let items = cost.work();
+    cx.charge(Account::member(cx.phase(), root), cost, items);
 }

@@ -31,14 +31,16 @@
 //! that is near the run, one clearance and one test for each of its points. For each point whose ball reaches the other
 //! side, two tests at each split that the ball reaches there.
 
+use std::cell::Cell;
 use std::ops::Range;
 
+use septet_geometry::cost::Sweep;
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::ids::Phase;
 use septet_protocol::message::PointBatch;
 use septet_protocol::transport::TransportError;
 
-use crate::direct::copies::{Copies, receive_copies};
+use crate::direct::copies::{Copies, charge_exchange, receive_copies};
 use crate::direct::regions::{Regions, exchange_splits};
 use crate::direct::subdomain_triangulation::round_len;
 use crate::machine::context::Context;
@@ -146,13 +148,13 @@ fn around<P: Point>(run: &[P]) -> (P, f64) {
 }
 
 /// Appends the margins of a run's points. Calls `send` with the level and the position in the run of each point whose
-/// ball may contain points beyond the separator of that level.
+/// ball may contain points beyond the separator of that level. Returns the number of clearances that it computed.
 fn add_margins<P: Point>(
     path: &[Shared<P>],
     balls: Balls<'_, P>,
     margins: &mut Vec<Margin>,
     mut send: impl FnMut(usize, usize),
-) {
+) -> usize {
     let Balls { centres, radius2 } = balls;
     let radius = radius2.sqrt();
     let (centre, extent) = around(centres);
@@ -178,6 +180,7 @@ fn add_margins<P: Point>(
         }
         margins.push(Margin { free: free * SURE, sent: radius * SURE });
     }
+    path.len() + centres.len() * near.count_ones() as usize
 }
 
 /// Sends owned points near the interface to the workers that their balls reach. Returns the margins of the owned points and
@@ -191,26 +194,29 @@ pub(crate) async fn ghost_layer<P: Point>(
     cx.enter(Phase::Halo)?;
     let regions = exchange_splits(cx, subdomain).await?;
     frame::report(cx, table, frame);
-    let (margins, mut copies) = own_points(subdomain, table, &regions);
+    let (margins, mut copies, tests) = own_points(subdomain, table, &regions);
     copies.send(cx, table);
     let (mut arrived, mut owners) = (Vec::new(), FrameOwners::default());
     while cx.exchange().await? {
         owners.receive(cx, table, frame);
         receive_copies(cx, table, &mut arrived);
     }
+    charge_exchange(cx, subdomain.root(), tests, arrived.len());
     Ok(GhostLayer { margins, regions, copies, arrived })
 }
 
-/// Computes the margins of the owned points, and collects the copies to be sent.
+/// Computes the margins of the owned points, and collects the copies to be sent. Also counts the clearances and the tests of
+/// splits.
 fn own_points<P: Point>(
     subdomain: &Subdomain<P>,
     table: &Table<P>,
     regions: &Regions<P>,
-) -> (Vec<Margin>, Copies) {
-    let path = subdomain.path();
+) -> (Vec<Margin>, Copies, Sweep) {
+    let (path, mut tests) = (subdomain.path(), Sweep::default());
+    let visits = Cell::new(0usize);
     let (mut copies, mut sent) = (Copies::default(), 0u64);
     if path.is_empty() {
-        return (Vec::new(), copies);
+        return (Vec::new(), copies, tests);
     }
     let mut margins: Vec<Margin> = Vec::with_capacity(table.owned_len() as usize);
     let mut gaps2 = Vec::new();
@@ -219,14 +225,18 @@ fn own_points<P: Point>(
     for Run { points: run, scale2 } in runs(table.owned_positions()) {
         let centres = &table.positions()[run.clone()];
         let radius2 = radius2_of(centres, scale2, &mut gaps2);
-        add_margins(path, Balls { centres, radius2 }, &mut margins, |level, at| {
+        let clearances = add_margins(path, Balls { centres, radius2 }, &mut margins, |level, at| {
             sent += 1;
             if sent > most {
                 return;
             }
-            let reaches = |split: &Split<P>, side| split.reaches(centres[at], radius2, side);
+            let reaches = |split: &Split<P>, side| {
+                visits.set(visits.get() + 1);
+                split.reaches(centres[at], radius2, side)
+            };
             regions.each_reached(level, &reaches, &mut |worker| copies.add((run.start + at) as u32, worker));
         });
+        visits.set(visits.get() + clearances);
     }
     if sent > most {
         for margin in &mut margins {
@@ -234,7 +244,8 @@ fn own_points<P: Point>(
         }
         copies = Copies::default();
     }
-    (margins, copies)
+    (0..visits.get()).for_each(|_| tests.visit());
+    (margins, copies, tests)
 }
 
 #[cfg(test)]

@@ -34,11 +34,15 @@
 //!
 //! The certificate does not rely on this proof.
 
+use std::cell::Cell;
+
+use septet_geometry::cost::Sweep;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
+use septet_protocol::ledger::Account;
 use septet_protocol::transport::TransportError;
 
-use crate::direct::copies::{Copies, receive_copies};
+use crate::direct::copies::{Copies, charge_exchange, receive_copies};
 use crate::direct::ghost_layer::GhostLayer;
 use crate::direct::interface_cells::{InterfaceCells, Outgoing, reaches};
 use crate::direct::regions::Regions;
@@ -61,9 +65,11 @@ pub(crate) async fn interface<P: Point>(
 ) -> Result<Vec<u32>, TransportError> {
     cx.enter(Phase::Seam)?;
     let (margins, regions, mut copies) = layer.into_parts();
+    let mut tests = Sweep::default();
     if let Some(own) = triangulation.filter(|_| !subdomain.path().is_empty()) {
         let mut cells = InterfaceCells::new(subdomain.path(), own, table.positions(), &margins);
-        cells.scan(|out| add_vertices(&out, &regions, &mut copies));
+        (0..own.slots()).for_each(|_| tests.visit());
+        cells.scan(|out| add_vertices(&out, &regions, &mut copies, &mut tests));
     }
     drop((margins, regions));
     copies.send(cx, table);
@@ -72,12 +78,17 @@ pub(crate) async fn interface<P: Point>(
     while cx.exchange().await? {
         receive_copies(cx, table, &mut arrived);
     }
+    charge_exchange(cx, subdomain.root(), tests, arrived.len());
     Ok(arrived)
 }
 
 /// Adds the vertices of an outgoing cell to the copies for all workers whose regions the cell reaches.
-fn add_vertices<P: Point>(out: &Outgoing<P>, regions: &Regions<P>, copies: &mut Copies) {
-    let reaches = |split: &Split<P>, side| reaches(split, &out.region, side);
+fn add_vertices<P: Point>(out: &Outgoing<P>, regions: &Regions<P>, copies: &mut Copies, tests: &mut Sweep) {
+    let visits = Cell::new(0u32);
+    let reaches = |split: &Split<P>, side| {
+        visits.set(visits.get() + 1);
+        reaches(split, &out.region, side)
+    };
     for level in ones(out.levels) {
         regions.each_reached(level, &reaches, &mut |worker| {
             for at in ones(u64::from(out.sent)) {
@@ -85,6 +96,7 @@ fn add_vertices<P: Point>(out: &Outgoing<P>, regions: &Regions<P>, copies: &mut 
             }
         });
     }
+    (0..visits.get()).for_each(|_| tests.visit());
 }
 
 /// Inserts the ghosts of the interface exchange. The triangulation then contains the stars of all owned points.
@@ -100,7 +112,12 @@ pub(crate) async fn insert<P: Point>(
     if let Some(own) = &mut triangulation {
         let at = subdomain.root();
         let _span = cx.site().subproblem(Phase::Hulls, at, "insert ghosts", arrived.len() as u64);
-        own.add(&arrived, table.positions(), &cx.config().stop);
+        let operations = own.add(&arrived, table.positions(), &cx.config().stop);
+        if cx.config().shown.with_prices {
+            let mut cost = cx.own_cost();
+            cost.charge_sequence(operations);
+            cx.charge(Account::member(Phase::Hulls, at), cost, arrived.len() as u64);
+        }
         ghosts.add_to_first(arrived);
     }
     while cx.exchange().await? {}

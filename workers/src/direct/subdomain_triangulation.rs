@@ -6,12 +6,15 @@
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::conflict_region::ConflictRegion;
+use septet_geometry::cost::Sweep;
+use septet_geometry::dependence::Dependence;
 use septet_geometry::incremental::{
     Incremental, KeptCells, STOP_CHECK_INTERVAL, facet_without, insertion_order, insertion_round,
 };
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::checksum::row_hash;
-use septet_protocol::ids::Phase;
+use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Merged, PointBatch, UNKNOWN_RADIUS2};
 use septet_protocol::transport::TransportError;
 
@@ -75,17 +78,20 @@ impl<P: Point> SubdomainTriangulation<P> {
 
     /// Inserts late ghosts, given as local indices. Skips a ghost that would have no owned neighbour, because later
     /// points cannot give it one. The exception is a ghost with a large cavity ([`Incremental::insert_if_adjacent`]).
-    /// A ghost that is already a vertex does not change the triangulation. Returns early if the run is stopped.
-    pub(super) fn add(&mut self, ghosts: &[u32], positions: &[P], stop: &Stop) {
+    /// A ghost that is already a vertex does not change the triangulation. Ends early if the run is stopped. Returns the
+    /// operations of the insertions.
+    pub(super) fn add(&mut self, ghosts: &[u32], positions: &[P], stop: &Stop) -> Sweep {
+        self.delaunay.take_operations();
         let points: Vec<P> = ghosts.iter().map(|&g| positions[g as usize]).collect();
         for (count, i) in insertion_order(&points).into_iter().enumerate() {
             if count.is_multiple_of(STOP_CHECK_INTERVAL) && stop.is_raised() {
-                return;
+                break;
             }
             if let Ok(Some(_)) = self.delaunay.insert_if_adjacent(points[i as usize], None, self.owned) {
                 self.ghosts.push(ghosts[i as usize]);
             }
         }
+        self.delaunay.take_operations()
     }
 
     /// Returns an upper bound on the circumradius of a finite cell, or NaN.
@@ -350,6 +356,7 @@ pub(crate) async fn triangulate_subdomain<P: Point>(
             ghosts.dedup();
             triangulation = triangulate(table.positions(), &ghosts);
         }
+        charge_piece(cx, subdomain.root(), triangulation.as_ref());
         held.add_to_first(ghosts);
     }
     while cx.exchange().await? {}
@@ -358,6 +365,20 @@ pub(crate) async fn triangulate_subdomain<P: Point>(
         return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
     }
     Ok((triangulation, held))
+}
+
+/// Charges a subdomain triangulation as an insertion in random order, whose independent points are inserted at once
+/// ([`septet_geometry::dependence`]), if the run charges the direct path.
+fn charge_piece<P: Point>(
+    cx: &mut Context<P>,
+    root: NodeId,
+    triangulation: Option<&SubdomainTriangulation<P>>,
+) {
+    let Some(own) = triangulation.filter(|_| cx.config().shown.with_prices) else { return };
+    let points = own.delaunay.vertices();
+    if let Ok(made) = Dependence::new(points, cx.config().seed) {
+        cx.charge(Account::member(Phase::Pieces, root), made.cost(), points.len() as u64);
+    }
 }
 
 /// Returns the number of late ghosts for which memory is reserved.

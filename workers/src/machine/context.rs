@@ -83,7 +83,7 @@ impl<P: Point> Context<P> {
     }
 
     /// Returns the current phase.
-    pub(super) fn phase(&self) -> Phase {
+    pub fn phase(&self) -> Phase {
         self.phase
     }
 

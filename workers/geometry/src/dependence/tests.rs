@@ -130,3 +130,26 @@ proptest! {
         }
     }
 }
+
+/// The owners of points change the messages, and nothing else.
+#[test]
+fn messages_go_between_owners() {
+    let mut draw = crate::hash::Draw::new(4);
+    let points: Vec<glam::DVec3> = (0..400).map(|_| draw.point()).collect();
+    let alone = Dependence::new(&points, 3).unwrap();
+    let owned = |owners: u32| {
+        let slab = |p: &glam::DVec3| (p.x * f64::from(owners)) as u32;
+        Dependence::owned(&points, 3, &points.iter().map(slab).collect::<Vec<_>>()).unwrap()
+    };
+    assert_eq!((alone.traffic, owned(1).traffic), (Traffic::default(), Traffic::default()));
+    let mut bytes = 0;
+    for owners in [2, 4, 16] {
+        let made = owned(owners);
+        assert_eq!((&made.cells, &made.rounds, made.clock), (&alone.cells, &alone.rounds, alone.clock));
+        let Traffic { rounds, messages, .. } = made.traffic;
+        assert!(rounds <= 3 * made.rounds.len() as u64);
+        assert!(messages >= rounds && messages <= rounds * u64::from(owners * (owners - 1)));
+        assert!(made.traffic.bytes > bytes);
+        bytes = made.traffic.bytes;
+    }
+}

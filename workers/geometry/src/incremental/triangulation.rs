@@ -293,6 +293,11 @@ impl<P: Point> Incremental<P> {
         cost.charge_sequence(self.operations);
     }
 
+    /// Returns the operations of [`Incremental::charge`] since the last call, and starts a new count.
+    pub fn take_operations(&mut self) -> Sweep {
+        std::mem::take(&mut self.operations)
+    }
+
     /// Inserts a vertex, if one of its neighbours will be below `bound` or its cavity is large. Returns `true` if it
     /// was inserted.
     fn insert_vertex(&mut self, vertex: u32, start: u32, bound: u32) -> Result<bool, IncrementalError> {

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::brent::BrentCurve;
 use crate::ids::{ByGroup, NodeId, Phase, names};
 
 /// Totals of one phase. `C` is the type of counts of work and depth, which are optional in reports of runs that may not
@@ -112,6 +113,9 @@ pub struct Total<C = u64> {
     /// Brent's bound on the steps with as many processors as points. A step is a phase at a level of the tree. The bound
     /// is the sum of `ceil((work - depth) / n) + depth` over all steps.
     pub brent: C,
+    /// Brent's bound for each power of two of processors up to the number of points. Empty if not counted.
+    #[serde(default)]
+    pub brent_at: BrentCurve,
 }
 
 impl Total {
@@ -123,6 +127,7 @@ impl Total {
             depth: self.depth + next.depth,
             depth_log_scan: self.depth_log_scan + next.depth_log_scan,
             brent: self.brent + next.brent,
+            brent_at: self.brent_at.then(next.brent_at),
         }
     }
 
@@ -134,6 +139,7 @@ impl Total {
             depth: known(self.depth),
             depth_log_scan: known(self.depth_log_scan),
             brent: known(self.brent),
+            brent_at: if counted { self.brent_at } else { BrentCurve::default() },
         }
     }
 }

@@ -13,6 +13,7 @@ use septet_geometry::cost::Price;
 use super::chains::{Chains, Row};
 use super::plan::{Plan, Stage};
 use crate::ids::{ByGroup, Flow, NodeId, Phase};
+use crate::ledger::brent::{BrentCurve, steps_on};
 use crate::ledger::part::{Charge, LedgerPart};
 use crate::ledger::totals::{PathStep, Total};
 use crate::ledger::words::Reader;
@@ -285,7 +286,8 @@ impl Fold {
     }
 
     fn total(&self, stages: &[Stage], chains: &Chains, processors: u64) -> (Total, Vec<PathStep>) {
-        let (mut total, mut path) = (Total::default(), Vec::new());
+        let mut total = Total { brent_at: BrentCurve::up_to(processors), ..Total::default() };
+        let mut path = Vec::new();
         for (stage, longest) in stages.iter().zip(chains.longest()) {
             let depths = match stage {
                 Stage::Chained(phases) => {
@@ -311,7 +313,8 @@ impl Fold {
     fn add_steps(&self, phase: Phase, processors: u64, total: &mut Total) {
         for Step { price, .. } in self.steps.of_phase(phase) {
             total.work += price.work();
-            total.brent += price.work().saturating_sub(price.depth()).div_ceil(processors) + price.depth();
+            total.brent += steps_on(*price, processors);
+            total.brent_at.add_step(*price);
         }
     }
 
