@@ -38,6 +38,7 @@ def pairs():
     yield "first-ball", ["overlap-k"], []
     yield "always-punt", ["neighbours-published"], []
     yield "slow-hub", ["hubs"], []
+    yield "old-spheres", ["own-spheres"], []
     yield "small-sphere", ["levels", "separator-split"], []
     for ablation in ["random-planes", "median-planes", "no-centrepoint"]:
         yield ablation, ["separator-exponent"], []

@@ -40,14 +40,14 @@ pub fn base() -> Spec {
 /// Returns the supergraphs with the rules for separator sets that are valid for them. Their parameters are
 /// `auto` or fixed.
 pub fn combinations(auto: bool) -> Vec<(GraphKind, SeparatorSets, Alpha, Neighbours)> {
-    use SeparatorSets::{Both, Ghost, Smaller};
+    use SeparatorSets::{Both, Ghost, Own, Smaller};
     let alpha = if auto { Alpha::Auto } else { Alpha::Value(2.5) };
     let k = if auto { Neighbours::Auto } else { Neighbours::Count(20) };
     let mut all = Vec::new();
-    for sets in [Ghost, Both, Smaller] {
+    for sets in [Ghost, Both, Own, Smaller] {
         all.push((GraphKind::Density, sets, alpha, Neighbours::Auto));
     }
-    for sets in [Ghost, Both] {
+    for sets in [Ghost, Both, Own] {
         all.push((GraphKind::Overlap, sets, alpha, Neighbours::Auto));
         all.push((GraphKind::Knn, sets, Alpha::Auto, k));
     }

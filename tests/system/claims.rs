@@ -36,6 +36,7 @@ static PAIRS: [Pair; 16] = [
     pair("free:choice", &["whole-sum"]),
     pair("always-punt", &["neighbours-published"]),
     pair("slow-hub", &["hubs"]),
+    Pair { extent: Extent::Quick, ..pair("old-spheres", &["own-spheres"]) },
     pair("small-sphere", &["separator-split", "levels"]),
     // Smaller sets do not show the exponents.
     Pair { extent: Extent::Quick, ..pair("random-planes", &["separator-exponent"]) },

@@ -241,9 +241,37 @@ fn well_spaced_sets_need_no_exchange() {
 
 /// The sets of the recursion are the same for every number of workers, contain every edge, and contain every point.
 #[test]
+fn own_separators_keep_their_bounds_on_any_number_of_workers() {
+    let points = space(Kind::WellSpaced, 6000, 2);
+    let run = |sets, workers| {
+        let spec = base().with(|c| {
+            c.recursion.sets = sets;
+            c.recursion.spacing = Some(0.0);
+            c.machine.workers = Workers::Count(workers);
+            c.tree.leaf = Some(600);
+            c.keep.graph = true;
+        });
+        simulate(&points, &spec).unwrap()
+    };
+    let ghost = run(SeparatorSets::Ghost, 1);
+    let one = run(SeparatorSets::Own, 1);
+    assert_eq!(one.kept.graph, ghost.kept.graph);
+    let divided = one.ledger.part.nodes.values().filter(|facts| facts.set_inside > 0);
+    let ratios = divided.map(|f| f.set_inside.max(f.members - f.set_inside) as f64 / f.members as f64);
+    let ratios: Vec<f64> = ratios.collect();
+    assert!(ratios.len() > 3 && ratios.iter().all(|&ratio| ratio <= 0.85), "{ratios:?}");
+    for workers in [3, 16] {
+        let other = run(SeparatorSets::Own, workers);
+        assert_eq!(other.kept.graph, ghost.kept.graph, "{workers}");
+        assert_eq!(other.ledger.totals, one.ledger.totals, "{workers}");
+        assert_eq!(other.ledger.part.nodes, one.ledger.part.nodes, "{workers}");
+    }
+}
+
+#[test]
 fn separator_sets_contain_every_edge() {
     let points = space(Kind::WellSpaced, 4000, 2);
-    for rule in [SeparatorSets::Both, SeparatorSets::Smaller] {
+    for rule in [SeparatorSets::Both, SeparatorSets::Own, SeparatorSets::Smaller] {
         let run = |workers| {
             let spec = base().with(|c| {
                 c.recursion.sets = rule;
@@ -257,7 +285,7 @@ fn separator_sets_contain_every_edge() {
         let one = run(1);
         let sets = one.kept.sets.clone().unwrap();
         assert_eq!(Some(&sets), run(5).kept.sets.as_ref(), "{rule:?}");
-        let members: u64 = one.ledger.part.nodes.values().map(|facts| facts.members).sum();
+        let members: u64 = one.ledger.part.nodes.values().map(|facts| facts.compared()).sum();
         assert!(sets.len() as u64 == members && sets.len() > points.len(), "{rule:?}");
         let mut nodes = vec![Vec::new(); points.len()];
         for member in &sets {

@@ -94,6 +94,8 @@ pub const MOST_IN_A_PIECE: u64 = 1 << 25;
 pub enum SetRule {
     /// The paper's rule: the separator points of both sides go to both children.
     Both,
+    /// As [`SetRule::Both`], and every set has its own separator, which is drawn for the set with its copies.
+    Own,
     /// The separator points of the side that has fewer of them go to the other child. Density graphs only.
     Smaller,
     /// Every point goes to each leaf that one of its edges can reach.

@@ -52,7 +52,7 @@ impl TreeConstants {
             (Purpose::Counting, SeparatorSets::Ghost) => {
                 TreeConstants { samples: 100, tries: 10, leaf: COUNTING_LEAF[dimension - 2] }
             }
-            (Purpose::Counting, SeparatorSets::Both | SeparatorSets::Smaller) => {
+            (Purpose::Counting, SeparatorSets::Both | SeparatorSets::Own | SeparatorSets::Smaller) => {
                 TreeConstants { samples: 100, tries: 10, leaf: leaf_of_unions(dimension, supergraph) }
             }
             // Larger leaves use caches better.

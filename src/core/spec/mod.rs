@@ -32,7 +32,8 @@ pub use task::{Task, Until};
 pub use value::{Setting, Value, Word, Words, bytes, count};
 
 words!(SeparatorSets {
-    Both "both" "Both sides receive them, as in the paper",
+    Both "both" "Both sides receive them, and the separators are those of the partition",
+    Own "own" "Both sides receive them, and every set draws its own separator, as printed in the paper",
     Smaller "smaller" "Only the side with fewer of them sends them to the other",
     Ghost "ghost" "Both sides receive them as ghosts",
 });

@@ -37,6 +37,7 @@ mod machine;
 mod measure;
 mod neighbours;
 mod own_sets;
+mod own_spheres;
 mod random;
 mod ratio;
 mod reached;
@@ -72,6 +73,7 @@ pub fn registry() -> impl Iterator<Item = &'static Claim> {
         hulls::CLAIMS,
         hubs::CLAIMS,
         recursion::CLAIMS,
+        own_spheres::CLAIMS,
         replication::CLAIMS,
         tree::CLAIMS,
         level_depth::CLAIMS,

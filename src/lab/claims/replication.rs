@@ -100,7 +100,7 @@ fn members(lab: &mut Lab, sample: Sample, bounds: &ReplicationBounds) -> Result<
     let overlap = Graph::Overlap { alpha: Alpha::Value(OVERLAP), k: Neighbours::Auto };
     for (graph, bound) in [(density(), bounds.density), (overlap, bounds.overlap)] {
         let run = &runs(lab, &[sample], graph, 1)?[0];
-        let found = run.per_point(|node| node.facts.members);
+        let found = run.per_point(|node| node.facts.compared());
         let what = format!("points of all leaves over points, {} graph", graph.kind().name());
         figures.push(Figure::at_most(what, sample.name(), seed, found, bound.of(d)));
     }
@@ -154,7 +154,7 @@ fn growth(runs: &[Counted], name: &str, seed: u64) -> Figure {
     let row = |run: &Counted| ClusterRow {
         cluster: run.line.asked,
         columns: vec![run.log(), (run.line.n as f64).powf(-1.0 / run.line.dimension as f64)],
-        y: run.per_point(|node| node.facts.members),
+        y: run.per_point(|node| node.facts.compared()),
     };
     let rows: Vec<ClusterRow> = large.map(row).collect();
     let mean = rows.iter().map(|row| row.y).sum::<f64>() / rows.len() as f64;

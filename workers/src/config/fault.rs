@@ -70,8 +70,8 @@ pub enum Fault {
     },
     /// A hash of the coordinates keeps about half of the points in their own leaves. Rule `ghost` only.
     HalfGhosts,
-    /// A hash of the coordinates removes about half of the points from all separator sets. Rules `both` and `smaller`
-    /// only.
+    /// A hash of the coordinates removes about half of the points from all separator sets. Rules `both`,
+    /// `own` and `smaller` only.
     HalfSeparators,
     /// Graphs are built with half the chosen alpha.
     HalveAlpha,
@@ -83,6 +83,8 @@ pub enum Fault {
     AlwaysPunt,
     /// Local hulls with many candidates are built by distance.
     SlowHub,
+    /// Every set is divided by the separator of the partition. Rule `own` only.
+    OldSpheres,
     /// Every separator is a sphere around one sample that contains a twentieth of the points. It is always accepted.
     SmallSphere,
     /// Separators lack one part of the draw.

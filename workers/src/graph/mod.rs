@@ -5,9 +5,12 @@
 pub(crate) mod edges;
 pub(crate) mod ghosts;
 pub(crate) mod independent;
+mod own_draw;
+pub(crate) mod own_spheres;
 pub(crate) mod reverse;
 pub mod selection;
 pub(crate) mod separator_sets;
+mod set_members;
 pub mod sharing;
 pub mod summaries;
 pub(crate) mod supergraph;

@@ -13,27 +13,28 @@
 //! `h` rounds, the height of the tree of the group ([`crate::machine::group_tree`]), and points take one.
 //!
 //! **Work and depth.** At each node, a copy-scan of the separator, the counts, and the replication of the members to the
-//! children ([`Cost::charge_replication`]). At the bottom, a sort and O(1) steps for all pairs of each set. On the way up,
+//! children ([`septet_geometry::cost::Cost::charge_replication`]). At the bottom, a sort and O(1) steps for all pairs of each set. On the way up,
 //! one vector step whose lanes sort the lists of the members in both children.
 
 use std::collections::BTreeMap;
 
-use septet_geometry::cost::{Cost, Lanes};
-use septet_geometry::graph::{Supergraph, graph_direct};
+use septet_geometry::graph::Supergraph;
 use septet_geometry::lists::Lists;
-use septet_geometry::point::{Point, lex_cmp};
-use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_geometry::point::Point;
+use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Account;
-use septet_protocol::message::{Body, ListBatch, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
 use crate::config::{Fault, SetRule};
+use crate::graph::set_members::{
+    Arrival, ItemBatch, Leaving, Receiver, SetMembers, enter_set, members_of_children, send_items,
+    taken_items,
+};
 use crate::graph::sharing::{Crossing, Place, SetStep, SetVotes, Sharing, set_rule};
 use crate::machine::context::Context;
 use crate::state::subdomain::{Entry, Shared, Subdomain, Way};
 use crate::state::table::Table;
-use crate::state::tree::{Split, Tree};
+use crate::state::tree::Tree;
 
 /// Finds the graph neighbours of the owned points in the sets of the leaves, and unites them on the way up. Also returns
 /// node and id of each member of the sets in which this rank compared all pairs, if the run keeps them.
@@ -51,72 +52,9 @@ pub(crate) async fn set_recursion<P: Point>(
         recursion.take_items(cx);
         recursion.apply_decisions(cx);
         recursion.handle_ready(cx);
-        recursion.take_lists(cx)?;
+        recursion.all.take_lists(cx)?;
     }
-    Ok(recursion.finish(cx))
-}
-
-/// The origin of an item that another rank sent. The list of the item returns there.
-#[derive(Clone, Copy, Debug)]
-struct Origin {
-    rank: Rank,
-    /// The sender's index of the item.
-    slot: u32,
-}
-
-/// A member of sets on this rank: a point, and the neighbours found for it.
-#[derive(Clone, Debug)]
-struct SetItem {
-    point: u32,
-    /// The sender. `None` for an owned point.
-    origin: Option<Origin>,
-    /// The number of incomplete searches for its neighbours, here and on the ranks to which it was sent.
-    outstanding: u32,
-    /// Its neighbours in this rank's subtree. `None` before the search is complete.
-    own: Option<Vec<u32>>,
-    /// The lists that other ranks returned.
-    returned: Vec<ReturnedList>,
-}
-
-/// A list of neighbours that another rank returned.
-#[derive(Clone, Debug)]
-struct ReturnedList {
-    /// The node from which the item was sent.
-    node: NodeId,
-    neighbours: Vec<u32>,
-}
-
-/// An item that was sent.
-#[derive(Clone, Copy, Debug)]
-struct SentItem {
-    item: u32,
-    /// The node from which it was sent.
-    node: NodeId,
-}
-
-/// Items for one receiver.
-#[derive(Default)]
-struct ItemBatch<P> {
-    points: PointBatch<P>,
-    /// For each item, the sender's index.
-    slots: Vec<u32>,
-}
-
-/// Items that leave this rank, by node and receiver.
-type Leaving<P> = BTreeMap<Receiver, ItemBatch<P>>;
-
-/// A node, and the rank to which its members go.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Receiver {
-    node: NodeId,
-    rank: Rank,
-}
-
-/// Items that arrive, or the end of this rank's wait for items.
-struct Arrival<P> {
-    from: Rank,
-    node: NodeId,
-    batch: ItemBatch<P>,
+    Ok(recursion.all.finish(cx))
 }
 
 /// The nodes that a rank handles, by the step in which it handles them.
@@ -137,29 +75,15 @@ struct Agenda {
 /// One rank's part in the recursion. A rank may lead, count, solve and reply for several nodes in a round.
 struct Recursion<'a, P> {
     subdomain: &'a Subdomain<P>,
-    table: &'a mut Table<P>,
-    supergraph: Supergraph,
     rule: SetRule,
     /// A planted fault, which may change the separator sets.
     fault: Option<Fault>,
     agenda: Agenda,
     votes: SetVotes,
-    items: Vec<SetItem>,
-    /// The items that were sent. A returned list names its item by its index here.
-    sent: Vec<SentItem>,
-    /// For each node, the cost of uniting the lists of its children.
-    unions: Unions,
+    /// The members of all sets on this rank.
+    all: SetMembers<'a, P>,
     /// For each node, the members of its set on this rank.
     members: BTreeMap<NodeId, Vec<u32>>,
-    /// Node and id of each member of the sets in which this rank compared all pairs, if the run keeps them.
-    sets: Vec<[u64; 2]>,
-}
-
-/// For each node, the vector step that unites the lists of its children.
-struct Unions {
-    /// An empty meter.
-    meter: Cost,
-    of_nodes: BTreeMap<NodeId, Lanes>,
 }
 
 impl<'a, P: Point> Recursion<'a, P> {
@@ -170,22 +94,16 @@ impl<'a, P: Point> Recursion<'a, P> {
         table: &'a mut Table<P>,
         supergraph: Supergraph,
     ) -> Self {
-        let items = table.owned().map(|point| SetItem::new(point, None)).collect();
         let root = subdomain.top();
         let members = root.map(|root| (root, table.owned().collect()));
         Recursion {
             subdomain,
-            table,
-            supergraph,
             rule: set_rule(cx.config().graph.sets, supergraph),
             fault: cx.config().fault,
             agenda: Agenda { ready: root.into_iter().collect(), ..Agenda::default() },
             votes: SetVotes::default(),
-            items,
-            sent: Vec::new(),
-            unions: Unions { meter: cx.own_cost(), of_nodes: BTreeMap::new() },
+            all: SetMembers::of_owned(cx, table, supergraph),
             members: members.into_iter().collect(),
-            sets: Vec::new(),
         }
     }
 
@@ -226,33 +144,13 @@ impl<'a, P: Point> Recursion<'a, P> {
         }
     }
 
-    /// Returns the side of an item at a split, and whether its ball crosses the separator.
-    fn place(&self, split: &Split<P>, item: u32) -> Place {
-        let point = self.items[item as usize].point as usize;
-        let (x, radius2) = (self.table.positions()[point], self.table.radii2()[point]);
-        let radius = self.fault.map_or(1.0, Fault::spread) * self.supergraph.separator_radius(radius2);
-        let is_removed = self.fault.is_some_and(|fault| fault.removes(x));
-        Place { side: split.side(x), crosses: !is_removed && split.separator().crosses(x, radius) }
-    }
-
     /// Counts this rank's share of the set of a shared node, for the leader.
     fn count_set(&mut self, cx: &mut Context<P>, shared: &Shared<P>) {
         let members = self.members.get(&shared.id()).map_or(&[][..], Vec::as_slice);
         let mut cost = cx.shared_cost();
-        let sum = self.count_members(shared.split(), members, &mut cost);
+        let sum = self.all.count(shared.split().separator(), members, &mut cost);
         cx.charge(Account::member(Phase::Sets, shared.id()), cost, members.len() as u64);
         self.votes.add(cx, shared.group(), sum, self.step());
-    }
-
-    /// Counts the members on each side, and the members on each side whose balls cross the separator. A copy-scan copies
-    /// the separator to every member.
-    fn count_members(&self, split: &Split<P>, members: &[u32], cost: &mut Cost) -> [u64; 4] {
-        let places = cost.map_with(split, members, |split, &i| self.place(split, i));
-        cost.reduce(&places, [0u64; 4], |mut sum, place| {
-            sum[place.side] += 1;
-            sum[2 + place.side] += u64::from(place.crosses);
-            sum
-        })
     }
 
     /// Ends the division of a set: sends this rank's share of the set to the lowest rank of the group, which solves it.
@@ -263,18 +161,8 @@ impl<'a, P: Point> Recursion<'a, P> {
             self.members.insert(node, members);
             self.agenda.waiting.push(node);
         } else {
-            self.hand_over(cx, node, holder, members);
+            self.all.hand_over(cx, node, holder, members);
         }
-    }
-
-    /// Sends members of a node to the rank that holds the node.
-    fn hand_over(&mut self, cx: &mut Context<P>, node: NodeId, holder: Rank, members: Vec<u32>) {
-        let mut leaving = Leaving::new();
-        for item in members {
-            self.send_item(item, node, Receiver { node, rank: holder }, &mut leaving);
-            self.items[item as usize].outstanding -= 1;
-        }
-        send_items(cx, leaving);
     }
 
     /// Divides this rank's share of a set. Items take one step of the path, because the next leader decides first.
@@ -283,17 +171,18 @@ impl<'a, P: Point> Recursion<'a, P> {
         let level = subdomain.position(node);
         let (mut leaving, mut staying) = (Leaving::new(), Vec::new());
         let mut cost = cx.shared_cost();
-        let replicated = cost.replicate(members, |&i| self.place(shared.split(), i));
+        let replicated = cost.replicate(members, |&i| self.all.place(shared.split().separator(), i));
+        self.enter_set(cx, node, &replicated);
         for (&item, place) in members.iter().zip(replicated) {
             let reached = [0, 1].map(|side| crossing.sends(place, side));
             let stays = shared.follow(reached, |side| {
                 let (child, rank) = subdomain.beyond(Way { level, side }, cx.rank());
-                self.send_item(item, node, Receiver { node: child, rank }, &mut leaving);
+                self.all.send_item(item, node, Receiver { node: child, rank }, &mut leaving);
             });
             if stays {
                 staying.push(item);
             } else {
-                self.items[item as usize].outstanding -= 1;
+                self.all.release(item);
             }
         }
         cx.charge(Account::member(Phase::Sets, node), cost, 0);
@@ -308,39 +197,19 @@ impl<'a, P: Point> Recursion<'a, P> {
         send_items(cx, leaving);
     }
 
-    /// Sends an item that is a member of `node` to a receiver.
-    fn send_item(&mut self, item: u32, node: NodeId, to: Receiver, leaving: &mut Leaving<P>) {
-        let ItemBatch { points, slots } = leaving.entry(to).or_default();
-        self.table.export(self.items[item as usize].point, points);
-        slots.push(self.sent.len() as u32);
-        self.sent.push(SentItem { item, node });
-        self.items[item as usize].outstanding += 1;
-    }
-
     /// Receives members of sets from other ranks. The end of a wait counts as an arrival without points from this rank.
     fn take_items(&mut self, cx: &mut Context<P>) {
-        let mut arrivals = cx.take(|m: &mut Message<P>| match &mut m.body {
-            Body::Items { points, slots } => {
-                let (points, slots) = (std::mem::take(points), std::mem::take(&mut slots.0));
-                Some(Arrival { from: m.from, node: m.node, batch: ItemBatch { points, slots } })
-            }
-            _ => None,
-        });
+        let mut arrivals = taken_items(cx);
         let nothing = |node| Arrival { from: cx.rank(), node, batch: ItemBatch::default() };
         arrivals.extend(std::mem::take(&mut self.agenda.waiting).into_iter().map(nothing));
         arrivals.sort_by_key(|arrival| arrival.from);
-        for Arrival { from, node, batch: ItemBatch { points, slots } } in arrivals {
-            let indices = self.table.intern_all(&points);
-            let first = self.items.len() as u32;
-            let new = indices.iter().zip(slots);
-            let item = |(&point, slot)| SetItem::new(point, Some(Origin { rank: from, slot }));
-            self.items.extend(new.map(item));
-            let last = self.items.len() as u32;
-            self.members.entry(node).or_default().extend(first..last);
+        for Arrival { from, node, batch } in arrivals {
+            let new = self.all.receive(from, batch);
+            self.members.entry(node).or_default().extend(new);
             // A relay keeps its items, because their lists return by this rank.
             if let Entry::Relay(holder) = self.subdomain.entry(node, cx.rank()) {
                 let members = self.members.remove(&node).unwrap_or_default();
-                self.hand_over(cx, node, holder, members);
+                self.all.hand_over(cx, node, holder, members);
                 continue;
             }
             match self.subdomain.unsplit().filter(|end| end.node == node) {
@@ -359,175 +228,43 @@ impl<'a, P: Point> Recursion<'a, P> {
     fn solve_set(&mut self, cx: &mut Context<P>, node: NodeId) {
         let members = self.members.remove(&node).unwrap_or_default();
         for &item in &members {
-            self.items[item as usize].outstanding -= 1;
+            self.all.release(item);
         }
         let subdomain = self.subdomain;
         let lists = match subdomain.tree().filter(|_| subdomain.holds(node)) {
             Some(tree) => self.solve(cx, tree, node, &members),
-            None => self.solve_direct(cx, node, &members),
+            None => self.all.compare_all(cx, node, &members),
         };
-        for (&item, list) in members.iter().zip(lists) {
-            self.items[item as usize].own = Some(list);
-        }
-        self.return_lists(cx);
+        self.all.complete(cx, &members, lists);
     }
 
     /// Finds the neighbours of each member of a set by the recursion in this rank's subtree.
     fn solve(&mut self, cx: &mut Context<P>, tree: &Tree<P>, node: NodeId, members: &[u32]) -> Vec<Vec<u32>> {
-        let Tree::Node(inner) = tree else { return self.solve_direct(cx, node, members) };
+        let Tree::Node(inner) = tree else { return self.all.compare_all(cx, node, members) };
         let mut cost = cx.shared_cost();
-        let sum = self.count_members(inner.split(), members, &mut cost);
+        let sum = self.all.count(inner.split().separator(), members, &mut cost);
         cx.charge(Account::member(Phase::Sets, node), cost, members.len() as u64);
         let Sharing::Crossing(crossing) = Sharing::decide(sum, self.rule, self.fault) else {
-            return self.solve_direct(cx, node, members);
+            return self.all.compare_all(cx, node, members);
         };
         let mut cost = cx.shared_cost();
-        let places = cost.replicate(members, |&i| self.place(inner.split(), i));
+        let places = cost.replicate(members, |&i| self.all.place(inner.split().separator(), i));
+        self.enter_set(cx, node, &places);
         cx.charge(Account::member(Phase::Sets, node), cost, 0);
-        let mut children = [Vec::new(), Vec::new()];
-        for (&item, &place) in members.iter().zip(&places) {
-            for (to, child) in children.iter_mut().enumerate() {
-                if crossing.sends(place, to) {
-                    child.push(item);
-                }
-            }
-        }
-        let [inside, outside] = &children;
-        let mut lists = [
-            self.solve(cx, &inner.children()[0], node.child(0), inside).into_iter(),
-            self.solve(cx, &inner.children()[1], node.child(1), outside).into_iter(),
+        let sent: Vec<[bool; 2]> =
+            places.into_iter().map(|place| [0, 1].map(|child| crossing.sends(place, child))).collect();
+        let [inside, outside] = members_of_children(members, &sent);
+        let lists = [
+            self.solve(cx, &inner.children()[0], node.child(0), &inside),
+            self.solve(cx, &inner.children()[1], node.child(1), &outside),
         ];
-        let united = places.into_iter().map(|place| {
-            let mut own = [0, 1].map(|to| crossing.sends(place, to).then(|| lists[to].next()).flatten());
-            match own.each_mut().map(Option::take) {
-                [Some(a), Some(b)] => self.unions.unite(node, a, b),
-                [a, b] => a.or(b).unwrap_or_default(),
-            }
-        });
-        united.collect()
+        self.all.unite(node, &sent, lists)
     }
 
-    /// Finds the neighbours of each member of a set by comparing all pairs.
-    fn solve_direct(&mut self, cx: &mut Context<P>, node: NodeId, members: &[u32]) -> Vec<Vec<u32>> {
-        let (positions, radii2) = (self.table.positions(), self.table.radii2());
-        let at = |i: u32| positions[self.items[i as usize].point as usize];
-        let mut cost = cx.own_cost();
-        let mut order: Vec<usize> = (0..members.len()).collect();
-        cost.sort(&mut order, |&a, &b| lex_cmp(&at(members[a]), &at(members[b])));
-        let points: Vec<u32> = order.iter().map(|&i| self.items[members[i] as usize].point).collect();
-        let found = graph_direct(self.supergraph, positions, radii2, &points, &points, &mut cost);
-        let pairs = (points.len() * points.len()) as u64;
-        cx.charge(Account::member(Phase::Graph, node), cost, pairs);
-        cx.facts(node).members += points.len() as u64;
-        if cx.config().shown.with_sets {
-            self.sets.extend(points.iter().map(|&i| [node.0, self.table.ids()[i as usize]]));
+    /// Records the size of a divided set, if the run uses the owners' separators in place of own ones.
+    fn enter_set(&self, cx: &mut Context<P>, node: NodeId, places: &[Place]) {
+        if self.rule == SetRule::Own {
+            enter_set(cx, node, places);
         }
-        let mut lists = vec![Vec::new(); members.len()];
-        for (i, list) in order.into_iter().zip(found.iter()) {
-            lists[i] = list.to_vec();
-        }
-        lists
-    }
-
-    /// Returns complete lists to the senders of their items.
-    fn return_lists(&mut self, cx: &mut Context<P>) {
-        let mut replies: BTreeMap<Rank, ListBatch<P>> = BTreeMap::new();
-        for item in &mut self.items {
-            let Some(origin) = item.origin.filter(|_| item.outstanding == 0) else { continue };
-            item.origin = None;
-            let list = item.united(&mut self.unions);
-            let batch = replies.entry(origin.rank).or_default();
-            batch.slots.push(origin.slot);
-            batch.counts.push(list.len() as u32);
-            for n in list {
-                self.table.export(n, &mut batch.points);
-            }
-            item.point = u32::MAX;
-        }
-        cx.send_each(0, replies.into_iter().map(|(to, batch)| (to, Body::Lists(batch))));
-    }
-
-    /// Receives the lists of the items that this rank sent.
-    ///
-    /// # Errors
-    /// Fails if a list is for an item that does not wait for one.
-    fn take_lists(&mut self, cx: &mut Context<P>) -> Result<(), TransportError> {
-        let received = cx.take(|m: &mut Message<P>| match &mut m.body {
-            Body::Lists(batch) => Some((m.from, std::mem::take(batch))),
-            _ => None,
-        });
-        if received.is_empty() {
-            return Ok(());
-        }
-        for (from, batch) in received {
-            let unsent = || TransportError::BadMessage {
-                from,
-                reason: "a list is for an item that was not sent".to_string(),
-            };
-            let neighbours = self.table.intern_all(&batch.points);
-            let mut at = 0;
-            for (&slot, &count) in batch.slots.iter().zip(&batch.counts.0) {
-                let end = at + count as usize;
-                let &SentItem { item, node } = self.sent.get(slot as usize).ok_or_else(unsent)?;
-                let item = &mut self.items[item as usize];
-                item.returned.push(ReturnedList { node, neighbours: neighbours[at..end].to_vec() });
-                item.outstanding = item.outstanding.checked_sub(1).ok_or_else(unsent)?;
-                at = end;
-            }
-        }
-        self.return_lists(cx);
-        Ok(())
-    }
-
-    /// Unites the lists of all leaves into the graph neighbours of the owned points, and charges the unions.
-    fn finish(self, cx: &mut Context<P>) -> (Lists<u32>, Vec<[u64; 2]>) {
-        let Recursion { table, items, mut unions, sets, .. } = self;
-        let owned = items.into_iter().take(table.owned_len() as usize);
-        let neighbours = owned.map(|mut item| item.united(&mut unions)).collect();
-        let Unions { meter, of_nodes } = unions;
-        for (node, lanes) in of_nodes {
-            let mut cost = meter.fresh();
-            cost.run_lanes(lanes);
-            cx.charge(Account::member(Phase::Sets, node), cost, 0);
-        }
-        (neighbours, sets)
-    }
-}
-
-fn send_items<P: Point>(cx: &mut Context<P>, leaving: Leaving<P>) {
-    let body = |ItemBatch { points, slots }| Body::Items { points, slots: Bulk(slots) };
-    cx.route(leaving.into_iter().map(|(Receiver { node, rank }, batch)| ((node, rank), body(batch))));
-}
-
-impl Unions {
-    /// Unites the neighbours of a point in the graphs of both children of a node, without multiple edges. This is one lane
-    /// of the vector step over the points of both children.
-    fn unite(&mut self, node: NodeId, mut list: Vec<u32>, other: Vec<u32>) -> Vec<u32> {
-        list.extend(other);
-        let mut own = self.meter.nested();
-        own.distinct(&mut list, Ord::cmp);
-        self.of_nodes.entry(node).or_insert_with(|| self.meter.lanes()).add(own);
-        list
-    }
-}
-
-impl SetItem {
-    /// Creates an item whose neighbours are searched on this rank.
-    fn new(point: u32, origin: Option<Origin>) -> Self {
-        SetItem { point, origin, outstanding: 1, own: None, returned: Vec::new() }
-    }
-
-    /// Unites the lists of the item into its neighbours in the graph of the set, node by node from the lowest up.
-    fn united(&mut self, unions: &mut Unions) -> Vec<u32> {
-        let mut lists = std::mem::take(&mut self.returned);
-        lists.sort_by_key(|list| std::cmp::Reverse(list.node.level()));
-        let mut all = self.own.take();
-        for ReturnedList { node, neighbours } in lists {
-            all = Some(match all {
-                Some(below) => unions.unite(node, below, neighbours),
-                None => neighbours,
-            });
-        }
-        all.unwrap_or_default()
     }
 }

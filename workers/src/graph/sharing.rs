@@ -68,15 +68,17 @@ impl Sharing {
                 (Crossing::Interior, [inside, outside + crossing_inside])
             }
             SetRule::Smaller => (Crossing::Exterior, [inside + crossing_outside, outside]),
-            _ => (Crossing::Both, [inside + crossing_outside, outside + crossing_inside]),
+            SetRule::Both | SetRule::Own | SetRule::Ghost => {
+                (Crossing::Both, [inside + crossing_outside, outside + crossing_inside])
+            }
         };
-        let larger = children[0].max(children[1]) as f64;
-        if larger > STOP_SHARE * (inside + outside) as f64 {
-            Sharing::Stop
-        } else {
-            Sharing::Crossing(crossing)
-        }
+        if shrinks(children, inside + outside) { Sharing::Crossing(crossing) } else { Sharing::Stop }
     }
+}
+
+/// Returns `true` if the sets of both children are small enough to divide a set with this number of members.
+pub(crate) fn shrinks(children: [u64; 2], members: u64) -> bool {
+    children[0].max(children[1]) as f64 <= STOP_SHARE * members as f64
 }
 
 impl From<Sharing> for SetDecision {

@@ -5,7 +5,8 @@
 //! 1. *Ghosts* ([`crate::graph::ghosts`]): points go to the leaves that their edges may reach.
 //! 2. *Reverse edges* ([`crate::graph::reverse`]), for graphs of nearest neighbours: points announce themselves to
 //!    their nearest neighbours.
-//! 3. *Sets* ([`crate::graph::separator_sets`]): the recursion of the paper.
+//! 3. *Sets* ([`crate::graph::separator_sets`], [`crate::graph::own_spheres`]): the recursion of the paper, on the
+//!    separators of the partition tree or on separators that are drawn for the sets.
 //!
 //! **Rounds.** The rounds of the rule. **Work and depth.** By rule 1, all pairs
 //! of an owned point and a member of the same leaf.
@@ -19,9 +20,10 @@ use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Account;
 use septet_protocol::transport::TransportError;
 
-use crate::config::SetRule;
+use crate::config::{Fault, SetRule};
 use crate::graph::edges::{Edges, edges_of};
 use crate::graph::ghosts::push_ghosts;
+use crate::graph::own_spheres::own_recursion;
 use crate::graph::reverse::reverse_edges;
 use crate::graph::separator_sets::set_recursion;
 use crate::machine::context::Context;
@@ -89,7 +91,13 @@ pub(crate) async fn supergraph<P: Point>(
             cx.enter(Phase::Graph)?;
             (reverse.unite(cx, subdomain, table), Ghosts::default())
         }
-        (SetRule::Both | SetRule::Smaller, _) => {
+        (SetRule::Own, _) if cx.config().fault != Some(Fault::OldSpheres) => {
+            let neighbours;
+            (neighbours, sets) = own_recursion(cx, subdomain, table, rule).await?;
+            cx.enter(Phase::Graph)?;
+            (neighbours, Ghosts::default())
+        }
+        (SetRule::Both | SetRule::Own | SetRule::Smaller, _) => {
             let neighbours;
             (neighbours, sets) = set_recursion(cx, subdomain, table, rule).await?;
             cx.enter(Phase::Graph)?;

@@ -248,7 +248,7 @@ fn halve(ranks: u32, weight: [u64; 2]) -> u32 {
 }
 
 /// Returns the words of the separator that was drawn, for a [`Body::Sphere`]; none if there is no separator.
-pub(super) fn words_of<P: Point>(drawn: &Draw<P>) -> Vec<f64> {
+pub(crate) fn words_of<P: Point>(drawn: &Draw<P>) -> Vec<f64> {
     drawn.separator.map_or(Vec::new(), |s| s.to_array().to_vec())
 }
 

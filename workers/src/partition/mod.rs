@@ -3,6 +3,6 @@
 pub mod leader;
 mod levelling;
 pub(crate) mod local;
-mod parts;
+pub(crate) mod parts;
 pub(crate) mod shared;
 mod sides;

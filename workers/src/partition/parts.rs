@@ -8,7 +8,7 @@ use crate::machine::group_tree::{Divided, Joined, Parts};
 use crate::state::tree::join_bounds;
 
 /// The samples of some members.
-pub(super) struct Samples<P>(pub(super) Vec<P>);
+pub(crate) struct Samples<P>(pub(crate) Vec<P>);
 
 impl<P: Point> Parts<P> for Samples<P> {
     fn into_body(self) -> Body<P> {
@@ -53,7 +53,7 @@ impl<P: Point> Joined<P> for PointBatch<P> {
 }
 
 /// The words of a separator, which all members receive. There are none if no separator was found.
-pub(super) struct Words(pub(super) Vec<f64>);
+pub(crate) struct Words(pub(crate) Vec<f64>);
 
 impl<P: Point> Parts<P> for Words {
     fn into_body(self) -> Body<P> {

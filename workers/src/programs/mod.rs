@@ -14,7 +14,7 @@ use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 use septet_protocol::transport::TransportError;
 
-use crate::config::Task;
+use crate::config::{SetRule, Task};
 use crate::input::Source;
 use crate::input::load::load;
 use crate::machine::context::Context;
@@ -49,7 +49,10 @@ pub async fn run<P: Point>(
     let group = root(cx.config(), population.count);
     let plan = if cx.rank() == group.leader { plan.clone() } else { Plan::new() };
     let (subdomain, table) = partition(cx, group, block, plan).await?;
-    share.ledger.root = subdomain.own_root();
+    // The recursion on sets with their own separators charges nodes by their places in that recursion. Other ranks may
+    // charge the same nodes.
+    let is_alone = cx.config().graph.sets != SetRule::Own;
+    share.ledger.root = subdomain.own_root().filter(|_| is_alone);
     if cx.config().until == Some(Phase::Partition) {
         return collect_counts(cx, share).await;
     }

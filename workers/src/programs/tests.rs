@@ -116,6 +116,7 @@ pub(crate) fn ways(workers: u32) -> Vec<(&'static str, WorkerConfig)> {
         way("auto", &|c| c.graph.wanted = auto(Purpose::Counting)),
         way("auto-timing", &|c| c.graph.wanted = auto(Purpose::Timing)),
         way("both", &|c| (c.graph.wanted, c.graph.sets) = (density, SetRule::Both)),
+        way("own", &|c| (c.graph.wanted, c.graph.sets) = (density, SetRule::Own)),
         way("smaller", &|c| (c.graph.wanted, c.graph.sets) = (density, SetRule::Smaller)),
         way("bottom-up", &|c| (c.graph.wanted, c.graph.correction) = (density, Correction::BottomUp)),
         way("picture", &|c| {

@@ -79,7 +79,7 @@ pub struct LevelSums {
     pub separator_points: u64,
     /// Edges of the supergraph ([`NodeFacts::edges`]).
     pub edges: u64,
-    /// Points of the leaves' sets ([`NodeFacts::members`]).
+    /// Points of the sets in which all pairs were compared ([`NodeFacts::compared`]).
     pub members: u64,
     /// Largest degree of a point.
     pub max_degree: u64,
@@ -110,11 +110,15 @@ impl LevelSums {
 
     /// Adds a node.
     fn add(&mut self, facts: &NodeFacts, space: usize) {
+        self.members += facts.compared();
+        if facts.population == 0 {
+            // A set that is no node of the partition tree.
+            return;
+        }
         self.nodes += 1;
         self.points += facts.population;
         self.largest = self.largest.max(facts.population);
         self.edges += facts.edges;
-        self.members += facts.members;
         self.max_degree = self.max_degree.max(facts.max_degree);
         self.punts += facts.punts;
         self.pairs += facts.pairs;

@@ -145,7 +145,13 @@ impl NodeKind {
     }
 }
 
-/// The facts of a node of the partition tree.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_zero(count: &u64) -> bool {
+    *count == 0
+}
+
+/// The facts of a node of the partition tree. A node of the recursion on sets with their own separators that is no node of
+/// the partition tree has no population.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct NodeFacts {
@@ -161,8 +167,15 @@ pub struct NodeFacts {
     pub crossing_inside: u64,
     /// Owned points outside the separator whose alpha-ball meets it.
     pub crossing_outside: u64,
-    /// Points of the set of a leaf in the graph phase: owned points, ghosts and separator points.
+    /// Points of the set of a leaf in the graph phase: owned points, ghosts and separator points. If every set has its own
+    /// separator, points of the set of any node.
     pub members: u64,
+    /// Points of the set inside the set's own separator; 0 if the set is not divided by one.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub set_inside: u64,
+    /// Points of the set whose alpha-ball meets the set's own separator.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub set_crossing: u64,
     /// Edges of the supergraph whose smaller end a leaf owns.
     pub edges: u64,
     /// Order-free hash of the separator's coefficients. Reports do not have it.
@@ -193,10 +206,17 @@ impl NodeFacts {
         self.crossing_inside += o.crossing_inside;
         self.crossing_outside += o.crossing_outside;
         self.members += o.members;
+        self.set_inside += o.set_inside;
+        self.set_crossing += o.set_crossing;
         self.edges += o.edges;
         self.visits += o.visits;
         self.punts += o.punts;
         self.pairs += o.pairs;
+    }
+
+    /// Returns the number of points of the set, if all its pairs were compared; otherwise 0.
+    pub fn compared(&self) -> u64 {
+        if self.set_inside > 0 { 0 } else { self.members }
     }
 
     /// Returns `true` if the node is a leaf of the tree.

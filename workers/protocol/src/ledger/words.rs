@@ -34,6 +34,8 @@ impl NodeFacts {
             self.visits,
             self.punts,
             self.pairs,
+            self.set_inside,
+            self.set_crossing,
         ]
     }
 
@@ -41,6 +43,8 @@ impl NodeFacts {
         let &[population, inside, attempts, kind, ..] = p;
         let &[_, _, _, _, crossing_inside, crossing_outside, members, edges, ..] = p;
         let &[.., separator, max_degree, visits, punts, pairs] = p;
+        let &[_, _, _, _, crossing_inside, crossing_outside, members, ..] = p;
+        let &[.., edges, separator, max_degree, visits, set_inside, set_crossing] = p;
         let kind = NodeKind::from_number(kind)?;
         Some(NodeFacts {
             population,
@@ -56,6 +60,8 @@ impl NodeFacts {
             visits,
             punts,
             pairs,
+            set_inside,
+            set_crossing,
         })
     }
 }

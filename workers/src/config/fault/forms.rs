@@ -41,13 +41,14 @@ pub const FAULTS: [FaultForm; 25] = [
     form("half-ghosts", "About half of the points stay in their own leaves (separator sets `ghost`)."),
     form(
         "half-separators",
-        "About half of the points are in no separator set (separator sets `both` and `smaller`).",
+        "About half of the points are in no separator set (separator sets `both`, `own` and `smaller`).",
     ),
     form("halve-alpha", "Graphs are built with half the chosen alpha."),
     form("first-ball", "Balls of overlap graphs extend to the first neighbour, whatever k is."),
     form("worst-choice", "The choice takes the supergraph that it predicts to be the worst (constants for counting)."),
     form("always-punt", "Every node punts in the correction of neighbour balls `fmt`."),
     form("slow-hub", "Local hulls with many candidates are built by distance."),
+    form("old-spheres", "Every set is divided by the separator of the partition (separator sets `own`)."),
     form(
         "small-sphere",
         "Every separator is a sphere that contains a twentieth of the points, and is accepted.",

@@ -189,6 +189,7 @@ fn plain(name: &str) -> Option<Fault> {
         "worst-choice" => Fault::WorstChoice,
         "always-punt" => Fault::AlwaysPunt,
         "slow-hub" => Fault::SlowHub,
+        "old-spheres" => Fault::OldSpheres,
         "small-sphere" => Fault::SmallSphere,
         "sequential-leaf" => Fault::SequentialLeaf,
         "free-loop" => Fault::FreeLoop,
@@ -240,6 +241,7 @@ impl fmt::Display for Fault {
             Fault::WorstChoice => f.write_str("worst-choice"),
             Fault::AlwaysPunt => f.write_str("always-punt"),
             Fault::SlowHub => f.write_str("slow-hub"),
+            Fault::OldSpheres => f.write_str("old-spheres"),
             Fault::SmallSphere => f.write_str("small-sphere"),
             Fault::Ablate(ablation) => f.write_str(ablation.name()),
             Fault::Slow { phase, law, factor } => {
@@ -277,6 +279,7 @@ mod tests {
         "worst-choice",
         "always-punt",
         "slow-hub",
+        "old-spheres",
         "small-sphere",
         "random-planes",
         "median-planes",
