@@ -21,7 +21,7 @@ const fn pair(fault: &'static str, fail: &'static [&'static str]) -> Pair {
 
 /// The pairs of faults and claims. The guide has them in the last column of the table of faults. `bench/accept/faults.py`
 /// measures them at full size, where `slow:hulls:root3` needs no factor.
-static PAIRS: [Pair; 16] = [
+static PAIRS: [Pair; 19] = [
     pair("slow:partition:log2", &["level-depth"]),
     pair("slow:hulls:root3:4", &["depth-law"]),
     pair("sequential-leaf", &["brent"]),

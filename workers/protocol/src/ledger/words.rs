@@ -17,7 +17,7 @@ use crate::ids::{NodeId, Phase, Rank};
 const CHARGE_WORDS: usize = 7;
 
 impl NodeFacts {
-    const LEN: usize = 13;
+    const LEN: usize = 15;
 
     fn parts(&self) -> [u64; Self::LEN] {
         [
@@ -42,9 +42,7 @@ impl NodeFacts {
     fn from_parts(p: &[u64; Self::LEN]) -> Option<Self> {
         let &[population, inside, attempts, kind, ..] = p;
         let &[_, _, _, _, crossing_inside, crossing_outside, members, edges, ..] = p;
-        let &[.., separator, max_degree, visits, punts, pairs] = p;
-        let &[_, _, _, _, crossing_inside, crossing_outside, members, ..] = p;
-        let &[.., edges, separator, max_degree, visits, set_inside, set_crossing] = p;
+        let &[.., separator, max_degree, visits, punts, pairs, set_inside, set_crossing] = p;
         let kind = NodeKind::from_number(kind)?;
         Some(NodeFacts {
             population,

@@ -26,7 +26,7 @@ const fn form(text: &'static str, effect: &'static str) -> FaultForm {
 }
 
 /// All faults: first those of charges, then those of the machine, then those that end or disturb a run.
-pub const FAULTS: [FaultForm; 25] = [
+pub const FAULTS: [FaultForm; 28] = [
     form(
         "slow:PHASE:LAW[:FACTOR]",
         "Each node of the phase takes FACTOR times LAW additional steps. LAW is log, log2 (the square of log) or root3.",

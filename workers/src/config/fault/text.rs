@@ -261,7 +261,7 @@ mod tests {
     use super::*;
 
     /// Texts of all forms.
-    const TEXTS: [&str; 27] = [
+    const TEXTS: [&str; 30] = [
         "slow:partition:log2:3",
         "slow:separator-sets:root3:0.1",
         "slow:hulls:log:1",
