@@ -231,7 +231,8 @@ fn impossible_options_are_exit_2() {
         place.fails(&format!("simulate p.xyz {options}"), 2, &[word]);
     }
     // The paper's recursion has these; `triangulate` would ignore them.
-    for option in ["--supergraph knn", "--k 5", "--alpha 3", "--separator-sets both", "--separator-sets own"] {
+    for option in ["--supergraph knn", "--k 5", "--alpha 3", "--separator-sets both", "--separator-sets own"]
+    {
         let name = option.split(' ').next().unwrap();
         place.fails(&format!("triangulate p.xyz {option}"), 2, &[name]);
     }

@@ -70,7 +70,13 @@ fn whole(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
                 figures.push(Figure::at_most(what, sample.name(), seed, off, 0.0));
                 if alpha == Alpha::Auto {
                     let work = work_of(&ledger, Phase::Choice);
-                    figures.push(Figure::at_least("work of the choice", sample.name(), seed, work, LEAST_WORK));
+                    figures.push(Figure::at_least(
+                        "work of the choice",
+                        sample.name(),
+                        seed,
+                        work,
+                        LEAST_WORK,
+                    ));
                 }
             }
         }
@@ -85,7 +91,16 @@ fn work_of(ledger: &Ledger, phase: Phase) -> f64 {
 fn near_best(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let kinds: &[Kind] = lab.by_extent(
         &[Kind::Uniform, Kind::WellSpaced, Kind::Clusters],
-        &[Kind::Uniform, Kind::WellSpaced, Kind::Clusters, Kind::Jittered, Kind::Slab, Kind::Line, Kind::Sphere, Kind::GradedPoint],
+        &[
+            Kind::Uniform,
+            Kind::WellSpaced,
+            Kind::Clusters,
+            Kind::Jittered,
+            Kind::Slab,
+            Kind::Line,
+            Kind::Sphere,
+            Kind::GradedPoint,
+        ],
     );
     let (n, seed) = (lab.size(2048, 8192), lab.seed());
     let mut figures = Vec::new();

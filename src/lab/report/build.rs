@@ -127,7 +127,9 @@ fn machine(run: &Outcome) -> MachineReport {
     let known = |group: GroupTotal| GroupTotal { total: group.total.known(counted), traffic: group.traffic };
     let whole = GroupTotal {
         total: run.ledger.totals.sum(),
-        traffic: TrafficTotal::of_phases(run.ledger.phases.iter().filter(|total| total.phase.group().counts_work())),
+        traffic: TrafficTotal::of_phases(
+            run.ledger.phases.iter().filter(|total| total.phase.group().counts_work()),
+        ),
     };
     MachineReport {
         workers: run.settled.workers,

@@ -150,7 +150,10 @@ fn balls_of_sample<P: Point>(
         let items = leaf.owned_len() * (sample.len() as u64).max(1);
         cx.charge(Account::member(Phase::Choice, leaf.id()), cost, items);
         let wide2 = ALPHAS[3] * ALPHAS[3];
-        let radii2 = nearest.iter().zip(bounding.iter()).map(|((nearest2, _), (most2, _))| most2.min(nearest2 * wide2));
+        let radii2 = nearest
+            .iter()
+            .zip(bounding.iter())
+            .map(|((nearest2, _), (most2, _))| most2.min(nearest2 * wide2));
         balls.extend(sample.into_iter().zip(radii2).map(|(point, radius2)| Ball {
             point,
             leaf: at,

@@ -158,9 +158,8 @@ impl<P: Point> Body<P> {
             Body::SetCounts(SetCounts { inside, outside, crossing_inside, crossing_outside }) => {
                 of_counts(&[*inside, *outside, *crossing_inside, *crossing_outside])
             }
-            Body::SampleStars(SampleStars { sampled, of_alpha }) => of_counts(&[*sampled]).or_else(|| {
-                of_alpha.iter().find_map(|of| of_counts(&[of.certified, of.edges, of.missing]))
-            }),
+            Body::SampleStars(SampleStars { sampled, of_alpha }) => of_counts(&[*sampled])
+                .or_else(|| of_alpha.iter().find_map(|of| of_counts(&[of.certified, of.edges, of.missing]))),
             Body::Merged(merged) => merged.defect(),
             Body::BranchCounts { inside, outside, boxes } => {
                 unless(inside.len() == outside.len() && (boxes.is_empty() || boxes.len() == 4), COLUMNS)

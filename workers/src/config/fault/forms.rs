@@ -45,7 +45,10 @@ pub const FAULTS: [FaultForm; 28] = [
     ),
     form("halve-alpha", "Graphs are built with half the chosen alpha."),
     form("first-ball", "Balls of overlap graphs extend to the first neighbour, whatever k is."),
-    form("worst-choice", "The choice takes the supergraph that it predicts to be the worst (constants for counting)."),
+    form(
+        "worst-choice",
+        "The choice takes the supergraph that it predicts to be the worst (constants for counting).",
+    ),
     form("always-punt", "Every node punts in the correction of neighbour balls `fmt`."),
     form("slow-hub", "Local hulls with many candidates are built by distance."),
     form("old-spheres", "Every set is divided by the separator of the partition (separator sets `own`)."),

@@ -83,7 +83,8 @@ impl Request {
         }
         let best = sample.of_alpha.last().map_or(0, |counts| counts.certified);
         let k = FALLBACK_K.min(self.population.saturating_sub(1).max(1) as u32);
-        let why = format!("alpha 6 certifies only {best} of {stars} sampled stars, so {k} nearest neighbours");
+        let why =
+            format!("alpha 6 certifies only {best} of {stars} sampled stars, so {k} nearest neighbours");
         (Supergraph::Knn { k }, why)
     }
 

@@ -61,9 +61,8 @@ impl<'a, P: Point> Sampled<'a, P> {
             let is_edge = |candidate: &&Candidate| candidate.alpha <= alpha;
             let edges = candidates.iter().filter(is_edge).count() as f64;
             let beyond = (alpha * alpha * nearest2 / known2).max(1.0).powi(P::DIM as i32).sqrt();
-            let is_missing = |candidate: &&Candidate| {
-                !is_edge(candidate) && link.binary_search(&candidate.point).is_ok()
-            };
+            let is_missing =
+                |candidate: &&Candidate| !is_edge(candidate) && link.binary_search(&candidate.point).is_ok();
             AlphaCounts {
                 certified: u64::from(needed.is_some_and(|needed| needed <= alpha)),
                 edges: (edges * beyond.min(1e6)).round() as u64,
@@ -79,7 +78,8 @@ impl<'a, P: Point> Sampled<'a, P> {
         let at = positions[nearest.point as usize];
         let all = |_| f64::INFINITY;
         let around = nearest_direct(positions, nearest.list, nearest.list, 1, all, cost);
-        let pairs: Vec<(u32, f64)> = nearest.list.iter().copied().zip(around.iter().map(|(kth2, _)| kth2)).collect();
+        let pairs: Vec<(u32, f64)> =
+            nearest.list.iter().copied().zip(around.iter().map(|(kth2, _)| kth2)).collect();
         cost.map(&pairs, |&(point, of_others2)| {
             let d2 = dist2(positions[point as usize], at);
             let own2 = of_others2.min(d2);
@@ -101,8 +101,7 @@ impl<'a, P: Point> Sampled<'a, P> {
                 return None;
             }
             let cell = finite_cell::<P>(point, facet)?;
-            let corners: Vec<P> =
-                cell.as_ref().iter().map(|&v| self.table.positions()[v as usize]).collect();
+            let corners: Vec<P> = cell.as_ref().iter().map(|&v| self.table.positions()[v as usize]).collect();
             most2 = most2.max(circumradius2(&corners));
         }
         (!self.facets.is_empty() && 4.0 * most2 <= known2).then_some(4.0 * most2)
