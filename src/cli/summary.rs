@@ -103,7 +103,7 @@ fn machine(report: &RunReport) -> Vec<String> {
 fn baselines(report: &RunReport) -> Option<String> {
     let p = &report.parameters.options;
     let cut = (p.text("partition") != Partition::Sphere.name()).then_some("k-d planes separate subproblems");
-    let correction = Correction::ALL.into_iter().find(|c| c.name() == p.text("neighbours"));
+    let correction = Correction::ALL.iter().copied().find(|c| c.name() == p.text("neighbours"));
     let balls = correction.and_then(|correction| match correction {
         Correction::Descent => None,
         Correction::BottomUp => Some("balls are corrected bottom-up, node by node"),

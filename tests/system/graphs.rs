@@ -285,7 +285,8 @@ fn separator_sets_contain_every_edge() {
         let one = run(1);
         let sets = one.kept.sets.clone().unwrap();
         assert_eq!(Some(&sets), run(5).kept.sets.as_ref(), "{rule:?}");
-        let members: u64 = one.ledger.part.nodes.values().map(|facts| facts.compared()).sum();
+        let members: u64 =
+            one.ledger.part.nodes.values().map(septet_protocol::ledger::NodeFacts::compared).sum();
         assert!(sets.len() as u64 == members && sets.len() > points.len(), "{rule:?}");
         let mut nodes = vec![Vec::new(); points.len()];
         for member in &sets {

@@ -348,7 +348,9 @@ impl<'a, P: Point> Builder<'a, P> {
         let conflicts = self.conflicts(&vertices, candidates, round, &mut lane);
         let slots: Vec<usize> = (0..=P::DIM).collect();
         let facets = lane.map(&slots, |&slot| (slot, facet_without::<P>(&vertices, slot)));
-        facets.iter().for_each(|(_, facet)| self.network.report(facet.as_ref(), holder));
+        for (_, facet) in facets.iter() {
+            self.network.report(facet.as_ref(), holder);
+        }
         joined.extend(lane.map(&facets, |&(slot, facet)| {
             let half = Half { cell: index, slot };
             let known = known.filter(|k| k.0 == slot).map(|k| k.1);

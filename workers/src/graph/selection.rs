@@ -1,8 +1,8 @@
 //! Selects the supergraph by a sample of stars if the user does not specify one.
 //!
-//! **Statement.** A hash of the coordinates draws about a hundred points. Each sampled point searches for its nearest points, at
-//! most 60, in a ball. The radius of the ball is six times the distance to the nearest point of its leaf, but at most the
-//! distance to the 24th. So the points found include its nearest neighbour. The star of the sampled point is built from these points. [`sampled`] counts, for each alpha of 2.5, 3,
+//! **Statement.** A hash of the coordinates draws about 64 points. Each sampled point searches for its nearest points, at most 60
+//! (30 in the plane), in a ball. The radius of the ball is six times the distance to the nearest point of its leaf, but at
+//! most the distance to the 20th (10th). So the points found include its nearest neighbour. The star of the sampled point is built from these points. [`sampled`] counts, for each alpha of 2.5, 3,
 //! 4 and 6, the edges at the point and the vertices of its link that the supergraph lacks. [`rule`] chooses by the sums. The
 //! selection is independent of the number of workers.
 //!
@@ -43,10 +43,10 @@ use rule::{ALPHAS, Request};
 use sampled::{MOST_CANDIDATES, Sampled};
 
 /// The expected number of sampled stars.
-const SAMPLED_STARS: u64 = 100;
+const SAMPLED_STARS: u64 = 64;
 
-/// The number of points of the leaf that bound a sampled ball.
-const BOUNDING: usize = 24;
+/// The number of points of the leaf that bound a sampled ball, in the plane and in space.
+const BOUNDING: [usize; 2] = [10, 20];
 
 /// Chooses the supergraph. Each rank samples stars and reports how many of them each alpha certifies. The coordinator
 /// sums the reports and sends the supergraph to every rank. Only the coordinator's result contains the reason.
@@ -65,7 +65,7 @@ pub(crate) async fn choice<P: Point>(
     let balls = balls_of_sample(cx, subdomain, table, population);
     let search = Search {
         phase: Phase::Choice,
-        wanted: MOST_CANDIDATES,
+        wanted: MOST_CANDIDATES[P::DIM - 2],
         probe: false,
         own_leaf: true,
         everywhere: false,
@@ -117,7 +117,9 @@ impl SampleCounts {
             Body::SampleStars(counts) => Some(*counts),
             _ => None,
         });
-        reports.iter().for_each(|&counts| self.sum.add(counts));
+        for &counts in &reports {
+            self.sum.add(counts);
+        }
         if !self.reports.complete(reports.len(), cx.config().ranks()) {
             return None;
         }
@@ -128,8 +130,8 @@ impl SampleCounts {
 }
 
 /// Samples owned points. The radius of a sampled ball is six times the distance to the nearest point of the leaf,
-/// which is at least the distance to the nearest of all points, but at most the distance to the 24th point of the leaf, if
-/// there is one. It is infinite if the leaf contains no other point.
+/// which is at least the distance to the nearest of all points, but at most the distance to the 20th point of the leaf (10th in
+/// the plane), if there is one. It is infinite if the leaf contains no other point.
 fn balls_of_sample<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -146,7 +148,7 @@ fn balls_of_sample<P: Point>(
         let sample = cost.pack(&members, |&point| sampler.accepts(positions[point as usize]));
         let all = |_| f64::INFINITY;
         let nearest = nearest_direct(positions, &sample, &members, 1, all, &mut cost);
-        let bounding = nearest_direct(positions, &sample, &members, BOUNDING, all, &mut cost);
+        let bounding = nearest_direct(positions, &sample, &members, BOUNDING[P::DIM - 2], all, &mut cost);
         let items = leaf.owned_len() * (sample.len() as u64).max(1);
         cx.charge(Account::member(Phase::Choice, leaf.id()), cost, items);
         let wide2 = ALPHAS[3] * ALPHAS[3];

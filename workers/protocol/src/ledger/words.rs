@@ -52,14 +52,14 @@ impl NodeFacts {
             crossing_inside,
             crossing_outside,
             members,
+            set_inside,
+            set_crossing,
             edges,
             separator,
             max_degree,
             visits,
             punts,
             pairs,
-            set_inside,
-            set_crossing,
         })
     }
 }

@@ -18,8 +18,8 @@ use crate::neighbours::results::Nearest;
 use crate::state::cells::finite_cell;
 use crate::state::table::Table;
 
-/// The largest number of points that a sampled star searches for.
-pub(super) const MOST_CANDIDATES: u32 = 60;
+/// The largest number of points that a sampled star searches for, in the plane and in space.
+pub(super) const MOST_CANDIDATES: [u32; 2] = [30, 60];
 
 /// Builds the stars of a sample.
 pub(super) struct Sampled<'a, P: Point> {
@@ -47,7 +47,7 @@ impl<'a, P: Point> Sampled<'a, P> {
         let distances2 = cost.map(nearest.list, |&q| dist2(positions[q as usize], at));
         let nearest2 = cost.reduce(&distances2, f64::INFINITY, |least, &d2| f64::min(least, d2));
         // A truncated list is complete only up to its last point.
-        let is_whole = nearest.list.len() < MOST_CANDIDATES as usize;
+        let is_whole = nearest.list.len() < MOST_CANDIDATES[P::DIM - 2] as usize;
         let known2 = if is_whole { radius2 } else { nearest.kth2 };
         let candidates = self.candidates(nearest, nearest2, cost);
         let spans = self.builder.build(positions, nearest.point, nearest.list, cost);
