@@ -421,6 +421,8 @@ const REPORTS: [(&str, &str); 13] = [
     ("speedup", "fit DIR/6.json --speedup --json"),
     ("predict", "predict sample:uniform:800 --workers 1,2 --json"),
     ("rival", "rival incremental -n 300 --kind uniform --against --json"),
+    ("rival", "rival splay -n 300 --kind uniform --json"),
+    ("rival", "rival direct -n 300 --kind uniform --json"),
     ("claims", "reproduce separator-attempts ply --json"),
     ("cost", "simulate sample:clusters:800 --workers 3 --leaf 60 --cost-trace"),
 ];

@@ -27,7 +27,7 @@ struct Steps {
 }
 
 /// In the plane and in space.
-const STEPS: [Steps; 2] = [Steps { edge: 15.0, missing: 350.0 }, Steps { edge: 35.0, missing: 2400.0 }];
+const STEPS: [Steps; 2] = [Steps { edge: 15.0, missing: 350.0 }, Steps { edge: 35.0, missing: 2800.0 }];
 
 /// The request for a choice.
 #[derive(Clone, Copy, Debug)]
