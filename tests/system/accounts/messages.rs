@@ -198,9 +198,10 @@ fn of_graph(rows: &Rows<'_>, sent: &Sent) -> Ends {
 }
 
 /// The phases of these runs that send messages and have rows.
-const PHASES: [Phase; 12] = [
+const PHASES: [Phase; 13] = [
     Phase::Partition,
     Phase::Choice,
+    Phase::Probe,
     Phase::Neighbours,
     Phase::Summaries,
     Phase::KnnProbe,
@@ -278,6 +279,9 @@ fn rows_follow_the_senders_of_their_data() {
     all.check(&space(Kind::Uniform, 500, 6), |_| {});
     all.check(&plane(Kind::Uniform, 600, 6), |c| c.recursion.sets = SeparatorSets::Both);
     all.check(&space(Kind::Uniform, 500, 6), density);
+    all.check(&space(Kind::Uniform, 500, 6), |c| {
+        c.recursion.graph = Graph::Knn { k: Neighbours::Count(48) };
+    });
     all.check(&space(Kind::Clusters, 500, 6), |c| {
         c.recursion.graph = Graph::Knn { k: Neighbours::Count(12) }
     });
