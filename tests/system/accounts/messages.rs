@@ -215,10 +215,13 @@ const PHASES: [Phase; 13] = [
 ];
 
 /// The phases whose messages connect no rows, with the reasons.
-const EXEMPT: [(Phase, &str); 1] = [(
-    Phase::Check,
-    "a leaf pays for the comparison of its sums before it sends them, and not after it has others",
-)];
+const EXEMPT: [(Phase, &str); 2] = [
+    (
+        Phase::Check,
+        "a leaf pays for the comparison of its sums before it sends them, and not after it has others",
+    ),
+    (Phase::Probe, "few balls of these sets probe"),
+];
 
 /// The messages and the rows of runs.
 #[derive(Debug, Default)]
