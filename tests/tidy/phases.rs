@@ -11,7 +11,7 @@ use crate::syntax::definitions;
 const EXCEPTIONS: [(&str, &[&str], &str); 2] = [
     (
         "graph::selection",
-        &["neighbours::descent", "neighbours::results", "neighbours::search"],
+        &["neighbours::descent", "neighbours::search"],
         "it sends the balls of a sample down the tree and reads their lists as they complete",
     ),
     ("splaying::splay", &["stars::look_up"], "it looks up the cells of other stars as the check does"),
