@@ -36,6 +36,8 @@ def pairs():
     yield "half-separators", ["graph-exact"], []
     yield "halve-alpha", ["graph-exact", "local-hulls", "supergraph"], []
     yield "first-ball", ["overlap-k"], []
+    yield "worst-choice", ["choice-near-best"], []
+    yield "free:choice", ["whole-sum"], []
     yield "always-punt", ["neighbours-published"], []
     yield "slow-hub", ["hubs"], []
     yield "old-spheres", ["own-spheres"], []
