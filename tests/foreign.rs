@@ -409,7 +409,7 @@ fn edited(table: &str, row: usize, change: impl Fn(&mut Vec<String>)) -> String 
 }
 
 /// Commands of the program that write a report each, and the name of its schema.
-const REPORTS: [(&str, &str); 13] = [
+const REPORTS: [(&str, &str); 15] = [
     ("run", "triangulate sample:uniform:500 --workers 2 --json"),
     ("run", "simulate sample:clusters:800 --workers 3 --leaf 50 --view 100 --json"),
     ("run", "simulate sample:uniform:300,d=2 --supergraph knn --workers leaves --nodes none --json"),

@@ -2,7 +2,7 @@
 
 use super::*;
 
-const COMMANDS: [&str; 15] = [
+const COMMANDS: [&str; 17] = [
     "triangulate",
     "simulate",
     "generate",
