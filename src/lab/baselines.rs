@@ -273,9 +273,26 @@ pub struct BaselineReport {
     pub same_cells: bool,
     /// The counts of the rival.
     #[serde(flatten)]
+    #[cfg_attr(feature = "schema", schemars(with = "CountedByName"))]
     pub rival: Counted,
     /// The counts of septet, if requested.
     pub septet: Option<SeptetReport>,
+}
+
+/// The fields of [`Counted`] in reports, for the schema: the counts under the name of the rival.
+#[cfg(feature = "schema")]
+#[derive(schemars::JsonSchema)]
+#[expect(dead_code, reason = "only the schema reads the fields")]
+struct CountedByName {
+    /// The counts of incremental insertion. Absent for another rival.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    incremental: Option<IncrementalReport>,
+    /// The counts of star splaying from nearest neighbours. Absent for another rival.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    splay: Option<RunReport>,
+    /// The counts of the path of `triangulate`. Absent for another rival.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    direct: Option<RunReport>,
 }
 
 /// Counts of the incremental insertions.

@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::Place;
 
 /// The documented keys, level by level.
-const KEYS: [(&str, &str); 18] = [
+const KEYS: [(&str, &str); 19] = [
     (
         "",
         "schema version parameters settled seed supergraph points space dimension simplices hull_facets certificate \
@@ -25,8 +25,9 @@ const KEYS: [(&str, &str); 18] = [
     ("/points", "input used duplicate refused"),
     ("/repair", "rounds stars"),
     ("/how_proved", "direct hypothesis local_radius exchange"),
-    ("/machine", "workers rounds messages bytes paper repair selection"),
-    ("/machine/paper", "work depth depth_log_scan brent rounds messages bytes"),
+    ("/machine", "workers rounds messages bytes total paper repair selection"),
+    ("/machine/total", "work depth depth_log_scan brent brent_at rounds messages bytes"),
+    ("/machine/paper", "work depth depth_log_scan brent brent_at rounds messages bytes"),
     (
         "/phases/0",
         "name paper repair group rounds work depth depth_log_scan critical_depth messages bytes seconds",

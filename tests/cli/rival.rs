@@ -123,7 +123,7 @@ fn planes_and_naive_correction_give_the_same_bytes() {
         assert!(!kd || report["tree"]["spheres"] == 0 && report["tree"]["planes"] != 0, "{line}");
     }
     place.fails("triangulate sample:uniform:500 --neighbours naive", 2, &["--neighbours"]);
-    place.fails("triangulate sample:uniform:500 --neighbours fmt", 2, &["--neighbours", "fmt"]);
+    place.fails("triangulate sample:uniform:500 --neighbours fmt", 2, &["--neighbours"]);
     place.fails("scale -n 500 --timed --neighbours naive -o s.jsonl", 2, &["--timed"]);
     place.fails("triangulate sample:uniform:500 --partition bsp", 2, &["sphere", "kd"]);
 }
