@@ -61,8 +61,8 @@ fn on_machines<P: Point>(points: &[P], what: &str, change: impl Fn(&mut Spec)) -
     last.expect("four runs")
 }
 
-/// Whether the cost trace orders all steps of the rule. It does not for sets that draw their own separators: its depth of
-/// `separator-sets` is up to a few steps above that of the ledger.
+/// Whether the ledger orders the nodes of the rule as the cost trace does. It does not for sets that draw their own
+/// separators: some of their nodes are not in the partition tree, so the total depth of the ledger is too small.
 fn is_ordered<A, B, C>(choice: &(A, SeparatorSets, B, C)) -> bool {
     choice.1 != SeparatorSets::Own
 }
