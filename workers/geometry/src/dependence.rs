@@ -348,7 +348,7 @@ impl<'a, P: Point> Builder<'a, P> {
         let conflicts = self.conflicts(&vertices, candidates, round, &mut lane);
         let slots: Vec<usize> = (0..=P::DIM).collect();
         let facets = lane.map(&slots, |&slot| (slot, facet_without::<P>(&vertices, slot)));
-        for (_, facet) in facets.iter() {
+        for (_, facet) in &facets {
             self.network.report(facet.as_ref(), holder);
         }
         joined.extend(lane.map(&facets, |&(slot, facet)| {

@@ -2,8 +2,8 @@
 //!
 //! **Statement.** A hash of the coordinates draws about 64 points. Each sampled point searches for its nearest points, at most 60
 //! (30 in the plane), in a ball. The radius of the ball is six times the distance to the nearest point of its leaf, but at
-//! most the distance to the 20th (10th). So the points found include its nearest neighbour. The star of the sampled point is built from these points. [`sampled`] counts, for each alpha of 2.5, 3,
-//! 4 and 6, the edges at the point and the vertices of its link that the supergraph lacks. [`rule`] chooses by the sums. The
+//! most the distance to the 20th (10th). So the points found include its nearest neighbour. The star of the sampled point is built from these points. `sampled` counts, for each alpha of 2.5, 3,
+//! 4 and 6, the edges at the point and the vertices of its link that the supergraph lacks. `rule` chooses by the sums. The
 //! selection is independent of the number of workers.
 //!
 //! The phase precedes the nearest-neighbour balls, because only some supergraphs need them for all points.
