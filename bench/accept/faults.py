@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 
-PAPER = ("partition radii probe neighbours summaries knn-radii knn-probe knn separator-sets graph independent hulls "
+PAPER = ("partition radii probe neighbours summaries knn-radii knn-probe knn separator-sets own-sets graph independent hulls "
          "merge").split()
 # The results do not need the probes.
 BOUNDED = [phase for phase in PAPER if "probe" not in phase]

@@ -11,7 +11,7 @@ use super::row::{Header, Row};
 use super::totals::{Accounts, PhaseAccount, TotalAccount};
 
 /// The phases in the paper's total.
-const PAPER: [&str; 13] = [
+const PAPER: [&str; 14] = [
     "partition",
     "radii",
     "probe",
@@ -21,6 +21,7 @@ const PAPER: [&str; 13] = [
     "knn-probe",
     "knn",
     "separator-sets",
+    "own-sets",
     "graph",
     "independent",
     "hulls",

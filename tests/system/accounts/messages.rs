@@ -172,7 +172,7 @@ fn way(phase: Phase) -> Way {
         | Phase::Knn
         | Phase::Sets => Way::Down,
         Phase::Summaries | Phase::Merge | Phase::Fallback => Way::Up,
-        Phase::Repair | Phase::Independent => Way::Steps,
+        Phase::OwnSets | Phase::Repair | Phase::Independent => Way::Steps,
         Phase::Load
         | Phase::Halo
         | Phase::Pieces

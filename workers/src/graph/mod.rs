@@ -7,6 +7,7 @@ pub(crate) mod ghosts;
 pub(crate) mod independent;
 mod own_draw;
 pub(crate) mod own_spheres;
+mod own_steps;
 pub(crate) mod reverse;
 pub mod selection;
 pub(crate) mod separator_sets;

@@ -14,10 +14,10 @@
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_geometry::separator::DrawKey;
-use septet_protocol::ids::{NodeId, Phase};
-use septet_protocol::ledger::Account;
+use septet_protocol::ids::NodeId;
 use septet_protocol::message::{Child, Decision};
 
+use crate::graph::own_steps::OwnStep;
 use crate::graph::sharing::shrinks;
 use crate::machine::context::Context;
 use crate::machine::group_tree::Gathered;
@@ -65,7 +65,7 @@ pub(super) fn samples<P: Point>(cx: &mut Context<P>, attempt: Attempt, positions
     let sampler = cx.config().sampler(key, attempt.members);
     let mut cost = cx.shared_cost();
     let samples = cost.pack(positions, |&x| sampler.accepts(x));
-    cx.charge(Account::member(Phase::Sets, attempt.node), cost, 0);
+    cx.charge(OwnStep::Sample(attempt.number).account(attempt.node), cost, positions.len() as u64);
     Samples(samples)
 }
 
@@ -77,8 +77,9 @@ pub(super) fn draw<P: Point>(
 ) -> Words {
     let Attempt { node, members, number } = attempt;
     let mut cost = cx.shared_cost();
+    let gathered = samples.len() as u64;
     let drawn: Draw<P> = draw_from(cx.config(), node, number, members, &mut samples, &mut cost);
-    cx.charge(Account::leader(Phase::Sets, node), cost, 0);
+    cx.charge(OwnStep::Draw(number).account(node), cost, gathered);
     Words(words_of(&drawn))
 }
 

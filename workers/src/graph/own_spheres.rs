@@ -25,13 +25,13 @@ use septet_geometry::point::Point;
 use septet_geometry::separator::Separator;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase};
-use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Child, Decision, SetCounts};
 use septet_protocol::transport::TransportError;
 
 use crate::graph::own_draw::{
     Attempt, Verdict, attempts, decide, draw, draw_gathered, placed, samples, separator,
 };
+use crate::graph::own_steps::{OwnStep, SetTree};
 use crate::graph::set_members::{
     Leaving, Receiver, SetMembers, enter_set, members_of_children, send_items, taken_items,
 };
@@ -50,7 +50,8 @@ pub(crate) async fn own_recursion<P: Point>(
     table: &mut Table<P>,
     supergraph: Supergraph,
 ) -> Result<(Lists<u32>, Vec<[u64; 2]>), TransportError> {
-    let mut own = OwnSpheres { supergraph, all: SetMembers::of_owned(cx, table, supergraph) };
+    cx.enter(Phase::OwnSets)?;
+    let mut own = OwnSpheres { supergraph, all: SetMembers::of_owned(cx, table, supergraph, SetTree::Own) };
     let held = own.descend(cx, subdomain).await?;
     // No group works any more when this phase of the recursion ends, so lists can go up.
     while cx.exchange().await? {}
@@ -146,7 +147,7 @@ impl<P: Point> OwnSpheres<'_, P> {
     ) -> [u64; 4] {
         let mut cost = cx.shared_cost();
         let counts = self.all.count(separator, share, &mut cost);
-        cx.charge(Account::member(Phase::Sets, attempt.node), cost, share.len() as u64);
+        cx.charge(OwnStep::Count(attempt.number).account(attempt.node), cost, share.len() as u64);
         counts
     }
 
@@ -214,7 +215,7 @@ impl<P: Point> OwnSpheres<'_, P> {
     ) -> Vec<[bool; 2]> {
         let mut cost = cx.shared_cost();
         let places = cost.replicate(share, |&i| self.all.place(separator, i));
-        cx.charge(Account::member(Phase::Sets, node), cost, 0);
+        cx.charge(OwnStep::Divide.account(node), cost, share.len() as u64);
         enter_set(cx, node, &places);
         places.into_iter().map(|place| [0, 1].map(|child| Crossing::Both.sends(place, child))).collect()
     }

@@ -26,6 +26,7 @@ use septet_protocol::ledger::Account;
 use septet_protocol::transport::TransportError;
 
 use crate::config::{Fault, SetRule};
+use crate::graph::own_steps::SetTree;
 use crate::graph::set_members::{
     Arrival, ItemBatch, Leaving, Receiver, SetMembers, enter_set, members_of_children, send_items,
     taken_items,
@@ -102,7 +103,7 @@ impl<'a, P: Point> Recursion<'a, P> {
             fault: cx.config().fault,
             agenda: Agenda { ready: root.into_iter().collect(), ..Agenda::default() },
             votes: SetVotes::default(),
-            all: SetMembers::of_owned(cx, table, supergraph),
+            all: SetMembers::of_owned(cx, table, supergraph, SetTree::Partition),
             members: members.into_iter().collect(),
         }
     }

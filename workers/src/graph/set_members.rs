@@ -16,12 +16,12 @@ use septet_geometry::lists::Lists;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::separator::{Separator, Side};
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{NodeId, Phase, Rank};
-use septet_protocol::ledger::Account;
+use septet_protocol::ids::{NodeId, Rank};
 use septet_protocol::message::{Body, ListBatch, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
 use crate::config::Fault;
+use crate::graph::own_steps::SetTree;
 use crate::graph::sharing::Place;
 use crate::machine::context::Context;
 use crate::state::table::Table;
@@ -30,6 +30,7 @@ use crate::state::table::Table;
 pub(crate) struct SetMembers<'a, P> {
     table: &'a mut Table<P>,
     supergraph: Supergraph,
+    tree: SetTree,
     /// A planted fault, which may change the separator sets.
     fault: Option<Fault>,
     items: Vec<SetItem>,
@@ -106,8 +107,14 @@ struct Unions {
 
 impl<'a, P: Point> SetMembers<'a, P> {
     /// Starts with the owned points.
-    pub(crate) fn of_owned(cx: &Context<P>, table: &'a mut Table<P>, supergraph: Supergraph) -> Self {
+    pub(crate) fn of_owned(
+        cx: &Context<P>,
+        table: &'a mut Table<P>,
+        supergraph: Supergraph,
+        tree: SetTree,
+    ) -> Self {
         SetMembers {
+            tree,
             items: table.owned().map(|point| SetItem::new(point, None)).collect(),
             table,
             supergraph,
@@ -224,7 +231,7 @@ impl<'a, P: Point> SetMembers<'a, P> {
         let points: Vec<u32> = order.iter().map(|&i| self.items[members[i] as usize].point).collect();
         let found = graph_direct(self.supergraph, positions, radii2, &points, &points, &mut cost);
         let pairs = (points.len() * points.len()) as u64;
-        cx.charge(Account::member(Phase::Graph, node), cost, pairs);
+        cx.charge(self.tree.comparison(node), cost, pairs);
         cx.facts(node).members += points.len() as u64;
         if cx.config().shown.with_sets {
             self.sets.extend(points.iter().map(|&i| [node.0, self.table.ids()[i as usize]]));
@@ -288,14 +295,14 @@ impl<'a, P: Point> SetMembers<'a, P> {
 
     /// Unites the lists of all leaves into the graph neighbours of the owned points, and charges the unions.
     pub(crate) fn finish(self, cx: &mut Context<P>) -> (Lists<u32>, Vec<[u64; 2]>) {
-        let SetMembers { table, items, mut unions, sets, .. } = self;
+        let SetMembers { table, items, mut unions, sets, tree, .. } = self;
         let owned = items.into_iter().take(table.owned_len() as usize);
         let neighbours = owned.map(|mut item| item.united(&mut unions)).collect();
         let Unions { meter, of_nodes } = unions;
         for (node, lanes) in of_nodes {
             let mut cost = meter.fresh();
             cost.run_lanes(lanes);
-            cx.charge(Account::member(Phase::Sets, node), cost, 0);
+            cx.charge(tree.union(node), cost, 0);
         }
         (neighbours, sets)
     }

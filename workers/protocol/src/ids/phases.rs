@@ -74,6 +74,9 @@ phases! {
     Knn "knn" Paper Down;
     /// Section 4.3: separator sets. Lists are united on the way up, and each node pays for both ways at once.
     Sets "separator-sets" Paper Down;
+    /// Section 4.3, steps 1 to 5, if every set draws its own separator. The sets of a level step together, because they are
+    /// no nodes of the partition tree.
+    OwnSets "own-sets" Paper Steps;
     /// Section 4.2: the supergraph, leaf by leaf, and its union. A leaf may receive the ends of edges from any other
     /// leaf, so the phase waits for everything before it.
     Graph "graph" Paper Down;

@@ -2,6 +2,7 @@ use septet_geometry::cost::Price;
 
 use super::*;
 use crate::checksum::checksum;
+use crate::ids::Flow;
 use crate::ledger::part::{Charge, NodeFacts, NodeKind};
 use crate::ledger::{Ledger, RankKey, Traffic};
 
@@ -34,7 +35,7 @@ fn charge_node(part: &mut LedgerPart, node: NodeId, numbers: &mut Numbers) {
     for phase in Phase::ALL.into_iter().filter(|phase| *phase != Phase::Neighbours) {
         add(Account::member(phase, node), numbers);
         add(Account::leader(phase, node), numbers);
-        if matches!(phase, Phase::Repair | Phase::Independent) {
+        if phase.flow() == Flow::Steps {
             let step = numbers.below(5) as u32;
             add(Account::step(phase, step, node), numbers);
         }

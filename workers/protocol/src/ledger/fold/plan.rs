@@ -38,7 +38,8 @@ impl PhaseSet {
         PhaseSet(self.0 | other.0)
     }
 
-    fn contains(self, phase: Phase) -> bool {
+    /// Returns `true` if some subproblem has a charge in the phase.
+    pub fn contains(self, phase: Phase) -> bool {
         self.0 >> phase as u64 & 1 == 1
     }
 

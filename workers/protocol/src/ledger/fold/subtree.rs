@@ -366,8 +366,8 @@ mod tests {
         for node in (1..64).map(NodeId) {
             for phase in Phase::ALL {
                 let cost = Price::from_parts([next(100), next(40), next(4), next(3)]);
-                match phase {
-                    Phase::Repair | Phase::Independent if next(3) > 0 => {
+                match phase.flow() {
+                    Flow::Steps if next(3) > 0 => {
                         part.charge(Account::member(phase, node), cost, 1 + next(50));
                         part.charge(Account::step(phase, next(5) as u32, node), cost, 1 + next(50));
                     }
