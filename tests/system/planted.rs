@@ -13,7 +13,7 @@ use septet_core::spec::{
 use septet_core::{Outcome, Spec, independent, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_geometry::separator::Ablation;
-use septet_protocol::ids::{Group, NodeId, Phase};
+use septet_protocol::ids::{Flow, Group, NodeId, Phase};
 use septet_protocol::ledger::{Account, Charge, Ledger, NodeKind, Role};
 
 const LEAF: u64 = 60;
@@ -69,7 +69,8 @@ fn bytes(ledger: &Ledger) -> u64 {
     ledger.phases.iter().map(|phase| phase.bytes).sum()
 }
 
-/// Every point reaches every leaf: members, messages and work rise, and the result is the same.
+/// Every point reaches every leaf: members, messages and work rise, and the result is the same. With own separators, all
+/// points are one set.
 fn flooded<P: Point>(points: &[P]) {
     let n = points.len() as u64;
     for choice in combinations(false) {
@@ -79,6 +80,11 @@ fn flooded<P: Point>(points: &[P]) {
             let what = format!("{choice:?}, {workers} workers");
             let plain = run(points, workers, choice, None);
             assert!(flooded.kept.graph == plain.kept.graph, "{what}: another graph");
+            if choice.1 == SeparatorSets::Own {
+                // No separator divides a set whose balls all meet it, so all points are in one set.
+                assert_eq!(members(&flooded.ledger), n, "{what}");
+                continue;
+            }
             assert!(flooded.ledger.totals.paper.work > plain.ledger.totals.paper.work, "{what}");
             assert!(workers == 1 || bytes(&flooded.ledger) > bytes(&plain.ledger), "{what}: no more bytes");
             let leaves = leaves(&flooded.ledger);
@@ -114,7 +120,11 @@ fn far_ghosts_are_more_ghosts() {
             let all = runs(&points, choice, fault, &right);
             assert!(all[0].kept.graph == right.kept.graph, "{fault}, {choice:?}: another graph");
             let found = members(&all[0].ledger);
-            assert!(found > before, "{fault}, {choice:?}: {found} members after {before}");
+            // Sets with their own separators are divided less often if more balls meet the separators.
+            assert!(
+                found > before || choice.1 == SeparatorSets::Own,
+                "{fault}, {choice:?}: {found}, {before}"
+            );
             before = found;
         }
         let same = runs(&points, choice, "far-ghosts:1", &right);
@@ -209,7 +219,7 @@ fn expected(fault: &str, charge: &Charge, points: u64) -> [u64; 2] {
 
 /// Returns `true` if the account is the sum over the steps of a node, which the ledger computes from their charges.
 fn is_sum(account: Account) -> bool {
-    account.phase == Phase::Independent && account.role == Role::Member
+    account.phase.flow() == Flow::Steps && account.role == Role::Member
 }
 
 /// Plants the faults of each phase that a run charges. Only the charges of that phase change, as the fault says. Returns
@@ -249,6 +259,7 @@ fn charges_of_every_phase_can_be_wrong() {
     let of = |choice| charged(&format!("{choice:?}"), |p, fault| run(&points, p, choice, fault).ledger);
     let mut phases = of(DENSITY);
     phases.extend(of((GraphKind::Density, SeparatorSets::Both, Alpha::Value(2.5), Neighbours::Auto)));
+    phases.extend(of((GraphKind::Density, SeparatorSets::Own, Alpha::Value(2.5), Neighbours::Auto)));
     phases.extend(of((GraphKind::Knn, SeparatorSets::Ghost, Alpha::Auto, Neighbours::Count(12))));
     let sizes: Vec<f64> = points.iter().map(|p| 1e-3 + 0.1 * p.distance(points[0])).collect();
     phases.extend(charged("independent", |p, fault| {
