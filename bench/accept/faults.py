@@ -41,6 +41,8 @@ def pairs():
     yield "always-punt", ["neighbours-published"], []
     yield "slow-hub", ["hubs"], []
     yield "old-spheres", ["own-spheres"], []
+    yield "free:sizes", ["mesh-brent"], []
+    yield "slow:octree:log2", ["mesh-brent"], []
     yield "small-sphere", ["levels", "separator-split"], []
     for ablation in ["random-planes", "median-planes", "no-centrepoint"]:
         yield ablation, ["separator-exponent"], []

@@ -141,6 +141,11 @@ pub enum Task {
         /// Points with smaller ids belong to the set from the start.
         fixed: u64,
     },
+    /// A rule of the caller at items (`crate::evaluation`).
+    Evaluation {
+        /// The phase that is charged.
+        phase: Phase,
+    },
 }
 
 /// The rules of the partition tree.

@@ -16,6 +16,8 @@ pub mod graph;
 
 mod direct;
 
+mod evaluation;
+
 mod stars;
 
 mod splaying;

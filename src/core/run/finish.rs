@@ -176,7 +176,7 @@ fn is_selection(machine: &WorkerConfig) -> bool {
 }
 
 /// Returns the error for messages that changed or vanished.
-fn unbalanced() -> Error {
+pub(super) fn unbalanced() -> Error {
     incomplete("the messages that the ranks received are not those that were sent".to_string())
 }
 

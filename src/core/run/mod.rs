@@ -5,6 +5,7 @@
 mod auto_workers;
 pub mod calls;
 pub mod distributed;
+pub(crate) mod evaluation;
 mod finish;
 mod hosts;
 mod leaves;

@@ -159,7 +159,7 @@ impl<'a> Settings<'a> {
 }
 
 /// Returns the parameters that all ranks share, for one worker.
-fn machine<P: Point>(spec: &Spec, task: Task, wanted: Wanted) -> WorkerConfig {
+pub(super) fn machine<P: Point>(spec: &Spec, task: Task, wanted: Wanted) -> WorkerConfig {
     let (counted, whole) = (task.is_counted(), task.until().is_none());
     let independent = task.is_independent();
     let known = if let Wanted::Fixed(supergraph) = wanted { Some(supergraph) } else { None };

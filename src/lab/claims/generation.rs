@@ -157,7 +157,7 @@ fn made<P: Unit>(lab: &Lab, lipschitz: f64, size: f64) -> Result<MeshSample, Cla
     })
 }
 
-fn spec(lab: &Lab) -> Spec {
+pub(super) fn spec(lab: &Lab) -> Spec {
     Spec::default().with(|c| {
         c.machine.workers = Workers::Count(lab.options.threads as u32);
         c.machine.threads = Some(lab.options.threads);

@@ -35,6 +35,7 @@ mod level_depth;
 mod lower_bounds;
 mod machine;
 mod measure;
+mod mesh_costs;
 mod neighbours;
 mod own_sets;
 mod own_spheres;
@@ -86,6 +87,7 @@ pub fn registry() -> impl Iterator<Item = &'static Claim> {
         machine::CLAIMS,
         accounts::CLAIMS,
         generation::CLAIMS,
+        mesh_costs::CLAIMS,
     ];
     groups.into_iter().flatten()
 }

@@ -13,6 +13,12 @@ type List = (&'static str, Vec<&'static str>, &'static [(&'static [Phase], &'sta
 const ABSENT: (&[Phase], &str) =
     (&[Phase::Choice, Phase::Repair, Phase::Fallback], "runs with a given graph, over well-spaced points");
 
+/// The phases that only meshes have.
+const MESHES: (&[Phase], &str) = (
+    &[Phase::Octree, Phase::Sizes, Phase::Candidates, Phase::Conflicts, Phase::Completion],
+    "the claim `mesh-brent` bounds them",
+);
+
 fn lists() -> [List; 4] {
     const SITES: (&[Phase], &str) = (&[Phase::Independent], "independent sets have their own claims");
     const PROBES: (&[Phase], &str) =
@@ -25,10 +31,10 @@ fn lists() -> [List; 4] {
     const LEAVES: (&[Phase], &str) =
         (&[Phase::Radii, Phase::KnnRadii, Phase::Graph], "only leaves are charged");
     [
-        ("bounds", bounds::PHASES.iter().map(|row| row.name).collect(), &[ABSENT, SITES]),
-        ("floors", floors::FLOORS.iter().map(|row| row.phase).collect(), &[ABSENT, PROBES, REPAIRS]),
-        ("levels", bounds::LEVELS.iter().map(|row| row.name).collect(), &[ABSENT, LEVELS, LEAVES]),
-        ("sweeps", sweeps::all_phases().collect(), &[ABSENT, SITES, PROBES, REPAIRS]),
+        ("bounds", bounds::PHASES.iter().map(|row| row.name).collect(), &[ABSENT, SITES, MESHES]),
+        ("floors", floors::FLOORS.iter().map(|row| row.phase).collect(), &[ABSENT, PROBES, REPAIRS, MESHES]),
+        ("levels", bounds::LEVELS.iter().map(|row| row.name).collect(), &[ABSENT, LEVELS, LEAVES, MESHES]),
+        ("sweeps", sweeps::all_phases().collect(), &[ABSENT, SITES, PROBES, REPAIRS, MESHES]),
     ]
 }
 

@@ -172,7 +172,14 @@ fn way(phase: Phase) -> Way {
         | Phase::Knn
         | Phase::Sets => Way::Down,
         Phase::Summaries | Phase::Merge | Phase::Fallback => Way::Up,
-        Phase::OwnSets | Phase::Repair | Phase::Independent => Way::Steps,
+        Phase::Octree
+        | Phase::Sizes
+        | Phase::Candidates
+        | Phase::Conflicts
+        | Phase::Completion
+        | Phase::OwnSets
+        | Phase::Repair
+        | Phase::Independent => Way::Steps,
         Phase::Load
         | Phase::Halo
         | Phase::Pieces

@@ -8,6 +8,7 @@
 //! | points, boxes and measures | [`point`], [`bounds`], [`measure`], [`lists`] |
 //! | exact signs | [`range`], [`filter`], [`predicates`] |
 //! | work and depth of the counted machine | [`cost`] |
+//! | rules that ranks evaluate at items | [`evaluation`] |
 //! | separators | [`separator`] |
 //! | nearest neighbours | [`neighbourhood`], [`selection`], [`coordinate_arrays`], [`kd_blocks`], [`simd`] |
 //! | supergraphs and independent sets | [`graph`], [`grid`], [`priority`], [`hash`] |
@@ -30,6 +31,7 @@ pub mod conflict_region;
 pub mod coordinate_arrays;
 pub mod cost;
 pub mod dependence;
+pub mod evaluation;
 pub mod filter;
 pub mod graph;
 pub mod grid;

@@ -23,7 +23,7 @@ pub use split::{Child, Decision, Route, RouteBatch, SplitBatch};
 pub use typed::{AlphaCounts, ChosenSupergraph, Fingerprint, SampleStars, SetCounts, SetDecision};
 
 /// The version of the protocol. It increases when the meaning or layout of a message changes.
-pub const PROTOCOL_VERSION: u16 = 13;
+pub const PROTOCOL_VERSION: u16 = 14;
 
 /// A message with its envelope.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
@@ -445,6 +445,16 @@ pub enum Body<P> {
     },
     /// Up and down the tree of all ranks: the totals of the ranks below, then of all ranks.
     Totals(Box<Totals>),
+    /// Worker to worker: items of an evaluation that the receiver evaluates on the next level.
+    WorkItems {
+        /// The number of words of each item.
+        lengths: Bulk<u32>,
+        /// The words of all items.
+        words: Bulk<u64>,
+    },
+    /// Up and down the tree of all ranks: for each rank below, then for each rank, the number of results of a level and the
+    /// number of items of the next level.
+    WorkCounts(Bulk<u64>),
 }
 
 impl<P: Copy> Body<P> {

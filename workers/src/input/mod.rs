@@ -12,7 +12,8 @@ mod source;
 
 pub use loaded::Loaded;
 pub use rows::squared_radius;
-pub use source::{Rows, Source, block_of};
+pub use crate::state::blocks::block_of;
+pub use source::{Rows, Source};
 
 #[cfg(test)]
 mod tests;

@@ -2,11 +2,20 @@
 
 use std::ops::Range;
 
+use septet_geometry::evaluation::Evaluation;
+
+use crate::state::blocks::block_of;
+
 /// The rows of an input. Every host has a source, which holds at least the blocks of its own ranks.
 pub trait Source<P>: Sync {
     /// Returns block `block`, if the rows are divided into `blocks` parts in their order. The blocks of a run contain
     /// each row once.
     fn block(&self, block: u32, blocks: u32) -> Rows<P>;
+
+    /// Returns the rule and the first items of an evaluation, if the run is one.
+    fn evaluation(&self) -> Option<&dyn Evaluation> {
+        None
+    }
 }
 
 /// Consecutive rows of an input: points as they were given.
@@ -24,12 +33,6 @@ impl<P> Default for Rows<P> {
     fn default() -> Self {
         Rows { first: 0, positions: Vec::new(), sizes: Vec::new() }
     }
-}
-
-/// Returns the rows of block `block`, if `rows` rows are divided into `blocks` parts in their order.
-pub fn block_of(rows: u64, block: u32, blocks: u32) -> Range<u64> {
-    let at = |block: u32| (u128::from(rows) * u128::from(block) / u128::from(blocks)) as u64;
-    at(block)..at(block + 1)
 }
 
 impl<P: Copy> Rows<P> {

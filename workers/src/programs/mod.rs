@@ -5,6 +5,7 @@
 //! has only the workers (`partition::shared::root`). No phase relies on this.
 
 mod certify;
+mod evaluation;
 mod ground;
 mod independent;
 mod simulate;
@@ -22,6 +23,7 @@ use crate::partition::leader::Plan;
 use crate::partition::shared::{partition, root};
 use crate::result::collect::collect_counts;
 use crate::share::Share;
+use evaluation::evaluation;
 use ground::Ground;
 use independent::independent_set;
 use simulate::simulate;
@@ -38,6 +40,9 @@ pub async fn run<P: Point>(
     plan: &Plan,
 ) -> Result<Share<P>, TransportError> {
     let cx = &mut cx;
+    if let Task::Evaluation { phase } = cx.config().task {
+        return evaluation(cx, source, phase).await;
+    }
     let input = load(cx, source).await?;
     let population = input.population();
     let runs = input.is_ready() && cx.config().refusal(population.count).is_none();
@@ -67,6 +72,8 @@ async fn finish<P: Point>(
 ) -> Result<Share<P>, TransportError> {
     match cx.config().task {
         Task::Independent { fixed } => independent_set(cx, ground, fixed, share).await,
+        // Such a run has no points.
+        Task::Evaluation { .. } => collect_counts(cx, share).await,
         Task::Delaunay { .. } if cx.config().counted => simulate(cx, ground, share).await,
         Task::Delaunay { .. } => triangulate(cx, ground, share).await,
     }

@@ -1,5 +1,6 @@
 //! The results of a run, which stay with the ranks.
 
+use septet_geometry::evaluation::Evaluated;
 use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::{NodeId, Rank};
 use septet_protocol::ledger::LedgerPart;
@@ -125,6 +126,8 @@ pub struct Share<P> {
     pub sets: Vec<[u64; 2]>,
     /// The share of the independent set, if the task asks for one.
     pub selected: Selected,
+    /// The results of the items that the rank evaluated, if the task is an evaluation.
+    pub evaluated: Evaluated,
     /// The part of the picture, if the run has one.
     pub view: Option<ViewPart<P>>,
     /// The ledger of the rank.
@@ -146,6 +149,7 @@ impl<P> Share<P> {
             radii2: Vec::new(),
             sets: Vec::new(),
             selected: Selected::default(),
+            evaluated: Evaluated::default(),
             view: None,
             ledger: Box::default(),
             certified: Certificate::default(),

@@ -1,6 +1,7 @@
 //! Values that several phases share: the points of a rank, its part of the tree, the frame, small helpers.
 
 pub(crate) mod bits;
+pub mod blocks;
 pub(crate) mod cells;
 pub mod frame;
 pub(crate) mod ghosts;

@@ -104,8 +104,8 @@ fn phases(phases: &[StagePhase]) -> Option<PageFigure> {
         table.rows.push(row.chain([json!(p.seconds)]).collect());
     }
     let measures: [Measure<StagePhase>; 6] = [
-        ("work", "operations", |p| p.work.unwrap_or(0) as f64),
-        ("depth", "steps", |p| p.depth.unwrap_or(0) as f64),
+        ("work", "operations", |p| p.work as f64),
+        ("depth", "steps", |p| p.depth as f64),
         ("rounds", "rounds", |p| p.rounds as f64),
         ("messages", "messages", |p| p.messages as f64),
         ("bytes", "B", |p| p.bytes as f64),
@@ -125,9 +125,8 @@ fn add(sum: &mut StagePhase, other: &StagePhase) {
     sum.rounds += other.rounds;
     sum.messages += other.messages;
     sum.bytes += other.bytes;
-    for (sum, more) in [(&mut sum.work, other.work), (&mut sum.depth, other.depth)] {
-        *sum = sum.map_or(more, |sum| Some(sum + more.unwrap_or(0)));
-    }
+    sum.work += other.work;
+    sum.depth += other.depth;
     sum.seconds += other.seconds;
 }
 

@@ -48,6 +48,16 @@ macro_rules! phases {
 phases! {
     /// Each rank reads its block of the points.
     Load "load" Machine Local;
+    /// Section 5: trees of cells, level by level: for the local feature size, and for candidates (meshes only).
+    Octree "octree" Paper Steps;
+    /// Section 5: the size function: its cones, and its evaluations (meshes only).
+    Sizes "sizes" Paper Steps;
+    /// Section 5: candidates in the cells (meshes only).
+    Candidates "candidates" Paper Steps;
+    /// Section 5: conflicts of candidates with earlier points (meshes only).
+    Conflicts "conflicts" Paper Steps;
+    /// Section 5: simplices that are too large, and their circumcentres (meshes only).
+    Completion "completion" Paper Steps;
     /// Section 2, and step 2 of Section 4.3: sphere separators, level by level.
     Partition "partition" Paper Down;
     /// Exchange of ghosts near separators (`triangulate` only).

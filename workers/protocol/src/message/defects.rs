@@ -208,6 +208,10 @@ impl<P: Point> Body<P> {
             Body::Region { vertices, counts, points } => points.defect(ranks).or_else(|| {
                 unless(vertices.len() == counts.len() && add_up_to(counts, points.len()), COLUMNS)
             }),
+            Body::WorkItems { lengths, words } => unless(add_up_to(lengths, words.len()), COLUMNS),
+            Body::WorkCounts(counts) => {
+                unless(counts.len() == 2 * ranks as usize, COLUMNS).or_else(|| of_counts(counts))
+            }
             _ => self.defect_of_input(ranks),
         }
     }

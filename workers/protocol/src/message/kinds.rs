@@ -3,7 +3,7 @@
 use super::Body;
 
 /// The names of all kinds, in the order of [`Body`].
-pub const KINDS: [&str; 42] = [
+pub const KINDS: [&str; 44] = [
     "survey",
     "keys",
     "alike",
@@ -46,6 +46,8 @@ pub const KINDS: [&str; 42] = [
     "branch-counts",
     "branch-decision",
     "totals",
+    "work-items",
+    "work-counts",
 ];
 
 impl<P> Body<P> {
@@ -94,6 +96,8 @@ impl<P> Body<P> {
             Body::BranchCounts { .. } => "branch-counts",
             Body::BranchDecision { .. } => "branch-decision",
             Body::Totals(_) => "totals",
+            Body::WorkItems { .. } => "work-items",
+            Body::WorkCounts(_) => "work-counts",
         }
     }
 }
