@@ -4,11 +4,12 @@
 //! therefore finds every box that meets the given one. The tree splits the items at the median of their centres along
 //! the longest side of their box. Ties are broken by position. The tree is a function of the ordered list of items.
 //!
-//! **Work and depth.** `m log m` to build. A query costs one step per visited node.
+//! **Work and depth.** `m log m` to build. A query costs one step per visited node, and one per item of a visited leaf.
 
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
+use septet_geometry::cost::Sweep;
 use septet_geometry::point::Point;
 
 /// A closed box with sides parallel to the axes. It is empty if `low > high` along some axis.
@@ -166,8 +167,13 @@ impl<P: Point> Bvh<P> {
 
     /// Returns the items whose boxes meet `query`, in ascending order.
     pub fn meeting(&self, query: &Bounds<P>) -> Vec<u32> {
+        self.meeting_counted(query, &mut Sweep::default())
+    }
+
+    /// Returns the items of [`Bvh::meeting`], and counts the visited nodes and items.
+    pub fn meeting_counted(&self, query: &Bounds<P>, visits: &mut Sweep) -> Vec<u32> {
         let mut found = Vec::new();
-        self.visit(query, |i| {
+        self.visit_counted(query, visits, |i| {
             found.push(i);
             true
         });
@@ -177,19 +183,29 @@ impl<P: Point> Bvh<P> {
 
     /// Calls `f` with each item whose box meets `query`, in the order of the tree, until `f` returns `false`.
     pub fn visit(&self, query: &Bounds<P>, f: impl FnMut(u32) -> bool) {
-        self.visit_where(|bounds| bounds.meets(query), f);
+        self.visit_counted(query, &mut Sweep::default(), f);
+    }
+
+    /// Visits items as [`Bvh::visit`] does, and counts the visited nodes and items.
+    pub fn visit_counted(&self, query: &Bounds<P>, visits: &mut Sweep, f: impl FnMut(u32) -> bool) {
+        self.visit_where(|bounds| bounds.meets(query), visits, f);
     }
 
     /// Calls `f` with each item whose box may meet the segment from `p` to `q`, in the order of the tree, until `f`
     /// returns `false`. Boxes are widened by a bound on the rounding.
     pub fn visit_along(&self, p: P, q: P, f: impl FnMut(u32) -> bool) {
         let segment = Segment::new(p, q);
-        self.visit_where(|bounds| segment.may_meet(bounds), f);
+        self.visit_where(|bounds| segment.may_meet(bounds), &mut Sweep::default(), f);
     }
 
     /// Calls `f` with each item whose box passes `test`, in the order of the tree, until `f` returns `false`. A box
     /// must pass if a box inside it passes.
-    fn visit_where(&self, test: impl Fn(&Bounds<P>) -> bool, mut f: impl FnMut(u32) -> bool) {
+    fn visit_where(
+        &self,
+        test: impl Fn(&Bounds<P>) -> bool,
+        visits: &mut Sweep,
+        mut f: impl FnMut(u32) -> bool,
+    ) {
         // Every level halves the items, so 32 levels suffice for 2^32 leaves.
         let mut stack = [0u32; 34];
         let mut top = usize::from(!self.nodes.is_empty());
@@ -197,11 +213,13 @@ impl<P: Point> Bvh<P> {
             top -= 1;
             let at = stack[top];
             let node = &self.nodes[at as usize];
+            visits.visit();
             if !test(&node.bounds) {
                 continue;
             }
             if node.right == 0 {
                 let items = &self.order[node.range.0 as usize..node.range.1 as usize];
+                visits.visit_all(items);
                 for &i in items.iter().filter(|&&i| test(&self.boxes[i as usize])) {
                     if !f(i) {
                         return;
@@ -220,6 +238,17 @@ impl<P: Point> Bvh<P> {
     pub fn nearest(
         &self,
         from: P,
+        dist2: impl FnMut(u32) -> f64,
+        visit: impl FnMut(u32, f64) -> bool,
+    ) {
+        self.nearest_counted(from, &mut Sweep::default(), dist2, visit);
+    }
+
+    /// Visits items as [`Bvh::nearest`] does, and counts the visited nodes and items.
+    pub fn nearest_counted(
+        &self,
+        from: P,
+        visits: &mut Sweep,
         mut dist2: impl FnMut(u32) -> f64,
         mut visit: impl FnMut(u32, f64) -> bool,
     ) {
@@ -228,6 +257,7 @@ impl<P: Point> Bvh<P> {
             queue.push(Reverse(Entry(root.bounds.dist2(from), false, 0)));
         }
         while let Some(Reverse(Entry(d, item, at))) = queue.pop() {
+            visits.visit();
             if item {
                 if !visit(at, d) {
                     return;

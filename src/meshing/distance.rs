@@ -12,6 +12,7 @@
 //!
 //! Distances are rounded. Their relative error is a few units in the last place of the differences of coordinates.
 
+use septet_geometry::cost::Sweep;
 use septet_geometry::point::Point;
 
 use crate::bvh::{Bounds, Bvh};
@@ -230,10 +231,15 @@ impl<P: Space> Features<P> {
 
     /// Returns the local feature size.
     pub fn local_size(&self, q: P) -> LocalSize {
+        self.local_size_counted(q, &mut Sweep::default())
+    }
+
+    /// Returns [`Features::local_size`], and counts the visits of the tree.
+    pub(crate) fn local_size_counted(&self, q: P, visits: &mut Sweep) -> LocalSize {
         let mut found = None;
         let mut search = Search::default();
         let dist2 = |i| self.dist2(i, q);
-        self.tree.nearest(q, dist2, |i, d2| {
+        self.tree.nearest_counted(q, visits, dist2, |i, d2| {
             found = search.meet(self, i).map(|pair| (pair, d2.sqrt()));
             found.is_none()
         });

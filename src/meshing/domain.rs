@@ -15,6 +15,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use septet_geometry::cost::Sweep;
 use septet_geometry::predicates::{Sign, orientation};
 
 use crate::defect::Element;
@@ -209,7 +210,12 @@ impl<P: Space> Domain<P> {
 
     /// Returns `true` if the point lies strictly inside the domain.
     pub fn is_inside(&self, q: P) -> bool {
-        match self.sides.locate(self.points(), q) {
+        self.is_inside_counted(q, &mut Sweep::default())
+    }
+
+    /// Returns [`Domain::is_inside`], and counts the visits of the tree of walls.
+    pub(crate) fn is_inside_counted(&self, q: P, visits: &mut Sweep) -> bool {
+        match self.sides.locate_counted(self.points(), q, visits) {
             Some(Location::Component(c)) => self.components[c as usize].inside,
             _ => false,
         }

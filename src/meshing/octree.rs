@@ -14,11 +14,13 @@
 //! **Source.** Mitchell and Vavasis (2000), who balance the tree afterwards. **Work and depth.** One evaluation of the
 //! rule per cell. The depth is the number of levels times the depth of the rule.
 
+use septet_geometry::cost::Cost;
+use septet_geometry::evaluation::{Evaluation, Items, Made, Progress, Reader, Words};
 use septet_geometry::point::Point;
 use thiserror::Error;
 
 use crate::bvh::Bounds;
-use crate::executor::Executor;
+use crate::executor::{Evaluator, Part};
 
 /// The deepest level below the root. Positions have 30 bits.
 pub const DEEPEST: u8 = 30;
@@ -42,6 +44,19 @@ impl CellKey {
     pub fn child<P: Point>(self, i: u32) -> CellKey {
         let half = |k: usize| if k < P::DIM { i >> k & 1 } else { 0 };
         CellKey { level: self.level + 1, at: [0, 1, 2].map(|k| 2 * self.at[k] + half(k)) }
+    }
+}
+
+impl Words for CellKey {
+    fn write(&self, words: &mut Vec<u64>) {
+        let [x, y, z] = self.at.map(u64::from);
+        words.extend([u64::from(self.level) << 32 | x, y << 32 | z]);
+    }
+
+    fn read(from: &mut Reader<'_>) -> Self {
+        let (first, second) = (from.word(), from.word());
+        let level = ((first >> 32) as u8).min(DEEPEST);
+        CellKey { level, at: [first as u32, (second >> 32) as u32, second as u32] }
     }
 }
 
@@ -108,12 +123,17 @@ pub enum Decision<Load, Leaf> {
 /// The rule that decides about cells.
 pub trait Rule<P: Point>: Sync {
     /// The data that children inherit.
-    type Load: Send + Sync;
+    type Load: Words + Sync;
     /// The data of a leaf.
-    type Leaf: Send;
+    type Leaf: Words;
 
-    /// Decides about a cell, given the data inherited from its parent.
-    fn decide(&self, cell: &Cell<P>, inherited: &Self::Load) -> Decision<Self::Load, Self::Leaf>;
+    /// Decides about a cell, given the data inherited from its parent. `own` is the meter of the cell's lane.
+    fn decide(
+        &self,
+        cell: &Cell<P>,
+        inherited: &Self::Load,
+        own: &mut Cost,
+    ) -> Decision<Self::Load, Self::Leaf>;
 }
 
 /// The numbers of cells of a level.
@@ -153,68 +173,102 @@ pub enum TooFine {
     },
 }
 
-/// Builds a tree. Maps the parents of a level to the decisions about their children, and applies the decisions in
-/// order.
+/// An item of the evaluation: a cell whose children it decides about, and the data that they inherit. Without a cell, it
+/// decides about the root.
+type Parent<Load> = (Option<CellKey>, Load);
+
+/// The result of an item: the numbers of cells that were split and dropped, and the leaves.
+type Decided<Leaf> = ([u32; 2], Vec<(CellKey, Leaf)>);
+
+/// The growth of a tree, as a rule that a machine evaluates level by level. A cell of a level is a lane.
+struct Growth<'a, P, R: Rule<P>>
+where
+    P: Point,
+{
+    cube: &'a Cube<P>,
+    rule: &'a R,
+    root: &'a R::Load,
+    limit: u64,
+}
+
+impl<P: Point, R: Rule<P>> Evaluation for Growth<'_, P, R> {
+    fn count(&self) -> u64 {
+        1
+    }
+
+    fn first(&self, range: std::ops::Range<u64>) -> Items {
+        let mut items = Items::default();
+        for _ in range {
+            items.push(|words| {
+                None::<CellKey>.write(words);
+                self.root.write(words);
+            });
+        }
+        items
+    }
+
+    fn evaluate(&self, item: &[u64], made: &mut Made) {
+        let (parent, load): Parent<R::Load> = Words::of(item);
+        let cells = match parent {
+            None => vec![CellKey::ROOT],
+            Some(key) => (0..1 << P::DIM).map(|i| key.child::<P>(i)).collect(),
+        };
+        let (mut split, mut dropped, mut leaves) = (0u32, 0u32, Vec::new());
+        for key in cells {
+            match made.lane(|own| self.rule.decide(&self.cube.cell(key), &load, own)) {
+                Decision::Split(load) => {
+                    split += 1;
+                    made.next.push(|words| (Some(key), load).write(words));
+                }
+                Decision::Keep(leaf) => leaves.push((key, leaf)),
+                Decision::Drop => dropped += 1,
+            }
+        }
+        made.results.push(|words| ([split, dropped], leaves).write(words));
+    }
+
+    fn stops(&self, progress: &Progress) -> bool {
+        let cells = 1 + (progress.all_next << P::DIM);
+        progress.levels > u32::from(DEEPEST) || cells > self.limit
+    }
+}
+
+/// Builds a tree. The items of a level are the parents of its cells.
 ///
 /// # Errors
-/// Returns [`TooFine`] if there are more than `limit` cells.
-pub fn grow<P: Point, R: Rule<P>>(
+/// Returns the error of the machine if it fails. The inner result is [`TooFine`] if there are more than `limit` cells.
+pub fn grow<P: Point, R: Rule<P>, M: Evaluator<P>>(
     cube: &Cube<P>,
     rule: &R,
     root: &R::Load,
     limit: u64,
-    executor: &impl Executor,
-) -> Result<Grown<R::Leaf>, TooFine> {
+    machine: &M,
+) -> Result<Result<Grown<R::Leaf>, TooFine>, M::Error> {
+    let made = machine.evaluate(Part::Octree, &Growth { cube, rule, root, limit })?;
+    if let Some(item) = made.rest.iter().next() {
+        let at = <Option<CellKey>>::of(item).unwrap_or(CellKey::ROOT);
+        let too_fine = if at.level == DEEPEST { TooFine::Levels { at } } else { TooFine::Cells { limit } };
+        return Ok(Err(too_fine));
+    }
     let mut grown = Grown { leaves: Vec::new(), levels: Vec::new() };
-    let mut cells = 1;
-    let first = rule.decide(&cube.cell(CellKey::ROOT), root);
-    let mut split = grown.take([(CellKey::ROOT, first)]);
-    while let Some(&(first, _)) = split.first() {
-        if first.level == DEEPEST {
-            return Err(TooFine::Levels { at: first });
+    for items in &made.levels {
+        let mut level = Level::default();
+        for item in items.iter() {
+            let ([split, dropped], leaves): Decided<R::Leaf> = Words::of(item);
+            level.split += u64::from(split);
+            level.dropped += u64::from(dropped);
+            level.kept += leaves.len() as u64;
+            grown.leaves.extend(leaves);
         }
-        cells += (split.len() as u64) << P::DIM;
-        if cells > limit {
-            return Err(TooFine::Cells { limit });
-        }
-        let decided = executor.map(&split, |(key, load)| {
-            let children = (0..1 << P::DIM).map(|i| key.child::<P>(i));
-            children.map(|child| (child, rule.decide(&cube.cell(child), load))).collect::<Vec<_>>()
-        });
-        split = grown.take(decided.into_iter().flatten());
+        grown.levels.push(level);
     }
-    Ok(grown)
-}
-
-impl<Leaf> Grown<Leaf> {
-    /// Adds a level, and returns the cells to split.
-    fn take<Load>(
-        &mut self,
-        decided: impl IntoIterator<Item = (CellKey, Decision<Load, Leaf>)>,
-    ) -> Vec<(CellKey, Load)> {
-        let (mut split, mut level) = (Vec::new(), Level::default());
-        for (key, decision) in decided {
-            match decision {
-                Decision::Split(load) => {
-                    level.split += 1;
-                    split.push((key, load));
-                }
-                Decision::Keep(leaf) => {
-                    level.kept += 1;
-                    self.leaves.push((key, leaf));
-                }
-                Decision::Drop => level.dropped += 1,
-            }
-        }
-        self.levels.push(level);
-        split
-    }
+    Ok(Ok(grown))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::executor::Sequential;
+    use crate::executor::{Sequential, Uncounted, always};
     use glam::{DVec2, DVec3};
 
     /// The rule that splits cells by comparison with a function.
@@ -223,7 +277,7 @@ mod tests {
     impl<P: Point, F: Fn(P) -> f64 + Sync> Rule<P> for By<F> {
         type Load = ();
         type Leaf = ();
-        fn decide(&self, cell: &Cell<P>, (): &()) -> Decision<(), ()> {
+        fn decide(&self, cell: &Cell<P>, (): &(), _own: &mut Cost) -> Decision<(), ()> {
             if (self.0)(cell.centre) < self.1 * cell.side { Decision::Split(()) } else { Decision::Keep(()) }
         }
     }
@@ -246,17 +300,17 @@ mod tests {
         let cube = Cube { low: DVec2::ZERO, side: 1.0 };
         let near =
             |p: DVec2| 1e-4 + p.distance(DVec2::new(0.301, 0.777)).min(p.distance(DVec2::new(0.9, 0.1)));
-        let grown = grow(&cube, &By(near, 1.5 * 2f64.sqrt()), &(), 1 << 20, &Sequential).unwrap();
+        let grown = always(grow(&cube, &By(near, 1.5 * 2f64.sqrt()), &(), 1 << 20, &Uncounted(Sequential))).unwrap();
         assert!(balanced(&cube, &grown.leaves) && grown.levels.len() > 10);
         let area: f64 = grown.leaves.iter().map(|&(k, ())| cube.cell(k).side.powi(2)).sum();
         assert_eq!(area, 1.0);
         // With a smaller factor, the tree is not balanced.
-        let grown = grow(&cube, &By(near, 0.8), &(), 1 << 20, &Sequential).unwrap();
+        let grown = always(grow(&cube, &By(near, 0.8), &(), 1 << 20, &Uncounted(Sequential))).unwrap();
         assert!(!balanced(&cube, &grown.leaves));
 
         let cube = Cube { low: DVec3::splat(-1.0), side: 4.0 };
         let near = |p: DVec3| 0.1 + 0.5 * p.distance(DVec3::new(0.3, 0.8, 0.5));
-        let grown = grow(&cube, &By(near, 0.75 * 3f64.sqrt()), &(), 1 << 20, &Sequential).unwrap();
+        let grown = always(grow(&cube, &By(near, 0.75 * 3f64.sqrt()), &(), 1 << 20, &Uncounted(Sequential))).unwrap();
         assert!(balanced(&cube, &grown.leaves) && grown.levels.len() > 4);
     }
 
@@ -264,9 +318,9 @@ mod tests {
     fn limits_are_kept() {
         let cube = Cube { low: DVec2::ZERO, side: 1.0 };
         let even = By(|_: DVec2| 0.01, 1.0);
-        assert_eq!(grow(&cube, &even, &(), 100, &Sequential), Err(TooFine::Cells { limit: 100 }));
+        assert_eq!(always(grow(&cube, &even, &(), 100, &Uncounted(Sequential))), Err(TooFine::Cells { limit: 100 }));
         let point = By(|p: DVec2| p.distance(DVec2::new(1.0 / 3.0, 0.5)), 1.0);
-        assert!(matches!(grow(&cube, &point, &(), 1 << 20, &Sequential), Err(TooFine::Levels { .. })));
+        assert!(matches!(always(grow(&cube, &point, &(), 1 << 20, &Uncounted(Sequential))), Err(TooFine::Levels { .. })));
     }
 
     #[test]

@@ -25,6 +25,7 @@
 
 use std::collections::BTreeMap;
 
+use septet_geometry::cost::Sweep;
 use septet_geometry::point::Point;
 use septet_geometry::predicates::{Sign, orientation};
 
@@ -224,9 +225,19 @@ impl<P: Space> Sides<P> {
 
     /// Returns the walls that a segment crosses, or `None` if it is not in general position.
     fn crossed(&self, points: &[P], from: P, to: P) -> Option<Vec<CrossedWall<P>>> {
+        self.crossed_counted(points, [from, to], &mut Sweep::default())
+    }
+
+    /// Returns [`Sides::crossed`], and counts the visits of the tree.
+    fn crossed_counted(
+        &self,
+        points: &[P],
+        [from, to]: [P; 2],
+        visits: &mut Sweep,
+    ) -> Option<Vec<CrossedWall<P>>> {
         let line = Line::through(from, to);
         let mut found = Vec::new();
-        for wall in self.tree.meeting(&Bounds::of([from, to])) {
+        for wall in self.tree.meeting_counted(&Bounds::of([from, to]), visits) {
             let corners = P::corners(points, &self.walls[wall as usize]);
             match P::crossing(&corners, from, to) {
                 Crossing::None => {}
@@ -291,17 +302,22 @@ impl<P: Space> Sides<P> {
     /// Returns the exact location of a point. `points` must be the points of the complex. Returns `None` if every line
     /// that is tried meets an edge.
     pub fn locate(&self, points: &[P], q: P) -> Option<Location> {
+        self.locate_counted(points, q, &mut Sweep::default())
+    }
+
+    /// Returns [`Sides::locate`], and counts the visits of the tree of walls.
+    pub(crate) fn locate_counted(&self, points: &[P], q: P, visits: &mut Sweep) -> Option<Location> {
         if self.tree.bounds().dist2(q) > 0.0 {
             return Some(Location::Component(0));
         }
-        let here = self.tree.meeting(&Bounds::of([q]));
+        let here = self.tree.meeting_counted(&Bounds::of([q]), visits);
         let on = |&wall: &u32| P::on_wall(&P::corners(points, &self.walls[wall as usize]), q);
         if let Some(wall) = here.into_iter().find(on) {
             return Some(Location::Wall(wall));
         }
         (0..ATTEMPTS).find_map(|attempt| {
             let (_, to) = self.ends(q, attempt as usize % P::DIM, attempt)?;
-            let crossed = self.crossed(points, q, to)?;
+            let crossed = self.crossed_counted(points, [q, to], visits)?;
             let first = crossed.iter().min_by(|a, b| a.order(b));
             let side = first.map(|met| self.side_towards(points, met.wall, q));
             Some(Location::Component(side.map_or(0, |side| self.component[side as usize])))

@@ -187,6 +187,9 @@ pub struct Shown {
     /// Whether the phases of the direct path are charged. A subdomain is then charged as an insertion by
     /// [`septet_geometry::dependence`], which triangulates it once more.
     pub with_prices: bool,
+    /// Whether the phases of the direct path are charged by the operations of their workers, one after the other, if they
+    /// are not charged as an insertion.
+    pub with_operations: bool,
     /// Whether a counted run finds the neighbours of its cells, as every other run does.
     pub with_neighbours: bool,
     /// Whether the ranks keep the coordinates and the owners of the vertices of their cells.
@@ -223,6 +226,13 @@ pub struct WorkerConfig {
     pub stop: Stop,
     /// The place for the charges of the ranks, if the run keeps them.
     pub cost_log: CostLog,
+}
+
+impl Shown {
+    /// Returns `true` if the phases of the direct path are charged.
+    pub(crate) fn charges_direct(self) -> bool {
+        self.with_prices || self.with_operations
+    }
 }
 
 impl Task {

@@ -344,7 +344,7 @@ fn the_report_says_what_was_found() {
     let around = MeshContext { input: "cube.poly", first_id: 1, ..MeshContext::default() };
     let text = MeshReport::of(&checked, &around).to_json().unwrap();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(json["schema"], "septet-mesh/1");
+    assert_eq!(json["schema"], "septet-mesh/2");
     assert_eq!(json["parameters"]["boundary"], "exact");
     assert_eq!(json["domain"]["facets"], 7);
     assert_eq!(json["mesh"]["corner_points"], 12);

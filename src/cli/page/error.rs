@@ -17,7 +17,7 @@ pub enum PageError {
     },
     /// The JSON is not a report.
     #[error(
-        "{name}, line {line}: not a septet report (neither `schema` septet-run/2 or septet-mesh/1 nor `phases`)"
+        "{name}, line {line}: not a septet report (neither `schema` septet-run/2 or septet-mesh/2 nor `phases`)"
     )]
     NoRun {
         /// Name of the file.

@@ -33,8 +33,10 @@ use std::thread;
 use std::time::Duration;
 
 use glam::DVec2;
+use septet_geometry::evaluation::{Evaluated, Evaluation};
 use septet_geometry::point::Point;
 use septet_meshing::domain::Domain;
+use septet_meshing::executor::{Evaluator, Part};
 use septet_meshing::generate::{Delaunay, GenerationError, MeshMachine, Rules, generate};
 use septet_meshing::points::conflicts::Site;
 use septet_meshing::points::independent::Independent;
@@ -65,9 +67,15 @@ impl<M> Reporting<M> {
     }
 }
 
-impl<P: Point, M: MeshMachine<P>> MeshMachine<P> for Reporting<M> {
+impl<P: Point, M: MeshMachine<P>> Evaluator<P> for Reporting<M> {
     type Error = M::Error;
 
+    fn evaluate(&self, part: Part, rule: &dyn Evaluation) -> Result<Evaluated, M::Error> {
+        self.machine.evaluate(part, rule)
+    }
+}
+
+impl<P: Point, M: MeshMachine<P>> MeshMachine<P> for Reporting<M> {
     fn independent(&mut self, sites: &[Site<P>], fixed: usize) -> Result<Independent, M::Error> {
         let set = self.machine.independent(sites, fixed)?;
         self.report(fixed + set.members.len());

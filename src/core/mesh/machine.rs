@@ -1,15 +1,20 @@
 //! Implements the machine of the generator by runs of `septet`.
 //!
-//! An independent set is a run of [`crate::independent`], and a triangulation is a run of [`crate::triangulate`]. A
-//! facet with at most `LEAF` points would be a single leaf of its machine. Such facets are triangulated locally and in
-//! parallel.
+//! A rule is evaluated by a run of the ranks (`crate::run::evaluation`). An independent set is a run of
+//! [`crate::independent`], and a triangulation is a run of [`crate::triangulate`], or of [`crate::simulate`] if the caller
+//! asks for its work and depth by the paper's recursion. A facet with at most `LEAF` points would be a single leaf of its
+//! machine. Such facets are items of an evaluation, which triangulates them in parallel.
 
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use glam::DVec2;
+use septet_geometry::cost::Cost;
+use septet_geometry::dependence::Dependence;
+use septet_geometry::evaluation::{Evaluated, Evaluation};
 use septet_geometry::incremental::{Incremental, IncrementalError};
 use septet_geometry::point::{Point, Simplex};
-use septet_meshing::executor::Executor;
+use septet_meshing::executor::{Evaluator, Executor, Part, evaluated};
 use septet_meshing::generate::{Delaunay, MeshMachine, StageCounts};
 use septet_meshing::mesh::StageLine;
 use septet_meshing::points::conflicts::Site;
@@ -20,12 +25,13 @@ use septet_workers::config::cores;
 use septet_workers::profile::stage_span;
 use tracing::span::EnteredSpan;
 
-use super::run_log::{INDEPENDENT_SET, RunLog, SiteCounts, TRIANGULATION};
+use super::run_log::{depth_of, EVALUATION, INDEPENDENT_SET, RunLog, SiteCounts, TRIANGULATION};
 use crate::error::Error;
-use crate::result::outcome::{Selection, TrafficTotal};
+use crate::result::outcome::{Outcome, Selection, TrafficTotal};
 use crate::result::share::Neighbour;
-use crate::run::calls::{independent, triangulate};
-use crate::spec::Spec;
+use crate::run::calls::{independent, simulate, triangulate};
+use crate::run::evaluation::evaluate;
+use crate::spec::{Alpha, Graph, Spec};
 
 /// The largest number of points of a facet that is one leaf.
 const LEAF: usize = 4096;
@@ -34,12 +40,21 @@ const LEAF: usize = 4096;
 #[derive(Debug)]
 pub struct CountedMachine {
     spec: Spec,
-    lines: Vec<StageLine>,
-    run_log: RunLog,
+    /// The counts of the runs so far.
+    counts: Mutex<Counts>,
+    /// Whether triangulations run by the paper's recursion.
+    recursion: bool,
     owners: Owners,
     since: Instant,
     /// The span of the current stage, for subscribers.
     span: Option<EnteredSpan>,
+}
+
+/// The counts of stages and runs.
+#[derive(Debug, Default)]
+struct Counts {
+    lines: Vec<StageLine>,
+    run_log: RunLog,
 }
 
 /// The worker of each cell of the last triangulation of the highest dimension.
@@ -47,6 +62,25 @@ pub struct CountedMachine {
 struct Owners {
     dimension: usize,
     of: Vec<u32>,
+}
+
+/// The name of the stage before the first stage of the generator: the size function, the cells of the volume and the
+/// corners.
+pub(super) const FIRST_STAGE: &str = "sizes";
+
+/// The phases of Section 5 that have a line in each stage.
+const PARTS: [Phase; 5] =
+    [Phase::Octree, Phase::Sizes, Phase::Candidates, Phase::Conflicts, Phase::Completion];
+
+/// Returns the phase that is charged for a part of Section 5.
+fn phase_of(part: Part) -> Phase {
+    match part {
+        Part::Octree => Phase::Octree,
+        Part::Sizes => Phase::Sizes,
+        Part::Candidates => Phase::Candidates,
+        Part::Conflicts => Phase::Conflicts,
+        Part::Completion => Phase::Completion,
+    }
 }
 
 /// The data of a run for the log.
@@ -60,16 +94,30 @@ struct Taken<'a> {
 }
 
 impl CountedMachine {
-    /// Creates a machine with this configuration.
+    /// Creates a machine with this configuration. Its first stage is the size function.
     pub fn new(spec: Spec) -> Self {
-        CountedMachine {
+        let mut machine = CountedMachine {
             spec,
-            lines: Vec::new(),
-            run_log: RunLog::default(),
+            counts: Mutex::default(),
+            recursion: false,
             owners: Owners::default(),
             since: Instant::now(),
             span: None,
-        }
+        };
+        machine.begin(FIRST_STAGE);
+        machine
+    }
+
+    /// Lets triangulations run by the paper's recursion, which counts their work and depth for any number of workers.
+    #[must_use]
+    pub fn with_recursion(mut self, recursion: bool) -> Self {
+        self.recursion = recursion;
+        self
+    }
+
+    /// Returns the log of all runs.
+    pub fn into_log(self) -> RunLog {
+        self.counts.into_inner().unwrap_or_else(PoisonError::into_inner).run_log
     }
 
     /// Returns the worker of each cell of the last triangulation in this dimension, in its order. Returns `None` if
@@ -79,48 +127,96 @@ impl CountedMachine {
         (*of == dimension && owners.len() == cells).then_some(owners)
     }
 
-    fn add(&mut self, taken: &Taken<'_>) {
-        let Some(line) = self.lines.last_mut() else { return };
+    fn counts(&mut self) -> &mut Counts {
+        self.counts.get_mut().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn add(&self, taken: &Taken<'_>) {
+        let mut counts = self.counts.lock().unwrap_or_else(PoisonError::into_inner);
+        let Counts { lines, run_log } = &mut *counts;
+        let Some(line) = lines.last_mut() else { return };
         let ledger = taken.ledger;
         let TrafficTotal { rounds, messages, bytes } = TrafficTotal::of(ledger);
         line.rounds += rounds;
         line.messages += messages;
         line.bytes += bytes;
         line.work += ledger.phases.iter().map(|p| p.work).sum::<u64>();
-        line.depth += ledger.phases.iter().map(|p| p.critical_depth).sum::<u64>();
+        line.depth += ledger.phases.iter().map(depth_of).sum::<u64>();
         let sites = SiteCounts { points: taken.points as u64, fixed: taken.fixed as u64 };
-        self.run_log.add(&line.name, taken.task, sites, ledger, taken.seconds);
-        self.run_log.add_phases(&line.name, taken.task, ledger, taken.phase_seconds);
+        run_log.add(&line.name, taken.task, sites, ledger, taken.seconds);
+        run_log.add_phases(&line.name, ledger, taken.phase_seconds);
+    }
+
+    /// Begins a stage. Each stage has a line for each phase of Section 5.
+    fn begin(&mut self, name: &str) {
+        self.close();
+        self.span = Some(stage_span(self.spec.machine.name(), name));
+        let Counts { lines, run_log } = self.counts();
+        lines.push(StageLine { name: name.to_string(), ..StageLine::default() });
+        PARTS.into_iter().for_each(|phase| run_log.begin(name, phase));
     }
 
     fn close(&mut self) {
         self.span = None;
-        if let Some(line) = self.lines.last_mut() {
-            line.seconds += self.since.elapsed().as_secs_f64();
+        let seconds = self.since.elapsed().as_secs_f64();
+        if let Some(line) = self.counts().lines.last_mut() {
+            line.seconds += seconds;
         }
         self.since = Instant::now();
     }
 
-    /// Adds the counts of the generator to the lines. Returns the lines and the log of all runs.
+    /// Triangulates by the direct path, which charges the operations of its workers, one after the other.
+    fn triangulated<P: Point>(&self, points: &[P]) -> Result<Outcome, Error> {
+        triangulate(points, &self.spec.clone().with(|spec| spec.keep.operations = true))
+    }
+
+    /// Triangulates by the paper's recursion. The cells are those of the direct path.
+    fn simulated<P: Point>(&self, points: &[P]) -> Result<Outcome, Error> {
+        let spec = self.spec.clone().with(|spec| {
+            spec.recursion.graph = Graph::Density { alpha: Alpha::Value(ALPHA) };
+            spec.keep.neighbours = true;
+        });
+        simulate(points, &spec)
+    }
+
+    /// Adds the counts of the generator to the lines of its stages. Returns the lines and the log of all runs.
     pub(super) fn finish(mut self, stages: &[StageCounts]) -> (Vec<StageLine>, RunLog) {
         self.close();
-        for (line, stage) in self.lines.iter_mut().zip(stages) {
+        let Counts { mut lines, run_log } = self.counts.into_inner().unwrap_or_else(PoisonError::into_inner);
+        for (line, stage) in lines.iter_mut().skip(1).zip(stages) {
             line.candidates = stage.candidates;
             line.points = stage.points;
             line.completion_rounds = u64::from(stage.completion);
             line.set_rounds = u64::from(stage.set_rounds);
         }
-        (self.lines, self.run_log)
+        (lines, run_log)
+    }
+}
+
+/// alpha of the density graph of a triangulation by the recursion. Points of a mesh are well-spaced, and splaying finds the
+/// stars that the graph lacks.
+const ALPHA: f64 = 2.5;
+
+impl<P: Point> Evaluator<P> for CountedMachine {
+    type Error = Error;
+
+    fn evaluate(&self, part: Part, rule: &dyn Evaluation) -> Result<Evaluated, Error> {
+        let run = evaluate::<P>(&self.spec, phase_of(part), rule)?;
+        self.add(&Taken {
+            task: EVALUATION,
+            points: rule.count() as usize,
+            fixed: 0,
+            ledger: &run.ledger,
+            phase_seconds: &run.phase_seconds,
+            seconds: run.seconds,
+        });
+        Ok(run.evaluated)
     }
 }
 
 impl<P: Point> MeshMachine<P> for CountedMachine {
-    type Error = Error;
-
     fn stage(&mut self, name: &'static str) {
-        self.close();
-        self.span = Some(stage_span(self.spec.machine.name(), name));
-        self.lines.push(StageLine { name: name.to_string(), ..StageLine::default() });
+        self.begin(name);
     }
 
     fn independent(&mut self, sites: &[Site<P>], fixed: usize) -> Result<Independent, Error> {
@@ -140,7 +236,7 @@ impl<P: Point> MeshMachine<P> for CountedMachine {
     }
 
     fn delaunay(&mut self, points: &[P]) -> Result<Delaunay<P::Cell>, Error> {
-        let run = triangulate(points, &self.spec)?;
+        let run = if self.recursion { self.simulated(points)? } else { self.triangulated(points)? };
         self.add(&Taken {
             task: TRIANGULATION,
             points: points.len(),
@@ -185,8 +281,15 @@ impl<P: Point> MeshMachine<P> for CountedMachine {
     }
 
     fn planar(&mut self, sets: &[Vec<DVec2>]) -> Result<Vec<Vec<[u32; 3]>>, Error> {
-        let small = |set: &Vec<DVec2>| (set.len() <= LEAF).then(|| in_a_leaf(set));
-        let mut made: Vec<Option<Vec<[u32; 3]>>> = cores::map(sets, |set| small(set).flatten());
+        let small: Vec<u32> = (0..sets.len() as u32).filter(|&i| sets[i as usize].len() <= LEAF).collect();
+        let (seed, recursion) = (self.spec.machine.seed, self.recursion);
+        let cells = evaluated::<P, _, _, _>(self, Part::Completion, &small, |i: u32, own| {
+            in_a_leaf(&sets[i as usize], recursion.then_some(seed), own)
+        })?;
+        let mut made: Vec<Option<Vec<[u32; 3]>>> = vec![None; sets.len()];
+        for (i, cells) in small.into_iter().zip(cells) {
+            made[i as usize] = cells;
+        }
         for (set, made) in sets.iter().zip(&mut made).filter(|(_, made)| made.is_none()) {
             *made = Some(MeshMachine::<DVec2>::delaunay(self, set)?.cells);
         }
@@ -208,10 +311,18 @@ impl Executor for AllCores {
     }
 }
 
-/// Triangulates a leaf. Returns `None` on an error, so that the machine triangulates the facet or reports the error.
-fn in_a_leaf(points: &[DVec2]) -> Option<Vec<[u32; 3]>> {
+/// Triangulates a leaf. Returns `None` on an error, so that the machine triangulates the facet or reports the error. With a
+/// `seed`, charges an insertion in random order whose independent points are inserted at once
+/// ([`septet_geometry::dependence`]), and otherwise the operations of one processor.
+fn in_a_leaf(points: &[DVec2], seed: Option<u64>, own: &mut Cost) -> Option<Vec<[u32; 3]>> {
     match Incremental::new(points.to_vec()) {
-        Ok(built) => Some(built.cells().collect()),
+        Ok(built) => {
+            match seed.and_then(|seed| Dependence::new(points, seed).ok()) {
+                Some(made) => own.then(made.cost()),
+                None => built.charge(own),
+            }
+            Some(built.cells().collect())
+        }
         Err(IncrementalError::Flat { .. }) => Some(Vec::new()),
         Err(_) => None,
     }

@@ -58,10 +58,18 @@ pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &Mes
 /// # Errors
 /// Fails if sizes are out of range or too fine.
 pub fn sizes<P: Triangulate>(domain: &Domain<P>, request: &MeshSpec) -> Result<SizeFunction<P>, MeshError> {
-    let _span = stage_span(request.run.machine.name(), "sizes");
+    sizes_on(domain, request, &machine(request))
+}
+
+/// Builds the size function of a request on a machine.
+fn sizes_on<P: Triangulate>(
+    domain: &Domain<P>,
+    request: &MeshSpec,
+    machine: &CountedMachine,
+) -> Result<SizeFunction<P>, MeshError> {
     let mut options = request.size_options(domain)?;
     if !request.remeshes(domain) {
-        return Ok(SizeFunction::of_features(domain, &Features::new(domain), &options, &AllCores)?);
+        return Ok(SizeFunction::of_features(domain, &Features::new(domain), &options, machine)??);
     }
     let constraints = &mut options.constraints;
     if constraints.most.is_none() && constraints.field.is_empty() && constraints.singularities.is_empty() {
@@ -71,7 +79,7 @@ pub fn sizes<P: Triangulate>(domain: &Domain<P>, request: &MeshSpec) -> Result<S
         constraints.most = Some(diagonal / DEFAULT_PARTS);
     }
     let surface = SurfaceFeatures::new(domain, request.feature_angle);
-    Ok(SizeFunction::of_features(domain, &surface.distance_features(domain), &options, &AllCores)?)
+    Ok(SizeFunction::of_features(domain, &surface.distance_features(domain), &options, machine)??)
 }
 
 /// Measures the quality of a mesh of this request. For a remeshed surface, no radius-edge ratio is promised, and only
@@ -140,10 +148,10 @@ pub fn generate<P: Triangulate>(
     size: &SizeFunction<P>,
     request: &MeshSpec,
 ) -> Result<(Mesh<P>, Vec<StageLine>), MeshError> {
-    build(domain, size, request, 0).map(|made| (made.mesh, made.stages))
+    build(domain, size, request, (machine(request), 0)).map(|made| (made.mesh, made.stages))
 }
 
-/// Generates a mesh with the log of the machine. Keeps the owners of cells if the mesh has at most `owned` cells.
+/// Generates a mesh on a machine, with the log of its runs. Keeps the owners of cells if the mesh has at most `owned` cells.
 ///
 /// # Errors
 /// Returns [`MeshError`].
@@ -151,17 +159,15 @@ fn build<P: Triangulate>(
     domain: &Domain<P>,
     size: &SizeFunction<P>,
     request: &MeshSpec,
-    owned: usize,
+    (mut machine, owned): (CountedMachine, usize),
 ) -> Result<Built<P>, MeshError> {
-    let at = |x| size.at(x);
     let mut rules =
-        Rules { size: &at, lipschitz: size.lipschitz(), seed: request.run.machine.seed, most: MOST_POINTS };
-    let mut machine = machine(request);
+        Rules { size, lipschitz: size.lipschitz(), seed: request.run.machine.seed, most: MOST_POINTS };
     if let Some(limit) = request.run.machine.max_memory.or_else(memory::available) {
         rules.most = MOST_POINTS.min(limit / BYTES_PER_POINT);
     }
     if let Some(limit) = request.run.machine.max_memory {
-        let points = generate::expected_points(domain, rules, &machine);
+        let points = generate::expected_points(domain, rules, &AllCores);
         let forecast = points.saturating_mul(BYTES_PER_POINT).saturating_add(64 << 20);
         if forecast > limit {
             return Err(MeshError::Memory { forecast, limit, points });
@@ -210,6 +216,7 @@ fn machine(request: &MeshSpec) -> CountedMachine {
         spec.tree = request.run.tree;
         spec.control.cancel.clone_from(&request.run.control.cancel);
     }))
+    .with_recursion(request.by_recursion)
 }
 
 /// The largest number of points for which 32 bits can index the cells.

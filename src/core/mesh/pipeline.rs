@@ -16,7 +16,7 @@ use septet_meshing::size::SizeFunction;
 use thiserror::Error;
 
 use super::run_log::RunLog;
-use super::{Built, MeshError, MeshSpec, assess, build, conform, sizes};
+use super::{Built, MeshError, MeshSpec, assess, build, conform, machine, sizes_on};
 use crate::remedy::Remedy;
 
 /// Limits on the data that the result keeps besides the mesh.
@@ -175,8 +175,9 @@ fn checked<P: Triangulate>(
         return Err(MeshError::Unsupported(what).into());
     }
     let start = Instant::now();
-    let size = sizes(domain, request)?;
-    let Built { mesh, stages, run_log, owners } = build(domain, &size, request, keep.owned)?;
+    let machine = machine(request);
+    let size = sizes_on(domain, request, &machine)?;
+    let Built { mesh, stages, run_log, owners } = build(domain, &size, request, (machine, keep.owned))?;
     let seconds = start.elapsed().as_secs_f64();
     request.check_cancelled()?;
     let conformity = conform(domain, &mesh, request);

@@ -115,6 +115,9 @@ pub struct MeshSpec {
     pub max_distance: Option<f64>,
     /// Whether slivers are removed.
     pub improve: bool,
+    /// Whether triangulations run by the paper's recursion. Their work and depth are then those of the paper, and do not
+    /// depend on the number of workers. The mesh is the same.
+    pub by_recursion: bool,
 }
 
 impl Default for MeshSpec {
@@ -126,6 +129,7 @@ impl Default for MeshSpec {
             feature_angle: DEFAULT_FEATURE_ANGLE,
             max_distance: None,
             improve: false,
+            by_recursion: false,
         }
     }
 }

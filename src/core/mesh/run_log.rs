@@ -15,9 +15,17 @@ pub const INDEPENDENT_SET: &str = "independent set";
 /// The task of a run that triangulates the current points.
 pub const TRIANGULATION: &str = "triangulation";
 
-/// Returns `true` if runs of this task count operations.
-fn counts(task: &'static str) -> bool {
+/// The task of a run in which the ranks evaluate a part of Section 5 at cells, sites or simplices.
+pub const EVALUATION: &str = "evaluation";
+
+/// Returns `true` if runs of this task have a graph.
+fn has_graph(task: &'static str) -> bool {
     task == INDEPENDENT_SET
+}
+
+/// Returns the depth of a phase: its share of the longest chain, or its own depth if its group is in no chain.
+pub(super) fn depth_of(total: &PhaseTotal) -> u64 {
+    if total.phase.group().counts_work() { total.critical_depth } else { total.depth }
 }
 
 /// One run of the machine.
@@ -26,9 +34,9 @@ fn counts(task: &'static str) -> bool {
 pub struct RunLine {
     /// The stage of generation that started the run.
     pub stage: String,
-    /// [`INDEPENDENT_SET`] or [`TRIANGULATION`].
+    /// [`INDEPENDENT_SET`], [`TRIANGULATION`] or [`EVALUATION`].
     pub task: &'static str,
-    /// The number of input points or candidates.
+    /// The number of input points or candidates, or of items of the first level of an evaluation.
     pub points: u64,
     /// The number of these points that are fixed members of the independent set.
     pub fixed: u64,
@@ -49,11 +57,11 @@ pub struct RunLine {
     pub messages: u64,
     /// Bytes sent.
     pub bytes: u64,
-    /// Operations counted. Triangulations count none.
-    pub work: Option<u64>,
-    /// Steps of the longest chain, if operations are counted.
-    pub depth: Option<u64>,
-    /// Counts of each phase, in order. Empty if operations are not counted.
+    /// Operations counted.
+    pub work: u64,
+    /// Steps of the longest chain.
+    pub depth: u64,
+    /// Counts of each phase, in order.
     pub phases: Vec<RunPhase>,
     /// Measured seconds.
     pub seconds: f64,
@@ -87,10 +95,10 @@ pub struct StagePhase {
     pub messages: u64,
     /// Bytes sent.
     pub bytes: u64,
-    /// Operations, summed over the runs that count them.
-    pub work: Option<u64>,
+    /// Operations, summed over the runs.
+    pub work: u64,
     /// Its share of the longest chains of these runs, summed because the runs are sequential.
-    pub depth: Option<u64>,
+    pub depth: u64,
     /// Measured seconds.
     pub seconds: f64,
 }
@@ -127,9 +135,9 @@ impl RunLog {
         let nodes = &ledger.part.nodes;
         let (leaves, inner): (Vec<_>, Vec<_>) = nodes.values().partition(|facts| facts.is_leaf());
         let of_graph =
-            |count: fn(&NodeFacts) -> u64| counts(task).then(|| leaves.iter().copied().map(count).sum());
+            |count: fn(&NodeFacts) -> u64| has_graph(task).then(|| leaves.iter().copied().map(count).sum());
         let phase =
-            |p: &PhaseTotal| RunPhase { phase: p.phase.name(), work: p.work, depth: p.critical_depth };
+            |p: &PhaseTotal| RunPhase { phase: p.phase.name(), work: p.work, depth: depth_of(p) };
         self.runs.push(RunLine {
             stage: stage.to_owned(),
             task,
@@ -143,9 +151,9 @@ impl RunLog {
             rounds,
             messages,
             bytes,
-            work: counts(task).then(|| ledger.phases.iter().map(|p| p.work).sum()),
-            depth: counts(task).then(|| ledger.phases.iter().map(|p| p.critical_depth).sum()),
-            phases: ledger.phases.iter().filter(|_| counts(task)).map(phase).collect(),
+            work: ledger.phases.iter().map(|p| p.work).sum(),
+            depth: ledger.phases.iter().map(depth_of).sum(),
+            phases: ledger.phases.iter().map(phase).collect(),
             seconds,
         });
     }
@@ -154,7 +162,6 @@ impl RunLog {
     pub(super) fn add_phases(
         &mut self,
         stage: &str,
-        task: &'static str,
         ledger: &Ledger,
         seconds: &[(Phase, f64)],
     ) {
@@ -171,12 +178,22 @@ impl RunLog {
                 line.rounds += total.rounds;
                 line.messages += total.messages;
                 line.bytes += total.bytes;
-                if counts(task) {
-                    *line.work.get_or_insert(0) += total.work;
-                    *line.depth.get_or_insert(0) += total.critical_depth;
-                }
+                line.work += total.work;
+                line.depth += depth_of(total);
             }
         }
+    }
+
+    /// Adds a line for a phase of a stage, without counts.
+    pub(super) fn begin(&mut self, stage: &str, phase: Phase) {
+        self.phase(stage, phase.name());
+    }
+
+    /// Returns Brent's bound on the steps of all runs with this number of processors: `ceil((W - D) / p) + D` for each
+    /// phase of each run, summed because the runs are sequential.
+    pub fn brent(&self, processors: u64) -> u64 {
+        let phases = self.runs.iter().flat_map(|run| &run.phases);
+        phases.map(|p| p.work.saturating_sub(p.depth).div_ceil(processors.max(1)) + p.depth).sum()
     }
 
     fn phase(&mut self, stage: &str, phase: &'static str) -> &mut StagePhase {

@@ -176,6 +176,7 @@ pub(super) fn machine<P: Point>(spec: &Spec, task: Task, wanted: Wanted) -> Work
         with_sets: spec.keep.sets && counted,
         with_neighbours: spec.keep.neighbours,
         with_prices: spec.keep.prices && !counted,
+        with_operations: spec.keep.operations && !counted,
         with_places: false,
         view: if whole { spec.keep.view.unwrap_or(0).min(MOST_POINTS) } else { 0 },
     };

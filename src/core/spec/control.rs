@@ -26,6 +26,9 @@ pub struct Keep {
     /// Whether [`crate::triangulate`] charges its phases, for a comparison with other algorithms. It then triangulates each
     /// subdomain a second time, to count.
     pub prices: bool,
+    /// Whether [`crate::triangulate`] charges its phases by the operations of its workers, one after the other. This takes no
+    /// time. It has no effect with [`Keep::prices`].
+    pub operations: bool,
     /// Expected number of points in the picture of the result ([`crate::result::outcome::Kept::picture`]), at most
     /// [`MOST_POINTS`]. By default, there is no picture.
     pub view: Option<u32>,

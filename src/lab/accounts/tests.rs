@@ -145,7 +145,7 @@ fn differences_name_the_phase() {
     let counts = "\"paper\":{\"work\":85,\"depth\":13,\"depth_log_scan\":9,\"brent\":51}";
     let none = "\"paper\":{\"work\":null,\"depth\":null,\"brent\":null}";
     assert_eq!(with(counts, none), "this run has no counts; run `septet simulate` with `json`");
-    assert!(with("run/2", "mesh/1").starts_with("the format is `septet-mesh/1` instead of `septet-run/2`"));
+    assert!(with("run/2", "mesh/2").starts_with("the format is `septet-mesh/2` instead of `septet-run/2`"));
     assert!(with("\"seed\"", "\"seat\"").contains("missing field `seed`"));
 }
 

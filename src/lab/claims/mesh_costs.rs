@@ -5,6 +5,7 @@
 //! [`RunLog::brent`](septet_core::mesh::run_log::RunLog::brent) for n processors. The cube is graded towards its centre.
 
 use glam::DVec3;
+use septet_meshing::distance::Features;
 use septet_meshing::generate::{GenerationError, Rules, StageCounts, generate};
 use septet_meshing::size::cones::Cone;
 use septet_meshing::size::{SizeFunction, SizeOptions};
@@ -102,11 +103,11 @@ fn of_cube(lab: &Lab, size: f64) -> Result<Costs, ClaimError> {
     let mut options = SizeOptions::new(SLOPE);
     options.constraints.most = Some(size);
     options.constraints.field = vec![Cone { at: DVec3::splat(0.5), size: 0.1 * size }];
-    let f = SizeFunction::new(&domain, &options).map_err(|e| refused(e.to_string()))?;
-    let at = |x| f.at(x);
-    let rules = Rules { size: &at, lipschitz: SLOPE, seed: lab.seed(), most: 1 << 24 };
-    let mut machine = CountedMachine::new(spec(lab)).counting(true);
-    f.charges().iter().for_each(|charge| machine.charge_part(charge));
+    let mut machine = CountedMachine::new(spec(lab)).with_recursion(true);
+    let features = Features::new(&domain);
+    let f = SizeFunction::of_features(&domain, &features, &options, &machine)?;
+    let f = f.map_err(|e| refused(e.to_string()))?;
+    let rules = Rules { size: &f, lipschitz: SLOPE, seed: lab.seed(), most: 1 << 24 };
     let generated = generate(&domain, rules, &mut machine).map_err(|failure| match failure {
         GenerationError::Machine(error) => error.into(),
         failure => refused(format!("{failure:?}")),

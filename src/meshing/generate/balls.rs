@@ -1,5 +1,6 @@
 //! The smallest balls of subsegments and subfacets, which contain no vertex.
 
+use septet_geometry::cost::Sweep;
 use septet_geometry::point::{Point, dist2};
 
 use crate::bvh::{Bounds, Bvh};
@@ -42,8 +43,13 @@ impl<P: Point> Balls<P> {
 
     /// Returns `true` if at least one ball contains the point.
     pub fn hold(&self, x: P) -> bool {
+        self.hold_counted(x, &mut Sweep::default())
+    }
+
+    /// Returns [`Balls::hold`], and counts the visits of the tree.
+    pub(super) fn hold_counted(&self, x: P, visits: &mut Sweep) -> bool {
         let mut held = false;
-        self.tree.visit(&Bounds::of([x]), |i| {
+        self.tree.visit_counted(&Bounds::of([x]), visits, |i| {
             held = self.balls[i as usize].holds(x);
             !held
         });
@@ -52,7 +58,12 @@ impl<P: Point> Balls<P> {
 
     /// Returns the indices of the balls that contain the point, in ascending order.
     pub fn holding(&self, x: P) -> Vec<u32> {
-        let mut near = self.tree.meeting(&Bounds::of([x]));
+        self.holding_counted(x, &mut Sweep::default())
+    }
+
+    /// Returns [`Balls::holding`], and counts the visits of the tree.
+    pub(super) fn holding_counted(&self, x: P, visits: &mut Sweep) -> Vec<u32> {
+        let mut near = self.tree.meeting_counted(&Bounds::of([x]), visits);
         near.retain(|&i| self.balls[i as usize].holds(x));
         near
     }

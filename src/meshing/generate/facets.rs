@@ -7,14 +7,18 @@
 //!    ball of a subsegment is moved off-centre, out of the ball.
 
 use glam::{DVec2, DVec3};
+use septet_geometry::cost::{Cost, Sweep};
+use septet_geometry::evaluation::At;
 use septet_geometry::measure;
 use septet_geometry::point::{Point, dist2, lex_cmp};
 
 use super::balls::{Ball, Balls};
 use super::generator::{CANDIDATES, Candidate, Generator, SIDE};
 use super::machine::MeshMachine;
+use super::subdivision::{Division, divided};
 use super::segments::{Chains, Subsegment, subsegments_of};
 use crate::bvh::{Bounds, Bvh};
+use crate::executor::{Part, evaluated, in_sequence};
 use crate::mesh::Carrier;
 use crate::octree::{CellKey, Cube, DEEPEST};
 use crate::points::candidates::Name;
@@ -78,9 +82,14 @@ impl Plane {
     /// Returns the position, in the list of the facet, of a wall that contains the point. The test is rounded, like
     /// [`Self::holds`].
     pub(super) fn wall_at(&self, q: DVec2) -> Option<usize> {
+        self.wall_at_counted(q, &mut Sweep::default())
+    }
+
+    /// Returns [`Plane::wall_at`], and counts the visits of the tree.
+    fn wall_at_counted(&self, q: DVec2, visits: &mut Sweep) -> Option<usize> {
         let turn = |a: DVec2, b: DVec2| (b - a).perp_dot(q - a);
         let mut found = None;
-        self.tree.visit(&Bounds::of([q]), |i| {
+        self.tree.visit_counted(&Bounds::of([q]), visits, |i| {
             let [a, b, c] = self.walls[i as usize];
             let turns = [turn(a, b), turn(b, c), turn(c, a)];
             let held = turns.iter().all(|&t| t >= 0.0) || turns.iter().all(|&t| t <= 0.0);
@@ -90,9 +99,9 @@ impl Plane {
         found
     }
 
-    fn meets(&self, bounds: &Bounds<DVec2>) -> bool {
+    fn meets(&self, bounds: &Bounds<DVec2>, visits: &mut Sweep) -> bool {
         let mut met = false;
-        self.tree.visit(bounds, |_| {
+        self.tree.visit_counted(bounds, visits, |_| {
             met = true;
             false
         });
@@ -133,19 +142,20 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     /// Places the points of all facets.
     pub(super) fn facets(&mut self, planes: &[Plane], chains: &Chains) -> Result<Subfacets, M::Error> {
         self.begin("facets");
-        let numbered: Vec<(u32, &Plane)> = (0u32..).zip(planes).collect();
-        let found = self.machine.map(&numbered, |&(f, plane)| self.candidates_in(f, plane));
-        self.sample(found.into_iter().flatten().collect())?;
+        let found = self.facet_candidates(planes)?;
+        self.sample(found)?;
         let mut subfacets: Vec<Vec<[u32; 3]>> = vec![Vec::new(); planes.len()];
         let mut stale: Vec<u32> = (0..planes.len() as u32).collect();
         let flats = Subfeatures { subsegments: subsegments_of(chains), subfacets: &Vec::new() };
         loop {
             self.triangulate_facets(planes, chains, &stale, &mut subfacets)?;
-            let found = self
-                .machine
-                .map(&stale, |&f| self.centres_in(f, &planes[f as usize], &subfacets[f as usize], &flats));
+            let coarse: Vec<Subfacet> = stale
+                .iter()
+                .flat_map(|&f| subfacets[f as usize].iter().map(move |&t| (f, t)))
+                .collect();
+            let found = self.coarse_centres(planes, &coarse, &flats)?;
             let before = self.vertices.len();
-            if self.complete(found.into_iter().flatten().collect(), false)? == 0 {
+            if self.complete(found, false)? == 0 {
                 break;
             }
             let new = &self.vertices.carriers[before..];
@@ -234,57 +244,82 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
             })
     }
 
-    fn candidates_in(&self, f: u32, plane: &Plane) -> Vec<Candidate<P>> {
-        let cube = Cube::around(&plane.tree.bounds());
-        let seed = self.seed_of(f);
-        let mut found = Vec::new();
-        let mut cells = vec![CellKey::ROOT];
-        while let Some(key) = cells.pop() {
-            let cell = cube.cell(key);
+    /// Returns the candidates of all facets.
+    fn facet_candidates(&self, planes: &[Plane]) -> Result<Vec<Candidate<P>>, M::Error> {
+        let cubes: Vec<Cube<DVec2>> = planes.iter().map(|plane| Cube::around(&plane.tree.bounds())).collect();
+        let roots: Vec<(u32, CellKey)> = (0..planes.len() as u32).map(|f| (f, CellKey::ROOT)).collect();
+        let decide = |(f, key): (u32, CellKey), own: &mut Cost| {
+            let (plane, cell) = (&planes[f as usize], cubes[f as usize].cell(key));
             let half = DVec2::splat(0.5 * cell.side);
-            if !plane.meets(&Bounds { low: cell.centre - half, high: cell.centre + half }) {
-                continue;
-            }
-            if SIDE * (self.rules.size)(from_space(plane.lift(cell.centre))) < cell.side
-                && key.level < DEEPEST
-            {
-                cells.extend((0..4).map(|i| key.child::<DVec2>(i)));
-                continue;
-            }
-            for number in 0..CANDIDATES {
-                let q = Name { cell: key, number }.place(&cell, seed);
-                let at = from_space(plane.lift(q));
-                if plane.holds(q) && !self.subsegments.hold(at) {
-                    found.push((self.rules.site(at), Carrier::Facet(f)));
+            in_sequence(own, |visits| {
+                if !plane.meets(&Bounds { low: cell.centre - half, high: cell.centre + half }, visits) {
+                    return Division::Drop;
                 }
-            }
-        }
-        found
+                let size = self.rules.size.at_counted(from_space(plane.lift(cell.centre)), visits);
+                let is_wide = SIDE * size < cell.side && key.level < DEEPEST;
+                if is_wide { Division::Divide((f, key)) } else { Division::Leaf((f, key)) }
+            })
+        };
+        let children =
+            |&(f, key): &(u32, CellKey)| (0..4).map(|i| (f, key.child::<DVec2>(i))).collect::<Vec<_>>();
+        let leaves = divided(&*self.machine, (&roots, 4, u64::MAX), children, decide)?;
+        let mut leaves: Vec<(u32, CellKey)> = leaves.unwrap_or_default();
+        leaves.sort_by_key(|&(f, _)| f);
+        let places =
+            evaluated(&*self.machine, Part::Candidates, &leaves, |(f, key): (u32, CellKey), own| {
+                let (plane, cell) = (&planes[f as usize], cubes[f as usize].cell(key));
+                let seed = self.seed_of(f);
+                let place = |number| {
+                    let q = Name { cell: key, number }.place(&cell, seed);
+                    let at = from_space(plane.lift(q));
+                    let is_free = in_sequence(own, |visits| {
+                        plane.wall_at_counted(q, visits).is_some()
+                            && !self.subsegments.hold_counted(at, visits)
+                    });
+                    is_free.then_some(At(at))
+                };
+                (0..CANDIDATES).filter_map(place).collect::<Vec<At<P>>>()
+            })?;
+        let places = leaves.iter().zip(places);
+        let found = places.flat_map(|(&(f, _), at)| at.into_iter().map(move |at| (at.0, Carrier::Facet(f))));
+        self.sized(found.collect())
     }
 
-    fn centres_in(
+    /// Returns the centres of the subfacets that are too large.
+    fn coarse_centres(
         &self,
-        f: u32,
-        plane: &Plane,
-        subfacets: &[[u32; 3]],
+        planes: &[Plane],
+        subfacets: &[Subfacet],
         flats: &Subfeatures<'_>,
-    ) -> Vec<Candidate<P>> {
-        let mut found = Vec::new();
-        for t in subfacets {
-            let [a, b, c] = t.map(|v| self.vertices.points[v as usize]);
-            let Ball { centre, radius2 } = circumcircle(a, b, c);
-            let largest = t.iter().map(|&v| self.vertices.sizes[v as usize]).fold(0.0, f64::max);
-            if !self.rules.is_too_large(centre, radius2.sqrt(), largest) {
-                continue;
-            }
-            let Some(centre) = self.off_centre(centre, flats) else { continue };
-            let q = plane.of(as_space(centre));
-            let at = from_space(plane.lift(q));
-            if plane.holds(q) && dist2(at, a) > 0.0 && !self.subsegments.hold(at) {
-                found.push((self.rules.site(at), Carrier::Facet(f)));
-            }
+    ) -> Result<Vec<Candidate<P>>, M::Error> {
+        let found = evaluated(&*self.machine, Part::Completion, subfacets, |(f, t): Subfacet, own| {
+            in_sequence(own, |visits| self.centre_in(&planes[f as usize], t, flats, visits)).map(At)
+        })?;
+        let found = subfacets.iter().zip(found).filter_map(|(&(f, _), at)| Some((at?.0, Carrier::Facet(f))));
+        self.sized(found.collect())
+    }
+
+    /// Returns the centre of a subfacet that is too large, or its off-centre point.
+    fn centre_in(
+        &self,
+        plane: &Plane,
+        t: [u32; 3],
+        flats: &Subfeatures<'_>,
+        visits: &mut Sweep,
+    ) -> Option<P> {
+        let [a, b, c] = t.map(|v| self.vertices.points[v as usize]);
+        let Ball { centre, radius2 } = circumcircle(a, b, c);
+        let largest = t.iter().map(|&v| self.vertices.sizes[v as usize]).fold(0.0, f64::max);
+        if !self.rules.is_too_large(centre, radius2.sqrt(), largest, visits) {
+            return None;
         }
-        found
+        let centre = self.off_centre(centre, flats, visits)?;
+        let q = plane.of(as_space(centre));
+        let at = from_space(plane.lift(q));
+        let is_free = plane.wall_at_counted(q, visits).is_some()
+            && dist2(at, a) > 0.0
+            && !self.subsegments.hold_counted(at, visits);
+        is_free.then_some(at)
     }
 }
 

@@ -2,15 +2,19 @@
 
 use std::collections::BTreeMap;
 
+use septet_geometry::cost::{Cost, Sweep};
+use septet_geometry::evaluation::At;
 use septet_geometry::point::Point;
 
 use super::balls::Balls;
 use super::machine::{MeshMachine, distinct};
 use super::vertices::{Holders, Vertices, flat_groups};
 use crate::domain::Domain;
+use crate::executor::{Part, evaluated, in_sequence};
 use crate::mesh::Carrier;
 use crate::points::candidates::Name;
 use crate::points::conflicts::{Site, Sites};
+use crate::size::Sizing;
 use crate::space::Space;
 
 /// A simplex is complete if its circumradius is at most this fraction of the size at its centre.
@@ -31,7 +35,7 @@ pub(super) type Candidate<P> = (Site<P>, Carrier);
 #[derive(Clone, Copy)]
 pub struct Rules<'a, P> {
     /// The size function, in the scaled coordinates of the domain.
-    pub size: &'a (dyn Fn(P) -> f64 + Sync),
+    pub size: &'a dyn Sizing<P>,
     /// Its Lipschitz constant.
     pub lipschitz: f64,
     /// The seed for the positions of candidates.
@@ -42,13 +46,20 @@ pub struct Rules<'a, P> {
 
 impl<P: Point> Rules<'_, P> {
     pub(super) fn site(&self, at: P) -> Site<P> {
-        Site { at, size: (self.size)(at) }
+        Site { at, size: self.size.at(at) }
+    }
+
+    /// Returns the site of a lane.
+    fn site_of_lane(&self, At(at): At<P>, own: &mut Cost) -> f64 {
+        in_sequence(own, |visits| self.size.at_counted(at, visits))
     }
 
     /// Returns `true` if a simplex is too large. `largest` is the largest size at its corners. The size at its centre
     /// is evaluated only if the sizes at the corners do not decide.
-    pub(super) fn is_too_large(&self, centre: P, radius: f64, largest: f64) -> bool {
-        radius * (1.0 + self.lipschitz) > largest * COMPLETE && radius > COMPLETE * (self.size)(centre)
+    pub(super) fn is_too_large(&self, centre: P, radius: f64, largest: f64, visits: &mut Sweep) -> bool {
+        visits.visit();
+        radius * (1.0 + self.lipschitz) > largest * COMPLETE
+            && radius > COMPLETE * self.size.at_counted(centre, visits)
     }
 }
 
@@ -94,11 +105,9 @@ pub(super) struct Generator<'a, P: Space, M> {
 }
 
 impl<'a, P: Space, M: MeshMachine<P> + Sync> Generator<'a, P, M> {
+    /// Creates the generator, without vertices.
     pub(super) fn new(domain: &'a Domain<P>, rules: Rules<'a, P>, machine: &'a mut M) -> Self {
-        let mut vertices = Vertices { points: Vec::new(), sizes: Vec::new(), carriers: Vec::new() };
-        for (i, &v) in (0u32..).zip(&domain.corners) {
-            vertices.push(rules.site(domain.points()[v as usize]), Carrier::Corner(i));
-        }
+        let vertices = Vertices { points: Vec::new(), sizes: Vec::new(), carriers: Vec::new() };
         let (holders, lines) = (Holders::new(domain), Holders::of_segments(domain));
         let flats = holders.grouped(&flat_groups(domain));
         let none = || Balls::new(Vec::new());
@@ -125,6 +134,33 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Generator<'a, P, M> {
         self.stages.push(StageCounts { name, ..StageCounts::default() });
     }
 
+    /// Places the vertices at these corners.
+    pub(super) fn place_corners(&mut self, corners: impl Iterator<Item = u32>) -> Result<(), M::Error> {
+        let at = |c: u32| self.domain.points()[self.domain.corners[c as usize] as usize];
+        let places = corners.map(|c| (at(c), Carrier::Corner(c))).collect();
+        for (site, carrier) in self.sized(places)? {
+            self.vertices.push(site, carrier);
+        }
+        Ok(())
+    }
+
+    /// Evaluates the size function at points.
+    pub(super) fn sized(&self, places: Vec<(P, Carrier)>) -> Result<Vec<Candidate<P>>, M::Error> {
+        let points: Vec<At<P>> = places.iter().map(|&(at, _)| At(at)).collect();
+        let sizes =
+            evaluated(&*self.machine, Part::Sizes, &points, |at, own| self.rules.site_of_lane(at, own))?;
+        Ok(places.into_iter().zip(sizes).map(|((at, carrier), size)| (Site { at, size }, carrier)).collect())
+    }
+
+    /// Gives the vertices from the first one on the values of the size function as their sizes.
+    pub(super) fn size_vertices(&mut self, first: usize) -> Result<(), M::Error> {
+        let points: Vec<At<P>> = self.vertices.points[first..].iter().map(|&at| At(at)).collect();
+        let sizes =
+            evaluated(&*self.machine, Part::Sizes, &points, |at, own| self.rules.site_of_lane(at, own))?;
+        self.vertices.sizes[first..].copy_from_slice(&sizes);
+        Ok(())
+    }
+
     /// Places the first points of a stage: a maximal independent set of candidates, with all earlier points fixed.
     pub(super) fn sample(&mut self, candidates: Vec<Candidate<P>>) -> Result<(), M::Error> {
         let mut sites = self.vertices.sites();
@@ -141,7 +177,10 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Generator<'a, P, M> {
         if !free && !candidates.is_empty() {
             let sites = self.vertices.sites();
             let earlier = Sites::new(&sites);
-            let free = self.machine.map(&candidates, |c| !earlier.any_against(&c.0));
+            let sites: Vec<Site<P>> = candidates.iter().map(|c| c.0).collect();
+            let free = evaluated(&*self.machine, Part::Conflicts, &sites, |site: Site<P>, own| {
+                in_sequence(own, |visits| !earlier.any_against_counted(&site, visits))
+            })?;
             let mut free = free.into_iter();
             candidates.retain(|_| free.next() == Some(true));
         }

@@ -2,10 +2,12 @@
 
 use glam::DVec2;
 use septet_geometry::complex::INFINITE;
+use septet_geometry::evaluation::{Evaluated, Evaluation};
 use septet_geometry::incremental::{Incremental, IncrementalError};
 use septet_geometry::point::{Point, Simplex, lex_cmp};
 use septet_geometry::priority::{compare, priority};
 
+use crate::executor::{Evaluator, Part, Sequential, Uncounted, always};
 use crate::points::conflicts::{Site, Sites};
 use crate::points::independent::{Independent, by_rounds};
 
@@ -18,11 +20,8 @@ pub struct Delaunay<C> {
     pub neighbours: Vec<C>,
 }
 
-/// A provider of independent sets and triangulations.
-pub trait MeshMachine<P: Point> {
-    /// The errors of the machine.
-    type Error;
-
+/// A provider of evaluations, independent sets and triangulations.
+pub trait MeshMachine<P: Point>: Evaluator<P> {
     /// Begins a stage. Later runs belong to it.
     fn stage(&mut self, _name: &'static str) {}
 
@@ -60,9 +59,15 @@ pub struct Alone {
     pub seed: u64,
 }
 
-impl<P: Point> MeshMachine<P> for Alone {
+impl<P: Point> Evaluator<P> for Alone {
     type Error = IncrementalError;
 
+    fn evaluate(&self, part: Part, rule: &dyn Evaluation) -> Result<Evaluated, Self::Error> {
+        Ok(always(Evaluator::<P>::evaluate(&Uncounted(Sequential), part, rule)))
+    }
+}
+
+impl<P: Point> MeshMachine<P> for Alone {
     fn independent(&mut self, sites: &[Site<P>], fixed: usize) -> Result<Independent, Self::Error> {
         let (earlier, new) = sites.split_at(fixed);
         let earlier = Sites::new(earlier);

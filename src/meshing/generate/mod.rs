@@ -96,11 +96,13 @@ mod off_centre;
 mod recover;
 pub mod remesh;
 mod segments;
+mod subdivision;
 mod vertices;
 mod volume;
 mod witness;
 
 use crate::domain::{Domain, Feature};
+use crate::executor::{Executor, Uncounted, always};
 use crate::space::Space;
 
 pub use cell_labels::CellLabels;
@@ -152,21 +154,23 @@ pub enum GenerationError<E> {
     Unsupported(&'static str),
 }
 
-/// Estimates the number of points of a mesh from the cells in which candidates are placed. Returns one more than the
+/// Estimates the number of points of a mesh from the cells in which candidates are placed, without counts. Returns one more than the
 /// limit if there are too many cells.
-pub fn expected_points<P: Space, M: MeshMachine<P> + Sync>(
+pub fn expected_points<P: Space>(
     domain: &Domain<P>,
     rules: Rules<'_, P>,
-    machine: &M,
+    executor: &(impl Executor + Copy),
 ) -> u64 {
-    let Some(cells) = volume::sampling_cells(domain, &rules, machine) else {
+    let Some(cells) = always(volume::sampling_cells(domain, &rules, &Uncounted(*executor))) else {
         return rules.most.saturating_add(1);
     };
-    let share = |(cell, _): &(crate::octree::Cell<P>, bool)| {
-        let cubes = cell.side / (rules.size)(cell.centre);
+    let cube = volume::root_of(domain);
+    let share = |&(key, _): &volume::SampledCell| {
+        let cell = cube.cell(key);
+        let cubes = cell.side / rules.size.at(cell.centre);
         (0..P::DIM).fold(1.0, |product, _| product * cubes)
     };
-    machine.map(&cells, share).iter().sum::<f64>().ceil() as u64 + domain.corners.len() as u64
+    executor.map(&cells, share).iter().sum::<f64>().ceil() as u64 + domain.corners.len() as u64
 }
 
 /// Generates the points of a domain and triangulates them.
@@ -180,9 +184,10 @@ pub fn generate<P: Space, M: MeshMachine<P> + Sync>(
     machine: &mut M,
 ) -> Result<GeneratedMesh<P>, GenerationError<M::Error>> {
     // If the sizes are too fine, generation fails before any other work.
-    let cells =
-        volume::sampling_cells(domain, &rules, &*machine).ok_or(GenerationError::TooMany(rules.most))?;
+    let cells = volume::sampling_cells(domain, &rules, &*machine).map_err(GenerationError::Machine)?;
+    let cells = cells.ok_or(GenerationError::TooMany(rules.most))?;
     let mut generator = Generator::new(domain, rules, machine);
+    generator.place_corners(0..domain.corners.len() as u32).map_err(GenerationError::Machine)?;
     generator.off_centres = domain.small_angles(90.0).is_empty();
     let planes = generator.planes();
     let chains = generator.segments().map_err(GenerationError::Machine)?;

@@ -22,12 +22,14 @@
 //! **Work and depth.** Each circumcentre needs at most [`MOVES`] queries of the balls, and each vertex needs one query
 //! of the off-centre points.
 
+use septet_geometry::cost::Sweep;
 use septet_geometry::point::dist2;
 
 use super::balls::Ball;
 use super::facets::Subfeatures;
-use super::generator::Generator;
+use super::generator::{Candidate, Generator};
 use super::machine::MeshMachine;
+use crate::executor::{Part, evaluated, in_sequence};
 use crate::points::conflicts::{Site, Sites};
 use crate::space::Space;
 
@@ -40,38 +42,47 @@ const BEYOND: f64 = 1.0 + 1e-9;
 
 impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     /// Returns the off-centre point of a circumcentre, outside all balls.
-    pub(super) fn off_centre(&self, centre: P, flats: &Subfeatures<'_>) -> Option<P> {
+    pub(super) fn off_centre(
+        &self,
+        centre: P,
+        flats: &Subfeatures<'_>,
+        visits: &mut Sweep,
+    ) -> Option<P> {
         let mut x = centre;
         let moves = if self.off_centres { MOVES } else { 0 };
         for _ in 0..moves {
-            let Some((ball, foot)) = self.lowest(x, flats) else { break };
+            let Some((ball, foot)) = self.lowest(x, flats, visits) else { break };
             let height = x - foot;
             let above = ball.radius2 * BEYOND - dist2(foot, ball.centre);
             x = foot + height * (above / height.norm2()).sqrt();
         }
         let finite = (0..P::DIM).all(|i| x.coord(i).is_finite());
-        (finite && self.is_open(x)).then_some(x)
+        (finite && self.is_open(x, visits)).then_some(x)
     }
 
     /// Returns the off-centre points that do not conflict with a vertex.
-    pub(super) fn free(&self, off_centre: Vec<(Site<P>, bool)>) -> Vec<(Site<P>, bool)> {
+    ///
+    /// # Errors
+    /// Returns the error of the machine if it fails.
+    pub(super) fn free(&self, off_centre: Vec<Candidate<P>>) -> Result<Vec<Candidate<P>>, M::Error> {
         if off_centre.is_empty() {
-            return off_centre;
+            return Ok(off_centre);
         }
         let places: Vec<Site<P>> = off_centre.iter().map(|l| l.0).collect();
         let (near, vertices) = (Sites::new(&places), self.vertices.sites());
-        let chunks: Vec<&[Site<P>]> = vertices.chunks(4096).collect();
-        let conflicts = |chunk: &&[Site<P>]| chunk.iter().flat_map(|v| near.against(v)).collect::<Vec<u32>>();
+        let conflicts = evaluated(&*self.machine, Part::Conflicts, &vertices, |vertex: Site<P>, own| {
+            in_sequence(own, |visits| near.against_counted(&vertex, visits))
+        })?;
         let mut free = vec![true; off_centre.len()];
-        for conflict in self.machine.map(&chunks, conflicts).into_iter().flatten() {
+        for conflict in conflicts.into_iter().flatten() {
             free[conflict as usize] = false;
         }
-        off_centre.into_iter().zip(free).filter_map(|(l, free)| free.then_some(l)).collect()
+        Ok(off_centre.into_iter().zip(free).filter_map(|(l, free)| free.then_some(l)).collect())
     }
 
     /// Returns the ball of least power among those that contain the point, and the foot of the point on the line of
     /// the subsegment or the plane of the subfacet.
-    fn lowest(&self, x: P, flats: &Subfeatures<'_>) -> Option<(Ball<P>, P)> {
+    fn lowest(&self, x: P, flats: &Subfeatures<'_>, visits: &mut Sweep) -> Option<(Ball<P>, P)> {
         let at = |v: u32| self.vertices.points[v as usize];
         let power = |ball: &Ball<P>| dist2(ball.centre, x) - ball.radius2;
         let of_subsegment = |i: u32| {
@@ -84,8 +95,9 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
             let normal = P::hull_normal(&[b - a, c - a]);
             (self.subfacets.all()[i as usize], x - normal * ((x - a).dot(normal) / normal.norm2()))
         };
-        let subsegments = self.subsegments.holding(x).into_iter().map(of_subsegment);
-        let all = subsegments.chain(self.subfacets.holding(x).into_iter().map(of_subfacet));
+        let subsegments = self.subsegments.holding_counted(x, visits).into_iter().map(of_subsegment);
+        let subfacets = self.subfacets.holding_counted(x, visits).into_iter().map(of_subfacet);
+        let all = subsegments.chain(subfacets);
         all.min_by(|a, b| power(&a.0).total_cmp(&power(&b.0)))
     }
 }

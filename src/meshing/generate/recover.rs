@@ -174,9 +174,7 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     fn insert_dividing(&mut self, dividing: Vec<Candidate<P>>) -> Result<u64, M::Error> {
         let before = self.vertices.len();
         let placed = self.complete(dividing, true)?;
-        for v in before..self.vertices.len() {
-            self.vertices.sizes[v] = (self.rules.size)(self.vertices.points[v]);
-        }
+        self.size_vertices(before)?;
         Ok(placed)
     }
 }

@@ -6,11 +6,15 @@
 //! 2. A maximal independent set of them is taken, with the corners fixed.
 //! 3. Midpoints of subsegments are added until no half of a subsegment is longer than the size at its midpoint.
 
+use septet_geometry::cost::Cost;
+use septet_geometry::evaluation::At;
 use septet_geometry::point::dist2;
 
 use super::balls::{Ball, Balls};
 use super::generator::{CANDIDATES, Candidate, Generator, SIDE};
 use super::machine::MeshMachine;
+use super::subdivision::{Division, divided};
+use crate::executor::{Part, evaluated, in_sequence};
 use crate::mesh::Carrier;
 use crate::octree::{CellKey, DEEPEST};
 use crate::points::candidates::Name;
@@ -22,6 +26,11 @@ pub(super) type Chains = Vec<Vec<u32>>;
 /// A subsegment: its segment and its ends.
 pub type Subsegment = (u32, [u32; 2]);
 
+/// Returns the two halves of a part of a line.
+pub(super) fn halves(line: u32, key: CellKey) -> Vec<(u32, CellKey)> {
+    [0, 1].map(|i| (line, CellKey { level: key.level + 1, at: [2 * key.at[0] + i, 0, 0] })).to_vec()
+}
+
 /// Returns all subsegments with their segments.
 pub(super) fn subsegments_of(chains: &Chains) -> Vec<Subsegment> {
     (0u32..).zip(chains).flat_map(|(s, c)| c.windows(2).map(move |w| (s, [w[0], w[1]]))).collect()
@@ -31,30 +40,31 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     /// Places the points of all segments.
     pub(super) fn segments(&mut self) -> Result<Chains, M::Error> {
         self.begin("segments");
-        let mut candidates = Vec::new();
-        for s in 0..self.domain.segments.len() as u32 {
-            self.candidates_on(s, &mut candidates);
-        }
+        let candidates = self.segment_candidates()?;
         self.sample(candidates)?;
         loop {
             let chains = self.chains();
-            let mut middles = Vec::new();
-            for (s, chain) in (0u32..).zip(&chains) {
-                for subsegment in chain.windows(2) {
-                    let [p, q] = [0, 1].map(|i| self.vertices.points[subsegment[i] as usize]);
-                    let (middle, radius) = ((p + q) * 0.5, 0.5 * dist2(p, q).sqrt());
-                    let largest =
-                        subsegment.iter().map(|&v| self.vertices.sizes[v as usize]).fold(0.0, f64::max);
-                    if self.rules.is_too_large(middle, radius, largest) {
-                        middles.push((self.rules.site(middle), Carrier::Segment(s)));
-                    }
-                }
-            }
+            let middles = self.coarse_subsegments(&chains)?;
             if self.complete(middles, false)? == 0 {
                 self.subsegments = Balls::new(self.balls_of_subsegments(&chains));
                 return Ok(chains);
             }
         }
+    }
+
+    /// Returns the middles of the subsegments that are too large.
+    fn coarse_subsegments(&self, chains: &Chains) -> Result<Vec<Candidate<P>>, M::Error> {
+        let all = subsegments_of(chains);
+        let found = evaluated(&*self.machine, Part::Completion, &all, |(_, ends): Subsegment, own| {
+            let [p, q] = ends.map(|v| self.vertices.points[v as usize]);
+            let (middle, radius) = ((p + q) * 0.5, 0.5 * dist2(p, q).sqrt());
+            let largest = ends.iter().map(|&v| self.vertices.sizes[v as usize]).fold(0.0, f64::max);
+            let is_coarse =
+                in_sequence(own, |visits| self.rules.is_too_large(middle, radius, largest, visits));
+            is_coarse.then_some(At(middle))
+        })?;
+        let found = all.iter().zip(found).filter_map(|(&(s, _), found)| Some((found?.0, Carrier::Segment(s))));
+        self.sized(found.collect())
     }
 
     pub(super) fn balls_of_subsegments(&self, chains: &Chains) -> Vec<Ball<P>> {
@@ -66,24 +76,37 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
         chains.iter().flat_map(|chain| chain.windows(2).map(ball)).collect()
     }
 
-    fn candidates_on(&self, s: u32, out: &mut Vec<Candidate<P>>) {
-        let [a, b] = self.domain.segments[s as usize].ends().map(|v| self.domain.points()[v as usize]);
-        let (along, seed) = (b - a, self.seed_of(s));
-        let length = along.norm2().sqrt();
-        let mut cells = vec![CellKey::ROOT];
-        while let Some(key) = cells.pop() {
+    /// Returns the candidates of all segments.
+    fn segment_candidates(&self) -> Result<Vec<Candidate<P>>, M::Error> {
+        let ends = |s: u32| {
+            let [a, b] = self.domain.segments[s as usize].ends().map(|v| self.domain.points()[v as usize]);
+            (a, b - a)
+        };
+        let roots: Vec<(u32, CellKey)> =
+            (0..self.domain.segments.len() as u32).map(|s| (s, CellKey::ROOT)).collect();
+        let decide = |(s, key): (u32, CellKey), own: &mut Cost| {
+            let (a, along) = ends(s);
             let part = 1.0 / (1u64 << key.level) as f64;
-            let middle = (f64::from(key.at[0]) + 0.5) * part;
-            if SIDE * (self.rules.size)(a + along * middle) < length * part && key.level < DEEPEST {
-                let half = |i: u32| CellKey { level: key.level + 1, at: [2 * key.at[0] + i, 0, 0] };
-                cells.extend([half(0), half(1)]);
-                continue;
-            }
-            for number in 0..CANDIDATES {
-                let t = (f64::from(key.at[0]) + Name { cell: key, number }.unit(seed, 1)) * part;
-                out.push((self.rules.site(a + along * t), Carrier::Segment(s)));
-            }
-        }
+            let middle = a + along * ((f64::from(key.at[0]) + 0.5) * part);
+            let size = in_sequence(own, |visits| self.rules.size.at_counted(middle, visits));
+            let is_long = SIDE * size < along.norm2().sqrt() * part && key.level < DEEPEST;
+            if is_long { Division::Divide((s, key)) } else { Division::Leaf((s, key)) }
+        };
+        let leaves = divided(&*self.machine, (&roots, 2, u64::MAX), |&(s, key)| halves(s, key), decide)?;
+        let mut leaves: Vec<(u32, CellKey)> = leaves.unwrap_or_default();
+        leaves.sort_by_key(|&(s, _)| s);
+        let places = evaluated(&*self.machine, Part::Candidates, &leaves, |(s, key): (u32, CellKey), _| {
+            let (a, along) = ends(s);
+            let part = 1.0 / (1u64 << key.level) as f64;
+            let place = |number| {
+                let unit = Name { cell: key, number }.unit(self.seed_of(s), 1);
+                At(a + along * ((f64::from(key.at[0]) + unit) * part))
+            };
+            (0..CANDIDATES).map(place).collect::<Vec<At<P>>>()
+        })?;
+        let places = leaves.iter().zip(places);
+        let found = places.flat_map(|(&(s, _), at)| at.into_iter().map(move |at| (at.0, Carrier::Segment(s))));
+        self.sized(found.collect())
     }
 
     /// Returns the vertices of every segment, from its first corner to its last.

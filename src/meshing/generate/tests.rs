@@ -4,8 +4,10 @@ mod labels;
 mod promises;
 
 use glam::{DVec2, DVec3};
+use septet_geometry::evaluation::{Evaluated, Evaluation};
 use septet_geometry::measure::{circumcentre, circumradius2, shortest_edge2};
 
+use crate::executor::{Evaluator, Part};
 use super::{Alone, CellLabels, Delaunay, GeneratedMesh, MeshMachine, Rules, generate};
 use crate::domain::Domain;
 use crate::improve::{Target, improve, least_sine};
@@ -237,9 +239,15 @@ fn slivers_are_removed() {
 /// vertices.
 struct Shuffled(Alone);
 
-impl MeshMachine<DVec3> for Shuffled {
-    type Error = <Alone as MeshMachine<DVec3>>::Error;
+impl Evaluator<DVec3> for Shuffled {
+    type Error = <Alone as Evaluator<DVec3>>::Error;
 
+    fn evaluate(&self, part: Part, rule: &dyn Evaluation) -> Result<Evaluated, Self::Error> {
+        Evaluator::<DVec3>::evaluate(&self.0, part, rule)
+    }
+}
+
+impl MeshMachine<DVec3> for Shuffled {
     fn independent(&mut self, sites: &[Site<DVec3>], fixed: usize) -> Result<Independent, Self::Error> {
         self.0.independent(sites, fixed)
     }
@@ -317,7 +325,7 @@ fn balls_above_a_facet_are_at_most_five_quarters_wide() {
     let size = 0.25;
     let mut checked = 0;
     for seed in 1..4 {
-        let rules = Rules { size: &|_| size, lipschitz: 0.0, seed, most: 1 << 24 };
+        let rules = Rules { size: &|_: DVec3| size, lipschitz: 0.0, seed, most: 1 << 24 };
         let made = generate(&domain, rules, &mut Alone { seed }).unwrap();
         for cell in &made.delaunay.cells {
             let corners = cell.map(|v| made.vertices.points[v as usize]);

@@ -7,6 +7,8 @@
 //! 3. Circumcentres of cells that are too large are added until no cell is too large. A circumcentre in one of these
 //!    balls is moved off-centre, out of the ball.
 
+use septet_geometry::cost::{Cost, Sweep};
+use septet_geometry::evaluation::At;
 use septet_geometry::measure::circumcentre;
 use septet_geometry::point::{Simplex, dist2};
 
@@ -18,23 +20,18 @@ use super::generator::{CANDIDATES, Candidate, Generator, Rules, SIDE};
 use super::machine::{Delaunay, MeshMachine};
 use super::missing::MissingParts;
 use super::segments::subsegments_of;
+use super::subdivision::{Division, divided};
 use super::{GenerationError, Missing};
 use crate::bvh::{Bounds, Bvh};
 use crate::domain::Domain;
+use crate::executor::{Evaluator, Part, evaluated, in_sequence};
 use crate::mesh::Carrier;
 use crate::octree::{Cell, CellKey, Cube, DEEPEST};
 use crate::points::candidates::Name;
-use crate::points::conflicts::Site;
 use crate::space::Space;
 
-/// Cells, and whether each is known to lie completely in the domain.
-pub(super) type Sampled<P> = Vec<(Cell<P>, bool)>;
-
-/// The number of cells per item of a parallel map.
-const CHUNK: usize = 1024;
-
-/// The number of cells between two checks of the limit.
-const SEVERAL: usize = 1 << 20;
+/// A cell, and whether it is known to lie completely in the domain.
+pub(super) type SampledCell = (CellKey, bool);
 
 /// The maximum number of cells per vertex. Sides are at least 0.7 times the size, so there are at most 3 cells per
 /// volume `f^d`. There is at least one vertex for every two such volumes.
@@ -55,14 +52,14 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     pub(super) fn volume(
         &mut self,
         own: Own<'_>,
-        cells: &[(Cell<P>, bool)],
+        cells: &[SampledCell],
     ) -> Result<Filled<P>, GenerationError<M::Error>> {
         self.begin("volume");
         let Own { planes, chains, subfacets } = own;
         let flats = Subfeatures { subsegments: subsegments_of(chains), subfacets };
         let first = self.vertices.len();
-        let found = self.machine.map(cells, |(cell, whole)| self.candidates_of(cell, *whole));
-        self.sample(found.into_iter().flatten().collect()).map_err(GenerationError::Machine)?;
+        let found = self.volume_candidates(cells).map_err(GenerationError::Machine)?;
+        self.sample(found).map_err(GenerationError::Machine)?;
         loop {
             if self.vertices.len() as u64 > self.rules.most {
                 return Err(GenerationError::TooMany(self.rules.most));
@@ -75,13 +72,8 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
             }
             let barrier = self.barrier(own, &delaunay);
             let labels = self.labels(&delaunay, &barrier);
-            let numbers: Vec<u32> = (0..delaunay.cells.len() as u32).collect();
-            let chunks: Vec<&[u32]> = numbers.chunks(4096).collect();
-            let found = self.machine.map(&chunks, |chunk| self.centres_of(chunk, &delaunay, &labels, &flats));
-            let (off_centre, mut found): (Vec<_>, Vec<_>) =
-                found.into_iter().flatten().partition(|(_, off_centre)| *off_centre);
-            found.extend(self.free(off_centre));
-            let found = found.into_iter().map(|(site, _)| (site, Carrier::Volume)).collect();
+            let found =
+                self.coarse_cells(&delaunay, &labels, &flats).map_err(GenerationError::Machine)?;
             if self.complete(found, true).map_err(GenerationError::Machine)? == 0 {
                 return Ok(Filled { delaunay, labels, barrier });
             }
@@ -125,116 +117,135 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
         Err(GenerationError::Missing(Missing { features: missing.features() }))
     }
 
-    /// Returns `true` if the point lies outside all balls.
-    pub(super) fn is_open(&self, at: P) -> bool {
-        !self.subsegments.hold(at) && !self.subfacets.hold(at) && !self.closed.hold(at)
+    /// Returns `true` if the point lies outside all balls. Counts the visits of their trees.
+    pub(super) fn is_open(&self, at: P, visits: &mut Sweep) -> bool {
+        let mut hold = |balls: &Balls<P>| balls.hold_counted(at, visits);
+        !hold(&self.subsegments) && !hold(&self.subfacets) && !hold(&self.closed)
     }
 
-    pub(super) fn candidates_of(&self, cell: &Cell<P>, whole: bool) -> Vec<Candidate<P>> {
-        let names =
-            (0..CANDIDATES).map(|number| Name { cell: cell.key, number }.place(cell, self.rules.seed));
-        let free = names.filter(|&at| self.is_open(at) && (whole || self.domain.is_inside(at)));
-        free.map(|at| (self.rules.site(at), Carrier::Volume)).collect()
+    /// Returns the candidates in cells of the volume.
+    pub(super) fn volume_candidates(&self, cells: &[SampledCell]) -> Result<Vec<Candidate<P>>, M::Error> {
+        let cube = root_of(self.domain);
+        let places =
+            evaluated(&*self.machine, Part::Candidates, cells, |(key, whole): SampledCell, own| {
+                let cell = cube.cell(key);
+                let place = |number| {
+                    let at = Name { cell: key, number }.place(&cell, self.rules.seed);
+                    let is_free = in_sequence(own, |visits| {
+                        self.is_open(at, visits) && (whole || self.domain.is_inside_counted(at, visits))
+                    });
+                    is_free.then_some(At(at))
+                };
+                (0..CANDIDATES).filter_map(place).collect::<Vec<At<P>>>()
+            })?;
+        self.sized(places.into_iter().flatten().map(|at| (at.0, Carrier::Volume)).collect())
     }
 
-    /// Returns the centres of cells that are too large. A flag marks off-centre points.
-    fn centres_of(
+    /// Returns the centres of cells that are too large, and off-centre points instead of the centres in balls.
+    fn coarse_cells(
         &self,
-        cells: &[u32],
         delaunay: &Delaunay<P::Cell>,
         labels: &CellLabels,
         flats: &Subfeatures<'_>,
-    ) -> Vec<(Site<P>, bool)> {
-        let mut found = Vec::new();
-        for &i in cells.iter().filter(|&&i| labels.is_inside(i)) {
-            // The rounding must not depend on the order in which a machine returns the vertices.
-            let mut cell = delaunay.cells[i as usize];
-            cell.as_mut().sort_unstable();
-            let mut corners = [P::default(); 4];
-            let mut largest = 0.0f64;
-            for (corner, &v) in corners.iter_mut().zip(cell.as_ref()) {
-                *corner = self.vertices.points[v as usize];
-                largest = largest.max(self.vertices.sizes[v as usize]);
-            }
-            let centre = circumcentre(&corners[..P::Cell::LEN]);
-            let radius = dist2(centre, corners[0]).sqrt();
-            if !radius.is_finite() || !self.rules.is_too_large(centre, radius, largest) {
-                continue;
-            }
-            let open = self.is_open(centre);
-            let place = if open { Some(centre) } else { self.off_centre(centre, flats) };
-            let inside = place.filter(|&x| self.domain.is_inside(x));
-            found.extend(inside.map(|x| (self.rules.site(x), !open)));
-        }
-        found
+    ) -> Result<Vec<Candidate<P>>, M::Error> {
+        let inside: Vec<u32> =
+            (0..delaunay.cells.len() as u32).filter(|&i| labels.is_inside(i)).collect();
+        let found = evaluated(&*self.machine, Part::Completion, &inside, |i: u32, own| {
+            in_sequence(own, |visits| self.centre_of(&delaunay.cells[i as usize], flats, visits))
+        })?;
+        let (off_centre, free): (Vec<_>, Vec<_>) =
+            found.into_iter().flatten().partition(|(_, off_centre)| *off_centre);
+        let sized = |found: Vec<(At<P>, bool)>| {
+            self.sized(found.into_iter().map(|(at, _)| (at.0, Carrier::Volume)).collect())
+        };
+        let mut all = sized(free)?;
+        all.extend(self.free(sized(off_centre)?)?);
+        Ok(all)
     }
+
+    /// Returns the centre of a cell that is too large. A flag marks an off-centre point.
+    fn centre_of(
+        &self,
+        cell: &P::Cell,
+        flats: &Subfeatures<'_>,
+        visits: &mut Sweep,
+    ) -> Option<(At<P>, bool)> {
+        // The rounding must not depend on the order in which a machine returns the vertices.
+        let mut cell = *cell;
+        cell.as_mut().sort_unstable();
+        let mut corners = [P::default(); 4];
+        let mut largest = 0.0f64;
+        for (corner, &v) in corners.iter_mut().zip(cell.as_ref()) {
+            *corner = self.vertices.points[v as usize];
+            largest = largest.max(self.vertices.sizes[v as usize]);
+        }
+        let centre = circumcentre(&corners[..P::Cell::LEN]);
+        let radius = dist2(centre, corners[0]).sqrt();
+        if !radius.is_finite() || !self.rules.is_too_large(centre, radius, largest, visits) {
+            return None;
+        }
+        let open = self.is_open(centre, visits);
+        let place = if open { Some(centre) } else { self.off_centre(centre, flats, visits) };
+        place.filter(|&x| self.domain.is_inside_counted(x, visits)).map(|x| (At(x), !open))
+    }
+}
+
+/// Returns the root of the tree of cells: a cube around the walls.
+pub(super) fn root_of<P: Space>(domain: &Domain<P>) -> Cube<P> {
+    let points = domain.points();
+    let corners = domain.walls().iter().flat_map(|w| w.as_ref()).map(|&v| points[v as usize]);
+    Cube::around(&Bounds::of(corners))
 }
 
 /// Returns cells whose sides are at most [`SIDE`] times the size, and whether each is known to lie completely in the
 /// domain. The cells are built level by level, each level in parallel.
 ///
 /// Returns `None` if there are more than [`CELLS`] per vertex allowed. The mesh would then exceed the limit.
-pub(super) fn sampling_cells<P: Space, M: MeshMachine<P> + Sync>(
+///
+/// # Errors
+/// Returns the error of the machine if it fails.
+pub(super) fn sampling_cells<P: Space, M: Evaluator<P>>(
     domain: &Domain<P>,
     rules: &Rules<'_, P>,
     machine: &M,
-) -> Option<Sampled<P>> {
+) -> Result<Option<Vec<SampledCell>>, M::Error> {
     let most = rules.most.saturating_mul(CELLS);
     let points = domain.points();
     let boxes = domain.walls().iter().map(|w| Bounds::of(w.as_ref().iter().map(|&v| points[v as usize])));
-    let walls = Bvh::new(boxes.collect());
-    let cube = Cube::around(&walls.bounds());
-    let (mut found, mut open) = (Vec::new(), vec![(CellKey::ROOT, false)]);
-    while !open.is_empty() {
-        let level = std::mem::take(&mut open);
-        for several in level.chunks(SEVERAL) {
-            let chunks: Vec<&[(CellKey, bool)]> = several.chunks(CHUNK).collect();
-            for (small, divided) in machine.map(&chunks, |chunk| sorted(domain, rules, &walls, &cube, chunk))
-            {
-                found.extend(small);
-                open.extend(divided);
-            }
-            if (found.len() + open.len()) as u64 > most {
-                return None;
-            }
-        }
-    }
-    Some(found)
-}
-
-/// Separates the cells that are small enough from the children of the other cells.
-fn sorted<P: Space>(
-    domain: &Domain<P>,
-    rules: &Rules<'_, P>,
-    walls: &Bvh<P>,
-    cube: &Cube<P>,
-    cells: &[(CellKey, bool)],
-) -> (Sampled<P>, Vec<(CellKey, bool)>) {
-    let (mut small, mut divided) = (Vec::new(), Vec::new());
-    for &(key, whole) in cells {
+    let (walls, cube) = (Bvh::new(boxes.collect()), root_of(domain));
+    let children = |&(key, whole): &SampledCell| {
+        (0..1 << P::DIM).map(|i| (key.child::<P>(i), whole)).collect::<Vec<_>>()
+    };
+    let decide = |(key, whole): SampledCell, own: &mut Cost| {
         let cell = cube.cell(key);
-        let Some(whole) = met(domain, walls, &cell, whole) else { continue };
-        if SIDE * (rules.size)(cell.centre) < cell.side && key.level < DEEPEST {
-            divided.extend((0..1 << P::DIM).map(|i| (key.child::<P>(i), whole)));
-        } else {
-            small.push((cell, whole));
-        }
-    }
-    (small, divided)
+        in_sequence(own, |visits| {
+            let Some(whole) = met(domain, &walls, &cell, whole, visits) else { return Division::Drop };
+            let size = rules.size.at_counted(cell.centre, visits);
+            let is_wide = SIDE * size < cell.side && key.level < DEEPEST;
+            if is_wide { Division::Divide((key, whole)) } else { Division::Leaf((key, whole)) }
+        })
+    };
+    divided(machine, (&[(CellKey::ROOT, false)], 1 << P::DIM, most), children, decide)
 }
 
 /// Returns whether the domain contains the whole cell, or `None` if the cell lies outside. `whole` is the answer for
 /// its parent.
-fn met<P: Space>(domain: &Domain<P>, walls: &Bvh<P>, cell: &Cell<P>, whole: bool) -> Option<bool> {
+fn met<P: Space>(
+    domain: &Domain<P>,
+    walls: &Bvh<P>,
+    cell: &Cell<P>,
+    whole: bool,
+    visits: &mut Sweep,
+) -> Option<bool> {
     if whole {
         return Some(true);
     }
     let half = P::splat(0.5 * cell.side);
     let mut met = false;
-    walls.visit(&Bounds { low: cell.centre - half, high: cell.centre + half }, |_| {
+    walls.visit_counted(&Bounds { low: cell.centre - half, high: cell.centre + half }, visits, |_| {
         met = true;
         false
     });
-    let whole = !met && domain.is_inside(cell.centre);
+    let whole = !met && domain.is_inside_counted(cell.centre, visits);
     (met || whole).then_some(whole)
 }

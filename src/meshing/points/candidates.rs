@@ -7,12 +7,13 @@
 //!
 //! **Work and depth.** One evaluation of f per cell and candidate. The number of rounds is the number of levels.
 
+use septet_geometry::cost::Cost;
 use septet_geometry::hash::finalise;
 use septet_geometry::point::Point;
 
 use super::conflicts::Site;
 use crate::bvh::Bounds;
-use crate::executor::Sequential;
+use crate::executor::{Sequential, Uncounted, always};
 use crate::octree::{Cell, CellKey, Cube, Decision, Grown, Rule, TooFine, grow};
 
 /// The identity of a candidate.
@@ -70,7 +71,7 @@ impl<P: Point> Rule<P> for LipschitzSize<'_, P> {
     type Load = ();
     type Leaf = ();
 
-    fn decide(&self, cell: &Cell<P>, (): &()) -> Decision<(), ()> {
+    fn decide(&self, cell: &Cell<P>, (): &(), _own: &mut Cost) -> Decision<(), ()> {
         let k = (1.5 * self.lipschitz).max(1.0) * (P::DIM as f64).sqrt();
         if (self.at)(cell.centre) < k * cell.side { Decision::Split(()) } else { Decision::Keep(()) }
     }
@@ -86,7 +87,7 @@ pub fn cells<P: Point>(
     limit: u64,
 ) -> Result<(Cube<P>, Grown<()>), TooFine> {
     let cube = Cube::around(bounds);
-    let grown = grow(&cube, sizing, &(), limit, &Sequential)?;
+    let grown = always(grow(&cube, sizing, &(), limit, &Uncounted(Sequential)))?;
     Ok((cube, grown))
 }
 

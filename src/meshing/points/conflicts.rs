@@ -6,6 +6,8 @@
 //! **Work and depth.** `O(m log m)`, plus the number of sites in the boxes. If all sites are candidates of cells,
 //! this number is constant per site.
 
+use septet_geometry::cost::Sweep;
+use septet_geometry::evaluation::{At, Reader, Words};
 use septet_geometry::point::Point;
 
 use crate::bvh::{Bounds, Bvh};
@@ -17,6 +19,17 @@ pub struct Site<P> {
     pub at: P,
     /// The size function at the position.
     pub size: f64,
+}
+
+impl<P: Point> Words for Site<P> {
+    fn write(&self, words: &mut Vec<u64>) {
+        (At(self.at), self.size).write(words);
+    }
+
+    fn read(from: &mut Reader<'_>) -> Self {
+        let (At(at), size) = Words::read(from);
+        Site { at, size }
+    }
 }
 
 impl<P: Point> Site<P> {
@@ -50,15 +63,25 @@ impl<'a, P: Point> Sites<'a, P> {
     /// Returns the indices of the sites in conflict with a site, in ascending order. If the site is in the list, it
     /// is included.
     pub fn against(&self, site: &Site<P>) -> Vec<u32> {
-        let mut near = self.tree.meeting(&site.reach());
+        self.against_counted(site, &mut Sweep::default())
+    }
+
+    /// Returns [`Sites::against`], and counts the visits of the tree.
+    pub(crate) fn against_counted(&self, site: &Site<P>, visits: &mut Sweep) -> Vec<u32> {
+        let mut near = self.tree.meeting_counted(&site.reach(), visits);
         near.retain(|&i| site.conflicts(&self.sites[i as usize]));
         near
     }
 
     /// Returns `true` if any site conflicts with the given site.
     pub fn any_against(&self, site: &Site<P>) -> bool {
+        self.any_against_counted(site, &mut Sweep::default())
+    }
+
+    /// Returns [`Sites::any_against`], and counts the visits of the tree.
+    pub(crate) fn any_against_counted(&self, site: &Site<P>, visits: &mut Sweep) -> bool {
         let mut found = false;
-        self.tree.visit(&site.reach(), |i| {
+        self.tree.visit_counted(&site.reach(), visits, |i| {
             found = site.conflicts(&self.sites[i as usize]);
             !found
         });

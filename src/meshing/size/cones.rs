@@ -14,10 +14,12 @@
 
 use std::cmp::Ordering;
 
+use septet_geometry::cost::Sweep;
+use septet_geometry::evaluation::{At, Reader, Words};
 use septet_geometry::point::Point;
 
 use crate::bvh::Bounds;
-use crate::executor::Executor;
+use crate::executor::{Evaluator, Part, evaluated, in_sequence};
 
 /// A cone, given by its tip and the value there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,8 +30,16 @@ pub struct Cone<P> {
     pub size: f64,
 }
 
-/// The number of cones per item of a parallel map.
-const BLOCK: usize = 1024;
+impl<P: Point> Words for Cone<P> {
+    fn write(&self, words: &mut Vec<u64>) {
+        (At(self.at), self.size).write(words);
+    }
+
+    fn read(from: &mut Reader<'_>) -> Self {
+        let (At(at), size) = Words::read(from);
+        Cone { at, size }
+    }
+}
 
 /// The maximum number of cones in a leaf.
 const LEAF: usize = 4;
@@ -104,20 +114,26 @@ impl<P: Point> Cones<P> {
 
     /// Returns the smaller of a known value and the minimum of the cones.
     pub fn below(&self, x: P, known: f64) -> f64 {
-        if self.nodes.is_empty() { known } else { self.search(0, x, known) }
+        self.below_counted(x, known, &mut Sweep::default())
+    }
+
+    /// Returns [`Cones::below`], and counts the visited nodes and cones.
+    pub fn below_counted(&self, x: P, known: f64, visits: &mut Sweep) -> f64 {
+        if self.nodes.is_empty() { known } else { self.search(0, x, known, visits) }
     }
 
     /// Returns `true` if some cone is below a value at the point.
-    fn any_below(&self, x: P, value: f64) -> bool {
+    fn any_below(&self, x: P, value: f64, visits: &mut Sweep) -> bool {
         let mut stack = vec![0];
         while let Some(at) = stack.pop() {
             let node = &self.nodes[at as usize];
+            visits.visit();
             if self.bound(at, x) >= value {
                 continue;
             }
             if node.right == 0 {
                 let cones = &self.tips[node.range.0 as usize..node.range.1 as usize];
-                if cones.iter().any(|c| self.value(c, x) < value) {
+                if visits.visit_all(cones).iter().any(|c| self.value(c, x) < value) {
                     return true;
                 }
             } else {
@@ -127,31 +143,36 @@ impl<P: Point> Cones<P> {
         false
     }
 
-    fn search(&self, at: u32, x: P, mut known: f64) -> f64 {
+    fn search(&self, at: u32, x: P, mut known: f64, visits: &mut Sweep) -> f64 {
         let node = &self.nodes[at as usize];
+        visits.visit();
         if node.right == 0 {
             let cones = &self.tips[node.range.0 as usize..node.range.1 as usize];
-            return cones.iter().map(|c| self.value(c, x)).fold(known, f64::min);
+            return visits.visit_all(cones).iter().map(|c| self.value(c, x)).fold(known, f64::min);
         }
         let (left, right) = ((self.bound(at + 1, x), at + 1), (self.bound(node.right, x), node.right));
         let children = if right.0 < left.0 { [right, left] } else { [left, right] };
         for (bound, child) in children {
             if bound < known {
-                known = self.search(child, x, known);
+                known = self.search(child, x, known, visits);
             }
         }
         known
     }
 
     /// Removes the cones whose tips lie above another cone. They are nowhere minimal.
-    #[must_use]
-    pub fn filtered(self, executor: &impl Executor) -> Self {
+    ///
+    /// # Errors
+    /// Returns the error of the machine if it fails.
+    pub fn filtered<M: Evaluator<P>>(self, machine: &M) -> Result<Self, M::Error> {
         // The comparison is strict. The last cone in a chain of cones, each above the next, therefore remains.
-        let stays = |cones: &&[Cone<P>]| -> Vec<Cone<P>> {
-            cones.iter().filter(|c| !self.any_below(c.at, c.size)).copied().collect()
-        };
-        let blocks: Vec<&[Cone<P>]> = self.tips.chunks(BLOCK).collect();
-        Cones::new(self.slope, executor.map(&blocks, stays).concat())
+        let numbers: Vec<u32> = (0..self.tips.len() as u32).collect();
+        let stays = evaluated(machine, Part::Sizes, &numbers, |number: u32, own| {
+            let Some(cone) = self.tips.get(number as usize) else { return false };
+            !in_sequence(own, |visits| self.any_below(cone.at, cone.size, visits))
+        })?;
+        let kept = self.tips.iter().zip(stays).filter(|(_, stays)| *stays).map(|(cone, _)| *cone);
+        Ok(Cones::new(self.slope, kept.collect()))
     }
 }
 

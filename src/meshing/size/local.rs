@@ -29,11 +29,14 @@
 //!
 //! **Work and depth.** `O(k log k)` for a cell that tests k simplices.
 
+use septet_geometry::cost::{Cost, Sweep};
+use septet_geometry::evaluation::{At, Reader, Words};
+
 use super::cones::Cone;
 use super::user::User;
 use crate::distance::{Features, Search};
 use crate::domain::Domain;
-use crate::executor::Executor;
+use crate::executor::{Evaluator, Part, evaluated, in_sequence};
 use crate::octree::{Cell, Decision, Rule};
 use crate::space::Space;
 
@@ -73,6 +76,18 @@ pub(super) struct Inherited<P> {
     inside: bool,
 }
 
+impl<P: Space> Words for Inherited<P> {
+    fn write(&self, words: &mut Vec<u64>) {
+        (At(self.centre), self.pair, self.inside).write(words);
+        self.near.write(words);
+    }
+
+    fn read(from: &mut Reader<'_>) -> Self {
+        let (At(centre), pair, inside) = Words::read(from);
+        Inherited { centre, pair, near: Words::read(from), inside }
+    }
+}
+
 /// The local feature size at the centre of a cell.
 struct Known {
     /// lfs at the centre.
@@ -91,15 +106,19 @@ const ROUNDING: f64 = 1.0 + 1e-9;
 
 impl<'a, P: Space> Local<'a, P> {
     /// Creates the rule.
-    pub fn new(terms: Terms<'a, P>, executor: &impl Executor) -> Self {
-        let middle = |&i: &u32| {
+    ///
+    /// # Errors
+    /// Returns the error of the machine if it fails.
+    pub fn new<M: Evaluator<P>>(terms: Terms<'a, P>, machine: &M) -> Result<Self, M::Error> {
+        let middle = |i: u32, own: &mut Cost| {
             let at = terms.features.middle(i);
-            Cone { at, size: (1.0 - 0.5 * terms.loss) * terms.features.local_size(at).radius }
+            let local = in_sequence(own, |visits| terms.features.local_size_counted(at, visits));
+            Cone { at, size: (1.0 - 0.5 * terms.loss) * local.radius }
         };
         let items: Vec<u32> =
             if terms.drops { (0..terms.features.item_count()).collect() } else { Vec::new() };
-        let middles = executor.map(&items, middle);
-        Local { terms, middles }
+        let middles = evaluated(machine, Part::Sizes, &items, middle)?;
+        Ok(Local { terms, middles })
     }
 
     /// Returns the data of the root: all simplices.
@@ -120,21 +139,28 @@ impl<'a, P: Space> Local<'a, P> {
     }
 
     /// Computes the local feature size at `m`.
-    fn know(&self, m: P, inherited: &Inherited<P>) -> Known {
+    fn know(&self, m: P, inherited: &Inherited<P>, own: &mut Cost) -> Known {
         let bound = inherited.pair.map_or(f64::INFINITY, |pair| self.by_pair(pair, m));
-        let near = self.within(m, inherited, bound);
+        let near = self.within(m, inherited, bound, own);
         let mut search = Search::default();
-        let found = near.iter().find_map(|&(d, i)| Some((d, search.meet(self.terms.features, i)?)));
+        let mut met = own.sweep();
+        let found = near.iter().find_map(|&(d, i)| {
+            met.visit();
+            Some((d, search.meet(self.terms.features, i)?))
+        });
+        own.charge_sequence(met);
         let (size, pair) = found.map_or((f64::INFINITY, None), |(d, pair)| (d, Some(pair)));
         Known { size, pair, near }
     }
 
-    /// Returns the simplices within a distance.
-    fn within(&self, m: P, inherited: &Inherited<P>, reach: f64) -> Vec<(f64, u32)> {
+    /// Returns the simplices within a distance: a vector step over the inherited simplices, and a sort.
+    fn within(&self, m: P, inherited: &Inherited<P>, reach: f64, own: &mut Cost) -> Vec<(f64, u32)> {
         let features = self.terms.features;
         let moved = (m - inherited.centre).norm2().sqrt();
         let mut near = Vec::with_capacity(inherited.near.len().min(64));
+        let mut tested = own.sweep();
         for &(_, i) in inherited.near.iter().take_while(|n| n.0 <= (reach + moved) * ROUNDING) {
+            tested.visit();
             if !features.is_beyond(i, m, reach) {
                 let distance = features.dist2(i, m).sqrt();
                 if distance <= reach {
@@ -142,13 +168,19 @@ impl<'a, P: Space> Local<'a, P> {
                 }
             }
         }
+        own.charge_sweep(tested);
+        let mut sorted = own.sweep();
+        sorted.visit_all(&near);
+        own.charge_sort(sorted);
         near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         near
     }
 
     /// Returns `true` if a cone at `m` is nowhere below a cone that is always present.
-    fn is_above_fixed(&self, height: f64, m: P, near: &[(f64, u32)]) -> bool {
-        let mut nearest = near.iter().take(MIDDLES).map(|&(_, i)| self.middles[i as usize]);
+    fn is_above_fixed(&self, height: f64, m: P, near: &[(f64, u32)], visits: &mut Sweep) -> bool {
+        let nearest = visits.visit_all(&near[..near.len().min(MIDDLES)]);
+        // A damaged message may name a simplex that does not exist.
+        let mut nearest = nearest.iter().filter_map(|&(_, i)| self.middles.get(i as usize));
         nearest.any(|c| height > c.size + self.terms.slope * (c.at - m).norm2().sqrt())
     }
 
@@ -172,7 +204,13 @@ impl<'a, P: Space> Local<'a, P> {
     }
 
     /// Returns whether a cell certainly lies inside or outside the domain, or `None` if it is not clear.
-    fn side(&self, cell: &Cell<P>, inherited: &Inherited<P>, near: &[(f64, u32)]) -> Option<bool> {
+    fn side(
+        &self,
+        cell: &Cell<P>,
+        inherited: &Inherited<P>,
+        near: &[(f64, u32)],
+        visits: &mut Sweep,
+    ) -> Option<bool> {
         let domain = self.terms.domain?;
         if inherited.inside {
             return Some(true);
@@ -181,7 +219,7 @@ impl<'a, P: Space> Local<'a, P> {
         let alone = near.get(1).is_none_or(|n| n.0 > nearest * ROUNDING);
         match self.terms.features.wall(item) {
             Some(wall) if alone => Some(domain.is_inside_by(wall, cell.centre)),
-            _ => Some(domain.is_inside(cell.centre)),
+            _ => Some(domain.is_inside_counted(cell.centre, visits)),
         }
     }
 }
@@ -190,18 +228,27 @@ impl<P: Space> Rule<P> for Local<'_, P> {
     type Load = Inherited<P>;
     type Leaf = Cone<P>;
 
-    fn decide(&self, cell: &Cell<P>, inherited: &Inherited<P>) -> Decision<Inherited<P>, Cone<P>> {
+    fn decide(
+        &self,
+        cell: &Cell<P>,
+        inherited: &Inherited<P>,
+        own: &mut Cost,
+    ) -> Decision<Inherited<P>, Cone<P>> {
         let Terms { user, slope, loss, drops, .. } = self.terms;
         let m = cell.centre;
-        let known = self.know(m, inherited);
+        let known = self.know(m, inherited, own);
         let error = (1.0 + slope) * cell.radius();
         let cone = Cone { at: m, size: known.size - error };
         let mut inside = false;
         if drops {
-            if cone.size >= user.at(m) || self.is_above_fixed(cone.size, m, &known.near) {
+            let is_above = in_sequence(own, |visits| {
+                cone.size >= user.at_counted(m, visits)
+                    || self.is_above_fixed(cone.size, m, &known.near, visits)
+            });
+            if is_above {
                 return Decision::Drop;
             }
-            let side = self.side(cell, inherited, &known.near);
+            let side = in_sequence(own, |visits| self.side(cell, inherited, &known.near, visits));
             inside = side == Some(true);
             if side == Some(false) || self.is_above(cone.size, m, &known, inside) {
                 return Decision::Drop;
@@ -210,7 +257,7 @@ impl<P: Space> Rule<P> for Local<'_, P> {
         if error <= loss * known.size.max(user.least) {
             return Decision::Keep(cone);
         }
-        let near = self.within(m, inherited, (known.size + 2.0 * cell.radius()) * ROUNDING);
+        let near = self.within(m, inherited, (known.size + 2.0 * cell.radius()) * ROUNDING, own);
         Decision::Split(Inherited { centre: m, pair: known.pair, near, inside })
     }
 }

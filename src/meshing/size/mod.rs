@@ -46,12 +46,13 @@ mod local;
 pub mod regions;
 pub mod user;
 
+use septet_geometry::cost::Sweep;
 use septet_geometry::range::scale;
 use thiserror::Error;
 
 use crate::distance::Features;
 use crate::domain::Domain;
-use crate::executor::{Executor, Sequential};
+use crate::executor::{Evaluator, Sequential, Uncounted, always};
 use crate::octree::{CellKey, Cube, Grown, Level, TooFine, grow};
 use crate::space::Space;
 use cones::{Cone, Cones};
@@ -124,41 +125,54 @@ impl<P: Space> SizeFunction<P> {
     /// # Errors
     /// Returns [`SizeError`] if options are out of range, or if the domain needs too many cells.
     pub fn new(domain: &Domain<P>, options: &SizeOptions<P>) -> Result<Self, SizeError> {
-        Self::of_features(domain, &Features::new(domain), options, &Sequential)
+        always(Self::of_features(domain, &Features::new(domain), options, &Uncounted(Sequential)))
     }
 
     /// Builds the size function of some features of a domain. Outside their bounding box it is still L-Lipschitz, but
     /// the statement applies only inside.
     ///
     /// # Errors
-    /// See [`Self::new`].
-    pub fn of_features(
+    /// Returns the error of the machine if it fails. The inner result is that of [`Self::new`].
+    pub fn of_features<M: Evaluator<P>>(
         domain: &Domain<P>,
         features: &Features<P>,
         options: &SizeOptions<P>,
-        executor: &impl Executor,
-    ) -> Result<Self, SizeError> {
-        let constraints = scaled(options, domain.simplices.exponent)?;
-        let user = User::new(options.lipschitz, &constraints);
+        machine: &M,
+    ) -> Result<Result<Self, SizeError>, M::Error> {
+        let constraints = match scaled(options, domain.simplices.exponent) {
+            Ok(constraints) => constraints,
+            Err(error) => return Ok(Err(error)),
+        };
+        let user = User::new(options.lipschitz, &constraints, machine)?;
         if features.item_count() == 0 {
             let cones = Cones::new(options.lipschitz, Vec::new());
             let regions = Regions::new(options.lipschitz, domain);
-            return Ok(SizeFunction { user, regions, cones, levels: Vec::new() });
+            return Ok(Ok(SizeFunction { user, regions, cones, levels: Vec::new() }));
         }
         let (slope, loss) = (options.lipschitz, options.loss);
         let whole = features.is_whole().then_some(domain);
         let terms = Terms { features, domain: whole, user: &user, slope, loss, drops: true };
-        let (grown, mut cones) = tree(terms, options.cells, executor)?;
+        let (grown, mut cones) = match tree(terms, options.cells, machine)? {
+            Ok(grown) => grown,
+            Err(too_fine) => return Ok(Err(too_fine.into())),
+        };
         cones.extend(grown.leaves.into_iter().map(|(_, cone)| cone));
-        let cones = Cones::new(options.lipschitz, cones).filtered(executor);
+        let cones = Cones::new(options.lipschitz, cones).filtered(machine)?;
         let regions = Regions::new(options.lipschitz, domain);
-        Ok(SizeFunction { user, regions, cones, levels: grown.levels })
+        Ok(Ok(SizeFunction { user, regions, cones, levels: grown.levels }))
     }
 
     /// Returns the size at a point.
     pub fn at(&self, x: P) -> f64 {
-        let regions = self.regions.as_ref().map_or(f64::INFINITY, |r| r.at(x));
-        self.cones.below(x, self.user.at(x).min(regions)).max(self.user.least)
+        self.at_counted(x, &mut Sweep::default())
+    }
+
+    /// Returns [`SizeFunction::at`], and counts one operation, and the visits of search trees.
+    pub fn at_counted(&self, x: P, visits: &mut Sweep) -> f64 {
+        visits.visit();
+        let regions = self.regions.as_ref().map_or(f64::INFINITY, |r| r.at_counted(x, visits));
+        let known = self.user.at_counted(x, visits).min(regions);
+        self.cones.below_counted(x, known, visits).max(self.user.least)
     }
 
     /// Returns the Lipschitz constant.
@@ -177,21 +191,55 @@ impl<P: Space> SizeFunction<P> {
     }
 }
 
+/// A size function that counts its operations.
+pub trait Sizing<P>: Sync {
+    /// Returns the size at a point.
+    fn at(&self, x: P) -> f64;
+
+    /// Returns the size at a point, and counts the operations of one processor.
+    fn at_counted(&self, x: P, visits: &mut Sweep) -> f64;
+}
+
+/// Each evaluation of a function is one operation.
+impl<P, F: Fn(P) -> f64 + Sync> Sizing<P> for F {
+    fn at(&self, x: P) -> f64 {
+        self(x)
+    }
+
+    fn at_counted(&self, x: P, visits: &mut Sweep) -> f64 {
+        visits.visit();
+        self(x)
+    }
+}
+
+impl<P: Space> Sizing<P> for SizeFunction<P> {
+    fn at(&self, x: P) -> f64 {
+        SizeFunction::at(self, x)
+    }
+
+    fn at_counted(&self, x: P, visits: &mut Sweep) -> f64 {
+        SizeFunction::at_counted(self, x, visits)
+    }
+}
+
 /// The cones that are always present.
 type FixedCones<P> = Vec<Cone<P>>;
 
 /// Returns the tree and its cones, and the cones that are always present.
-fn tree<P: Space>(
+fn tree<P: Space, M: Evaluator<P>>(
     terms: Terms<'_, P>,
     limit: u64,
-    executor: &impl Executor,
-) -> Result<(Grown<Cone<P>>, FixedCones<P>), TooFine> {
-    let rule = Local::new(terms, executor);
+    machine: &M,
+) -> Result<Result<(Grown<Cone<P>>, FixedCones<P>), TooFine>, M::Error> {
+    let rule = Local::new(terms, machine)?;
     let cube = Cube::around(&terms.features.bounds());
-    let grown = grow(&cube, &rule, &rule.root(cube.cell(CellKey::ROOT).centre), limit, executor)?;
+    let grown = match grow(&cube, &rule, &rule.root(cube.cell(CellKey::ROOT).centre), limit, machine)? {
+        Ok(grown) => grown,
+        Err(too_fine) => return Ok(Err(too_fine)),
+    };
     let fixed = rule.middles().iter().filter(|c| c.size < terms.user.at(c.at));
     let fixed = fixed.copied().collect();
-    Ok((grown, fixed))
+    Ok(Ok((grown, fixed)))
 }
 
 /// Converts the constraints to the coordinates of the domain. Values out of range are an error.

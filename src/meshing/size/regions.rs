@@ -7,6 +7,7 @@
 //!
 //! **Work and depth.** Each query locates the point, and then searches for the nearest wall of each region.
 
+use septet_geometry::cost::Sweep;
 use septet_geometry::range::scale;
 
 use crate::bvh::Bvh;
@@ -47,15 +48,20 @@ impl<P: Space> Regions<P> {
 
     /// Returns the largest size that the limits allow at a point.
     pub fn at(&self, x: P) -> f64 {
-        let place = self.sides.locate(&self.points, x);
+        self.at_counted(x, &mut Sweep::default())
+    }
+
+    /// Returns [`Regions::at`], and counts the visits of the trees of walls.
+    pub(super) fn at_counted(&self, x: P, visits: &mut Sweep) -> f64 {
+        let place = self.sides.locate_counted(&self.points, x, visits);
         let sizes = self.limits.iter().map(|l| {
             let inside = place == Some(Location::Component(l.component));
-            l.size + if inside { 0.0 } else { self.slope * self.distance(l, x) }
+            l.size + if inside { 0.0 } else { self.slope * self.distance(l, x, visits) }
         });
         sizes.fold(f64::INFINITY, f64::min)
     }
 
-    fn distance(&self, limited: &Limited<P>, x: P) -> f64 {
+    fn distance(&self, limited: &Limited<P>, x: P, visits: &mut Sweep) -> f64 {
         let mut least = f64::INFINITY;
         let dist2 = |i: u32| {
             let corners = P::corners(&self.points, &limited.walls[i as usize]);
@@ -66,7 +72,7 @@ impl<P: Space> Regions<P> {
             };
             (x - closest).norm2()
         };
-        limited.tree.nearest(x, dist2, |_, d2| {
+        limited.tree.nearest_counted(x, visits, dist2, |_, d2| {
             least = d2.sqrt();
             false
         });

@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 use septet_geometry::hash::Draw;
 
+use crate::executor::Executor;
 use super::*;
 use crate::check;
 use crate::domain::Feature;
@@ -125,9 +126,9 @@ fn undropped<'a, P: Space>(
 fn whole_tree<P: Space>(domain: &Domain<P>, lipschitz: f64) {
     let options = SizeOptions::new(lipschitz);
     let features = Features::new(domain);
-    let user = User::new(lipschitz, &Constraints::default());
+    let user = always(User::new(lipschitz, &Constraints::default(), &Uncounted(Sequential)));
     let cube = Cube::around(&features.bounds());
-    let grown = tree(undropped(&features, &options, &user), options.cells, &Sequential).unwrap().0;
+    let grown = always(tree(undropped(&features, &options, &user), options.cells, &Uncounted(Sequential))).unwrap().0;
     let cells: Vec<_> = grown.leaves.iter().map(|&(key, _)| cube.cell(key)).collect();
     let side = |key: CellKey| 0.5f64.powi(i32::from(key.level));
     let volume: f64 = cells.iter().map(|c| side(c.key).powi(P::DIM as i32)).sum();
@@ -171,9 +172,9 @@ fn drops_and_filters_lose_nothing() {
     let domain = slit();
     let options = SizeOptions::new(0.25);
     let features = Features::new(&domain);
-    let user = User::new(0.25, &Constraints::default());
+    let user = always(User::new(0.25, &Constraints::default(), &Uncounted(Sequential)));
     let size = SizeFunction::new(&domain, &options).unwrap();
-    let whole = tree(undropped(&features, &options, &user), options.cells, &Sequential).unwrap().0;
+    let whole = always(tree(undropped(&features, &options, &user), options.cells, &Uncounted(Sequential))).unwrap().0;
     let all: Vec<_> = whole.leaves.iter().map(|(_, cone)| *cone).collect();
     assert!(size.cones().len() * 2 < all.len(), "{} of {}", size.cones().len(), all.len());
     // Both satisfy the statement, so they differ by at most one loss.
@@ -257,7 +258,7 @@ proptest! {
     fn trees_of_cones(cones in cones(), slope in 0.01..0.99f64, at in prop::collection::vec(
         (-20.0..20.0f64, -20.0..20.0f64, -20.0..20.0f64), 20)) {
         let tree = Cones::new(slope, cones.clone());
-        let filtered = tree.clone().filtered(&Sequential);
+        let filtered = tree.clone().filtered(&Uncounted(Sequential)).unwrap();
         prop_assert!(filtered.all().len() <= cones.len());
         let at: Vec<DVec3> = at.into_iter().map(DVec3::from).chain(cones.iter().map(|c| c.at)).collect();
         for &x in &at {
@@ -306,8 +307,8 @@ impl Executor for Backwards {
 fn sizes_do_not_depend_on_the_executor() {
     let domain = busy();
     let (features, options) = (Features::new(&domain), SizeOptions::new(0.5));
-    let one = SizeFunction::of_features(&domain, &features, &options, &Sequential).unwrap();
-    let other = SizeFunction::of_features(&domain, &features, &options, &Backwards).unwrap();
+    let one = always(SizeFunction::of_features(&domain, &features, &options, &Uncounted(Sequential))).unwrap();
+    let other = always(SizeFunction::of_features(&domain, &features, &options, &Uncounted(Backwards))).unwrap();
     assert_eq!(one.cones(), other.cones());
     assert_eq!(one.levels(), other.levels());
 }
@@ -317,12 +318,12 @@ fn sizes_do_not_depend_on_the_executor() {
 fn elements_outside_are_left_out() {
     let domain = slit();
     let features = Features::new(&domain);
-    let user = User::new(0.25, &Constraints::default());
+    let user = always(User::new(0.25, &Constraints::default(), &Uncounted(Sequential)));
     let options = SizeOptions::new(0.25);
     let terms = Terms { drops: true, ..undropped(&features, &options, &user) };
     let cells = |grown: &Grown<Cone<DVec2>>| grown.levels.iter().map(|l| l.split).sum::<u64>();
-    let everywhere = tree(terms, options.cells, &Sequential).unwrap().0;
-    let within = tree(Terms { domain: Some(&domain), ..terms }, options.cells, &Sequential).unwrap().0;
+    let everywhere = always(tree(terms, options.cells, &Uncounted(Sequential))).unwrap().0;
+    let within = always(tree(Terms { domain: Some(&domain), ..terms }, options.cells, &Uncounted(Sequential))).unwrap().0;
     assert!(cells(&within) < cells(&everywhere), "{} of {}", cells(&within), cells(&everywhere));
     let cube = Cube::around(&features.bounds());
     let far = |key: CellKey| {

@@ -9,11 +9,12 @@
 //! **Departures.** The field is not interpolated between its points, so it should be dense enough to represent its
 //! details. Jumps are smoothed to the slope L.
 
+use septet_geometry::cost::Sweep;
 use septet_geometry::point::Point;
 
 use super::cones::{Cone, Cones};
 use crate::distance::closest_on_segment;
-use crate::executor::Sequential;
+use crate::executor::Evaluator;
 
 /// A set towards which sizes decrease.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,20 +67,33 @@ pub struct User<P> {
 
 impl<P: Point> User<P> {
     /// Creates the function with slope L.
-    pub fn new(slope: f64, constraints: &Constraints<P>) -> Self {
-        User {
+    ///
+    /// # Errors
+    /// Returns the error of the machine if it fails.
+    pub fn new<M: Evaluator<P>>(
+        slope: f64,
+        constraints: &Constraints<P>,
+        machine: &M,
+    ) -> Result<Self, M::Error> {
+        Ok(User {
             most: constraints.most.unwrap_or(f64::INFINITY),
             least: constraints.least.unwrap_or(0.0),
-            field: Cones::new(slope, constraints.field.clone()).filtered(&Sequential),
+            field: Cones::new(slope, constraints.field.clone()).filtered(machine)?,
             singularities: constraints.singularities.clone(),
-        }
+        })
     }
 
     /// Returns the largest size that the constraints allow at a point, regardless of the smallest size. It is infinite
     /// if there are no constraints.
     pub fn at(&self, x: P) -> f64 {
+        self.at_counted(x, &mut Sweep::default())
+    }
+
+    /// Returns [`User::at`], and counts the singularities, and the visits of the tree of the field.
+    pub(super) fn at_counted(&self, x: P, visits: &mut Sweep) -> f64 {
         let slope = self.field.slope();
-        let towards = self.singularities.iter().map(|(s, size)| size + slope * s.distance(x));
-        self.field.below(x, towards.fold(self.most, f64::min))
+        let towards = visits.visit_all(&self.singularities).iter().map(|(s, size)| size + slope * s.distance(x));
+        let towards = towards.fold(self.most, f64::min);
+        self.field.below_counted(x, towards, visits)
     }
 }

@@ -1,9 +1,11 @@
 //! The rounds of every independent set that generation takes.
 
 use glam::DVec2;
+use septet_geometry::evaluation::{Evaluated, Evaluation};
 use septet_geometry::incremental::IncrementalError;
 use septet_geometry::point::Point;
 use septet_meshing::domain::Domain;
+use septet_meshing::executor::{Evaluator, Part};
 use septet_meshing::facet::Triangulate;
 use septet_meshing::generate::{Alone, Delaunay, MeshMachine, Rules, generate};
 use septet_meshing::points::conflicts::Site;
@@ -18,9 +20,15 @@ struct Watched {
     sets: Vec<(usize, usize)>,
 }
 
-impl<P: Point> MeshMachine<P> for Watched {
+impl<P: Point> Evaluator<P> for Watched {
     type Error = IncrementalError;
 
+    fn evaluate(&self, part: Part, rule: &dyn Evaluation) -> Result<Evaluated, Self::Error> {
+        Evaluator::<P>::evaluate(&self.alone, part, rule)
+    }
+}
+
+impl<P: Point> MeshMachine<P> for Watched {
     fn independent(&mut self, sites: &[Site<P>], fixed: usize) -> Result<Independent, Self::Error> {
         let set = self.alone.independent(sites, fixed)?;
         self.sets.push((sites.len() - fixed, set.rounds()));

@@ -61,7 +61,7 @@ pub(super) fn receive_copies<P: Point>(cx: &mut Context<P>, table: &mut Table<P>
 /// Charges an exchange of copies in the current phase, if the run charges the direct path: a vector step over the `tests`
 /// that decide what is sent, and the delivery of the points that arrived.
 pub(super) fn charge_exchange<P: Point>(cx: &mut Context<P>, root: NodeId, tests: Sweep, arrived: usize) {
-    if !cx.config().shown.with_prices {
+    if !cx.config().shown.charges_direct() {
         return;
     }
     let mut cost = cx.own_cost();

@@ -113,7 +113,7 @@ pub(crate) async fn insert<P: Point>(
         let at = subdomain.root();
         let _span = cx.site().subproblem(Phase::Hulls, at, "insert ghosts", arrived.len() as u64);
         let operations = own.add(&arrived, table.positions(), &cx.config().stop);
-        if cx.config().shown.with_prices {
+        if cx.config().shown.charges_direct() {
             let mut cost = cx.own_cost();
             cost.charge_sequence(operations);
             cx.charge(Account::member(Phase::Hulls, at), cost, arrived.len() as u64);

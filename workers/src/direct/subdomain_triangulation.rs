@@ -367,15 +367,22 @@ pub(crate) async fn triangulate_subdomain<P: Point>(
     Ok((triangulation, held))
 }
 
-/// Charges a subdomain triangulation as an insertion in random order, whose independent points are inserted at once
-/// ([`septet_geometry::dependence`]), if the run charges the direct path.
+/// Charges a subdomain triangulation, if the run charges the direct path: as an insertion in random order, whose
+/// independent points are inserted at once ([`septet_geometry::dependence`]), or by the operations of the worker.
 fn charge_piece<P: Point>(
     cx: &mut Context<P>,
     root: NodeId,
     triangulation: Option<&SubdomainTriangulation<P>>,
 ) {
-    let Some(own) = triangulation.filter(|_| cx.config().shown.with_prices) else { return };
+    let shown = cx.config().shown;
+    let Some(own) = triangulation.filter(|_| shown.charges_direct()) else { return };
     let points = own.delaunay.vertices();
+    if !shown.with_prices {
+        let mut cost = cx.own_cost();
+        own.delaunay.charge(&mut cost);
+        cx.charge(Account::member(Phase::Pieces, root), cost, points.len() as u64);
+        return;
+    }
     if let Ok(made) = Dependence::new(points, cx.config().seed) {
         cx.charge(Account::member(Phase::Pieces, root), made.cost(), points.len() as u64);
     }

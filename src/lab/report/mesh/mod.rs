@@ -32,7 +32,7 @@ use septet_core::mesh::view::MeshPicture;
 use septet_core::spec::{Words, Workers, cores};
 
 /// Name and version of the schema.
-pub const MESH_SCHEMA: &str = "septet-mesh/1";
+pub const MESH_SCHEMA: &str = "septet-mesh/2";
 
 /// Maximum number of conformity defects that are listed.
 const LISTED_DEFECTS: usize = 100;
@@ -98,6 +98,7 @@ impl MeshReport {
             mesh: counts(mesh),
             stages: stages.iter().map(stage).collect(),
             phases: run_log.phases.clone(),
+            brent: run_log.brent(mesh.points.len() as u64),
             runs: run_log.runs.clone(),
             radius_edge: places.map(|(name, p)| place(domain, name, p, id)).collect(),
             features: features.collect(),

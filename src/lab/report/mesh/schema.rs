@@ -60,6 +60,9 @@ pub struct MeshReport {
     /// The phases of the machine in each stage.
     #[serde(default)]
     pub phases: Vec<StagePhase>,
+    /// Brent's bound on the steps of all runs with as many processors as points of the mesh.
+    #[serde(default)]
+    pub brent: u64,
     /// The runs of the machine, in order.
     #[serde(skip_deserializing)]
     pub runs: Vec<RunLine>,

@@ -42,7 +42,7 @@ impl MeshReport {
         let rows = self.stages.iter().map(|s| {
             let made = [s.candidates, s.points, s.completion_rounds, s.set_rounds, s.rounds];
             let took = [s.work, s.depth, s.messages, s.bytes];
-            row([s.name.clone()], made.into_iter().chain(took).map(Some), s.seconds)
+            row([s.name.clone()], made.into_iter().chain(took), s.seconds)
         });
         let s = &self.seconds;
         let note = format!(
@@ -56,7 +56,7 @@ impl MeshReport {
     fn phase_table(&self) -> Table {
         let counts = ["runs", "rounds", "work", "depth", "messages", "bytes"];
         let rows = self.phases.iter().map(|p| {
-            let counts = [Some(p.runs), Some(p.rounds), p.work, p.depth, Some(p.messages), Some(p.bytes)];
+            let counts = [p.runs, p.rounds, p.work, p.depth, p.messages, p.bytes];
             row([p.stage.clone(), p.phase.to_string()], counts, p.seconds)
         });
         let heading = ["Phases", "Phases of the machine: modelled | measured"];
@@ -67,15 +67,7 @@ impl MeshReport {
         let counts = ["points", "levels", "rounds", "work", "depth", "messages", "bytes"];
         let rows = self.runs.iter().enumerate().map(|(i, r)| {
             let levels = u64::from(r.levels);
-            let counts = [
-                Some(r.points),
-                Some(levels),
-                Some(r.rounds),
-                r.work,
-                r.depth,
-                Some(r.messages),
-                Some(r.bytes),
-            ];
+            let counts = [r.points, levels, r.rounds, r.work, r.depth, r.messages, r.bytes];
             row([i.to_string(), r.stage.clone(), r.task.to_owned()], counts, r.seconds)
         });
         let heading = ["Runs", "Runs of the machine: modelled | measured"];
@@ -83,13 +75,13 @@ impl MeshReport {
     }
 }
 
-/// Returns a row. A cell is empty if its value was not counted.
+/// Returns a row.
 fn row<const N: usize>(
     labels: [String; N],
-    counts: impl IntoIterator<Item = Option<u64>>,
+    counts: impl IntoIterator<Item = u64>,
     seconds: f64,
 ) -> Vec<String> {
-    let counts = counts.into_iter().map(|c| c.map_or_else(String::new, |c| c.to_string()));
+    let counts = counts.into_iter().map(|c| c.to_string());
     labels.into_iter().chain(counts).chain([format!("{seconds:.4}")]).collect()
 }
 

@@ -3,6 +3,8 @@
 use crate::generate::remesh::chord::Chord;
 use std::collections::BTreeMap;
 
+use septet_geometry::cost::{Cost, Sweep};
+use septet_geometry::evaluation::{Reader, Words};
 use septet_geometry::incremental::facet_without;
 use septet_geometry::point::{Point, dist2, lex_cmp};
 use septet_geometry::range::scale;
@@ -12,17 +14,19 @@ use super::features::SurfaceFeatures;
 use super::options::{DEFAULT_DISTANCE, Options};
 use super::refinement::{Refinement, edges_of};
 use super::restricted::{Restricted, RestrictedFace};
-use super::surface::Surface;
+use super::surface::{Surface, WallPart, decide_part, quarters};
 use super::thin_sheets::{THIN, THINNEST};
 use super::topology::{crowded, lost, unfaced, useful};
 use crate::angles::cosine;
 use crate::bvh::Bvh;
 use crate::conformity::LOOSE;
 use crate::domain::Feature;
+use crate::executor::{Part, evaluated, in_sequence};
 use crate::generate::balls::{Ball, Balls};
 use crate::generate::generator::{Candidate, Generator};
 use crate::generate::machine::MeshMachine;
-use crate::generate::volume::sampling_cells;
+use crate::generate::subdivision::divided;
+use crate::generate::volume::{CELLS, sampling_cells};
 use crate::generate::{GeneratedMesh, GenerationError, Missing};
 use crate::manifold::euler;
 use crate::mesh::Carrier;
@@ -79,31 +83,55 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Refinement<'a, P, M> {
     }
 
     /// Returns the largest distance allowed at a point.
-    pub(super) fn distance_at(&self, at: P) -> f64 {
-        self.distance.unwrap_or_else(|| DEFAULT_DISTANCE * (self.generator.rules.size)(at))
+    pub(super) fn distance_at(&self, at: P, visits: &mut Sweep) -> f64 {
+        self.distance
+            .unwrap_or_else(|| DEFAULT_DISTANCE * self.generator.rules.size.at_counted(at, visits))
+    }
+
+    /// Returns the candidates of all walls, outside the balls of chords. Returns `None` if there are more than
+    /// [`CELLS`] per vertex allowed.
+    fn wall_candidates(&self) -> Result<Option<Vec<Candidate<P>>>, M::Error> {
+        let generator = &self.generator;
+        let (machine, most) = (&*generator.machine, generator.rules.most.saturating_mul(CELLS));
+        let decide = |part: WallPart<P>, own: &mut Cost| {
+            in_sequence(own, |visits| decide_part(part, &generator.rules, visits))
+        };
+        let roots = self.surface.roots();
+        // Small walls have no candidates.
+        let most = most.saturating_add(roots.len() as u64);
+        let leaves = divided(machine, (&roots, 4, most), quarters, decide)?;
+        let Some(mut leaves): Option<Vec<(WallPart<P>, f64)>> = leaves else { return Ok(None) };
+        leaves.sort_by_key(|((wall, ..), _)| *wall);
+        let places =
+            evaluated(machine, Part::Candidates, &leaves, |(part, size): (WallPart<P>, f64), own| {
+                let mut found = self.surface.candidates(part, size, generator.seed_of(part.0));
+                in_sequence(own, |visits| {
+                    found.retain(|at| !generator.subsegments.hold_counted(at.0, visits));
+                });
+                found
+            })?;
+        let found = leaves.iter().zip(places).flat_map(|(((wall, ..), _), places)| {
+            places.into_iter().map(|at| (at.0, self.surface.carrier(*wall)))
+        });
+        generator.sized(found.collect()).map(Some)
     }
 
     /// Runs all stages.
     pub(super) fn run(mut self) -> Result<GeneratedMesh<P>, GenerationError<M::Error>> {
         self.ridges()?;
         self.generator.begin("surface");
-        let walls: Vec<u32> = (0..self.surface.walls()).collect();
-        let found = self.generator.machine.map(&walls, |&w| {
-            let made = self.surface.candidates(w, &self.generator.rules, self.generator.seed_of(w));
-            Some(made?.into_iter().filter(|(site, _)| !self.generator.subsegments.hold(site.at)).collect())
-        });
         let most = self.generator.rules.most;
-        let found: Option<Vec<Vec<Candidate<P>>>> = found.into_iter().collect();
+        let found = self.wall_candidates().map_err(GenerationError::Machine)?;
         let found = found.ok_or(GenerationError::TooMany(most))?;
-        self.generator.sample(found.into_iter().flatten().collect()).map_err(GenerationError::Machine)?;
+        self.generator.sample(found).map_err(GenerationError::Machine)?;
         let made = self.refined(false)?;
         self.generator.subfacets = Balls::new(made.faces.iter().map(ball).collect());
         self.generator.begin("volume");
         let cells = sampling_cells(self.generator.domain, &self.generator.rules, &*self.generator.machine)
-            .ok_or(GenerationError::TooMany(most))?;
-        let found =
-            self.generator.machine.map(&cells, |(cell, whole)| self.generator.candidates_of(cell, *whole));
-        self.generator.sample(found.into_iter().flatten().collect()).map_err(GenerationError::Machine)?;
+            .map_err(GenerationError::Machine)?;
+        let cells = cells.ok_or(GenerationError::TooMany(most))?;
+        let found = self.generator.volume_candidates(&cells).map_err(GenerationError::Machine)?;
+        self.generator.sample(found).map_err(GenerationError::Machine)?;
         let made = self.refined(true)?;
         Ok(self.finished(made))
     }
@@ -141,9 +169,7 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Refinement<'a, P, M> {
     pub(super) fn insert(&mut self, candidates: Vec<Candidate<P>>) -> Result<(), GenerationError<M::Error>> {
         let before = self.generator.vertices.len();
         self.generator.complete(candidates, true).map_err(GenerationError::Machine)?;
-        for v in before..self.generator.vertices.len() {
-            self.generator.vertices.sizes[v] = (self.generator.rules.size)(self.generator.vertices.points[v]);
-        }
+        self.generator.size_vertices(before).map_err(GenerationError::Machine)?;
         if self.generator.vertices.len() as u64 > self.generator.rules.most {
             return Err(GenerationError::TooMany(self.generator.rules.most));
         }
@@ -161,7 +187,7 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Refinement<'a, P, M> {
                 .delaunay(&self.generator.vertices.points)
                 .map_err(GenerationError::Machine)?;
             let made = Restricted::new(&self.generator, &self.surface, delaunay);
-            let mut found = self.coarse(&made);
+            let mut found = self.coarse(&made).map_err(GenerationError::Machine)?;
             if found.is_empty() {
                 found = crowded(self, &made);
             }
@@ -181,7 +207,7 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Refinement<'a, P, M> {
                 continue;
             }
             if found.is_empty() && volume {
-                found = self.cells(&made);
+                found = self.cells(&made).map_err(GenerationError::Machine)?;
             }
             if found.is_empty() && volume {
                 found = self.distant(&made);
@@ -232,7 +258,7 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Refinement<'a, P, M> {
     /// or the point itself.
     pub(super) fn on_surface(&self, face: &RestrictedFace<P>) -> Candidate<P> {
         let at = face.place.at;
-        let size = face.radius.min((self.generator.rules.size)(at));
+        let size = face.radius.min(self.generator.rules.size.at(at));
         self.at_surface(Site { at, size }, face.place.facet)
     }
 
@@ -246,7 +272,7 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Refinement<'a, P, M> {
 
     /// Returns candidates for chords that are not edges of the boundary, and for coarse faces. A face is coarse if it
     /// is too large, too far from the surface, turned away from it, or has a vertex off the surface.
-    fn coarse(&self, made: &Restricted<P>) -> Vec<Candidate<P>> {
+    fn coarse(&self, made: &Restricted<P>) -> Result<Vec<Candidate<P>>, M::Error> {
         let mut edges: Vec<[u32; 2]> = made.faces.iter().flat_map(|f| edges_of(f.vertices)).collect();
         edges.sort_unstable();
         let is_missing = |c: &&Chord<P>| edges.binary_search(&ascending(c.ends)).is_err();
@@ -264,15 +290,20 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Refinement<'a, P, M> {
             .flat_map(|(chord, ring)| self.for_chord(chord, ring.as_ref()))
             .collect();
         let numbers: Vec<u32> = (0..made.faces.len() as u32).collect();
-        let decided = self.generator.machine.map(&numbers, |&f| {
-            let face = &made.faces[f as usize];
-            self.is_coarse_face(made, face).then(|| self.on_surface(face))
-        });
-        found.extend(decided.into_iter().flatten());
-        found
+        let coarse = evaluated(&*self.generator.machine, Part::Completion, &numbers, |f: u32, own| {
+            in_sequence(own, |visits| self.is_coarse_face(made, &made.faces[f as usize], visits))
+        })?;
+        let coarse = made.faces.iter().zip(coarse).filter(|(_, coarse)| *coarse);
+        found.extend(coarse.map(|(face, _)| self.on_surface(face)));
+        Ok(found)
     }
 
-    fn is_coarse_face(&self, made: &Restricted<P>, face: &RestrictedFace<P>) -> bool {
+    fn is_coarse_face(
+        &self,
+        made: &Restricted<P>,
+        face: &RestrictedFace<P>,
+        visits: &mut Sweep,
+    ) -> bool {
         let vertices = &self.generator.vertices;
         if made.is_shared(face)
             || face.vertices.iter().any(|&v| vertices.carriers[v as usize] == Carrier::Volume)
@@ -281,51 +312,66 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Refinement<'a, P, M> {
         }
         let at = face.place.at;
         let largest = face.vertices.iter().map(|&v| vertices.sizes[v as usize]).fold(0.0, f64::max);
-        let distance = self.distance_at(at);
-        if self.generator.rules.is_too_large(at, face.radius, largest)
+        let distance = self.distance_at(at, visits);
+        if self.generator.rules.is_too_large(at, face.radius, largest, visits)
             || dist2(at, face.centre) > distance * distance
         {
             return true;
         }
         let [a, b, c] = face.vertices.map(|v| vertices.points[v as usize]);
         let turned = cosine(P::hull_normal(&[b - a, c - a]), face.place.normal).abs() < TURN;
-        turned && face.radius > TURNED * (self.generator.rules.size)(at) || self.is_wide(face)
+        turned && face.radius > TURNED * self.generator.rules.size.at_counted(at, visits) || self.is_wide(face)
     }
 
     /// Returns candidates for the cells inside that are too large.
-    fn cells(&self, made: &Restricted<P>) -> Vec<Candidate<P>> {
+    fn cells(&self, made: &Restricted<P>) -> Result<Vec<Candidate<P>>, M::Error> {
         let balls = Balls::new(made.faces.iter().map(ball).collect());
-        let numbers: Vec<u32> = (0..made.delaunay.cells.len() as u32).collect();
-        let chunks: Vec<&[u32]> = numbers.chunks(4096).collect();
-        let one = |&i: &u32| self.centre_of(made, &balls, i);
-        let found =
-            self.generator.machine.map(&chunks, |chunk| chunk.iter().filter_map(one).collect::<Vec<_>>());
-        found.into_iter().flatten().collect()
+        let inside: Vec<u32> =
+            (0..made.delaunay.cells.len() as u32).filter(|&i| made.labels.is_inside(i)).collect();
+        let machine = &*self.generator.machine;
+        let found = evaluated(machine, Part::Completion, &inside, |i: u32, own| {
+            in_sequence(own, |visits| self.remedy_of(made, &balls, i, visits))
+        })?;
+        let found: Vec<(u32, Replacement)> =
+            inside.into_iter().zip(found).filter_map(|(i, remedy)| Some((i, remedy?))).collect();
+        let centres = found.iter().filter(|(_, remedy)| *remedy == Replacement::Centre);
+        let centres = centres.map(|&(i, _)| (made.centres[i as usize], Carrier::Volume)).collect();
+        let mut centres = self.generator.sized(centres)?.into_iter();
+        let candidate = |(_, remedy): (u32, Replacement)| match remedy {
+            Replacement::Face(f) => Some(self.on_surface(&made.faces[f as usize])),
+            Replacement::Chord(c) => Some(self.chords[c as usize].candidate()),
+            Replacement::Centre => centres.next(),
+        };
+        Ok(found.into_iter().filter_map(candidate).collect())
     }
 
-    fn centre_of(&self, made: &Restricted<P>, balls: &Balls<P>, i: u32) -> Option<Candidate<P>> {
-        if !made.labels.is_inside(i) {
-            return None;
-        }
+    /// Returns the point that divides a cell, if the cell is too large.
+    fn remedy_of(
+        &self,
+        made: &Restricted<P>,
+        balls: &Balls<P>,
+        i: u32,
+        visits: &mut Sweep,
+    ) -> Option<Replacement> {
         let (cell, centre) = (&made.delaunay.cells[i as usize], made.centres[i as usize]);
         let vertices = &self.generator.vertices;
         let largest = cell.as_ref().iter().map(|&v| vertices.sizes[v as usize]).fold(0.0, f64::max);
         // The smallest vertex is used, so that the result does not depend on the order that a machine returns.
         let first = cell.as_ref().iter().copied().min().unwrap_or_default();
         let radius = dist2(centre, vertices.points[first as usize]).sqrt();
-        if !self.generator.rules.is_too_large(centre, radius, largest) {
+        if !self.generator.rules.is_too_large(centre, radius, largest, visits) {
             return None;
         }
-        let held = balls.holding(centre).into_iter().map(|f| &made.faces[f as usize]);
-        if let Some(face) =
-            held.max_by(|a, b| a.radius.total_cmp(&b.radius).then(b.vertices.cmp(&a.vertices)))
-        {
-            return Some(self.on_surface(face));
+        let face = |f: &u32| &made.faces[*f as usize];
+        let held = balls.holding_counted(centre, visits).into_iter();
+        let widest = held.max_by(|a, b| {
+            face(a).radius.total_cmp(&face(b).radius).then(face(b).vertices.cmp(&face(a).vertices))
+        });
+        if let Some(face) = widest {
+            return Some(Replacement::Face(face));
         }
-        Some(match self.generator.subsegments.holding(centre).first() {
-            Some(&c) => self.chords[c as usize].candidate(),
-            None => (self.generator.rules.site(centre), Carrier::Volume),
-        })
+        let chords = self.generator.subsegments.holding_counted(centre, visits);
+        Some(chords.first().map_or(Replacement::Centre, |&c| Replacement::Chord(c)))
     }
 
     /// Returns candidates where boundary and surface are too far from each other: the points s of faces, and vertices
@@ -350,6 +396,36 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Refinement<'a, P, M> {
             }
         }
         found
+    }
+}
+
+/// The point that divides a cell that is too large.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Replacement {
+    /// The point s of a face.
+    Face(u32),
+    /// The midpoint of a chord.
+    Chord(u32),
+    /// The centre of the cell.
+    Centre,
+}
+
+impl Words for Replacement {
+    fn write(&self, words: &mut Vec<u64>) {
+        words.extend(match *self {
+            Replacement::Face(f) => [0, u64::from(f)],
+            Replacement::Chord(c) => [1, u64::from(c)],
+            Replacement::Centre => [2, 0],
+        });
+    }
+
+    fn read(from: &mut Reader<'_>) -> Self {
+        let (kind, number): (u64, u32) = Words::read(from);
+        match kind {
+            0 => Replacement::Face(number),
+            1 => Replacement::Chord(number),
+            _ => Replacement::Centre,
+        }
     }
 }
 

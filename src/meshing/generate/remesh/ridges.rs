@@ -4,16 +4,20 @@
 //! midpoints (by arc length) of parts whose chord is too long, or whose chord is too far from the ridge at its
 //! midpoint.
 
+use septet_geometry::cost::{Cost, Sweep};
+use septet_geometry::evaluation::At;
 use septet_geometry::point::dist2;
 
 use super::chord::Chord;
-use super::features::Ridge;
 use super::refinement::Refinement;
 use crate::bvh::{Bounds, Bvh};
+use crate::executor::{Part, evaluated, in_sequence};
 use crate::generate::GenerationError;
 use crate::generate::balls::{Ball, Balls};
 use crate::generate::generator::{CANDIDATES, Candidate};
 use crate::generate::machine::MeshMachine;
+use crate::generate::segments::halves;
+use crate::generate::subdivision::{self, Division};
 use crate::mesh::Carrier;
 use crate::octree::{CellKey, DEEPEST};
 use crate::points::candidates::Name;
@@ -22,19 +26,14 @@ use crate::space::Space;
 impl<P: Space, M: MeshMachine<P> + Sync> Refinement<'_, P, M> {
     /// Places the corners and the points of all ridges.
     pub(super) fn ridges(&mut self) -> Result<(), GenerationError<M::Error>> {
-        for &c in &self.features.corners {
-            let v = self.generator.domain.corners[c as usize];
-            let site = self.generator.rules.site(self.generator.domain.points()[v as usize]);
-            self.generator.vertices.push(site, Carrier::Corner(c));
-        }
+        let corners = self.features.corners.iter().copied();
+        self.generator.place_corners(corners).map_err(GenerationError::Machine)?;
         self.generator.begin("segments");
-        let numbered = (0u32..).zip(&self.features.ridges);
-        let candidates = numbered.flat_map(|(r, ridge)| self.candidates_along(r, ridge)).collect();
+        let candidates = self.ridge_candidates().map_err(GenerationError::Machine)?;
         self.generator.sample(candidates).map_err(GenerationError::Machine)?;
         loop {
             self.make_chords();
-            let faults = self.chords.iter().filter(|c| self.is_coarse(c));
-            let candidates: Vec<_> = faults.map(Chord::candidate).collect();
+            let candidates = self.coarse_chords().map_err(GenerationError::Machine)?;
             if candidates.is_empty() {
                 return Ok(());
             }
@@ -42,32 +41,55 @@ impl<P: Space, M: MeshMachine<P> + Sync> Refinement<'_, P, M> {
         }
     }
 
+    /// Returns candidates for the chords that are too long or too far from their ridges.
+    fn coarse_chords(&self) -> Result<Vec<Candidate<P>>, M::Error> {
+        let numbers: Vec<u32> = (0..self.chords.len() as u32).collect();
+        let coarse = evaluated(&*self.generator.machine, Part::Completion, &numbers, |c: u32, own| {
+            in_sequence(own, |visits| self.is_coarse(&self.chords[c as usize], visits))
+        })?;
+        let faults = self.chords.iter().zip(coarse).filter(|(_, coarse)| *coarse);
+        Ok(faults.map(|(chord, _)| chord.candidate()).collect())
+    }
+
     /// Returns `true` if a chord is too long, or its midpoint is too far from the midpoint of its part of the ridge.
-    fn is_coarse(&self, chord: &Chord<P>) -> bool {
+    fn is_coarse(&self, chord: &Chord<P>, visits: &mut Sweep) -> bool {
         let radius = chord.ball.radius2.sqrt();
         let sizes = chord.ends.map(|v| self.generator.vertices.sizes[v as usize]);
-        let distance = self.distance_at(chord.middle);
-        self.generator.rules.is_too_large(chord.middle, radius, sizes[0].max(sizes[1]))
+        let distance = self.distance_at(chord.middle, visits);
+        self.generator.rules.is_too_large(chord.middle, radius, sizes[0].max(sizes[1]), visits)
             || dist2(chord.middle, chord.ball.centre) > distance * distance
     }
 
-    fn candidates_along(&self, number: u32, ridge: &Ridge) -> Vec<Candidate<P>> {
-        let seed = self.generator.seed_of(number);
-        let length = ridge.length();
-        let (mut found, mut cells) = (Vec::new(), vec![CellKey::ROOT]);
-        while let Some(key) = cells.pop() {
-            let part = length / (1u64 << key.level) as f64;
-            let place = |unit: f64| ridge.at(self.generator.domain, (f64::from(key.at[0]) + unit) * part);
-            if (self.generator.rules.size)(place(0.5).0) < part && key.level < DEEPEST {
-                cells.extend([0, 1].map(|i| CellKey { level: key.level + 1, at: [2 * key.at[0] + i, 0, 0] }));
-                continue;
-            }
-            for number in 0..CANDIDATES {
-                let (at, segment) = place(Name { cell: key, number }.unit(seed, 1));
-                found.push((self.generator.rules.site(at), Carrier::Segment(segment)));
-            }
-        }
-        found
+    /// Returns the candidates of all ridges.
+    fn ridge_candidates(&self) -> Result<Vec<Candidate<P>>, M::Error> {
+        let generator = &self.generator;
+        let place = |(r, key): (u32, CellKey), unit: f64| {
+            let ridge = &self.features.ridges[r as usize];
+            let part = ridge.length() / (1u64 << key.level) as f64;
+            (ridge.at(generator.domain, (f64::from(key.at[0]) + unit) * part), part)
+        };
+        let roots: Vec<(u32, CellKey)> =
+            (0..self.features.ridges.len() as u32).map(|r| (r, CellKey::ROOT)).collect();
+        let decide = |cell: (u32, CellKey), own: &mut Cost| {
+            let ((middle, _), part) = place(cell, 0.5);
+            let size = in_sequence(own, |visits| generator.rules.size.at_counted(middle, visits));
+            let is_long = size < part && cell.1.level < DEEPEST;
+            if is_long { Division::Divide(cell) } else { Division::Leaf(cell) }
+        };
+        let machine = &*generator.machine;
+        let leaves = subdivision::divided(machine, (&roots, 2, u64::MAX), |&(r, key)| halves(r, key), decide)?;
+        let mut leaves: Vec<(u32, CellKey)> = leaves.unwrap_or_default();
+        leaves.sort_by_key(|&(r, _)| r);
+        let found = evaluated(machine, Part::Candidates, &leaves, |(r, key): (u32, CellKey), _| {
+            let seed = generator.seed_of(r);
+            let one = |number| {
+                let ((at, segment), _) = place((r, key), Name { cell: key, number }.unit(seed, 1));
+                (At(at), segment)
+            };
+            (0..CANDIDATES).map(one).collect::<Vec<(At<P>, u32)>>()
+        })?;
+        let found = found.into_iter().flatten().map(|(at, segment)| (at.0, Carrier::Segment(segment)));
+        generator.sized(found.collect())
     }
 
     /// Rebuilds the chords of the vertices on ridges, and their balls.

@@ -1,12 +1,14 @@
 //! The surface: its walls, with crossings, samples and distances.
 
-use septet_geometry::point::dist2;
+use septet_geometry::cost::Sweep;
+use septet_geometry::evaluation::At;
+use septet_geometry::point::{Point, dist2};
 
 use crate::bvh::{Bounds, Bvh};
 use crate::distance::closest_on_triangle;
 use crate::domain::Domain;
-use crate::generate::generator::{CANDIDATES, Candidate, Rules};
-use crate::generate::volume::CELLS;
+use crate::generate::generator::{CANDIDATES, Rules};
+use crate::generate::subdivision::Division;
 use crate::mesh::Carrier;
 use crate::octree::CellKey;
 use crate::points::candidates::Name;
@@ -144,50 +146,64 @@ impl<P: Space> Surface<P> {
         }
     }
 
-    /// Returns the number of walls.
-    pub(super) fn walls(&self) -> u32 {
-        self.walls.len() as u32
+    /// Returns the walls as roots of trees of parts.
+    pub(super) fn roots(&self) -> Vec<WallPart<P>> {
+        (0..).zip(&self.walls).map(|(w, corners)| (w, corners.map(At), CellKey::ROOT)).collect()
     }
 
-    /// Returns the candidates on a wall. The wall is quartered until its edges are at most f at its centroid. Each part
-    /// then has on average [`PER_AREA`] candidates per area `f^2`. Returns `None` if there are more than [`CELLS`] per
-    /// vertex allowed.
-    pub(super) fn candidates(&self, wall: u32, rules: &Rules<'_, P>, seed: u64) -> Option<Vec<Candidate<P>>> {
-        let most = rules.most.saturating_mul(CELLS);
-        let carrier = Carrier::Facet(self.facets[wall as usize]);
-        let mut found = Vec::new();
-        let mut parts = vec![(self.walls[wall as usize], CellKey::ROOT)];
-        while let Some(([a, b, c], key)) = parts.pop() {
-            if (found.len() + parts.len()) as u64 > most {
-                return None;
+    /// Returns the candidates on a part of a wall: on average [`PER_AREA`] per area `f^2`, if `size` is f at its
+    /// centroid.
+    pub(super) fn candidates(&self, (wall, corners, key): WallPart<P>, size: f64, seed: u64) -> Vec<At<P>> {
+        let [a, b, c] = corners.map(|at| at.0);
+        let name = |number| Name { cell: key, number };
+        let area = 0.5 * P::hull_normal(&[b - a, c - a]).norm2().sqrt();
+        let count = (PER_AREA * area / (size * size) + name(u32::MAX).unit(seed, 0)) as u32;
+        debug_assert!((wall as usize) < self.walls.len());
+        let place = |number| {
+            let [mut x, mut y] = [1, 2].map(|purpose| name(number).unit(seed, purpose));
+            if x + y > 1.0 {
+                (x, y) = (1.0 - x, 1.0 - y);
             }
-            let size = (rules.size)((a + b + c) / 3.0);
-            let longest = dist2(a, b).max(dist2(b, c)).max(dist2(c, a));
-            if longest > size * size && key.level < DEEPEST {
-                let child = |i| CellKey { level: key.level + 1, at: [4 * key.at[0] + i, 0, 0] };
-                let (x, y, z) = ((b + c) * 0.5, (c + a) * 0.5, (a + b) * 0.5);
-                let quarters = [[a, z, y], [z, b, x], [y, x, c], [x, y, z]];
-                parts.extend((0..).zip(quarters).map(|(i, t)| (t, child(i))));
-                continue;
-            }
-            let name = |number| Name { cell: key, number };
-            let area = 0.5 * P::hull_normal(&[b - a, c - a]).norm2().sqrt();
-            let count = (PER_AREA * area / (size * size) + name(u32::MAX).unit(seed, 0)) as u32;
-            for number in 0..count {
-                let [mut x, mut y] = [1, 2].map(|purpose| name(number).unit(seed, purpose));
-                if x + y > 1.0 {
-                    (x, y) = (1.0 - x, 1.0 - y);
-                }
-                found.push((rules.site(a + (b - a) * x + (c - a) * y), carrier));
-            }
-        }
-        Some(found)
+            At(a + (b - a) * x + (c - a) * y)
+        };
+        (0..count).map(place).collect()
+    }
+
+    /// Returns the carrier of points on a wall.
+    pub(super) fn carrier(&self, wall: u32) -> Carrier {
+        Carrier::Facet(self.facets[wall as usize])
     }
 
     /// Returns the corners of the first wall of a facet.
     pub(super) fn corners_of(&self, facet: u32) -> [P; 3] {
         self.walls[self.facets.partition_point(|&f| f < facet)]
     }
+}
+
+/// A part of a wall: the wall, the corners of the part, and its place in the tree of parts.
+pub(super) type WallPart<P> = (u32, [At<P>; 3], CellKey);
+
+/// Returns the quarters of a part.
+pub(super) fn quarters<P: Point>(&(wall, corners, key): &WallPart<P>) -> Vec<WallPart<P>> {
+    let [a, b, c] = corners.map(|at| at.0);
+    let (x, y, z) = ((b + c) * 0.5, (c + a) * 0.5, (a + b) * 0.5);
+    let child = |i| CellKey { level: key.level + 1, at: [4 * key.at[0] + i, 0, 0] };
+    let parts = [[a, z, y], [z, b, x], [y, x, c], [x, y, z]];
+    (0..).zip(parts).map(|(i, part)| (wall, part.map(At), child(i))).collect()
+}
+
+/// Decides about a part: it is quartered until its edges are at most f at its centroid. A leaf has this size.
+pub(super) fn decide_part<P: Space>(
+    part: WallPart<P>,
+    rules: &Rules<'_, P>,
+    visits: &mut Sweep,
+) -> Division<WallPart<P>, (WallPart<P>, f64)> {
+    let (_, corners, key) = part;
+    let [a, b, c] = corners.map(|at| at.0);
+    let size = rules.size.at_counted((a + b + c) / 3.0, visits);
+    let longest = dist2(a, b).max(dist2(b, c)).max(dist2(c, a));
+    let is_wide = longest > size * size && key.level < DEEPEST;
+    if is_wide { Division::Divide(part) } else { Division::Leaf((part, size)) }
 }
 
 /// Returns the point at which a segment crosses a triangle, rounded.

@@ -7,6 +7,7 @@ use septet_geometry::hash::Draw;
 use septet_geometry::measure::{circumcentre, circumradius2};
 
 use super::{DEFAULT_PARTS, Options, SurfaceFeatures, remesh};
+use crate::executor::{Sequential, Uncounted, always};
 use crate::conformity::{Deviation, Follow, check_remeshed};
 use crate::domain::Domain;
 use crate::generate::{Alone, CellLabels, GenerationError, Rules};
@@ -34,13 +35,9 @@ fn remeshed(input: &Input<DVec3>, size: Option<f64>, options: Options) -> Remesh
     let bounds = crate::bvh::Bounds::of(input.points.iter().copied());
     constraints.constraints.most = size.or(Some(bounds.extent().length() / DEFAULT_PARTS));
     let features = SurfaceFeatures::new(&domain, ANGLE);
-    let f = SizeFunction::of_features(
-        &domain,
-        &features.distance_features(&domain),
-        &constraints,
-        &crate::executor::Sequential,
-    )
-    .unwrap();
+    let alone = Uncounted(Sequential);
+    let features = features.distance_features(&domain);
+    let f = always(SizeFunction::of_features(&domain, &features, &constraints, &alone)).unwrap();
     let at = |x| f.at(x);
     let rules = Rules { size: &at, lipschitz: 0.5, seed: 1, most: 1 << 22 };
     let made = remesh(&domain, rules, ANGLE, options, &mut Alone { seed: 1 }).unwrap();
@@ -214,7 +211,7 @@ fn small_shells() {
 #[test]
 fn only_surfaces_of_space() {
     let domain = crate::check(&cube()).unwrap();
-    let rules = Rules { size: &|_| 1.0, lipschitz: 0.5, seed: 1, most: 1 << 22 };
+    let rules = Rules { size: &|_: DVec3| 1.0, lipschitz: 0.5, seed: 1, most: 1 << 22 };
     let failure = remesh(&domain, rules, ANGLE, Options::default(), &mut Alone { seed: 1 }).unwrap_err();
     assert!(matches!(failure, GenerationError::Unsupported(_)));
 }

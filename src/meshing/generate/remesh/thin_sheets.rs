@@ -28,7 +28,7 @@ impl<P: Space, M: MeshMachine<P> + Sync> Refinement<'_, P, M> {
     /// Returns `true` if the radius of a face's ball exceeds the thickness of its sheet.
     pub(super) fn is_wide(&self, face: &RestrictedFace<P>) -> bool {
         let (at, radius) = (face.place.at, face.radius);
-        if radius <= self.thinnest * (self.generator.rules.size)(at) {
+        if radius <= self.thinnest * self.generator.rules.size.at(at) {
             return false;
         }
         let across = face.place.normal * (radius / face.place.normal.norm2().sqrt());

@@ -47,12 +47,13 @@ fn posed<P: Triangulate>(domain: &Domain<P>, lipschitz: f64, most: Option<f64>) 
     let mut machine = Alone { seed: 1 };
     let cells = super::super::volume::sampling_cells(domain, &rules, &machine).unwrap();
     let mut generator = Generator::new(domain, rules, &mut machine);
+    generator.place_corners(0..domain.corners.len() as u32).unwrap();
     let planes = generator.planes();
     let chains = generator.segments().unwrap();
     let subfacets = if P::DIM == 3 { generator.facets(&planes, &chains).unwrap() } else { Vec::new() };
     let (chains, subfacets) = generator.recover(&planes, chains, subfacets).unwrap();
     let own = Own { planes: &planes, chains: &chains, subfacets: &subfacets };
-    let delaunay = generator.volume(own, &cells).unwrap().delaunay;
+    let delaunay = generator.volume(own, &cells.unwrap()).unwrap().delaunay;
     Posed { vertices: generator.vertices, chains, subfacets, delaunay }
 }
 

@@ -121,15 +121,13 @@ impl<A: Words, B: Words, C: Words> Words for (A, B, C) {
     }
 }
 
-impl<T: Words + Copy + Default, const N: usize> Words for [T; N] {
+impl<T: Words, const N: usize> Words for [T; N] {
     fn write(&self, words: &mut Vec<u64>) {
         self.iter().for_each(|value| value.write(words));
     }
 
     fn read(from: &mut Reader<'_>) -> Self {
-        let mut all = [T::default(); N];
-        all.iter_mut().for_each(|value| *value = T::read(from));
-        all
+        std::array::from_fn(|_| T::read(from))
     }
 }
 
