@@ -235,12 +235,7 @@ impl<P: Point> Bvh<P> {
 
     /// Calls `visit` with items in ascending order of `dist2` (ties by position), until `visit` returns `false`.
     /// `dist2` must not be smaller than the squared distance to the box of the item, up to rounding.
-    pub fn nearest(
-        &self,
-        from: P,
-        dist2: impl FnMut(u32) -> f64,
-        visit: impl FnMut(u32, f64) -> bool,
-    ) {
+    pub fn nearest(&self, from: P, dist2: impl FnMut(u32) -> f64, visit: impl FnMut(u32, f64) -> bool) {
         self.nearest_counted(from, &mut Sweep::default(), dist2, visit);
     }
 

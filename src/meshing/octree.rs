@@ -300,7 +300,8 @@ mod tests {
         let cube = Cube { low: DVec2::ZERO, side: 1.0 };
         let near =
             |p: DVec2| 1e-4 + p.distance(DVec2::new(0.301, 0.777)).min(p.distance(DVec2::new(0.9, 0.1)));
-        let grown = always(grow(&cube, &By(near, 1.5 * 2f64.sqrt()), &(), 1 << 20, &Uncounted(Sequential))).unwrap();
+        let grown =
+            always(grow(&cube, &By(near, 1.5 * 2f64.sqrt()), &(), 1 << 20, &Uncounted(Sequential))).unwrap();
         assert!(balanced(&cube, &grown.leaves) && grown.levels.len() > 10);
         let area: f64 = grown.leaves.iter().map(|&(k, ())| cube.cell(k).side.powi(2)).sum();
         assert_eq!(area, 1.0);
@@ -310,7 +311,8 @@ mod tests {
 
         let cube = Cube { low: DVec3::splat(-1.0), side: 4.0 };
         let near = |p: DVec3| 0.1 + 0.5 * p.distance(DVec3::new(0.3, 0.8, 0.5));
-        let grown = always(grow(&cube, &By(near, 0.75 * 3f64.sqrt()), &(), 1 << 20, &Uncounted(Sequential))).unwrap();
+        let grown =
+            always(grow(&cube, &By(near, 0.75 * 3f64.sqrt()), &(), 1 << 20, &Uncounted(Sequential))).unwrap();
         assert!(balanced(&cube, &grown.leaves) && grown.levels.len() > 4);
     }
 
@@ -318,9 +320,15 @@ mod tests {
     fn limits_are_kept() {
         let cube = Cube { low: DVec2::ZERO, side: 1.0 };
         let even = By(|_: DVec2| 0.01, 1.0);
-        assert_eq!(always(grow(&cube, &even, &(), 100, &Uncounted(Sequential))), Err(TooFine::Cells { limit: 100 }));
+        assert_eq!(
+            always(grow(&cube, &even, &(), 100, &Uncounted(Sequential))),
+            Err(TooFine::Cells { limit: 100 })
+        );
         let point = By(|p: DVec2| p.distance(DVec2::new(1.0 / 3.0, 0.5)), 1.0);
-        assert!(matches!(always(grow(&cube, &point, &(), 1 << 20, &Uncounted(Sequential))), Err(TooFine::Levels { .. })));
+        assert!(matches!(
+            always(grow(&cube, &point, &(), 1 << 20, &Uncounted(Sequential))),
+            Err(TooFine::Levels { .. })
+        ));
     }
 
     #[test]

@@ -116,7 +116,7 @@ const PAIRS: [Pair; 92] = [
 ];
 
 /// The options that `mesh --check` does not use.
-const NOT_FOR_CHECKS: [&str; 26] = [
+const NOT_FOR_CHECKS: [&str; 27] = [
     "-o m.vtu",
     "--format vtu",
     "--msh-version 2.2",
@@ -130,6 +130,7 @@ const NOT_FOR_CHECKS: [&str; 26] = [
     "--radius-edge 2",
     "--min-size 1",
     "--improve",
+    "--by-recursion",
     "--workers 2",
     "--leaf 9",
     "--threads 1",

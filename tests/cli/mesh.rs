@@ -470,18 +470,27 @@ fn tables_of_meshing_are_those_of_the_report() {
         }
     }
     let names: Vec<String> = table("stages").into_iter().skip(1).map(|mut r| r.swap_remove(0)).collect();
-    assert_eq!(names, ["segments", "facets", "volume", "improve"]);
+    assert_eq!(names, ["sizes", "segments", "facets", "volume", "improve"]);
     for key in ["rounds", "messages", "bytes", "work", "depth"] {
         assert_eq!(sum(&report["phases"], key), sum(&report["stages"], key), "{key}");
         assert_eq!(sum(&report["runs"], key), sum(&report["stages"], key), "{key}");
     }
-    // Counts that a triangulation does not collect are empty, not zero.
+    // Each stage has a row for each phase of Section 5.
+    for stage in ["segments", "facets", "volume"] {
+        for phase in ["octree", "sizes", "candidates", "conflicts", "completion"] {
+            let rows = report["phases"].as_array().unwrap().iter();
+            let rows = rows.filter(|row| row["stage"] == stage && row["phase"] == phase);
+            assert_eq!(rows.count(), 1, "{stage}, {phase}");
+        }
+    }
+    // Every run counts its operations.
     let counted = |task: &str| {
         let runs = report["runs"].as_array().unwrap().iter().filter(move |r| r["task"] == task);
         runs.map(|r| r["work"].is_u64() && r["depth"].is_u64()).collect::<Vec<bool>>()
     };
     assert!(counted("independent set").into_iter().all(|c| c) && !counted("independent set").is_empty());
-    assert!(counted("triangulation").into_iter().all(|c| !c) && !counted("triangulation").is_empty());
+    assert!(counted("triangulation").into_iter().all(|c| c) && !counted("triangulation").is_empty());
+    assert!(counted("evaluation").into_iter().all(|c| c) && !counted("evaluation").is_empty());
     place.good("mesh cube.poly --size 2 --profile=p.md");
     let text = fs::read_to_string(place.path("p.md")).unwrap();
     for words in ["# mesh of cube.poly", "## Stages", "## Phases", "## Runs", "| modelled candidates |"] {

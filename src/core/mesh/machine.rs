@@ -25,7 +25,7 @@ use septet_workers::config::cores;
 use septet_workers::profile::stage_span;
 use tracing::span::EnteredSpan;
 
-use super::run_log::{depth_of, EVALUATION, INDEPENDENT_SET, RunLog, SiteCounts, TRIANGULATION};
+use super::run_log::{EVALUATION, INDEPENDENT_SET, RunLog, SiteCounts, TRIANGULATION, depth_of};
 use crate::error::Error;
 use crate::result::outcome::{Outcome, Selection, TrafficTotal};
 use crate::result::share::Neighbour;

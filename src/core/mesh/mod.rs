@@ -13,6 +13,9 @@ mod request;
 pub mod run_log;
 pub mod view;
 
+#[cfg(test)]
+mod tests;
+
 use std::time::Instant;
 
 use septet_meshing::conformity::{self, Conformity, Follow};

@@ -184,6 +184,15 @@ pub static MESH_OPTIONS: &[Row<MeshSpec>] = &[
         |s, is_set| { s.improve = is_set; Ok(()) },
         { is_flag: true, commands: Commands::MESH, heading: Heading::Sizes, is_common: true, matters: Matters::Cells }
     ),
+    option!(
+        MeshSpec, "by-recursion", "by_recursion",
+        "Count triangulations by the paper's recursion\n\nThe mesh is the same, but takes several times as long. Without \
+         the option, the direct path triangulates, and each worker counts its operations one after the other.",
+        bool,
+        |s| s.by_recursion,
+        |s, is_set| { s.by_recursion = is_set; Ok(()) },
+        { is_flag: true, commands: Commands::MESH, heading: Heading::Machine, matters: Matters::Counts }
+    ),
 ];
 
 #[cfg(test)]
@@ -194,13 +203,20 @@ mod tests {
     #[test]
     fn every_field_has_a_row() {
         // A new field does not compile here until it is named.
-        let MeshSpec { run: _, boundary: _, sizes, feature_angle: _, max_distance: _, improve: _ } =
-            MeshSpec::default();
+        let MeshSpec {
+            run: _,
+            boundary: _,
+            sizes,
+            feature_angle: _,
+            max_distance: _,
+            improve: _,
+            by_recursion: _,
+        } = MeshSpec::default();
         // The field of sizes is read from a file.
         let Sizes { most: _, least: _, field: _, singularity: _, lipschitz: _ } = sizes;
         let names: Vec<&str> = MESH_OPTIONS.iter().map(|row| row.name).collect();
-        let fields =
-            "boundary size singularity lipschitz radius-edge min-size feature-angle max-distance improve";
+        let fields = "boundary size singularity lipschitz radius-edge min-size feature-angle max-distance \
+                      improve by-recursion";
         assert_eq!(names.join(" "), fields);
     }
 

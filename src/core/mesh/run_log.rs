@@ -136,8 +136,7 @@ impl RunLog {
         let (leaves, inner): (Vec<_>, Vec<_>) = nodes.values().partition(|facts| facts.is_leaf());
         let of_graph =
             |count: fn(&NodeFacts) -> u64| has_graph(task).then(|| leaves.iter().copied().map(count).sum());
-        let phase =
-            |p: &PhaseTotal| RunPhase { phase: p.phase.name(), work: p.work, depth: depth_of(p) };
+        let phase = |p: &PhaseTotal| RunPhase { phase: p.phase.name(), work: p.work, depth: depth_of(p) };
         self.runs.push(RunLine {
             stage: stage.to_owned(),
             task,
@@ -159,12 +158,7 @@ impl RunLog {
     }
 
     /// Adds the phases of a run that have counts or times.
-    pub(super) fn add_phases(
-        &mut self,
-        stage: &str,
-        ledger: &Ledger,
-        seconds: &[(Phase, f64)],
-    ) {
+    pub(super) fn add_phases(&mut self, stage: &str, ledger: &Ledger, seconds: &[(Phase, f64)]) {
         for phase in Phase::ALL {
             let total = ledger.phases.iter().find(|t| t.phase == phase);
             let timed = seconds.iter().filter(|(p, _)| *p == phase);

@@ -15,8 +15,8 @@ use septet_geometry::point::{Point, dist2, lex_cmp};
 use super::balls::{Ball, Balls};
 use super::generator::{CANDIDATES, Candidate, Generator, SIDE};
 use super::machine::MeshMachine;
-use super::subdivision::{Division, divided};
 use super::segments::{Chains, Subsegment, subsegments_of};
+use super::subdivision::{Division, divided};
 use crate::bvh::{Bounds, Bvh};
 use crate::executor::{Part, evaluated, in_sequence};
 use crate::mesh::Carrier;
@@ -149,10 +149,8 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
         let flats = Subfeatures { subsegments: subsegments_of(chains), subfacets: &Vec::new() };
         loop {
             self.triangulate_facets(planes, chains, &stale, &mut subfacets)?;
-            let coarse: Vec<Subfacet> = stale
-                .iter()
-                .flat_map(|&f| subfacets[f as usize].iter().map(move |&t| (f, t)))
-                .collect();
+            let coarse: Vec<Subfacet> =
+                stale.iter().flat_map(|&f| subfacets[f as usize].iter().map(move |&t| (f, t))).collect();
             let found = self.coarse_centres(planes, &coarse, &flats)?;
             let before = self.vertices.len();
             if self.complete(found, false)? == 0 {

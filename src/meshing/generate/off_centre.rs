@@ -42,12 +42,7 @@ const BEYOND: f64 = 1.0 + 1e-9;
 
 impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     /// Returns the off-centre point of a circumcentre, outside all balls.
-    pub(super) fn off_centre(
-        &self,
-        centre: P,
-        flats: &Subfeatures<'_>,
-        visits: &mut Sweep,
-    ) -> Option<P> {
+    pub(super) fn off_centre(&self, centre: P, flats: &Subfeatures<'_>, visits: &mut Sweep) -> Option<P> {
         let mut x = centre;
         let moves = if self.off_centres { MOVES } else { 0 };
         for _ in 0..moves {

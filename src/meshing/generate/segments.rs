@@ -63,7 +63,8 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
                 in_sequence(own, |visits| self.rules.is_too_large(middle, radius, largest, visits));
             is_coarse.then_some(At(middle))
         })?;
-        let found = all.iter().zip(found).filter_map(|(&(s, _), found)| Some((found?.0, Carrier::Segment(s))));
+        let found =
+            all.iter().zip(found).filter_map(|(&(s, _), found)| Some((found?.0, Carrier::Segment(s))));
         self.sized(found.collect())
     }
 
@@ -105,7 +106,8 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
             (0..CANDIDATES).map(place).collect::<Vec<At<P>>>()
         })?;
         let places = leaves.iter().zip(places);
-        let found = places.flat_map(|(&(s, _), at)| at.into_iter().map(move |at| (at.0, Carrier::Segment(s))));
+        let found =
+            places.flat_map(|(&(s, _), at)| at.into_iter().map(move |at| (at.0, Carrier::Segment(s))));
         self.sized(found.collect())
     }
 

@@ -7,9 +7,9 @@ use glam::{DVec2, DVec3};
 use septet_geometry::evaluation::{Evaluated, Evaluation};
 use septet_geometry::measure::{circumcentre, circumradius2, shortest_edge2};
 
-use crate::executor::{Evaluator, Part};
 use super::{Alone, CellLabels, Delaunay, GeneratedMesh, MeshMachine, Rules, generate};
 use crate::domain::Domain;
+use crate::executor::{Evaluator, Part};
 use crate::improve::{Target, improve, least_sine};
 use crate::input::Input;
 use crate::mesh::Mesh;

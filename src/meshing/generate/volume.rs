@@ -72,8 +72,7 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
             }
             let barrier = self.barrier(own, &delaunay);
             let labels = self.labels(&delaunay, &barrier);
-            let found =
-                self.coarse_cells(&delaunay, &labels, &flats).map_err(GenerationError::Machine)?;
+            let found = self.coarse_cells(&delaunay, &labels, &flats).map_err(GenerationError::Machine)?;
             if self.complete(found, true).map_err(GenerationError::Machine)? == 0 {
                 return Ok(Filled { delaunay, labels, barrier });
             }
@@ -126,18 +125,17 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     /// Returns the candidates in cells of the volume.
     pub(super) fn volume_candidates(&self, cells: &[SampledCell]) -> Result<Vec<Candidate<P>>, M::Error> {
         let cube = root_of(self.domain);
-        let places =
-            evaluated(&*self.machine, Part::Candidates, cells, |(key, whole): SampledCell, own| {
-                let cell = cube.cell(key);
-                let place = |number| {
-                    let at = Name { cell: key, number }.place(&cell, self.rules.seed);
-                    let is_free = in_sequence(own, |visits| {
-                        self.is_open(at, visits) && (whole || self.domain.is_inside_counted(at, visits))
-                    });
-                    is_free.then_some(At(at))
-                };
-                (0..CANDIDATES).filter_map(place).collect::<Vec<At<P>>>()
-            })?;
+        let places = evaluated(&*self.machine, Part::Candidates, cells, |(key, whole): SampledCell, own| {
+            let cell = cube.cell(key);
+            let place = |number| {
+                let at = Name { cell: key, number }.place(&cell, self.rules.seed);
+                let is_free = in_sequence(own, |visits| {
+                    self.is_open(at, visits) && (whole || self.domain.is_inside_counted(at, visits))
+                });
+                is_free.then_some(At(at))
+            };
+            (0..CANDIDATES).filter_map(place).collect::<Vec<At<P>>>()
+        })?;
         self.sized(places.into_iter().flatten().map(|at| (at.0, Carrier::Volume)).collect())
     }
 
@@ -148,8 +146,7 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
         labels: &CellLabels,
         flats: &Subfeatures<'_>,
     ) -> Result<Vec<Candidate<P>>, M::Error> {
-        let inside: Vec<u32> =
-            (0..delaunay.cells.len() as u32).filter(|&i| labels.is_inside(i)).collect();
+        let inside: Vec<u32> = (0..delaunay.cells.len() as u32).filter(|&i| labels.is_inside(i)).collect();
         let found = evaluated(&*self.machine, Part::Completion, &inside, |i: u32, own| {
             in_sequence(own, |visits| self.centre_of(&delaunay.cells[i as usize], flats, visits))
         })?;

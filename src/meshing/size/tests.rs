@@ -4,10 +4,10 @@ use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 use septet_geometry::hash::Draw;
 
-use crate::executor::Executor;
 use super::*;
 use crate::check;
 use crate::domain::Feature;
+use crate::executor::Executor;
 use crate::input::{DomainKind, Input, InputSegment};
 use crate::octree::CellKey;
 use crate::tests::shapes::{add_box, cube, cube_surface, facet, segment};
@@ -128,7 +128,8 @@ fn whole_tree<P: Space>(domain: &Domain<P>, lipschitz: f64) {
     let features = Features::new(domain);
     let user = always(User::new(lipschitz, &Constraints::default(), &Uncounted(Sequential)));
     let cube = Cube::around(&features.bounds());
-    let grown = always(tree(undropped(&features, &options, &user), options.cells, &Uncounted(Sequential))).unwrap().0;
+    let grown =
+        always(tree(undropped(&features, &options, &user), options.cells, &Uncounted(Sequential))).unwrap().0;
     let cells: Vec<_> = grown.leaves.iter().map(|&(key, _)| cube.cell(key)).collect();
     let side = |key: CellKey| 0.5f64.powi(i32::from(key.level));
     let volume: f64 = cells.iter().map(|c| side(c.key).powi(P::DIM as i32)).sum();
@@ -174,7 +175,8 @@ fn drops_and_filters_lose_nothing() {
     let features = Features::new(&domain);
     let user = always(User::new(0.25, &Constraints::default(), &Uncounted(Sequential)));
     let size = SizeFunction::new(&domain, &options).unwrap();
-    let whole = always(tree(undropped(&features, &options, &user), options.cells, &Uncounted(Sequential))).unwrap().0;
+    let whole =
+        always(tree(undropped(&features, &options, &user), options.cells, &Uncounted(Sequential))).unwrap().0;
     let all: Vec<_> = whole.leaves.iter().map(|(_, cone)| *cone).collect();
     assert!(size.cones().len() * 2 < all.len(), "{} of {}", size.cones().len(), all.len());
     // Both satisfy the statement, so they differ by at most one loss.
@@ -307,8 +309,10 @@ impl Executor for Backwards {
 fn sizes_do_not_depend_on_the_executor() {
     let domain = busy();
     let (features, options) = (Features::new(&domain), SizeOptions::new(0.5));
-    let one = always(SizeFunction::of_features(&domain, &features, &options, &Uncounted(Sequential))).unwrap();
-    let other = always(SizeFunction::of_features(&domain, &features, &options, &Uncounted(Backwards))).unwrap();
+    let one =
+        always(SizeFunction::of_features(&domain, &features, &options, &Uncounted(Sequential))).unwrap();
+    let other =
+        always(SizeFunction::of_features(&domain, &features, &options, &Uncounted(Backwards))).unwrap();
     assert_eq!(one.cones(), other.cones());
     assert_eq!(one.levels(), other.levels());
 }
@@ -323,7 +327,10 @@ fn elements_outside_are_left_out() {
     let terms = Terms { drops: true, ..undropped(&features, &options, &user) };
     let cells = |grown: &Grown<Cone<DVec2>>| grown.levels.iter().map(|l| l.split).sum::<u64>();
     let everywhere = always(tree(terms, options.cells, &Uncounted(Sequential))).unwrap().0;
-    let within = always(tree(Terms { domain: Some(&domain), ..terms }, options.cells, &Uncounted(Sequential))).unwrap().0;
+    let within =
+        always(tree(Terms { domain: Some(&domain), ..terms }, options.cells, &Uncounted(Sequential)))
+            .unwrap()
+            .0;
     assert!(cells(&within) < cells(&everywhere), "{} of {}", cells(&within), cells(&everywhere));
     let cube = Cube::around(&features.bounds());
     let far = |key: CellKey| {

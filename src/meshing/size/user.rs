@@ -92,7 +92,8 @@ impl<P: Point> User<P> {
     /// Returns [`User::at`], and counts the singularities, and the visits of the tree of the field.
     pub(super) fn at_counted(&self, x: P, visits: &mut Sweep) -> f64 {
         let slope = self.field.slope();
-        let towards = visits.visit_all(&self.singularities).iter().map(|(s, size)| size + slope * s.distance(x));
+        let towards =
+            visits.visit_all(&self.singularities).iter().map(|(s, size)| size + slope * s.distance(x));
         let towards = towards.fold(self.most, f64::min);
         self.field.below_counted(x, towards, visits)
     }

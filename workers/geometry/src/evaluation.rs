@@ -112,11 +112,7 @@ impl Made {
     }
 
     /// Evaluates a rule at items, one after the other.
-    pub fn of<'a>(
-        rule: &dyn Evaluation,
-        items: impl IntoIterator<Item = &'a [u64]>,
-        meter: &Cost,
-    ) -> Self {
+    pub fn of<'a>(rule: &dyn Evaluation, items: impl IntoIterator<Item = &'a [u64]>, meter: &Cost) -> Self {
         let mut made = Made::new(meter);
         for item in items {
             let before = made.next.len();

@@ -10,9 +10,9 @@ mod rows;
 
 mod source;
 
+pub use crate::state::blocks::block_of;
 pub use loaded::Loaded;
 pub use rows::squared_radius;
-pub use crate::state::blocks::block_of;
 pub use source::{Rows, Source};
 
 #[cfg(test)]

@@ -15,7 +15,17 @@ fn fields() -> BTreeSet<&'static str> {
     // The spacing is a property of the points.
     let Recursion { graph: _, sets: _, neighbours: _, spacing: _ } = recursion;
     // Commands keep the graph and the sets for no output, and the others for their outputs.
-    let Keep { owner: _, view: _, nodes: _, neighbours: _, graph: _, sets: _, costs: _, prices: _, operations: _ } = keep;
+    let Keep {
+        owner: _,
+        view: _,
+        nodes: _,
+        neighbours: _,
+        graph: _,
+        sets: _,
+        costs: _,
+        prices: _,
+        operations: _,
+    } = keep;
     [
         ["dimension", "columns", "input-format", "raw", "skip-invalid", "keep-columns"].as_slice(),
         &["workers", "threads", "registers", "transport", "delivery-seed", "processes", "seed", "max-memory"],

@@ -84,8 +84,7 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Refinement<'a, P, M> {
 
     /// Returns the largest distance allowed at a point.
     pub(super) fn distance_at(&self, at: P, visits: &mut Sweep) -> f64 {
-        self.distance
-            .unwrap_or_else(|| DEFAULT_DISTANCE * self.generator.rules.size.at_counted(at, visits))
+        self.distance.unwrap_or_else(|| DEFAULT_DISTANCE * self.generator.rules.size.at_counted(at, visits))
     }
 
     /// Returns the candidates of all walls, outside the balls of chords. Returns `None` if there are more than
@@ -298,12 +297,7 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Refinement<'a, P, M> {
         Ok(found)
     }
 
-    fn is_coarse_face(
-        &self,
-        made: &Restricted<P>,
-        face: &RestrictedFace<P>,
-        visits: &mut Sweep,
-    ) -> bool {
+    fn is_coarse_face(&self, made: &Restricted<P>, face: &RestrictedFace<P>, visits: &mut Sweep) -> bool {
         let vertices = &self.generator.vertices;
         if made.is_shared(face)
             || face.vertices.iter().any(|&v| vertices.carriers[v as usize] == Carrier::Volume)
@@ -320,7 +314,8 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Refinement<'a, P, M> {
         }
         let [a, b, c] = face.vertices.map(|v| vertices.points[v as usize]);
         let turned = cosine(P::hull_normal(&[b - a, c - a]), face.place.normal).abs() < TURN;
-        turned && face.radius > TURNED * self.generator.rules.size.at_counted(at, visits) || self.is_wide(face)
+        turned && face.radius > TURNED * self.generator.rules.size.at_counted(at, visits)
+            || self.is_wide(face)
     }
 
     /// Returns candidates for the cells inside that are too large.

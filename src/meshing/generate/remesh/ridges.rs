@@ -77,7 +77,8 @@ impl<P: Space, M: MeshMachine<P> + Sync> Refinement<'_, P, M> {
             if is_long { Division::Divide(cell) } else { Division::Leaf(cell) }
         };
         let machine = &*generator.machine;
-        let leaves = subdivision::divided(machine, (&roots, 2, u64::MAX), |&(r, key)| halves(r, key), decide)?;
+        let leaves =
+            subdivision::divided(machine, (&roots, 2, u64::MAX), |&(r, key)| halves(r, key), decide)?;
         let mut leaves: Vec<(u32, CellKey)> = leaves.unwrap_or_default();
         leaves.sort_by_key(|&(r, _)| r);
         let found = evaluated(machine, Part::Candidates, &leaves, |(r, key): (u32, CellKey), _| {

@@ -7,9 +7,9 @@ use septet_geometry::hash::Draw;
 use septet_geometry::measure::{circumcentre, circumradius2};
 
 use super::{DEFAULT_PARTS, Options, SurfaceFeatures, remesh};
-use crate::executor::{Sequential, Uncounted, always};
 use crate::conformity::{Deviation, Follow, check_remeshed};
 use crate::domain::Domain;
+use crate::executor::{Sequential, Uncounted, always};
 use crate::generate::{Alone, CellLabels, GenerationError, Rules};
 use crate::improve::{Target, improve, least_sine};
 use crate::input::Input;
