@@ -68,10 +68,6 @@ struct Owners {
 /// corners.
 pub(super) const FIRST_STAGE: &str = "sizes";
 
-/// The phases of Section 5 that have a line in each stage.
-const PARTS: [Phase; 5] =
-    [Phase::Octree, Phase::Sizes, Phase::Candidates, Phase::Conflicts, Phase::Completion];
-
 /// Returns the phase that is charged for a part of Section 5.
 fn phase_of(part: Part) -> Phase {
     match part {
@@ -147,13 +143,13 @@ impl CountedMachine {
         run_log.add_phases(&line.name, ledger, taken.phase_seconds);
     }
 
-    /// Begins a stage. Each stage has a line for each phase of Section 5.
+    /// Begins a stage. Each stage has a line for each phase of an evaluation.
     fn begin(&mut self, name: &str) {
         self.close();
         self.span = Some(stage_span(self.spec.machine.name(), name));
         let Counts { lines, run_log } = self.counts();
         lines.push(StageLine { name: name.to_string(), ..StageLine::default() });
-        PARTS.into_iter().for_each(|phase| run_log.begin(name, phase));
+        Phase::OF_MESHES.into_iter().for_each(|phase| run_log.begin(name, phase));
     }
 
     fn close(&mut self) {

@@ -11,7 +11,12 @@ use super::row::{Header, Row};
 use super::totals::{Accounts, PhaseAccount, TotalAccount};
 
 /// The phases in the paper's total.
-const PAPER: [&str; 14] = [
+const PAPER: [&str; 19] = [
+    "octree",
+    "sizes",
+    "candidates",
+    "conflicts",
+    "completion",
     "partition",
     "radii",
     "probe",

@@ -27,10 +27,6 @@ const SLOPE: f64 = 0.5;
 /// Number of doublings of the number of points.
 const OCTAVES: i32 = 4;
 
-/// The phases of generation, outside of the runs for independent sets and triangulations.
-const PHASES: [Phase; 5] =
-    [Phase::Octree, Phase::Sizes, Phase::Candidates, Phase::Conflicts, Phase::Completion];
-
 pub(super) const CLAIMS: &[Claim] = &[Claim {
     name: "mesh-brent",
     role: Role::Test,
@@ -98,7 +94,7 @@ fn costs(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         let what = format!("rounds of completion of a stage, {} points", mesh.points);
         figures.push(Figure::at_most(what, name, seed, f64::from(mesh.rounds()), 6.0));
     }
-    for phase in PHASES {
+    for phase in Phase::OF_MESHES {
         // Each point was a candidate, in a cell of its own, and its size was evaluated and its conflicts were tested.
         let least = made.iter().map(|mesh| mesh.work(phase) as f64 / mesh.points as f64);
         let what = format!("least work of {} for each point", phase.name());

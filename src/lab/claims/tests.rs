@@ -14,10 +14,7 @@ const ABSENT: (&[Phase], &str) =
     (&[Phase::Choice, Phase::Repair, Phase::Fallback], "runs with a given graph, over well-spaced points");
 
 /// The phases that only meshes have.
-const MESHES: (&[Phase], &str) = (
-    &[Phase::Octree, Phase::Sizes, Phase::Candidates, Phase::Conflicts, Phase::Completion],
-    "the claim `mesh-brent` bounds them",
-);
+const MESHES: (&[Phase], &str) = (&Phase::OF_MESHES, "the claim `mesh-brent` bounds them");
 
 fn lists() -> [List; 4] {
     const SITES: (&[Phase], &str) = (&[Phase::Independent], "independent sets have their own claims");

@@ -247,7 +247,11 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
         let cubes: Vec<Cube<DVec2>> = planes.iter().map(|plane| Cube::around(&plane.tree.bounds())).collect();
         let roots: Vec<(u32, CellKey)> = (0..planes.len() as u32).map(|f| (f, CellKey::ROOT)).collect();
         let decide = |(f, key): (u32, CellKey), own: &mut Cost| {
-            let (plane, cell) = (&planes[f as usize], cubes[f as usize].cell(key));
+            // A damaged message may name a facet that does not exist. The run then ends with an error.
+            let Some((plane, cube)) = planes.get(f as usize).zip(cubes.get(f as usize)) else {
+                return Division::Drop;
+            };
+            let cell = cube.cell(key);
             let half = DVec2::splat(0.5 * cell.side);
             in_sequence(own, |visits| {
                 if !plane.meets(&Bounds { low: cell.centre - half, high: cell.centre + half }, visits) {

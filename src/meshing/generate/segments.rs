@@ -86,6 +86,10 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
         let roots: Vec<(u32, CellKey)> =
             (0..self.domain.segments.len() as u32).map(|s| (s, CellKey::ROOT)).collect();
         let decide = |(s, key): (u32, CellKey), own: &mut Cost| {
+            // A damaged message may name a segment that does not exist. The run then ends with an error.
+            if s as usize >= self.domain.segments.len() {
+                return Division::Drop;
+            }
             let (a, along) = ends(s);
             let part = 1.0 / (1u64 << key.level) as f64;
             let middle = a + along * ((f64::from(key.at[0]) + 0.5) * part);

@@ -179,8 +179,7 @@ impl<'a, P: Space> Local<'a, P> {
     /// Returns `true` if a cone at `m` is nowhere below a cone that is always present.
     fn is_above_fixed(&self, height: f64, m: P, near: &[(f64, u32)], visits: &mut Sweep) -> bool {
         let nearest = visits.visit_all(&near[..near.len().min(MIDDLES)]);
-        // A damaged message may name a simplex that does not exist.
-        let mut nearest = nearest.iter().filter_map(|&(_, i)| self.middles.get(i as usize));
+        let mut nearest = nearest.iter().map(|&(_, i)| self.middles[i as usize]);
         nearest.any(|c| height > c.size + self.terms.slope * (c.at - m).norm2().sqrt())
     }
 
@@ -234,7 +233,12 @@ impl<P: Space> Rule<P> for Local<'_, P> {
         inherited: &Inherited<P>,
         own: &mut Cost,
     ) -> Decision<Inherited<P>, Cone<P>> {
-        let Terms { user, slope, loss, drops, .. } = self.terms;
+        let Terms { features, user, slope, loss, drops, .. } = self.terms;
+        // A damaged message may name a simplex that does not exist. The run then ends with an error.
+        let named = inherited.near.iter().map(|&(_, i)| i).chain(inherited.pair.into_iter().flatten());
+        if named.max().is_some_and(|i| i >= features.item_count()) {
+            return Decision::Drop;
+        }
         let m = cell.centre;
         let known = self.know(m, inherited, own);
         let error = (1.0 + slope) * cell.radius();

@@ -44,6 +44,7 @@ mod chord;
 mod deviation;
 mod edge_recovery;
 mod features;
+mod large_cells;
 mod options;
 mod refine;
 mod refinement;

@@ -4,7 +4,6 @@ use crate::generate::remesh::chord::Chord;
 use std::collections::BTreeMap;
 
 use septet_geometry::cost::{Cost, Sweep};
-use septet_geometry::evaluation::{Reader, Words};
 use septet_geometry::incremental::facet_without;
 use septet_geometry::point::{Point, dist2, lex_cmp};
 use septet_geometry::range::scale;
@@ -14,7 +13,7 @@ use super::features::SurfaceFeatures;
 use super::options::{DEFAULT_DISTANCE, Options};
 use super::refinement::{Refinement, edges_of};
 use super::restricted::{Restricted, RestrictedFace};
-use super::surface::{Surface, WallPart, decide_part, quarters};
+use super::surface::{Surface, WallPart, quarters};
 use super::thin_sheets::{THIN, THINNEST};
 use super::topology::{crowded, lost, unfaced, useful};
 use crate::angles::cosine;
@@ -92,24 +91,23 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Refinement<'a, P, M> {
     fn wall_candidates(&self) -> Result<Option<Vec<Candidate<P>>>, M::Error> {
         let generator = &self.generator;
         let (machine, most) = (&*generator.machine, generator.rules.most.saturating_mul(CELLS));
-        let decide = |part: WallPart<P>, own: &mut Cost| {
-            in_sequence(own, |visits| decide_part(part, &generator.rules, visits))
+        let decide = |part: WallPart, own: &mut Cost| {
+            in_sequence(own, |visits| self.surface.decide_part(part, &generator.rules, visits))
         };
         let roots = self.surface.roots();
         // Small walls have no candidates.
         let most = most.saturating_add(roots.len() as u64);
         let leaves = divided(machine, (&roots, 4, most), quarters, decide)?;
-        let Some(mut leaves): Option<Vec<(WallPart<P>, f64)>> = leaves else { return Ok(None) };
-        leaves.sort_by_key(|((wall, ..), _)| *wall);
-        let places =
-            evaluated(machine, Part::Candidates, &leaves, |(part, size): (WallPart<P>, f64), own| {
-                let mut found = self.surface.candidates(part, size, generator.seed_of(part.0));
-                in_sequence(own, |visits| {
-                    found.retain(|at| !generator.subsegments.hold_counted(at.0, visits));
-                });
-                found
-            })?;
-        let found = leaves.iter().zip(places).flat_map(|(((wall, ..), _), places)| {
+        let Some(mut leaves): Option<Vec<(WallPart, f64)>> = leaves else { return Ok(None) };
+        leaves.sort_by_key(|((wall, _), _)| *wall);
+        let places = evaluated(machine, Part::Candidates, &leaves, |(part, size): (WallPart, f64), own| {
+            let mut found = self.surface.candidates(part, size, generator.seed_of(part.0));
+            in_sequence(own, |visits| {
+                found.retain(|at| !generator.subsegments.hold_counted(at.0, visits));
+            });
+            found
+        })?;
+        let found = leaves.iter().zip(places).flat_map(|(((wall, _), _), places)| {
             places.into_iter().map(|at| (at.0, self.surface.carrier(*wall)))
         });
         generator.sized(found.collect()).map(Some)
@@ -206,7 +204,7 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Refinement<'a, P, M> {
                 continue;
             }
             if found.is_empty() && volume {
-                found = self.cells(&made).map_err(GenerationError::Machine)?;
+                found = self.large_cells(&made).map_err(GenerationError::Machine)?;
             }
             if found.is_empty() && volume {
                 found = self.distant(&made);
@@ -318,57 +316,6 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Refinement<'a, P, M> {
             || self.is_wide(face)
     }
 
-    /// Returns candidates for the cells inside that are too large.
-    fn cells(&self, made: &Restricted<P>) -> Result<Vec<Candidate<P>>, M::Error> {
-        let balls = Balls::new(made.faces.iter().map(ball).collect());
-        let inside: Vec<u32> =
-            (0..made.delaunay.cells.len() as u32).filter(|&i| made.labels.is_inside(i)).collect();
-        let machine = &*self.generator.machine;
-        let found = evaluated(machine, Part::Completion, &inside, |i: u32, own| {
-            in_sequence(own, |visits| self.remedy_of(made, &balls, i, visits))
-        })?;
-        let found: Vec<(u32, Replacement)> =
-            inside.into_iter().zip(found).filter_map(|(i, remedy)| Some((i, remedy?))).collect();
-        let centres = found.iter().filter(|(_, remedy)| *remedy == Replacement::Centre);
-        let centres = centres.map(|&(i, _)| (made.centres[i as usize], Carrier::Volume)).collect();
-        let mut centres = self.generator.sized(centres)?.into_iter();
-        let candidate = |(_, remedy): (u32, Replacement)| match remedy {
-            Replacement::Face(f) => Some(self.on_surface(&made.faces[f as usize])),
-            Replacement::Chord(c) => Some(self.chords[c as usize].candidate()),
-            Replacement::Centre => centres.next(),
-        };
-        Ok(found.into_iter().filter_map(candidate).collect())
-    }
-
-    /// Returns the point that divides a cell, if the cell is too large.
-    fn remedy_of(
-        &self,
-        made: &Restricted<P>,
-        balls: &Balls<P>,
-        i: u32,
-        visits: &mut Sweep,
-    ) -> Option<Replacement> {
-        let (cell, centre) = (&made.delaunay.cells[i as usize], made.centres[i as usize]);
-        let vertices = &self.generator.vertices;
-        let largest = cell.as_ref().iter().map(|&v| vertices.sizes[v as usize]).fold(0.0, f64::max);
-        // The smallest vertex is used, so that the result does not depend on the order that a machine returns.
-        let first = cell.as_ref().iter().copied().min().unwrap_or_default();
-        let radius = dist2(centre, vertices.points[first as usize]).sqrt();
-        if !self.generator.rules.is_too_large(centre, radius, largest, visits) {
-            return None;
-        }
-        let face = |f: &u32| &made.faces[*f as usize];
-        let held = balls.holding_counted(centre, visits).into_iter();
-        let widest = held.max_by(|a, b| {
-            face(a).radius.total_cmp(&face(b).radius).then(face(b).vertices.cmp(&face(a).vertices))
-        });
-        if let Some(face) = widest {
-            return Some(Replacement::Face(face));
-        }
-        let chords = self.generator.subsegments.holding_counted(centre, visits);
-        Some(chords.first().map_or(Replacement::Centre, |&c| Replacement::Chord(c)))
-    }
-
     /// Returns candidates where boundary and surface are too far from each other: the points s of faces, and vertices
     /// of the surface.
     fn distant(&self, made: &Restricted<P>) -> Vec<Candidate<P>> {
@@ -394,37 +341,8 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Refinement<'a, P, M> {
     }
 }
 
-/// The point that divides a cell that is too large.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Replacement {
-    /// The point s of a face.
-    Face(u32),
-    /// The midpoint of a chord.
-    Chord(u32),
-    /// The centre of the cell.
-    Centre,
-}
-
-impl Words for Replacement {
-    fn write(&self, words: &mut Vec<u64>) {
-        words.extend(match *self {
-            Replacement::Face(f) => [0, u64::from(f)],
-            Replacement::Chord(c) => [1, u64::from(c)],
-            Replacement::Centre => [2, 0],
-        });
-    }
-
-    fn read(from: &mut Reader<'_>) -> Self {
-        let (kind, number): (u64, u32) = Words::read(from);
-        match kind {
-            0 => Replacement::Face(number),
-            1 => Replacement::Chord(number),
-            _ => Replacement::Centre,
-        }
-    }
-}
-
-fn ball<P: Space>(face: &RestrictedFace<P>) -> Ball<P> {
+/// Returns the surface ball of a face.
+pub(super) fn ball<P: Space>(face: &RestrictedFace<P>) -> Ball<P> {
     Ball { centre: face.place.at, radius2: face.radius * face.radius }
 }
 

@@ -71,6 +71,10 @@ impl<P: Space, M: MeshMachine<P> + Sync> Refinement<'_, P, M> {
         let roots: Vec<(u32, CellKey)> =
             (0..self.features.ridges.len() as u32).map(|r| (r, CellKey::ROOT)).collect();
         let decide = |cell: (u32, CellKey), own: &mut Cost| {
+            // A damaged message may name a ridge that does not exist. The run then ends with an error.
+            if cell.0 as usize >= self.features.ridges.len() {
+                return Division::Drop;
+            }
             let ((middle, _), part) = place(cell, 0.5);
             let size = in_sequence(own, |visits| generator.rules.size.at_counted(middle, visits));
             let is_long = size < part && cell.1.level < DEEPEST;

@@ -2,7 +2,7 @@
 
 use septet_geometry::cost::Sweep;
 use septet_geometry::evaluation::At;
-use septet_geometry::point::{Point, dist2};
+use septet_geometry::point::dist2;
 
 use crate::bvh::{Bounds, Bvh};
 use crate::distance::closest_on_triangle;
@@ -147,18 +147,43 @@ impl<P: Space> Surface<P> {
     }
 
     /// Returns the walls as roots of trees of parts.
-    pub(super) fn roots(&self) -> Vec<WallPart<P>> {
-        (0..).zip(&self.walls).map(|(w, corners)| (w, corners.map(At), CellKey::ROOT)).collect()
+    pub(super) fn roots(&self) -> Vec<WallPart> {
+        (0..self.walls.len() as u32).map(|wall| (wall, CellKey::ROOT)).collect()
+    }
+
+    /// Returns the corners of a part of a wall. The digits of its place, to the base 4, are the quarters that contain it.
+    fn corners_of_part(&self, (wall, key): WallPart) -> Option<[P; 3]> {
+        let mut corners = *self.walls.get(wall as usize)?;
+        for level in (0..key.level.min(DEEPEST)).rev() {
+            let [a, b, c] = corners;
+            let (x, y, z) = ((b + c) * 0.5, (c + a) * 0.5, (a + b) * 0.5);
+            let quarters = [[a, z, y], [z, b, x], [y, x, c], [x, y, z]];
+            corners = quarters[(key.at[0] >> (2 * level) & 3) as usize];
+        }
+        Some(corners)
+    }
+
+    /// Decides about a part: it is quartered until its edges are at most f at its centroid. A leaf has this size.
+    pub(super) fn decide_part(
+        &self,
+        part: WallPart,
+        rules: &Rules<'_, P>,
+        visits: &mut Sweep,
+    ) -> Division<WallPart, (WallPart, f64)> {
+        let Some([a, b, c]) = self.corners_of_part(part) else { return Division::Drop };
+        let size = rules.size.at_counted((a + b + c) / 3.0, visits);
+        let longest = dist2(a, b).max(dist2(b, c)).max(dist2(c, a));
+        let is_wide = longest > size * size && part.1.level < DEEPEST;
+        if is_wide { Division::Divide(part) } else { Division::Leaf((part, size)) }
     }
 
     /// Returns the candidates on a part of a wall: on average [`PER_AREA`] per area `f^2`, if `size` is f at its
     /// centroid.
-    pub(super) fn candidates(&self, (wall, corners, key): WallPart<P>, size: f64, seed: u64) -> Vec<At<P>> {
-        let [a, b, c] = corners.map(|at| at.0);
-        let name = |number| Name { cell: key, number };
+    pub(super) fn candidates(&self, part: WallPart, size: f64, seed: u64) -> Vec<At<P>> {
+        let Some([a, b, c]) = self.corners_of_part(part) else { return Vec::new() };
+        let name = |number| Name { cell: part.1, number };
         let area = 0.5 * P::hull_normal(&[b - a, c - a]).norm2().sqrt();
         let count = (PER_AREA * area / (size * size) + name(u32::MAX).unit(seed, 0)) as u32;
-        debug_assert!((wall as usize) < self.walls.len());
         let place = |number| {
             let [mut x, mut y] = [1, 2].map(|purpose| name(number).unit(seed, purpose));
             if x + y > 1.0 {
@@ -180,30 +205,12 @@ impl<P: Space> Surface<P> {
     }
 }
 
-/// A part of a wall: the wall, the corners of the part, and its place in the tree of parts.
-pub(super) type WallPart<P> = (u32, [At<P>; 3], CellKey);
+/// A part of a wall: the wall, and the place of the part in the tree of its quarters.
+pub(super) type WallPart = (u32, CellKey);
 
 /// Returns the quarters of a part.
-pub(super) fn quarters<P: Point>(&(wall, corners, key): &WallPart<P>) -> Vec<WallPart<P>> {
-    let [a, b, c] = corners.map(|at| at.0);
-    let (x, y, z) = ((b + c) * 0.5, (c + a) * 0.5, (a + b) * 0.5);
-    let child = |i| CellKey { level: key.level + 1, at: [4 * key.at[0] + i, 0, 0] };
-    let parts = [[a, z, y], [z, b, x], [y, x, c], [x, y, z]];
-    (0..).zip(parts).map(|(i, part)| (wall, part.map(At), child(i))).collect()
-}
-
-/// Decides about a part: it is quartered until its edges are at most f at its centroid. A leaf has this size.
-pub(super) fn decide_part<P: Space>(
-    part: WallPart<P>,
-    rules: &Rules<'_, P>,
-    visits: &mut Sweep,
-) -> Division<WallPart<P>, (WallPart<P>, f64)> {
-    let (_, corners, key) = part;
-    let [a, b, c] = corners.map(|at| at.0);
-    let size = rules.size.at_counted((a + b + c) / 3.0, visits);
-    let longest = dist2(a, b).max(dist2(b, c)).max(dist2(c, a));
-    let is_wide = longest > size * size && key.level < DEEPEST;
-    if is_wide { Division::Divide(part) } else { Division::Leaf((part, size)) }
+pub(super) fn quarters(&(wall, key): &WallPart) -> Vec<WallPart> {
+    (0..4).map(|i| (wall, CellKey { level: key.level + 1, at: [4 * key.at[0] + i, 0, 0] })).collect()
 }
 
 /// Returns the point at which a segment crosses a triangle, rounded.

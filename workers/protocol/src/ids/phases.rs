@@ -111,6 +111,10 @@ phases! {
 }
 
 impl Phase {
+    /// The phases of Section 5 in which the ranks evaluate a rule. Only meshes have them.
+    pub const OF_MESHES: [Phase; 5] =
+        [Phase::Octree, Phase::Sizes, Phase::Candidates, Phase::Conflicts, Phase::Completion];
+
     /// Returns the phase with this number, or `None`.
     pub fn from_number(n: u8) -> Option<Phase> {
         Phase::ALL.get(usize::from(n)).copied()
