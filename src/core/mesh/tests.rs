@@ -38,7 +38,7 @@ fn check<P: Dimension + Unit>(size: f64) {
         assert_eq!(counts(&other, ""), counts(&one, ""), "{workers} workers");
         // The direct path triangulates the subdomains of the workers.
         let other = made::<P>(&request(workers, size, false));
-        assert_eq!(counts(&other, TRIANGULATION), counts(&one, TRIANGULATION), "{workers} workers");
+        assert_eq!(counts(&other, TRIANGULATION), counts(&direct, TRIANGULATION), "{workers} workers");
         let moved = other.run_log.runs.iter().filter(|run| run.task == EVALUATION);
         assert!(moved.map(|run| run.messages).sum::<u64>() > 100);
     }
