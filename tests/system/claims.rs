@@ -56,11 +56,12 @@ static OF_CHARGES: [(&str, &[&str]); 3] = [
     ("free", &["accounts", "lower-bounds"]),
 ];
 
-/// Returns the phases of the paper with a natural size. The results do not need the probes, and no bound has the phases of
-/// meshes.
+/// Returns the phases of the paper with a natural size. The results do not need the probes, only a run knows the sets that
+/// draw their own separators, and no bound has the phases of meshes.
 fn bounded() -> impl Iterator<Item = &'static str> {
-    let all = Group::Paper.phases().filter(|phase| !matches!(phase, Phase::Probe | Phase::KnnProbe));
-    all.filter(|phase| !Phase::OF_MESHES.contains(phase)).map(Phase::name)
+    let exempt = |phase: Phase| matches!(phase, Phase::Probe | Phase::KnnProbe | Phase::OwnSets);
+    let all = Group::Paper.phases().filter(move |phase| !exempt(*phase) && !Phase::OF_MESHES.contains(phase));
+    all.map(Phase::name)
 }
 
 fn brief(fault: Option<Fault>) -> LabOptions {

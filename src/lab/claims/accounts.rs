@@ -45,6 +45,10 @@ fn cases(lab: &Lab) -> Vec<Case> {
         case(Kind::Uniform, 3, ", separator points to both sides", |c| {
             c.recursion.sets = SeparatorSets::Both;
         }),
+        case(Kind::Uniform, 3, ", own separators of the sets", |c| {
+            c.recursion.sets = SeparatorSets::Own;
+            c.tree.leaf = Some(500);
+        }),
         case(Kind::Slab, 3, ", 12 nearest neighbours, some of which probe", |c| {
             c.recursion.graph = Graph::Knn { k: Neighbours::Count(12) };
             c.tree.leaf = Some(30);

@@ -33,7 +33,8 @@
 //!   them. These are 4 sweeps per round: 8 operations per entry, 8 steps. A pack keeps the undecided points: 3
 //!   operations per point, 3 steps.
 //!
-//! The probes have no floor, because the result can be computed without them.
+//! The probes have no floor, because the result can be computed without them. `own-sets` has none, because its sets are known
+//! only from the run.
 
 use super::sweeps::LIST;
 

@@ -16,6 +16,10 @@ const ABSENT: (&[Phase], &str) =
 /// The phases that only meshes have.
 const MESHES: (&[Phase], &str) = (&Phase::OF_MESHES, "the claim `mesh-brent` bounds them");
 
+/// The reason for the phase of sets that draw their own separators.
+const OWN: (&[Phase], &str) =
+    (&[Phase::OwnSets], "the sets are known only from the run, and have their own claim");
+
 fn lists() -> [List; 4] {
     const SITES: (&[Phase], &str) = (&[Phase::Independent], "independent sets have their own claims");
     const PROBES: (&[Phase], &str) =
@@ -28,10 +32,18 @@ fn lists() -> [List; 4] {
     const LEAVES: (&[Phase], &str) =
         (&[Phase::Radii, Phase::KnnRadii, Phase::Graph], "only leaves are charged");
     [
-        ("bounds", bounds::PHASES.iter().map(|row| row.name).collect(), &[ABSENT, SITES, MESHES]),
-        ("floors", floors::FLOORS.iter().map(|row| row.phase).collect(), &[ABSENT, PROBES, REPAIRS, MESHES]),
-        ("levels", bounds::LEVELS.iter().map(|row| row.name).collect(), &[ABSENT, LEVELS, LEAVES, MESHES]),
-        ("sweeps", sweeps::all_phases().collect(), &[ABSENT, SITES, PROBES, REPAIRS, MESHES]),
+        ("bounds", bounds::PHASES.iter().map(|row| row.name).collect(), &[ABSENT, OWN, SITES, MESHES]),
+        (
+            "floors",
+            floors::FLOORS.iter().map(|row| row.phase).collect(),
+            &[ABSENT, OWN, PROBES, REPAIRS, MESHES],
+        ),
+        (
+            "levels",
+            bounds::LEVELS.iter().map(|row| row.name).collect(),
+            &[ABSENT, OWN, LEVELS, LEAVES, MESHES],
+        ),
+        ("sweeps", sweeps::all_phases().collect(), &[ABSENT, OWN, SITES, PROBES, REPAIRS, MESHES]),
     ]
 }
 
