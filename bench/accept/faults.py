@@ -38,6 +38,7 @@ def pairs():
     yield "half-ghosts", ["graph-exact"], ["lower-bounds"]
     yield "half-separators", ["graph-exact"], []
     yield "halve-alpha", ["graph-exact", "local-hulls", "supergraph"], []
+    yield "blind-probes", ["distance"], []
     yield "first-ball", ["overlap-k"], []
     yield "worst-choice", ["choice-near-best"], []
     yield "free:choice", ["whole-sum"], []

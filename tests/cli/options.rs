@@ -52,6 +52,23 @@ fn parameters_are_as_requested() {
 /// A square as a piecewise linear complex.
 const SQUARE: &str = "4 2 0 0\n0 0 0\n1 1 0\n2 1 1\n3 0 1\n4 0\n0 0 1\n1 1 2\n2 2 3\n3 3 0\n0\n";
 
+/// Cells ask by default. The cells are the same without probes, and only runs that count offer the choice.
+#[test]
+fn repair_is_an_option() {
+    let place = Place::new();
+    let counts = |line: &str| {
+        place.good(&format!("simulate sample:body:600 {line} --json r.json"));
+        let report = place.json("r.json");
+        (report["repair"].clone(), report["simplices"].clone())
+    };
+    let (probed, splayed) = (counts(""), counts("--repair splay"));
+    assert_eq!(counts("--repair probe"), probed);
+    assert_eq!(probed.1, splayed.1);
+    assert!(probed.0["probes"].as_u64() > Some(0) && splayed.0["probes"] == 0);
+    place.fails("simulate sample:body:600 --repair walk", 2, &["repair", "probe", "splay"]);
+    place.fails("triangulate sample:body:600 --repair splay", 2, &["repair"]);
+}
+
 /// No command offers a value that it refuses.
 #[test]
 fn only_runs_offer_processes() {

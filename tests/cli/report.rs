@@ -17,13 +17,13 @@ const KEYS: [(&str, &str); 19] = [
     (
         "/parameters",
         "command input outputs skip_invalid dimension columns input_format raw keep_columns with_owner view nodes workers seed \
-         threads registers supergraph alpha k separator_sets partition neighbours constants samples tries transport \
+         threads registers supergraph alpha k separator_sets partition neighbours repair constants samples tries transport \
          delivery_seed processes max_memory leaf leaf_auto lipschitz exchange_cap",
     ),
     ("/settled", "workers threads leaf samples tries"),
     ("/supergraph", "kind alpha k why"),
     ("/points", "input used duplicate refused"),
-    ("/repair", "rounds stars"),
+    ("/repair", "rounds stars probes probe_visits"),
     ("/how_proved", "direct hypothesis local_radius exchange"),
     ("/machine", "workers rounds messages bytes total paper repair selection"),
     ("/machine/total", "work depth depth_log_scan brent brent_at rounds messages bytes"),
@@ -32,7 +32,10 @@ const KEYS: [(&str, &str); 19] = [
         "/phases/0",
         "name paper repair group rounds work depth depth_log_scan critical_depth messages bytes seconds",
     ),
-    ("/rounds/0", "round phase active merged points largest_load messages bytes largest retries separators"),
+    (
+        "/rounds/0",
+        "round phase active merged points largest_load messages bytes largest probe_visits probes retries separators",
+    ),
     ("/traffic", "bins grouped rows"),
     ("/traffic/rows/0", "phase from to messages bytes"),
     ("/timeline", "bins grouped rows"),

@@ -21,7 +21,7 @@ const fn pair(fault: &'static str, fail: &'static [&'static str]) -> Pair {
 
 /// The pairs of faults and claims. The guide has them in the last column of the table of faults. `bench/accept/faults.py`
 /// measures them at full size, where `slow:hulls:root3` needs no factor.
-static PAIRS: [Pair; 21] = [
+static PAIRS: [Pair; 22] = [
     pair("slow:partition:log2", &["level-depth"]),
     pair("slow:hulls:root3:4", &["depth-law"]),
     pair("sequential-leaf", &["brent"]),
@@ -31,6 +31,7 @@ static PAIRS: [Pair; 21] = [
     pair("half-ghosts", &["graph-exact"]),
     pair("half-separators", &["graph-exact"]),
     pair("halve-alpha", &["supergraph", "local-hulls", "graph-exact"]),
+    pair("blind-probes", &["distance"]),
     pair("first-ball", &["overlap-k"]),
     pair("worst-choice", &["choice-near-best"]),
     pair("free:choice", &["whole-sum"]),

@@ -51,6 +51,8 @@ mod planted;
 
 mod predict;
 
+mod probes;
+
 mod proptest_small;
 
 mod real;

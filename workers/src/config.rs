@@ -127,6 +127,16 @@ pub enum Correction {
     Pairs,
 }
 
+/// The repair of stars that disagree.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Repair {
+    /// Star splaying. Each cell that some star lacks also asks one leaf of the tree for a point in its circumsphere.
+    #[default]
+    Probe,
+    /// Star splaying alone (Shewchuk 2005).
+    Splay,
+}
+
 /// The task of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Task {
@@ -173,6 +183,8 @@ pub struct GraphRules {
     pub sets: SetRule,
     /// The correction of nearest-neighbour balls.
     pub correction: Correction,
+    /// The repair of stars that disagree.
+    pub repair: Repair,
     /// Rounds of splaying before unresolved regions are gathered; `6 log2 n` if `None`.
     pub exchange_cap: Option<u32>,
 }
@@ -303,6 +315,7 @@ impl WorkerConfig {
                 wanted: Wanted::Fixed(Supergraph::Knn { k: 8 }),
                 sets: SetRule::Ghost,
                 correction: Correction::Descent,
+                repair: Repair::Probe,
                 exchange_cap: None,
             },
             shown: Shown::default(),

@@ -28,6 +28,8 @@ pub enum Kind {
     Slab,
     /// Uniform within 1/1000 of random points of a slanted segment.
     Line,
+    /// On a closed surface with limbs, up to a little noise, like a scan.
+    Body,
     /// The points `(t, t^2, t^3)` for `t = 0..n`, each axis divided by a power of two. In space, every two of them are
     /// Delaunay neighbours.
     MomentCurve,
@@ -54,6 +56,7 @@ words!(Kind {
     Clusters "clusters" "Ten bell-shaped clusters, each half as wide as the previous one",
     Slab "slab" "Uniform in a thin slab",
     Line "line" "Uniform near points of a slanted segment",
+    Body "body" "On a closed surface with limbs and a little noise, like a scan",
     MomentCurve "moment-curve" "Points of the moment curve; in space, all of them are Delaunay neighbours",
     Shells "shells" "24 points on each of many concentric spheres",
     WellSpaced "well-spaced" "Vertices of a mesh whose size function is constant",
@@ -112,6 +115,7 @@ impl Kind {
             | Kind::Clusters
             | Kind::Slab
             | Kind::Line
+            | Kind::Body
             | Kind::MomentCurve
             | Kind::WellSpaced
             | Kind::GradedPoint

@@ -4,6 +4,7 @@
 //! the number of threads, or on any library function except the square root. All kinds lie in the unit square or cube,
 //! except shells, which lie around the origin. The machine generates the f-spaced kinds (`spaced`).
 
+mod bodies;
 mod check;
 mod draw;
 mod faces;

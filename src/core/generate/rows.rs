@@ -124,6 +124,7 @@ impl<P: Point> Rows<P> {
             Kind::Ball
             | Kind::Sphere
             | Kind::Line
+            | Kind::Body
             | Kind::Shells
             | Kind::WellSpaced
             | Kind::GradedPoint

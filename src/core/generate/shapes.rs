@@ -23,6 +23,7 @@ pub(super) fn points<P: Point>(request: &Request) -> Vec<P> {
             let (from, to) = (P::from_coords(&[0.125, 0.25, 0.375]), P::from_coords(&[0.875, 0.6, 0.8]));
             many(&mut || from + (to - from) * draw.unit() + draw.in_ball::<P>() / 1000.0)
         }
+        Kind::Body => super::bodies::points(request.n, &mut draw),
         // The kinds of `Rows` have returned, and the module `spaced` generates the f-spaced kinds.
         _ => super::shells::points(request, &mut draw),
     }

@@ -6,8 +6,8 @@
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_workers::config::{
-    Correction, CostLog, FALLBACK_K, Family, GraphRules, MOST_IN_A_PIECE, Refusal, SetRule, Shown, Stop,
-    Task as RankTask, TreeRules, Wanted, WorkerConfig,
+    Correction, CostLog, FALLBACK_K, Family, GraphRules, MOST_IN_A_PIECE, Refusal, Repair, SetRule, Shown,
+    Stop, Task as RankTask, TreeRules, Wanted, WorkerConfig,
 };
 
 use crate::coordinator::Plan;
@@ -197,12 +197,20 @@ pub(super) fn machine<P: Point>(spec: &Spec, task: Task, wanted: Wanted) -> Work
             partition: spec.tree.partition,
         },
         graph: if independent {
-            GraphRules { wanted, sets: SetRule::Ghost, correction: Correction::Descent, exchange_cap: None }
+            GraphRules {
+                wanted,
+                sets: SetRule::Ghost,
+                correction: Correction::Descent,
+                repair: Repair::Splay,
+                exchange_cap: None,
+            }
         } else {
             GraphRules {
                 wanted,
                 sets: spec.recursion.sets,
                 correction: spec.recursion.neighbours,
+                // Stars of exact subdomain triangulations hardly ever disagree.
+                repair: if counted { spec.recursion.repair } else { Repair::Splay },
                 exchange_cap: spec.planted.exchange_cap,
             }
         },

@@ -1,7 +1,7 @@
 //! One [`Spec`] of groups describes a run. The checks here need no points.
 
 use septet_geometry::separator::LEAST_SAMPLES;
-use septet_workers::config::{Correction, Neighbours, Partition, SetRule as SeparatorSets};
+use septet_workers::config::{Correction, Neighbours, Partition, Repair, SetRule as SeparatorSets};
 
 use super::constants::Constants;
 use super::control::{Control, Keep, Planted};
@@ -78,6 +78,8 @@ pub struct Recursion {
     pub sets: SeparatorSets,
     /// The correction of nearest-neighbour balls across separators.
     pub neighbours: Correction,
+    /// The repair of stars that disagree.
+    pub repair: Repair,
     /// Lipschitz constant of a set generated as f-spaced, which gives alpha by a formula.
     pub spacing: Option<f64>,
 }
@@ -88,6 +90,7 @@ impl Default for Recursion {
             graph: Graph::default(),
             sets: SeparatorSets::Ghost,
             neighbours: Correction::Descent,
+            repair: Repair::Probe,
             spacing: None,
         }
     }

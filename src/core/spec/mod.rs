@@ -26,7 +26,7 @@ pub use row::{Commands, Heading, Matters, Row, Series};
 pub use septet_workers::config::Neighbours;
 pub use septet_workers::config::{
     Correction, FAULTS, Factor as FaultFactor, Fault, FaultForm, FaultTextError, Law as FaultLaw, Partition,
-    SetRule as SeparatorSets,
+    Repair, SetRule as SeparatorSets,
 };
 pub use task::{Task, Until};
 pub use value::{Setting, Value, Word, Words, bytes, count};
@@ -46,4 +46,8 @@ words!(Correction {
     BottomUp "naive" "Bottom-up, node by node, as a baseline",
     Stages "fmt" "Bottom-up in stages, after Frieze, Miller and Teng",
     Pairs "pairs" "Well-separated pairs, after Callahan and Kosaraju",
+});
+words!(Repair {
+    Probe "probe" "Cells that a star lacks are told to it, and ask one leaf for a point in their circumsphere",
+    Splay "splay" "Cells that a star lacks are told to it: star splaying, as a baseline",
 });

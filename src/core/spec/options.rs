@@ -5,8 +5,8 @@ use septet_workers::config::Neighbours;
 use super::row::{Commands, Heading, Matters, Row, Series, option};
 use super::value::{Auto, Between, Bytes, Seed, Whole};
 use super::{
-    Alpha, Correction, GraphKind, MOST_POINTS, Nodes, Partition, Purpose, Registers, SeparatorSets, Spec,
-    TransportName, Until, Workers,
+    Alpha, Correction, GraphKind, MOST_POINTS, Nodes, Partition, Purpose, Registers, Repair, SeparatorSets,
+    Spec, TransportName, Until, Workers,
 };
 
 /// Returns the row of an option.
@@ -198,6 +198,14 @@ pub static OPTIONS: &[Row] = &[
         |s| s.recursion.neighbours,
         |s, correction| { s.recursion.neighbours = correction; Ok(()) },
         { commands: Commands::COUNTS, heading: Heading::Graph, series: Series::Changed("neighbours "), first_use: Until::Neighbours }
+    ),
+    option!(
+        Spec, "repair", "repair",
+        "Repair of stars that disagree",
+        Repair,
+        |s| s.recursion.repair,
+        |s, repair| { s.recursion.repair = repair; Ok(()) },
+        { commands: Commands::COUNTS, heading: Heading::Graph, series: Series::Changed("repair "), first_use: Until::Graph }
     ),
     option!(
         Spec, "constants", "constants",

@@ -34,7 +34,7 @@ const PAPER: [&str; 19] = [
 ];
 
 /// The phases in the total of repair.
-const REPAIR: [&str; 4] = ["check", "repair", "certificate", "fallback"];
+const REPAIR: [&str; 5] = ["check", "repair", "probe-cells", "certificate", "fallback"];
 
 /// The phases in the total of selection.
 const SELECTION: [&str; 1] = ["choice"];

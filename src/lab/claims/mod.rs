@@ -20,6 +20,7 @@ mod choice;
 mod claim;
 mod counted;
 mod depth_law;
+mod distance;
 mod error;
 mod exponent;
 mod extent;
@@ -73,6 +74,7 @@ pub fn registry() -> impl Iterator<Item = &'static Claim> {
         ratio::CLAIMS,
         hulls::CLAIMS,
         hubs::CLAIMS,
+        distance::CLAIMS,
         recursion::CLAIMS,
         own_spheres::CLAIMS,
         replication::CLAIMS,

@@ -45,7 +45,7 @@ impl RunReport {
                 None => "passed".to_owned(),
                 Some(refutation) => format!("failed: {refutation}"),
             },
-            repair: RepairReport { rounds: run.exchange_rounds, stars: run.stars_repaired },
+            repair: repair(run),
             fallback: run.fallback.clone().map(|(reason, points)| Fallback { reason, points }),
             how_proved: how_proved(run),
             machine: machine(run),
@@ -108,6 +108,16 @@ impl CoordinatorReport {
             sums.bytes_out += if link.from == COORDINATOR { traffic.bytes } else { 0 };
         }
         sums
+    }
+}
+
+fn repair(run: &Outcome) -> RepairReport {
+    let rounds = || run.ledger.part.rounds.values();
+    RepairReport {
+        rounds: run.exchange_rounds,
+        stars: run.stars_repaired,
+        probes: rounds().map(|tally| tally.probes).sum(),
+        probe_visits: rounds().map(|tally| tally.probe_visits).sum(),
     }
 }
 

@@ -60,6 +60,8 @@ pub struct CostHeader {
     partition: &'static str,
     /// Correction of nearest-neighbour balls: `descent`, `naive`, `fmt` or `pairs`.
     neighbours: &'static str,
+    /// Repair of stars that disagree: `probe` or `splay`.
+    repair: &'static str,
     /// Planted fault; absent if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     fault: Option<String>,
@@ -88,6 +90,7 @@ impl CostHeader {
             separator_sets: spec.recursion.sets.name(),
             partition: spec.tree.partition.name(),
             neighbours: spec.recursion.neighbours.name(),
+            repair: spec.recursion.repair.name(),
             fault: spec.planted.fault.map(|fault| fault.to_string()),
             exchange_cap: spec.planted.exchange_cap,
             rows: 0,

@@ -139,6 +139,10 @@ pub struct RepairReport {
     pub rounds: u64,
     /// Number of stars that splaying changed.
     pub stars: u64,
+    /// Number of cells that asked the leaf of their circumcentre for a point.
+    pub probes: u64,
+    /// Number of visits of these cells to leaves.
+    pub probe_visits: u64,
 }
 
 /// Points that were gathered and triangulated at once.

@@ -179,6 +179,7 @@ fn way(phase: Phase) -> Way {
         | Phase::Completion
         | Phase::OwnSets
         | Phase::Repair
+        | Phase::ProbeCells
         | Phase::Independent => Way::Steps,
         Phase::Load
         | Phase::Halo

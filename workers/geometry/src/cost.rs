@@ -336,6 +336,11 @@ impl Cost {
         self.pay(Primitive::Sort, sweep.items() as usize);
     }
 
+    /// Charges the removal of repetitions from a finished sweep's items, at the cost of [`Cost::distinct`].
+    pub fn charge_distinct(&mut self, sweep: Sweep) {
+        self.pay(Primitive::Distinct, sweep.items() as usize);
+    }
+
     /// Charges the lists of the `k` nearest of a finished sweep's pairs, as [`Cost::all_pairs_to_nearest`] does.
     pub fn charge_lists(&mut self, pairs: Sweep, k: usize) {
         self.charge_lists_of(pairs.items() as usize, k);

@@ -75,6 +75,8 @@ pub enum Fault {
     HalfSeparators,
     /// Graphs are built with half the chosen alpha.
     HalveAlpha,
+    /// Cells that ask for a point in their circumsphere get no answer.
+    BlindProbes,
     /// Balls of overlap graphs extend to the first neighbour, whatever k is.
     FirstBall,
     /// The choice of the supergraph takes the candidate that it predicts to be the worst. Purpose `counting` only.

@@ -61,7 +61,8 @@ pub(crate) async fn choice<P: Point>(
         return Ok(Choice { supergraph: cx.config().graph.wanted.fixed(population), why: None });
     };
     let worst = cx.config().fault == Some(Fault::WorstChoice);
-    let request = Request { family, purpose, dimension: P::DIM, population, worst };
+    let repair = cx.config().graph.repair;
+    let request = Request { family, purpose, repair, dimension: P::DIM, population, worst };
     let balls = balls_of_sample(cx, subdomain, table, population);
     let search = Search {
         phase: Phase::Choice,

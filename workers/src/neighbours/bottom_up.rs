@@ -148,7 +148,7 @@ fn correct_node<P: Point>(
         }
     }
     let mut tallies = Tallies::default();
-    tallies.add(cx, &walk.into_counts());
+    tallies.add(cx, Phase::Neighbours, &walk.into_counts());
     let march = March::of::<P>(cx.config(), Crossed { population, crossing });
     cx.facts(inner.id()).punts += u64::from(march == March::Punt);
     tallies.charge_pass(cx, inner.id().level(), march);

@@ -24,6 +24,7 @@
 //! **Work and depth.** At each node, the replication of its balls on the way down, and the combination of the results of
 //! its replicated balls on the way up. At a leaf, all pairs of its balls and points.
 
+pub(crate) mod centres;
 #[cfg(test)]
 mod tests;
 
@@ -175,7 +176,7 @@ impl<'a, P: Point> Descent<'a, P> {
         let mut router = QueryRouter::new(cx.rank(), search);
         for (WalkedGroup { complete, leaving, counts }, group) in walked.into_iter().zip(groups) {
             self.complete.add_part(complete);
-            self.tallies.add(cx, &counts);
+            self.tallies.add(cx, search.phase, &counts);
             self.forward_group(&mut router, table, leaving, group);
         }
         // The last part receives the lists of the balls that leave the path.
@@ -353,7 +354,7 @@ impl<'a, P: Point> Descent<'a, P> {
             found.keep_nearest(batch.wanted as usize, radius2);
             walked.push(i, found.positions().iter().copied(), &ways);
         }
-        self.tallies.add(cx, &walk.into_counts());
+        self.tallies.add(cx, self.search.phase, &walk.into_counts());
         walked
     }
 

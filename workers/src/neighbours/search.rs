@@ -18,6 +18,13 @@ pub(crate) struct Search {
     pub(crate) everywhere: bool,
 }
 
+impl Search {
+    /// Returns `true` if a point at the centre counts. Otherwise, the centre is a point and not its own neighbour.
+    pub(crate) fn finds_centre(self) -> bool {
+        self.phase == Phase::ProbeCells
+    }
+}
+
 /// The ball of an owned point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ball {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::point::Point;
-use septet_protocol::ids::NodeId;
+use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Account;
 
 use crate::machine::context::Context;
@@ -32,14 +32,20 @@ impl Tallies {
         self.inner.entry(node).or_default().visit(both);
     }
 
-    /// Adds the counts of a walk, and enters the visits of leaves in the ledger.
-    pub(crate) fn add<P: Point>(&mut self, cx: &mut Context<P>, counts: &BallCounts) {
+    /// Adds the counts of a walk of balls in `phase`, and enters the visits of leaves in the ledger. The visits of cells count in
+    /// their round.
+    pub(crate) fn add<P: Point>(&mut self, cx: &mut Context<P>, phase: Phase, counts: &BallCounts) {
         for (node, visits) in &counts.inner {
             self.inner.entry(*node).or_default().join(visits);
         }
         for (leaf, counted) in &counts.leaves {
             self.pairs.entry(*leaf).or_default().join(&counted.pairs);
-            cx.facts(*leaf).visits += counted.visits;
+            if phase == Phase::ProbeCells {
+                let round = cx.round();
+                cx.tally(round).probe_visits += counted.visits;
+            } else {
+                cx.facts(*leaf).visits += counted.visits;
+            }
         }
     }
 
@@ -53,6 +59,13 @@ impl Tallies {
         }
         for NodeCharge { node, cost, items } in self.into_charges(meter, 1) {
             cx.charge(Account::pass(level, node), cost, items);
+        }
+    }
+
+    /// Charges each node for step number `step` of cells that ask. Each level of the tree is a step of its own.
+    pub(crate) fn charge_cells<P: Point>(self, cx: &mut Context<P>, step: u32) {
+        for NodeCharge { node, cost, items } in self.into_charges(cx.shared_cost(), 1) {
+            cx.charge(Account::step(Phase::ProbeCells, step + node.level(), node), cost, items);
         }
     }
 

@@ -111,7 +111,7 @@ fn sides<P: Point>(
     id: NodeId,
     split: &Split<P>,
     ball: &MovingBall<P>,
-    probe: bool,
+    search: Search,
     enclosure: Enclosure<P>,
     crosses: &mut Option<bool>,
 ) -> [bool; 2] {
@@ -124,9 +124,11 @@ fn sides<P: Point>(
             sides[1 - own] = meets && split.reaches(ball.centre, ball.radius2, 1 - own);
             sides
         }
-        None if probe => {
+        None if search.probe => {
+            let side =
+                if search.finds_centre() { split.nearest(ball.centre) } else { split.side(ball.centre) };
             let mut sides = [false; 2];
-            sides[split.side(ball.centre)] = true;
+            sides[side] = true;
             sides
         }
         None => [0, 1].map(|side| split.reaches(ball.centre, ball.radius2, side)),
@@ -224,7 +226,7 @@ impl<P: Point> BallWalk<'_, P> {
             let sides = if search.everywhere {
                 [true; 2]
             } else {
-                sides(shared.id(), shared.split(), ball, search.probe, enclosing.ball, crosses)
+                sides(shared.id(), shared.split(), ball, *search, enclosing.ball, crosses)
             };
             counts.shared[level].visit(sides[0] && sides[1]);
             sides
@@ -247,7 +249,7 @@ impl<P: Point> BallWalk<'_, P> {
                 let sides = if self.search.everywhere {
                     [true; 2]
                 } else {
-                    sides(inner.id(), inner.split(), &here, self.search.probe, enclosure, crosses)
+                    sides(inner.id(), inner.split(), &here, self.search, enclosure, crosses)
                 };
                 self.counts.local[inner.number()].visit(sides[0] && sides[1]);
                 for (side, child) in inner.children().iter().enumerate() {
@@ -272,10 +274,10 @@ impl<P: Point> BallWalk<'_, P> {
             return;
         }
         let mut limit2 = ball.radius2;
-        let nearest_only = self.search.wanted == 1;
+        let (nearest_only, finds_centre) = (self.search.wanted == 1, self.search.finds_centre());
         pairs.each_distance(self.owned_points, leaf.indices(), ball.centre, limit2, |at, d2| {
             // Distinct points have distinct positions, so distance zero is the centre itself.
-            if d2 > 0.0 {
+            if d2 > 0.0 || finds_centre {
                 found.push((d2, leaf.start() + at as u32));
                 limit2 = if nearest_only { d2 } else { limit2 };
             }
@@ -288,6 +290,7 @@ impl<P: Point> BallWalk<'_, P> {
 mod tests {
     use glam::{DVec2, DVec3};
     use septet_geometry::separator::Separator;
+    use septet_protocol::ids::Phase;
 
     use super::*;
 
@@ -335,7 +338,14 @@ mod tests {
                     let id = NodeId::ROOT;
                     let own_leaf = Some(id.child(0));
                     let ball = MovingBall { centre, radius2: largest * largest, own_leaf };
-                    let sides = sides(id, &split, &ball, false, enclosure, &mut crosses[at]);
+                    let search = Search {
+                        phase: Phase::Neighbours,
+                        wanted: 1,
+                        probe: false,
+                        own_leaf: false,
+                        everywhere: false,
+                    };
+                    let sides = sides(id, &split, &ball, search, enclosure, &mut crosses[at]);
                     assert_eq!(sides, [true, split.reaches(centre, ball.radius2, 1)], "{cut} {x} {y}");
                     went += u32::from(sides[1]);
                 }

@@ -4,12 +4,15 @@ use septet_geometry::point::Point;
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
+use crate::config::Repair;
 use crate::machine::context::Context;
 use crate::result::certified::Certified;
 use crate::result::merge::{Instance, Pass, merge};
 use crate::share::Certificate;
 use crate::splaying::fallback::gather;
-use crate::splaying::splay::{Passed, Start, splay};
+use crate::splaying::pass::{Passed, Start};
+use crate::splaying::splay::splay;
+use crate::splaying::tell::tell;
 use crate::stars::check::{certificate, check};
 use crate::stars::owned::{Stars, StarsView};
 use crate::state::subdomain::Subdomain;
@@ -28,8 +31,11 @@ pub(super) async fn certify<P: Point>(
     let (mut start, mut certificate) = (Start::default(), Certificate::default());
     let mut number = 0;
     loop {
-        let Passed { rounds, steps } =
-            splay(cx, subdomain, table, stars, &agreement, start, instance.population.count).await?;
+        let population = instance.population.count;
+        let Passed { rounds, steps } = match cx.config().graph.repair {
+            Repair::Probe => tell(cx, subdomain, table, stars, &agreement, start, population).await?,
+            Repair::Splay => splay(cx, subdomain, table, stars, &agreement, start, population).await?,
+        };
         agreement = self::certificate(cx, subdomain, table, stars).await?;
         let pass = Pass { number, rounds, instance };
         let view = StarsView::new(table, stars);

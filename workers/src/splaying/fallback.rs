@@ -19,7 +19,7 @@ use septet_geometry::cost::Sweep;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Account;
-use septet_protocol::message::{Body, Message, OF_A_LINK, PointBatch, WANTED};
+use septet_protocol::message::{Body, OF_A_LINK, PointBatch, WANTED};
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
@@ -27,6 +27,7 @@ use crate::machine::context::Context;
 use crate::share::Certificate;
 use crate::splaying::messages::GatheredPoint;
 use crate::splaying::region::Region;
+use crate::splaying::wire::take_points;
 use crate::stars::check::Agreement;
 use crate::stars::owned::Stars;
 use crate::state::subdomain::Subdomain;
@@ -59,7 +60,7 @@ pub(crate) async fn gather<P: Point>(
         if cx.is_coordinator() {
             whole.receive(cx, outcome, certificate);
         }
-        take_neighbours(cx, table, &mut gathered);
+        take_points(cx, table, &mut gathered);
     }
     Ok(gathered)
 }
@@ -92,25 +93,4 @@ fn region<P: Point>(table: &Table<P>, stars: &Stars<P>, open: &BTreeSet<u32>) ->
     links.remove(&INFINITE);
     links.difference(open).for_each(|&v| push(v, OF_A_LINK));
     batch
-}
-
-/// Receives the neighbours of owned points in the region.
-fn take_neighbours<P: Point>(cx: &mut Context<P>, table: &mut Table<P>, gathered: &mut Vec<GatheredPoint>) {
-    for ((vertices, counts), points) in cx.take(|m: &mut Message<P>| match &mut m.body {
-        Body::Region { vertices, counts, points } => {
-            let stars = (std::mem::take(&mut vertices.0), std::mem::take(&mut counts.0));
-            Some((stars, std::mem::take(points)))
-        }
-        _ => None,
-    }) {
-        let indices = table.intern_all(&points);
-        let mut at = 0;
-        for (id, count) in vertices.into_iter().zip(counts) {
-            let end = (at + count as usize).min(indices.len());
-            if let Some(star) = table.find(id).filter(|&v| table.is_owned(v)) {
-                gathered.extend(indices[at..end].iter().map(|&point| GatheredPoint { star, point }));
-            }
-            at = end;
-        }
-    }
 }

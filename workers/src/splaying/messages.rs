@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use septet_geometry::point::Point;
+use septet_geometry::point::{Point, lex_cmp};
 
 use crate::state::table::Table;
 
@@ -91,11 +91,30 @@ impl<C: Copy + Ord> Objections<C> {
     }
 }
 
-/// A neighbour of an owned point in the triangulation of a gathered region.
+/// A cell of an owned star that asks for a point in its circumsphere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Question<C> {
+    /// The owned point.
+    pub(super) star: u32,
+    /// The vertices in ascending order.
+    pub(super) cell: C,
+}
+
+/// A point for an owned star: a neighbour of its vertex in the triangulation of a gathered region, or an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct GatheredPoint {
     /// The owned point.
     pub(super) star: u32,
-    /// The neighbour.
+    /// The point.
     pub(super) point: u32,
+}
+
+/// Returns the positions of a cell's vertices in lexicographic order, so that they do not depend on local indices.
+pub(super) fn corners<P: Point>(table: &Table<P>, cell: &P::Cell) -> [P; 4] {
+    let mut corners = [P::default(); 4];
+    for (corner, &v) in corners.iter_mut().zip(cell.as_ref()) {
+        *corner = table.positions()[v as usize];
+    }
+    corners[..=P::DIM].sort_unstable_by(lex_cmp);
+    corners
 }

@@ -13,7 +13,7 @@ use septet_protocol::ids::Rank;
 
 use crate::machine::context::Context;
 use crate::splaying::messages::{GatheredPoint, Objection, Objections, Proposal};
-use crate::splaying::wire::{CellMessage, ObjectionMessage, take_objections, take_proposals};
+use crate::splaying::wire::{CellMessage, ObjectionMessage, take_objections, take_points, take_proposals};
 use crate::stars::owned::Stars;
 use crate::state::table::Table;
 
@@ -27,6 +27,8 @@ pub(super) struct StarInbox<'a, P: Point> {
     /// By cell, then by sender.
     pub(super) objections: &'a [Objection<P::Cell>],
     pub(super) gathered: &'a [GatheredPoint],
+    /// The answers to questions about its cells, with repetitions.
+    pub(super) answers: &'a [GatheredPoint],
     /// The witnesses of the objections to all stars.
     witnesses: &'a [u32],
 }
@@ -44,23 +46,28 @@ pub(super) struct Pending<P: Point> {
     pub(super) proposals: Vec<Proposal<P::Cell>>,
     pub(super) objections: Objections<P::Cell>,
     pub(super) gathered: Vec<GatheredPoint>,
+    pub(super) answers: Vec<GatheredPoint>,
 }
 
 impl<P: Point> Pending<P> {
     /// Starts with the points that stars received from a gathering, and without messages of other stars.
     pub(super) fn new(gathered: Vec<GatheredPoint>) -> Self {
-        Pending { proposals: Vec::new(), objections: Objections::default(), gathered }
+        Pending { proposals: Vec::new(), objections: Objections::default(), gathered, answers: Vec::new() }
     }
 
     /// Returns `true` if there are no messages.
     pub(super) fn is_empty(&self) -> bool {
-        self.gathered.is_empty() && self.proposals.is_empty() && self.objections.is_empty()
+        self.gathered.is_empty()
+            && self.answers.is_empty()
+            && self.proposals.is_empty()
+            && self.objections.is_empty()
     }
 
     /// Sorts all messages by receiver.
     pub(super) fn sort(&mut self) {
         self.proposals.sort_unstable();
         self.gathered.sort_unstable();
+        self.answers.sort_unstable();
         self.objections.sort();
     }
 
@@ -69,12 +76,14 @@ impl<P: Point> Pending<P> {
         let mut proposals = self.proposals.chunk_by(|a, b| a.to == b.to).peekable();
         let mut objections = self.objections.list().chunk_by(|a, b| a.to == b.to).peekable();
         let mut gathered = self.gathered.chunk_by(|a, b| a.star == b.star).peekable();
+        let mut answers = self.answers.chunk_by(|a, b| a.star == b.star).peekable();
         let mut stars = Vec::new();
         loop {
             let heads = [
                 proposals.peek().map(|own| own[0].to),
                 objections.peek().map(|own| own[0].to),
                 gathered.peek().map(|own| own[0].star),
+                answers.peek().map(|own| own[0].star),
             ];
             let Some(vertex) = heads.into_iter().flatten().min() else { return stars };
             stars.push(StarInbox {
@@ -82,9 +91,15 @@ impl<P: Point> Pending<P> {
                 proposals: proposals.next_if(|own| own[0].to == vertex).unwrap_or_default(),
                 objections: objections.next_if(|own| own[0].to == vertex).unwrap_or_default(),
                 gathered: gathered.next_if(|own| own[0].star == vertex).unwrap_or_default(),
+                answers: answers.next_if(|own| own[0].star == vertex).unwrap_or_default(),
                 witnesses: self.objections.witnesses(),
             });
         }
+    }
+
+    /// Receives the answers that other ranks have found for owned stars.
+    pub(super) fn receive_answers(&mut self, cx: &mut Context<P>, table: &mut Table<P>) {
+        take_points(cx, table, &mut self.answers);
     }
 
     /// Receives the messages of other ranks.
@@ -109,13 +124,25 @@ impl<P: Point> Pending<P> {
     }
 }
 
-/// The messages that the stars of a rank send in a step.
+/// The messages that the stars of a rank or its registers send in a step.
 pub(super) struct StepOutput<P: Point> {
     pub(super) proposals: Vec<Proposal<P::Cell>>,
     pub(super) objections: Objections<P::Cell>,
 }
 
+impl<P: Point> Default for StepOutput<P> {
+    fn default() -> Self {
+        StepOutput { proposals: Vec::new(), objections: Objections::default() }
+    }
+}
+
 impl<P: Point> StepOutput<P> {
+    /// Appends other messages.
+    pub(super) fn append(&mut self, other: Self) {
+        self.proposals.extend(other.proposals);
+        self.objections.append(other.objections);
+    }
+
     /// Returns `true` if there are no messages.
     pub(super) fn is_empty(&self) -> bool {
         self.proposals.is_empty() && self.objections.is_empty()

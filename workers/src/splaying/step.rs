@@ -10,6 +10,7 @@
 //! sweeps over its points and its messages. For each cell that it gained, it sweeps over its messages. This takes
 //! O((m + q) l + m log m + c m) work and O(m + q + c) depth.
 
+mod report;
 #[cfg(test)]
 mod tests;
 
@@ -18,6 +19,7 @@ use septet_geometry::cost::{Cost, Marks, Sweep};
 use septet_geometry::hull::{Extended, StarBuilder, Witnesses};
 use septet_geometry::point::Point;
 
+use crate::config::Repair;
 use crate::splaying::messages::{Objections, Proposal};
 use crate::splaying::pending::StarInbox;
 use crate::stars::links::{LinkSearch, difference, link_points};
@@ -100,21 +102,29 @@ pub(super) struct Tools<P: Point> {
     seen: Marks,
     /// An empty meter.
     meter: Cost,
+    repair: Repair,
     /// The points that the current star adds, with repetitions.
     added: Vec<u32>,
+    /// A witness against each cell that the current star lost, if its link was extended.
+    removers: Vec<u32>,
     /// The witnesses against the current cell.
     against: Vec<u32>,
 }
 
 impl<P: Point> Tools<P> {
     /// Creates storage for a table with this number of points.
-    pub(super) fn new(points: usize, meter: Cost) -> Self {
+    pub(super) fn new(points: usize, meter: Cost, repair: Repair) -> Self {
         Tools {
-            builder: StarBuilder::default(),
+            builder: match repair {
+                Repair::Probe => StarBuilder::keeping_stars(),
+                Repair::Splay => StarBuilder::default(),
+            },
             witnesses: Witnesses::default(),
             seen: Marks::new(points),
             meter,
+            repair,
             added: Vec::new(),
+            removers: Vec::new(),
             against: Vec::new(),
         }
     }
@@ -147,13 +157,13 @@ impl<'a, P: Point> StarStep<'a, P> {
     /// Processes the messages of the star, and appends its new link and its own messages to the results.
     pub(super) fn run(mut self) {
         let vertex = self.inbox.vertex;
+        if self.tools.repair == Repair::Probe {
+            self.run_told();
+            return;
+        }
         let mut rejected = self.collect_points();
         if !self.tools.added.is_empty() {
-            if self.inbox.gathered.is_empty() {
-                self.extend_link();
-            } else {
-                self.rebuild_link();
-            }
+            self.add_points();
             if !rejected.is_empty() {
                 let mut sweep = Sweep::default();
                 let gained = LinkSearch::<P>::new(&self.out.gained[self.start.gained..], vertex);
@@ -165,8 +175,22 @@ impl<'a, P: Point> StarStep<'a, P> {
         if !rejected.is_empty() || self.out.lost.len() > self.start.lost {
             self.object(&rejected);
         }
+        self.end();
+    }
+
+    /// Adds the collected points to the link.
+    fn add_points(&mut self) {
+        if self.inbox.gathered.is_empty() {
+            self.extend_link();
+        } else {
+            self.rebuild_link();
+        }
+    }
+
+    /// Records the end of the step.
+    fn end(self) {
         let ends = self.out.lengths();
-        self.out.stars.push(SplayedStar { vertex, ends, cost: self.cost });
+        self.out.stars.push(SplayedStar { vertex: self.inbox.vertex, ends, cost: self.cost });
     }
 
     /// Returns the link before the step.
@@ -176,7 +200,7 @@ impl<'a, P: Point> StarStep<'a, P> {
 
     /// Collects the points to be added. Returns the proposed cells that the star lacks.
     fn collect_points(&mut self) -> Vec<P::Cell> {
-        let StarInbox { vertex, proposals, objections, gathered, .. } = self.inbox;
+        let StarInbox { vertex, proposals, objections, gathered, answers, .. } = self.inbox;
         let (link, mut sweep) = (LinkSearch::<P>::new(self.old_link(), vertex), Sweep::default());
         let mut missing: Vec<P::Cell> = proposals.iter().map(|p| p.cell).collect();
         self.cost.distinct(&mut missing, Ord::cmp);
@@ -190,7 +214,7 @@ impl<'a, P: Point> StarStep<'a, P> {
         added.clear();
         added.extend(missing.iter().flat_map(AsRef::as_ref));
         added.extend(valid.flat_map(|o| self.inbox.witnesses(o)));
-        added.extend(gathered.iter().map(|g| g.point));
+        added.extend(gathered.iter().chain(answers).map(|g| g.point));
         sweep.visit_all(added);
         self.cost.charge_sweep(sweep);
         missing
@@ -206,10 +230,13 @@ impl<'a, P: Point> StarStep<'a, P> {
                 tools.builder.facets(&mut out.links);
                 tools.builder.created_facets(&mut out.gained);
                 out.lost.extend(tools.builder.removed_facets().iter().map(|&at| old[at as usize]));
-                let mut flags = Sweep::default();
-                flags.visit_all(&out.links[start.links..]);
-                flags.visit_all(old);
-                cost.charge_sweep(flags);
+                tools.removers.extend_from_slice(tools.builder.removers());
+                if tools.repair == Repair::Splay {
+                    let mut flags = Sweep::default();
+                    flags.visit_all(&out.links[start.links..]);
+                    flags.visit_all(old);
+                    cost.charge_sweep(flags);
+                }
             }
             Extended::Same => {}
             Extended::Open => self.rebuild_link(),

@@ -1,15 +1,16 @@
 //! Proposals and objections as messages between ranks. Cells are rows of positions in a batch of points; the batch contains
 //! each point once.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::hash::BuildHasherDefault;
 
 use septet_geometry::point::{Point, Simplex};
 use septet_protocol::codec::Bulk;
+use septet_protocol::ids::Rank;
 use septet_protocol::message::{Body, Message, PointBatch};
 
 use crate::machine::context::Context;
-use crate::splaying::messages::Proposal;
+use crate::splaying::messages::{GatheredPoint, Proposal};
 use crate::state::cells::in_order;
 use crate::state::table::{IdHasher, Table};
 
@@ -156,4 +157,48 @@ pub(super) fn take_objections<P: Point>(cx: &mut Context<P>) -> Vec<ReceivedObje
         }),
         _ => None,
     })
+}
+
+/// Sends points to the owners of the stars that need them. Each rank receives its stars in order.
+pub(super) fn send_points<P: Point>(
+    cx: &mut Context<P>,
+    table: &Table<P>,
+    points: BTreeMap<Rank, Vec<GatheredPoint>>,
+) {
+    let bodies = points.into_iter().map(|(rank, mut points)| {
+        points.sort_unstable();
+        let (mut vertices, mut counts, mut batch) = (Vec::new(), Vec::new(), PointBatch::default());
+        for own in points.chunk_by(|a, b| a.star == b.star) {
+            vertices.push(table.ids()[own[0].star as usize]);
+            counts.push(own.len() as u32);
+            own.iter().for_each(|answer| table.export(answer.point, &mut batch));
+        }
+        (rank, Body::Region { vertices: Bulk(vertices), counts: Bulk(counts), points: batch })
+    });
+    cx.send_each(0, bodies);
+}
+
+/// Receives points for owned stars.
+pub(super) fn take_points<P: Point>(
+    cx: &mut Context<P>,
+    table: &mut Table<P>,
+    taken: &mut Vec<GatheredPoint>,
+) {
+    for ((vertices, counts), points) in cx.take(|m: &mut Message<P>| match &mut m.body {
+        Body::Region { vertices, counts, points } => {
+            let stars = (std::mem::take(&mut vertices.0), std::mem::take(&mut counts.0));
+            Some((stars, std::mem::take(points)))
+        }
+        _ => None,
+    }) {
+        let indices = table.intern_all(&points);
+        let mut at = 0;
+        for (id, count) in vertices.into_iter().zip(counts) {
+            let end = (at + count as usize).min(indices.len());
+            if let Some(star) = table.find(id).filter(|&v| table.is_owned(v)) {
+                taken.extend(indices[at..end].iter().map(|&point| GatheredPoint { star, point }));
+            }
+            at = end;
+        }
+    }
 }

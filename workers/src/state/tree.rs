@@ -1,5 +1,6 @@
 //! The partition tree below the path: splits, inner nodes and leaves.
 
+use std::cmp::Ordering;
 use std::ops::Range;
 
 use septet_geometry::neighbourhood::box_dist2;
@@ -39,6 +40,17 @@ impl<P: Point> Split<P> {
     #[inline]
     pub fn side(&self, x: P) -> usize {
         usize::from(self.separator.side(x) == Side::Exterior)
+    }
+
+    /// Returns the child whose box is nearest to `x`, or the side of `x` if both are equally near.
+    #[inline]
+    pub fn nearest(&self, x: P) -> usize {
+        let [inside, outside] = self.boxes.map(|(low, high)| box_dist2(x, low, high));
+        match inside.total_cmp(&outside) {
+            Ordering::Less => 0,
+            Ordering::Greater => 1,
+            Ordering::Equal => self.side(x),
+        }
     }
 
     /// Returns `true` if a ball around `x` of squared radius `r2` may contain an owned point of the child on `side`.

@@ -13,7 +13,7 @@ fn fields() -> BTreeSet<&'static str> {
     let Tree { partition: _, leaf: _, constants } = tree;
     let Constants { purpose: _, samples: _, tries: _ } = constants;
     // The spacing is a property of the points.
-    let Recursion { graph: _, sets: _, neighbours: _, spacing: _ } = recursion;
+    let Recursion { graph: _, sets: _, neighbours: _, repair: _, spacing: _ } = recursion;
     // Commands keep the graph and the sets for no output, and the others for their outputs.
     let Keep {
         owner: _,
@@ -30,7 +30,7 @@ fn fields() -> BTreeSet<&'static str> {
         ["dimension", "columns", "input-format", "raw", "skip-invalid", "keep-columns"].as_slice(),
         &["workers", "threads", "registers", "transport", "delivery-seed", "processes", "seed", "max-memory"],
         &["partition", "leaf", "constants", "samples", "tries"],
-        &["supergraph", "alpha", "k", "separator-sets", "neighbours"],
+        &["supergraph", "alpha", "k", "separator-sets", "neighbours", "repair"],
         &["with-owner", "view", "nodes"],
     ]
     .concat()
@@ -71,6 +71,7 @@ fn values_survive_a_round_trip() {
         ("k", "10ln"),
         ("separator-sets", "both"),
         ("neighbours", "naive"),
+        ("repair", "splay"),
         ("columns", "a,b,c"),
         ("raw", "f64,3"),
         ("view", "10"),

@@ -40,6 +40,10 @@ pub struct StarBuilder<P: Point> {
     pub(super) loaded: Vec<bool>,
     /// The removed facets of that link, in the order of their removal.
     pub(super) removed: Vec<u32>,
+    /// For each of them, the candidate that removed it.
+    pub(super) removers: Vec<u32>,
+    /// Whether the counted machine keeps the complexes of its stars, so that loading a link is free.
+    pub(super) keeps_stars: bool,
     /// Scratch storage: maps positions in the table to positions in `points`.
     pub(super) positions: Positions,
     /// Scratch storage for large stars.
@@ -62,6 +66,8 @@ impl<P: Point> Default for StarBuilder<P> {
             sides: Vec::new(),
             loaded: Vec::new(),
             removed: Vec::new(),
+            removers: Vec::new(),
+            keeps_stars: false,
             positions: Positions::default(),
             conflicts: ConflictLists::default(),
             large: LargeStars::default(),
@@ -84,6 +90,7 @@ impl<P: Point> StarBuilder<P> {
         self.taken = 0;
         self.loaded.clear();
         self.removed.clear();
+        self.removers.clear();
         self.order.extend_from_slice(candidates);
         if candidates.contains(&centre) {
             self.order.retain(|&i| i != centre);
@@ -261,6 +268,7 @@ impl<P: Point> StarBuilder<P> {
         removed.visit_parts(cavity, P::DIM);
         if conflicts {
             note_removed(&mut self.loaded, &mut self.removed, cavity);
+            self.removers.resize(self.removed.len(), candidate(&self.points, q).id);
             self.link.replace(q, cavity, |facet| sides[facet as usize] == Side::Conflict);
             for &facet in self.link.free() {
                 self.planes.remove(facet);

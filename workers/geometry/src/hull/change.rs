@@ -46,19 +46,33 @@ impl<P: Point> StarBuilder<P> {
         numbers.extend_from_slice(bytemuck::cast_slice(link));
         let entries = numbers.len();
         numbers.extend(added.iter().filter(|&&v| v != centre));
-        let distinct = cost.relabel(&mut numbers, &mut self.positions);
+        let mut loading = cost.fresh();
+        let distinct = loading.relabel(&mut numbers, &mut self.positions);
         let known = numbers[..entries].iter().fold(0, |most, &place| most.max(place)) as usize + 1;
+        if self.keeps_stars {
+            let mut both = cost.sweep();
+            both.visit_all(&distinct[1..known]);
+            both.visit_all(added);
+            cost.charge_distinct(both);
+        } else {
+            cost.then(loading);
+        }
         self.order.clear();
         self.order.extend_from_slice(&distinct[known..]);
         if self.order.is_empty() && !link.is_empty() {
             return Extended::Same;
         }
         self.take_points(table, &distinct[..known], cost);
-        if !self.load(link, &numbers[1..entries], cost) {
+        let mut loading = cost.fresh();
+        let is_closed = self.load(link, &numbers[1..entries], &mut loading);
+        if !self.keeps_stars {
+            cost.then(loading);
+        }
+        if !is_closed {
             self.link.clear();
             return Extended::Open;
         }
-        if self.is_large(self.order.len()) {
+        if self.are_many(self.order.len()) {
             self.insert_at_random(known as u32 - 1, cost);
         } else {
             self.insert_in_order(known as u32 - 1, cost);
@@ -84,6 +98,11 @@ impl<P: Point> StarBuilder<P> {
         out.extend(self.link.live_cells().filter(|cell| !is_old(cell)).map(|cell| self.named(cell)));
     }
 
+    /// Returns the candidates that removed the facets, in the same order. Each conflicts with its facet.
+    pub fn removers(&self) -> &[u32] {
+        &self.removers
+    }
+
     /// Returns the positions, in the given link, of the facets that were removed, in the order of their removal.
     pub fn removed_facets(&self) -> &[u32] {
         &self.removed
@@ -92,7 +111,7 @@ impl<P: Point> StarBuilder<P> {
     /// Sets `points` to infinity, the link's vertices, and the added candidates by distance or, if
     /// there are many, by random rank.
     fn take_points(&mut self, table: &[P], vertices: &[u32], cost: &mut Cost) {
-        if self.is_large(self.order.len()) {
+        if self.are_many(self.order.len()) {
             self.sort_by_rank(table, cost);
         } else {
             self.sort_by_distance(table, cost);
@@ -100,7 +119,13 @@ impl<P: Point> StarBuilder<P> {
         self.points.clear();
         self.points.push(Candidate::infinity());
         let mut sweep = cost.sweep();
-        for &id in vertices[1..].iter().chain(&self.order) {
+        for &id in &vertices[1..] {
+            self.points.push(Candidate::of(table, id, self.centre));
+        }
+        if !self.keeps_stars {
+            sweep.visit_all(&vertices[1..]);
+        }
+        for &id in &self.order {
             sweep.visit();
             self.points.push(Candidate::of(table, id, self.centre));
         }
@@ -127,6 +152,7 @@ impl<P: Point> StarBuilder<P> {
         self.loaded.clear();
         self.loaded.resize(link.len(), false);
         self.removed.clear();
+        self.removers.clear();
         self.enter_loaded();
         true
     }

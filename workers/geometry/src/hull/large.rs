@@ -23,6 +23,10 @@ pub(super) const BATCH: usize = 24;
 /// Number of candidates above which a set of candidates is large.
 pub(super) const LARGE: usize = 64;
 
+/// Number of new candidates of a kept star above which they are added at random. The depth of conflict lists is less from about a
+/// dozen candidates on, and their work is the same.
+pub(super) const MANY: usize = 12;
+
 /// Number of candidates that are added by distance, at most, if the remaining set is large.
 pub(super) const MOST_BY_DISTANCE: usize = 128;
 

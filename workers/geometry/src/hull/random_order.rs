@@ -31,7 +31,7 @@ use super::builder::{StarBuilder, note_removed};
 use super::candidate::{Candidate, candidate};
 use super::conflict_lists::{ConflictLists, Support};
 use super::corners::Corners;
-use super::large::{BATCH, LARGE, LARGE_LINK, LargeStars, MOST_BY_DISTANCE};
+use super::large::{BATCH, LARGE, LARGE_LINK, LargeStars, MANY, MOST_BY_DISTANCE};
 use super::planes::Side;
 use crate::cost::Cost;
 use crate::hash::hash_of_place;
@@ -44,9 +44,20 @@ impl<P: Point> StarBuilder<P> {
         StarBuilder { large, ..StarBuilder::default() }
     }
 
+    /// Creates a builder for a machine that keeps the complexes of its stars, with the lists of their vertices. So a link that
+    /// [`StarBuilder::extend`] loads costs nothing: the program builds its complex again, and the counted machine does not.
+    pub fn keeping_stars() -> Self {
+        StarBuilder { keeps_stars: true, ..StarBuilder::default() }
+    }
+
     /// Returns `true` if a set of this many candidates is not added by distance.
     pub(super) fn is_large(&self, candidates: usize) -> bool {
         candidates > LARGE && self.large == LargeStars::AtRandom
+    }
+
+    /// Returns `true` if this many new candidates of a finished star are not added by distance.
+    pub(super) fn are_many(&self, candidates: usize) -> bool {
+        if self.keeps_stars { candidates > MANY } else { self.is_large(candidates) }
     }
 
     /// Returns `true` if the candidates that are not taken must be added at random.
@@ -189,6 +200,7 @@ impl<P: Point> StarBuilder<P> {
             }
         }
         note_removed(&mut self.loaded, &mut self.removed, cavity);
+        self.removers.resize(self.removed.len(), candidate(&self.points, q).id);
         self.link.replace(q, cavity, |facet| lists.is_pivot(facet, q));
         let taken: Vec<Vec<u32>> =
             cavity.iter().map(|&facet| std::mem::take(&mut lists.lists[facet as usize])).collect();

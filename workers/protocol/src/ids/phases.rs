@@ -98,6 +98,8 @@ phases! {
     Check "check" Repair Up;
     /// Star splaying: exchange between stars that disagree.
     Repair "repair" Repair Steps;
+    /// Cells that some star lacks ask the leaf of their circumcentre for a point in their circumsphere.
+    ProbeCells "probe-cells" Repair Steps;
     /// The certificate of the final stars.
     Certificate "certificate" Repair Up;
     /// Gathering of regions that splaying leaves unresolved.

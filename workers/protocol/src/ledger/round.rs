@@ -39,6 +39,10 @@ counts! {
     /// Largest number of points of a worker once the points of the round have arrived; 0 except after moves of points to
     /// their owners.
     largest_load "largest-load" Max;
+    /// Number of cells that asked the leaf of their circumcentre for a point.
+    probes "probes" Sum;
+    /// Number of visits of these cells to leaves.
+    probe_visits "probe-visits" Sum;
 }
 
 /// One round.

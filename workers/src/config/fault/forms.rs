@@ -26,7 +26,7 @@ const fn form(text: &'static str, effect: &'static str) -> FaultForm {
 }
 
 /// All faults: first those of charges, then those of the machine, then those that end or disturb a run.
-pub const FAULTS: [FaultForm; 28] = [
+pub const FAULTS: [FaultForm; 29] = [
     form(
         "slow:PHASE:LAW[:FACTOR]",
         "Each node of the phase takes FACTOR times LAW additional steps. LAW is log, log2 (the square of log) or root3.",
@@ -44,6 +44,7 @@ pub const FAULTS: [FaultForm; 28] = [
         "About half of the points are in no separator set (separator sets `both`, `own` and `smaller`).",
     ),
     form("halve-alpha", "Graphs are built with half the chosen alpha."),
+    form("blind-probes", "Cells that ask for a point in their circumsphere get no answer."),
     form("first-ball", "Balls of overlap graphs extend to the first neighbour, whatever k is."),
     form(
         "worst-choice",

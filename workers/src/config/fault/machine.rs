@@ -64,6 +64,11 @@ impl Fault {
         }
     }
 
+    /// Returns `true` if the fault drops the answers to the cells that ask for a point in their circumsphere.
+    pub(crate) fn drops_answers(self) -> bool {
+        self == Fault::BlindProbes
+    }
+
     /// Returns the rank of the neighbour to which the balls of an overlap graph extend if it should be `k`.
     pub(crate) fn ball_order(self, k: u32) -> u32 {
         if self == Fault::FirstBall { 1 } else { k }

@@ -185,6 +185,7 @@ fn plain(name: &str) -> Option<Fault> {
         "half-ghosts" => Fault::HalfGhosts,
         "half-separators" => Fault::HalfSeparators,
         "halve-alpha" => Fault::HalveAlpha,
+        "blind-probes" => Fault::BlindProbes,
         "first-ball" => Fault::FirstBall,
         "worst-choice" => Fault::WorstChoice,
         "always-punt" => Fault::AlwaysPunt,
@@ -237,6 +238,7 @@ impl fmt::Display for Fault {
             Fault::HalfGhosts => f.write_str("half-ghosts"),
             Fault::HalfSeparators => f.write_str("half-separators"),
             Fault::HalveAlpha => f.write_str("halve-alpha"),
+            Fault::BlindProbes => f.write_str("blind-probes"),
             Fault::FirstBall => f.write_str("first-ball"),
             Fault::WorstChoice => f.write_str("worst-choice"),
             Fault::AlwaysPunt => f.write_str("always-punt"),
@@ -261,7 +263,7 @@ mod tests {
     use super::*;
 
     /// Texts of all forms.
-    const TEXTS: [&str; 30] = [
+    const TEXTS: [&str; 31] = [
         "slow:partition:log2:3",
         "slow:separator-sets:root3:0.1",
         "slow:hulls:log:1",
@@ -275,6 +277,7 @@ mod tests {
         "half-ghosts",
         "half-separators",
         "halve-alpha",
+        "blind-probes",
         "first-ball",
         "worst-choice",
         "always-punt",

@@ -12,7 +12,7 @@
 use septet_geometry::graph::Supergraph;
 use septet_protocol::message::{AlphaCounts, SampleStars};
 
-use crate::config::{FALLBACK_K, Family, Purpose};
+use crate::config::{FALLBACK_K, Family, Purpose, Repair};
 
 /// The candidates for alpha, in order.
 pub(crate) const ALPHAS: [f64; 4] = [2.5, 3.0, 4.0, 6.0];
@@ -26,14 +26,23 @@ struct Steps {
     missing: f64,
 }
 
-/// In the plane and in space.
-const STEPS: [Steps; 2] = [Steps { edge: 15.0, missing: 350.0 }, Steps { edge: 35.0, missing: 2800.0 }];
+/// Returns the steps in the plane or in space.
+fn steps_of(repair: Repair, dimension: usize) -> Steps {
+    match (repair, dimension) {
+        (Repair::Splay, 2) => Steps { edge: 15.0, missing: 350.0 },
+        (Repair::Splay, _) => Steps { edge: 35.0, missing: 2800.0 },
+        (Repair::Probe, 2) => Steps { edge: 15.0, missing: 180.0 },
+        (Repair::Probe, _) => Steps { edge: 35.0, missing: 1400.0 },
+    }
+}
 
 /// The request for a choice.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Request {
     pub(super) family: Family,
     pub(super) purpose: Purpose,
+    /// How the stars that the graph does not determine are repaired.
+    pub(super) repair: Repair,
     /// Number of coordinates of a point.
     pub(super) dimension: usize,
     /// Number of points.
@@ -68,7 +77,7 @@ impl Request {
 
     /// Returns the estimated steps of an alpha, times the number of sampled stars.
     fn steps(self, counts: &AlphaCounts) -> f64 {
-        let Steps { edge, missing } = STEPS[self.dimension - 2];
+        let Steps { edge, missing } = steps_of(self.repair, self.dimension);
         edge * counts.edges as f64 + missing * counts.missing as f64
     }
 
@@ -104,7 +113,14 @@ mod tests {
     use super::*;
 
     fn request(purpose: Purpose, population: u64) -> Request {
-        Request { family: Family::Density, purpose, dimension: 3, population, worst: false }
+        Request {
+            family: Family::Density,
+            purpose,
+            repair: Repair::Splay,
+            dimension: 3,
+            population,
+            worst: false,
+        }
     }
 
     fn sample(sampled: u64, rows: [[u64; 3]; 4]) -> SampleStars {

@@ -14,8 +14,10 @@ use super::*;
 use crate::config::WorkerConfig;
 use crate::machine::context::{Context, Running};
 use crate::splaying::messages::GatheredPoint;
+use crate::splaying::pass::{Passed, Start};
 use crate::splaying::pending::Pending;
-use crate::splaying::splay::{Passed, Start, splay};
+use crate::splaying::splay::splay;
+use crate::splaying::tell::tell;
 use crate::stars::check::{Agreement, certificate, check};
 use crate::stars::owned::Stars;
 use crate::state::subdomain::{Subdomain, Subtree};
@@ -63,13 +65,20 @@ impl<P: Point> Rank<P> {
         StarsView::new(&self.table, &self.stars)
     }
 
-    /// Checks and splays the stars. Returns the rounds and the result of a certificate.
-    async fn splay(mut self, mut cx: Context<P>) -> Result<(Self, u32, Agreement), TransportError> {
+    /// Checks and repairs the stars. Returns the rounds and the result of a certificate.
+    async fn repaired(
+        mut self,
+        mut cx: Context<P>,
+        repair: Repair,
+    ) -> Result<(Self, u32, Agreement), TransportError> {
         let Rank { subdomain, table, stars } = &mut self;
         let before = check(&mut cx, subdomain, table, stars).await?;
         let population = u64::from(table.owned_len());
-        let Passed { rounds, .. } =
-            splay(&mut cx, subdomain, table, stars, &before, Start::default(), population).await?;
+        let start = Start::default();
+        let Passed { rounds, .. } = match repair {
+            Repair::Probe => tell(&mut cx, subdomain, table, stars, &before, start, population).await?,
+            Repair::Splay => splay(&mut cx, subdomain, table, stars, &before, start, population).await?,
+        };
         let after = certificate(&mut cx, subdomain, table, stars).await?;
         Ok((self, rounds, after))
     }
@@ -92,7 +101,7 @@ fn cells<P: Point>(vertex: u32, link: &[P::Facet]) -> BTreeSet<P::Cell> {
 /// Runs the step of the one star that has messages.
 fn step<P: Point>(rank: &Rank<P>, mut pending: Pending<P>) -> Splayed<P> {
     let (mut tools, mut out) =
-        (Tools::new(rank.table.positions().len(), Cost::default()), Splayed::default());
+        (Tools::new(rank.table.positions().len(), Cost::default(), Repair::Splay), Splayed::default());
     pending.sort();
     StarStep::new(rank.view(), pending.by_star()[0], &mut tools, &mut out).run();
     out
@@ -113,7 +122,7 @@ fn objections_to<P: Point>(out: &mut Splayed<P>, cell: &P::Cell) -> Vec<(u32, Ve
     of_cell.map(|o| (o.to, witnesses[o.witnesses.clone()].to_vec())).collect()
 }
 
-fn splaying_ends_in_the_stars_of_all<P: Point>(points: &[P], few: usize) {
+fn repair_ends_in_the_stars_of_all<P: Point>(points: &[P], few: usize, repair: Repair) {
     let everyone: Vec<u32> = (0..points.len() as u32).collect();
     let rank = Rank::of(points, |vertex| nearest(points, vertex, few + vertex as usize % 4));
     let is_right = |rank: &Rank<P>, vertex: u32| {
@@ -121,7 +130,8 @@ fn splaying_ends_in_the_stars_of_all<P: Point>(points: &[P], few: usize) {
     };
     let wrong = everyone.iter().filter(|&&vertex| !is_right(&rank, vertex)).count();
     assert!(wrong * 10 > points.len(), "{wrong} wrong stars");
-    let mut running = Running::start(1, Arc::new(WorkerConfig::plain()), None, |cx| rank.splay(cx));
+    let mut running =
+        Running::start(1, Arc::new(WorkerConfig::plain()), None, |cx| rank.repaired(cx, repair));
     for round in 1.. {
         assert!(running.step().unwrap().is_empty(), "there is no other rank");
         if running.is_done() {
@@ -138,10 +148,10 @@ fn splaying_ends_in_the_stars_of_all<P: Point>(points: &[P], few: usize) {
 }
 
 #[test]
-fn the_splaying_ends_in_the_stars_of_all() {
-    for seed in 1..6 {
-        splaying_ends_in_the_stars_of_all::<DVec2>(&cloud(150, seed), 5);
-        splaying_ends_in_the_stars_of_all::<DVec3>(&cloud(150, seed), 9);
+fn the_repair_ends_in_the_stars_of_all() {
+    for (seed, repair) in (1..6).flat_map(|seed| [(seed, Repair::Probe), (seed, Repair::Splay)]) {
+        repair_ends_in_the_stars_of_all::<DVec2>(&cloud(150, seed), 5, repair);
+        repair_ends_in_the_stars_of_all::<DVec3>(&cloud(150, seed), 9, repair);
     }
 }
 
