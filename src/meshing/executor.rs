@@ -95,7 +95,9 @@ impl<P: Point, E: Executor> Evaluator<P> for Uncounted<E> {
             let chunks: Vec<&[&[u64]]> = all.chunks(CHUNK).collect();
             let parts = self.0.map(&chunks, |chunk| Made::of(rule, chunk.iter().copied(), &meter));
             let mut made = Made::new(&meter);
-            parts.into_iter().for_each(|part| made.append(part));
+            for part in parts {
+                made.append(part);
+            }
             made
         };
         Ok(alone(rule, level))

@@ -149,7 +149,9 @@ impl CountedMachine {
         self.span = Some(stage_span(self.spec.machine.name(), name));
         let Counts { lines, run_log } = self.counts();
         lines.push(StageLine { name: name.to_string(), ..StageLine::default() });
-        Phase::OF_MESHES.into_iter().for_each(|phase| run_log.begin(name, phase));
+        for phase in Phase::OF_MESHES {
+            run_log.begin(name, phase);
+        }
     }
 
     fn close(&mut self) {

@@ -190,7 +190,7 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
 /// Returns the root of the tree of cells: a cube around the walls.
 pub(super) fn root_of<P: Space>(domain: &Domain<P>) -> Cube<P> {
     let points = domain.points();
-    let corners = domain.walls().iter().flat_map(|w| w.as_ref()).map(|&v| points[v as usize]);
+    let corners = domain.walls().iter().flat_map(AsRef::as_ref).map(|&v| points[v as usize]);
     Cube::around(&Bounds::of(corners))
 }
 

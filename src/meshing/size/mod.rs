@@ -222,15 +222,15 @@ impl<P: Space> Sizing<P> for SizeFunction<P> {
     }
 }
 
-/// The cones that are always present.
-type FixedCones<P> = Vec<Cone<P>>;
+/// The tree and its cones, and the cones that are always present.
+type TreeAndFixed<P> = (Grown<Cone<P>>, Vec<Cone<P>>);
 
 /// Returns the tree and its cones, and the cones that are always present.
 fn tree<P: Space, M: Evaluator<P>>(
     terms: Terms<'_, P>,
     limit: u64,
     machine: &M,
-) -> Result<Result<(Grown<Cone<P>>, FixedCones<P>), TooFine>, M::Error> {
+) -> Result<Result<TreeAndFixed<P>, TooFine>, M::Error> {
     let rule = Local::new(terms, machine)?;
     let cube = Cube::around(&terms.features.bounds());
     let grown = match grow(&cube, &rule, &rule.root(cube.cell(CellKey::ROOT).centre), limit, machine)? {

@@ -84,7 +84,9 @@ fn evaluate_level<P: Point>(
     let chunks: Vec<&[&[u64]]> = all.chunks(CHUNK).collect();
     let parts = cx.map(&chunks, |chunk| Made::of(rule, chunk.iter().copied(), &meter));
     let mut made = Made::new(&meter);
-    parts.into_iter().for_each(|part| made.append(part));
+    for part in parts {
+        made.append(part);
+    }
     let (results, next, cost) = made.into_parts(rule.is_flat());
     let count = items.len() as u64;
     cx.charge(Account::step(phase, progress.levels, NodeId::ROOT), cost, count);
@@ -125,7 +127,9 @@ async fn level<P: Point>(
         _ => None,
     });
     let mut items = Items::default();
-    arrived.into_iter().for_each(|part| items.append(part));
+    for part in arrived {
+        items.append(part);
+    }
     let block = own_block(cx, total);
     if items.len() as u64 != block.end - block.start {
         let reason = format!("{} items arrived instead of {}", items.len(), block.end - block.start);

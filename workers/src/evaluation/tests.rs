@@ -81,7 +81,9 @@ fn run(rule: Option<&dyn Evaluation>, workers: u32) -> Result<(Evaluated, Ledger
     let shares = host.into_shares();
     let ledger = merged_ledger(shares.iter().map(|share| &share.ledger.part), None);
     let mut all = Evaluated::default();
-    shares.into_iter().for_each(|share| all.append(share.evaluated));
+    for share in shares {
+        all.append(share.evaluated);
+    }
     Ok((all, ledger))
 }
 

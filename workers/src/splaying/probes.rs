@@ -29,6 +29,7 @@ use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Account;
 use septet_protocol::transport::TransportError;
 
+use crate::config::Fault;
 use crate::machine::context::Context;
 use crate::neighbours::descent::Descent;
 use crate::neighbours::descent::centres::{AT_CENTRE, Centre, IN_BALL};
@@ -102,7 +103,7 @@ impl<'a, P: Point> Probes<'a, P> {
     /// Tests the points of all complete lists, and passes on those that lie in the circumspheres of their cells.
     pub(super) fn answer(&mut self, cx: &mut Context<P>, table: &Table<P>, answers: &mut Vec<GatheredPoint>) {
         let complete = self.descent.take_complete();
-        if cx.config().fault.is_some_and(|fault| fault.drops_answers()) {
+        if cx.config().fault.is_some_and(Fault::drops_answers) {
             return;
         }
         let mut away = BTreeMap::<_, Vec<GatheredPoint>>::new();

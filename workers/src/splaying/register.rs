@@ -178,11 +178,11 @@ mod tests {
         reports
     }
 
-    /// Returns the receivers of the cell, the receivers of witnesses with the witnesses, and the number of questions.
-    fn settle(
-        registers: &mut Registers<DVec2>,
-        reports: &Pending<DVec2>,
-    ) -> (Vec<u32>, Vec<(u32, Vec<u32>)>, usize) {
+    /// The receivers of a cell, the receivers of witnesses with the witnesses, and the number of questions.
+    type Settled = (Vec<u32>, Vec<(u32, Vec<u32>)>, usize);
+
+    /// Settles the registers after these reports.
+    fn settle(registers: &mut Registers<DVec2>, reports: &Pending<DVec2>) -> Settled {
         let mut touched =
             std::mem::take(&mut registers.fresh).into_iter().map(|cell| (cell, Vec::new())).collect();
         for inbox in reports.by_star() {

@@ -171,7 +171,9 @@ pub(super) fn send_points<P: Point>(
         for own in points.chunk_by(|a, b| a.star == b.star) {
             vertices.push(table.ids()[own[0].star as usize]);
             counts.push(own.len() as u32);
-            own.iter().for_each(|answer| table.export(answer.point, &mut batch));
+            for answer in own {
+                table.export(answer.point, &mut batch);
+            }
         }
         (rank, Body::Region { vertices: Bulk(vertices), counts: Bulk(counts), points: batch })
     });

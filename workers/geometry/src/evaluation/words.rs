@@ -123,7 +123,9 @@ impl<A: Words, B: Words, C: Words> Words for (A, B, C) {
 
 impl<T: Words, const N: usize> Words for [T; N] {
     fn write(&self, words: &mut Vec<u64>) {
-        self.iter().for_each(|value| value.write(words));
+        for value in self {
+            value.write(words);
+        }
     }
 
     fn read(from: &mut Reader<'_>) -> Self {
@@ -134,7 +136,9 @@ impl<T: Words, const N: usize> Words for [T; N] {
 impl<T: Words> Words for Option<T> {
     fn write(&self, words: &mut Vec<u64>) {
         words.push(u64::from(self.is_some()));
-        self.iter().for_each(|value| value.write(words));
+        if let Some(value) = self {
+            value.write(words);
+        }
     }
 
     fn read(from: &mut Reader<'_>) -> Self {
@@ -145,7 +149,9 @@ impl<T: Words> Words for Option<T> {
 /// A list takes the rest of the words.
 impl<T: Words> Words for Vec<T> {
     fn write(&self, words: &mut Vec<u64>) {
-        self.iter().for_each(|value| value.write(words));
+        for value in self {
+            value.write(words);
+        }
     }
 
     fn read(from: &mut Reader<'_>) -> Self {
