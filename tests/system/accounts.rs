@@ -64,7 +64,7 @@ fn on_machines<P: Point>(points: &[P], what: &str, change: impl Fn(&mut Spec)) -
 #[test]
 fn accounts_agree_on_all_graphs_in_space() {
     let points = space(Kind::Uniform, 1500, 6);
-    for choice in combinations(false).into_iter() {
+    for choice in combinations(false) {
         on_machines(&points, &format!("{choice:?}"), |c| *c = with_graph(c, choice));
     }
 }
@@ -72,7 +72,7 @@ fn accounts_agree_on_all_graphs_in_space() {
 #[test]
 fn accounts_agree_on_all_graphs_in_the_plane() {
     let points = plane(Kind::GradedPoint, 2000, 6);
-    for choice in combinations(true).into_iter() {
+    for choice in combinations(true) {
         on_machines(&points, &format!("{choice:?}"), |c| *c = with_graph(c, choice));
     }
 }
