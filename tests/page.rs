@@ -142,7 +142,7 @@ fn reports_of_meshes_are_refused_by_field() {
         let field = format!("`{}`", list[1..].replace('/', "."));
         refused(&pop(list), &[&field, "entries, expected"]);
     }
-    refused(&set("/schema", "septet-mesh/9".into()), &["not a septet report", "septet-mesh/1"]);
+    refused(&set("/schema", "septet-mesh/9".into()), &["not a septet report", "septet-mesh/2"]);
 }
 
 #[test]

@@ -218,7 +218,7 @@ fn meshes_are_written_whole_and_reported() {
     assert_eq!(place.names().iter().map(String::as_str).collect::<Vec<_>>(), expected);
     assert!(fs::read_dir(place.path("figures")).unwrap().count() >= 5);
     let json = place.json("m.json");
-    assert_eq!(json["schema"], "septet-mesh/1");
+    assert_eq!(json["schema"], "septet-mesh/2");
     for key in [
         "parameters",
         "domain",
