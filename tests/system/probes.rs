@@ -56,7 +56,7 @@ fn probes_find_the_cells_of_splaying() {
     }
     // Cells of a moment curve ask all leaves that their balls meet, in the later rounds.
     check(&space(Kind::MomentCurve, 150, 3), "moment curve in space");
-    for kind in [Kind::Body, Kind::Uniform, Kind::Fcc] {
+    for kind in [Kind::Body, Kind::Uniform, Kind::Clusters] {
         check(&plane(kind, 900, 3), &format!("{kind} in the plane"));
     }
 }
