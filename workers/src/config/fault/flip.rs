@@ -5,7 +5,7 @@ use septet_protocol::ids::{COORDINATOR, Rank};
 use septet_protocol::message::kinds::KINDS;
 
 /// The kinds that the coordinator sends first. In machines of up to 33 ranks, no other rank sends them.
-const OF_COORDINATOR: [&str; 3] = ["choice", "outcome", "region"];
+const OF_COORDINATOR: [&str; 2] = ["choice", "outcome"];
 
 /// One flipped bit in one message of a kind. The sender of the message, the number of earlier messages of that kind from
 /// that sender, and the bit depend on the seed. If the sender sends fewer messages of that kind, no bit is flipped.
