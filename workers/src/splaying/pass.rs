@@ -7,15 +7,20 @@ use crate::splaying::messages::GatheredPoint;
 #[derive(Debug, Default)]
 pub(crate) struct Start {
     /// The points that stars received from a gathering.
-    pub(super) gathered: Vec<GatheredPoint>,
+    gathered: Vec<GatheredPoint>,
     /// The number of steps of all earlier passes.
-    pub(super) steps: u32,
+    steps: u32,
 }
 
 impl Start {
     /// Returns the start of a pass after a gathering and after `steps` steps of all earlier passes.
     pub(crate) fn after_gathering(gathered: Vec<GatheredPoint>, steps: u32) -> Self {
         Start { gathered, steps }
+    }
+
+    /// Returns the points that stars received, and the number of earlier steps.
+    pub(super) fn into_parts(self) -> (Vec<GatheredPoint>, u32) {
+        (self.gathered, self.steps)
     }
 }
 

@@ -52,8 +52,8 @@ pub(crate) async fn tell<P: Point>(
 ) -> Result<Passed, TransportError> {
     cx.enter(Phase::Repair)?;
     let leaves = subdomain.leaves();
-    let mut steps = start.steps;
-    let mut pending = Pending::new(start.gathered);
+    let (gathered, mut steps) = start.into_parts();
+    let mut pending = Pending::new(gathered);
     if !(pending.is_empty() && agreement.disagreements().is_empty()) {
         stars.extract_links(table);
     }
