@@ -404,8 +404,9 @@ fn requests_become_constraints() {
 fn a_mesh_ends_when_it_is_cancelled() {
     let domain = cube();
     let cancel = Some(Arc::new(AtomicBool::new(true)));
-    let request = request().with(|m| (m.sizes.most, m.run.control.cancel) = (Some(0.05), cancel));
-    let made = generate(&domain, &sizes(&domain, &request).unwrap(), &request);
+    let fine = request().with(|m| m.sizes.most = Some(0.05));
+    let cancelled = fine.clone().with(|m| m.run.control.cancel = cancel);
+    let made = generate(&domain, &sizes(&domain, &fine).unwrap(), &cancelled);
     assert!(matches!(made, Err(MeshError::Run(septet_core::Error::Interrupted))), "{made:?}");
 }
 

@@ -10,8 +10,10 @@ use super::{bounds, depth_law, floors, sweeps};
 type List = (&'static str, Vec<&'static str>, &'static [(&'static [Phase], &'static str)]);
 
 /// The reason for phases that the runs of the claims do not have.
-const ABSENT: (&[Phase], &str) =
-    (&[Phase::Choice, Phase::Repair, Phase::Fallback], "runs with a given graph, over well-spaced points");
+const ABSENT: (&[Phase], &str) = (
+    &[Phase::Choice, Phase::Repair, Phase::ProbeCells, Phase::Fallback],
+    "runs with a given graph, over well-spaced points",
+);
 
 /// The phases that only meshes have.
 const MESHES: (&[Phase], &str) = (&Phase::OF_MESHES, "the claim `mesh-brent` bounds them");

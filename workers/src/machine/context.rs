@@ -169,6 +169,15 @@ impl<P: Point> Context<P> {
         self.config.fault.map_or(Ok(()), |fault| fault.strike(self.rank, phase))
     }
 
+    /// Continues the round in another phase. Times of phases remain with the phase that the rank has entered.
+    ///
+    /// # Errors
+    /// Fails if a planted fault strikes.
+    pub fn switch(&mut self, phase: Phase) -> Result<(), TransportError> {
+        self.phase = phase;
+        self.config.fault.map_or(Ok(()), |fault| fault.strike(self.rank, phase))
+    }
+
     /// Returns the run, the rank and the round.
     pub fn site(&self) -> Site {
         self.out.site()

@@ -16,8 +16,7 @@
 //! **Work and depth.** In a leaf, a vector step over the cells computes the centres, and another one tests the answers. The
 //! descent is charged between them, level by level.
 //!
-//! **Rounds.** Replies and answers take at most twice as many rounds as there are shared levels, and one more. One worker alone
-//! needs none.
+//! **Rounds.** Replies and answers take at most twice as many rounds as there are shared levels, and one more.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -86,10 +86,9 @@ pub(crate) async fn tell<P: Point>(
         let answered = ask(cx, subdomain, table, &mut pending, (notices.questions, round), steps).await?;
         notices.messages.proposals.retain(|told| !answered.contains(&told.cell));
         notices.messages.send(cx, table, &mut pending, round);
-        if cx.config().workers > 1 {
-            cx.exchange().await?;
-            pending.receive(cx, table, stars);
-        }
+        // If the registers have no messages for other ranks, no rank may have sent a message.
+        cx.exchange_if(true).await?;
+        pending.receive(cx, table, stars);
     }
     Ok(Passed { rounds, steps })
 }
@@ -112,8 +111,8 @@ fn open<P: Point>(
     (registers, StepOutput { proposals, objections: Objections::default() })
 }
 
-/// Sends the questions of a step in a round of repair, and waits for the answers. Returns the cells of this rank that got one. All ranks call this in the
-/// same steps.
+/// Sends the questions of a step in a round of repair, and waits for the answers. Returns the cells of this rank that got one.
+/// All ranks call this in the same steps.
 async fn ask<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -122,13 +121,12 @@ async fn ask<P: Point>(
     questions: (Vec<Question<P::Cell>>, u32),
     step: u32,
 ) -> Result<BTreeSet<P::Cell>, TransportError> {
-    cx.enter(Phase::ProbeCells)?;
+    cx.switch(Phase::ProbeCells)?;
     let mut probes = Probes::launch(cx, subdomain, table, questions);
     loop {
         probes.receive(cx, table, &mut pending.answers)?;
         pending.receive_answers(cx, table);
-        // One worker has all leaves.
-        if cx.config().workers == 1 || !cx.exchange().await? {
+        if !cx.exchange().await? {
             break;
         }
     }

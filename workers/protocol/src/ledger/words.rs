@@ -258,7 +258,7 @@ mod tests {
         }
         assert_eq!(words[..7], [1, 4, 1, 77, 1, 2, 78]);
         // The first charge follows the head and one round.
-        let (phase, leader) = (7 + 1, 7 + 11 + 7);
+        let (phase, leader) = (7 + 1, 7 + 13 + 7);
         assert_eq!(words[leader], Phase::Graph as u64 | 1 << 8);
         for (at, word) in [(phase, 99), (leader, 9 << 8), (leader, 1 << 32 | 1 << 8)] {
             let mut unknown = words.clone();

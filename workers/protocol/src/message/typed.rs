@@ -242,7 +242,7 @@ mod tests {
     #[test]
     fn values_travel_as_codes_and_words() {
         travels_as(Outcome::GatherAll, &2u8);
-        travels_as(Phase::Neighbours, &8u8);
+        travels_as(Phase::Neighbours, &(Phase::Neighbours as u8));
         travels_as(SetDecision::Stop, &0u8);
         travels_as(SetDecision::Exterior, &3u8);
         travels_as(ChosenSupergraph(Supergraph::Density { alpha: 2.5 }), &(0u8, 2.5));
@@ -259,7 +259,7 @@ mod tests {
     #[test]
     fn codes_and_words_without_meaning_are_errors() {
         assert!(decode::<Outcome>(&[4]).is_err());
-        assert!(decode::<Phase>(&[24]).is_err());
+        assert!(decode::<Phase>(&[Phase::ALL.len() as u8]).is_err());
         assert!(decode::<SetDecision>(&[4]).is_err());
         assert!(decode::<ChosenSupergraph>(&encode(&(3u8, 1.0)).unwrap()).is_err());
         assert!(decode::<SetCounts>(&encode(&Bulk(vec![1u64; 3])).unwrap()).is_err());
