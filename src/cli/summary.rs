@@ -102,7 +102,12 @@ fn machine(report: &RunReport) -> Vec<String> {
 /// Names the baselines that replace steps of the paper, if there are any.
 fn baselines(report: &RunReport) -> Option<String> {
     let p = &report.parameters.options;
-    let cut = (p.text("partition") != Partition::Sphere.name()).then_some("k-d planes separate subproblems");
+    let partition = Partition::ALL.iter().copied().find(|c| c.name() == p.text("partition"));
+    let cut = partition.and_then(|partition| match partition {
+        Partition::Sphere => None,
+        Partition::Kd => Some("k-d planes separate subproblems"),
+        Partition::Hilbert => Some("cuts of a Hilbert curve separate subproblems"),
+    });
     let correction = Correction::ALL.iter().copied().find(|c| c.name() == p.text("neighbours"));
     let balls = correction.and_then(|correction| match correction {
         Correction::Descent => None,

@@ -104,6 +104,8 @@ pub struct TreeRow {
     pub spheres: u64,
     /// Number of nodes split by a plane.
     pub planes: u64,
+    /// Number of nodes split by a cut of a Hilbert curve.
+    pub curves: u64,
     /// Size of the larger side over the number of owned points of the node; the maximum over all splits.
     pub largest_split_ratio: Option<f64>,
     /// Mean of this ratio, over all splits.
@@ -135,6 +137,7 @@ pub(crate) fn tree(ledger: &Ledger, has_separators: bool) -> TreeRow {
         nodes: total.nodes,
         spheres: total.spheres,
         planes: total.planes,
+        curves: total.curves,
         largest_split_ratio: total.split.largest(),
         mean_split_ratio: total.split.mean(),
         attempts: total.attempts,

@@ -108,8 +108,10 @@ pub enum Partition {
     /// Sphere separators, as in the paper.
     #[default]
     Sphere,
-    /// The baseline: planes across the longest side, at the median.
+    /// A baseline: planes across the longest side, at the median.
     Kd,
+    /// A baseline: cuts of one Hilbert curve, at the median.
+    Hilbert,
 }
 
 /// The correction of nearest-neighbour balls that cross separators.

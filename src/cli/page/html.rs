@@ -179,7 +179,11 @@ fn summary(run: &RunData, out: &mut String) {
     let machine =
         format!("{} messages, {}B", say("/machine/messages"), si(get("/machine/bytes").unwrap_or(0.0)));
     card(out, "workers", &say("/machine/workers"), &machine);
-    let cut = if word("/parameters/partition") == "kd" { ", cut by k-d planes" } else { "" };
+    let cut = match word("/parameters/partition").as_str() {
+        "kd" => ", cut by k-d planes",
+        "hilbert" => ", cut along a Hilbert curve",
+        _ => "",
+    };
     let balls = match word("/parameters/neighbours").as_str() {
         "naive" => ", balls corrected bottom-up",
         "fmt" => ", balls corrected bottom-up in stages",

@@ -125,9 +125,12 @@ pub enum SpecError {
         /// The largest number of great circles.
         most: u32,
     },
-    /// Great circles are given for a partition by planes.
-    #[error("a number of great circles has no effect on the partition kd, which draws none")]
-    TriesOfPlanes,
+    /// Great circles are given for a partition that draws none.
+    #[error("a number of great circles has no effect on the partition {partition}, which draws none")]
+    TriesOfBaseline {
+        /// The name of the partition.
+        partition: &'static str,
+    },
     /// A process would have no worker.
     #[error("{workers} workers are too few for {processes} processes")]
     TooFewWorkers {
@@ -170,7 +173,7 @@ impl SpecError {
             }
             Self::SmallerSide { .. } => Remedy::of("use {separator-sets=both} or {separator-sets=ghost}"),
             Self::Uncorrected { .. } => Remedy::of("use `simulate`, or omit {neighbours}"),
-            Self::TriesOfPlanes => Remedy::of("omit {tries} or {partition=kd}"),
+            Self::TriesOfBaseline { .. } => Remedy::of("omit {tries} or {partition}"),
             Self::NotDistributed { option, .. } => {
                 Remedy::of("omit ").option(option).then(", or run in one process")
             }

@@ -147,7 +147,9 @@ impl Spec {
             (Some(samples), _) if samples < LEAST_SAMPLES => {
                 Err(SpecError::Samples { samples, least: LEAST_SAMPLES })
             }
-            (_, Some(_)) if self.tree.partition == Partition::Kd => Err(SpecError::TriesOfPlanes),
+            (_, Some(_)) if self.tree.partition != Partition::Sphere => {
+                Err(SpecError::TriesOfBaseline { partition: self.tree.partition.name() })
+            }
             (_, Some(tries)) if !(1..=MOST_TRIES).contains(&tries) => {
                 Err(SpecError::Tries { tries, most: MOST_TRIES })
             }
@@ -210,7 +212,7 @@ mod tests {
         }
         let planes =
             Spec::default().with(|c| (c.tree.partition, c.tree.constants.tries) = (Partition::Kd, Some(5)));
-        assert_eq!(planes.check(), Err(SpecError::TriesOfPlanes));
+        assert_eq!(planes.check(), Err(SpecError::TriesOfBaseline { partition: "kd" }));
     }
 
     #[test]

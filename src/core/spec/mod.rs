@@ -40,6 +40,7 @@ words!(SeparatorSets {
 words!(Partition {
     Sphere "sphere" "Sphere separators, as in the paper",
     Kd "kd" "K-d planes, as a baseline",
+    Hilbert "hilbert" "Blocks along a Hilbert curve, as a baseline",
 });
 words!(Correction {
     Descent "descent" "One descent from the root",

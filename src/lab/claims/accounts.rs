@@ -54,6 +54,7 @@ fn cases(lab: &Lab) -> Vec<Case> {
             c.tree.leaf = Some(30);
         }),
         case(Kind::Uniform, 2, ", split by planes", |c| c.tree.partition = Partition::Kd),
+        case(Kind::Uniform, 3, ", split along a curve", |c| c.tree.partition = Partition::Hilbert),
         case(Kind::Uniform, 2, ", bottom-up correction", |c| c.recursion.neighbours = Correction::BottomUp),
         case(Kind::Uniform, 3, ", correction in stages", |c| c.recursion.neighbours = Correction::Stages),
         case(Kind::Uniform, 3, ", well-separated pairs", |c| c.recursion.neighbours = Correction::Pairs),

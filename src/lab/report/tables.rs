@@ -268,12 +268,13 @@ impl RunReport {
         };
         let t = &self.tree.tree;
         let note = format!(
-            "{} levels, {} leaves, {} spheres, {} planes; split at most {}, on average {}; \
+            "{} levels, {} leaves, {} spheres, {} planes, {} cuts of a curve; split at most {}, on average {}; \
              separator points at most {} m^(1-1/d)",
             t.levels,
             t.leaves,
             t.spheres,
             t.planes,
+            t.curves,
             shown(&ratio(t.largest_split_ratio)),
             shown(&ratio(t.mean_split_ratio)),
             shown(&ratio(t.largest_separator_ratio))

@@ -30,6 +30,7 @@ pub mod complex;
 pub mod conflict_region;
 pub mod coordinate_arrays;
 pub mod cost;
+mod curve;
 pub mod dependence;
 pub mod evaluation;
 pub mod filter;

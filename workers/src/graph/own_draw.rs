@@ -22,7 +22,7 @@ use crate::graph::sharing::shrinks;
 use crate::machine::context::Context;
 use crate::machine::group_tree::Gathered;
 use crate::partition::leader::{
-    Draw, MAX_ATTEMPTS, acceptable, divide, draw_from, is_leaf, refused, separator_of, words_of,
+    Draw, DrawOf, MAX_ATTEMPTS, acceptable, divide, draw_from, is_leaf, refused, separator_of, words_of,
 };
 use crate::partition::parts::{Samples, Words};
 use crate::state::subdomain::Group;
@@ -78,7 +78,9 @@ pub(super) fn draw<P: Point>(
     let Attempt { node, members, number } = attempt;
     let mut cost = cx.shared_cost();
     let gathered = samples.len() as u64;
-    let drawn: Draw<P> = draw_from(cx.config(), node, number, members, &mut samples, &mut cost);
+    // Sets have copies beyond their parent's cube, so every set has a curve of its own.
+    let next = DrawOf { node, attempt: number, population: members, curve: None };
+    let drawn: Draw<P> = draw_from(cx.config(), next, &mut samples, &mut cost);
     cx.charge(OwnStep::Draw(number).account(node), cost, gathered);
     Words(words_of(&drawn))
 }

@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 use septet_geometry::cost::Cost;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::separator::{
-    DrawKey, DrawKind, Drawn, SEPARATOR_WORDS, Separator, cut, cut_at_median, draw as draw_separator,
-    draw_ablated, draw_bisecting, split_bound,
+    CurveCube, DrawKey, DrawKind, Drawn, SEPARATOR_WORDS, Separator, cut, cut_at_median, cut_curve,
+    draw as draw_separator, draw_ablated, draw_bisecting, split_bound,
 };
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
@@ -52,18 +52,30 @@ impl<P> From<Drawn<P>> for Draw<P> {
         let kind = match drawn.kind {
             DrawKind::Sphere => NodeKind::Sphere,
             DrawKind::Plane { .. } => NodeKind::Plane,
+            DrawKind::Curve => NodeKind::Curve,
             DrawKind::None { .. } => NodeKind::Leaf,
         };
         Draw { separator: drawn.separator, kind }
     }
 }
 
+/// The subproblem and the attempt for which a separator is drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct DrawOf<P> {
+    /// Node of the subproblem.
+    pub node: NodeId,
+    /// Number of the attempt, from 0.
+    pub attempt: u32,
+    /// Number of points of the subproblem.
+    pub population: u64,
+    /// The cube of the curve that the separator of the parent cuts, if it cuts one.
+    pub curve: Option<CurveCube<P>>,
+}
+
 /// Draws a separator from samples, which may be in any order. The scans of the draw run over the samples.
 pub fn draw_from<P: Point>(
     config: &WorkerConfig,
-    node: NodeId,
-    attempt: u32,
-    population: u64,
+    DrawOf { node, attempt, population, curve }: DrawOf<P>,
     samples: &mut [P],
     cost: &mut Cost,
 ) -> Draw<P> {
@@ -76,7 +88,7 @@ pub fn draw_from<P: Point>(
     }
     let (ablation, tries) = (config.fault.and_then(Fault::ablation), config.tree.tries);
     let mut drawn = match (ablation, config.tree.partition, config.tree.balanced) {
-        // An ablation removes a part of the draw of spheres. The planes of the baseline have none of these parts.
+        // An ablation removes a part of the draw of spheres. The baselines have none of these parts.
         (Some(ablation), Partition::Sphere, _) => {
             draw_ablated(ablation, key, population, tries, samples, &mut own)
         }
@@ -84,6 +96,7 @@ pub fn draw_from<P: Point>(
         (None, Partition::Sphere, true) => draw_bisecting(key, population, samples, &mut own),
         (_, Partition::Kd, false) => cut(key, samples, &mut own),
         (_, Partition::Kd, true) => cut_at_median(key, population, samples, &mut own),
+        (_, Partition::Hilbert, _) => cut_curve(key, curve, samples, &mut own),
     };
     cost.then(own);
     if let Some(planted) = config.fault.and_then(|fault| fault.separator(samples)) {
@@ -116,15 +129,15 @@ pub fn is_leaf(config: &WorkerConfig, node: NodeId, population: u64) -> bool {
 pub(super) fn draw<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
-    attempt: u32,
+    draw: DrawOf<P>,
     Gathered { value: Samples(mut samples), round }: Gathered<Samples<P>>,
 ) -> Draw<P> {
     let tally = cx.tally(round);
     tally.active += 1;
     tally.separators += 1;
-    let (mut cost, population) = (cx.shared_cost(), group.child.population);
-    let _span = cx.site().subproblem(Phase::Partition, group.node, "draw", population);
-    let drawn = draw_from(cx.config(), group.node, attempt, population, &mut samples, &mut cost);
+    let mut cost = cx.shared_cost();
+    let _span = cx.site().subproblem(Phase::Partition, group.node, "draw", draw.population);
+    let drawn = draw_from(cx.config(), draw, &mut samples, &mut cost);
     cx.charge(Account::leader(Phase::Partition, group.node), cost, 0);
     drawn
 }

@@ -2,14 +2,14 @@
 
 use septet_geometry::cost::Cost;
 use septet_geometry::point::Point;
-use septet_geometry::separator::DrawKey;
+use septet_geometry::separator::{CurveCube, DrawKey};
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::LedgerPart;
 
 use crate::config::WorkerConfig;
 use crate::machine::profile::Site;
 use crate::partition::leader::{
-    Accepted, Draw, MAX_ATTEMPTS, acceptable, draw_from, enter_facts, is_leaf, refused,
+    Accepted, Draw, DrawOf, MAX_ATTEMPTS, acceptable, draw_from, enter_facts, is_leaf, refused,
 };
 use crate::partition::sides::sides_of;
 use crate::state::tree::Split;
@@ -43,6 +43,14 @@ impl<P> Grown<P> {
     }
 }
 
+/// A node whose subtree is not grown yet.
+pub(crate) struct Ungrown<P> {
+    pub(crate) node: NodeId,
+    pub(crate) members: Vec<u32>,
+    /// The cube of the curve that the separator of the parent cuts, if it cuts one.
+    pub(crate) curve: Option<CurveCube<P>>,
+}
+
 /// Splits the nodes that one worker holds.
 pub(crate) struct Builder<'a, P> {
     pub(crate) config: &'a WorkerConfig,
@@ -52,31 +60,33 @@ pub(crate) struct Builder<'a, P> {
 
 impl<P: Point> Builder<'_, P> {
     /// Splits a node and its descendants, in parallel if the worker has more than one core.
-    pub(crate) fn grow(&self, node: NodeId, members: Vec<u32>, pool: &crate::config::Pool) -> Grown<P> {
+    pub(crate) fn grow(&self, top: Ungrown<P>, pool: &crate::config::Pool) -> Grown<P> {
         match pool {
-            Some(pool) => pool.install(|| self.grow_here(node, members, true)),
-            None => self.grow_here(node, members, false),
+            Some(pool) => pool.install(|| self.grow_here(top, true)),
+            None => self.grow_here(top, false),
         }
     }
 
-    fn grow_here(&self, node: NodeId, members: Vec<u32>, join: bool) -> Grown<P> {
+    fn grow_here(&self, ungrown: Ungrown<P>, join: bool) -> Grown<P> {
+        let node = ungrown.node;
         let mut grown = Grown::default();
-        let population = members.len() as u64;
+        let population = ungrown.members.len() as u64;
         let split = if is_leaf(self.config, node, population) {
             enter_facts::<P>(grown.facts.facts(node), population, 0, None);
             None
         } else {
-            self.split(node, &members, &mut grown)
+            self.split(&ungrown, &mut grown)
         };
         let Some((split, [inside, outside])) = split else {
             grown.tree.push(Sketch::Leaf);
-            grown.leaves.push((node, members));
+            grown.leaves.push((node, ungrown.members));
             return grown;
         };
-        drop(members);
+        drop(ungrown);
+        let curve = split.separator().curve_cube();
         grown.tree.push(Sketch::Inner(Box::new(split)));
-        let interior = || self.grow_here(node.child(0), inside, join);
-        let exterior = || self.grow_here(node.child(1), outside, join);
+        let below = |side, members| self.grow_here(Ungrown { node: node.child(side), members, curve }, join);
+        let (interior, exterior) = (|| below(0, inside), || below(1, outside));
         let (a, b) = if join { rayon::join(interior, exterior) } else { (interior(), exterior()) };
         grown.append(a);
         grown.append(b);
@@ -86,8 +96,7 @@ impl<P: Point> Builder<'_, P> {
     /// Splits a node by the steps that the members and the leader of a shared node take.
     fn split(
         &self,
-        node: NodeId,
-        members: &[u32],
+        &Ungrown { node, ref members, curve }: &Ungrown<P>,
         grown: &mut Grown<P>,
     ) -> Option<(Split<P>, [Vec<u32>; 2])> {
         let points: Vec<P> = members.iter().map(|&i| self.positions[i as usize]).collect();
@@ -100,8 +109,8 @@ impl<P: Point> Builder<'_, P> {
             let key = DrawKey { seed: self.config.seed, node: node.0, attempt: attempts };
             let sampler = self.config.sampler(key, population);
             let mut samples = cost.pack(&points, |&x| sampler.accepts(x));
-            let Draw { separator, kind } =
-                draw_from(self.config, node, attempts, population, &mut samples, &mut cost);
+            let next = DrawOf { node, attempt: attempts, population, curve };
+            let Draw { separator, kind } = draw_from(self.config, next, &mut samples, &mut cost);
             let refused = refused(self.config, node, attempts);
             attempts += 1;
             let Some(separator) = separator else { break };

@@ -24,7 +24,7 @@
 use septet_geometry::cost::Cost;
 use septet_geometry::incremental::insertion_order;
 use septet_geometry::point::{Point, lex_cmp};
-use septet_geometry::separator::{DrawKey, Separator};
+use septet_geometry::separator::{CurveCube, DrawKey, Separator};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Account;
@@ -35,10 +35,10 @@ use crate::config::{Task, WorkerConfig};
 use crate::machine::context::Context;
 use crate::machine::group_tree::{Gathered, Parts};
 use crate::partition::leader::{
-    Plan, decide_split, draw, is_leaf, send_plan, separator_of, take_plan, words_of,
+    DrawOf, Plan, decide_split, draw, is_leaf, send_plan, separator_of, take_plan, words_of,
 };
 use crate::partition::levelling;
-use crate::partition::local::{Builder, Grown, Sketch};
+use crate::partition::local::{Builder, Grown, Sketch, Ungrown};
 use crate::partition::parts::{Decided, Samples, SideCounts, Words};
 use crate::partition::sides::sides_of;
 use crate::state::subdomain::{Group, Shared, Subdomain, Subtree, Unsplit};
@@ -61,7 +61,9 @@ pub(crate) async fn partition<P: Point>(
     let mut entrance = Entrance::Held;
     while let Some(points) = share.as_mut().filter(|_| !group.is_whole()) {
         let samples = enter(cx, &group, entrance, points, &mut plan).await?;
-        let Some(agreed) = agree(cx, &group, points, samples, &plan).await? else {
+        let curve = path.last().and_then(|above: &Shared<P>| above.split().separator().curve_cube());
+        let ground = Ground { points, curve };
+        let Some(agreed) = agree(cx, &group, ground, samples, &plan).await? else {
             unsplit = Some(Unsplit { node: group.node, holder: group.child.first });
             break;
         };
@@ -92,7 +94,8 @@ pub(crate) async fn partition<P: Point>(
             let points = united(PointBatch::default(), moves);
             cx.record_load(round, points.len());
             owned = Some(if cx.config().counted {
-                grow(cx, group.node, unsplit.is_some(), &points)
+                let curve = path.last().and_then(|above| above.split().separator().curve_cube());
+                grow(cx, group.node, unsplit.is_some(), Ground { points: &points, curve })
             } else {
                 keep_whole(cx, group.node, points)
             });
@@ -180,17 +183,24 @@ struct Agreed<P> {
     routes: [Route; 2],
 }
 
+/// A member's share of a node, and the cube of the curve that the parent's separator cuts, if it cuts one.
+struct Ground<'a, P> {
+    points: &'a PointBatch<P>,
+    curve: Option<CurveCube<P>>,
+}
+
 /// Makes attempts at a node until its leader accepts a separator or gives up. `samples` are those of the first attempt.
 /// Returns `None` if the node is not split.
 async fn agree<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
-    points: &PointBatch<P>,
+    Ground { points, curve }: Ground<'_, P>,
     mut samples: SamplesOfGroup<P>,
     plan: &Plan,
 ) -> Result<Option<Agreed<P>>, TransportError> {
     for attempt in 0.. {
-        let drawn = samples.map(|samples| draw(cx, group, attempt, samples));
+        let next = DrawOf { node: group.node, attempt, population: group.child.population, curve };
+        let drawn = samples.map(|samples| draw(cx, group, next, samples));
         let words = drawn.as_ref().map(|drawn| Words(words_of(drawn)));
         let Words(words) = cx.distribute(group, attempt, words).await?;
         let (counts, counted) = count_sides(cx, group, &words, points);
@@ -328,7 +338,12 @@ type Owned<P> = (Subtree<P>, Table<P>);
 
 /// Splits a node that this rank holds alone, down to the leaves. If the node was `refused` a split while a group shared
 /// it, it becomes one leaf.
-fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: &PointBatch<P>) -> Owned<P> {
+fn grow<P: Point>(
+    cx: &mut Context<P>,
+    node: NodeId,
+    refused: bool,
+    Ground { points, curve }: Ground<'_, P>,
+) -> Owned<P> {
     let builder = Builder { config: cx.config(), site: cx.site(), positions: &points.positions };
     let everyone: Vec<u32> = (0..points.len() as u32).collect();
     let mut grown = Grown::default();
@@ -337,7 +352,7 @@ fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: &Poi
         grown.leaves.push((node, everyone));
         grown.tree.push(Sketch::Leaf);
     } else {
-        grown = builder.grow(node, everyone, cx.pool());
+        grown = builder.grow(Ungrown { node, members: everyone, curve }, cx.pool());
     }
     let round = cx.round();
     let tally = cx.tally(round);

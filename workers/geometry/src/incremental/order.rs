@@ -5,20 +5,16 @@
 //! rounds, the expected work is the same as for a random order. If every round follows a space-filling curve, the
 //! walks are also short.
 //!
-//! **Curve.** The Hilbert curve is followed two levels at a time by a table of its orientations. An orientation has an
-//! entry corner `e` and an axis `d`. In this orientation, octant `l` (one bit for each axis) has a position `w` on the
-//! curve. To obtain `w`, rotate the bits of `l ^ e` right by `d + 1`, then take the inverse Gray code. Inside that
-//! octant, the curve has the entry corner `e ^ r` and the axis `d + turn(w) + 1`, where `r` is `entry(w)` rotated left
-//! by `d + 1`.
+//! **Curve.** The Hilbert curve is followed two levels at a time ([`crate::curve`]).
 //!
-//! **Source.** Rounds: Amenta, Choi and Rote, "Incremental constructions con BRIO" (2003). Curve: Hamilton and
-//! Rau-Chaplin, "Compact Hilbert indices" (2008).
+//! **Source.** Amenta, Choi and Rote, "Incremental constructions con BRIO" (2003).
 //!
 //! **Work.** O(n log n). The leading bits of 64-bit keys assign points to buckets, and each bucket is sorted.
 //!
 //! **Departures.** The random choice for a point is a hash of its coordinates, so the order depends on the coordinates
 //! only. Points in one cell of the curve's grid are ordered lexicographically.
 
+use crate::curve::{STATES, TWO_PLANE, TWO_SPACE};
 use crate::hash::mix;
 use crate::point::{Point, lex_cmp};
 
@@ -118,7 +114,7 @@ impl<P: Point> Curve<P> {
             let at = ((p.coord(i) - self.low.coord(i)) * self.scale) as u32;
             octants |= spread(P::DIM, at.min((1 << bits(P::DIM)) - 1)) << i;
         }
-        let table = if P::DIM == 2 { &PLANE } else { &SPACE };
+        let table = if P::DIM == 2 { &TWO_PLANE } else { &TWO_SPACE };
         let (mut key, mut state) = (0, 0);
         let two = 2 * P::DIM as u32;
         for pair in (0..bits(P::DIM) / 2).rev() {
@@ -147,80 +143,6 @@ fn spread(dimension: usize, x: u32) -> u64 {
         let x = (x | x << 8) & 0x100F_00F0_0F00_F00F;
         let x = (x | x << 4) & 0x10C3_0C30_C30C_30C3;
         (x | x << 2) & 0x1249_2492_4924_9249
-    }
-}
-
-/// Number of orientations, rounded up to a power of two. In space there are 8 entry corners and 3 axes.
-const STATES: usize = 32;
-
-/// For each orientation and two levels of octants, the position on the curve plus 64 times the orientation there.
-static PLANE: [u16; STATES * 64] = two_levels(2);
-static SPACE: [u16; STATES * 64] = two_levels(3);
-
-const fn two_levels(n: u32) -> [u16; STATES * 64] {
-    let (one, mut table) = (orientations(n), [0; STATES * 64]);
-    let mut state = 0;
-    while state < n << n {
-        let mut octants = 0;
-        while octants < 1 << (2 * n) {
-            let outer = one[(state << 3 | octants >> n) as usize] as u16;
-            let inner = one[(outer & !7) as usize | (octants & ((1 << n) - 1)) as usize] as u16;
-            table[(state << 6 | octants) as usize] = inner >> 3 << 6 | (outer & 7) << n | inner & 7;
-            octants += 1;
-        }
-        state += 1;
-    }
-    table
-}
-
-/// Returns, for each orientation and octant, the position on the curve plus 8 times the orientation there.
-const fn orientations(n: u32) -> [u8; STATES * 8] {
-    let mut table = [0; STATES * 8];
-    let mut state = 0;
-    while state < n << n {
-        let (entry, axis) = (state % (1 << n), state >> n);
-        let mut octant = 0;
-        while octant < 1 << n {
-            let position = gray_inverse(n, rotated(n, octant ^ entry, n - (axis + 1) % n));
-            let first = if position == 0 { 0 } else { gray((position - 1) & !1) };
-            let inner = entry ^ rotated(n, first, axis + 1);
-            let along = (axis + along_axis(n, position) + 1) % n;
-            table[(state << 3 | octant) as usize] = ((along << n | inner) << 3 | position) as u8;
-            octant += 1;
-        }
-        state += 1;
-    }
-    table
-}
-
-const fn gray(x: u32) -> u32 {
-    x ^ x >> 1
-}
-
-const fn gray_inverse(n: u32, x: u32) -> u32 {
-    let mut position = x;
-    let mut shift = 1;
-    while shift < n {
-        position ^= x >> shift;
-        shift += 1;
-    }
-    position
-}
-
-/// Rotates the `n` bits of `x` left by `by`.
-const fn rotated(n: u32, x: u32, by: u32) -> u32 {
-    let by = by % n;
-    (x << by | x >> (n - by)) & ((1 << n) - 1)
-}
-
-/// Returns the axis along which the curve runs inside the octant at this position.
-const fn along_axis(n: u32, position: u32) -> u32 {
-    if position == 0 {
-        0
-    } else if position.is_multiple_of(2) {
-        (position - 1).trailing_ones() % n
-    } else {
-        position.trailing_ones() % n
     }
 }
 

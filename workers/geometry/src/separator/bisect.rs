@@ -19,7 +19,7 @@
 
 use super::draw::root;
 use super::sampler::SAMPLE_TARGET;
-use super::surface::Separator;
+use super::surface::Quadric;
 use crate::cost::Cost;
 use crate::point::Point;
 
@@ -50,8 +50,8 @@ fn median_pair(values: &mut [f64]) -> Option<[f64; 2]> {
     Some([lower, upper])
 }
 
-impl<P: Point> Separator<P> {
-    /// Returns the axis of a cut that [`Separator::plane`] created.
+impl<P: Point> Quadric<P> {
+    /// Returns the axis of a cut that [`Quadric::plane`] created.
     fn axis(&self) -> Option<usize> {
         let exact = self.a == 0.0 && self.c == 0.0 && self.unit == 1.0 && self.b.norm2() == 1.0;
         (0..P::DIM).find(|&i| exact && self.b.coord(i) == 1.0)
@@ -62,7 +62,7 @@ impl<P: Point> Separator<P> {
     pub(super) fn moved_to_median(&self, points: impl Iterator<Item = P>) -> Option<Self> {
         if let Some(axis) = self.axis() {
             let [low, high] = median_pair(&mut points.map(|x| x.coord(axis)).collect::<Vec<f64>>())?;
-            return Some(Separator::between(axis, low, high));
+            return Some(Quadric::between(axis, low, high));
         }
         let mut values: Vec<f64> = points.map(|x| self.value(self.local(x))).collect();
         let [low, high] = median_pair(&mut values)?;
@@ -89,8 +89,8 @@ mod tests {
 
     use super::super::tests::{key, nasty, ratio, uniform};
     use super::super::{
-        DrawKey, DrawKind, SAMPLE_TARGET, Sampler, Separator, Side, cut_at_median, draw, draw_bisecting,
-        split_bound,
+        DrawKey, DrawKind, Quadric, SAMPLE_TARGET, Sampler, Separator, Side, cut_at_median, draw,
+        draw_bisecting, split_bound,
     };
     use super::{bisection_samples, median_pair};
     use crate::cost::Cost;
@@ -249,8 +249,8 @@ mod tests {
     fn moved_planes_cut_exactly() {
         let at = [1.0, 1.0 + f64::EPSILON, 1.0 + 2.0 * f64::EPSILON, 7e22];
         let points = at.map(|x| DVec2::new(0.25, x));
-        let plane = Separator::plane(1, 5e22).bisecting(&points);
-        assert_eq!(plane, Separator::plane(1, 1.0 + 2.0 * f64::EPSILON));
+        let plane = Quadric::plane(1, 5e22).bisecting(&points);
+        assert_eq!(plane, Quadric::plane(1, 1.0 + 2.0 * f64::EPSILON));
         assert_eq!(points.map(|x| plane.side(x) == Side::Interior), [true, true, false, false]);
         let equal = [DVec2::ONE; 3];
         assert_eq!(plane.bisecting(&equal), plane);

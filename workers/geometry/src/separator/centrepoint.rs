@@ -16,7 +16,7 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng;
 
-use super::surface::Separator;
+use super::surface::Quadric;
 use crate::cost::Cost;
 use crate::point::{Point, Vector};
 
@@ -168,7 +168,7 @@ pub(super) fn unit_vector<V: Vector>(rng: &mut ChaCha8Rng, cost: &mut Cost) -> O
 /// Computes the surface of a great circle with unit normal `n` in the frame `(origin, unit)`, where the conformal map
 /// moves `z` to the centre. The plane `w . (p - z) = 0` cuts the unit sphere in a circle. The substitution
 /// `p = (2 y, |y|^2 - 1) / (|y|^2 + 1)` turns its equation into `a |y|^2 + b . y + c = 0`.
-pub(super) fn pull_back<P: Point>(origin: P, unit: f64, z: P::Lifted, n: P::Lifted) -> Option<Separator<P>> {
+pub(super) fn pull_back<P: Point>(origin: P, unit: f64, z: P::Lifted, n: P::Lifted) -> Option<Quadric<P>> {
     let room = 1.0 - z.norm2();
     if room < DEPTH_FLOOR {
         return None;
@@ -180,7 +180,7 @@ pub(super) fn pull_back<P: Point>(origin: P, unit: f64, z: P::Lifted, n: P::Lift
     for i in 0..P::DIM {
         b.set_coord(i, 2.0 * w.coord(i));
     }
-    Separator::from_coefficients(origin, unit, vertical + constant, b, constant - vertical)
+    Quadric::from_coefficients(origin, unit, vertical + constant, b, constant - vertical)
 }
 
 /// Returns `true` if the centrepoint is far enough inside the sphere to pull back great circles.

@@ -22,11 +22,13 @@
 //! **Departures.** See [`super`].
 
 use super::centrepoint::{centrepoint, has_room, lift};
+use super::curve_cut::{CurveCube, CurveCut};
 use super::drawn::{DrawKind, Drawn, NoneReason, PlaneReason};
 use super::key::DrawKey;
+use super::kinds::Separator;
 use super::method::{Ablation, Centred, Method};
 use super::sampler::{SAMPLE_TARGET, Sampler};
-use super::surface::Separator;
+use super::surface::Quadric;
 use crate::coordinate_arrays::PairVisitor;
 use crate::cost::Cost;
 use crate::kd_blocks::KdBlocks;
@@ -74,30 +76,85 @@ pub fn cut<P: Point>(key: DrawKey, samples: &[P], cost: &mut Cost) -> Drawn<P> {
 }
 
 fn cut_from<P: Point>(key: DrawKey, samples: &[P], cost: &mut Cost) -> Drawn<P> {
+    match plane_across(key, samples, cost) {
+        Ok((plane, larger)) => cut_at(plane.into(), larger, samples.len()),
+        Err(why) => Drawn::none(why),
+    }
+}
+
+/// Returns the plane of [`cut`], and the number of samples on its larger side.
+fn plane_across<P: Point>(
+    key: DrawKey,
+    samples: &[P],
+    cost: &mut Cost,
+) -> Result<(Quadric<P>, usize), NoneReason> {
     if samples.is_empty() {
-        return Drawn::none(NoneReason::NoSamples);
+        return Err(NoneReason::NoSamples);
     }
     let axes = sorted_axes(samples, cost);
     let extents: Vec<f64> = axes.iter().map(|c| c[c.len() - 1] - c[0]).collect();
     let mut long: Vec<usize> = (0..P::DIM).filter(|&axis| extents[axis] > 0.0).collect();
     if long.is_empty() {
-        return Drawn::none(NoneReason::Coincident);
+        return Err(NoneReason::Coincident);
     }
     cost.sort(&mut long, |&a, &b| extents[b].total_cmp(&extents[a]));
     let axis = long[key.attempt as usize % long.len()];
-    let Some((separator, larger)) = cut_across(&axes[axis], axis, cost) else {
-        return Drawn::none(NoneReason::Coincident);
+    cut_across(&axes[axis], axis, cost).ok_or(NoneReason::Coincident)
+}
+
+/// Returns the result of a cut that is not scored.
+fn cut_at<P: Point>(separator: Separator<P>, larger: usize, samples: usize) -> Drawn<P> {
+    let ratio = larger as f64 / samples as f64;
+    let kind = match separator {
+        Separator::Quadric(_) => DrawKind::Plane { why: PlaneReason::AskedFor },
+        Separator::Curve(_) => DrawKind::Curve,
     };
-    let ratio = larger as f64 / samples.len() as f64;
     Drawn {
         separator: Some(separator),
-        kind: DrawKind::Plane { why: PlaneReason::AskedFor },
+        kind,
         score: ratio,
         estimated_ratio: ratio,
         estimated_crossing: 0.0,
         admissible: 0,
         means: 0,
     }
+}
+
+/// Cuts a Hilbert curve at the median of the samples ([`super::CurveCut`]), as a baseline of [`draw`]. The curve fills the
+/// cube `above`, or else the smallest cube around the samples whose side is a power of two. If all samples lie in one
+/// cell of the curve, a plane cuts them ([`cut`]).
+///
+/// The samples may be in any order. The depth is `O(log samples)`, and the work is `O(samples log samples)`.
+pub fn cut_curve<P: Point>(
+    key: DrawKey,
+    above: Option<CurveCube<P>>,
+    samples: &[P],
+    cost: &mut Cost,
+) -> Drawn<P> {
+    let mut own = cost.nested();
+    let drawn = cut_along(above, samples, &mut own).unwrap_or_else(|| cut_from(key, samples, &mut own));
+    cost.then(own);
+    drawn
+}
+
+/// Implements [`cut_curve`]. Returns `None` if all samples lie in one cell.
+fn cut_along<P: Point>(above: Option<CurveCube<P>>, samples: &[P], cost: &mut Cost) -> Option<Drawn<P>> {
+    let first = *samples.first()?;
+    let cube = above.or_else(|| {
+        let (low, high) = cost.reduce(samples, (first, first), |(mut low, mut high), x| {
+            for i in 0..P::DIM {
+                low.set_coord(i, low.coord(i).min(x.coord(i)));
+                high.set_coord(i, high.coord(i).max(x.coord(i)));
+            }
+            (low, high)
+        });
+        CurveCube::around(low, high)
+    })?;
+    let mut positions = cost.map(samples, |&x| cube.position(x));
+    cost.sort(&mut positions, Ord::cmp);
+    let Gap { before, larger } = most_balanced_gap(&positions, cost)?;
+    let cut = CurveCut::between(cube, positions[before], positions[before + 1]);
+    Some(cut_at(cut.into(), larger, samples.len()))
 }
 
 /// Draws a separator for a balanced bisection. Compared with [`draw`], it tries more great circles. Each circle is also
@@ -115,10 +172,13 @@ pub fn draw_bisecting<P: Point>(key: DrawKey, population: u64, samples: &[P], co
 pub fn cut_at_median<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
     let mut few = draw_samples(key, population, samples);
     few.sort_unstable_by(lex_cmp);
-    let drawn = cut_from(key, &few, cost);
-    let Some(separator) = drawn.separator.map(|plane| plane.bisecting(samples)) else { return drawn };
-    let ratio = separator.larger_side(samples) as f64 / samples.len() as f64;
-    Drawn { separator: Some(separator), score: ratio, estimated_ratio: ratio, ..drawn }
+    match plane_across(key, &few, cost) {
+        Ok((plane, _)) => {
+            let plane = plane.bisecting(samples);
+            cut_at(plane.into(), plane.larger_side(samples), samples.len())
+        }
+        Err(why) => Drawn::none(why),
+    }
 }
 
 /// Selects about [`SAMPLE_TARGET`] of the samples.
@@ -171,7 +231,7 @@ pub(super) fn draw_by<P: Point>(
     let Some(best) = best else { return Drawn::none(NoneReason::Coincident) };
     let best = all.map_or(best, |all| scorer.bisected(best, all, cost));
     Drawn {
-        separator: Some(best.separator),
+        separator: Some(best.separator.into()),
         kind,
         score: best.score,
         estimated_ratio: best.ratio,
@@ -224,7 +284,7 @@ impl<P: Point> Frame<P> {
 /// A surface with its estimates.
 #[derive(Clone, Copy, Debug)]
 struct Scored<P> {
-    separator: Separator<P>,
+    separator: Quadric<P>,
     ratio: f64,
     crossing: f64,
     score: f64,
@@ -282,7 +342,7 @@ impl<P: Point> Scorer<P> {
         Scorer { local, balls, thinning: root(fraction, P::DIM, cost) }
     }
 
-    fn score(&self, separator: Separator<P>, cost: &mut Cost) -> Scored<P> {
+    fn score(&self, separator: Quadric<P>, cost: &mut Cost) -> Scored<P> {
         let m = self.balls.len();
         let mut seen = cost.sweep();
         let [inside, across] = separator.count_inside_and_crossing(seen.visit_all(&self.balls));
@@ -293,7 +353,7 @@ impl<P: Point> Scorer<P> {
     }
 
     /// Returns the score if both sides satisfy the split bound.
-    fn admit(&self, separator: Separator<P>, cost: &mut Cost) -> Option<Scored<P>> {
+    fn admit(&self, separator: Quadric<P>, cost: &mut Cost) -> Option<Scored<P>> {
         let scored = self.score(separator, cost);
         (scored.ratio < 1.0 && scored.ratio <= split_bound::<P>()).then_some(scored)
     }
@@ -302,7 +362,7 @@ impl<P: Point> Scorer<P> {
     /// less. Sides below [`ABOUT_HALF`] score equally, because the samples cannot distinguish halves from near halves.
     fn admit_bisecting(
         &self,
-        circle: Separator<P>,
+        circle: Quadric<P>,
         drawn: Option<Scored<P>>,
         cost: &mut Cost,
     ) -> Option<Scored<P>> {
@@ -363,19 +423,32 @@ fn best_plane<P: Point>(frame: &Frame<P>, scorer: &Scorer<P>, cost: &mut Cost) -
 
 /// Finds the best balanced cut of one axis, given its sorted coordinates. Also returns the number of coordinates on the
 /// larger side. Returns `None` if all coordinates are equal.
-fn cut_across<P: Point>(coords: &[f64], axis: usize, cost: &mut Cost) -> Option<(Separator<P>, usize)> {
-    let m = coords.len();
-    let gaps: Vec<(usize, &[f64])> = coords.windows(2).enumerate().collect();
+fn cut_across<P: Point>(coords: &[f64], axis: usize, cost: &mut Cost) -> Option<(Quadric<P>, usize)> {
+    let Gap { before, larger } = most_balanced_gap(coords, cost)?;
+    Some((Quadric::between(axis, coords[before], coords[before + 1]), larger))
+}
+
+/// A gap between two neighbours of a sorted sequence.
+#[derive(Clone, Copy)]
+struct Gap {
+    /// The place of the last item before the gap.
+    before: usize,
+    /// The number of items on the larger side.
+    larger: usize,
+}
+
+/// Returns the first of the gaps between different neighbours that divide a sorted sequence best. Returns `None` if all
+/// items are equal.
+fn most_balanced_gap<T: PartialOrd>(sorted: &[T], cost: &mut Cost) -> Option<Gap> {
+    let m = sorted.len();
+    let gaps: Vec<(usize, &[T])> = sorted.windows(2).enumerate().collect();
     let balance = cost.map(&gaps, |(i, gap)| (gap[0] < gap[1]).then_some((i + 1).max(m - i - 1)));
     let zipped: Vec<(usize, Option<usize>)> = balance.into_iter().enumerate().collect();
-    let best =
-        cost.reduce(&zipped, None, |best: Option<(usize, usize)>, &(i, larger)| match (best, larger) {
-            (Some((_, least)), Some(larger)) if larger < least => Some((i, larger)),
-            (None, Some(larger)) => Some((i, larger)),
-            _ => best,
-        });
-    let (i, larger) = best?;
-    Some((Separator::between(axis, coords[i], coords[i + 1]), larger))
+    cost.reduce(&zipped, None, |best: Option<Gap>, &(before, larger)| match (best, larger) {
+        (Some(gap), Some(larger)) if larger < gap.larger => Some(Gap { before, larger }),
+        (None, Some(larger)) => Some(Gap { before, larger }),
+        _ => best,
+    })
 }
 
 #[cfg(test)]

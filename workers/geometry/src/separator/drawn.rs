@@ -1,6 +1,6 @@
 //! The result of a draw: a surface with its estimates, or the reason why there is none.
 
-use super::surface::Separator;
+use super::kinds::Separator;
 use crate::point::Point;
 
 /// The reason why a plane replaces the sphere.
@@ -33,6 +33,8 @@ pub enum DrawKind {
         /// The reason why it is not a sphere.
         why: PlaneReason,
     },
+    /// A cut of a Hilbert curve ([`super::cut_curve`]).
+    Curve,
     /// No surface.
     None {
         /// The reason why there is no surface.

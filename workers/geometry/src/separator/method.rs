@@ -4,7 +4,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::centrepoint::{has_room, pull_back, unit_vector};
 use super::drawn::{DrawKind, PlaneReason};
-use super::surface::Separator;
+use super::surface::Quadric;
 use crate::cost::Cost;
 use crate::point::{Point, Vector};
 
@@ -91,7 +91,7 @@ impl<'a, P: Point> Method<'a, P> {
         local: &[P],
         rng: &mut ChaCha8Rng,
         cost: &mut Cost,
-    ) -> Option<Separator<P>> {
+    ) -> Option<Quadric<P>> {
         let Centred { origin, unit, centre } = at;
         if self.lacks(Ablation::RandomPlanes) {
             let normal: P = unit_vector(rng, cost)?;
@@ -99,7 +99,7 @@ impl<'a, P: Point> Method<'a, P> {
             cost.sort(&mut along, f64::total_cmp);
             let half = along.len() / 2;
             let middle = 0.5 * along[half.saturating_sub(1)] + 0.5 * along[half];
-            return Separator::from_coefficients(origin, unit, 0.0, normal, -middle);
+            return Quadric::from_coefficients(origin, unit, 0.0, normal, -middle);
         }
         let normal: P::Lifted = unit_vector(rng, cost)?;
         if self.lacks(Ablation::NoMap) {
@@ -111,11 +111,11 @@ impl<'a, P: Point> Method<'a, P> {
 
 /// Computes the surface whose lift lies in the plane `n . (p - z) = 0`. The normal `n` is not corrected for the
 /// distance of `z` from the centre.
-fn unmapped<P: Point>(origin: P, unit: f64, z: P::Lifted, n: P::Lifted) -> Option<Separator<P>> {
+fn unmapped<P: Point>(origin: P, unit: f64, z: P::Lifted, n: P::Lifted) -> Option<Quadric<P>> {
     let (vertical, constant) = (n.coord(P::DIM), -n.dot(z));
     let mut b = P::splat(0.0);
     for i in 0..P::DIM {
         b.set_coord(i, 2.0 * n.coord(i));
     }
-    Separator::from_coefficients(origin, unit, vertical + constant, b, constant - vertical)
+    Quadric::from_coefficients(origin, unit, vertical + constant, b, constant - vertical)
 }

@@ -35,21 +35,25 @@
 mod ablation;
 mod bisect;
 mod centrepoint;
+mod curve_cut;
 mod draw;
 mod drawn;
 mod key;
+mod kinds;
 mod method;
 mod sampler;
 mod surface;
 
 pub use ablation::draw_ablated;
 pub use bisect::bisection_samples;
-pub use draw::{SCORE_ALPHA, cut, cut_at_median, draw, draw_bisecting, split_bound};
+pub use curve_cut::{CurveCube, CurveCut};
+pub use draw::{SCORE_ALPHA, cut, cut_at_median, cut_curve, draw, draw_bisecting, split_bound};
 pub use drawn::{DrawKind, Drawn, NoneReason, PlaneReason};
 pub use key::DrawKey;
+pub use kinds::Separator;
 pub use method::Ablation;
 pub use sampler::{LEAST_SAMPLES, MOST_SAMPLES, SAMPLE_TARGET, Sampler, node_samples};
-pub use surface::{SEPARATOR_WORDS, Separator, Side, Surface};
+pub use surface::{Quadric, SEPARATOR_WORDS, Side, Surface};
 
 #[cfg(test)]
 mod tests;

@@ -1,8 +1,8 @@
-//! The surface of a separator: its side rule, its crossing test, and its encoding for messages and reports.
+//! Spheres and planes as separators: their side rule, their crossing test, and their encoding for messages and reports.
 //!
 //! **Statement.** The side of a point is the sign of one floating-point expression, so it is the same on every worker.
 //! The crossing test is one-sided: it may report a crossing that does not exist, but never misses one
-//! ([`Separator::crosses`]).
+//! ([`Quadric::crosses`]).
 //!
 //! **Work and depth.** O(1) for each test.
 
@@ -34,7 +34,7 @@ impl Side {
 /// `unit` is a power of two, so computing `y` rounds only in one subtraction for each coordinate. The coefficients are
 /// scaled such that the gradient has length about 1 on `S`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Separator<P> {
+pub struct Quadric<P> {
     pub(super) origin: P,
     pub(super) unit: f64,
     pub(super) a: f64,
@@ -66,19 +66,19 @@ pub enum Surface<P> {
 /// Number of floats that encode a separator in either dimension. In the plane, two of them are zero.
 pub const SEPARATOR_WORDS: usize = 9;
 
-/// Relative slack of the crossing test: 128 unit roundoffs, derived at [`Separator::crosses`].
+/// Relative slack of the crossing test: 128 unit roundoffs, derived at [`Quadric::crosses`].
 const SLACK: f64 = 64.0 * f64::EPSILON;
 /// Absolute slack for underflow in products.
 const TINY: f64 = 1e-300;
 
-impl<P: Point> Separator<P> {
+impl<P: Point> Quadric<P> {
     /// Creates the axis-aligned cut at a coordinate. A point is interior iff its coordinate `axis` is less than `at`.
     /// This test is exact, because the difference of two floats has an exact sign and every other term is zero.
     pub fn plane(axis: usize, at: f64) -> Self {
         let (mut origin, mut b) = (P::splat(0.0), P::splat(0.0));
         origin.set_coord(axis, at);
         b.set_coord(axis, 1.0);
-        Separator { origin, unit: 1.0, a: 0.0, b, c: 0.0 }
+        Quadric { origin, unit: 1.0, a: 0.0, b, c: 0.0 }
     }
 
     /// Creates the axis-aligned cut half-way between two coordinates, or at the higher one if the midpoint rounds to
@@ -93,7 +93,7 @@ impl<P: Point> Separator<P> {
     pub(super) fn from_coefficients(origin: P, unit: f64, a: f64, b: P, c: f64) -> Option<Self> {
         let gradient = (b.norm2() - 4.0 * a * c).sqrt();
         if gradient > 0.0 && gradient < f64::INFINITY {
-            let own = Separator { origin, unit, a: a / gradient, b: b / gradient, c: c / gradient };
+            let own = Quadric { origin, unit, a: a / gradient, b: b / gradient, c: c / gradient };
             let gradient2 = own.b.norm2() - 4.0 * own.a * own.c;
             let finite = own.a.is_finite() && own.c.is_finite();
             (finite && gradient2 > 0.5 && gradient2 < 2.0).then_some(own)
@@ -124,7 +124,7 @@ impl<P: Point> Separator<P> {
     /// Returns `true` if the closed ball may cross or touch `S`.
     ///
     /// **Guarantee.** Let `z` be any point whose distance from `x` is at most `radius`, up to 8 unit roundoffs in the
-    /// measurement of that distance. If `x` and `z` lie on different sides ([`Separator::side`]), the function returns
+    /// measurement of that distance. If `x` and `z` lie on different sides ([`Quadric::side`]), the function returns
     /// `true`. It also returns `true` if the radius is infinite or NaN.
     ///
     /// **Derivation.** Let `f` be the exact function of the stored coefficients, and `s` the sign of the computed value
@@ -155,7 +155,7 @@ impl<P: Point> Separator<P> {
         self.crosses_at(y, self.value(y), radius)
     }
 
-    /// Implements [`Separator::crosses`] for a ball whose centre is in local units, given the value at the centre.
+    /// Implements [`Quadric::crosses`] for a ball whose centre is in local units, given the value at the centre.
     #[inline(always)]
     fn crosses_at(&self, y: P, value: f64, radius: f64) -> bool {
         let rho = radius * self.unit;
@@ -213,7 +213,7 @@ impl<P: Point> Separator<P> {
     }
 
     /// Returns the radius of a ball around `x` that does not cross: nine tenths of the distance of `x` from `S` in
-    /// rounded arithmetic. Returns 0 if [`Separator::crosses`] does not confirm the radius.
+    /// rounded arithmetic. Returns 0 if [`Quadric::crosses`] does not confirm the radius.
     pub fn clearance(&self, x: P) -> f64 {
         let y = self.local(x);
         let (size, curve) = (self.value(y).abs(), self.a.abs());
@@ -283,7 +283,7 @@ impl<P: Point> Separator<P> {
         out
     }
 
-    /// Decodes [`Separator::to_array`]. Returns `None` unless all numbers are finite, the unit is a positive power of
+    /// Decodes [`Quadric::to_array`]. Returns `None` unless all numbers are finite, the unit is a positive power of
     /// two and the surface is not empty.
     pub fn from_array(words: &[f64; SEPARATOR_WORDS]) -> Option<Self> {
         let (unit, a, c) = (words[3], words[4], words[8]);
@@ -291,6 +291,6 @@ impl<P: Point> Separator<P> {
         let power = unit >= f64::MIN_POSITIVE && unit.to_bits().trailing_zeros() >= 52;
         let surface = b.norm2() - 4.0 * a * c > 0.0;
         let finite = words.iter().all(|w| w.is_finite());
-        (finite && power && surface).then_some(Separator { origin, unit, a, b, c })
+        (finite && power && surface).then_some(Quadric { origin, unit, a, b, c })
     }
 }

@@ -243,10 +243,10 @@ fn depth_is_logarithmic_in_the_samples_alone() {
 }
 
 /// A surface of a given radius around a centre at a given distance from the origin.
-fn sphere<P: Point>(rng: &mut ChaCha8Rng, radius: f64, far: f64) -> Option<Separator<P>> {
+fn sphere<P: Point>(rng: &mut ChaCha8Rng, radius: f64, far: f64) -> Option<Quadric<P>> {
     let centre: P = direction::<P>(rng) * far;
     let c = (far - radius) * (far + radius);
-    Separator::from_coefficients(P::splat(0.0), 1.0, 1.0, centre * -2.0, c)
+    Quadric::from_coefficients(P::splat(0.0), 1.0, 1.0, centre * -2.0, c)
 }
 
 fn direction<P: Point>(rng: &mut ChaCha8Rng) -> P {
@@ -257,7 +257,7 @@ fn direction<P: Point>(rng: &mut ChaCha8Rng) -> P {
 /// Bisects from `x` towards `to`, down to the last float on the side of `x` and the first float beyond. The smallest
 /// ball that contains the latter must cross. If the coefficients are well conditioned, a ball that ends clearly before
 /// that float must not cross.
-fn check_segment<P: Point>(s: &Separator<P>, x: P, to: P) -> Option<f64> {
+fn check_segment<P: Point>(s: &Quadric<P>, x: P, to: P) -> Option<f64> {
     let side = s.side(x);
     if s.side(to) == side {
         return None;
@@ -281,10 +281,10 @@ fn crossings<P: Point>() {
         let radius = [1.0, 1e-3, 1e3, 1e6, 0.3][round % 5];
         let far = [0.0, 1.0, 0.5, 1e3, 1e6][round / 5 % 5];
         let s = match round % 7 {
-            0 => Some(Separator::plane(round % P::DIM, unit(&mut rng) - 0.5)),
+            0 => Some(Quadric::plane(round % P::DIM, unit(&mut rng) - 0.5)),
             1 => {
                 let n = direction::<P>(&mut rng);
-                Separator::from_coefficients(P::splat(1e9), 1.0, 0.0, n, unit(&mut rng))
+                Quadric::from_coefficients(P::splat(1e9), 1.0, 0.0, n, unit(&mut rng))
             }
             _ => sphere::<P>(&mut rng, radius, far),
         };
@@ -344,25 +344,25 @@ fn balls_that_hold_a_side_cross() {
 #[test]
 fn planes_cut_exactly() {
     for at in [0.0, 0.1, -1e120, 1e200, 5e-324, 1.0 + f64::EPSILON] {
-        let s = Separator::<DVec3>::plane(1, at);
+        let s = Quadric::<DVec3>::plane(1, at);
         let x = |y: f64| DVec3::new(1e250, y, -1e-250);
         assert_eq!(s.side(x(at.next_down())), Side::Interior);
         assert_eq!((s.side(x(at)), s.side(x(at.next_up()))), (Side::Exterior, Side::Exterior));
         assert!(s.crosses(x(at), 0.0) && !s.is_sphere() && s.centre().is_none() && s.radius().is_none());
     }
-    let s = Separator::<DVec2>::plane(0, 1.0);
+    let s = Quadric::<DVec2>::plane(0, 1.0);
     assert!(s.crosses(DVec2::new(0.5, 1e9), 0.5) && !s.crosses(DVec2::new(0.5, 1e9), 0.5 - 1e-12));
     assert!(s.reaches(DVec2::ZERO, 0.1, Side::Interior) && !s.reaches(DVec2::ZERO, 0.1, Side::Exterior));
 }
 
 #[test]
 fn malformed_encodings_are_rejected() {
-    let good = Separator::<DVec3>::plane(2, 4.0).to_array();
-    assert!(Separator::<DVec3>::from_array(&good).is_some());
+    let good = Quadric::<DVec3>::plane(2, 4.0).to_array();
+    assert!(Quadric::<DVec3>::from_array(&good).is_some());
     for (slot, value) in [(3, 0.0), (3, 3.0), (3, -1.0), (0, f64::NAN), (8, f64::INFINITY), (7, 0.0)] {
         let mut bad = good;
         bad[slot] = value;
-        assert_eq!(Separator::<DVec3>::from_array(&bad), None, "{slot} {value}");
+        assert_eq!(Quadric::<DVec3>::from_array(&bad), None, "{slot} {value}");
     }
 }
 

@@ -63,6 +63,8 @@ pub struct LevelSums {
     pub spheres: u64,
     /// Number of nodes split by a plane.
     pub planes: u64,
+    /// Number of nodes split by a cut of a Hilbert curve.
+    pub curves: u64,
     /// Owned points.
     pub points: u64,
     /// Owned points of the largest node.
@@ -129,6 +131,7 @@ impl LevelSums {
             }
             NodeKind::Sphere => self.spheres += 1,
             NodeKind::Plane => self.planes += 1,
+            NodeKind::Curve => self.curves += 1,
         }
         let points = facts.population.max(1) as f64;
         let larger = facts.inside.max(facts.population.saturating_sub(facts.inside));
@@ -146,6 +149,7 @@ impl LevelSums {
         self.leaves += other.leaves;
         self.spheres += other.spheres;
         self.planes += other.planes;
+        self.curves += other.curves;
         self.points += other.points;
         self.largest = self.largest.max(other.largest);
         self.split.join(&other.split);

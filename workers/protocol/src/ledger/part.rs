@@ -129,10 +129,12 @@ pub enum NodeKind {
     Sphere,
     /// A node that a plane splits.
     Plane,
+    /// A node that a cut of a Hilbert curve splits.
+    Curve,
 }
 
 impl NodeKind {
-    const ALL: [NodeKind; 3] = [NodeKind::Leaf, NodeKind::Sphere, NodeKind::Plane];
+    const ALL: [NodeKind; 4] = [NodeKind::Leaf, NodeKind::Sphere, NodeKind::Plane, NodeKind::Curve];
 
     /// Returns the number that represents the kind in encoded words and in records.
     pub fn number(self) -> u64 {

@@ -31,7 +31,15 @@ impl Ratios {
 impl LevelSums {
     /// Appends the sums as words.
     fn push_words(&self, out: &mut Vec<u64>) {
-        out.extend([self.nodes, self.leaves, self.spheres, self.planes, self.points, self.largest]);
+        out.extend([
+            self.nodes,
+            self.leaves,
+            self.spheres,
+            self.planes,
+            self.curves,
+            self.points,
+            self.largest,
+        ]);
         out.extend(self.split.parts());
         out.extend(self.separator.parts());
         out.extend([self.attempts, self.largest_attempts, self.separator_points]);
@@ -41,7 +49,7 @@ impl LevelSums {
     }
 
     fn read(words: &mut Reader<'_>) -> Option<Self> {
-        let [nodes, leaves, spheres, planes, points, largest] = words.take()?;
+        let [nodes, leaves, spheres, planes, curves, points, largest] = words.take()?;
         let split = Ratios::from_parts(words.take()?)?;
         let separator = Ratios::from_parts(words.take()?)?;
         let [attempts, largest_attempts, separator_points] = words.take()?;
@@ -56,6 +64,7 @@ impl LevelSums {
             leaves,
             spheres,
             planes,
+            curves,
             points,
             largest,
             split,
