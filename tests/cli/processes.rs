@@ -154,6 +154,7 @@ fn processes_simulate_as_one_process_does() {
     same_run(&place, "simulate sample:uniform:600 --supergraph knn --k 12 --neighbours naive", 5);
     same_run(&place, "simulate sample:clusters:600,d=2 --supergraph overlap --separator-sets both", 6);
     same_run(&place, "simulate sample:uniform:600 --supergraph overlap --alpha 2 --k 3", 5);
+    same_run(&place, "simulate sample:uniform:500 --partition hilbert --seed 9", 1);
     same_run(&place, "simulate sample:uniform:500 --partition kd --separator-sets smaller --seed 9", 1);
 }
 

@@ -81,6 +81,7 @@ fn accounts_agree_on_all_graphs_in_the_plane() {
 fn accounts_agree_on_baselines() {
     let points = space(Kind::Uniform, 1500, 2);
     on_machines(&points, "planes", |c| c.tree.partition = Partition::Kd);
+    on_machines(&points, "along a curve", |c| c.tree.partition = Partition::Hilbert);
     on_machines(&points, "bottom-up", |c| c.recursion.neighbours = Correction::BottomUp);
     on_machines(&points, "in stages", |c| c.recursion.neighbours = Correction::Stages);
     on_machines(&points, "by pairs", |c| c.recursion.neighbours = Correction::Pairs);

@@ -47,22 +47,26 @@ fn over_machines<P: Point>(points: &[P], rival: &Spec, reference: &Outcome) -> O
 }
 
 fn planes<P: Point>(points: &[P]) {
+    without_spheres(points, Partition::Kd);
+}
+
+/// The cells of a baseline without spheres are the same on all machines, and so are its counts.
+fn without_spheres<P: Point>(points: &[P], partition: Partition) {
     let paper = simulated(Workers::Count(3), 5, LEAF);
     let reference = counted(points, &paper);
     assert_verified(points, &reference);
     for choice in [0, 1, 4] {
-        let rival =
-            with_graph(&paper, combinations(false)[choice]).with(|c| c.tree.partition = Partition::Kd);
+        let rival = with_graph(&paper, combinations(false)[choice]).with(|c| c.tree.partition = partition);
         let run = over_machines(points, &rival, &reference);
         let nodes = &run.ledger.part.nodes;
         assert!(
             nodes.len() > 16
                 && nodes.values().all(|facts| facts.kind != septet_protocol::ledger::NodeKind::Sphere),
-            "a sphere among planes"
+            "a sphere in {partition:?}"
         );
     }
     for workers in [1, 5, 64] {
-        let fast = threaded(Workers::Count(workers), 2, LEAF).with(|c| c.tree.partition = Partition::Kd);
+        let fast = threaded(Workers::Count(workers), 2, LEAF).with(|c| c.tree.partition = partition);
         assert!(triangulate(points, &fast).unwrap().cells() == reference.cells(), "{workers} workers");
     }
 }
@@ -71,6 +75,28 @@ fn planes<P: Point>(points: &[P]) {
 fn k_d_planes_give_the_same_cells_in_space() {
     planes(&space(Kind::Uniform, 1500, 3));
     planes(&space(Kind::Sphere, 800, 3));
+}
+
+/// Blocks along a curve: in space and in the plane, of clusters, of a grid with points on the faces of cells, and of points
+/// that one cell of the curve cannot separate.
+#[test]
+fn blocks_along_a_curve_give_the_same_cells() {
+    without_spheres(&space(Kind::Uniform, 1500, 3), Partition::Hilbert);
+    without_spheres(&space(Kind::Grid, 1331, 3), Partition::Hilbert);
+    without_spheres(&plane(Kind::Clusters, 2000, 3), Partition::Hilbert);
+    let mut far = plane(Kind::Uniform, 800, 2);
+    far.push(glam::DVec2::splat(1e30));
+    without_spheres(&far, Partition::Hilbert);
+}
+
+/// Points that the curve can tell apart need no planes.
+#[test]
+fn a_curve_cuts_all_nodes() {
+    let spec = simulated(Workers::Count(5), 5, 60).with(|c| c.tree.partition = Partition::Hilbert);
+    let nodes = counted(&space(Kind::Uniform, 4000, 6), &spec).ledger.part.nodes;
+    let split = nodes.values().filter(|facts| !facts.is_leaf());
+    assert!(split.clone().count() > 60);
+    assert!(split.clone().all(|facts| facts.kind == septet_protocol::ledger::NodeKind::Curve));
 }
 
 /// Many points lie on every plane: each has one side, the same everywhere.

@@ -53,7 +53,7 @@ fn check_bisection<P: Point>(points: &[P]) {
         let larger = inside.max(population - inside) as f64 / population as f64;
         (larger - 0.5) * 2.0 * (bisection_samples(population) as f64).sqrt()
     };
-    for partition in [Partition::Sphere, Partition::Kd] {
+    for partition in [Partition::Sphere, Partition::Kd, Partition::Hilbert] {
         let spec = threaded(Workers::Count(8), 2, 40).with(|c| c.tree.partition = partition);
         let split = splits(points, &spec);
         assert_eq!(split.len(), 7);
