@@ -57,7 +57,7 @@ fn of_specs() -> Described {
         Uncorrected { correction: "naive" },
         Samples { samples: 3, least: 5 },
         Tries { tries: 0, most: 9 },
-        TriesOfPlanes,
+        TriesOfBaseline { partition: "kd" },
         TooFewWorkers { workers: 1, processes: 2 },
         NotDistributed { output: "a picture", option: "view" },
         EmptyLeaf,
