@@ -146,12 +146,13 @@ fn print(run: &Outcome) {
     for total in &run.ledger.phases {
         let seconds: f64 = run.times.phases.iter().filter(|s| s.0 == total.phase).map(|s| s.1).sum();
         println!(
-            "{:<15} {seconds:8.3} s  rounds {:4} messages {:8} bytes {:12} work {:13} depth {:6} critical {:6}",
+            "{:<15} {seconds:8.3} s  rounds {:4} messages {:8} bytes {:12} work {:13} exact {:9} depth {:6} critical {:6}",
             total.phase.name(),
             total.rounds,
             total.messages,
             total.bytes,
             total.work,
+            total.exact_tests,
             total.depth,
             total.critical_depth
         );

@@ -34,7 +34,7 @@ Examples:
   septet fit times.jsonl --speedup
 
 Counts of a run: levels, leaves, attempts, edges, max-degree, replication, exchange-rounds. Counts of a phase, with \
---phase: depth, depth-log-scan, work, rounds, messages, bytes, seconds, level-depth, and the counts of rounds, such as \
+--phase: depth, depth-log-scan, work, exact-tests, rounds, messages, bytes, seconds, level-depth, and the counts of rounds, such as \
 largest-load. The repair phases are fitted \
 separately from the phases of the paper.")]
 pub struct FitArgs {

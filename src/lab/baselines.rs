@@ -168,7 +168,7 @@ fn priced(ledger: &Ledger, points: u64) -> RivalCounts {
     direct.fold(start, |sum, &PhaseTotal { work, depth, .. }| RivalCounts {
         work: sum.work + work,
         depth: sum.depth + depth,
-        brent: sum.brent + steps_on(Price::from_parts([work, depth, 0, 0]), points),
+        brent: sum.brent + steps_on(Price::from_parts([work, depth, 0, 0, 0]), points),
         ..sum
     })
 }

@@ -240,7 +240,7 @@ mod tests {
     fn a_curve_of_bounds_is_a_map_in_reports() {
         let mut row = GroupTotal::<u64>::default();
         row.total.brent_at = BrentCurve::up_to(5);
-        row.total.brent_at.add_step(Price::from_parts([9, 1, 0, 0]));
+        row.total.brent_at.add_step(Price::from_parts([9, 1, 0, 0, 0]));
         let text = serde_json::to_string(&row).unwrap();
         assert!(text.contains(r#""brent_at":{"1":9,"2":5,"4":3}"#), "{text}");
         assert_eq!(serde_json::from_str::<GroupTotal>(&text).unwrap(), row);

@@ -26,11 +26,11 @@ const KEYS: [(&str, &str); 19] = [
     ("/repair", "rounds stars probes probe_visits"),
     ("/how_proved", "direct hypothesis local_radius exchange"),
     ("/machine", "workers rounds messages bytes total paper repair selection"),
-    ("/machine/total", "work depth depth_log_scan brent brent_at rounds messages bytes"),
-    ("/machine/paper", "work depth depth_log_scan brent brent_at rounds messages bytes"),
+    ("/machine/total", "work exact_tests depth depth_log_scan brent brent_at rounds messages bytes"),
+    ("/machine/paper", "work exact_tests depth depth_log_scan brent brent_at rounds messages bytes"),
     (
         "/phases/0",
-        "name paper repair group rounds work depth depth_log_scan critical_depth messages bytes seconds",
+        "name paper repair group rounds work exact_tests depth depth_log_scan critical_depth messages bytes seconds",
     ),
     (
         "/rounds/0",

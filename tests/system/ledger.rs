@@ -9,7 +9,7 @@ use septet_core::{Outcome, Spec, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_lab::assert_counts;
 use septet_protocol::ids::{COORDINATOR, Group, Phase};
-use septet_protocol::ledger::LinkKey;
+use septet_protocol::ledger::{LinkKey, PhaseTotal};
 
 const LEAF: u64 = 40;
 
@@ -178,5 +178,38 @@ fn separators_are_balanced() {
     for kind in [Ball, Clusters, Grid, GradedPoint, Line, Slab, Sphere, Uniform, WellSpaced] {
         splits_are_balanced(&space(kind, 3000, 9), kind.name());
         splits_are_balanced(&plane(kind, 3000, 9), kind.name());
+    }
+}
+
+/// The exact tests of lattices and of rounded spheres are as many for any number of workers and any order of the points.
+/// Uniform points need almost none.
+fn exact_tests_of<P: Point>(points: &[P], choice: usize) -> u64 {
+    let reversed: Vec<P> = points.iter().rev().copied().collect();
+    let of = |points: &[P], workers| {
+        let spec = with_graph(&with_workers(Workers::Count(workers), LEAF), combinations(false)[choice]);
+        let ledger = counted(points, &spec).ledger;
+        let counted = ledger.phases.iter().filter(|p| p.phase.group().counts_work());
+        let row = |p: &PhaseTotal| (p.phase, p.exact_tests);
+        (ledger.totals.sum().exact_tests, counted.map(row).collect::<Vec<_>>())
+    };
+    let (total, phases) = of(points, 1);
+    assert_eq!(total, phases.iter().map(|(_, count)| count).sum::<u64>(), "{phases:?}");
+    for workers in [3, 16] {
+        assert_eq!(of(points, workers), (total, phases.clone()), "{workers} workers");
+    }
+    assert_eq!(of(&reversed, 3), (total, phases), "another order");
+    total
+}
+
+#[test]
+fn exact_tests_do_not_depend_on_the_machine() {
+    for kind in [Kind::Grid, Kind::Sphere] {
+        assert!(exact_tests_of(&space(kind, 1000, 3), 0) > 1000, "{kind:?}");
+    }
+    assert!(exact_tests_of(&plane(Kind::Grid, 1000, 3), 0) > 1000);
+    for uniform in
+        [exact_tests_of(&space(Kind::Uniform, 1000, 3), 0), exact_tests_of(&plane(Kind::Uniform, 1000, 3), 0)]
+    {
+        assert!(uniform < 10, "{uniform}");
     }
 }

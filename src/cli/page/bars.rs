@@ -52,10 +52,11 @@ pub(super) fn proofs(run: &RunData) -> Option<PageFigure> {
 }
 
 /// A measure of a phase: key, name, unit.
-const MEASURES: [(&str, &str, &str); 6] = [
+const MEASURES: [(&str, &str, &str); 7] = [
     ("critical_depth", "critical path", "steps"),
     ("depth", "depth", "steps"),
     ("work", "work", "operations"),
+    ("exact_tests", "exact tests", "tests"),
     ("bytes", "bytes", "B"),
     ("messages", "messages", "messages"),
     ("seconds", "time (measured)", "s"),

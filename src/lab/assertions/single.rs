@@ -227,12 +227,13 @@ fn difference(a: &Line, b: &Line) -> Option<String> {
             return differs(format!("level {}", x.level), x, y);
         }
     }
-    let counts = |p: &PhaseRow| (p.total.work, p.total.depth, p.total.depth_log_scan);
+    let counts = |p: &PhaseRow| [p.total.work, p.total.depth, p.total.depth_log_scan, p.total.exact_tests];
     for phase in a.phases.iter().filter(|p| p.group().counts_work()) {
         let own = counts(phase);
-        let other = b.phase(phase.name()).map_or((0, 0, 0), counts);
+        let other = b.phase(phase.name()).map_or([0; 4], counts);
         if own != other {
-            let what = format!("work, depth, and depth with scans at log m, of {}", phase.name());
+            let what =
+                format!("work, depth, depth with scans at log m, and exact tests, of {}", phase.name());
             return differs(what, &own, &other);
         }
     }

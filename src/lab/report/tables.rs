@@ -190,7 +190,9 @@ impl RunReport {
         if !starred {
             columns.push(Label("group"));
         }
-        columns.extend(["rounds", "work", "depth", "critical", "messages", "bytes"].map(Modelled));
+        columns.extend(
+            ["rounds", "work", "exact tests", "depth", "critical", "messages", "bytes"].map(Modelled),
+        );
         columns.push(Measured("seconds"));
         let mut rows = Vec::new();
         for p in &self.phases {
@@ -199,7 +201,8 @@ impl RunReport {
             if !starred {
                 row.push(p.group().name().to_owned());
             }
-            row.extend([t.rounds.to_string(), maybe(t.work), maybe(t.depth), maybe(t.critical_depth)]);
+            row.extend([t.rounds.to_string(), maybe(t.work), maybe(t.exact_tests)]);
+            row.extend([maybe(t.depth), maybe(t.critical_depth)]);
             row.extend([t.messages.to_string(), t.bytes.to_string(), format!("{:.4}", p.seconds)]);
             rows.push(row);
         }
@@ -209,7 +212,8 @@ impl RunReport {
             let mut row = vec![format!("= {name}")];
             row.resize(columns.len(), String::new());
             let first = usize::from(!starred) + 2;
-            (row[first], row[first + 1]) = (maybe(total.work), maybe(total.depth));
+            let counts = [total.work, total.exact_tests, total.depth].map(maybe);
+            row[first..first + counts.len()].clone_from_slice(&counts);
             totals.push(row);
             notes.push(format!(
                 "{name}: depth {} with scans at log2 m; Brent's bound {} steps on n processors",

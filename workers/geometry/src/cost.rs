@@ -20,6 +20,9 @@
 //! ([`Cost::nested`]), for example of one star, prices each scan at once. No count therefore depends on the number of
 //! workers.
 //!
+//! **Exact tests.** A test of a predicate is a part of an item's step, so the price of the step contains it. Meters count how
+//! many tests needed exact arithmetic ([`Cost::charge_exact_tests`]). This count adds nothing to work or depth.
+//!
 //! **Second account.** A meter can also record its calls, without prices ([`Tape`]). The laboratory prices such records
 //! independently of this module.
 
@@ -41,6 +44,7 @@ use sorting::take_others;
 use crate::coordinate_arrays::{CoordinateArrays, PairVisitor};
 use crate::kd_blocks::KdBlocks;
 use crate::point::Point;
+use crate::predicates::ExactTests;
 
 /// The meter of a computation: its price, and the record of its calls if it keeps one.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -74,7 +78,7 @@ impl Cost {
     /// Creates the meter of a nested problem whose chains have their own clocks: its work, the steps of its longest chain,
     /// and these steps if a scan counts `ceil(log2 m)`. The meter keeps no record of calls.
     pub(crate) fn of_clock(work: u64, steps: u64, log_scan: u64) -> Self {
-        let price = Price::from_parts([work, steps, 0, log_scan.saturating_sub(steps)]);
+        let price = Price::from_parts([work, steps, 0, log_scan.saturating_sub(steps), 0]);
         Cost { price, is_nested: true, tape: None }
     }
 
@@ -319,6 +323,11 @@ impl Cost {
     /// and the result of its copy together. Two vector steps combine them, and a scan collects them.
     pub fn charge_combination(&mut self, sweep: Sweep) {
         self.pay(Primitive::Combine, sweep.items() as usize);
+    }
+
+    /// Counts exact tests among the operations that the other calls charge.
+    pub fn charge_exact_tests(&mut self, tests: ExactTests) {
+        self.price.add_exact_tests(tests);
     }
 
     /// Charges the pairs of items that a finished sweep counted, at the cost of [`Cost::all_pairs`].

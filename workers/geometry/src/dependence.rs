@@ -48,7 +48,7 @@ use crate::complex::INFINITE;
 use crate::cost::{Cost, Price};
 use crate::incremental::IncrementalError;
 use crate::point::{Point, Simplex};
-use crate::predicates::{Sign, in_sphere, orientation};
+use crate::predicates::{ExactTests, Sign, in_sphere, orientation};
 
 /// The Delaunay triangulation, with the counts of its rounds.
 #[derive(Clone, Debug)]
@@ -62,6 +62,8 @@ pub struct Dependence<P: Point> {
     /// Counts of each round. The first round draws the order and tests all points against the first cells; the others
     /// settle facets.
     pub rounds: Vec<Round>,
+    /// Exact tests of all rounds.
+    pub exact_tests: ExactTests,
     /// The messages between the owners of the points.
     pub traffic: Traffic,
 }
@@ -80,6 +82,7 @@ impl<P: Point> Dependence<P> {
     /// # Errors
     /// See [`Dependence::new`].
     pub fn owned(points: &[P], seed: u64, owners: &[u32]) -> Result<Self, IncrementalError> {
+        let exact = ExactTests::so_far();
         let mut drawing = Cost::default().nested();
         let order = Order::draw(points, seed, &mut drawing)?;
         let inserted = order.indices.iter().filter_map(|&i| owners.get(i as usize).copied());
@@ -98,6 +101,7 @@ impl<P: Point> Dependence<P> {
             hull_facets: builder.infinite,
             clock: builder.clock,
             rounds: builder.rounds,
+            exact_tests: exact.since(),
             traffic: builder.network.traffic(),
         })
     }
@@ -117,7 +121,9 @@ impl<P: Point> Dependence<P> {
     /// chain.
     pub fn cost(&self) -> Cost {
         let Clock { steps, log_scan, .. } = self.clock;
-        Cost::of_clock(self.total().work, steps, log_scan)
+        let mut cost = Cost::of_clock(self.total().work, steps, log_scan);
+        cost.charge_exact_tests(self.exact_tests);
+        cost
     }
 
     /// Returns Brent's bound on the number of steps with `processors` processors: the sum of

@@ -18,6 +18,7 @@
 
 mod cavity;
 mod cells;
+mod operations;
 mod order;
 mod read;
 mod ridges;
@@ -28,6 +29,7 @@ mod sphere;
 mod triangulation;
 
 pub use cells::Cells;
+pub use operations::Operations;
 pub use order::{insertion_order, insertion_round};
 pub use read::facet_without;
 pub use rows::{FIRST_MARK, KeptCells};

@@ -115,7 +115,7 @@ pub(crate) async fn insert<P: Point>(
         let operations = own.add(&arrived, table.positions(), &cx.config().stop);
         if cx.config().shown.charges_direct() {
             let mut cost = cx.own_cost();
-            cost.charge_sequence(operations);
+            operations.charge(&mut cost);
             cx.charge(Account::member(Phase::Hulls, at), cost, arrived.len() as u64);
         }
         ghosts.add_to_first(arrived);

@@ -6,10 +6,9 @@
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::conflict_region::ConflictRegion;
-use septet_geometry::cost::Sweep;
 use septet_geometry::dependence::Dependence;
 use septet_geometry::incremental::{
-    Incremental, KeptCells, STOP_CHECK_INTERVAL, facet_without, insertion_order, insertion_round,
+    Incremental, KeptCells, Operations, STOP_CHECK_INTERVAL, facet_without, insertion_order, insertion_round,
 };
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::checksum::row_hash;
@@ -80,7 +79,7 @@ impl<P: Point> SubdomainTriangulation<P> {
     /// points cannot give it one. The exception is a ghost with a large cavity ([`Incremental::insert_if_adjacent`]).
     /// A ghost that is already a vertex does not change the triangulation. Ends early if the run is stopped. Returns the
     /// operations of the insertions.
-    pub(super) fn add(&mut self, ghosts: &[u32], positions: &[P], stop: &Stop) -> Sweep {
+    pub(super) fn add(&mut self, ghosts: &[u32], positions: &[P], stop: &Stop) -> Operations {
         self.delaunay.take_operations();
         let points: Vec<P> = ghosts.iter().map(|&g| positions[g as usize]).collect();
         for (count, i) in insertion_order(&points).into_iter().enumerate() {

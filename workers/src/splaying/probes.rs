@@ -23,7 +23,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use septet_geometry::cost::Sweep;
 use septet_geometry::measure::circumcentre;
 use septet_geometry::point::{Point, dist2};
-use septet_geometry::predicates::{Sign, in_sphere, orientation};
+use septet_geometry::predicates::{ExactTests, Sign, in_sphere, orientation};
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Account;
 use septet_protocol::transport::TransportError;
@@ -52,6 +52,8 @@ pub(super) struct Probes<'a, P: Point> {
     asked: Vec<Question<P::Cell>>,
     /// The cells of this rank that got an answer.
     answered: BTreeSet<P::Cell>,
+    /// The exact tests of answers, by leaf.
+    exact_tests: BTreeMap<u32, ExactTests>,
 }
 
 impl<'a, P: Point> Probes<'a, P> {
@@ -81,6 +83,7 @@ impl<'a, P: Point> Probes<'a, P> {
             descent: Descent::new(subdomain, search, &[]),
             asked,
             answered: BTreeSet::new(),
+            exact_tests: BTreeMap::new(),
         };
         probes.descent.launch_centres(cx, table, &balls);
         probes
@@ -107,8 +110,12 @@ impl<'a, P: Point> Probes<'a, P> {
         }
         let mut away = BTreeMap::<_, Vec<GatheredPoint>>::new();
         for nearest in complete.iter().filter(|nearest| !nearest.list.is_empty()) {
-            let cell = self.asked[nearest.point as usize].cell;
+            let Question { star: asking, cell, .. } = self.asked[nearest.point as usize];
+            let exact = ExactTests::so_far();
             let inside = nearest.list.iter().copied().filter(|&point| is_inside(table, &cell, point));
+            let inside: Vec<u32> = inside.collect();
+            *self.exact_tests.entry(leaf_number(self.leaves, asking)).or_default() += exact.since();
+            let inside = inside.into_iter();
             for (point, &star) in inside.flat_map(|point| cell.as_ref().iter().map(move |star| (point, star)))
             {
                 self.answered.insert(cell);
@@ -131,9 +138,11 @@ impl<'a, P: Point> Probes<'a, P> {
             sweeps.entry(leaf_number(self.leaves, question.star)).or_default().visit();
         }
         for (leaf, sweep) in sweeps {
-            for at in [first, first + STEPS - 1] {
+            let answers = self.exact_tests.get(&leaf).copied().unwrap_or_default();
+            for (at, exact) in [(first, ExactTests::default()), (first + STEPS - 1, answers)] {
                 let mut cost = cx.own_cost();
                 cost.charge_sweep(sweep);
+                cost.charge_exact_tests(exact);
                 let leaf = self.leaves[leaf as usize].id();
                 cx.charge(Account::step(Phase::ProbeCells, at, leaf), cost, sweep.items());
             }

@@ -18,6 +18,7 @@ use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::{Cost, Marks, Sweep};
 use septet_geometry::hull::{Extended, StarBuilder, Witnesses};
 use septet_geometry::point::Point;
+use septet_geometry::predicates::ExactTests;
 
 use crate::config::Repair;
 use crate::splaying::messages::{Objections, Proposal};
@@ -292,6 +293,7 @@ impl<'a, P: Point> StarStep<'a, P> {
         if points.is_empty() {
             return;
         }
+        let exact = ExactTests::so_far();
         let (mut sweep, against) = (Sweep::default(), &mut tools.against);
         tools.witnesses.load(positions, vertex, &points, &mut sweep);
         for cell in rejected {
@@ -312,6 +314,7 @@ impl<'a, P: Point> StarStep<'a, P> {
             out.objections.add(others, cell, vertex, against);
         }
         self.cost.charge_sweep(sweep);
+        self.cost.charge_exact_tests(exact.since());
     }
 }
 

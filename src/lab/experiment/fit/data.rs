@@ -40,6 +40,8 @@ pub enum Key {
     DepthLogScan,
     /// Operations of a phase.
     Work,
+    /// Tests of a phase that needed exact arithmetic.
+    ExactTests,
     /// Rounds of a phase.
     Rounds,
     /// Messages of a phase.
@@ -61,7 +63,7 @@ fn of_rounds() -> impl Iterator<Item = &'static Count> {
 }
 
 /// The keys and their names.
-const KEYS: [(Key, &str); 15] = [
+const KEYS: [(Key, &str); 16] = [
     (Key::Levels, "levels"),
     (Key::Leaves, "leaves"),
     (Key::Attempts, "attempts"),
@@ -72,6 +74,7 @@ const KEYS: [(Key, &str); 15] = [
     (Key::Depth, "depth"),
     (Key::DepthLogScan, "depth-log-scan"),
     (Key::Work, "work"),
+    (Key::ExactTests, "exact-tests"),
     (Key::Rounds, "rounds"),
     (Key::Messages, "messages"),
     (Key::Bytes, "bytes"),
@@ -96,10 +99,9 @@ impl Key {
 
     /// Returns `true` if the count belongs to a phase and not to a whole run.
     pub fn of_phase(self) -> bool {
-        use Key::{Bytes, Depth, DepthLogScan, LevelDepth, Messages, Rounds, Seconds, Work};
-        let named =
-            matches!(self, Depth | DepthLogScan | Work | Rounds | Messages | Bytes | Seconds | LevelDepth);
-        named || matches!(self, Key::Rounded(_))
+        use Key::{Bytes, Depth, DepthLogScan, ExactTests, LevelDepth, Messages, Rounds, Seconds, Work};
+        let counted = matches!(self, Depth | DepthLogScan | Work | ExactTests | LevelDepth);
+        counted || matches!(self, Rounds | Messages | Bytes | Seconds | Key::Rounded(_))
     }
 
     /// Returns `true` if the count depends on the number of workers.
@@ -452,6 +454,7 @@ fn of_phase(line: &Line, request: &FitRequest) -> Option<f64> {
         Key::Depth => total.map_or_else(|| sum(|p| p.depth), |g| g.depth as f64),
         Key::DepthLogScan => total.map_or_else(|| sum(|p| p.depth_log_scan), |g| g.depth_log_scan as f64),
         Key::Work => sum(|p| p.work),
+        Key::ExactTests => sum(|p| p.exact_tests),
         Key::Rounds => sum(|p| p.rounds),
         Key::Messages => sum(|p| p.messages),
         Key::Bytes => sum(|p| p.bytes),

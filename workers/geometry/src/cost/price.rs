@@ -5,6 +5,8 @@
 //! **Source.** Packs, splits and copy-scans: Blelloch, *Vector Models for Data-Parallel Computing* (1990). Sort:
 //! pipelined merge sort (Cole 1988, EREW). Merge: halving merge (Blelloch 1990).
 
+use crate::predicates::ExactTests;
+
 /// A primitive operation of the machine, priced by its number of items.
 ///
 /// A *vector step* over `m` items costs work `m` and depth 1. A *scan* is a vector step that also counts as one scan.
@@ -71,12 +73,17 @@ pub struct Price {
     /// Additional depth of the closed scans, which run over known numbers of items, if a scan of `m` items takes
     /// `ceil(log2 m)` steps.
     inner_log: u64,
+    /// Exact tests ([`crate::predicates::ExactTests`]). They are in the work, too, like all other tests.
+    exact_tests: u64,
 }
 
 #[expect(clippy::inline_always, reason = "the price of a known primitive is a few instructions")]
 impl Price {
+    /// The numbers of [`Price::to_parts`].
+    pub const PARTS: usize = 5;
+
     /// The price of an empty computation.
-    pub const ZERO: Price = Price { work: 0, depth: 0, scans: 0, inner_log: 0 };
+    pub const ZERO: Price = Price::from_parts([0; Price::PARTS]);
 
     /// Returns the number of elementary operations.
     pub fn work(&self) -> u64 {
@@ -86,6 +93,11 @@ impl Price {
     /// Returns the length of the longest chain of vector steps, with each scan counted as 1.
     pub fn depth(&self) -> u64 {
         self.depth
+    }
+
+    /// Returns the number of exact tests.
+    pub fn exact_tests(&self) -> u64 {
+        self.exact_tests
     }
 
     /// Returns the number of scans over the subproblem's own items on the longest chain.
@@ -105,14 +117,15 @@ impl Price {
         self.scans * (sort_steps(items) - 1)
     }
 
-    /// Encodes the price as four numbers: work, depth, scans, and the additional depth of closed scans.
-    pub fn to_parts(self) -> [u64; 4] {
-        [self.work, self.depth, self.scans, self.inner_log]
+    /// Encodes the price as numbers: work, depth, scans, the additional depth of closed scans, and exact tests.
+    pub fn to_parts(self) -> [u64; Price::PARTS] {
+        [self.work, self.depth, self.scans, self.inner_log, self.exact_tests]
     }
 
     /// Decodes a price from the numbers of [`Price::to_parts`].
-    pub fn from_parts([work, depth, scans, inner_log]: [u64; 4]) -> Self {
-        Price { work, depth, scans, inner_log }
+    pub const fn from_parts(parts: [u64; Price::PARTS]) -> Self {
+        let [work, depth, scans, inner_log, exact_tests] = parts;
+        Price { work, depth, scans, inner_log, exact_tests }
     }
 
     /// Appends a computation that runs after this one.
@@ -122,14 +135,21 @@ impl Price {
         self.depth += next.depth;
         self.scans += next.scans;
         self.inner_log += next.inner_log;
+        self.exact_tests += next.exact_tests;
     }
 
-    /// Adds a computation that runs in parallel: sum of work, maximum depth.
+    /// Adds exact tests.
+    pub(super) fn add_exact_tests(&mut self, tests: ExactTests) {
+        self.exact_tests += tests.count();
+    }
+
+    /// Adds a computation that runs in parallel: sum of work and exact tests, maximum depth.
     pub fn join(&mut self, other: Price) {
         self.work += other.work;
         self.depth = self.depth.max(other.depth);
         self.scans = self.scans.max(other.scans);
         self.inner_log = self.inner_log.max(other.inner_log);
+        self.exact_tests += other.exact_tests;
     }
 
     /// Closes all open scans: fixes their number of items. The computation can then become an item of a larger vector
@@ -142,13 +162,17 @@ impl Price {
 
     /// Returns the price as a lane of a vector step. A lane without calls is a vector step over one item.
     pub(super) fn of_lane(self) -> Self {
-        if self.depth == 0 { Price::of_steps(1, 1, 0) } else { self }
+        if self.depth == 0 {
+            Price { exact_tests: self.exact_tests, ..Price::of_steps(1, 1, 0) }
+        } else {
+            self
+        }
     }
 
     /// Returns the price of `steps` vector steps over `items` items, of which `scans` are scans.
     #[inline]
     const fn of_steps(items: u64, steps: u64, scans: u64) -> Self {
-        Price { work: steps * items, depth: steps, scans, inner_log: 0 }
+        Price { work: steps * items, depth: steps, scans, ..Price::ZERO }
     }
 
     /// Returns the price of a halving merge.

@@ -70,7 +70,7 @@ impl Steps {
         for part in sequence {
             part(&mut steps, items);
         }
-        Price::from_parts([steps.work, steps.depth, steps.scans, 0])
+        Price::from_parts([steps.work, steps.depth, steps.scans, 0, 0])
     }
 }
 
@@ -99,9 +99,9 @@ fn paid(calls: &[(Primitive, usize)]) -> Price {
 
 /// The price of consecutive calls of primitives whose scans all run over `items` items.
 fn paid_nested(calls: &[(Primitive, usize)], items: usize) -> Price {
-    let [work, depth, scans, _] = paid(calls).to_parts();
+    let [work, depth, scans, _, exact] = paid(calls).to_parts();
     let log = ceil_log2(items as u64).max(1) - 1;
-    Price::from_parts([work, depth, 0, scans * log])
+    Price::from_parts([work, depth, 0, scans * log, exact])
 }
 
 fn swept(items: usize) -> Sweep {

@@ -12,7 +12,7 @@ use super::planes::{Planes, Side};
 use crate::complex::Complex;
 use crate::cost::{Cost, Positions};
 use crate::point::{Point, Simplex, dist2, lex_cmp};
-use crate::predicates::{Sign, orientation, raises_dimension};
+use crate::predicates::{ExactTests, Sign, orientation, raises_dimension};
 use crate::simd::widest;
 
 /// Builds one star at a time, in reused storage.
@@ -83,6 +83,7 @@ impl<P: Point> StarBuilder<P> {
     /// repetitions and the centre are ignored. Returns `false`, with an empty link, if the candidates and the centre
     /// span no cell.
     pub fn build(&mut self, table: &[P], centre: u32, candidates: &[u32], cost: &mut Cost) -> bool {
+        let exact = ExactTests::so_far();
         self.centre = table[centre as usize];
         self.points.clear();
         self.points.push(Candidate::infinity());
@@ -113,6 +114,7 @@ impl<P: Point> StarBuilder<P> {
         } else {
             self.link.clear();
         }
+        cost.charge_exact_tests(exact.since());
         first.is_some()
     }
 

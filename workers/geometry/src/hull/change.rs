@@ -13,6 +13,7 @@ use super::planes::Side;
 use crate::complex::INFINITE;
 use crate::cost::Cost;
 use crate::point::{Point, Simplex};
+use crate::predicates::ExactTests;
 use crate::simd::widest;
 
 /// The effect of further candidates on a link.
@@ -72,11 +73,13 @@ impl<P: Point> StarBuilder<P> {
             self.link.clear();
             return Extended::Open;
         }
+        let exact = ExactTests::so_far();
         if self.are_many(self.order.len()) {
             self.insert_at_random(known as u32 - 1, cost);
         } else {
             self.insert_in_order(known as u32 - 1, cost);
         }
+        cost.charge_exact_tests(exact.since());
         if self.removed.is_empty() { Extended::Same } else { Extended::Changed }
     }
 

@@ -10,7 +10,7 @@
 use super::candidate::Candidate;
 use super::planes::{Planes, Side};
 use crate::cost::Sweep;
-use crate::point::Point;
+use crate::point::{Point, lex_cmp};
 use crate::predicates::{Sign, in_sphere, orientation};
 
 /// Tests points against cells of a centre, in reused storage.
@@ -44,12 +44,15 @@ impl<P: Point> Witnesses<P> {
         let mut others = [self.points.first().copied().unwrap_or_else(|| Candidate::infinity()); 3];
         let mut n = 0;
         for &id in cell.as_ref() {
-            let at = table[id as usize];
-            if at != self.centre && n < P::DIM {
+            if table[id as usize] != self.centre && n < P::DIM {
                 others[n] = Candidate::of(table, id, self.centre);
                 n += 1;
-                corners[n] = at;
             }
+        }
+        // The number of exact tests does not depend on the numbering of the table.
+        others[..n].sort_unstable_by(|a, b| lex_cmp(&a.at, &b.at));
+        for (corner, other) in corners[1..].iter_mut().zip(&others[..n]) {
+            *corner = other.at;
         }
         match orientation(&corners[..=P::DIM]) {
             Sign::Zero => return,

@@ -89,8 +89,8 @@ impl<P: Point> Incremental<P> {
     pub(super) fn replace(&mut self, vertex: u32, query: &Query<P>, seed: u32, bound: u32) -> bool {
         let q = self.points[vertex as usize];
         self.find_cavity(q, query, seed);
-        self.operations.visit_all(self.scratch.cavity.items());
-        self.operations.visit_all(self.scratch.boundary.items());
+        self.operations.cells.visit_all(self.scratch.cavity.items());
+        self.operations.cells.visit_all(self.scratch.boundary.items());
         if bound != INFINITE && !self.keeps_insertion(bound) {
             self.last = seed;
             return false;

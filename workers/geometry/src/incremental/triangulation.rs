@@ -1,15 +1,16 @@
 //! The incremental triangulation: construction, and insertion of points in a given order.
 
 use super::cells::Cells;
+use super::operations::Operations;
 use super::order::insertion_order;
 use super::scratch::Scratch;
 use super::sphere::Frame;
 use thiserror::Error;
 
 use crate::complex::{INFINITE, NONE};
-use crate::cost::{Cost, Sweep};
+use crate::cost::Cost;
 use crate::point::{Point, Simplex};
-use crate::predicates::{Sign, orientation, raises_dimension};
+use crate::predicates::{ExactTests, Sign, orientation, raises_dimension};
 
 /// The reason why a triangulation failed.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
@@ -53,8 +54,7 @@ pub struct Incremental<P: Point> {
     pub(super) last: u32,
     pub(super) frame: Frame<P>,
     pub(super) scratch: Scratch<P>,
-    /// The cells that insertions visited, removed and created, one after another.
-    pub(super) operations: Sweep,
+    pub(super) operations: Operations,
 }
 
 /// Largest number of points. Random points in space have 6.8 cells each, so this number of points has fewer than
@@ -155,10 +155,12 @@ impl<P: Point> Incremental<P> {
             cells: Cells::with_capacity(room * expected_cells(P::DIM)),
             last: 0,
             scratch: Scratch::default(),
-            operations: Sweep::default(),
+            operations: Operations::default(),
             points,
         };
+        let exact = ExactTests::so_far();
         let first = this.start()?;
+        this.operations.exact += exact.since();
         for (count, vertex) in order.into_iter().enumerate() {
             if count.is_multiple_of(STOP_CHECK_INTERVAL) && !go_on() {
                 return Err(IncrementalError::Stopped);
@@ -290,11 +292,11 @@ impl<P: Point> Incremental<P> {
     /// Charges all insertions so far as one sequence of operations. Each cell that an insertion visits, removes or creates
     /// is one operation.
     pub fn charge(&self, cost: &mut Cost) {
-        cost.charge_sequence(self.operations);
+        self.operations.charge(cost);
     }
 
     /// Returns the operations of [`Incremental::charge`] since the last call, and starts a new count.
-    pub fn take_operations(&mut self) -> Sweep {
+    pub fn take_operations(&mut self) -> Operations {
         std::mem::take(&mut self.operations)
     }
 
@@ -306,12 +308,13 @@ impl<P: Point> Incremental<P> {
         }
         let q = self.points[vertex as usize];
         let query = self.frame.query(q);
-        let mut operations = std::mem::take(&mut self.operations);
-        let (mut seed, certain) = self.descend(&query, start, &mut operations);
+        let exact = ExactTests::so_far();
+        let mut cells = std::mem::take(&mut self.operations.cells);
+        let (mut seed, certain) = self.descend(&query, start, &mut cells);
         if !certain {
-            seed = self.walk(q, seed, &mut operations);
+            seed = self.walk(q, seed, &mut cells);
         }
-        self.operations = operations;
+        self.operations.cells = cells;
         if !certain {
             // Only the cell that contains a point can have it as a vertex.
             for &v in self.cells.cell(seed).as_ref() {
@@ -320,7 +323,9 @@ impl<P: Point> Incremental<P> {
                 }
             }
         }
-        Ok(self.replace(vertex, &query, seed, bound))
+        let is_inserted = self.replace(vertex, &query, seed, bound);
+        self.operations.exact += exact.since();
+        Ok(is_inserted)
     }
 }
 

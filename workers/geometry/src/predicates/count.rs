@@ -1,67 +1,55 @@
-//! Counts of predicate calls by the stage that decides them, for experiments with the feature `stage-counts`.
+//! The number of *exact tests*: orientations and in-sphere signs that the filter did not decide.
 //!
-//! The counters are local to the thread and affect no result. Without the feature they do not exist.
+//! **Statement.** Each such call is one exact test, whichever exact stage decides it: rounded arithmetic without any
+//! rounding error, integers, or expansions. Ties count once, because the stage that finds the zero also breaks the tie.
+//!
+//! **Why.** An exact test takes about ten times as long as a rounded one, and the ledger charges both as one operation. The
+//! count says how far that constant matters.
+//!
+//! The predicates have no meter. They count on their thread, and the owner of a meter charges the tests of a computation
+//! between two readings ([`ExactTests::so_far`], [`ExactTests::since`]). The computation must run on one thread. The filter
+//! alone decides most calls, and these do not touch the counter.
 
-/// The stage that decided a sign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Stage {
-    /// Rounded arithmetic within its error bound.
-    Filter,
-    /// Rounded arithmetic without any rounding error.
-    Exact,
-    /// Integers of fixed width.
-    Integer,
-    /// Expansions.
-    Expansion,
+use std::cell::Cell;
+use std::ops::AddAssign;
+
+thread_local! {
+    static COUNT: Cell<u64> = const { Cell::new(0) };
 }
 
-/// Counts one orientation decided at `stage`.
+/// Counts one exact test.
 #[inline]
-pub(super) fn orientation(stage: Stage) {
-    count(stage, 0);
+pub(super) fn exact_test() {
+    COUNT.with(|count| count.set(count.get() + 1));
 }
 
-/// Counts one in-sphere sign decided at `stage`.
-#[inline]
-pub(super) fn in_sphere(stage: Stage) {
-    count(stage, 4);
-}
+/// A number of exact tests.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ExactTests(u64);
 
-/// Counts one in-sphere sign that was zero.
-#[inline]
-pub(super) fn tie() {
-    #[cfg(feature = "stage-counts")]
-    counters::add(8);
-}
-
-#[cfg_attr(not(feature = "stage-counts"), expect(unused_variables, reason = "nothing is counted"))]
-#[inline]
-fn count(stage: Stage, first: usize) {
-    #[cfg(feature = "stage-counts")]
-    counters::add(first + stage as usize);
-}
-
-#[cfg(feature = "stage-counts")]
-mod counters {
-    use std::cell::Cell;
-
-    thread_local! {
-        static COUNTS: [Cell<u64>; 9] = const { [const { Cell::new(0) }; 9] };
+impl ExactTests {
+    /// Returns the tests of this thread so far.
+    #[inline]
+    pub fn so_far() -> Self {
+        ExactTests(COUNT.with(Cell::get))
     }
 
-    pub(super) fn add(at: usize) {
-        COUNTS.with(|counts| counts[at].set(counts[at].get() + 1));
+    /// Returns the tests of this thread since the reading `self`.
+    #[inline]
+    #[must_use]
+    pub fn since(self) -> Self {
+        ExactTests(ExactTests::so_far().0.wrapping_sub(self.0))
     }
 
-    /// Returns and resets the thread's counts: orientations by [`super::Stage`], in-sphere signs by stage, and
-    /// in-sphere signs that were zero.
-    pub fn take() -> ([u64; 4], [u64; 4], u64) {
-        COUNTS.with(|counts| {
-            let taken = |i: usize| counts[i].take();
-            ([0, 1, 2, 3].map(taken), [4, 5, 6, 7].map(taken), taken(8))
-        })
+    /// Returns the number.
+    pub fn count(self) -> u64 {
+        self.0
     }
 }
 
-#[cfg(feature = "stage-counts")]
-pub use counters::take;
+impl AddAssign for ExactTests {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        self.0 += other.0;
+    }
+}

@@ -35,9 +35,7 @@ mod wide;
 
 use std::cmp::Ordering;
 
-pub use count::Stage;
-#[cfg(feature = "stage-counts")]
-pub use count::take as take_stage_counts;
+pub use count::ExactTests;
 use glam::DVec2;
 use integer::Signs;
 pub use sign::Sign;
@@ -53,7 +51,6 @@ pub fn orientation<P: Point>(cell: &[P]) -> Sign {
     let cell = &cell[..=P::DIM];
     let rounded = P::rounded_orientation(cell);
     if rounded.is_certain() {
-        count::orientation(Stage::Filter);
         return Sign::of(rounded.det);
     }
     exact_orientation(cell)
@@ -67,17 +64,15 @@ const EXACT_IN_SPHERE: [u64; 2] = [12, 9];
 #[cold]
 #[inline(never)]
 fn exact_orientation<P: Point>(cell: &[P]) -> Sign {
+    count::exact_test();
     // The determinant is recomputed, because passing it would slow down the calls that the filter decides.
     let rounded = P::rounded_orientation(cell);
     if lattice::is_exact(cell, rounded.reach, EXACT_ORIENTATION[P::DIM - 2]) {
-        count::orientation(Stage::Exact);
         return Sign::of(rounded.det);
     }
     if let Some(sign) = integer::orientation(cell, rounded.reach) {
-        count::orientation(Stage::Integer);
         return sign;
     }
-    count::orientation(Stage::Expansion);
     expansion::orientation(cell)
 }
 
@@ -90,7 +85,6 @@ pub fn in_sphere<P: Point>(cell: &[P], q: P) -> bool {
     let cell = &cell[..=P::DIM];
     let rounded = P::rounded_in_sphere(cell, q);
     if rounded.is_certain() {
-        count::in_sphere(Stage::Filter);
         return rounded.det > 0.0;
     }
     exact_in_sphere(cell, q, &rounded)
@@ -99,28 +93,23 @@ pub fn in_sphere<P: Point>(cell: &[P], q: P) -> bool {
 #[cold]
 #[inline(never)]
 fn exact_in_sphere<P: Point>(cell: &[P], q: P, rounded: &Rounded) -> bool {
+    count::exact_test();
     let signs = in_sphere_signs(cell, q, rounded);
     match signs.det {
         Sign::Positive => true,
         Sign::Negative => false,
-        Sign::Zero => {
-            count::tie();
-            tie::conflicts(cell, q, signs.cofactors)
-        }
+        Sign::Zero => tie::conflicts(cell, q, signs.cofactors),
     }
 }
 
 fn in_sphere_signs<P: Point>(cell: &[P], q: P, rounded: &Rounded) -> Signs {
     let digits = EXACT_IN_SPHERE[P::DIM - 2];
     if lattice::is_exact(&[q], rounded.reach, digits) && lattice::is_exact(cell, rounded.reach, digits) {
-        count::in_sphere(Stage::Exact);
         return Signs { det: Sign::of(rounded.det), cofactors: rounded.cofactors.map(Sign::of) };
     }
     if let Some(signs) = integer::conflict(cell, q, rounded.reach) {
-        count::in_sphere(Stage::Integer);
         return signs;
     }
-    count::in_sphere(Stage::Expansion);
     expansion::conflict(cell, q)
 }
 

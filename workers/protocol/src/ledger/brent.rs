@@ -116,7 +116,7 @@ mod tests {
     fn bounds_fall_from_the_work_to_the_depth() {
         let mut curve = BrentCurve::up_to(100);
         for (work, depth) in [(1000, 3), (7, 7), (64, 1)] {
-            curve.add_step(Price::from_parts([work, depth, 0, 0]));
+            curve.add_step(Price::from_parts([work, depth, 0, 0, 0]));
         }
         let all: Vec<(u64, u64)> = curve.each().collect();
         assert_eq!(all[0], (1, 1071));

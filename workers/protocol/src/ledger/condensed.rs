@@ -179,7 +179,12 @@ impl Ledger {
             let on_path = path.iter().filter(|s| s.phase == phase).map(|s| s.depth).sum();
             let condensed = work.get(&phase).copied().unwrap_or(0);
             let work = condensed + work_of(&part, phase);
-            phase_total(&part, (phase, work), alone.get(&phase).copied().unwrap_or_default(), on_path)
+            phase_total(
+                &part,
+                (phase, work, fold.exact_tests(phase)),
+                alone.get(&phase).copied().unwrap_or_default(),
+                on_path,
+            )
         });
         let phases = phases.collect();
         Ledger { totals, phases, critical_path: path, tree, part }

@@ -112,10 +112,10 @@ fn steps_of_nodes(part: &LedgerPart) -> BTreeMap<Account, Charge> {
     sums
 }
 
-/// Returns the total of a phase with its work.
+/// Returns the total of a phase with its work and its exact tests.
 pub(super) fn phase_total(
     part: &LedgerPart,
-    (phase, work): (Phase, u64),
+    (phase, work, exact_tests): (Phase, u64, u64),
     alone: Depths,
     critical_depth: u64,
 ) -> Option<PhaseTotal> {
@@ -127,6 +127,7 @@ pub(super) fn phase_total(
         phase,
         rounds: rounds.iter().filter(|t| t.messages > 0).count() as u64,
         work,
+        exact_tests,
         depth: alone.depth,
         depth_log_scan: alone.depth_log_scan,
         critical_depth,
@@ -144,7 +145,7 @@ mod tests {
 
     /// The price of a loop.
     fn cost(trips: u64) -> Price {
-        Price::from_parts([trips, trips, 0, 0])
+        Price::from_parts([trips, trips, 0, 0, 0])
     }
 
     #[test]

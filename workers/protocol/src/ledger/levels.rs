@@ -232,7 +232,7 @@ mod tests {
                 max_degree: node % 29,
                 ..NodeFacts::default()
             };
-            let cost = Price::from_parts([node, node % 17, 0, 0]);
+            let cost = Price::from_parts([node, node % 17, 0, 0, 0]);
             part.charge(Account::member(Phase::Merge, NodeId(node)), cost, 1);
         }
         part

@@ -380,15 +380,15 @@ mod tests {
             let n = u64::from(rank);
             part.charge(
                 Account::member(Phase::Partition, NodeId::ROOT),
-                Price::from_parts([3 * n, 9 - n, n, 2]),
+                Price::from_parts([3 * n, 9 - n, n, 2, n % 5]),
                 10 * n,
             );
             part.charge(
                 Account::step(Phase::Repair, rank % 2, NodeId(7)),
-                Price::from_parts([n, n, 0, 1]),
+                Price::from_parts([n, n, 0, 1, 0]),
                 n,
             );
-            part.charge(Account::member(Phase::Hulls, NodeId(3 + n)), Price::from_parts([n, 4, 0, 0]), n);
+            part.charge(Account::member(Phase::Hulls, NodeId(3 + n)), Price::from_parts([n, 4, 0, 0, 0]), n);
             part.bill(
                 RankKey { round: rank % 2, phase: Phase::Graph, rank },
                 0,

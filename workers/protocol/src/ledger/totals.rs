@@ -18,6 +18,8 @@ pub struct PhaseTotal<C = u64> {
     pub rounds: u64,
     /// Number of operations. `None` if not counted.
     pub work: C,
+    /// Number of tests of predicates that needed exact arithmetic. The work contains them. `None` if not counted.
+    pub exact_tests: C,
     /// Longest chain within the phase, with each scan counted as 1.
     pub depth: C,
     /// Longest chain within the phase, with a scan of m items counted as `ceil(log2 m)`.
@@ -37,6 +39,7 @@ impl PhaseTotal {
             phase,
             rounds: 0,
             work: 0,
+            exact_tests: 0,
             depth: 0,
             depth_log_scan: 0,
             critical_depth: 0,
@@ -52,6 +55,7 @@ impl PhaseTotal {
             phase: self.phase,
             rounds: self.rounds,
             work: known(self.work),
+            exact_tests: known(self.exact_tests),
             depth: known(self.depth),
             depth_log_scan: known(self.depth_log_scan),
             critical_depth: known(self.critical_depth),
@@ -106,6 +110,8 @@ mod identity {
 pub struct Total<C = u64> {
     /// Number of operations. `None` if not counted.
     pub work: C,
+    /// Number of tests of predicates that needed exact arithmetic. The work contains them. `None` if not counted.
+    pub exact_tests: C,
     /// Longest chain of vector steps, with each scan counted as 1.
     pub depth: C,
     /// Longest chain, with a scan of m items counted as `ceil(log2 m)`.
@@ -124,6 +130,7 @@ impl Total {
     pub fn then(self, next: Total) -> Total {
         Total {
             work: self.work + next.work,
+            exact_tests: self.exact_tests + next.exact_tests,
             depth: self.depth + next.depth,
             depth_log_scan: self.depth_log_scan + next.depth_log_scan,
             brent: self.brent + next.brent,
@@ -136,6 +143,7 @@ impl Total {
         let known = |count: u64| counted.then_some(count);
         Total {
             work: known(self.work),
+            exact_tests: known(self.exact_tests),
             depth: known(self.depth),
             depth_log_scan: known(self.depth_log_scan),
             brent: known(self.brent),

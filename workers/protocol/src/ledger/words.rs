@@ -13,8 +13,8 @@ use super::round::{RoundKey, RoundTally};
 use crate::checksum::checksum;
 use crate::ids::{NodeId, Phase, Rank};
 
-/// Words of a charge: phase and role, node, items and the four parts of the price.
-const CHARGE_WORDS: usize = 7;
+/// Words of a charge: phase and role, node, items and the parts of the price.
+const CHARGE_WORDS: usize = 3 + Price::PARTS;
 
 impl NodeFacts {
     const LEN: usize = 15;
@@ -239,7 +239,7 @@ mod tests {
     #[test]
     fn a_part_survives_its_words() {
         let mut part = LedgerPart::default();
-        let cost = Price::from_parts([4, 3, 2, 1]);
+        let cost = Price::from_parts([4, 3, 2, 1, 5]);
         part.bill(
             RankKey { round: 7, phase: Phase::Partition, rank: 2 },
             5,
@@ -258,7 +258,7 @@ mod tests {
         }
         assert_eq!(words[..7], [1, 4, 1, 77, 1, 2, 78]);
         // The first charge follows the head and one round.
-        let (phase, leader) = (7 + 1, 7 + 13 + 7);
+        let (phase, leader) = (7 + 1, 7 + 13 + CHARGE_WORDS);
         assert_eq!(words[leader], Phase::Graph as u64 | 1 << 8);
         for (at, word) in [(phase, 99), (leader, 9 << 8), (leader, 1 << 32 | 1 << 8)] {
             let mut unknown = words.clone();

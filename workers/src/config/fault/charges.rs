@@ -35,8 +35,8 @@ impl Fault {
             let clock = clocks.entry((account.role, account.phase)).or_default();
             clock.then(*cost);
             // The clock determines when a subproblem ends. The work of the subproblem is unchanged.
-            let [_, depth, scans, inner_log] = clock.to_parts();
-            *cost = Price::from_parts([cost.work(), depth, scans, inner_log]);
+            let [_, depth, scans, inner_log, _] = clock.to_parts();
+            *cost = Price::from_parts([cost.work(), depth, scans, inner_log, cost.exact_tests()]);
         }
     }
 
@@ -64,16 +64,16 @@ impl Fault {
 
     /// Changes the cost of a node. A law has the value for this number of points.
     fn change(self, cost: &mut Price, points: u64) {
-        let [work, depth, scans, inner_log] = cost.to_parts();
+        let [work, depth, scans, inner_log, exact] = cost.to_parts();
         *cost = Price::from_parts(match self {
             Fault::Slow { law, factor, .. } => {
                 let steps = (factor.value() * law.value(points)).round() as u64;
-                [work, depth + steps, scans, inner_log]
+                [work, depth + steps, scans, inner_log, exact]
             }
             Fault::Work { factor, .. } => {
-                [(factor.value() * work as f64).round() as u64, depth, scans, inner_log]
+                [(factor.value() * work as f64).round() as u64, depth, scans, inner_log, exact]
             }
-            Fault::Free { .. } => [1, 1, 0, 0],
+            Fault::Free { .. } => [1, 1, 0, 0, exact],
             _ => return,
         });
     }
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     fn steps(count: u64) -> Price {
-        Price::from_parts([count, count, 0, 0])
+        Price::from_parts([count, count, 0, 0, 0])
     }
 
     /// A root of 1,000 points, split into leaves of 600 and 400. The leader of the root works 4 steps.

@@ -15,6 +15,7 @@
 use septet_geometry::cost::{Cost, Marks, Sweep};
 use septet_geometry::measure::circumcentre;
 use septet_geometry::point::{Point, dist2, lex_cmp};
+use septet_geometry::predicates::ExactTests;
 
 use super::StarStep;
 use crate::splaying::messages::{Proposal, corners};
@@ -109,6 +110,7 @@ impl<P: Point> StarStep<'_, P> {
         if points.is_empty() {
             return;
         }
+        let exact = ExactTests::so_far();
         let (mut sweep, against) = (Sweep::default(), &mut tools.against);
         tools.witnesses.load(positions, vertex, &points, &mut sweep);
         for cell in cells {
@@ -126,6 +128,7 @@ impl<P: Point> StarStep<'_, P> {
             }
         }
         self.cost.charge_sweep(sweep);
+        self.cost.charge_exact_tests(exact.since());
     }
 }
 

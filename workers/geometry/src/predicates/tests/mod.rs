@@ -1,6 +1,7 @@
 //! The predicates: conventions in this module, signs compared with big integers in its submodules.
 
 mod bounds;
+mod count;
 mod exact;
 mod integers;
 mod samples;

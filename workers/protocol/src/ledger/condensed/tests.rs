@@ -141,7 +141,7 @@ fn counts_of_a_foreign_subtree_are_refused() {
     for node in [8, 16, 35].map(NodeId) {
         let mut charged = parts(3);
         assert_eq!(united(&charged, false), Ok(()));
-        charged[2].charge(Account::member(Phase::Hulls, node), Price::from_parts([1, 1, 0, 0]), 1);
+        charged[2].charge(Account::member(Phase::Hulls, node), Price::from_parts([1, 1, 0, 0, 0]), 1);
         let shared = Err(LedgerError::Shared { node });
         assert_eq!([true, false].map(|keeps| united(&charged, keeps)), [shared, shared]);
         let mut known = parts(3);

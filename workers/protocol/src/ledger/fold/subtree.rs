@@ -313,9 +313,15 @@ impl Fold {
     fn add_steps(&self, phase: Phase, processors: u64, total: &mut Total) {
         for Step { price, .. } in self.steps.of_phase(phase) {
             total.work += price.work();
+            total.exact_tests += price.exact_tests();
             total.brent += steps_on(*price, processors);
             total.brent_at.add_step(*price);
         }
+    }
+
+    /// Returns the exact tests of a phase.
+    pub(in crate::ledger) fn exact_tests(&self, phase: Phase) -> u64 {
+        self.steps.of_phase(phase).map(|step| step.price.exact_tests()).sum()
     }
 
     /// Returns the longest chain of a phase with steps.
@@ -365,7 +371,7 @@ mod tests {
         };
         for node in (1..64).map(NodeId) {
             for phase in Phase::ALL {
-                let cost = Price::from_parts([next(100), next(40), next(4), next(3)]);
+                let cost = Price::from_parts([next(100), next(40), next(4), next(3), next(9)]);
                 match phase.flow() {
                     Flow::Steps if next(3) > 0 => {
                         part.charge(Account::member(phase, node), cost, 1 + next(50));
