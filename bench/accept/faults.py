@@ -47,6 +47,7 @@ def pairs():
     yield "old-spheres", ["own-spheres"], []
     yield "free:sizes", ["mesh-brent"], []
     yield "slow:octree:log2", ["mesh-brent"], []
+    yield "work:hulls:1.1", ["exact-counts"], ["brent"]
     yield "small-sphere", ["levels", "separator-split"], []
     for ablation in ["random-planes", "median-planes", "no-centrepoint"]:
         yield ablation, ["separator-exponent"], []

@@ -21,7 +21,7 @@ const fn pair(fault: &'static str, fail: &'static [&'static str]) -> Pair {
 
 /// The pairs of faults and claims. The guide has them in the last column of the table of faults. `bench/accept/faults.py`
 /// measures them at full size, where `slow:hulls:root3` needs no factor.
-static PAIRS: [Pair; 22] = [
+static PAIRS: [Pair; 23] = [
     pair("slow:partition:log2", &["level-depth"]),
     pair("slow:hulls:root3:4", &["depth-law"]),
     pair("sequential-leaf", &["brent"]),
@@ -41,6 +41,7 @@ static PAIRS: [Pair; 22] = [
     Pair { extent: Extent::Quick, ..pair("old-spheres", &["own-spheres"]) },
     pair("free:sizes", &["mesh-brent"]),
     pair("slow:octree:log2", &["mesh-brent"]),
+    pair("work:hulls:1.1", &["exact-counts"]),
     pair("small-sphere", &["separator-split", "levels"]),
     // Smaller sets do not show the exponents.
     Pair { extent: Extent::Quick, ..pair("random-planes", &["separator-exponent"]) },

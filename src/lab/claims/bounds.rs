@@ -1,5 +1,7 @@
 //! The constants of `brent`, `level-depth` and `replication`.
 //!
+//! The bounds hold for every seed. The claim `exact-counts` compares counts of one seed without a band.
+//!
 //! Each constant is 1.15 times the largest value over the seeds 1 to 3, rounded up to three digits. Three groups of
 //! constants follow other rules:
 //! - The bytes of lists vary by up to 21 % between seeds on thin sets, and other counts by at most 7 % (standard

@@ -22,6 +22,7 @@ mod counted;
 mod depth_law;
 mod distance;
 mod error;
+mod exact_counts;
 mod exponent;
 mod extent;
 mod figure;
@@ -66,7 +67,7 @@ pub use report::{CheckedClaim, ClaimReport, SCHEMA};
 
 /// Returns all claims, in the paper's order.
 pub fn registry() -> impl Iterator<Item = &'static Claim> {
-    let groups: [&'static [Claim]; 23] = [
+    let groups: [&'static [Claim]; 24] = [
         separators::CLAIMS,
         exponent::CLAIMS,
         ball_order::CLAIMS,
@@ -88,6 +89,7 @@ pub fn registry() -> impl Iterator<Item = &'static Claim> {
         random::CLAIMS,
         machine::CLAIMS,
         accounts::CLAIMS,
+        exact_counts::CLAIMS,
         generation::CLAIMS,
         mesh_costs::CLAIMS,
     ];
