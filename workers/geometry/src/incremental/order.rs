@@ -12,7 +12,8 @@
 //! **Work.** O(n log n). The leading bits of 64-bit keys assign points to buckets, and each bucket is sorted.
 //!
 //! **Departures.** The random choice for a point is a hash of its coordinates, so the order depends on the coordinates
-//! only. Points in one cell of the curve's grid are ordered lexicographically.
+//! only. If a few points are far from all others, most points share a cell of the curve's grid. The points of a cell follow a
+//! curve over their own box, again and again; at most 8 are ordered lexicographically.
 
 use crate::curve::{STATES, TWO_PLANE, TWO_SPACE};
 use crate::hash::mix;
@@ -34,11 +35,34 @@ pub fn insertion_order<P: Point>(points: &[P]) -> Vec<u32> {
     let key = |p: &P| insertion_round(p) << CURVE_BITS | curve.key(p);
     let mut keyed = by_key(&points.iter().map(key).collect::<Vec<u64>>());
     for run in keyed.chunk_by_mut(|a, b| a.0 == b.0).filter(|run| run.len() > 1) {
+        order_cell(points, run);
+    }
+    keyed.into_iter().map(|(_, i)| i).collect()
+}
+
+/// The largest number of points of a cell that are in lexicographic order.
+const FEW: usize = 8;
+
+/// Orders points of one cell of a curve's grid along a curve over these points alone, and the points of each of its cells
+/// in the same way. The longest side of their box is divided, so every call separates some points that differ. As the grid
+/// has at least `2^20` cells along a side, the range of coordinates ([`crate::range`]) permits 21 nested calls.
+fn order_cell<P: Point>(points: &[P], run: &mut [(u64, u32)]) {
+    let members: Vec<P> = run.iter().map(|&(_, i)| points[i as usize]).collect();
+    let curve = Curve::over(&members);
+    if run.len() <= FEW || curve.scale == 0.0 {
         run.sort_unstable_by(|&(_, a), &(_, b)| {
             lex_cmp(&points[a as usize], &points[b as usize]).then_with(|| a.cmp(&b))
         });
+        return;
     }
-    keyed.into_iter().map(|(_, i)| i).collect()
+    for ((key, _), p) in run.iter_mut().zip(&members) {
+        *key = curve.key(p);
+    }
+    drop(members);
+    run.sort_unstable_by_key(|&(key, _)| key);
+    for cell in run.chunk_by_mut(|a, b| a.0 == b.0).filter(|cell| cell.len() > 1) {
+        order_cell(points, cell);
+    }
 }
 
 /// Number of points in a bucket if they are evenly spread along the curve.
@@ -166,6 +190,39 @@ mod tests {
         let mut along = plane.clone();
         along.sort_by_key(|p| curve.key(p));
         assert!(along.windows(2).all(|w| (w[1] - w[0]).length_squared() == 1.0));
+    }
+
+    /// Far points do not change the order of the others: each step is short, in the scale of the others.
+    #[test]
+    fn far_points_leave_short_steps() {
+        let near: Vec<DVec2> = (0..1000u32)
+            .map(|i| DVec2::new(f64::from(i * 37 % 1009), f64::from(i * 619 % 997)) / 1009.0)
+            .collect();
+        let length = |points: &[DVec2]| {
+            let order = insertion_order(points);
+            let last_round = order.iter().map(|&i| points[i as usize]).filter(|p| insertion_round(p) == 15);
+            let near: Vec<DVec2> = last_round.filter(|p| p.x <= 1.0).collect();
+            near.windows(2).map(|w| w[0].distance(w[1])).sum::<f64>()
+        };
+        let alone = length(&near);
+        for far in [1e3, 1e9, 1e20, -3.4e38] {
+            let mut points = near.clone();
+            points.extend([DVec2::new(far, 0.5), DVec2::new(0.5, -far), DVec2::splat(far * far)]);
+            let with = length(&points);
+            assert!(with < 1.3 * alone, "{far}: {with} and {alone}");
+        }
+    }
+
+    /// Coincident points, and clusters in clusters, end the recursion.
+    #[test]
+    fn nested_clusters_have_an_order() {
+        let mut points = vec![DVec3::ONE; 40];
+        points.extend((0..300i32).map(|i| DVec3::new(2f64.powi(-i % 200), f64::from(i % 7), 0.0)));
+        let mut order = insertion_order(&points);
+        let of_ones: Vec<u32> = order.iter().copied().filter(|&i| points[i as usize] == DVec3::ONE).collect();
+        assert!(of_ones.is_sorted());
+        order.sort_unstable();
+        assert!(order.into_iter().eq(0..points.len() as u32));
     }
 
     #[test]

@@ -16,7 +16,7 @@ impl Numbers {
     }
 
     fn charge(&mut self) -> Charge {
-        let parts = [1 + self.below(100), self.below(40), self.below(4), self.below(3)];
+        let parts = [1 + self.below(100), self.below(40), self.below(4), self.below(3), self.below(9)];
         Charge { cost: Price::from_parts(parts), items: 1 + self.below(50) }
     }
 }
