@@ -38,7 +38,8 @@ pub(crate) fn phases(ledger: &Ledger, seconds: &[(Phase, f64)]) -> Vec<PhaseRow>
             return None;
         }
         let total = total.copied().unwrap_or_else(|| PhaseTotal::empty(phase));
-        Some(PhaseRow { total, seconds: times.sum() })
+        // The sum of no numbers would be -0.
+        Some(PhaseRow { total, seconds: times.fold(0.0, |sum, seconds| sum + seconds) })
     };
     Phase::ALL.into_iter().filter_map(row).collect()
 }

@@ -205,8 +205,9 @@ fn of_graph(rows: &Rows<'_>, sent: &Sent) -> Ends {
     }
 }
 
-/// The phases of these runs that send messages and have rows.
-const PHASES: [Phase; 14] = [
+/// The phases of these runs that send messages and have rows. An observer sees the messages of probes in phase `repair`,
+/// whose rounds they continue.
+const PHASES: [Phase; 13] = [
     Phase::Partition,
     Phase::Choice,
     Phase::Probe,
@@ -217,20 +218,18 @@ const PHASES: [Phase; 14] = [
     Phase::Sets,
     Phase::Check,
     Phase::Repair,
-    Phase::ProbeCells,
     Phase::Certificate,
     Phase::Fallback,
     Phase::Merge,
 ];
 
 /// The phases whose messages connect no rows, with the reasons.
-const EXEMPT: [(Phase, &str); 3] = [
+const EXEMPT: [(Phase, &str); 2] = [
     (
         Phase::Check,
         "a leaf pays for the comparison of its sums before it sends them, and not after it has others",
     ),
     (Phase::Probe, "few balls of these sets probe"),
-    (Phase::ProbeCells, "cells that ask pay when all answers have arrived, in a step for each level"),
 ];
 
 /// The messages and the rows of runs.
