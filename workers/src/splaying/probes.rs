@@ -115,10 +115,12 @@ impl<'a, P: Point> Probes<'a, P> {
             let inside = nearest.list.iter().copied().filter(|&point| is_inside(table, &cell, point));
             let inside: Vec<u32> = inside.collect();
             *self.exact_tests.entry(leaf_number(self.leaves, asking)).or_default() += exact.since();
+            if !inside.is_empty() {
+                self.answered.insert(cell);
+            }
             let inside = inside.into_iter();
             for (point, &star) in inside.flat_map(|point| cell.as_ref().iter().map(move |star| (point, star)))
             {
-                self.answered.insert(cell);
                 let answer = GatheredPoint { star, point };
                 if table.is_owned(star) {
                     answers.push(answer);

@@ -15,7 +15,8 @@
 //! **Work and depth.** The reports to the smallest vertices in a leaf are delivered. A report has at most one witness, so it is one
 //! item. This brings the reports about a cell together: O(m log m) work and O(log m) depth for `m` reports.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry as Place;
 
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::point::Point;
@@ -23,7 +24,7 @@ use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Account;
 
 use crate::machine::context::Context;
-use crate::splaying::messages::{Objections, Proposal, Question};
+use crate::splaying::messages::{Objection, Objections, Proposal, Question};
 use crate::splaying::pending::{Pending, StarInbox, StepOutput};
 use crate::state::tree::{Leaf, leaf_number};
 
@@ -36,14 +37,33 @@ struct Entry {
     holders: u8,
     /// Whether the cell has asked.
     asked: bool,
+    /// Whether no star has reported the cell since the check.
+    is_fresh: bool,
+}
+
+/// An open cell whose register sends messages.
+struct Notice<C> {
+    cell: C,
+    entry: Entry,
+    /// Sorted, without repetitions. If there are none, the cell is told to the other vertices.
+    witnesses: Vec<u32>,
+    /// Whether the cell asks now.
+    asks: bool,
+}
+
+/// The reports about one cell.
+struct Reports<'a, P: Point> {
+    cell: P::Cell,
+    gains: &'a [Proposal<P::Cell>],
+    losses: &'a [Objection<P::Cell>],
 }
 
 /// The registers of the open cells whose smallest vertex is on this rank.
 #[derive(Debug)]
 pub(super) struct Registers<P: Point> {
     open: BTreeMap<P::Cell, Entry>,
-    /// The open cells without a report since the check.
-    fresh: BTreeSet<P::Cell>,
+    /// The cells that the check opened since the last step, with repetitions.
+    fresh: Vec<P::Cell>,
 }
 
 /// The messages of the registers.
@@ -62,7 +82,7 @@ impl<P: Point> Default for Notices<P> {
 impl<P: Point> Registers<P> {
     /// Creates the registers of no cells.
     pub(super) fn new() -> Self {
-        Registers { open: BTreeMap::new(), fresh: BTreeSet::new() }
+        Registers { open: BTreeMap::new(), fresh: Vec::new() }
     }
 
     /// Returns `true` if cells are open that no star has reported since the check.
@@ -72,10 +92,10 @@ impl<P: Point> Registers<P> {
 
     /// Opens the cell of the smallest vertex `found.from`, whose star has it, because the star of `found.to` lacks it.
     pub(super) fn open(&mut self, found: &Proposal<P::Cell>) {
-        let entry = Entry { smallest: found.from, holders: all::<P>(), asked: false };
+        let entry = Entry { smallest: found.from, holders: all::<P>(), asked: false, is_fresh: true };
         let entry = self.open.entry(found.cell).or_insert(entry);
         entry.holders &= !bit(&found.cell, found.to);
-        self.fresh.insert(found.cell);
+        self.fresh.push(found.cell);
     }
 
     /// Enters the reports of all stars. Returns the messages of the registers. `reports` must be sorted.
@@ -86,69 +106,110 @@ impl<P: Point> Registers<P> {
         reports: &Pending<P>,
         step: u32,
     ) -> Notices<P> {
-        let mut touched: BTreeMap<P::Cell, Vec<u32>> =
-            std::mem::take(&mut self.fresh).into_iter().map(|cell| (cell, Vec::new())).collect();
+        let mut fresh = std::mem::take(&mut self.fresh);
+        fresh.sort_unstable();
+        fresh.dedup();
         let mut delivered: BTreeMap<u32, Sweep> = BTreeMap::new();
-        for cell in touched.keys() {
+        for cell in &fresh {
             delivered.entry(leaf_number(leaves, self.open[cell].smallest)).or_default().visit();
         }
+        let mut notices = Vec::new();
         for inbox in reports.by_star() {
             let sweep = delivered.entry(leaf_number(leaves, inbox.vertex)).or_default();
-            self.enter(&inbox, sweep, &mut touched);
+            self.enter(&inbox, sweep, &mut notices);
         }
         for (leaf, sweep) in delivered {
             let mut cost: Cost = cx.own_cost();
             cost.charge_delivery(sweep);
             cx.charge(Account::step(Phase::Repair, step, leaves[leaf as usize].id()), cost, sweep.items());
         }
-        self.notices(touched)
+        self.enter_fresh(&fresh, &mut notices);
+        messages_of::<P>(notices)
     }
 
     /// Enters the reports to one smallest vertex.
-    fn enter(
-        &mut self,
-        inbox: &StarInbox<'_, P>,
-        sweep: &mut Sweep,
-        touched: &mut BTreeMap<P::Cell, Vec<u32>>,
-    ) {
-        for report in sweep.visit_all(inbox.proposals) {
-            let entry = Entry { smallest: inbox.vertex, holders: 0, asked: false };
-            self.open.entry(report.cell).or_insert(entry).holders |= bit(&report.cell, report.from);
-            touched.entry(report.cell).or_default();
-        }
-        for report in sweep.visit_all(inbox.objections) {
-            let entry = Entry { smallest: inbox.vertex, holders: all::<P>(), asked: false };
-            self.open.entry(report.cell).or_insert(entry).holders &= !bit(&report.cell, report.from);
-            touched.entry(report.cell).or_default().extend(inbox.witnesses(report));
+    fn enter(&mut self, inbox: &StarInbox<'_, P>, sweep: &mut Sweep, notices: &mut Vec<Notice<P::Cell>>) {
+        sweep.visit_all(inbox.proposals);
+        sweep.visit_all(inbox.objections);
+        for Reports { cell, gains, losses } in by_cell(inbox) {
+            let first = if gains.is_empty() { all::<P>() } else { 0 };
+            let entry = Entry { smallest: inbox.vertex, holders: first, asked: false, is_fresh: false };
+            let place = self.open.entry(cell);
+            let mut entry = if let Place::Occupied(open) = &place { *open.get() } else { entry };
+            entry.is_fresh = false;
+            entry.holders = gains.iter().fold(entry.holders, |held, gain| held | bit(&cell, gain.from));
+            entry.holders = losses.iter().fold(entry.holders, |held, loss| held & !bit(&cell, loss.from));
+            if entry.holders == 0 || entry.holders == all::<P>() {
+                if let Place::Occupied(open) = place {
+                    open.remove();
+                }
+                continue;
+            }
+            let mut witnesses: Vec<u32> =
+                losses.iter().flat_map(|loss| inbox.witnesses(loss).iter().copied()).collect();
+            witnesses.sort_unstable();
+            witnesses.dedup();
+            notices.push(notice(cell, &mut entry, witnesses));
+            *place.or_insert(entry) = entry;
         }
     }
 
-    /// Returns the messages of the registers with new reports, and closes the cells on which all vertices agree.
-    fn notices(&mut self, touched: BTreeMap<P::Cell, Vec<u32>>) -> Notices<P> {
-        let (mut proposals, mut objections, mut questions) = (Vec::new(), Objections::default(), Vec::new());
-        for (cell, mut witnesses) in touched {
-            let Some(entry) = self.open.get_mut(&cell) else { continue };
-            if entry.holders == 0 || entry.holders == all::<P>() {
-                self.open.remove(&cell);
+    /// Enters the cells that the check opened and no star reported.
+    fn enter_fresh(&mut self, fresh: &[P::Cell], notices: &mut Vec<Notice<P::Cell>>) {
+        for &cell in fresh {
+            let Place::Occupied(mut open) = self.open.entry(cell) else { continue };
+            let entry = open.get_mut();
+            if !std::mem::replace(&mut entry.is_fresh, false) {
                 continue;
             }
-            let Entry { smallest, holders, .. } = *entry;
-            let vertices = || cell.as_ref().iter().copied();
-            if witnesses.is_empty() {
-                let others = vertices().filter(|&v| holders & bit(&cell, v) == 0);
-                proposals.extend(others.map(|to| Proposal { to, cell, from: smallest }));
-                if !std::mem::replace(&mut entry.asked, true) {
-                    questions.push(Question { star: smallest, cell });
-                }
+            if entry.holders == 0 || entry.holders == all::<P>() {
+                open.remove();
             } else {
-                witnesses.sort_unstable();
-                witnesses.dedup();
-                let held = vertices().filter(|&v| holders & bit(&cell, v) != 0);
-                objections.add(held, cell, smallest, &witnesses);
+                notices.push(notice(cell, entry, Vec::new()));
             }
         }
-        Notices { messages: StepOutput { proposals, objections }, questions }
     }
+}
+
+/// Returns the notice of an open cell. A cell without witnesses asks, once.
+fn notice<C>(cell: C, entry: &mut Entry, witnesses: Vec<u32>) -> Notice<C> {
+    let asks = witnesses.is_empty() && !std::mem::replace(&mut entry.asked, true);
+    Notice { cell, entry: *entry, witnesses, asks }
+}
+
+/// Returns the messages of some open cells.
+fn messages_of<P: Point>(mut notices: Vec<Notice<P::Cell>>) -> Notices<P> {
+    let (mut proposals, mut objections, mut questions) = (Vec::new(), Objections::default(), Vec::new());
+    notices.sort_unstable_by_key(|notice| notice.cell);
+    for Notice { cell, entry: Entry { smallest, holders, .. }, witnesses, asks } in notices {
+        let vertices = || cell.as_ref().iter().copied();
+        if witnesses.is_empty() {
+            let others = vertices().filter(|&v| holders & bit(&cell, v) == 0);
+            proposals.extend(others.map(|to| Proposal { to, cell, from: smallest }));
+        } else {
+            let held = vertices().filter(|&v| holders & bit(&cell, v) != 0);
+            objections.add(held, cell, smallest, &witnesses);
+        }
+        if asks {
+            questions.push(Question { star: smallest, cell });
+        }
+    }
+    Notices { messages: StepOutput { proposals, objections }, questions }
+}
+
+/// Returns the reports to a smallest vertex, cell by cell.
+fn by_cell<'a, P: Point>(inbox: &StarInbox<'a, P>) -> impl Iterator<Item = Reports<'a, P>> {
+    let mut gains = inbox.proposals.chunk_by(|a, b| a.cell == b.cell).peekable();
+    let mut losses = inbox.objections.chunk_by(|a, b| a.cell == b.cell).peekable();
+    std::iter::from_fn(move || {
+        let heads = [gains.peek().map(|own| own[0].cell), losses.peek().map(|own| own[0].cell)];
+        let cell = heads.into_iter().flatten().min()?;
+        Some(Reports {
+            cell,
+            gains: gains.next_if(|own| own[0].cell == cell).unwrap_or_default(),
+            losses: losses.next_if(|own| own[0].cell == cell).unwrap_or_default(),
+        })
+    })
 }
 
 /// Returns the holders if all vertices of a cell are.
@@ -183,12 +244,12 @@ mod tests {
 
     /// Settles the registers after these reports.
     fn settle(registers: &mut Registers<DVec2>, reports: &Pending<DVec2>) -> Settled {
-        let mut touched =
-            std::mem::take(&mut registers.fresh).into_iter().map(|cell| (cell, Vec::new())).collect();
+        let (fresh, mut notices) = (std::mem::take(&mut registers.fresh), Vec::new());
         for inbox in reports.by_star() {
-            registers.enter(&inbox, &mut Sweep::default(), &mut touched);
+            registers.enter(&inbox, &mut Sweep::default(), &mut notices);
         }
-        let Notices { messages, questions } = registers.notices(touched);
+        registers.enter_fresh(&fresh, &mut notices);
+        let Notices { messages, questions } = messages_of::<DVec2>(notices);
         let witnesses = messages.objections.witnesses();
         let list = messages.objections.list().iter().map(|o| (o.to, witnesses[o.witnesses.clone()].to_vec()));
         (messages.proposals.iter().map(|p| p.to).collect(), list.collect(), questions.len())
