@@ -212,8 +212,8 @@ fn lengths_that_do_not_fit_are_refused() {
     }
     // The rows of levels come last, each after its level. Two of them are of the same level.
     let mut twice = words.clone();
-    // The level, 22 sums, and the depth of each phase after the number of phases.
-    let row = |level: u32| 1 + 22 + 1 + 2 * own.tree.levels[&level].depths().count();
+    // The level, 23 sums, and the depth of each phase after the number of phases.
+    let row = |level: u32| 1 + 23 + 1 + 2 * own.tree.levels[&level].depths().count();
     let last = words.len() - 1 - row(5);
     assert_eq!([words[last], words[last - row(4)]], [5, 4]);
     twice[last] = 4;
