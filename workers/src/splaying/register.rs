@@ -94,6 +94,7 @@ impl<P: Point> Registers<P> {
     pub(super) fn open(&mut self, found: &Proposal<P::Cell>) {
         let entry = Entry { smallest: found.from, holders: all::<P>(), asked: false, is_fresh: true };
         let entry = self.open.entry(found.cell).or_insert(entry);
+        entry.is_fresh = true;
         entry.holders &= !bit(&found.cell, found.to);
         self.fresh.push(found.cell);
     }

@@ -13,7 +13,7 @@
 //!
 //! **Departures.** The random choice for a point is a hash of its coordinates, so the order depends on the coordinates
 //! only. If a few points are far from all others, most points share a cell of the curve's grid. The points of a cell follow a
-//! curve over their own box, again and again; at most 8 are ordered lexicographically.
+//! curve over their own box, again and again. Up to 8 points, and points that coincide, are ordered lexicographically.
 
 use crate::curve::{STATES, TWO_PLANE, TWO_SPACE};
 use crate::hash::mix;
@@ -47,12 +47,17 @@ const FEW: usize = 8;
 /// in the same way. The longest side of their box is divided, so every call separates some points that differ. As the grid
 /// has at least `2^20` cells along a side, the range of coordinates ([`crate::range`]) permits 21 nested calls.
 fn order_cell<P: Point>(points: &[P], run: &mut [(u64, u32)]) {
+    let by_coordinates = |&(_, a): &(u64, u32), &(_, b): &(u64, u32)| {
+        lex_cmp(&points[a as usize], &points[b as usize]).then_with(|| a.cmp(&b))
+    };
+    if run.len() <= FEW {
+        run.sort_unstable_by(by_coordinates);
+        return;
+    }
     let members: Vec<P> = run.iter().map(|&(_, i)| points[i as usize]).collect();
     let curve = Curve::over(&members);
-    if run.len() <= FEW || curve.scale == 0.0 {
-        run.sort_unstable_by(|&(_, a), &(_, b)| {
-            lex_cmp(&points[a as usize], &points[b as usize]).then_with(|| a.cmp(&b))
-        });
+    if curve.scale == 0.0 {
+        run.sort_unstable_by(by_coordinates);
         return;
     }
     for ((key, _), p) in run.iter_mut().zip(&members) {

@@ -121,8 +121,8 @@ fn cut_at<P: Point>(separator: Separator<P>, larger: usize, samples: usize) -> D
 }
 
 /// Cuts a Hilbert curve at the median of the samples ([`super::CurveCut`]), as a baseline of [`draw`]. The curve fills the
-/// cube `above`, or else the smallest cube around the samples whose side is a power of two. If all samples lie in one
-/// cell of the curve, a plane cuts them ([`cut`]).
+/// cube `above`, or else a cube around the samples whose side is the smallest power of two above their extent. If more
+/// samples lie in one cell of the curve than one side may have ([`split_bound`]), a plane cuts them ([`cut`]).
 ///
 /// The samples may be in any order. The depth is `O(log samples)`, and the work is `O(samples log samples)`.
 pub fn cut_curve<P: Point>(
@@ -137,7 +137,7 @@ pub fn cut_curve<P: Point>(
     drawn
 }
 
-/// Implements [`cut_curve`]. Returns `None` if all samples lie in one cell.
+/// Implements [`cut_curve`]. Returns `None` if too many samples lie in one cell.
 fn cut_along<P: Point>(above: Option<CurveCube<P>>, samples: &[P], cost: &mut Cost) -> Option<Drawn<P>> {
     let first = *samples.first()?;
     let cube = above.or_else(|| {
@@ -153,6 +153,9 @@ fn cut_along<P: Point>(above: Option<CurveCube<P>>, samples: &[P], cost: &mut Co
     let mut positions = cost.map(samples, |&x| cube.position(x));
     cost.sort(&mut positions, Ord::cmp);
     let Gap { before, larger } = most_balanced_gap(&positions, cost)?;
+    if larger as f64 > split_bound::<P>() * samples.len() as f64 {
+        return None;
+    }
     let cut = CurveCut::between(cube, positions[before], positions[before + 1]);
     Some(cut_at(cut.into(), larger, samples.len()))
 }
