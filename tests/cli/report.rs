@@ -42,7 +42,7 @@ const KEYS: [(&str, &str); 19] = [
     ("/timeline/rows/0", "round phase worker messages bytes points"),
     (
         "/tree",
-        "samples tries levels leaves nodes spheres planes largest_split_ratio mean_split_ratio attempts largest_attempts mean_attempts \
+        "samples tries levels leaves nodes spheres planes curves largest_split_ratio mean_split_ratio attempts largest_attempts mean_attempts \
          largest_separator_ratio mean_separator_ratio punts pairs by_level",
     ),
     (

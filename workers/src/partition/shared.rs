@@ -62,7 +62,7 @@ pub(crate) async fn partition<P: Point>(
     while let Some(points) = share.as_mut().filter(|_| !group.is_whole()) {
         let samples = enter(cx, &group, entrance, points, &mut plan).await?;
         let curve = path.last().and_then(|above: &Shared<P>| above.split().separator().curve_cube());
-        let ground = Ground { points, curve };
+        let ground = MemberShare { points, curve };
         let Some(agreed) = agree(cx, &group, ground, samples, &plan).await? else {
             unsplit = Some(Unsplit { node: group.node, holder: group.child.first });
             break;
@@ -95,7 +95,7 @@ pub(crate) async fn partition<P: Point>(
             cx.record_load(round, points.len());
             owned = Some(if cx.config().counted {
                 let curve = path.last().and_then(|above| above.split().separator().curve_cube());
-                grow(cx, group.node, unsplit.is_some(), Ground { points: &points, curve })
+                grow(cx, group.node, unsplit.is_some(), MemberShare { points: &points, curve })
             } else {
                 keep_whole(cx, group.node, points)
             });
@@ -184,7 +184,7 @@ struct Agreed<P> {
 }
 
 /// A member's share of a node, and the cube of the curve that the parent's separator cuts, if it cuts one.
-struct Ground<'a, P> {
+struct MemberShare<'a, P> {
     points: &'a PointBatch<P>,
     curve: Option<CurveCube<P>>,
 }
@@ -194,7 +194,7 @@ struct Ground<'a, P> {
 async fn agree<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
-    Ground { points, curve }: Ground<'_, P>,
+    MemberShare { points, curve }: MemberShare<'_, P>,
     mut samples: SamplesOfGroup<P>,
     plan: &Plan,
 ) -> Result<Option<Agreed<P>>, TransportError> {
@@ -342,7 +342,7 @@ fn grow<P: Point>(
     cx: &mut Context<P>,
     node: NodeId,
     refused: bool,
-    Ground { points, curve }: Ground<'_, P>,
+    MemberShare { points, curve }: MemberShare<'_, P>,
 ) -> Owned<P> {
     let builder = Builder { config: cx.config(), site: cx.site(), positions: &points.positions };
     let everyone: Vec<u32> = (0..points.len() as u32).collect();
