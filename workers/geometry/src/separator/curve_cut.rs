@@ -87,7 +87,7 @@ fn octant(cell: &Cell, level: u32) -> u8 {
     cell.iter().enumerate().fold(0, |octant, (i, at)| octant | ((at >> level & 1) as u8) << i)
 }
 
-/// A cut of a Hilbert curve ([module](self)).
+/// A cut of a Hilbert curve. The cells before a position on the curve are interior.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurveCut<P> {
     cube: CurveCube<P>,
