@@ -5,9 +5,10 @@
 //! outside the cube to the nearest cell. If all cuts of a tree use one cube, the leaves are blocks of consecutive cells.
 //!
 //! **Ball test.** The path of a cut is the chain of nested octants that contain its cell. Each octant beside the path
-//! lies wholly on one side. So a box contains cells of a side iff it meets one of these octants, or the cell of the cut for
-//! the exterior side. The test is for the box of the ball. It may report a crossing that does not exist, but never misses
-//! one: the cell of a coordinate is a monotone function of the coordinate, and the ends of the box are rounded outwards.
+//! lies wholly on one side, and the cell of the cut is exterior. So a box contains cells of a side iff it meets an octant
+//! of this side, or, for the exterior side, the cell of the cut. The test is for the box of the ball. It may report a
+//! crossing that does not exist, but never misses one: the index of a cell is a monotone function of the coordinate, and
+//! the ends of the box are rounded outwards.
 //!
 //! **Source.** Curve: Hamilton and Rau-Chaplin, "Compact Hilbert indices" (2008). Partition: Warren and Salmon, "A parallel
 //! hashed oct-tree n-body algorithm" (1993).
