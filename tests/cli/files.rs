@@ -111,7 +111,7 @@ fn errors_list_formats_and_name_the_nearest() {
     place.fails("triangulate .", 3, &["is a directory", "name a file in it"]);
     place.fails("triangulate uniform:100", 3, &["no such file", "sample:uniform:100"]);
     place.file("scan.las", "LASF");
-    place.fails("triangulate scan.las", 2, &["convert the point cloud to .ply"]);
+    place.fails("triangulate scan.pcd", 2, &["convert the point cloud to .ply"]);
 }
 
 #[test]

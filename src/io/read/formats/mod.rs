@@ -1,9 +1,11 @@
 //! The readers of the formats. [`reader`] has an entry for each format of the table.
 
+mod las;
 mod medit;
 mod msh;
 mod node;
 pub mod npy;
+mod npz;
 mod obj;
 mod off;
 mod ply;
@@ -92,8 +94,10 @@ pub const fn reader(format: Format) -> Reader {
             rows: Some(Rows::Array),
             ..NONE
         },
+        Format::Npz => Reader { signature: |data| data.starts_with(b"PK\x03\x04"), points: Some(npz::read), ..NONE },
+        Format::Las => Reader { signature: |data| data.starts_with(b"LASF"), points: Some(las::read), ..NONE },
         Format::Off => Reader {
-            signature: |data| signature::is_keyword(word(data)),
+            signature: |data| signature::is_off(word(data)),
             points: Some(off::read),
             cells: Some(|source, _| off::read_cells(source)),
             domain: Some(|source, _| {
@@ -125,9 +129,8 @@ pub const fn reader(format: Format) -> Reader {
             }),
             ..NONE
         },
-        Format::Vtu => {
-            mesh!(vtu, |data| { word(data).starts_with(b"<?xml") || word(data).starts_with(b"<VTKFile") })
-        }
+        Format::Vtu => mesh!(vtu, |data| vtu::is_of_type(data, |kind| kind != "PolyData")),
+        Format::Vtp => mesh!(vtu, |data| vtu::is_of_type(data, |kind| kind == "PolyData")),
         Format::Vtk => mesh!(vtk, |data| data.starts_with(b"# vtk DataFile")),
         Format::Msh => mesh!(msh, |data| word(data) == b"$MeshFormat"),
         // Their content is that of a `.msh` file.
@@ -161,6 +164,12 @@ const _: () = {
 /// Returns the format that the first bytes or lines identify.
 pub fn of_content(data: &[u8]) -> Option<Format> {
     Format::ALL.iter().copied().find(|format| (reader(*format).signature)(data))
+}
+
+/// Returns the format that the first bytes or lines of a file show, although its name is that of a table of points.
+pub fn by_content(path: &Path, data: &[u8]) -> Option<Format> {
+    let named = read_by_name(path)?;
+    of_content(data).filter(|content| named.row().is_table && !content.row().is_table && *content != Format::Ele)
 }
 
 /// Returns the format of a file that is read, given by its name, or by its content if the name does not determine it.

@@ -6,6 +6,7 @@ use std::ops::Range;
 use septet_core::model::Points;
 
 use super::super::error::InputError;
+use super::super::ids::Counting;
 use super::super::points::ReadOptions;
 use super::chunks::OpenFile;
 use super::cut::Chunk;
@@ -17,6 +18,22 @@ use super::tally::Tally;
 /// The place of a row, as the processes exchange it: the number of the row, the number of its file, its offset, and the
 /// lines and rows before it in the file.
 pub(super) type Mark = [u64; 5];
+
+/// What a process knows of its part of a file, as the processes exchange it: the number of the file, the number of rounded
+/// integers, and whether the first column counts the rows (0: cannot, 1: does not, 2: does, 3: does, beside fractions).
+pub(super) type PartFacts = [u64; 3];
+
+fn part_facts(file: usize, rounded: u64, counting: Option<Counting>) -> PartFacts {
+    let counting = counting.map_or(0, |of| if of.counts { 2 + u64::from(of.has_fraction) } else { 1 });
+    [file as u64, rounded, counting]
+}
+
+/// Returns whether the first column of a file counts the rows, if the parts of all processes tell.
+pub(super) fn counting_of(file: usize, facts: &[Vec<PartFacts>]) -> Option<Counting> {
+    let parts = facts.iter().flatten().filter(|part| part[0] == file as u64 && part[2] > 0);
+    let of = |part: &PartFacts| Counting { counts: part[2] > 1, has_fraction: part[2] > 2 };
+    parts.map(of).reduce(Counting::and)
+}
 
 /// Checks that the blocks of all processes are consecutive, and together have all rows.
 pub(super) fn check(blocks: &[Range<u64>], rows: u64) -> Result<(), SharedError> {
@@ -103,15 +120,15 @@ pub(super) struct Reading<'a> {
 
 impl Reading<'_> {
     /// Reads the rows of a block. `marks` are the places of the first rows of all blocks, and `whole` are the rows that
-    /// process 0 has sent, per file. Also returns the number of rounded integers of each file.
+    /// process 0 has sent, per file. Also returns what is known of the part of each file.
     pub fn block(
         &self,
         own: &Range<u64>,
         marks: &BTreeMap<u64, Mark>,
         whole: Vec<Rows>,
-    ) -> Result<(Rows, Vec<[u64; 2]>), SharedError> {
+    ) -> Result<(Rows, Vec<PartFacts>), SharedError> {
         let mut block = Rows::new(self.all.dimension(self.options));
-        let (mut rounded, mut whole) = (Vec::new(), whole.into_iter());
+        let (mut facts, mut whole) = (Vec::new(), whole.into_iter());
         for (at, (plan, file)) in self.plans.iter().zip(&self.all.files).enumerate() {
             let mut rows = match plan {
                 Plan::Whole(_) => whole.next(),
@@ -121,8 +138,8 @@ impl Reading<'_> {
                     if window.is_empty() {
                         continue;
                     }
-                    let (rows, count) = self.part(cut, at, window, marks)?;
-                    rounded.push([at as u64, count]);
+                    let (rows, of_part) = self.part(cut, at, window, marks)?;
+                    facts.push(of_part);
                     Some(rows)
                 }
             };
@@ -134,7 +151,7 @@ impl Reading<'_> {
                 block.add(rows);
             }
         }
-        Ok((block, rounded))
+        Ok((block, facts))
     }
 
     /// Reads rows of a file, which are given by their numbers among all rows that are not dropped.
@@ -144,7 +161,7 @@ impl Reading<'_> {
         at: usize,
         window: Range<u64>,
         marks: &BTreeMap<u64, Mark>,
-    ) -> Result<(Rows, u64), SharedError> {
+    ) -> Result<(Rows, PartFacts), SharedError> {
         let file = &self.all.files[at];
         let mark = |row: u64| {
             let mark = marks.get(&row).filter(|mark| mark[1] == at as u64);
@@ -166,18 +183,19 @@ impl Reading<'_> {
         let (mut points, mut rounded) = (collector.map_err(refused)?, 0);
         OpenFile::of(&cut.path, self.step)?.chunks(start..end, cut.unit(), &mut |offset, bytes| {
             let chunk = Chunk { offset, lines, bytes };
-            let of_chunk = cut.add(self.options, &chunk, file.extra, &mut points).map_err(refused)?;
+            let of_chunk = cut.add(self.options, &chunk, &mut points).map_err(refused)?;
             rounded += of_chunk.rounded;
             lines += of_chunk.lines;
             Ok(())
         })?;
         let met = points.met;
         let found = points.finish();
+        let facts = part_facts(at, rounded, cut.counting(&found, before));
         let index = match found.source_index {
             _ if self.all.skipped == 0 => Vec::new(),
             Some(index) => index,
             None => (before..met).collect(),
         };
-        Ok((Rows { points: found.points, index }, rounded))
+        Ok((Rows { points: found.points, index }, facts))
     }
 }

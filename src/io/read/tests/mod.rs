@@ -3,9 +3,11 @@
 mod binary;
 mod cells;
 mod columns;
+mod formats;
 mod hostile;
 mod loading;
 mod raw;
+mod reports;
 mod surfaces;
 mod tables;
 mod vtk;

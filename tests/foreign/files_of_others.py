@@ -1,0 +1,229 @@
+"""Files of points that other programs write, read by septet.
+
+    python tests/foreign/files_of_others.py SEPTET [FOLDER]
+
+Needs numpy, pandas, meshio, pyvista, gmsh and laspy[lazrs]. Each file is written by a real program from known points.
+septet triangulates it, and the points of the output must be those of the writer. A refusal must name its reason. The script
+prints one line for each file, and fails if one is wrong. The results are listed in tests/foreign/files_of_others.txt.
+"""
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+import gmsh
+import laspy
+import meshio
+import numpy as np
+import pandas as pd
+import pyvista as pv
+
+rng = np.random.default_rng(7)
+XYZ = np.round(rng.random((12, 3)), 4)
+XY = XYZ[:, :2].copy()
+CASES = []
+
+
+def case(name, right, *args):
+    """Declares a file: `right` is an array of points, or the pattern of a refusal."""
+
+    def declare(make):
+        CASES.append((name, right, args, make))
+        return make
+
+    return declare
+
+
+def frame(names="xyz", points=XYZ, **others):
+    data = {name: points[:, i] for i, name in enumerate(names)}
+    return pd.DataFrame({**others, **data})
+
+
+IDS = np.arange(1, 13)
+TEXTS = [f"BH {i}" for i in IDS]
+
+# pandas
+case("pandas-plain.csv", XYZ)(lambda p: frame().to_csv(p, index=False))
+case("pandas-index.csv", XYZ)(lambda p: frame().to_csv(p))
+case("pandas-tab.txt", XYZ)(lambda p: frame().to_csv(p, sep="\t"))
+case("pandas-tab-names.txt", XYZ)(lambda p: frame(name=TEXTS).to_csv(p, sep="\t", index=False))
+case("pandas-tab-missing.txt", XYZ)(lambda p: frame(q=[None, 1.5] * 6).to_csv(p, sep="\t", index=False))
+case("pandas-blank-missing.txt", "fields|columns")(
+    lambda p: frame(q=[None, 1.5] * 6)[["x", "q", "y", "z"]].to_csv(p, sep=" ", index=False, na_rep=" ", quoting=3, escapechar="\\"))
+case("pandas-semicolon-comma.csv", XYZ)(lambda p: frame().to_csv(p, sep=";", decimal=",", index=False))
+case("pandas-semicolon-comma-index.csv", XYZ)(lambda p: frame().to_csv(p, sep=";", decimal=","))
+case("pandas-tab-comma.txt", "decimal comma")(lambda p: frame().to_csv(p, sep="\t", decimal=",", index=False))
+case("pandas-comma-comma.csv", XYZ)(lambda p: frame().to_csv(p, decimal=",", index=False))
+case("pandas-quoted.csv", XYZ)(lambda p: frame(name=['a, "b"'] * 12).to_csv(p, index=False, quoting=1))
+case("pandas-lat-lon.csv", XY)(lambda p: frame(["longitude", "latitude"], XY)[["latitude", "longitude"]].to_csv(p, index=False))
+case("pandas-easting.csv", XYZ)(
+    lambda p: frame(["Easting", "Northing", "Elevation"])[["Northing", "Easting", "Elevation"]].to_csv(p, index=False))
+case("pandas-id-lon-lat.csv", XY)(lambda p: frame(["lon", "lat"], XY, station=IDS).to_csv(p, index=False))
+case("pandas-time.csv", XY)(lambda p: frame(["lon", "lat"], XY, time=pd.date_range("2024-01-01", periods=12)).to_csv(p, index=False))
+case("pandas-other-names.csv", "--columns")(lambda p: frame("abc").to_csv(p, index=False))
+case("pandas-other-names-chosen.csv", XYZ, "--columns", "c,d,e")(lambda p: frame("cde", id=IDS).to_csv(p, index=False))
+case("pandas-no-header.csv", XYZ)(lambda p: frame().to_csv(p, index=False, header=False))
+case("pandas-no-header-index.csv", "--columns 2,3,4")(lambda p: frame().to_csv(p, header=False))
+case("pandas-utf16.csv", XYZ)(lambda p: frame().to_csv(p, index=False, encoding="utf-16"))
+case("pandas-bom.csv", XYZ)(lambda p: frame().to_csv(p, index=False, encoding="utf-8-sig"))
+case("pandas-latin1.csv", XYZ)(lambda p: frame(ort=["Zürich"] * 12).to_csv(p, index=False, encoding="latin-1"))
+case("pandas-float-format.csv", XYZ)(lambda p: frame().to_csv(p, index=False, float_format="%.4e"))
+case("pandas-missing.csv", "empty")(lambda p: frame(points=np.where(XYZ > 0.95, np.nan, XYZ)).to_csv(p, index=False))
+case("pandas-gz.csv.gz", XYZ)(lambda p: frame().to_csv(p, index=False))
+case("pandas-bz2.csv.bz2", "bunzip2")(lambda p: frame().to_csv(p, index=False))
+case("pandas-json.json", "JSON")(lambda p: frame().to_json(p))
+case("pandas-string.txt", XYZ)(lambda p: open(p, "w").write(frame().to_string()))
+case("pandas-string-no-index.txt", XYZ)(lambda p: open(p, "w").write(frame().to_string(index=False)))
+
+# numpy
+case("savetxt.txt", XYZ)(lambda p: np.savetxt(p, XYZ))
+case("savetxt-header.txt", XYZ)(lambda p: np.savetxt(p, XYZ[:, ::-1], header="z y x"))
+case("savetxt-header-csv.csv", XYZ)(lambda p: np.savetxt(p, XYZ[:, ::-1], header="z,y,x", delimiter=","))
+case("savetxt-header-id.txt", XY)(lambda p: np.savetxt(p, np.column_stack([IDS, XY]), header="id x y"))
+case("savetxt-ids.txt", "--columns 2,3,4")(lambda p: np.savetxt(p, np.column_stack([IDS, XYZ]), fmt=["%d"] + ["%.4f"] * 3))
+case("savetxt-transposed.npy", r"\(3, 12\).*a\.T")(lambda p: np.save(p, XYZ.T))
+case("big-endian.npy", XYZ)(lambda p: np.save(p, XYZ.astype(">f8")))
+case("big-endian-fortran.npy", XYZ)(lambda p: np.save(p, np.asfortranarray(XYZ.astype(">f8"))))
+case("float32.npy", XYZ.astype("f4").astype("f8"))(lambda p: np.save(p, XYZ.astype("f4")))
+case("structured.npy", XYZ)(lambda p: np.save(p, np.array(
+    [(i, *row, "a") for i, row in zip(IDS, XYZ)], dtype=[("id", "<i4"), ("x", "<f8"), ("y", ">f8"), ("z", "<f8"), ("n", "U3")])))
+case("record-array.npy", XY)(lambda p: np.save(p, frame(["lon", "lat"], XY, id=IDS).to_records(index=False)))
+case("structured-names.npy", "a, b")(lambda p: np.save(p, np.zeros(4, dtype=[("a", "<f8"), ("b", "<f8")])))
+case("homogeneous.npy", r"\(12, 4\)")(lambda p: np.save(p, np.column_stack([XYZ, np.ones(12)])))
+case("one.npz", XYZ)(lambda p: np.savez(p, XYZ))
+case("compressed.npz", XYZ)(lambda p: np.savez_compressed(p, points=XYZ, cells=np.arange(8)))
+case("several.npz", "a, b")(lambda p: np.savez(p, a=XYZ, b=XYZ))
+case("half.npy", "type")(lambda p: np.save(p, XYZ.astype("f2")))
+
+# PyVista and VTK
+CLOUD = pv.PolyData(XYZ)
+case("pyvista-cloud.vtk", XYZ)(lambda p: CLOUD.save(p))
+case("pyvista-cloud-ascii.vtk", XYZ)(lambda p: CLOUD.save(p, binary=False))
+case("pyvista-cloud.vtp", XYZ)(lambda p: CLOUD.save(p))
+case("pyvista-cloud-ascii.vtp", XYZ)(lambda p: CLOUD.save(p, binary=False))
+
+
+def with_arrays():
+    cloud = CLOUD.copy()
+    cloud["pressure"] = np.arange(12.0)
+    cloud["table"] = IDS.astype("i8")
+    cloud.field_data["note"] = ["a b"]
+    return cloud
+
+
+case("pyvista-arrays.vtk", XYZ)(lambda p: with_arrays().save(p))
+case("pyvista-arrays.vtp", XYZ)(lambda p: with_arrays().save(p))
+SURFACE = pv.PolyData(XYZ).delaunay_2d()
+case("pyvista-surface.vtk", XYZ)(lambda p: SURFACE.save(p))
+case("pyvista-surface.vtp", XYZ)(lambda p: SURFACE.save(p))
+case("pyvista-surface.ply", XYZ.astype("f4").astype("f8"))(lambda p: SURFACE.save(p))
+GRID = pv.PolyData(XYZ).delaunay_3d()
+case("pyvista-grid.vtu", np.asarray(GRID.points, dtype="f8"))(lambda p: GRID.save(p))
+case("pyvista-grid.vtk", np.asarray(GRID.points, dtype="f8"))(lambda p: GRID.save(p))
+case("pyvista-image.vti", "write .vtu")(lambda p: pv.ImageData(dimensions=(3, 3, 3)).save(p))
+
+# meshio
+CELLS = [("tetra", np.array([[0, 1, 2, 3], [4, 5, 6, 7]])), ("triangle", np.array([[8, 9, 10], [9, 10, 11]]))]
+MESH = meshio.Mesh(XYZ, CELLS)
+for name, options in [
+    ("gmsh.msh", {}), ("gmsh22.msh", {"file_format": "gmsh22"}), ("gmsh22-ascii.msh", {"file_format": "gmsh22", "binary": False}),
+    ("gmsh-ascii.msh", {"file_format": "gmsh", "binary": False}), ("grid.vtu", {}), ("grid-ascii.vtu", {"binary": False}),
+    ("grid.vtk", {}), ("grid42.vtk", {"file_format": "vtk42"}), ("medit.mesh", {}), ("points.ply", {}), ("points.obj", {}),
+]:
+    def write(path, options=options, name=name):
+        surface = name.endswith((".obj", ".ply"))
+        mesh = meshio.Mesh(XYZ, CELLS[1:]) if surface else MESH
+        meshio.write(path, mesh, **options)
+    case(f"meshio-{name}", XYZ)(write)
+case("meshio.off", XYZ)(lambda p: meshio.write(p, meshio.Mesh(XYZ, CELLS[1:])))
+case("meshio.stl", None)(lambda p: meshio.write(p, meshio.Mesh(XYZ, CELLS[1:])))
+case("meshio.inp", "meshio")(lambda p: meshio.write(p, MESH, file_format="abaqus"))
+case("meshio.su2", "meshio")(lambda p: open(p, "w").write("NDIME= 3\n"))
+
+
+# Gmsh
+def gmsh_file(path, version, binary):
+    gmsh.initialize()
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.option.setNumber("Mesh.MshFileVersion", version)
+    gmsh.option.setNumber("Mesh.Binary", binary)
+    gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
+    gmsh.model.occ.synchronize()
+    gmsh.model.addPhysicalGroup(3, [1], name="box")
+    gmsh.model.mesh.generate(3)
+    gmsh.write(path)
+    _, found, _ = gmsh.model.mesh.getNodes()
+    gmsh.finalize()
+    return np.array(found).reshape(-1, 3)
+
+
+case("gmsh-41-binary.msh", None)(lambda p: gmsh_file(p, 4.1, 1))
+case("gmsh-41-ascii.msh", None)(lambda p: gmsh_file(p, 4.1, 0))
+case("gmsh-22-binary.msh", None)(lambda p: gmsh_file(p, 2.2, 1))
+case("gmsh-22-ascii.msh", None)(lambda p: gmsh_file(p, 2.2, 0))
+
+
+# laspy
+def scan(path, point_format=3, version="1.2"):
+    header = laspy.LasHeader(point_format=point_format, version=version)
+    header.offsets = np.array([100.0, 200.0, 0.0])
+    header.scales = np.array([0.001, 0.001, 0.01])
+    las = laspy.LasData(header)
+    las.x, las.y, las.z = XYZ[:, 0] + 100, XYZ[:, 1] + 200, XYZ[:, 2]
+    las.write(path)
+    return np.column_stack([np.asarray(las.x), np.asarray(las.y), np.asarray(las.z)])
+
+
+case("laspy-12.las", None)(scan)
+case("laspy-14.las", None)(lambda p: scan(p, 6, "1.4"))
+case("laspy-12.laz", None)(scan)
+case("laspy-14.laz", None)(lambda p: scan(p, 6, "1.4"))
+
+
+def points_of(path):
+    """Reads the points of a Medit file that septet has written."""
+    words = open(path).read().split()
+    dimension = int(words[words.index("Dimension") + 1])
+    at = words.index("Vertices")
+    count = int(words[at + 1])
+    rows = np.array(words[at + 2 : at + 2 + count * (dimension + 1)], dtype="f8").reshape(count, dimension + 1)
+    return rows[:, :dimension]
+
+
+def same(found, right):
+    if found.shape[1] != right.shape[1] and right.shape[1] == 3 and np.all(right[:, 2] == 0):
+        right = right[:, :2]
+    order = lambda a: a[np.lexsort(a.T[::-1])] + 0.0
+    found, right = order(np.unique(found, axis=0)), order(np.unique(right, axis=0))
+    return found.shape == right.shape and np.array_equal(found, right)
+
+
+def main(septet, folder):
+    wrong = 0
+    for name, right, args, make in CASES:
+        path = os.path.join(folder, name)
+        made = make(path)
+        if right is None:
+            right = made if isinstance(made, np.ndarray) else np.asarray(pv.read(path).points, dtype="f8")
+        out = os.path.join(folder, "out.mesh")
+        run = subprocess.run([septet, "triangulate", path, "-o", out, *args], capture_output=True, text=True)
+        if isinstance(right, str):
+            ok = run.returncode in (2, 3) and re.search(right, run.stderr, re.S)
+            result = "refused, with its reason" if ok else "WRONG: not refused with its reason"
+        else:
+            ok = run.returncode == 0 and same(points_of(out), right)
+            result = f"{len(right)} points" if ok else "WRONG: other points"
+        print(f"{name:36} exit {run.returncode}: {result}")
+        if not ok:
+            wrong += 1
+            print("    " + run.stderr.strip().replace("\n", "\n    "))
+    print(f"{len(CASES)} files, {wrong} wrong")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    where = sys.argv[2] if len(sys.argv) > 2 else tempfile.mkdtemp()
+    os.makedirs(where, exist_ok=True)
+    sys.exit(main(sys.argv[1], where))
