@@ -7,8 +7,8 @@
 //! **Header.** A header is a line of names. The comment just before the rows is the header if it has as many names as the rows
 //! have fields, and x and y are among them.
 
-use super::columns::{Announced, Head};
 use super::error::{InputError, Place};
+use super::head::{Announced, Head};
 use super::header::{Header, Selection, Stated, is_header};
 use super::points::ReadOptions;
 use super::reading::OtherLines;
@@ -66,11 +66,11 @@ impl<'a> Before<'a> {
             ([dimension], _) => {
                 let Some(second) = lines.next() else { return Doubt::None };
                 let Some(third) = lines.next() else { return Doubt::None };
-                let ([count], _) = (&whole(second).0[..], ()) else { return Doubt::None };
+                let [count] = whole(second).0[..] else { return Doubt::None };
                 let width = Row::of(third, 8).numbers() as u64;
                 let is_row = width > 1 && Row::of(third, 8).filled as u64 == width;
-                let announced = match (*dimension == width, *count == width && is_pure) {
-                    (true, _) => Some((*count, second.number)),
+                let announced = match (*dimension == width, count == width && is_pure) {
+                    (true, _) => Some((count, second.number)),
                     (false, true) => Some((*dimension, first.number)),
                     (false, false) => None,
                 };

@@ -57,9 +57,6 @@ pub(super) struct Counting {
 }
 
 impl Counting {
-    /// No rows.
-    pub const NONE: Counting = Counting { counts: true, has_fraction: false };
-
     /// Looks at points. `row` returns the number in the file of each point, and `first` is the number of row 0.
     pub fn of(points: &Points, first: f64, row: impl Fn(usize) -> u64) -> Self {
         let coordinates = points.coordinates();

@@ -1,9 +1,12 @@
 //! Lines, words and numbers of text files, and errors with their locations.
 
+mod reasons;
+
 use std::path::Path;
 
 use super::error::{InputError, Place};
-use super::reasons;
+
+pub(super) use reasons::expected;
 
 /// The bytes of a file, and its path.
 #[derive(Clone, Copy)]
@@ -185,7 +188,7 @@ impl Source<'_> {
 
     /// Returns the syntax error for a word that is no number, with the reason. The word must be a slice of the line.
     pub fn bad_number(&self, line: &Line<'_>, word: &[u8]) -> InputError {
-        self.bad_word(line, word, reasons::expected(word))
+        self.bad_word(line, word, expected(word))
     }
 
     pub fn truncated(&self, place: Place, what: &'static str, expected: u64, found: u64) -> InputError {

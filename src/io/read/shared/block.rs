@@ -6,11 +6,11 @@ use std::ops::Range;
 use septet_core::model::Points;
 
 use super::super::error::InputError;
-use super::super::ids::Counting;
 use super::super::points::ReadOptions;
 use super::chunks::OpenFile;
 use super::cut::Chunk;
 use super::error::SharedError;
+use super::facts::{PartFacts, part_facts};
 use super::rows::AllRows;
 use super::survey::{Cut, Plan};
 use super::tally::Tally;
@@ -18,22 +18,6 @@ use super::tally::Tally;
 /// The place of a row, as the processes exchange it: the number of the row, the number of its file, its offset, and the
 /// lines and rows before it in the file.
 pub(super) type Mark = [u64; 5];
-
-/// What a process knows of its part of a file, as the processes exchange it: the number of the file, the number of rounded
-/// integers, and whether the first column counts the rows (0: cannot, 1: does not, 2: does, 3: does, beside fractions).
-pub(super) type PartFacts = [u64; 3];
-
-fn part_facts(file: usize, rounded: u64, counting: Option<Counting>) -> PartFacts {
-    let counting = counting.map_or(0, |of| if of.counts { 2 + u64::from(of.has_fraction) } else { 1 });
-    [file as u64, rounded, counting]
-}
-
-/// Returns whether the first column of a file counts the rows, if the parts of all processes tell.
-pub(super) fn counting_of(file: usize, facts: &[Vec<PartFacts>]) -> Option<Counting> {
-    let parts = facts.iter().flatten().filter(|part| part[0] == file as u64 && part[2] > 0);
-    let of = |part: &PartFacts| Counting { counts: part[2] > 1, has_fraction: part[2] > 2 };
-    parts.map(of).reduce(Counting::and)
-}
 
 /// Checks that the blocks of all processes are consecutive, and together have all rows.
 pub(super) fn check(blocks: &[Range<u64>], rows: u64) -> Result<(), SharedError> {

@@ -17,6 +17,7 @@ mod block;
 mod chunks;
 mod cut;
 mod error;
+mod facts;
 mod rows;
 mod survey;
 mod tally;
@@ -36,8 +37,9 @@ use super::list::{self, ListedFile};
 use super::points::{Column, CoordinateType, PointFile, ReadOptions};
 use super::reading::{Extent, FileReading};
 
-use block::{Mark, PartFacts, Reading, Rows};
+use block::{Mark, Reading, Rows};
 use error::{SharedError, agree};
+use facts::PartFacts;
 use rows::{AllRows, WholeFile};
 use survey::{Form, Plan};
 use tally::Tally;

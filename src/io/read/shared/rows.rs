@@ -6,9 +6,9 @@ use super::super::error::{InputError, Place};
 use super::super::list::{ListError, ListedFile};
 use super::super::points::{CoordinateType, ReadOptions};
 use super::super::reading::{FileReading, OtherLines};
-use super::block::{PartFacts, counting_of};
 use super::cut::Counts;
 use super::error::SharedError;
+use super::facts::{PartFacts, counting_of};
 use super::survey::{Cut, Form, Plan};
 use super::tally::Tally;
 

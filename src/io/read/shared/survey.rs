@@ -8,10 +8,11 @@ use septet_protocol::checksum::checksum;
 use septet_protocol::wire::{Ended, Processes};
 
 use super::super::array::Layout;
-use super::super::columns::{self, Head, Opening};
+use super::super::columns::{self, Opening};
 use super::super::dispatch::{a_domain, check_options, is_domain};
 use super::super::error::InputError;
 use super::super::formats::{Rows, by_content, npy, of_content, raw, read_by_name, reader};
+use super::super::head::Head;
 use super::super::load::{self, Packing};
 use super::super::points::ReadOptions;
 use super::super::signature;

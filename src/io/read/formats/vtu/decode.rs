@@ -9,8 +9,7 @@ use super::arrays::{Arrays, DataArray, Storage};
 use super::base64;
 use crate::read::error::{InputError, Place};
 use crate::read::scalar::{Endian, Scalar};
-use crate::read::reasons::expected;
-use crate::read::text::excerpt;
+use crate::read::text::{excerpt, expected};
 
 impl<'a> Arrays<'a> {
     /// Returns all numbers of an array.

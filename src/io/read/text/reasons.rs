@@ -1,6 +1,6 @@
 //! Reasons why a word is no number, which the errors of readers of text give.
 
-use super::text::number;
+use super::number;
 
 /// A kind of word that is no number, and what is expected instead.
 type Reason = (fn(&[u8]) -> bool, &'static str);
@@ -23,7 +23,7 @@ const REASONS: [Reason; 10] = [
 ];
 
 /// Returns what is expected instead of a word that is no number.
-pub(super) fn expected(word: &[u8]) -> &'static str {
+pub(in super::super) fn expected(word: &[u8]) -> &'static str {
     REASONS.iter().find(|(holds, _)| holds(word)).map_or("a number", |(_, text)| text)
 }
 
@@ -36,7 +36,7 @@ fn is_fortran_exponent(word: &[u8]) -> bool {
 }
 
 /// Whether the word is a number with commas: `1,5`, `1.234,5` or `1,234.5`.
-pub(super) fn is_decimal_comma(word: &[u8]) -> bool {
+fn is_decimal_comma(word: &[u8]) -> bool {
     let mut words = word.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
     // The comma separated the fields.
     let is_cut = words.clone().nth(1).is_some() && words.all(|word| number(word).is_some());
