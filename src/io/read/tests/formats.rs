@@ -209,3 +209,25 @@ fn text_in_utf16() {
     let file = crate::read::read(&path, &PLAIN, &mut |_, _| {}).unwrap();
     assert_eq!(plane(&file), [[1.5, 2.0]]);
 }
+
+/// Returns the points of a scan in `tests/reports/scans`.
+fn scan(name: &str) -> Result<PointFile, InputError> {
+    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/reports/scans"));
+    crate::read::read(&folder.join(name), &PLAIN, &mut |_, _| {})
+}
+
+#[cfg(feature = "las")]
+#[test]
+fn laser_scans_have_scale_and_offset() {
+    for name in ["laspy-12.las", "laspy-14.laz"] {
+        let points = space(&scan(name).unwrap());
+        assert_eq!(points.len(), 12, "{name}");
+        assert_eq!(points[0], [0.001 * 625.0 + 100.0, 0.001 * 897.0 + 200.0, 0.01 * 78.0], "{name}");
+    }
+}
+
+#[cfg(not(feature = "las"))]
+#[test]
+fn laser_scans_need_their_feature() {
+    assert!(scan("laspy-12.las").unwrap_err().to_string().contains("feature `las`"));
+}

@@ -1,4 +1,4 @@
-//! `.obj` files: the triangles of a [`Surface`]. Points in the plane get z = 0.
+//! `.obj` files: a comment with the counts, then the triangles of a [`Surface`]. Points in the plane get z = 0.
 
 use std::io::Write;
 
@@ -15,6 +15,7 @@ pub fn write(
     progress: &mut WriteProgress<'_>,
 ) -> Result<(), WriteFault> {
     let surface = Surface::of(mesh)?;
+    writeln!(out, "# {} points, {} triangles", surface.points(), surface.triangles.len() / 3)?;
     write_records(out, surface.points(), progress, |buffer, i| {
         buffer.extend_from_slice(b"v ");
         push_point(buffer, surface.point(i), b' ', true);
