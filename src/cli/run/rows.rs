@@ -60,7 +60,8 @@ impl Rows {
 
     /// Takes the points that one process loaded.
     fn of_all(loaded: Loaded) -> Self {
-        let Loaded { points, spacing, skipped, source_index, first_id, columns, files, reading, seconds } = loaded;
+        let Loaded { points, spacing, skipped, source_index, first_id, columns, files, reading, seconds } =
+            loaded;
         let extent = reading.as_ref().and_then(|_| Extent::of(&points));
         let rows = points.len() as u64;
         let held = SharedPoints {

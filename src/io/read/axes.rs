@@ -18,15 +18,27 @@ const SYSTEMS: [System; 5] = [
     System { words: [&["lon", "long", "lng", "longitude"], &["lat", "latitude"], HEIGHTS] },
     System { words: [&["easting", "eastings"], &["northing", "northings"], HEIGHTS] },
     System { words: [&["rechtswert"], &["hochwert"], &["z", "höhe", "hoehe"]] },
-    System {
-        words: [&["points:0", "points_0"], &["points:1", "points_1"], &["points:2", "points_2"]],
-    },
+    System { words: [&["points:0", "points_0"], &["points:1", "points_1"], &["points:2", "points_2"]] },
 ];
 
 /// Words that a name may have besides the word of its axis.
 pub(super) const AFFIXES: [&str; 16] = [
-    "m", "mm", "cm", "km", "ft", "deg", "degree", "degrees", "decimal", "utm", "wgs84", "coord", "coordinate",
-    "pos", "position", "point",
+    "m",
+    "mm",
+    "cm",
+    "km",
+    "ft",
+    "deg",
+    "degree",
+    "degrees",
+    "decimal",
+    "utm",
+    "wgs84",
+    "coord",
+    "coordinate",
+    "pos",
+    "position",
+    "point",
 ];
 
 /// A column that means an axis of a system: its position, and the words besides that of the axis.
@@ -149,8 +161,18 @@ mod tests {
             assert_eq!(of(names).as_deref(), Some(positions), "{names}");
         }
         for names in [
-            "x,x,y", "x,y,z,z", "a,b,c", "ra,dec,z", "P,N,E,Z,D", "x,z", "x1,y1", "index,exit,why",
-            "lon,lat,easting,northing", "x_m,y_m,x_ft,y_ft", "max x,max y", "lon,lat,lat",
+            "x,x,y",
+            "x,y,z,z",
+            "a,b,c",
+            "ra,dec,z",
+            "P,N,E,Z,D",
+            "x,z",
+            "x1,y1",
+            "index,exit,why",
+            "lon,lat,easting,northing",
+            "x_m,y_m,x_ft,y_ft",
+            "max x,max y",
+            "lon,lat,lat",
         ] {
             assert_eq!(of(names), None, "{names}");
         }

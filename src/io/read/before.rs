@@ -155,7 +155,8 @@ impl<'a> Before<'a> {
         let names = Row::styled(header, style);
         let header = Header::of(header.number, &names.fields, names.separator == b' ');
         let Some(axes) = header.axes() else { return false };
-        let is_number = |row: &Row<'_>, at: usize| row.fields.get(at).is_some_and(|f| row.number(f).is_some());
+        let is_number =
+            |row: &Row<'_>, at: usize| row.fields.get(at).is_some_and(|f| row.number(f).is_some());
         row.takes_mark(line, |row| row.filled == header.width() && axes.iter().all(|at| is_number(row, *at)))
     }
 
@@ -242,11 +243,14 @@ impl<'a> Before<'a> {
     /// Returns the header of rows, if there is one.
     fn header_of(&mut self, rows: &[Row<'a>]) -> Result<Option<Header>, InputError> {
         let row = &rows[0];
-        let Some(line) = self.header else { return Ok(self.comment.and_then(|line| self.commented(line, row))) };
+        let Some(line) = self.header else {
+            return Ok(self.comment.and_then(|line| self.commented(line, row)));
+        };
         let style = Style { tabs: row.separator == b'\t', commas: false };
         let names = Row::styled(line, style);
         let mut header = Header::of(line.number, &names.fields, names.separator == b' ');
-        let by_number = |columns: &Vec<String>| columns.iter().all(|name| integer(name.trim().as_bytes()).is_some());
+        let by_number =
+            |columns: &Vec<String>| columns.iter().all(|name| integer(name.trim().as_bytes()).is_some());
         let is_free = self.options.columns.as_ref().is_some_and(by_number);
         if row.filled > header.width() && !header.shift(rows) && !is_free {
             let (found, names) = (row.filled, header.width());
@@ -310,6 +314,7 @@ fn whole_numbers(line: Line<'_>) -> (Vec<u64>, bool) {
     let numbers: Vec<u64> =
         fields.iter().map_while(|field| integer(field).and_then(|n| u64::try_from(n).ok())).collect();
     let next = fields.get(numbers.len());
-    let is_comment = next.is_none_or(|next| number(next).is_none() && next.first().is_some_and(u8::is_ascii_alphabetic));
+    let is_comment =
+        next.is_none_or(|next| number(next).is_none() && next.first().is_some_and(u8::is_ascii_alphabetic));
     if is_comment { (numbers, next.is_none()) } else { (Vec::new(), false) }
 }

@@ -65,7 +65,8 @@ impl Chemistry {
         if points.met < self.count {
             return Err(source.truncated(Place::Line(lines.number()), "atoms", self.count, points.met));
         }
-        let note = "read as a chemical file: a count, a comment, then one atom per line; elements are ignored";
+        let note =
+            "read as a chemical file: a count, a comment, then one atom per line; elements are ignored";
         points.notes.push(note.to_owned());
         let mut file = points.finish();
         file.reading.lines = OtherLines { counts: 1, comments: 1, ..OtherLines::default() };
@@ -117,7 +118,15 @@ mod tests {
 
     #[test]
     fn elements_are_texts_or_their_numbers() {
-        for (word, yes) in [("O", true), ("Si1", true), ("8", true), ("118", true), ("0", false), ("0.5", false), ("119", false)] {
+        for (word, yes) in [
+            ("O", true),
+            ("Si1", true),
+            ("8", true),
+            ("118", true),
+            ("0", false),
+            ("0.5", false),
+            ("119", false),
+        ] {
             assert_eq!(is_element(word.as_bytes()), yes, "{word}");
         }
     }

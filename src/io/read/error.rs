@@ -417,7 +417,9 @@ impl InputError {
 /// Returns the advice to choose columns, with an example if there is one.
 fn choose_columns(example: &str) -> Remedy {
     if example.is_empty() {
-        return Remedy::of("choose the columns of the coordinates with {columns}, by name or by number from 1");
+        return Remedy::of(
+            "choose the columns of the coordinates with {columns}, by name or by number from 1",
+        );
     }
     Remedy::of("choose the columns of the coordinates, such as {columns} ").and(example)
 }

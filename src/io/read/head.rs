@@ -166,7 +166,8 @@ impl Head {
     /// Whether a line that looks like a comment is a row: its mark belongs to its first field, and its coordinates are
     /// numbers.
     fn takes_mark<'a>(&self, line: Line<'a>, row: &mut Row<'a>) -> bool {
-        let is_number = |row: &Row<'_>, at: usize| row.fields.get(at).is_some_and(|f| row.number(f).is_some());
+        let is_number =
+            |row: &Row<'_>, at: usize| row.fields.get(at).is_some_and(|f| row.number(f).is_some());
         let axes = &self.selection.axes;
         row.takes_mark(line, |row| {
             row.filled == self.selection.width && axes.iter().all(|at| is_number(row, *at))
@@ -220,7 +221,9 @@ impl Head {
         let axes = &self.selection.axes[..dimension];
         // The advice on columns helps only in the first row.
         let is_first = self.selection.is_positional() && points.met == 0 && !options.skip_invalid;
-        if is_first && let Some(word) = row.fields.iter().take(dimension).find(|field| row.number(field).is_none()) {
+        if is_first
+            && let Some(word) = row.fields.iter().take(dimension).find(|field| row.number(field).is_none())
+        {
             return Err(source.bad_number(line, word).with_columns(self.sure.clone()));
         }
         let last = self.selection.last(dimension);
@@ -265,7 +268,8 @@ impl Head {
             return Err(source.bad_line(&row.line, format!("at least {} columns", last + 1)));
         }
         if row.separator == b' ' {
-            let expected = format!("{width} fields, as in the rows before (a field between blanks may be missing)");
+            let expected =
+                format!("{width} fields, as in the rows before (a field between blanks may be missing)");
             return Err(source.bad_line(&row.line, expected));
         }
         Ok(())

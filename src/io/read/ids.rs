@@ -22,9 +22,11 @@ pub(super) fn are_row_names(rows: &[Row<'_>], width: usize) -> bool {
 
 /// Returns the number from which the first fields of the rows count, if it is 0 or 1, and the other numbers have fractions.
 pub(super) fn counted_from(rows: &[Row<'_>]) -> Option<i64> {
-    let first = rows.first()?.fields.first().and_then(|field| integer(field)).filter(|n| matches!(n, 0 | 1))?;
+    let first =
+        rows.first()?.fields.first().and_then(|field| integer(field)).filter(|n| matches!(n, 0 | 1))?;
     let counts = |(row, n): (&Row<'_>, i64)| row.fields.first().and_then(|field| integer(field)) == Some(n);
-    let has_fraction = |row: &Row<'_>| row.fields.iter().skip(1).any(|field| row.number(field).is_some_and(is_fraction));
+    let has_fraction =
+        |row: &Row<'_>| row.fields.iter().skip(1).any(|field| row.number(field).is_some_and(is_fraction));
     (rows.iter().zip(first..).all(counts) && rows.iter().any(has_fraction)).then_some(first)
 }
 
@@ -69,7 +71,10 @@ impl Counting {
 
     /// Joins what is known of two parts of a file.
     pub fn and(self, other: Counting) -> Self {
-        Counting { counts: self.counts && other.counts, has_fraction: self.has_fraction || other.has_fraction }
+        Counting {
+            counts: self.counts && other.counts,
+            has_fraction: self.has_fraction || other.has_fraction,
+        }
     }
 
     /// Whether the column is an id.

@@ -48,6 +48,6 @@ pub use error::{InputError, Place};
 pub use list::{EntryFault, FileList, ListError, ListedFile, PointList, read_list};
 pub use points::{Column, CoordinateType, PointFile, ReadOptions, ReadProgress};
 pub use raw_rows::{RawRows, UnknownRawRows};
-pub use shared::{SharedPoints, WHOLE_LIMIT, read_shared, share_points};
 pub use reading::{Extent, FileReading, OtherLines};
+pub use shared::{SharedPoints, WHOLE_LIMIT, read_shared, share_points};
 pub use sizes::read_sizes;

@@ -18,8 +18,7 @@ pub(super) fn decoded(data: Vec<u8>) -> Vec<u8> {
     };
     let units = data[2..].chunks_exact(2).map(unit);
     let is_text = |c: char| !c.is_control() || c.is_ascii_whitespace();
-    let text: Option<String> =
-        char::decode_utf16(units).map(|c| c.ok().filter(|c| is_text(*c))).collect();
+    let text: Option<String> = char::decode_utf16(units).map(|c| c.ok().filter(|c| is_text(*c))).collect();
     text.map_or(data, String::into_bytes)
 }
 

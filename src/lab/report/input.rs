@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use serde::Serialize;
 use septet_io::read::{Extent, FileReading};
+use serde::Serialize;
 
 /// What was read of the files of the input.
 #[derive(Clone, Debug, PartialEq, Serialize)]

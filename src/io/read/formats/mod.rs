@@ -94,8 +94,12 @@ pub const fn reader(format: Format) -> Reader {
             rows: Some(Rows::Array),
             ..NONE
         },
-        Format::Npz => Reader { signature: |data| data.starts_with(b"PK\x03\x04"), points: Some(npz::read), ..NONE },
-        Format::Las => Reader { signature: |data| data.starts_with(b"LASF"), points: Some(las::read), ..NONE },
+        Format::Npz => {
+            Reader { signature: |data| data.starts_with(b"PK\x03\x04"), points: Some(npz::read), ..NONE }
+        }
+        Format::Las => {
+            Reader { signature: |data| data.starts_with(b"LASF"), points: Some(las::read), ..NONE }
+        }
         Format::Off => Reader {
             signature: |data| signature::is_off(word(data)),
             points: Some(off::read),
@@ -169,7 +173,8 @@ pub fn of_content(data: &[u8]) -> Option<Format> {
 /// Returns the format that the first bytes or lines of a file show, although its name is that of a table of points.
 pub fn by_content(path: &Path, data: &[u8]) -> Option<Format> {
     let named = read_by_name(path)?;
-    of_content(data).filter(|content| named.row().is_table && !content.row().is_table && *content != Format::Ele)
+    of_content(data)
+        .filter(|content| named.row().is_table && !content.row().is_table && *content != Format::Ele)
 }
 
 /// Returns the format of a file that is read, given by its name, or by its content if the name does not determine it.

@@ -113,7 +113,8 @@ fn structured(source: Source<'_>, descr: &[u8], offset: usize) -> Result<(Fields
     let mut stride = 0_usize;
     let place = Place::Byte(offset as u64);
     let refused = |what: String| {
-        let advice = "save an array of two or three columns: numpy.save(name, numpy.stack([x, y, z], axis=1))";
+        let advice =
+            "save an array of two or three columns: numpy.save(name, numpy.stack([x, y, z], axis=1))";
         Err(source.unsupported(place, what, advice))
     };
     let text = String::from_utf8_lossy(descr);
@@ -121,7 +122,9 @@ fn structured(source: Source<'_>, descr: &[u8], offset: usize) -> Result<(Fields
     while let Some(inner) = rest.strip_prefix('(') {
         let (name, after) = quoted(inner).unwrap_or_default();
         let kind = after.trim_start().strip_prefix(',').and_then(|after| quoted(after.trim_start()));
-        let Some((kind, after)) = kind else { return refused("a structured array of nested fields".to_owned()) };
+        let Some((kind, after)) = kind else {
+            return refused("a structured array of nested fields".to_owned());
+        };
         let Some(after) = after.trim_start().trim_start_matches(',').trim_start().strip_prefix(')') else {
             return refused(format!("the field {name}, which is an array itself,"));
         };
@@ -134,7 +137,10 @@ fn structured(source: Source<'_>, descr: &[u8], offset: usize) -> Result<(Fields
         rest = after.trim_start().trim_start_matches(',').trim_start();
     }
     let Some(axes) = axes::axes(&names) else {
-        return refused(format!("a structured array whose fields ({}) do not name x and y", names.join(", ")));
+        return refused(format!(
+            "a structured array whose fields ({}) do not name x and y",
+            names.join(", ")
+        ));
     };
     let mut of = [all[axes[0]]; 3];
     of.iter_mut().zip(&axes).for_each(|(field, axis)| *field = all[*axis]);

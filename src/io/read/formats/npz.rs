@@ -71,16 +71,25 @@ fn members(source: Source<'_>) -> Result<Vec<Member<'_>>, InputError> {
     for found in 0..count {
         let member = Member::at(data, at);
         let place = Place::Byte(at as u64);
-        let (member, next) = member.ok_or_else(|| source.truncated(place, "members of an archive", count, found))?;
+        let (member, next) =
+            member.ok_or_else(|| source.truncated(place, "members of an archive", count, found))?;
         if member.method != 0 && member.method != 8 {
             let what = format!("compression {} of the array {}", member.method, member.name);
-            return Err(source.unsupported(place, what, "save it with numpy.savez or numpy.savez_compressed"));
+            return Err(source.unsupported(
+                place,
+                what,
+                "save it with numpy.savez or numpy.savez_compressed",
+            ));
         }
         members.push(member);
         at = next;
     }
     if members.is_empty() {
-        return Err(source.unsupported(Place::Whole, "an archive without arrays", "save arrays with numpy.savez"));
+        return Err(source.unsupported(
+            Place::Whole,
+            "an archive without arrays",
+            "save arrays with numpy.savez",
+        ));
     }
     Ok(members)
 }
@@ -133,7 +142,10 @@ impl<'a> Member<'a> {
         let start = local + 30 + lengths as usize;
         let data = data.get(start..start.checked_add(usize::try_from(packed).ok()?)?)?;
         let name = String::from_utf8_lossy(text).trim_end_matches(".npy").to_owned();
-        Some((Member { name: excerpt(name.as_bytes()), method, size, data }, at + 46 + text.len() + extra + comment))
+        Some((
+            Member { name: excerpt(name.as_bytes()), method, size, data },
+            at + 46 + text.len() + extra + comment,
+        ))
     }
 }
 

@@ -107,7 +107,9 @@ pub fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, Inpu
             let Some((line, words)) = stream.several(3) else { break };
             points.push_words(&line, &mut words.into_iter())?;
         }
-        points.notes.push("read as a stream of numbers, because vertices have no lines of their own".to_owned());
+        points
+            .notes
+            .push("read as a stream of numbers, because vertices have no lines of their own".to_owned());
         lines = stream.lines;
     }
     let mut extra = false;
@@ -158,7 +160,8 @@ fn faces(source: Source<'_>) -> Result<(Header<'_>, Vec<Face<'_>>), InputError> 
             words.extend(stream.by_ref().take(corners).map(|(_, word)| word));
             (words.len() == corners + 1).then_some((line, words))
         });
-        let cut = || source.truncated(Place::Line(stream.line.number), "faces", header.faces, all.len() as u64);
+        let cut =
+            || source.truncated(Place::Line(stream.line.number), "faces", header.faces, all.len() as u64);
         all.push(face.ok_or_else(cut)?);
     }
     Ok((header, all))

@@ -9,7 +9,7 @@ use crate::read::error::{InputError, Place};
 use crate::read::mesh::{CellKind, FileMesh};
 use crate::read::points::ReadOptions;
 use crate::read::scalar::{Endian, Scalar};
-use crate::read::text::{Source, expected, excerpt, integer, is_blank, number};
+use crate::read::text::{Source, excerpt, expected, integer, is_blank, number};
 
 /// A position in the file.
 struct Cursor<'a> {

@@ -136,7 +136,11 @@ fn types_of_polygons(offsets: &[i64]) -> Vec<i64> {
     const TRIANGLE: i64 = 5;
     const POLYGON: i64 = 7;
     let starts = std::iter::once(&0).chain(offsets);
-    offsets.iter().zip(starts).map(|(end, start)| if end.checked_sub(*start) == Some(3) { TRIANGLE } else { POLYGON }).collect()
+    offsets
+        .iter()
+        .zip(starts)
+        .map(|(end, start)| if end.checked_sub(*start) == Some(3) { TRIANGLE } else { POLYGON })
+        .collect()
 }
 
 /// Returns the values of an array of integers.

@@ -1,12 +1,12 @@
 //! Counts and reads the rows of a part of a file.
 
 use super::super::collect::Collector;
-use super::super::ids::Counting;
-use super::super::points::PointFile;
-use super::super::reading::{FileReading, OtherLines};
 use super::super::dispatch::a_domain;
 use super::super::error::InputError;
+use super::super::ids::Counting;
+use super::super::points::PointFile;
 use super::super::points::{CoordinateType, ReadOptions};
+use super::super::reading::{FileReading, OtherLines};
 use super::super::text::{Lines, Source, line_feeds};
 use super::chunks::{OpenFile, Unit};
 use super::error::SharedError;

@@ -208,7 +208,11 @@ impl Call<'_> {
             coordinate_type: all.coordinate_type(),
             columns,
             reading: Some(all.reading()),
-            extent: extents.into_iter().flatten().map(|(low, high)| Extent { low, high }).reduce(|a, b| a.and(&b)),
+            extent: extents
+                .into_iter()
+                .flatten()
+                .map(|(low, high)| Extent { low, high })
+                .reduce(|a, b| a.and(&b)),
         })
     }
 
@@ -269,12 +273,7 @@ impl Call<'_> {
     }
 
     /// Returns the notes on all files. `facts` are those of the parts of all processes.
-    fn notes(
-        &self,
-        plans: &[Plan],
-        whole: &[WholeFile],
-        facts: &[Vec<PartFacts>],
-    ) -> Vec<String> {
+    fn notes(&self, plans: &[Plan], whole: &[WholeFile], facts: &[Vec<PartFacts>]) -> Vec<String> {
         let mut sums = vec![0; plans.len()];
         for [file, count, _] in facts.iter().flatten() {
             if let Some(sum) = sums.get_mut(*file as usize) {

@@ -62,8 +62,7 @@ fn of_range(
     if start >= end {
         return Ok(None);
     }
-    let mut tally =
-        Tally { file, range: start..end, counts: Counts::default(), marks: Vec::new() };
+    let mut tally = Tally { file, range: start..end, counts: Counts::default(), marks: Vec::new() };
     if let (Unit::Bytes(size), false) = (cut.unit(), options.skip_invalid) {
         let rows = (end - start) / size.max(1);
         tally.counts = Counts { rows, kept: rows, ..Counts::default() };

@@ -44,7 +44,8 @@ fn archive(members: &[(&str, &[u8], u16)]) -> Vec<u8> {
 
 #[test]
 fn archives_of_arrays() {
-    let (points, other) = (array(), npy("{'descr': '<i8', 'fortran_order': False, 'shape': (1, 3), }", &[0; 24]));
+    let (points, other) =
+        (array(), npy("{'descr': '<i8', 'fortran_order': False, 'shape': (1, 3), }", &[0; 24]));
     for members in [
         &[("arr_0.npy", &points[..], 0)][..],
         &[("arr_0.npy", &points, 8)],
@@ -74,7 +75,14 @@ fn archives_of_arrays() {
 fn structured_arrays() {
     let row = |i: usize| {
         let [x, y, z] = WANT[i];
-        [&(i as i32).to_le_bytes()[..], &z.to_be_bytes(), b"name", &x.to_le_bytes(), &(y as f32).to_le_bytes()].concat()
+        [
+            &(i as i32).to_le_bytes()[..],
+            &z.to_be_bytes(),
+            b"name",
+            &x.to_le_bytes(),
+            &(y as f32).to_le_bytes(),
+        ]
+        .concat()
     };
     let data: Vec<u8> = (0..4).flat_map(row).collect();
     let head = "{'descr': [('id', '<i4'), ('Z', '>f8'), ('n', 'S4'), ('x', '<f8'), ('y', '<f4')], \
@@ -121,7 +129,10 @@ fn polygons_of_vtk() {
         assert_eq!(space(&good(name, text)), WANT, "{name}");
     }
     assert_eq!(good_cells("a.vtp", text).cells, [0, 1, 2, 0, 2, 3]);
-    let quads = text.replace("0 1 2 0 2 3", "0 1 2 3").replace("3 6", "4").replace("NumberOfPolys='2'", "NumberOfPolys='1'");
+    let quads = text
+        .replace("0 1 2 0 2 3", "0 1 2 3")
+        .replace("3 6", "4")
+        .replace("NumberOfPolys='2'", "NumberOfPolys='1'");
     assert!(matches!(bad_cells("a.vtp", quads), InputError::Unsupported { .. }));
     let error = bad("a.gpx", "<?xml version='1.0'?><gpx><wpt lat='1' lon='2'/></gpx>");
     assert!(matches!(error, InputError::UnknownFormat { .. }), "{error}");

@@ -8,13 +8,22 @@ type Reason = (fn(&[u8]) -> bool, &'static str);
 /// The kinds. The first one that applies is given.
 const REASONS: [Reason; 10] = [
     (|word| word.is_empty(), "a number (the field is empty)"),
-    (|word| word.contains(&0), "text in UTF-8 (this looks like UTF-16 without a mark: save the file as UTF-8)"),
-    (is_fortran_exponent, "an exponent with E, as in 1.5E+03 (this is a Fortran exponent: replace the D by E)"),
+    (
+        |word| word.contains(&0),
+        "text in UTF-8 (this looks like UTF-16 without a mark: save the file as UTF-8)",
+    ),
+    (
+        is_fortran_exponent,
+        "an exponent with E, as in 1.5E+03 (this is a Fortran exponent: replace the D by E)",
+    ),
     (
         is_decimal_comma,
         "a number with a decimal point (decimal commas and thousands separators are read only between semicolons)",
     ),
-    (|word| word.iter().all(|b| *b == b'*'), "a number (asterisks stand for a number that was too wide to print)"),
+    (
+        |word| word.iter().all(|b| *b == b'*'),
+        "a number (asterisks stand for a number that was too wide to print)",
+    ),
     (is_missing, "a number (this word stands for a missing value)"),
     (is_angle, "decimal degrees, as in 47.25 (degrees, minutes and seconds are not supported)"),
     (is_date, "a number (dates and times are not coordinates)"),
@@ -31,7 +40,9 @@ pub(in super::super) fn expected(word: &[u8]) -> &'static str {
 fn is_fortran_exponent(word: &[u8]) -> bool {
     let at = word.iter().position(|b| matches!(b, b'd' | b'D' | b'q' | b'Q'));
     at.is_some_and(|at| {
-        number(&word[..at]).is_some() && word.len() > at + 1 && number(&word[at + 1..]).is_some_and(f64::is_finite)
+        number(&word[..at]).is_some()
+            && word.len() > at + 1
+            && number(&word[at + 1..]).is_some_and(f64::is_finite)
     })
 }
 
@@ -40,9 +51,10 @@ fn is_decimal_comma(word: &[u8]) -> bool {
     let mut words = word.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
     // The comma separated the fields.
     let is_cut = words.clone().nth(1).is_some() && words.all(|word| number(word).is_some());
-    is_cut || word.contains(&b',')
-        && word.iter().any(u8::is_ascii_digit)
-        && word.iter().all(|b| b.is_ascii_digit() || matches!(b, b',' | b'.' | b'-' | b'+' | b'e' | b'E'))
+    is_cut
+        || word.contains(&b',')
+            && word.iter().any(u8::is_ascii_digit)
+            && word.iter().all(|b| b.is_ascii_digit() || matches!(b, b',' | b'.' | b'-' | b'+' | b'e' | b'E'))
 }
 
 fn is_missing(word: &[u8]) -> bool {

@@ -33,7 +33,11 @@ pub fn write_surface(
     if u32::try_from(surface.points()).is_err() {
         return Err(WriteFault::TooLarge(surface.points() as u64));
     }
-    write_head(out, surface.points(), &format!("element face {faces}\nproperty list uchar uint vertex_indices\n"))?;
+    write_head(
+        out,
+        surface.points(),
+        &format!("element face {faces}\nproperty list uchar uint vertex_indices\n"),
+    )?;
     write_records(out, surface.points(), progress, |buffer, i| push_vertex(buffer, surface.point(i)))?;
     write_records(out, faces, progress, |buffer, i| {
         buffer.push(3);

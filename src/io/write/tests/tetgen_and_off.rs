@@ -99,7 +99,8 @@ fn obj_and_ply_hold_the_surface_of_off() {
         let off = one("m.off", &sample);
         let off: Vec<&str> = text(&off).split_off(2);
         let obj = one("m.obj", &sample);
-        let (points, faces): (Vec<&str>, Vec<&str>) = text(&obj).into_iter().skip(1).partition(|line| line.starts_with('v'));
+        let (points, faces): (Vec<&str>, Vec<&str>) =
+            text(&obj).into_iter().skip(1).partition(|line| line.starts_with('v'));
         assert!(points.iter().zip(&off).all(|(line, other)| line[2..] == **other));
         let zero = |line: &str| numbers::<u64>(&line[2..]).iter().map(|id| id - 1).collect::<Vec<u64>>();
         let triangles = |line: &&str| numbers::<u64>(&line[2..]);

@@ -10,7 +10,8 @@ use crate::read::text::{Source, excerpt, integer};
 
 /// The numbers of nodes of the types of elements, from type 1.
 const NODES: [u8; 31] = [
-    2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14, 1, 8, 20, 15, 13, 9, 10, 12, 15, 15, 21, 4, 5, 6, 20, 35, 56,
+    2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14, 1, 8, 20, 15, 13, 9, 10, 12, 15, 15, 21, 4, 5, 6, 20, 35,
+    56,
 ];
 
 /// A position in the file.
@@ -234,7 +235,11 @@ impl<'a> Cursor<'a> {
         let nodes = usize::try_from(element - 1).ok().and_then(|at| NODES.get(at).copied());
         let Some(nodes) = nodes else {
             let what = format!("an element of Gmsh type {element}");
-            return Err(source.unsupported(Place::Byte(start as u64), what, "save a mesh of at most third order"));
+            return Err(source.unsupported(
+                Place::Byte(start as u64),
+                what,
+                "save a mesh of at most third order",
+            ));
         };
         let (nodes, size) = (usize::from(nodes), scalar.size());
         let width = (before + nodes) * size;

@@ -77,8 +77,8 @@ pub fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
                 };
             }
             (
-                b"Points" | b"Cells" | b"Polys" | b"Verts" | b"Lines" | b"Strips" | b"PointData" | b"CellData"
-                | b"FieldData",
+                b"Points" | b"Cells" | b"Polys" | b"Verts" | b"Lines" | b"Strips" | b"PointData"
+                | b"CellData" | b"FieldData",
                 closing,
             ) => {
                 section = if closing { b"" } else { tag.name };
