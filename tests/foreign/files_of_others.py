@@ -48,12 +48,12 @@ case("pandas-index.csv", XYZ)(lambda p: frame().to_csv(p))
 case("pandas-tab.txt", XYZ)(lambda p: frame().to_csv(p, sep="\t"))
 case("pandas-tab-names.txt", XYZ)(lambda p: frame(name=TEXTS).to_csv(p, sep="\t", index=False))
 case("pandas-tab-missing.txt", XYZ)(lambda p: frame(q=[None, 1.5] * 6).to_csv(p, sep="\t", index=False))
-case("pandas-blank-missing.txt", "fields|columns")(
+case("pandas-escaped-missing.txt", XYZ)(
     lambda p: frame(q=[None, 1.5] * 6)[["x", "q", "y", "z"]].to_csv(p, sep=" ", index=False, na_rep=" ", quoting=3, escapechar="\\"))
 case("pandas-semicolon-comma.csv", XYZ)(lambda p: frame().to_csv(p, sep=";", decimal=",", index=False))
 case("pandas-semicolon-comma-index.csv", XYZ)(lambda p: frame().to_csv(p, sep=";", decimal=","))
 case("pandas-tab-comma.txt", "decimal comma")(lambda p: frame().to_csv(p, sep="\t", decimal=",", index=False))
-case("pandas-comma-comma.csv", XYZ)(lambda p: frame().to_csv(p, decimal=",", index=False))
+case("pandas-comma-comma.csv", "decimal comma")(lambda p: frame().to_csv(p, decimal=",", index=False))
 case("pandas-quoted.csv", XYZ)(lambda p: frame(name=['a, "b"'] * 12).to_csv(p, index=False, quoting=1))
 case("pandas-lat-lon.csv", XY)(lambda p: frame(["longitude", "latitude"], XY)[["latitude", "longitude"]].to_csv(p, index=False))
 case("pandas-easting.csv", XYZ)(
@@ -120,13 +120,13 @@ case("pyvista-surface.ply", XYZ.astype("f4").astype("f8"))(lambda p: SURFACE.sav
 GRID = pv.PolyData(XYZ).delaunay_3d()
 case("pyvista-grid.vtu", np.asarray(GRID.points, dtype="f8"))(lambda p: GRID.save(p))
 case("pyvista-grid.vtk", np.asarray(GRID.points, dtype="f8"))(lambda p: GRID.save(p))
-case("pyvista-image.vti", "write .vtu")(lambda p: pv.ImageData(dimensions=(3, 3, 3)).save(p))
+case("pyvista-image.vti", "ImageData")(lambda p: pv.ImageData(dimensions=(3, 3, 3)).save(p))
 
 # meshio
 CELLS = [("tetra", np.array([[0, 1, 2, 3], [4, 5, 6, 7]])), ("triangle", np.array([[8, 9, 10], [9, 10, 11]]))]
 MESH = meshio.Mesh(XYZ, CELLS)
 for name, options in [
-    ("gmsh.msh", {}), ("gmsh22.msh", {"file_format": "gmsh22"}), ("gmsh22-ascii.msh", {"file_format": "gmsh22", "binary": False}),
+    ("gmsh.msh", {"file_format": "gmsh"}), ("gmsh22.msh", {"file_format": "gmsh22"}), ("gmsh22-ascii.msh", {"file_format": "gmsh22", "binary": False}),
     ("gmsh-ascii.msh", {"file_format": "gmsh", "binary": False}), ("grid.vtu", {}), ("grid-ascii.vtu", {"binary": False}),
     ("grid.vtk", {}), ("grid42.vtk", {"file_format": "vtk42"}), ("medit.mesh", {}), ("points.ply", {}), ("points.obj", {}),
 ]:
@@ -137,7 +137,7 @@ for name, options in [
         meshio.write(path, mesh, **options)
     case(f"meshio-{name}", XYZ)(write)
 case("meshio.off", XYZ)(lambda p: meshio.write(p, meshio.Mesh(XYZ, CELLS[1:])))
-case("meshio.stl", None)(lambda p: meshio.write(p, meshio.Mesh(XYZ, CELLS[1:])))
+case("meshio.stl", XYZ[8:])(lambda p: meshio.write(p, meshio.Mesh(XYZ, CELLS[1:])))
 case("meshio.inp", "meshio")(lambda p: meshio.write(p, MESH, file_format="abaqus"))
 case("meshio.su2", "meshio")(lambda p: open(p, "w").write("NDIME= 3\n"))
 
@@ -156,6 +156,8 @@ def gmsh_file(path, version, binary):
     gmsh.write(path)
     _, found, _ = gmsh.model.mesh.getNodes()
     gmsh.finalize()
+    # Text has 16 digits.
+    found = found if binary else [float(f"{c:.16g}") for c in found]
     return np.array(found).reshape(-1, 3)
 
 

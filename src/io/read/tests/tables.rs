@@ -37,7 +37,9 @@ fn names_of_coordinates_select_their_columns() {
 
 #[test]
 fn only_names_of_axes_are_coordinates() {
-    for text in ["lon,lat\n1,2\n", "lat,lon\n2,1\n", "id,Northing,Easting\n7,2,1\n", "t,Points:0,Points:1\n0,1,2\n"] {
+    for text in
+        ["lon,lat\n1,2\n", "lat,lon\n2,1\n", "id,Northing,Easting\n7,2,1\n", "t,Points:0,Points:1\n0,1,2\n"]
+    {
         assert_eq!(plane(&good("a.csv", text)), [[1.0, 2.0]], "{text}");
     }
     assert_eq!(plane(&good("a.csv", ",lon,lat\n0,1,2\n")), [[1.0, 2.0]]);
