@@ -80,6 +80,7 @@ impl<'a> Row<'a> {
         takes
     }
 
+    #[inline]
     fn take(&mut self, line: Line<'a>, scanned: Scan<'a>, most: usize) {
         let Scan { text, separator, quoted } = scanned;
         (self.line, self.text, self.separator) = (line, text, separator);
@@ -189,6 +190,7 @@ impl<'a> Iterator for Quoted<'a> {
 }
 
 /// Finds where the content of a line ends, which separator it uses, and whether any field is quoted.
+#[inline]
 fn scan(text: &[u8], tabs: bool, has_comments: bool) -> Scan<'_> {
     let (mut semicolon, mut comma, mut fresh) = (false, false, true);
     let (mut quoted, mut inside) = (false, false);
