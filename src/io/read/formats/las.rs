@@ -35,19 +35,28 @@ mod scan {
     /// The least number of bytes of a compressed point.
     const LEAST: usize = 1;
 
+    /// The number of points that are decoded at a time.
+    const BATCH: u64 = 1 << 16;
+
     pub fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
         let damaged = |error: las::Error| {
             let advice = "check the file with `lasinfo`, or convert it with PDAL";
             source.unsupported(Place::Whole, format!("a damaged or unknown laser scan ({error})"), advice)
         };
-        let mut reader = Reader::new(Cursor::new(source.data)).map_err(damaged)?;
+        let mut reader = Reader::new(Cursor::new(source.data.to_vec())).map_err(damaged)?;
         let announced = reader.header().number_of_points();
         let size = (announced, source.data.len(), LEAST);
         let mut points = Collector::new(source, options, (Place::Whole, 3), size)?;
         points.coordinate_type = Some(CoordinateType::Integer);
-        for point in reader.points() {
-            let point = point.map_err(damaged)?;
-            points.push(Place::Whole, &[point.x, point.y, point.z])?;
+        loop {
+            let batch =
+                reader.read_points(BATCH.min(announced.saturating_sub(points.met))).map_err(damaged)?;
+            if batch.is_empty() {
+                break;
+            }
+            for ((x, y), z) in batch.x().zip(batch.y()).zip(batch.z()) {
+                points.push(Place::Whole, &[x, y, z])?;
+            }
         }
         points.complete(Place::Whole, announced)?;
         points.notes.push("values besides the coordinates are ignored".to_owned());
