@@ -33,7 +33,7 @@ fn a_header_row_is_obeyed_or_refused() {
 fn a_run_says_what_it_read() {
     let place = Place::new();
     let rows = "7,47.5,9.25,1\n8,47,9.5,2\n# c\n9,47.25,9.75,3\n9,47.25,9.75,3\n";
-    place.file("a.csv", &format!("id,lat,lon,t\n{rows}"));
+    place.file("a.csv", format!("id,lat,lon,t\n{rows}"));
     for processes in ["", " --processes 2"] {
         let output = place.good(&format!("triangulate a.csv --json a.json{processes}"));
         let line = "read        a.csv: 4 rows, columns lon lat (2 ignored), 1 header line, 1 comment line; \

@@ -135,7 +135,7 @@ mod tests {
     use super::*;
 
     fn of(names: &str) -> Option<Vec<usize>> {
-        axes(&names.split(',').map(|name| name.to_lowercase()).collect::<Vec<_>>())
+        axes(&names.split(',').map(str::to_lowercase).collect::<Vec<_>>())
     }
 
     #[test]

@@ -175,8 +175,8 @@ impl<'a> Before<'a> {
             self.other.counts += 1;
             return true;
         }
-        if self.header.is_none() && is_header(&self.names(line).fields) {
-            let names = self.names(line);
+        if self.header.is_none() && is_header(&Self::names(line).fields) {
+            let names = Self::names(line);
             let is_text = self.announced.is_some()
                 && Header::of(line.number, &names.fields, names.separator == b' ').axes().is_none();
             // After a count, other words are the comment of a chemical file.
@@ -201,7 +201,7 @@ impl<'a> Before<'a> {
     }
 
     /// Splits a line of names.
-    fn names(&self, line: Line<'a>) -> Row<'a> {
+    fn names(line: Line<'a>) -> Row<'a> {
         Row::styled(line, Style { tabs: is_tabbed(line, true), commas: false })
     }
 
@@ -267,7 +267,7 @@ impl<'a> Before<'a> {
     /// Returns the header that a comment before the rows contains.
     fn commented(&mut self, line: Line<'a>, row: &Row<'a>) -> Option<Header> {
         let text = comment(line)?;
-        let names = self.names(text);
+        let names = Self::names(text);
         let header = Header::of(line.number, &names.fields, names.separator == b' ');
         let is_header = header.width() == row.filled && row.numbers() > 1 && header.axes().is_some();
         if is_header {
@@ -284,7 +284,7 @@ impl<'a> Before<'a> {
             return Err(InputError::UnsupportedDimension { path, place, found: 1 });
         }
         if let Some(line) = self.header {
-            let names = self.names(line);
+            let names = Self::names(line);
             let header = Header::of(line.number, &names.fields, names.separator == b' ');
             if header.axes().is_some() {
                 let (path, place) = (source.path.to_owned(), Place::Line(header.line));

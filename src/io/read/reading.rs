@@ -132,7 +132,9 @@ mod tests {
             ..FileReading::default()
         };
         let mut all = FileReading::default();
-        [of(["lon", "lat"], 0), of(["x", "y"], 2), of(["x", "y"], 3)].iter().for_each(|one| all.add(one));
+        for one in [of(["lon", "lat"], 0), of(["x", "y"], 2), of(["x", "y"], 3)] {
+            all.add(&one);
+        }
         assert_eq!((all.rows, all.columns.join(" ")), (5, "x y".to_owned()));
         all.add(&of(["x", "z"], 1));
         assert!(all.columns.is_empty());

@@ -28,6 +28,7 @@ pub(super) struct Style {
 }
 
 /// The result of [`scan`] for a line.
+#[derive(Clone, Copy)]
 struct Scan<'a> {
     text: &'a [u8],
     separator: u8,

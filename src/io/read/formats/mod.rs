@@ -77,9 +77,7 @@ macro_rules! mesh {
 /// Returns the functions that read a format.
 pub const fn reader(format: Format) -> Reader {
     match format {
-        Format::Node => {
-            Reader { signature: |data| signature::is_node(text(data)), points: Some(node::read), ..NONE }
-        }
+        Format::Node => Reader { signature: is_node, points: Some(node::read), ..NONE },
         Format::Xyz | Format::Csv => Reader {
             points: Some(columns::read),
             sizes: Some(size_rows::read),
@@ -140,14 +138,20 @@ pub const fn reader(format: Format) -> Reader {
         // Their content is that of a `.msh` file.
         Format::Msh22 | Format::Msh41 => mesh!(msh, |_| false),
         Format::Medit => mesh!(medit, |data| word(data) == b"MeshVersionFormatted"),
-        Format::Ele => {
-            Reader { signature: |data| signature::is_ele(text(data)), cells: Some(cells::read_ele), ..NONE }
-        }
+        Format::Ele => Reader { signature: is_ele, cells: Some(cells::read_ele), ..NONE },
         Format::Poly => Reader { domain: Some(poly::read_polygons), ..NONE },
         Format::Smesh => Reader { domain: Some(poly::read_simple), ..NONE },
         Format::Pvtu => Reader { cells: Some(vtu::read_pieces), ..NONE },
         Format::Faces => NONE,
     }
+}
+
+fn is_node(data: &[u8]) -> bool {
+    signature::is_node(text(data))
+}
+
+fn is_ele(data: &[u8]) -> bool {
+    signature::is_ele(text(data))
 }
 
 /// The table and the readers agree.

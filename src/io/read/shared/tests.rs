@@ -296,6 +296,11 @@ fn a_process_reads_only_its_rows_of_an_array() {
     assert_eq!((read.points.len(), processes.moved()), (1000, [0, 0]));
 }
 
+/// Returns 30 lines of text.
+fn rows_of(row: impl Fn(u32) -> String) -> String {
+    (0..30).map(row).collect::<Vec<String>>().join("\n") + "\n"
+}
+
 #[test]
 fn tables_are_read_in_blocks() {
     for (name, text) in [
@@ -311,9 +316,9 @@ fn tables_are_read_in_blocks() {
         ("a.csv", "1,2,3\n4,5,6\n1,2,3,4\n7,8,9\n1,2,3,4\n1,2,3\n".repeat(3)),
         ("a.csv", "a,b\n1,2\n3,4\n".to_string()),
         ("a.csv", "lat;lon;h\n47,5;9,25;1\n".to_string() + &"47,5;9,5;2\n# c\n\n".repeat(20)),
-        ("a.txt", "x y z\n".to_string() + &(0..30).map(|i| format!("{i} 0.5 1 2\n")).collect::<String>()),
-        ("a.txt", (0..30).map(|i| format!("{i} 0.5 1\n")).collect::<String>()),
-        ("a.txt", (0..30).map(|i| format!("{} 0.5 1\n", i % 29)).collect::<String>()),
+        ("a.txt", "x y z\n".to_string() + &rows_of(|i| format!("{i} 0.5 1 2"))),
+        ("a.txt", rows_of(|i| format!("{i} 0.5 1"))),
+        ("a.txt", rows_of(|i| format!("{} 0.5 1", i % 29))),
         ("a.txt", format!("30 2\n{}", "0.5 1\n".repeat(30))),
         ("a.txt", format!("3\n30\n{}", "0.5 1 2\n".repeat(30))),
         ("a.txt", format!("29 2\n{}", "0.5 1\n".repeat(30))),

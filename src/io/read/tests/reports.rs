@@ -1,7 +1,7 @@
 //! Small files, each with the points that its writer meant: `tests/reports/points` after public reports, and
 //! `tests/reports/made` by programs (`tests/foreign/files_of_others.py`).
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use fancy_regex::Regex;
 use septet_core::model::Points;
@@ -25,7 +25,8 @@ impl Cases {
 
     /// Returns the fault of a case, if it has one.
     fn fault(&self, case: &Value) -> Option<String> {
-        let is_scan = text(case, "file").ends_with(".las") || text(case, "file").ends_with(".laz");
+        let ending = Path::new(text(case, "file")).extension();
+        let is_scan = ending.is_some_and(|ending| ending == "las" || ending == "laz");
         if is_scan && cfg!(not(feature = "las")) {
             return None;
         }

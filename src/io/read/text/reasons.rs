@@ -71,8 +71,8 @@ fn is_angle(word: &[u8]) -> bool {
 
 /// Whether the word is a date or a time: `2024-05-01` or `12:30`.
 fn is_date(word: &[u8]) -> bool {
-    let marks = |mark: u8| word.iter().filter(|b| **b == mark).count();
-    word.first().is_some_and(u8::is_ascii_digit) && (marks(b':') > 0 || marks(b'-') > 1 || marks(b'/') > 1)
+    let has = |mark: u8, times: usize| word.split(|b| *b == mark).count() > times;
+    word.first().is_some_and(u8::is_ascii_digit) && (has(b':', 1) || has(b'-', 2) || has(b'/', 2))
 }
 
 /// Whether the word is a number and a unit: `1.5m`.

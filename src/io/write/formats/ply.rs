@@ -52,7 +52,7 @@ pub fn write_surface(
 fn write_head(out: &mut dyn Write, points: usize, faces: &str) -> Result<(), WriteFault> {
     write!(out, "ply\nformat binary_little_endian 1.0\nelement vertex {points}\n")?;
     out.write_all(b"property double x\nproperty double y\nproperty double z\n")?;
-    Ok(write!(out, "{faces}end_header\n")?)
+    Ok(writeln!(out, "{faces}end_header")?)
 }
 
 fn push_vertex(buffer: &mut Vec<u8>, point: &[f64]) {
