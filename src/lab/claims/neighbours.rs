@@ -26,9 +26,6 @@ const PAIRS: [(usize, f64); 2] = [(2, 15.0), (3, 30.0)];
 /// The sets whose depths are fitted.
 const SETS: [(Kind, usize); 3] = [(Kind::Uniform, 2), (Kind::Uniform, 3), (Kind::Line, 3)];
 
-/// The number of runs of each size in a fit. The largest depth of a single run varies too much.
-const SEEDS: u64 = 2;
-
 /// The smallest number of points of a fit. A tree with fewer levels than about 2 d has fewer than d stages at most nodes.
 const SMALLEST: u64 = 2048;
 
@@ -50,7 +47,7 @@ pub(super) const CLAIMS: &[Claim] = &[Claim {
     },
     experiment: "Radii of `fmt` and `pairs` that differ from those of `descent` in a bit, on uniform sets, clusters, a line, \
                  a graded set and a lattice. Fit of the depth of phase neighbours with `fmt` as in depth-law, over seven \
-                 octaves from 2,048 points, two runs of each size. Well-separated pairs a point in leaves of 1,000 points, s = 2",
+                 octaves from 2,048 points. Well-separated pairs a point in leaves of 1,000 points, s = 2",
     bound: "0 radii, by definition; 10 % for the quadratic share, as in depth-law; 15 pairs in the plane and 30 in space: \
             all pairs of a leaf are up to 500 a point",
     check: |lab| Ok([radii(lab)?, depths(lab)?, pairs(lab)?].concat()),
@@ -113,7 +110,7 @@ fn depths(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
 /// Returns the runs with the correction in stages.
 fn of_stages(lab: &mut Lab, samples: &[Sample]) -> Result<Rc<Vec<Counted>>, ClaimError> {
     let name = format!("stages {}", samples.first().map(Sample::name).unwrap_or_default());
-    let runs = Runs { name: &name, samples, seeds: SEEDS, until: Some(Until::Neighbours) };
+    let runs = Runs { name: &name, samples, seeds: 1, until: Some(Until::Neighbours) };
     lab.counted(&runs, |spec| with_correction(spec, Correction::Stages, LEAF))
 }
 
