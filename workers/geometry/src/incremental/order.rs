@@ -201,7 +201,8 @@ mod tests {
         let length = |points: &[DVec2]| {
             let order = insertion_order(points);
             let last_round = order.iter().map(|&i| points[i as usize]).filter(|p| insertion_round(p) == 15);
-            let near: Vec<DVec2> = last_round.filter(|p| p.x <= 1.0).collect();
+            let near: Vec<DVec2> =
+                last_round.filter(|p| p.min_element() >= 0.0 && p.max_element() <= 1.0).collect();
             near.windows(2).map(|w| w[0].distance(w[1])).sum::<f64>()
         };
         let alone = length(&near);
