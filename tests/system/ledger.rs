@@ -188,7 +188,8 @@ fn exact_tests_of<P: Point>(points: &[P], choice: usize) -> u64 {
     let of = |points: &[P], workers| {
         let spec = with_graph(&with_workers(Workers::Count(workers), LEAF), combinations(false)[choice]);
         let ledger = counted(points, &spec).ledger;
-        let counted = ledger.phases.iter().filter(|p| p.phase.group().counts_work());
+        // A phase without charges has a row only if its ranks sent messages.
+        let counted = ledger.phases.iter().filter(|p| p.phase.group().counts_work() && p.exact_tests > 0);
         let row = |p: &PhaseTotal| (p.phase, p.exact_tests);
         (ledger.totals.sum().exact_tests, counted.map(row).collect::<Vec<_>>())
     };
