@@ -130,10 +130,10 @@ pub mod io {
     pub mod read {
         #[doc(inline)]
         pub use septet_io::read::{
-            AnyInput, CellFile, CellOptions, Column, CoordinateType, DomainFile, EntryFault, FileList,
-            InputError, ListError, ListedFile, Place, PointFile, PointList, RawRows, ReadOptions,
-            ReadProgress, UnknownRawRows, read, read_cells, read_cells_from, read_domain, read_from,
-            read_list, read_sizes,
+            AnyInput, CellFile, CellOptions, Column, CoordinateType, DomainFile, EntryFault, Extent,
+            FileList, FileReading, InputError, ListError, ListedFile, OtherLines, Place, PointFile,
+            PointList, RawRows, ReadOptions, ReadProgress, UnknownRawRows, read, read_cells, read_cells_from,
+            read_domain, read_from, read_list, read_sizes,
         };
     }
 

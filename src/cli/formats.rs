@@ -29,6 +29,7 @@ pub fn read_options(input: &InputRules) -> Result<ReadOptions, Failure> {
         skip_invalid: input.skip_invalid,
         columns: input.columns.clone(),
         keep_columns: input.keep_columns,
+        terrain: false,
     })
 }
 

@@ -9,7 +9,7 @@ use septet_core::model::Points;
 use septet_core::{Error, Spec};
 use septet_geometry::range::RangeError;
 use septet_io::read::{
-    Column, FileList, InputError, ListedFile, PointFile, PointList, ReadOptions, read, read_list,
+    Column, FileList, FileReading, InputError, ListedFile, PointFile, PointList, ReadOptions, read, read_list,
 };
 
 use super::errors::{Code, Failure};
@@ -35,6 +35,8 @@ pub struct Loaded {
     pub columns: Vec<Column>,
     /// Files of a list of files, in their order. Empty for other inputs.
     pub files: Vec<ListedFile>,
+    /// What was read of the files. `None` for a sample.
+    pub reading: Option<FileReading>,
     /// Measured time to read or generate the points, in seconds.
     pub seconds: f64,
 }
@@ -62,6 +64,7 @@ impl Loaded {
             first_id: file.first_id,
             columns: file.columns,
             files,
+            reading: Some(file.reading),
             seconds: start.elapsed().as_secs_f64(),
         }
     }
@@ -205,6 +208,7 @@ pub fn make(request: &Request, talk: &Talk) -> Result<Loaded, Failure> {
         first_id: 0,
         columns: Vec::new(),
         files: Vec::new(),
+        reading: None,
         seconds: start.elapsed().as_secs_f64(),
     })
 }

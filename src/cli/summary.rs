@@ -35,6 +35,9 @@ pub fn of_run(report: &RunReport, is_sample: bool) -> Vec<String> {
         counted(report.hull_facets, "hull facet"),
         report.certificate
     )];
+    let input = report.parameters.input.as_str();
+    let source = name(Path::new(if input == "-" { "standard input" } else { input }));
+    lines.extend(report.input.as_ref().map(|input| row("read", input.line(&source))));
     lines.extend(set_aside(report));
     if report.machine.traffic.rounds > 0 {
         lines.extend(machine(report));

@@ -145,7 +145,7 @@ formats! {
     Npy {
         extensions: &["npy"],
         roles: &[
-            (Role::Points, "float (n, 2) or (n, 3)"),
+            (Role::Points, "numbers (n, 2) or (n, 3), or fields x, y, z"),
             (Role::Cells, "integer (m, 3) or (m, 4)"),
             (Role::Sizes, ""),
             (Role::Triangulation, "cells, `<i8` (m, d+1), from 0"),
@@ -154,6 +154,28 @@ formats! {
         ],
         divided: &[Role::Points, Role::Triangulation],
         has_input_rows: true,
+    }
+    /// An archive of `NumPy` arrays.
+    Npz {
+        extensions: &["npz"],
+        roles: &[(Role::Points, "its only array, or `points`")],
+        instead: &[
+            (Role::Cells, "save the cells with numpy.save as .npy"),
+            (Role::Sizes, "save the array with numpy.save as .npy"),
+            (Role::Triangulation, "write .npy for NumPy"),
+            (Role::Mesh, "write .npy for NumPy"),
+            (Role::PointSet, "write .npy for NumPy"),
+        ],
+    }
+    /// Points of a laser scan, plain or compressed.
+    Las {
+        extensions: &["las", "laz"],
+        roles: &[(Role::Points, "with scale and offset")],
+        instead: &[
+            (Role::Triangulation, "write .vtu or .ply"),
+            (Role::Mesh, "write .vtu or .ply"),
+            (Role::PointSet, "write .ply or .xyz for points"),
+        ],
     }
     /// Geomview Object File Format.
     Off {
@@ -172,8 +194,15 @@ formats! {
     /// Stanford polygons.
     Ply {
         extensions: &["ply"],
-        roles: &[(Role::Points, "ASCII, binary"), (Role::Domain, ""), (Role::PointSet, "binary")],
-        instead: &[(Role::Triangulation, "write .stl or .off for a surface"), (Role::Mesh, "write .stl or .off for a surface")],
+        roles: &[
+            (Role::Points, "ASCII, binary"),
+            (Role::Domain, ""),
+            (Role::Triangulation, "binary; 2D: the triangles; 3D: the surface"),
+            (Role::Mesh, ""),
+            (Role::PointSet, "binary"),
+        ],
+        is_surface: true,
+        labels: Some(["", "the surface, oriented outward", "", ""]),
     }
     /// Stereolithography facets.
     Stl {
@@ -191,8 +220,15 @@ formats! {
     /// Wavefront object.
     Obj {
         extensions: &["obj"],
-        roles: &[(Role::Points, ""), (Role::Domain, ""), (Role::PointSet, "")],
-        instead: &[(Role::Triangulation, "write .stl or .off for a surface"), (Role::Mesh, "write .stl or .off for a surface")],
+        roles: &[
+            (Role::Points, ""),
+            (Role::Domain, ""),
+            (Role::Triangulation, "2D: the triangles; 3D: the surface"),
+            (Role::Mesh, ""),
+            (Role::PointSet, ""),
+        ],
+        is_surface: true,
+        labels: Some(["", "the surface, oriented outward", "", ""]),
     }
     /// VTK XML unstructured grid.
     Vtu {
@@ -212,6 +248,16 @@ formats! {
             "",
             "`size`, `marker`, `carrier_dimension`, `carrier`",
         ]),
+    }
+    /// VTK XML polygons.
+    Vtp {
+        extensions: &["vtp"],
+        roles: &[(Role::Points, "its points"), (Role::Cells, "triangles")],
+        instead: &[
+            (Role::Triangulation, "write .vtu for ParaView"),
+            (Role::Mesh, "write .vtu for ParaView"),
+            (Role::PointSet, "write .vtu"),
+        ],
     }
     /// VTK XML parallel unstructured grid: a `.vtu` file for each worker, in the folder `NAME.pieces`.
     Pvtu {
@@ -247,7 +293,7 @@ formats! {
     Msh {
         extensions: &["msh"],
         roles: &[
-            (Role::Points, "ASCII 2 and 4.1"),
+            (Role::Points, "ASCII and binary, 2 and 4.1"),
             (Role::Cells, ""),
             (Role::Triangulation, "4.1 or 2.2"),
             (Role::Mesh, ""),
@@ -374,10 +420,12 @@ impl Role {
         if let Some(advice) = known.and_then(|format| format.instead(self)) {
             return Some(advice.to_owned());
         }
-        let other = OTHERS.iter().find(|(extensions, ..)| extensions.contains(&extension.as_str()));
-        let advice = other.map(|(_, read, write)| if self.is_output() { *write } else { *read });
-        if let Some(advice) = advice.filter(|advice| !advice.is_empty()) {
-            return Some(advice.to_owned());
+        if let Some(other) = OTHERS.iter().find(|other| other.extensions.contains(&extension.as_str())) {
+            return Some(if self.is_output() {
+                other.write.to_owned()
+            } else {
+                format!("this is {}: {}", other.what, other.read)
+            });
         }
         if self.is_output()
             && known.is_some_and(|format| format.row().ambiguous.contains(&extension.as_str()))
@@ -492,7 +540,7 @@ mod tests {
 
     #[test]
     fn an_extension_belongs_to_one_format() {
-        let mut all: Vec<&str> = OTHERS.iter().flat_map(|(extensions, ..)| *extensions).copied().collect();
+        let mut all: Vec<&str> = OTHERS.iter().flat_map(|other| other.extensions).copied().collect();
         for format in Format::ALL {
             let row = format.row();
             all.extend(row.extensions.iter().chain(row.ambiguous));
@@ -516,11 +564,11 @@ mod tests {
     fn advice_follows_the_extension() {
         for (name, role, advice) in [
             ("a.xdmf", Role::Triangulation, "write .vtu for ParaView"),
-            ("a.xdmf.gz", Role::Points, "write .vtu with ParaView or meshio"),
+            ("a.xdmf.gz", Role::Points, "this is a dataset of ParaView: write .vtu with ParaView or meshio"),
             ("a.vut", Role::Triangulation, "the nearest is .vtu"),
             ("a.cvs", Role::Points, "rename it if it is a .csv file"),
             ("a.npz", Role::Mesh, "write .npy for NumPy"),
-            ("a.obj", Role::Triangulation, "write .stl or .off for a surface"),
+            ("a.gltf", Role::Triangulation, "write .obj or .ply for a surface"),
             ("a.tsv", Role::PointSet, "write .xyz or .csv for text"),
             ("a.pvtu", Role::Points, "it only lists its pieces; give one of the .vtu files that it names"),
         ] {

@@ -15,7 +15,7 @@ fn a_header_row_is_obeyed_or_refused() {
     place.file("plain.xyz", "0 0 0\n1 0 0\n0 1 0\n0 0 1\n");
     place.good("verify plain.xyz named.npy --perturbed");
     place.file("cat.csv", CATALOGUE);
-    let words = &["cat.csv, line 1", "id, ra, dec, z", "--columns ra,dec,z"];
+    let words = &["cat.csv, line 1", "id, ra, dec, z", "with --columns"];
     place.fails("triangulate cat.csv -o cat.vtu", 2, words);
     place.fails("simulate cat.csv", 2, words);
     place.fails("rival incremental cat.csv", 2, words);
@@ -27,6 +27,34 @@ fn a_header_row_is_obeyed_or_refused() {
     place.fails("triangulate cat.csv --columns ra,nothing", 2, &["no column nothing"]);
     place.fails("triangulate sample:uniform:9 --columns x,y", 2, &["--columns", "sample"]);
     place.fails("triangulate plain.npy --columns 1,2", 3, &["no such file"]);
+}
+
+#[test]
+fn a_run_says_what_it_read() {
+    let place = Place::new();
+    let rows = "7,47.5,9.25,1\n8,47,9.5,2\n# c\n9,47.25,9.75,3\n9,47.25,9.75,3\n";
+    place.file("a.csv", format!("id,lat,lon,t\n{rows}"));
+    for processes in ["", " --processes 2"] {
+        let output = place.good(&format!("triangulate a.csv --json a.json{processes}"));
+        let line = "read        a.csv: 4 rows, columns lon lat (2 ignored), 1 header line, 1 comment line; \
+                    x 9.25 to 9.75, y 47.0 to 47.5";
+        assert!(stderr(&output).contains(line), "{}", stderr(&output));
+        let report: serde_json::Value =
+            serde_json::from_str(&fs::read_to_string(place.path("a.json")).unwrap()).unwrap();
+        let wanted = serde_json::json!({
+            "rows": 4, "columns": ["lon", "lat"], "ignored": ["id", "t"],
+            "header_lines": 1, "count_lines": 0, "comment_lines": 1, "blank_lines": 0,
+            "extent": [[9.25, 9.75], [47.0, 47.5]], "duplicates": 1,
+        });
+        assert_eq!(report["input"], wanted);
+    }
+    place.good("triangulate sample:uniform:30 --json s.json");
+    assert!(!fs::read_to_string(place.path("s.json")).unwrap().contains("\"input\": {"));
+    place.file("ids.txt", "1 0.5 2\n2 3 4\n3 5 7\n");
+    place.fails("triangulate ids.txt", 2, &["counts the rows from 1", "--columns 2,3"]);
+    place.good("triangulate ids.txt --columns 2,3");
+    place.file("grid.asc", "ncols 2\nnrows 2\ncellsize 1\n1 2\n3 4\n");
+    place.fails("triangulate grid.asc", 3, &["a grid of heights", "--terrain"]);
 }
 
 #[test]
@@ -78,7 +106,7 @@ fn formats_are_recognised_and_stated() {
     assert!(talk.contains("4 points") && talk.contains("septet verify set.1.node set.1.ele"), "{talk}");
     place.good("verify set.1.node set.1.ele");
     place.file("four.csv", "1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n");
-    place.fails("triangulate four.csv", 2, &["4 columns of numbers", "--columns 1,2,3"]);
+    place.fails("triangulate four.csv", 2, &["4 columns of numbers", "with --columns"]);
     place.good("triangulate four.csv --columns 2,3,4");
     let talk = stderr(&place.good("triangulate four.csv -d 3"));
     assert!(talk.contains("columns after the first 3 are ignored"), "{talk}");
@@ -111,7 +139,7 @@ fn errors_list_formats_and_name_the_nearest() {
     place.fails("triangulate .", 3, &["is a directory", "name a file in it"]);
     place.fails("triangulate uniform:100", 3, &["no such file", "sample:uniform:100"]);
     place.file("scan.las", "LASF");
-    place.fails("triangulate scan.las", 2, &["convert the point cloud to .ply"]);
+    place.fails("triangulate scan.pcd", 2, &["convert the point cloud to .ply"]);
 }
 
 #[test]

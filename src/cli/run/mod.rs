@@ -81,6 +81,8 @@ pub fn run(
         outputs: &args.output,
         threads: spec.machine.thread_count(),
         skipped: rows.held.skipped,
+        reading: rows.held.reading.as_ref(),
+        extent: rows.held.extent.as_ref(),
         read_seconds,
         write_seconds,
         total_seconds: start.elapsed().as_secs_f64(),

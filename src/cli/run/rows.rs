@@ -9,7 +9,7 @@ use septet_core::run::memory::admit;
 use septet_core::run::processes::rows_of;
 use septet_core::spec::Task;
 use septet_core::{Error, Spec};
-use septet_io::read::{SharedPoints, read_shared, share_points};
+use septet_io::read::{Extent, SharedPoints, read_shared, share_points};
 use septet_io::write::check_gathered;
 
 use super::plan::Plan;
@@ -60,7 +60,9 @@ impl Rows {
 
     /// Takes the points that one process loaded.
     fn of_all(loaded: Loaded) -> Self {
-        let Loaded { points, spacing, skipped, source_index, first_id, columns, files, seconds } = loaded;
+        let Loaded { points, spacing, skipped, source_index, first_id, columns, files, reading, seconds } =
+            loaded;
+        let extent = reading.as_ref().and_then(|_| Extent::of(&points));
         let rows = points.len() as u64;
         let held = SharedPoints {
             skipped,
@@ -68,6 +70,8 @@ impl Rows {
             first_id,
             files,
             columns,
+            reading,
+            extent,
             ..SharedPoints::of_block(points, 0, rows)
         };
         Rows { held, spacing, seconds: Some(seconds) }

@@ -23,6 +23,37 @@ pub(super) struct Layout {
     pub start: u64,
     /// The number of bytes after the data.
     pub surplus: u64,
+    /// The coordinates in rows of fields of several types, or `None` if all columns have the type of the array.
+    pub fields: Option<Fields>,
+}
+
+/// The coordinates in rows of fields.
+#[derive(Clone, Copy)]
+pub(super) struct Fields {
+    /// The number of bytes of a row.
+    pub stride: usize,
+    /// The coordinates, as many as the layout has columns.
+    pub of: [Field; 3],
+}
+
+/// A number in a row.
+#[derive(Clone, Copy)]
+pub(super) struct Field {
+    /// The offset in the row.
+    pub offset: usize,
+    /// The type of the number.
+    pub scalar: Scalar,
+    /// The byte order of the number.
+    pub endian: Endian,
+}
+
+/// Returns the advice for an array of this many rows that has no columns of coordinates.
+pub(super) fn shape_advice(rows: u64) -> &'static str {
+    if matches!(rows, 2 | 3) {
+        "it is transposed: save rows of points with numpy.save(name, a.T)"
+    } else {
+        "save only the columns of the coordinates, two or three"
+    }
 }
 
 /// Rows of an array, which borrow their bytes.
@@ -44,7 +75,7 @@ impl Layout {
 
     /// Returns the number of bytes of a row.
     pub fn row_size(&self) -> u64 {
-        (self.columns * self.scalar.size()) as u64
+        self.fields.map_or(self.columns * self.scalar.size(), |fields| fields.stride) as u64
     }
 
     /// Creates a collector for `rows` points, or refuses an array of other than two or three columns.
@@ -56,8 +87,7 @@ impl Layout {
     ) -> Result<Collector<'a>, InputError> {
         let place = Place::Byte(self.start);
         if !(2..=3).contains(&self.columns) {
-            let (path, found) = (source.path.to_owned(), self.columns as u64);
-            return Err(InputError::UnsupportedDimension { path, place, found });
+            return Err(self.wrong_shape(source, place));
         }
         // No header announces more rows than the file has.
         let bytes = usize::try_from(rows.saturating_mul(self.row_size())).unwrap_or(usize::MAX);
@@ -65,6 +95,20 @@ impl Layout {
         let mut points = Collector::new(source, options, (place, self.columns), size)?;
         points.coordinate_type = Some(self.coordinate_type());
         Ok(points)
+    }
+
+    /// Returns the error for an array of other than two or three columns.
+    fn wrong_shape(&self, source: Source<'_>, place: Place) -> InputError {
+        let what = format!("an array of shape ({}, {}) as points", self.rows, self.columns);
+        source.unsupported(place, what, shape_advice(self.rows))
+    }
+
+    /// Returns the type and byte order of a column, and its offset in a row in C order.
+    fn field(&self, column: usize) -> Field {
+        match self.fields {
+            Some(fields) => fields.of[column],
+            None => Field { offset: column * self.scalar.size(), scalar: self.scalar, endian: self.endian },
+        }
     }
 
     /// Adds the points of whole rows in C order, which begin at offset `start` of the file. Returns the number of
@@ -104,19 +148,36 @@ impl<'a> Array<'a> {
 
     /// Returns the position of an element in the data.
     fn position(&self, row: usize, column: usize) -> usize {
-        if self.layout.fortran { column * self.rows + row } else { row * self.layout.columns + column }
+        let Layout { scalar, columns, fortran, fields, .. } = self.layout;
+        match fields {
+            Some(fields) => row * fields.stride + fields.of[column].offset,
+            None if fortran => (column * self.rows + row) * scalar.size(),
+            None => (row * columns + column) * scalar.size(),
+        }
+    }
+
+    /// Returns an element as a double.
+    pub fn float(&self, row: usize, column: usize) -> f64 {
+        let field = self.layout.field(column);
+        field.scalar.float(self.element(row, column), field.endian)
+    }
+
+    /// Returns an element as an integer.
+    pub fn integer(&self, row: usize, column: usize) -> i128 {
+        let field = self.layout.field(column);
+        field.scalar.integer(self.element(row, column), field.endian)
     }
 
     /// Returns the bytes of an element.
-    pub fn element(&self, row: usize, column: usize) -> &[u8] {
-        let size = self.layout.scalar.size();
-        let at = self.position(row, column) * size;
+    fn element(&self, row: usize, column: usize) -> &[u8] {
+        let size = self.layout.field(column).scalar.size();
+        let at = self.position(row, column);
         &self.data[at..at + size]
     }
 
     /// Returns the byte offset of an element in the file.
     pub fn offset(&self, row: usize, column: usize) -> u64 {
-        self.start + (self.position(row, column) * self.layout.scalar.size()) as u64
+        self.start + self.position(row, column) as u64
     }
 
     /// Returns the place of an element.
@@ -126,7 +187,6 @@ impl<'a> Array<'a> {
 
     /// Adds all rows as points. Returns the number of integers that were rounded.
     fn add_to(&self, points: &mut Collector<'_>) -> Result<u64, InputError> {
-        let Layout { scalar, endian, .. } = self.layout;
         let mut rounded = 0_u64;
         for row in 0..self.rows {
             let mut at = [0.0; 3];
@@ -134,6 +194,7 @@ impl<'a> Array<'a> {
             let mut wrong = None;
             for (column, slot) in at[..points.dimension()].iter_mut().enumerate() {
                 let element = self.element(row, column);
+                let Field { scalar, endian, .. } = self.layout.field(column);
                 *slot = scalar.float(element, endian);
                 rounded += u64::from(scalar.rounds(element, endian));
                 if !slot.is_finite() {

@@ -4,7 +4,8 @@ use glam::{DVec2, DVec3};
 
 use super::error::{InputError, Place};
 use super::points::{CoordinateType, PointFile, ReadOptions};
-use super::text::{Line, NUMBER, Source, number};
+use super::reading::FileReading;
+use super::text::{Line, Source, number};
 use septet_core::model::Points;
 
 /// The points read so far.
@@ -117,6 +118,16 @@ impl<'a> Collector<'a> {
         line: &Line<'_>,
         words: &mut dyn Iterator<Item = &[u8]>,
     ) -> Result<(), InputError> {
+        self.push_parsed(line, words, number)
+    }
+
+    /// Adds the point whose coordinates are the next words, as `parse` reads them.
+    pub fn push_parsed(
+        &mut self,
+        line: &Line<'_>,
+        words: &mut dyn Iterator<Item = &[u8]>,
+        parse: impl Fn(&[u8]) -> Option<f64>,
+    ) -> Result<(), InputError> {
         let mut at = [0.0; 3];
         let dimension = self.dimension();
         let mut bad = None;
@@ -124,7 +135,7 @@ impl<'a> Collector<'a> {
             let Some(word) = words.next() else {
                 return Err(self.mixed(line.place(), found));
             };
-            match number(word) {
+            match parse(word) {
                 Some(value) => *slot = value,
                 None => bad = bad.or(Some(word)),
             }
@@ -138,7 +149,7 @@ impl<'a> Collector<'a> {
     /// Drops a row with an unreadable number, or returns an error if the options do not allow this.
     pub fn malformed(&mut self, line: &Line<'_>, word: &[u8]) -> Result<(), InputError> {
         if !self.skip_invalid {
-            return Err(self.source.bad_word(line, word, NUMBER).in_row(self.met));
+            return Err(self.source.bad_number(line, word).in_row(self.met));
         }
         self.drop_one();
         Ok(())
@@ -192,6 +203,7 @@ impl<'a> Collector<'a> {
             first_id: self.first_id,
             columns: Vec::new(),
             coordinate_type: self.coordinate_type,
+            reading: FileReading::of_rows(self.met - self.before),
         }
     }
 }

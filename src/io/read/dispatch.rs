@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::cells::{CellFile, CellOptions};
 use super::error::{InputError, Place};
-use super::formats::{described, of_content, of_file, raw, read_by_name, reader};
+use super::formats::{by_content, described, of_content, of_file, raw, read_by_name, reader};
 use super::load::{self, Packing};
 use super::points::{PointFile, ReadOptions, ReadProgress};
 use super::text::Source;
@@ -98,6 +98,8 @@ fn format_of_points(path: &Path, data: &[u8]) -> Option<Format> {
     // The rows of a list of cells also form a table.
     let known = match named {
         Some(format) if format.row().is_table && signature::is_ele(data) => Some(Format::Ele),
+        // A signature beats the name of a table.
+        Some(format) if format.row().is_table => by_content(path, data).or(named),
         Some(Format::Node) if signature::is_ele_despite_name(data) => Some(Format::Ele),
         _ => named.or_else(|| of_content(data)),
     };

@@ -126,8 +126,14 @@ pub enum InputError {
         problem: String,
         /// The names in the header row, shortened. Empty without a header row.
         names: Vec<String>,
-        /// A possible choice of columns.
+        /// A choice of columns, or an empty text if none is sure.
         example: String,
+    },
+    /// The file is a grid of heights, and not a table of points.
+    #[error("{}: a grid of heights (ESRI ASCII raster), not a table of points", shown(.path))]
+    Grid {
+        /// The file.
+        path: PathBuf,
     },
     /// A table has a header row that names the coordinates, but no rows of points.
     #[error("{}{place}: the file has a header and no rows", shown(.path))]
@@ -266,6 +272,7 @@ impl InputError {
             Self::Syntax { columns: None, .. } => {
                 Remedy::of("correct the file, or give it the extension of its format")
             }
+            Self::Grid { .. } => Remedy::of("read the heights of its cells with {terrain}"),
             Self::NoRows { .. } => Remedy::of("add the rows, or check that the file is complete"),
             Self::NotRaw { .. } => Remedy::of("omit {raw}, or rename the file"),
             Self::PartOfRow { .. } => {
@@ -296,6 +303,7 @@ impl InputError {
             | Self::Syntax { path, .. }
             | Self::Malformed { path, .. }
             | Self::Columns { path, .. }
+            | Self::Grid { path }
             | Self::NoRows { path, .. }
             | Self::NotRaw { path, .. }
             | Self::PartOfRow { path, .. }
@@ -351,6 +359,7 @@ impl InputError {
             | Self::Unreadable { .. }
             | Self::Gzip { .. }
             | Self::UnknownFormat { .. }
+            | Self::Grid { .. }
             | Self::NotRaw { .. }
             | Self::PartOfRow { .. }
             | Self::NotATable { .. }
@@ -405,8 +414,13 @@ impl InputError {
     }
 }
 
-/// Returns the advice to choose columns, with an example.
+/// Returns the advice to choose columns, with an example if there is one.
 fn choose_columns(example: &str) -> Remedy {
+    if example.is_empty() {
+        return Remedy::of(
+            "choose the columns of the coordinates with {columns}, by name or by number from 1",
+        );
+    }
     Remedy::of("choose the columns of the coordinates, such as {columns} ").and(example)
 }
 

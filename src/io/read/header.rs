@@ -3,22 +3,21 @@
 //! **Selection.** Names are compared without regard to case, quotes or units in brackets. The first rule that applies
 //! selects the columns:
 //! 1. `--columns` gives two or three columns by name or by 1-based number.
-//! 2. The header row names `x`, `y` and `z`, or `x` and `y` alone.
-//! 3. The header row contains neither `x`, `y` or `z` nor the name of an id column, and the first row has exactly as
-//!    many numbers as the dimension. The columns with numbers are used in order, and a note says so. An unnamed first
-//!    column is treated as an index and not counted.
-//! 4. If there is no header row and no more than three numbers in the first row, the first columns are used. The first
+//! 2. The header row names the axes ([`super::axes`]). No other names are coordinates.
+//! 3. If there is no header row and no more than three numbers in the first row, the first columns are used. The first
 //!    columns are also used if the options give the dimension, or if the file begins with the number of its points,
 //!    because further columns of such files hold intensities and colours.
 //!
 //! Otherwise the columns are ambiguous, and the reader returns an error that lists the names.
+//!
+//! **Row names.** A header that is one name short in every row, as R writes it, belongs to the columns after the first.
 
+use super::axes;
 use super::error::{InputError, Place};
+use super::ids;
 use super::points::{Column, ReadOptions};
+use super::row::Row;
 use super::text::{Source, excerpt, number, unquoted};
-
-/// Names of columns that hold point ids.
-const IDS: [&str; 8] = ["id", "ids", "index", "idx", "nr", "no", "number", "label"];
 
 /// The names of the columns of a table.
 pub(super) struct Header {
@@ -55,11 +54,18 @@ impl Header {
         }
     }
 
-    /// Returns the positions of `x`, `y` and `z`, or of `x` and `y` if there is no `z`.
+    /// Returns the positions of the columns that mean x, y and z, or x and y if none means z.
     pub fn axes(&self) -> Option<Vec<usize>> {
-        let axis = |name| self.position(name).ok();
-        let (x, y, z) = (axis("x")??, axis("y")??, axis("z")?);
-        Some([Some(x), Some(y), z].into_iter().flatten().collect())
+        axes::axes(&self.names.iter().map(|name| plain(name)).collect::<Vec<_>>())
+    }
+
+    /// Adds a column without a name before the others, if the first fields of all rows are names of rows.
+    pub fn shift(&mut self, rows: &[Row<'_>]) -> bool {
+        let shifts = ids::are_row_names(rows, self.names.len() + 1);
+        if shifts {
+            self.names.insert(0, String::new());
+        }
+        shifts
     }
 
     /// Returns the number of columns.
@@ -82,14 +88,6 @@ impl Header {
             1 => name.to_owned(),
             _ => format!("{name}_{}", position + 1),
         }
-    }
-
-    fn names_an_axis(&self) -> bool {
-        self.names.iter().any(|name| matches!(plain(name).as_str(), "x" | "y" | "z"))
-    }
-
-    fn names_ids(&self) -> bool {
-        self.names.iter().any(|name| IDS.contains(&plain(name).as_str()))
     }
 }
 
@@ -120,8 +118,12 @@ struct Keeping {
 pub(super) struct Selection {
     /// The 0-based positions of the coordinates.
     pub axes: Vec<usize>,
-    /// The number of fields that a row is expected to have.
-    pub expected: usize,
+    /// The number of fields of each row.
+    pub width: usize,
+    /// The names of the coordinates, or their 1-based numbers.
+    pub names: Vec<String>,
+    /// The names or numbers of the columns that are not read.
+    pub ignored: Vec<String>,
     /// A note on the choice.
     pub note: Option<String>,
     /// Whether the coordinates are the first columns of a table without names.
@@ -135,43 +137,49 @@ pub(super) struct Kept {
     pub notes: Vec<String>,
 }
 
+/// What the lines before the first row state.
+#[derive(Clone, Copy)]
+pub(super) struct Stated<'a> {
+    pub header: Option<&'a Header>,
+    /// Whether the file begins with the number of its points.
+    pub has_count: bool,
+}
+
 impl Selection {
-    /// Selects the columns; `row` is the first row of numbers, and `place` its line. `has_count` is `true` if the file
-    /// begins with the number of its points.
+    /// Selects the columns; `rows` are the first rows of numbers.
     pub fn of(
         source: Source<'_>,
-        place: Place,
-        header: Option<&Header>,
-        row: &[&[u8]],
-        has_count: bool,
+        stated: Stated<'_>,
+        rows: &[Row<'_>],
         options: &ReadOptions,
     ) -> Result<Self, InputError> {
-        let chooser = Chooser { source, place, header, row, options };
-        let (axes, note, positional) = match (&options.columns, header) {
-            (Some(wanted), _) => (chooser.wanted(wanted)?, None, false),
+        let header = stated.header;
+        let row = &rows[0].fields[..rows[0].filled];
+        let chooser = Chooser { source, header, row, rows, options };
+        let (axes, note) = match (&options.columns, header) {
+            (Some(wanted), _) => (chooser.wanted(wanted)?, None),
             (None, Some(header)) => {
                 let (axes, note) = chooser.named(header)?;
-                (axes, Some(note), false)
+                (axes, Some(note))
             }
-            (None, None) => {
-                let numbers = chooser.numbers().len();
-                if numbers > 3 && options.dimension.is_none() && !has_count {
-                    let problem = format!("{numbers} columns of numbers without a header row");
-                    return Err(chooser.error(problem));
-                }
-                ((0..options.dimension.unwrap_or(row.len().clamp(2, 3))).collect(), None, true)
-            }
+            (None, None) => (chooser.first(stated.has_count)?, None),
         };
+        let positional = options.columns.is_none() && header.is_none();
         let width = header.map_or(0, |header| header.names.len()).max(row.len());
-        let expected = if positional { axes.len() } else { width };
-        let others = (0..width).filter(|i| options.keep_columns && !axes.contains(i));
+        let shown = |i: &usize| {
+            let name = header.and_then(|h| h.names.get(*i)).map(|name| shown(name));
+            name.filter(|name| !name.is_empty()).unwrap_or_else(|| (i + 1).to_string())
+        };
+        let others: Vec<usize> = (0..width).filter(|i| !axes.contains(i)).collect();
+        let (names, ignored) = (axes.iter().map(shown).collect(), others.iter().map(shown).collect());
         let name = |i: usize| header.map_or_else(|| format!("column_{}", i + 1), |h| h.name_of_data(i));
         let keeping = |i: usize| Keeping {
             position: i,
             column: Column { name: name(i), values: Vec::new() },
             is_numeric: true,
         };
-        Ok(Selection { kept: others.map(keeping).collect(), axes, expected, note, positional })
+        let others = others.into_iter().filter(|_| options.keep_columns);
+        Ok(Selection { kept: others.map(keeping).collect(), axes, width, names, ignored, note, positional })
     }
 
     /// Returns `true` if the coordinates are the first columns of a table without names.
@@ -179,17 +187,16 @@ impl Selection {
         self.positional
     }
 
-    /// Returns the number of leading fields of a row that the reader needs.
-    pub fn width(&self) -> usize {
-        let last = self.axes.iter().chain(self.kept.iter().map(|k| &k.position)).max();
-        (last.map_or(0, |last| last + 1)).max(self.expected).max(3)
+    /// Returns the largest position of the first `dimension` coordinates.
+    pub fn last(&self, dimension: usize) -> usize {
+        self.axes[..dimension].iter().copied().max().unwrap_or(0)
     }
 
     /// Keeps the values of a row.
-    pub fn keep(&mut self, fields: &[&[u8]]) {
+    pub fn keep(&mut self, row: &Row<'_>) {
         for Keeping { position, column, is_numeric } in &mut self.kept {
-            let field = fields.get(*position).copied().unwrap_or_default();
-            let value = if field.is_empty() { Some(f64::NAN) } else { number(field) };
+            let field = row.fields.get(*position).copied().unwrap_or_default();
+            let value = if field.is_empty() { Some(f64::NAN) } else { row.number(field) };
             *is_numeric &= value.is_some();
             if *is_numeric {
                 column.values.push(value.unwrap_or(f64::NAN));
@@ -212,9 +219,11 @@ impl Selection {
 /// The inputs to the selection of columns.
 struct Chooser<'a> {
     source: Source<'a>,
-    place: Place,
     header: Option<&'a Header>,
+    /// The first row.
     row: &'a [&'a [u8]],
+    /// The first rows.
+    rows: &'a [Row<'a>],
     options: &'a ReadOptions,
 }
 
@@ -265,42 +274,31 @@ impl Chooser<'_> {
             let note = format!("line {line} is taken as a header row: coordinates are {taken}{ignored}");
             return Ok((axes, note));
         }
-        let numbers = self.numbers();
-        let fits = dimension.map_or(matches!(numbers.len(), 2 | 3), |d| numbers.len() == d);
-        if header.names_an_axis() || header.names_ids() || !fits {
-            return Err(self.error("the header row does not name the columns x and y".to_owned()));
+        Err(self.error("the header row does not name the columns x and y".to_owned()))
+    }
+
+    /// Returns the first columns, which have no names.
+    fn first(&self, has_count: bool) -> Result<Vec<usize>, InputError> {
+        let numbers = self.row.iter().filter(|field| self.rows[0].number(field).is_some()).count();
+        if numbers > 3 && self.options.dimension.is_none() && !has_count {
+            return Err(self.error(format!("{numbers} columns of numbers without a header row")));
         }
-        let note = format!(
-            "line {line} is taken as a header row without x and y: coordinates are {}, in this order",
-            list(header, &numbers)
-        );
-        Ok((numbers, note))
+        Ok((0..self.options.dimension.unwrap_or(self.row.len().clamp(2, 3))).collect())
     }
 
-    /// Returns the positions of the numbers in the first row, without an unnamed index column.
-    fn numbers(&self) -> Vec<usize> {
-        let is_index = |i: usize| i == 0 && self.header.is_some_and(|h| h.names[0].trim().is_empty());
-        let is_number = |i: &usize| number(self.row[*i]).is_some() && !is_index(*i);
-        (0..self.row.len()).filter(is_number).collect()
-    }
-
-    /// Creates an error that lists the column names and gives an example for `--columns`.
+    /// Creates an error that lists the column names, and gives an example for `--columns` if it is sure.
     fn error(&self, problem: String) -> InputError {
         let names = self.header.map(|header| header.names.iter().map(|n| shown(n)).collect::<Vec<_>>());
-        let names = names.unwrap_or_default();
-        let numbers = self.numbers();
-        let is_id = |i: &usize| names.get(*i).is_some_and(|n| IDS.contains(&plain(n).as_str()));
-        let (ids, mut others): (Vec<usize>, Vec<usize>) = numbers.into_iter().partition(is_id);
-        others.extend(ids);
-        let dimension = self.options.dimension.unwrap_or(3).min(others.len());
-        let example = others[..dimension].iter().map(|&i| {
-            let name = names.get(i).filter(|n| !n.contains([',', ' ']) && !n.is_empty());
-            name.cloned().unwrap_or_else(|| (i + 1).to_string())
-        });
-        let example = example.collect::<Vec<_>>().join(",");
-        let place = self.header.map_or(self.place, |header| Place::Line(header.line));
-        let example = if example.is_empty() { "1,2,3".to_owned() } else { example };
-        InputError::Columns { path: self.source.path.to_owned(), place, problem, names, example }
+        let unnamed = self.header.is_none() && self.options.columns.is_none();
+        let example = unnamed.then(|| ids::sure_columns(self.rows, self.options.dimension)).flatten();
+        let place = self.header.map_or(self.rows[0].line.place(), |header| Place::Line(header.line));
+        InputError::Columns {
+            path: self.source.path.to_owned(),
+            place,
+            problem,
+            names: names.unwrap_or_default(),
+            example: example.unwrap_or_default(),
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Reads all bytes of a file or of standard input, decompresses gzip, and reports progress.
+//! Reads all bytes of a file or of standard input, decompresses gzip, decodes UTF-16, and reports progress.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -8,6 +8,7 @@ use flate2::read::MultiGzDecoder;
 
 use super::error::InputError;
 use super::points::{ReadOptions, ReadProgress};
+use super::utf16;
 use crate::ending::without_gz;
 
 /// The number of bytes between two calls of the progress function.
@@ -115,7 +116,7 @@ pub(super) fn load_from<R: Read>(
         let mut data = Vec::new();
         let drained = drain(&mut MultiGzDecoder::new(head.as_slice().chain(&mut input)), &mut data, path);
         return match drained {
-            Ok(()) => Ok(data),
+            Ok(()) => Ok(utf16::decoded(data)),
             Err(InputError::Unreadable { path, source }) if !input.failed => {
                 Err(InputError::Gzip { path, source })
             }
@@ -129,7 +130,7 @@ pub(super) fn load_from<R: Read>(
     let mut data = head;
     reserve(&mut data, total.unwrap_or(0), path)?;
     drain(&mut input, &mut data, path)?;
-    Ok(data)
+    Ok(if packing == Packing::Plain { data } else { utf16::decoded(data) })
 }
 
 /// Reads to the end in large steps. Returns an error if memory runs out.

@@ -7,7 +7,10 @@
 //! Several processes can read parts of files ([`read_shared`]).
 
 mod array;
+mod axes;
+mod before;
 mod cells;
+mod chemistry;
 mod collect;
 mod columns;
 mod dispatch;
@@ -15,13 +18,17 @@ mod domain;
 mod domain_file;
 mod error;
 mod faces;
+mod foreign;
 mod formats;
+mod head;
 mod header;
+mod ids;
 mod list;
 mod load;
 mod mesh;
 mod points;
 mod raw_rows;
+mod reading;
 mod row;
 mod scalar;
 mod shared;
@@ -31,6 +38,7 @@ mod sizes;
 #[cfg(test)]
 mod tests;
 mod text;
+mod utf16;
 
 pub use cells::{CellFile, CellOptions};
 pub use dispatch::{read, read_cells, read_cells_from, read_from};
@@ -40,5 +48,6 @@ pub use error::{InputError, Place};
 pub use list::{EntryFault, FileList, ListError, ListedFile, PointList, read_list};
 pub use points::{Column, CoordinateType, PointFile, ReadOptions, ReadProgress};
 pub use raw_rows::{RawRows, UnknownRawRows};
+pub use reading::{Extent, FileReading, OtherLines};
 pub use shared::{SharedPoints, WHOLE_LIMIT, read_shared, share_points};
 pub use sizes::read_sizes;

@@ -3,6 +3,7 @@
 use septet_core::model::Points;
 
 use super::raw_rows::RawRows;
+use super::reading::FileReading;
 pub use super::scalar::CoordinateType;
 use crate::format::Format;
 
@@ -32,6 +33,9 @@ pub struct ReadOptions {
     pub columns: Option<Vec<String>>,
     /// Whether to keep the other numeric columns of a text table as [`PointFile::columns`].
     pub keep_columns: bool,
+    /// Whether a grid of heights (ESRI ASCII raster) is read as points: the centres of its cells with data, row by row from the
+    /// top. By default, it is refused.
+    pub terrain: bool,
 }
 
 /// A numeric column of a text table that is not a coordinate.
@@ -60,12 +64,16 @@ pub struct PointFile {
     pub columns: Vec<Column>,
     /// The type of the coordinates in a binary file, or `None` for text.
     pub coordinate_type: Option<CoordinateType>,
+    /// What was read: rows, columns, and lines that are no rows.
+    pub reading: FileReading,
 }
 
 impl PointFile {
     /// Creates a file of these points and nothing else.
     pub(super) fn of_points(points: Points) -> Self {
+        let reading = FileReading::of_rows(points.len() as u64);
         PointFile {
+            reading,
             points,
             notes: Vec::new(),
             skipped: 0,

@@ -1,7 +1,7 @@
 //! The fields of a line of a text table.
 
 use super::error::InputError;
-use super::text::{Line, Source, unquoted};
+use super::text::{Line, Source, is_blank, number, unquoted};
 
 /// The fields of one line.
 pub(super) struct Row<'a> {
@@ -15,26 +15,75 @@ pub(super) struct Row<'a> {
     pub fields: Vec<&'a [u8]>,
     /// The number of fields up to the last nonempty one.
     pub filled: usize,
+    style: Style,
+}
+
+/// How the rows of a table are written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Style {
+    /// Whether only tabs separate fields.
+    pub tabs: bool,
+    /// Whether numbers have decimal commas, which only tables with semicolons may have.
+    pub commas: bool,
 }
 
 /// The result of [`scan`] for a line.
+#[derive(Clone, Copy)]
 struct Scan<'a> {
     text: &'a [u8],
     separator: u8,
     quoted: bool,
 }
 
+/// The marks that begin comments, at the start of a field.
+const MARKS: [&[u8]; 3] = [b"#", b"%", b"//"];
+
 impl<'a> Row<'a> {
     /// Splits a line into at most `most` fields. An empty line has no fields.
     pub fn of(line: Line<'a>, most: usize) -> Self {
-        let mut row = Row { line, text: b"", separator: b' ', fields: Vec::new(), filled: 0 };
+        let mut row = Row::empty(Style::default());
         row.split(line, most);
+        row
+    }
+
+    /// Creates a row without fields. Lines that follow have this style.
+    pub fn empty(style: Style) -> Self {
+        let line = Line { number: 0, text: b"" };
+        Row { line, text: b"", separator: b' ', fields: Vec::new(), filled: 0, style }
+    }
+
+    /// Splits a whole line of this style.
+    pub fn styled(line: Line<'a>, style: Style) -> Self {
+        let mut row = Row::empty(style);
+        row.split(line, usize::MAX);
         row
     }
 
     /// Replaces the row with the fields of another line.
     pub fn split(&mut self, line: Line<'a>, most: usize) {
-        let Scan { text, separator, quoted } = scan(line.text);
+        let scanned = scan(line.text, self.style.tabs, true);
+        self.take(line, scanned, most);
+    }
+
+    /// Replaces the row with the fields of a comment line, if its mark is glued to a first field and `is_row` holds for the
+    /// fields. Such a mark belongs to the field: `#7 0.5 0.9`.
+    pub fn takes_mark(&mut self, line: Line<'a>, is_row: impl Fn(&Self) -> bool) -> bool {
+        let is_glued = comment(line).is_some_and(|rest| rest.text.first().is_some_and(|b| !is_blank(*b)));
+        if !is_glued {
+            return false;
+        }
+        let scanned = scan(line.text, self.style.tabs, false);
+        self.take(line, scanned, usize::MAX);
+        let takes = is_row(self);
+        if !takes {
+            self.fields.clear();
+        }
+        takes
+    }
+
+    #[inline]
+    fn take(&mut self, line: Line<'a>, scanned: Scan<'a>, most: usize) {
+        let Scan { text, separator, quoted } = scanned;
         (self.line, self.text, self.separator) = (line, text, separator);
         let fields = &mut self.fields;
         fields.clear();
@@ -51,6 +100,65 @@ impl<'a> Row<'a> {
         }
         self.filled = fields.iter().rposition(|field| !field.is_empty()).map_or(0, |last| last + 1);
     }
+
+    /// Returns the style of the row.
+    pub fn style(&self) -> Style {
+        self.style
+    }
+
+    /// Parses a number of this style.
+    pub fn number(&self, field: &[u8]) -> Option<f64> {
+        if self.style.commas { comma_number(field) } else { number(field) }
+    }
+
+    /// Returns the number of fields that are numbers.
+    pub fn numbers(&self) -> usize {
+        self.fields.iter().filter(|field| self.number(field).is_some()).count()
+    }
+}
+
+/// Whether the numbers of these rows have decimal commas: the fields are between semicolons, and some have a comma but
+/// none has a point.
+pub(super) fn has_decimal_commas(rows: &[Row<'_>]) -> bool {
+    let fields = || rows.iter().flat_map(|row| &row.fields);
+    let is_plain = |field: &[u8]| number(field).is_some() && field.contains(&b'.');
+    rows.iter().all(|row| row.separator == b';')
+        && fields().any(|field| field.contains(&b',') && comma_number(field).is_some())
+        && !fields().any(|field| is_plain(field))
+}
+
+/// Parses a number with a decimal comma, or without one. A number with a point is refused.
+fn comma_number(field: &[u8]) -> Option<f64> {
+    if field.contains(&b'.') {
+        return None;
+    }
+    let point = |b: &u8| if *b == b',' { b'.' } else { *b };
+    number(&field.iter().map(point).collect::<Vec<u8>>())
+}
+
+/// Returns the text of a comment line without its mark, or `None` if the line is no comment.
+pub(super) fn comment(line: Line<'_>) -> Option<Line<'_>> {
+    let text = line.text.trim_ascii_start();
+    let mark = MARKS.iter().find(|mark| text.starts_with(mark))?;
+    let text = &text[mark.len()..];
+    let more = text.iter().take_while(|b| matches!(b, b'#' | b'%' | b'/')).count();
+    Some(Line { number: line.number, text: &text[more..] })
+}
+
+/// Whether only tabs separate the fields of a table with this first row. A field of several numbers, or an empty first
+/// field of a table without a header, shows that tabs are only blanks.
+pub(super) fn is_tabbed(line: Line<'_>, has_header: bool) -> bool {
+    if !line.text.contains(&b'\t') {
+        return false;
+    }
+    let row = Row::styled(line, Style { tabs: true, commas: false });
+    let is_several = |field: &&[u8]| {
+        let words = || Line { number: 0, text: field }.words();
+        words().nth(1).is_some() && words().all(|word| number(word).is_some())
+    };
+    let is_indented = !has_header && row.fields.first().is_some_and(|field| field.is_empty());
+    let other = scan(line.text, false, true).separator;
+    !row.fields.iter().any(is_several) && !is_indented && (other == b' ' || row.numbers() > 1)
 }
 
 /// An iterator over the fields of a line with quoted fields. Separators within quotes belong to the field.
@@ -83,7 +191,8 @@ impl<'a> Iterator for Quoted<'a> {
 }
 
 /// Finds where the content of a line ends, which separator it uses, and whether any field is quoted.
-fn scan(text: &[u8]) -> Scan<'_> {
+#[inline]
+fn scan(text: &[u8], tabs: bool, has_comments: bool) -> Scan<'_> {
     let (mut semicolon, mut comma, mut fresh) = (false, false, true);
     let (mut quoted, mut inside) = (false, false);
     let mut end = text.len();
@@ -97,8 +206,8 @@ fn scan(text: &[u8]) -> Scan<'_> {
             b';' => semicolon = true,
             b',' => comma = true,
             b'"' if fresh && text[i + 1..].contains(&b'"') => (quoted, inside) = (true, true),
-            b'#' | b'%' if fresh => end = i,
-            b'/' if fresh && text.get(i + 1) == Some(&b'/') => end = i,
+            b'#' | b'%' if fresh && has_comments => end = i,
+            b'/' if fresh && has_comments && text.get(i + 1) == Some(&b'/') => end = i,
             _ => {}
         }
         if end < text.len() {
@@ -107,6 +216,7 @@ fn scan(text: &[u8]) -> Scan<'_> {
         fresh = matches!(byte, b' ' | b'\t' | b',' | b';');
     }
     let separator = match (semicolon, comma) {
+        _ if tabs => b'\t',
         (true, _) => b';',
         (false, true) => b',',
         (false, false) => b' ',

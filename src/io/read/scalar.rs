@@ -88,9 +88,10 @@ impl Scalar {
             b"unsigned_char" => Scalar::U8,
             b"short" => Scalar::I16,
             b"unsigned_short" => Scalar::U16,
-            b"int" => Scalar::I32,
+            // VTK writes its ids in 32 bits, whatever their size in memory is.
+            b"int" | b"vtkidtype" => Scalar::I32,
             b"unsigned_int" => Scalar::U32,
-            b"long" | b"vtkidtype" | b"vtktypeint64" => Scalar::I64,
+            b"long" | b"vtktypeint64" => Scalar::I64,
             b"unsigned_long" | b"vtktypeuint64" => Scalar::U64,
             b"float" => Scalar::F32,
             b"double" => Scalar::F64,

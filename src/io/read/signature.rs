@@ -19,12 +19,19 @@ pub(super) fn is_binary(data: &[u8]) -> bool {
     announced(data).is_some_and(|count| HEAD as u64 + FACET as u64 * count == data.len() as u64)
 }
 
-/// Returns `true` if the word is `OFF` with any of the prefixes `ST`, `C`, `N`, `4`, `n`.
-pub(super) fn is_keyword(word: &[u8]) -> bool {
-    let prefix = word.strip_suffix(b"OFF");
-    prefix.is_some_and(|p| {
-        p.len() <= 6 && p.iter().all(|b| matches!(b, b'S' | b'T' | b'C' | b'N' | b'4' | b'n'))
-    })
+/// Returns the keyword at the beginning of an OFF file: `OFF` with any of the prefixes `ST`, `C`, `N`, `4`, `n`. Some
+/// writers glue the first count to it.
+pub(super) fn off_keyword(word: &[u8]) -> Option<&[u8]> {
+    let end = word.windows(3).position(|w| w == b"OFF")?;
+    let (prefix, count) = (&word[..end], &word[end + 3..]);
+    let is_prefix =
+        prefix.len() <= 6 && prefix.iter().all(|b| matches!(b, b'S' | b'T' | b'C' | b'N' | b'4' | b'n'));
+    (is_prefix && count.iter().all(u8::is_ascii_digit)).then_some(&word[..end + 3])
+}
+
+/// Returns `true` if the first word of a text is the keyword of an OFF file.
+pub(super) fn is_off(word: &[u8]) -> bool {
+    off_keyword(word).is_some()
 }
 
 /// Returns `true` if the first lines are those of a `.node` file: a header, then rows of an id and as many numbers as
@@ -33,14 +40,23 @@ pub(super) fn is_keyword(word: &[u8]) -> bool {
 /// A line of fewer than four numbers may also be the first row of a table, or the header of a list of cells. It is a
 /// header of points if it announces the exact number of rows, and a row has a number that is not an integer.
 pub(super) fn is_node(data: &[u8]) -> bool {
+    node(data).is_some_and(|is_sure| is_sure(data))
+}
+
+/// Returns `true` if the first lines are those of a `.node` file, of which only the number of rows may decide.
+pub(super) fn may_be_node(data: &[u8]) -> bool {
+    node(data).is_some()
+}
+
+/// Returns a test of the number of rows if the first lines are those of a `.node` file.
+fn node(data: &[u8]) -> Option<impl Fn(&[u8]) -> bool> {
     const ROWS: i64 = 8;
     let mut lines = Lines::new(data);
-    let Some(first) = lines.next_data() else { return false };
-    let Some(header) = header(first, 2..=4) else { return false };
+    let header = header(lines.next_data()?, 2..=4)?;
     let field = |i: usize| header.get(i).copied().unwrap_or(0);
     let (points, dimension, attributes, marker) = (field(0), field(1), field(2), field(3));
     if points < 1 || !(2..=3).contains(&dimension) || attributes < 0 || !(0..=1).contains(&marker) {
-        return false;
+        return None;
     }
     let width = attributes.saturating_add(1 + dimension + marker);
     let (mut rows, mut first_id, mut has_fraction) = (0, 0, false);
@@ -57,15 +73,18 @@ pub(super) fn is_node(data: &[u8]) -> bool {
             || !is_numeric
             || line.words().count() as i64 != width
         {
-            return false;
+            return None;
         }
         has_fraction |= line.words().any(|word| integer(word).is_none());
         rows += 1;
     }
-    if header.len() == 4 {
-        return rows > 0;
-    }
-    has_fraction && rows + std::iter::from_fn(|| lines.next_data()).count() as i64 == points
+    let (is_whole, lines) = (header.len() == 4, lines.number());
+    let is_sure = move |data: &[u8]| {
+        let mut rest = Lines::new(data);
+        rest.by_ref().take(lines as usize).for_each(drop);
+        rows + std::iter::from_fn(|| rest.next_data()).count() as i64 == points
+    };
+    ((is_whole && rows > 0) || has_fraction).then_some(move |data: &[u8]| is_whole || is_sure(data))
 }
 
 /// Returns the integers of a header line, or `None` if it has other words, or fewer or more than the limits.

@@ -3,7 +3,7 @@
 
 use super::error::{InputError, Place};
 use super::header::Header;
-use super::text::{Line, Lines, NUMBER, Source, number};
+use super::text::{Line, Lines, Source, number};
 use septet_core::mesh::field::SizeField;
 
 /// The description of a valid size in messages.
@@ -83,7 +83,7 @@ fn row(
     }
     let mut numbers = [0.0; 4];
     for (slot, word) in numbers.iter_mut().zip(words) {
-        *slot = number(word).ok_or_else(|| source.bad_word(line, word, NUMBER))?;
+        *slot = number(word).ok_or_else(|| source.bad_number(line, word))?;
     }
     push(field, &numbers[..width], |at, expected| source.bad_word(line, words[at], expected))
 }

@@ -1,8 +1,12 @@
 //! Lines, words and numbers of text files, and errors with their locations.
 
+mod reasons;
+
 use std::path::Path;
 
 use super::error::{InputError, Place};
+
+pub(super) use reasons::expected;
 
 /// The bytes of a file, and its path.
 #[derive(Clone, Copy)]
@@ -142,10 +146,6 @@ pub(super) fn unquoted(field: &[u8]) -> &[u8] {
     }
 }
 
-/// The description of a valid number in messages.
-pub(super) const NUMBER: &str =
-    "a number with a decimal point (decimal commas and thousands separators are not supported)";
-
 /// Shortens text for a message and replaces control characters.
 pub(super) fn excerpt(text: &[u8]) -> String {
     const LONGEST: usize = 60;
@@ -184,6 +184,11 @@ impl Source<'_> {
             row: None,
             columns: None,
         }
+    }
+
+    /// Returns the syntax error for a word that is no number, with the reason. The word must be a slice of the line.
+    pub fn bad_number(&self, line: &Line<'_>, word: &[u8]) -> InputError {
+        self.bad_word(line, word, expected(word))
     }
 
     pub fn truncated(&self, place: Place, what: &'static str, expected: u64, found: u64) -> InputError {

@@ -123,7 +123,7 @@ mod tests {
             let error = WriteOptions::default().format_of(Path::new(name)).unwrap_err();
             assert!(error.remedy().unwrap().to_string().contains(advice), "{error}");
         }
-        let ply = WriteOptions { format: Some(Format::Ply), ..WriteOptions::default() };
-        assert!(ply.format_of(Path::new("a.vtu")).is_err());
+        let table = WriteOptions { format: Some(Format::Xyz), ..WriteOptions::default() };
+        assert!(table.format_of(Path::new("a.vtu")).is_err());
     }
 }

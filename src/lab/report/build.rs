@@ -8,6 +8,7 @@ use septet_core::spec::{Nodes, Setting, Spec};
 use septet_core::{Outcome, Settled, TrafficTotal};
 
 use super::context::RunContext;
+use super::input::InputReport;
 use super::parameters::SettledReport;
 use super::processes::ProcessReport;
 use super::schema::{
@@ -37,6 +38,7 @@ impl RunReport {
                 duplicate: points.duplicate,
                 refused: points.refused + context.skipped,
             },
+            input: context.reading.map(|reading| InputReport::of(reading, context.extent, points.duplicate)),
             space: run.space,
             dimension: run.dimension,
             simplices: run.facts.cells,

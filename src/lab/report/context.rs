@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use septet_io::read::{Extent, FileReading};
+
 /// The context of a run: the data of its report that the run itself does not contain.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RunContext<'a> {
@@ -15,6 +17,10 @@ pub struct RunContext<'a> {
     pub threads: usize,
     /// Number of points that were dropped while reading.
     pub skipped: u64,
+    /// What was read of the input. `None` for a sample.
+    pub reading: Option<&'a FileReading>,
+    /// The extent of the points that were read.
+    pub extent: Option<&'a Extent>,
     /// Measured seconds of reading.
     pub read_seconds: f64,
     /// Measured seconds of writing.

@@ -7,6 +7,7 @@
 mod build;
 mod context;
 mod cost_trace;
+mod input;
 pub(crate) mod json;
 pub mod mesh;
 mod parameters;
@@ -20,6 +21,7 @@ mod verify;
 
 pub use context::RunContext;
 pub use cost_trace::{CostHeader, CostLine, ledger_counts, write_cost_trace};
+pub use input::InputReport;
 pub use parameters::{Parameters, Requested, SettledReport};
 pub use processes::ProcessReport;
 pub use schema::{

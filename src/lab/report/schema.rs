@@ -9,6 +9,7 @@ use septet_core::result::view::View;
 use septet_protocol::ids::ByGroup;
 use septet_protocol::ledger::{PathStep, RoundRow};
 
+use super::input::InputReport;
 use super::processes::ProcessReport;
 use super::traffic::{TimelineReport, TrafficReport};
 use super::{Parameters, SettledReport};
@@ -38,6 +39,9 @@ pub struct RunReport {
     pub supergraph: SupergraphReport,
     /// The input points, counted by use.
     pub points: PointsReport,
+    /// What was read of the files of the input; absent for a sample.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub input: Option<InputReport>,
     /// Number of coordinates: 2 or 3.
     pub space: usize,
     /// Dimension of the affine hull of the points; -1 for no points. If it is below `space`, there are no simplices.

@@ -1,9 +1,11 @@
 //! The readers of the formats. [`reader`] has an entry for each format of the table.
 
+mod las;
 mod medit;
 mod msh;
 mod node;
 pub mod npy;
+mod npz;
 mod obj;
 mod off;
 mod ply;
@@ -75,9 +77,7 @@ macro_rules! mesh {
 /// Returns the functions that read a format.
 pub const fn reader(format: Format) -> Reader {
     match format {
-        Format::Node => {
-            Reader { signature: |data| signature::is_node(text(data)), points: Some(node::read), ..NONE }
-        }
+        Format::Node => Reader { signature: is_node, points: Some(node::read), ..NONE },
         Format::Xyz | Format::Csv => Reader {
             points: Some(columns::read),
             sizes: Some(size_rows::read),
@@ -92,8 +92,14 @@ pub const fn reader(format: Format) -> Reader {
             rows: Some(Rows::Array),
             ..NONE
         },
+        Format::Npz => {
+            Reader { signature: |data| data.starts_with(b"PK\x03\x04"), points: Some(npz::read), ..NONE }
+        }
+        Format::Las => {
+            Reader { signature: |data| data.starts_with(b"LASF"), points: Some(las::read), ..NONE }
+        }
         Format::Off => Reader {
-            signature: |data| signature::is_keyword(word(data)),
+            signature: |data| signature::is_off(word(data)),
             points: Some(off::read),
             cells: Some(|source, _| off::read_cells(source)),
             domain: Some(|source, _| {
@@ -125,22 +131,27 @@ pub const fn reader(format: Format) -> Reader {
             }),
             ..NONE
         },
-        Format::Vtu => {
-            mesh!(vtu, |data| { word(data).starts_with(b"<?xml") || word(data).starts_with(b"<VTKFile") })
-        }
+        Format::Vtu => mesh!(vtu, |data| vtu::is_of_type(data, |kind| kind != "PolyData")),
+        Format::Vtp => mesh!(vtu, |data| vtu::is_of_type(data, |kind| kind == "PolyData")),
         Format::Vtk => mesh!(vtk, |data| data.starts_with(b"# vtk DataFile")),
         Format::Msh => mesh!(msh, |data| word(data) == b"$MeshFormat"),
         // Their content is that of a `.msh` file.
         Format::Msh22 | Format::Msh41 => mesh!(msh, |_| false),
         Format::Medit => mesh!(medit, |data| word(data) == b"MeshVersionFormatted"),
-        Format::Ele => {
-            Reader { signature: |data| signature::is_ele(text(data)), cells: Some(cells::read_ele), ..NONE }
-        }
+        Format::Ele => Reader { signature: is_ele, cells: Some(cells::read_ele), ..NONE },
         Format::Poly => Reader { domain: Some(poly::read_polygons), ..NONE },
         Format::Smesh => Reader { domain: Some(poly::read_simple), ..NONE },
         Format::Pvtu => Reader { cells: Some(vtu::read_pieces), ..NONE },
         Format::Faces => NONE,
     }
+}
+
+fn is_node(data: &[u8]) -> bool {
+    signature::is_node(text(data))
+}
+
+fn is_ele(data: &[u8]) -> bool {
+    signature::is_ele(text(data))
 }
 
 /// The table and the readers agree.
@@ -161,6 +172,13 @@ const _: () = {
 /// Returns the format that the first bytes or lines identify.
 pub fn of_content(data: &[u8]) -> Option<Format> {
     Format::ALL.iter().copied().find(|format| (reader(*format).signature)(data))
+}
+
+/// Returns the format that the first bytes or lines of a file show, although its name is that of a table of points.
+pub fn by_content(path: &Path, data: &[u8]) -> Option<Format> {
+    let named = read_by_name(path)?;
+    of_content(data)
+        .filter(|content| named.row().is_table && !content.row().is_table && *content != Format::Ele)
 }
 
 /// Returns the format of a file that is read, given by its name, or by its content if the name does not determine it.

@@ -1,4 +1,6 @@
-//! Gmsh `.msh`, versions 2 and 4.1, ASCII.
+//! Gmsh `.msh`, versions 2 and 4.1: ASCII here, binary in `binary`.
+
+mod binary;
 
 use std::collections::HashMap;
 
@@ -74,6 +76,9 @@ impl<'a> Section<'a, '_> {
 /// Reads the mesh.
 pub fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<FileMesh<'a>, InputError> {
     let options = &ReadOptions { dimension: None, ..options.clone() };
+    if is_binary(source) {
+        return binary::parse(source, options);
+    }
     let mut lines = Lines::new(source.data);
     let mut version = None;
     let mut nodes: Option<(FileMesh<'a>, Tags)> = None;
@@ -111,15 +116,23 @@ enum Version {
     FourOne,
 }
 
+/// The advice for other versions.
+const ADVICE: &str = "save as version 2.2 or 4.1 (gmsh -format msh22 or msh41)";
+
+/// Whether the format line, which is the second, has the number 1.
+fn is_binary(source: Source<'_>) -> bool {
+    let mut lines = Lines::new(source.data);
+    let first = lines.next_data().is_some_and(|line| line.keyword() == "$meshformat");
+    first && lines.next_data().is_some_and(|line| line.words().nth(1) == Some(b"1"))
+}
+
 fn format<'a>(source: Source<'a>, lines: &mut Lines<'a>) -> Result<Version, InputError> {
-    const ADVICE: &str = "save as version 2.2 or 4.1, ASCII (gmsh -format msh22 or msh41, without -bin)";
     let mut section = Section { source, lines, what: "format lines" };
     let line = section.line(1, 0)?;
     let words: Vec<&[u8]> = line.words().take(3).collect();
     let version = match words[..] {
         [b"4.1", b"0", _] => Version::FourOne,
         [version, b"0", _] if version == b"2" || version.starts_with(b"2.") => Version::Two,
-        [_, b"1", _] => return Err(source.unsupported(line.place(), "a binary .msh file", ADVICE)),
         [version, ..] if integer(version).is_some() || version.contains(&b'.') => {
             let what = format!(".msh version {}", crate::read::text::excerpt(version));
             return Err(source.unsupported(line.place(), what, ADVICE));

@@ -4,7 +4,8 @@
 //! parser of Python literals would recurse on nested brackets and would not check the shape, so a small malicious
 //! file could exhaust the stack or memory.
 
-use crate::read::array::{Array, Layout};
+use crate::read::array::{Array, Field, Fields, Layout, shape_advice};
+use crate::read::axes;
 use crate::read::cells::{CellFile, CellOptions, Indices};
 use crate::read::error::{InputError, Place};
 use crate::read::points::{PointFile, ReadOptions};
@@ -25,7 +26,7 @@ pub fn layout(source: Source<'_>, size: u64) -> Result<Layout, InputError> {
         .ok_or_else(|| source.truncated(Place::Byte(8), "header bytes", start, source.data.len() as u64))?;
     let layout = header(source, text, from)?;
     let cells = u128::from(layout.rows) * layout.columns as u128;
-    let bytes = cells * layout.scalar.size() as u128;
+    let bytes = u128::from(layout.rows) * u128::from(layout.row_size());
     let rest = size - start;
     if bytes > u128::from(rest) {
         let found = rest / layout.scalar.size() as u64;
@@ -67,11 +68,15 @@ fn header(source: Source<'_>, text: &[u8], offset: usize) -> Result<Layout, Inpu
     let wrong =
         |what: &'static str| source.malformed(offset, format!("\"{}\"", excerpt(text.trim_ascii())), what);
     let descr = value(text, b"descr").ok_or_else(|| wrong("a header with the key 'descr'"))?;
-    let name = match descr.first() {
-        Some(quote @ (b'\'' | b'"')) => descr[1..].split(|b| b == quote).next().unwrap_or_default(),
-        _ => return Err(unsupported_type(source, offset, "a structured type")),
+    let structured = descr.starts_with(b"[").then(|| structured(source, descr, offset)).transpose()?;
+    let (scalar, endian) = match (&structured, descr.first()) {
+        (Some((fields, _)), _) => (fields.of[0].scalar, fields.of[0].endian),
+        (None, Some(quote @ (b'\'' | b'"'))) => {
+            let name = descr[1..].split(|b| b == quote).next().unwrap_or_default();
+            scalar(source, offset, name)?
+        }
+        _ => return Err(wrong("a type in quotes, or a list of fields")),
     };
-    let scalar = scalar(source, offset, name)?;
     let order =
         value(text, b"fortran_order").ok_or_else(|| wrong("a header with the key 'fortran_order'"))?;
     let fortran = order.starts_with(b"True");
@@ -86,41 +91,100 @@ fn header(source: Source<'_>, text: &[u8], offset: usize) -> Result<Layout, Inpu
         let side = integer(side).and_then(|n| u64::try_from(n).ok());
         sides.push(side.ok_or_else(|| wrong("a shape of whole numbers"))?);
     }
-    let [rows, columns @ 0..=64] = sides[..] else {
-        let what = format!("an array of shape ({})", excerpt(&shape[..end]));
-        return Err(source.unsupported(
-            Place::Byte(offset as u64),
-            what,
-            "save rows of points, or rows of cells",
+    let (rows, columns) = match (&sides[..], &structured) {
+        ([rows] | [rows, 1], Some((_, columns))) => (*rows, *columns),
+        ([rows, columns @ 0..=64], None) => (*rows, *columns as usize),
+        (sides, _) => {
+            let what = format!("an array of shape ({})", excerpt(shape[..end].trim_ascii()));
+            let rows = if sides.len() == 2 { sides[0] } else { 0 };
+            let place = Place::Byte(offset as u64);
+            return Err(source.unsupported(place, what, shape_advice(rows)));
+        }
+    };
+    let fields = structured.map(|(fields, _)| fields);
+    let fortran = fortran && fields.is_none();
+    Ok(Layout { scalar, endian, rows, columns, fortran, start: 0, surplus: 0, fields })
+}
+
+/// Parses the fields of a structured array: `[('x', '<f8'), ('id', '<i4')]`. Returns the coordinates and their number.
+fn structured(source: Source<'_>, descr: &[u8], offset: usize) -> Result<(Fields, usize), InputError> {
+    let mut names: Vec<String> = Vec::new();
+    let mut all: Vec<Field> = Vec::new();
+    let mut stride = 0_usize;
+    let place = Place::Byte(offset as u64);
+    let refused = |what: String| {
+        let advice =
+            "save an array of two or three columns: numpy.save(name, numpy.stack([x, y, z], axis=1))";
+        Err(source.unsupported(place, what, advice))
+    };
+    let text = String::from_utf8_lossy(descr);
+    let mut rest = text.trim_start_matches('[').trim_start();
+    while let Some(inner) = rest.strip_prefix('(') {
+        let (name, after) = quoted(inner).unwrap_or_default();
+        let kind = after.trim_start().strip_prefix(',').and_then(|after| quoted(after.trim_start()));
+        let Some((kind, after)) = kind else {
+            return refused("a structured array of nested fields".to_owned());
+        };
+        let Some(after) = after.trim_start().trim_start_matches(',').trim_start().strip_prefix(')') else {
+            return refused(format!("the field {name}, which is an array itself,"));
+        };
+        let Some(size) = size_of(kind) else { return refused(format!("a field of the type '{kind}'")) };
+        if let Ok((scalar, endian)) = scalar(source, offset, kind.as_bytes()) {
+            names.push(name.to_lowercase());
+            all.push(Field { offset: stride, scalar, endian });
+        }
+        stride = stride.saturating_add(size);
+        rest = after.trim_start().trim_start_matches(',').trim_start();
+    }
+    let Some(axes) = axes::axes(&names) else {
+        return refused(format!(
+            "a structured array whose fields ({}) do not name x and y",
+            names.join(", ")
         ));
     };
-    let endian = Endian::Little;
-    Ok(Layout { scalar, endian, rows, columns: columns as usize, fortran, start: 0, surplus: 0 })
+    let mut of = [all[axes[0]]; 3];
+    of.iter_mut().zip(&axes).for_each(|(field, axis)| *field = all[*axis]);
+    Ok((Fields { stride, of }, axes.len()))
+}
+
+/// Returns a text in quotes, and the text after it.
+fn quoted(text: &str) -> Option<(&str, &str)> {
+    let quote = text.chars().next().filter(|c| matches!(c, '\'' | '"'))?;
+    text[1..].split_once(quote)
+}
+
+/// Returns the number of bytes of a `NumPy` type, such as `<f8`, `<U10` or `<M8[ns]`.
+fn size_of(kind: &str) -> Option<usize> {
+    let kind = kind.trim_start_matches(['<', '>', '=', '|']);
+    let letter = kind.chars().next().filter(char::is_ascii)?;
+    let digits = kind[1..].split('[').next().unwrap_or_default();
+    let size: usize = digits.parse().ok().filter(|size| *size < 1 << 24)?;
+    match letter {
+        'U' => Some(4 * size),
+        'b' | 'i' | 'u' | 'f' | 'c' | 'S' | 'a' | 'V' | 'M' | 'm' => Some(size),
+        _ => None,
+    }
 }
 
 /// Returns the text after a quoted key and its colon.
 fn value<'a>(text: &'a [u8], key: &[u8]) -> Option<&'a [u8]> {
-    let quoted = |i: &usize| {
+    let is_key = |i: &usize| {
         let quote = text[*i];
         matches!(quote, b'\'' | b'"')
             && text[i + 1..].starts_with(key)
             && text.get(i + 1 + key.len()) == Some(&quote)
+            && text[i + 2 + key.len()..].trim_ascii_start().starts_with(b":")
     };
-    let at = (0..text.len()).find(quoted)?;
+    let at = (0..text.len()).find(is_key)?;
     let rest = text[at + key.len() + 2..].trim_ascii_start();
     rest.strip_prefix(b":").map(<[u8]>::trim_ascii_start)
 }
 
-fn scalar(source: Source<'_>, offset: usize, name: &[u8]) -> Result<Scalar, InputError> {
+fn scalar(source: Source<'_>, offset: usize, name: &[u8]) -> Result<(Scalar, Endian), InputError> {
     let (order, kind) = name.split_at(name.len().min(1));
-    let scalar = Scalar::of_numpy(kind);
-    match (order, scalar) {
-        (b">", Some(_)) => {
-            let what = format!("big-endian type '{}'", excerpt(name));
-            let advice = "save it as little-endian: numpy.save(name, a.astype('<f8'))";
-            Err(source.unsupported(Place::Byte(offset as u64), what, advice))
-        }
-        (b"<" | b"=" | b"|", Some(scalar)) => Ok(scalar),
+    match (order, Scalar::of_numpy(kind)) {
+        (b">", Some(scalar)) => Ok((scalar, Endian::Big)),
+        (b"<" | b"=" | b"|", Some(scalar)) => Ok((scalar, Endian::Little)),
         _ => Err(unsupported_type(source, offset, &format!("the type '{}'", excerpt(name)))),
     }
 }
@@ -139,6 +203,9 @@ pub fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, Inpu
 pub fn read_cells(source: Source<'_>, options: &CellOptions) -> Result<CellFile, InputError> {
     let array = open(source)?;
     let place = Place::Byte(array.start);
+    if array.layout.fields.is_some() {
+        return Err(source.unsupported(place, "a structured array as cells", "save integers (<i8)"));
+    }
     if !array.layout.scalar.is_integer() {
         return Err(source.unsupported(place, "a cell list of reals", "save integers (<i8)"));
     }
@@ -149,8 +216,7 @@ pub fn read_cells(source: Source<'_>, options: &CellOptions) -> Result<CellFile,
     let mut cells = Indices::new(source, array.layout.columns, 0, options.point_count);
     for row in 0..array.rows {
         for column in 0..array.layout.columns {
-            let value = array.layout.scalar.integer(array.element(row, column), Endian::Little);
-            cells.push(array.place(row, column), value)?;
+            cells.push(array.place(row, column), array.integer(row, column))?;
         }
     }
     Ok(cells.finish(Vec::new()))
@@ -159,7 +225,7 @@ pub fn read_cells(source: Source<'_>, options: &CellOptions) -> Result<CellFile,
 /// Reads sizes at points: shape (n, 3) in the plane, (n, 4) in space.
 pub fn read_sizes(source: Source<'_>) -> Result<SizeField, InputError> {
     let array = open(source)?;
-    if !(3..=4).contains(&array.layout.columns) {
+    if array.layout.fields.is_some() || !(3..=4).contains(&array.layout.columns) {
         let what = format!("an array of sizes with rows of {}", array.layout.columns);
         let advice = "save rows of `x y size` or `x y z size`";
         return Err(source.unsupported(Place::Byte(array.start), what, advice));
@@ -168,7 +234,7 @@ pub fn read_sizes(source: Source<'_>) -> Result<SizeField, InputError> {
     for row in 0..array.rows {
         let mut numbers = [0.0; 4];
         for (column, slot) in numbers[..array.layout.columns].iter_mut().enumerate() {
-            *slot = array.layout.scalar.float(array.element(row, column), Endian::Little);
+            *slot = array.float(row, column);
         }
         size_rows::push(&mut field, &numbers[..array.layout.columns], |at, expected| {
             source.malformed(array.offset(row, at) as usize, numbers[at].to_string(), expected)

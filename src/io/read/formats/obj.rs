@@ -19,6 +19,10 @@ pub fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, Inpu
         points.push_words(&line, &mut words)?;
         extra |= words.next().is_some() && points.dimension() == 3;
     }
+    if points.met == 0 {
+        let advice = "export it with vertices (lines `v x y z`)";
+        return Err(source.unsupported(Place::Whole, "an .obj file without vertices", advice));
+    }
     if extra {
         points.notes.push("colours or weights after the coordinates are ignored".to_owned());
     }

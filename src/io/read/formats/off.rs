@@ -1,12 +1,15 @@
 //! Geomview `.off` files: vertices, and triangles as two-dimensional cells.
+//!
+//! OFF is a stream of numbers, but most writers put each vertex and each face on a line of its own, and some add colours to
+//! the line. A file without such lines is read as a stream, in which each vertex has three numbers.
 
 use crate::read::cells::{CellFile, Indices};
 use crate::read::collect::Collector;
 use crate::read::error::{InputError, Place};
 use crate::read::faces::{Faces, position};
 use crate::read::points::{PointFile, ReadOptions};
-use crate::read::signature::is_keyword;
-use crate::read::text::{Line, Lines, NUMBER, Source, excerpt, number};
+use crate::read::signature::off_keyword;
+use crate::read::text::{Line, Lines, Source, Words, excerpt, number};
 
 /// The line with the counts, and the numbers of vertices and faces.
 struct Header<'a> {
@@ -21,12 +24,13 @@ fn header<'a>(source: Source<'a>, lines: &mut Lines<'a>) -> Result<Header<'a>, I
     let mut line = lines.next_data().ok_or_else(missing)?;
     let mut words = line.words();
     let mut word = words.next();
-    if let Some(keyword) = word.filter(|w| is_keyword(w)) {
+    if let Some((whole, keyword)) = word.and_then(|word| Some((word, off_keyword(word)?))) {
         if keyword.contains(&b'4') || keyword.contains(&b'n') {
             let what = format!("{}, points of homogeneous or free dimension,", excerpt(keyword));
             return Err(source.unsupported(line.place(), what, "save as plain OFF"));
         }
-        word = words.next();
+        let glued = Some(&whole[keyword.len()..]).filter(|count| !count.is_empty());
+        word = glued.or_else(|| words.next());
         if word == Some(b"BINARY".as_slice()) {
             return Err(source.unsupported(line.place(), "binary OFF", "save as ASCII OFF, or as PLY"));
         }
@@ -45,12 +49,69 @@ fn header<'a>(source: Source<'a>, lines: &mut Lines<'a>) -> Result<Header<'a>, I
     Ok(Header { line, vertices, faces })
 }
 
+/// The words of a file, each with its line.
+struct Stream<'a> {
+    lines: Lines<'a>,
+    line: Line<'a>,
+    words: Words<'a>,
+}
+
+impl<'a> Stream<'a> {
+    /// Returns the words after the header if vertices and faces are not on lines of their own, but the file has enough
+    /// words.
+    fn of(header: &Header<'a>, lines: &Lines<'a>) -> Option<Self> {
+        let wanted = header.vertices.saturating_add(header.faces);
+        let (mut rest, mut found, mut is_by_lines) = (lines.clone(), 0, true);
+        while is_by_lines && found < wanted {
+            let line = rest.next_data();
+            is_by_lines = line.is_some_and(|line| found >= header.vertices || line.words().nth(2).is_some());
+            found += 1;
+        }
+        let line = Line { number: header.line.number, text: b"" };
+        let stream = || Stream { lines: lines.clone(), line, words: line.words() };
+        let least = header.vertices.saturating_mul(3).saturating_add(header.faces.saturating_mul(4));
+        (!is_by_lines && stream().take(usize::try_from(least).ok()?).count() as u64 == least).then(stream)
+    }
+
+    /// Returns the next words, and the line of the first.
+    fn several(&mut self, count: usize) -> Option<(Line<'a>, Vec<&'a [u8]>)> {
+        let (line, first) = self.next()?;
+        let mut words = vec![first];
+        words.extend(self.take(count - 1).map(|(_, word)| word));
+        (words.len() == count).then_some((line, words))
+    }
+}
+
+impl<'a> Iterator for Stream<'a> {
+    type Item = (Line<'a>, &'a [u8]);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            if let Some(word) = self.words.next() {
+                return Some((self.line, word));
+            }
+            self.line = self.lines.next_data()?;
+            self.words = self.line.words();
+        }
+    }
+}
+
 /// Reads the vertices.
 pub fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
     let mut lines = Lines::new(source.data);
     let header = header(source, &mut lines)?;
     let size = (header.vertices, lines.rest().len(), 6);
     let mut points = Collector::new(source, options, (header.line.place(), 3), size)?;
+    if let Some(mut stream) = Stream::of(&header, &lines) {
+        while points.met < header.vertices {
+            let Some((line, words)) = stream.several(3) else { break };
+            points.push_words(&line, &mut words.into_iter())?;
+        }
+        points
+            .notes
+            .push("read as a stream of numbers, because vertices have no lines of their own".to_owned());
+        lines = stream.lines;
+    }
     let mut extra = false;
     while points.met < header.vertices {
         let Some(line) = lines.next_data() else { break };
@@ -71,14 +132,53 @@ pub fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, Inpu
     Ok(points.finish())
 }
 
+/// A face: the line on which it begins, and its words: a count, the ids of its corners, and colours.
+type Face<'a> = (Line<'a>, Vec<&'a [u8]>);
+
+/// Returns the faces, and the header.
+fn faces(source: Source<'_>) -> Result<(Header<'_>, Vec<Face<'_>>), InputError> {
+    let mut lines = Lines::new(source.data);
+    let header = header(source, &mut lines)?;
+    let stream = Stream::of(&header, &lines);
+    let mut all: Vec<Face<'_>> = Vec::new();
+    let Some(mut stream) = stream else {
+        skip_vertices(source, &mut lines, header.vertices)?;
+        while (all.len() as u64) < header.faces {
+            let Some(line) = lines.next_data() else {
+                let (place, found) = (Place::Line(lines.number()), all.len() as u64);
+                return Err(source.truncated(place, "faces", header.faces, found));
+            };
+            all.push((line, line.words().collect()));
+        }
+        return Ok((header, all));
+    };
+    stream.nth(usize::try_from(header.vertices * 3).unwrap_or(usize::MAX).saturating_sub(1));
+    while (all.len() as u64) < header.faces {
+        let face = stream.next().and_then(|(line, word)| {
+            let corners = usize::try_from(source.count(&line, Some(word), FACE).ok()?).ok()?;
+            let mut words = vec![word];
+            words.extend(stream.by_ref().take(corners).map(|(_, word)| word));
+            (words.len() == corners + 1).then_some((line, words))
+        });
+        let cut =
+            || source.truncated(Place::Line(stream.line.number), "faces", header.faces, all.len() as u64);
+        all.push(face.ok_or_else(cut)?);
+    }
+    Ok((header, all))
+}
+
+/// The description of a face in messages.
+const FACE: &str = "a face `corners id id …`";
+
 /// Skips the vertices.
 fn skip_vertices<'a>(source: Source<'a>, lines: &mut Lines<'a>, vertices: u64) -> Result<(), InputError> {
     for found in 0..vertices {
         let Some(line) = lines.next_data() else {
             return Err(source.truncated(Place::Line(lines.number()), "points", vertices, found));
         };
-        if line.words().next().and_then(number).is_none() {
-            return Err(source.bad_line(&line, NUMBER));
+        let word = line.words().next().unwrap_or_default();
+        if number(word).is_none() {
+            return Err(source.bad_number(&line, word));
         }
     }
     Ok(())
@@ -86,33 +186,20 @@ fn skip_vertices<'a>(source: Source<'a>, lines: &mut Lines<'a>, vertices: u64) -
 
 /// Reads faces with any number of corners.
 pub fn read_faces(source: Source<'_>) -> Result<Faces, InputError> {
-    let mut lines = Lines::new(source.data);
-    let header = header(source, &mut lines)?;
-    skip_vertices(source, &mut lines, header.vertices)?;
-    let mut faces = Faces::new();
-    while (faces.len() as u64) < header.faces {
-        let Some(line) = lines.next_data() else {
-            let found = faces.len() as u64;
-            return Err(source.truncated(Place::Line(lines.number()), "faces", header.faces, found));
-        };
-        let mut words = line.words();
-        let corners = source.count(&line, words.next(), "a face `corners id id …`")?;
-        faces.push((0..corners).map(|_| position(source, &line, words.next())).collect::<Result<_, _>>()?);
-    }
-    Ok(faces)
+    let of = |(line, words): Face<'_>| {
+        let mut words = words.into_iter();
+        let corners = source.count(&line, words.next(), FACE)?;
+        (0..corners).map(|_| position(source, &line, words.next())).collect::<Result<_, _>>()
+    };
+    faces(source)?.1.into_iter().map(of).collect()
 }
 
 /// Reads the faces as cells. They must be triangles.
 pub fn read_cells(source: Source<'_>) -> Result<CellFile, InputError> {
-    let mut lines = Lines::new(source.data);
-    let header = header(source, &mut lines)?;
-    skip_vertices(source, &mut lines, header.vertices)?;
+    let (header, faces) = faces(source)?;
     let mut cells = Indices::new(source, 3, 0, Some(header.vertices));
-    while cells.rows() < header.faces {
-        let Some(line) = lines.next_data() else {
-            return Err(source.truncated(Place::Line(lines.number()), "faces", header.faces, cells.rows()));
-        };
-        let mut words = line.words();
+    for (line, words) in faces {
+        let mut words = words.into_iter();
         if words.next() != Some(b"3".as_slice()) {
             return Err(source.bad_line(&line, "a triangle `3 a b c` (only triangles are cells)"));
         }

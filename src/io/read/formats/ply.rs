@@ -48,7 +48,8 @@ pub fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, Inpu
         None => {
             read_ascii(source, &mut lines, before, (vertex, &axes), &mut points)?;
             let last = header.elements.len() == at + 1;
-            if let Some(line) = lines.find(|line| last && line.words().next().is_some()) {
+            let is_row = |line: &Line<'_>| !matches!(line.keyword().as_str(), "" | "comment" | "obj_info");
+            if let Some(line) = lines.find(|line| last && is_row(line)) {
                 return Err(source.surplus(line.place(), "points", vertex.count));
             }
         }

@@ -13,7 +13,16 @@ pub fn layout(source: Source<'_>, rows: RawRows, size: u64) -> Result<Layout, In
     if !size.is_multiple_of(row) {
         return Err(InputError::PartOfRow { path: source.path.to_owned(), size, row });
     }
-    Ok(Layout { scalar, endian, rows: size / row, columns: dimension, fortran: false, start: 0, surplus: 0 })
+    Ok(Layout {
+        scalar,
+        endian,
+        rows: size / row,
+        columns: dimension,
+        fortran: false,
+        fields: None,
+        start: 0,
+        surplus: 0,
+    })
 }
 
 /// Reads points.

@@ -7,7 +7,7 @@ use crate::read::error::{InputError, Place};
 use crate::read::faces::Faces;
 use crate::read::points::{CoordinateType, PointFile, ReadOptions};
 use crate::read::signature::{FACET, HEAD, announced, is_binary};
-use crate::read::text::{Line, Lines, NUMBER, Source, number};
+use crate::read::text::{Line, Lines, Source, number};
 
 /// The distinct corners read so far.
 struct Welder<'a> {
@@ -37,6 +37,9 @@ pub fn read_faces(source: Source<'_>, options: &ReadOptions) -> Result<(PointFil
         read_ascii(source, &mut welder)?;
     }
     let Welder { mut points, seen, corners, facets } = welder;
+    if corners == 0 {
+        return Err(source.unsupported(Place::Whole, "an STL file without facets", "export it with facets"));
+    }
     points.notes.push(format!("{corners} facet corners merged into {} points", seen.len()));
     points.note_if_flat();
     Ok((points.finish(), facets.chunks_exact(3).map(<[u32]>::to_vec).collect()))
@@ -132,7 +135,7 @@ fn push_vertex(source: Source<'_>, welder: &mut Welder<'_>, line: &Line<'_>) -> 
         *slot = value;
     }
     if words.next().is_some() {
-        return Err(source.bad_line(line, format!("three coordinates after `vertex`, each {NUMBER}")));
+        return Err(source.bad_line(line, "three coordinates after `vertex`, no more"));
     }
     welder.push(line.place(), at)
 }

@@ -9,7 +9,7 @@ use crate::read::error::{InputError, Place};
 use crate::read::mesh::{CellKind, FileMesh};
 use crate::read::points::ReadOptions;
 use crate::read::scalar::{Endian, Scalar};
-use crate::read::text::{NUMBER, Source, excerpt, integer, is_blank, number};
+use crate::read::text::{Source, excerpt, expected, integer, is_blank, number};
 
 /// A position in the file.
 struct Cursor<'a> {
@@ -175,7 +175,7 @@ impl<'a> Cursor<'a> {
             if word.is_empty() {
                 return Err(source.truncated(place(), "numbers", count, values.len() as u64));
             }
-            values.push(from_word(word).ok_or_else(|| source.bad_at(at, excerpt(word), NUMBER))?);
+            values.push(from_word(word).ok_or_else(|| source.bad_at(at, excerpt(word), expected(word)))?);
             at += word.len();
         }
         self.at = at;

@@ -1,4 +1,4 @@
-//! VTK XML unstructured grids, `.vtu`, of one piece. Arrays are inline ASCII or base64, or appended raw or base64.
+//! VTK XML unstructured grids, `.vtu`, and polygons, `.vtp`, of one piece. Arrays are inline ASCII or base64, or appended raw or base64.
 //! Binary arrays may be compressed with zlib.
 
 mod arrays;
@@ -16,6 +16,16 @@ use crate::read::scalar::Scalar;
 use crate::read::text::{Source, integer, number};
 use arrays::{Arrays, DataArray};
 pub use pieces::read_pieces;
+
+/// Whether the bytes are a VTK XML file, and whether it has this type.
+pub fn is_of_type(data: &[u8], is_wanted: fn(&str) -> bool) -> bool {
+    const HEAD: usize = 1 << 12;
+    let head = &data[..data.len().min(HEAD)];
+    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
+    (text.starts_with(b"<?xml") || text.starts_with(b"<VTKFile"))
+        && arrays::first_tag(head, b"VTKFile")
+            .is_some_and(|root| is_wanted(root.attribute("type").unwrap_or_default()))
+}
 
 /// Reads the mesh.
 pub fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<FileMesh<'a>, InputError> {
@@ -85,7 +95,7 @@ fn read_cells(grid: &Arrays<'_>, mesh: &mut FileMesh<'_>) -> Result<(), InputErr
     };
     let connectivity = integers(&grid.connectivity)?;
     let offsets = integers(&grid.offsets)?;
-    let types = integers(&grid.types)?;
+    let types = if grid.has_polygons { types_of_polygons(&offsets) } else { integers(&grid.types)? };
     for (array, values) in [(&grid.offsets, &offsets), (&grid.types, &types)] {
         if let Some(array) = array {
             agree(grid, array, "cells", grid.cell_count, values.len() as u64, false)?;
@@ -119,6 +129,18 @@ fn read_cells(grid: &Arrays<'_>, mesh: &mut FileMesh<'_>) -> Result<(), InputErr
         }
     }
     Ok(())
+}
+
+/// Returns the VTK types of polygons, which are given by their ends.
+fn types_of_polygons(offsets: &[i64]) -> Vec<i64> {
+    const TRIANGLE: i64 = 5;
+    const POLYGON: i64 = 7;
+    let starts = std::iter::once(&0).chain(offsets);
+    offsets
+        .iter()
+        .zip(starts)
+        .map(|(end, start)| if end.checked_sub(*start) == Some(3) { TRIANGLE } else { POLYGON })
+        .collect()
 }
 
 /// Returns the values of an array of integers.

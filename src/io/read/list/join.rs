@@ -12,6 +12,7 @@ use septet_core::model::Points;
 use super::super::dispatch::read;
 use super::super::error::InputError;
 use super::super::points::{CoordinateType, PointFile, ReadOptions, ReadProgress};
+use super::super::reading::FileReading;
 use super::columns;
 use super::error::ListError;
 use super::files::FileList;
@@ -71,6 +72,7 @@ struct Joined<'o> {
     /// The first binary file with points.
     first_type: Option<(CoordinateType, PathBuf)>,
     notes: Notes,
+    reading: FileReading,
 }
 
 /// Reads the points of all files of a list as one set. `progress` receives the bytes of all files.
@@ -97,6 +99,7 @@ pub fn read_list(
         first: PathBuf::new(),
         first_type: None,
         notes: Notes::default(),
+        reading: FileReading::default(),
     };
     for (path, size) in list.files().iter().zip(&sizes) {
         let mut step = |read: u64, _| progress(extent.done + read, Some(extent.total));
@@ -124,6 +127,7 @@ impl Joined<'_> {
         let rows = (file.points.len() + file.skipped) as u64;
         self.files.push(ListedFile { path: path.to_owned(), first_row: self.rows, rows });
         self.notes.add(path, std::mem::take(&mut file.notes));
+        self.reading.add(&file.reading);
         if rows > 0 {
             self.check_type(path, file.coordinate_type)?;
         }
@@ -161,6 +165,7 @@ impl Joined<'_> {
     fn finish(self) -> PointList {
         let mut content = self.content.unwrap_or_else(|| empty(self.options));
         content.notes = self.notes.lines();
+        content.reading = self.reading;
         content.coordinate_type = self.first_type.map(|(kind, _)| kind);
         PointList { content, files: self.files }
     }

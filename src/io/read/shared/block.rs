@@ -10,6 +10,7 @@ use super::super::points::ReadOptions;
 use super::chunks::OpenFile;
 use super::cut::Chunk;
 use super::error::SharedError;
+use super::facts::{PartFacts, part_facts};
 use super::rows::AllRows;
 use super::survey::{Cut, Plan};
 use super::tally::Tally;
@@ -103,15 +104,15 @@ pub(super) struct Reading<'a> {
 
 impl Reading<'_> {
     /// Reads the rows of a block. `marks` are the places of the first rows of all blocks, and `whole` are the rows that
-    /// process 0 has sent, per file. Also returns the number of rounded integers of each file.
+    /// process 0 has sent, per file. Also returns what is known of the part of each file.
     pub fn block(
         &self,
         own: &Range<u64>,
         marks: &BTreeMap<u64, Mark>,
         whole: Vec<Rows>,
-    ) -> Result<(Rows, Vec<[u64; 2]>), SharedError> {
+    ) -> Result<(Rows, Vec<PartFacts>), SharedError> {
         let mut block = Rows::new(self.all.dimension(self.options));
-        let (mut rounded, mut whole) = (Vec::new(), whole.into_iter());
+        let (mut facts, mut whole) = (Vec::new(), whole.into_iter());
         for (at, (plan, file)) in self.plans.iter().zip(&self.all.files).enumerate() {
             let mut rows = match plan {
                 Plan::Whole(_) => whole.next(),
@@ -121,8 +122,8 @@ impl Reading<'_> {
                     if window.is_empty() {
                         continue;
                     }
-                    let (rows, count) = self.part(cut, at, window, marks)?;
-                    rounded.push([at as u64, count]);
+                    let (rows, of_part) = self.part(cut, at, window, marks)?;
+                    facts.push(of_part);
                     Some(rows)
                 }
             };
@@ -134,7 +135,7 @@ impl Reading<'_> {
                 block.add(rows);
             }
         }
-        Ok((block, rounded))
+        Ok((block, facts))
     }
 
     /// Reads rows of a file, which are given by their numbers among all rows that are not dropped.
@@ -144,7 +145,7 @@ impl Reading<'_> {
         at: usize,
         window: Range<u64>,
         marks: &BTreeMap<u64, Mark>,
-    ) -> Result<(Rows, u64), SharedError> {
+    ) -> Result<(Rows, PartFacts), SharedError> {
         let file = &self.all.files[at];
         let mark = |row: u64| {
             let mark = marks.get(&row).filter(|mark| mark[1] == at as u64);
@@ -166,18 +167,19 @@ impl Reading<'_> {
         let (mut points, mut rounded) = (collector.map_err(refused)?, 0);
         OpenFile::of(&cut.path, self.step)?.chunks(start..end, cut.unit(), &mut |offset, bytes| {
             let chunk = Chunk { offset, lines, bytes };
-            let of_chunk = cut.add(self.options, &chunk, file.extra, &mut points).map_err(refused)?;
+            let of_chunk = cut.add(self.options, &chunk, &mut points).map_err(refused)?;
             rounded += of_chunk.rounded;
             lines += of_chunk.lines;
             Ok(())
         })?;
         let met = points.met;
         let found = points.finish();
+        let facts = part_facts(at, rounded, cut.counting(&found, before));
         let index = match found.source_index {
             _ if self.all.skipped == 0 => Vec::new(),
             Some(index) => index,
             None => (before..met).collect(),
         };
-        Ok((Rows { points: found.points, index }, rounded))
+        Ok((Rows { points: found.points, index }, facts))
     }
 }

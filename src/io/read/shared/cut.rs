@@ -1,10 +1,12 @@
 //! Counts and reads the rows of a part of a file.
 
 use super::super::collect::Collector;
-use super::super::columns::{Extra, Head};
 use super::super::dispatch::a_domain;
 use super::super::error::InputError;
+use super::super::ids::Counting;
+use super::super::points::PointFile;
 use super::super::points::{CoordinateType, ReadOptions};
+use super::super::reading::{FileReading, OtherLines};
 use super::super::text::{Lines, Source, line_feeds};
 use super::chunks::{OpenFile, Unit};
 use super::error::SharedError;
@@ -32,6 +34,8 @@ pub(super) struct Counts {
     pub rows: u64,
     /// The number of rows that are not dropped.
     pub kept: u64,
+    /// The lines that are no rows.
+    pub other: OtherLines,
 }
 
 /// The content of a chunk that was added.
@@ -50,6 +54,7 @@ impl Counts {
         self.feeds += next.feeds;
         self.rows += next.rows;
         self.kept += next.kept;
+        self.other.add(next.other);
     }
 }
 
@@ -88,6 +93,30 @@ impl Cut {
         Source { path: &self.path, data: &[] }
     }
 
+    /// Returns what was read of a file with these counts.
+    pub fn reading(&self, counts: &Counts) -> FileReading {
+        match &self.form {
+            Form::Table(head) => head.reading(counts.rows, counts.other),
+            Form::Array(_) => FileReading::of_rows(counts.rows),
+        }
+    }
+
+    /// Looks at the first coordinates of points, which follow `before` points of the file, if the first column may count the
+    /// rows.
+    pub fn counting(&self, points: &PointFile, before: u64) -> Option<Counting> {
+        let Form::Table(head) = &self.form else { return None };
+        let row = |i: usize| points.source_index.as_ref().map_or(before + i as u64, |index| index[i]);
+        Some(Counting::of(&points.points, head.counts_from? as f64, row))
+    }
+
+    /// Refuses a table of `rows` rows whose first column counts them.
+    pub fn refuse_ids(&self, counting: Counting, rows: u64) -> Result<(), InputError> {
+        match &self.form {
+            Form::Table(head) => head.refuse_ids(self.source(), counting, rows),
+            Form::Array(_) => Ok(()),
+        }
+    }
+
     /// Returns the error for a domain, if the file is one.
     pub fn refused(&self, error: InputError) -> InputError {
         if self.is_domain { a_domain(self.source(), "points") } else { error }
@@ -110,19 +139,17 @@ impl Cut {
         Ok(points?.after(before))
     }
 
-    /// Adds the points of a chunk. `extra` is the line of the first row of the file with more fields than the
-    /// coordinates need.
+    /// Adds the points of a chunk.
     pub fn add(
         &self,
         options: &ReadOptions,
         chunk: &Chunk<'_>,
-        extra: Option<u64>,
         points: &mut Collector<'_>,
     ) -> Result<Added, InputError> {
         match &self.form {
             Form::Table(head) => {
-                let (mut head, mut lines) = (Head::clone(head), Lines::after(chunk.bytes, chunk.lines));
-                head.rows(self.source(), options, &mut lines, points, &mut Extra::Known(extra))?;
+                let (mut head, mut lines) = (head.clone(), Lines::after(chunk.bytes, chunk.lines));
+                head.rows(self.source(), options, &mut lines, points)?;
                 Ok(Added { lines: lines.number() - chunk.lines, rounded: 0 })
             }
             Form::Array(layout) => {
@@ -132,15 +159,14 @@ impl Cut {
         }
     }
 
-    /// Counts the lines and rows of a chunk. If `has_extra`, an earlier row has more fields than the coordinates need.
-    /// Otherwise the second value is the number of the line of the first such row.
-    pub fn count(&self, options: &ReadOptions, chunk: &Chunk<'_>, has_extra: bool) -> (Counts, Option<u64>) {
-        let (mut counts, mut extra) = (Counts::default(), None);
+    /// Counts the lines and rows of a chunk.
+    pub fn count(&self, options: &ReadOptions, chunk: &Chunk<'_>) -> Counts {
+        let mut counts = Counts::default();
         match &self.form {
             Form::Table(head) => {
                 let mut lines = Lines::after(chunk.bytes, chunk.lines);
-                let found = head.count(&mut lines, has_extra);
-                (counts.rows, extra) = (found.rows, found.extra);
+                let found = head.count(&mut lines);
+                (counts.rows, counts.other) = (found.rows, found.other);
                 counts.lines = lines.number() - chunk.lines;
                 if head.announced.is_some() {
                     counts.feeds = line_feeds(chunk.bytes);
@@ -149,14 +175,14 @@ impl Cut {
             Form::Array(layout) => counts.rows = chunk.bytes.len() as u64 / layout.row_size().max(1),
         }
         counts.kept = if options.skip_invalid { self.kept(options, chunk, counts.rows) } else { counts.rows };
-        (counts, extra)
+        counts
     }
 
     /// Counts the rows of a chunk that are not dropped. If a row is an error, all rows count, so that the process that
     /// reads this row reports it.
     fn kept(&self, options: &ReadOptions, chunk: &Chunk<'_>, rows: u64) -> u64 {
         let kept = self.collector(options, 0, 0).and_then(|mut points| {
-            self.add(options, chunk, None, &mut points)?;
+            self.add(options, chunk, &mut points)?;
             Ok(points.len() as u64)
         });
         kept.unwrap_or(rows)
@@ -173,7 +199,7 @@ impl Cut {
             let (row, after) = rest.split_at(length);
             let offset = chunk.offset + (chunk.bytes.len() - rest.len()) as u64;
             let row = Chunk { offset, lines: chunk.lines + before.lines, bytes: row };
-            let (counts, _) = self.count(options, &row, true);
+            let counts = self.count(options, &row);
             if before.kept + counts.kept > kept {
                 break;
             }

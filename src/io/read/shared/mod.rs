@@ -7,7 +7,7 @@
 //! rows do not count.
 //!
 //! **Other files.** With [`ReadOptions::keep_columns`], process 0 reads all files and keeps the columns. Process 0 reads them as [`read`](super::read()) does, and sends each process its rows. These are
-//! compressed files, arrays in Fortran order, chemical files, pipes, standard input and all other formats. Process 0 holds
+//! compressed files, arrays in Fortran order, chemical files, UTF-16 text, pipes, standard input and all other formats. Process 0 holds
 //! the points of all these files until they are sent. A file of more than [`WHOLE_LIMIT`] bytes is refused.
 //!
 //! **Errors.** The error of a bad row ends all processes. It has the message that one process gives for this row. In a list with several
@@ -17,6 +17,7 @@ mod block;
 mod chunks;
 mod cut;
 mod error;
+mod facts;
 mod rows;
 mod survey;
 mod tally;
@@ -34,9 +35,11 @@ use septet_protocol::wire::{Ended, Processes, WireError};
 use super::list::notes::Notes;
 use super::list::{self, ListedFile};
 use super::points::{Column, CoordinateType, PointFile, ReadOptions};
+use super::reading::{Extent, FileReading};
 
 use block::{Mark, Reading, Rows};
 use error::{SharedError, agree};
+use facts::PartFacts;
 use rows::{AllRows, WholeFile};
 use survey::{Form, Plan};
 use tally::Tally;
@@ -68,6 +71,11 @@ pub struct SharedPoints {
     pub coordinate_type: Option<CoordinateType>,
     /// The columns of all rows that are not dropped, on process 0, as in [`PointFile::columns`]. Empty on the others.
     pub columns: Vec<Column>,
+    /// What was read of all files, as in [`PointFile::reading`]. All processes have the same. `None` if the rows do not come
+    /// from a file.
+    pub reading: Option<FileReading>,
+    /// The extent of the rows of all processes, or `None` if there are no rows or the rows do not come from a file.
+    pub extent: Option<Extent>,
 }
 
 impl SharedPoints {
@@ -85,6 +93,8 @@ impl SharedPoints {
             first_id: 0,
             coordinate_type: None,
             columns: Vec::new(),
+            reading: None,
+            extent: None,
         }
     }
 }
@@ -181,20 +191,28 @@ impl Call<'_> {
         let reading = Reading { plans: &plans, all: &all, options, step };
         let own = &blocks[processes.process() as usize];
         let read = reading.block(own, &marks, dealt);
-        let (rows, rounded) = agree(processes, read)?;
+        let (rows, facts) = agree(processes, read)?;
         agree(processes, all.check_announced(&plans))?;
-        let rounded = processes.all_gather(&rounded)?;
+        let facts = processes.all_gather(&facts)?;
+        agree(processes, all.check_ids(&plans, &facts))?;
+        let extents = processes.all_gather(&Extent::of(&rows.points).map(|of| (of.low, of.high)))?;
         Ok(SharedPoints {
             points: rows.points,
             first: own.start,
             rows: all.kept,
             skipped: all.skipped,
             source_index: (all.skipped > 0).then_some(rows.index),
-            notes: self.notes(&plans, &all, &whole.known, &rounded),
+            notes: self.notes(&plans, &whole.known, &facts),
             files: all.listed(self.files),
             first_id: all.first_id(),
             coordinate_type: all.coordinate_type(),
             columns,
+            reading: Some(all.reading()),
+            extent: extents
+                .into_iter()
+                .flatten()
+                .map(|(low, high)| Extent { low, high })
+                .reduce(|a, b| a.and(&b)),
         })
     }
 
@@ -254,27 +272,21 @@ impl Call<'_> {
         Ok(dealt)
     }
 
-    /// Returns the notes on all files. `rounded` are the numbers of rounded integers of all processes, per file.
-    fn notes(
-        &self,
-        plans: &[Plan],
-        all: &AllRows,
-        whole: &[WholeFile],
-        rounded: &[Vec<[u64; 2]>],
-    ) -> Vec<String> {
+    /// Returns the notes on all files. `facts` are those of the parts of all processes.
+    fn notes(&self, plans: &[Plan], whole: &[WholeFile], facts: &[Vec<PartFacts>]) -> Vec<String> {
         let mut sums = vec![0; plans.len()];
-        for [file, count] in rounded.iter().flatten() {
+        for [file, count, _] in facts.iter().flatten() {
             if let Some(sum) = sums.get_mut(*file as usize) {
                 *sum += count;
             }
         }
         let mut whole = whole.iter();
         let mut notes: Vec<Vec<String>> = Vec::new();
-        for (at, (plan, file)) in plans.iter().zip(&all.files).enumerate() {
+        for (at, plan) in plans.iter().enumerate() {
             notes.push(match plan {
                 Plan::Whole(_) => whole.next().map(|file| file.notes.clone()).unwrap_or_default(),
                 Plan::Cut(cut) => match &cut.form {
-                    Form::Table(head) => head.notes(file.extra, self.options),
+                    Form::Table(head) => head.notes(self.options),
                     Form::Array(layout) => layout.notes(sums[at]),
                 },
             });

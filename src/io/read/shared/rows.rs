@@ -5,26 +5,29 @@ use std::path::PathBuf;
 use super::super::error::{InputError, Place};
 use super::super::list::{ListError, ListedFile};
 use super::super::points::{CoordinateType, ReadOptions};
+use super::super::reading::{FileReading, OtherLines};
 use super::cut::Counts;
 use super::error::SharedError;
+use super::facts::{PartFacts, counting_of};
 use super::survey::{Cut, Form, Plan};
 use super::tally::Tally;
 
-/// A part of a file in which one process has counted rows, as the processes exchange it: the number of the file, the line
-/// of the first row with more fields (0: none), lines, line feeds, rows, and rows that are not dropped.
-pub(super) type Part = [u64; 6];
+/// A part of a file in which one process has counted rows, as the processes exchange it: the number of the file, lines, line
+/// feeds, rows, rows that are not dropped, comments, and blank lines.
+pub(super) type Part = [u64; 7];
 
 /// Returns the parts of this process as they travel.
 pub(super) fn parts(tallies: &[Tally]) -> Vec<Part> {
-    let part = |Tally { file, counts, extra, .. }: &Tally| {
-        let Counts { lines, feeds, rows, kept } = *counts;
-        [*file as u64, extra.unwrap_or(0), lines, feeds, rows, kept]
+    let part = |Tally { file, counts, .. }: &Tally| {
+        let Counts { lines, feeds, rows, kept, other } = *counts;
+        [*file as u64, lines, feeds, rows, kept, other.comments, other.blank]
     };
     tallies.iter().map(part).collect()
 }
 
-/// A file that process 0 has read, as the processes exchange it: the numbers of [`WholeFile`], and its notes.
-pub(super) type WholeRow = ([u64; 5], Vec<String>);
+/// A file that process 0 has read, as the processes exchange it: the numbers of [`WholeFile`], the numbers of lines that are
+/// no rows, its notes, the names of its columns, and the names of those that are ignored.
+pub(super) type WholeRow = ([u64; 5], [u64; 4], [Vec<String>; 3]);
 
 /// The facts of a file that process 0 has read. All processes need them.
 pub(super) struct WholeFile {
@@ -34,6 +37,7 @@ pub(super) struct WholeFile {
     pub first_id: u64,
     pub kind: Option<CoordinateType>,
     pub notes: Vec<String>,
+    pub reading: FileReading,
 }
 
 /// The types of coordinates, in the order of their numbers from 1.
@@ -44,13 +48,17 @@ impl WholeFile {
     /// Returns the facts as they travel.
     pub fn row(&self) -> WholeRow {
         let kind = self.kind.and_then(|kind| KINDS.iter().position(|of| *of == kind)).map_or(0, |at| at + 1);
-        ([self.rows, self.kept, self.dimension as u64, self.first_id, kind as u64], self.notes.clone())
+        let FileReading { columns, ignored, lines, .. } = &self.reading;
+        let texts = [&self.notes, columns, ignored].map(Clone::clone);
+        ([self.rows, self.kept, self.dimension as u64, self.first_id, kind as u64], lines.counts(), texts)
     }
 
     /// Returns the file that process 0 has sent.
-    pub fn of(([rows, kept, dimension, first_id, kind], notes): WholeRow) -> Self {
+    pub fn of((numbers, lines, [notes, columns, ignored]): WholeRow) -> Self {
+        let [rows, kept, dimension, first_id, kind] = numbers;
+        let reading = FileReading { rows, columns, ignored, lines: OtherLines::of_counts(lines) };
         let kind = kind.checked_sub(1).and_then(|at| KINDS.get(at as usize).copied());
-        WholeFile { rows, kept, dimension: dimension as usize, first_id, kind, notes }
+        WholeFile { rows, kept, dimension: dimension as usize, first_id, kind, notes, reading }
     }
 }
 
@@ -63,8 +71,8 @@ pub(super) struct FileRows {
     pub first_kept: u64,
     /// The lines and rows of the file.
     pub counts: Counts,
-    /// The line of the first row with more fields than the coordinates need.
-    pub extra: Option<u64>,
+    /// What was read of it.
+    pub reading: FileReading,
     dimension: usize,
     kind: Option<CoordinateType>,
     first_id: u64,
@@ -119,6 +127,7 @@ impl AllRows {
                 }
                 Plan::Whole(_) => {
                     if let Some(found) = whole.next() {
+                        file.reading = found.reading.clone();
                         (file.counts.rows, file.counts.kept) = (found.rows, found.kept);
                         (file.dimension, file.kind) = (found.dimension, found.kind);
                         file.first_id = found.first_id;
@@ -135,14 +144,15 @@ impl AllRows {
 
     /// Adds the parts of a file, each with its process.
     fn add_parts(&mut self, at: usize, cut: &Cut, parts: Vec<(u32, Part)>, file: &mut FileRows) {
-        file.counts = Counts { lines: cut.lines, feeds: cut.feeds, rows: 0, kept: 0 };
-        for (process, [_, extra, lines, feeds, rows, kept]) in parts {
+        file.counts = Counts { lines: cut.lines, feeds: cut.feeds, ..Counts::default() };
+        for (process, [_, lines, feeds, rows, kept, comments, blank]) in parts {
             let before = file.counts;
             let first = file.first_kept + before.kept;
             self.segments.push(Segment { file: at, process, kept, first, before });
-            file.extra = file.extra.or((extra > 0).then(|| before.lines + extra));
-            file.counts.add(Counts { lines, feeds, rows, kept });
+            let other = OtherLines { comments, blank, ..OtherLines::default() };
+            file.counts.add(Counts { lines, feeds, rows, kept, other });
         }
+        file.reading = cut.reading(&file.counts);
     }
 
     /// Returns the first file with rows, or the first file if no file has rows.
@@ -195,6 +205,24 @@ impl AllRows {
             if file.dimension != expected {
                 let (path, found, first) = (path.clone(), file.dimension, first.clone());
                 return Err(ListError::MixedDimension { path, found, first, expected }.into());
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns what was read of all files.
+    pub fn reading(&self) -> FileReading {
+        let mut all = FileReading::default();
+        self.files.iter().for_each(|file| all.add(&file.reading));
+        all
+    }
+
+    /// Refuses tables whose first column counts their rows. `facts` are those of the parts of all processes.
+    pub fn check_ids(&self, plans: &[Plan], facts: &[Vec<PartFacts>]) -> Result<(), SharedError> {
+        for (at, (file, plan)) in self.files.iter().zip(plans).enumerate() {
+            if let (Plan::Cut(cut), Some(counting)) = (plan, counting_of(at, facts)) {
+                let refused = cut.refuse_ids(counting, file.counts.rows);
+                refused.map_err(|error| SharedError::of(error, plans.len(), file.first_row))?;
             }
         }
         Ok(())

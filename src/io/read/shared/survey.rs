@@ -8,19 +8,21 @@ use septet_protocol::checksum::checksum;
 use septet_protocol::wire::{Ended, Processes};
 
 use super::super::array::Layout;
-use super::super::columns::{self, Head, Opening};
+use super::super::columns::{self, Opening};
 use super::super::dispatch::{a_domain, check_options, is_domain};
 use super::super::error::InputError;
-use super::super::formats::{Rows, npy, of_content, raw, read_by_name, reader};
+use super::super::formats::{Rows, by_content, npy, of_content, raw, read_by_name, reader};
+use super::super::head::Head;
 use super::super::load::{self, Packing};
 use super::super::points::ReadOptions;
 use super::super::signature;
 use super::super::text::{Lines, Source, line_feeds};
+use super::super::utf16;
 use super::chunks::{OpenFile, Unit};
 use super::error::{SharedError, agree};
 use crate::format::Format;
 
-/// The number of lines with data that determine whether a table is a list of cells.
+/// The number of lines with data that determine whether a table is a list of cells or has another format.
 const LINES: usize = 9;
 
 /// The number of bytes in which the first row of a table is sought at first.
@@ -137,7 +139,8 @@ fn of_file(path: &Path, options: &ReadOptions, step: usize) -> Result<Surveyed, 
     let mut file = OpenFile::of(path, step)?;
     let mut first = Vec::new();
     file.read(0..size.min(12), &mut first)?;
-    if first.starts_with(&[0x1f, 0x8b]) && packing != Packing::Plain {
+    let is_coded = first.starts_with(&[0x1f, 0x8b]) || utf16::has_mark(&first);
+    if is_coded && packing != Packing::Plain {
         return Ok(whole(size));
     }
     let format = options.format.or(read_by_name(path)).or_else(|| of_content(&first));
@@ -208,14 +211,14 @@ fn table(
         if end < size && !is_enough() {
             continue;
         }
-        if options.format.is_none() && signature::is_ele(head.data) {
+        if options.format.is_none() && has_other_format(path, head.data) {
             return Ok(None);
         }
         let is_domain = is_domain(path, head.data);
         let refused = |error| if is_domain { a_domain(head, "points") } else { error };
-        match columns::opening(head, options).map_err(refused)? {
+        match columns::opening(head, options, size).map_err(refused)? {
             Opening::NoRow if end < size => {}
-            Opening::NoRow | Opening::Chemistry => return Ok(None),
+            Opening::NoRow | Opening::Whole => return Ok(None),
             Opening::Rows(first, start, lines) => {
                 let cut = of_table(head, options, (first, start, lines), is_domain).map_err(refused)?;
                 let sum = checksum(&head.data[..start]);
@@ -223,6 +226,11 @@ fn table(
             }
         }
     }
+}
+
+/// Whether a file that is named as a table has, or may have, the first lines of another format.
+fn has_other_format(path: &Path, data: &[u8]) -> bool {
+    signature::is_ele(data) || signature::may_be_node(data) || by_content(path, data).is_some()
 }
 
 /// Returns the plan of a table with this first row, its offset, and the number of lines before it.

@@ -16,8 +16,6 @@ pub(super) struct Tally {
     pub range: Range<u64>,
     /// The lines and rows.
     pub counts: Counts,
-    /// The line in the part, from 1, of the first row with more fields than the coordinates need.
-    pub extra: Option<u64>,
     /// Offsets in the part, each with the counts before it.
     marks: Vec<(u64, Counts)>,
 }
@@ -64,8 +62,7 @@ fn of_range(
     if start >= end {
         return Ok(None);
     }
-    let mut tally =
-        Tally { file, range: start..end, counts: Counts::default(), extra: None, marks: Vec::new() };
+    let mut tally = Tally { file, range: start..end, counts: Counts::default(), marks: Vec::new() };
     if let (Unit::Bytes(size), false) = (cut.unit(), options.skip_invalid) {
         let rows = (end - start) / size.max(1);
         tally.counts = Counts { rows, kept: rows, ..Counts::default() };
@@ -74,9 +71,8 @@ fn of_range(
     let base = tally.lines_before(cut);
     open.chunks(start..end, cut.unit(), &mut |offset, bytes| {
         let chunk = Chunk { offset, lines: base + tally.counts.lines, bytes };
-        let (counts, extra) = cut.count(options, &chunk, tally.extra.is_some());
+        let counts = cut.count(options, &chunk);
         tally.marks.push((offset, tally.counts));
-        tally.extra = tally.extra.or(extra.map(|line| line - base));
         tally.counts.add(counts);
         Ok(())
     })?;

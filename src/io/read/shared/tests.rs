@@ -15,7 +15,7 @@ use septet_protocol::wire::{Ended, Processes};
 use crate::thread_wire;
 use tempfile::TempDir;
 
-use super::super::{FileList, ListedFile, PointFile, ReadOptions, read, read_list};
+use super::super::{Extent, FileList, ListedFile, PointFile, ReadOptions, read, read_list};
 use super::{Call, LIMITS, Limits, SharedPoints};
 
 /// Numbers of processes.
@@ -151,6 +151,8 @@ fn compare(
         assert_eq!((part.rows, part.skipped), (file.points.len() as u64, file.skipped as u64));
         assert_eq!((&part.notes, part.first_id), (&file.notes, file.first_id), "{processes} processes");
         assert_eq!(part.coordinate_type, file.coordinate_type);
+        assert_eq!(part.reading.as_ref(), Some(&file.reading), "{processes} processes, {limits:?}");
+        assert_eq!(part.extent, Extent::of(&file.points));
         assert!(listed.as_ref().is_none_or(|listed| *listed == part.files), "{:?}", part.files);
         assert_eq!(part.source_index.is_some(), file.source_index.is_some());
         coordinates.extend(bits(&part.points));
@@ -294,6 +296,11 @@ fn a_process_reads_only_its_rows_of_an_array() {
     assert_eq!((read.points.len(), processes.moved()), (1000, [0, 0]));
 }
 
+/// Returns 30 lines of text.
+fn rows_of(row: impl Fn(u32) -> String) -> String {
+    (0..30).map(row).collect::<Vec<String>>().join("\n") + "\n"
+}
+
 #[test]
 fn tables_are_read_in_blocks() {
     for (name, text) in [
@@ -308,6 +315,19 @@ fn tables_are_read_in_blocks() {
         ("a.csv", format!("\"x [m]\";\"y [m]\"\r\n{}", table(20, ";", ";\"a;b\"\r\n"))),
         ("a.csv", "1,2,3\n4,5,6\n1,2,3,4\n7,8,9\n1,2,3,4\n1,2,3\n".repeat(3)),
         ("a.csv", "a,b\n1,2\n3,4\n".to_string()),
+        ("a.csv", "lat;lon;h\n47,5;9,25;1\n".to_string() + &"47,5;9,5;2\n# c\n\n".repeat(20)),
+        ("a.txt", "x y z\n".to_string() + &rows_of(|i| format!("{i} 0.5 1 2"))),
+        ("a.txt", rows_of(|i| format!("{i} 0.5 1"))),
+        ("a.txt", rows_of(|i| format!("{} 0.5 1", i % 29))),
+        ("a.txt", format!("30 2\n{}", "0.5 1\n".repeat(30))),
+        ("a.txt", format!("3\n30\n{}", "0.5 1 2\n".repeat(30))),
+        ("a.txt", format!("29 2\n{}", "0.5 1\n".repeat(30))),
+        ("a.txt", format!("// z y x\n30\n{}", "0.5 1 2\n#7 1 2\n".repeat(30))),
+        ("a.txt", "id\tx\ty\n".to_string() + &"Tree 7\t1\t2\n".repeat(30)),
+        ("a.txt", "name x y\n".to_string() + &"#7 1 2\n# 1 2\n".repeat(30)),
+        ("a.txt", "OFF\n2 0 0\n0 0 0\n1 1 1\n".to_string()),
+        ("a.txt", "3 2\n1 0.5 0\n2 1 0\n3 0 1\n".to_string()),
+        ("a.txt", "ncols 2\nnrows 1\n1 2\n".to_string()),
         ("a.xyz", format!("41\n{}4 5 6\n", table(40, " ", "\n"))),
         ("a.xyz", "3\ncomment\n1 2 3\n4 5 6\n7 8 9\n".to_string()),
         ("a.xyz", "2\na comment\nH 1 2 3\nO 4 5 6\n".to_string()),

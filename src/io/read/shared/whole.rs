@@ -30,7 +30,7 @@ pub(super) fn read(
     let mut counted = vec![0; plans.len()];
     for part in parts.iter().flatten() {
         if let Some(rows) = counted.get_mut(part[0] as usize) {
-            *rows += part[4];
+            *rows += part[3];
         }
     }
     for (at, plan) in plans.iter().enumerate() {
@@ -80,6 +80,7 @@ pub(super) fn known(file: &PointFile) -> WholeFile {
         first_id: file.first_id,
         kind: file.coordinate_type,
         notes: file.notes.clone(),
+        reading: file.reading.clone(),
     }
 }
 

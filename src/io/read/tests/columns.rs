@@ -49,7 +49,7 @@ fn a_header_row_and_further_columns_are_noted() {
 #[test]
 fn the_dimension_can_be_chosen() {
     assert_eq!(
-        plane(&good_with("a.txt", "1 2 3\n4 5\n6 7 label\n", &TWO)),
+        plane(&good_with("a.txt", "1,2,3\n4,5\n6,7,label\n", &TWO)),
         [[1.0, 2.0], [4.0, 5.0], [6.0, 7.0]]
     );
     assert!(matches!(
@@ -77,7 +77,6 @@ fn mixed_rows_are_refused() {
 fn decimal_commas_are_refused() {
     for text in [
         "1,5 2,5 3,5\n",
-        "1,5;2,5;3,5\n",
         "1,5\t2,5\t3,5\n",
         "1,5, 2,5, 3,5\n",
         "1.5;2.5\n1,5;2,5\n",
@@ -89,6 +88,102 @@ fn decimal_commas_are_refused() {
         assert!(matches!(error, InputError::Syntax { .. }), "{error}");
         assert!(error.to_string().contains("decimal"), "{error}");
     }
+}
+
+#[test]
+fn decimal_commas_are_read_between_semicolons() {
+    let file = good("a.csv", "id;x;y\n7;1,5;2,25\n8;-3;1e-2\n");
+    assert_eq!(plane(&file), [[1.5, 2.25], [-3.0, 0.01]]);
+    assert!(noted(&file.notes, "decimal commas"), "{:?}", file.notes);
+    assert_eq!(space(&good("a.csv", "1,5;2,5;3,5\n")), [[1.5, 2.5, 3.5]]);
+    assert_eq!(bad("a.csv", "1,5;2,5\n1.5;2,5\n").line(), Some(1));
+}
+
+#[test]
+fn rows_have_the_width_of_the_table() {
+    for (text, line) in [
+        ("x,y,z\n1,2,3\n1,2,3,4\n", 3),
+        ("x,y\n0,5118,0,9505\n", 2),
+        ("x y z q\n1 2 3 4\n1 3 4\n", 3),
+        ("1 2 3 A\n4 5 6 A 7\n", 2),
+        ("1 2 3 9\n4 6 9\n", 2),
+        ("x;y\n1;2\n1;2;3\n", 3),
+    ] {
+        let options = if text.starts_with('1') { THREE } else { PLAIN };
+        let error = bad_with("a.csv", text, &options);
+        assert!(error.line() == Some(line) && error.to_string().contains("fields"), "{error}");
+    }
+    assert_eq!(plane(&good("a.csv", "x,y,note\n1,2\n3,4,\n")).len(), 2);
+}
+
+#[test]
+fn names_of_rows_shift_the_header() {
+    let want = [[0.5, 1.0, 2.0], [3.0, 4.0, 5.0]];
+    for text in [
+        "\"x\" \"y\" \"z\"\n\"1\" 0.5 1 2\n\"2\" 3 4 5\n",
+        "x y z\n1 0.5 1 2\n2 3 4 5\n",
+        "\tx\ty\tz\n0\t0.5\t1\t2\n1\t3\t4\t5\n",
+        "x,y,z\nA,0.5,1,2\nB,3,4,5\n",
+        "# z y x\n2 1 0.5\n5 4 3\n",
+        "#7 z y x\n#8 2 1 0.5\n#9 5 4 3\n",
+    ] {
+        let text = text.replace("#7 z", "id z");
+        assert_eq!(space(&good("a.txt", &text)), want, "{text}");
+    }
+    assert_eq!(bad("a.txt", "x y z\n2 0.5 1 2\n1 3 4 5\n").line(), Some(2));
+}
+
+#[test]
+fn tabs_alone_separate_fields() {
+    let text = "id\tname\tx\ty\n0\t\t0.5\t1\n1\tTree 7\t2\t3\n";
+    assert_eq!(plane(&good("a.txt", text)), [[0.5, 1.0], [2.0, 3.0]]);
+    assert_eq!(plane(&good("a.txt", "1 \t 2\n3\t4\n")), [[1.0, 2.0], [3.0, 4.0]]);
+    // Blanks and tabs.
+    assert_eq!(space(&good("a.txt", "1  2\t3\n4\t5  6\n")), [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+    assert_eq!(bad("a.txt", "0.5\t\t1\t2\n").line(), Some(1));
+}
+
+#[test]
+fn a_first_column_that_counts_is_an_id() {
+    for (text, columns) in [
+        ("1,0.5,2\n2,3,4\n3,5,6\n", "2,3"),
+        ("0 0.5 2 7\n1 3 4 7\n2 5 6 7\n", "2,3,4"),
+        ("3\n1 0.5 2 7\n2 3 4 7\n3 5 6 7\n", "2,3,4"),
+    ] {
+        let error = bad("a.txt", text);
+        assert!(
+            error.is_usage() && report(&error).ends_with(&format!("such as --columns {columns}")),
+            "{error}"
+        );
+    }
+    let error = bad_with("a.txt", "1 0.5 2 7\n2 3 4 7\n3 5 6 7\n", &THREE);
+    assert!(error.to_string().contains("counts the rows from 1"), "{error}");
+    for text in ["0 0 0\n1 1 1\n2 4 8\n", "1 0.5\n2 3\n3 5\n", "1 0.5 2\n2 3 4\n1 5 6\n", "1 0.5 2\n2 3 4\n"]
+    {
+        good("a.txt", text);
+    }
+}
+
+#[test]
+fn counts_come_first() {
+    let rows = "0.5 1\n2 3\n4 5\n";
+    for head in ["3 2\n", "2\n3\n", "3\n2\n", "2 rbox 3 D2\n3\n", "3\n", "# c\n\n3 2 0\n"] {
+        let text = format!("{head}{rows}");
+        assert_eq!(plane(&good("a.txt", &text)).len(), 3, "{text}");
+    }
+    assert_eq!(plane(&good("a.txt", format!("4 2\n{rows}"))).len(), 4);
+    assert!(matches!(bad("a.txt", "4 3\n0.5 1 2\n3 4 5\n"), InputError::Truncated { expected: 4, .. }));
+    assert!(matches!(bad("a.txt", format!("2\n4\n{rows}")), InputError::Truncated { expected: 4, .. }));
+}
+
+#[test]
+fn lines_that_are_no_rows_are_counted() {
+    let file = good("a.csv", "# a\n\n# b\nid,x,y\n1,2,3\n# c\n\n2,3,4\n");
+    assert_eq!((file.reading.rows, file.reading.lines.counts()), (2, [1, 0, 3, 2]));
+    assert_eq!((file.reading.columns.join(" "), file.reading.ignored.join(" ")), ("x y".into(), "id".into()));
+    let file = good("a.pts", "// z y x\n2\n1 2 3\n4 5 6\n");
+    assert_eq!((file.reading.rows, file.reading.lines.counts()), (2, [1, 1, 0, 0]));
+    assert_eq!(good("a.off", "OFF\n1 0 0\n0 0 0\n").reading.rows, 1);
 }
 
 #[test]

@@ -3,9 +3,11 @@
 mod binary;
 mod cells;
 mod columns;
+mod formats;
 mod hostile;
 mod loading;
 mod raw;
+mod reports;
 mod surfaces;
 mod tables;
 mod vtk;
@@ -26,7 +28,15 @@ const TWO: ReadOptions = with(Some(2), false);
 const THREE: ReadOptions = with(Some(3), false);
 
 const fn with(dimension: Option<usize>, skip_invalid: bool) -> ReadOptions {
-    ReadOptions { dimension, format: None, raw: None, skip_invalid, columns: None, keep_columns: false }
+    ReadOptions {
+        dimension,
+        format: None,
+        raw: None,
+        skip_invalid,
+        columns: None,
+        keep_columns: false,
+        terrain: false,
+    }
 }
 
 fn parse(name: &str, data: impl AsRef<[u8]>, options: &ReadOptions) -> Result<PointFile, InputError> {

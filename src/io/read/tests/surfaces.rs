@@ -79,7 +79,14 @@ fn stl_and_obj() {
     assert!(noted(&file.notes, "colours"));
     assert_eq!(plane(&good_with("a.obj", obj, &TWO)).len(), 4);
     assert!(matches!(bad("a.obj", "v 1 2\n"), InputError::MixedDimension { .. }));
-    assert_eq!(good("a.obj", "").points.len(), 0);
+    for (name, text, part) in [
+        ("a.obj", "", "without vertices"),
+        ("a.obj", "# c\nf 1 2 3\n", "without vertices"),
+        ("a.stl", "solid a\nendsolid a\n", "without facets"),
+    ] {
+        let error = bad(name, text);
+        assert!(error.exit_code() == 3 && error.to_string().contains(part), "{error}");
+    }
 }
 
 #[test]

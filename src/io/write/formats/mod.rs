@@ -4,10 +4,12 @@ mod medit;
 mod msh;
 mod msh_labelled;
 pub mod npy;
+mod obj;
 mod off;
 mod ply;
 pub mod pvtu;
 mod stl;
+mod surface;
 mod table;
 mod tetgen;
 mod vtk;
@@ -109,15 +111,18 @@ pub const fn writer(format: Format) -> Writer {
             points: Some(|out, points, _, progress| off::write_points(out, points, progress)),
             ..NONE
         },
-        Format::Ply => {
-            Writer { points: Some(|out, points, _, progress| ply::write(out, points, progress)), ..NONE }
-        }
+        Format::Ply => Writer {
+            mesh: Some(Body::One(|out, mesh, _, progress| ply::write_surface(out, mesh, progress))),
+            points: Some(|out, points, _, progress| ply::write(out, points, progress)),
+            ..NONE
+        },
         Format::Stl => Writer {
             mesh: Some(Body::One(|out, mesh, _, progress| stl::write(out, mesh, progress))),
             records: |mesh| mesh.cell_count() as u64,
             ..NONE
         },
         Format::Obj => Writer {
+            mesh: Some(Body::One(|out, mesh, _, progress| obj::write(out, mesh, progress))),
             points: Some(|out, points, _, progress| table::write_obj(out, points, progress)),
             ..NONE
         },
@@ -142,7 +147,7 @@ pub const fn writer(format: Format) -> Writer {
             mesh: Some(Body::One(|out, mesh, _, progress| medit::write(out, mesh, progress))),
             ..NONE
         },
-        Format::Poly | Format::Smesh => NONE,
+        Format::Poly | Format::Smesh | Format::Vtp | Format::Npz | Format::Las => NONE,
     }
 }
 

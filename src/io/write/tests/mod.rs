@@ -15,9 +15,9 @@ use std::fs;
 use super::*;
 use septet_common::samples::{Sample, kuhn, no_cells, squares};
 
-const NAMES: [&str; 11] = [
+const NAMES: [&str; 13] = [
     "m.vtu", "m.vtk", "m.vtk.gz", "m.node", "m.msh", "m.msh22", "m.msh41", "m.mesh", "m.npy", "m.off",
-    "m.stl",
+    "m.stl", "m.obj", "m.ply",
 ];
 
 /// Writes a mesh under a name in a fresh directory; returns all files found there.

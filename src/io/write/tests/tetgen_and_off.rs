@@ -92,3 +92,32 @@ fn off_holds_everything_in_the_plane() {
     assert!(lines[2..11].iter().all(|line| line.ends_with(" 0")));
     same_cells(&lines[11..], &sample, 1, 0);
 }
+
+#[test]
+fn obj_and_ply_hold_the_surface_of_off() {
+    for sample in [kuhn(2), awkward(squares(2))] {
+        let off = one("m.off", &sample);
+        let off: Vec<&str> = text(&off).split_off(2);
+        let obj = one("m.obj", &sample);
+        let (points, faces): (Vec<&str>, Vec<&str>) =
+            text(&obj).into_iter().skip(1).partition(|line| line.starts_with('v'));
+        assert!(points.iter().zip(&off).all(|(line, other)| line[2..] == **other));
+        let zero = |line: &str| numbers::<u64>(&line[2..]).iter().map(|id| id - 1).collect::<Vec<u64>>();
+        let triangles = |line: &&str| numbers::<u64>(&line[2..]);
+        let triangles: Vec<Vec<u64>> = off[points.len()..].iter().map(triangles).collect();
+        assert_eq!(faces.iter().map(|line| zero(line)).collect::<Vec<_>>(), triangles);
+        let ply = one("m.ply", &sample);
+        let end = ply.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
+        let head = format!("element vertex {}", points.len());
+        assert!(text(&ply[..end]).contains(&head.as_str()));
+        let (vertices, rows) = ply[end..].split_at(24 * points.len());
+        let first: Vec<f64> = numbers(off[0]);
+        let bits = first[0].to_le_bytes();
+        assert_eq!(vertices[..8], bits);
+        let row = |row: &[u8]| {
+            assert_eq!(row[0], 3);
+            row[1..].chunks_exact(4).map(|c| u64::from(u32::from_le_bytes(c.try_into().unwrap()))).collect()
+        };
+        assert_eq!(rows.chunks_exact(13).map(row).collect::<Vec<Vec<u64>>>(), triangles);
+    }
+}

@@ -1,4 +1,4 @@
-//! The arrays of a `.vtu` file: their locations and encodings.
+//! The arrays of a `.vtu` or `.vtp` file: their locations and encodings.
 
 use super::xml::{Tag, next_tag};
 use crate::read::error::{InputError, Place};
@@ -38,6 +38,8 @@ pub struct Appended<'a> {
 pub struct Arrays<'a> {
     pub source: Source<'a>,
     pub endian: Endian,
+    /// Whether the cells are polygons, which have no types.
+    pub has_polygons: bool,
     pub wide_header: bool,
     pub zlib: bool,
     pub point_count: u64,
@@ -68,9 +70,17 @@ pub fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
             (b"Piece", false) => {
                 pieces += 1;
                 grid.point_count = attribute_count(source, &tag, "NumberOfPoints")?;
-                grid.cell_count = attribute_count(source, &tag, "NumberOfCells")?;
+                let cells = if grid.has_polygons { "NumberOfPolys" } else { "NumberOfCells" };
+                grid.cell_count = match tag.attribute(cells) {
+                    None if grid.has_polygons => 0,
+                    _ => attribute_count(source, &tag, cells)?,
+                };
             }
-            (b"Points" | b"Cells" | b"PointData" | b"CellData" | b"FieldData", closing) => {
+            (
+                b"Points" | b"Cells" | b"Polys" | b"Verts" | b"Lines" | b"Strips" | b"PointData"
+                | b"CellData" | b"FieldData",
+                closing,
+            ) => {
                 section = if closing { b"" } else { tag.name };
             }
             (b"DataArray", false) => {
@@ -80,8 +90,8 @@ pub fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
                 let array = declared(source, &tag, text);
                 match (section, name) {
                     (b"Points", _) => grid.points = Some(array?),
-                    (b"Cells", "connectivity") => grid.connectivity = Some(array?),
-                    (b"Cells", "offsets") => grid.offsets = Some(array?),
+                    (b"Cells" | b"Polys", "connectivity") => grid.connectivity = Some(array?),
+                    (b"Cells" | b"Polys", "offsets") => grid.offsets = Some(array?),
                     (b"Cells", "types") => grid.types = Some(array?),
                     (b"PointData", "GlobalPointIds") => grid.point_ids = array.ok(),
                     (b"CellData", "vtkGhostType") => grid.ghosts = array.ok(),
@@ -101,7 +111,7 @@ pub fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
         0 => Err(source.truncated(Place::Line(source.line_at(data.len())), "pieces", 1, 0)),
         _ => Err(source.unsupported(
             Place::Line(source.line_at(at)),
-            format!("a .vtu file of {pieces} pieces"),
+            format!("a VTK XML file of {pieces} pieces"),
             "merge the pieces",
         )),
     }
@@ -127,9 +137,9 @@ fn root_of<'a>(source: Source<'a>, root: &Tag<'_>) -> Result<Arrays<'a>, InputEr
         let advice = "it only lists its pieces; give one of the .vtu files that it names, or write .vtu instead of .pvtu";
         return Err(source.unsupported(place, "a parallel grid (.pvtu)", advice));
     }
-    if root.attribute("type") != Some("UnstructuredGrid") {
+    if !matches!(root.attribute("type"), Some("UnstructuredGrid" | "PolyData")) {
         let what = format!("VTK data of type {}", shown(root.attribute("type").unwrap_or_default()));
-        return Err(source.unsupported(place, what, "save an unstructured grid (.vtu)"));
+        return Err(source.unsupported(place, what, "save an unstructured grid (.vtu) or polygons (.vtp)"));
     }
     let compressor = root.attribute("compressor");
     if compressor.is_some_and(|c| c != "vtkZLibDataCompressor" && !c.is_empty()) {
@@ -139,6 +149,7 @@ fn root_of<'a>(source: Source<'a>, root: &Tag<'_>) -> Result<Arrays<'a>, InputEr
     Ok(Arrays {
         source,
         endian: if root.attribute("byte_order") == Some("BigEndian") { Endian::Big } else { Endian::Little },
+        has_polygons: root.attribute("type") == Some("PolyData"),
         wide_header: root.attribute("header_type") == Some("UInt64"),
         zlib: compressor.is_some_and(|c| !c.is_empty()),
         point_count: 0,

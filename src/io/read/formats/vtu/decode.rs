@@ -9,7 +9,7 @@ use super::arrays::{Arrays, DataArray, Storage};
 use super::base64;
 use crate::read::error::{InputError, Place};
 use crate::read::scalar::{Endian, Scalar};
-use crate::read::text::{NUMBER, excerpt};
+use crate::read::text::{excerpt, expected};
 
 impl<'a> Arrays<'a> {
     /// Returns all numbers of an array.
@@ -24,7 +24,7 @@ impl<'a> Arrays<'a> {
             let words = array.text.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());
             let value = |word: &[u8]| {
                 let offset = (word.as_ptr() as usize).wrapping_sub(source.data.as_ptr() as usize);
-                from_word(word).ok_or_else(|| source.bad_at(offset, excerpt(word), NUMBER))
+                from_word(word).ok_or_else(|| source.bad_at(offset, excerpt(word), expected(word)))
             };
             return words.map(value).collect();
         }
