@@ -6,6 +6,7 @@
 //!
 //! Several processes can read parts of files ([`read_shared`]).
 
+mod apart;
 mod array;
 mod cells;
 mod collect;
@@ -32,6 +33,7 @@ mod sizes;
 mod tests;
 mod text;
 
+pub use apart::apart;
 pub use cells::{CellFile, CellOptions};
 pub use dispatch::{read, read_cells, read_cells_from, read_from};
 pub use domain::{AnyInput, DomainFile};

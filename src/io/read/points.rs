@@ -8,7 +8,7 @@ use crate::format::Format;
 
 /// Receives the number of bytes read so far, before decompression, and the size of the file if it is known.
 ///
-/// The readers call it about once per mebibyte.
+/// The readers call it about once per mebibyte, before and after decompression.
 pub type ReadProgress<'a> = dyn FnMut(u64, Option<u64>) + 'a;
 
 /// The options for reading a file of points.

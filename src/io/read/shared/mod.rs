@@ -112,14 +112,16 @@ const LIMITS: Limits = Limits { step: 1 << 20, whole: WHOLE_LIMIT, round: 1 << 2
 /// # Errors
 /// All processes return the same error. It has the message of `read` or `read_list`, and the exit code of the program. Also
 /// fails if a file that process 0 must read has more than [`WHOLE_LIMIT`] bytes, if
-/// the processes see different files, or if the processes lose each other.
+/// the processes see different files, if the processes lose each other, or if `stop` returns `true` while process 0 reads a
+/// file for all. Process 0 then leaves the thread that reads.
 pub fn read_shared(
     processes: &mut Processes<'_>,
     files: &[PathBuf],
     options: &ReadOptions,
     block: &dyn Fn(u64) -> Range<u64>,
+    stop: &dyn Fn() -> bool,
 ) -> Result<SharedPoints, Ended> {
-    Call { files, options, limits: LIMITS }.read(processes, block)
+    Call { files, options, limits: LIMITS, stop }.read(processes, block)
 }
 
 /// Sends each process its block of points that process 0 has, such as a generated set. `made` is `None` on the other processes.
@@ -149,6 +151,8 @@ struct Call<'a> {
     files: &'a [PathBuf],
     options: &'a ReadOptions,
     limits: Limits,
+    /// Returns whether to end the call on all processes.
+    stop: &'a dyn Fn() -> bool,
 }
 
 /// The files that process 0 has read.
@@ -209,7 +213,7 @@ impl Call<'_> {
             return Ok(WholeFiles { known: Vec::new(), content: Vec::new() });
         }
         let read = match processes.process() {
-            0 => whole::read(plans, self.options, parts, self.limits.whole),
+            0 => whole::read(plans, self.options, parts, (self.limits.whole, self.stop)),
             _ => Ok(Vec::new()),
         };
         let content = agree(processes, read)?;
