@@ -90,7 +90,8 @@ fn together(
     let read = |mut wire: thread_wire::Threads| {
         let mut all = Processes::over(&mut wire);
         let process = all.process();
-        Call { files, options, limits, stop: &|| false }.read(&mut all, &|rows| block(rows, process, processes))
+        Call { files, options, limits, stop: &|| false }
+            .read(&mut all, &|rows| block(rows, process, processes))
     };
     thread::scope(|scope| {
         let threads: Vec<_> =

@@ -76,10 +76,7 @@ impl SocketWire {
     ///
     /// # Errors
     /// Fails if the system refuses a connection, if a process does not appear within a minute, or with the error of `check`.
-    pub fn first(
-        launched: Vec<UnixStream>,
-        check: &mut dyn FnMut() -> io::Result<()>,
-    ) -> io::Result<Self> {
+    pub fn first(launched: Vec<UnixStream>, check: &mut dyn FnMut() -> io::Result<()>) -> io::Result<Self> {
         Self::of_streams(0, handout::hand_out(launched, check)?)
     }
 

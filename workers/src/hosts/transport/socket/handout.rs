@@ -97,7 +97,8 @@ pub(super) fn hand_out(launched: Vec<UnixStream>, check: Check<'_>) -> io::Resul
         (&*stream).write_all(&greeting)?;
     }
     let others = 1..=launched.len() as u32;
-    let pairs = others.clone().flat_map(|one| (one + 1..=launched.len() as u32).map(move |other| (one, other)));
+    let pairs =
+        others.clone().flat_map(|one| (one + 1..=launched.len() as u32).map(move |other| (one, other)));
     let pairs: Vec<(u32, u32)> = pairs.collect();
     for batch in pairs.chunks(BATCH) {
         connect(batch, &launched, wait)?;
@@ -163,7 +164,8 @@ fn receive(stream: &UnixStream) -> io::Result<(u32, UnixStream)> {
         count += got;
     }
     // The system drops a descriptor that does not fit.
-    let missing = || io::Error::other("a connection did not arrive, because the limit of open files is too low");
+    let missing =
+        || io::Error::other("a connection did not arrive, because the limit of open files is too low");
     let end = end.ok_or_else(missing)?;
     fcntl_setfd(&end, FdFlags::CLOEXEC)?;
     Ok((u32::from_le_bytes(number), end.into()))
