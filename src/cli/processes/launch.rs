@@ -125,7 +125,10 @@ impl Started {
         };
         let connected = SocketWire::first(launched, check);
         connected.map_err(|error| {
-            let is_gone = matches!(error.kind(), io::ErrorKind::UnexpectedEof | io::ErrorKind::BrokenPipe);
+            let is_gone = matches!(
+                error.kind(),
+                io::ErrorKind::UnexpectedEof | io::ErrorKind::BrokenPipe | io::ErrorKind::ConnectionReset
+            );
             let error = if is_gone { self.reason_of(error) } else { error };
             // The others would wait for the one that is missing.
             self.kill();

@@ -8,9 +8,9 @@
 //! |---|---|---|
 //! | 16 | to the process | [`GREETING`], number of the process u32, number of processes u32 |
 //! | 4, with a descriptor | to the process | number of another process u32, and the connection to it |
-//! | 1 | from the process | [`TAKEN`]: it has this descriptor |
+//! | 1 | from the process | [`TAKEN`]: it has the greeting, or this descriptor |
 //!
-//! **Departure.** The first process keeps an end that it sends until the process has it, because some systems close a socket
+//! The first process keeps an end that it sends until the process has it, because some systems close a socket
 //! that is held by a message only. At most [`BATCH`] connections are under way, because the system limits descriptors in
 //! messages by the limit of open files.
 
@@ -36,7 +36,7 @@ const PAUSE: Duration = Duration::from_millis(10);
 /// The first bytes of a launch stream.
 const GREETING: [u8; 8] = *b"septet\0\x01";
 
-/// The byte with which a process confirms a descriptor.
+/// The byte with which a process confirms the greeting and each descriptor.
 const TAKEN: u8 = 1;
 
 /// The largest number of connections that are under way at a time.
@@ -96,11 +96,12 @@ pub(super) fn hand_out(launched: Vec<UnixStream>, check: Check<'_>) -> io::Resul
         // A stream that nothing was written to takes this many bytes at once.
         (&*stream).write_all(&greeting)?;
     }
-    let others = 1..=launched.len() as u32;
-    let pairs =
-        others.clone().flat_map(|one| (one + 1..=launched.len() as u32).map(move |other| (one, other)));
-    let pairs: Vec<(u32, u32)> = pairs.collect();
-    for batch in pairs.chunks(BATCH) {
+    for stream in &launched {
+        confirm(stream, wait)?;
+    }
+    let last = launched.len() as u32;
+    let pairs = (1..=last).flat_map(|one| (one + 1..=last).map(move |other| (one, other)));
+    for batch in pairs.collect::<Vec<_>>().chunks(BATCH) {
         connect(batch, &launched, wait)?;
     }
     for stream in &launched {
@@ -121,14 +122,15 @@ fn connect(pairs: &[(u32, u32)], launched: &[UnixStream], wait: &mut Wait<'_>) -
             sent.push((stream, end));
         }
     }
-    for (mut stream, _end) in sent {
-        let mut byte = [0];
-        wait.until_done(|| stream.read_exact(&mut byte))?;
-        if byte != [TAKEN] {
-            return Err(io::Error::other("a process did not confirm a connection"));
-        }
-    }
-    Ok(())
+    // The ends stay open until here.
+    sent.into_iter().try_for_each(|(stream, _end)| confirm(stream, wait))
+}
+
+/// Waits until a process confirms what it received.
+fn confirm(mut stream: &UnixStream, wait: &mut Wait<'_>) -> io::Result<()> {
+    let mut byte = [0];
+    wait.until_done(|| stream.read_exact(&mut byte))?;
+    if byte == [TAKEN] { Ok(()) } else { Err(io::Error::other("a process did not confirm the start")) }
 }
 
 /// Sends the connection to the process `peer`.
@@ -203,6 +205,7 @@ pub(super) fn take(launch: UnixStream, (process, processes): (u32, u32)) -> io::
         _ => error,
     };
     greeted(&launch, (process, processes)).map_err(reason_of)?;
+    (&launch).write_all(&[TAKEN])?;
     // The number of processes is now that of the first process, and so not absurd.
     let mut streams: Streams = (0..processes).map(|_| None).collect();
     for _ in 2..processes {

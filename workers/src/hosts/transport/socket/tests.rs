@@ -32,7 +32,7 @@ fn many_processes_are_connected() {
 fn started_by_stranger(bytes: &[u8], place: (u32, u32)) -> ErrorKind {
     let (mut stranger, launch) = UnixStream::pair().unwrap();
     stranger.write_all(bytes).unwrap();
-    drop(stranger);
+    stranger.shutdown(std::net::Shutdown::Write).unwrap();
     SocketWire::started(launch, place.0, place.1).err().unwrap().kind()
 }
 
