@@ -14,6 +14,7 @@
 //! that is held by a message only. At most [`BATCH`] connections are under way, because the system limits descriptors in
 //! messages by the limit of open files.
 
+use std::collections::BTreeMap;
 use std::io::{self, ErrorKind, IoSlice, IoSliceMut, Read, Write};
 use std::mem::MaybeUninit;
 use std::os::fd::{AsFd, OwnedFd};
@@ -206,18 +207,17 @@ pub(super) fn take(launch: UnixStream, (process, processes): (u32, u32)) -> io::
     };
     greeted(&launch, (process, processes)).map_err(reason_of)?;
     (&launch).write_all(&[TAKEN])?;
-    // The number of processes is now that of the first process, and so not absurd.
-    let mut streams: Streams = (0..processes).map(|_| None).collect();
+    // Memory grows with the connections that arrive, whatever the number of processes is said to be.
+    let mut ends = BTreeMap::new();
     for _ in 2..processes {
         let (peer, end) = receive(&launch).map_err(reason_of)?;
-        let place = streams.get_mut(peer as usize).filter(|place| place.is_none());
-        match place {
-            Some(place) if ![0, process].contains(&peer) => *place = Some(end),
-            _ => return Err(io::Error::other("the first process sent the number of no other process")),
+        let is_known = peer < processes && ![0, process].contains(&peer);
+        if !is_known || ends.insert(peer, end).is_some() {
+            return Err(io::Error::other("the first process sent the number of no other process"));
         }
         (&launch).write_all(&[TAKEN])?;
     }
     launch.set_read_timeout(None)?;
-    streams[0] = Some(launch);
-    Ok(streams)
+    ends.insert(0, launch);
+    Ok((0..processes).map(|peer| ends.remove(&peer)).collect())
 }

@@ -49,6 +49,8 @@ fn a_launch_stream_must_have_the_place_of_the_process() {
     invalid(&greeting(4, 4), (4, 4));
     invalid(&greeting(0, 4), (0, 4));
     invalid(&[7; 16], (1, 4));
+    // The number of processes is right and absurd: nothing is allocated for it.
+    assert_eq!(started_by_stranger(&greeting(1, u32::MAX), (1, u32::MAX)), ErrorKind::UnexpectedEof);
     // A number without its connection.
     for peer in [0, 1, 2, 9_u32] {
         let bytes = [greeting(1, 4), peer.to_le_bytes().to_vec()].concat();
