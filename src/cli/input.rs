@@ -2,6 +2,7 @@
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use septet_core::generate::{Request, generate, parse_sample};
@@ -9,7 +10,8 @@ use septet_core::model::Points;
 use septet_core::{Error, Spec};
 use septet_geometry::range::RangeError;
 use septet_io::read::{
-    Column, FileList, FileReading, InputError, ListedFile, PointFile, PointList, ReadOptions, read, read_list,
+    Column, FileList, FileReading, InputError, ListedFile, PointFile, PointList, ReadOptions, ReadProgress,
+    apart, read, read_list,
 };
 
 use super::errors::{Code, Failure};
@@ -221,11 +223,34 @@ fn with_sample(error: InputError, path: &str) -> Failure {
     if is_sample { failure.help(format!("for a generated sample, use sample:{path}")) } else { failure }
 }
 
+/// Reads on a thread of its own, shows the progress, and ends the command as soon as Ctrl-C is pressed.
+fn watched<T: Send + 'static>(
+    talk: &Talk,
+    read: impl FnOnce(&mut ReadProgress<'_>) -> T + Send + 'static,
+) -> Result<T, Failure> {
+    let at: Arc<Mutex<(u64, Option<u64>)>> = Arc::default();
+    let reported = at.clone();
+    let work = move || {
+        read(&mut |done, total| *reported.lock().unwrap_or_else(PoisonError::into_inner) = (done, total))
+    };
+    talk.stage("reading", 0, None);
+    let look = &mut || {
+        let (done, total) = *at.lock().unwrap_or_else(PoisonError::into_inner);
+        talk.stage("reading", done, total);
+        talk.is_cancelled()
+    };
+    let done = apart(work, look).map_err(|error| {
+        let message = format!("the thread that reads does not start: {error}");
+        Failure::new(Code::Failed, message).help("end other programs, or raise the limit of threads")
+    })?;
+    done.ok_or_else(Failure::interrupted)
+}
+
 /// Reads points from a file or standard input.
 pub fn open(path: &str, options: &ReadOptions, talk: &Talk) -> Result<Loaded, Failure> {
     let start = Instant::now();
-    talk.stage("reading", 0, None);
-    let read = read(Path::new(path), options, &mut |read, total| talk.stage("reading", read, total));
+    let (owned, chosen) = (PathBuf::from(path), options.clone());
+    let read = watched(talk, move |progress| read(&owned, &chosen, progress))?;
     let file = read.map_err(|error| with_sample(error, path))?;
     Ok(Loaded::of(file, Vec::new(), start, talk))
 }
@@ -233,9 +258,9 @@ pub fn open(path: &str, options: &ReadOptions, talk: &Talk) -> Result<Loaded, Fa
 /// Reads the points of all files of a list.
 fn open_list(list: &FileList, options: &ReadOptions, talk: &Talk) -> Result<Loaded, Failure> {
     let start = Instant::now();
-    talk.stage("reading", 0, None);
-    let PointList { mut content, files } =
-        read_list(list, options, &mut |read, total| talk.stage("reading", read, total))?;
+    let (owned, chosen) = (list.clone(), options.clone());
+    let read = watched(talk, move |progress| read_list(&owned, &chosen, progress))?;
+    let PointList { mut content, files } = read?;
     let [points, of] =
         [(content.points.len(), "point"), (files.len(), "file")].map(|(n, noun)| counted(n as u64, noun));
     content.notes.insert(0, format!("read {points} from {of}"));

@@ -42,6 +42,40 @@ fn the_first_interrupt_ends_cleanly() {
     }
 }
 
+/// A small compressed file is a large text, and a pipe never ends. An interrupt ends the command within 2 seconds. It
+/// reaches the first process only.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_while_reading_acts_soon() {
+    let place = Place::new();
+    let mut member = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    (0..50_000).for_each(|i| writeln!(member, "{} {} {}", i % 7, i % 11, i).unwrap());
+    let member = member.finish().unwrap();
+    place.file("large.xyz.gz", member.repeat(1000));
+    assert!(Command::new("mkfifo").arg(place.path("pipe.xyz.gz")).status().unwrap().success());
+    // The pipe stays open, so that it has no end.
+    let open = |path: PathBuf| fs::File::options().read(true).write(true).open(path).unwrap();
+    let mut pipe = open(place.path("pipe.xyz.gz"));
+    for (line, input) in [
+        ("triangulate large.xyz.gz -q", false),
+        ("triangulate large.xyz.gz -q --transport processes --processes 3", false),
+        ("triangulate pipe.xyz.gz -q", true),
+        ("triangulate pipe.xyz.gz -q --transport processes --processes 3", true),
+    ] {
+        if input {
+            pipe.write_all(&member[..1000]).unwrap();
+        }
+        let mut child = place.command(line).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+        std::thread::sleep(Duration::from_millis(800));
+        assert!(child.try_wait().unwrap().is_none(), "{line}: it ended before the interrupt");
+        assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+        let start = Instant::now();
+        let output = child.wait_with_output().unwrap();
+        assert!(start.elapsed() < Duration::from_secs(2), "{line}: {:?}", start.elapsed());
+        assert_eq!(code(&output), 130, "{line}: {}", stderr(&output));
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interrupt_while_writing_leaves_nothing_half_written() {

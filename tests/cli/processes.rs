@@ -301,6 +301,105 @@ fn processes_end_with_one_error() {
     }
 }
 
+#[test]
+fn sixteen_processes_write_what_one_writes() {
+    let place = Place::new();
+    place.good("triangulate sample:uniform:4000 -q --workers 16 -o one.npy -o one.vtu");
+    let many = "--transport processes --processes 16";
+    place.good(&format!("triangulate sample:uniform:4000 -q --workers 16 -o m.npy -o m.vtu {many}"));
+    assert!(outputs(&place, "m") == outputs(&place, "one"));
+}
+
+/// A user who sets the variable of the place gets an error, whatever standard input is.
+#[test]
+fn a_place_in_no_run_is_refused() {
+    let place = Place::new();
+    let refused = |value: &str, input: Stdio| {
+        let mut command = place.command("triangulate sample:uniform:100 --transport processes --processes 4");
+        let output = command.env("SEPTET_PROCESS", value).stdin(input).output().unwrap();
+        let talk = stderr(&output);
+        assert_eq!(code(&output), 2, "{value}: {talk}");
+        assert!(talk.contains("SEPTET_PROCESS"), "{value}: {talk}");
+        assert_eq!(talk.matches("error:").count(), 1, "{value}: {talk}");
+    };
+    for value in ["1/4000000000", "1/4", "0/4", "4/4", "5/4", "-1/4", "1/", "/", "", "1", "1/4/7", "a/b"] {
+        refused(value, Stdio::null());
+        refused(value, Stdio::piped());
+    }
+    let greeting = |process: u32, processes: u32| {
+        [b"septet\0\x01".as_slice(), &process.to_le_bytes(), &processes.to_le_bytes()].concat()
+    };
+    for (value, bytes) in
+        [("1/4", vec![b'x'; 100]), ("1/4000000000", greeting(1, 4)), ("2/4", greeting(1, 4))]
+    {
+        let (mut stranger, launch) = std::os::unix::net::UnixStream::pair().unwrap();
+        stranger.write_all(&bytes).unwrap();
+        refused(value, Stdio::from(std::os::fd::OwnedFd::from(launch)));
+    }
+    // Other transports do not look at it.
+    let mut command = place.command("triangulate sample:uniform:100");
+    assert_eq!(code(&command.env("SEPTET_PROCESS", "1/4").output().unwrap()), 0);
+}
+
+/// A low limit of open files is an error of the start, and a moderate one is enough for many processes.
+#[test]
+fn processes_need_few_open_files() {
+    let place = Place::new();
+    let limited = |limit: u32, processes: u32| {
+        let mut shell = Command::new("sh");
+        let line = format!("ulimit -n {limit}; exec \"$0\" \"$@\"");
+        shell.current_dir(place.0.path()).args(["-c", &line, env!("CARGO_BIN_EXE_septet")]);
+        let rest = format!("triangulate sample:uniform:500 -q --transport processes --processes {processes}");
+        shell.args(rest.split(' ')).output().unwrap()
+    };
+    let output = limited(128, 16);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let start = Instant::now();
+    let output = limited(20, 16);
+    assert_eq!(code(&output), 6, "{}", stderr(&output));
+    assert!(stderr(&output).contains("open files"), "{}", stderr(&output));
+    assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
+}
+
+/// The names of the Unix sockets of a process. A socket without a name has an empty one.
+#[cfg(target_os = "linux")]
+fn sockets(of: u32) -> Vec<String> {
+    let links = fs::read_dir(format!("/proc/{of}/fd")).into_iter().flatten().flatten();
+    let targets = links.filter_map(|link| fs::read_link(link.path()).ok());
+    let inodes: Vec<String> = targets
+        .filter_map(|target| Some(target.to_str()?.strip_prefix("socket:[")?.strip_suffix(']')?.to_owned()))
+        .collect();
+    let table = fs::read_to_string("/proc/net/unix").unwrap();
+    let rows = table.lines().skip(1).filter_map(|line| {
+        let mut words = line.split_whitespace().skip(6);
+        let inode = words.next()?;
+        inodes.iter().any(|own| own == inode).then(|| words.collect::<String>())
+    });
+    rows.collect()
+}
+
+/// While processes run, their sockets have no names, and the folder of temporary files stays empty.
+#[cfg(target_os = "linux")]
+#[test]
+fn no_socket_of_a_run_has_a_name() {
+    let place = Place::new();
+    fs::create_dir(place.path("tmp")).unwrap();
+    let line = "triangulate sample:uniform:100000 -q --workers 4 --transport processes --processes 4";
+    let mut child = place.command(line).env("TMPDIR", place.path("tmp")).spawn().unwrap();
+    let mut most = 0;
+    while child.try_wait().unwrap().is_none() {
+        for pid in children(child.id()).into_iter().chain([child.id()]) {
+            let names = sockets(pid);
+            assert!(names.iter().all(String::is_empty), "{names:?}");
+            most = most.max(names.len());
+        }
+        assert_eq!(fs::read_dir(place.path("tmp")).unwrap().count(), 0);
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    assert!(child.wait().unwrap().success());
+    assert!(most >= 3, "the sockets were not seen");
+}
+
 /// The processes that a process started.
 fn children(of: u32) -> Vec<u32> {
     let listed = fs::read_to_string(format!("/proc/{of}/task/{of}/children")).unwrap_or_default();
@@ -318,7 +417,10 @@ fn all_processes_end_with_one_of_them() {
     let place = Place::new();
     for (try_number, signal) in ["-KILL", "-TERM", "-INT"].into_iter().cycle().take(9).enumerate() {
         let line = "triangulate sample:uniform:200000 --workers 4 --transport processes --processes 4 -o m.vtu -o m.pvtu";
-        let mut child = place.command(line).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut command = place.command(line);
+        let temporary = tempfile::tempdir().unwrap();
+        command.env("TMPDIR", temporary.path());
+        let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
         let start = Instant::now();
         while children(child.id()).len() < 3 && start.elapsed() < Duration::from_secs(20) {
             std::thread::sleep(Duration::from_millis(1));
@@ -341,6 +443,11 @@ fn all_processes_end_with_one_of_them() {
             assert!(killed.elapsed() < Duration::from_secs(5), "{signal} {try_number}: a process still runs");
             std::thread::sleep(Duration::from_millis(5));
         }
+        assert_eq!(
+            fs::read_dir(temporary.path()).unwrap().count(),
+            0,
+            "{signal} {try_number}: a file remains"
+        );
         let is_first = victim == child.id();
         if !status.success() {
             assert!(!place.path("m.vtu").exists() && !place.path("m.pvtu").exists(), "{signal} {try_number}");

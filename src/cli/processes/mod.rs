@@ -7,6 +7,9 @@
 #[cfg(unix)]
 mod launch;
 
+#[cfg(unix)]
+use std::io::ErrorKind;
+
 use septet_core::Spec;
 use septet_core::spec::{Transport, Workers, cores};
 use septet_protocol::wire::Wire;
@@ -51,7 +54,7 @@ pub fn on_wire(goal: Goal<'_>, wire: &mut dyn Wire, name: &'static str, talk: &T
 /// Returns `true` if another process started this one to run a command with it.
 pub fn is_started(goal: Goal<'_>) -> bool {
     #[cfg(unix)]
-    let is_started = launch::Place::of_environment().is_some();
+    let is_started = matches!(launch::Place::of_environment(), Ok(Some(_)));
     #[cfg(not(unix))]
     let is_started = false;
     is_started
@@ -66,14 +69,10 @@ pub fn is_started(goal: Goal<'_>) -> bool {
 pub fn local(goal: Goal<'_>, requested: &Spec, talk: &Talk) -> Result<(), Failure> {
     let cores = cores();
     let threads = |processes: u32| (cores / processes as usize).max(1);
-    if let Some(place) = launch::Place::of_environment() {
-        let mut wire = place.connect().map_err(|error| not_started(&error).of_process(place.process()))?;
-        return of_team(
-            goal,
-            (requested, threads(place.processes())),
-            Team::new(&mut wire, "processes"),
-            talk,
-        );
+    if let Some(place) = launch::Place::of_environment().map_err(misplaced)? {
+        let (process, processes) = (place.process(), place.processes());
+        let mut wire = place.connect().map_err(|error| not_started(&error).of_process(process))?;
+        return of_team(goal, (requested, threads(processes)), Team::new(&mut wire, "processes"), talk);
     }
     let machine = &requested.machine;
     let processes = machine.transport.processes().unwrap_or(match machine.workers {
@@ -81,7 +80,7 @@ pub fn local(goal: Goal<'_>, requested: &Spec, talk: &Talk) -> Result<(), Failur
         Workers::Auto | Workers::Leaves => cores as u32,
     });
     let mut started = launch::Started::start(processes).map_err(|error| not_started(&error))?;
-    let mut wire = started.connect().map_err(|error| not_started(&error))?;
+    let mut wire = started.connect(&|| talk.is_cancelled()).map_err(|error| not_started(&error))?;
     let result = of_team(goal, (requested, threads(processes)), Team::new(&mut wire, "processes"), talk);
     // The first connection that breaks may belong to a process that ended because of another one.
     let is_lost = result.as_ref().is_err_and(|failure| failure.code == Code::Machine);
@@ -105,9 +104,19 @@ pub fn local(_: Goal<'_>, _: &Spec, _: &Talk) -> Result<(), Failure> {
     Err(Failure::new(Code::Usage, message).help("use --transport channel"))
 }
 
+/// Returns the failure for a process whose environment states a place in a run that does not exist.
+#[cfg(unix)]
+fn misplaced(reason: String) -> Failure {
+    let help = format!("unset {}: only the program sets it, for the processes that it starts", launch::PLACE);
+    Failure::new(Code::Usage, reason).help(help)
+}
+
 #[cfg(unix)]
 fn not_started(error: &std::io::Error) -> Failure {
-    Failure::new(Code::Machine, format!("the processes of the run do not start: {error}")).help(
-        "set TMPDIR to a short path that you can write to, reduce --processes, or use --transport channel",
-    )
+    match error.kind() {
+        ErrorKind::Interrupted => Failure::interrupted(),
+        ErrorKind::InvalidData => misplaced(error.to_string()),
+        _ => Failure::new(Code::Machine, format!("the processes of the run do not start: {error}"))
+            .help("reduce --processes, raise the limit of open files, or use --transport channel"),
+    }
 }

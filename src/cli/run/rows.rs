@@ -38,14 +38,15 @@ impl Rows {
             return Ok(Rows::of_all(plan.input.load(&plan.reading, talk)?));
         };
         let process = team.processes.process();
+        let stop = &|| talk.is_cancelled();
         let block = |rows: u64| rows_of(placement, process, rows);
         let (held, spacing) = match &plan.input {
             Input::Sample(request) => sample(request, team, &block, talk)?,
             Input::File(name) => {
-                (read_shared(&mut team.processes, &[PathBuf::from(name)], &plan.reading, &block)?, None)
+                (read_shared(&mut team.processes, &[PathBuf::from(name)], &plan.reading, &block, stop)?, None)
             }
             Input::List(list) => {
-                (read_shared(&mut team.processes, list.files(), &plan.reading, &block)?, None)
+                (read_shared(&mut team.processes, list.files(), &plan.reading, &block, stop)?, None)
             }
         };
         if team.is_first() {

@@ -4,7 +4,7 @@
 //! its words does, and its other words are in [`AFFIXES`]: `x`, `X [mm]`, `x_m`, `POINT_X` and `x_coord` mean x. Words
 //! are separated by blanks, underscores, hyphens or points, and may be glued (`pointx`).
 
-/// The words of a coordinate system that mean its axes. Longitudes and eastings are x, in whatever order they stand.
+/// The words of a coordinate system that mean its axes. Longitudes and eastings are x, in any order of the columns.
 struct System {
     words: [&'static [&'static str]; 3],
 }

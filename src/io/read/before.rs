@@ -101,7 +101,7 @@ impl<'a> Before<'a> {
             self.counted = line;
             return Doubt::None;
         }
-        // The rows are about as long as the first ones, so that most lines that are points are no counts.
+        // The rows are about as long as the first ones, so most rows of points cannot be counts.
         let length = rows.iter().map(|row| row.line.text.len() as u64 + 1).sum::<u64>() / rows.len() as u64;
         let expected = behind / length.max(1);
         if count > 4 * expected + 16 || 4 * count.saturating_add(4) < expected {
@@ -296,7 +296,7 @@ impl<'a> Before<'a> {
     }
 }
 
-/// The lines of a table that are no comments and not blank.
+/// The lines of a table, without comments and blank lines.
 struct DataLines<'a>(Lines<'a>);
 
 impl<'a> Iterator for DataLines<'a> {

@@ -75,7 +75,7 @@ pub(super) fn opening(source: Source<'_>, options: &ReadOptions, size: u64) -> R
     Ok(head.map_or(Opening::NoRow, |head| Opening::Rows(Box::new(head), at, lines.number())))
 }
 
-/// Refuses texts that are no tables.
+/// Refuses a text in another format than a table.
 fn refuse(source: Source<'_>) -> Result<(), InputError> {
     if source.data.starts_with(b"\xff\xfe") || source.data.starts_with(b"\xfe\xff") {
         let what = "UTF-16 text with damaged characters";

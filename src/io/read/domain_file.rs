@@ -39,7 +39,7 @@ fn of_format(
     }
 }
 
-/// Returns the error for a file that is no domain. Without advice, it advises to triangulate the points.
+/// Returns the error for a file without a domain. Without advice, it advises to triangulate the points.
 fn refused(source: Source<'_>, what: &str, advice: Option<&str>) -> InputError {
     let advice = advice.unwrap_or("triangulate its points with `septet triangulate`");
     let advice = format!("{advice}, or give one of {}", Role::Domain.extensions(|_| true));

@@ -93,11 +93,11 @@ pub enum InputError {
         /// The 1-based line number.
         line: u64,
         /// The 1-based column in bytes, if the error concerns a single word.
-        column: Option<u64>,
+        column: Option<u32>,
         /// The offending text, shortened.
         text: Box<str>,
         /// The text that the format requires.
-        expected: String,
+        expected: Box<str>,
         /// The zero-based index in the file of the point, if the error concerns a row of points.
         row: Option<u64>,
         /// A possible choice of columns, if other columns of the row are numbers.
@@ -123,7 +123,7 @@ pub enum InputError {
         /// The header row, or the first row of numbers.
         place: Place,
         /// The reason.
-        problem: String,
+        problem: Box<str>,
         /// The names in the header row, shortened. Empty without a header row.
         names: Vec<String>,
         /// A choice of columns, or an empty text if none is sure.
@@ -389,7 +389,7 @@ impl InputError {
     /// Returns the 1-based column of the offending word in bytes, if the error concerns a single word.
     pub fn column(&self) -> Option<u64> {
         match self {
-            Self::Syntax { column, .. } => *column,
+            Self::Syntax { column, .. } => column.map(u64::from),
             _ => None,
         }
     }
@@ -440,7 +440,7 @@ pub(super) fn shown(path: &Path) -> String {
     if path.as_os_str() == "-" { "standard input".to_owned() } else { path.display().to_string() }
 }
 
-fn at_column(column: Option<u64>) -> String {
+fn at_column(column: Option<u32>) -> String {
     column.map_or_else(String::new, |column| format!(", column {column}"))
 }
 

@@ -24,7 +24,7 @@ pub(super) struct Head {
     selection: Selection,
     style: Style,
     pub announced: Option<Announced>,
-    /// The lines before the first row that are no rows.
+    /// The lines before the first row.
     pub other: OtherLines,
     /// The line number of the first row.
     pub line: u64,
@@ -38,7 +38,7 @@ pub(super) struct Head {
     sure: Option<String>,
 }
 
-/// The rows of a part of a table, and its lines that are no rows.
+/// The rows of a part of a table, and its other lines.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct RowCount {
     /// The number of rows.
@@ -100,7 +100,7 @@ impl Head {
         Ok(file)
     }
 
-    /// Returns what was read of a table of this many rows. `other` are the lines after the first row that are no rows.
+    /// Returns the record of a table of this many rows. `other` counts the lines after the first row besides the rows.
     pub fn reading(&self, rows: u64, other: OtherLines) -> FileReading {
         let mut lines = self.other;
         lines.add(other);
@@ -118,7 +118,7 @@ impl Head {
         Err(InputError::Columns {
             path: source.path.to_owned(),
             place: Place::Line(self.line),
-            problem: format!("the first column counts the rows from {first}, like an id"),
+            problem: format!("the first column counts the rows from {first}, like an id").into(),
             names: Vec::new(),
             example: self.sure.clone().unwrap_or_default(),
         })
@@ -135,7 +135,7 @@ impl Head {
             .map_err(|error| error.in_row(0))
     }
 
-    /// Adds the points of lines, which begin at the first row or after it. Returns the numbers of lines that are no rows.
+    /// Adds the points of lines, which begin at the first row or after it. Returns the numbers of the other lines.
     pub fn rows(
         &mut self,
         source: Source<'_>,

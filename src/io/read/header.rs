@@ -137,7 +137,7 @@ pub(super) struct Kept {
     pub notes: Vec<String>,
 }
 
-/// What the lines before the first row state.
+/// The statements of the lines before the first row.
 #[derive(Clone, Copy)]
 pub(super) struct Stated<'a> {
     pub header: Option<&'a Header>,
@@ -295,7 +295,7 @@ impl Chooser<'_> {
         InputError::Columns {
             path: self.source.path.to_owned(),
             place,
-            problem,
+            problem: problem.into(),
             names: names.unwrap_or_default(),
             example: example.unwrap_or_default(),
         }

@@ -1,4 +1,4 @@
-//! First columns that count the rows or name them, which are no coordinates.
+//! First columns that count the rows or name them, and therefore hold no coordinates.
 
 use septet_core::model::Points;
 
@@ -49,7 +49,7 @@ pub(super) fn sure_columns(rows: &[Row<'_>], dimension: Option<usize>) -> Option
     is_sure.then(|| columns.iter().map(text).collect::<Vec<_>>().join(","))
 }
 
-/// What is known of a first column that may count rows: the first number, and whether it has counted rows so far.
+/// The state of a first column that may count rows: the first number, and whether it has counted rows so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Counting {
     /// Whether the first coordinates are the numbers of the rows.
@@ -63,13 +63,13 @@ impl Counting {
     pub fn of(points: &Points, first: f64, row: impl Fn(usize) -> u64) -> Self {
         let coordinates = points.coordinates();
         let rows = coordinates.chunks_exact(points.dimension());
-        // Most columns end to count in the second row, so that this is no second pass over the points.
+        // Most columns stop counting at the second row, so this costs no second pass over the points.
         let counts = rows.clone().enumerate().all(|(i, point)| point[0] == first + row(i) as f64);
         let has_fraction = counts && rows.flat_map(|point| &point[1..]).any(|c| is_fraction(*c));
         Counting { counts, has_fraction }
     }
 
-    /// Joins what is known of two parts of a file.
+    /// Joins the states of two parts of a file.
     pub fn and(self, other: Counting) -> Self {
         Counting {
             counts: self.counts && other.counts,

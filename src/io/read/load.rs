@@ -52,6 +52,13 @@ struct Counting<'a, R> {
     failed: bool,
 }
 
+impl<R> Counting<'_, R> {
+    fn report(&mut self) {
+        self.reported = self.read;
+        (self.progress)(self.read, self.total);
+    }
+}
+
 impl<R: Read> Read for Counting<'_, R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let got = self.inner.read(buffer).inspect_err(|error| {
@@ -59,8 +66,7 @@ impl<R: Read> Read for Counting<'_, R> {
         })?;
         self.read += got as u64;
         if self.read - self.reported >= STEP as u64 || (got == 0 && self.read > self.reported) {
-            self.reported = self.read;
-            (self.progress)(self.read, self.total);
+            self.report();
         }
         Ok(got)
     }
@@ -114,7 +120,9 @@ pub(super) fn load_from<R: Read>(
     input.by_ref().take(2).read_to_end(&mut head).map_err(unreadable)?;
     if head == [0x1f, 0x8b] && packing != Packing::Plain {
         let mut data = Vec::new();
-        let drained = drain(&mut MultiGzDecoder::new(head.as_slice().chain(&mut input)), &mut data, path);
+        let mut decoder = MultiGzDecoder::new(head.as_slice().chain(&mut input));
+        // A few compressed bytes can be many mebibytes.
+        let drained = drain(&mut decoder, (&mut data, path), |it| it.get_mut().get_mut().1.report());
         return match drained {
             Ok(()) => Ok(utf16::decoded(data)),
             Err(InputError::Unreadable { path, source }) if !input.failed => {
@@ -129,12 +137,16 @@ pub(super) fn load_from<R: Read>(
     }
     let mut data = head;
     reserve(&mut data, total.unwrap_or(0), path)?;
-    drain(&mut input, &mut data, path)?;
+    drain(&mut input, (&mut data, path), |_| {})?;
     Ok(if packing == Packing::Plain { data } else { utf16::decoded(data) })
 }
 
-/// Reads to the end in large steps. Returns an error if memory runs out.
-fn drain<R: Read>(reader: &mut R, data: &mut Vec<u8>, path: &Path) -> Result<(), InputError> {
+/// Reads to the end in large steps, and calls `each` after each of them. Returns an error if memory runs out.
+fn drain<R: Read>(
+    reader: &mut R,
+    (data, path): (&mut Vec<u8>, &Path),
+    mut each: impl FnMut(&mut R),
+) -> Result<(), InputError> {
     loop {
         if data.capacity() - data.len() < STEP {
             let more = data.len().max(STEP) as u64;
@@ -146,6 +158,7 @@ fn drain<R: Read>(reader: &mut R, data: &mut Vec<u8>, path: &Path) -> Result<(),
         if data.len() == before {
             return Ok(());
         }
+        each(reader);
     }
 }
 

@@ -6,6 +6,7 @@
 //!
 //! Several processes can read parts of files ([`read_shared`]).
 
+mod apart;
 mod array;
 mod axes;
 mod before;
@@ -40,6 +41,7 @@ mod tests;
 mod text;
 mod utf16;
 
+pub use apart::apart;
 pub use cells::{CellFile, CellOptions};
 pub use dispatch::{read, read_cells, read_cells_from, read_from};
 pub use domain::{AnyInput, DomainFile};

@@ -9,7 +9,7 @@ use crate::format::Format;
 
 /// Receives the number of bytes read so far, before decompression, and the size of the file if it is known.
 ///
-/// The readers call it about once per mebibyte.
+/// The readers call it about once per mebibyte, before and after decompression.
 pub type ReadProgress<'a> = dyn FnMut(u64, Option<u64>) + 'a;
 
 /// The options for reading a file of points.
@@ -64,7 +64,7 @@ pub struct PointFile {
     pub columns: Vec<Column>,
     /// The type of the coordinates in a binary file, or `None` for text.
     pub coordinate_type: Option<CoordinateType>,
-    /// What was read: rows, columns, and lines that are no rows.
+    /// The record of the reading: rows, columns and other lines.
     pub reading: FileReading,
 }
 

@@ -1,10 +1,10 @@
-//! What was read of a file: its rows, its columns, and the lines that are no rows.
+//! The record of a reading: the rows, the columns, and the other lines of a file.
 
 use septet_core::model::Points;
 
 use super::text::Line;
 
-/// What was read of a file, or of the files of a list.
+/// The record of reading a file, or the files of a list.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FileReading {
     /// The number of rows, including dropped ones.
@@ -14,11 +14,11 @@ pub struct FileReading {
     pub columns: Vec<String>,
     /// The columns of a table that are not read as coordinates.
     pub ignored: Vec<String>,
-    /// The lines of a table that are no rows.
+    /// The lines of a table besides its rows.
     pub lines: OtherLines,
 }
 
-/// The numbers of lines of a table that are no rows.
+/// The numbers of lines of a table besides its rows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OtherLines {
     /// Lines with the names of columns.

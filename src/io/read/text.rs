@@ -166,7 +166,7 @@ impl Source<'_> {
             line: line.number,
             column: None,
             text: excerpt(line.text.trim_ascii()).into(),
-            expected: expected.into(),
+            expected: expected.into().into(),
             row: None,
             columns: None,
         }
@@ -178,9 +178,9 @@ impl Source<'_> {
         InputError::Syntax {
             path: self.path.to_owned(),
             line: line.number,
-            column: (offset <= line.text.len()).then_some(offset as u64 + 1),
+            column: (offset <= line.text.len()).then(|| u32::try_from(offset + 1).ok()).flatten(),
             text: excerpt(word).into(),
-            expected: expected.into(),
+            expected: expected.into().into(),
             row: None,
             columns: None,
         }
@@ -227,7 +227,7 @@ impl Source<'_> {
             line: self.line_at(offset),
             column: None,
             text: text.into().into_boxed_str(),
-            expected: expected.to_owned(),
+            expected: expected.into(),
             row: None,
             columns: None,
         }

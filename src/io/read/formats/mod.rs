@@ -47,7 +47,7 @@ pub struct Reader {
     pub rows: Option<Rows>,
 }
 
-/// How rows of points are found in a file without reading it whole.
+/// The way to find rows of points in a file without reading the whole file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rows {
     /// Each row has the same number of bytes.
@@ -68,6 +68,21 @@ macro_rules! mesh {
             points: Some(|source, options| $module::parse(source, options)?.into_points(options)),
             cells: Some(|source, options| {
                 $module::parse(source, &ReadOptions::default())?.into_cells(options)
+            }),
+            ..NONE
+        }
+    };
+}
+
+/// A format of points and of surfaces, which are domains. The corners of faces are numbered from `$first`.
+macro_rules! surface {
+    ($module:ident, $first:expr, $signature:expr) => {
+        Reader {
+            signature: $signature,
+            points: Some($module::read),
+            domain: Some(|source, _| {
+                let file = $module::read(source, &ReadOptions::default())?;
+                surface::of(source, file, $module::read_faces(source)?, $first)
             }),
             ..NONE
         }
@@ -99,22 +114,10 @@ pub const fn reader(format: Format) -> Reader {
             Reader { signature: |data| data.starts_with(b"LASF"), points: Some(las::read), ..NONE }
         }
         Format::Off => Reader {
-            signature: |data| signature::is_off(word(data)),
-            points: Some(off::read),
             cells: Some(|source, _| off::read_cells(source)),
-            domain: Some(|source, _| {
-                surface::of(source, off::read(source, &ReadOptions::default())?, off::read_faces(source)?, 0)
-            }),
-            ..NONE
+            ..surface!(off, 0, |data| signature::is_off(word(data)))
         },
-        Format::Ply => Reader {
-            signature: |data| data.starts_with(b"ply\n") || data.starts_with(b"ply\r"),
-            points: Some(ply::read),
-            domain: Some(|source, _| {
-                surface::of(source, ply::read(source, &ReadOptions::default())?, ply::read_faces(source)?, 0)
-            }),
-            ..NONE
-        },
+        Format::Ply => surface!(ply, 0, |data| data.starts_with(b"ply\n") || data.starts_with(b"ply\r")),
         Format::Stl => Reader {
             signature: |data| signature::is_binary(data) || word(data) == b"solid",
             points: Some(stl::read),
@@ -124,13 +127,7 @@ pub const fn reader(format: Format) -> Reader {
             }),
             ..NONE
         },
-        Format::Obj => Reader {
-            points: Some(obj::read),
-            domain: Some(|source, _| {
-                surface::of(source, obj::read(source, &ReadOptions::default())?, obj::read_faces(source)?, 1)
-            }),
-            ..NONE
-        },
+        Format::Obj => surface!(obj, 1, |_| false),
         Format::Vtu => mesh!(vtu, |data| vtu::is_of_type(data, |kind| kind != "PolyData")),
         Format::Vtp => mesh!(vtu, |data| vtu::is_of_type(data, |kind| kind == "PolyData")),
         Format::Vtk => mesh!(vtk, |data| data.starts_with(b"# vtk DataFile")),

@@ -34,7 +34,7 @@ pub(super) struct Counts {
     pub rows: u64,
     /// The number of rows that are not dropped.
     pub kept: u64,
-    /// The lines that are no rows.
+    /// The comments, blank lines and header lines.
     pub other: OtherLines,
 }
 

@@ -54,6 +54,9 @@ pub(super) enum SharedError {
         /// The number of rows.
         rows: u64,
     },
+    /// The user interrupted the run.
+    #[error("interrupted; no partial output was left")]
+    Interrupted,
     /// A file changed while it was read.
     #[error("{}: the file changed while it was read", shown(.path))]
     Changed {
@@ -92,6 +95,7 @@ impl SharedError {
             Self::Differs { .. } => Remedy::of("give all processes the same file"),
             Self::OtherList { .. } => Remedy::of("give all processes the same list"),
             Self::Blocks { .. } => Remedy::REPORT,
+            Self::Interrupted => return None,
             Self::Changed { .. } => Remedy::of("read it again"),
         })
     }
@@ -101,6 +105,7 @@ impl SharedError {
         match self {
             Self::TooLarge { .. } => exit_code::LIMIT,
             Self::Blocks { .. } => exit_code::FAILED,
+            Self::Interrupted => exit_code::INTERRUPTED,
             Self::File(error) => error.exit_code(),
             Self::List(error) => error.exit_code(),
             Self::Differs { .. } | Self::OtherList { .. } | Self::Changed { .. } => exit_code::INPUT,

@@ -71,7 +71,7 @@ pub struct SharedPoints {
     pub coordinate_type: Option<CoordinateType>,
     /// The columns of all rows that are not dropped, on process 0, as in [`PointFile::columns`]. Empty on the others.
     pub columns: Vec<Column>,
-    /// What was read of all files, as in [`PointFile::reading`]. All processes have the same. `None` if the rows do not come
+    /// The record of reading all files, as in [`PointFile::reading`]. All processes have the same. `None` if the rows do not come
     /// from a file.
     pub reading: Option<FileReading>,
     /// The extent of the rows of all processes, or `None` if there are no rows or the rows do not come from a file.
@@ -122,14 +122,16 @@ const LIMITS: Limits = Limits { step: 1 << 20, whole: WHOLE_LIMIT, round: 1 << 2
 /// # Errors
 /// All processes return the same error. It has the message of `read` or `read_list`, and the exit code of the program. Also
 /// fails if a file that process 0 must read has more than [`WHOLE_LIMIT`] bytes, if
-/// the processes see different files, or if the processes lose each other.
+/// the processes see different files, if the processes lose each other, or if `stop` returns `true` while process 0 reads a
+/// file for all. Process 0 then leaves the thread that reads.
 pub fn read_shared(
     processes: &mut Processes<'_>,
     files: &[PathBuf],
     options: &ReadOptions,
     block: &dyn Fn(u64) -> Range<u64>,
+    stop: &dyn Fn() -> bool,
 ) -> Result<SharedPoints, Ended> {
-    Call { files, options, limits: LIMITS }.read(processes, block)
+    Call { files, options, limits: LIMITS, stop }.read(processes, block)
 }
 
 /// Sends each process its block of points that process 0 has, such as a generated set. `made` is `None` on the other processes.
@@ -159,6 +161,8 @@ struct Call<'a> {
     files: &'a [PathBuf],
     options: &'a ReadOptions,
     limits: Limits,
+    /// Returns whether to end the call on all processes.
+    stop: &'a dyn Fn() -> bool,
 }
 
 /// The files that process 0 has read.
@@ -227,7 +231,7 @@ impl Call<'_> {
             return Ok(WholeFiles { known: Vec::new(), content: Vec::new() });
         }
         let read = match processes.process() {
-            0 => whole::read(plans, self.options, parts, self.limits.whole),
+            0 => whole::read(plans, self.options, parts, (self.limits.whole, self.stop)),
             _ => Ok(Vec::new()),
         };
         let content = agree(processes, read)?;

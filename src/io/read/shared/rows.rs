@@ -71,7 +71,7 @@ pub(super) struct FileRows {
     pub first_kept: u64,
     /// The lines and rows of the file.
     pub counts: Counts,
-    /// What was read of it.
+    /// The record of reading it.
     pub reading: FileReading,
     dimension: usize,
     kind: Option<CoordinateType>,

@@ -90,7 +90,8 @@ fn together(
     let read = |mut wire: thread_wire::Threads| {
         let mut all = Processes::over(&mut wire);
         let process = all.process();
-        Call { files, options, limits }.read(&mut all, &|rows| block(rows, process, processes))
+        Call { files, options, limits, stop: &|| false }
+            .read(&mut all, &|rows| block(rows, process, processes))
     };
     thread::scope(|scope| {
         let threads: Vec<_> =
@@ -292,7 +293,7 @@ fn a_process_reads_only_its_rows_of_an_array() {
     let files = folder.paths(&["a.npy"]);
     let mut wire = thread_wire::connect(1).remove(0);
     let mut processes = Processes::over(&mut wire);
-    let read = super::read_shared(&mut processes, &files, &plain(), &|rows| 0..rows).unwrap();
+    let read = super::read_shared(&mut processes, &files, &plain(), &|rows| 0..rows, &|| false).unwrap();
     assert_eq!((read.points.len(), processes.moved()), (1000, [0, 0]));
 }
 

@@ -9,6 +9,7 @@ use septet_core::model::Points;
 use septet_protocol::codec::{Bulk, decode, encode};
 use septet_protocol::wire::{Ended, Parcel, Processes, WireError};
 
+use super::super::apart::apart;
 use super::super::dispatch;
 use super::super::error::InputError;
 use super::super::list::empty;
@@ -19,12 +20,12 @@ use super::error::SharedError;
 use super::rows::{Part, WholeFile};
 use super::survey::Plan;
 
-/// Reads the files that cannot be cut. `parts` are the parts of the other files.
+/// Reads the files that cannot be cut. `parts` are the parts of the other files. Ends when `stop` returns `true`.
 pub(super) fn read(
     plans: &[Plan],
     options: &ReadOptions,
     parts: &[Vec<Part>],
-    limit: u64,
+    (limit, stop): (u64, &dyn Fn() -> bool),
 ) -> Result<Vec<PointFile>, SharedError> {
     let (mut all, mut before) = (Vec::new(), 0);
     let mut counted = vec![0; plans.len()];
@@ -38,8 +39,10 @@ pub(super) fn read(
             before += counted[at];
             continue;
         };
-        let read = bytes(path, Packing::of_points(path, options), limit)?;
-        let file = match read.and_then(|data| dispatch::points(path, &data, options)) {
+        let (owned, chosen) = (path.clone(), options.clone());
+        let read = apart(move || points(&owned, &chosen, limit), &mut || stop());
+        let read = read.map_err(|error| load::unreadable(path, error))?;
+        let file = match read.unwrap_or(Err(SharedError::Interrupted))? {
             // A part of a table may have no rows.
             Err(InputError::NoRows { .. }) if plans.len() > 1 => empty(options),
             file => file.map_err(|error| SharedError::of(error, plans.len(), before))?,
@@ -48,6 +51,16 @@ pub(super) fn read(
         all.push(file);
     }
     Ok(all)
+}
+
+/// Returns the points of a file of at most `limit` bytes.
+fn points(
+    path: &Path,
+    options: &ReadOptions,
+    limit: u64,
+) -> Result<Result<PointFile, InputError>, SharedError> {
+    let read = bytes(path, Packing::of_points(path, options), limit)?;
+    Ok(read.and_then(|data| dispatch::points(path, &data, options)))
 }
 
 /// Returns the bytes of a file of at most `limit` bytes.

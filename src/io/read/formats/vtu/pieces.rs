@@ -14,7 +14,7 @@ use crate::read::text::Source;
 /// The bit of a ghost cell (`DUPLICATECELL`).
 const GHOST: i64 = 1;
 
-/// What a piece needs besides cells.
+/// The data of a piece besides its cells.
 const ADVICE: &str = "give a .pvtu file of septet, or a .vtu file of the whole triangulation";
 
 /// Reads the cells of all pieces that are not ghosts. Their vertices are the global ids of points.

@@ -143,7 +143,7 @@ fn with_own_files(files: &[Vec<std::path::PathBuf>]) -> String {
     let read = |(files, mut wire): (&Vec<std::path::PathBuf>, thread_wire::Threads)| {
         let mut all = Processes::over(&mut wire);
         let (process, processes) = (all.process(), all.processes());
-        let call = Call { files, options: &options, limits: LIMITS };
+        let call = Call { files, options: &options, limits: LIMITS, stop: &|| false };
         call.read(&mut all, &|rows| even(rows, process, processes)).unwrap_err().to_string()
     };
     let messages: Vec<String> = thread::scope(|scope| {
