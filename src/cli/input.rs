@@ -8,6 +8,7 @@ use std::time::Instant;
 use septet_core::generate::{Request, generate, parse_sample};
 use septet_core::model::Points;
 use septet_core::{Error, Spec};
+use septet_geometry::incremental::FarPoints;
 use septet_geometry::range::RangeError;
 use septet_io::read::{
     Column, FileList, FileReading, InputError, ListedFile, PointFile, PointList, ReadOptions, ReadProgress,
@@ -55,6 +56,11 @@ impl Loaded {
         for note in &file.notes {
             talk.note(format!("note: {note}"));
         }
+        if let Some(far) = far_points(&file.points) {
+            let row =
+                |position: usize| file.source_index.as_ref().map_or(position as u64, |rows| rows[position]);
+            talk.note(describe_far(&far, row));
+        }
         if file.skipped > 0 {
             talk.note(format!("note: {} skipped", counted(file.skipped as u64, "invalid point")));
         }
@@ -70,6 +76,26 @@ impl Loaded {
             seconds: start.elapsed().as_secs_f64(),
         }
     }
+}
+
+/// Returns the points that are far from all others, which are often values for missing data.
+fn far_points(points: &Points) -> Option<FarPoints> {
+    match points {
+        Points::Plane(points) => FarPoints::of(points),
+        Points::Space(points) => FarPoints::of(points),
+    }
+}
+
+/// Returns the note on far points. `row` returns the row of the input of a point.
+fn describe_far(far: &FarPoints, row: impl Fn(usize) -> u64) -> String {
+    let n = far.positions.len() as u64;
+    let first = row(far.positions[0] as usize);
+    let (are, which) = if n == 1 { ("is", "it is") } else { ("are", "the first is") };
+    let ratio = far.ratio;
+    format!(
+        "note: {} {are} up to {ratio:.0e} times as far as the median point; {which} point {first} (from 0)",
+        counted(n, "point")
+    )
 }
 
 /// Returns a clause with the file of a row of a list, and with the row in this file.

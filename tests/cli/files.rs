@@ -138,7 +138,7 @@ fn errors_list_formats_and_name_the_nearest() {
     place.fails("triangulate p.xyz -o - --format vtu --json -", 2, &["standard output"]);
     place.fails("triangulate .", 3, &["is a directory", "name a file in it"]);
     place.fails("triangulate uniform:100", 3, &["no such file", "sample:uniform:100"]);
-    place.file("scan.las", "LASF");
+    place.file("scan.pcd", "# .PCD v0.7");
     place.fails("triangulate scan.pcd", 2, &["convert the point cloud to .ply"]);
 }
 
@@ -162,4 +162,19 @@ fn a_size_field_of_the_wrong_width_is_a_fault_of_the_file() {
     place.file("plane.txt", "0 0 1\n").file("wide.txt", "0 0 0 0 0 1\n");
     place.fails(&format!("mesh {domain} -o m.vtu --size-field plane.txt"), 3, &["the size field has 2"]);
     place.fails(&format!("mesh {domain} -o m.vtu --size-field wide.txt"), 3, &["wide.txt", "three or four"]);
+}
+
+/// A value for missing data is named, with its row.
+#[test]
+fn far_points_are_named() {
+    let place = Place::new();
+    let rows = (0..200).map(|i| format!("{},{}\n", i * 37 % 101, i * 61 % 97));
+    let table: String = std::iter::once("x,y\n".to_owned()).chain(rows).collect();
+    place.file("scan.csv", &table);
+    let output = place.good("triangulate scan.csv");
+    assert!(!stderr(&output).contains("as far as"), "{}", stderr(&output));
+    place.file("scan.csv", table + "1e20,3\n");
+    let output = place.good("triangulate scan.csv");
+    let note = "times as far as the median point; it is point 200 (from 0)";
+    assert!(stderr(&output).contains(note), "{}", stderr(&output));
 }

@@ -420,7 +420,8 @@ fn in_rounds<P: Point>(points: &[P], half: usize) -> impl Iterator<Item = u32> +
 /// Returns the number of points in the round of the first point. The points are in insertion order.
 pub(super) fn round_len<P: Point>(points: &[P]) -> usize {
     let Some(round) = points.first().map(insertion_round) else { return 0 };
-    points.partition_point(|p| insertion_round(p) <= round).max(1)
+    // Far points come last, whatever their round is, so the rounds do not ascend everywhere.
+    points.iter().position(|p| insertion_round(p) > round).unwrap_or(points.len())
 }
 
 /// The first coordinates of points, relative to the first point and in single precision. Rounding preserves their

@@ -319,6 +319,7 @@ impl<P: Point> Incremental<P> {
             // Only the cell that contains a point can have it as a vertex.
             for &v in self.cells.cell(seed).as_ref() {
                 if v != INFINITE && self.points[v as usize] == q {
+                    self.operations.exact += exact.since();
                     return Err(IncrementalError::Coincident { point: vertex, vertex: v });
                 }
             }
