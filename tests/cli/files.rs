@@ -178,3 +178,18 @@ fn far_points_are_named() {
     let note = "times as far as the median point; it is point 200 (from 0)";
     assert!(stderr(&output).contains(note), "{}", stderr(&output));
 }
+
+/// Duplicates have rows, which are counted in the input.
+#[test]
+fn rows_of_duplicates_are_written() {
+    let place = Place::new();
+    place.file("d.csv", "x,y\n0,0\n1,0\n0,1\nnan,1\n1,0\n0,0\n0,0\n");
+    place.good("triangulate d.csv --skip-invalid --duplicates d.rows --workers 3");
+    assert_eq!(fs::read_to_string(place.path("d.rows")).unwrap(), "row,first\n4,1\n5,0\n6,0\n");
+    place.file("e.csv", "x,y\n0,0\n1,0\n0,1\n1,0\n0,0\n");
+    for processes in ["", " --processes 2"] {
+        place.good(&format!("triangulate e.csv --duplicates e.rows{processes}"));
+        assert_eq!(fs::read_to_string(place.path("e.rows")).unwrap(), "row,first\n3,1\n4,0\n");
+    }
+    place.fails("triangulate e.csv --duplicates e.csv", 2, &["e.csv"]);
+}

@@ -22,7 +22,7 @@ use septet_protocol::wire::Alone;
 use crate::errors::{Code, Failure};
 use crate::progress::Talk;
 pub use goal::Goal;
-use output::{write_costs, write_mesh_files};
+use output::{write_costs, write_duplicates, write_mesh_files};
 use plan::Plan;
 use report::{gather, publish, unite_counts};
 use rows::Rows;
@@ -71,6 +71,7 @@ pub fn run(
     if failure.is_none() {
         files.extend(write_mesh_files((&plan, spec.keep.owner), &run, &rows, team, talk)?);
     }
+    files.extend(write_duplicates(goal, &run, &rows, team)?);
     unite_counts(team, &mut run, (goal, spec.keep.nodes))?;
     files.extend(write_costs(goal, &spec, &run)?);
     let write_seconds = start.elapsed().as_secs_f64() - run_seconds;

@@ -66,6 +66,26 @@ fn write_all(
     Ok(files)
 }
 
+/// Writes the rows of duplicates, if the run is asked for them. Returns the file. The first process writes for all.
+pub(super) fn write_duplicates(
+    goal: Goal<'_>,
+    run: &Outcome,
+    rows: &Rows,
+    team: &mut Team<'_>,
+) -> Result<Option<PathBuf>, Failure> {
+    let Some(path) = &goal.args().duplicates else { return Ok(None) };
+    let row = |point: u64| rows.held.source_index.as_ref().map_or(point, |rows| rows[point as usize]);
+    let own: Vec<(u64, u64)> =
+        run.left_out.duplicates.iter().map(|&(own, first)| (row(own), row(first))).collect();
+    let mut all: Vec<(u64, u64)> =
+        if team.is_alone() { own } else { team.all_gather(&own)?.into_iter().flatten().collect() };
+    all.sort_unstable();
+    let lines = all.iter().map(|(row, first)| format!("{row},{first}\n"));
+    let text: String = std::iter::once("row,first\n".to_owned()).chain(lines).collect();
+    team.first_only(|| files::write_text(path, &text))?;
+    Ok((path.as_os_str() != "-").then(|| path.to_owned()))
+}
+
 /// Writes the cost trace, if the run keeps it. Returns its file.
 pub(super) fn write_costs(goal: Goal<'_>, spec: &Spec, run: &Outcome) -> Result<Option<PathBuf>, Failure> {
     let (Some(path), Some(trace)) = (goal.cost_trace(), &run.kept.costs) else { return Ok(None) };

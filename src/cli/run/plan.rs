@@ -60,7 +60,13 @@ impl<'a> Plan<'a> {
         let placement = if team.is_alone() { None } else { Some(placement(spec, processes)?) };
         if team.is_first() {
             let traces = trace::paths(&args.tracing, team);
-            let texts = args.json.iter().chain(&traces).map(PathBuf::as_path).chain(tables.paths());
+            let texts = args
+                .json
+                .iter()
+                .chain(&args.duplicates)
+                .chain(&traces)
+                .map(PathBuf::as_path)
+                .chain(tables.paths());
             let texts: Vec<&Path> = texts.chain(goal.cost_trace()).collect();
             files::check_as(&input.files(), &args.output, &args.writing.options(), &texts)?;
         }
@@ -99,6 +105,10 @@ fn refuse(goal: Goal<'_>, spec: &Spec) -> Result<(), Failure> {
         return Err(
             Failure::new(Code::Usage, message).help("give the name of a file, or - for standard input")
         );
+    }
+    if args.duplicates.is_some() && spec.input.skip_invalid {
+        let message = "several processes cannot write --duplicates with --skip-invalid";
+        return Err(Failure::new(Code::Usage, message).help("run one process, or omit one of the options"));
     }
     Ok(admit_team(spec)?)
 }

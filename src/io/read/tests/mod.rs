@@ -6,6 +6,7 @@ mod columns;
 mod formats;
 mod hostile;
 mod loading;
+mod mutations;
 mod raw;
 mod reports;
 mod surfaces;
