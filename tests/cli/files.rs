@@ -34,7 +34,7 @@ fn a_run_says_what_it_read() {
     let place = Place::new();
     let rows = "7,47.5,9.25,1\n8,47,9.5,2\n# c\n9,47.25,9.75,3\n9,47.25,9.75,3\n";
     place.file("a.csv", format!("id,lat,lon,t\n{rows}"));
-    for processes in ["", " --processes 2"] {
+    for processes in ["", " --transport processes --processes 2"] {
         let output = place.good(&format!("triangulate a.csv --json a.json{processes}"));
         let line = "read        a.csv: 4 rows, columns lon lat (2 ignored), 1 header line, 1 comment line; \
                     x 9.25 to 9.75, y 47.0 to 47.5";
@@ -187,7 +187,7 @@ fn rows_of_duplicates_are_written() {
     place.good("triangulate d.csv --skip-invalid --duplicates d.rows --workers 3");
     assert_eq!(fs::read_to_string(place.path("d.rows")).unwrap(), "row,first\n4,1\n5,0\n6,0\n");
     place.file("e.csv", "x,y\n0,0\n1,0\n0,1\n1,0\n0,0\n");
-    for processes in ["", " --processes 2"] {
+    for processes in ["", " --transport processes --processes 2"] {
         place.good(&format!("triangulate e.csv --duplicates e.rows{processes}"));
         assert_eq!(fs::read_to_string(place.path("e.rows")).unwrap(), "row,first\n3,1\n4,0\n");
     }

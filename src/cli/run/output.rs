@@ -82,7 +82,7 @@ pub(super) fn write_duplicates(
     all.sort_unstable();
     let lines = all.iter().map(|(row, first)| format!("{row},{first}\n"));
     let text: String = std::iter::once("row,first\n".to_owned()).chain(lines).collect();
-    team.first_only(|| files::write_text(path, &text))?;
+    team.first_only(|| Ok(files::write_text(path, &text)?))?;
     Ok((path.as_os_str() != "-").then(|| path.to_owned()))
 }
 
