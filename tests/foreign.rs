@@ -98,6 +98,7 @@ fn write_all(directory: &Path, mesh: &Mesh) {
     let view = MeshView {
         dimension: mesh.dimension,
         coordinates: &mesh.coordinates,
+        heights: None,
         cells: &mesh.cells,
         owner: Some(&owner),
         owning_leaf: Some(&owning_leaf),

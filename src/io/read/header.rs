@@ -274,13 +274,19 @@ impl Chooser<'_> {
             let note = format!("line {line} is taken as a header row: coordinates are {taken}{ignored}");
             return Ok((axes, note));
         }
-        Err(self.error("the header row does not name the columns x and y".to_owned()))
+        let problem = match header.axes() {
+            Some(_) if self.options.terrain => "the header row names no z, which a terrain needs",
+            Some(_) => "the header row does not name the columns x, y and z",
+            None => "the header row does not name the columns x and y",
+        };
+        Err(self.error(problem.to_owned()))
     }
 
     /// Returns the first columns, which have no names.
     fn first(&self, has_count: bool) -> Result<Vec<usize>, InputError> {
         let numbers = self.row.iter().filter(|field| self.rows[0].number(field).is_some()).count();
-        if numbers > 3 && self.options.dimension.is_none() && !has_count {
+        let is_chosen = self.options.dimension.is_some() && !self.options.terrain;
+        if numbers > 3 && !is_chosen && !has_count {
             return Err(self.error(format!("{numbers} columns of numbers without a header row")));
         }
         Ok((0..self.options.dimension.unwrap_or(self.row.len().clamp(2, 3))).collect())

@@ -10,6 +10,7 @@ mod raw;
 mod reports;
 mod surfaces;
 mod tables;
+mod terrain;
 mod vtk;
 
 use std::path::Path;
