@@ -125,18 +125,26 @@ fn several_processes_write_the_same_bytes() {
     place.file("p-1.xyz", lines[..31].concat()).file("p-2.xyz", lines[31..].concat());
     place.file("g.asc", "ncols 9\nnrows 5\ncellsize 3\n".to_owned() + &"1 7 3 -9999 5 2 8 8 1\n".repeat(5));
     let outputs = ["vtu", "pvtu", "vtk", "msh", "mesh", "off", "obj", "ply", "stl", "npy", "ele"];
-    for input in ["all.xyz", "p-*.xyz", "all.csv --skip-invalid --keep-columns", "g.asc", "all.csv --skip-invalid"] {
+    for input in
+        ["all.xyz", "p-*.xyz", "all.csv --skip-invalid --keep-columns", "g.asc", "all.csv --skip-invalid"]
+    {
         let run = |name: &str, more: &str| {
             let all: String = outputs.iter().map(|ending| format!(" -o {name}.{ending}")).collect();
             let output = place.good(&format!("triangulate {input} --terrain --workers 5{all} {more}"));
             let read = |path: PathBuf| fs::read(path).unwrap();
-            let mut bytes: Vec<Vec<u8>> =
-                outputs.iter().filter(|e| **e != "pvtu").map(|e| read(place.path(&format!("{name}.{e}")))).collect();
+            let mut bytes: Vec<Vec<u8>> = outputs
+                .iter()
+                .filter(|e| **e != "pvtu")
+                .map(|e| read(place.path(&format!("{name}.{e}"))))
+                .collect();
             bytes.extend((0..5).map(|piece| read(place.path(&format!("{name}.pieces/000{piece}.vtu")))));
             bytes.push(read(place.path(&format!("{name}.node"))));
             let talk = stderr(&output);
-            let notes: Vec<String> =
-                talk.lines().filter(|line| line.contains("note:") || line.contains("read  ")).map(str::to_owned).collect();
+            let notes: Vec<String> = talk
+                .lines()
+                .filter(|line| line.contains("note:") || line.contains("read  "))
+                .map(str::to_owned)
+                .collect();
             (bytes, notes)
         };
         let (one, notes) = run("one", "");

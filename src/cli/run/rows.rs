@@ -61,8 +61,18 @@ impl Rows {
 
     /// Takes the points that one process loaded.
     fn of_all(loaded: Loaded) -> Self {
-        let Loaded { points, heights, spacing, skipped, source_index, first_id, columns, files, reading, seconds } =
-            loaded;
+        let Loaded {
+            points,
+            heights,
+            spacing,
+            skipped,
+            source_index,
+            first_id,
+            columns,
+            files,
+            reading,
+            seconds,
+        } = loaded;
         let extent = reading.as_ref().and_then(|_| Extent::of(&points));
         let extent = extent.map(|extent| match &heights {
             Some(heights) => extent.with_axis(heights),

@@ -10,7 +10,7 @@ struct System {
 }
 
 /// Words for heights above the ground plane.
-const HEIGHTS: &[&str] = &["z", "elevation", "elev", "altitude", "alt", "height"];
+const HEIGHTS: &[&str] = &["z", "elevation", "elev", "altitude", "alt", "height", "höhe", "hoehe"];
 
 /// The coordinate systems. The first one that a header names is used.
 const SYSTEMS: [System; 5] = [
@@ -56,6 +56,14 @@ pub(super) fn axes(names: &[String]) -> Option<Vec<usize>> {
     let mut found = SYSTEMS.iter().map(|system| system.axes(names)).filter(|found| *found != Found::None);
     match (found.next(), found.next()) {
         (Some(Found::One(axes)), None) => Some(axes),
+        _ => None,
+    }
+}
+
+/// Returns the position of the only name in lower case that means a height.
+pub(super) fn height(names: &[String]) -> Option<usize> {
+    match &meanings(names, HEIGHTS)[..] {
+        [height] => Some(height.position),
         _ => None,
     }
 }

@@ -172,7 +172,10 @@ mod tests {
         let corner = format!("{head}xllcorner 10\nyllcorner 20\ncellsize 2\nNODATA_value -1\n1 2\n3 -1\n");
         let (points, skipped, note) = read(&corner, false).unwrap();
         assert_eq!(points, [[11.0, 23.0, 1.0], [13.0, 23.0, 2.0], [11.0, 21.0, 3.0]]);
-        assert_eq!((skipped, &note[..]), (0, "read as a grid of 2 x 2 heights; 1 cell without data is left out"));
+        assert_eq!(
+            (skipped, &note[..]),
+            (0, "read as a grid of 2 x 2 heights; 1 cell without data is left out")
+        );
         // The lines of a grid may end anywhere.
         let centre = format!("{head}xllcenter 10\nyllcenter 20\ncellsize 2\n1 2 3\n4\n");
         let (points, _, note) = read(&centre, false).unwrap();

@@ -54,13 +54,7 @@ impl<'a> FileMesh<'a> {
                 if options.terrain {
                     return Err(InputError::NoHeights { path, place });
                 }
-                return Err(InputError::MixedDimension {
-                    path,
-                    place,
-                    expected: 3,
-                    found: 2,
-                    row: None,
-                });
+                return Err(InputError::MixedDimension { path, place, expected: 3, found: 2, row: None });
             }
             return Ok(file);
         };

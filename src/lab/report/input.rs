@@ -87,7 +87,9 @@ impl InputReport {
             1 => ("1 point".to_owned(), "has", "its z differs"),
             many => (format!("{many} points"), "have", "their z differ"),
         };
-        Some(format!("{subject} {verb} the x and y of an earlier point, whose z is kept; {their} by at most {difference:?}"))
+        Some(format!(
+            "{subject} {verb} the x and y of an earlier point, whose z is kept; {their} by at most {difference:?}"
+        ))
     }
 }
 

@@ -6,8 +6,15 @@ use crate::spec::{Constants, InputRules, Keep, Machine, Recursion, Setting, Spec
 /// The options of the fields of all groups. A new field does not compile here until it is named.
 fn fields() -> BTreeSet<&'static str> {
     let Spec { input, machine, tree, recursion, keep, control: _, planted: _ } = Spec::default();
-    let InputRules { dimension: _, columns: _, format: _, raw: _, skip_invalid: _, keep_columns: _, terrain: _ } =
-        input;
+    let InputRules {
+        dimension: _,
+        columns: _,
+        format: _,
+        raw: _,
+        skip_invalid: _,
+        keep_columns: _,
+        terrain: _,
+    } = input;
     // The name of a run is set by programs only.
     let Machine { workers: _, threads: _, registers: _, transport: _, seed: _, run: _, max_memory: _ } =
         machine;

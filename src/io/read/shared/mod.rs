@@ -147,7 +147,8 @@ pub fn read_shared(
 /// Divides the points in space into points in the plane and heights, and sends the heights to all processes.
 fn lowered(processes: &mut Processes<'_>, read: SharedPoints) -> Result<SharedPoints, Ended> {
     let bytes = read.rows.saturating_mul(8);
-    let fits = if bytes > WHOLE_LIMIT { Err(SharedError::Heights { bytes, limit: WHOLE_LIMIT }) } else { Ok(()) };
+    let fits =
+        if bytes > WHOLE_LIMIT { Err(SharedError::Heights { bytes, limit: WHOLE_LIMIT }) } else { Ok(()) };
     agree(processes, fits)?;
     let (points, own) = terrain::plane_and_heights(read.points);
     let heights: Vec<f64> = processes.all_gather(&Bulk(own))?.into_iter().flat_map(|part| part.0).collect();

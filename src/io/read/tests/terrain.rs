@@ -23,6 +23,7 @@ fn heights_leave_the_points() {
     for (name, text) in [
         ("a.xyz", "1 1 7\n3 1 8\n"),
         ("a.csv", "height,latitude,longitude\n7,1,1\n8,1,3\n"),
+        ("a.csv", "x,y,mass,elevation [m]\n1,1,2,7\n3,1,2,8\n"),
         ("a.obj", "v 1 1 7\nv 3 1 8\n"),
         ("a.off", "OFF 2 0 0\n1 1 7\n3 1 8\n"),
         ("a.node", "2 3 0 0\n1 1 1 7\n2 3 1 8\n"),

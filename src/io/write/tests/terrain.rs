@@ -51,7 +51,11 @@ fn cells_alone_have_the_same_bytes() {
     assert_eq!(bytes("a.ele", Some(&heights)), bytes("b.ele", None));
     let zeros = vec![0.0; heights.len()];
     for format in ["vtu", "vtk", "off", "obj", "ply", "stl", "msh", "msh22"] {
-        assert_eq!(bytes(&format!("a.{format}"), Some(&zeros)), bytes(&format!("b.{format}"), None), "{format}");
+        assert_eq!(
+            bytes(&format!("a.{format}"), Some(&zeros)),
+            bytes(&format!("b.{format}"), None),
+            "{format}"
+        );
     }
 }
 
