@@ -135,7 +135,12 @@ pub fn next_step(
     let ends = |path: &Path, ending: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
     let picture = outputs.iter().find(|o| (ends(o, "vtu") || ends(o, "vtk")) && is_plain(o));
     let pieces = outputs.iter().find(|o| ends(o, "pvtu") && is_plain(o));
-    let check = |o: &PathBuf| Some((points_of(o, input)?, cells_of(o)?));
+    // The file of a surface has all points of a terrain.
+    let is_surface = |o: &Path| !terrain.is_empty() && ["off", "obj", "ply"].iter().any(|e| ends(o, e));
+    let check = |o: &PathBuf| match is_surface(o) {
+        true => Some((o.display().to_string(), o.clone())),
+        false => Some((points_of(o, input)?, cells_of(o)?)),
+    };
     let checks = outputs.iter().filter(|o| is_plain(o)).find_map(check);
     let text = match (picture.or(pieces), json, checks) {
         (Some(mesh), _, _) if ends(mesh, "pvtu") => format!("open {} in ParaView", mesh.display()),
@@ -215,6 +220,8 @@ mod tests {
         assert!(raw.contains("septet verify p.raw a.npy --raw f64,3 --terrain"), "{raw}");
         let tin = next_step("p.xyz", ("", " --terrain"), &["a.vtu".into()], None);
         assert!(tin.ends_with("septet verify a.vtu a.vtu --terrain"), "{tin}");
+        let tin = next_step("p.xyz", ("", " --terrain"), &["a.obj".into()], None);
+        assert!(tin.ends_with("septet verify a.obj a.obj --terrain"), "{tin}");
         let set = next_step("p.raw", (" --raw f64,3", " --terrain"), &["a.ele".into()], None);
         assert!(set.ends_with("septet verify a.node a.ele"), "{set}");
         assert!(next_step("p.xyz", ("", ""), &[], json).contains("septet report run.json -o report.html"));

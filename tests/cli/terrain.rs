@@ -51,7 +51,7 @@ fn every_output_can_be_verified() {
     let outputs = ["vtu", "vtk", "msh", "msh22", "mesh", "off", "obj", "ply", "stl", "npy"];
     let all: String = outputs.iter().map(|ending| format!(" -o m.{ending}")).collect();
     place.good(&format!("triangulate p.csv --terrain -o m.pvtu -o m.ele{all}"));
-    for ending in ["vtu", "vtk", "msh", "msh22", "mesh", "off"] {
+    for ending in ["vtu", "vtk", "msh", "msh22", "mesh", "off", "obj", "ply"] {
         place.good(&format!("verify m.{ending} m.{ending} --terrain --perturbed"));
         place.fails(&format!("verify m.{ending} m.{ending}"), 3, &["three coordinates", "--terrain"]);
     }

@@ -83,6 +83,22 @@ fn invalid_heights_are_invalid_points() {
 }
 
 #[test]
+fn the_faces_of_a_surface_are_cells() {
+    let read = |text: &str, options| cell_list(Path::new("a.obj"), text.as_bytes(), options);
+    let vertices = "v 0 0 1\nv 1 0 2\nv 0 1 3\nv 1 1 4\n";
+    let cells = read(&format!("{vertices}f 1 2 3\nf 2//1 4//1 -2\n"), &CellOptions::default()).unwrap();
+    assert_eq!((cells.dimension, cells.cells), (2, vec![0, 1, 2, 1, 3, 2]));
+    let square = read(&format!("{vertices}f 1 2 4 3\n"), &CellOptions::default()).unwrap_err();
+    assert!(square.to_string().contains("4 corners"), "{square}");
+    for options in [CellOptions::default(), CellOptions { point_count: Some(4), ..CellOptions::default() }] {
+        assert!(matches!(
+            read(&format!("{vertices}f 1 2 5\n"), &options),
+            Err(InputError::OutOfRangeIndex { .. })
+        ));
+    }
+}
+
+#[test]
 fn flat_terrain_has_no_note() {
     let file = terrain("a.obj", "v 1 1 0\nv 3 1 0\n", &TERRAIN).unwrap();
     assert!(file.notes.is_empty(), "{:?}", file.notes);
