@@ -137,9 +137,11 @@ pub fn next_step(
     let pieces = outputs.iter().find(|o| ends(o, "pvtu") && is_plain(o));
     // The file of a surface has all points of a terrain.
     let is_surface = |o: &Path| !terrain.is_empty() && ["off", "obj", "ply"].iter().any(|e| ends(o, e));
-    let check = |o: &PathBuf| match is_surface(o) {
-        true => Some((o.display().to_string(), o.clone())),
-        false => Some((points_of(o, input)?, cells_of(o)?)),
+    let check = |o: &PathBuf| {
+        if is_surface(o) {
+            return Some((o.display().to_string(), o.clone()));
+        }
+        Some((points_of(o, input)?, cells_of(o)?))
     };
     let checks = outputs.iter().filter(|o| is_plain(o)).find_map(check);
     let text = match (picture.or(pieces), json, checks) {

@@ -74,7 +74,8 @@ macro_rules! mesh {
     };
 }
 
-/// A format of points and of surfaces, which are domains, or cells if they consist of triangles. The corners of faces are numbered from `$first`.
+/// A format of points and of surfaces, which are domains, or cells if they consist of triangles. The corners of faces are
+/// numbered from `$first`.
 macro_rules! surface {
     ($module:ident, $first:expr, $signature:expr) => {
         Reader {
