@@ -353,16 +353,3 @@ pub struct Ending {
     /// Number of points gathered because splaying was cut short.
     pub gathered: u64,
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn heights_differ_from_those_of_the_first_points() {
-        let left_out = LeftOut { duplicates: vec![(12, 10), (13, 11)], refused: Vec::new() };
-        assert_eq!(left_out.height_difference(&[1.0, 4.0, 3.0, 4.5], 10), Some(2.0));
-        assert_eq!(left_out.height_difference(&[1.0, 4.0, 3.0], 10), Some(2.0));
-        assert_eq!(LeftOut::default().height_difference(&[1.0], 0), None);
-    }
-}
