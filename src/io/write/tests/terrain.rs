@@ -89,9 +89,9 @@ fn heights_of_other_meshes_are_refused() {
 
 #[test]
 fn heights_differ_from_those_of_the_first_points() {
-    let left_out = septet_core::LeftOut { duplicates: vec![(12, 10), (13, 11)], refused: Vec::new() };
+    let mut left_out = septet_core::LeftOut::default();
+    assert_eq!(left_out.height_difference(&[1.0], 0), None);
+    left_out.duplicates = vec![(12, 10), (13, 11)];
     assert_eq!(left_out.height_difference(&[1.0, 4.0, 3.0, 4.5], 10), Some(2.0));
     assert_eq!(left_out.height_difference(&[1.0, 4.0, 3.0], 10), Some(2.0));
-    let none = septet_core::LeftOut { duplicates: Vec::new(), refused: Vec::new() };
-    assert_eq!(none.height_difference(&[1.0], 0), None);
 }
