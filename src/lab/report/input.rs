@@ -118,7 +118,7 @@ mod tests {
         );
         let mesh = FileReading { rows: 1, ..FileReading::default() };
         assert_eq!(line(&of(&mesh, None), "a.vtu"), "a.vtu: 1 row");
-        let extent = extent.with_axis(&[400.5]);
+        let extent = extent.clone().with_axis(&[400.5]);
         let terrain =
             RunContext { is_terrain: true, height_difference: Some(0.5), ..of(&mesh, Some(&extent)) };
         assert_eq!(

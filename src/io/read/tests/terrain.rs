@@ -5,7 +5,15 @@ use std::path::Path;
 use super::*;
 use crate::read::read_from;
 
-const TERRAIN: ReadOptions = ReadOptions { terrain: true, ..PLAIN };
+const TERRAIN: ReadOptions = ReadOptions {
+    dimension: None,
+    format: None,
+    raw: None,
+    skip_invalid: false,
+    columns: None,
+    keep_columns: false,
+    terrain: true,
+};
 
 fn terrain(name: &str, data: &str, options: &ReadOptions) -> Result<PointFile, InputError> {
     read_from(data.as_bytes(), Path::new(name), None, options, &mut |_, _| {})

@@ -3,6 +3,7 @@
 use std::fs;
 
 use super::*;
+use crate::format::Role;
 use crate::read::{CellOptions, ReadOptions, read, read_cells};
 
 /// Returns a mesh of squares, and heights that are awkward to print.
