@@ -177,7 +177,7 @@ fn other_programs_read_the_heights_of_terrain() {
         printed
     };
     let mut words = vec!["triangulate", "p.csv", "--terrain", "-q", "-o", "m.npy"];
-    words.extend(files.iter().flat_map(|file| ["-o", file]));
+    words.extend(files.iter().flat_map(|file| ["-o", *file]));
     run(env!("CARGO_BIN_EXE_septet").into(), &words);
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/foreign/check_terrain.py");
     // meshio does not know the ending .msh22.

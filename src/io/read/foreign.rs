@@ -115,7 +115,7 @@ pub(super) fn read_grid(source: Source<'_>, options: &ReadOptions) -> Result<Poi
 fn header(source: Source<'_>, lines: &mut Lines<'_>) -> Result<Grid, InputError> {
     const EXPECTED: &str = "a line of the header of a grid, such as `cellsize 10`";
     let mut grid = Grid { columns: 0, rows: 0, origin: [0.0; 2], cell: [0.0; 2], no_data: -9999.0 };
-    let mut corner = [false; 2];
+    let mut corner = [true; 2];
     let before = loop {
         let before = lines.clone();
         let Some(line) = lines.next() else { break before };

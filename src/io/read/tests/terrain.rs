@@ -92,7 +92,7 @@ fn invalid_heights_are_invalid_points() {
 
 #[test]
 fn the_faces_of_a_surface_are_cells() {
-    let read = |text: &str, options| cell_list(Path::new("a.obj"), text.as_bytes(), options);
+    let read = |text: &str, options: &CellOptions| cell_list(Path::new("a.obj"), text.as_bytes(), options);
     let vertices = "v 0 0 1\nv 1 0 2\nv 0 1 3\nv 1 1 4\n";
     let cells = read(&format!("{vertices}f 1 2 3\nf 2//1 4//1 -2\n"), &CellOptions::default()).unwrap();
     assert_eq!((cells.dimension, cells.cells), (2, vec![0, 1, 2, 1, 3, 2]));
