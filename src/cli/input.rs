@@ -26,6 +26,8 @@ use super::text::counted;
 pub struct Loaded {
     /// The points.
     pub points: Points,
+    /// The heights of the points, if they are a terrain.
+    pub heights: Option<Vec<f64>>,
     /// The Lipschitz constant of an f-spaced set.
     pub spacing: Option<f64>,
     /// Number of points that were dropped while reading.
@@ -66,6 +68,7 @@ impl Loaded {
         }
         Loaded {
             points: file.points,
+            heights: file.heights,
             spacing: None,
             skipped: file.skipped as u64,
             source_index: file.source_index,
@@ -230,6 +233,7 @@ pub fn make(request: &Request, talk: &Talk) -> Result<Loaded, Failure> {
     }
     Ok(Loaded {
         points: made.points,
+        heights: None,
         spacing: made.spacing.map(|s| s.lipschitz),
         skipped: 0,
         source_index: None,

@@ -126,6 +126,8 @@ fn of_inputs() -> Described {
         syntax(Some("1,2,4".into())),
         Malformed { path: path(), offset: 7, found: "x".into(), expected: "y" },
         Columns { path: path(), place, problem: "no x".into(), names: Vec::new(), example: "{raw},b".into() },
+        NoHeights { path: path(), place },
+        TerrainInSpace { path: path() },
         NoRows { path: path(), place },
         NotRaw { path: path(), format: "csv" },
         PartOfRow { path: path(), size: 9, row: 8 },

@@ -122,24 +122,41 @@ fn baselines(report: &RunReport) -> Option<String> {
     (!both.is_empty()).then(|| row("baseline", both.join(", ")))
 }
 
-/// Suggests the next step after `septet triangulate` or `septet simulate`. `reading` are the options to read the input again.
-pub fn next_step(input: &str, reading: &str, outputs: &[PathBuf], json: Option<&Path>) -> String {
+/// Suggests the next step after `septet triangulate` or `septet simulate`. `reading` are the options to read the input again,
+/// and `terrain` the one to read the outputs.
+pub fn next_step(
+    input: &str,
+    (reading, terrain): (&str, &str),
+    outputs: &[PathBuf],
+    json: Option<&Path>,
+) -> String {
     let plain = |text: &str| !text.contains(char::is_whitespace) && !text.contains(char::is_control);
     let is_plain = |path: &Path| path.as_os_str() != "-" && plain(&path.to_string_lossy());
     let ends = |path: &Path, ending: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
     let picture = outputs.iter().find(|o| (ends(o, "vtu") || ends(o, "vtk")) && is_plain(o));
     let pieces = outputs.iter().find(|o| ends(o, "pvtu") && is_plain(o));
-    let check = |o: &PathBuf| Some((points_of(o, input)?, cells_of(o)?));
+    // The file of a surface has all points of a terrain.
+    let is_surface = |o: &Path| !terrain.is_empty() && ["off", "obj", "ply"].iter().any(|e| ends(o, e));
+    let check = |o: &PathBuf| {
+        if is_surface(o) {
+            return Some((o.display().to_string(), o.clone()));
+        }
+        Some((points_of(o, input)?, cells_of(o)?))
+    };
     let checks = outputs.iter().filter(|o| is_plain(o)).find_map(check);
     let text = match (picture.or(pieces), json, checks) {
         (Some(mesh), _, _) if ends(mesh, "pvtu") => format!("open {} in ParaView", mesh.display()),
         (Some(mesh), _, _) => {
-            format!("open {0} in ParaView, or check it: septet verify {0} {0}", mesh.display())
+            format!("open {0} in ParaView, or check it: septet verify {0} {0}{terrain}", mesh.display())
         }
         (_, Some(json), _) if is_plain(json) => format!("septet report {} -o report.html", json.display()),
         (_, _, Some((points, cells))) if plain(&points) => {
             let reading = if points == input { reading } else { "" };
-            format!("check the cells independently: septet verify {points} {}{reading}", cells.display())
+            // A set of files has points in the plane.
+            let is_set = split(&cells).is_some_and(|(_, ending, _)| ending == "ele");
+            let terrain = if is_set && points != input { "" } else { terrain };
+            let cells = cells.display();
+            format!("check the cells independently: septet verify {points} {cells}{reading}{terrain}")
         }
         (..) if outputs.is_empty() && input != "-" && plain(input) => {
             "add -o mesh.vtu to write the cells, or --json run.json for all counts".to_owned()
@@ -197,16 +214,20 @@ mod tests {
             ("a b.msh", "septet verify POINTS CELLS"),
             ("a.stl", "septet verify POINTS CELLS"),
         ] {
-            let text = next_step("p.xyz", "", &[output.into()], None);
+            let text = next_step("p.xyz", ("", ""), &[output.into()], None);
             assert!(text.contains(expected), "{text}");
         }
         let json = Some(Path::new("run.json"));
-        let raw = next_step("p.raw", " --raw f64,3", &["a.npy".into()], None);
-        assert!(raw.contains("septet verify p.raw a.npy --raw f64,3"), "{raw}");
-        let set = next_step("p.raw", " --raw f64,3", &["a.ele".into()], None);
+        let raw = next_step("p.raw", (" --raw f64,3", " --terrain"), &["a.npy".into()], None);
+        assert!(raw.contains("septet verify p.raw a.npy --raw f64,3 --terrain"), "{raw}");
+        let tin = next_step("p.xyz", ("", " --terrain"), &["a.vtu".into()], None);
+        assert!(tin.ends_with("septet verify a.vtu a.vtu --terrain"), "{tin}");
+        let tin = next_step("p.xyz", ("", " --terrain"), &["a.obj".into()], None);
+        assert!(tin.ends_with("septet verify a.obj a.obj --terrain"), "{tin}");
+        let set = next_step("p.raw", (" --raw f64,3", " --terrain"), &["a.ele".into()], None);
         assert!(set.ends_with("septet verify a.node a.ele"), "{set}");
-        assert!(next_step("p.xyz", "", &[], json).contains("septet report run.json -o report.html"));
-        assert!(next_step("-", "", &["a.npy".into()], None).contains("POINTS CELLS"));
-        assert!(next_step("p.xyz", "", &[], None).contains("-o mesh.vtu"));
+        assert!(next_step("p.xyz", ("", ""), &[], json).contains("septet report run.json -o report.html"));
+        assert!(next_step("-", ("", ""), &["a.npy".into()], None).contains("POINTS CELLS"));
+        assert!(next_step("p.xyz", ("", ""), &[], None).contains("-o mesh.vtu"));
     }
 }

@@ -126,7 +126,8 @@ fn matched(args: &VerifyArgs, loaded: Loaded, talk: &Talk) -> Result<(Points, Ce
                 args.points
             );
             return Err(Failure::new(Code::Input, message).help(
-                "give a file of tetrahedra, or points with two coordinates; an .off file in space contains the hull only",
+                "give a file of tetrahedra, add --terrain to use x and y alone, or give points with two coordinates; \
+                 an .off file in space contains the hull only",
             ));
         }
         _ => loaded.points,

@@ -177,6 +177,7 @@ formats! {
         extensions: &["ply"],
         roles: &[
             (Role::Points, "ASCII, binary"),
+            (Role::Cells, "triangles"),
             (Role::Domain, ""),
             (Role::Triangulation, "binary; 2D: the triangles; 3D: the surface"),
             (Role::Mesh, ""),
@@ -203,6 +204,7 @@ formats! {
         extensions: &["obj"],
         roles: &[
             (Role::Points, ""),
+            (Role::Cells, "triangles"),
             (Role::Domain, ""),
             (Role::Triangulation, "2D: the triangles; 3D: the surface"),
             (Role::Mesh, ""),

@@ -44,7 +44,7 @@ fn a_run_says_what_it_read() {
         let wanted = serde_json::json!({
             "rows": 4, "columns": ["lon", "lat"], "ignored": ["id", "t"],
             "header_lines": 1, "count_lines": 0, "comment_lines": 1, "blank_lines": 0,
-            "extent": [[9.25, 9.75], [47.0, 47.5]], "duplicates": 1,
+            "terrain": false, "height_difference": null, "extent": [[9.25, 9.75], [47.0, 47.5]], "duplicates": 1,
         });
         assert_eq!(report["input"], wanted);
     }

@@ -76,6 +76,7 @@ pub fn run(
     files.extend(write_costs(goal, &spec, &run)?);
     let write_seconds = start.elapsed().as_secs_f64() - run_seconds;
     talk.clear();
+    let height_difference = rows.height_difference(&run, &plan, team)?;
     let context = RunContext {
         command: goal.name(),
         input: &args.input,
@@ -84,6 +85,8 @@ pub fn run(
         skipped: rows.held.skipped,
         reading: rows.held.reading.as_ref(),
         extent: rows.held.extent.as_ref(),
+        is_terrain: rows.held.heights.is_some(),
+        height_difference,
         read_seconds,
         write_seconds,
         total_seconds: start.elapsed().as_secs_f64(),

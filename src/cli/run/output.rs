@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use septet_core::model::MeshView;
 use septet_core::{Outcome, Spec};
 use septet_io::write::{SharedMesh, WriteOptions, write_shared};
 use septet_lab::report::{CostHeader, write_cost_trace};
@@ -30,6 +31,7 @@ pub(super) fn write_mesh_files(
     let mesh = SharedMesh {
         run,
         coordinates: held.points.coordinates(),
+        heights: held.heights.as_deref(),
         first: plan.first_row() + held.first,
         source_index: held.source_index.as_deref(),
         dropped: held.skipped,
@@ -61,7 +63,9 @@ fn write_all(
         talk.check();
         let stage = format!("writing {}", output.display());
         let mut progress = |done: u64, total: u64| talk.stage(&stage, done, Some(total));
-        files.extend(write_mesh(output, &run.view(held.points.coordinates()), &options, &mut progress)?);
+        let view = run.view(held.points.coordinates());
+        let view = MeshView { heights: held.heights.as_deref(), ..view };
+        files.extend(write_mesh(output, &view, &options, &mut progress)?);
     }
     Ok(files)
 }

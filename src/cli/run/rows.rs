@@ -8,7 +8,7 @@ use septet_core::result::view::MOST_POINTS;
 use septet_core::run::memory::admit;
 use septet_core::run::processes::rows_of;
 use septet_core::spec::Task;
-use septet_core::{Error, Spec};
+use septet_core::{Error, Outcome, Spec};
 use septet_io::read::{Extent, SharedPoints, read_shared, share_points};
 use septet_io::write::check_gathered;
 
@@ -61,11 +61,26 @@ impl Rows {
 
     /// Takes the points that one process loaded.
     fn of_all(loaded: Loaded) -> Self {
-        let Loaded { points, spacing, skipped, source_index, first_id, columns, files, reading, seconds } =
-            loaded;
+        let Loaded {
+            points,
+            heights,
+            spacing,
+            skipped,
+            source_index,
+            first_id,
+            columns,
+            files,
+            reading,
+            seconds,
+        } = loaded;
         let extent = reading.as_ref().and_then(|_| Extent::of(&points));
+        let extent = extent.map(|extent| match &heights {
+            Some(heights) => extent.with_axis(heights),
+            None => extent,
+        });
         let rows = points.len() as u64;
         let held = SharedPoints {
+            heights,
             skipped,
             source_index,
             first_id,
@@ -107,6 +122,22 @@ impl Rows {
             check_gathered(&mut team.processes, outputs, (self.held.rows, points.dimension()))?;
         }
         Ok(())
+    }
+
+    /// Returns the largest difference of the heights of coincident points of all processes, if the points are a terrain and some
+    /// coincide.
+    ///
+    /// # Errors
+    /// Fails if the processes lose each other.
+    pub(super) fn height_difference(
+        &self,
+        run: &Outcome,
+        plan: &Plan<'_>,
+        team: &mut Team<'_>,
+    ) -> Result<Option<f64>, Failure> {
+        let Some(heights) = &self.held.heights else { return Ok(None) };
+        let own = run.left_out.height_difference(heights, plan.first_row());
+        Ok(team.processes.all_gather(&own)?.into_iter().flatten().reduce(f64::max))
     }
 
     /// Returns the failure for an error of a run over these rows. An error about points gives the file and the positions of the

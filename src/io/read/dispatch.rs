@@ -9,7 +9,7 @@ use super::formats::{by_content, described, of_content, of_file, raw, read_by_na
 use super::load::{self, Packing};
 use super::points::{PointFile, ReadOptions, ReadProgress};
 use super::text::Source;
-use super::{columns, signature};
+use super::{columns, signature, terrain};
 use crate::format::{Format, Role, may_be_table};
 
 /// Reads points from a file, or from standard input if `path` is `-`. From a mesh (`.vtu`, `.vtk`, `.msh`, `.mesh`) it
@@ -23,8 +23,10 @@ pub fn read(
     options: &ReadOptions,
     progress: &mut ReadProgress<'_>,
 ) -> Result<PointFile, InputError> {
-    check_options(path, options)?;
-    points(path, &load::load(path, Packing::of_points(path, options), progress)?, options)
+    let wanted = &*terrain::in_space(path, options)?;
+    check_options(path, wanted)?;
+    let file = points(path, &load::load(path, Packing::of_points(path, wanted), progress)?, wanted)?;
+    Ok(terrain::lowered(file, options))
 }
 
 /// Reads points from any reader. `name` is the file in messages, and its extension determines the format and gzip as in
@@ -39,9 +41,11 @@ pub fn read_from<R: Read>(
     options: &ReadOptions,
     progress: &mut ReadProgress<'_>,
 ) -> Result<PointFile, InputError> {
-    check_options(name, options)?;
-    let packing = Packing::of_points(name, options);
-    points(name, &load::load_from(reader, name, total, packing, progress)?, options)
+    let wanted = &*terrain::in_space(name, options)?;
+    check_options(name, wanted)?;
+    let packing = Packing::of_points(name, wanted);
+    let file = points(name, &load::load_from(reader, name, total, packing, progress)?, wanted)?;
+    Ok(terrain::lowered(file, options))
 }
 
 /// Reads cells from a file, or from standard input if `path` is `-`.
@@ -107,6 +111,7 @@ fn format_of_points(path: &Path, data: &[u8]) -> Option<Format> {
     known.or_else(|| is_table().then_some(Format::Xyz))
 }
 
+/// Returns the points in the bytes of a file. The points of a terrain are in space.
 pub(super) fn points(path: &Path, data: &[u8], options: &ReadOptions) -> Result<PointFile, InputError> {
     let read = parsed_points(path, data, options);
     read.map_err(

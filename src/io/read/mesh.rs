@@ -50,14 +50,11 @@ impl<'a> FileMesh<'a> {
         let mut file = self.points.finish();
         let Points::Space(space) = &file.points else {
             if options.dimension == Some(3) {
-                let path = self.source.path.to_owned();
-                return Err(InputError::MixedDimension {
-                    path,
-                    place: Place::Whole,
-                    expected: 3,
-                    found: 2,
-                    row: None,
-                });
+                let (path, place) = (self.source.path.to_owned(), Place::Whole);
+                if options.terrain {
+                    return Err(InputError::NoHeights { path, place });
+                }
+                return Err(InputError::MixedDimension { path, place, expected: 3, found: 2, row: None });
             }
             return Ok(file);
         };
@@ -71,7 +68,7 @@ impl<'a> FileMesh<'a> {
                 file.notes.push(format!("z is dropped, although it is not 0 for {lifted} points"));
             }
             file.points = Points::Plane(space.iter().map(|p| p.truncate()).collect());
-        } else if lifted == 0 && !space.is_empty() {
+        } else if lifted == 0 && !space.is_empty() && !options.terrain {
             file.notes
                 .push("every z is 0, so dimension 2 triangulates the same points in the plane".to_owned());
         }

@@ -36,6 +36,7 @@ mod shared;
 mod signature;
 mod size_rows;
 mod sizes;
+mod terrain;
 #[cfg(test)]
 mod tests;
 mod text;

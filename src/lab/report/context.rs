@@ -21,6 +21,10 @@ pub struct RunContext<'a> {
     pub reading: Option<&'a FileReading>,
     /// The extent of the points that were read.
     pub extent: Option<&'a Extent>,
+    /// Whether the points are a terrain.
+    pub is_terrain: bool,
+    /// The largest difference of the heights of coincident points of a terrain, if there are any.
+    pub height_difference: Option<f64>,
     /// Measured seconds of reading.
     pub read_seconds: f64,
     /// Measured seconds of writing.

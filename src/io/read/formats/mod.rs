@@ -21,7 +21,7 @@ use super::domain::{DomainFile, poly, surface};
 use super::error::InputError;
 use super::points::{PointFile, ReadOptions, ReadProgress};
 use super::text::Source;
-use super::{columns, signature, size_rows};
+use super::{columns, faces, signature, size_rows};
 use crate::format::{Format, Role};
 use septet_core::mesh::field::SizeField;
 
@@ -74,12 +74,17 @@ macro_rules! mesh {
     };
 }
 
-/// A format of points and of surfaces, which are domains. The corners of faces are numbered from `$first`.
+/// A format of points and of surfaces, which are domains, or cells if they consist of triangles. The corners of faces are
+/// numbered from `$first`.
 macro_rules! surface {
     ($module:ident, $first:expr, $signature:expr) => {
         Reader {
             signature: $signature,
             points: Some($module::read),
+            cells: Some(|source, options| {
+                let points = || $module::read(source, &ReadOptions::default());
+                faces::triangles(source, &$module::read_faces(source)?, options, points)
+            }),
             domain: Some(|source, _| {
                 let file = $module::read(source, &ReadOptions::default())?;
                 surface::of(source, file, $module::read_faces(source)?, $first)

@@ -116,9 +116,9 @@ pub fn read_list(
 
 /// Returns a file without points.
 pub(in super::super) fn empty(options: &ReadOptions) -> PointFile {
-    let points =
-        if options.dimension == Some(2) { Points::Plane(Vec::new()) } else { Points::Space(Vec::new()) };
-    PointFile::of_points(points)
+    let is_plane = options.dimension.map_or(options.terrain, |dimension| dimension == 2);
+    let points = if is_plane { Points::Plane(Vec::new()) } else { Points::Space(Vec::new()) };
+    PointFile { heights: options.terrain.then(Vec::new), ..PointFile::of_points(points) }
 }
 
 impl Joined<'_> {
@@ -193,6 +193,9 @@ fn append(
         let error = Box::new(InputError::OutOfMemory { path: path.to_owned(), bytes });
         ListError::File { error, before }
     })?;
+    if let (Some(all), Some(more)) = (&mut all.heights, file.heights) {
+        all.extend(more);
+    }
     columns::append(&mut all.columns, file.columns, (path, first))?;
     if file.skipped > 0 && all.source_index.is_none() {
         all.source_index = Some((0..known as u64).collect());

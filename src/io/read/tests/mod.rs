@@ -11,6 +11,7 @@ mod raw;
 mod reports;
 mod surfaces;
 mod tables;
+mod terrain;
 mod vtk;
 
 use std::path::Path;
