@@ -73,6 +73,9 @@ mod rival;
 #[path = "cli/schema.rs"]
 mod schema;
 
+#[path = "cli/stats.rs"]
+mod stats;
+
 /// A directory of one test and the program run in it.
 struct Place(TempDir);
 

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use septet_core::Stats;
 use septet_io::read::{Extent, FileReading};
 
 /// The context of a run: the data of its report that the run itself does not contain.
@@ -21,6 +22,8 @@ pub struct RunContext<'a> {
     pub reading: Option<&'a FileReading>,
     /// The extent of the points that were read.
     pub extent: Option<&'a Extent>,
+    /// The numbers of the triangulation, if requested.
+    pub stats: Option<&'a Stats>,
     /// Measured seconds of reading.
     pub read_seconds: f64,
     /// Measured seconds of writing.
