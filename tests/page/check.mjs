@@ -187,9 +187,12 @@ async function scene(page) {
     const flat = !(await page.locator('#turn').isVisible());
     assert.ok((await look(page)).colours > 20, 'a blank picture');
     const deepest = Number(await page.locator('#level').getAttribute('max'));
-    assert.ok(deepest > 0);
-    await changes(page, 'level', () => page.locator('#level-down').click());
-    await changes(page, 'level', () => page.locator('#level-up').click());
+    // `triangulate` may cut a small set only once.
+    assert.ok(deepest > 0 || await page.locator('#details').count());
+    if (deepest > 0) {
+        await changes(page, 'level', () => page.locator('#level-down').click());
+        await changes(page, 'level', () => page.locator('#level-up').click());
+    }
     for (const colour of ['owner', 'node', 'proof', 'side']) {
         await changes(page, `colour by ${colour}`, () => page.locator('#colour').selectOption(colour));
     }
@@ -197,9 +200,11 @@ async function scene(page) {
         await changes(page, id, () => page.locator(`#show-${id}`).click());
         await changes(page, id, () => page.locator(`#show-${id}`).click());
     }
-    await page.locator('#level-down').click();
-    await changes(page, 'upper', () => page.locator('#show-upper').click());
-    await page.locator('#show-upper').click();
+    if (deepest > 0) {
+        await page.locator('#level-down').click();
+        await changes(page, 'upper', () => page.locator('#show-upper').click());
+        await page.locator('#show-upper').click();
+    }
     if (await page.locator('#show-ghosts').isEnabled()) {
         await changes(page, 'ghosts', () => page.locator('#show-ghosts').click());
         await changes(page, 'leaf', async () => page.locator('#leaf').selectOption({ index: (await page.locator('#leaf option').count()) - 1 }));

@@ -144,7 +144,13 @@ fn file(run: &RunData, out: &mut String) {
 fn extent(run: &RunData) -> Vec<String> {
     let of_stats = run.rows("/stats/extent");
     let rows = if of_stats.is_empty() { run.rows("/input/extent") } else { of_stats };
-    rows.iter().map(|ends| format!("{} to {}", number(&ends[0]), number(&ends[1]))).collect()
+    rows.iter().map(|ends| format!("{} to {}", six_digits(&ends[0]), six_digits(&ends[1]))).collect()
+}
+
+/// Returns a number with six digits, because a card is narrow.
+fn six_digits(value: &Value) -> f64 {
+    let x = number(value);
+    format!("{x:.5e}").parse().unwrap_or(x)
 }
 
 /// Appends the hull with its measures.
