@@ -102,13 +102,15 @@ pub mod result {
     pub use septet_core::result::view::{SeparatorView, View};
     #[doc(inline)]
     pub use septet_core::{
-        Ending, Facts, Kept, LeftOut, Neighbour, Selection, SetMember, Settled, Times, TrafficTotal,
+        Ending, Facts, Kept, LeftOut, Neighbour, Selection, SetMember, Settled, Stats, Times, TrafficTotal,
         WorkerShare,
     };
     #[doc(inline)]
     pub use septet_geometry::graph::Supergraph;
     #[doc(inline)]
     pub use septet_geometry::range::RangeError;
+    #[doc(inline)]
+    pub use septet_meshing::quality::histogram::Histogram;
     #[doc(inline)]
     pub use septet_protocol::ids::{NodeId, Phase};
     #[doc(inline)]

@@ -75,6 +75,8 @@ mod schema;
 
 #[path = "cli/terrain.rs"]
 mod terrain;
+#[path = "cli/stats.rs"]
+mod stats;
 
 /// A directory of one test and the program run in it.
 struct Place(TempDir);

@@ -174,6 +174,26 @@ fn pages_stand_alone_and_figures_are_files() {
     browse(place.path(), &[("space.html", None), ("plane.html", None), ("repaired.html", None)]);
 }
 
+#[test]
+#[ignore = "needs Node.js and Chromium"]
+fn pages_of_triangulations_begin_with_the_data() {
+    let place = tempfile::tempdir().unwrap();
+    let at = |name: &str| place.path().join(name);
+    good(place.path(), "generate uniform -n 4000 -d 2 -o a-long-name-of-a-file-with-points-of-the-plane.csv");
+    good(place.path(), "triangulate sample:uniform:9000 --workers 8 --stats --json space.json");
+    good(
+        place.path(),
+        "triangulate a-long-name-of-a-file-with-points-of-the-plane.csv --workers 6 --stats --json plane.json",
+    );
+    for name in ["space", "plane"] {
+        good(place.path(), &format!("report {name}.json -o {name}.html"));
+        let html = fs::read_to_string(at(&format!("{name}.html"))).unwrap();
+        alone(name, &html);
+        assert!(html.contains("The command that repeats the run"));
+    }
+    browse(place.path(), &[("space.html", None), ("plane.html", None)]);
+}
+
 /// A page that is not too large and refers to nothing.
 fn alone(name: &str, html: &str) {
     assert!(html.len() < 4 << 20, "{name}: {} bytes", html.len());

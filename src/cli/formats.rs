@@ -138,9 +138,10 @@ fn of_files(role: Role) -> String {
         format!("Each but {unpacked} also .gz.")
     };
     format!(
-        "Formats: {}. Surface in space: {}. Any of {} writes all five files. {packed}",
-        of(|row| row.files != Files::Set && !row.is_surface),
+        "Formats: {}. Surface in space: {}. A picture of the plane: {}. Any of {} writes all five files. {packed}",
+        of(|row| row.files != Files::Set && !row.is_surface && !row.is_plane),
         of(|row| row.is_surface),
+        of(|row| row.is_plane),
         of(|row| row.files == Files::Set),
     )
 }

@@ -33,6 +33,7 @@ mod rival;
 mod run;
 mod scale;
 mod schema;
+mod stats;
 mod summary;
 mod text;
 mod threads;

@@ -33,6 +33,12 @@ Examples:
 pub struct TriangulateArgs {
     #[command(flatten)]
     pub run: RunArgs,
+    /// Print counts, hull, extent, degrees and the quality of cells; the report then has them too
+    ///
+    /// The numbers are edges, facets, hull, area or volume, degrees of vertices, radius-edge ratios, angles with
+    /// percentiles, and slivers. They do not depend on workers, threads and processes.
+    #[arg(long, help_heading = REPORTS)]
+    pub stats: bool,
     #[command(flatten)]
     pub given: Given<{ Commands::TRIANGULATE.bits() }>,
 }

@@ -30,6 +30,7 @@ pub use result::outcome::{
     Accounting, Ending, Facts, Kept, LeftOut, Outcome, Selection, SetMember, Settled, Times, TrafficTotal,
 };
 pub use result::share::{Neighbour, WorkerShare};
+pub use result::stats::Stats;
 pub use run::Start;
 pub use run::calls::{count, independent, perform, run_on, simulate, triangulate};
 pub use septet_workers::config::cores;

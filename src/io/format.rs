@@ -45,6 +45,8 @@ pub struct Row {
     pub has_data: bool,
     /// Whether a triangulation in space is written as its surface.
     pub is_surface: bool,
+    /// Whether only triangulations in the plane are written.
+    pub is_plane: bool,
     /// Whether points are numbered by the rows of the input, including dropped ones, because the file lacks some points.
     pub has_input_rows: bool,
     /// Parts of a mesh of a domain that are written: cells, faces on facets, edges on segments, points.
@@ -64,6 +66,7 @@ const NONE: Row = Row {
     is_table: false,
     has_data: false,
     is_surface: false,
+    is_plane: false,
     has_input_rows: false,
     labels: None,
     instead: &[],
@@ -212,6 +215,18 @@ formats! {
         ],
         is_surface: true,
         labels: Some(["", "the surface, oriented outward", "", ""]),
+    }
+    /// Scalable Vector Graphics: a picture of a triangulation in the plane.
+    Svg {
+        extensions: &["svg"],
+        roles: &[(Role::Triangulation, "2D only: a picture"), (Role::Mesh, "2D only")],
+        is_plane: true,
+        labels: Some(["filled by region", "thicker lines", "", ""]),
+        instead: &[
+            (Role::Points, "give the file of points from which the picture was made"),
+            (Role::Cells, "write .npy for the cells, or .vtu"),
+            (Role::PointSet, "triangulate the points with -o NAME.svg, or write .csv"),
+        ],
     }
     /// VTK XML unstructured grid.
     Vtu {

@@ -50,7 +50,7 @@ pub mod generate;
 
 pub mod mesh;
 
-mod sum;
+pub mod sum;
 
 pub mod conformity;
 

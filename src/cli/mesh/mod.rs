@@ -13,7 +13,7 @@ use septet_core::mesh::{Dimension, Made, MakeError, MeshError, MeshKeep, MeshSpe
 use septet_core::run::memory::peak_rss;
 use septet_io::read::{AnyInput, DomainFile, read_domain, read_sizes};
 use septet_io::without_gz;
-use septet_io::write::{OutputError, WriteOptions, faces_path};
+use septet_io::write::{OutputError, WriteOptions, check_dimension, faces_path};
 use septet_io::{Format, Role};
 use septet_lab::report::mesh::tables::TABLES;
 use septet_lab::report::mesh::{
@@ -139,6 +139,8 @@ impl Job<'_> {
         let read_seconds = self.start.elapsed().as_secs_f64();
         talk.check();
         args.check_boundary(!request.remeshes(domain))?;
+        let options = args.writing.options();
+        args.output.iter().try_for_each(|output| check_dimension(output, &options, P::DIM))?;
         let mut files = Vec::new();
         let Found { made: found, picture } = traced(&args.tracing, talk, &mut files, || self.found(domain))?;
         let broken = self.broken(&found.conformity);

@@ -46,6 +46,18 @@ fn spans(columns: &[(f64, String)]) -> Vec<(String, usize, usize)> {
     spans
 }
 
+/// Returns the columns before which rounds are omitted.
+fn gaps(columns: &[(f64, String)]) -> Vec<usize> {
+    let gap = |i: &usize| columns[*i].0 > columns[i - 1].0 + 1.0;
+    (1..columns.len()).filter(gap).collect()
+}
+
+/// Returns the number of rounds between the first and the last column that have none.
+fn omitted(columns: &[(f64, String)]) -> f64 {
+    let steps = columns.windows(2).map(|pair| (pair[1].0 - pair[0].0 - 1.0).max(0.0));
+    steps.sum()
+}
+
 /// Draws the rounds by worker.
 pub(super) fn timeline(run: &RunData) -> Option<PageFigure> {
     let rows = run.rows("/timeline/rows");
@@ -57,10 +69,15 @@ pub(super) fn timeline(run: &RunData) -> Option<PageFigure> {
         .iter()
         .filter_map(|m| rounds(run, rows, &columns, *m))
         .collect();
-    let caption =
-        "Messages and bytes by worker and round. Rounds without messages are omitted, and the labels are the round numbers \
-                   of the machine. Row c is the coordinator."
-            .to_owned();
+    let marks = match omitted(&columns) {
+        0.0 => String::new(),
+        1.0 => " One round without messages is omitted; a stroke on the axis marks the place.".to_owned(),
+        n => format!(" {n} rounds without messages are omitted; a stroke on the axis marks each place."),
+    };
+    let caption = format!(
+        "Messages and bytes by worker and round. The labels are the round numbers of the machine.{marks} Row c is the \
+         coordinator."
+    );
     (!variants.is_empty()).then_some(PageFigure {
         id: "timeline",
         title: "Rounds by worker",
@@ -125,6 +142,10 @@ fn rounds(
         out.text("tick", (x, top + height + 17.0), "middle", &format!("{round}"));
     }
     out.rect("outline", (LEFT, top), (RIGHT - LEFT, height));
+    for at in gaps(columns) {
+        let x = LEFT + size.0 * at as f64;
+        out.line("fit c2", (x - 3.0, top + height + 5.0), (x + 3.0, top + height - 5.0));
+    }
     out.text("label", (f64::midpoint(LEFT, RIGHT), top + height + 42.0), "middle", "round");
     out.upright("label", (16.0, top + height / 2.0), "middle", "worker");
     cells.scale(&mut out, (RIGHT + 22.0, top + 4.0), &format!("{key} sent{}", unit_note(key, unit)));
@@ -202,4 +223,17 @@ fn matrix(run: &RunData, rows: &[Value], phase: Option<&str>, key: &str, unit: &
     cells.scale(&mut out, (left + side + 26.0, top + 12.0), &format!("{key}{}", unit_note(key, unit)));
     let name = format!("{key}, {}", phase.unwrap_or("all phases"));
     Some(Variant { name, body: out, table })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn omitted_rounds_are_marked() {
+        let columns: Vec<(f64, String)> =
+            [1.0, 2.0, 5.0, 5.0, 7.0].map(|round| (round, String::new())).to_vec();
+        assert_eq!((gaps(&columns), omitted(&columns)), (vec![2, 4], 3.0));
+        assert_eq!((gaps(&[]), omitted(&columns[..1])), (Vec::new(), 0.0));
+    }
 }

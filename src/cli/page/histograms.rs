@@ -39,6 +39,7 @@ pub(crate) enum Drawn {
     LargestAngles,
     Lengths,
     Sizes,
+    Degrees,
 }
 
 impl Drawn {
@@ -51,6 +52,7 @@ impl Drawn {
             Drawn::LargestAngles => "largest-angles",
             Drawn::Lengths => "lengths",
             Drawn::Sizes => "sizes",
+            Drawn::Degrees => "degrees",
         }
     }
 
@@ -68,6 +70,7 @@ impl Drawn {
             Drawn::Lengths => {
                 of("Edges over size", "length over the smaller size at the ends", "edges", None)
             }
+            Drawn::Degrees => of("Degrees", "edges at a vertex", "vertices", None),
             Drawn::Sizes => {
                 of("Size over local feature size", "size over local feature size", "points", None)
             }

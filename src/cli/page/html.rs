@@ -9,17 +9,19 @@ use super::card::card;
 use super::data::{RunData, number, text};
 use super::mesh::{self, MeshData};
 use super::svg::{STYLE, escape};
+use super::triangulation;
 use super::{Page, PageFigure};
 
 const PAGE_STYLE: &str = include_str!("assets/page.css");
 
 /// The names and texts of the script modules, for the import map.
-const MODULES: [(&str, &str); 12] = [
+const MODULES: [(&str, &str); 13] = [
     ("three", include_str!("assets/three/three.min.js")),
     ("septet/data", include_str!("assets/data.js")),
     ("septet/theme", include_str!("assets/theme.js")),
     ("septet/tables", include_str!("assets/tables.js")),
     ("septet/camera", include_str!("assets/camera.js")),
+    ("septet/plain", include_str!("assets/plain.js")),
     ("septet/stage", include_str!("assets/stage.js")),
     ("septet/layers", include_str!("assets/layers.js")),
     ("septet/surfaces", include_str!("assets/surfaces.js")),
@@ -96,16 +98,24 @@ pub(super) fn page(page: &Page) -> Result<String, serde_json::Error> {
     let _ = writeln!(out, "<script type=\"importmap\">{imports}</script>\n</head>\n<body>");
     header(page, &title, &mut out);
     out.push_str("<main id=\"main\">\n");
+    // A person who triangulates looks for the data first, and a person who simulates for the proof.
+    let first = if direct { page.data_figures() } else { 1 };
+    if direct && view.is_object() {
+        out.push_str(SCENE);
+    }
     if let Some(run) = shown {
         summary(run, &mut out);
     }
-    for figure in page.figures.iter().take(1) {
+    for figure in page.figures.iter().take(first) {
         section(figure, &mut out);
     }
-    if view.is_object() {
+    if let Some(run) = shown.filter(|_| direct) {
+        triangulation::details(run, &mut out);
+    }
+    if !direct && view.is_object() {
         out.push_str(SCENE);
     }
-    for figure in page.figures.iter().skip(1) {
+    for figure in page.figures.iter().skip(first) {
         section(figure, &mut out);
     }
     if let Some(mesh) = mesh {
@@ -149,8 +159,14 @@ fn header(page: &Page, title: &str, out: &mut String) {
     let _ = writeln!(out, "<h1>{}</h1>\n</div>", escape(title));
     out.push_str("<nav aria-label=\"Figures\">\n");
     let mut links: Vec<(&str, &str)> = page.figures.iter().map(|f| (f.id, f.title)).collect();
-    if page.shown.is_some_and(|at| page.runs[at].value["view"].is_object()) {
-        links.insert(links.len().min(1), ("partition", "The partition"));
+    let shown = page.shown.map(|at| &page.runs[at]);
+    let direct = shown.is_some_and(RunData::is_direct);
+    let place = if direct { 0 } else { links.len().min(1) };
+    if direct {
+        links.insert(page.data_figures(), ("details", "The run"));
+    }
+    if shown.is_some_and(|run| run.value["view"].is_object()) {
+        links.insert(place, ("partition", if direct { "The points" } else { "The partition" }));
     }
     if page.meshes.first().is_some_and(|mesh| mesh.file.view.is_some()) {
         links.push(("mesh", "The mesh"));

@@ -23,6 +23,7 @@ mod levels;
 mod mesh;
 mod plot;
 mod svg;
+mod triangulation;
 
 pub use data::RunData;
 pub use error::PageError;
@@ -64,6 +65,7 @@ impl Page {
         let shown = runs.iter().position(RunData::is_whole);
         let mut figures = Vec::new();
         if let Some(run) = shown.map(|at| &runs[at]) {
+            figures.extend(triangulation::figures(run));
             figures.extend(bars::proofs(run));
             figures.extend(heat::timeline(run));
             figures.extend(heat::traffic(run));
@@ -81,6 +83,11 @@ impl Page {
     /// Fails if a number cannot be written as JSON.
     pub fn html(&self) -> Result<String, serde_json::Error> {
         html::page(self)
+    }
+
+    /// Returns the number of leading figures that show the data.
+    fn data_figures(&self) -> usize {
+        self.figures.iter().take_while(|figure| triangulation::FIGURES.contains(&figure.id)).count()
     }
 
     fn all_figures(&self) -> impl Iterator<Item = &PageFigure> {

@@ -52,6 +52,14 @@ impl<'a> Goal<'a> {
         }
     }
 
+    /// Whether the numbers of the triangulation are printed and reported.
+    pub(super) fn has_stats(self) -> bool {
+        match self {
+            Goal::Triangulate(args) => args.stats,
+            Goal::Simulate(_) => false,
+        }
+    }
+
     /// Returns the options of the run, as given.
     pub(super) fn given(self) -> &'a Options<Spec> {
         match self {

@@ -15,6 +15,7 @@ use std::time::Instant;
 
 use septet_core::run::memory::{peak_rss, rss};
 use septet_core::run::processes::{HeldRows, run_held};
+use septet_core::run::stats::shared_stats;
 use septet_core::{Outcome, Remedy, Spec, perform};
 use septet_lab::report::{RunContext, RunReport};
 use septet_protocol::wire::Alone;
@@ -56,6 +57,7 @@ pub fn run(
     let plan = team.agree(plan)?;
     plan.check_outputs(team)?;
     let rows = Rows::read(&plan, team, talk)?;
+    plan.check_dimension(rows.held.points.dimension(), team)?;
     let read_seconds = rows.seconds.unwrap_or_else(|| start.elapsed().as_secs_f64());
     rows.complete(&mut spec, &plan, team, talk)?;
     requested.recursion.spacing = spec.recursion.spacing;
@@ -72,6 +74,11 @@ pub fn run(
         files.extend(write_mesh_files((&plan, spec.keep.owner), &run, &rows, team, talk)?);
     }
     files.extend(write_duplicates(goal, &run, &rows, team)?);
+    let stats = if goal.has_stats() && failure.is_none() {
+        Some(shared_stats(&mut team.processes, &run, rows.held.points.coordinates())?)
+    } else {
+        None
+    };
     unite_counts(team, &mut run, (goal, spec.keep.nodes))?;
     files.extend(write_costs(goal, &spec, &run)?);
     let write_seconds = start.elapsed().as_secs_f64() - run_seconds;
@@ -87,6 +94,7 @@ pub fn run(
         extent: rows.held.extent.as_ref(),
         is_terrain: rows.held.heights.is_some(),
         height_difference,
+        stats: stats.as_ref(),
         read_seconds,
         write_seconds,
         total_seconds: start.elapsed().as_secs_f64(),

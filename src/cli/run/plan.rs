@@ -8,7 +8,7 @@ use septet_core::run::memory::admit;
 use septet_core::run::processes::placement;
 use septet_core::spec::Task;
 use septet_io::read::ReadOptions;
-use septet_io::write::check_shared;
+use septet_io::write::{check_dimension, check_shared};
 use septet_protocol::transport::Placement;
 
 use super::goal::Goal;
@@ -89,6 +89,17 @@ impl<'a> Plan<'a> {
             check_shared(&mut team.processes, &args.output, &args.writing.options())?;
         }
         Ok(())
+    }
+
+    /// Checks that triangulations of this dimension can be written to all outputs.
+    ///
+    /// # Errors
+    /// See [`check_dimension`].
+    pub(super) fn check_dimension(&self, dimension: usize, team: &mut Team<'_>) -> Result<(), Failure> {
+        let args = self.goal.args();
+        let options = args.writing.options();
+        let mut outputs = args.output.iter();
+        team.agree(outputs.try_for_each(|output| Ok(check_dimension(output, &options, dimension)?)))
     }
 
     /// Returns the number of the first row of all processes.

@@ -16,6 +16,7 @@ use crate::files;
 use crate::instruments::Tables;
 use crate::options::RunArgs;
 use crate::progress::Talk;
+use crate::stats;
 use crate::summary;
 
 /// Returns the reports of all processes of a team.
@@ -113,7 +114,8 @@ fn print_report(
         files::write_text(path, &text)?;
     }
     let is_sample = args.input.starts_with("sample:");
-    for line in summary::of_run(report, is_sample).into_iter().chain(summary::written(files)) {
+    let stats = report.stats.as_ref().map(|stats| stats::lines(stats, report.space)).unwrap_or_default();
+    for line in summary::of_run(report, is_sample).into_iter().chain(stats).chain(summary::written(files)) {
         talk.note(line);
     }
     if let Some(note) = report.input.as_ref().and_then(InputReport::height_note) {

@@ -109,7 +109,7 @@ impl Rows {
         let counted = plan.goal.task() == Task::Simulate;
         spec.recursion.spacing = self.spacing;
         if team.is_alone() && args.json.is_some() {
-            spec.keep.view = spec.keep.view.or(counted.then_some(MOST_POINTS));
+            spec.keep.view = spec.keep.view.or((counted || plan.goal.has_stats()).then_some(MOST_POINTS));
         }
         spec.control.cancel = Some(talk.cancel.clone());
         if team.is_first() {

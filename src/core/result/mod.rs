@@ -6,4 +6,5 @@ pub mod outcome;
 pub mod own_counts;
 pub mod refutation;
 pub mod share;
+pub mod stats;
 pub mod view;

@@ -13,6 +13,7 @@ pub mod memory;
 mod perform;
 pub mod processes;
 mod settings;
+pub mod stats;
 
 use std::time::Instant;
 

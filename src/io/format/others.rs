@@ -111,12 +111,7 @@ pub(super) const OTHERS: [Other; 20] = [
         "decompress it with `unxz`, or compress it with gzip",
         "write a .gz file",
     ),
-    other(
-        &["svg", "pdf", "png", "jpg"],
-        "a picture",
-        "give a file of coordinates",
-        "write .vtu for ParaView",
-    ),
+    other(&["pdf", "png", "jpg"], "a picture", "give a file of coordinates", "write .vtu for ParaView"),
     other(&["sqlite", "db"], "a database", "export its rows as .csv", "write .csv for points"),
     other(
         &["shx", "dbf", "prj"],

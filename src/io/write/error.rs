@@ -60,6 +60,12 @@ pub enum OutputError {
         /// The number of entries.
         entries: u64,
     },
+    /// The format is a picture of the plane, but the points have three coordinates.
+    #[error("{}: an .svg file is a picture of triangles in the plane, but the points have three coordinates", .path.display())]
+    OnlyPlane {
+        /// The path.
+        path: PathBuf,
+    },
     /// The directory of the file does not exist or is not a directory.
     #[error("{}: the directory {} does not exist", .path.display(), .directory.display())]
     MissingDirectory {
@@ -136,7 +142,8 @@ impl OutputError {
             | OutputError::NotOneFile
             | OutputError::Compressed { .. }
             | OutputError::NotText { .. }
-            | OutputError::NoPieces { .. } => exit_code::USAGE,
+            | OutputError::NoPieces { .. }
+            | OutputError::OnlyPlane { .. } => exit_code::USAGE,
             OutputError::TooLarge { .. } => exit_code::LIMIT,
             _ => exit_code::FAILED,
         }
@@ -153,6 +160,7 @@ impl OutputError {
             OutputError::Compressed { .. } => "omit .gz",
             OutputError::NotText { .. } => "choose another name",
             OutputError::NoPieces { .. } | OutputError::TooLarge { .. } => "write .vtu",
+            OutputError::OnlyPlane { .. } => "write .vtu for ParaView; {dimension=2} takes x and y of points",
             OutputError::MissingDirectory { .. } => "create the directory, or choose another",
             OutputError::IsDirectory { .. } => "give the name of a file in it",
             OutputError::Obstructed { .. } => "choose another name for the output, or move the obstacle away",
@@ -175,6 +183,8 @@ pub(super) enum WriteFault {
     Topology(TopologyError),
     /// There are more entries than the format can count.
     TooLarge(u64),
+    /// The mesh is not in the plane.
+    OnlyPlane,
 }
 
 impl WriteFault {
@@ -184,6 +194,7 @@ impl WriteFault {
         match self {
             WriteFault::Io(source) => OutputError::Io { path, source },
             WriteFault::Topology(source) => OutputError::Topology { path, source },
+            WriteFault::OnlyPlane => OutputError::OnlyPlane { path },
             WriteFault::TooLarge(entries) => OutputError::TooLarge { path, entries },
         }
     }

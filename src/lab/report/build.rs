@@ -15,6 +15,7 @@ use super::schema::{
     CoordinatorReport, Fallback, HowProved, MachineReport, PointsReport, RepairReport, RunReport, RunSeconds,
     SCHEMA, SupergraphReport,
 };
+use super::stats::StatsReport;
 use super::{Parameters, traffic, tree};
 use crate::rows::{self, GroupTotal, NodeRow, PhaseRow};
 
@@ -43,6 +44,7 @@ impl RunReport {
             dimension: run.dimension,
             simplices: run.facts.cells,
             hull_facets: run.hull_facets,
+            stats: context.stats.map(StatsReport::of),
             certificate: match run.refutation {
                 None => "passed".to_owned(),
                 Some(refutation) => format!("failed: {refutation}"),

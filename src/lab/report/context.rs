@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use septet_core::Stats;
 use septet_io::read::{Extent, FileReading};
 
 /// The context of a run: the data of its report that the run itself does not contain.
@@ -25,6 +26,8 @@ pub struct RunContext<'a> {
     pub is_terrain: bool,
     /// The largest difference of the heights of coincident points of a terrain, if there are any.
     pub height_difference: Option<f64>,
+    /// The numbers of the triangulation, if requested.
+    pub stats: Option<&'a Stats>,
     /// Measured seconds of reading.
     pub read_seconds: f64,
     /// Measured seconds of writing.

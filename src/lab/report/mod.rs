@@ -13,6 +13,7 @@ pub mod mesh;
 mod parameters;
 mod processes;
 mod schema;
+mod stats;
 mod summary;
 pub(crate) mod tables;
 mod traffic;
@@ -28,6 +29,7 @@ pub use schema::{
     Fallback, GraphReport, HowProved, LevelDepths, MachineReport, PointsReport, RepairReport, RunReport,
     RunSeconds, SCHEMA, SupergraphReport, TreeReport,
 };
+pub use stats::{HullReport, StatsReport};
 pub use tables::TableFormat;
 pub use traffic::{BinReport, LinkReport, MOST_BINS, SenderReport, TimelineReport, TrafficReport, bin_ranks};
 pub use verify::{VERIFY_SCHEMA, VerifyReport};

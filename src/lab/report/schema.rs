@@ -11,6 +11,7 @@ use septet_protocol::ledger::{PathStep, RoundRow};
 
 use super::input::InputReport;
 use super::processes::ProcessReport;
+use super::stats::StatsReport;
 use super::traffic::{TimelineReport, TrafficReport};
 use super::{Parameters, SettledReport};
 use crate::rows::{GraphRow, GroupTotal, LevelRow, NodeRow, PhaseRow, TreeRow};
@@ -50,6 +51,9 @@ pub struct RunReport {
     pub simplices: u64,
     /// Number of facets of the convex hull.
     pub hull_facets: u64,
+    /// The numbers of the triangulation; absent unless requested.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stats: Option<StatsReport>,
     /// `passed`, or `failed: ` and the reason. If it failed, there are no simplices.
     pub certificate: String,
     /// The splaying of stars that disagree.

@@ -14,12 +14,15 @@
 
 pub mod angles;
 pub mod balls;
+pub mod estimate;
 pub mod histogram;
 pub mod promise;
 pub mod ratio;
+pub mod shapes;
 pub mod zones;
 
 use std::collections::BTreeMap;
+use std::ops::Deref;
 
 use septet_geometry::measure::circumcentre;
 use septet_geometry::point::Point;
@@ -31,6 +34,7 @@ use crate::space::Space;
 use crate::sum::Sum;
 use histogram::Histogram;
 use ratio::Bracket;
+use shapes::{Shape, Shapes};
 
 /// The location of the circumcentre of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -138,24 +142,15 @@ pub const SLIVER_RATIO: f64 = 2.0;
 /// The measured quality of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quality<P> {
-    /// Radius-edge ratios of all cells.
-    pub ratios: Histogram,
+    /// The shapes of the cells. They are also fields of the quality. Ratios are upper bounds. The smallest and the largest measure
+    /// are in the unit of the file, and their sum is in scaled coordinates.
+    pub shapes: Shapes,
     /// The cells by location: free, near, above large subfacets, outside.
     pub places: [RadiusEdge<P>; 4],
     /// The cells by the feature of their location, in descending order of the largest ratio.
     pub features: Vec<NearFeature>,
-    /// All angles in degrees: dihedral angles in space, interior angles in the plane.
-    pub angles: Histogram,
-    /// The smallest angle of each cell.
-    pub least_angles: Histogram,
-    /// The largest angle of each cell.
-    pub largest_angles: Histogram,
     /// The cells with the smallest angles.
     pub thinnest: Vec<WorstCell<P>>,
-    /// Numbers of cells with an angle below each of [`SLIVERS`] and a radius-edge ratio below [`SLIVER_RATIO`].
-    pub slivers: [u64; 3],
-    /// The smallest and the largest measure of a cell, in the unit of the file.
-    pub volumes: [f64; 2],
     /// The total measure of all cells.
     pub volume: f64,
     /// The length of every edge, divided by the smaller size at its ends.
@@ -168,6 +163,14 @@ pub struct Quality<P> {
     pub points: u64,
     /// The steepest edge. Its slope is a lower bound of the Lipschitz constant of f.
     pub steepest: Steepest,
+}
+
+impl<P> Deref for Quality<P> {
+    type Target = Shapes;
+
+    fn deref(&self) -> &Shapes {
+        &self.shapes
+    }
 }
 
 /// Measures a mesh. Its arrays must be consistent, and its sizes must be positive.
@@ -203,17 +206,11 @@ fn empty<P: Point>(points: u64, measure: &Measure<'_, P>) -> Quality<P> {
         over: 0,
         worst: Vec::new(),
     };
-    let degrees = |bins| Histogram::new(0.0, 180.0, bins);
     Quality {
-        ratios: Histogram::new(0.5, 4.5, 80),
+        shapes: Shapes::default(),
         places: [place(free), place(near), place(above), place(None)],
         features: Vec::new(),
-        angles: degrees(90),
-        least_angles: degrees(90),
-        largest_angles: degrees(90),
         thinnest: Vec::new(),
-        slivers: [0; 3],
-        volumes: [f64::INFINITY, f64::NEG_INFINITY],
         volume: 0.0,
         lengths: Histogram::new(0.0, 4.0, 80),
         grading: None,
@@ -235,8 +232,7 @@ struct Assessor<'a, P: Space> {
 
 impl<P: Space> Assessor<'_, P> {
     fn cells(&mut self, exponent: i32) {
-        let (mut volume, mut integral) = (Sum::default(), Sum::default());
-        let mut volumes = self.out.volumes;
+        let mut integral = Sum::default();
         for (row, cell) in self.mesh.cells.iter().enumerate() {
             let mut corners = [P::default(); 4];
             for (corner, &v) in corners.iter_mut().zip(cell.as_ref()) {
@@ -244,37 +240,24 @@ impl<P: Space> Assessor<'_, P> {
             }
             let corners = &corners[..=P::DIM];
             let part = angles::measure(corners);
-            volume.add(part);
-            volumes = [volumes[0].min(part), volumes[1].max(part)];
             let density = cell.as_ref().iter().map(|&v| self.sizes[v as usize].powi(-(P::DIM as i32)));
             integral.add(part * density.sum::<f64>() / (P::DIM + 1) as f64);
-            self.cell(row as u32, corners);
+            self.cell(row as u32, corners, part);
         }
         let unscaled = |mut x: f64| {
             (0..P::DIM).for_each(|_| x = scale(P::splat(x), -exponent).coord(0));
             x
         };
-        self.out.volumes = volumes.map(unscaled);
-        self.out.volume = unscaled(volume.value());
+        self.out.volume = unscaled(self.out.shapes.volume.value());
+        self.out.shapes.volumes = self.out.shapes.volumes.map(unscaled);
         self.out.integral = integral.value();
     }
 
-    fn cell(&mut self, row: u32, corners: &[P]) {
+    fn cell(&mut self, row: u32, corners: &[P], volume: f64) {
         let ratio = ratio::ratio(corners);
-        let found = angles::angles(corners);
-        let least = found.iter().copied().fold(f64::INFINITY, f64::min);
-        let largest = found.iter().copied().fold(0.0, f64::max);
-        for angle in found {
-            self.out.angles.add(angle);
-        }
-        self.out.least_angles.add(least);
-        self.out.largest_angles.add(largest);
-        self.out.ratios.add(ratio.upper);
-        if ratio.upper < SLIVER_RATIO {
-            for (count, limit) in self.out.slivers.iter_mut().zip(SLIVERS) {
-                *count += u64::from(least < limit);
-            }
-        }
+        let shape = Shape { ratio: ratio.upper, angles: angles::angles(corners), volume };
+        let [least, largest] = shape.range();
+        self.out.shapes.add(&shape);
         let centre = circumcentre(corners);
         let flat = !(0..P::DIM).all(|i| centre.coord(i).is_finite());
         let radius = (centre - corners[0]).norm2().sqrt();

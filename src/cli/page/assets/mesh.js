@@ -3,6 +3,7 @@ import { Color, Vector3 } from 'three';
 import { mesh } from 'septet/data';
 import { isDark, onTheme } from 'septet/theme';
 import { tie } from 'septet/tables';
+import { drawLines, drawTriangles } from 'septet/plain';
 import { Stage, frameOf } from 'septet/stage';
 import { BoxLayer } from 'septet/layers';
 import { CellLayer } from 'septet/cells';
@@ -76,6 +77,14 @@ class Picture extends Stage {
         // The light comes from above the eye.
         const light = this.camera.direction().add(new Vector3(0.3, -0.4, 0.6)).normalize();
         this.cells.uniforms.light.value = light.toArray();
+    }
+
+    /** Draws without WebGL. */
+    plain(context, project) {
+        const dark = isDark();
+        drawLines(context, project, this.box.object.geometry, dark ? '#3b4652' : '#c3cad2');
+        const line = get('edges').checked ? (dark ? '#05080c' : '#1b2430') : null;
+        drawTriangles(context, project, this.cells.geometry.attributes, this.cells.drawn, line);
     }
 
     /** Updates the colours. */

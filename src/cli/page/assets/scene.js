@@ -3,6 +3,7 @@ import { Matrix4, Vector3, Vector4 } from 'three';
 import { bit, direct, space, view } from 'septet/data';
 import { isDark, onTheme } from 'septet/theme';
 import { tie } from 'septet/tables';
+import { drawLines, drawPoints } from 'septet/plain';
 import { Stage, frameOf } from 'septet/stage';
 import { BoxLayer, CurveLayer, PointLayer, SurfaceLayer, wong } from 'septet/layers';
 
@@ -22,7 +23,9 @@ class Picture extends Stage {
         const frame = frameOf(view.low, view.high);
         const separators = this.flat ? new CurveLayer(view, frame) : new SurfaceLayer(view, frame, this.shared);
         this.points = new PointLayer(view, frame, this.shared);
-        this.layers = [new BoxLayer(view, frame), this.points, separators];
+        this.box = new BoxLayer(view, frame);
+        this.curves = this.flat ? separators : null;
+        this.layers = [this.box, this.points, separators];
         for (const layer of this.layers) {
             this.scene.add(layer.object);
         }
@@ -56,9 +59,22 @@ class Picture extends Stage {
         }
     }
 
+    /** Draws without WebGL. */
+    plain(context, project) {
+        const { dark } = this.state;
+        drawLines(context, project, this.box.object.geometry, dark ? '#3b4652' : '#c3cad2');
+        const { places, tints, weights } = this.points;
+        const points = { places, tints: tints.array, weights: weights.array };
+        const { cut, thickness, pixel } = this.shared;
+        drawPoints(context, project, points, { cut: cut.value, thickness: thickness.value, pixel: pixel.value / this.ratio });
+        if (this.curves) {
+            drawLines(context, project, this.curves.object.geometry, dark ? '#f2f5f8' : '#10161d');
+        }
+    }
+
     prepare(height) {
         this.slice();
-        this.shared.pixel.value = this.renderer.getPixelRatio() * Math.max(1, Math.sqrt(this.camera.place.zoom)) * (height / 544);
+        this.shared.pixel.value = this.ratio * Math.max(1, Math.sqrt(this.camera.place.zoom)) * (height / 544);
         this.shared.towards.value.copy(this.camera.direction());
         const { eye } = this.camera;
         this.shared.clip.value.multiplyMatrices(eye.projectionMatrix, eye.matrixWorldInverse);
@@ -121,6 +137,12 @@ function table() {
 }
 
 export function startScene() {
+    if (direct) {
+        // A person who triangulates points looks for the points first.
+        get('colour').value = 'owner';
+        get('show-separators').checked = false;
+        get('partition-title').textContent = 'The points';
+    }
     const picture = new Picture();
     const deepest = Math.max(0, ...view.separators.map((s) => s.level));
     get('level').max = deepest;

@@ -1,6 +1,7 @@
 // The common part of all pictures: a canvas, a camera that turns, and a loop that draws after a change.
 import { ColorManagement, LinearSRGBColorSpace, Scene, WebGLRenderer } from 'three';
 import { Camera } from 'septet/camera';
+import { hasWebGL, projection, sayPlain } from 'septet/plain';
 
 // The shaders write colours as the style sheet gives them, without conversion.
 ColorManagement.enabled = false;
@@ -17,9 +18,15 @@ export class Stage {
     constructor(canvas, flat, before) {
         this.canvas = canvas;
         this.before = before;
-        this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
-        this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
-        this.renderer.outputColorSpace = LinearSRGBColorSpace;
+        this.ratio = Math.min(window.devicePixelRatio, 2);
+        if (hasWebGL()) {
+            this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+            this.renderer.setPixelRatio(this.ratio);
+            this.renderer.outputColorSpace = LinearSRGBColorSpace;
+        } else {
+            this.context = canvas.getContext('2d');
+            sayPlain(canvas.parentElement);
+        }
         this.scene = new Scene();
         this.turning = false;
         this.camera = new Camera(canvas, flat, () => this.request());
@@ -39,7 +46,10 @@ export class Stage {
         const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
         if (this.width !== width || this.height !== height) {
             [this.width, this.height] = [width, height];
-            this.renderer.setSize(width, height, false);
+            this.renderer?.setSize(width, height, false);
+            if (this.context) {
+                [this.canvas.width, this.canvas.height] = [width * this.ratio, height * this.ratio];
+            }
         }
         if (this.turning) {
             this.camera.place.turn += 0.006;
@@ -47,7 +57,13 @@ export class Stage {
         }
         this.camera.look(width, height);
         this.before(width, height);
-        this.renderer.render(this.scene, this.camera.eye);
+        if (this.renderer) {
+            this.renderer.render(this.scene, this.camera.eye);
+        } else {
+            this.context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
+            this.context.clearRect(0, 0, width, height);
+            this.plain(this.context, projection(this.camera.eye, width, height));
+        }
     }
 
     /** Connects the buttons that every picture has. */

@@ -144,7 +144,7 @@ pub const fn reader(format: Format) -> Reader {
         Format::Poly => Reader { domain: Some(poly::read_polygons), ..NONE },
         Format::Smesh => Reader { domain: Some(poly::read_simple), ..NONE },
         Format::Pvtu => Reader { cells: Some(vtu::read_pieces), ..NONE },
-        Format::Faces => NONE,
+        Format::Faces | Format::Svg => NONE,
     }
 }
 

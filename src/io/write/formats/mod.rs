@@ -10,6 +10,7 @@ mod ply;
 pub mod pvtu;
 mod stl;
 mod surface;
+mod svg;
 mod table;
 mod tetgen;
 mod vtk;
@@ -124,6 +125,11 @@ pub const fn writer(format: Format) -> Writer {
         Format::Obj => Writer {
             mesh: Some(Body::One(|out, mesh, _, progress| obj::write(out, mesh, progress))),
             points: Some(|out, points, _, progress| table::write_obj(out, points, progress)),
+            ..NONE
+        },
+        Format::Svg => Writer {
+            mesh: Some(Body::One(|out, mesh, _, progress| svg::write(out, mesh, progress))),
+            records: svg::records,
             ..NONE
         },
         Format::Vtu => VTU,

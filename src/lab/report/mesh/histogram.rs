@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use septet_meshing::quality::histogram::Histogram;
+pub use septet_meshing::quality::histogram::PERCENTILES;
 
 /// Counts over equal bins.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -22,8 +23,39 @@ pub struct HistogramReport {
     pub most: Option<f64>,
     /// The mean. `None` if there are no values, or if it is not finite.
     pub mean: Option<f64>,
+    /// Percentiles of the values.
+    #[serde(default)]
+    pub percentiles: Percentiles,
     /// Number of values in each bin.
     pub counts: Vec<u64>,
+}
+
+/// Percentiles: each is the smallest value that at least so many percent of the values do not exceed, or a number below it by at
+/// most one part in 2048. `None` if there are no values, or if it is not finite.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Percentiles {
+    /// 1 %.
+    pub p1: Option<f64>,
+    /// 5 %.
+    pub p5: Option<f64>,
+    /// 25 %.
+    pub p25: Option<f64>,
+    /// 50 %, the median.
+    pub p50: Option<f64>,
+    /// 75 %.
+    pub p75: Option<f64>,
+    /// 95 %.
+    pub p95: Option<f64>,
+    /// 99 %.
+    pub p99: Option<f64>,
+}
+
+impl Percentiles {
+    /// Returns the percentiles in the order of [`PERCENTILES`].
+    pub fn values(&self) -> [Option<f64>; 7] {
+        [self.p1, self.p5, self.p25, self.p50, self.p75, self.p95, self.p99]
+    }
 }
 
 impl HistogramReport {
@@ -42,6 +74,7 @@ impl HistogramReport {
 impl From<&Histogram> for HistogramReport {
     fn from(h: &Histogram) -> Self {
         let finite = |x: f64| x.is_finite().then_some(x);
+        let [p1, p5, p25, p50, p75, p95, p99] = PERCENTILES.map(|p| h.percentile(p).and_then(finite));
         HistogramReport {
             from: h.from,
             to: h.to,
@@ -50,6 +83,7 @@ impl From<&Histogram> for HistogramReport {
             least: finite(h.least),
             most: finite(h.most),
             mean: h.mean().and_then(finite),
+            percentiles: Percentiles { p1, p5, p25, p50, p75, p95, p99 },
             counts: h.counts.clone(),
         }
     }

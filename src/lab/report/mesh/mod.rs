@@ -12,10 +12,11 @@ use septet_meshing::facet::Triangulate;
 use septet_meshing::input::DomainKind;
 use septet_meshing::mesh::{Mesh, StageLine};
 use septet_meshing::quality::ratio::Bracket;
-use septet_meshing::quality::{CentrePlace, Quality, RadiusEdge, SLIVER_RATIO, SLIVERS, WorstCell};
+use septet_meshing::quality::{CentrePlace, Quality, RadiusEdge, WorstCell};
 
 pub mod histogram;
 mod schema;
+mod shapes;
 pub mod tables;
 
 pub use schema::{
@@ -23,6 +24,8 @@ pub use schema::{
     MeshSeconds, MeshSettled, ParameterReport, PlaceReport, QualityReport, RatioRange, SliverReport,
     StageReport,
 };
+
+pub use shapes::ShapeReport;
 
 use super::parameters::Requested;
 use histogram::HistogramReport;
@@ -263,15 +266,16 @@ fn cell<P: Triangulate>(domain: &Domain<P>, worst: &WorstCell<P>, first_id: u64)
 }
 
 fn quality_report<P: Triangulate>(domain: &Domain<P>, q: &Quality<P>, first_id: u64) -> QualityReport {
-    let sliver = |(&angle, &cells): (&f64, &u64)| SliverReport { angle, radius_edge: SLIVER_RATIO, cells };
+    let ShapeReport { radius_edge, angles, least_angles, largest_angles, slivers, .. } =
+        ShapeReport::of(&q.shapes);
     QualityReport {
-        radius_edge: (&q.ratios).into(),
-        angles: (&q.angles).into(),
-        least_angles: (&q.least_angles).into(),
-        largest_angles: (&q.largest_angles).into(),
+        radius_edge,
+        angles,
+        least_angles,
+        largest_angles,
         length_over_size: (&q.lengths).into(),
         size_over_local_size: q.grading.as_ref().map(HistogramReport::from),
-        slivers: SLIVERS.iter().zip(&q.slivers).map(sliver).collect(),
+        slivers,
         least_volume: q.volumes[0],
         largest_volume: q.volumes[1],
         volume: q.volume,

@@ -367,7 +367,7 @@ pub struct QualityReport {
 }
 
 /// Number of cells with an angle below `angle` and a radius-edge ratio below `radius_edge`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SliverReport {
     /// The angle in degrees.
