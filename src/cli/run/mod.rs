@@ -11,9 +11,10 @@ mod rows;
 mod team;
 mod trace;
 
+use std::path::PathBuf;
 use std::time::Instant;
 
-use septet_core::run::memory::{peak_rss, rss};
+use septet_core::run::memory::{check_peak, peak_rss, rss};
 use septet_core::run::processes::{HeldRows, run_held};
 use septet_core::{Outcome, Remedy, Spec, perform};
 use septet_lab::report::{RunContext, RunReport};
@@ -69,7 +70,7 @@ pub fn run(
         Failure::of(Code::Rejected, &message, Some(Remedy::REPORT))
     });
     if failure.is_none() {
-        files.extend(write_mesh_files((&plan, spec.keep.owner), &run, &rows, team, talk)?);
+        files.extend(write_mesh_files((&plan, &spec), &run, &rows, team, talk)?);
     }
     unite_counts(team, &mut run, (goal, spec.keep.nodes))?;
     files.extend(write_costs(goal, &spec, &run)?);
@@ -90,6 +91,7 @@ pub fn run(
         peak_rss_bytes: peak_rss(),
     };
     let processes = gather(team, &run, start)?;
+    team.agree(check_peak(&spec).map_err(Failure::from)).inspect_err(|_| remove(&files))?;
     let transport = team.transport;
     team.first_only(|| {
         let report = RunReport::of(&run, &requested, &context);
@@ -99,7 +101,16 @@ pub fn run(
         };
         publish((args, &requested), &plan.tables, &report, files, talk)
     })?;
+    check_peak(&spec)?;
     failure.map_or(Ok(()), Err)
+}
+
+/// Removes the files of a run that reached its limit of memory after it had written them.
+fn remove(files: &[PathBuf]) {
+    for file in files {
+        // A file that is already gone is as wanted.
+        let _ = std::fs::remove_file(file);
+    }
 }
 
 /// Runs the ranks of this process. A process without ranks gets the facts from the first one.
