@@ -1,8 +1,8 @@
 //! Failures of the program: a message, help, the offending input line, and an exit code.
 
-use std::panic::resume_unwind;
 use std::fmt::{Display, Write as _};
 use std::io::{ErrorKind, Write as _};
+use std::panic::resume_unwind;
 
 use septet_core::generate::{GenerateError, Kind};
 use septet_core::spec::SpecError;

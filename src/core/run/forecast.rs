@@ -138,7 +138,10 @@ mod tests {
     fn stars_of_local_cells_do_not_grow() {
         for kind in [Kind::Uniform, Kind::Ball, Kind::Grid, Kind::Clusters, Kind::Slab] {
             let [few, many] = [3000, 50_000].map(|n| star_of(kind, n));
-            assert!((15.0..40.0).contains(&few) && (15.0..40.0).contains(&many), "{kind:?}: {few} and {many}");
+            assert!(
+                (15.0..40.0).contains(&few) && (15.0..40.0).contains(&many),
+                "{kind:?}: {few} and {many}"
+            );
         }
     }
 

@@ -17,7 +17,7 @@ use crate::spec::{Spec, Task};
 /// Returns [`Error::Memory`] if the points alone exceed the limit of the specification.
 pub fn admit_rows(spec: &Spec, points: u64, dimension: usize) -> Result<(), Error> {
     let bytes = points.saturating_mul((size_of::<f64>() * dimension) as u64);
-    compare(spec, points, || bytes.saturating_add(rss().unwrap_or(0)))
+    compare(spec, points, || bytes)
 }
 
 /// Checks the forecast of a run against the limit of the specification.

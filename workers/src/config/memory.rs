@@ -130,7 +130,8 @@ mod tests {
     #[test]
     fn measurements_stop_a_run_at_its_limit() {
         let use_of = |limit| {
-            let stop = Stop::new(None, Some(MemoryLimit::new(limit, || Some(MemoryUse { now: 50, peak: 90 }))));
+            let stop =
+                Stop::new(None, Some(MemoryLimit::new(limit, || Some(MemoryUse { now: 50, peak: 90 }))));
             stop.measure();
             stop.check()
         };
