@@ -64,6 +64,8 @@ class Case:
         status, peak, seconds, text = run(self.command)
         if status != 0:
             sys.exit(f"status {status}: {' '.join(self.command)}\n{text}")
+        if self.output:
+            os.remove(self.output)
         return peak, seconds
 
 

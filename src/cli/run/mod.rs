@@ -91,7 +91,9 @@ pub fn run(
         peak_rss_bytes: peak_rss(),
     };
     let processes = gather(team, &run, start)?;
-    team.agree(check_peak(&spec).map_err(Failure::from)).inspect_err(|_| remove(&files))?;
+    let within = |files: &[PathBuf]| check_peak(&spec).map_err(Failure::from).inspect_err(|_| remove(files));
+    let written = files.clone();
+    team.agree(within(&written)).inspect_err(|_| remove(&written))?;
     let transport = team.transport;
     team.first_only(|| {
         let report = RunReport::of(&run, &requested, &context);
@@ -99,9 +101,10 @@ pub fn run(
             Some(name) => report.with_processes(name, processes),
             None => report,
         };
+        within(&written)?;
         publish((args, &requested), &plan.tables, &report, files, talk)
     })?;
-    check_peak(&spec)?;
+    team.agree(within(&written))?;
     failure.map_or(Ok(()), Err)
 }
 
