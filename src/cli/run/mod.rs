@@ -65,10 +65,7 @@ pub fn run(
     let mut run =
         trace::traced(&args.tracing, team, talk, &mut files, |team| run_ranks(&plan, &spec, &rows, team))?;
     let run_seconds = start.elapsed().as_secs_f64();
-    let failure = run.refutation.as_ref().map(|found| {
-        let message = format!("the certificate failed: {found}");
-        Failure::of(Code::Rejected, &message, Some(Remedy::REPORT))
-    });
+    let failure = rejection(&run);
     if failure.is_none() {
         files.extend(write_mesh_files((&plan, &spec), &run, &rows, team, talk)?);
     }
@@ -91,9 +88,8 @@ pub fn run(
         peak_rss_bytes: peak_rss(),
     };
     let processes = gather(team, &run, start)?;
-    let within = |files: &[PathBuf]| check_peak(&spec).map_err(Failure::from).inspect_err(|_| remove(files));
     let written = files.clone();
-    team.agree(within(&written)).inspect_err(|_| remove(&written))?;
+    team.agree(check_memory(&spec, &written)).inspect_err(|_| remove(&written))?;
     let transport = team.transport;
     team.first_only(|| {
         let report = RunReport::of(&run, &requested, &context);
@@ -101,11 +97,24 @@ pub fn run(
             Some(name) => report.with_processes(name, processes),
             None => report,
         };
-        within(&written)?;
+        check_memory(&spec, &written)?;
         publish((args, &requested), &plan.tables, &report, files, talk)
     })?;
-    team.agree(within(&written))?;
+    team.agree(check_memory(&spec, &written))?;
     failure.map_or(Ok(()), Err)
+}
+
+/// Returns the failure of a run whose certificate failed.
+fn rejection(run: &Outcome) -> Option<Failure> {
+    run.refutation.as_ref().map(|found| {
+        let message = format!("the certificate failed: {found}");
+        Failure::of(Code::Rejected, &message, Some(Remedy::REPORT))
+    })
+}
+
+/// Checks the peak of a run that has written its files. Removes them if it is above the limit.
+fn check_memory(spec: &Spec, files: &[PathBuf]) -> Result<(), Failure> {
+    check_peak(spec).map_err(Failure::from).inspect_err(|_| remove(files))
 }
 
 /// Removes the files of a run that reached its limit of memory after it had written them.
