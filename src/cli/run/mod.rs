@@ -71,7 +71,6 @@ pub fn run(
     }
     unite_counts(team, &mut run, (goal, spec.keep.nodes))?;
     files.extend(write_costs(goal, &spec, &run)?);
-    let write_seconds = start.elapsed().as_secs_f64() - run_seconds;
     talk.clear();
     let context = RunContext {
         command: goal.name(),
@@ -82,14 +81,13 @@ pub fn run(
         reading: rows.held.reading.as_ref(),
         extent: rows.held.extent.as_ref(),
         read_seconds,
-        write_seconds,
+        write_seconds: start.elapsed().as_secs_f64() - run_seconds,
         total_seconds: start.elapsed().as_secs_f64(),
         rss_before_bytes,
         peak_rss_bytes: peak_rss(),
     };
     let processes = gather(team, &run, start)?;
-    let written = files.clone();
-    team.agree(check_memory(&spec, &written)).inspect_err(|_| remove(&written))?;
+    team.agree(check_memory(&spec, &files)).inspect_err(|_| remove(&files))?;
     let transport = team.transport;
     team.first_only(|| {
         let report = RunReport::of(&run, &requested, &context);
@@ -97,10 +95,10 @@ pub fn run(
             Some(name) => report.with_processes(name, processes),
             None => report,
         };
-        check_memory(&spec, &written)?;
-        publish((args, &requested), &plan.tables, &report, files, talk)
+        check_memory(&spec, &files)?;
+        publish((args, &requested), &plan.tables, &report, files.clone(), talk)
     })?;
-    team.agree(check_memory(&spec, &written))?;
+    team.agree(check_memory(&spec, &files))?;
     failure.map_or(Ok(()), Err)
 }
 
