@@ -34,6 +34,9 @@ mod interrupts;
 #[path = "cli/lists.rs"]
 mod lists;
 
+#[path = "cli/memory.rs"]
+mod memory;
+
 #[path = "cli/mesh.rs"]
 mod mesh;
 

@@ -202,7 +202,7 @@ fn ended(
         Ok(Ok(())) => return Ok(ExitCode::SUCCESS),
         Ok(Err(failure)) => failure,
         Err(payload) if payload.is::<Cancelled>() => Failure::interrupted(),
-        Err(payload) => return Err(payload),
+        Err(payload) => *payload.downcast::<Failure>()?,
     };
     Ok(report(&failure, talk))
 }

@@ -70,6 +70,7 @@ fn of_runs() -> Described {
         Points(RangeError::Spread { bits: 411, low: 0, high: 1 }),
         Indices { rows: 9, first: 0, last: 7 },
         Memory { forecast: 9, limit: 8, points: 7 },
+        Exceeded { used: 9, limit: 8 },
         Piece { points: 9, most: 8, workers: 2 },
         Machine(TransportError::Stopped),
         Start(broken()),

@@ -11,9 +11,10 @@ mod rows;
 mod team;
 mod trace;
 
+use std::path::PathBuf;
 use std::time::Instant;
 
-use septet_core::run::memory::{peak_rss, rss};
+use septet_core::run::memory::{check_peak, peak_rss, rss};
 use septet_core::run::processes::{HeldRows, run_held};
 use septet_core::run::stats::shared_stats;
 use septet_core::{Outcome, Remedy, Spec, perform};
@@ -66,12 +67,9 @@ pub fn run(
     let mut run =
         trace::traced(&args.tracing, team, talk, &mut files, |team| run_ranks(&plan, &spec, &rows, team))?;
     let run_seconds = start.elapsed().as_secs_f64();
-    let failure = run.refutation.as_ref().map(|found| {
-        let message = format!("the certificate failed: {found}");
-        Failure::of(Code::Rejected, &message, Some(Remedy::REPORT))
-    });
+    let failure = rejection(&run);
     if failure.is_none() {
-        files.extend(write_mesh_files((&plan, spec.keep.owner), &run, &rows, team, talk)?);
+        files.extend(write_mesh_files((&plan, &spec), &run, &rows, team, talk)?);
     }
     files.extend(write_duplicates(goal, &run, &rows, team)?);
     let stats = if goal.has_stats() && failure.is_none() {
@@ -81,7 +79,6 @@ pub fn run(
     };
     unite_counts(team, &mut run, (goal, spec.keep.nodes))?;
     files.extend(write_costs(goal, &spec, &run)?);
-    let write_seconds = start.elapsed().as_secs_f64() - run_seconds;
     talk.clear();
     let height_difference = rows.height_difference(&run, &plan, team)?;
     let context = RunContext {
@@ -96,12 +93,13 @@ pub fn run(
         height_difference,
         stats: stats.as_ref(),
         read_seconds,
-        write_seconds,
+        write_seconds: start.elapsed().as_secs_f64() - run_seconds,
         total_seconds: start.elapsed().as_secs_f64(),
         rss_before_bytes,
         peak_rss_bytes: peak_rss(),
     };
     let processes = gather(team, &run, start)?;
+    team.agree(check_memory(&spec, &files)).inspect_err(|_| remove(&files))?;
     let transport = team.transport;
     team.first_only(|| {
         let report = RunReport::of(&run, &requested, &context);
@@ -109,9 +107,32 @@ pub fn run(
             Some(name) => report.with_processes(name, processes),
             None => report,
         };
-        publish((args, &requested), &plan.tables, &report, files, talk)
+        check_memory(&spec, &files)?;
+        publish((args, &requested), &plan.tables, &report, files.clone(), talk)
     })?;
+    team.agree(check_memory(&spec, &files))?;
     failure.map_or(Ok(()), Err)
+}
+
+/// Returns the failure of a run whose certificate failed.
+fn rejection(run: &Outcome) -> Option<Failure> {
+    run.refutation.as_ref().map(|found| {
+        let message = format!("the certificate failed: {found}");
+        Failure::of(Code::Rejected, &message, Some(Remedy::REPORT))
+    })
+}
+
+/// Checks the peak of a run that has written its files. Removes them if it is above the limit.
+fn check_memory(spec: &Spec, files: &[PathBuf]) -> Result<(), Failure> {
+    check_peak(spec).map_err(Failure::from).inspect_err(|_| remove(files))
+}
+
+/// Removes the files of a run that reached its limit of memory after it had written them.
+fn remove(files: &[PathBuf]) {
+    for file in files {
+        // A file that is already gone is as wanted.
+        let _ = std::fs::remove_file(file);
+    }
 }
 
 /// Runs the ranks of this process. A process without ranks gets the facts from the first one.

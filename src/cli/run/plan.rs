@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 
 use septet_core::Spec;
 use septet_core::run::admit_team;
-use septet_core::run::memory::admit;
+use septet_core::run::memory::admit_rows;
 use septet_core::run::processes::placement;
-use septet_core::spec::Task;
 use septet_io::read::ReadOptions;
 use septet_io::write::{check_dimension, check_shared};
 use septet_protocol::transport::Placement;
@@ -73,7 +72,7 @@ impl<'a> Plan<'a> {
         check_effects(args, goal.given())?;
         if let (Input::Sample(request), None) = (&input, placement) {
             // A sample that is too large is refused before it is generated.
-            admit(spec, request.n, request.dimension, goal.task() == Task::Simulate)?;
+            admit_rows(spec, request.n, request.dimension)?;
         }
         let reading = read_options(&spec.input)?;
         Ok(Plan { goal, input, tables, reading, placement })

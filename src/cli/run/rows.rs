@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use septet_core::generate::{Request, SeparateRows};
+use septet_core::model::Points;
 use septet_core::result::view::MOST_POINTS;
 use septet_core::run::memory::admit;
 use septet_core::run::processes::rows_of;
@@ -93,8 +94,8 @@ impl Rows {
         Rows { held, spacing, seconds: Some(seconds) }
     }
 
-    /// Completes the specification once the rows are known: the spacing, the picture, progress and cancellation. Checks the
-    /// forecast of the memory of this process against its limit.
+    /// Completes the specification once the rows are known: the spacing, the picture, progress and cancellation. Each of
+    /// several processes checks the forecast of its memory against its limit.
     ///
     /// # Errors
     /// Fails if the points of a process need more memory.
@@ -115,8 +116,14 @@ impl Rows {
         if team.is_first() {
             spec.control.progress = Some(talk.phases());
         }
-        let admitted = admit(spec, points.len() as u64, points.dimension(), counted);
-        team.agree(admitted.map_err(Failure::from))?;
+        if !team.is_alone() {
+            let order = (&*spec, plan.goal.task());
+            let admitted = match points {
+                Points::Plane(points) => admit(order, points),
+                Points::Space(points) => admit(order, points),
+            };
+            team.agree(admitted.map_err(Failure::from))?;
+        }
         if plan.placement.is_some() {
             let outputs = (&args.output[..], &args.writing.options());
             check_gathered(&mut team.processes, outputs, (self.held.rows, points.dimension()))?;

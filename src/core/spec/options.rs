@@ -286,7 +286,9 @@ pub static OPTIONS: &[Row] = &[
     ),
     option!(
         Spec, "max-memory", "max_memory",
-        "Refuse to start if the run is expected to need more memory\n\nK, M, G and T stand for powers of 1024, as in 2G. \
+        "Stop with exit code 5 if the run needs more memory\n\nA forecast refuses most of these runs before they start. Cells \
+         are counted while they grow, and the run stops at the limit without output. Of several processes, each has this \
+         limit. `septet mesh` only forecasts. K, M, G and T stand for powers of 1024, as in 2G. \
          Without a limit, `septet mesh` stops when it finds that the computer has too little memory.",
         Bytes,
         |s| Bytes(s.machine.max_memory),
