@@ -64,6 +64,9 @@ mod report;
 #[path = "cli/reproduce.rs"]
 mod reproduce;
 
+#[path = "cli/verify.rs"]
+mod verify;
+
 #[path = "cli/scale.rs"]
 mod scale;
 
