@@ -1,6 +1,6 @@
 //! The input points, which are read from a file or standard input, or generated.
 
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -18,6 +18,7 @@ use super::errors::{Code, Failure};
 use super::files;
 use super::formats::{check_reading, read_options};
 use super::given::Options;
+use super::gzip;
 use super::progress::Talk;
 use super::text::counted;
 
@@ -143,11 +144,13 @@ pub enum Input<'a> {
 
 impl<'a> Input<'a> {
     /// Parses an argument, and finds the files of a list. `dimension` is the value of `-d`.
-    pub fn of(argument: &'a str, dimension: Option<usize>) -> Result<Self, Failure> {
+    pub fn of(argument: &'a str, dimension: Option<usize>, talk: &Talk) -> Result<Self, Failure> {
         if let Some(request) = sample(argument, dimension)? {
             return Ok(Input::Sample(request));
         }
-        Ok(FileList::of_argument(argument)?.map_or(Input::File(argument), Input::List))
+        let owned = argument.to_owned();
+        let list = watched(talk, move |_| FileList::of_argument(&owned))?;
+        Ok(list?.map_or(Input::File(argument), Input::List))
     }
 
     /// Returns `true` for a sample.
@@ -191,7 +194,7 @@ pub fn load(
     json: Option<&Path>,
     talk: &Talk,
 ) -> Result<Loaded, Failure> {
-    let input = Input::of(name, spec.input.dimension)?;
+    let input = Input::of(name, spec.input.dimension, talk)?;
     check_reading(given, input.is_sample())?;
     let texts: Vec<&Path> = json.into_iter().collect();
     files::check(&input.files(), &[], &texts)?;
@@ -245,7 +248,7 @@ fn with_sample(error: InputError, path: &str) -> Failure {
 }
 
 /// Reads on a thread of its own, shows the progress, and ends the command as soon as Ctrl-C is pressed.
-fn watched<T: Send + 'static>(
+pub fn watched<T: Send + 'static>(
     talk: &Talk,
     read: impl FnOnce(&mut ReadProgress<'_>) -> T + Send + 'static,
 ) -> Result<T, Failure> {
@@ -311,6 +314,17 @@ fn open_list(list: &FileList, options: &ReadOptions, talk: &Talk) -> Result<Load
         [(content.points.len(), "point"), (files.len(), "file")].map(|(n, noun)| counted(n as u64, noun));
     content.notes.insert(0, format!("read {points} from {of}"));
     Loaded::of(content, (&name_of(list), files), start, talk)
+}
+
+/// Returns the text of a file that may be compressed.
+pub fn text_of(path: &Path, talk: &Talk) -> Result<String, Failure> {
+    let owned = path.to_owned();
+    let read = move |_: &mut ReadProgress<'_>| {
+        let mut text = String::new();
+        gzip::open(&owned)?.read_to_string(&mut text)?;
+        Ok::<_, std::io::Error>(text)
+    };
+    watched(talk, read)?.map_err(|error| unreadable(path, &error))
 }
 
 /// Returns the name of an input in messages.

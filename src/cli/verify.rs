@@ -143,8 +143,8 @@ fn subject(args: &VerifyArgs, talk: &Talk) -> Result<Subject, Failure> {
         dimension,
         ..CellOptions::default()
     };
-    let mut progress = |read, total| talk.stage("reading cells", read, total);
-    let file = read_cells(cells, &options, &mut progress)?;
+    let path = cells.clone();
+    let file = input::watched(talk, move |progress| read_cells(&path, &options, progress))??;
     talk.check();
     Subject { points: loaded.points, cells: file, ids: None }.in_dimension(args, talk)
 }

@@ -20,6 +20,7 @@ use crate::files;
 use crate::formats::{check_reading, read_options};
 use crate::given::Options;
 use crate::input::Input;
+use crate::progress::Talk;
 use crate::instruments::{Tables, check_trace};
 use crate::names::with_data;
 use crate::options::RunArgs;
@@ -47,12 +48,16 @@ impl<'a> Plan<'a> {
     ///
     /// # Errors
     /// Fails if the arguments do not fit together, or if a file cannot be written.
-    pub(super) fn of(goal: Goal<'a>, spec: &Spec, team: &Team<'_>) -> Result<Self, Failure> {
+    pub(super) fn of(
+        goal: Goal<'a>,
+        spec: &Spec,
+        (team, talk): (&Team<'_>, &Talk),
+    ) -> Result<Self, Failure> {
         let args = goal.args();
         if !team.is_alone() {
             refuse(goal, spec)?;
         }
-        let input = Input::of(&args.input, spec.input.dimension)?;
+        let input = Input::of(&args.input, spec.input.dimension, talk)?;
         check_trace(&args.tracing)?;
         let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
         check_reading(goal.given(), input.is_sample())?;
