@@ -18,7 +18,8 @@ pub fn message(typed: &str) -> Option<String> {
     let uses = uses(typed)?;
     let is_sample = typed.starts_with("sample:");
     let what = if is_sample { "a sample" } else { "a file" };
-    let mut text = format!("error: {} is {what}, and a command must come before it\n", name(Path::new(typed)));
+    let mut text =
+        format!("error: {} is {what}, and a command must come before it\n", name(Path::new(typed)));
     let width = uses.iter().map(|use_| use_.line.chars().count()).max().unwrap_or(0);
     for (at, Use { line, purpose }) in uses.iter().enumerate() {
         let label = if at == 0 { "help: " } else { "      " };
@@ -41,8 +42,11 @@ fn uses(typed: &str) -> Option<Vec<Use>> {
     if !path.is_file() && format.is_none() {
         return None;
     }
-    let Some(format) = format else { return Some(of_other(path, &word, triangulate("triangulate its points"))) };
-    let mesh = || Use { line: format!("septet mesh {word} -o {output}"), purpose: "mesh the inside of the surface" };
+    let Some(format) = format else {
+        return Some(of_other(path, &word, triangulate("triangulate its points")));
+    };
+    let mesh =
+        || Use { line: format!("septet mesh {word} -o {output}"), purpose: "mesh the inside of the surface" };
     let verify = |line| Use { line, purpose: "check its cells" };
     let both = |first, second| Some(vec![first, second]);
     match (format.has(Role::Points), format.has(Role::Domain)) {
@@ -68,7 +72,10 @@ fn of_other(path: &Path, word: &str, triangulate: Use) -> Vec<Use> {
     match extension(path).as_str() {
         "json" => vec![report()],
         "jsonl" => {
-            vec![Use { line: format!("septet fit {word}"), purpose: "fit growth laws to its counts" }, report()]
+            vec![
+                Use { line: format!("septet fit {word}"), purpose: "fit growth laws to its counts" },
+                report(),
+            ]
         }
         _ => vec![triangulate],
     }
@@ -81,8 +88,7 @@ fn set_of(path: &Path) -> (String, String) {
         plain.with_extension(if is_packed { format!("{extension}.gz") } else { extension.to_owned() })
     };
     let (points, cells) = (with("node"), with("ele"));
-    let points =
-        if points.is_file() { quoted(&points.display().to_string()) } else { "POINTS".to_owned() };
+    let points = if points.is_file() { quoted(&points.display().to_string()) } else { "POINTS".to_owned() };
     (points, quoted(&cells.display().to_string()))
 }
 

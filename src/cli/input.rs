@@ -87,8 +87,10 @@ pub fn refuse_empty(input: &str, kept: u64, skipped: u64) -> Result<(), Failure>
     }
     let name = name(Path::new(input));
     if skipped > 0 {
-        let message = format!("{name}: no point is left after {} were dropped", counted(skipped, "invalid point"));
-        return Err(Failure::new(Code::Input, message).help("check the coordinates: each point has one that is not finite"));
+        let message =
+            format!("{name}: no point is left after {} were dropped", counted(skipped, "invalid point"));
+        return Err(Failure::new(Code::Input, message)
+            .help("check the coordinates: each point has one that is not finite"));
     }
     let help = "check that the file is complete, and that its extension is that of its format";
     Err(Failure::new(Code::Input, format!("{name}: there are no points")).help(help))
@@ -280,11 +282,7 @@ pub fn open(path: &str, options: &ReadOptions, talk: &Talk) -> Result<Loaded, Fa
 }
 
 /// Reads the points and the cells of a file.
-pub fn open_mesh(
-    path: &Path,
-    options: &ReadOptions,
-    talk: &Talk,
-) -> Result<(PointFile, CellFile), Failure> {
+pub fn open_mesh(path: &Path, options: &ReadOptions, talk: &Talk) -> Result<(PointFile, CellFile), Failure> {
     let (owned, chosen) = (path.to_owned(), options.clone());
     let read = watched(talk, move |progress| read_mesh(&owned, &chosen, progress))?;
     talk.check();

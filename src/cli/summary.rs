@@ -28,12 +28,9 @@ pub fn written(files: &[PathBuf]) -> Vec<String> {
 /// Formats the summary of a run. `is_sample` is `true` if its points were generated.
 pub fn of_run(report: &RunReport, is_sample: bool) -> Vec<String> {
     let cell = if report.space == 2 { "triangle" } else { "tetrahedron" };
-    let [points, cells, hull] = [
-        (report.points.used, "point"),
-        (report.simplices, cell),
-        (report.hull_facets, "hull facet"),
-    ]
-    .map(|(count, noun)| counted(count, noun));
+    let [points, cells, hull] =
+        [(report.points.used, "point"), (report.simplices, cell), (report.hull_facets, "hull facet")]
+            .map(|(count, noun)| counted(count, noun));
     let faces = faces(report).map_or_else(String::new, |faces| format!("{faces}, "));
     let certificate = &report.certificate;
     let mut lines = vec![format!("septet: {points}, {faces}{cells}, {hull}, certificate {certificate}")];

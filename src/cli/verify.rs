@@ -121,13 +121,13 @@ pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
 
 /// Reads the points and the cells, and returns them in the dimension of the cells.
 fn subject(args: &VerifyArgs, talk: &Talk) -> Result<Subject, Failure> {
-    let options = || Ok::<_, Failure>(read_options(&args.given.options().spec()?.input)?);
+    let reading = read_options(&args.given.options().spec()?.input)?;
     let Some(cells) = &args.cells else {
-        return Subject::of_mesh(Path::new(&args.points), &options()?, talk);
+        return Subject::of_mesh(Path::new(&args.points), &reading, talk);
     };
     let loaded = match input::sample(&args.points, None)? {
         Some(request) => input::make(&request, talk)?,
-        None => input::open(&args.points, &options()?, talk)?,
+        None => input::open(&args.points, &reading, talk)?,
     };
     if Format::of_path(cells) == Some(Format::Pvtu) {
         return Subject::of_pieces(args, cells, loaded, talk);
@@ -167,8 +167,8 @@ impl Subject {
 
     /// Reads the cells of pieces, and compares the points of the pieces with the loaded points.
     fn of_pieces(args: &VerifyArgs, path: &Path, loaded: Loaded, talk: &Talk) -> Result<Self, Failure> {
-        let (held, mut cells) = input::open_mesh(path, &ReadOptions::default(), talk)?;
-        let own = Subject { points: held.points, cells: cells.clone(), ids: held.source_index };
+        let (held, cells) = input::open_mesh(path, &ReadOptions::default(), talk)?;
+        let own = Subject { points: held.points, cells, ids: held.source_index };
         let mut positions = Vec::with_capacity(own.points.len());
         for point in 0..own.points.len() {
             let id = own.id(point as u64);
@@ -188,6 +188,7 @@ impl Subject {
             };
             positions.push(position as u64);
         }
+        let mut cells = own.cells;
         for vertex in &mut cells.cells {
             *vertex = positions[*vertex as usize];
         }

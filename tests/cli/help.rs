@@ -129,7 +129,11 @@ fn the_first_summary_is_short_and_readable() {
     assert!(!talk.contains('{') && !talk.contains("read "), "{talk}");
     place.file("four.xyz", "0 0 0\n1 0 0\n0 1 0\n0 0 1\n");
     let talk = stderr(&place.good("triangulate four.xyz --workers 1"));
-    assert!(talk.contains("4 points, 6 edges, 4 facets, 1 tetrahedron, 4 hull facets") && talk.contains("1 worker,"), "{talk}");
+    assert!(
+        talk.contains("4 points, 6 edges, 4 facets, 1 tetrahedron, 4 hull facets")
+            && talk.contains("1 worker,"),
+        "{talk}"
+    );
 }
 
 /// A file in the place of a command. Each advised command runs.
@@ -177,7 +181,9 @@ fn the_help_opens_with_the_uses_for_data() {
     for line in ["help", "--help", "-h"] {
         let text = String::from_utf8(place.good(line).stdout).unwrap();
         assert!(text.starts_with("Turn your points into triangles or tetrahedra"), "{text}");
-        let at = |command: &str| text.find(&format!("\n  {command} ")).unwrap_or_else(|| panic!("{command}: {text}"));
+        let at = |command: &str| {
+            text.find(&format!("\n  {command} ")).unwrap_or_else(|| panic!("{command}: {text}"))
+        };
         let order = ["triangulate", "mesh", "verify", "generate", "report", "simulate", "predict"].map(at);
         assert!(order.is_sorted(), "{text}");
     }

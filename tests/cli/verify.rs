@@ -53,7 +53,10 @@ impl Piece {
         fn row<T: std::fmt::Debug>(kind: &str, name: &str, values: impl IntoIterator<Item = T>) -> String {
             let values: Vec<String> = values.into_iter().map(|value| format!("{value:?}")).collect();
             let components = if name == "Points" { " NumberOfComponents=\"3\"" } else { "" };
-            format!("<DataArray type=\"{kind}\" Name=\"{name}\"{components}>\n{}\n</DataArray>\n", values.join(" "))
+            format!(
+                "<DataArray type=\"{kind}\" Name=\"{name}\"{components}>\n{}\n</DataArray>\n",
+                values.join(" ")
+            )
         }
         let corners = self.cells.first().map_or(4, Vec::len);
         let kind = if corners == 4 { 10 } else { 5 };
@@ -97,7 +100,8 @@ impl Piece {
     /// Returns an own cell whose vertices are points of this piece, and one that has others.
     fn inner_and_outer(&self) -> (usize, usize) {
         let is_own = |at: usize| self.ghost_cells[at] == 0;
-        let is_inner = |at: usize| self.cells[at].iter().all(|vertex| self.ghost_points[*vertex as usize] == 0);
+        let is_inner =
+            |at: usize| self.cells[at].iter().all(|vertex| self.ghost_points[*vertex as usize] == 0);
         let find = |wanted: bool| (0..self.cells.len()).find(|&at| is_own(at) && is_inner(at) == wanted);
         (find(true).unwrap(), find(false).unwrap())
     }

@@ -50,9 +50,7 @@ impl Loss {
     pub fn ended(&self, result: Result<(), Failure>) -> Result<(), Failure> {
         self.is_over.store(true, Ordering::SeqCst);
         match result {
-            Err(failure)
-                if failure.code == Code::Interrupted && self.is_first.load(Ordering::SeqCst) =>
-            {
+            Err(failure) if failure.code == Code::Interrupted && self.is_first.load(Ordering::SeqCst) => {
                 let message = "a process of the run ended";
                 Err(Failure::new(Code::Machine, message)
                     .help("see whether the system ended that process, for example because memory ran out"))

@@ -20,10 +20,10 @@ use crate::files;
 use crate::formats::{check_reading, read_options};
 use crate::given::Options;
 use crate::input::Input;
-use crate::progress::Talk;
 use crate::instruments::{Tables, check_trace};
 use crate::names::with_data;
 use crate::options::RunArgs;
+use crate::progress::Talk;
 
 /// The tables of a run, as they appear in file names.
 const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
@@ -48,11 +48,7 @@ impl<'a> Plan<'a> {
     ///
     /// # Errors
     /// Fails if the arguments do not fit together, or if a file cannot be written.
-    pub(super) fn of(
-        goal: Goal<'a>,
-        spec: &Spec,
-        (team, talk): (&Team<'_>, &Talk),
-    ) -> Result<Self, Failure> {
+    pub(super) fn of(goal: Goal<'a>, spec: &Spec, (team, talk): (&Team<'_>, &Talk)) -> Result<Self, Failure> {
         let args = goal.args();
         if !team.is_alone() {
             refuse(goal, spec)?;

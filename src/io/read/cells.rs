@@ -96,7 +96,13 @@ impl<'a> Indices<'a> {
 
     /// Returns the cells together with `notes`.
     pub fn finish(self, notes: Vec<String>) -> CellFile {
-        CellFile { dimension: self.width - 1, cells: self.flat, first_id: self.first, notes, pieces: Vec::new() }
+        CellFile {
+            dimension: self.width - 1,
+            cells: self.flat,
+            first_id: self.first,
+            notes,
+            pieces: Vec::new(),
+        }
     }
 }
 

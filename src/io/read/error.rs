@@ -294,7 +294,9 @@ impl InputError {
                 Remedy::of("give every row the same number, or choose it with {dimension}")
             }
             Self::OutOfRangeIndex { .. } => Remedy::of("check that the points belong to these cells"),
-            Self::Pieces { .. } => Remedy::of("write all pieces again, together with the file that lists them"),
+            Self::Pieces { .. } => {
+                Remedy::of("write all pieces again, together with the file that lists them")
+            }
             Self::OutOfMemory { .. } => Remedy::of("free memory or split the input"),
             Self::Malformed { .. } | Self::UnsupportedDimension { .. } => return None,
         })

@@ -62,8 +62,15 @@ pub enum Rows {
 }
 
 /// A format that is not read.
-const NONE: Reader =
-    Reader { signature: |_| false, points: None, cells: None, domain: None, mesh: None, sizes: None, rows: None };
+const NONE: Reader = Reader {
+    signature: |_| false,
+    points: None,
+    cells: None,
+    domain: None,
+    mesh: None,
+    sizes: None,
+    rows: None,
+};
 
 /// A format of points and cells, read by `parse` of its module.
 macro_rules! mesh {
@@ -149,9 +156,7 @@ pub const fn reader(format: Format) -> Reader {
         Format::Ele => Reader { signature: is_ele, cells: Some(cells::read_ele), ..NONE },
         Format::Poly => Reader { domain: Some(poly::read_polygons), ..NONE },
         Format::Smesh => Reader { domain: Some(poly::read_simple), ..NONE },
-        Format::Pvtu => {
-            Reader { cells: Some(vtu::read_cells_of_pieces), mesh: Some(vtu::read_both), ..NONE }
-        }
+        Format::Pvtu => Reader { cells: Some(vtu::read_cells_of_pieces), mesh: Some(vtu::read_both), ..NONE },
         Format::Faces => NONE,
     }
 }

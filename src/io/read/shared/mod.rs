@@ -32,8 +32,9 @@ use std::path::PathBuf;
 use septet_core::model::Points;
 use septet_protocol::wire::{Ended, Processes, WireError};
 
+use super::list;
 use super::list::notes::Notes;
-use super::list::{self, ListedFile};
+use super::listed::ListedFile;
 use super::points::{Column, CoordinateType, PointFile, ReadOptions};
 use super::reading::{Extent, FileReading};
 

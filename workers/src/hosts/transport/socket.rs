@@ -95,11 +95,7 @@ impl SocketWire {
     /// # Errors
     /// Fails if the launch stream belongs to no run, or to another place in it ([`ErrorKind::InvalidData`]), or if the start
     /// does not continue within a minute.
-    pub fn started(
-        launch: UnixStream,
-        (process, processes): (u32, u32),
-        on_end: &OnEnd,
-    ) -> io::Result<Self> {
+    pub fn started(launch: UnixStream, (process, processes): (u32, u32), on_end: &OnEnd) -> io::Result<Self> {
         Self::of_streams(process, handout::take(launch, (process, processes))?, on_end)
     }
 

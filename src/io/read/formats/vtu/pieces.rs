@@ -5,14 +5,13 @@ mod piece;
 
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
 use septet_core::model::Points;
 
 use super::arrays::first_tag;
 use super::xml::next_tag;
 use crate::read::cells::{CellFile, CellOptions};
 use crate::read::error::{InputError, Place};
-use crate::read::list::ListedFile;
+use crate::read::listed::ListedFile;
 use crate::read::load::{Packing, load};
 use crate::read::points::{PointFile, ReadOptions};
 use crate::read::text::Source;
@@ -59,7 +58,11 @@ fn read_pieces(source: Source<'_>, options: &CellOptions) -> Result<(Vec<Piece>,
         let piece = Piece::read(Source { path: &path, data: &data }, options)?;
         if !piece.is_empty() {
             if dimension.is_some_and(|found| found != piece.dimension) {
-                return Err(source.unsupported(Place::Whole, "triangles and tetrahedra in its pieces", ADVICE));
+                return Err(source.unsupported(
+                    Place::Whole,
+                    "triangles and tetrahedra in its pieces",
+                    ADVICE,
+                ));
             }
             dimension = Some(piece.dimension);
         }

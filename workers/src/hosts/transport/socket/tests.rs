@@ -9,8 +9,10 @@ fn each<T: Send>(n: u32, of: impl Fn(&mut SocketWire) -> T + Sync) -> Vec<T> {
     let (launched, launches): (Vec<_>, Vec<_>) = (1..n).map(|_| UnixStream::pair().unwrap()).unzip();
     thread::scope(|scope| {
         let of = &of;
-        let first = scope.spawn(move || of(&mut SocketWire::first(launched, &mut || Ok(()), &ignored()).unwrap()));
-        let started = |process, launch| of(&mut SocketWire::started(launch, (process, n), &ignored()).unwrap());
+        let first =
+            scope.spawn(move || of(&mut SocketWire::first(launched, &mut || Ok(()), &ignored()).unwrap()));
+        let started =
+            |process, launch| of(&mut SocketWire::started(launch, (process, n), &ignored()).unwrap());
         let others = (1..).zip(launches);
         let others = others.map(|(process, launch)| scope.spawn(move || started(process, launch)));
         let threads: Vec<_> = [first].into_iter().chain(others).collect();
@@ -179,7 +181,9 @@ fn a_process_that_ends_is_lost() {
 fn the_end_of_a_process_is_noticed_at_once() {
     let (own, other) = UnixStream::pair().unwrap();
     let (to, ended) = bounded(1);
-    let on_end: OnEnd = Arc::new(move || drop(to.send(())));
+    let on_end: OnEnd = Arc::new(move || {
+        let _ = to.send(());
+    });
     let first = thread::spawn(move || SocketWire::first(vec![own], &mut || Ok(()), &on_end).unwrap());
     let second = SocketWire::started(other, (1, 2), &ignored()).unwrap();
     let _first = first.join().unwrap();

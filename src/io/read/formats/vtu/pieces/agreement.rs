@@ -50,7 +50,10 @@ fn check_order(piece: &Piece, first_cell: u64) -> Result<(), InputError> {
     let mut before = None;
     for (&id, _) in own {
         if let Some(before) = before.filter(|before| *before >= id) {
-            return Err(differs(piece, format!("the ids of its points do not ascend: {id} follows {before}")));
+            return Err(differs(
+                piece,
+                format!("the ids of its points do not ascend: {id} follows {before}"),
+            ));
         }
         before = Some(id);
     }
@@ -180,7 +183,9 @@ fn check_smallest(
     vertices: &[u64],
 ) -> Result<(), InputError> {
     let key = |vertex: u64| agreed.places[vertex as usize].to_array();
-    let smaller = |a: u64, b: u64| if key(b).partial_cmp(&key(a)).is_some_and(std::cmp::Ordering::is_lt) { b } else { a };
+    let smaller = |a: u64, b: u64| {
+        if key(b).partial_cmp(&key(a)).is_some_and(std::cmp::Ordering::is_lt) { b } else { a }
+    };
     let smallest = vertices.iter().copied().reduce(smaller);
     match smallest.map(|vertex| owners[vertex as usize]).filter(|owner| *owner != number) {
         Some(owner) => {
@@ -235,4 +240,86 @@ fn check_labels(pieces: &[Piece], (owner, at): Origin, (piece, ghost): Origin) -
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use super::*;
+
+    /// A square of two triangles. The first piece owns points 0 and 1, the second one points 2 and 3.
+    fn square() -> Vec<Piece> {
+        let place = |id: u64| DVec3::new((id & 1) as f64, (id >> 1) as f64, 0.0);
+        let piece = |name: &str, ids: [u64; 4], cells: [[u64; 3]; 2], numbers: [u64; 2]| Piece {
+            path: PathBuf::from(name),
+            dimension: 2,
+            ids: ids.to_vec(),
+            ghost_points: vec![false, false, true, true],
+            places: ids.map(place).to_vec(),
+            cells: cells.as_flattened().to_vec(),
+            ghost_cells: vec![false, true],
+            cell_ids: Some(numbers.to_vec()),
+            owners: Some(numbers.map(|number| number + 1).to_vec()),
+            notes: Vec::new(),
+        };
+        vec![
+            piece("a.vtu", [0, 1, 2, 3], [[0, 1, 2], [1, 3, 2]], [0, 1]),
+            piece("b.vtu", [2, 3, 0, 1], [[3, 1, 0], [2, 3, 0]], [1, 0]),
+        ]
+    }
+
+    #[test]
+    fn pieces_that_agree_have_one_mesh() {
+        let agreed = check(&square()).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(agreed.ids, [0, 1, 2, 3]);
+        assert_eq!(agreed.positions, [[0, 1, 2, 3], [2, 3, 0, 1]]);
+        assert_eq!(agreed.places[3], DVec3::new(1.0, 1.0, 0.0));
+        assert!(check(&[]).is_ok_and(|agreed| agreed.ids.is_empty()));
+    }
+
+    #[test]
+    fn a_difference_names_the_piece() {
+        type Alter = fn(&mut [Piece]);
+        let alterations: [(Alter, &str, &str); 13] = [
+            (|p| p[1].places[2].x = 0.5, "b.vtu", "other coordinates than in a.vtu"),
+            (|p| p[0].places[0].x = -0.5, "b.vtu", "other coordinates than in a.vtu"),
+            (|p| p[0].ids.swap(0, 1), "a.vtu", "do not ascend: 0 follows 1"),
+            (|p| p[1].ids[3] = 7, "b.vtu", "(id 7) has no owner"),
+            (|p| p[1].ids[3] = 0, "b.vtu", "the id 0 occurs twice"),
+            (|p| p[1].ghost_points[2] = false, "b.vtu", "do not ascend"),
+            (|p| p[0].ghost_points[3] = false, "b.vtu", "which a.vtu owns"),
+            (|p| p[0].cell_ids = Some(vec![1, 0]), "a.vtu", "has the number 1, and not 0"),
+            (|p| p[0].cell_ids = Some(vec![0, 2]), "a.vtu", "the number of its ghost cell 1 is 2"),
+            (|p| p[0].owners = Some(vec![2, 2]), "a.vtu", "belongs to worker 2, and not to worker 1"),
+            (|p| p[0].owners = Some(vec![1, 1]), "a.vtu", "the worker of its ghost cell 1 is 1"),
+            (|p| p[0].cells.swap(3, 4), "a.vtu", "ghost cell"),
+            (
+                |p| {
+                    p[1].cells.truncate(3);
+                    p[1].ghost_cells.truncate(1);
+                },
+                "b.vtu",
+                "cell 0 of a.vtu is no ghost cell of it",
+            ),
+        ];
+        for (alter, path, words) in alterations {
+            let mut pieces = square();
+            alter(&mut pieces);
+            let error = check(&pieces).err().map(|error| error.to_string()).unwrap_or_default();
+            assert!(error.starts_with(path) && error.contains(words), "{path}, {words}: {error}");
+        }
+    }
+
+    #[test]
+    fn cells_belong_to_the_piece_of_their_smallest_vertex() {
+        let mut pieces = square();
+        for piece in &mut pieces {
+            piece.cell_ids = None;
+            piece.owners = None;
+            piece.ghost_cells.reverse();
+        }
+        let error = check(&pieces).err().map(|error| error.to_string()).unwrap_or_default();
+        assert!(error.contains("it owns its cell 1, which belongs to b.vtu"), "{error}");
+    }
 }
