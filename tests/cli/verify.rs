@@ -67,7 +67,11 @@ impl Piece {
             row("Int64", "GlobalPointIds", &self.ids),
             row("UInt8", "vtkGhostType", &self.ghost_points),
             "</PointData>\n<CellData>\n".to_owned(),
-            row("Int64", "GlobalCellIds", &self.cell_ids),
+            if self.cell_ids.is_empty() {
+                String::new()
+            } else {
+                row("Int64", "GlobalCellIds", &self.cell_ids)
+            },
             row("UInt32", "owner", &self.owners),
             row("UInt8", "vtkGhostType", &self.ghost_cells),
             "</CellData>\n<Points>\n".to_owned(),
@@ -97,21 +101,33 @@ impl Piece {
         self.ghost_cells.insert(at, self.ghost_cells[at]);
     }
 
-    /// Returns an own cell whose vertices are points of this piece, and one that has others.
-    fn inner_and_outer(&self) -> (usize, usize) {
-        let is_own = |at: usize| self.ghost_cells[at] == 0;
-        let is_inner =
-            |at: usize| self.cells[at].iter().all(|vertex| self.ghost_points[*vertex as usize] == 0);
-        let find = |wanted: bool| (0..self.cells.len()).find(|&at| is_own(at) && is_inner(at) == wanted);
-        (find(true).unwrap(), find(false).unwrap())
+    /// Whether all vertices of a cell, and the cell itself, belong to this piece.
+    fn is_inner(&self, cell: usize) -> bool {
+        let is_own = |vertex: &u64| self.ghost_points[*vertex as usize] == 0;
+        self.ghost_cells[cell] == 0 && self.cells[cell].iter().all(is_own)
     }
 
-    /// Numbers the own cells from the first number, without gaps.
-    fn renumber(&mut self) {
-        let first = self.cell_ids[0];
-        let own = self.ghost_cells.iter().filter(|ghost| **ghost == 0).count();
-        self.cell_ids.iter_mut().zip(first..).take(own).for_each(|(id, next)| *id = next);
+    /// Returns a place inside and one at the border of the piece.
+    fn places(&self) -> Chosen {
+        let cells = || 0..self.cells.len();
+        let at = |vertex: u64| cells().filter(move |&cell| self.cells[cell].contains(&vertex));
+        let vertex =
+            (0..self.ids.len() as u64).find(|&vertex| at(vertex).all(|cell| self.is_inner(cell))).unwrap();
+        let inner = at(vertex).next().unwrap();
+        let outer = cells().find(|&cell| self.ghost_cells[cell] == 0 && !self.is_inner(cell)).unwrap();
+        Chosen { vertex: vertex as usize, inner, outer }
     }
+}
+
+/// The places of alterations.
+#[derive(Clone, Copy)]
+struct Chosen {
+    /// A point that is in no other piece.
+    vertex: usize,
+    /// A cell at this point.
+    inner: usize,
+    /// An own cell with points of other pieces.
+    outer: usize,
 }
 
 /// Three pieces in a folder, and the last one, which is altered.
@@ -131,28 +147,30 @@ fn pieces(dimension: usize) -> (Place, PathBuf, Piece) {
 
 #[test]
 fn an_altered_piece_is_named() {
-    type Alter = fn(&mut Piece, (usize, usize));
+    type Alter = fn(&mut Piece, Chosen);
     let alterations: [(&str, i32, Alter); 15] = [
-        ("coordinate", 3, |piece, (_, outer)| {
-            let own = piece.cells[outer].iter().find(|vertex| piece.ghost_points[**vertex as usize] == 0);
+        ("coordinate", 3, |piece, chosen| {
+            let own =
+                piece.cells[chosen.outer].iter().find(|vertex| piece.ghost_points[**vertex as usize] == 0);
             piece.places[*own.unwrap() as usize][0] += 1e-9;
         }),
         ("ghost coordinate", 3, |piece, _| piece.places.last_mut().unwrap()[1] += 1e-9),
-        ("inner coordinate", 4, |piece, (inner, _)| {
-            let vertex = piece.cells[inner][0] as usize;
-            piece.places[vertex] = piece.places[piece.cells[inner][1] as usize];
+        ("inner coordinate", 4, |piece, chosen| {
+            let cell = &piece.cells[chosen.inner];
+            let other = cell.iter().find(|other| **other != chosen.vertex as u64).unwrap();
+            piece.places[chosen.vertex] = piece.places[*other as usize];
         }),
-        ("inner cell dropped", 3, |piece, (inner, _)| piece.drop_cell(inner)),
-        ("outer cell dropped", 3, |piece, (_, outer)| piece.drop_cell(outer)),
+        ("inner cell dropped", 3, |piece, chosen| piece.drop_cell(chosen.inner)),
+        ("outer cell dropped", 3, |piece, chosen| piece.drop_cell(chosen.outer)),
         ("ghost cell dropped", 3, |piece, _| piece.drop_cell(piece.cells.len() - 1)),
-        ("inner cell dropped without a gap", 4, |piece, (inner, _)| {
-            piece.drop_cell(inner);
-            piece.renumber();
+        ("inner cell dropped without numbers", 4, |piece, chosen| {
+            piece.drop_cell(chosen.inner);
+            piece.cell_ids.clear();
         }),
-        ("cell doubled", 3, |piece, (inner, _)| piece.double_cell(inner)),
-        ("cell doubled with a number of its own", 4, |piece, (inner, _)| {
-            piece.double_cell(inner);
-            piece.renumber();
+        ("cell doubled", 3, |piece, chosen| piece.double_cell(chosen.inner)),
+        ("cell doubled without numbers", 4, |piece, chosen| {
+            piece.double_cell(chosen.inner);
+            piece.cell_ids.clear();
         }),
         ("ghost cell doubled", 3, |piece, _| piece.double_cell(piece.cells.len() - 1)),
         ("ids swapped", 3, |piece, _| piece.ids.swap(0, 1)),
@@ -160,16 +178,16 @@ fn an_altered_piece_is_named() {
             let last = piece.ids.len() - 1;
             piece.ids.swap(last - 1, last);
         }),
-        ("worker", 3, |piece, (inner, _)| piece.owners[inner] = 1),
+        ("worker", 3, |piece, chosen| piece.owners[chosen.inner] = 1),
         ("a ghost becomes an own cell", 3, |piece, _| *piece.ghost_cells.last_mut().unwrap() = 0),
-        ("an own point becomes a ghost", 3, |piece, _| piece.ghost_points[0] = 1),
+        ("an own point becomes a ghost", 3, |piece, chosen| piece.ghost_points[chosen.vertex] = 1),
     ];
     for dimension in [2, 3] {
         let (place, path, whole) = pieces(dimension);
         for (label, exit, alter) in &alterations {
             let mut piece = whole.clone();
-            let cells = piece.inner_and_outer();
-            alter(&mut piece, cells);
+            let chosen = piece.places();
+            alter(&mut piece, chosen);
             piece.write(&path);
             for line in ["verify m.pvtu", "verify p.xyz m.pvtu"] {
                 let output = place.run(line);
