@@ -140,18 +140,20 @@ fn the_first_summary_is_short_and_readable() {
 #[test]
 fn a_file_in_the_place_of_a_command_gets_its_command() {
     let place = Place::new();
-    let cube = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/domains/good/cube.poly");
-    fs::copy(cube, place.path("cube.poly")).unwrap();
+    let domains = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/domains/good"));
+    for name in ["cube.poly", "cube.stl"] {
+        fs::copy(domains.join(name), place.path(name)).unwrap();
+    }
     place.file("points.csv", "x,y,z\n0,0,0\n1,0,0\n0,1,0\n0,0,1\n1,1,1\n").file("my points.xyz", SQUARE);
     place.file("words", SQUARE);
-    place.good("triangulate points.csv -q -o m.vtu -o m.pvtu -o m.ele -o hull.stl --json run.json");
+    place.good("triangulate points.csv -q -o m.vtu -o m.pvtu -o m.ele --json run.json");
     for (file, commands) in [
         ("points.csv", &["septet triangulate points.csv -o mesh.vtu"][..]),
         ("my points.xyz", &["septet triangulate 'my points.xyz' -o mesh.vtu"]),
         ("words", &["septet triangulate words -o mesh.vtu"]),
         ("sample:uniform:50", &["septet triangulate sample:uniform:50 -o mesh.vtu"]),
         ("cube.poly", &["septet mesh cube.poly -o mesh.vtu"]),
-        ("hull.stl", &["septet mesh hull.stl -o mesh.vtu", "septet triangulate hull.stl -o mesh.vtu"]),
+        ("cube.stl", &["septet mesh cube.stl -o mesh.vtu", "septet triangulate cube.stl -o mesh.vtu"]),
         ("m.vtu", &["septet verify m.vtu", "septet triangulate m.vtu -o mesh.vtu"]),
         ("m.pvtu", &["septet verify m.pvtu"]),
         ("m.ele", &["septet verify m.node m.ele"]),
