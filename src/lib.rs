@@ -158,7 +158,7 @@ pub mod io {
             AnyInput, CellFile, CellOptions, Column, CoordinateType, DomainFile, EntryFault, Extent,
             FileList, FileReading, InputError, ListError, ListedFile, OtherLines, Place, PointFile,
             PointList, RawRows, ReadOptions, ReadProgress, UnknownRawRows, read, read_cells, read_cells_from,
-            read_domain, read_from, read_list, read_sizes,
+            read_domain, read_from, read_list, read_mesh, read_sizes,
         };
     }
 

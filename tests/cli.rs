@@ -67,6 +67,9 @@ mod report;
 #[path = "cli/reproduce.rs"]
 mod reproduce;
 
+#[path = "cli/verify.rs"]
+mod verify;
+
 #[path = "cli/scale.rs"]
 mod scale;
 
@@ -76,10 +79,10 @@ mod rival;
 #[path = "cli/schema.rs"]
 mod schema;
 
-#[path = "cli/terrain.rs"]
-mod terrain;
 #[path = "cli/stats.rs"]
 mod stats;
+#[path = "cli/terrain.rs"]
+mod terrain;
 
 /// A directory of one test and the program run in it.
 struct Place(TempDir);

@@ -28,13 +28,12 @@ pub fn written(files: &[PathBuf]) -> Vec<String> {
 /// Formats the summary of a run. `is_sample` is `true` if its points were generated.
 pub fn of_run(report: &RunReport, is_sample: bool) -> Vec<String> {
     let cell = if report.space == 2 { "triangle" } else { "tetrahedron" };
-    let mut lines = vec![format!(
-        "septet: {}, {}, {}, certificate {}",
-        counted(report.points.used, "point"),
-        counted(report.simplices, cell),
-        counted(report.hull_facets, "hull facet"),
-        report.certificate
-    )];
+    let [points, cells, hull] =
+        [(report.points.used, "point"), (report.simplices, cell), (report.hull_facets, "hull facet")]
+            .map(|(count, noun)| counted(count, noun));
+    let faces = faces(report).map_or_else(String::new, |faces| format!("{faces}, "));
+    let certificate = &report.certificate;
+    let mut lines = vec![format!("septet: {points}, {faces}{cells}, {hull}, certificate {certificate}")];
     let input = report.parameters.input.as_str();
     let source = name(Path::new(if input == "-" { "standard input" } else { input }));
     lines.extend(report.input.as_ref().map(|input| row("read", input.line(&source))));
@@ -53,6 +52,22 @@ pub fn of_run(report: &RunReport, is_sample: bool) -> Vec<String> {
         lines.push(row("memory", format!("{} at the peak", bytes(peak))));
     }
     lines
+}
+
+/// Counts the edges, and in space the facets. Returns `None` without cells, or if the certificate failed.
+///
+/// Each facet has two cells, or one on the hull. A triangulation of a ball in space has `V - E + F - T = 1` (Euler).
+fn faces(report: &RunReport) -> Option<String> {
+    let (points, cells) = (report.points.used, report.simplices);
+    if cells == 0 || report.certificate != "passed" {
+        return None;
+    }
+    let facets = ((report.space as u64 + 1) * cells + report.hull_facets) / 2;
+    if report.space == 2 {
+        return Some(counted(facets, "edge"));
+    }
+    let edges = (points + facets).checked_sub(cells + 1)?;
+    Some(format!("{}, {}", counted(edges, "edge"), counted(facets, "facet")))
 }
 
 /// Counts the points of the input that are not vertices.
@@ -145,9 +160,8 @@ pub fn next_step(
     };
     let checks = outputs.iter().filter(|o| is_plain(o)).find_map(check);
     let text = match (picture.or(pieces), json, checks) {
-        (Some(mesh), _, _) if ends(mesh, "pvtu") => format!("open {} in ParaView", mesh.display()),
         (Some(mesh), _, _) => {
-            format!("open {0} in ParaView, or check it: septet verify {0} {0}{terrain}", mesh.display())
+            format!("open {0} in ParaView, or check it: septet verify {0}{terrain}", mesh.display())
         }
         (_, Some(json), _) if is_plain(json) => format!("septet report {} -o report.html", json.display()),
         (_, _, Some((points, cells))) if plain(&points) => {
@@ -155,8 +169,11 @@ pub fn next_step(
             // A set of files has points in the plane.
             let is_set = split(&cells).is_some_and(|(_, ending, _)| ending == "ele");
             let terrain = if is_set && points != input { "" } else { terrain };
-            let cells = cells.display();
-            format!("check the cells independently: septet verify {points} {cells}{reading}{terrain}")
+            let points = if Path::new(&points) == cells { String::new() } else { points + " " };
+            format!(
+                "check the cells independently: septet verify {points}{}{reading}{terrain}",
+                cells.display()
+            )
         }
         (..) if outputs.is_empty() && input != "-" && plain(input) => {
             "add -o mesh.vtu to write the cells, or --json run.json for all counts".to_owned()
@@ -203,13 +220,13 @@ mod tests {
     #[test]
     fn the_next_step_names_the_files() {
         for (output, expected) in [
-            ("a.vtu", "open a.vtu in ParaView, or check it: septet verify a.vtu a.vtu"),
-            ("a.vtk", "open a.vtk in ParaView, or check it: septet verify a.vtk a.vtk"),
-            ("a.pvtu", "open a.pvtu in ParaView"),
-            ("a.vtu.gz", "septet verify a.vtu.gz a.vtu.gz"),
+            ("a.vtu", "open a.vtu in ParaView, or check it: septet verify a.vtu"),
+            ("a.vtk", "open a.vtk in ParaView, or check it: septet verify a.vtk"),
+            ("a.pvtu", "open a.pvtu in ParaView, or check it: septet verify a.pvtu"),
+            ("a.vtu.gz", "septet verify a.vtu.gz"),
             ("b/a.1.ele", "septet verify b/a.1.node b/a.1.ele"),
             ("a.neigh.gz", "septet verify a.node.gz a.ele.gz"),
-            ("a.msh", "septet verify a.msh a.msh"),
+            ("a.msh", "septet verify a.msh"),
             ("a.npy", "septet verify p.xyz a.npy"),
             ("a b.msh", "septet verify POINTS CELLS"),
             ("a.stl", "septet verify POINTS CELLS"),

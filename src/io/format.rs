@@ -419,6 +419,11 @@ impl Format {
         name.parse().ok().filter(|format: &Format| format.has(role)).ok_or(unknown)
     }
 
+    /// Whether a file has points together with their cells. A `.npy` file has one or the other.
+    pub fn holds_mesh(self) -> bool {
+        self == Format::Pvtu || self.has(Role::Points) && self.has(Role::Cells) && self != Format::Npy
+    }
+
     /// Returns what to do instead of a use that the format does not have.
     pub fn instead(self, role: Role) -> Option<&'static str> {
         self.row().instead.iter().find(|(own, _)| *own == role).map(|(_, advice)| *advice)

@@ -54,7 +54,7 @@ pub fn run(
         c.machine.threads = c.machine.threads.or(threads);
     });
     crate::threads::limit_threads(spec.machine.thread_count());
-    let plan = Plan::of(goal, &spec, team);
+    let plan = Plan::of(goal, &spec, (team, talk));
     let plan = team.agree(plan)?;
     plan.check_outputs(team)?;
     let rows = Rows::read(&plan, team, talk)?;

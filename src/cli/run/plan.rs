@@ -22,6 +22,7 @@ use crate::input::Input;
 use crate::instruments::{Tables, check_trace};
 use crate::names::with_data;
 use crate::options::RunArgs;
+use crate::progress::Talk;
 
 /// The tables of a run, as they appear in file names.
 const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
@@ -46,12 +47,12 @@ impl<'a> Plan<'a> {
     ///
     /// # Errors
     /// Fails if the arguments do not fit together, or if a file cannot be written.
-    pub(super) fn of(goal: Goal<'a>, spec: &Spec, team: &Team<'_>) -> Result<Self, Failure> {
+    pub(super) fn of(goal: Goal<'a>, spec: &Spec, (team, talk): (&Team<'_>, &Talk)) -> Result<Self, Failure> {
         let args = goal.args();
         if !team.is_alone() {
             refuse(goal, spec)?;
         }
-        let input = Input::of(&args.input, spec.input.dimension)?;
+        let input = Input::of(&args.input, spec.input.dimension, talk)?;
         check_trace(&args.tracing)?;
         let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
         check_reading(goal.given(), input.is_sample())?;

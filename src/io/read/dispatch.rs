@@ -77,6 +77,44 @@ pub fn read_cells_from<R: Read>(
     cell_list(name, &load::load_from(reader, name, total, Packing::of(name), progress)?, options)
 }
 
+/// Reads the points of a file and their cells, from a format that has both, or from standard input if `path` is `-`.
+///
+/// The pieces of a `.pvtu` file must agree: every point and cell belongs to one piece, and its ghosts are equal in others.
+/// Rows of their points are global ids.
+///
+/// # Errors
+/// Returns [`InputError`] as [`read`] and [`read_cells`] do, if the format has points or cells only, or if a piece does not
+/// agree with the others.
+pub fn read_mesh(
+    path: &Path,
+    options: &ReadOptions,
+    progress: &mut ReadProgress<'_>,
+) -> Result<(PointFile, CellFile), InputError> {
+    check_options(path, options)?;
+    let data = load::load(path, Packing::of(path), progress)?;
+    whole_mesh(Source { path, data: &data }, options)
+}
+
+/// Reads points and cells.
+pub(super) fn whole_mesh(
+    source: Source<'_>,
+    options: &ReadOptions,
+) -> Result<(PointFile, CellFile), InputError> {
+    let format = options.format.or_else(|| of_file(source.path, source.data));
+    match format.and_then(|format| Some((format, reader(format).mesh?))) {
+        Some((format, _)) if options.columns.is_some() || options.keep_columns => {
+            Err(InputError::NotATable { path: source.path.to_owned(), format: format.name() })
+        }
+        Some((_, read)) => read(source, options),
+        None if is_domain(source.path, source.data) => Err(a_domain(source, "points and cells")),
+        None => {
+            let what = format.map_or_else(|| "this file".to_owned(), described);
+            let advice = "give the points and the cells: `septet verify POINTS CELLS`";
+            Err(source.unsupported(Place::Whole, format!("{what} as points with their cells"), advice))
+        }
+    }
+}
+
 /// Checks the options for a file of points before it is read.
 pub(super) fn check_options(path: &Path, options: &ReadOptions) -> Result<(), InputError> {
     if let (Some(_), Some(known)) = (options.raw, read_by_name(path)) {

@@ -261,6 +261,14 @@ pub enum InputError {
         /// The number of points, if it is known.
         limit: Option<u64>,
     },
+    /// A piece of a triangulation does not agree with the other pieces.
+    #[error("{}: this piece does not agree with the others: {what}", shown(.path))]
+    Pieces {
+        /// The file of the piece.
+        path: PathBuf,
+        /// The difference.
+        what: String,
+    },
     /// The content does not fit in memory.
     #[error("{}: cannot allocate {bytes} bytes", shown(.path))]
     OutOfMemory {
@@ -302,6 +310,9 @@ impl InputError {
                 Remedy::of("give every row the same number, or choose it with {dimension}")
             }
             Self::OutOfRangeIndex { .. } => Remedy::of("check that the points belong to these cells"),
+            Self::Pieces { .. } => {
+                Remedy::of("write all pieces again, together with the file that lists them")
+            }
             Self::OutOfMemory { .. } => Remedy::of("free memory or split the input"),
             Self::Malformed { .. } | Self::UnsupportedDimension { .. } => return None,
         })
@@ -332,6 +343,7 @@ impl InputError {
             | Self::MixedDimension { path, .. }
             | Self::UnsupportedDimension { path, .. }
             | Self::OutOfRangeIndex { path, .. }
+            | Self::Pieces { path, .. }
             | Self::OutOfMemory { path, .. } => path,
         }
     }
@@ -382,6 +394,7 @@ impl InputError {
             | Self::NotRaw { .. }
             | Self::PartOfRow { .. }
             | Self::NotATable { .. }
+            | Self::Pieces { .. }
             | Self::OutOfMemory { .. } => Place::Whole,
             Self::Syntax { line, .. } => Place::Line(*line),
             Self::Malformed { offset, .. } => Place::Byte(*offset),

@@ -78,6 +78,12 @@ impl<'a> FileMesh<'a> {
     /// Returns the cells of the requested dimension. By default, it returns tetrahedra if there are any,
     /// otherwise triangles.
     pub fn into_cells(self, options: &CellOptions) -> Result<CellFile, InputError> {
+        Ok(self.into_both(options)?.1)
+    }
+
+    /// Returns all points with three coordinates, and the cells as [`FileMesh::into_cells`] does.
+    pub fn into_both(self, options: &CellOptions) -> Result<(PointFile, CellFile), InputError> {
+        let points = self.points.finish();
         let solid = self.tetrahedra.rows() > 0;
         let dimension = options.dimension.unwrap_or(if solid || self.triangles.rows() == 0 { 3 } else { 2 });
         if let Some((place, what)) = self.other {
@@ -89,12 +95,12 @@ impl<'a> FileMesh<'a> {
                 let reason = if solid { "the mesh has tetrahedra" } else { "tetrahedra were requested" };
                 notes.push(format!("{} triangles are ignored: {reason}", self.triangles.rows()));
             }
-            return Ok(self.tetrahedra.finish(notes));
+            return Ok((points, self.tetrahedra.finish(notes)));
         }
         if solid {
             notes
                 .push(format!("{} tetrahedra are ignored: triangles were requested", self.tetrahedra.rows()));
         }
-        Ok(self.triangles.finish(notes))
+        Ok((points, self.triangles.finish(notes)))
     }
 }

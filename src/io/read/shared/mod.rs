@@ -35,8 +35,9 @@ use septet_core::model::Points;
 use septet_protocol::codec::Bulk;
 use septet_protocol::wire::{Ended, Processes, WireError};
 
+use super::list;
 use super::list::notes::Notes;
-use super::list::{self, ListedFile};
+use super::listed::ListedFile;
 use super::points::{Column, CoordinateType, PointFile, ReadOptions};
 use super::reading::{Extent, FileReading};
 use super::terrain;
