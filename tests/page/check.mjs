@@ -219,7 +219,8 @@ async function scene(page) {
     await changes(page, 'thin slice', () => page.locator('#thin').click());
     await page.locator('#thin').click();
     await page.locator('#canvas').focus();
-    for (const key of ['ArrowLeft', 'ArrowUp', '+', '-', 'PageDown', 'PageUp', '[', ']']) {
+    const steps = deepest > 0 ? ['PageDown', 'PageUp'] : [];
+    for (const key of ['ArrowLeft', 'ArrowUp', '+', '-', ...steps, '[', ']']) {
         await changes(page, key, () => page.keyboard.press(key));
     }
     await changes(page, '0', () => page.keyboard.press('0'));
