@@ -107,7 +107,7 @@ fn terrain_that_is_none_is_refused() {
     place.good("triangulate p.xyz --terrain -d 2");
     place.fails("triangulate sample:uniform:9,d=2 --terrain", 2, &["--terrain", "sample"]);
     place.fails("simulate p.xyz --terrain", 2, &["--terrain"]);
-    place.fails("triangulate q.xyz --terrain --processes 2", 3, &["no z"]);
+    place.fails("triangulate q.xyz --terrain --transport processes --processes 2", 3, &["no z"]);
 }
 
 #[cfg(unix)]
@@ -145,7 +145,7 @@ fn several_processes_write_the_same_bytes() {
         };
         let (one, notes) = run("one", "");
         assert!(input == "g.asc" || notes.iter().any(|note| note.contains("their z differ")), "{notes:?}");
-        let (many, same) = run("many", "--processes 3");
+        let (many, same) = run("many", "--transport processes --processes 3");
         assert!(one == many, "{input}");
         assert_eq!(notes, same, "{input}");
     }
