@@ -16,7 +16,7 @@ use std::time::Instant;
 use septet_core::run::memory::{peak_rss, rss};
 use septet_core::run::processes::{HeldRows, run_held};
 use septet_core::run::stats::shared_stats;
-use septet_core::{Outcome, Remedy, Spec, perform};
+use septet_core::{Outcome, Remedy, Spec, Stats, perform};
 use septet_lab::report::{RunContext, RunReport};
 use septet_protocol::wire::Alone;
 
@@ -66,18 +66,11 @@ pub fn run(
     let mut run =
         trace::traced(&args.tracing, team, talk, &mut files, |team| run_ranks(&plan, &spec, &rows, team))?;
     let run_seconds = start.elapsed().as_secs_f64();
-    let failure = run.refutation.as_ref().map(|found| {
-        let message = format!("the certificate failed: {found}");
-        Failure::of(Code::Rejected, &message, Some(Remedy::REPORT))
-    });
+    let failure = failed(&run);
     if failure.is_none() {
         files.extend(write_mesh_files((&plan, spec.keep.owner), &run, &rows, team, talk)?);
     }
-    let stats = if goal.has_stats() && failure.is_none() {
-        Some(shared_stats(&mut team.processes, &run, rows.held.points.coordinates())?)
-    } else {
-        None
-    };
+    let stats = numbers((goal, &run), &rows, team)?;
     unite_counts(team, &mut run, (goal, spec.keep.nodes))?;
     files.extend(write_costs(goal, &spec, &run)?);
     let write_seconds = start.elapsed().as_secs_f64() - run_seconds;
@@ -108,6 +101,26 @@ pub fn run(
         publish((args, &requested), &plan.tables, &report, files, talk)
     })?;
     failure.map_or(Ok(()), Err)
+}
+
+/// Returns the failure of a run whose certificate failed.
+fn failed(run: &Outcome) -> Option<Failure> {
+    run.refutation.as_ref().map(|found| {
+        let message = format!("the certificate failed: {found}");
+        Failure::of(Code::Rejected, &message, Some(Remedy::REPORT))
+    })
+}
+
+/// Returns the numbers of the triangulation, if they are requested and its certificate passed.
+fn numbers(
+    (goal, run): (Goal<'_>, &Outcome),
+    rows: &Rows,
+    team: &mut Team<'_>,
+) -> Result<Option<Stats>, Failure> {
+    if !goal.has_stats() || run.refutation.is_some() {
+        return Ok(None);
+    }
+    Ok(Some(shared_stats(&mut team.processes, run, rows.held.points.coordinates())?))
 }
 
 /// Runs the ranks of this process. A process without ranks gets the facts from the first one.
