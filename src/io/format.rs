@@ -225,7 +225,7 @@ formats! {
         instead: &[
             (Role::Points, "give the file of points from which the picture was made"),
             (Role::Cells, "write .npy for the cells, or .vtu"),
-            (Role::PointSet, "triangulate the points with -o NAME.svg, or write .csv"),
+            (Role::PointSet, "write .csv, and triangulate the points for a picture"),
         ],
     }
     /// VTK XML unstructured grid.

@@ -87,7 +87,11 @@ fn pictures_are_of_the_plane_and_have_the_same_bytes() {
     assert_eq!(&fs::read(place.path("a.svg.gz")).unwrap()[..2], [0x1f, 0x8b]);
     let to_stream = place.good(&format!("triangulate {sample} --format svg -o -"));
     assert_eq!(String::from_utf8(to_stream.stdout).unwrap(), text);
-    place.fails("triangulate sample:uniform:50 -o s.svg", 2, &["s.svg", "three coordinates", ".vtu", "--dimension 2"]);
+    place.fails(
+        "triangulate sample:uniform:50 -o s.svg",
+        2,
+        &["s.svg", "three coordinates", ".vtu", "--dimension 2"],
+    );
     place.fails(
         "triangulate sample:uniform:50 --transport processes --processes 2 --workers 2 -o s.svg",
         2,

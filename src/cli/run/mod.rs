@@ -17,7 +17,7 @@ use std::time::Instant;
 use septet_core::run::memory::{check_peak, peak_rss, rss};
 use septet_core::run::processes::{HeldRows, run_held};
 use septet_core::run::stats::shared_stats;
-use septet_core::{Outcome, Remedy, Spec, perform};
+use septet_core::{Outcome, Remedy, Spec, Stats, perform};
 use septet_lab::report::{RunContext, RunReport};
 use septet_protocol::wire::Alone;
 
@@ -72,11 +72,7 @@ pub fn run(
         files.extend(write_mesh_files((&plan, &spec), &run, &rows, team, talk)?);
     }
     files.extend(write_duplicates(goal, &run, &rows, team)?);
-    let stats = if goal.has_stats() && failure.is_none() {
-        Some(shared_stats(&mut team.processes, &run, rows.held.points.coordinates())?)
-    } else {
-        None
-    };
+    let stats = numbers((goal, &run), &rows, team)?;
     unite_counts(team, &mut run, (goal, spec.keep.nodes))?;
     files.extend(write_costs(goal, &spec, &run)?);
     talk.clear();
@@ -133,6 +129,18 @@ fn remove(files: &[PathBuf]) {
         // A file that is already gone is as wanted.
         let _ = std::fs::remove_file(file);
     }
+}
+
+/// Returns the numbers of the triangulation, if they are requested and its certificate passed.
+fn numbers(
+    (goal, run): (Goal<'_>, &Outcome),
+    rows: &Rows,
+    team: &mut Team<'_>,
+) -> Result<Option<Stats>, Failure> {
+    if !goal.has_stats() || run.refutation.is_some() {
+        return Ok(None);
+    }
+    Ok(Some(shared_stats(&mut team.processes, run, rows.held.points.coordinates())?))
 }
 
 /// Runs the ranks of this process. A process without ranks gets the facts from the first one.

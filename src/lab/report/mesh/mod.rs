@@ -21,11 +21,10 @@ pub mod tables;
 
 pub use schema::{
     CellReport, ConformityReport, CountReport, DeviationReport, DomainReport, FeatureReport, MeshReport,
-    MeshSeconds, MeshSettled, ParameterReport, PlaceReport, QualityReport, RatioRange, SliverReport,
-    StageReport,
+    MeshSeconds, MeshSettled, ParameterReport, PlaceReport, QualityReport, RatioRange, StageReport,
 };
 
-pub use shapes::ShapeReport;
+pub use shapes::{ShapeReport, SliverReport};
 
 use super::parameters::Requested;
 use histogram::HistogramReport;

@@ -11,6 +11,7 @@ use septet_core::spec::{Commands, Row, options_of};
 
 use super::super::parameters::Requested;
 use super::histogram::HistogramReport;
+use super::shapes::SliverReport;
 
 /// A text in the report: borrowed when the report is written, and owned when it is read back.
 type Word = Cow<'static, str>;
@@ -364,18 +365,6 @@ pub struct QualityReport {
     /// The cells with the smallest angles.
     #[serde(skip_deserializing)]
     pub thinnest: Vec<CellReport>,
-}
-
-/// Number of cells with an angle below `angle` and a radius-edge ratio below `radius_edge`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct SliverReport {
-    /// The angle in degrees.
-    pub angle: f64,
-    /// The radius-edge ratio.
-    pub radius_edge: f64,
-    /// Number of cells.
-    pub cells: u64,
 }
 
 /// The comparison of a mesh with its domain.

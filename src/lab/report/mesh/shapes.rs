@@ -6,7 +6,6 @@ use septet_meshing::quality::shapes::Shapes;
 use septet_meshing::quality::{SLIVER_RATIO, SLIVERS};
 
 use super::histogram::HistogramReport;
-use super::schema::SliverReport;
 
 /// The shapes of the cells of a triangulation. The fields have the names of those of the quality of a mesh.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -44,4 +43,16 @@ impl ShapeReport {
             largest_volume: finite(shapes.volumes[1]),
         }
     }
+}
+
+/// Number of cells with an angle below `angle` and a radius-edge ratio below `radius_edge`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct SliverReport {
+    /// The angle in degrees.
+    pub angle: f64,
+    /// The radius-edge ratio.
+    pub radius_edge: f64,
+    /// Number of cells.
+    pub cells: u64,
 }
