@@ -133,7 +133,7 @@ struct Chosen {
 /// Three pieces in a folder, and the last one, which is altered.
 fn pieces(dimension: usize) -> (Place, PathBuf, Piece) {
     let place = Place::new();
-    place.good(&format!("generate uniform -n 900 -d {dimension} -q -o p.xyz"));
+    place.good(&format!("generate uniform -n 2000 -d {dimension} -q -o p.xyz"));
     place.good("triangulate p.xyz -q --workers 3 -o m.pvtu --with-owner");
     let path = place.path("m.pieces/0002.vtu");
     let piece = Piece::read(&path);
