@@ -65,10 +65,10 @@ pub fn check_output(path: &Path, options: &WriteOptions<'_>) -> Result<Format, O
 /// # Errors
 /// Returns an [`OutputError`] if the format holds only triangulations in the plane.
 pub fn check_dimension(path: &Path, options: &WriteOptions<'_>, dimension: usize) -> Result<(), OutputError> {
-    match options.format_of(path)?.row().is_plane && dimension != 2 {
-        true => Err(OutputError::OnlyPlane { path: path.to_owned() }),
-        false => Ok(()),
+    if options.format_of(path)?.row().is_plane && dimension != 2 {
+        return Err(OutputError::OnlyPlane { path: path.to_owned() });
     }
+    Ok(())
 }
 
 /// Checks that a text file can be written under this path, before any other work.

@@ -64,7 +64,7 @@ fn check(stats: &Stats, cells: &[u64], points: usize) {
 fn parts_are_those_of_the_cells_for_any_number_of_workers() {
     for n in [4, 5, 9, 40, 300] {
         let plane: Vec<[f64; 2]> = (0..n).map(|i| [noise(2 * i), noise(2 * i + 1)]).collect();
-        let space: Vec<[f64; 3]> = (0..n + 1).map(|i| [0, 1, 2].map(|k| noise(3 * i + k))).collect();
+        let space: Vec<[f64; 3]> = (0..=n).map(|i| [0, 1, 2].map(|k| noise(3 * i + k))).collect();
         let lattice: Vec<[f64; 3]> =
             (0..64).map(|i| [f64::from(i % 4), f64::from(i / 4 % 4), f64::from(i / 16)]).collect();
         let mut first: [Option<Stats>; 3] = [None, None, None];

@@ -150,7 +150,8 @@ type Origin = (usize, usize);
 
 /// Checks the owner of each cell, and compares the ghost cells with the cells of their owners.
 fn check_cells(pieces: &[Piece], agreed: &Agreed, owners: &[usize]) -> Result<(), InputError> {
-    let (mut expected, mut found): (Vec<(Ghost, Origin)>, Vec<(Ghost, Origin)>) = (Vec::new(), Vec::new());
+    let mut expected: Vec<(Ghost, Origin)> = Vec::new();
+    let mut found: Vec<(Ghost, Origin)> = Vec::new();
     for (number, piece) in pieces.iter().enumerate() {
         for (at, cell) in piece.all_cells() {
             let mut row = [NO_VERTEX; 4];
