@@ -117,7 +117,7 @@ pub fn refuse_empty(input: &str, kept: u64, skipped: u64) -> Result<(), Failure>
     let name = name(Path::new(input));
     if skipped > 0 {
         let message =
-            format!("{name}: no point is left after {} were dropped", counted(skipped, "invalid point"));
+            format!("{name}: no point is left after dropping {}", counted(skipped, "invalid point"));
         return Err(Failure::new(Code::Input, message)
             .help("check the coordinates: each point has one that is not finite"));
     }
