@@ -122,6 +122,29 @@ pub mod result {
 }
 
 /// Readers and writers of files.
+///
+/// A terrain is triangulated in the plane, and its heights are z in the outputs:
+///
+/// ```
+/// use septet::io::{Format, MeshView};
+/// use septet::io::read::{ReadOptions, read_from};
+/// use septet::io::write::{WriteOptions, write_to};
+/// use septet::{Points, Spec, triangulate};
+///
+/// let table = "x,y,z\n0,0,410\n9,0,415\n0,9,420\n9,8,430\n";
+/// let options = ReadOptions { terrain: true, ..ReadOptions::default() };
+/// let file = read_from(table.as_bytes(), "survey.csv".as_ref(), None, &options, &mut |_, _| {})?;
+/// let Points::Plane(points) = &file.points else { unreachable!("a terrain lies in the plane") };
+/// let run = triangulate(points, &Spec::default())?;
+///
+/// let view = run.view(file.points.coordinates());
+/// let view = MeshView { heights: file.heights.as_deref(), ..view };
+/// let mut tin = Vec::new();
+/// let obj = WriteOptions { format: Some(Format::Obj), ..WriteOptions::default() };
+/// write_to(&mut tin, &view, &obj, &mut |_, _| {})?;
+/// assert!(String::from_utf8(tin)?.contains("v 9 8 430\n"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub mod io {
     #[doc(inline)]
     pub use septet_core::model::{Labels, MeshView, Patches};
@@ -135,7 +158,7 @@ pub mod io {
             AnyInput, CellFile, CellOptions, Column, CoordinateType, DomainFile, EntryFault, Extent,
             FileList, FileReading, InputError, ListError, ListedFile, OtherLines, Place, PointFile,
             PointList, RawRows, ReadOptions, ReadProgress, UnknownRawRows, read, read_cells, read_cells_from,
-            read_domain, read_from, read_list, read_sizes,
+            read_domain, read_from, read_list, read_mesh, read_sizes,
         };
     }
 

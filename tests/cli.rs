@@ -34,6 +34,9 @@ mod interrupts;
 #[path = "cli/lists.rs"]
 mod lists;
 
+#[path = "cli/memory.rs"]
+mod memory;
+
 #[path = "cli/mesh.rs"]
 mod mesh;
 
@@ -64,6 +67,9 @@ mod report;
 #[path = "cli/reproduce.rs"]
 mod reproduce;
 
+#[path = "cli/verify.rs"]
+mod verify;
+
 #[path = "cli/scale.rs"]
 mod scale;
 
@@ -75,6 +81,8 @@ mod schema;
 
 #[path = "cli/stats.rs"]
 mod stats;
+#[path = "cli/terrain.rs"]
+mod terrain;
 
 /// A directory of one test and the program run in it.
 struct Place(TempDir);

@@ -2,7 +2,7 @@
 //!
 //! `SEPTET_PYTHON` names a Python interpreter with the packages that `tests/foreign/read_with_others.py` lists.
 //! `tests/foreign/check_pieces.py` checks `.pvtu` files, `tests/foreign/check_mesh.py` meshes of domains, and
-//! `tests/foreign/check_remesh.py` those with a remeshed boundary. `tests/foreign/check_schemas.py` checks JSON reports. `tests/run` makes the interpreter and runs these tests,
+//! `tests/foreign/check_remesh.py` those with a remeshed boundary. `tests/foreign/check_terrain.py` checks heights. `tests/foreign/check_schemas.py` checks JSON reports. `tests/run` makes the interpreter and runs these tests,
 //! which a plain `cargo test` ignores.
 
 use std::ffi::OsString;
@@ -98,6 +98,7 @@ fn write_all(directory: &Path, mesh: &Mesh) {
     let view = MeshView {
         dimension: mesh.dimension,
         coordinates: &mesh.coordinates,
+        heights: None,
         cells: &mesh.cells,
         owner: Some(&owner),
         owning_leaf: Some(&owning_leaf),
@@ -157,6 +158,33 @@ fn other_programs_read_what_we_write() {
     let last = printed.lines().last().unwrap_or_default();
     assert!(last.ends_with(" passed, 0 failed"), "{printed}\n{complained}");
     println!("{printed}");
+}
+
+/// The heights of a terrain are z for others.
+#[test]
+#[ignore = "needs Python with meshio and numpy"]
+fn other_programs_read_the_heights_of_terrain() {
+    let directory = tempfile::tempdir().unwrap();
+    let row = |i: u64| format!("{},{},{}\n", i * 37 % 101, i * 23 % 97, 100.0 + (i * i) as f64 / 3.0);
+    fs::write(directory.path().join("p.csv"), (0..90).fold("x,y,z\n".to_owned(), |text, i| text + &row(i)))
+        .unwrap();
+    let files = ["m.vtu", "m.vtk", "m.msh", "m.msh22", "m.mesh", "m.off", "m.ply", "m.obj"];
+    let run = |program: OsString, words: &[&str]| {
+        let output = Command::new(program).current_dir(directory.path()).args(words).output().unwrap();
+        let printed =
+            [output.stdout, output.stderr].map(|s| String::from_utf8_lossy(&s).into_owned()).concat();
+        assert!(output.status.success(), "{words:?}: {printed}");
+        printed
+    };
+    let mut words = vec!["triangulate", "p.csv", "--terrain", "-q", "-o", "m.npy"];
+    words.extend(files.iter().flat_map(|file| ["-o", *file]));
+    run(env!("CARGO_BIN_EXE_septet").into(), &words);
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/foreign/check_terrain.py");
+    // meshio does not know the ending .msh22.
+    fs::rename(directory.path().join("m.msh22"), directory.path().join("m2.msh")).unwrap();
+    let mut words = vec!["-B", script, "p.csv", "m.npy", "m2.msh"];
+    words.extend(files.iter().filter(|file| !file.ends_with("22")));
+    assert!(run(python(), &words).contains("ok 8 files"));
 }
 
 /// Rows of points that numpy saves as doubles, and whole numbers that it saves in every type; `numpy_arrays.py` has the same.

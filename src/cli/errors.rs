@@ -2,6 +2,7 @@
 
 use std::fmt::{Display, Write as _};
 use std::io::{ErrorKind, Write as _};
+use std::panic::resume_unwind;
 
 use septet_core::generate::{GenerateError, Kind};
 use septet_core::spec::SpecError;
@@ -67,6 +68,11 @@ impl Failure {
     pub fn of(code: Code, error: &impl Display, remedy: Option<Remedy>) -> Self {
         let help = remedy.map(|remedy| remedy.spelled(Door::Shell));
         Failure { help, ..Failure::new(code, error.to_string()) }
+    }
+
+    /// Ends a command from within a progress callback. Unwinding removes partial files.
+    pub fn unwind(self) {
+        resume_unwind(Box::new(self));
     }
 
     /// Returns the code, the message and the help, for other processes.
@@ -191,6 +197,14 @@ impl From<Error> for Failure {
                 let message = format!(
                     "{points} points need about {} of memory ({forecast} bytes), but the limit is {} ({limit} bytes)",
                     bytes(forecast),
+                    bytes(limit)
+                );
+                Failure { message, ..of(Code::Limit) }
+            }
+            Error::Exceeded { used, limit } => {
+                let message = format!(
+                    "the run needs {} of memory or more ({used} bytes), but the limit is {} ({limit} bytes)",
+                    bytes(used),
                     bytes(limit)
                 );
                 Failure { message, ..of(Code::Limit) }

@@ -1,6 +1,5 @@
 //! `septet fold`.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -39,9 +38,11 @@ pub fn run(args: &FoldArgs, talk: &Talk) -> Result<(), Failure> {
         let message = "the trace and the report both come from standard input";
         return Err(Failure::new(Code::Usage, message).help("give a file for one of them"));
     }
-    let reported = args.report.as_deref().map(reported).transpose()?;
-    let trace = gzip::open(&args.trace).map_err(|error| input::unreadable(&args.trace, &error))?;
-    let accounts = fold(trace).map_err(|error| {
+    let reported = args.report.as_deref().map(|path| reported(path, talk)).transpose()?;
+    let owned = args.trace.clone();
+    let folded = input::watched(talk, move |_| gzip::open(&owned).map(fold))?;
+    let folded = folded.map_err(|error| input::unreadable(&args.trace, &error))?;
+    let accounts = folded.map_err(|error| {
         Failure::of(Code::Input, &error, error.remedy()).in_place(&input::name(&args.trace))
     })?;
     let differences = reported.as_ref().map(|run| accounts.compare(run)).transpose();
@@ -66,11 +67,9 @@ pub fn run(args: &FoldArgs, talk: &Talk) -> Result<(), Failure> {
 }
 
 /// Reads the counts of a report.
-fn reported(path: &Path) -> Result<ReportedRun, Failure> {
-    let mut text = Vec::new();
-    let read = gzip::open(path).and_then(|mut reader| reader.read_to_end(&mut text));
-    read.map_err(|error| input::unreadable(path, &error))?;
-    ReportedRun::parse(&text).map_err(|error| refused(path, &error))
+fn reported(path: &Path, talk: &Talk) -> Result<ReportedRun, Failure> {
+    let text = input::text_of(path, talk)?;
+    ReportedRun::parse(text.as_bytes()).map_err(|error| refused(path, &error))
 }
 
 /// Returns the failure for a file that is not the report of the run.

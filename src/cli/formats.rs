@@ -19,6 +19,10 @@ use super::names::{names, of_role, raw_rows};
 /// Returns the options of the reader for these rules.
 pub fn read_options(input: &InputRules) -> Result<ReadOptions, Failure> {
     let usage = |expected: String| Failure::new(Code::Usage, expected);
+    if input.terrain && input.dimension == Some(3) {
+        let message = "--terrain contradicts -d 3: a terrain is triangulated in the plane".to_owned();
+        return Err(usage(message).help("omit -d 3, or omit --terrain to triangulate in space"));
+    }
     let raw = input.raw.as_deref().map(raw_rows).transpose().map_err(usage)?;
     let of_points = of_role(Role::Points);
     let format = input.format.as_deref().map(of_points).transpose().map_err(usage)?;
@@ -29,7 +33,7 @@ pub fn read_options(input: &InputRules) -> Result<ReadOptions, Failure> {
         skip_invalid: input.skip_invalid,
         columns: input.columns.clone(),
         keep_columns: input.keep_columns,
-        terrain: false,
+        terrain: input.terrain,
     })
 }
 
@@ -39,7 +43,7 @@ pub fn check_reading(given: &Options<Spec>, is_sample: bool) -> Result<(), Failu
     for name in ["columns", "input-format"] {
         excludes(&format!("--{name}"), given.has(name), "--raw", given.has("raw"))?;
     }
-    let of_files = ["columns", "input-format", "raw", "keep-columns", "skip-invalid"];
+    let of_files = ["columns", "input-format", "raw", "keep-columns", "terrain", "skip-invalid"];
     match of_files.into_iter().find(|name| is_sample && given.has(name)) {
         Some(name) => {
             let message = format!("--{name} applies to files, not to a generated sample");

@@ -1,6 +1,6 @@
 //! The input points, which are read from a file or standard input, or generated.
 
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -8,16 +8,18 @@ use std::time::Instant;
 use septet_core::generate::{Request, generate, parse_sample};
 use septet_core::model::Points;
 use septet_core::{Error, Spec};
+use septet_geometry::incremental::FarPoints;
 use septet_geometry::range::RangeError;
 use septet_io::read::{
-    Column, FileList, FileReading, InputError, ListedFile, PointFile, PointList, ReadOptions, ReadProgress,
-    apart, read, read_list,
+    CellFile, Column, FileList, FileReading, InputError, ListedFile, PointFile, PointList, ReadOptions,
+    ReadProgress, apart, read, read_list, read_mesh,
 };
 
 use super::errors::{Code, Failure};
 use super::files;
 use super::formats::{check_reading, read_options};
 use super::given::Options;
+use super::gzip;
 use super::progress::Talk;
 use super::text::counted;
 
@@ -25,6 +27,8 @@ use super::text::counted;
 pub struct Loaded {
     /// The points.
     pub points: Points,
+    /// The heights of the points, if they are a terrain.
+    pub heights: Option<Vec<f64>>,
     /// The Lipschitz constant of an f-spaced set.
     pub spacing: Option<f64>,
     /// Number of points that were dropped while reading.
@@ -49,17 +53,29 @@ impl Loaded {
         self.source_index.as_ref().map_or(point, |rows| rows[point] as usize)
     }
 
-    /// Returns the points of a file, or of the files of a list.
-    fn of(file: PointFile, files: Vec<ListedFile>, start: Instant, talk: &Talk) -> Self {
+    /// Returns the points of a file, or of the files of a list. `input` names them.
+    fn of(
+        file: PointFile,
+        (input, files): (&str, Vec<ListedFile>),
+        start: Instant,
+        talk: &Talk,
+    ) -> Result<Self, Failure> {
         talk.check();
+        refuse_empty(input, file.points.len() as u64, file.skipped as u64)?;
         for note in &file.notes {
             talk.note(format!("note: {note}"));
+        }
+        if let Some(far) = far_points(&file.points) {
+            let row =
+                |position: usize| file.source_index.as_ref().map_or(position as u64, |rows| rows[position]);
+            talk.note(describe_far(&far, row));
         }
         if file.skipped > 0 {
             talk.note(format!("note: {} skipped", counted(file.skipped as u64, "invalid point")));
         }
-        Loaded {
+        Ok(Loaded {
             points: file.points,
+            heights: file.heights,
             spacing: None,
             skipped: file.skipped as u64,
             source_index: file.source_index,
@@ -68,8 +84,45 @@ impl Loaded {
             files,
             reading: Some(file.reading),
             seconds: start.elapsed().as_secs_f64(),
-        }
+        })
     }
+}
+
+/// Returns the points that are far from all others, which are often values for missing data.
+fn far_points(points: &Points) -> Option<FarPoints> {
+    match points {
+        Points::Plane(points) => FarPoints::of(points),
+        Points::Space(points) => FarPoints::of(points),
+    }
+}
+
+/// Returns the note on far points. `row` returns the row of the input of a point.
+fn describe_far(far: &FarPoints, row: impl Fn(usize) -> u64) -> String {
+    let n = far.positions.len() as u64;
+    let first = row(far.positions[0] as usize);
+    let (are, which) = if n == 1 { ("is", "it is") } else { ("are", "the first is") };
+    let ratio = far.ratio;
+    format!(
+        "note: {} {are} up to {ratio:.0e} times as far as the median point; {which} point {first} (from 0)",
+        counted(n, "point")
+    )
+}
+
+/// Refuses an input without points, whatever its format is. The number of points that were kept, and of invalid points that
+/// were dropped, are given.
+pub fn refuse_empty(input: &str, kept: u64, skipped: u64) -> Result<(), Failure> {
+    if kept > 0 {
+        return Ok(());
+    }
+    let name = name(Path::new(input));
+    if skipped > 0 {
+        let message =
+            format!("{name}: no point is left after {} were dropped", counted(skipped, "invalid point"));
+        return Err(Failure::new(Code::Input, message)
+            .help("check the coordinates: each point has one that is not finite"));
+    }
+    let help = "check that the file is complete, and that its extension is that of its format";
+    Err(Failure::new(Code::Input, format!("{name}: there are no points")).help(help))
 }
 
 /// Returns a clause with the file of a row of a list, and with the row in this file.
@@ -122,11 +175,13 @@ pub enum Input<'a> {
 
 impl<'a> Input<'a> {
     /// Parses an argument, and finds the files of a list. `dimension` is the value of `-d`.
-    pub fn of(argument: &'a str, dimension: Option<usize>) -> Result<Self, Failure> {
+    pub fn of(argument: &'a str, dimension: Option<usize>, talk: &Talk) -> Result<Self, Failure> {
         if let Some(request) = sample(argument, dimension)? {
             return Ok(Input::Sample(request));
         }
-        Ok(FileList::of_argument(argument)?.map_or(Input::File(argument), Input::List))
+        let owned = argument.to_owned();
+        let list = watched(talk, move |_| FileList::of_argument(&owned))?;
+        Ok(list?.map_or(Input::File(argument), Input::List))
     }
 
     /// Returns `true` for a sample.
@@ -170,7 +225,7 @@ pub fn load(
     json: Option<&Path>,
     talk: &Talk,
 ) -> Result<Loaded, Failure> {
-    let input = Input::of(name, spec.input.dimension)?;
+    let input = Input::of(name, spec.input.dimension, talk)?;
     check_reading(given, input.is_sample())?;
     let texts: Vec<&Path> = json.into_iter().collect();
     files::check(&input.files(), &[], &texts)?;
@@ -204,6 +259,7 @@ pub fn make(request: &Request, talk: &Talk) -> Result<Loaded, Failure> {
     }
     Ok(Loaded {
         points: made.points,
+        heights: None,
         spacing: made.spacing.map(|s| s.lipschitz),
         skipped: 0,
         source_index: None,
@@ -224,7 +280,7 @@ fn with_sample(error: InputError, path: &str) -> Failure {
 }
 
 /// Reads on a thread of its own, shows the progress, and ends the command as soon as Ctrl-C is pressed.
-fn watched<T: Send + 'static>(
+pub fn watched<T: Send + 'static>(
     talk: &Talk,
     read: impl FnOnce(&mut ReadProgress<'_>) -> T + Send + 'static,
 ) -> Result<T, Failure> {
@@ -252,7 +308,28 @@ pub fn open(path: &str, options: &ReadOptions, talk: &Talk) -> Result<Loaded, Fa
     let (owned, chosen) = (PathBuf::from(path), options.clone());
     let read = watched(talk, move |progress| read(&owned, &chosen, progress))?;
     let file = read.map_err(|error| with_sample(error, path))?;
-    Ok(Loaded::of(file, Vec::new(), start, talk))
+    Loaded::of(file, (path, Vec::new()), start, talk)
+}
+
+/// Reads the points and the cells of a file.
+pub fn open_mesh(path: &Path, options: &ReadOptions, talk: &Talk) -> Result<(PointFile, CellFile), Failure> {
+    let (owned, chosen) = (path.to_owned(), options.clone());
+    let read = watched(talk, move |progress| read_mesh(&owned, &chosen, progress))?;
+    talk.check();
+    let (points, cells) = read?;
+    for note in &points.notes {
+        talk.note(format!("note: {note}"));
+    }
+    Ok((points, cells))
+}
+
+/// Returns the name of a list in messages.
+fn name_of(list: &FileList) -> String {
+    match (list.source(), list.files()) {
+        (Some(source), _) => name(source),
+        (None, [only]) => name(only),
+        (None, files) => counted(files.len() as u64, "file"),
+    }
 }
 
 /// Reads the points of all files of a list.
@@ -264,7 +341,18 @@ fn open_list(list: &FileList, options: &ReadOptions, talk: &Talk) -> Result<Load
     let [points, of] =
         [(content.points.len(), "point"), (files.len(), "file")].map(|(n, noun)| counted(n as u64, noun));
     content.notes.insert(0, format!("read {points} from {of}"));
-    Ok(Loaded::of(content, files, start, talk))
+    Loaded::of(content, (&name_of(list), files), start, talk)
+}
+
+/// Returns the text of a file that may be compressed.
+pub fn text_of(path: &Path, talk: &Talk) -> Result<String, Failure> {
+    let owned = path.to_owned();
+    let read = move |_: &mut ReadProgress<'_>| {
+        let mut text = String::new();
+        gzip::open(&owned)?.read_to_string(&mut text)?;
+        Ok::<_, std::io::Error>(text)
+    };
+    watched(talk, read)?.map_err(|error| unreadable(path, &error))
 }
 
 /// Returns the name of an input in messages.

@@ -1,6 +1,7 @@
 //! septet-cli: the subcommands, options, progress messages, errors and exit codes of the program `septet`.
 
 mod completions;
+mod door;
 mod effects;
 mod errors;
 mod excerpt;
@@ -56,11 +57,10 @@ use progress::{Cancelled, Talk, TalkArgs};
 use run::Goal;
 use text::{near, nearest, printable};
 
-/// Compute exact Delaunay triangulations and meshes on a counted message-passing machine.
+/// Turn your points into triangles or tetrahedra, and your surface into a mesh of its inside.
 ///
-/// `septet triangulate` is the fast path. `septet simulate` runs the parallel algorithm of the paper (sphere
-/// separators, density graphs, local convex hulls) and counts its work, depth, rounds, messages and bytes. Both
-/// give the same bytes for any number of workers.
+/// septet reads scans, tables, catalogues, arrays and meshes. Every triangulation is the exact Delaunay triangulation of
+/// the points, and septet checks each result before it writes a file.
 #[derive(Debug, Parser)]
 #[command(
     name = "septet",
@@ -79,18 +79,23 @@ struct Cli {
 
 const EXAMPLES: &str = "\
 Examples:
-  septet triangulate points.node -o mesh.vtu
-  septet simulate sample:uniform:1e5 --workers leaves --profile
+  septet triangulate points.csv -o mesh.vtu
   septet mesh part.stl --size 0.5 -o part.vtu
+  septet verify mesh.vtu
 
 `septet COMMAND --help` explains a command. `septet --help` lists the exit codes.";
 
 const AFTER_HELP: &str = "\
 Examples:
-  septet triangulate points.node -o mesh.vtu
+  septet triangulate points.csv -o mesh.vtu
   septet triangulate sample:well-spaced:100000 -o mesh.vtu
   septet simulate sample:uniform:1e5 --workers leaves --profile
   septet mesh part.stl --size 0.5 -o part.vtu
+  septet verify mesh.vtu
+
+`septet triangulate` is the fast path. `septet simulate` runs the parallel algorithm of the paper (sphere separators, \
+density graphs, local convex hulls) on a message-passing machine, and counts work, depth, rounds, messages and bytes. \
+Both give the same bytes for any number of workers.
 
 Exit codes:
   0    success
@@ -108,18 +113,18 @@ Data are written to standard output, messages to standard error.";
 enum Command {
     /// Triangulate points: exact, certified, and with the same bytes for any number of workers.
     Triangulate(options::TriangulateArgs),
-    /// Triangulate points by the algorithm of the paper and count its operations and messages.
-    Simulate(options::SimulateArgs),
-    /// Generate a point set.
-    Generate(generate::GenerateArgs),
     /// Mesh a domain, or check the domain.
     Mesh(mesh::MeshArgs),
     /// Verify any Delaunay triangulation in exact arithmetic.
     Verify(verify::VerifyArgs),
-    /// Predict the time of a machine with any number of workers from its counts.
-    Predict(predict::PredictArgs),
+    /// Generate a point set.
+    Generate(generate::GenerateArgs),
     /// Create a self-contained HTML page from the reports of runs and meshes.
     Report(report::ReportArgs),
+    /// Triangulate points by the algorithm of the paper and count its operations and messages.
+    Simulate(options::SimulateArgs),
+    /// Predict the time of a machine with any number of workers from its counts.
+    Predict(predict::PredictArgs),
     /// Run a sweep over sizes, kinds, workers and seeds, and record the counts.
     Scale(scale::ScaleArgs),
     /// Fit growth laws to the counts of a sweep.
@@ -202,7 +207,7 @@ fn ended(
         Ok(Ok(())) => return Ok(ExitCode::SUCCESS),
         Ok(Err(failure)) => failure,
         Err(payload) if payload.is::<Cancelled>() => Failure::interrupted(),
-        Err(payload) => return Err(payload),
+        Err(payload) => *payload.downcast::<Failure>()?,
     };
     Ok(report(&failure, talk))
 }
@@ -230,6 +235,10 @@ fn refuse(mut error: clap::Error) {
         Some(ContextValue::String(typed)) => typed.clone(),
         _ => String::new(),
     };
+    if let Some(message) = door::message(&typed).filter(|_| is_first_word(&typed)) {
+        let _ = std::io::stderr().write_all(message.as_bytes());
+        return;
+    }
     if let Some(ContextValue::Strings(names)) = error.get(ContextKind::SuggestedSubcommand) {
         let sorted = nearest(&typed, names.iter().map(String::as_str));
         let sorted = sorted.into_iter().map(str::to_owned).collect();
@@ -262,6 +271,12 @@ fn refuse(mut error: clap::Error) {
     }
     // Nothing can be reported if the stream is closed.
     let _ = error.print();
+}
+
+/// Whether a word is the first argument that is no option.
+fn is_first_word(typed: &str) -> bool {
+    let first = std::env::args_os().skip(1).find(|word| !word.as_encoded_bytes().starts_with(b"-"));
+    first.is_some_and(|word| word == typed)
 }
 
 /// Returns `true` if a command that reads points has a second file as its argument, as from a pattern that the shell has

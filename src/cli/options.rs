@@ -81,6 +81,11 @@ pub struct RunArgs {
     /// Write the report as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-", help_heading = REPORTS)]
     pub json: Option<PathBuf>,
+    /// Write the rows of duplicates, each with the first row of the same point
+    ///
+    /// The file is a table with the columns `row` and `first`. Rows of points are counted from 0.
+    #[arg(long, value_name = "FILE|-", help_heading = REPORTS, hide_short_help = true)]
+    pub duplicates: Option<PathBuf>,
     /// Print tables of phases, rounds and tree levels
     ///
     /// `--profile=NAME.md` writes Markdown instead. `--profile=NAME.csv` writes NAME.phases.csv, NAME.rounds.csv

@@ -1,7 +1,6 @@
 //! `septet report`.
 
 use std::fs;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use crate::page::{Page, PageError};
@@ -9,7 +8,6 @@ use clap::Args;
 
 use super::errors::{Code, Failure};
 use super::files;
-use super::gzip;
 use super::input;
 use super::progress::Talk;
 use super::summary::{row, written};
@@ -45,7 +43,7 @@ pub fn run(args: &ReportArgs, talk: &Talk) -> Result<(), Failure> {
         let texts: Vec<&Path> = args.output.as_deref().into_iter().collect();
         files::check(&[input], &[], &texts)?;
     }
-    let texts = args.runs.iter().map(|path| Ok((path.display().to_string(), text_of(path)?)));
+    let texts = args.runs.iter().map(|path| Ok((path.display().to_string(), input::text_of(path, talk)?)));
     let texts: Vec<(String, String)> = texts.collect::<Result<_, Failure>>()?;
     talk.check();
     let page = Page::of(&texts).map_err(|error| bad(&error))?;
@@ -67,12 +65,6 @@ pub fn run(args: &ReportArgs, talk: &Talk) -> Result<(), Failure> {
 fn bad(error: &PageError) -> Failure {
     Failure::new(Code::Input, error.to_string())
         .help("give a file from `septet simulate --json`, `septet mesh --json` or `septet scale`")
-}
-
-fn text_of(path: &Path) -> Result<String, Failure> {
-    let mut text = String::new();
-    let read = gzip::open(path).and_then(|mut reader| reader.read_to_string(&mut text));
-    read.map(|_| text).map_err(|error| input::unreadable(path, &error))
 }
 
 /// Writes named figures into a directory, which is created if it does not exist.

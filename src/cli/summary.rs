@@ -28,13 +28,12 @@ pub fn written(files: &[PathBuf]) -> Vec<String> {
 /// Formats the summary of a run. `is_sample` is `true` if its points were generated.
 pub fn of_run(report: &RunReport, is_sample: bool) -> Vec<String> {
     let cell = if report.space == 2 { "triangle" } else { "tetrahedron" };
-    let mut lines = vec![format!(
-        "septet: {}, {}, {}, certificate {}",
-        counted(report.points.used, "point"),
-        counted(report.simplices, cell),
-        counted(report.hull_facets, "hull facet"),
-        report.certificate
-    )];
+    let [points, cells, hull] =
+        [(report.points.used, "point"), (report.simplices, cell), (report.hull_facets, "hull facet")]
+            .map(|(count, noun)| counted(count, noun));
+    let faces = faces(report).map_or_else(String::new, |faces| format!("{faces}, "));
+    let certificate = &report.certificate;
+    let mut lines = vec![format!("septet: {points}, {faces}{cells}, {hull}, certificate {certificate}")];
     let input = report.parameters.input.as_str();
     let source = name(Path::new(if input == "-" { "standard input" } else { input }));
     lines.extend(report.input.as_ref().map(|input| row("read", input.line(&source))));
@@ -53,6 +52,22 @@ pub fn of_run(report: &RunReport, is_sample: bool) -> Vec<String> {
         lines.push(row("memory", format!("{} at the peak", bytes(peak))));
     }
     lines
+}
+
+/// Counts the edges, and in space the facets. Returns `None` without cells, or if the certificate failed.
+///
+/// Each facet has two cells, or one on the hull. A triangulation of a ball in space has `V - E + F - T = 1` (Euler).
+fn faces(report: &RunReport) -> Option<String> {
+    let (points, cells) = (report.points.used, report.simplices);
+    if cells == 0 || report.certificate != "passed" {
+        return None;
+    }
+    let facets = ((report.space as u64 + 1) * cells + report.hull_facets) / 2;
+    if report.space == 2 {
+        return Some(counted(facets, "edge"));
+    }
+    let edges = (points + facets).checked_sub(cells + 1)?;
+    Some(format!("{}, {}", counted(edges, "edge"), counted(facets, "facet")))
 }
 
 /// Counts the points of the input that are not vertices.
@@ -122,24 +137,43 @@ fn baselines(report: &RunReport) -> Option<String> {
     (!both.is_empty()).then(|| row("baseline", both.join(", ")))
 }
 
-/// Suggests the next step after `septet triangulate` or `septet simulate`. `reading` are the options to read the input again.
-pub fn next_step(input: &str, reading: &str, outputs: &[PathBuf], json: Option<&Path>) -> String {
+/// Suggests the next step after `septet triangulate` or `septet simulate`. `reading` are the options to read the input again,
+/// and `terrain` the one to read the outputs.
+pub fn next_step(
+    input: &str,
+    (reading, terrain): (&str, &str),
+    outputs: &[PathBuf],
+    json: Option<&Path>,
+) -> String {
     let plain = |text: &str| !text.contains(char::is_whitespace) && !text.contains(char::is_control);
     let is_plain = |path: &Path| path.as_os_str() != "-" && plain(&path.to_string_lossy());
     let ends = |path: &Path, ending: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
     let picture = outputs.iter().find(|o| (ends(o, "vtu") || ends(o, "vtk")) && is_plain(o));
     let pieces = outputs.iter().find(|o| ends(o, "pvtu") && is_plain(o));
-    let check = |o: &PathBuf| Some((points_of(o, input)?, cells_of(o)?));
+    // The file of a surface has all points of a terrain.
+    let is_surface = |o: &Path| !terrain.is_empty() && ["off", "obj", "ply"].iter().any(|e| ends(o, e));
+    let check = |o: &PathBuf| {
+        if is_surface(o) {
+            return Some((o.display().to_string(), o.clone()));
+        }
+        Some((points_of(o, input)?, cells_of(o)?))
+    };
     let checks = outputs.iter().filter(|o| is_plain(o)).find_map(check);
     let text = match (picture.or(pieces), json, checks) {
-        (Some(mesh), _, _) if ends(mesh, "pvtu") => format!("open {} in ParaView", mesh.display()),
         (Some(mesh), _, _) => {
-            format!("open {0} in ParaView, or check it: septet verify {0} {0}", mesh.display())
+            format!("open {0} in ParaView, or check it: septet verify {0}{terrain}", mesh.display())
         }
         (_, Some(json), _) if is_plain(json) => format!("septet report {} -o report.html", json.display()),
         (_, _, Some((points, cells))) if plain(&points) => {
             let reading = if points == input { reading } else { "" };
-            format!("check the cells independently: septet verify {points} {}{reading}", cells.display())
+            // A set of files has points in the plane.
+            let is_set = split(&cells).is_some_and(|(_, ending, _)| ending == "ele");
+            let terrain = if is_set && points != input { "" } else { terrain };
+            let points = if Path::new(&points) == cells { String::new() } else { points + " " };
+            format!(
+                "check the cells independently: septet verify {points}{}{reading}{terrain}",
+                cells.display()
+            )
         }
         (..) if outputs.is_empty() && input != "-" && plain(input) => {
             "add -o mesh.vtu to write the cells, or --json run.json for all counts".to_owned()
@@ -186,27 +220,31 @@ mod tests {
     #[test]
     fn the_next_step_names_the_files() {
         for (output, expected) in [
-            ("a.vtu", "open a.vtu in ParaView, or check it: septet verify a.vtu a.vtu"),
-            ("a.vtk", "open a.vtk in ParaView, or check it: septet verify a.vtk a.vtk"),
-            ("a.pvtu", "open a.pvtu in ParaView"),
-            ("a.vtu.gz", "septet verify a.vtu.gz a.vtu.gz"),
+            ("a.vtu", "open a.vtu in ParaView, or check it: septet verify a.vtu"),
+            ("a.vtk", "open a.vtk in ParaView, or check it: septet verify a.vtk"),
+            ("a.pvtu", "open a.pvtu in ParaView, or check it: septet verify a.pvtu"),
+            ("a.vtu.gz", "septet verify a.vtu.gz"),
             ("b/a.1.ele", "septet verify b/a.1.node b/a.1.ele"),
             ("a.neigh.gz", "septet verify a.node.gz a.ele.gz"),
-            ("a.msh", "septet verify a.msh a.msh"),
+            ("a.msh", "septet verify a.msh"),
             ("a.npy", "septet verify p.xyz a.npy"),
             ("a b.msh", "septet verify POINTS CELLS"),
             ("a.stl", "septet verify POINTS CELLS"),
         ] {
-            let text = next_step("p.xyz", "", &[output.into()], None);
+            let text = next_step("p.xyz", ("", ""), &[output.into()], None);
             assert!(text.contains(expected), "{text}");
         }
         let json = Some(Path::new("run.json"));
-        let raw = next_step("p.raw", " --raw f64,3", &["a.npy".into()], None);
-        assert!(raw.contains("septet verify p.raw a.npy --raw f64,3"), "{raw}");
-        let set = next_step("p.raw", " --raw f64,3", &["a.ele".into()], None);
+        let raw = next_step("p.raw", (" --raw f64,3", " --terrain"), &["a.npy".into()], None);
+        assert!(raw.contains("septet verify p.raw a.npy --raw f64,3 --terrain"), "{raw}");
+        let tin = next_step("p.xyz", ("", " --terrain"), &["a.vtu".into()], None);
+        assert!(tin.ends_with("septet verify a.vtu a.vtu --terrain"), "{tin}");
+        let tin = next_step("p.xyz", ("", " --terrain"), &["a.obj".into()], None);
+        assert!(tin.ends_with("septet verify a.obj a.obj --terrain"), "{tin}");
+        let set = next_step("p.raw", (" --raw f64,3", " --terrain"), &["a.ele".into()], None);
         assert!(set.ends_with("septet verify a.node a.ele"), "{set}");
-        assert!(next_step("p.xyz", "", &[], json).contains("septet report run.json -o report.html"));
-        assert!(next_step("-", "", &["a.npy".into()], None).contains("POINTS CELLS"));
-        assert!(next_step("p.xyz", "", &[], None).contains("-o mesh.vtu"));
+        assert!(next_step("p.xyz", ("", ""), &[], json).contains("septet report run.json -o report.html"));
+        assert!(next_step("-", ("", ""), &["a.npy".into()], None).contains("POINTS CELLS"));
+        assert!(next_step("p.xyz", ("", ""), &[], None).contains("-o mesh.vtu"));
     }
 }

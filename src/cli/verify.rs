@@ -6,10 +6,10 @@ use clap::Args;
 use glam::DVec2;
 use septet_core::model::Points;
 use septet_core::spec::Commands;
-use septet_io::read::{CellFile, CellOptions, read_cells};
-use septet_io::{Role, extension};
+use septet_io::read::{CellFile, CellOptions, ListedFile, ReadOptions, read_cells};
+use septet_io::{Format, Role, extension};
 use septet_lab::report::VerifyReport;
-use septet_verify::{Report, Triangulation, VerifyOptions, verify};
+use septet_verify::{Fault, Report, Triangulation, VerifyOptions, verify};
 
 use super::errors::{Code, Failure};
 use super::files;
@@ -26,14 +26,15 @@ Levels: structure, orientation, manifold, hull, empty spheres, single cover. Tog
 Delaunay triangulation of the points. The exit code is 4 if a level fails.
 
 Examples:
+  septet verify mesh.vtu
+  septet verify mesh.pvtu
   septet verify points.node mesh.1.ele
-  septet verify mesh.vtu mesh.vtu
   septet verify points.npy cells.npy --perturbed --json -")]
 pub struct VerifyArgs {
-    /// Points: any readable file, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25][,ratio=1.3]`
+    #[arg(help = points_help(), value_name = "MESH|POINTS")]
     points: String,
-    #[arg(help = format!("Cells: {}", Role::Cells.known()))]
-    cells: PathBuf,
+    #[arg(help = format!("Cells of these points: {}", Role::Cells.known()), value_name = "CELLS")]
+    cells: Option<PathBuf>,
     #[command(flatten)]
     given: Given<{ Commands::VERIFY.bits() }>,
     /// Require that ties are broken by the symbolic perturbation of septet
@@ -47,21 +48,45 @@ pub struct VerifyArgs {
     json: Option<PathBuf>,
 }
 
+/// Returns the help of the first file.
+fn points_help() -> String {
+    let whole: Vec<String> =
+        Format::ALL.iter().filter(|format| format.holds_mesh()).map(|f| format!(".{}", f.name())).collect();
+    format!(
+        "File of points with their cells ({}), or points: any readable file, or \
+         `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25][,ratio=1.3]`",
+        whole.join(" ")
+    )
+}
+
+impl VerifyArgs {
+    /// Returns the file of the cells.
+    fn mesh(&self) -> &Path {
+        self.cells.as_deref().unwrap_or(Path::new(&self.points))
+    }
+
+    /// Returns a clause with the points, if they are in another file.
+    fn of_points(&self) -> String {
+        self.cells.as_ref().map_or_else(|| "its points".to_owned(), |_| self.points.clone())
+    }
+}
+
 /// Reads the triangulation, verifies it and prints a line per level.
 pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
-    let inputs = [Path::new(&args.points), &args.cells];
-    for input in inputs {
+    let inputs: Vec<&Path> = [Path::new(&args.points)].into_iter().chain(args.cells.as_deref()).collect();
+    for input in &inputs {
         input::refuse_list(input, "a triangulation has one file of points and one file of cells")?;
     }
     let json: Vec<&Path> = args.json.as_deref().into_iter().collect();
     files::check(&inputs, &[], &json)?;
-    let sample = input::sample(&args.points, None)?;
-    check_reading(args.given.options(), sample.is_some())?;
-    let loaded = match sample {
-        Some(request) => input::make(&request, talk)?,
-        None => input::open(&args.points, &read_options(&args.given.options().spec()?.input)?, talk)?,
-    };
-    let (points, cells) = matched(args, loaded, talk)?;
+    let is_sample = input::sample(&args.points, None)?.is_some();
+    check_reading(args.given.options(), is_sample)?;
+    if is_sample && args.cells.is_none() {
+        let message = format!("{} has points and no cells", args.points);
+        return Err(Failure::new(Code::Usage, message).help("name the file of the cells after it"));
+    }
+    let subject = subject(args, talk)?;
+    let (points, cells) = (&subject.points, &subject.cells);
     let mesh = Triangulation {
         dimension: points.dimension(),
         coordinates: points.coordinates(),
@@ -75,32 +100,42 @@ pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
     let report = verify(&mesh, &options, &mut |stage, done, total| talk.stage(stage, done, Some(total)));
     talk.clear();
     if let Some(path) = &args.json {
-        let json = VerifyReport::of(&report, &args.points, &args.cells);
+        let json = VerifyReport::of(&report, &args.points, args.mesh());
         let mut text = serde_json::to_string_pretty(&json)
             .map_err(|e| Failure::new(Code::Failed, format!("the report cannot be written: {e}")))?;
         text.push('\n');
         files::write_text(path, &text)?;
     }
-    print(&report, args, talk);
+    print(&report, args, &subject, talk);
     if report.passed() {
         return Ok(());
     }
     let message = format!(
         "{} is not a Delaunay triangulation of {}{}",
-        args.cells.display(),
-        args.points,
+        args.mesh().display(),
+        args.of_points(),
         if args.perturbed { " with the symbolic perturbation of septet" } else { "" }
     );
     Err(Failure::new(Code::Rejected, message))
 }
 
-/// Reads the cells, and returns them with the points in the dimension of the cells.
-fn matched(args: &VerifyArgs, loaded: Loaded, talk: &Talk) -> Result<(Points, CellFile), Failure> {
+/// Reads the points and the cells, and returns them in the dimension of the cells.
+fn subject(args: &VerifyArgs, talk: &Talk) -> Result<Subject, Failure> {
+    let reading = read_options(&args.given.options().spec()?.input)?;
+    let Some(cells) = &args.cells else {
+        return Subject::of_mesh(Path::new(&args.points), &reading, talk);
+    };
+    let loaded = match input::sample(&args.points, None)? {
+        Some(request) => input::make(&request, talk)?,
+        None => input::open(&args.points, &reading, talk)?,
+    };
+    if Format::of_path(cells) == Some(Format::Pvtu) {
+        return Subject::of_pieces(args, cells, loaded, talk);
+    }
     let is_node = extension(Path::new(&args.points)) == "node";
-    let flat = flattened(&loaded.points);
-    let dimension = match (&loaded.points, &flat) {
-        (Points::Plane(_), _) => Some(2),
-        _ => None,
+    let dimension = match &loaded.points {
+        Points::Plane(_) => Some(2),
+        Points::Space(_) => None,
     };
     let options = CellOptions {
         base: is_node.then_some(loaded.first_id),
@@ -108,30 +143,121 @@ fn matched(args: &VerifyArgs, loaded: Loaded, talk: &Talk) -> Result<(Points, Ce
         dimension,
         ..CellOptions::default()
     };
-    let mut progress = |read, total| talk.stage("reading cells", read, total);
-    let cells = read_cells(&args.cells, &options, &mut progress)?;
+    let path = cells.clone();
+    let file = input::watched(talk, move |progress| read_cells(&path, &options, progress))??;
     talk.check();
-    for note in &cells.notes {
-        talk.note(format!("note: {note}"));
+    Subject { points: loaded.points, cells: file, ids: None }.in_dimension(args, talk)
+}
+
+/// Points and cells to be verified.
+struct Subject {
+    points: Points,
+    cells: CellFile,
+    /// The ids of the points, if they are not 0, 1, 2 and so on.
+    ids: Option<Vec<u64>>,
+}
+
+impl Subject {
+    /// Reads points and cells of one file.
+    fn of_mesh(path: &Path, options: &ReadOptions, talk: &Talk) -> Result<Self, Failure> {
+        let (points, cells) = input::open_mesh(path, options, talk)?;
+        let whole = Subject { points: points.points, cells, ids: points.source_index };
+        whole.in_dimension_of(&path.display().to_string(), path, talk)
     }
-    let points = match (cells.dimension, flat) {
-        (2, Some(flat)) => {
-            talk.note("note: the cells are triangles and every z is 0, so they are verified in the plane");
-            flat
+
+    /// Reads the cells of pieces, and compares the points of the pieces with the loaded points.
+    fn of_pieces(args: &VerifyArgs, path: &Path, loaded: Loaded, talk: &Talk) -> Result<Self, Failure> {
+        let (held, cells) = input::open_mesh(path, &ReadOptions::default(), talk)?;
+        let own = Subject { points: held.points, cells, ids: held.source_index };
+        let mut positions = Vec::with_capacity(own.points.len());
+        for point in 0..own.points.len() {
+            let id = own.id(point as u64);
+            let position = match &loaded.source_index {
+                Some(rows) => rows.binary_search(&id).ok(),
+                None => usize::try_from(id).ok().filter(|id| *id < loaded.points.len()),
+            };
+            let same = position.filter(|&position| {
+                let [a, b] = [(&own.points, point), (&loaded.points, position)].map(coordinates_of);
+                a.iter().zip(b).all(|(a, b)| a == b)
+            });
+            let Some(position) = same else {
+                let piece = own.piece_of_point(point as u64).unwrap_or_else(|| path.display().to_string());
+                let found = if position.is_some() { "has other coordinates" } else { "does not exist" };
+                let message = format!("{piece}: its point with the id {id} {found} in {}", args.points);
+                return Err(Failure::new(Code::Input, message).help("give the points of these pieces"));
+            };
+            positions.push(position as u64);
         }
-        (2, None) if loaded.points.dimension() == 3 => {
+        let mut cells = own.cells;
+        for vertex in &mut cells.cells {
+            *vertex = positions[*vertex as usize];
+        }
+        Subject { points: loaded.points, cells, ids: None }.in_dimension(args, talk)
+    }
+
+    /// Returns the points in the dimension of the cells, after printing the notes on the cells.
+    fn in_dimension(self, args: &VerifyArgs, talk: &Talk) -> Result<Self, Failure> {
+        self.in_dimension_of(&args.points, args.mesh(), talk)
+    }
+
+    fn in_dimension_of(self, points_file: &str, cells_file: &Path, talk: &Talk) -> Result<Self, Failure> {
+        for note in &self.cells.notes {
+            talk.note(format!("note: {note}"));
+        }
+        if self.cells.dimension != 2 || self.points.dimension() == 2 {
+            return Ok(self);
+        }
+        let Some(points) = flattened(&self.points) else {
             let message = format!(
-                "{} contains triangles, but the points of {} have three coordinates",
-                args.cells.display(),
-                args.points
+                "{} contains triangles, but the points of {points_file} have three coordinates",
+                cells_file.display(),
             );
             return Err(Failure::new(Code::Input, message).help(
-                "give a file of tetrahedra, or points with two coordinates; an .off file in space contains the hull only",
+                "give a file of tetrahedra, add --terrain to use x and y alone, or give points with two coordinates; \
+                 an .off file in space contains the hull only",
             ));
+        };
+        talk.note("note: the cells are triangles and every z is 0, so they are verified in the plane");
+        Ok(Subject { points, ..self })
+    }
+
+    /// Returns the id of a point in the files of pieces.
+    fn id(&self, point: u64) -> u64 {
+        self.ids.as_ref().map_or(point, |ids| ids[point as usize])
+    }
+
+    /// Returns the piece of a cell, and the position of the cell in it.
+    fn piece_of_cell(&self, cell: u64) -> Option<String> {
+        let piece = ListedFile::of_row(&self.cells.pieces, cell)?;
+        Some(format!("cell {cell} is cell {} of {}", cell - piece.first_row, input::name(&piece.path)))
+    }
+
+    /// Returns the first piece with a cell at this point.
+    fn piece_of_point(&self, point: u64) -> Option<String> {
+        let at = self.cells.cells.iter().position(|vertex| *vertex == point)?;
+        let cell = (at / (self.cells.dimension + 1)) as u64;
+        Some(input::name(&ListedFile::of_row(&self.cells.pieces, cell)?.path))
+    }
+
+    /// Returns the pieces of a fault and the ids of its points. Empty for other files than those of pieces.
+    fn origin(&self, fault: &Fault) -> String {
+        let (cells, points) = (fault.cells(), fault.points());
+        let mut texts: Vec<String> = cells.iter().filter_map(|cell| self.piece_of_cell(*cell)).collect();
+        if texts.is_empty() {
+            let of = |point: &u64| Some(format!("point {point} is in {}", self.piece_of_point(*point)?));
+            texts.extend(points.iter().filter_map(of));
         }
-        _ => loaded.points,
-    };
-    Ok((points, cells))
+        if self.ids.is_some() {
+            texts.extend(points.iter().map(|&point| format!("point {point} has the id {}", self.id(point))));
+        }
+        if texts.is_empty() { String::new() } else { format!(" ({})", texts.join(", ")) }
+    }
+}
+
+/// Returns the coordinates of a point.
+fn coordinates_of((points, at): (&Points, usize)) -> &[f64] {
+    let d = points.dimension();
+    &points.coordinates()[at * d..(at + 1) * d]
 }
 
 /// Converts points in space to points in the plane if all have z = 0.
@@ -144,7 +270,7 @@ fn flattened(points: &Points) -> Option<Points> {
     }
 }
 
-fn print(report: &Report, args: &VerifyArgs, talk: &Talk) {
+fn print(report: &Report, args: &VerifyArgs, subject: &Subject, talk: &Talk) {
     for level in &report.levels {
         let state = match (level.passed, level.stopped_by) {
             (true, _) => talk.paint("ok", "32"),
@@ -153,7 +279,7 @@ fn print(report: &Report, args: &VerifyArgs, talk: &Talk) {
         };
         talk.painted(format!("{:<14} {:>12} checked  {state}", level.name, level.checked));
         for fault in &level.faults {
-            talk.note(format!("    {fault}"));
+            talk.note(format!("    {fault}{}", subject.origin(fault)));
         }
         let more = level.fault_count.saturating_sub(level.faults.len() as u64);
         if more > 0 {
@@ -163,8 +289,8 @@ fn print(report: &Report, args: &VerifyArgs, talk: &Talk) {
     if report.passed() {
         talk.note(format!(
             "septet: {} is a Delaunay triangulation of {}: {}, {}, {}, {}, {}",
-            args.cells.display(),
-            args.points,
+            args.mesh().display(),
+            args.of_points(),
             counted(report.cells, "cell"),
             counted(report.points, "point"),
             counted(report.duplicates, "duplicate"),

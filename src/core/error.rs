@@ -45,6 +45,14 @@ pub enum Error {
         /// Number of points.
         points: u64,
     },
+    /// The run reached the limit of memory.
+    #[error("the run needs {used} bytes of memory or more, but the limit is {limit}")]
+    Exceeded {
+        /// The bytes that the process used, or was about to use.
+        used: u64,
+        /// The limit in bytes.
+        limit: u64,
+    },
     /// One worker would have more points than its local indices can address.
     #[error("one worker would have to triangulate about {points} points, more than the limit of {most}")]
     Piece {
@@ -57,7 +65,7 @@ pub enum Error {
     },
     /// A worker or the transport failed.
     #[error(transparent)]
-    Machine(#[from] TransportError),
+    Machine(TransportError),
     /// The threads of the workers could not be started.
     #[error("cannot start the workers: {0}")]
     Start(#[from] std::io::Error),
@@ -92,7 +100,9 @@ impl Error {
             Error::Indices { .. } => {
                 Some(Remedy::of("pass each process a first index beyond the indices of the others"))
             }
-            Error::Memory { .. } => Some(Remedy::of("raise {max-memory}, or reduce the number of points")),
+            Error::Memory { .. } | Error::Exceeded { .. } | Error::Machine(TransportError::Memory { .. }) => {
+                Some(Remedy::of("raise {max-memory}, or reduce the number of points"))
+            }
             Error::Piece { workers, .. } => Some(Remedy::of("use at least ").set("workers", workers)),
             Error::Machine(TransportError::WorkerFailed { .. } | TransportError::BadMessage { .. })
             | Error::Start(_) => {
@@ -100,6 +110,15 @@ impl Error {
             }
             Error::NotCertified { .. } => Some(Remedy::REPORT),
             Error::Machine(TransportError::Stopped) | Error::Baseline(_) | Error::Interrupted => None,
+        }
+    }
+}
+
+impl From<TransportError> for Error {
+    fn from(error: TransportError) -> Self {
+        match error {
+            TransportError::Memory { used, limit } => Error::Exceeded { used, limit },
+            other => Error::Machine(other),
         }
     }
 }

@@ -64,6 +64,9 @@ pub struct MeshView<'a> {
     pub dimension: usize,
     /// All input points, `dimension` coordinates each.
     pub coordinates: &'a [f64],
+    /// The height of each point, if the mesh is a terrain: a triangulation in the plane whose points have a third
+    /// coordinate. Formats with three coordinates hold the heights as z.
+    pub heights: Option<&'a [f64]>,
     /// `dimension + 1` point indices per cell.
     pub cells: &'a [u64],
     /// The worker that owns each cell, if requested.
@@ -126,6 +129,7 @@ impl Outcome {
         MeshView {
             dimension: self.space,
             coordinates,
+            heights: None,
             cells: self.cells(),
             owner: self.owner(),
             owning_leaf: self.owning_leaf(),
@@ -144,5 +148,12 @@ impl MeshView<'_> {
     /// Returns the number of cells.
     pub fn cell_count(&self) -> usize {
         self.cells.len() / (self.dimension + 1)
+    }
+
+    /// Returns the place of a point in space. A point in the plane has its height as z, or 0 if it has none.
+    pub fn place(&self, point: usize) -> [f64; 3] {
+        let own = &self.coordinates[point * self.dimension..(point + 1) * self.dimension];
+        let z = || self.heights.map_or(0.0, |heights| heights[point]);
+        [own[0], own[1], own.get(2).copied().unwrap_or_else(z)]
     }
 }

@@ -180,6 +180,7 @@ formats! {
         extensions: &["ply"],
         roles: &[
             (Role::Points, "ASCII, binary"),
+            (Role::Cells, "triangles"),
             (Role::Domain, ""),
             (Role::Triangulation, "binary; 2D: the triangles; 3D: the surface"),
             (Role::Mesh, ""),
@@ -206,6 +207,7 @@ formats! {
         extensions: &["obj"],
         roles: &[
             (Role::Points, ""),
+            (Role::Cells, "triangles"),
             (Role::Domain, ""),
             (Role::Triangulation, "2D: the triangles; 3D: the surface"),
             (Role::Mesh, ""),
@@ -415,6 +417,11 @@ impl Format {
     pub fn named(name: &str, role: Role) -> Result<Format, UnknownFormatName> {
         let unknown = UnknownFormatName { known: role.names().join(" ") };
         name.parse().ok().filter(|format: &Format| format.has(role)).ok_or(unknown)
+    }
+
+    /// Whether a file has points together with their cells. A `.npy` file has one or the other.
+    pub fn holds_mesh(self) -> bool {
+        self == Format::Pvtu || self.has(Role::Points) && self.has(Role::Cells) && self != Format::Npy
     }
 
     /// Returns what to do instead of a use that the format does not have.

@@ -28,7 +28,7 @@ use septet_core::error::Error;
 use septet_core::input::sequential::distinct;
 use septet_core::result::canonical::{LabelledCells, canonicalise};
 use septet_core::run::memory::admit;
-use septet_core::spec::{Graph, Neighbours, Spec};
+use septet_core::spec::{Graph, Neighbours, Spec, Task};
 use septet_core::{Accounting, Outcome, TrafficTotal, simulate, triangulate};
 
 /// Name and version of the schema of [`BaselineReport`].
@@ -211,7 +211,7 @@ pub fn incremental<P: Point>(points: &[P], spec: &Spec) -> Result<Baseline, Erro
 /// Triangulates as [`incremental`] does, and counts the messages between the owners of the input points.
 fn insertion<P: Point>(points: &[P], spec: &Spec, owners: &[u32]) -> Result<Baseline, Error> {
     let start = Instant::now();
-    admit(spec, points.len() as u64, P::DIM, true)?;
+    admit((spec, Task::Simulate), points)?;
     let ready = distinct(points, spec.input.skip_invalid)?;
     let mut baseline = Baseline {
         space: P::DIM,

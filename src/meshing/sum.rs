@@ -135,7 +135,7 @@ mod tests {
         high.merge(&low);
         assert_eq!(forward, high);
         assert_eq!(forward.value(), 1.1);
-        assert_eq!(ExactSum::from_words(&mut forward.to_words()), Some(forward));
+        assert_eq!(ExactSum::from_words(&mut forward.clone().to_words()), Some(forward));
         let mut open = ExactSum::default();
         open.add(f64::INFINITY);
         assert!(open.value().is_nan() && ExactSum::default().value() == 0.0);

@@ -186,6 +186,62 @@ impl fmt::Display for Fault {
 }
 
 impl Fault {
+    /// Returns the cells of the fault.
+    pub fn cells(&self) -> Vec<u64> {
+        match self {
+            Fault::OutOfRange { cell, .. }
+            | Fault::RepeatedVertex { cell, .. }
+            | Fault::Flat { cell }
+            | Fault::Negative { cell } => vec![*cell],
+            Fault::CellTwice { cells }
+            | Fault::SameSide { cells, .. }
+            | Fault::PinchedVertex { cells, .. }
+            | Fault::Reflex { cells, .. }
+            | Fault::Folded { cells, .. }
+            | Fault::NotEmpty { cells, .. }
+            | Fault::TieBrokenOtherwise { cells, .. } => cells.to_vec(),
+            Fault::FacetOvershared { cells, .. } => cells.clone(),
+            Fault::CoveredTwice { cell, other } | Fault::BeyondBoundary { cell, other, .. } => {
+                vec![*cell, *other]
+            }
+            Fault::Shape { .. }
+            | Fault::NotFinite { .. }
+            | Fault::Unused { .. }
+            | Fault::CoincidentVertices { .. }
+            | Fault::NotRepresentative { .. }
+            | Fault::NoCells
+            | Fault::LinkNotADisc { .. }
+            | Fault::OpenRidge { .. } => Vec::new(),
+        }
+    }
+
+    /// Returns the points that the fault names.
+    pub fn points(&self) -> Vec<u64> {
+        match self {
+            Fault::NotFinite { point } | Fault::Unused { point } => vec![*point],
+            Fault::CoincidentVertices { points } => points.to_vec(),
+            Fault::NotRepresentative { vertex, smallest } => vec![*vertex, *smallest],
+            Fault::RepeatedVertex { vertex, .. }
+            | Fault::PinchedVertex { vertex, .. }
+            | Fault::LinkNotADisc { vertex, .. }
+            | Fault::NotEmpty { vertex, .. }
+            | Fault::TieBrokenOtherwise { vertex, .. } => vec![*vertex],
+            Fault::OpenRidge { ridge, .. } | Fault::Reflex { ridge, .. } | Fault::Folded { ridge, .. } => {
+                ridge.clone()
+            }
+            Fault::FacetOvershared { facet, .. }
+            | Fault::SameSide { facet, .. }
+            | Fault::BeyondBoundary { facet, .. } => facet.clone(),
+            Fault::Shape { .. }
+            | Fault::OutOfRange { .. }
+            | Fault::CellTwice { .. }
+            | Fault::NoCells
+            | Fault::Flat { .. }
+            | Fault::Negative { .. }
+            | Fault::CoveredTwice { .. } => Vec::new(),
+        }
+    }
+
     /// Formats the faults of the levels `orientation` and `manifold`.
     fn fmt_geometric(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -34,6 +34,7 @@ const PAIRS: [Pair; 93] = [
     ("triangulate sample:grid:27 --input-format xyz", ["--input-format", "sample"]),
     ("triangulate sample:grid:27 --skip-invalid", ["--skip-invalid", "sample"]),
     ("triangulate sample:grid:27 --keep-columns -o a.vtu", ["--keep-columns", "sample"]),
+    ("triangulate sample:grid:27 --terrain", ["--terrain", "sample"]),
     ("rival incremental sample:grid:27 --skip-invalid", ["--skip-invalid", "sample"]),
     ("rival incremental -n 27 --kind grid --columns 1,2,3", ["--columns", "sample"]),
     ("verify sample:grid:27 a.ele --columns 1,2,3", ["--columns", "sample"]),

@@ -34,7 +34,7 @@ fn a_run_says_what_it_read() {
     let place = Place::new();
     let rows = "7,47.5,9.25,1\n8,47,9.5,2\n# c\n9,47.25,9.75,3\n9,47.25,9.75,3\n";
     place.file("a.csv", format!("id,lat,lon,t\n{rows}"));
-    for processes in ["", " --processes 2"] {
+    for processes in ["", " --transport processes --processes 2"] {
         let output = place.good(&format!("triangulate a.csv --json a.json{processes}"));
         let line = "read        a.csv: 4 rows, columns lon lat (2 ignored), 1 header line, 1 comment line; \
                     x 9.25 to 9.75, y 47.0 to 47.5";
@@ -44,7 +44,7 @@ fn a_run_says_what_it_read() {
         let wanted = serde_json::json!({
             "rows": 4, "columns": ["lon", "lat"], "ignored": ["id", "t"],
             "header_lines": 1, "count_lines": 0, "comment_lines": 1, "blank_lines": 0,
-            "extent": [[9.25, 9.75], [47.0, 47.5]], "duplicates": 1,
+            "terrain": false, "height_difference": null, "extent": [[9.25, 9.75], [47.0, 47.5]], "duplicates": 1,
         });
         assert_eq!(report["input"], wanted);
     }
@@ -138,7 +138,7 @@ fn errors_list_formats_and_name_the_nearest() {
     place.fails("triangulate p.xyz -o - --format vtu --json -", 2, &["standard output"]);
     place.fails("triangulate .", 3, &["is a directory", "name a file in it"]);
     place.fails("triangulate uniform:100", 3, &["no such file", "sample:uniform:100"]);
-    place.file("scan.las", "LASF");
+    place.file("scan.pcd", "# .PCD v0.7");
     place.fails("triangulate scan.pcd", 2, &["convert the point cloud to .ply"]);
 }
 
@@ -162,4 +162,34 @@ fn a_size_field_of_the_wrong_width_is_a_fault_of_the_file() {
     place.file("plane.txt", "0 0 1\n").file("wide.txt", "0 0 0 0 0 1\n");
     place.fails(&format!("mesh {domain} -o m.vtu --size-field plane.txt"), 3, &["the size field has 2"]);
     place.fails(&format!("mesh {domain} -o m.vtu --size-field wide.txt"), 3, &["wide.txt", "three or four"]);
+}
+
+/// A value for missing data is named, with its row.
+#[test]
+fn far_points_are_named() {
+    let place = Place::new();
+    let rows = (0..200).map(|i| format!("{},{}\n", i * 37 % 101, i * 61 % 97));
+    let table: String = std::iter::once("x,y\n".to_owned()).chain(rows).collect();
+    place.file("scan.csv", &table);
+    let output = place.good("triangulate scan.csv");
+    assert!(!stderr(&output).contains("as far as"), "{}", stderr(&output));
+    place.file("scan.csv", table + "1e20,3\n");
+    let output = place.good("triangulate scan.csv");
+    let note = "times as far as the median point; it is point 200 (from 0)";
+    assert!(stderr(&output).contains(note), "{}", stderr(&output));
+}
+
+/// Duplicates have rows, which are counted in the input.
+#[test]
+fn rows_of_duplicates_are_written() {
+    let place = Place::new();
+    place.file("d.csv", "x,y\n0,0\n1,0\n0,1\nnan,1\n1,0\n0,0\n0,0\n");
+    place.good("triangulate d.csv --skip-invalid --duplicates d.rows --workers 3");
+    assert_eq!(fs::read_to_string(place.path("d.rows")).unwrap(), "row,first\n4,1\n5,0\n6,0\n");
+    place.file("e.csv", "x,y\n0,0\n1,0\n0,1\n1,0\n0,0\n");
+    for processes in ["", " --transport processes --processes 2"] {
+        place.good(&format!("triangulate e.csv --duplicates e.rows{processes}"));
+        assert_eq!(fs::read_to_string(place.path("e.rows")).unwrap(), "row,first\n3,1\n4,0\n");
+    }
+    place.fails("triangulate e.csv --duplicates e.csv", 2, &["e.csv"]);
 }

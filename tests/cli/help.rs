@@ -129,7 +129,104 @@ fn the_first_summary_is_short_and_readable() {
     assert!(!talk.contains('{') && !talk.contains("read "), "{talk}");
     place.file("four.xyz", "0 0 0\n1 0 0\n0 1 0\n0 0 1\n");
     let talk = stderr(&place.good("triangulate four.xyz --workers 1"));
-    assert!(talk.contains("4 points, 1 tetrahedron, 4 hull facets") && talk.contains("1 worker,"), "{talk}");
+    assert!(
+        talk.contains("4 points, 6 edges, 4 facets, 1 tetrahedron, 4 hull facets")
+            && talk.contains("1 worker,"),
+        "{talk}"
+    );
+}
+
+/// A file in the place of a command. Each advised command runs.
+#[test]
+fn a_file_in_the_place_of_a_command_gets_its_command() {
+    let place = Place::new();
+    let domains = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/domains/good"));
+    for name in ["cube.poly", "cube.stl"] {
+        fs::copy(domains.join(name), place.path(name)).unwrap();
+    }
+    place.file("points.csv", "x,y,z\n0,0,0\n1,0,0\n0,1,0\n0,0,1\n1,1,1\n").file("my points.xyz", SQUARE);
+    place.file("words", SQUARE);
+    place.good("triangulate points.csv -q -o m.vtu -o m.pvtu -o m.ele --json run.json");
+    for (file, commands) in [
+        ("points.csv", &["septet triangulate points.csv -o mesh.vtu"][..]),
+        ("my points.xyz", &["septet triangulate 'my points.xyz' -o mesh.vtu"]),
+        ("words", &["septet triangulate words -o mesh.vtu"]),
+        ("sample:uniform:50", &["septet triangulate sample:uniform:50 -o mesh.vtu"]),
+        ("cube.poly", &["septet mesh cube.poly -o mesh.vtu"]),
+        ("cube.stl", &["septet mesh cube.stl -o mesh.vtu", "septet triangulate cube.stl -o mesh.vtu"]),
+        ("m.vtu", &["septet verify m.vtu", "septet triangulate m.vtu -o mesh.vtu"]),
+        ("m.pvtu", &["septet verify m.pvtu"]),
+        ("m.ele", &["septet verify m.node m.ele"]),
+        ("run.json", &["septet report run.json -o page.html"]),
+    ] {
+        let output = place.command("-q").arg(file).output().unwrap();
+        let talk = stderr(&output);
+        assert_eq!(code(&output), 2, "{file}: {talk}");
+        assert!(talk.starts_with(&format!("error: {file} is a ")), "{talk}");
+        for command in commands {
+            assert!(talk.contains(command), "{file}: no `{command}`: {talk}");
+            let words = command.strip_prefix("septet ").unwrap().replace(&format!("'{file}'"), "FILE");
+            let words = words.split(' ').map(|word| if word == "FILE" { file } else { word });
+            let output = place.command("").args(words).output().unwrap();
+            assert_eq!(code(&output), 0, "{command}: {}", stderr(&output));
+        }
+    }
+    for line in ["none", "rival points.csv", "triangel points.csv"] {
+        place.fails(line, 2, &["unrecognized subcommand"]);
+    }
+}
+
+/// The help opens with the uses for data, and lists the commands in the order in which a user needs them.
+#[test]
+fn the_help_opens_with_the_uses_for_data() {
+    let place = Place::new();
+    for line in ["help", "--help", "-h"] {
+        let text = String::from_utf8(place.good(line).stdout).unwrap();
+        assert!(text.starts_with("Turn your points into triangles or tetrahedra"), "{text}");
+        let at = |command: &str| {
+            text.find(&format!("\n  {command} ")).unwrap_or_else(|| panic!("{command}: {text}"))
+        };
+        let order = ["triangulate", "mesh", "verify", "generate", "report", "simulate", "predict"].map(at);
+        assert!(order.is_sorted(), "{text}");
+    }
+}
+
+/// An input without points ends with exit code 3, whatever its format is.
+#[test]
+fn an_input_without_points_is_refused() {
+    let place = Place::new();
+    let array = |shape: &str| {
+        let head = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({shape}), }}\n");
+        [b"\x93NUMPY\x01\x00".as_slice(), &(head.len() as u16).to_le_bytes(), head.as_bytes()].concat()
+    };
+    let grid = "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"0\" NumberOfCells=\"0\">\
+                </Piece></UnstructuredGrid></VTKFile>";
+    for (name, content) in [
+        ("a.xyz", b"".as_slice()),
+        ("a.txt", b"# nothing\n"),
+        ("a.csv", b"x,y,z\n"),
+        ("a.node", b"0 3 0 0\n"),
+        ("a.npy", &array("0, 3")),
+        ("a.off", b"OFF\n0 0 0\n"),
+        ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\nend_header\n"),
+        ("a.obj", b"# nothing\n"),
+        ("a.stl", b"solid a\nendsolid a\n"),
+        ("a.vtu", grid.as_bytes()),
+        ("a.vtk", b"# vtk DataFile Version 3.0\nnone\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 0 double\n"),
+        ("a.msh", b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n0\n$EndNodes\n$Elements\n0\n$EndElements\n"),
+        ("a.mesh", b"MeshVersionFormatted 2\nDimension 3\nVertices\n0\nEnd\n"),
+    ] {
+        place.file(name, content);
+        for options in ["", " --transport processes --processes 2"] {
+            place.fails(&format!("triangulate {name}{options}"), 3, &[name]);
+        }
+        place.fails(&format!("simulate {name}"), 3, &[name]);
+    }
+    place.file("raw.bin", "");
+    place.fails("triangulate raw.bin --raw f64,3", 3, &["raw.bin: there are no points"]);
+    place.file("nan.csv", "nan,1,2\n");
+    place.fails("triangulate nan.csv --skip-invalid", 3, &["nan.csv", "1 invalid point"]);
+    assert_eq!(code(&place.feed("triangulate -", b"")), 3);
 }
 
 #[test]

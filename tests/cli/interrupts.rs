@@ -61,11 +61,24 @@ fn an_interrupt_while_reading_acts_soon() {
         ("triangulate large.xyz.gz -q --transport processes --processes 3", false),
         ("triangulate pipe.xyz.gz -q", true),
         ("triangulate pipe.xyz.gz -q --transport processes --processes 3", true),
+        ("triangulate - -q --transport processes --processes 3", false),
+        ("triangulate - -o a.vtu", false),
+        ("triangulate @- -o a.vtu", false),
+        ("mesh - -o a.vtu", false),
+        ("mesh - --check", false),
+        ("verify - cells.ele", false),
+        ("verify -", false),
+        ("report - -o a.html", false),
+        ("fold -", false),
     ] {
         if input {
             pipe.write_all(&member[..1000]).unwrap();
         }
-        let mut child = place.command(line).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut command = place.command(line);
+        command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        // Standard input stays open and silent.
+        let _silent = child.stdin.take();
         std::thread::sleep(Duration::from_millis(800));
         assert!(child.try_wait().unwrap().is_none(), "{line}: it ended before the interrupt");
         assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());

@@ -275,7 +275,7 @@ fn processes_end_with_one_error() {
     // The limit is for each process.
     place.good("triangulate sample:uniform:3000 --transport processes --workers 3 --max-memory 80M");
     place.fails(
-        "triangulate sample:uniform:60000 --transport processes --workers 3 --max-memory 80M",
+        "triangulate sample:uniform:60000 --transport processes --workers 3 --max-memory 16M",
         5,
         &["--max-memory"],
     );

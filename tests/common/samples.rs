@@ -29,6 +29,7 @@ impl Sample {
         MeshView {
             dimension: self.dimension,
             coordinates: &self.coordinates,
+            heights: None,
             cells: &self.cells,
             owner: Some(&self.owner),
             owning_leaf: Some(&self.owning_leaf),

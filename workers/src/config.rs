@@ -3,12 +3,15 @@
 pub mod cores;
 mod cost_log;
 mod fault;
+mod memory;
 mod neighbours;
 mod stop;
 
 pub use cores::{Pool, map_in};
 pub use cost_log::{ChargeRecord, ChargesByRank, CostLog};
 pub use fault::{FAULTS, Factor, Fault, FaultForm, FaultTextError, Flip, Law};
+pub(crate) use memory::Growth;
+pub use memory::{MemoryLimit, MemoryUse, Probe, STEP};
 pub use neighbours::{FALLBACK_K, Neighbours};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::separator::{DrawKey, Sampler, bisection_samples, node_samples};
@@ -236,7 +239,7 @@ pub struct WorkerConfig {
     pub until: Option<Phase>,
     /// A fault planted by a test.
     pub fault: Option<Fault>,
-    /// The request to stop.
+    /// The reasons to stop before the end.
     pub stop: Stop,
     /// The place for the charges of the ranks, if the run keeps them.
     pub cost_log: CostLog,

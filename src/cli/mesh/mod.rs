@@ -31,7 +31,7 @@ use tracing_subscriber::layer::Identity;
 use super::errors::{Code, Failure};
 use super::files::{self, write_text};
 use super::formats::write_mesh;
-use super::input::refuse_list;
+use super::input::{refuse_list, watched};
 use super::instruments::{Tables, check_trace, traced};
 use super::progress::Talk;
 use super::report::write_figures;
@@ -57,10 +57,11 @@ pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
     check_trace(&args.tracing)?;
     let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
     outputs(args, &tables)?;
-    let file = read_domain(&args.domain, &mut |read, total| talk.stage("reading", read, total))?;
+    let domain = args.domain.clone();
+    let file = watched(talk, move |progress| read_domain(&domain, progress))??;
     if let Some(path) = &args.size_field {
-        request.sizes.field =
-            Some(read_sizes(path, &mut |read, total| talk.stage("reading sizes", read, total))?);
+        let sizes = path.clone();
+        request.sizes.field = Some(watched(talk, move |progress| read_sizes(&sizes, progress))??);
     }
     talk.check();
     talk.clear();

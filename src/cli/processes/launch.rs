@@ -2,7 +2,7 @@
 //!
 //! The first process starts the others with its own arguments. They find their place in [`PLACE`], and their connection to
 //! the first process as standard input. This connection carries all others, so that no socket has a name that a program
-//! outside the run could connect to. A process whose connection ends stops, so none outlives the first one for long.
+//! outside the run could connect to. A process whose connection ends stops, so none outlives another one for long (`loss`).
 
 use std::env;
 use std::fs::File;
@@ -14,7 +14,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use septet_workers::transport::socket::SocketWire;
+use septet_workers::transport::socket::{OnEnd, SocketWire};
 
 /// The environment variable with the place of a process: its number and the number of processes.
 pub const PLACE: &str = "SEPTET_PROCESS";
@@ -69,9 +69,9 @@ impl Place {
     ///
     /// # Errors
     /// See [`SocketWire::started`].
-    pub fn connect(self) -> io::Result<SocketWire> {
+    pub fn connect(self, on_end: &OnEnd) -> io::Result<SocketWire> {
         rustix::stdio::dup2_stdin(File::open("/dev/null")?)?;
-        SocketWire::started(self.launch, self.process, self.processes)
+        SocketWire::started(self.launch, (self.process, self.processes), on_end)
     }
 }
 
@@ -118,12 +118,12 @@ impl Started {
     ///
     /// # Errors
     /// See [`SocketWire::first`].
-    pub fn connect(&mut self, is_stopped: &dyn Fn() -> bool) -> io::Result<SocketWire> {
+    pub fn connect(&mut self, is_stopped: &dyn Fn() -> bool, on_end: &OnEnd) -> io::Result<SocketWire> {
         let (children, launched) = (&mut self.children, std::mem::take(&mut self.launched));
         let check = &mut || {
             if is_stopped() { Err(io::ErrorKind::Interrupted.into()) } else { all_run(children) }
         };
-        let connected = SocketWire::first(launched, check);
+        let connected = SocketWire::first(launched, check, on_end);
         connected.map_err(|error| {
             let is_gone = matches!(
                 error.kind(),

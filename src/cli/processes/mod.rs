@@ -6,15 +6,23 @@
 
 #[cfg(unix)]
 mod launch;
+#[cfg(unix)]
+mod loss;
 
 #[cfg(unix)]
 use std::io::ErrorKind;
+#[cfg(unix)]
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+#[cfg(unix)]
+use std::sync::Arc;
 
 use septet_core::Spec;
 use septet_core::spec::{Transport, Workers, cores};
 use septet_protocol::wire::Wire;
 
 use crate::errors::{Code, Failure};
+#[cfg(unix)]
+use crate::progress::Cancelled;
 use crate::progress::Talk;
 use crate::run::{Goal, Team, run};
 
@@ -69,10 +77,13 @@ pub fn is_started(goal: Goal<'_>) -> bool {
 pub fn local(goal: Goal<'_>, requested: &Spec, talk: &Talk) -> Result<(), Failure> {
     let cores = cores();
     let threads = |processes: u32| (cores / processes as usize).max(1);
+    let loss = Arc::<loss::Loss>::default();
+    let on_end = &loss.hook(&talk.cancel);
     if let Some(place) = launch::Place::of_environment().map_err(misplaced)? {
         let (process, processes) = (place.process(), place.processes());
-        let mut wire = place.connect().map_err(|error| not_started(&error).of_process(process))?;
-        return of_team(goal, (requested, threads(processes)), Team::new(&mut wire, "processes"), talk);
+        let mut wire = place.connect(on_end).map_err(|error| not_started(&error).of_process(process))?;
+        let run = || of_team(goal, (requested, threads(processes)), Team::new(&mut wire, "processes"), talk);
+        return loss.ended(caught(run));
     }
     let machine = &requested.machine;
     let processes = machine.transport.processes().unwrap_or(match machine.workers {
@@ -80,8 +91,9 @@ pub fn local(goal: Goal<'_>, requested: &Spec, talk: &Talk) -> Result<(), Failur
         Workers::Auto | Workers::Leaves => cores as u32,
     });
     let mut started = launch::Started::start(processes).map_err(|error| not_started(&error))?;
-    let mut wire = started.connect(&|| talk.is_cancelled()).map_err(|error| not_started(&error))?;
-    let result = of_team(goal, (requested, threads(processes)), Team::new(&mut wire, "processes"), talk);
+    let mut wire = started.connect(&|| talk.is_cancelled(), on_end).map_err(|error| not_started(&error))?;
+    let run = || of_team(goal, (requested, threads(processes)), Team::new(&mut wire, "processes"), talk);
+    let result = loss.ended(caught(run));
     // The first connection that breaks may belong to a process that ended because of another one.
     let is_lost = result.as_ref().is_err_and(|failure| failure.code == Code::Machine);
     if !is_lost {
@@ -92,6 +104,14 @@ pub fn local(goal: Goal<'_>, requested: &Spec, talk: &Talk) -> Result<(), Failur
         Some(killed) => Err(Failure::new(Code::Machine, killed).help("see whether memory ran out")),
         None => result,
     }
+}
+
+/// Returns the failure of a run that a progress callback ended.
+#[cfg(unix)]
+fn caught(run: impl FnOnce() -> Result<(), Failure>) -> Result<(), Failure> {
+    catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|payload| {
+        if payload.is::<Cancelled>() { Err(Failure::interrupted()) } else { resume_unwind(payload) }
+    })
 }
 
 /// Refuses `--transport processes` on a system without Unix sockets.

@@ -11,9 +11,10 @@ mod rows;
 mod team;
 mod trace;
 
+use std::path::PathBuf;
 use std::time::Instant;
 
-use septet_core::run::memory::{peak_rss, rss};
+use septet_core::run::memory::{check_peak, peak_rss, rss};
 use septet_core::run::processes::{HeldRows, run_held};
 use septet_core::run::stats::shared_stats;
 use septet_core::{Outcome, Remedy, Spec, Stats, perform};
@@ -23,7 +24,7 @@ use septet_protocol::wire::Alone;
 use crate::errors::{Code, Failure};
 use crate::progress::Talk;
 pub use goal::Goal;
-use output::{write_costs, write_mesh_files};
+use output::{write_costs, write_duplicates, write_mesh_files};
 use plan::Plan;
 use report::{gather, publish, unite_counts};
 use rows::Rows;
@@ -53,7 +54,7 @@ pub fn run(
         c.machine.threads = c.machine.threads.or(threads);
     });
     crate::threads::limit_threads(spec.machine.thread_count());
-    let plan = Plan::of(goal, &spec, team);
+    let plan = Plan::of(goal, &spec, (team, talk));
     let plan = team.agree(plan)?;
     plan.check_outputs(team)?;
     let rows = Rows::read(&plan, team, talk)?;
@@ -66,15 +67,28 @@ pub fn run(
     let mut run =
         trace::traced(&args.tracing, team, talk, &mut files, |team| run_ranks(&plan, &spec, &rows, team))?;
     let run_seconds = start.elapsed().as_secs_f64();
+<<<<<<< HEAD
     let failure = failed(&run);
+=======
+    let failure = rejection(&run);
+>>>>>>> core
     if failure.is_none() {
-        files.extend(write_mesh_files((&plan, spec.keep.owner), &run, &rows, team, talk)?);
+        files.extend(write_mesh_files((&plan, &spec), &run, &rows, team, talk)?);
     }
+<<<<<<< HEAD
     let stats = numbers((goal, &run), &rows, team)?;
+=======
+    files.extend(write_duplicates(goal, &run, &rows, team)?);
+    let stats = if goal.has_stats() && failure.is_none() {
+        Some(shared_stats(&mut team.processes, &run, rows.held.points.coordinates())?)
+    } else {
+        None
+    };
+>>>>>>> core
     unite_counts(team, &mut run, (goal, spec.keep.nodes))?;
     files.extend(write_costs(goal, &spec, &run)?);
-    let write_seconds = start.elapsed().as_secs_f64() - run_seconds;
     talk.clear();
+    let height_difference = rows.height_difference(&run, &plan, team)?;
     let context = RunContext {
         command: goal.name(),
         input: &args.input,
@@ -83,14 +97,17 @@ pub fn run(
         skipped: rows.held.skipped,
         reading: rows.held.reading.as_ref(),
         extent: rows.held.extent.as_ref(),
+        is_terrain: rows.held.heights.is_some(),
+        height_difference,
         stats: stats.as_ref(),
         read_seconds,
-        write_seconds,
+        write_seconds: start.elapsed().as_secs_f64() - run_seconds,
         total_seconds: start.elapsed().as_secs_f64(),
         rss_before_bytes,
         peak_rss_bytes: peak_rss(),
     };
     let processes = gather(team, &run, start)?;
+    team.agree(check_memory(&spec, &files)).inspect_err(|_| remove(&files))?;
     let transport = team.transport;
     team.first_only(|| {
         let report = RunReport::of(&run, &requested, &context);
@@ -98,19 +115,26 @@ pub fn run(
             Some(name) => report.with_processes(name, processes),
             None => report,
         };
-        publish((args, &requested), &plan.tables, &report, files, talk)
+        check_memory(&spec, &files)?;
+        publish((args, &requested), &plan.tables, &report, files.clone(), talk)
     })?;
+    team.agree(check_memory(&spec, &files))?;
     failure.map_or(Ok(()), Err)
 }
 
 /// Returns the failure of a run whose certificate failed.
+<<<<<<< HEAD
 fn failed(run: &Outcome) -> Option<Failure> {
+=======
+fn rejection(run: &Outcome) -> Option<Failure> {
+>>>>>>> core
     run.refutation.as_ref().map(|found| {
         let message = format!("the certificate failed: {found}");
         Failure::of(Code::Rejected, &message, Some(Remedy::REPORT))
     })
 }
 
+<<<<<<< HEAD
 /// Returns the numbers of the triangulation, if they are requested and its certificate passed.
 fn numbers(
     (goal, run): (Goal<'_>, &Outcome),
@@ -121,6 +145,19 @@ fn numbers(
         return Ok(None);
     }
     Ok(Some(shared_stats(&mut team.processes, run, rows.held.points.coordinates())?))
+=======
+/// Checks the peak of a run that has written its files. Removes them if it is above the limit.
+fn check_memory(spec: &Spec, files: &[PathBuf]) -> Result<(), Failure> {
+    check_peak(spec).map_err(Failure::from).inspect_err(|_| remove(files))
+}
+
+/// Removes the files of a run that reached its limit of memory after it had written them.
+fn remove(files: &[PathBuf]) {
+    for file in files {
+        // A file that is already gone is as wanted.
+        let _ = std::fs::remove_file(file);
+    }
+>>>>>>> core
 }
 
 /// Runs the ranks of this process. A process without ranks gets the facts from the first one.

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use septet_core::model::MeshView;
+use septet_core::run::memory::check_peak;
 use septet_core::{Outcome, Spec};
 use septet_io::write::{SharedMesh, WriteOptions, write_shared};
 use septet_lab::report::{CostHeader, write_cost_trace};
@@ -17,26 +19,32 @@ use crate::progress::Talk;
 
 /// Writes the triangulation to all outputs. Returns the files written.
 pub(super) fn write_mesh_files(
-    (plan, with_owner): (&Plan<'_>, bool),
+    (plan, spec): (&Plan<'_>, &Spec),
     run: &Outcome,
     rows: &Rows,
     team: &mut Team<'_>,
     talk: &Talk,
 ) -> Result<Vec<PathBuf>, Failure> {
     if team.is_alone() {
-        return write_all((plan, with_owner), run, rows, talk);
+        return write_all((plan, spec), run, rows, talk);
     }
     let held = &rows.held;
     let mesh = SharedMesh {
         run,
         coordinates: held.points.coordinates(),
+        heights: held.heights.as_deref(),
         first: plan.first_row() + held.first,
         source_index: held.source_index.as_deref(),
         dropped: held.skipped,
     };
-    let is_cancelled = || talk.is_cancelled();
-    let (outputs, options) = (&plan.goal.args().output, options((plan, with_owner), rows));
-    Ok(write_shared(&mut team.processes, outputs, &mesh, &options, &is_cancelled)?)
+    let stops = || talk.is_cancelled() || check_peak(spec).is_err();
+    let (outputs, options) = (&plan.goal.args().output, options((plan, spec.keep.owner), rows));
+    let written = write_shared(&mut team.processes, outputs, &mesh, &options, &stops).map_err(Failure::from);
+    if written.as_ref().is_err_and(|failure| failure.code == Code::Interrupted) {
+        // All processes have stopped. The limit of one of them may be the reason.
+        team.agree(check_peak(spec).map_err(Failure::from))?;
+    }
+    written
 }
 
 /// Returns the options of the writers.
@@ -47,7 +55,7 @@ fn options<'a>((plan, with_owner): (&Plan<'_>, bool), rows: &'a Rows) -> WriteOp
 
 /// Writes the triangulation of one process.
 fn write_all(
-    (plan, with_owner): (&Plan<'_>, bool),
+    (plan, spec): (&Plan<'_>, &Spec),
     run: &Outcome,
     rows: &Rows,
     talk: &Talk,
@@ -55,15 +63,43 @@ fn write_all(
     let held = &rows.held;
     // In a file that has only cells, or only some of the points, indices count all rows of the input.
     let source = held.source_index.as_deref();
-    let options = WriteOptions { source, ..options((plan, with_owner), rows) };
+    let options = WriteOptions { source, ..options((plan, spec.keep.owner), rows) };
     let mut files = Vec::new();
     for output in &plan.goal.args().output {
         talk.check();
         let stage = format!("writing {}", output.display());
-        let mut progress = |done: u64, total: u64| talk.stage(&stage, done, Some(total));
-        files.extend(write_mesh(output, &run.view(held.points.coordinates()), &options, &mut progress)?);
+        let mut progress = |done: u64, total: u64| {
+            talk.stage(&stage, done, Some(total));
+            if done >= total {
+                // The file is complete, but has no name yet.
+                check_peak(spec).unwrap_or_else(|error| Failure::from(error).unwind());
+            }
+        };
+        let view = run.view(held.points.coordinates());
+        let view = MeshView { heights: held.heights.as_deref(), ..view };
+        files.extend(write_mesh(output, &view, &options, &mut progress)?);
     }
     Ok(files)
+}
+
+/// Writes the rows of duplicates, if the run is asked for them. Returns the file. The first process writes for all.
+pub(super) fn write_duplicates(
+    goal: Goal<'_>,
+    run: &Outcome,
+    rows: &Rows,
+    team: &mut Team<'_>,
+) -> Result<Option<PathBuf>, Failure> {
+    let Some(path) = &goal.args().duplicates else { return Ok(None) };
+    let row = |point: u64| rows.held.source_index.as_ref().map_or(point, |rows| rows[point as usize]);
+    let own: Vec<(u64, u64)> =
+        run.left_out.duplicates.iter().map(|&(own, first)| (row(own), row(first))).collect();
+    let mut all: Vec<(u64, u64)> =
+        if team.is_alone() { own } else { team.all_gather(&own)?.into_iter().flatten().collect() };
+    all.sort_unstable();
+    let lines = all.iter().map(|(row, first)| format!("{row},{first}\n"));
+    let text: String = std::iter::once("row,first\n".to_owned()).chain(lines).collect();
+    team.first_only(|| Ok(files::write_text(path, &text)?))?;
+    Ok((path.as_os_str() != "-").then(|| path.to_owned()))
 }
 
 /// Writes the cost trace, if the run keeps it. Returns its file.

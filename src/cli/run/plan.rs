@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 
 use septet_core::Spec;
 use septet_core::run::admit_team;
-use septet_core::run::memory::admit;
+use septet_core::run::memory::admit_rows;
 use septet_core::run::processes::placement;
-use septet_core::spec::Task;
 use septet_io::read::ReadOptions;
 use septet_io::write::{check_dimension, check_shared};
 use septet_protocol::transport::Placement;
@@ -23,6 +22,7 @@ use crate::input::Input;
 use crate::instruments::{Tables, check_trace};
 use crate::names::with_data;
 use crate::options::RunArgs;
+use crate::progress::Talk;
 
 /// The tables of a run, as they appear in file names.
 const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
@@ -47,12 +47,12 @@ impl<'a> Plan<'a> {
     ///
     /// # Errors
     /// Fails if the arguments do not fit together, or if a file cannot be written.
-    pub(super) fn of(goal: Goal<'a>, spec: &Spec, team: &Team<'_>) -> Result<Self, Failure> {
+    pub(super) fn of(goal: Goal<'a>, spec: &Spec, (team, talk): (&Team<'_>, &Talk)) -> Result<Self, Failure> {
         let args = goal.args();
         if !team.is_alone() {
             refuse(goal, spec)?;
         }
-        let input = Input::of(&args.input, spec.input.dimension)?;
+        let input = Input::of(&args.input, spec.input.dimension, talk)?;
         check_trace(&args.tracing)?;
         let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
         check_reading(goal.given(), input.is_sample())?;
@@ -60,14 +60,20 @@ impl<'a> Plan<'a> {
         let placement = if team.is_alone() { None } else { Some(placement(spec, processes)?) };
         if team.is_first() {
             let traces = trace::paths(&args.tracing, team);
-            let texts = args.json.iter().chain(&traces).map(PathBuf::as_path).chain(tables.paths());
+            let texts = args
+                .json
+                .iter()
+                .chain(&args.duplicates)
+                .chain(&traces)
+                .map(PathBuf::as_path)
+                .chain(tables.paths());
             let texts: Vec<&Path> = texts.chain(goal.cost_trace()).collect();
             files::check_as(&input.files(), &args.output, &args.writing.options(), &texts)?;
         }
         check_effects(args, goal.given())?;
         if let (Input::Sample(request), None) = (&input, placement) {
             // A sample that is too large is refused before it is generated.
-            admit(spec, request.n, request.dimension, goal.task() == Task::Simulate)?;
+            admit_rows(spec, request.n, request.dimension)?;
         }
         let reading = read_options(&spec.input)?;
         Ok(Plan { goal, input, tables, reading, placement })
@@ -110,6 +116,10 @@ fn refuse(goal: Goal<'_>, spec: &Spec) -> Result<(), Failure> {
         return Err(
             Failure::new(Code::Usage, message).help("give the name of a file, or - for standard input")
         );
+    }
+    if args.duplicates.is_some() && spec.input.skip_invalid {
+        let message = "several processes cannot write --duplicates with --skip-invalid";
+        return Err(Failure::new(Code::Usage, message).help("run one process, or omit one of the options"));
     }
     Ok(admit_team(spec)?)
 }

@@ -6,7 +6,7 @@ use std::time::Instant;
 use septet_core::run::memory::peak_rss;
 use septet_core::spec::{Nodes, Task};
 use septet_core::{Door, Outcome, Spec};
-use septet_lab::report::{ProcessReport, RunReport, bin_ranks};
+use septet_lab::report::{InputReport, ProcessReport, RunReport, bin_ranks};
 use septet_protocol::ledger::{CondensedLedger, PhaseSet};
 
 use super::goal::Goal;
@@ -118,12 +118,16 @@ fn print_report(
     for line in summary::of_run(report, is_sample).into_iter().chain(stats).chain(summary::written(files)) {
         talk.note(line);
     }
+    if let Some(note) = report.input.as_ref().and_then(InputReport::height_note) {
+        talk.note(format!("note: {note}"));
+    }
     if report.dimension < report.space as isize {
         talk.note(format!("note: {}", report.flat_note(Door::Shell)));
     } else if report.certificate == "passed" {
         let raw = requested.input.raw.as_ref();
         let reading = raw.map_or_else(String::new, |rows| format!(" --raw {rows}"));
-        talk.note(summary::next_step(&args.input, &reading, &args.output, args.json.as_deref()));
+        let terrain = if requested.input.terrain { " --terrain" } else { "" };
+        talk.note(summary::next_step(&args.input, (&reading, terrain), &args.output, args.json.as_deref()));
     }
     Ok(())
 }

@@ -4,18 +4,19 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use septet_core::generate::{Request, SeparateRows};
+use septet_core::model::Points;
 use septet_core::result::view::MOST_POINTS;
 use septet_core::run::memory::admit;
 use septet_core::run::processes::rows_of;
 use septet_core::spec::Task;
-use septet_core::{Error, Spec};
+use septet_core::{Error, Outcome, Spec};
 use septet_io::read::{Extent, SharedPoints, read_shared, share_points};
 use septet_io::write::check_gathered;
 
 use super::plan::Plan;
 use super::team::Team;
 use crate::errors::Failure;
-use crate::input::{Input, Loaded, make, placed};
+use crate::input::{Input, Loaded, make, placed, refuse_empty};
 use crate::progress::Talk;
 
 /// The rows of this process.
@@ -56,16 +57,34 @@ impl Rows {
         }
         // A process that was interrupted while reading ends the command on all of them.
         team.agree(if talk.is_cancelled() { Err(Failure::interrupted()) } else { Ok(()) })?;
+        if !plan.input.is_sample() {
+            team.agree(refuse_empty(&plan.goal.args().input, held.rows, held.skipped))?;
+        }
         Ok(Rows { held, spacing, seconds: None })
     }
 
     /// Takes the points that one process loaded.
     fn of_all(loaded: Loaded) -> Self {
-        let Loaded { points, spacing, skipped, source_index, first_id, columns, files, reading, seconds } =
-            loaded;
+        let Loaded {
+            points,
+            heights,
+            spacing,
+            skipped,
+            source_index,
+            first_id,
+            columns,
+            files,
+            reading,
+            seconds,
+        } = loaded;
         let extent = reading.as_ref().and_then(|_| Extent::of(&points));
+        let extent = extent.map(|extent| match &heights {
+            Some(heights) => extent.with_axis(heights),
+            None => extent,
+        });
         let rows = points.len() as u64;
         let held = SharedPoints {
+            heights,
             skipped,
             source_index,
             first_id,
@@ -78,8 +97,8 @@ impl Rows {
         Rows { held, spacing, seconds: Some(seconds) }
     }
 
-    /// Completes the specification once the rows are known: the spacing, the picture, progress and cancellation. Checks the
-    /// forecast of the memory of this process against its limit.
+    /// Completes the specification once the rows are known: the spacing, the picture, progress and cancellation. Each of
+    /// several processes checks the forecast of its memory against its limit.
     ///
     /// # Errors
     /// Fails if the points of a process need more memory.
@@ -100,13 +119,35 @@ impl Rows {
         if team.is_first() {
             spec.control.progress = Some(talk.phases());
         }
-        let admitted = admit(spec, points.len() as u64, points.dimension(), counted);
-        team.agree(admitted.map_err(Failure::from))?;
+        if !team.is_alone() {
+            let order = (&*spec, plan.goal.task());
+            let admitted = match points {
+                Points::Plane(points) => admit(order, points),
+                Points::Space(points) => admit(order, points),
+            };
+            team.agree(admitted.map_err(Failure::from))?;
+        }
         if plan.placement.is_some() {
             let outputs = (&args.output[..], &args.writing.options());
             check_gathered(&mut team.processes, outputs, (self.held.rows, points.dimension()))?;
         }
         Ok(())
+    }
+
+    /// Returns the largest difference of the heights of coincident points of all processes, if the points are a terrain and some
+    /// coincide.
+    ///
+    /// # Errors
+    /// Fails if the processes lose each other.
+    pub(super) fn height_difference(
+        &self,
+        run: &Outcome,
+        plan: &Plan<'_>,
+        team: &mut Team<'_>,
+    ) -> Result<Option<f64>, Failure> {
+        let Some(heights) = &self.held.heights else { return Ok(None) };
+        let own = run.left_out.height_difference(heights, plan.first_row());
+        Ok(team.processes.all_gather(&own)?.into_iter().flatten().reduce(f64::max))
     }
 
     /// Returns the failure for an error of a run over these rows. An error about points gives the file and the positions of the

@@ -8,7 +8,7 @@ use tracing::span::EnteredSpan;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 use septet_protocol::transport::TransportError;
-use septet_workers::config::WorkerConfig;
+use septet_workers::config::{Stop, WorkerConfig};
 use septet_workers::host::{Job, Watch};
 use septet_workers::profile::{phase_span, run_span};
 use septet_workers::share::Share;
@@ -51,17 +51,21 @@ impl<'a> Coordinator<'a> {
         let mut log = PhaseLog {
             control,
             run: config.run,
+            stop: config.stop.clone(),
             phase: None,
             span: None,
             started: Instant::now(),
             seconds: Vec::new(),
         };
+        let stop = config.stop.clone();
         let job = Job { config, source, plan };
         let shares = machine.run(&job, &mut log).map_err(|error| match error {
             MachineError::Transport(TransportError::Stopped) if control.is_cancelled() => Error::Interrupted,
             MachineError::Transport(error) => error.into(),
             MachineError::Start(error) => error.into(),
         })?;
+        stop.measure();
+        stop.check()?;
         Ok(Returned { shares, seconds: log.seconds })
     }
 }
@@ -70,6 +74,7 @@ impl<'a> Coordinator<'a> {
 struct PhaseLog<'a> {
     control: &'a Control,
     run: u64,
+    stop: Stop,
     /// The current phase.
     phase: Option<Phase>,
     span: Option<EnteredSpan>,
@@ -93,6 +98,7 @@ impl Watch for PhaseLog<'_> {
     }
 
     fn round(&mut self, round: u32, phase: Phase) {
+        self.stop.measure();
         if let Some(progress) = &self.control.progress {
             let position = (phase as usize, Phase::ALL.len() - 1);
             progress(Progress { phase: phase.name(), position, round });

@@ -53,6 +53,7 @@ impl<'a, P: Space> Labelled<'a, P> {
         MeshView {
             dimension: P::DIM,
             coordinates: cast_slice(&self.mesh.points),
+            heights: None,
             cells: &self.cells,
             owner: None,
             owning_leaf: None,

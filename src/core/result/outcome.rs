@@ -45,6 +45,16 @@ pub struct LeftOut {
     pub refused: Vec<u64>,
 }
 
+impl LeftOut {
+    /// Returns the largest difference of the heights of a coincident point and of the point with which it coincides, or
+    /// `None` if no points coincide. `heights` has a height for each point from number `first` on.
+    pub fn height_difference(&self, heights: &[f64], first: u64) -> Option<f64> {
+        let at = |point: u64| heights.get(usize::try_from(point.checked_sub(first)?).ok()?);
+        let difference = |(point, of): &(u64, u64)| Some((at(*point)? - at(*of)?).abs());
+        self.duplicates.iter().filter_map(difference).reduce(f64::max)
+    }
+}
+
 /// The parameters that a run used.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]

@@ -30,7 +30,7 @@ const MOST_FOREIGN: f64 = 2.0;
 const ALWAYS: u32 = MOST_FOREIGN as u32 + 1;
 
 /// Number of probes.
-const PROBES: usize = 24;
+pub(super) const PROBES: usize = 24;
 
 /// Number of near neighbours that a circumball must not contain.
 const NEAREST: usize = 48;
@@ -72,7 +72,7 @@ struct Ball<P> {
 }
 
 /// Returns `count` points at even distances in the input, or all.
-fn evenly<P: Point>(points: &[P], count: usize) -> Vec<P> {
+pub(super) fn evenly<P: Point>(points: &[P], count: usize) -> Vec<P> {
     let count = count.min(points.len());
     (0..count).map(|i| points[i * points.len() / count]).collect()
 }
@@ -81,8 +81,8 @@ fn is_finite<P: Point>(x: P) -> bool {
     (0..P::DIM).all(|k| x.coord(k).is_finite())
 }
 
-/// The nearest points of a probe: squared distances, and vectors from the probe.
-type Near<P> = Vec<(f64, P)>;
+/// The nearest points of a probe, with their squared distances.
+pub(super) type Near<P> = Vec<(f64, P)>;
 
 /// Returns the order of two neighbours: by distance, and by coordinates if the distances are equal.
 fn nearer<P: Point>(a: &(f64, P), b: &(f64, P)) -> Ordering {
@@ -101,14 +101,14 @@ fn keep_nearest<P: Point>(near: &mut Near<P>) -> f64 {
 }
 
 /// Returns the nearest points of each probe, nearest first, without those that coincide with it.
-fn near_neighbours<P: Point>(points: &[P], probes: &[P]) -> Vec<Near<P>> {
+pub(super) fn near_neighbours<P: Point>(points: &[P], probes: &[P]) -> Vec<Near<P>> {
     let in_chunk = |chunk: &[P]| -> Vec<Near<P>> {
         let near = |&probe: &P| {
             let (mut near, mut limit2) = (Near::new(), f64::INFINITY);
             for &x in chunk {
                 let d2 = dist2(x, probe);
                 if d2 <= limit2 && d2 > 0.0 {
-                    near.push((d2, x - probe));
+                    near.push((d2, x));
                     if near.len() == 2 * NEAREST {
                         limit2 = keep_nearest(&mut near);
                     }
@@ -136,6 +136,7 @@ fn near_neighbours<P: Point>(points: &[P], probes: &[P]) -> Vec<Near<P>> {
 
 /// Returns the spheres through the probe and its nearest neighbours that contain no near neighbour.
 fn circumballs<P: Point>(probe: P, near: &[(f64, P)]) -> Vec<Ball<P>> {
+    let near: Vec<(f64, P)> = near.iter().map(|&(d2, x)| (d2, x - probe)).collect();
     let vertices = &near[..VERTICES.min(near.len())];
     let mut balls = Vec::new();
     each_subset(vertices, P::DIM, &mut Vec::new(), &mut |corners: &[P]| {

@@ -113,7 +113,10 @@ impl<P: Point> Hosts<'_, P> {
 pub(crate) fn end_all<P: Point>(transport: &mut dyn ProcessTransport<P>, error: Error) -> Error {
     let process = transport.process();
     let reason = format!("process {process} does not start: {error}");
-    let failed = TransportError::WorkerFailed { rank: process + 1, reason };
+    let failed = match error {
+        Error::Memory { forecast: used, limit, .. } => TransportError::Memory { used, limit },
+        _ => TransportError::WorkerFailed { rank: process + 1, reason },
+    };
     let ended = transport.exchange(Vec::new(), HostState::Failed(failed.clone()));
     match (error, ended) {
         (error @ Error::Spec(_), _) => error,

@@ -1,69 +1,84 @@
-//! The memory of a run: a forecast before it starts, and the measured peak.
+//! The memory of a run: a forecast before it starts, counts while structures grow ([`MemoryLimit`]), and the peak.
+//!
+//! **Statement.** A limit of memory is that of the process. No run that ends without an error peaks above it, because the
+//! peak is compared with the limit in every round and at the end. The forecast refuses most other runs before they start.
+//! It is low, so that it refuses no run that would pass.
+
+use septet_geometry::point::Point;
+use septet_workers::config::{MemoryLimit, MemoryUse};
 
 use crate::error::Error;
-use crate::spec::Spec;
+use crate::run::forecast::Forecast;
+use crate::spec::{Spec, Task};
 
-/// Bytes per point of `triangulate`, in space and in the plane: measured peaks at a million uniform points,
-/// rounded up.
-const BYTES_PER_POINT: [u64; 2] = [1100, 600];
-
-/// Bytes per point of `simulate`, measured in the same way.
-const COUNTED_BYTES_PER_POINT: [u64; 2] = [10_000, 3_000];
-
-/// Bytes per site of `independent`, measured in the same way.
-const BYTES_PER_SITE: [u64; 2] = [700, 500];
-
-/// Returns the expected peak in bytes: a constant plus `bytes_per_point` for each point.
-fn forecast(points: u64, dimension: usize, bytes_per_point: [u64; 2]) -> u64 {
-    points.saturating_mul(bytes_per_point[usize::from(dimension == 2)]).saturating_add(64 << 20)
+/// Checks the memory of points that do not exist yet.
+///
+/// # Errors
+/// Returns [`Error::Memory`] if the points alone exceed the limit of the specification.
+pub fn admit_rows(spec: &Spec, points: u64, dimension: usize) -> Result<(), Error> {
+    let bytes = points.saturating_mul((size_of::<f64>() * dimension) as u64);
+    compare(spec, points, || bytes)
 }
 
-/// Checks the expected peak of a run against the memory limit of the configuration. `counted` states whether the whole
-/// recursion runs.
+/// Checks the forecast of a run against the limit of the specification.
 ///
 /// # Errors
 /// Returns [`Error::Memory`] with the forecast.
-pub fn admit(spec: &Spec, points: u64, dimension: usize, counted: bool) -> Result<(), Error> {
-    let row = if counted { COUNTED_BYTES_PER_POINT } else { BYTES_PER_POINT };
-    compare(spec, points, forecast(points, dimension, row))
+pub fn admit<P: Point>((spec, task): (&Spec, Task), points: &[P]) -> Result<(), Error> {
+    let more = || Forecast::of(task, points).bytes();
+    compare(spec, points.len() as u64, || more().saturating_add(rss().unwrap_or(0)))
 }
 
-/// Checks the expected peak of an independent set against the memory limit of the configuration.
+/// Compares a forecast with the limit of the specification. There is no forecast without a limit.
+fn compare(spec: &Spec, points: u64, forecast: impl Fn() -> u64) -> Result<(), Error> {
+    let Some(limit) = spec.machine.max_memory else { return Ok(()) };
+    let forecast = forecast();
+    if forecast > limit { Err(Error::Memory { forecast, limit, points }) } else { Ok(()) }
+}
+
+/// Compares the peak of this process with the limit of the specification.
 ///
 /// # Errors
-/// Returns [`Error::Memory`] with the forecast.
-pub(crate) fn admit_sites(spec: &Spec, sites: u64, dimension: usize) -> Result<(), Error> {
-    compare(spec, sites, forecast(sites, dimension, BYTES_PER_SITE))
-}
-
-fn compare(spec: &Spec, points: u64, forecast: u64) -> Result<(), Error> {
-    match spec.machine.max_memory {
-        Some(limit) if forecast > limit => Err(Error::Memory { forecast, limit, points }),
+/// Returns [`Error::Exceeded`] if the peak is larger.
+pub fn check_peak(spec: &Spec) -> Result<(), Error> {
+    match (spec.machine.max_memory, peak_rss()) {
+        (Some(limit), Some(used)) if used > limit => Err(Error::Exceeded { used, limit }),
         _ => Ok(()),
     }
 }
 
+/// Returns the limit of a run.
+pub(super) fn limit_of(spec: &Spec) -> Option<MemoryLimit> {
+    spec.machine.max_memory.map(|limit| MemoryLimit::new(limit, memory_use))
+}
+
+/// Measures the memory of this process, if the system reports it.
+fn memory_use() -> Option<MemoryUse> {
+    let text = std::fs::read_to_string(STATUS).ok()?;
+    Some(MemoryUse { now: entry(&text, "VmRSS:")?, peak: entry(&text, "VmHWM:")? })
+}
+
+/// The file in which the system reports the memory of this process.
+const STATUS: &str = "/proc/self/status";
+
 /// Returns the peak resident memory of this process in bytes, if the system reports it.
 pub fn peak_rss() -> Option<u64> {
-    status("VmHWM:")
+    memory_use().map(|memory| memory.peak)
 }
 
 /// Returns the current resident memory of this process in bytes, if the system reports it.
 pub fn rss() -> Option<u64> {
-    status("VmRSS:")
+    memory_use().map(|memory| memory.now)
 }
 
 /// Returns the memory that is available without swapping in bytes, if the system reports it.
 pub fn available() -> Option<u64> {
-    entry("/proc/meminfo", "MemAvailable:")
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    entry(&text, "MemAvailable:")
 }
 
-fn status(key: &str) -> Option<u64> {
-    entry("/proc/self/status", key)
-}
-
-fn entry(file: &str, key: &str) -> Option<u64> {
-    let text = std::fs::read_to_string(file).ok()?;
+/// Returns the bytes of an entry.
+fn entry(text: &str, key: &str) -> Option<u64> {
     let line = text.lines().find(|l| l.starts_with(key))?;
     let kib: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
     Some(kib * 1024)

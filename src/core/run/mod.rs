@@ -7,6 +7,7 @@ pub mod calls;
 pub mod distributed;
 pub(crate) mod evaluation;
 mod finish;
+mod forecast;
 mod hosts;
 mod leaves;
 pub mod memory;

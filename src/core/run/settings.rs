@@ -47,15 +47,7 @@ pub(crate) fn admit<P: Point>(
     if first.checked_add(rows).is_none() {
         return Err(Error::Indices { rows, first, last: u64::MAX });
     }
-    let points = input.points.len() as u64;
-    match task {
-        Task::Independent { .. } => memory::admit_sites(spec, points, P::DIM),
-        // A run that stops before the graph takes less memory than a triangulation.
-        Task::Triangulate | Task::Count(Until::Partition | Until::Neighbours) => {
-            memory::admit(spec, points, P::DIM, false)
-        }
-        Task::Simulate | Task::Count(Until::Graph) => memory::admit(spec, points, P::DIM, true),
-    }
+    memory::admit((spec, task), input.points)
 }
 
 /// Refuses what needs all ranks in one process.
@@ -218,7 +210,7 @@ pub(super) fn machine<P: Point>(spec: &Spec, task: Task, wanted: Wanted) -> Work
         until: task.until().map(Until::phase),
         // Each point of a conflict graph waits for all its neighbours, so no neighbour may miss it.
         fault: spec.planted.fault.filter(|&fault| !independent || fault != Fault::HalfGhosts),
-        stop: Stop::new(spec.control.cancel.clone()),
+        stop: Stop::new(spec.control.cancel.clone(), memory::limit_of(spec)),
         cost_log: if spec.keep.costs && counted { CostLog::recording() } else { CostLog::default() },
     }
 }

@@ -42,7 +42,7 @@ pub struct Spec {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct InputRules {
-    /// Dimension of the points; by default, that of the file. Only readers of files use it and the next three rules.
+    /// Dimension of the points; by default, that of the file. Only readers of files use it and the next five rules.
     pub dimension: Option<usize>,
     /// Columns of the coordinates in a text table: names from the header row, or numbers from 1.
     pub columns: Option<Vec<String>>,
@@ -52,6 +52,8 @@ pub struct InputRules {
     pub raw: Option<String>,
     /// Whether the other numeric columns of a text table are kept.
     pub keep_columns: bool,
+    /// Whether the points are a terrain: they are triangulated in the plane, and their third coordinate is kept as a height.
+    pub terrain: bool,
     /// Whether points that are not finite are dropped and counted; otherwise they are an error.
     pub skip_invalid: bool,
 }

@@ -170,7 +170,7 @@ pub struct Machine {
     /// Name of the run in messages and traces; by default, the seed. Runs that are traced into one file at the same
     /// time need different names.
     pub run: Option<u64>,
-    /// Largest memory forecast that is accepted, in bytes.
+    /// The most memory that this process may use, in bytes. A run that needs more stops.
     pub max_memory: Option<u64>,
 }
 

@@ -92,6 +92,16 @@ pub static OPTIONS: &[Row] = &[
         { is_flag: true, commands: Commands::RUNS, heading: Heading::Input, matters: Matters::Report }
     ),
     option!(
+        Spec, "terrain", "terrain",
+        "Triangulate by x and y, and keep z as a height in the outputs\n\nThe file has three coordinates, or is a grid of \
+         heights (ESRI ASCII raster), whose cells without data are left out. Of points with equal x and y, the first one \
+         keeps its z, and a note gives the largest difference.",
+        bool,
+        |s| s.input.terrain,
+        |s, is_set| { s.input.terrain = is_set; Ok(()) },
+        { is_flag: true, commands: Commands::TRIANGULATE.and(Commands::VERIFY), heading: Heading::Input, matters: Matters::Cells }
+    ),
+    option!(
         Spec, "with-owner", "with_owner",
         "Write the owning worker and the owning leaf of every cell ({data})",
         bool,
@@ -276,7 +286,9 @@ pub static OPTIONS: &[Row] = &[
     ),
     option!(
         Spec, "max-memory", "max_memory",
-        "Refuse to start if the run is expected to need more memory\n\nK, M, G and T stand for powers of 1024, as in 2G. \
+        "Stop with exit code 5 if the run needs more memory\n\nA forecast refuses most of these runs before they start. Cells \
+         are counted while they grow, and the run stops at the limit without output. Of several processes, each has this \
+         limit. `septet mesh` only forecasts. K, M, G and T stand for powers of 1024, as in 2G. \
          Without a limit, `septet mesh` stops when it finds that the computer has too little memory.",
         Bytes,
         |s| Bytes(s.machine.max_memory),

@@ -12,12 +12,15 @@ struct System {
 /// Words for heights above the ground plane.
 const HEIGHTS: &[&str] = &["z", "elevation", "elev", "altitude", "alt", "height"];
 
+/// Words for heights in German.
+const GERMAN_HEIGHTS: &[&str] = &["z", "höhe", "hoehe"];
+
 /// The coordinate systems. The first one that a header names is used.
 const SYSTEMS: [System; 5] = [
     System { words: [&["x"], &["y"], &["z"]] },
     System { words: [&["lon", "long", "lng", "longitude"], &["lat", "latitude"], HEIGHTS] },
     System { words: [&["easting", "eastings"], &["northing", "northings"], HEIGHTS] },
-    System { words: [&["rechtswert"], &["hochwert"], &["z", "höhe", "hoehe"]] },
+    System { words: [&["rechtswert"], &["hochwert"], GERMAN_HEIGHTS] },
     System { words: [&["points:0", "points_0"], &["points:1", "points_1"], &["points:2", "points_2"]] },
 ];
 
@@ -56,6 +59,14 @@ pub(super) fn axes(names: &[String]) -> Option<Vec<usize>> {
     let mut found = SYSTEMS.iter().map(|system| system.axes(names)).filter(|found| *found != Found::None);
     match (found.next(), found.next()) {
         (Some(Found::One(axes)), None) => Some(axes),
+        _ => None,
+    }
+}
+
+/// Returns the position of the only name in lower case that means a height.
+pub(super) fn height(names: &[String]) -> Option<usize> {
+    match &meanings(names, &[HEIGHTS, &GERMAN_HEIGHTS[1..]].concat())[..] {
+        [height] => Some(height.position),
         _ => None,
     }
 }

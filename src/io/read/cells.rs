@@ -1,6 +1,7 @@
 //! Lists of cells: rows of point ids, which are checked and converted to zero-based indices.
 
 use super::error::{InputError, Place};
+use super::listed::ListedFile;
 use super::text::{Line, Lines, Source, integer};
 use crate::format::Format;
 
@@ -32,6 +33,8 @@ pub struct CellFile {
     pub first_id: u64,
     /// Notes for the user, one line each.
     pub notes: Vec<String>,
+    /// The files of the pieces of a `.pvtu` file with their cells, in their order. Empty for other formats.
+    pub pieces: Vec<ListedFile>,
 }
 
 impl CellFile {
@@ -93,7 +96,13 @@ impl<'a> Indices<'a> {
 
     /// Returns the cells together with `notes`.
     pub fn finish(self, notes: Vec<String>) -> CellFile {
-        CellFile { dimension: self.width - 1, cells: self.flat, first_id: self.first, notes }
+        CellFile {
+            dimension: self.width - 1,
+            cells: self.flat,
+            first_id: self.first,
+            notes,
+            pieces: Vec::new(),
+        }
     }
 }
 

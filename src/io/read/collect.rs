@@ -13,6 +13,7 @@ pub(super) struct Collector<'a> {
     source: Source<'a>,
     points: Points,
     skip_invalid: bool,
+    is_terrain: bool,
     /// The number of points of the file before the first one that is collected.
     before: u64,
     /// The number of points of the file so far, including dropped ones.
@@ -42,6 +43,9 @@ impl<'a> Collector<'a> {
             return Err(InputError::UnsupportedDimension { path: path(), place, found: dimension as u64 });
         }
         let used = options.dimension.unwrap_or(dimension.min(3));
+        if used > dimension && options.terrain {
+            return Err(InputError::NoHeights { path: path(), place });
+        }
         if used > dimension {
             return Err(InputError::MixedDimension {
                 path: path(),
@@ -63,6 +67,7 @@ impl<'a> Collector<'a> {
             source,
             points,
             skip_invalid: options.skip_invalid,
+            is_terrain: options.terrain,
             before: 0,
             met: 0,
             skipped: 0,
@@ -182,9 +187,10 @@ impl<'a> Collector<'a> {
         Ok(())
     }
 
-    /// Adds a note if the points have three coordinates and every z is 0.
+    /// Adds a note if the points have three coordinates, every z is 0, and the points are no terrain.
     pub fn note_if_flat(&mut self) {
         if let Points::Space(points) = &self.points
+            && !self.is_terrain
             && !points.is_empty()
             && points.iter().all(|p| p.z == 0.0)
         {
@@ -197,6 +203,7 @@ impl<'a> Collector<'a> {
     pub fn finish(self) -> PointFile {
         PointFile {
             points: self.points,
+            heights: None,
             notes: self.notes,
             skipped: self.skipped,
             source_index: (self.skipped > 0).then_some(self.kept),

@@ -9,7 +9,7 @@ use super::formats::{by_content, described, of_content, of_file, raw, read_by_na
 use super::load::{self, Packing};
 use super::points::{PointFile, ReadOptions, ReadProgress};
 use super::text::Source;
-use super::{columns, signature};
+use super::{columns, signature, terrain};
 use crate::format::{Format, Role, may_be_table};
 
 /// Reads points from a file, or from standard input if `path` is `-`. From a mesh (`.vtu`, `.vtk`, `.msh`, `.mesh`) it
@@ -23,8 +23,10 @@ pub fn read(
     options: &ReadOptions,
     progress: &mut ReadProgress<'_>,
 ) -> Result<PointFile, InputError> {
-    check_options(path, options)?;
-    points(path, &load::load(path, Packing::of_points(path, options), progress)?, options)
+    let wanted = &*terrain::in_space(path, options)?;
+    check_options(path, wanted)?;
+    let file = points(path, &load::load(path, Packing::of_points(path, wanted), progress)?, wanted)?;
+    Ok(terrain::lowered(file, options))
 }
 
 /// Reads points from any reader. `name` is the file in messages, and its extension determines the format and gzip as in
@@ -39,9 +41,11 @@ pub fn read_from<R: Read>(
     options: &ReadOptions,
     progress: &mut ReadProgress<'_>,
 ) -> Result<PointFile, InputError> {
-    check_options(name, options)?;
-    let packing = Packing::of_points(name, options);
-    points(name, &load::load_from(reader, name, total, packing, progress)?, options)
+    let wanted = &*terrain::in_space(name, options)?;
+    check_options(name, wanted)?;
+    let packing = Packing::of_points(name, wanted);
+    let file = points(name, &load::load_from(reader, name, total, packing, progress)?, wanted)?;
+    Ok(terrain::lowered(file, options))
 }
 
 /// Reads cells from a file, or from standard input if `path` is `-`.
@@ -71,6 +75,44 @@ pub fn read_cells_from<R: Read>(
 ) -> Result<CellFile, InputError> {
     check_dimension(name, options.dimension)?;
     cell_list(name, &load::load_from(reader, name, total, Packing::of(name), progress)?, options)
+}
+
+/// Reads the points of a file and their cells, from a format that has both, or from standard input if `path` is `-`.
+///
+/// The pieces of a `.pvtu` file must agree: every point and cell belongs to one piece, and its ghosts are equal in others.
+/// Rows of their points are global ids.
+///
+/// # Errors
+/// Returns [`InputError`] as [`read`] and [`read_cells`] do, if the format has points or cells only, or if a piece does not
+/// agree with the others.
+pub fn read_mesh(
+    path: &Path,
+    options: &ReadOptions,
+    progress: &mut ReadProgress<'_>,
+) -> Result<(PointFile, CellFile), InputError> {
+    check_options(path, options)?;
+    let data = load::load(path, Packing::of(path), progress)?;
+    whole_mesh(Source { path, data: &data }, options)
+}
+
+/// Reads points and cells.
+pub(super) fn whole_mesh(
+    source: Source<'_>,
+    options: &ReadOptions,
+) -> Result<(PointFile, CellFile), InputError> {
+    let format = options.format.or_else(|| of_file(source.path, source.data));
+    match format.and_then(|format| Some((format, reader(format).mesh?))) {
+        Some((format, _)) if options.columns.is_some() || options.keep_columns => {
+            Err(InputError::NotATable { path: source.path.to_owned(), format: format.name() })
+        }
+        Some((_, read)) => read(source, options),
+        None if is_domain(source.path, source.data) => Err(a_domain(source, "points and cells")),
+        None => {
+            let what = format.map_or_else(|| "this file".to_owned(), described);
+            let advice = "give the points and the cells: `septet verify POINTS CELLS`";
+            Err(source.unsupported(Place::Whole, format!("{what} as points with their cells"), advice))
+        }
+    }
 }
 
 /// Checks the options for a file of points before it is read.
@@ -107,6 +149,7 @@ fn format_of_points(path: &Path, data: &[u8]) -> Option<Format> {
     known.or_else(|| is_table().then_some(Format::Xyz))
 }
 
+/// Returns the points in the bytes of a file. The points of a terrain are in space.
 pub(super) fn points(path: &Path, data: &[u8], options: &ReadOptions) -> Result<PointFile, InputError> {
     let read = parsed_points(path, data, options);
     read.map_err(

@@ -135,6 +135,20 @@ pub enum InputError {
         /// The file.
         path: PathBuf,
     },
+    /// The points of a terrain have no height.
+    #[error("{}{place}: the points have no z, which a terrain needs", shown(.path))]
+    NoHeights {
+        /// The file.
+        path: PathBuf,
+        /// The location of the dimension, or the first row.
+        place: Place,
+    },
+    /// A terrain is requested in space.
+    #[error("{}: a terrain is triangulated in the plane, and not in dimension 3", shown(.path))]
+    TerrainInSpace {
+        /// The file.
+        path: PathBuf,
+    },
     /// A table has a header row that names the coordinates, but no rows of points.
     #[error("{}{place}: the file has a header and no rows", shown(.path))]
     NoRows {
@@ -247,6 +261,14 @@ pub enum InputError {
         /// The number of points, if it is known.
         limit: Option<u64>,
     },
+    /// A piece of a triangulation does not agree with the other pieces.
+    #[error("{}: this piece does not agree with the others: {what}", shown(.path))]
+    Pieces {
+        /// The file of the piece.
+        path: PathBuf,
+        /// The difference.
+        what: String,
+    },
     /// The content does not fit in memory.
     #[error("{}: cannot allocate {bytes} bytes", shown(.path))]
     OutOfMemory {
@@ -273,6 +295,8 @@ impl InputError {
                 Remedy::of("correct the file, or give it the extension of its format")
             }
             Self::Grid { .. } => Remedy::of("read the heights of its cells with {terrain}"),
+            Self::NoHeights { .. } => Remedy::of("give a file with x, y and z, or omit {terrain}"),
+            Self::TerrainInSpace { .. } => Remedy::of("omit {dimension} or {terrain}"),
             Self::NoRows { .. } => Remedy::of("add the rows, or check that the file is complete"),
             Self::NotRaw { .. } => Remedy::of("omit {raw}, or rename the file"),
             Self::PartOfRow { .. } => {
@@ -286,6 +310,9 @@ impl InputError {
                 Remedy::of("give every row the same number, or choose it with {dimension}")
             }
             Self::OutOfRangeIndex { .. } => Remedy::of("check that the points belong to these cells"),
+            Self::Pieces { .. } => {
+                Remedy::of("write all pieces again, together with the file that lists them")
+            }
             Self::OutOfMemory { .. } => Remedy::of("free memory or split the input"),
             Self::Malformed { .. } | Self::UnsupportedDimension { .. } => return None,
         })
@@ -304,6 +331,8 @@ impl InputError {
             | Self::Malformed { path, .. }
             | Self::Columns { path, .. }
             | Self::Grid { path }
+            | Self::NoHeights { path, .. }
+            | Self::TerrainInSpace { path }
             | Self::NoRows { path, .. }
             | Self::NotRaw { path, .. }
             | Self::PartOfRow { path, .. }
@@ -314,6 +343,7 @@ impl InputError {
             | Self::MixedDimension { path, .. }
             | Self::UnsupportedDimension { path, .. }
             | Self::OutOfRangeIndex { path, .. }
+            | Self::Pieces { path, .. }
             | Self::OutOfMemory { path, .. } => path,
         }
     }
@@ -360,14 +390,17 @@ impl InputError {
             | Self::Gzip { .. }
             | Self::UnknownFormat { .. }
             | Self::Grid { .. }
+            | Self::TerrainInSpace { .. }
             | Self::NotRaw { .. }
             | Self::PartOfRow { .. }
             | Self::NotATable { .. }
+            | Self::Pieces { .. }
             | Self::OutOfMemory { .. } => Place::Whole,
             Self::Syntax { line, .. } => Place::Line(*line),
             Self::Malformed { offset, .. } => Place::Byte(*offset),
             Self::Unsupported { place, .. }
             | Self::Columns { place, .. }
+            | Self::NoHeights { place, .. }
             | Self::NoRows { place, .. }
             | Self::NotFinite { place, .. }
             | Self::Truncated { place, .. }
@@ -407,7 +440,10 @@ impl InputError {
     /// of its name is unknown.
     pub fn is_usage(&self) -> bool {
         match self {
-            Self::Columns { .. } | Self::NotATable { .. } | Self::NotRaw { .. } => true,
+            Self::Columns { .. }
+            | Self::TerrainInSpace { .. }
+            | Self::NotATable { .. }
+            | Self::NotRaw { .. } => true,
             Self::UnknownFormat { path, .. } => !may_be_table(path),
             _ => false,
         }

@@ -56,56 +56,66 @@ struct Grid {
     rows: u64,
     /// The centre of the first cell of the last row.
     origin: [f64; 2],
-    cell: f64,
+    /// The width and the height of a cell.
+    cell: [f64; 2],
     no_data: f64,
 }
 
-/// Reads the heights of an ESRI grid as points.
-pub(super) fn read_grid(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
-    let (heights, empty) = heights(source)?;
-    let size = (heights.len() as u64, source.data.len(), 2);
-    let mut points = Collector::new(source, options, (Place::Whole, 3), size)?;
-    heights.iter().try_for_each(|point| points.push(Place::Whole, point))?;
-    points.notes.push(format!("read as a grid of heights: {empty} cells without data are left out"));
-    Ok(points.finish())
+impl Grid {
+    /// Returns the centre of a cell, given by its number in the order of the file, with the height.
+    fn point(&self, number: u64, z: f64) -> [f64; 3] {
+        let (row, column) = (number / self.columns as u64, number % self.columns as u64);
+        let up = (self.rows - 1 - row) as f64;
+        [self.origin[0] + column as f64 * self.cell[0], self.origin[1] + up * self.cell[1], z]
+    }
+
+    /// Whether a cell of this height has no data.
+    fn is_empty(&self, z: f64) -> bool {
+        z == self.no_data || (z.is_nan() && self.no_data.is_nan())
+    }
 }
 
-/// Reads the heights of an ESRI grid: x, y and z at the centre of each cell, in the order of the file. Cells without data are
-/// left out, and counted.
-fn heights(source: Source<'_>) -> Result<(Vec<[f64; 3]>, u64), InputError> {
+/// Reads the heights of an ESRI grid as points: x, y and z at the centre of each cell, in the order of the file. Cells
+/// without data are left out, and a note counts them.
+pub(super) fn read_grid(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
     let mut lines = Lines::new(source.data);
     let grid = header(source, &mut lines)?;
     let cells = (grid.columns as u64).checked_mul(grid.rows);
     let bytes = lines.rest().len() as u64;
     let cells = cells.filter(|cells| *cells <= bytes);
     let cells = cells.ok_or_else(|| source.truncated(Place::Line(1), "cells of a grid", grid.rows, 0))?;
-    let (mut heights, mut empty, mut met) = (Vec::new(), 0, 0);
+    let mut points = Collector::new(source, options, (Place::Whole, 3), (cells, lines.rest().len(), 2))?;
+    let (mut empty, mut met) = (0, 0);
     for line in lines.by_ref() {
         for word in line.words() {
             if met == cells {
                 return Err(source.surplus(line.place(), "cells of the grid", cells));
             }
-            let z = number(word).ok_or_else(|| source.bad_number(&line, word))?;
-            let (row, column) = (met / grid.columns as u64, met % grid.columns as u64);
-            met += 1;
-            if z == grid.no_data || !z.is_finite() {
-                empty += 1;
-                continue;
+            match number(word) {
+                None => points.malformed(&line, word)?,
+                Some(z) if grid.is_empty(z) => empty += 1,
+                Some(z) => points.push(line.place(), &grid.point(met, z))?,
             }
-            let up = (grid.rows - 1 - row) as f64;
-            heights.push([grid.origin[0] + column as f64 * grid.cell, grid.origin[1] + up * grid.cell, z]);
+            met += 1;
         }
     }
     if met < cells {
         return Err(source.truncated(Place::Line(lines.number()), "cells of the grid", cells, met));
     }
-    Ok((heights, empty))
+    let (columns, rows) = (grid.columns, grid.rows);
+    let left_out = match empty {
+        0 => String::new(),
+        1 => "; 1 cell without data is left out".to_owned(),
+        more => format!("; {more} cells without data are left out"),
+    };
+    points.notes.push(format!("read as a grid of {columns} x {rows} heights{left_out}"));
+    Ok(points.finish())
 }
 
 fn header(source: Source<'_>, lines: &mut Lines<'_>) -> Result<Grid, InputError> {
     const EXPECTED: &str = "a line of the header of a grid, such as `cellsize 10`";
-    let mut grid = Grid { columns: 0, rows: 0, origin: [0.0; 2], cell: 0.0, no_data: -9999.0 };
-    let mut corner = [false; 2];
+    let mut grid = Grid { columns: 0, rows: 0, origin: [0.0; 2], cell: [0.0; 2], no_data: -9999.0 };
+    let mut corner = [true; 2];
     let before = loop {
         let before = lines.clone();
         let Some(line) = lines.next() else { break before };
@@ -123,17 +133,20 @@ fn header(source: Source<'_>, lines: &mut Lines<'_>) -> Result<Grid, InputError>
             "nrows" => grid.rows = source.count(&line, Some(word), EXPECTED)?,
             "xllcorner" | "xllcenter" => (grid.origin[0], corner[0]) = (value, keyword.ends_with("corner")),
             "yllcorner" | "yllcenter" => (grid.origin[1], corner[1]) = (value, keyword.ends_with("corner")),
-            "cellsize" => grid.cell = value,
+            "cellsize" => grid.cell = [value; 2],
+            "dx" => grid.cell[0] = value,
+            "dy" => grid.cell[1] = value,
             "nodata_value" => grid.no_data = value,
             _ => return Err(source.bad_line(&line, EXPECTED)),
         }
     };
     *lines = before;
-    if grid.columns == 0 || grid.rows == 0 || grid.cell <= 0.0 {
+    let is_size = |size: &f64| *size > 0.0 && size.is_finite();
+    if grid.columns == 0 || grid.rows == 0 || !grid.cell.iter().all(is_size) {
         return Err(source.truncated(Place::Line(lines.number()), "lines ncols, nrows and cellsize", 3, 2));
     }
-    for (origin, is_corner) in grid.origin.iter_mut().zip(corner) {
-        *origin += if is_corner { grid.cell / 2.0 } else { 0.0 };
+    for axis in [0, 1] {
+        grid.origin[axis] += if corner[axis] { grid.cell[axis] / 2.0 } else { 0.0 };
     }
     Ok(grid)
 }
@@ -144,28 +157,56 @@ mod tests {
 
     use super::*;
 
-    fn read(text: &str) -> Result<(Vec<[f64; 3]>, u64), InputError> {
-        heights(Source { path: Path::new("a.asc"), data: text.as_bytes() })
+    /// Reads a grid. Returns its points, the number of skipped ones, and the notes.
+    fn read(text: &str, skip_invalid: bool) -> Result<(Vec<[f64; 3]>, usize, String), InputError> {
+        let source = Source { path: Path::new("a.asc"), data: text.as_bytes() };
+        let options = ReadOptions { terrain: true, skip_invalid, ..ReadOptions::default() };
+        let file = read_grid(source, &options)?;
+        let points = file.points.coordinates().as_chunks::<3>().0.to_vec();
+        Ok((points, file.skipped, file.notes.join("\n")))
     }
 
     #[test]
     fn heights_are_at_the_centres_of_cells() {
         let head = "ncols 2\nnrows 2\n";
         let corner = format!("{head}xllcorner 10\nyllcorner 20\ncellsize 2\nNODATA_value -1\n1 2\n3 -1\n");
-        let (points, empty) = read(&corner).unwrap();
+        let (points, skipped, note) = read(&corner, false).unwrap();
         assert_eq!(points, [[11.0, 23.0, 1.0], [13.0, 23.0, 2.0], [11.0, 21.0, 3.0]]);
-        assert_eq!(empty, 1);
+        assert_eq!(
+            (skipped, &note[..]),
+            (0, "read as a grid of 2 x 2 heights; 1 cell without data is left out")
+        );
+        // The lines of a grid may end anywhere.
         let centre = format!("{head}xllcenter 10\nyllcenter 20\ncellsize 2\n1 2 3\n4\n");
-        assert_eq!(read(&centre).unwrap().0[3], [12.0, 20.0, 4.0]);
+        let (points, _, note) = read(&centre, false).unwrap();
+        assert_eq!((points[3], &note[..]), ([12.0, 20.0, 4.0], "read as a grid of 2 x 2 heights"));
+        let mixed = format!("{head}XLLCENTER 10\nYLLCORNER 20\ndx 2\ndy 4\n1 2 3 4\n");
+        assert_eq!(read(&mixed, false).unwrap().0[0], [10.0, 26.0, 1.0]);
+    }
+
+    #[test]
+    fn heights_that_are_not_numbers_are_invalid() {
+        let head = "ncols 2\nnrows 2\ncellsize 1\n";
+        for bad in ["nan", "inf", "x"] {
+            let text = format!("{head}1 2\n{bad} 4\n");
+            let error = read(&text, false).unwrap_err();
+            assert_eq!(error.line(), Some(5), "{error}");
+            assert_eq!(read(&text, true).unwrap().1, 1);
+        }
+        let text = format!("{head}NODATA_value nan\n1 2\nNaN 4\n");
+        let (points, skipped, note) = read(&text, false).unwrap();
+        assert_eq!((points.len(), skipped), (3, 0));
+        assert!(note.contains("1 cell without data"), "{note}");
         for text in [
             "ncols 2\nnrows 2\n1 2 3 4\n",
+            "ncols 2\nnrows 2\ncellsize nan\n1 2 3 4\n",
+            "ncols 2\nnrows 2\ndx 1\n1 2 3 4\n",
             "ncols 2\nnrows 2\ncellsize 1\n1 2 3\n",
             "ncols 2\nnrows 2\ncellsize 1\n1 2 3 4 5\n",
-            "ncols 2\nnrows 2\ncellsize 1\n1 2 3 x\n",
             "ncols 99999999999\nnrows 99999999999\ncellsize 1\n1 2\n",
             "ncols 2\nnrows 2\ncellsize\n",
         ] {
-            assert!(read(text).is_err(), "{text}");
+            assert!(read(text, true).is_err(), "{text}");
         }
     }
 

@@ -58,7 +58,7 @@ impl Head {
         let row = &rows[0];
         let found = if selection.is_positional() { row.filled } else { selection.axes.len() };
         // A table whose only two columns are coordinates has no id.
-        let has_others = row.filled > options.dimension.unwrap_or(2);
+        let has_others = row.filled > options.dimension.filter(|_| !options.terrain).unwrap_or(2);
         let counts_from = integer(row.fields[0]).filter(|n| matches!(n, 0 | 1));
         Head {
             style: row.style(),

@@ -56,7 +56,20 @@ impl Header {
 
     /// Returns the positions of the columns that mean x, y and z, or x and y if none means z.
     pub fn axes(&self) -> Option<Vec<usize>> {
-        axes::axes(&self.names.iter().map(|name| plain(name)).collect::<Vec<_>>())
+        axes::axes(&self.plain_names())
+    }
+
+    /// Returns the positions of the columns that mean x and y, and of the only one that means a height, if there is one.
+    fn axes_of_terrain(&self) -> Option<Vec<usize>> {
+        let mut axes = self.axes()?;
+        if axes.len() == 2 {
+            axes.extend(axes::height(&self.plain_names()));
+        }
+        Some(axes)
+    }
+
+    fn plain_names(&self) -> Vec<String> {
+        self.names.iter().map(|name| plain(name)).collect()
     }
 
     /// Adds a column without a name before the others, if the first fields of all rows are names of rows.
@@ -261,7 +274,8 @@ impl Chooser<'_> {
     fn named(&self, header: &Header) -> Result<(Vec<usize>, String), InputError> {
         let line = header.line;
         let dimension = self.options.dimension;
-        if let Some(mut axes) = header.axes().filter(|axes| dimension.is_none_or(|d| d <= axes.len())) {
+        let axes = if self.options.terrain { header.axes_of_terrain() } else { header.axes() };
+        if let Some(mut axes) = axes.clone().filter(|axes| dimension.is_none_or(|d| d <= axes.len())) {
             axes.truncate(dimension.unwrap_or(3));
             let width = header.names.len().max(self.row.len());
             let others: Vec<usize> = (0..width).filter(|i| !axes.contains(i)).collect();
@@ -274,13 +288,19 @@ impl Chooser<'_> {
             let note = format!("line {line} is taken as a header row: coordinates are {taken}{ignored}");
             return Ok((axes, note));
         }
-        Err(self.error("the header row does not name the columns x and y".to_owned()))
+        let problem = match axes {
+            Some(_) if self.options.terrain => "the header row names no z, which a terrain needs",
+            Some(_) => "the header row does not name the columns x, y and z",
+            None => "the header row does not name the columns x and y",
+        };
+        Err(self.error(problem.to_owned()))
     }
 
     /// Returns the first columns, which have no names.
     fn first(&self, has_count: bool) -> Result<Vec<usize>, InputError> {
         let numbers = self.row.iter().filter(|field| self.rows[0].number(field).is_some()).count();
-        if numbers > 3 && self.options.dimension.is_none() && !has_count {
+        let is_chosen = self.options.dimension.is_some() && !self.options.terrain;
+        if numbers > 3 && !is_chosen && !has_count {
             return Err(self.error(format!("{numbers} columns of numbers without a header row")));
         }
         Ok((0..self.options.dimension.unwrap_or(self.row.len().clamp(2, 3))).collect())

@@ -50,14 +50,11 @@ impl<'a> FileMesh<'a> {
         let mut file = self.points.finish();
         let Points::Space(space) = &file.points else {
             if options.dimension == Some(3) {
-                let path = self.source.path.to_owned();
-                return Err(InputError::MixedDimension {
-                    path,
-                    place: Place::Whole,
-                    expected: 3,
-                    found: 2,
-                    row: None,
-                });
+                let (path, place) = (self.source.path.to_owned(), Place::Whole);
+                if options.terrain {
+                    return Err(InputError::NoHeights { path, place });
+                }
+                return Err(InputError::MixedDimension { path, place, expected: 3, found: 2, row: None });
             }
             return Ok(file);
         };
@@ -71,7 +68,7 @@ impl<'a> FileMesh<'a> {
                 file.notes.push(format!("z is dropped, although it is not 0 for {lifted} points"));
             }
             file.points = Points::Plane(space.iter().map(|p| p.truncate()).collect());
-        } else if lifted == 0 && !space.is_empty() {
+        } else if lifted == 0 && !space.is_empty() && !options.terrain {
             file.notes
                 .push("every z is 0, so dimension 2 triangulates the same points in the plane".to_owned());
         }
@@ -81,6 +78,12 @@ impl<'a> FileMesh<'a> {
     /// Returns the cells of the requested dimension. By default, it returns tetrahedra if there are any,
     /// otherwise triangles.
     pub fn into_cells(self, options: &CellOptions) -> Result<CellFile, InputError> {
+        Ok(self.into_both(options)?.1)
+    }
+
+    /// Returns all points with three coordinates, and the cells as [`FileMesh::into_cells`] does.
+    pub fn into_both(self, options: &CellOptions) -> Result<(PointFile, CellFile), InputError> {
+        let points = self.points.finish();
         let solid = self.tetrahedra.rows() > 0;
         let dimension = options.dimension.unwrap_or(if solid || self.triangles.rows() == 0 { 3 } else { 2 });
         if let Some((place, what)) = self.other {
@@ -92,12 +95,12 @@ impl<'a> FileMesh<'a> {
                 let reason = if solid { "the mesh has tetrahedra" } else { "tetrahedra were requested" };
                 notes.push(format!("{} triangles are ignored: {reason}", self.triangles.rows()));
             }
-            return Ok(self.tetrahedra.finish(notes));
+            return Ok((points, self.tetrahedra.finish(notes)));
         }
         if solid {
             notes
                 .push(format!("{} tetrahedra are ignored: triangles were requested", self.tetrahedra.rows()));
         }
-        Ok(self.triangles.finish(notes))
+        Ok((points, self.triangles.finish(notes)))
     }
 }

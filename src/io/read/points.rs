@@ -33,8 +33,12 @@ pub struct ReadOptions {
     pub columns: Option<Vec<String>>,
     /// Whether to keep the other numeric columns of a text table as [`PointFile::columns`].
     pub keep_columns: bool,
-    /// Whether a grid of heights (ESRI ASCII raster) is read as points: the centres of its cells with data, row by row from the
-    /// top. By default, it is refused.
+    /// Whether the points are a terrain: x and y are the coordinates of [`PointFile::points`], and z goes to
+    /// [`PointFile::heights`]. [`ReadOptions::dimension`] must not be 3.
+    ///
+    /// The points have three coordinates. A `.node` file in the plane may have z as its first attribute. The points of a grid
+    /// of heights (ESRI ASCII raster) are the centres of its cells with data, row by row from the top; without this option, a
+    /// grid is refused.
     pub terrain: bool,
 }
 
@@ -52,6 +56,8 @@ pub struct Column {
 pub struct PointFile {
     /// The points in file order. Coordinates are finite and never -0.0.
     pub points: Points,
+    /// The height of each point of a terrain. `None` without [`ReadOptions::terrain`].
+    pub heights: Option<Vec<f64>>,
     /// Notes for the user, one line each, for example on ignored columns, a header row or merged vertices.
     pub notes: Vec<String>,
     /// The number of invalid points that were dropped.
@@ -75,6 +81,7 @@ impl PointFile {
         PointFile {
             reading,
             points,
+            heights: None,
             notes: Vec::new(),
             skipped: 0,
             source_index: None,

@@ -100,6 +100,14 @@ impl Extent {
         Some(extent)
     }
 
+    /// Returns the extent with a further axis of these values, such as heights.
+    #[must_use]
+    pub fn with_axis(mut self, values: &[f64]) -> Self {
+        self.low.push(values.iter().copied().fold(f64::INFINITY, f64::min));
+        self.high.push(values.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+        self
+    }
+
     /// Returns the extent of both.
     #[must_use]
     pub fn and(mut self, other: &Extent) -> Self {
@@ -120,7 +128,8 @@ mod tests {
         let points = Points::Plane(vec![DVec2::new(9.8, 47.0), DVec2::new(9.1, 47.6)]);
         let more = Points::Plane(vec![DVec2::new(9.2, 48.0)]);
         let extent = Extent::of(&points).unwrap().and(&Extent::of(&more).unwrap());
-        assert_eq!((extent.low, extent.high), (vec![9.1, 47.0], vec![9.8, 48.0]));
+        assert_eq!((&extent.low, &extent.high), (&vec![9.1, 47.0], &vec![9.8, 48.0]));
+        assert_eq!(extent.with_axis(&[3.0, -1.0]).low[2], -1.0);
         assert_eq!(Extent::of(&Points::Space(Vec::new())), None);
     }
 

@@ -164,6 +164,9 @@ fn check_mesh(mesh: &MeshView<'_>, options: &WriteOptions<'_>) -> Result<(), Out
     if let Some(column) = options.point_data.iter().find(|column| column.values.len() != points) {
         return invalid(format!("{} values of {} for {points} points", column.values.len(), column.name));
     }
+    if let Some(heights) = mesh.heights.filter(|heights| heights.len() != points || dimension != 2) {
+        return invalid(format!("{} heights of {points} points with {dimension} coordinates", heights.len()));
+    }
     if let Some(source) = options.source.filter(|source| source.len() != points) {
         return invalid(format!("{} input rows of {points} points", source.len()));
     }

@@ -12,6 +12,8 @@ pub(super) struct RowTable<'a> {
     pub first: u64,
     /// The number of each row in the input, if rows were dropped.
     pub source: Option<Cow<'a, [u64]>>,
+    /// The height of each row, if the points are a terrain.
+    pub heights: Option<Cow<'a, [f64]>>,
     /// The values, with an entry for each row.
     pub columns: Cow<'a, [Column]>,
 }
@@ -22,6 +24,7 @@ impl<'a> RowTable<'a> {
         RowTable {
             first: 0,
             source: options.source.map(Cow::Borrowed),
+            heights: None,
             columns: Cow::Borrowed(options.point_data),
         }
     }

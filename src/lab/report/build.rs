@@ -39,7 +39,7 @@ impl RunReport {
                 duplicate: points.duplicate,
                 refused: points.refused + context.skipped,
             },
-            input: context.reading.map(|reading| InputReport::of(reading, context.extent, points.duplicate)),
+            input: InputReport::of(context, points.duplicate),
             space: run.space,
             dimension: run.dimension,
             simplices: run.facts.cells,

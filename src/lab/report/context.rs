@@ -22,6 +22,10 @@ pub struct RunContext<'a> {
     pub reading: Option<&'a FileReading>,
     /// The extent of the points that were read.
     pub extent: Option<&'a Extent>,
+    /// Whether the points are a terrain.
+    pub is_terrain: bool,
+    /// The largest difference of the heights of coincident points of a terrain, if there are any.
+    pub height_difference: Option<f64>,
     /// The numbers of the triangulation, if requested.
     pub stats: Option<&'a Stats>,
     /// Measured seconds of reading.

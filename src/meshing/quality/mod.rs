@@ -244,11 +244,9 @@ impl<P: Space> Assessor<'_, P> {
             integral.add(part * density.sum::<f64>() / (P::DIM + 1) as f64);
             self.cell(row as u32, corners, part);
         }
-        let unscaled = |mut x: f64| {
-            (0..P::DIM).for_each(|_| x = scale(P::splat(x), -exponent).coord(0));
-            x
-        };
-        self.out.volume = unscaled(self.out.shapes.volume.value());
+        let unscaled = |x: f64| (0..P::DIM).fold(x, |x, _| scale(P::splat(x), -exponent).coord(0));
+        let volume = self.out.shapes.volume.value();
+        self.out.volume = unscaled(volume);
         self.out.shapes.volumes = self.out.shapes.volumes.map(unscaled);
         self.out.integral = integral.value();
     }

@@ -25,6 +25,16 @@ impl<T> Lists<T> {
         Lists { items: Vec::with_capacity(items), ends: Vec::with_capacity(lists) }
     }
 
+    /// Creates empty lists.
+    pub fn of_empty(lists: usize) -> Self {
+        Lists { items: Vec::new(), ends: vec![0; lists] }
+    }
+
+    /// Returns the bytes that hold the lists.
+    pub fn bytes(&self) -> u64 {
+        (size_of_val(&self.items[..]) + size_of_val(&self.ends[..])) as u64
+    }
+
     /// Returns the number of items in all lists.
     pub fn items(&self) -> usize {
         self.items.len()

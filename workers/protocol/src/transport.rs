@@ -84,6 +84,14 @@ pub enum TransportError {
     /// The run was interrupted.
     #[error("the run was stopped")]
     Stopped,
+    /// A process reached its limit of memory.
+    #[error("the run uses {used} bytes of memory, more than the limit of {limit}")]
+    Memory {
+        /// The bytes that the process uses, or is about to use.
+        used: u64,
+        /// The limit.
+        limit: u64,
+    },
 }
 
 /// A way to move messages between the ranks of the machine.

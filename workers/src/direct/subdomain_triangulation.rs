@@ -17,7 +17,7 @@ use septet_protocol::ledger::Account;
 use septet_protocol::message::{Merged, PointBatch, UNKNOWN_RADIUS2};
 use septet_protocol::transport::TransportError;
 
-use crate::config::Stop;
+use crate::config::{Growth, STEP, Stop};
 use crate::machine::context::Context;
 use crate::state::bits::ones;
 use crate::state::cells::smallest_vertex;
@@ -40,6 +40,8 @@ pub(crate) struct SubdomainTriangulation<P: Point> {
     kept: KeptCells,
     /// The counts of the owned stars; zero before the scan.
     merged: Merged,
+    /// The bytes of the triangulation.
+    growth: Growth,
 }
 
 /// This bit of an owned vertex is set when a finite cell of the vertex has been found.
@@ -70,9 +72,11 @@ impl<P: Point> SubdomainTriangulation<P> {
         points.extend_from_slice(&positions[..owned as usize]);
         points.extend(ghosts.iter().map(|&v| positions[v as usize]));
         let order = in_rounds(&points, owned as usize);
-        let delaunay = Incremental::build_in_place(points, order, &mut || !stop.is_raised()).ok()?;
+        let mut growth = stop.growth();
+        let go_on = &mut |bytes| stop.admits(&mut growth, bytes);
+        let delaunay = Incremental::build_in_place(points, order, go_on).ok()?;
         let (kept, merged) = (KeptCells::default(), Merged::default());
-        Some(SubdomainTriangulation { delaunay, ghosts, owned, kept, merged })
+        Some(SubdomainTriangulation { delaunay, ghosts, owned, kept, merged, growth })
     }
 
     /// Inserts late ghosts, given as local indices. Skips a ghost that would have no owned neighbour, because later
@@ -82,9 +86,14 @@ impl<P: Point> SubdomainTriangulation<P> {
     pub(super) fn add(&mut self, ghosts: &[u32], positions: &[P], stop: &Stop) -> Operations {
         self.delaunay.take_operations();
         let points: Vec<P> = ghosts.iter().map(|&g| positions[g as usize]).collect();
+        let mut next = 0;
         for (count, i) in insertion_order(&points).into_iter().enumerate() {
-            if count.is_multiple_of(STOP_CHECK_INTERVAL) && stop.is_raised() {
-                break;
+            let bytes = self.delaunay.bytes();
+            if count.is_multiple_of(STOP_CHECK_INTERVAL) || bytes >= next {
+                if !stop.admits(&mut self.growth, bytes) {
+                    break;
+                }
+                next = bytes + STEP;
             }
             if let Ok(Some(_)) = self.delaunay.insert_if_adjacent(points[i as usize], None, self.owned) {
                 self.ghosts.push(ghosts[i as usize]);
@@ -420,7 +429,8 @@ fn in_rounds<P: Point>(points: &[P], half: usize) -> impl Iterator<Item = u32> +
 /// Returns the number of points in the round of the first point. The points are in insertion order.
 pub(super) fn round_len<P: Point>(points: &[P]) -> usize {
     let Some(round) = points.first().map(insertion_round) else { return 0 };
-    points.partition_point(|p| insertion_round(p) <= round).max(1)
+    // Far points come last, whatever their round is, so the rounds do not ascend everywhere.
+    points.iter().position(|p| insertion_round(p) > round).unwrap_or(points.len())
 }
 
 /// The first coordinates of points, relative to the first point and in single precision. Rounding preserves their

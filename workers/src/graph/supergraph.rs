@@ -190,7 +190,8 @@ fn splits_below<'a, P>(
     }
 }
 
-/// Finds the graph neighbours of each leaf's owned points, by all pairs with the members of the leaf.
+/// Finds the graph neighbours of each leaf's owned points, by all pairs with the members of the leaf. Lists are empty once
+/// the run stops.
 fn graph_of_leaves<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -199,18 +200,23 @@ fn graph_of_leaves<P: Point>(
     ghosts: &Ghosts,
 ) -> Lists<u32> {
     let (site, leaves, meter) = (cx.site(), subdomain.leaves(), cx.own_cost());
+    let stop = cx.config().stop.clone();
     let indices: Vec<usize> = (0..leaves.len()).collect();
     let results = cx.map(&indices, |&at| {
         let leaf = &leaves[at];
         let _span = site.subproblem(Phase::Graph, leaf.id(), "leaf graph", leaf.owned_len());
         let owned: Vec<u32> = leaf.owned().collect();
         let members = ghosts.members(at, leaf);
-        let mut cost = meter.fresh();
+        let (mut cost, mut growth) = (meter.fresh(), stop.growth());
+        if stop.is_raised() {
+            return (Lists::of_empty(owned.len()), cost, 0, growth);
+        }
         let lists = graph_direct(rule, table.positions(), table.radii2(), &owned, &members, &mut cost);
-        (lists, cost, members.len() as u64)
+        stop.admits(&mut growth, lists.bytes());
+        (lists, cost, members.len() as u64, growth)
     });
     let mut neighbours = Lists::default();
-    for (leaf, (lists, cost, members)) in leaves.iter().zip(results) {
+    for (leaf, (lists, cost, members, _)) in leaves.iter().zip(results) {
         cx.charge(Account::member(Phase::Graph, leaf.id()), cost, members * leaf.owned_len());
         cx.facts(leaf.id()).members += members;
         neighbours.append(lists);

@@ -97,7 +97,9 @@ fn reply<P: Point>(cx: &mut Context<P>, region: &PointBatch<P>, members: &[Membe
     on_curve.visit_all(&points);
     cost.charge_sort(on_curve);
     let stop = cx.config().stop.clone();
-    let Ok(delaunay) = Incremental::build_while(points, Some(&order), &mut || !stop.is_raised()) else {
+    let mut growth = stop.growth();
+    let go_on = &mut |bytes| stop.admits(&mut growth, bytes);
+    let Ok(delaunay) = Incremental::build_while(points, Some(&order), go_on) else {
         return;
     };
     delaunay.charge(&mut cost);

@@ -26,7 +26,7 @@ use septet_protocol::ledger::Account;
 use septet_protocol::message::PointBatch;
 use septet_protocol::transport::TransportError;
 
-use crate::config::Fault;
+use crate::config::{Fault, Growth, Stop};
 use crate::machine::context::Context;
 use crate::machine::profile::Site;
 use crate::stars::owned::{Stars, usual_facets};
@@ -49,6 +49,8 @@ struct LeafHulls<P: Point> {
     /// The number of facets of each link.
     lengths: Vec<u32>,
     cost: Cost,
+    /// The bytes of the links.
+    growth: Growth,
 }
 
 /// Builds the local hulls of all owned points from their neighbours in the supergraph.
@@ -65,7 +67,9 @@ pub(crate) async fn local_hulls<P: Point>(
     let frame = table.intern_all(frame);
     let (site, meter) = (cx.site(), cx.own_cost());
     let large = cx.config().fault.map_or(LargeStars::default(), Fault::large_stars);
-    let candidates = Candidates { table, neighbours: &neighbours, ghosts, frame: &frame, site, meter, large };
+    let stop = &cx.config().stop.clone();
+    let candidates =
+        Candidates { table, neighbours: &neighbours, ghosts, frame: &frame, site, meter, large, stop };
     let stars = hulls_of_leaves(cx, subdomain.leaves(), &seeds, &candidates);
     drop(neighbours);
     while cx.exchange().await? {}
@@ -86,6 +90,10 @@ fn hulls_of_leaves<P: Point>(
         for (&at, hulls) in group.iter().zip(hulled) {
             cx.charge(Account::member(Phase::Hulls, leaves[at].id()), hulls.cost, leaves[at].owned_len());
             stars.append(&hulls.facets, &hulls.lengths);
+            drop(hulls.growth);
+        }
+        if !stars.admits_more(candidates.stop) {
+            break;
         }
     }
     stars
@@ -123,10 +131,11 @@ struct Candidates<'a, P: Point> {
     /// An empty meter.
     meter: Cost,
     large: LargeStars,
+    stop: &'a Stop,
 }
 
 impl<P: Point> Candidates<'_, P> {
-    /// Builds the stars of a leaf. `seed` is a point smaller than its first point.
+    /// Builds the stars of a leaf. `seed` is a point smaller than its first point. Stars are empty once the run stops.
     fn hulls_of(&self, at: usize, leaf: &Leaf<P>, seed: Option<u32>) -> LeafHulls<P> {
         let _span = self.site.subproblem(Phase::Hulls, leaf.id(), "leaf hulls", leaf.owned_len());
         let mut cost = self.meter.fresh();
@@ -135,8 +144,11 @@ impl<P: Point> Candidates<'_, P> {
         let mut facets = Vec::with_capacity(leaf.owned_len() as usize * usual_facets(P::DIM));
         let mut lengths = Vec::with_capacity(leaf.owned_len() as usize);
         let vertices: Vec<u32> = leaf.owned().collect();
-        let mut candidates = Vec::new();
+        let (mut candidates, mut growth) = (Vec::new(), self.stop.growth());
         cost.map_nested(&vertices, |&vertex, own| {
+            if !self.stop.admits(&mut growth, size_of_val(&facets[..]) as u64) {
+                return lengths.push(0);
+            }
             candidates.clear();
             candidates.extend_from_slice(&self.neighbours[vertex as usize]);
             if let Some(list) = nearest.get(&vertex) {
@@ -151,7 +163,7 @@ impl<P: Point> Candidates<'_, P> {
             builder.facets(&mut facets);
             lengths.push((facets.len() - before) as u32);
         });
-        LeafHulls { facets, lengths, cost }
+        LeafHulls { facets, lengths, cost, growth }
     }
 
     /// Returns the nearest members of the leaf for each owned point with few graph neighbours.

@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 use septet_geometry::point::Point;
 use septet_protocol::message::Merged;
 
+use crate::config::{Growth, Stop};
 use crate::direct::subdomain_triangulation::SubdomainTriangulation;
 use crate::stars::fingerprint_sums::Sums;
 use crate::stars::vertex_hashes::VertexHashes;
@@ -28,6 +29,8 @@ pub(crate) struct Stars<P: Point> {
     hashes: VertexHashes,
     /// The owned points whose stars changed by splaying.
     changed: BTreeSet<u32>,
+    /// The bytes of the links.
+    growth: Growth,
 }
 
 impl<P: Point> Default for Stars<P> {
@@ -38,6 +41,7 @@ impl<P: Point> Default for Stars<P> {
             sums: Sums::default(),
             hashes: VertexHashes::default(),
             changed: BTreeSet::new(),
+            growth: Growth::default(),
         }
     }
 }
@@ -94,6 +98,11 @@ impl<P: Point> Stars<P> {
     /// Appends the links of the next owned points, which are concatenated in `facets`.
     pub(crate) fn append(&mut self, facets: &[P::Facet], lengths: &[u32]) {
         self.links.append(facets, lengths);
+    }
+
+    /// Counts the bytes of the links. Returns `true` if the run goes on.
+    pub(super) fn admits_more(&mut self, stop: &Stop) -> bool {
+        stop.admits(&mut self.growth, self.links.bytes())
     }
 
     /// Hashes the points that were added to the table since the last call.

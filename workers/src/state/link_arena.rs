@@ -76,6 +76,11 @@ impl<P: Point> LinkArena<P> {
         self.ranges[vertex as usize].start
     }
 
+    /// Returns the bytes that hold the links.
+    pub(crate) fn bytes(&self) -> u64 {
+        (size_of_val(&self.facets[..]) + size_of_val(&self.ranges[..])) as u64
+    }
+
     /// Returns the length of the array.
     pub(crate) fn len(&self) -> usize {
         self.facets.len()

@@ -6,7 +6,15 @@ use crate::spec::{Constants, InputRules, Keep, Machine, Recursion, Setting, Spec
 /// The options of the fields of all groups. A new field does not compile here until it is named.
 fn fields() -> BTreeSet<&'static str> {
     let Spec { input, machine, tree, recursion, keep, control: _, planted: _ } = Spec::default();
-    let InputRules { dimension: _, columns: _, format: _, raw: _, skip_invalid: _, keep_columns: _ } = input;
+    let InputRules {
+        dimension: _,
+        columns: _,
+        format: _,
+        raw: _,
+        skip_invalid: _,
+        keep_columns: _,
+        terrain: _,
+    } = input;
     // The name of a run is set by programs only.
     let Machine { workers: _, threads: _, registers: _, transport: _, seed: _, run: _, max_memory: _ } =
         machine;
@@ -27,7 +35,7 @@ fn fields() -> BTreeSet<&'static str> {
         operations: _,
     } = keep;
     [
-        ["dimension", "columns", "input-format", "raw", "skip-invalid", "keep-columns"].as_slice(),
+        ["dimension", "columns", "input-format", "raw", "skip-invalid", "keep-columns", "terrain"].as_slice(),
         &["workers", "threads", "registers", "transport", "delivery-seed", "processes", "seed", "max-memory"],
         &["partition", "leaf", "constants", "samples", "tries"],
         &["supergraph", "alpha", "k", "separator-sets", "neighbours", "repair"],

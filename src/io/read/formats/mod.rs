@@ -21,7 +21,7 @@ use super::domain::{DomainFile, poly, surface};
 use super::error::InputError;
 use super::points::{PointFile, ReadOptions, ReadProgress};
 use super::text::Source;
-use super::{columns, signature, size_rows};
+use super::{columns, faces, signature, size_rows};
 use crate::format::{Format, Role};
 use septet_core::mesh::field::SizeField;
 
@@ -30,6 +30,9 @@ type ReadPoints = fn(Source<'_>, &ReadOptions) -> Result<PointFile, InputError>;
 
 /// Reads cells.
 type ReadCells = fn(Source<'_>, &CellOptions) -> Result<CellFile, InputError>;
+
+/// Reads points together with their cells.
+type ReadMesh = fn(Source<'_>, &ReadOptions) -> Result<(PointFile, CellFile), InputError>;
 
 /// Reads a domain.
 type ReadDomain = fn(Source<'_>, &mut ReadProgress<'_>) -> Result<DomainFile, InputError>;
@@ -42,6 +45,8 @@ pub struct Reader {
     pub points: Option<ReadPoints>,
     pub cells: Option<ReadCells>,
     pub domain: Option<ReadDomain>,
+    /// Reads points together with their cells.
+    pub mesh: Option<ReadMesh>,
     pub sizes: Option<fn(Source<'_>) -> Result<SizeField, InputError>>,
     /// The rows of points that several processes divide.
     pub rows: Option<Rows>,
@@ -57,8 +62,15 @@ pub enum Rows {
 }
 
 /// A format that is not read.
-const NONE: Reader =
-    Reader { signature: |_| false, points: None, cells: None, domain: None, sizes: None, rows: None };
+const NONE: Reader = Reader {
+    signature: |_| false,
+    points: None,
+    cells: None,
+    domain: None,
+    mesh: None,
+    sizes: None,
+    rows: None,
+};
 
 /// A format of points and cells, read by `parse` of its module.
 macro_rules! mesh {
@@ -69,17 +81,27 @@ macro_rules! mesh {
             cells: Some(|source, options| {
                 $module::parse(source, &ReadOptions::default())?.into_cells(options)
             }),
+            mesh: Some(|source, options| {
+                let points = $module::parse(source, options)?.into_points(options)?;
+                let chosen = of_points(&points);
+                Ok((points, $module::parse(source, &ReadOptions::default())?.into_cells(&chosen)?))
+            }),
             ..NONE
         }
     };
 }
 
-/// A format of points and of surfaces, which are domains. The corners of faces are numbered from `$first`.
+/// A format of points and of surfaces, which are domains, or cells if they consist of triangles. The corners of faces are
+/// numbered from `$first`.
 macro_rules! surface {
     ($module:ident, $first:expr, $signature:expr) => {
         Reader {
             signature: $signature,
             points: Some($module::read),
+            cells: Some(|source, options| {
+                let points = || $module::read(source, &ReadOptions::default());
+                faces::triangles(source, &$module::read_faces(source)?, options, points)
+            }),
             domain: Some(|source, _| {
                 let file = $module::read(source, &ReadOptions::default())?;
                 surface::of(source, file, $module::read_faces(source)?, $first)
@@ -115,6 +137,7 @@ pub const fn reader(format: Format) -> Reader {
         }
         Format::Off => Reader {
             cells: Some(|source, _| off::read_cells(source)),
+            mesh: Some(|source, options| Ok((off::read(source, options)?, off::read_cells(source)?))),
             ..surface!(off, 0, |data| signature::is_off(word(data)))
         },
         Format::Ply => surface!(ply, 0, |data| data.starts_with(b"ply\n") || data.starts_with(b"ply\r")),
@@ -138,7 +161,7 @@ pub const fn reader(format: Format) -> Reader {
         Format::Ele => Reader { signature: is_ele, cells: Some(cells::read_ele), ..NONE },
         Format::Poly => Reader { domain: Some(poly::read_polygons), ..NONE },
         Format::Smesh => Reader { domain: Some(poly::read_simple), ..NONE },
-        Format::Pvtu => Reader { cells: Some(vtu::read_pieces), ..NONE },
+        Format::Pvtu => Reader { cells: Some(vtu::read_cells_of_pieces), mesh: Some(vtu::read_both), ..NONE },
         Format::Faces | Format::Svg => NONE,
     }
 }
@@ -149,6 +172,11 @@ fn is_node(data: &[u8]) -> bool {
 
 fn is_ele(data: &[u8]) -> bool {
     signature::is_ele(text(data))
+}
+
+/// Returns the options to read the cells of the file with these points.
+fn of_points(file: &PointFile) -> CellOptions {
+    CellOptions { dimension: (file.points.dimension() == 2).then_some(2), ..CellOptions::default() }
 }
 
 /// The table and the readers agree.

@@ -6,7 +6,7 @@ use crate::read::points::{PointFile, ReadOptions};
 use crate::read::text::{Lines, Source, integer};
 
 /// Reads a header `count dimension [attributes [marker]]`, then rows `id x y [z] …`. Ids are consecutive and start at
-/// 0 or 1.
+/// 0 or 1. The first attribute of a terrain in the plane is z.
 pub fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
     const HEADER: &str = "the header `points dimension attributes marker`";
     let mut lines = Lines::new(source.data);
@@ -20,7 +20,10 @@ pub fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, Inpu
         let (path, place) = (source.path.to_owned(), header.place());
         return Err(InputError::UnsupportedDimension { path, place, found: dimension });
     }
-    let dimension = dimension as usize;
+    // Triangle has no third coordinate, so the first attribute of a terrain is its height.
+    let has_height = options.terrain && dimension == 2 && attributes > 0;
+    let dimension = dimension as usize + usize::from(has_height);
+    let attributes = attributes - u64::from(has_height);
     let size = (announced, lines.rest().len(), 2 + 2 * dimension);
     let mut points = Collector::new(source, options, (header.place(), dimension), size)?;
     while let Some(line) = lines.next_data() {
@@ -49,6 +52,9 @@ pub fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, Inpu
         points.push_words(&line, &mut words)?;
     }
     points.complete(Place::Line(lines.number()), announced)?;
+    if has_height {
+        points.notes.push("the first attribute is taken as z".to_owned());
+    }
     if attributes > 0 || marker > 0 {
         let kinds = [(attributes, "attribute"), (marker, "boundary marker")];
         let counted = |(n, kind): (u64, &str)| format!("{n} {kind}{}", if n == 1 { "" } else { "s" });

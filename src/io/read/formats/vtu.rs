@@ -15,7 +15,7 @@ use crate::read::points::ReadOptions;
 use crate::read::scalar::Scalar;
 use crate::read::text::{Source, integer, number};
 use arrays::{Arrays, DataArray};
-pub use pieces::read_pieces;
+pub use pieces::{read_both, read_cells as read_cells_of_pieces};
 
 /// Whether the bytes are a VTK XML file, and whether it has this type.
 pub fn is_of_type(data: &[u8], is_wanted: fn(&str) -> bool) -> bool {

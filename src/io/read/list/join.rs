@@ -11,31 +11,13 @@ use septet_core::model::Points;
 
 use super::super::dispatch::read;
 use super::super::error::InputError;
+use super::super::listed::ListedFile;
 use super::super::points::{CoordinateType, PointFile, ReadOptions, ReadProgress};
 use super::super::reading::FileReading;
 use super::columns;
 use super::error::ListError;
 use super::files::FileList;
 use super::notes::Notes;
-
-/// A file of a list, and the rows of points that it contributes.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ListedFile {
-    /// The file.
-    pub path: PathBuf,
-    /// The zero-based row of its first point in the list.
-    pub first_row: u64,
-    /// The number of its points, including dropped ones.
-    pub rows: u64,
-}
-
-impl ListedFile {
-    /// Returns the file of a point among the files of a list. `row` is the zero-based row of the point in the list.
-    /// Dropped points count.
-    pub fn of_row(files: &[ListedFile], row: u64) -> Option<&ListedFile> {
-        files.get(files.partition_point(|file| file.first_row + file.rows <= row))
-    }
-}
 
 /// The points of all files of a list.
 #[derive(Clone, Debug, PartialEq)]
@@ -116,9 +98,9 @@ pub fn read_list(
 
 /// Returns a file without points.
 pub(in super::super) fn empty(options: &ReadOptions) -> PointFile {
-    let points =
-        if options.dimension == Some(2) { Points::Plane(Vec::new()) } else { Points::Space(Vec::new()) };
-    PointFile::of_points(points)
+    let is_plane = options.dimension.map_or(options.terrain, |dimension| dimension == 2);
+    let points = if is_plane { Points::Plane(Vec::new()) } else { Points::Space(Vec::new()) };
+    PointFile { heights: options.terrain.then(Vec::new), ..PointFile::of_points(points) }
 }
 
 impl Joined<'_> {
@@ -193,6 +175,9 @@ fn append(
         let error = Box::new(InputError::OutOfMemory { path: path.to_owned(), bytes });
         ListError::File { error, before }
     })?;
+    if let (Some(all), Some(more)) = (&mut all.heights, file.heights) {
+        all.extend(more);
+    }
     columns::append(&mut all.columns, file.columns, (path, first))?;
     if file.skipped > 0 && all.source_index.is_none() {
         all.source_index = Some((0..known as u64).collect());

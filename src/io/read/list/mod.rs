@@ -17,4 +17,4 @@ pub(super) use columns::append as append_columns;
 pub use error::{EntryFault, ListError};
 pub use files::FileList;
 pub(super) use join::empty;
-pub use join::{ListedFile, PointList, read_list};
+pub use join::{PointList, read_list};

@@ -26,6 +26,14 @@ pub(super) enum SharedError {
         /// The largest size in bytes.
         limit: u64,
     },
+    /// The heights of all points are too large for each process.
+    #[error("each process would hold {bytes} bytes of heights, more than {limit}")]
+    Heights {
+        /// The size in bytes of the heights of all points.
+        bytes: u64,
+        /// The largest size in bytes.
+        limit: u64,
+    },
     /// Two processes see other files at the same path.
     #[error("{}: process {process} sees {found}, but process 0 sees {expected}", shown(.path))]
     Differs {
@@ -92,6 +100,7 @@ impl SharedError {
             Self::File(error) => return error.remedy(),
             Self::List(error) => return error.remedy(),
             Self::TooLarge { .. } => Remedy::of("save it as .npy in C order, or read it in one process"),
+            Self::Heights { .. } => Remedy::of("run in one process, or without {terrain}"),
             Self::Differs { .. } => Remedy::of("give all processes the same file"),
             Self::OtherList { .. } => Remedy::of("give all processes the same list"),
             Self::Blocks { .. } => Remedy::REPORT,
@@ -103,7 +112,7 @@ impl SharedError {
     /// Returns the exit code of the program.
     fn code(&self) -> u8 {
         match self {
-            Self::TooLarge { .. } => exit_code::LIMIT,
+            Self::TooLarge { .. } | Self::Heights { .. } => exit_code::LIMIT,
             Self::Blocks { .. } => exit_code::FAILED,
             Self::Interrupted => exit_code::INTERRUPTED,
             Self::File(error) => error.exit_code(),

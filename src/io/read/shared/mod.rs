@@ -10,6 +10,8 @@
 //! compressed files, arrays in Fortran order, chemical files, UTF-16 text, pipes, standard input and all other formats. Process 0 holds
 //! the points of all these files until they are sent. A file of more than [`WHOLE_LIMIT`] bytes is refused.
 //!
+//! **Terrain.** Each process reads its own points with their heights. Then all processes get the heights of all points.
+//!
 //! **Errors.** The error of a bad row ends all processes. It has the message that one process gives for this row. In a list with several
 //! bad files, one process may find another file first.
 
@@ -27,15 +29,18 @@ mod whole;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use septet_core::model::Points;
+use septet_protocol::codec::Bulk;
 use septet_protocol::wire::{Ended, Processes, WireError};
 
+use super::list;
 use super::list::notes::Notes;
-use super::list::{self, ListedFile};
+use super::listed::ListedFile;
 use super::points::{Column, CoordinateType, PointFile, ReadOptions};
 use super::reading::{Extent, FileReading};
+use super::terrain;
 
 use block::{Mark, Reading, Rows};
 use error::{SharedError, agree};
@@ -53,6 +58,8 @@ pub const WHOLE_LIMIT: u64 = 1 << 30;
 pub struct SharedPoints {
     /// The rows of the block of this process, in their order. Coordinates are finite and never -0.0.
     pub points: Points,
+    /// The heights of the rows of all processes that are not dropped, as in [`PointFile::heights`]. All processes have the same.
+    pub heights: Option<Vec<f64>>,
     /// The number of the first row of the block. Dropped rows do not count.
     pub first: u64,
     /// The number of rows of all processes. Dropped rows do not count.
@@ -84,6 +91,7 @@ impl SharedPoints {
     pub fn of_block(points: Points, first: u64, rows: u64) -> Self {
         SharedPoints {
             points,
+            heights: None,
             first,
             rows,
             skipped: 0,
@@ -131,7 +139,21 @@ pub fn read_shared(
     block: &dyn Fn(u64) -> Range<u64>,
     stop: &dyn Fn() -> bool,
 ) -> Result<SharedPoints, Ended> {
-    Call { files, options, limits: LIMITS, stop }.read(processes, block)
+    let first = files.first().map_or(Path::new(""), PathBuf::as_path);
+    let wanted = agree(processes, terrain::in_space(first, options).map_err(SharedError::from))?;
+    let read = Call { files, options: &wanted, limits: LIMITS, stop }.read(processes, block)?;
+    if options.terrain { lowered(processes, read) } else { Ok(read) }
+}
+
+/// Divides the points in space into points in the plane and heights, and sends the heights to all processes.
+fn lowered(processes: &mut Processes<'_>, read: SharedPoints) -> Result<SharedPoints, Ended> {
+    let bytes = read.rows.saturating_mul(8);
+    let fits =
+        if bytes > WHOLE_LIMIT { Err(SharedError::Heights { bytes, limit: WHOLE_LIMIT }) } else { Ok(()) };
+    agree(processes, fits)?;
+    let (points, own) = terrain::plane_and_heights(read.points);
+    let heights: Vec<f64> = processes.all_gather(&Bulk(own))?.into_iter().flat_map(|part| part.0).collect();
+    Ok(SharedPoints { points, heights: Some(heights), ..read })
 }
 
 /// Sends each process its block of points that process 0 has, such as a generated set. `made` is `None` on the other processes.
@@ -202,6 +224,7 @@ impl Call<'_> {
         let extents = processes.all_gather(&Extent::of(&rows.points).map(|of| (of.low, of.high)))?;
         Ok(SharedPoints {
             points: rows.points,
+            heights: None,
             first: own.start,
             rows: all.kept,
             skipped: all.skipped,

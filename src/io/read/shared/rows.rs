@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use super::super::error::{InputError, Place};
-use super::super::list::{ListError, ListedFile};
+use super::super::list::ListError;
+use super::super::listed::ListedFile;
 use super::super::points::{CoordinateType, ReadOptions};
 use super::super::reading::{FileReading, OtherLines};
 use super::cut::Counts;

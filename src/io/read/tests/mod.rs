@@ -6,10 +6,12 @@ mod columns;
 mod formats;
 mod hostile;
 mod loading;
+mod mutations;
 mod raw;
 mod reports;
 mod surfaces;
 mod tables;
+mod terrain;
 mod vtk;
 
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! `.mesh` files of Medit, with ids from 1. Every entity ends with a reference number.
 //!
-//! In a triangulation, references are 0 for vertices and 1 for cells and hull facets. In a mesh of a domain, points,
+//! The triangles of a terrain have three coordinates. In a triangulation, references are 0 for vertices and 1 for cells and hull facets. In a mesh of a domain, points,
 //! triangles on facets and edges on segments carry their markers. Cells carry the attribute of their region if it is
 //! an integer, otherwise the number of their component.
 
@@ -20,9 +20,10 @@ pub fn write(
     let (dimension, points) = (mesh.dimension, mesh.point_count());
     let markers = mesh.labels.map(|l| l.point_markers.as_slice());
     let (facet, cell) = if dimension == 3 { ("Triangles", "Tetrahedra") } else { ("Edges", "Triangles") };
-    write!(out, "MeshVersionFormatted 2\nDimension {dimension}\nVertices\n{points}\n")?;
+    let axes = if mesh.heights.is_some() { 3 } else { dimension };
+    write!(out, "MeshVersionFormatted 2\nDimension {axes}\nVertices\n{points}\n")?;
     write_records(out, points, progress, |buffer, i| {
-        push_point(buffer, &mesh.coordinates[i * dimension..(i + 1) * dimension], b' ', false);
+        push_point(buffer, &mesh.place(i)[..axes], b' ', false);
         push_signed(buffer, markers.map_or(0, |m| m[i]));
         buffer.push(b'\n');
     })?;

@@ -40,7 +40,7 @@ fn write_22(
     write_records(out, points, progress, |buffer, i| {
         push_integer(buffer, i as u64 + 1);
         buffer.push(b' ');
-        push_point(buffer, &mesh.coordinates[i * dimension..(i + 1) * dimension], b' ', true);
+        push_point(buffer, &mesh.place(i), b' ', true);
         buffer.push(b'\n');
     })?;
     writeln!(out, "$EndNodes")?;
@@ -90,7 +90,7 @@ fn write_41(
         buffer.push(b'\n');
     })?;
     write_records(out, points, progress, |buffer, i| {
-        push_point(buffer, &mesh.coordinates[i * dimension..(i + 1) * dimension], b' ', true);
+        push_point(buffer, &mesh.place(i), b' ', true);
         buffer.push(b'\n');
     })?;
     writeln!(out, "$EndNodes")?;

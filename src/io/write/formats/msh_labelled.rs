@@ -95,12 +95,11 @@ pub fn write_entities(
 pub fn bounding_box(mesh: &MeshView<'_>, points: impl Iterator<Item = u64>) -> [f64; 6] {
     let mut found = None;
     for v in points {
-        let point = &mesh.coordinates[v as usize * mesh.dimension..][..mesh.dimension];
+        let point = mesh.place(v as usize);
         let (low, high) = found.get_or_insert(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]));
         for axis in 0..3 {
-            let c = point.get(axis).copied().unwrap_or(0.0);
-            low[axis] = f64::min(low[axis], c);
-            high[axis] = f64::max(high[axis], c);
+            low[axis] = f64::min(low[axis], point[axis]);
+            high[axis] = f64::max(high[axis], point[axis]);
         }
     }
     let (low, high) = found.unwrap_or_default();

@@ -1,4 +1,5 @@
-//! `.obj` files: a comment with the counts, then the triangles of a [`Surface`]. Points in the plane get z = 0.
+//! `.obj` files: a comment with the counts, then the triangles of a [`Surface`]. Points in the plane get z = 0, and those of a
+//! terrain their heights.
 
 use std::io::Write;
 
@@ -18,7 +19,7 @@ pub fn write(
     writeln!(out, "# {} points, {} triangles", surface.points(), surface.triangles.len() / 3)?;
     write_records(out, surface.points(), progress, |buffer, i| {
         buffer.extend_from_slice(b"v ");
-        push_point(buffer, surface.point(i), b' ', true);
+        push_point(buffer, &surface.point(i), b' ', true);
         buffer.push(b'\n');
     })?;
     write_records(out, surface.triangles.len() / 3, progress, |buffer, i| {

@@ -1,4 +1,5 @@
-//! `.off` files: the triangles of a [`Surface`]. Points in the plane get z = 0.
+//! `.off` files: the triangles of a [`Surface`]. Points in the plane get z = 0, and those of a
+//! terrain their heights.
 
 use std::io::Write;
 
@@ -17,7 +18,7 @@ pub fn write(
     let surface = Surface::of(mesh)?;
     write_head(out, surface.points(), surface.triangles.len() / 3)?;
     write_records(out, surface.points(), progress, |buffer, i| {
-        push_point(buffer, surface.point(i), b' ', true);
+        push_point(buffer, &surface.point(i), b' ', true);
         buffer.push(b'\n');
     })?;
     write_records(out, surface.triangles.len() / 3, progress, |buffer, i| {

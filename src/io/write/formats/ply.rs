@@ -1,4 +1,5 @@
-//! `.ply` files: points, or the triangles of a [`Surface`]. Binary, little-endian, doubles. Points in the plane get z = 0.
+//! `.ply` files: points, or the triangles of a [`Surface`]. Binary, little-endian, doubles. Points in the plane get z = 0, and those of a
+//! terrain their heights.
 
 use std::io::Write;
 
@@ -38,7 +39,7 @@ pub fn write_surface(
         surface.points(),
         &format!("element face {faces}\nproperty list uchar uint vertex_indices\n"),
     )?;
-    write_records(out, surface.points(), progress, |buffer, i| push_vertex(buffer, surface.point(i)))?;
+    write_records(out, surface.points(), progress, |buffer, i| push_vertex(buffer, &surface.point(i)))?;
     write_records(out, faces, progress, |buffer, i| {
         buffer.push(3);
         for corner in &surface.triangles[3 * i..3 * i + 3] {

@@ -118,11 +118,15 @@ fn with_arrays<T>(
         name: column.name.clone(),
         values: piece.rows.iter().map(|&row| column.values[table.position(row)]).collect(),
     };
+    let heights = table.heights.as_ref();
+    let heights: Option<Vec<f64>> =
+        heights.map(|all| piece.rows.iter().map(|&row| all[table.position(row)]).collect());
     let columns: Vec<Column> = table.columns.iter().map(of_piece).collect();
     let options = WriteOptions { with_owner: true, point_data: &columns, ..WriteOptions::default() };
     let view = MeshView {
         dimension: piece.dimension,
         coordinates: &piece.coordinates,
+        heights: heights.as_deref(),
         cells: &piece.cells,
         owner: piece.owner.as_deref(),
         owning_leaf: piece.owning_leaf.as_deref(),
@@ -157,7 +161,7 @@ fn write_list(
     sources: &[String],
 ) -> io::Result<()> {
     let mut arrays = arrays;
-    arrays.push(vtu::points(3, &[]));
+    arrays.push(vtu::points(3, (&[], None)));
     writeln!(out, "<?xml version=\"1.0\"?>")?;
     write!(out, "<VTKFile type=\"PUnstructuredGrid\" version=\"1.0\" ")?;
     writeln!(out, "byte_order=\"LittleEndian\" header_type=\"UInt64\">")?;

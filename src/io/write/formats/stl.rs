@@ -1,5 +1,5 @@
 //! `.stl` files as text. Coordinates are read back exactly, and equal corners stay equal. In space, the files hold
-//! the boundary, oriented outward. In the plane, they hold all triangles, with z = 0.
+//! the boundary, oriented outward. In the plane, they hold all triangles, with z = 0 or the heights of a terrain.
 
 use std::io::Write;
 
@@ -23,19 +23,16 @@ pub fn write(
     };
     writeln!(out, "solid septet")?;
     write_records(out, triangles.len() / 3, progress, |buffer, i| {
-        let corners: Vec<&[f64]> = triangles[3 * i..3 * i + 3]
-            .iter()
-            .map(|&v| &mesh.coordinates[v as usize * mesh.dimension..][..mesh.dimension])
-            .collect();
+        let corners = [0, 1, 2].map(|k| mesh.place(triangles[3 * i + k] as usize));
         buffer.extend_from_slice(b"facet normal");
-        for c in normal(&corners) {
+        for c in normal(corners) {
             buffer.push(b' ');
             push_float(buffer, c);
         }
         buffer.extend_from_slice(b"\nouter loop\n");
         for corner in corners {
             buffer.extend_from_slice(b"vertex ");
-            push_point(buffer, corner, b' ', true);
+            push_point(buffer, &corner, b' ', true);
             buffer.push(b'\n');
         }
         buffer.extend_from_slice(b"endloop\nendfacet\n");
@@ -46,9 +43,8 @@ pub fn write(
 
 /// Returns the unit normal, or zero for a degenerate triangle. It is rounded to single precision, as readers store
 /// it.
-fn normal(corners: &[&[f64]]) -> [f64; 3] {
-    let at = |i: usize| [0, 1, 2].map(|k| corners[i].get(k).copied().unwrap_or(0.0));
-    let minus = |i: usize| [0, 1, 2].map(|k| at(i)[k] - at(0)[k]);
+fn normal(corners: [[f64; 3]; 3]) -> [f64; 3] {
+    let minus = |i: usize| [0, 1, 2].map(|k| corners[i][k] - corners[0][k]);
     let (u, v) = (minus(1), minus(2));
     // Without scaling, the normals of tiny triangles would underflow.
     let unit = |u: [f64; 3]| {

@@ -14,8 +14,7 @@ const BLOCK: usize = 4096;
 
 /// The triangles of a surface and their points.
 pub struct Surface<'a> {
-    dimension: usize,
-    coordinates: &'a [f64],
+    mesh: MeshView<'a>,
     /// The points of the mesh that belong to the surface, or `None` for all.
     used: Option<Vec<u64>>,
     /// The numbers of the corners, three for each triangle.
@@ -25,9 +24,8 @@ pub struct Surface<'a> {
 impl<'a> Surface<'a> {
     /// Finds the surface of a mesh.
     pub fn of(mesh: &MeshView<'a>) -> Result<Self, WriteFault> {
-        let (dimension, coordinates) = (mesh.dimension, mesh.coordinates);
-        if dimension == 2 {
-            return Ok(Surface { dimension, coordinates, used: None, triangles: Cow::Borrowed(mesh.cells) });
+        if mesh.dimension == 2 {
+            return Ok(Surface { mesh: *mesh, used: None, triangles: Cow::Borrowed(mesh.cells) });
         }
         let mut hull = topology::hull(3, mesh.point_count(), mesh.cells)?;
         let mut used = hull.clone();
@@ -39,17 +37,16 @@ impl<'a> Surface<'a> {
                 *vertex = used.binary_search(vertex).map_or(0, |position| position as u64);
             }
         });
-        Ok(Surface { dimension, coordinates, used: Some(used), triangles: Cow::Owned(hull) })
+        Ok(Surface { mesh: *mesh, used: Some(used), triangles: Cow::Owned(hull) })
     }
 
     /// Returns the number of points.
     pub fn points(&self) -> usize {
-        self.used.as_ref().map_or(self.coordinates.len() / self.dimension, Vec::len)
+        self.used.as_ref().map_or(self.mesh.point_count(), Vec::len)
     }
 
-    /// Returns the coordinates of a point.
-    pub fn point(&self, i: usize) -> &[f64] {
-        let row = self.used.as_ref().map_or(i, |used| used[i] as usize);
-        &self.coordinates[row * self.dimension..(row + 1) * self.dimension]
+    /// Returns the place of a point in space.
+    pub fn point(&self, i: usize) -> [f64; 3] {
+        self.mesh.place(self.used.as_ref().map_or(i, |used| used[i] as usize))
     }
 }

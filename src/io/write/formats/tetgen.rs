@@ -28,7 +28,9 @@ pub fn write(
 ) -> Result<(), OutputError> {
     let (dimension, base) = (mesh.dimension, options.first_id);
     let corners = dimension + 1;
-    let of_points = mesh.labels.map(|l| (l.sizes.as_slice(), l.point_markers.as_slice()));
+    let sizes = mesh.labels.map(|l| l.sizes.as_slice());
+    let markers = mesh.labels.map(|l| l.point_markers.as_slice());
+    let of_points = Attributes { values: sizes.or(mesh.heights), markers };
     stage.write(&member(path, "node"), |out| {
         write_nodes(out, dimension, (mesh.coordinates, of_points), base, progress)
     })?;
@@ -83,7 +85,7 @@ pub fn write_points(
     base: u64,
     progress: &mut WriteProgress<'_>,
 ) -> Result<(), WriteFault> {
-    write_nodes(out, points.dimension(), (points.coordinates(), None), base, progress)
+    write_nodes(out, points.dimension(), (points.coordinates(), Attributes::default()), base, progress)
 }
 
 /// Writes the faces and edges of a mesh of a domain with their markers. `.face` contains the triangles on facets. In
@@ -124,28 +126,37 @@ fn write_labelled(
     })
 }
 
-/// The size and the marker of each point.
-type Attributes<'a> = (&'a [f64], &'a [i64]);
+/// What the points have besides their coordinates.
+#[derive(Clone, Copy, Default)]
+struct Attributes<'a> {
+    /// The attribute of each point: its size in a mesh of a domain, its height in a terrain.
+    values: Option<&'a [f64]>,
+    /// The marker of each point.
+    markers: Option<&'a [i64]>,
+}
 
-/// Writes a `.node` file. Each point has either its size as an attribute and a marker, or neither.
+/// Writes a `.node` file.
 fn write_nodes(
     out: &mut dyn Write,
     dimension: usize,
-    (coordinates, labels): (&[f64], Option<Attributes<'_>>),
+    (coordinates, attributes): (&[f64], Attributes<'_>),
     base: u64,
     progress: &mut WriteProgress<'_>,
 ) -> Result<(), WriteFault> {
     let count = coordinates.len() / dimension;
-    let columns = if labels.is_some() { "1 1" } else { "0 0" };
-    writeln!(out, "{count} {dimension} {columns}")?;
+    let Attributes { values, markers } = attributes;
+    let columns = [values.is_some(), markers.is_some()].map(u8::from);
+    writeln!(out, "{count} {dimension} {} {}", columns[0], columns[1])?;
     write_records(out, count, progress, |buffer, row| {
         push_integer(buffer, row as u64 + base);
         buffer.push(b' ');
         let point = &coordinates[row * dimension..(row + 1) * dimension];
         push_point(buffer, point, b' ', false);
-        if let Some((sizes, markers)) = labels {
+        if let Some(values) = values {
             buffer.push(b' ');
-            push_float(buffer, sizes[row]);
+            push_float(buffer, values[row]);
+        }
+        if let Some(markers) = markers {
             push_signed(buffer, markers[row]);
         }
         buffer.push(b'\n');

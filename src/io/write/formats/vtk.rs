@@ -33,7 +33,7 @@ pub fn write(
     let vtk_type = if mesh.dimension == 3 { TETRAHEDRON } else { TRIANGLE };
     let cells = Cells { count: mesh.cell_count(), corners, vtk_type, vertices: &vertices };
     let arrays = data_arrays(mesh, options);
-    write_grid(out, &points(mesh.dimension, mesh.coordinates), &cells, &arrays, progress)
+    write_grid(out, &points(mesh.dimension, (mesh.coordinates, mesh.heights)), &cells, &arrays, progress)
 }
 
 /// Writes points, and a vertex cell for each.
@@ -45,7 +45,7 @@ pub fn write_points(
     let indices: Vec<u64> = (0..set.len() as u64).collect();
     let vertices = |i: usize| &indices[i..=i];
     let cells = Cells { count: set.len(), corners: 1, vtk_type: VERTEX, vertices: &vertices };
-    write_grid(out, &points(set.dimension(), set.coordinates()), &cells, &[], progress)
+    write_grid(out, &points(set.dimension(), (set.coordinates(), None)), &cells, &[], progress)
 }
 
 fn write_grid(

@@ -1,7 +1,7 @@
 //! `.vtu` files: an unstructured grid of VTK with raw appended data.
 //!
 //! All sizes are known in advance, so the XML header with the offsets is written first, and the arrays are streamed
-//! after it. Points in the plane get z = 0.
+//! after it. Points in the plane get z = 0, and those of a terrain their heights.
 
 use std::io::{self, Write};
 use std::ops::Range;
@@ -128,7 +128,7 @@ pub fn write_grid<'a>(
     let (cells, count) = (mesh.cells, mesh.cell_count());
     let connectivity: Record<'_> =
         Box::new(move |buffer, i| push_cell(buffer, &cells[i * corners..(i + 1) * corners]));
-    let points = points(mesh.dimension, mesh.coordinates);
+    let points = points(mesh.dimension, (mesh.coordinates, mesh.heights));
     let arrays = grid_arrays(arrays, points, mesh.dimension, (count, connectivity));
     write_whole(out, GRID_DATA, &arrays, progress)
 }
@@ -199,7 +199,7 @@ pub fn write_points(
 ) -> Result<(), WriteFault> {
     let count = set.len();
     let index: Record<'_> = Box::new(|buffer, i| buffer.extend_from_slice(&(i as u64).to_le_bytes()));
-    let mut arrays = vec![point_ids(count), points(set.dimension(), set.coordinates())];
+    let mut arrays = vec![point_ids(count), points(set.dimension(), (set.coordinates(), None))];
     arrays.push(cell_array(Section::Cells, "connectivity", "Int64", (count, 8), index));
     arrays.extend(offsets_and_types(count, 1, VERTEX));
     Ok(write_whole(out, [POINT_DATA, "CellData"], &arrays, progress)?)
@@ -267,10 +267,12 @@ fn labelled<'a>(mesh: &MeshView<'a>, labels: &'a Labels) -> Vec<Array<'a>> {
     ]
 }
 
-pub fn points(dimension: usize, coordinates: &[f64]) -> Array<'_> {
+/// Returns the array of points. Points in the plane get their heights as z, or 0.
+pub fn points<'a>(dimension: usize, (coordinates, heights): (&'a [f64], Option<&'a [f64]>)) -> Array<'a> {
     let record: Record<'_> = Box::new(move |buffer, i| {
+        let z = heights.map_or(0.0, |heights| heights[i]);
         for axis in 0..3 {
-            let value = if axis < dimension { coordinates[i * dimension + axis] } else { 0.0 };
+            let value = if axis < dimension { coordinates[i * dimension + axis] } else { z };
             buffer.extend_from_slice(&value.to_le_bytes());
         }
     });

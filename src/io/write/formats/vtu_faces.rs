@@ -50,7 +50,7 @@ pub fn write(
         cell_array(Section::CellData, piece, "UInt32", (count, 4), of),
         cell_array(Section::CellData, "inner_region", "UInt32", (count, 4), side(0)),
         cell_array(Section::CellData, "outer_region", "UInt32", (count, 4), side(1)),
-        points(dimension, &coordinates),
+        points(dimension, (&coordinates, None)),
         cell_array(Section::Cells, "connectivity", "Int64", (count, 8 * dimension), connectivity),
     ];
     let kind = if dimension == 3 { TRIANGLE } else { LINE };

@@ -16,9 +16,10 @@ use crate::write::staged::Staged;
 
 /// A whole triangulation.
 #[derive(Debug, Default)]
-pub(super) struct Whole {
+pub(super) struct Whole<'a> {
     dimension: usize,
     coordinates: Vec<f64>,
+    heights: Option<&'a [f64]>,
     cells: Vec<u64>,
     /// The owner and the leaf of each cell, if they are written.
     labels: Option<(Vec<u32>, Vec<u64>)>,
@@ -26,11 +27,11 @@ pub(super) struct Whole {
     source: Option<Vec<u64>>,
 }
 
-impl Whole {
+impl<'a> Whole<'a> {
     /// Sends the rows and cells of all processes to the first one. The others get an empty triangulation.
     pub fn gather(
         processes: &mut Processes<'_>,
-        mesh: &SharedMesh<'_>,
+        mesh: &SharedMesh<'a>,
         counts: &Counts,
     ) -> Result<Self, Ended> {
         let space = mesh.run.space;
@@ -38,7 +39,7 @@ impl Whole {
         let labels = counts.cells.saturating_mul(8 * (layout.width() - layout.corners) as u64);
         let bytes = bytes(counts.row_count() as u64, counts.cells, space).saturating_add(labels);
         processes.agree(fits(bytes), describe)?;
-        let mut whole = Whole { dimension: space, ..Whole::default() };
+        let mut whole = Whole { dimension: space, heights: mesh.heights, ..Whole::default() };
         let coordinates = mesh.coordinates.iter().map(|coordinate| coordinate.to_bits());
         let arrived = to_first(processes, coordinates)?;
         whole.coordinates = arrived.into_iter().map(f64::from_bits).collect();
@@ -92,6 +93,7 @@ impl Whole {
         MeshView {
             dimension: self.dimension,
             coordinates: &self.coordinates,
+            heights: self.heights.filter(|_| !self.coordinates.is_empty()),
             cells: &self.cells,
             owner: labels.map(|(owner, _)| &owner[..]),
             owning_leaf: labels.map(|(_, leaf)| &leaf[..]),

@@ -12,6 +12,8 @@ pub struct SharedMesh<'a> {
     /// The coordinates of the input rows that this process read, in their order. Rows of all processes are points, duplicates
     /// included.
     pub coordinates: &'a [f64],
+    /// The heights of the rows of all processes, if the points are a terrain.
+    pub heights: Option<&'a [f64]>,
     /// The number of the first of these rows. The rows of a process follow those of the process before it. The first process can
     /// begin with any number.
     pub first: u64,
@@ -70,6 +72,10 @@ impl SharedMesh<'_> {
         let (space, found) = (self.run.space, self.coordinates.len());
         if !found.is_multiple_of(space) {
             return Err(format!("{found} coordinates for points with {space}"));
+        }
+        let count = (rows.end - rows.start) as usize;
+        if let Some(heights) = self.heights.filter(|heights| heights.len() != count || space != 2) {
+            return Err(format!("{} heights of {count} points with {space} coordinates", heights.len()));
         }
         if self.source_index.map_or(0, <[u64]>::len) != if self.dropped > 0 { self.row_count() } else { 0 } {
             return Err("the input rows of the points are missing".to_string());

@@ -1,6 +1,7 @@
 //! `.pvtu` files: every process writes the pieces of its workers, and process 0 the file that lists them. One process has all
 //! workers.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use septet_core::cores;
@@ -68,13 +69,14 @@ pub(in crate::write) fn write_alone(
     check(path)?;
     let run = mesh.run.ok_or_else(|| OutputError::NoPieces { path: path.to_path_buf() })?;
     let (dropped, source_index) = (0, None);
-    let mesh = &SharedMesh { run, coordinates: mesh.coordinates, first: 0, source_index, dropped };
+    let (coordinates, heights) = (mesh.coordinates, mesh.heights);
+    let mesh = &SharedMesh { run, coordinates, heights, first: 0, source_index, dropped };
     let mut wire = Alone;
     let processes = &mut Processes::over(&mut wire);
     let ended = |ended: Ended| OutputError::InvalidMesh { reason: ended.to_string() };
     let counts = &Counts::collect(processes, mesh, options.with_owner).map_err(ended)?;
     counts.check(mesh, 0).map_err(|reason| OutputError::InvalidMesh { reason })?;
-    let table = &RowTable::of_options(options);
+    let table = &RowTable { heights: heights.map(Cow::Borrowed), ..RowTable::of_options(options) };
     let folder = Folder::create(&pieces_path(path), counts.workers)?;
     let files = folder.pieces().clone();
     // If a piece fails, dropping the folder removes it.

@@ -47,7 +47,9 @@ fn arrays<'a>(
     let position = move |row: u64| (row - base).to_le_bytes();
     let connectivity: Record<'a> =
         Box::new(move |buffer, i| buffer.extend(cells.row(i - first).iter().flat_map(|row| position(*row))));
-    let points = vtu::points(space, mesh.coordinates).placed((mesh.first - base) as usize, rows);
+    let first_row = (mesh.first - base) as usize;
+    let heights = mesh.heights.map(|heights| &heights[first_row..first_row + mesh.row_count()]);
+    let points = vtu::points(space, (mesh.coordinates, heights)).placed(first_row, rows);
     let mut data = vtu::plain_data_arrays((rows, total), &table.columns, ratio);
     if sorted.layout.with_owner {
         data.push(vtu::owners(total, move |i| cells.extra(i - first, 1) as u32));

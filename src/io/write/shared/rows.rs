@@ -14,7 +14,7 @@ use crate::write::row_table::RowTable;
 /// Returns the numbers in the input of the rows of all processes, if rows were dropped, and the columns of process 0.
 pub(super) fn gather<'a>(
     processes: &mut Processes<'_>,
-    mesh: &SharedMesh<'_>,
+    mesh: &SharedMesh<'a>,
     counts: &Counts,
     columns: &[Column],
 ) -> Result<RowTable<'a>, Ended> {
@@ -31,7 +31,12 @@ pub(super) fn gather<'a>(
     } else {
         None
     };
-    let mut table = RowTable { first: counts.rows.start, source, columns: Cow::default() };
+    let mut table = RowTable {
+        first: counts.rows.start,
+        source,
+        heights: mesh.heights.map(Cow::Borrowed),
+        columns: Cow::default(),
+    };
     for (at, name) in names.into_iter().enumerate() {
         let own = columns.get(at).map_or_else(Vec::new, |column| column.values.clone());
         let values = processes.all_gather(&Bulk(own))?.swap_remove(0).0;

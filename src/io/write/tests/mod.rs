@@ -3,6 +3,7 @@
 mod binary;
 mod gmsh_and_medit;
 mod pvtu;
+mod terrain;
 mod tetgen_and_off;
 mod vtk;
 

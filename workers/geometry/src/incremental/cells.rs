@@ -132,6 +132,11 @@ impl<S: Simplex> Cells<S> {
         self.slots[b as usize].neighbours_mut().as_mut()[slot_b] = a << 2 | slot_a as u32;
     }
 
+    /// Returns the bytes that were written.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&self.slots[..]) + size_of_val(&self.free[..]) + size_of_val(&self.created[..])
+    }
+
     /// Returns the number of slots, including free ones. Every cell index is smaller.
     pub fn slots(&self) -> u32 {
         self.slots.len() as u32

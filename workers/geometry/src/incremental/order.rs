@@ -12,16 +12,25 @@
 //! **Work.** O(n log n). The leading bits of 64-bit keys assign points to buckets, and each bucket is sorted.
 //!
 //! **Departures.** The random choice for a point is a hash of its coordinates, so the order depends on the coordinates
-//! only. If a few points are far from all others, most points share a cell of the curve's grid. The points of a cell follow a
-//! curve over their own box, again and again. Up to 8 points, and points that coincide, are ordered lexicographically.
+//! only. A few points that are far from all others ([`far`]) come last, in an order of their own: before them, few cells
+//! have a far vertex, and such cells need exact tests. In a set of several scales, many points can share a cell of the
+//! curve's grid. The points of a cell follow a curve over their own box, again and again. Up to 8 points, and points that
+//! coincide, are ordered lexicographically.
+
+mod far;
 
 use crate::curve::{STATES, TWO_PLANE, TWO_SPACE};
 use crate::hash::mix;
 use crate::point::{Point, lex_cmp};
+pub use far::FarPoints;
+use far::far_points;
 
 /// Number of key bits for the round. The other bits are the position on the curve.
 const ROUND_BITS: u32 = 4;
 const CURVE_BITS: u32 = 64 - ROUND_BITS;
+
+/// The number of rounds.
+const ROUNDS: u64 = 1 << ROUND_BITS;
 
 /// Returns the number of bits of one coordinate on the curve.
 const fn bits(dimension: usize) -> u32 {
@@ -31,9 +40,31 @@ const fn bits(dimension: usize) -> u32 {
 /// Returns the positions of `points` in the order of insertion, which depends only on the coordinates. Permuted input
 /// yields the same sequence of points; coincident points are ordered by position.
 pub fn insertion_order<P: Point>(points: &[P]) -> Vec<u32> {
+    let keys: Vec<u64> = points.iter().map(|p| insertion_round(p) << CURVE_BITS).collect();
+    let far = far_points(points, |i| keys[i] >> CURVE_BITS);
+    if far.is_empty() {
+        return along_curve(points, keys);
+    }
+    let mut is_far = vec![false; points.len()];
+    for &i in &far {
+        is_far[i as usize] = true;
+    }
+    let near: Vec<u32> = (0u32..).zip(&is_far).filter(|(_, is_far)| !**is_far).map(|(i, _)| i).collect();
+    let at = |of: &[u32]| of.iter().map(|&i| points[i as usize]).collect::<Vec<P>>();
+    let near_keys = near.iter().map(|&i| keys[i as usize]).collect();
+    let first = along_curve(&at(&near), near_keys).into_iter().map(|i| near[i as usize]);
+    let last = insertion_order(&at(&far)).into_iter().map(|i| far[i as usize]);
+    first.chain(last).collect()
+}
+
+/// Returns the positions of `points` in the order of their keys, which hold the rounds, and along a curve within a round.
+fn along_curve<P: Point>(points: &[P], mut keys: Vec<u64>) -> Vec<u32> {
     let curve = Curve::over(points);
-    let key = |p: &P| insertion_round(p) << CURVE_BITS | curve.key(p);
-    let mut keyed = by_key(&points.iter().map(key).collect::<Vec<u64>>());
+    for (key, p) in keys.iter_mut().zip(points) {
+        *key |= curve.key(p);
+    }
+    let mut keyed = by_key(&keys);
+    drop(keys);
     for run in keyed.chunk_by_mut(|a, b| a.0 == b.0).filter(|run| run.len() > 1) {
         order_cell(points, run);
     }
@@ -109,7 +140,7 @@ pub fn insertion_round<P: Point>(p: &P) -> u64 {
     for i in 0..P::DIM {
         hash = mix(hash, p.coord(i).to_bits());
     }
-    let last = (1 << ROUND_BITS) - 1;
+    let last = ROUNDS - 1;
     last - u64::from(hash.trailing_zeros() / 3).min(last)
 }
 

@@ -47,6 +47,17 @@ impl<P: Point> Default for Scratch<P> {
     }
 }
 
+impl<P: Point> Scratch<P> {
+    /// Returns the bytes of the lists.
+    pub(super) fn bytes(&self) -> usize {
+        self.cavity.bytes()
+            + self.boundary.bytes()
+            + self.faces.bytes()
+            + self.boundary_vertices.bytes()
+            + size_of_val(&self.around[..])
+    }
+}
+
 /// A list without branches on insertion: every item is written at the end, and the length grows only if the item is
 /// kept.
 #[derive(Clone, Debug)]
@@ -68,6 +79,10 @@ impl<T: Copy> List<T> {
             self.grow(len + more);
         }
         &mut self.items
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(&self.items[..])
     }
 
     #[cold]

@@ -37,7 +37,9 @@
 //! **Work.** O(1) for each sphere and each test.
 //!
 //! **Departures.** The origin is the median of a sample. Any origin would be correct. If the origin lies where points
-//! are dense, the bound is small where cells are small.
+//! are dense, the bound is small where cells are small. The unit is the extent of the points. If some points are much farther
+//! than nine tenths of the sample, the unit is the distance of those nine tenths, so that one far point does not make all
+//! other spheres too small. The cells of an inserted point beyond `2^40` have no spheres.
 
 use glam::Vec4;
 
@@ -66,6 +68,8 @@ const SMALLEST: f64 = power_of_two(-50);
 const LARGEST: f64 = power_of_two(60);
 /// Largest distance of a compared point from the origin.
 const FARTHEST: f64 = power_of_two(40);
+/// The extent, in typical distances from the origin, above which the unit is a typical distance.
+const FAR_POINTS: f64 = power_of_two(24);
 
 const fn power_of_two(exponent: i64) -> f64 {
     f64::from_bits(((1023 + exponent) as u64) << 52)
@@ -79,7 +83,7 @@ const SAMPLE: usize = 255;
 pub(super) struct Frame<P> {
     origin: P,
     scale: f64,
-    /// Largest distance of a point from the origin.
+    /// Largest distance from the origin of a point that is compared with spheres, or a larger number.
     farthest: f64,
 }
 
@@ -127,13 +131,18 @@ impl Power {
 impl<P: Point> Frame<P> {
     /// Creates the coordinate system for a triangulation of `points`, which are finite.
     pub(super) fn over(points: &[P]) -> Self {
-        let mut origin = P::default();
+        let (mut origin, mut typical) = (P::default(), 0.0f64);
         let step = points.len().div_ceil(SAMPLE).max(1);
         for i in 0..P::DIM {
             let mut sample: Vec<f64> = points.iter().step_by(step).map(|p| p.coord(i)).collect();
             if !sample.is_empty() {
                 let middle = sample.len() / 2;
-                origin.set_coord(i, *sample.select_nth_unstable_by(middle, f64::total_cmp).1);
+                let origin_here = *sample.select_nth_unstable_by(middle, f64::total_cmp).1;
+                origin.set_coord(i, origin_here);
+                let most = sample.len() * 9 / 10;
+                let distance = |x: &f64| (x - origin_here).abs();
+                sample.sort_unstable_by(|a, b| distance(a).total_cmp(&distance(b)));
+                typical = typical.max(distance(&sample[most]));
             }
         }
         let mut extent = 0.0f64;
@@ -142,16 +151,18 @@ impl<P: Point> Frame<P> {
                 extent = extent.max((p.coord(i) - origin.coord(i)).abs());
             }
         }
-        let exponent = (extent.to_bits() >> 52).clamp(1, 2045);
+        let unit = if extent > typical * FAR_POINTS { typical } else { extent };
+        let exponent = (unit.to_bits() >> 52).clamp(1, 2045);
         let scale = f64::from_bits((2046 - exponent) << 52);
-        // This is half the diagonal of the cube that contains all points, with a margin for rounding.
-        Frame { origin, scale, farthest: extent * scale * (P::DIM as f64).sqrt() * (1.0 + 1e-9) }
+        // This is half the diagonal of the cube that contains the points, with a margin for rounding.
+        let farthest = extent * scale * (P::DIM as f64).sqrt() * (1.0 + 1e-9);
+        Frame { origin, scale, farthest: farthest.min(FARTHEST) }
     }
 
     /// Extends the system to contain one more point.
     pub(super) fn extend(&mut self, q: P) {
         let distance = ((q - self.origin) * self.scale).norm2().sqrt() * (1.0 + 1e-9);
-        self.farthest = larger(distance, self.farthest);
+        self.farthest = larger(distance, self.farthest).min(FARTHEST);
     }
 
     /// Returns the largest distance of a point from the origin, in the coordinates of the points.
@@ -256,6 +267,8 @@ impl<P: Point> Query<P> {
         let flat2 = flat2 * longest2;
         let height2 = height * height;
         let is_valid = (height2 > flat2) & (height2 > LEAST) & (radius > SMALLEST) & (radius < LARGEST);
+        // The bounds on radii hold for spheres through a point that is not far.
+        let is_valid = is_valid & (self.slack < f32::INFINITY);
         let at = self.at + from;
         let mut sphere = P::Cell::splat(0);
         for i in 0..P::DIM {

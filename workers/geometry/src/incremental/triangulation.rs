@@ -67,6 +67,9 @@ const MOST_CELLS: u32 = 1 << 29;
 /// Number of insertions between two checks of whether to stop.
 pub const STOP_CHECK_INTERVAL: usize = 4096;
 
+/// Number of new cells after which a check precedes the next insertion: less than a mebibyte.
+const CHECKED_CELLS: u32 = 1 << 14;
+
 impl<P: Point> Incremental<P> {
     /// Triangulates `points`; vertex `i` is `points[i]`. Does the same as [`Incremental::build`] with
     /// [`insertion_order`].
@@ -89,11 +92,12 @@ impl<P: Point> Incremental<P> {
     /// Returns an [`IncrementalError`]. If points coincide, the error names the first such point in the order of
     /// insertion.
     pub fn build(points: Vec<P>, order: Option<&[u32]>) -> Result<Self, IncrementalError> {
-        Self::build_while(points, order, &mut || true)
+        Self::build_while(points, order, &mut |_| true)
     }
 
     /// Triangulates as [`Incremental::build`] does, and stops when `go_on` returns `false`. `go_on` is called every
-    /// [`STOP_CHECK_INTERVAL`] points.
+    /// [`STOP_CHECK_INTERVAL`] points and whenever the cells have grown by a mebibyte. It gets the bytes of the
+    /// triangulation ([`Incremental::bytes`]).
     ///
     /// # Errors
     ///
@@ -101,7 +105,7 @@ impl<P: Point> Incremental<P> {
     pub fn build_while(
         mut points: Vec<P>,
         order: Option<&[u32]>,
-        go_on: &mut dyn FnMut() -> bool,
+        go_on: &mut dyn FnMut(u64) -> bool,
     ) -> Result<Self, IncrementalError> {
         let Some(order) = order else {
             let vertices = 0..points.len() as u32;
@@ -129,7 +133,7 @@ impl<P: Point> Incremental<P> {
     pub fn build_in_place(
         mut points: Vec<P>,
         order: impl IntoIterator<Item = u32>,
-        go_on: &mut dyn FnMut() -> bool,
+        go_on: &mut dyn FnMut(u64) -> bool,
     ) -> Result<Self, IncrementalError> {
         clean(&mut points)?;
         Self::in_place(points, order, go_on)
@@ -139,7 +143,7 @@ impl<P: Point> Incremental<P> {
     fn in_place(
         points: Vec<P>,
         order: impl IntoIterator<Item = u32>,
-        go_on: &mut dyn FnMut() -> bool,
+        go_on: &mut dyn FnMut(u64) -> bool,
     ) -> Result<Self, IncrementalError> {
         if points.len() > MOST_POINTS {
             return Err(IncrementalError::TooMany);
@@ -161,9 +165,13 @@ impl<P: Point> Incremental<P> {
         let exact = ExactTests::so_far();
         let first = this.start()?;
         this.operations.exact += exact.since();
+        let mut next = 0;
         for (count, vertex) in order.into_iter().enumerate() {
-            if count.is_multiple_of(STOP_CHECK_INTERVAL) && !go_on() {
-                return Err(IncrementalError::Stopped);
+            if count.is_multiple_of(STOP_CHECK_INTERVAL) || this.cells.slots() >= next {
+                if !go_on(this.bytes()) {
+                    return Err(IncrementalError::Stopped);
+                }
+                next = this.cells.slots() + CHECKED_CELLS;
             }
             if !first.as_ref().contains(&vertex) {
                 this.insert_vertex(vertex, this.last, INFINITE)?;
@@ -272,13 +280,13 @@ impl<P: Point> Incremental<P> {
     pub fn insert_all(
         &mut self,
         points: &[P],
-        go_on: &mut dyn FnMut() -> bool,
+        go_on: &mut dyn FnMut(u64) -> bool,
     ) -> Result<Vec<u32>, IncrementalError> {
         let mut points = points.to_vec();
         clean(&mut points)?;
         let mut vertices = vec![NONE; points.len()];
         for (count, i) in insertion_order(&points).into_iter().enumerate() {
-            if count.is_multiple_of(STOP_CHECK_INTERVAL) && !go_on() {
+            if count.is_multiple_of(STOP_CHECK_INTERVAL) && !go_on(self.bytes()) {
                 return Err(IncrementalError::Stopped);
             }
             vertices[i as usize] = match self.insert(points[i as usize], None) {
@@ -287,6 +295,13 @@ impl<P: Point> Incremental<P> {
             };
         }
         Ok(vertices)
+    }
+
+    /// Returns the bytes that hold points, cells, incidences and the storage of an insertion. Reserved bytes that were
+    /// never written do not count.
+    pub fn bytes(&self) -> u64 {
+        let points = size_of_val(&self.points[..]) + size_of_val(&self.incident[..]);
+        (points + self.cells.bytes() + self.scratch.bytes()) as u64
     }
 
     /// Charges all insertions so far as one sequence of operations. Each cell that an insertion visits, removes or creates
@@ -319,6 +334,7 @@ impl<P: Point> Incremental<P> {
             // Only the cell that contains a point can have it as a vertex.
             for &v in self.cells.cell(seed).as_ref() {
                 if v != INFINITE && self.points[v as usize] == q {
+                    self.operations.exact += exact.since();
                     return Err(IncrementalError::Coincident { point: vertex, vertex: v });
                 }
             }

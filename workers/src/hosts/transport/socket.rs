@@ -62,6 +62,10 @@ struct Peer {
     received: Receiver<io::Result<Sent>>,
 }
 
+/// A function that a connection calls when it ends, from a thread of its own. The end of a process that computes is
+/// noticed at once, and not in the next exchange.
+pub type OnEnd = Arc<dyn Fn() + Send + Sync>;
+
 /// The end of one process.
 pub struct SocketWire {
     process: u32,
@@ -72,38 +76,47 @@ pub struct SocketWire {
 
 impl SocketWire {
     /// Connects the first process with the others, whose launch streams these are, in the order of their numbers. Connects the
-    /// others with each other. While it waits, it calls `check`.
+    /// others with each other. While it waits, it calls `check`. Each connection calls `on_end` when it ends, also at the end of a
+    /// run.
     ///
     /// # Errors
     /// Fails if the system refuses a connection, if a process does not appear within a minute, or with the error of `check`.
-    pub fn first(launched: Vec<UnixStream>, check: &mut dyn FnMut() -> io::Result<()>) -> io::Result<Self> {
-        Self::of_streams(0, handout::hand_out(launched, check)?)
+    pub fn first(
+        launched: Vec<UnixStream>,
+        check: &mut dyn FnMut() -> io::Result<()>,
+        on_end: &OnEnd,
+    ) -> io::Result<Self> {
+        Self::of_streams(0, handout::hand_out(launched, check)?, on_end)
     }
 
-    /// Connects process `process` of `processes`, which is not the first one. `launch` is its end of its launch stream.
+    /// Connects process `process` of `processes`, which is not the first one. `launch` is its end of its launch stream. Each
+    /// connection calls `on_end` when it ends, also at the end of a run.
     ///
     /// # Errors
     /// Fails if the launch stream belongs to no run, or to another place in it ([`ErrorKind::InvalidData`]), or if the start
     /// does not continue within a minute.
-    pub fn started(launch: UnixStream, process: u32, processes: u32) -> io::Result<Self> {
-        Self::of_streams(process, handout::take(launch, (process, processes))?)
+    pub fn started(launch: UnixStream, (process, processes): (u32, u32), on_end: &OnEnd) -> io::Result<Self> {
+        Self::of_streams(process, handout::take(launch, (process, processes))?, on_end)
     }
 
-    fn of_streams(process: u32, streams: Streams) -> io::Result<Self> {
-        let peers = streams.into_iter().map(|stream| stream.map(peer).transpose());
+    fn of_streams(process: u32, streams: Streams, on_end: &OnEnd) -> io::Result<Self> {
+        let peers = streams.into_iter().map(|stream| stream.map(|stream| peer(stream, on_end)).transpose());
         Ok(SocketWire { process, part_bytes: PartBytes::default(), peers: peers.collect::<io::Result<_>>()? })
     }
 }
 
 /// Starts the thread that reads from a connection. It ends with the connection.
-fn peer(stream: UnixStream) -> io::Result<Peer> {
+fn peer(stream: UnixStream, on_end: &OnEnd) -> io::Result<Peer> {
     let (to, received) = bounded(AHEAD);
     let stream = Arc::new(stream);
-    let reading = stream.clone();
+    let (reading, on_end) = (stream.clone(), on_end.clone());
     thread::Builder::new().name("septet-wire".to_string()).spawn(move || {
         loop {
             let sent = read_sent(&mut &*reading);
             let is_end = sent.is_err();
+            if is_end {
+                on_end();
+            }
             if to.send(sent).is_err() || is_end {
                 return;
             }

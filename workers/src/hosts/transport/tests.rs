@@ -67,7 +67,7 @@ fn failures_and_panics_reach_the_caller() {
 #[test]
 fn interrupts_reach_the_caller() {
     for kind in KINDS {
-        let stop = Stop::new(Some(Arc::new(AtomicBool::new(true))));
+        let stop = Stop::new(Some(Arc::new(AtomicBool::new(true))), None);
         assert_eq!(outcome(kind, None, stop), Err(TransportError::Stopped), "{kind:?}");
     }
 }

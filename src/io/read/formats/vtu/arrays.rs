@@ -50,8 +50,14 @@ pub struct Arrays<'a> {
     pub types: Option<DataArray<'a>>,
     /// The global ids of points, if they are numbers.
     pub point_ids: Option<DataArray<'a>>,
+    /// The kinds of ghost points, if they are numbers.
+    pub point_ghosts: Option<DataArray<'a>>,
     /// The kinds of ghost cells, if they are numbers.
     pub ghosts: Option<DataArray<'a>>,
+    /// The global ids of cells, if they are numbers.
+    pub cell_ids: Option<DataArray<'a>>,
+    /// The workers of cells, if they are numbers.
+    pub owners: Option<DataArray<'a>>,
     pub appended: Option<Appended<'a>>,
 }
 
@@ -94,7 +100,10 @@ pub fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
                     (b"Cells" | b"Polys", "offsets") => grid.offsets = Some(array?),
                     (b"Cells", "types") => grid.types = Some(array?),
                     (b"PointData", "GlobalPointIds") => grid.point_ids = array.ok(),
+                    (b"PointData", "vtkGhostType") => grid.point_ghosts = array.ok(),
                     (b"CellData", "vtkGhostType") => grid.ghosts = array.ok(),
+                    (b"CellData", "GlobalCellIds") => grid.cell_ids = array.ok(),
+                    (b"CellData", "owner") => grid.owners = array.ok(),
                     _ => {}
                 }
             }
@@ -159,7 +168,10 @@ fn root_of<'a>(source: Source<'a>, root: &Tag<'_>) -> Result<Arrays<'a>, InputEr
         offsets: None,
         types: None,
         point_ids: None,
+        point_ghosts: None,
         ghosts: None,
+        cell_ids: None,
+        owners: None,
         appended: None,
     })
 }

@@ -27,7 +27,7 @@ struct Own {
 impl Own {
     fn mesh(&self) -> SharedMesh<'_> {
         let (coordinates, first) = (self.rows.coordinates(), self.first);
-        SharedMesh { run: &self.run, coordinates, first, source_index: None, dropped: 0 }
+        SharedMesh { run: &self.run, coordinates, heights: None, first, source_index: None, dropped: 0 }
     }
 }
 

@@ -244,7 +244,7 @@ fn check_insertion_in_place<P: Point>() {
             assert!(sorted.into_iter().eq(0..n));
             let mut room = Vec::with_capacity(2 * points.len());
             room.extend_from_slice(&points);
-            let dt = Incremental::build_in_place(room, order, &mut || true).unwrap();
+            let dt = Incremental::build_in_place(room, order, &mut |_| true).unwrap();
             check(&dt);
             assert!(dt.vertices().iter().zip(&points).all(|(a, b)| *a == *b), "{kind}");
             assert_eq!(by_coordinates(&dt), by_coordinates(&whole), "{kind}");

@@ -140,7 +140,7 @@ fn batches_are_added_along_the_curve() {
         let points = set::<DVec3>(kind, 200, 3);
         let half = points.len() / 2;
         let mut dt = Incremental::new(points[..half].to_vec()).unwrap();
-        let numbers = dt.insert_all(&points[half / 2..], &mut || true).unwrap();
+        let numbers = dt.insert_all(&points[half / 2..], &mut |_| true).unwrap();
         assert_eq!(numbers.len(), points.len() - half / 2);
         for (&vertex, p) in numbers.iter().zip(&points[half / 2..]) {
             assert_eq!(dt.vertices()[vertex as usize], *p);
@@ -149,7 +149,7 @@ fn batches_are_added_along_the_curve() {
         check(&dt);
         let expected = Incremental::new(points).unwrap();
         assert_eq!(by_coordinates(&dt), by_coordinates(&expected), "{kind}");
-        let stopped = dt.insert_all(&[DVec3::splat(0.123)], &mut || false);
+        let stopped = dt.insert_all(&[DVec3::splat(0.123)], &mut |_| false);
         assert_eq!(stopped, Err(IncrementalError::Stopped));
     }
 }

@@ -1,12 +1,18 @@
 use super::*;
 
+fn ignored() -> OnEnd {
+    Arc::new(|| {})
+}
+
 /// Runs a function on each of `n` processes, which are threads here.
 fn each<T: Send>(n: u32, of: impl Fn(&mut SocketWire) -> T + Sync) -> Vec<T> {
     let (launched, launches): (Vec<_>, Vec<_>) = (1..n).map(|_| UnixStream::pair().unwrap()).unzip();
     thread::scope(|scope| {
         let of = &of;
-        let first = scope.spawn(move || of(&mut SocketWire::first(launched, &mut || Ok(())).unwrap()));
-        let started = |process, launch| of(&mut SocketWire::started(launch, process, n).unwrap());
+        let first =
+            scope.spawn(move || of(&mut SocketWire::first(launched, &mut || Ok(()), &ignored()).unwrap()));
+        let started =
+            |process, launch| of(&mut SocketWire::started(launch, (process, n), &ignored()).unwrap());
         let others = (1..).zip(launches);
         let others = others.map(|(process, launch)| scope.spawn(move || started(process, launch)));
         let threads: Vec<_> = [first].into_iter().chain(others).collect();
@@ -33,7 +39,7 @@ fn started_by_stranger(bytes: &[u8], place: (u32, u32)) -> ErrorKind {
     let (mut stranger, launch) = UnixStream::pair().unwrap();
     stranger.write_all(bytes).unwrap();
     stranger.shutdown(std::net::Shutdown::Write).unwrap();
-    SocketWire::started(launch, place.0, place.1).err().unwrap().kind()
+    SocketWire::started(launch, place, &ignored()).err().unwrap().kind()
 }
 
 #[test]
@@ -71,7 +77,7 @@ fn a_silent_process_does_not_hold_the_first_one() {
         looks += 1;
         if looks < 5 { Ok(()) } else { Err(io::Error::other("process 2 ended")) }
     };
-    assert_eq!(SocketWire::first(launched, check).err().unwrap().to_string(), "process 2 ended");
+    assert_eq!(SocketWire::first(launched, check, &ignored()).err().unwrap().to_string(), "process 2 ended");
 }
 
 #[test]
@@ -168,4 +174,20 @@ fn a_process_that_ends_is_lost() {
     assert!(found[1].is_none());
     // The third process may notice the end of the first before that of the second.
     assert!([&found[0], &found[2]].iter().any(|e| **e == Some(lost(1))), "{found:?}");
+}
+
+/// The end of a process is noticed while the others compute.
+#[test]
+fn the_end_of_a_process_is_noticed_at_once() {
+    let (own, other) = UnixStream::pair().unwrap();
+    let (to, ended) = bounded(1);
+    let on_end: OnEnd = Arc::new(move || {
+        let _ = to.send(());
+    });
+    let first = thread::spawn(move || SocketWire::first(vec![own], &mut || Ok(()), &on_end).unwrap());
+    let second = SocketWire::started(other, (1, 2), &ignored()).unwrap();
+    let _first = first.join().unwrap();
+    assert!(ended.try_recv().is_err());
+    drop(second);
+    ended.recv_timeout(std::time::Duration::from_secs(10)).unwrap();
 }

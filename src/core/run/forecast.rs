@@ -1,0 +1,167 @@
+//! The forecast of the memory of a run from a sample of stars.
+//!
+//! **Statement.** The memory of a run grows with the points and with the cells. A few points are probes. The candidates of
+//! the star of a probe are its nearest points and a coarse sample of all points. Near points hide far points if the cells
+//! are local. Otherwise the star grows with the sample, as on the moment curve, where it contains every point. Stars of a
+//! small and of a large sample give the exponent of the growth, and the forecast extrapolates it to all points. The sample
+//! depends only on the points and their order.
+//!
+//! **Departure.** The plane needs no sample, because its stars have six cells on average.
+//!
+//! **Work.** One distance for each point and probe, in parallel, and the stars of the probes.
+
+use septet_geometry::cost::Cost;
+use septet_geometry::hull::StarBuilder;
+use septet_geometry::point::{Point, lex_cmp};
+use septet_geometry::range::{scale, scale_exponent};
+
+use crate::run::auto_workers::{PROBES, evenly, near_neighbours};
+use crate::spec::{Task, Until};
+
+/// Numbers of points of the coarse samples.
+const SAMPLES: [usize; 2] = [256, 1024];
+
+/// A smaller exponent of the growth of stars is that of boundaries, and does not count.
+const LEAST_GROWTH: f64 = 0.2;
+
+/// Mean number of cells at a point of random points, in the plane and in space.
+const USUAL_STAR: [f64; 2] = [6.0, 27.0];
+
+/// What a run keeps for each point and for each cell, in bytes.
+#[derive(Clone, Copy, Debug)]
+struct Bytes {
+    point: f64,
+    cell: f64,
+}
+
+/// Bytes of `triangulate`, in the plane and in space: three quarters of the least measured values, as the counts stop runs
+/// that need more.
+const DIRECT: [Bytes; 2] = [Bytes { point: 60.0, cell: 36.0 }, Bytes { point: 80.0, cell: 48.0 }];
+
+/// Bytes of `simulate`, measured in the same way. The edges of the supergraph need more on some sets.
+const COUNTED: [Bytes; 2] = [Bytes { point: 300.0, cell: 150.0 }, Bytes { point: 300.0, cell: 120.0 }];
+
+/// Bytes of `independent`, which has no cells.
+const SITES: [Bytes; 2] = [Bytes { point: 100.0, cell: 0.0 }; 2];
+
+/// The expected size of a run.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Forecast {
+    points: f64,
+    cells: f64,
+    bytes: Bytes,
+}
+
+impl Forecast {
+    /// Estimates the size of a run.
+    pub(super) fn of<P: Point>(task: Task, points: &[P]) -> Self {
+        let at = P::DIM - 2;
+        // A run that stops early has no cells.
+        let (bytes, has_cells) = match task {
+            Task::Triangulate => (DIRECT[at], true),
+            Task::Simulate => (COUNTED[at], true),
+            Task::Count(Until::Graph | Until::Partition | Until::Neighbours) => (DIRECT[at], false),
+            Task::Independent { .. } => (SITES[at], false),
+        };
+        let star = match (has_cells, P::DIM) {
+            (false, _) => 0.0,
+            (true, 2) => USUAL_STAR[0],
+            (true, _) => mean_star(points).unwrap_or(USUAL_STAR[1]),
+        };
+        let points = points.len() as f64;
+        Forecast { points, cells: points * star / (P::DIM + 1) as f64, bytes }
+    }
+
+    /// Returns the bytes that the run adds to the memory of the process.
+    pub(super) fn bytes(self) -> u64 {
+        (self.points * self.bytes.point + self.cells * self.bytes.cell) as u64
+    }
+}
+
+/// Returns the expected mean size of a star. Returns `None` if the sample has no stars.
+fn mean_star<P: Point>(points: &[P]) -> Option<f64> {
+    let finite = |count| -> Vec<P> {
+        let sample = evenly(points, count).into_iter();
+        sample.filter(|x| (0..P::DIM).all(|k| x.coord(k).is_finite())).collect()
+    };
+    let probes = finite(PROBES);
+    let near = near_neighbours(points, &probes);
+    let mut builder = StarBuilder::default();
+    let [small, large] = SAMPLES.map(|count| {
+        let coarse = finite(count);
+        let size = |(&probe, near): (&P, &Vec<(f64, P)>)| {
+            let mut candidates: Vec<P> = near.iter().map(|&(_, x)| x).chain(coarse.iter().copied()).collect();
+            candidates.sort_unstable_by(lex_cmp);
+            candidates.dedup();
+            star_size(&mut builder, probe, candidates)
+        };
+        probes.iter().zip(&near).map(size).sum::<Option<usize>>()
+    });
+    let (small, large) = (small? as f64, large? as f64);
+    let sampled = SAMPLES.map(|count| count as f64);
+    let growth = (large / small).ln() / (sampled[1] / sampled[0]).ln();
+    let growth = if growth < LEAST_GROWTH || !growth.is_finite() { 0.0 } else { growth.min(1.0) };
+    let rest = (points.len() as f64 / sampled[1]).max(1.0);
+    Some(large / probes.len().max(1) as f64 * rest.powf(growth))
+}
+
+/// Returns the number of cells at a probe among the candidates. Returns `None` if their signs are not exact.
+fn star_size<P: Point>(builder: &mut StarBuilder<P>, probe: P, candidates: Vec<P>) -> Option<usize> {
+    let mut table = vec![probe];
+    table.extend(candidates.into_iter().filter(|&x| x != probe));
+    let exponent = scale_exponent(&table).ok()?;
+    for x in &mut table {
+        *x = scale(*x, exponent);
+    }
+    let others: Vec<u32> = (1..table.len() as u32).collect();
+    let spans = builder.build(&table, 0, &others, &mut Cost::default());
+    Some(if spans { builder.link_size() } else { 0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::generate::{Kind, Request, generate};
+    use crate::model::Points;
+
+    fn star_of(kind: Kind, n: u64) -> f64 {
+        let request = Request { kind, n, dimension: 3, seed: 5, lipschitz: None, ratio: None };
+        match generate(&request, &mut |_, _, _| {}).unwrap().points {
+            Points::Plane(_) => 0.0,
+            Points::Space(points) => mean_star(&points).unwrap(),
+        }
+    }
+
+    #[test]
+    fn stars_of_local_cells_do_not_grow() {
+        for kind in [Kind::Uniform, Kind::Ball, Kind::Grid, Kind::Clusters, Kind::Slab] {
+            let [few, many] = [3000, 50_000].map(|n| star_of(kind, n));
+            assert!(
+                (15.0..40.0).contains(&few) && (15.0..40.0).contains(&many),
+                "{kind:?}: {few} and {many}"
+            );
+        }
+    }
+
+    #[test]
+    fn stars_of_the_moment_curve_contain_all_points() {
+        for n in [500, 3000, 10_000] {
+            let (found, expected) = (star_of(Kind::MomentCurve, n), 2.0 * n as f64);
+            assert!((0.8 * expected..1.2 * expected).contains(&found), "{n}: {found}");
+        }
+    }
+
+    #[test]
+    fn degenerate_points_have_a_forecast() {
+        let nowhere = vec![DVec3::NAN; 50];
+        let same = vec![DVec3::ONE; 50];
+        let far: Vec<DVec3> = (0..50).map(|i| DVec3::splat(2f64.powi(40 * i - 1000))).collect();
+        let line: Vec<DVec3> = (0..5000).map(|i| DVec3::splat(f64::from(i))).collect();
+        for points in [nowhere, same, far, line, Vec::new()] {
+            let bytes = Forecast::of(Task::Triangulate, &points).bytes();
+            assert!(bytes <= 1000 * points.len() as u64, "{bytes}");
+        }
+    }
+}
