@@ -67,24 +67,12 @@ pub fn run(
     let mut run =
         trace::traced(&args.tracing, team, talk, &mut files, |team| run_ranks(&plan, &spec, &rows, team))?;
     let run_seconds = start.elapsed().as_secs_f64();
-<<<<<<< HEAD
-    let failure = failed(&run);
-=======
     let failure = rejection(&run);
->>>>>>> core
     if failure.is_none() {
         files.extend(write_mesh_files((&plan, &spec), &run, &rows, team, talk)?);
     }
-<<<<<<< HEAD
-    let stats = numbers((goal, &run), &rows, team)?;
-=======
     files.extend(write_duplicates(goal, &run, &rows, team)?);
-    let stats = if goal.has_stats() && failure.is_none() {
-        Some(shared_stats(&mut team.processes, &run, rows.held.points.coordinates())?)
-    } else {
-        None
-    };
->>>>>>> core
+    let stats = numbers((goal, &run), &rows, team)?;
     unite_counts(team, &mut run, (goal, spec.keep.nodes))?;
     files.extend(write_costs(goal, &spec, &run)?);
     talk.clear();
@@ -123,29 +111,13 @@ pub fn run(
 }
 
 /// Returns the failure of a run whose certificate failed.
-<<<<<<< HEAD
-fn failed(run: &Outcome) -> Option<Failure> {
-=======
 fn rejection(run: &Outcome) -> Option<Failure> {
->>>>>>> core
     run.refutation.as_ref().map(|found| {
         let message = format!("the certificate failed: {found}");
         Failure::of(Code::Rejected, &message, Some(Remedy::REPORT))
     })
 }
 
-<<<<<<< HEAD
-/// Returns the numbers of the triangulation, if they are requested and its certificate passed.
-fn numbers(
-    (goal, run): (Goal<'_>, &Outcome),
-    rows: &Rows,
-    team: &mut Team<'_>,
-) -> Result<Option<Stats>, Failure> {
-    if !goal.has_stats() || run.refutation.is_some() {
-        return Ok(None);
-    }
-    Ok(Some(shared_stats(&mut team.processes, run, rows.held.points.coordinates())?))
-=======
 /// Checks the peak of a run that has written its files. Removes them if it is above the limit.
 fn check_memory(spec: &Spec, files: &[PathBuf]) -> Result<(), Failure> {
     check_peak(spec).map_err(Failure::from).inspect_err(|_| remove(files))
@@ -157,7 +129,18 @@ fn remove(files: &[PathBuf]) {
         // A file that is already gone is as wanted.
         let _ = std::fs::remove_file(file);
     }
->>>>>>> core
+}
+
+/// Returns the numbers of the triangulation, if they are requested and its certificate passed.
+fn numbers(
+    (goal, run): (Goal<'_>, &Outcome),
+    rows: &Rows,
+    team: &mut Team<'_>,
+) -> Result<Option<Stats>, Failure> {
+    if !goal.has_stats() || run.refutation.is_some() {
+        return Ok(None);
+    }
+    Ok(Some(shared_stats(&mut team.processes, run, rows.held.points.coordinates())?))
 }
 
 /// Runs the ranks of this process. A process without ranks gets the facts from the first one.
