@@ -128,10 +128,16 @@ mod tests {
     fn exact_sums_do_not_depend_on_the_order() {
         let terms = [1e300, 3.0, -1e300, 5e-324, 0.1, -3.0, 1e16, 1.0, -1e16, f64::MIN_POSITIVE];
         let mut forward = ExactSum::default();
-        terms.iter().for_each(|&x| forward.add(x));
+        for &x in &terms {
+            forward.add(x);
+        }
         let (mut low, mut high) = (ExactSum::default(), ExactSum::default());
-        terms[..4].iter().rev().for_each(|&x| low.add(x));
-        terms[4..].iter().rev().for_each(|&x| high.add(x));
+        for &x in terms[..4].iter().rev() {
+            low.add(x);
+        }
+        for &x in terms[4..].iter().rev() {
+            high.add(x);
+        }
         high.merge(&low);
         assert_eq!(forward, high);
         assert_eq!(forward.value(), 1.1);

@@ -138,7 +138,9 @@ impl PlacedShare<'_> {
             measured
         });
         let mut all = Measured::default();
-        parts.iter().for_each(|part| all.merge(part));
+        for part in &parts {
+            all.merge(part);
+        }
         all
     }
 
@@ -180,7 +182,9 @@ impl PlacedShare<'_> {
         let mut at = vec![0; self.share.ids.len()];
         for cell in 0..self.share.cell_count() {
             let row = self.share.cell(cell);
-            row.iter().for_each(|&vertex| at[vertex as usize] += 1);
+            for &vertex in row {
+                at[vertex as usize] += 1;
+            }
             for slot in 0..row.len() {
                 if self.share.neighbour(cell, slot) == Some(Neighbour::Hull) {
                     let facet = row.iter().enumerate().filter(|(i, _)| *i != slot);
@@ -202,7 +206,7 @@ pub(crate) fn degree(space: usize, incidences: u64) -> u64 {
         (2, 0) => cells,
         (2, _) => cells + 1,
         (_, 0) => 2 + cells / 2,
-        (_, hull) => 1 + (cells + hull) / 2,
+        (_, hull) => 1 + u64::midpoint(cells, hull),
     }
 }
 

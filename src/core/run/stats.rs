@@ -59,7 +59,9 @@ pub fn shared_stats(
     let shares: Vec<PlacedShare<'_>> =
         run.shares.iter().map(|share| placed(share, coordinates, space)).collect();
     let mut measured = Measured::default();
-    shares.iter().for_each(|share| measured.merge(&share.measure()));
+    for share in &shares {
+        measured.merge(&share.measure());
+    }
     let mut hull = Vec::new();
     if shares.iter().any(|placed| placed.share.cell_count() > 0 && !placed.share.has_neighbours()) {
         let (facets, vertices) = hull_of(&shares);
@@ -83,7 +85,9 @@ pub fn shared_stats(
         parts.push(Sums::read_from(&mut words.into_iter()).ok_or_else(corrupt)?);
     }
     let mut all = parts.swap_remove(0);
-    parts.iter().for_each(|part| all.merge(part));
+    for part in &parts {
+        all.merge(part);
+    }
     Ok(all.stats(run))
 }
 
@@ -184,7 +188,7 @@ impl Sums {
             points: run.points.used,
             duplicates: run.points.duplicate,
             edges,
-            facets: (sides * cells + hull_facets) / 2,
+            facets: u64::midpoint(sides * cells, hull_facets),
             cells,
             components: u64::from(cells > 0),
             hull_facets,

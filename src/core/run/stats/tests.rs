@@ -38,8 +38,10 @@ fn check(stats: &Stats, cells: &[u64], points: usize) {
     let hull: Vec<&Vec<u64>> =
         facets.iter().filter(|(_, cells)| **cells == 1).map(|(facet, _)| facet).collect();
     let on_hull: BTreeSet<u64> = hull.iter().copied().flatten().copied().collect();
-    let hull_edges: BTreeSet<(u64, u64)> =
-        hull.iter().flat_map(|f| (0..f.len()).flat_map(|i| (0..i).map(|j| (f[j], f[i])))).collect();
+    let hull_edges: BTreeSet<(u64, u64)> = hull
+        .iter()
+        .flat_map(|&f| (0..f.len()).flat_map(move |i| (0..i).map(move |j| (f[j], f[i]))))
+        .collect();
     assert_eq!((stats.points, stats.cells), (points as u64, (cells.len() / (d + 1)) as u64));
     assert_eq!((stats.edges, stats.facets), (edges.len() as u64, facets.len() as u64));
     assert_eq!((stats.hull_facets, stats.hull_vertices), (hull.len() as u64, on_hull.len() as u64));
