@@ -243,8 +243,16 @@ mod tests {
     use super::*;
 
     fn written(coordinates: &[f64], cells: &[u64], labels: Option<&Labels>) -> String {
-        let mesh =
-            MeshView { dimension: 2, coordinates, cells, owner: None, owning_leaf: None, run: None, labels };
+        let mesh = MeshView {
+            dimension: 2,
+            coordinates,
+            heights: None,
+            cells,
+            owner: None,
+            owning_leaf: None,
+            run: None,
+            labels,
+        };
         let mut out = Vec::new();
         let mut report = |done: u64, total: u64| assert!(done <= total);
         let mut progress = WriteProgress::new(records(&mesh), &mut report);
