@@ -24,7 +24,7 @@ pub fn message(typed: &str) -> Option<String> {
     for (at, Use { line, purpose }) in uses.iter().enumerate() {
         let label = if at == 0 { "help: " } else { "      " };
         let line = if uses.len() == 1 { line.clone() } else { format!("{line:<width$}   {purpose}") };
-        text += &format!("{label}{line}\n");
+        text.extend([label, line.as_str(), "\n"]);
     }
     Some(text)
 }

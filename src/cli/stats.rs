@@ -75,8 +75,8 @@ fn values(histogram: &HistogramReport) -> Vec<Option<f64>> {
 }
 
 fn line(label: &str, cells: impl Iterator<Item = String>) -> String {
-    let cells: String = cells.map(|cell| format!("{cell:>COLUMN$}")).collect();
-    format!("  {label:<17}{cells}")
+    let cells: Vec<String> = cells.map(|cell| format!("{cell:>COLUMN$}")).collect();
+    format!("  {label:<17}{}", cells.concat())
 }
 
 /// Counts slivers with their definition. A triangle with a small ratio has no small angle.

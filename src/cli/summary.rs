@@ -62,7 +62,7 @@ fn faces(report: &RunReport) -> Option<String> {
     if cells == 0 || report.certificate != "passed" {
         return None;
     }
-    let facets = ((report.space as u64 + 1) * cells + report.hull_facets) / 2;
+    let facets = u64::midpoint((report.space as u64 + 1) * cells, report.hull_facets);
     if report.space == 2 {
         return Some(counted(facets, "edge"));
     }

@@ -8,7 +8,7 @@ use super::Place;
 /// A line, and the two options or values that its message names.
 type Pair = (&'static str, [&'static str; 2]);
 
-const PAIRS: [Pair; 93] = [
+const PAIRS: [Pair; 94] = [
     // The report holds the picture.
     ("triangulate p.xyz --view 10", ["--view", "--json"]),
     ("simulate p.xyz --view 0 -o a.vtu", ["--view", "--json"]),
