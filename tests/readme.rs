@@ -74,10 +74,8 @@ fn the_commands_of_readme_run() {
             assert_eq!(line, "bash tests/run");
         }
     }
-    assert_eq!(run, 11, "the main job and ten examples");
-    for file in
-        ["mesh.vtu", "points.1.ele", "hull.off", "triangles.npy", "part.vtu", "report.html", "runs.jsonl"]
-    {
+    assert_eq!(run, 9, "the main job and eight examples");
+    for file in ["mesh.vtu", "points.1.ele", "hull.off", "part.vtu", "report.html", "runs.jsonl"] {
         assert!(folder.path().join(file).exists(), "{file}");
     }
 }

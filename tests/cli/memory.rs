@@ -41,7 +41,7 @@ fn a_curve_with_many_cells_is_refused_before_it_starts() {
 #[test]
 fn growing_cells_stop_at_the_limit() {
     let place = Place::new();
-    place.file("hidden.xyz", &hidden_curve());
+    place.file("hidden.xyz", hidden_curve());
     for command in ["triangulate hidden.xyz --max-memory 48M", "simulate hidden.xyz --max-memory 70M"] {
         for way in [
             "--workers 1",

@@ -35,7 +35,10 @@ fn numbers_do_not_depend_on_the_machine() {
 #[test]
 fn the_report_has_the_numbers_if_they_are_asked_for() {
     let place = Place::new();
-    place.file("grid.csv", (0..49).map(|i| format!("{},{}\n", i % 7, i / 7)).collect::<String>() + "3,3\n");
+    place.file(
+        "grid.csv",
+        (0..49).map(|i| format!("{},{}\n", i % 7, i / 7)).collect::<Vec<_>>().concat() + "3,3\n",
+    );
     let output = place.good("triangulate grid.csv --stats --json grid.json");
     let stats = &place.json("grid.json")["stats"];
     for (field, value) in [("points", 49), ("duplicates", 1), ("edges", 120), ("facets", 120), ("cells", 72)]

@@ -49,7 +49,7 @@ fn every_output_can_be_verified() {
     let place = Place::new();
     place.file("p.csv", table());
     let outputs = ["vtu", "vtk", "msh", "msh22", "mesh", "off", "obj", "ply", "stl", "npy"];
-    let all: String = outputs.iter().map(|ending| format!(" -o m.{ending}")).collect();
+    let all = outputs.iter().map(|ending| format!(" -o m.{ending}")).collect::<Vec<_>>().concat();
     place.good(&format!("triangulate p.csv --terrain -o m.pvtu -o m.ele{all}"));
     for ending in ["vtu", "vtk", "msh", "msh22", "mesh", "off", "obj", "ply"] {
         place.good(&format!("verify m.{ending} m.{ending} --terrain --perturbed"));
@@ -125,7 +125,8 @@ fn several_processes_write_the_same_bytes() {
         ["all.xyz", "p-*.xyz", "all.csv --skip-invalid --keep-columns", "g.asc", "all.csv --skip-invalid"]
     {
         let run = |name: &str, more: &str| {
-            let all: String = outputs.iter().map(|ending| format!(" -o {name}.{ending}")).collect();
+            let all =
+                outputs.iter().map(|ending| format!(" -o {name}.{ending}")).collect::<Vec<_>>().concat();
             let output = place.good(&format!("triangulate {input} --terrain --workers 5{all} {more}"));
             let read = |path: PathBuf| fs::read(path).unwrap();
             let mut bytes: Vec<Vec<u8>> = outputs

@@ -6,7 +6,7 @@ use glam::DVec3;
 use septet_core::model::Points;
 
 use super::super::arrays::{self, Arrays, DataArray};
-use super::super::{agree, integers, parse};
+use super::super::grid::{agree, integers, parse};
 use crate::read::cells::CellOptions;
 use crate::read::error::{InputError, Place};
 use crate::read::points::ReadOptions;
