@@ -22,11 +22,16 @@ pub fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, Inpu
 }
 
 #[cfg(feature = "las")]
+mod head;
+
+#[cfg(feature = "las")]
 mod scan {
     use std::io::Cursor;
+    use std::panic::{AssertUnwindSafe, catch_unwind};
 
     use las::Reader;
 
+    use super::head::Head;
     use crate::read::collect::Collector;
     use crate::read::error::{InputError, Place};
     use crate::read::points::{CoordinateType, PointFile, ReadOptions};
@@ -35,22 +40,35 @@ mod scan {
     /// The least number of bytes of a compressed point.
     const LEAST: usize = 1;
 
-    /// The number of points that are decoded at a time.
-    const BATCH: u64 = 1 << 16;
+    /// The largest number of bytes of points that are decoded at a time.
+    const BATCH: usize = 1 << 21;
 
+    /// The help for a scan that the crate cannot read.
+    const ADVICE: &str = "check the file with `lasinfo`, or convert it with PDAL";
+
+    /// Reads the points. The crate can panic in a damaged file, which is then refused.
     pub fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
-        let damaged = |error: las::Error| {
-            let advice = "check the file with `lasinfo`, or convert it with PDAL";
-            source.unsupported(Place::Whole, format!("a damaged or unknown laser scan ({error})"), advice)
+        let head = Head::of(source)?;
+        catch_unwind(AssertUnwindSafe(|| decode(source, options, &head)))
+            .unwrap_or_else(|_| Err(source.unsupported(Place::Whole, "a damaged laser scan", ADVICE)))
+    }
+
+    fn decode(source: Source<'_>, options: &ReadOptions, head: &Head) -> Result<PointFile, InputError> {
+        let damaged = |met: u64, error: las::Error| {
+            let what = format!("a damaged or unknown laser scan, from point {met} on ({error}),");
+            source.unsupported(Place::Whole, what, ADVICE)
         };
-        let mut reader = Reader::new(Cursor::new(source.data.to_vec())).map_err(damaged)?;
+        let data = head.without_extended_records(source.data);
+        let mut reader = Reader::new(Cursor::new(data)).map_err(|error| damaged(0, error))?;
         let announced = reader.header().number_of_points();
-        let size = (announced, source.data.len(), LEAST);
+        let least = if head.is_compressed { LEAST } else { head.length };
+        let size = (announced, source.data.len(), least);
         let mut points = Collector::new(source, options, (Place::Whole, 3), size)?;
         points.coordinate_type = Some(CoordinateType::Integer);
+        let most = (BATCH / head.length).max(1) as u64;
         loop {
-            let batch =
-                reader.read_points(BATCH.min(announced.saturating_sub(points.met))).map_err(damaged)?;
+            let wanted = most.min(announced.saturating_sub(points.met));
+            let batch = reader.read_points(wanted).map_err(|error| damaged(points.met, error))?;
             if batch.is_empty() {
                 break;
             }
@@ -61,5 +79,39 @@ mod scan {
         points.complete(Place::Whole, announced)?;
         points.notes.push("values besides the coordinates are ignored".to_owned());
         Ok(points.finish())
+    }
+}
+
+#[cfg(all(test, feature = "las"))]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    /// Reads a scan of the reports with some bytes replaced.
+    fn altered(name: &str, at: usize, bytes: &[u8]) -> Result<PointFile, InputError> {
+        let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/reports/made"));
+        let mut data = std::fs::read(folder.join(name)).unwrap();
+        data[at..at + bytes.len()].copy_from_slice(bytes);
+        read(Source { path: Path::new(name), data: &data }, &ReadOptions::default())
+    }
+
+    #[test]
+    fn announced_sizes_are_checked() {
+        let message = |found: Result<PointFile, InputError>| found.unwrap_err().to_string();
+        let all = altered("laspy-12.las", 0, b"LASF").unwrap().points.len();
+        assert_eq!(altered("laspy-14.laz", 0, b"LASF").unwrap().points.len(), all);
+        let fewer = message(altered("laspy-12.las", 107, &[7, 0, 0, 0]));
+        assert!(fewer.contains("more than the 7 points announced"), "{fewer}");
+        let many = message(altered("laspy-12.las", 107, &[0xff; 4]));
+        assert!(many.contains("4294967295 points announced"), "{many}");
+        let many = message(altered("laspy-14.las", 247, &[0, 0, 0, 0, 0, 0, 0, 0x80]));
+        assert!(many.contains("points announced"), "{many}");
+        let wide = message(altered("laspy-12.las", 105, &[0xff; 2]));
+        assert!(wide.contains("points announced"), "{wide}");
+        // Records behind the points are not read, whatever their number is.
+        assert_eq!(altered("laspy-14.las", 235, &[0xff; 12]).unwrap().points.len(), all);
+        assert!(altered("laspy-14.laz", 100, &[0xff; 4]).is_err());
+        assert!(altered("laspy-14.laz", 105, &[0xff; 2]).is_err());
     }
 }
