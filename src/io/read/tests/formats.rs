@@ -27,12 +27,14 @@ fn archive(members: &[(&str, &[u8], u16)]) -> Vec<u8> {
             packed = deflate.finish().unwrap();
         }
         let local = bytes.len() as u32;
-        let sizes = [packed.len() as u32, data.len() as u32].map(u32::to_le_bytes).concat();
+        let mut crc = flate2::Crc::new();
+        crc.update(data);
+        let sizes = [crc.sum(), packed.len() as u32, data.len() as u32].map(u32::to_le_bytes).concat();
         let lengths = (name.len() as u16).to_le_bytes();
         let method = method.to_le_bytes();
-        bytes.extend([b"PK\x03\x04\x14\0\0\0", &method[..], &[0; 8], &sizes, &lengths, &[4, 0]].concat());
+        bytes.extend([b"PK\x03\x04\x14\0\0\0", &method[..], &[0; 4], &sizes, &lengths, &[4, 0]].concat());
         bytes.extend([name.as_bytes(), &[9, 9, 0, 0], &packed].concat());
-        directory.extend([b"PK\x01\x02\x14\0\x14\0\0\0", &method[..], &[0; 8], &sizes, &lengths].concat());
+        directory.extend([b"PK\x01\x02\x14\0\x14\0\0\0", &method[..], &[0; 4], &sizes, &lengths].concat());
         directory.extend([&[0; 12][..], &local.to_le_bytes(), name.as_bytes()].concat());
     }
     let (start, count) = ((bytes.len() as u32).to_le_bytes(), (members.len() as u16).to_le_bytes());
@@ -68,6 +70,23 @@ fn archives_of_arrays() {
         let mut damaged = whole.clone();
         damaged[at] ^= 0x41;
         let _ = parse("a.npz", damaged, &PLAIN);
+    }
+}
+
+#[test]
+fn damaged_members_are_named() {
+    let points = array();
+    for method in [0, 8] {
+        let whole = archive(&[("arr_0.npy", &points, method)]);
+        let directory = whole.windows(4).position(|w| w == b"PK\x01\x02").unwrap();
+        // A byte of the data, and the size and the CRC-32 in the directory.
+        for at in [directory - 3, directory + 16, directory + 24] {
+            let mut damaged = whole.clone();
+            damaged[at] ^= 0x05;
+            let error = bad("a.npz", damaged);
+            assert!(matches!(error, InputError::Malformed { .. }), "{error}");
+            assert!(error.to_string().contains("arr_0"), "{error}");
+        }
     }
 }
 
