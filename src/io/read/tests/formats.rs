@@ -227,6 +227,18 @@ fn binary_files_of_gmsh() {
             }
         }
     }
+    for (mark, section) in [("$Nodes\n4", "Nodes"), ("$Elements\n3", "Elements")] {
+        let mut short = gmsh("2.2", false);
+        let at = short.windows(mark.len()).position(|w| w == mark.as_bytes()).unwrap();
+        short[at + mark.len() - 1] = if section == "Nodes" { b'3' } else { b'1' };
+        let error = bad_cells("a.msh", &short).to_string();
+        assert!(error.contains(&format!("more bytes in ${section}")), "{error}");
+    }
+    let mut more = gmsh("2.2", true);
+    let end = more.windows(9).position(|w| w == b"$EndNodes").unwrap();
+    more.splice(end..end, [b'$'; 28]);
+    let error = bad("a.msh", &more).to_string();
+    assert!(error.contains("more bytes in $Nodes"), "{error}");
     assert!(matches!(bad("a.msh", "$MeshFormat\n4.0 1 8\n"), InputError::Unsupported { .. }));
 }
 
