@@ -106,13 +106,21 @@ fn structured_arrays() {
     let data: Vec<u8> = (0..4).flat_map(row).collect();
     let head = "{'descr': [('id', '<i4'), ('Z', '>f8'), ('n', 'S4'), ('x', '<f8'), ('y', '<f4')], \
                 'fortran_order': False, 'shape': (4,), }";
-    assert_eq!(space(&good("a.npy", npy(head, &data))), WANT);
+    let file = good("a.npy", npy(head, &data));
+    assert_eq!((space(&file), file.coordinate_type), (WANT.to_vec(), Some(CoordinateType::Float64)));
+    let narrow = "{'descr': [('x', '<f4'), ('y', '<f8')], 'fortran_order': False, 'shape': (1,), }";
+    for (head, kind) in [(narrow.to_owned(), CoordinateType::Float64), (narrow.replace("f8", "f4"), CoordinateType::Float32)] {
+        assert_eq!(good("a.npy", npy(&head, &[0; 12])).coordinate_type, Some(kind), "{head}");
+    }
     assert_eq!(plane(&good_with("a.npy", npy(head, &data), &TWO))[3], [0.25, 0.5]);
     for (from, to, part) in [
         ("'x'", "'u'", "(id, z, u, y)"),
         ("'n', 'S4'", "'n', 'O4'", "the type 'O4'"),
         ("'<f8')", "'<f8', (1,))", "an array itself"),
         ("('id', '<i4')", "('id', [('a', '<i4')])", "nested"),
+        ("('y', '<f4')]", "('y', '<f4'), y", "\"y, "),
+        ("('y', '<f4')]", "('y', '<f4')", "the end of the list of fields"),
+        ("[(", "[[(", "the end of the list of fields"),
     ] {
         let error = bad("a.npy", npy(&head.replace(from, to), &data));
         assert!(error.to_string().contains(part), "{error}");
