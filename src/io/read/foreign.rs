@@ -205,7 +205,9 @@ mod tests {
         let (points, skipped, note) = read(&text, false).unwrap();
         assert_eq!((points.len(), skipped), (3, 0));
         assert!(note.contains("1 cell without data"), "{note}");
-        for (text, line) in [(format!("{head}nan 2\n3 4\n"), 4), (head.replace("ze 1", "ze 0") + "1 2 3 4\n", 3)] {
+        for (text, line) in
+            [(format!("{head}nan 2\n3 4\n"), 4), (head.replace("ze 1", "ze 0") + "1 2 3 4\n", 3)]
+        {
             assert_eq!(read(&text, false).unwrap_err().line(), Some(line), "{text}");
         }
         let text = format!("{head}NODATA_value nan\nnan 2\n3 4\n");

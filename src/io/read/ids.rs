@@ -29,9 +29,8 @@ pub(super) fn counts_from(row: &Row<'_>) -> Option<i64> {
 /// Returns the number from which the first fields of the rows count, if it is 0 or 1, and the other numbers have fractions.
 pub(super) fn counted_from(rows: &[Row<'_>]) -> Option<i64> {
     let first = counts_from(rows.first()?)?;
-    let counts = |(row, n): (&Row<'_>, i64)| {
-        row.fields.first().and_then(|field| row.number(field)) == Some(n as f64)
-    };
+    let counts =
+        |(row, n): (&Row<'_>, i64)| row.fields.first().and_then(|field| row.number(field)) == Some(n as f64);
     let has_fraction =
         |row: &Row<'_>| row.fields.iter().skip(1).any(|field| row.number(field).is_some_and(is_fraction));
     (rows.iter().zip(first..).all(counts) && rows.iter().any(has_fraction)).then_some(first)

@@ -156,7 +156,9 @@ fn of_file(path: &Path, options: &ReadOptions, step: usize) -> Result<Surveyed, 
             Some((of_layout(source, raw::layout(source, rows, size)?, options)?, 0))
         }
         // Its first lines may look like those of a table.
-        (None, Some(Rows::Lines)) if options.format.is_none() && signature::begins_binary(&first, size) => None,
+        (None, Some(Rows::Lines)) if options.format.is_none() && signature::begins_binary(&first, size) => {
+            None
+        }
         (None, Some(Rows::Array)) => array(path, &mut file, (first, size), options)?,
         (None, Some(Rows::Lines)) => table(path, &mut file, size, options, step)?,
         (None, None) => None,

@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use super::*;
+use crate::read::CoordinateType;
 
 /// The points of the files.
 const WANT: [[f64; 3]; 4] = [[0.5, 0.0, 1.0], [1.0, 0.25, 0.0], [0.0, 1.0, 0.0], [0.25, 0.5, -2.0]];
@@ -109,7 +110,9 @@ fn structured_arrays() {
     let file = good("a.npy", npy(head, &data));
     assert_eq!((space(&file), file.coordinate_type), (WANT.to_vec(), Some(CoordinateType::Float64)));
     let narrow = "{'descr': [('x', '<f4'), ('y', '<f8')], 'fortran_order': False, 'shape': (1,), }";
-    for (head, kind) in [(narrow.to_owned(), CoordinateType::Float64), (narrow.replace("f8", "f4"), CoordinateType::Float32)] {
+    for (head, kind) in
+        [(narrow.to_owned(), CoordinateType::Float64), (narrow.replace("f8", "f4"), CoordinateType::Float32)]
+    {
         assert_eq!(good("a.npy", npy(&head, &[0; 12])).coordinate_type, Some(kind), "{head}");
     }
     assert_eq!(plane(&good_with("a.npy", npy(head, &data), &TWO))[3], [0.25, 0.5]);
