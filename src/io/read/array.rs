@@ -68,9 +68,12 @@ pub(super) struct Array<'a> {
 }
 
 impl Layout {
-    /// Returns the type of the coordinates.
+    /// Returns the type of the coordinates. Coordinates of several types are doubles.
     pub fn coordinate_type(&self) -> CoordinateType {
-        self.scalar.coordinate_type()
+        let Some(fields) = self.fields else { return self.scalar.coordinate_type() };
+        let mut types = fields.of.iter().take(self.columns).map(|field| field.scalar.coordinate_type());
+        let first = types.next().unwrap_or(CoordinateType::Float64);
+        if types.all(|other| other == first) { first } else { CoordinateType::Float64 }
     }
 
     /// Returns the number of bytes of a row.

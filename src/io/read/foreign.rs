@@ -123,11 +123,17 @@ fn header(source: Source<'_>, lines: &mut Lines<'_>) -> Result<Grid, InputError>
         if keyword.is_empty() {
             continue;
         }
-        if !keyword.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        // A height may be `nan`.
+        let is_height = line.words().next().is_some_and(|word| number(word).is_some());
+        if is_height || !keyword.starts_with(|c: char| c.is_ascii_alphabetic()) {
             break before;
         }
         let word = line.words().nth(1).ok_or_else(|| source.bad_line(&line, EXPECTED))?;
         let value = number(word).ok_or_else(|| source.bad_number(&line, word))?;
+        let is_size = matches!(keyword.as_str(), "ncols" | "nrows" | "cellsize" | "dx" | "dy");
+        if is_size && !(value > 0.0 && value.is_finite()) {
+            return Err(source.bad_word(&line, word, "a number above 0"));
+        }
         match keyword.as_str() {
             "ncols" => grid.columns = source.count(&line, Some(word), EXPECTED)? as usize,
             "nrows" => grid.rows = source.count(&line, Some(word), EXPECTED)?,
@@ -141,9 +147,11 @@ fn header(source: Source<'_>, lines: &mut Lines<'_>) -> Result<Grid, InputError>
         }
     };
     *lines = before;
-    let is_size = |size: &f64| *size > 0.0 && size.is_finite();
-    if grid.columns == 0 || grid.rows == 0 || !grid.cell.iter().all(is_size) {
-        return Err(source.truncated(Place::Line(lines.number()), "lines ncols, nrows and cellsize", 3, 2));
+    let given = [grid.columns > 0, grid.rows > 0, !grid.cell.contains(&0.0)];
+    let found = given.iter().filter(|given| **given).count() as u64;
+    if found < 3 {
+        let place = Place::Line(lines.number());
+        return Err(source.truncated(place, "lines ncols, nrows and cellsize", 3, found));
     }
     for axis in [0, 1] {
         grid.origin[axis] += if corner[axis] { grid.cell[axis] / 2.0 } else { 0.0 };
@@ -197,6 +205,13 @@ mod tests {
         let (points, skipped, note) = read(&text, false).unwrap();
         assert_eq!((points.len(), skipped), (3, 0));
         assert!(note.contains("1 cell without data"), "{note}");
+        for (text, line) in
+            [(format!("{head}nan 2\n3 4\n"), 4), (head.replace("ze 1", "ze 0") + "1 2 3 4\n", 3)]
+        {
+            assert_eq!(read(&text, false).unwrap_err().line(), Some(line), "{text}");
+        }
+        let text = format!("{head}NODATA_value nan\nnan 2\n3 4\n");
+        assert_eq!(read(&text, false).unwrap().0.len(), 3);
         for text in [
             "ncols 2\nnrows 2\n1 2 3 4\n",
             "ncols 2\nnrows 2\ncellsize nan\n1 2 3 4\n",

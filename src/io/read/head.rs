@@ -7,7 +7,7 @@ use super::ids::{self, Counting};
 use super::points::{PointFile, ReadOptions};
 use super::reading::{FileReading, OtherLines};
 use super::row::{Row, Style, refuse_decimal_commas};
-use super::text::{Line, Lines, Source, integer};
+use super::text::{Line, Lines, Source};
 
 /// The number of points that a line before the first row gives.
 #[derive(Clone, Copy)]
@@ -59,7 +59,6 @@ impl Head {
         let found = if selection.is_positional() { row.filled } else { selection.axes.len() };
         // A table whose only two columns are coordinates has no id.
         let has_others = row.filled > options.dimension.filter(|_| !options.terrain).unwrap_or(2);
-        let counts_from = integer(row.fields[0]).filter(|n| matches!(n, 0 | 1));
         Head {
             style: row.style(),
             announced,
@@ -67,7 +66,7 @@ impl Head {
             line: row.line.number,
             length: row.line.text.len(),
             found,
-            counts_from: counts_from.filter(|_| selection.is_positional() && has_others),
+            counts_from: ids::counts_from(row).filter(|_| selection.is_positional() && has_others),
             sure: ids::sure_columns(rows, options.dimension),
             selection,
         }

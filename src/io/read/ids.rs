@@ -20,11 +20,17 @@ pub(super) fn are_row_names(rows: &[Row<'_>], width: usize) -> bool {
     })
 }
 
+/// Returns the number in the first field of a first row, if rows may count from it: 0 or 1, also written as `0.0` or `1e0`.
+pub(super) fn counts_from(row: &Row<'_>) -> Option<i64> {
+    let first = row.number(row.fields.first()?)?;
+    [0, 1].into_iter().find(|n| first == *n as f64)
+}
+
 /// Returns the number from which the first fields of the rows count, if it is 0 or 1, and the other numbers have fractions.
 pub(super) fn counted_from(rows: &[Row<'_>]) -> Option<i64> {
-    let first =
-        rows.first()?.fields.first().and_then(|field| integer(field)).filter(|n| matches!(n, 0 | 1))?;
-    let counts = |(row, n): (&Row<'_>, i64)| row.fields.first().and_then(|field| integer(field)) == Some(n);
+    let first = counts_from(rows.first()?)?;
+    let counts =
+        |(row, n): (&Row<'_>, i64)| row.fields.first().and_then(|field| row.number(field)) == Some(n as f64);
     let has_fraction =
         |row: &Row<'_>| row.fields.iter().skip(1).any(|field| row.number(field).is_some_and(is_fraction));
     (rows.iter().zip(first..).all(counts) && rows.iter().any(has_fraction)).then_some(first)

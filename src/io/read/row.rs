@@ -11,7 +11,8 @@ pub(super) struct Row<'a> {
     text: &'a [u8],
     /// The separator of the fields.
     pub separator: u8,
-    /// The fields without surrounding whitespace and quotes, at most as many as were requested.
+    /// The fields without surrounding whitespace and quotes, at most as many as were requested unless the last of them is
+    /// empty.
     pub fields: Vec<&'a [u8]>,
     /// The number of fields up to the last nonempty one.
     pub filled: usize,
@@ -83,22 +84,19 @@ impl<'a> Row<'a> {
 
     #[inline]
     fn take(&mut self, line: Line<'a>, scanned: Scan<'a>, most: usize) {
-        let Scan { text, separator, quoted } = scanned;
-        (self.line, self.text, self.separator) = (line, text, separator);
-        let fields = &mut self.fields;
-        fields.clear();
+        (self.line, self.text, self.separator) = (line, scanned.text, scanned.separator);
+        self.fields.clear();
         self.filled = 0;
-        if text.trim_ascii().is_empty() {
+        if scanned.text.trim_ascii().is_empty() {
             return;
         }
-        if quoted {
-            fields.extend(Quoted { rest: Some(text), separator }.take(most));
-        } else if separator == b' ' {
-            fields.extend(Line { number: 0, text }.words().take(most));
-        } else {
-            fields.extend(text.split(|b| *b == separator).map(<[u8]>::trim_ascii).take(most));
+        scanned.fields(most, &mut self.fields);
+        // A nonempty field may follow an empty one.
+        if self.fields.len() == most && self.fields.last().is_some_and(|field| field.is_empty()) {
+            self.fields.clear();
+            scanned.fields(usize::MAX, &mut self.fields);
         }
-        self.filled = fields.iter().rposition(|field| !field.is_empty()).map_or(0, |last| last + 1);
+        self.filled = self.fields.iter().rposition(|field| !field.is_empty()).map_or(0, |last| last + 1);
     }
 
     /// Returns the style of the row.
@@ -114,6 +112,21 @@ impl<'a> Row<'a> {
     /// Returns the number of fields that are numbers.
     pub fn numbers(&self) -> usize {
         self.fields.iter().filter(|field| self.number(field).is_some()).count()
+    }
+}
+
+impl<'a> Scan<'a> {
+    /// Adds at most `most` fields of the line.
+    #[inline]
+    fn fields(self, most: usize, fields: &mut Vec<&'a [u8]>) {
+        let Scan { text, separator, quoted } = self;
+        if quoted {
+            fields.extend(Quoted { rest: Some(text), separator }.take(most));
+        } else if separator == b' ' {
+            fields.extend(Line { number: 0, text }.words().take(most));
+        } else {
+            fields.extend(text.split(|b| *b == separator).map(<[u8]>::trim_ascii).take(most));
+        }
     }
 }
 

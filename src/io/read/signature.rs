@@ -16,7 +16,12 @@ pub(super) fn announced(data: &[u8]) -> Option<u64> {
 /// Returns `true` if the size fits a binary STL file with the announced number of facets. No other test is reliable,
 /// because binary files may also begin with `solid`.
 pub(super) fn is_binary(data: &[u8]) -> bool {
-    announced(data).is_some_and(|count| HEAD as u64 + FACET as u64 * count == data.len() as u64)
+    begins_binary(data, data.len() as u64)
+}
+
+/// Returns `true` if a file of this size that begins with `data` is a binary STL file.
+pub(super) fn begins_binary(data: &[u8], size: u64) -> bool {
+    announced(data).is_some_and(|count| HEAD as u64 + FACET as u64 * count == size)
 }
 
 /// Returns the keyword at the beginning of an OFF file: `OFF` with any of the prefixes `ST`, `C`, `N`, `4`, `n`. Some

@@ -118,7 +118,7 @@ fn structured(source: Source<'_>, descr: &[u8], offset: usize) -> Result<(Fields
         Err(source.unsupported(place, what, advice))
     };
     let text = String::from_utf8_lossy(descr);
-    let mut rest = text.trim_start_matches('[').trim_start();
+    let mut rest = text.strip_prefix('[').unwrap_or(&text).trim_start();
     while let Some(inner) = rest.strip_prefix('(') {
         let (name, after) = quoted(inner).unwrap_or_default();
         let kind = after.trim_start().strip_prefix(',').and_then(|after| quoted(after.trim_start()));
@@ -135,6 +135,10 @@ fn structured(source: Source<'_>, descr: &[u8], offset: usize) -> Result<(Fields
         }
         stride = stride.saturating_add(size);
         rest = after.trim_start().trim_start_matches(',').trim_start();
+    }
+    if !rest.starts_with(']') {
+        let found = format!("\"{}\"", excerpt(rest.as_bytes()));
+        return Err(source.malformed(offset, found, "the next field or the end of the list of fields"));
     }
     let Some(axes) = axes::axes(&names) else {
         return refused(format!(

@@ -3,12 +3,15 @@
 //! Only the directory at the end of the file is read, which names all members. An archive of this kind has no encryption, no
 //! parts and no other methods, so that a general reader of archives would add code without use.
 
+use std::borrow::Cow;
 use std::io::Read;
 
+use flate2::Crc;
 use flate2::read::DeflateDecoder;
 
 use super::npy;
 use crate::read::error::{InputError, Place};
+use crate::read::load::reserve;
 use crate::read::points::{PointFile, ReadOptions};
 use crate::read::text::{Source, excerpt};
 
@@ -23,6 +26,10 @@ struct Member<'a> {
     method: u16,
     /// The size after decompression.
     size: u64,
+    /// The CRC-32 after decompression.
+    crc: u32,
+    /// The offset of the data in the file.
+    start: usize,
     data: &'a [u8],
 }
 
@@ -47,15 +54,33 @@ pub fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, Inpu
     Ok(file)
 }
 
-fn unpacked(source: Source<'_>, member: &Member<'_>) -> Result<Vec<u8>, InputError> {
-    if member.method == 0 {
-        return Ok(member.data.to_vec());
+/// Returns the bytes of a member, which have the size and the CRC-32 that the directory states.
+fn unpacked<'a>(source: Source<'_>, member: &Member<'a>) -> Result<Cow<'a, [u8]>, InputError> {
+    let Member { name, size, crc, data, .. } = member;
+    let damaged = |found: String| source.malformed(member.start, found, "the bytes that the archive states");
+    let data = if member.method == 0 { Cow::Borrowed(*data) } else { Cow::Owned(inflated(source, member)?) };
+    if data.len() as u64 != *size {
+        return Err(damaged(format!("an array {name} of another size than {size} bytes")));
     }
+    let mut found = Crc::new();
+    found.update(&data);
+    if found.sum() != *crc {
+        return Err(damaged(format!("an array {name} with the CRC-32 {:08x}, not {crc:08x}", found.sum())));
+    }
+    Ok(data)
+}
+
+/// Decompresses a member, and reads at most one byte more than the directory states.
+fn inflated(source: Source<'_>, member: &Member<'_>) -> Result<Vec<u8>, InputError> {
     let mut data = Vec::new();
     // A deflated byte holds at most 1032 bytes, so that the announced size bounds no more memory than the file may fill.
-    let most = member.size.min(1032 * member.data.len() as u64);
-    let unpacked = DeflateDecoder::new(member.data).take(most).read_to_end(&mut data);
-    unpacked.map_err(|error| InputError::Gzip { path: source.path.to_owned(), source: error })?;
+    let most = member.size.min(1032 * member.data.len() as u64) + 1;
+    reserve(&mut data, most, source.path)?;
+    let read = DeflateDecoder::new(member.data).take(most).read_to_end(&mut data);
+    read.map_err(|error| {
+        let found = format!("damaged data of the array {} ({error})", member.name);
+        source.malformed(member.start, found, "data that deflate has packed")
+    })?;
     Ok(data)
 }
 
@@ -120,6 +145,7 @@ impl<'a> Member<'a> {
         }
         let short = |offset: usize| number(data, at.checked_add(offset)?, 2);
         let method = short(10)? as u16;
+        let crc = number(data, at + 16, 4)? as u32;
         let [mut packed, mut size] = [20, 24].map(|offset| number(data, at + offset, 4).unwrap_or(0));
         let [name, extra, comment] = [28, 30, 32].map(|offset| short(offset).unwrap_or(0) as usize);
         let mut local = number(data, at + 42, 4)?;
@@ -143,7 +169,7 @@ impl<'a> Member<'a> {
         let data = data.get(start..start.checked_add(usize::try_from(packed).ok()?)?)?;
         let name = String::from_utf8_lossy(text).trim_end_matches(".npy").to_owned();
         Some((
-            Member { name: excerpt(name.as_bytes()), method, size, data },
+            Member { name: excerpt(name.as_bytes()), method, size, crc, start, data },
             at + 46 + text.len() + extra + comment,
         ))
     }

@@ -9,13 +9,15 @@ use crate::read::error::{InputError, Place};
 use crate::read::mesh::{CellKind, FileMesh};
 use crate::read::points::ReadOptions;
 use crate::read::scalar::{Endian, Scalar};
-use crate::read::text::{Source, excerpt, expected, integer, is_blank, number};
+use crate::read::text::{Source, excerpt, expected, integer, is_blank, line_feeds, number};
 
 /// A position in the file.
 struct Cursor<'a> {
     source: Source<'a>,
     at: usize,
     is_binary: bool,
+    /// An offset up to which lines are counted, and the number of line feeds before it.
+    counted: (usize, u64),
 }
 
 /// The values of one array, and their locations in the file.
@@ -63,7 +65,7 @@ pub fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<FileMesh<'
             }
             ("VERTICES" | "LINES", Some(_)) => drop(cursor.cells(offset, &words)?),
             ("TRIANGLE_STRIPS", Some(mesh)) => {
-                let place = Place::Line(source.line_at(offset));
+                let place = cursor.place(offset);
                 mesh.other.get_or_insert((place, "a triangle strip".to_owned()));
                 cursor.cells(offset, &words)?;
             }
@@ -86,7 +88,7 @@ fn open(source: Source<'_>) -> Result<Cursor<'_>, InputError> {
             "# vtk DataFile Version",
         ));
     }
-    let mut cursor = Cursor { source, at: 0, is_binary: false };
+    let mut cursor = Cursor { source, at: 0, is_binary: false, counted: (0, 0) };
     cursor.line();
     cursor.line();
     let (offset, words) = cursor.keyword().unwrap_or((source.data.len(), vec![b""]));
@@ -130,6 +132,14 @@ impl<'a> Cursor<'a> {
             }
         }
         None
+    }
+
+    /// Returns the line of an offset that is not before those of earlier calls. All calls together take linear time.
+    fn place(&mut self, offset: usize) -> Place {
+        let (from, feeds) = self.counted;
+        let between = self.source.data.get(from..offset).unwrap_or_default();
+        self.counted = (offset, feeds + line_feeds(between));
+        Place::Line(self.counted.1 + 1)
     }
 
     fn count(&self, offset: usize, word: Option<&&[u8]>) -> Result<u64, InputError> {
@@ -209,7 +219,7 @@ impl<'a> Cursor<'a> {
     /// 5.1.
     fn cells(&mut self, offset: usize, words: &[&[u8]]) -> Result<CellArrays, InputError> {
         let source = self.source;
-        let place = Place::Line(source.line_at(offset));
+        let place = self.place(offset);
         let first = self.count(offset, words.get(1))?;
         let second = self.count(offset, words.get(2))?;
         let narrow = |scalar: Scalar, bytes: &[u8], endian| {

@@ -138,7 +138,7 @@ fn of_file(path: &Path, options: &ReadOptions, step: usize) -> Result<Surveyed, 
     let size = found.len();
     let mut file = OpenFile::of(path, step)?;
     let mut first = Vec::new();
-    file.read(0..size.min(12), &mut first)?;
+    file.read(0..size.min(signature::HEAD as u64), &mut first)?;
     let is_coded = first.starts_with(&[0x1f, 0x8b]) || utf16::has_mark(&first);
     if is_coded && packing != Packing::Plain {
         return Ok(whole(size));
@@ -154,6 +154,10 @@ fn of_file(path: &Path, options: &ReadOptions, step: usize) -> Result<Surveyed, 
         (Some(rows), _) => {
             let source = Source { path, data: &[] };
             Some((of_layout(source, raw::layout(source, rows, size)?, options)?, 0))
+        }
+        // Its first lines may look like those of a table.
+        (None, Some(Rows::Lines)) if options.format.is_none() && signature::begins_binary(&first, size) => {
+            None
         }
         (None, Some(Rows::Array)) => array(path, &mut file, (first, size), options)?,
         (None, Some(Rows::Lines)) => table(path, &mut file, size, options, step)?,
@@ -174,6 +178,7 @@ fn array(
     if start > known {
         file.read(known..start, &mut data)?;
     }
+    data.truncate(start as usize);
     let source = Source { path, data: &data };
     let layout = npy::layout(source, size)?;
     let cut = of_layout(source, layout, options)?;

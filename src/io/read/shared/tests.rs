@@ -440,3 +440,20 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_binary_surface_named_as_a_table_is_read_whole() {
+    let mut file = "1 2 3\n".repeat(13).into_bytes();
+    file.resize(80, b' ');
+    file.extend(2_u32.to_le_bytes());
+    for corner in 0..2 {
+        file.extend([0; 12]);
+        (0..9).for_each(|i| file.extend((corner as f32 + i as f32 * 0.5).to_le_bytes()));
+        file.extend([0; 2]);
+    }
+    let folder = Folder::new();
+    folder.write("a.xyz", &file);
+    folder.check(&["a.xyz"], &plain());
+    let (read, _) = alone(&folder.paths(&["a.xyz"]), &plain()).unwrap();
+    assert!(read.notes.iter().any(|note| note.contains("merged")), "{:?}", read.notes);
+}

@@ -149,6 +149,8 @@ fn a_first_column_that_counts_is_an_id() {
         ("1,0.5,2\n2,3,4\n3,5,6\n", "2,3"),
         ("0 0.5 2 7\n1 3 4 7\n2 5 6 7\n", "2,3,4"),
         ("3\n1 0.5 2 7\n2 3 4 7\n3 5 6 7\n", "2,3,4"),
+        ("0.000000e+00 0.5 2\n1.000000e+00 3 4\n2.000000e+00 5 6\n", "2,3"),
+        ("1,0;0,5;2\n2,0;3;4\n3,0;5;6\n", "2,3"),
     ] {
         let error = bad("a.txt", text);
         assert!(
@@ -158,8 +160,13 @@ fn a_first_column_that_counts_is_an_id() {
     }
     let error = bad_with("a.txt", "1 0.5 2 7\n2 3 4 7\n3 5 6 7\n", &THREE);
     assert!(error.to_string().contains("counts the rows from 1"), "{error}");
-    for text in ["0 0 0\n1 1 1\n2 4 8\n", "1 0.5\n2 3\n3 5\n", "1 0.5 2\n2 3 4\n1 5 6\n", "1 0.5 2\n2 3 4\n"]
-    {
+    for text in [
+        "0 0 0\n1 1 1\n2 4 8\n",
+        "1 0.5\n2 3\n3 5\n",
+        "0.0 0.5\n1.0 3\n2.0 5\n",
+        "1 0.5 2\n2 3 4\n1 5 6\n",
+        "1 0.5 2\n2 3 4\n",
+    ] {
         good("a.txt", text);
     }
 }

@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use super::*;
+use crate::read::CoordinateType;
 
 /// The points of the files.
 const WANT: [[f64; 3]; 4] = [[0.5, 0.0, 1.0], [1.0, 0.25, 0.0], [0.0, 1.0, 0.0], [0.25, 0.5, -2.0]];
@@ -27,12 +28,14 @@ fn archive(members: &[(&str, &[u8], u16)]) -> Vec<u8> {
             packed = deflate.finish().unwrap();
         }
         let local = bytes.len() as u32;
-        let sizes = [packed.len() as u32, data.len() as u32].map(u32::to_le_bytes).concat();
+        let mut crc = flate2::Crc::new();
+        crc.update(data);
+        let sizes = [crc.sum(), packed.len() as u32, data.len() as u32].map(u32::to_le_bytes).concat();
         let lengths = (name.len() as u16).to_le_bytes();
         let method = method.to_le_bytes();
-        bytes.extend([b"PK\x03\x04\x14\0\0\0", &method[..], &[0; 8], &sizes, &lengths, &[4, 0]].concat());
+        bytes.extend([b"PK\x03\x04\x14\0\0\0", &method[..], &[0; 4], &sizes, &lengths, &[4, 0]].concat());
         bytes.extend([name.as_bytes(), &[9, 9, 0, 0], &packed].concat());
-        directory.extend([b"PK\x01\x02\x14\0\x14\0\0\0", &method[..], &[0; 8], &sizes, &lengths].concat());
+        directory.extend([b"PK\x01\x02\x14\0\x14\0\0\0", &method[..], &[0; 4], &sizes, &lengths].concat());
         directory.extend([&[0; 12][..], &local.to_le_bytes(), name.as_bytes()].concat());
     }
     let (start, count) = ((bytes.len() as u32).to_le_bytes(), (members.len() as u16).to_le_bytes());
@@ -72,6 +75,23 @@ fn archives_of_arrays() {
 }
 
 #[test]
+fn damaged_members_are_named() {
+    let points = array();
+    for method in [0, 8] {
+        let whole = archive(&[("arr_0.npy", &points, method)]);
+        let directory = whole.windows(4).position(|w| w == b"PK\x01\x02").unwrap();
+        // A byte of the data, and the size and the CRC-32 in the directory.
+        for at in [directory - 3, directory + 16, directory + 24] {
+            let mut damaged = whole.clone();
+            damaged[at] ^= 0x05;
+            let error = bad("a.npz", damaged);
+            assert!(matches!(error, InputError::Malformed { .. }), "{error}");
+            assert!(error.to_string().contains("arr_0"), "{error}");
+        }
+    }
+}
+
+#[test]
 fn structured_arrays() {
     let row = |i: usize| {
         let [x, y, z] = WANT[i];
@@ -87,13 +107,23 @@ fn structured_arrays() {
     let data: Vec<u8> = (0..4).flat_map(row).collect();
     let head = "{'descr': [('id', '<i4'), ('Z', '>f8'), ('n', 'S4'), ('x', '<f8'), ('y', '<f4')], \
                 'fortran_order': False, 'shape': (4,), }";
-    assert_eq!(space(&good("a.npy", npy(head, &data))), WANT);
+    let file = good("a.npy", npy(head, &data));
+    assert_eq!((space(&file), file.coordinate_type), (WANT.to_vec(), Some(CoordinateType::Float64)));
+    let narrow = "{'descr': [('x', '<f4'), ('y', '<f8')], 'fortran_order': False, 'shape': (1,), }";
+    for (head, kind) in
+        [(narrow.to_owned(), CoordinateType::Float64), (narrow.replace("f8", "f4"), CoordinateType::Float32)]
+    {
+        assert_eq!(good("a.npy", npy(&head, &[0; 12])).coordinate_type, Some(kind), "{head}");
+    }
     assert_eq!(plane(&good_with("a.npy", npy(head, &data), &TWO))[3], [0.25, 0.5]);
     for (from, to, part) in [
         ("'x'", "'u'", "(id, z, u, y)"),
         ("'n', 'S4'", "'n', 'O4'", "the type 'O4'"),
         ("'<f8')", "'<f8', (1,))", "an array itself"),
         ("('id', '<i4')", "('id', [('a', '<i4')])", "nested"),
+        ("('y', '<f4')]", "('y', '<f4'), y", "\"y, "),
+        ("('y', '<f4')]", "('y', '<f4')", "the end of the list of fields"),
+        ("[(", "[[(", "the end of the list of fields"),
     ] {
         let error = bad("a.npy", npy(&head.replace(from, to), &data));
         assert!(error.to_string().contains(part), "{error}");
@@ -208,6 +238,18 @@ fn binary_files_of_gmsh() {
             }
         }
     }
+    for (mark, section) in [("$Nodes\n4", "Nodes"), ("$Elements\n3", "Elements")] {
+        let mut short = gmsh("2.2", false);
+        let at = short.windows(mark.len()).position(|w| w == mark.as_bytes()).unwrap();
+        short[at + mark.len() - 1] = if section == "Nodes" { b'3' } else { b'1' };
+        let error = bad_cells("a.msh", &short).to_string();
+        assert!(error.contains(&format!("more bytes in ${section}")), "{error}");
+    }
+    let mut more = gmsh("2.2", true);
+    let end = more.windows(9).position(|w| w == b"$EndNodes").unwrap();
+    more.splice(end..end, [b'$'; 28]);
+    let error = bad("a.msh", &more).to_string();
+    assert!(error.contains("more bytes in $Nodes"), "{error}");
     assert!(matches!(bad("a.msh", "$MeshFormat\n4.0 1 8\n"), InputError::Unsupported { .. }));
 }
 

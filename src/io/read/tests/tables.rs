@@ -235,6 +235,12 @@ fn ignored_columns_are_listed_or_counted() {
         assert!(notes.len() == 1 && notes[0].ends_with(end), "{notes:?}");
     }
     assert_eq!(bad("a.csv", "x,y\n1,2\n3,4,5\n").line(), Some(3));
+    for text in
+        ["x,y,z\n1,2,3\n1,2,3,,5\n", "\n1;2;3\n1;2;3;;7\n", "\n1,2\n1,2,,,7\n", "\n1,2,3\n1,2,3,\"\",7\n"]
+    {
+        assert_eq!(bad("a.csv", text).line(), Some(3), "{text}");
+    }
+    assert_eq!(space(&good("a.csv", "x,y,z\n1,2,3\n1,2,3,,\n")), [[1.0, 2.0, 3.0]; 2]);
     let keep = ReadOptions { keep_columns: true, ..PLAIN };
     let file = good_with("a.csv", "x,y\n1,2,3\n", &keep);
     assert_eq!((file.columns[0].name.as_str(), &file.columns[0].values[..]), ("column_1", &[1.0][..]));

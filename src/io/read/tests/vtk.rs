@@ -91,3 +91,11 @@ fn damaged_files_are_refused() {
         "{error}"
     );
 }
+
+#[test]
+fn lines_of_many_sections_are_counted_once() {
+    let text = ascii("POLYDATA", &"LINES 0 0\n".repeat(60_000));
+    assert_eq!(good("a.vtk", &text).points.len(), 4);
+    let text = ascii("POLYDATA", &format!("{}POLYGONS 1 9\n3 0 1 9 4 4 4 4 4\n", "LINES 0 0\n".repeat(3)));
+    assert_eq!(bad("a.vtk", &text).line(), Some(17));
+}

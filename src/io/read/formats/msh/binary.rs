@@ -66,16 +66,29 @@ impl<'a> Cursor<'a> {
         None
     }
 
-    /// Goes to the end of a section.
-    fn skip(&mut self, name: &[u8]) -> Result<(), InputError> {
+    /// Goes to the end of a section of which all entries were read. Only blanks may precede its last line.
+    fn close(&mut self, name: &[u8]) -> Result<(), InputError> {
+        let before = self.at;
+        let rest = self.skip(name)?;
+        if let Some(more) = rest.iter().position(|b| !b.is_ascii_whitespace()) {
+            let found = format!("more bytes in ${}", excerpt(name));
+            let expected = "the end of the section after the announced number";
+            return Err(self.source.malformed(before + more, found, expected));
+        }
+        Ok(())
+    }
+
+    /// Goes to the end of a section. Returns the bytes before its last line.
+    fn skip(&mut self, name: &[u8]) -> Result<&'a [u8], InputError> {
         let mark = [b"$End", name].concat();
         let rest = &self.source.data[self.at..];
         let found = rest.windows(mark.len()).position(|w| w.eq_ignore_ascii_case(&mark));
         let place = Place::Byte(self.at as u64);
         let found = found.ok_or_else(|| self.source.truncated(place, "lines closing a section", 1, 0))?;
+        let before = &rest[..found];
         self.at += found;
         self.line();
-        Ok(())
+        Ok(before)
     }
 
     /// Returns the number of nodes or elements of version 2.2, which is text.
@@ -94,8 +107,16 @@ pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Fil
     while let Some(name) = cursor.section() {
         match (name.to_ascii_lowercase().as_slice(), &mut nodes) {
             (b"meshformat", _) => cursor.format()?,
-            (b"nodes", None) => nodes = Some(cursor.nodes(options)?),
-            (b"elements", Some((mesh, tags))) => cursor.elements(mesh, tags)?,
+            (b"nodes", None) => {
+                nodes = Some(cursor.nodes(options)?);
+                cursor.close(name)?;
+                continue;
+            }
+            (b"elements", Some((mesh, tags))) => {
+                cursor.elements(mesh, tags)?;
+                cursor.close(name)?;
+                continue;
+            }
             (b"nodes" | b"elements", _) => {
                 let found = format!("a section ${}", excerpt(name));
                 return Err(source.malformed(cursor.at, found, "one section $Nodes before the $Elements"));

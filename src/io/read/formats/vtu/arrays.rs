@@ -23,8 +23,7 @@ pub struct DataArray<'a> {
     pub text: &'a [u8],
     /// The byte offset of its opening tag.
     pub offset: usize,
-    /// The 1-based line number of its opening tag.
-    pub line: u64,
+    source: Source<'a>,
 }
 
 /// The appended data, after the underscore.
@@ -93,17 +92,17 @@ pub fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
                 let (text, end) = if tag.empty { (b"".as_slice(), at) } else { content(source, &tag)? };
                 at = end;
                 let name = tag.attribute("Name").unwrap_or_default();
-                let array = declared(source, &tag, text);
+                let array = || declared(source, &tag, text);
                 match (section, name) {
-                    (b"Points", _) => grid.points = Some(array?),
-                    (b"Cells" | b"Polys", "connectivity") => grid.connectivity = Some(array?),
-                    (b"Cells" | b"Polys", "offsets") => grid.offsets = Some(array?),
-                    (b"Cells", "types") => grid.types = Some(array?),
-                    (b"PointData", "GlobalPointIds") => grid.point_ids = array.ok(),
-                    (b"PointData", "vtkGhostType") => grid.point_ghosts = array.ok(),
-                    (b"CellData", "vtkGhostType") => grid.ghosts = array.ok(),
-                    (b"CellData", "GlobalCellIds") => grid.cell_ids = array.ok(),
-                    (b"CellData", "owner") => grid.owners = array.ok(),
+                    (b"Points", _) => grid.points = Some(array()?),
+                    (b"Cells" | b"Polys", "connectivity") => grid.connectivity = Some(array()?),
+                    (b"Cells" | b"Polys", "offsets") => grid.offsets = Some(array()?),
+                    (b"Cells", "types") => grid.types = Some(array()?),
+                    (b"PointData", "GlobalPointIds") => grid.point_ids = array().ok(),
+                    (b"PointData", "vtkGhostType") => grid.point_ghosts = array().ok(),
+                    (b"CellData", "vtkGhostType") => grid.ghosts = array().ok(),
+                    (b"CellData", "GlobalCellIds") => grid.cell_ids = array().ok(),
+                    (b"CellData", "owner") => grid.owners = array().ok(),
                     _ => {}
                 }
             }
@@ -203,7 +202,7 @@ fn content<'a>(source: Source<'a>, opening: &Tag<'_>) -> Result<(&'a [u8], usize
     }
 }
 
-fn declared<'a>(source: Source<'_>, tag: &Tag<'_>, text: &'a [u8]) -> Result<DataArray<'a>, InputError> {
+fn declared<'a>(source: Source<'a>, tag: &Tag<'_>, text: &'a [u8]) -> Result<DataArray<'a>, InputError> {
     let kind = tag.attribute("type").unwrap_or_default();
     let scalar = Scalar::of_vtk(kind);
     let scalar = scalar
@@ -224,7 +223,7 @@ fn declared<'a>(source: Source<'_>, tag: &Tag<'_>, text: &'a [u8]) -> Result<Dat
             ));
         }
     };
-    Ok(DataArray { scalar, components, storage, text, offset: tag.start, line: source.line_at(tag.start) })
+    Ok(DataArray { scalar, components, storage, text, offset: tag.start, source })
 }
 
 fn appended<'a>(source: Source<'a>, tag: &Tag<'_>) -> Result<Appended<'a>, InputError> {
@@ -257,6 +256,6 @@ impl DataArray<'_> {
 
     /// Returns the line of its opening tag.
     pub fn place(&self) -> Place {
-        Place::Line(self.line)
+        Place::Line(self.source.line_at(self.offset))
     }
 }
