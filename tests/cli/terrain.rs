@@ -55,6 +55,10 @@ fn every_output_can_be_verified() {
         place.good(&format!("verify m.{ending} m.{ending} --terrain --perturbed"));
         place.fails(&format!("verify m.{ending} m.{ending}"), 3, &["three coordinates", "--terrain"]);
     }
+    for ending in ["vtu", "vtk", "msh", "msh22", "mesh", "off", "pvtu"] {
+        place.good(&format!("verify m.{ending} --terrain --perturbed"));
+        place.fails(&format!("verify m.{ending}"), 3, &["three coordinates", "--terrain"]);
+    }
     for points in ["m.vtu", "m.ply", "m.obj", "p.csv"] {
         for cells in ["m.npy", "m.pvtu", "m.ele"] {
             place.good(&format!("verify {points} {cells} --terrain --perturbed"));

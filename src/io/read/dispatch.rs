@@ -90,13 +90,15 @@ pub fn read_mesh(
     options: &ReadOptions,
     progress: &mut ReadProgress<'_>,
 ) -> Result<(PointFile, CellFile), InputError> {
-    check_options(path, options)?;
+    let wanted = &*terrain::in_space(path, options)?;
+    check_options(path, wanted)?;
     let data = load::load(path, Packing::of(path), progress)?;
-    whole_mesh(Source { path, data: &data }, options)
+    let (points, cells) = whole_mesh(Source { path, data: &data }, wanted)?;
+    Ok((terrain::lowered(points, options), cells))
 }
 
-/// Reads points and cells.
-pub(super) fn whole_mesh(
+/// Reads points and cells. The points of a terrain are in space.
+fn whole_mesh(
     source: Source<'_>,
     options: &ReadOptions,
 ) -> Result<(PointFile, CellFile), InputError> {

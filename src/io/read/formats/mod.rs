@@ -83,7 +83,7 @@ macro_rules! mesh {
             }),
             mesh: Some(|source, options| {
                 let points = $module::parse(source, options)?.into_points(options)?;
-                let chosen = of_points(&points);
+                let chosen = of_points(&points, options);
                 Ok((points, $module::parse(source, &ReadOptions::default())?.into_cells(&chosen)?))
             }),
             ..NONE
@@ -175,8 +175,9 @@ fn is_ele(data: &[u8]) -> bool {
 }
 
 /// Returns the options to read the cells of the file with these points.
-fn of_points(file: &PointFile) -> CellOptions {
-    CellOptions { dimension: (file.points.dimension() == 2).then_some(2), ..CellOptions::default() }
+fn of_points(file: &PointFile, options: &ReadOptions) -> CellOptions {
+    let is_plane = options.terrain || file.points.dimension() == 2;
+    CellOptions { dimension: is_plane.then_some(2), ..CellOptions::default() }
 }
 
 /// The table and the readers agree.
