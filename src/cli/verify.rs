@@ -160,7 +160,14 @@ struct Subject {
 impl Subject {
     /// Reads points and cells of one file.
     fn of_mesh(path: &Path, options: &ReadOptions, talk: &Talk) -> Result<Self, Failure> {
-        let (points, cells) = input::open_mesh(path, options, talk)?;
+        let (mut points, cells) = input::open_mesh(path, options, talk)?;
+        // Without cells, the file does not show its dimension. In space, flat points are right to have none.
+        if cells.cells.is_empty()
+            && let Some(plane) = flattened(&points.points)
+        {
+            talk.note("note: there are no cells and every z is 0, so the points are verified in the plane");
+            points.points = plane;
+        }
         let whole = Subject { points: points.points, cells, ids: points.source_index };
         whole.in_dimension_of(&path.display().to_string(), path, talk)
     }

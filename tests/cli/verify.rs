@@ -251,6 +251,17 @@ fn one_file_of_points_and_cells_is_enough() {
 }
 
 #[test]
+fn flat_points_without_cells_are_no_triangulation() {
+    let place = Place::new();
+    for name in ["p2.vtu", "p2.vtk", "p2.vtu.gz"] {
+        place.good(&format!("generate uniform -n 50 -d 2 -q -o {name}"));
+        let failed = place.run(&format!("verify {name}"));
+        assert_eq!(code(&failed), 4, "{name}");
+        assert!(stderr(&failed).contains("there are no cells"), "{}", stderr(&failed));
+    }
+}
+
+#[test]
 fn one_file_without_points_or_cells_is_refused() {
     let place = Place::new();
     place.good("generate uniform -n 30 -q -o p.xyz");
