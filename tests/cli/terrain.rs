@@ -55,7 +55,7 @@ fn every_output_can_be_verified() {
         place.good(&format!("verify m.{ending} m.{ending} --terrain --perturbed"));
         place.fails(&format!("verify m.{ending} m.{ending}"), 3, &["three coordinates", "--terrain"]);
     }
-    for ending in ["vtu", "vtk", "msh", "msh22", "mesh", "off", "pvtu"] {
+    for ending in ["vtu", "vtk", "msh", "msh22", "mesh", "off", "obj", "ply", "pvtu"] {
         place.good(&format!("verify m.{ending} --terrain --perturbed"));
         place.fails(&format!("verify m.{ending}"), 3, &["three coordinates", "--terrain"]);
     }

@@ -102,6 +102,12 @@ macro_rules! surface {
                 let points = || $module::read(source, &ReadOptions::default());
                 faces::triangles(source, &$module::read_faces(source)?, options, points)
             }),
+            mesh: Some(|source, options| {
+                let points = $module::read(source, options)?;
+                let whole = || $module::read(source, &ReadOptions::default());
+                let faces = $module::read_faces(source)?;
+                Ok((points, faces::triangles(source, &faces, &CellOptions::default(), whole)?))
+            }),
             domain: Some(|source, _| {
                 let file = $module::read(source, &ReadOptions::default())?;
                 surface::of(source, file, $module::read_faces(source)?, $first)
@@ -189,6 +195,7 @@ const _: () = {
         assert!(format.has(Role::Points) == reader.points.is_some());
         assert!(format.has(Role::Cells) == reader.cells.is_some());
         assert!(format.has(Role::Domain) == reader.domain.is_some());
+        assert!(format.holds_mesh() == reader.mesh.is_some());
         assert!(format.has(Role::Sizes) == reader.sizes.is_some());
         assert!(format.row().is_divided(Role::Points) == reader.rows.is_some());
         at += 1;
