@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use septet_core::model::Points;
 use septet_core::spec::Commands;
 use septet_io::read::{CellFile, CellOptions, ListedFile, ReadOptions, read_cells};
@@ -184,8 +184,8 @@ impl Subject {
                 None => usize::try_from(id).ok().filter(|id| *id < loaded.points.len()),
             };
             let same = position.filter(|&position| {
-                let [a, b] = [(&own.points, point), (&loaded.points, position)].map(coordinates_of);
-                a.iter().zip(b).all(|(a, b)| a == b)
+                place_of(&own.points, None, point)
+                    == place_of(&loaded.points, loaded.heights.as_deref(), position)
             });
             let Some(position) = same else {
                 let piece = own.piece_of_point(point as u64).unwrap_or_else(|| path.display().to_string());
@@ -261,10 +261,12 @@ impl Subject {
     }
 }
 
-/// Returns the coordinates of a point.
-fn coordinates_of((points, at): (&Points, usize)) -> &[f64] {
-    let d = points.dimension();
-    &points.coordinates()[at * d..(at + 1) * d]
+/// Returns the place of a point in space. In the plane, z is its height, or 0 without heights.
+fn place_of(points: &Points, heights: Option<&[f64]>, at: usize) -> DVec3 {
+    match points {
+        Points::Plane(points) => points[at].extend(heights.map_or(0.0, |heights| heights[at])),
+        Points::Space(points) => points[at],
+    }
 }
 
 /// Converts points in space to points in the plane if all have z = 0.

@@ -64,6 +64,10 @@ fn every_output_can_be_verified() {
             place.good(&format!("verify {points} {cells} --terrain --perturbed"));
         }
     }
+    // Pieces have the heights of their points.
+    place.file("higher.csv", table().replace("\n37,23,101.5,", "\n37,23,102.5,")).file("flat.csv", plane());
+    place.fails("verify higher.csv m.pvtu --terrain", 3, &["m.pieces/", "other coordinates", "higher.csv"]);
+    place.fails("verify flat.csv m.pvtu", 3, &["m.pieces/", "other coordinates", "flat.csv"]);
     place.good("verify m.node m.ele --perturbed");
     place.good("verify m.node m.ele --terrain --perturbed");
     // A terrain has other cells after its points have moved in the plane.
