@@ -98,10 +98,7 @@ pub fn read_mesh(
 }
 
 /// Reads points and cells. The points of a terrain are in space.
-fn whole_mesh(
-    source: Source<'_>,
-    options: &ReadOptions,
-) -> Result<(PointFile, CellFile), InputError> {
+fn whole_mesh(source: Source<'_>, options: &ReadOptions) -> Result<(PointFile, CellFile), InputError> {
     let format = options.format.or_else(|| of_file(source.path, source.data));
     match format.and_then(|format| Some((format, reader(format).mesh?))) {
         Some((format, _)) if options.columns.is_some() || options.keep_columns => {

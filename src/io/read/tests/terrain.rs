@@ -98,11 +98,14 @@ fn the_faces_of_a_surface_are_cells() {
     assert_eq!((cells.dimension, cells.cells), (2, vec![0, 1, 2, 1, 3, 2]));
     let square = read(&format!("{vertices}f 1 2 4 3\n"), &CellOptions::default()).unwrap_err();
     assert!(square.to_string().contains("4 corners"), "{square}");
+    assert_eq!(square.line(), Some(5));
     for options in [CellOptions::default(), CellOptions { point_count: Some(4), ..CellOptions::default() }] {
-        assert!(matches!(
-            read(&format!("{vertices}f 1 2 5\n"), &options),
-            Err(InputError::OutOfRangeIndex { .. })
-        ));
+        let error = read(&format!("{vertices}f 1 2 3\nf 1 2 5\n"), &options).unwrap_err();
+        assert!(
+            matches!(error, InputError::OutOfRangeIndex { value: 5, first: 1, limit: Some(4), cell: 1, .. }),
+            "{error}"
+        );
+        assert_eq!(error.line(), Some(6));
     }
 }
 
