@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use septet_core::model::Points;
 use septet_core::spec::Commands;
 use septet_io::read::{CellFile, CellOptions, ListedFile, ReadOptions, read_cells};
@@ -160,7 +160,14 @@ struct Subject {
 impl Subject {
     /// Reads points and cells of one file.
     fn of_mesh(path: &Path, options: &ReadOptions, talk: &Talk) -> Result<Self, Failure> {
-        let (points, cells) = input::open_mesh(path, options, talk)?;
+        let (mut points, cells) = input::open_mesh(path, options, talk)?;
+        // Without cells, the file does not show its dimension. In space, flat points are right to have none.
+        if cells.cells.is_empty()
+            && let Some(plane) = flattened(&points.points)
+        {
+            talk.note("note: there are no cells and every z is 0, so the points are verified in the plane");
+            points.points = plane;
+        }
         let whole = Subject { points: points.points, cells, ids: points.source_index };
         whole.in_dimension_of(&path.display().to_string(), path, talk)
     }
@@ -177,8 +184,8 @@ impl Subject {
                 None => usize::try_from(id).ok().filter(|id| *id < loaded.points.len()),
             };
             let same = position.filter(|&position| {
-                let [a, b] = [(&own.points, point), (&loaded.points, position)].map(coordinates_of);
-                a.iter().zip(b).all(|(a, b)| a == b)
+                place_of(&own.points, None, point)
+                    == place_of(&loaded.points, loaded.heights.as_deref(), position)
             });
             let Some(position) = same else {
                 let piece = own.piece_of_point(point as u64).unwrap_or_else(|| path.display().to_string());
@@ -254,10 +261,12 @@ impl Subject {
     }
 }
 
-/// Returns the coordinates of a point.
-fn coordinates_of((points, at): (&Points, usize)) -> &[f64] {
-    let d = points.dimension();
-    &points.coordinates()[at * d..(at + 1) * d]
+/// Returns the place of a point in space. In the plane, z is its height, or 0 without heights.
+fn place_of(points: &Points, heights: Option<&[f64]>, at: usize) -> DVec3 {
+    match points {
+        Points::Plane(points) => points[at].extend(heights.map_or(0.0, |heights| heights[at])),
+        Points::Space(points) => points[at],
+    }
 }
 
 /// Converts points in space to points in the plane if all have z = 0.

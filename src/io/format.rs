@@ -420,8 +420,9 @@ impl Format {
     }
 
     /// Whether a file has points together with their cells. A `.npy` file has one or the other.
-    pub fn holds_mesh(self) -> bool {
-        self == Format::Pvtu || self.has(Role::Points) && self.has(Role::Cells) && self != Format::Npy
+    pub const fn holds_mesh(self) -> bool {
+        matches!(self, Format::Pvtu)
+            || self.has(Role::Points) && self.has(Role::Cells) && !matches!(self, Format::Npy)
     }
 
     /// Returns what to do instead of a use that the format does not have.

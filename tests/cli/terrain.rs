@@ -55,11 +55,19 @@ fn every_output_can_be_verified() {
         place.good(&format!("verify m.{ending} m.{ending} --terrain --perturbed"));
         place.fails(&format!("verify m.{ending} m.{ending}"), 3, &["three coordinates", "--terrain"]);
     }
+    for ending in ["vtu", "vtk", "msh", "msh22", "mesh", "off", "obj", "ply", "pvtu"] {
+        place.good(&format!("verify m.{ending} --terrain --perturbed"));
+        place.fails(&format!("verify m.{ending}"), 3, &["three coordinates", "--terrain"]);
+    }
     for points in ["m.vtu", "m.ply", "m.obj", "p.csv"] {
         for cells in ["m.npy", "m.pvtu", "m.ele"] {
             place.good(&format!("verify {points} {cells} --terrain --perturbed"));
         }
     }
+    // Pieces have the heights of their points.
+    place.file("higher.csv", table().replace("\n37,23,101.5,", "\n37,23,102.5,")).file("flat.csv", plane());
+    place.fails("verify higher.csv m.pvtu --terrain", 3, &["m.pieces/", "other coordinates", "higher.csv"]);
+    place.fails("verify flat.csv m.pvtu", 3, &["m.pieces/", "other coordinates", "flat.csv"]);
     place.good("verify m.node m.ele --perturbed");
     place.good("verify m.node m.ele --terrain --perturbed");
     // A terrain has other cells after its points have moved in the plane.
@@ -68,7 +76,7 @@ fn every_output_can_be_verified() {
     let failed = place.run("verify moved.csv m.npy --terrain");
     assert_eq!(code(&failed), 4, "{}", stderr(&failed));
     let next = stderr(&place.good("triangulate p.csv --terrain -o m.vtu"));
-    assert!(next.contains("septet verify m.vtu m.vtu --terrain"), "{next}");
+    assert!(next.contains("septet verify m.vtu --terrain"), "{next}");
 }
 
 #[test]

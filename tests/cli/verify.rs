@@ -233,10 +233,12 @@ fn one_file_of_points_and_cells_is_enough() {
             assert_eq!(place.json("v.json")["cells_file"], format!("m.{name}"));
         }
     }
-    place.good("triangulate p2.xyz -q -o plane.off");
-    place.good("verify plane.off");
-    place.good("triangulate p3.xyz -q -o hull.off");
-    place.fails("verify hull.off", 3, &["triangles", "three coordinates"]);
+    for name in ["off", "obj", "ply"] {
+        place.good(&format!("triangulate p2.xyz -q -o plane.{name}"));
+        place.good(&format!("verify plane.{name}"));
+        place.good(&format!("triangulate p3.xyz -q -o hull.{name}"));
+        place.fails(&format!("verify hull.{name}"), 3, &["triangles", "three coordinates"]);
+    }
     // Duplicates are points of a file, and no vertices.
     place.file("twice.xyz", "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0\n1 1 1\n");
     place.good("triangulate twice.xyz -q --workers 2 -o t.vtu -o t.pvtu");
@@ -248,6 +250,17 @@ fn one_file_of_points_and_cells_is_enough() {
     place.fails("verify other.xyz t.pvtu", 3, &["t.pieces/000", "id 5", "other.xyz"]);
     place.file("fewer.xyz", "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0\n");
     place.fails("verify fewer.xyz t.pvtu", 3, &["t.pieces/000", "id 5", "does not exist"]);
+}
+
+#[test]
+fn flat_points_without_cells_are_no_triangulation() {
+    let place = Place::new();
+    for name in ["p2.vtu", "p2.vtk", "p2.vtu.gz"] {
+        place.good(&format!("generate uniform -n 50 -d 2 -q -o {name}"));
+        let failed = place.run(&format!("verify {name}"));
+        assert_eq!(code(&failed), 4, "{name}");
+        assert!(stderr(&failed).contains("there are no cells"), "{}", stderr(&failed));
+    }
 }
 
 #[test]

@@ -78,6 +78,7 @@ pub fn read_cells_from<R: Read>(
 }
 
 /// Reads the points of a file and their cells, from a format that has both, or from standard input if `path` is `-`.
+/// The cells of a terrain are triangles.
 ///
 /// The pieces of a `.pvtu` file must agree: every point and cell belongs to one piece, and its ghosts are equal in others.
 /// Rows of their points are global ids.
@@ -90,16 +91,15 @@ pub fn read_mesh(
     options: &ReadOptions,
     progress: &mut ReadProgress<'_>,
 ) -> Result<(PointFile, CellFile), InputError> {
-    check_options(path, options)?;
+    let wanted = &*terrain::in_space(path, options)?;
+    check_options(path, wanted)?;
     let data = load::load(path, Packing::of(path), progress)?;
-    whole_mesh(Source { path, data: &data }, options)
+    let (points, cells) = whole_mesh(Source { path, data: &data }, wanted)?;
+    Ok((terrain::lowered(points, options), cells))
 }
 
-/// Reads points and cells.
-pub(super) fn whole_mesh(
-    source: Source<'_>,
-    options: &ReadOptions,
-) -> Result<(PointFile, CellFile), InputError> {
+/// Reads points and cells. The points of a terrain are in space.
+fn whole_mesh(source: Source<'_>, options: &ReadOptions) -> Result<(PointFile, CellFile), InputError> {
     let format = options.format.or_else(|| of_file(source.path, source.data));
     match format.and_then(|format| Some((format, reader(format).mesh?))) {
         Some((format, _)) if options.columns.is_some() || options.keep_columns => {

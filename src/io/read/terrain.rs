@@ -27,6 +27,11 @@ pub(super) fn in_space<'a>(
     }
 }
 
+/// Returns the dimension of the cells that belong to points with these options: the cells of a terrain are triangles.
+pub(super) fn dimension_of_cells(options: &ReadOptions) -> Option<usize> {
+    if options.terrain { Some(2) } else { options.dimension }
+}
+
 /// Returns a file of points as the options request it: the points of a terrain lie in the plane, with their heights.
 pub(super) fn lowered(mut file: PointFile, options: &ReadOptions) -> PointFile {
     if options.terrain {

@@ -18,10 +18,11 @@ use std::path::Path;
 
 use super::cells::{self, CellFile, CellOptions};
 use super::domain::{DomainFile, poly, surface};
-use super::error::InputError;
+use super::error::{InputError, Place};
+use super::faces::{self, FileFaces};
 use super::points::{PointFile, ReadOptions, ReadProgress};
 use super::text::Source;
-use super::{columns, faces, signature, size_rows};
+use super::{columns, signature, size_rows};
 use crate::format::{Format, Role};
 use septet_core::mesh::field::SizeField;
 
@@ -83,7 +84,7 @@ macro_rules! mesh {
             }),
             mesh: Some(|source, options| {
                 let points = $module::parse(source, options)?.into_points(options)?;
-                let chosen = of_points(&points);
+                let chosen = of_points(&points, options);
                 Ok((points, $module::parse(source, &ReadOptions::default())?.into_cells(&chosen)?))
             }),
             ..NONE
@@ -92,15 +93,23 @@ macro_rules! mesh {
 }
 
 /// A format of points and of surfaces, which are domains, or cells if they consist of triangles. The corners of faces are
-/// numbered from `$first`.
+/// numbered from `$first`, and `$place` locates a face.
 macro_rules! surface {
-    ($module:ident, $first:expr, $signature:expr) => {
+    ($module:ident, $first:expr, $place:expr, $signature:expr) => {
         Reader {
             signature: $signature,
             points: Some($module::read),
             cells: Some(|source, options| {
                 let points = || $module::read(source, &ReadOptions::default());
-                faces::triangles(source, &$module::read_faces(source)?, options, points)
+                let faces = $module::read_faces(source)?;
+                faces::triangles(&FileFaces { source, faces, first: $first, place: $place }, options, points)
+            }),
+            mesh: Some(|source, options| {
+                let points = $module::read(source, options)?;
+                let whole = || $module::read(source, &ReadOptions::default());
+                let faces = $module::read_faces(source)?;
+                let surface = FileFaces { source, faces, first: $first, place: $place };
+                Ok((points, faces::triangles(&surface, &CellOptions::default(), whole)?))
             }),
             domain: Some(|source, _| {
                 let file = $module::read(source, &ReadOptions::default())?;
@@ -138,9 +147,9 @@ pub const fn reader(format: Format) -> Reader {
         Format::Off => Reader {
             cells: Some(|source, _| off::read_cells(source)),
             mesh: Some(|source, options| Ok((off::read(source, options)?, off::read_cells(source)?))),
-            ..surface!(off, 0, |data| signature::is_off(word(data)))
+            ..surface!(off, 0, |_, _| Place::Whole, |data| signature::is_off(word(data)))
         },
-        Format::Ply => surface!(ply, 0, |data| data.starts_with(b"ply\n") || data.starts_with(b"ply\r")),
+        Format::Ply => surface!(ply, 0, |_, _| Place::Whole, is_ply),
         Format::Stl => Reader {
             signature: |data| signature::is_binary(data) || word(data) == b"solid",
             points: Some(stl::read),
@@ -150,7 +159,7 @@ pub const fn reader(format: Format) -> Reader {
             }),
             ..NONE
         },
-        Format::Obj => surface!(obj, 1, |_| false),
+        Format::Obj => surface!(obj, 1, obj::place_of_face, |_| false),
         Format::Vtu => mesh!(vtu, |data| vtu::is_of_type(data, |kind| kind != "PolyData")),
         Format::Vtp => mesh!(vtu, |data| vtu::is_of_type(data, |kind| kind == "PolyData")),
         Format::Vtk => mesh!(vtk, |data| data.starts_with(b"# vtk DataFile")),
@@ -170,13 +179,18 @@ fn is_node(data: &[u8]) -> bool {
     signature::is_node(text(data))
 }
 
+fn is_ply(data: &[u8]) -> bool {
+    data.starts_with(b"ply\n") || data.starts_with(b"ply\r")
+}
+
 fn is_ele(data: &[u8]) -> bool {
     signature::is_ele(text(data))
 }
 
 /// Returns the options to read the cells of the file with these points.
-fn of_points(file: &PointFile) -> CellOptions {
-    CellOptions { dimension: (file.points.dimension() == 2).then_some(2), ..CellOptions::default() }
+fn of_points(file: &PointFile, options: &ReadOptions) -> CellOptions {
+    let is_plane = options.terrain || file.points.dimension() == 2;
+    CellOptions { dimension: is_plane.then_some(2), ..CellOptions::default() }
 }
 
 /// The table and the readers agree.
@@ -188,6 +202,7 @@ const _: () = {
         assert!(format.has(Role::Points) == reader.points.is_some());
         assert!(format.has(Role::Cells) == reader.cells.is_some());
         assert!(format.has(Role::Domain) == reader.domain.is_some());
+        assert!(format.holds_mesh() == reader.mesh.is_some());
         assert!(format.has(Role::Sizes) == reader.sizes.is_some());
         assert!(format.row().is_divided(Role::Points) == reader.rows.is_some());
         at += 1;

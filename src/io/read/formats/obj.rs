@@ -54,3 +54,11 @@ pub fn read_faces(source: Source<'_>) -> Result<Faces, InputError> {
     }
     Ok(faces)
 }
+
+/// Returns the line of a face, given by its position.
+pub fn place_of_face(source: Source<'_>, at: usize) -> Place {
+    let mut lines = Lines::new(source.data);
+    let faces = std::iter::from_fn(|| lines.next_data());
+    let line = faces.filter(|line| line.words().next() == Some(b"f".as_slice())).nth(at);
+    line.map_or(Place::Whole, |line| line.place())
+}

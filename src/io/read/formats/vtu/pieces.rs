@@ -14,6 +14,7 @@ use crate::read::error::{InputError, Place};
 use crate::read::listed::ListedFile;
 use crate::read::load::{Packing, load};
 use crate::read::points::{PointFile, ReadOptions};
+use crate::read::terrain::dimension_of_cells;
 use crate::read::text::Source;
 use agreement::Agreed;
 use piece::{ADVICE, Piece};
@@ -32,7 +33,7 @@ pub fn read_cells(source: Source<'_>, options: &CellOptions) -> Result<CellFile,
 /// Reads the points and the cells of all pieces without ghosts. The points ascend by their global ids, which are their
 /// rows.
 pub fn read_both(source: Source<'_>, options: &ReadOptions) -> Result<(PointFile, CellFile), InputError> {
-    let chosen = CellOptions { dimension: options.dimension, ..CellOptions::default() };
+    let chosen = CellOptions { dimension: dimension_of_cells(options), ..CellOptions::default() };
     let (pieces, agreed) = read_pieces(source, &chosen)?;
     let cells = cells_of(&pieces, &agreed);
     let is_plane = cells.dimension == 2 && !cells.cells.is_empty();
