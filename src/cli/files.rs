@@ -5,6 +5,7 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use septet_io::Files;
+use septet_io::write::stage::is_special;
 use septet_io::write::{OutputError, WriteOptions, check_output, check_text_output};
 
 use super::errors::{Code, Failure};
@@ -140,7 +141,35 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
     septet_io::write::write_text(path, text)
 }
 
+/// Removes files that a failing run has written. Devices, pipes, folders and names of open files stay.
+pub fn remove(files: &[PathBuf]) {
+    for file in files.iter().filter(|file| file.is_file() && !is_special(file)) {
+        // A file that is already gone is as wanted.
+        let _ = std::fs::remove_file(file);
+    }
+}
+
 /// Prints text to standard output.
 pub fn print(text: &str) -> Result<(), OutputError> {
     write_text(Path::new("-"), text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn only_regular_files_are_removed() {
+        use std::os::fd::AsRawFd;
+        let directory = tempfile::tempdir().unwrap();
+        let at = |name: &str| directory.path().join(name);
+        std::fs::write(at("a.off"), "OFF").unwrap();
+        let log = std::fs::File::create(at("log.txt")).unwrap();
+        let open = PathBuf::from(format!("/dev/fd/{}", log.as_raw_fd()));
+        assert!(std::process::Command::new("mkfifo").arg(at("pipe")).status().unwrap().success());
+        remove(&[at("a.off"), at("none"), at("pipe"), "/dev/null".into(), open]);
+        assert!(!at("a.off").exists());
+        assert!(at("log.txt").exists() && at("pipe").exists() && Path::new("/dev/null").exists());
+    }
 }

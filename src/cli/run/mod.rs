@@ -22,6 +22,7 @@ use septet_lab::report::{RunContext, RunReport};
 use septet_protocol::wire::Alone;
 
 use crate::errors::{Code, Failure};
+use crate::files::remove;
 use crate::progress::Talk;
 pub use goal::Goal;
 use output::{write_costs, write_duplicates, write_mesh_files};
@@ -121,14 +122,6 @@ fn rejection(run: &Outcome) -> Option<Failure> {
 /// Checks the peak of a run that has written its files. Removes them if it is above the limit.
 fn check_memory(spec: &Spec, files: &[PathBuf]) -> Result<(), Failure> {
     check_peak(spec).map_err(Failure::from).inspect_err(|_| remove(files))
-}
-
-/// Removes the files of a run that reached its limit of memory after it had written them.
-fn remove(files: &[PathBuf]) {
-    for file in files {
-        // A file that is already gone is as wanted.
-        let _ = std::fs::remove_file(file);
-    }
 }
 
 /// Returns the numbers of the triangulation, if they are requested and its certificate passed.

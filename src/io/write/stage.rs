@@ -161,7 +161,7 @@ fn refuse_directory(target: &Path) -> Result<(), OutputError> {
 }
 
 /// Returns `true` if a rename must not replace this target: a device, a pipe, a socket, or the name of an open file.
-pub(super) fn is_special(target: &Path) -> bool {
+pub fn is_special(target: &Path) -> bool {
     let of_system = |directory: PathBuf| directory == Path::new("/dev") || directory.starts_with("/proc");
     fs::metadata(target).is_ok_and(|found| {
         !found.is_dir() && (!found.is_file() || directory_of(target).canonicalize().is_ok_and(of_system))
