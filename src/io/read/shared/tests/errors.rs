@@ -40,8 +40,34 @@ fn a_bad_number_is_named_by_file_place_and_row() {
     }
 }
 
-#[test]
-fn errors_are_those_of_one_process() {
+/// Files that are refused, or read, alike by one process and by several.
+const SINGLE: [&str; 22] = [
+    "short.xyz",
+    "wide.xyz",
+    "commas.csv",
+    "extra.csv",
+    "hole.csv",
+    "word.xyz",
+    "missing.csv",
+    "many.xyz",
+    "few.xyz",
+    "four.csv",
+    "cells.txt",
+    "header.csv",
+    "names.csv",
+    "domain.txt",
+    "wide16.txt",
+    "cut.npy",
+    "head.npy",
+    "four.npy",
+    "no.xyz.gz",
+    "a.what",
+    "absent.npy",
+    ".",
+];
+
+/// Returns the folder of the files.
+fn faulty() -> Folder {
     let good = table(20, " ", "\n");
     let whole = npy("f8", 10, 3, false, &data("f8", 30));
     let folder = Folder::of(&[
@@ -71,31 +97,13 @@ fn errors_are_those_of_one_process() {
     folder.write("whole.npy", &whole);
     folder.write("no.xyz.gz", "1 2 3\n");
     folder.write("a.what", "no text");
-    let single = [
-        "short.xyz",
-        "wide.xyz",
-        "commas.csv",
-        "extra.csv",
-        "hole.csv",
-        "word.xyz",
-        "missing.csv",
-        "many.xyz",
-        "few.xyz",
-        "four.csv",
-        "cells.txt",
-        "header.csv",
-        "names.csv",
-        "domain.txt",
-        "wide16.txt",
-        "cut.npy",
-        "head.npy",
-        "four.npy",
-        "no.xyz.gz",
-        "a.what",
-        "absent.npy",
-        ".",
-    ];
-    for name in single {
+    folder
+}
+
+#[test]
+fn errors_are_those_of_one_process() {
+    let folder = faulty();
+    for name in SINGLE {
         folder.check(&[name], &plain());
         folder.check(&[name], &skipping());
         folder.check(&["good.xyz", name], &plain());
