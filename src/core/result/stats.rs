@@ -2,7 +2,8 @@
 //!
 //! **Statement.** All numbers are functions of the points and their triangulation. They depend neither on the order of the
 //! cells nor on the workers, threads and processes that hold them: counts are integers, sums are exact until they are rounded
-//! once, and a cell is measured with its vertices in canonical order.
+//! once, and a cell is measured with its vertices in canonical order. The volume is the exact sum of the rounded measures of
+//! the cells, and the surface that of the hull facets.
 //!
 //! The edges at a vertex follow from the cells `t` and the hull facets `b` at it, because the link of a vertex is a disk or a
 //! sphere. In the plane, a vertex has `t` edges, and one more on the hull. In space, Euler's formula of the link gives
@@ -49,7 +50,7 @@ pub struct Stats {
     pub hull_vertices: u64,
     /// The least and the largest coordinate on each axis. Empty if there are no points.
     pub extent: Vec<[f64; 2]>,
-    /// The area of the hull in the plane, or its volume in space: the sum over all cells.
+    /// The area of the hull in the plane, or its volume in space: the sum of the rounded measures of all cells, rounded once.
     pub volume: f64,
     /// The length of the boundary in the plane, or its area in space.
     pub surface: f64,
