@@ -149,6 +149,28 @@ pub fn remove(files: &[PathBuf]) {
     }
 }
 
+/// The files that a step has written so far. They are removed if the step fails or unwinds.
+#[derive(Default)]
+pub struct Fresh(Vec<PathBuf>);
+
+impl Fresh {
+    /// Adds files that are complete.
+    pub fn extend(&mut self, files: Vec<PathBuf>) {
+        self.0.extend(files);
+    }
+
+    /// Returns the files of a step that succeeded. They stay.
+    pub fn keep(mut self) -> Vec<PathBuf> {
+        std::mem::take(&mut self.0)
+    }
+}
+
+impl Drop for Fresh {
+    fn drop(&mut self) {
+        remove(&self.0);
+    }
+}
+
 /// Prints text to standard output.
 pub fn print(text: &str) -> Result<(), OutputError> {
     write_text(Path::new("-"), text)
@@ -171,5 +193,22 @@ mod tests {
         remove(&[at("a.off"), at("none"), at("pipe"), "/dev/null".into(), open]);
         assert!(!at("a.off").exists());
         assert!(at("log.txt").exists() && at("pipe").exists() && Path::new("/dev/null").exists());
+    }
+
+    #[test]
+    fn a_failing_step_leaves_no_file() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("a.off");
+        let step = |fails: bool| {
+            std::fs::write(&path, "OFF").unwrap();
+            let mut fresh = Fresh::default();
+            fresh.extend(vec![path.clone()]);
+            assert!(!fails, "planned");
+            fresh.keep()
+        };
+        assert_eq!(step(false), std::slice::from_ref(&path));
+        assert!(path.exists());
+        assert!(std::panic::catch_unwind(|| step(true)).is_err());
+        assert!(!path.exists());
     }
 }

@@ -68,7 +68,7 @@ impl Loaded {
         if let Some(far) = far_points(&file.points) {
             let row =
                 |position: usize| file.source_index.as_ref().map_or(position as u64, |rows| rows[position]);
-            talk.note(describe_far(&far, row));
+            talk.note(describe_far(&far, &files, row));
         }
         if file.skipped > 0 {
             talk.note(format!("note: {} skipped", counted(file.skipped as u64, "invalid point")));
@@ -96,16 +96,19 @@ fn far_points(points: &Points) -> Option<FarPoints> {
     }
 }
 
-/// Returns the note on far points. `row` returns the row of the input of a point.
-fn describe_far(far: &FarPoints, row: impl Fn(usize) -> u64) -> String {
+/// Returns the note on far points. `row` returns the row of the input of a point, and `files` are the files of a list.
+fn describe_far(far: &FarPoints, files: &[ListedFile], row: impl Fn(usize) -> u64) -> String {
     let n = far.positions.len() as u64;
     let first = row(far.positions[0] as usize);
     let (are, which) = if n == 1 { ("is", "it is") } else { ("are", "the first is") };
-    let ratio = far.ratio;
-    format!(
-        "note: {} {are} up to {ratio:.0e} times as far as the median point; {which} point {first} (from 0)",
-        counted(n, "point")
-    )
+    // Without a distance to compare with, there is only infinity.
+    let distance = if far.ratio.is_finite() {
+        format!("up to {:.0e} times as far as the median point", far.ratio)
+    } else {
+        "far from all others".to_owned()
+    };
+    let place = if files.len() > 1 { place_of(files, first).unwrap_or_default() } else { String::new() };
+    format!("note: {} {are} {distance}; {which} point {first} (from 0{place})", counted(n, "point"))
 }
 
 /// Refuses an input without points, whatever its format is. The number of points that were kept, and of invalid points that
@@ -371,5 +374,27 @@ pub fn unreadable(path: &Path, error: &std::io::Error) -> Failure {
         }
         _ => Failure::new(Code::Input, format!("{name}: cannot be read: {error}"))
             .help("check the permissions of the file"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn far_points_are_described_without_infinity() {
+        let far = |ratio| FarPoints { positions: vec![7], ratio };
+        let listed = |path: &str, first_row, rows| ListedFile { path: path.into(), first_row, rows };
+        let files = [listed("a.xyz", 0, 5), listed("b.xyz", 5, 5)];
+        let note = describe_far(&far(f64::INFINITY), &files, |point| point as u64);
+        assert_eq!(
+            note,
+            "note: 1 point is far from all others; it is point 7 (from 0; point 7 is row 2 of b.xyz)"
+        );
+        let note = describe_far(&far(3e6), &[], |point| point as u64);
+        assert_eq!(
+            note,
+            "note: 1 point is up to 3e6 times as far as the median point; it is point 7 (from 0)"
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! The limit of the memory: forecasts, counts of what grows, and nothing left behind.
+//! The limit of the memory: forecasts, counts of what grows, and nothing left behind. Each thread needs memory, so the number
+//! of threads is given.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -33,7 +34,7 @@ fn a_curve_with_many_cells_is_refused_before_it_starts() {
     place.good("generate moment-curve -n 4000 -o curve.npy");
     for command in ["triangulate", "simulate"] {
         for way in ["--workers 1", "--workers 5", "--transport processes --processes 3"] {
-            stops(&place, &format!("{command} curve.npy -o out.vtu --max-memory 60M {way}"), 10);
+            stops(&place, &format!("{command} curve.npy -o out.vtu --threads 2 --max-memory 60M {way}"), 10);
         }
     }
 }
@@ -44,25 +45,26 @@ fn growing_cells_stop_at_the_limit() {
     place.file("hidden.xyz", hidden_curve());
     for command in ["triangulate hidden.xyz --max-memory 48M", "simulate hidden.xyz --max-memory 70M"] {
         for way in [
-            "--workers 1",
-            "--workers 3",
-            "--workers 16 --threads 1",
-            "--transport sim --workers 3",
-            "--transport processes --processes 3",
+            "--threads 2 --workers 1",
+            "--threads 2 --workers 3",
+            "--threads 1 --workers 16",
+            "--threads 2 --transport sim --workers 3",
+            "--threads 2 --transport processes --processes 3",
         ] {
             stops(&place, &format!("{command} -o out.vtu {way}"), 60);
         }
     }
-    place.good("triangulate hidden.xyz -o out.vtu --max-memory 400M");
+    place.good("triangulate hidden.xyz -o out.vtu --threads 2 --max-memory 400M");
 }
 
 #[test]
 fn a_limit_above_the_peak_changes_nothing() {
     let place = Place::new();
     for command in ["triangulate", "simulate"] {
-        place.good(&format!("{command} sample:uniform:4000 -o free.vtu"));
+        place.good(&format!("{command} sample:uniform:4000 -o free.vtu --threads 2"));
         for way in ["", "--transport processes --processes 2"] {
-            place.good(&format!("{command} sample:uniform:4000 -o out.vtu --max-memory 64M {way}"));
+            let limit = "--threads 2 --max-memory 128M";
+            place.good(&format!("{command} sample:uniform:4000 -o out.vtu {limit} {way}"));
             let [free, limited] = ["free.vtu", "out.vtu"].map(|name| fs::read(place.path(name)).unwrap());
             assert!(free == limited, "{command} {way}");
         }

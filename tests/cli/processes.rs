@@ -401,17 +401,21 @@ fn no_socket_of_a_run_has_a_name() {
 }
 
 /// The processes that a process started.
+#[cfg(target_os = "linux")]
 fn children(of: u32) -> Vec<u32> {
     let listed = fs::read_to_string(format!("/proc/{of}/task/{of}/children")).unwrap_or_default();
     listed.split_whitespace().map(|pid| pid.parse().unwrap()).collect()
 }
 
+#[cfg(target_os = "linux")]
 fn is_running(pid: u32) -> bool {
     let state = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
     state.rsplit(')').next().is_some_and(|rest| !rest.trim().is_empty() && !rest.trim().starts_with('Z'))
 }
 
-/// Ends one of the processes at different times. All end within 5 seconds, and leave no output.
+/// Ends one of the processes at different times. All end within the 4 seconds that a process has to stop, and 10 seconds more
+/// on a busy system. They leave no output.
+#[cfg(target_os = "linux")]
 #[test]
 fn all_processes_end_with_one_of_them() {
     let place = Place::new();
@@ -440,7 +444,10 @@ fn all_processes_end_with_one_of_them() {
             std::thread::sleep(Duration::from_millis(5));
         };
         while others.iter().any(|&pid| is_running(pid)) {
-            assert!(killed.elapsed() < Duration::from_secs(5), "{signal} {try_number}: a process still runs");
+            assert!(
+                killed.elapsed() < Duration::from_secs(14),
+                "{signal} {try_number}: a process still runs"
+            );
             std::thread::sleep(Duration::from_millis(5));
         }
         assert_eq!(

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use septet_io::write::stage::remove_waiting;
 use septet_workers::transport::socket::OnEnd;
 
 use crate::errors::{Code, Failure};
@@ -36,14 +37,15 @@ impl Loss {
         }
         self.is_first.store(true, Ordering::SeqCst);
         let loss = self.clone();
-        thread::spawn(move || {
+        let watch = move || {
             thread::sleep(PATIENCE);
             if !loss.is_over.load(Ordering::SeqCst) {
-                let message = "error: a process of the run ended, and this one did not stop in time";
-                let _ = writeln!(std::io::stderr(), "{message}");
-                std::process::exit(Code::Machine as i32);
+                exit("this one did not stop in time");
             }
-        });
+        };
+        if thread::Builder::new().spawn(watch).is_err() {
+            exit("this one cannot start a thread that waits for its end");
+        }
     }
 
     /// Ends the run of this process. Returns its result. A run that stopped because of a lost process was not interrupted.
@@ -58,6 +60,13 @@ impl Loss {
             other => other,
         }
     }
+}
+
+/// Ends this process at once, without temporary files.
+fn exit(reason: &str) -> ! {
+    let _ = writeln!(std::io::stderr(), "error: a process of the run ended, and {reason}");
+    remove_waiting();
+    std::process::exit(Code::Machine as i32);
 }
 
 #[cfg(test)]

@@ -98,7 +98,7 @@ pub fn run(
     let processes = gather(team, &run, start)?;
     team.agree(check_memory(&spec, &files)).inspect_err(|_| remove(&files))?;
     let transport = team.transport;
-    team.first_only(|| {
+    let published = team.first_only(|| {
         let report = RunReport::of(&run, &requested, &context);
         let report = match transport {
             Some(name) => report.with_processes(name, processes),
@@ -107,7 +107,8 @@ pub fn run(
         check_memory(&spec, &files)?;
         publish((args, &requested), &plan.tables, &report, files.clone(), talk)
     })?;
-    team.agree(check_memory(&spec, &files))?;
+    let files = published.unwrap_or(files);
+    team.agree(check_memory(&spec, &files)).inspect_err(|_| remove(&files))?;
     failure.map_or(Ok(()), Err)
 }
 

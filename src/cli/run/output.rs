@@ -13,7 +13,7 @@ use super::plan::Plan;
 use super::rows::Rows;
 use super::team::Team;
 use crate::errors::{Code, Failure};
-use crate::files;
+use crate::files::{self, Fresh};
 use crate::formats::write_mesh;
 use crate::progress::Talk;
 
@@ -53,7 +53,7 @@ fn options<'a>((plan, with_owner): (&Plan<'_>, bool), rows: &'a Rows) -> WriteOp
     WriteOptions { with_owner, first_id: held.first_id, point_data: &held.columns, ..args.writing.options() }
 }
 
-/// Writes the triangulation of one process.
+/// Writes the triangulation of one process to all outputs, or to none of its files.
 fn write_all(
     (plan, spec): (&Plan<'_>, &Spec),
     run: &Outcome,
@@ -64,7 +64,7 @@ fn write_all(
     // In a file that has only cells, or only some of the points, indices count all rows of the input.
     let source = held.source_index.as_deref();
     let options = WriteOptions { source, ..options((plan, spec.keep.owner), rows) };
-    let mut files = Vec::new();
+    let mut files = Fresh::default();
     for output in &plan.goal.args().output {
         talk.check();
         let stage = format!("writing {}", output.display());
@@ -79,7 +79,7 @@ fn write_all(
         let view = MeshView { heights: held.heights.as_deref(), ..view };
         files.extend(write_mesh(output, &view, &options, &mut progress)?);
     }
-    Ok(files)
+    Ok(files.keep())
 }
 
 /// Writes the rows of duplicates, if the run is asked for them. Returns the file. The first process writes for all.

@@ -84,19 +84,20 @@ fn malformed() -> Failure {
     Failure::new(Code::Machine, "the counts of a process do not decode")
 }
 
-/// Writes the tables and the report, and prints the summary. `files` are the files written before.
+/// Writes the tables and the report, and prints the summary. `files` are the files written before. Returns all files.
 pub(super) fn publish(
     (args, requested): (&RunArgs, &Spec),
     tables: &Tables,
     report: &RunReport,
     mut files: Vec<PathBuf>,
     talk: &Talk,
-) -> Result<(), Failure> {
+) -> Result<Vec<PathBuf>, Failure> {
     let rendered = |format, which| report.tables(format, which);
     files.extend(tables.write(&rendered)?);
     print_report((args, requested), report, &files, talk)?;
     tables.print(&rendered);
-    Ok(())
+    files.extend(args.json.clone().filter(|path| path.as_os_str() != "-"));
+    Ok(files)
 }
 
 /// Writes the report as JSON and prints its summary.

@@ -2,7 +2,8 @@
 //!
 //! **Statement.** All numbers are functions of the points and their triangulation. They depend neither on the order of the
 //! cells nor on the workers, threads and processes that hold them: counts are integers, sums are exact until they are rounded
-//! once, and a cell is measured with its vertices in canonical order.
+//! once, and a cell is measured with its vertices in canonical order. The volume is the exact sum of the rounded measures of
+//! the cells, and the surface that of the hull facets.
 //!
 //! The edges at a vertex follow from the cells `t` and the hull facets `b` at it, because the link of a vertex is a disk or a
 //! sphere. In the plane, a vertex has `t` edges, and one more on the hull. In space, Euler's formula of the link gives
@@ -49,7 +50,7 @@ pub struct Stats {
     pub hull_vertices: u64,
     /// The least and the largest coordinate on each axis. Empty if there are no points.
     pub extent: Vec<[f64; 2]>,
-    /// The area of the hull in the plane, or its volume in space: the sum over all cells.
+    /// The area of the hull in the plane, or its volume in space: the sum of the rounded measures of all cells, rounded once.
     pub volume: f64,
     /// The length of the boundary in the plane, or its area in space.
     pub surface: f64,
@@ -98,15 +99,32 @@ impl Measured {
     }
 
     fn add_facet<P: Point>(&mut self, corners: &[P]) {
-        let first = corners[0];
-        let normal = match corners {
-            [_, b, c] => P::hull_normal(&[*b - first, *c - first]) * 0.5,
-            [_, b] => *b - first,
-            _ => return,
-        };
-        self.surface.add(normal.norm2().sqrt());
+        let Some(measure) = facet_measure(corners) else { return };
+        self.surface.add(measure);
         self.hull_facets += 1;
     }
+}
+
+/// Returns the length or area of a facet, rounded. Its differences are divided by a power of two near the largest one, which
+/// leaves room for products.
+fn facet_measure<P: Point>(corners: &[P]) -> Option<f64> {
+    let (first, others) = corners.split_first()?;
+    let coordinates = others.iter().flat_map(|&p| (0..P::DIM).map(move |i| (p - *first).coord(i).abs()));
+    let unit = power_below(coordinates.fold(0.0, f64::max));
+    let near = |p: P| (p - *first) * (1.0 / unit);
+    match *others {
+        [b, c] => Some((P::hull_normal(&[near(b), near(c)]) * 0.5).norm2().sqrt() * unit * unit),
+        [b] => Some(near(b).norm2().sqrt() * unit),
+        _ => None,
+    }
+}
+
+/// Returns the largest normal power of two up to `x`, or the least one. Returns 1 if `x` is zero or not finite.
+fn power_below(x: f64) -> f64 {
+    if x == 0.0 || !x.is_finite() {
+        return 1.0;
+    }
+    f64::from_bits(x.to_bits() & (0x7ff << 52)).max(f64::MIN_POSITIVE)
 }
 
 /// A vertex of a cell, with its input index first.
@@ -248,4 +266,27 @@ fn unpaired<P: Space>(shares: &[PlacedShare<'_>]) -> (Measured, Vec<u64>) {
         }
     }
     (measured, hull)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn facets_of_any_size_have_measures() {
+        let close = |found: Option<f64>, wanted: f64| {
+            let found = found.unwrap();
+            assert!((found / wanted - 1.0).abs() < 1e-14, "{found} {wanted}");
+        };
+        for size in [1e-300, 1e-170, 1.0, 1e156, 1e300] {
+            let edge = [DVec2::new(-size, size), DVec2::new(2.0 * size, 5.0 * size)];
+            close(facet_measure(&edge), 5.0 * size);
+        }
+        for size in [1e-150, 1e-90, 1.0, 1e90, 1e153] {
+            let triangle = [DVec3::ZERO, DVec3::new(3.0 * size, 0.0, 0.0), DVec3::new(size, 0.0, 4.0 * size)];
+            close(facet_measure(&triangle), 6.0 * size * size);
+        }
+        assert_eq!(facet_measure(&[DVec2::ONE, DVec2::ONE]), Some(0.0));
+        assert_eq!(facet_measure(&[DVec2::ZERO, DVec2::new(0.0, 5e-324)]), Some(5e-324));
+    }
 }

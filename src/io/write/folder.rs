@@ -9,7 +9,7 @@ use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use super::error::{OutputError, WriteFault};
-use super::stage::{beside, refuse_read_only, write_synced};
+use super::stage::{beside, refuse_read_only, waiting, write_synced};
 
 /// The smallest number of digits in the name of a piece.
 const DIGITS: usize = 4;
@@ -74,6 +74,7 @@ impl Folder {
     /// Creates a folder for this number of pieces.
     pub(super) fn create(target: &Path, pieces: u32) -> Result<Self, OutputError> {
         let ((), temporary) = beside(target, |path| fs::create_dir(path))?;
+        waiting().insert(temporary.clone());
         Ok(Folder { pieces: Pieces::of(temporary, target, pieces), is_placed: false })
     }
 
@@ -109,6 +110,7 @@ impl Drop for Folder {
         if !self.is_placed {
             remove(&self.pieces.temporary);
         }
+        waiting().remove(&self.pieces.temporary);
     }
 }
 

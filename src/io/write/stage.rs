@@ -5,10 +5,12 @@
 //! `/dev/stdout`. They are opened for appending, because a rename would replace them. Opening a pipe waits for its
 //! reader.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
@@ -21,6 +23,29 @@ static SERIAL: AtomicU64 = AtomicU64::new(0);
 
 /// The number of temporary names to try in a directory.
 const ATTEMPTS: u32 = 1000;
+
+/// The files and folders of this process that still have temporary names.
+static WAITING: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// Returns the files and folders of this process that still have temporary names.
+pub(super) fn waiting() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    WAITING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes the files and folders of this process that still have temporary names. The process then exits, and drops nothing.
+pub fn remove_waiting() {
+    remove_where(|_| true);
+}
+
+/// Removes the files and folders with certain temporary names.
+fn remove_where(holds: impl Fn(&Path) -> bool) {
+    for path in waiting().iter().filter(|path| holds(path)) {
+        if fs::remove_file(path).is_err() {
+            // The process created the folder. The caller cannot report a failure.
+            let _ = fs::remove_dir_all(path);
+        }
+    }
+}
 
 /// A set of files that are not yet renamed to their targets.
 #[derive(Default)]
@@ -41,7 +66,7 @@ impl Stage {
             return Ok(file);
         }
         let (file, temporary) = create_beside(target)?;
-        self.files.push((Some(temporary), target.to_path_buf()));
+        self.add(temporary, target);
         Ok(file)
     }
 
@@ -50,8 +75,13 @@ impl Stage {
     pub(super) fn reserve(&mut self, target: &Path) -> Result<String, OutputError> {
         let (_, temporary) = create_beside(target)?;
         let name = temporary.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        self.files.push((Some(temporary), target.to_path_buf()));
+        self.add(temporary, target);
         Ok(name)
+    }
+
+    fn add(&mut self, temporary: PathBuf, target: &Path) {
+        waiting().insert(temporary.clone());
+        self.files.push((Some(temporary), target.to_path_buf()));
     }
 
     /// Writes one file of the set. The bytes are compressed if its name ends in `.gz`.
@@ -98,6 +128,7 @@ impl Stage {
                 }
                 return Err(OutputError::Io { path: target.clone(), source });
             }
+            waiting().remove(temporary);
             done.push(target.clone());
         }
         Ok(files.into_iter().map(|(_, target)| target).collect())
@@ -109,6 +140,7 @@ impl Drop for Stage {
         for temporary in self.files.iter().filter_map(|(temporary, _)| temporary.as_ref()) {
             // `drop` cannot report a failure.
             let _ = fs::remove_file(temporary);
+            waiting().remove(temporary);
         }
     }
 }
@@ -272,6 +304,21 @@ mod tests {
         stage.write(&first, |_| Ok(())).unwrap();
         stage.write(&second, |_| Ok(())).unwrap();
         (stage, second)
+    }
+
+    #[test]
+    fn files_that_wait_are_removed_before_an_exit() {
+        let directory = tempfile::tempdir().unwrap();
+        let (stage, _) = staged(directory.path());
+        let kept = directory.path().join("b.off");
+        let mut other = Stage::default();
+        other.write(&kept, |_| Ok(())).unwrap();
+        other.commit().unwrap();
+        // Other tests have files of their own.
+        remove_where(|path| path.starts_with(directory.path()));
+        assert_eq!(names(directory.path()), ["b.off"]);
+        drop(stage);
+        assert!(!waiting().iter().any(|path| path.starts_with(directory.path())));
     }
 
     #[test]
