@@ -134,6 +134,20 @@ fn polygons_of_vtk() {
         .replace("3 6", "4")
         .replace("NumberOfPolys='2'", "NumberOfPolys='1'");
     assert!(matches!(bad_cells("a.vtp", quads), InputError::Unsupported { .. }));
+    // Strips are cells that are not read.
+    let strips = text.replace("NumberOfPolys", "NumberOfStrips='1' NumberOfPolys").replace(
+        "</Piece>",
+        "<Strips><DataArray type='Int64' Name='connectivity'>0 1 2 3</DataArray>\
+        <DataArray type='Int64' Name='offsets'>4</DataArray></Strips></Piece>",
+    );
+    assert_eq!(space(&good("a.vtp", &strips)), WANT);
+    let error = bad_cells("a.vtp", strips);
+    assert!(error.to_string().contains("a triangle strip"), "{error}");
+    assert_eq!(error.line(), Some(2));
+    assert_eq!(
+        good_cells("a.vtp", text.replace("NumberOfPolys", "NumberOfStrips='0' NumberOfPolys")).cells.len(),
+        6
+    );
     let error = bad("a.gpx", "<?xml version='1.0'?><gpx><wpt lat='1' lon='2'/></gpx>");
     assert!(matches!(error, InputError::UnknownFormat { .. }), "{error}");
 }

@@ -44,6 +44,8 @@ pub struct Arrays<'a> {
     pub zlib: bool,
     pub point_count: u64,
     pub cell_count: u64,
+    /// The location of a piece with triangle strips, which are not read.
+    pub strips: Option<Place>,
     pub points: Option<DataArray<'a>>,
     pub connectivity: Option<DataArray<'a>>,
     pub offsets: Option<DataArray<'a>>,
@@ -75,12 +77,7 @@ pub fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
         match (tag.name, tag.closing) {
             (b"Piece", false) => {
                 pieces += 1;
-                grid.point_count = attribute_count(source, &tag, "NumberOfPoints")?;
-                let cells = if grid.has_polygons { "NumberOfPolys" } else { "NumberOfCells" };
-                grid.cell_count = match tag.attribute(cells) {
-                    None if grid.has_polygons => 0,
-                    _ => attribute_count(source, &tag, cells)?,
-                };
+                grid.take_counts(&tag)?;
             }
             (
                 b"Points" | b"Cells" | b"Polys" | b"Verts" | b"Lines" | b"Strips" | b"PointData"
@@ -126,6 +123,22 @@ pub fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
     }
 }
 
+impl Arrays<'_> {
+    /// Takes the numbers of points and cells from the tag of a piece.
+    fn take_counts(&mut self, tag: &Tag<'_>) -> Result<(), InputError> {
+        let source = self.source;
+        self.point_count = attribute_count(source, tag, "NumberOfPoints")?;
+        if !self.has_polygons {
+            self.cell_count = attribute_count(source, tag, "NumberOfCells")?;
+            return Ok(());
+        }
+        let count = |name| tag.attribute(name).map_or(Ok(0), |_| attribute_count(source, tag, name));
+        self.cell_count = count("NumberOfPolys")?;
+        self.strips = (count("NumberOfStrips")? > 0).then(|| Place::Line(source.line_at(tag.start)));
+        Ok(())
+    }
+}
+
 /// Shortens the value of an attribute for messages.
 fn shown(value: &str) -> String {
     excerpt(value.as_bytes())
@@ -163,6 +176,7 @@ fn root_of<'a>(source: Source<'a>, root: &Tag<'_>) -> Result<Arrays<'a>, InputEr
         zlib: compressor.is_some_and(|c| !c.is_empty()),
         point_count: 0,
         cell_count: 0,
+        strips: None,
         points: None,
         connectivity: None,
         offsets: None,

@@ -15,6 +15,7 @@ pub fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<FileMesh<'
     let grid = arrays::open(source)?;
     let points = read_points(&grid, options)?;
     let mut mesh = FileMesh::new(source, points, 0);
+    mesh.other = grid.strips.map(|place| (place, "a triangle strip".to_owned()));
     read_cells(&grid, &mut mesh)?;
     Ok(mesh)
 }
