@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::*;
-use crate::read::read_from;
+use crate::read::{read_from, read_mesh};
 
 const TERRAIN: ReadOptions = ReadOptions {
     dimension: None,
@@ -106,6 +106,33 @@ fn the_faces_of_a_surface_are_cells() {
             "{error}"
         );
         assert_eq!(error.line(), Some(6));
+    }
+}
+
+#[test]
+fn one_file_has_points_heights_and_cells() {
+    let folder = tempfile::tempdir().unwrap();
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\n\
+        element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 5\n1 0 6\n0 1 7\n3 0 1 2\n";
+    for (name, text) in [
+        ("a.obj", "v 0 0 5\nv 1 0 6\nv 0 1 7\nf 1 2 3\n"),
+        ("a.off", "OFF 3 1 0\n0 0 5\n1 0 6\n0 1 7\n3 0 1 2\n"),
+        ("a.ply", ply),
+        (
+            "a.mesh",
+            "MeshVersionFormatted 2\nDimension 3\nVertices\n3\n0 0 5 0\n1 0 6 0\n0 1 7 0\nTriangles\n1\n1 2 3 0\nEnd\n",
+        ),
+    ] {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        let (points, cells) = read_mesh(&path, &TERRAIN, &mut |_, _| {}).unwrap();
+        assert_eq!(places(&points), (vec![0.0, 0.0, 1.0, 0.0, 0.0, 1.0], vec![5.0, 6.0, 7.0]), "{name}");
+        assert_eq!((cells.dimension, cells.cells), (2, vec![0, 1, 2]), "{name}");
+        let (points, cells) = read_mesh(&path, &PLAIN, &mut |_, _| {}).unwrap();
+        assert_eq!((points.points.dimension(), points.heights, cells.dimension), (3, None, 2), "{name}");
+        let solid = ReadOptions { dimension: Some(3), ..TERRAIN };
+        let refused = read_mesh(&path, &solid, &mut |_, _| {});
+        assert!(matches!(refused, Err(InputError::TerrainInSpace { .. })), "{name}");
     }
 }
 
