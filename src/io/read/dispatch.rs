@@ -78,6 +78,7 @@ pub fn read_cells_from<R: Read>(
 }
 
 /// Reads the points of a file and their cells, from a format that has both, or from standard input if `path` is `-`.
+/// The cells of a terrain are triangles.
 ///
 /// The pieces of a `.pvtu` file must agree: every point and cell belongs to one piece, and its ghosts are equal in others.
 /// Rows of their points are global ids.
