@@ -76,7 +76,7 @@ pub fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
         match (tag.name, tag.closing) {
             (b"Piece", false) => {
                 pieces += 1;
-                grid.set_counts(&tag)?;
+                grid.take_counts(&tag)?;
             }
             (
                 b"Points" | b"Cells" | b"Polys" | b"Verts" | b"Lines" | b"Strips" | b"PointData"
@@ -124,7 +124,7 @@ pub fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
 
 impl Arrays<'_> {
     /// Takes the numbers of points and cells from the tag of a piece.
-    fn set_counts(&mut self, tag: &Tag<'_>) -> Result<(), InputError> {
+    fn take_counts(&mut self, tag: &Tag<'_>) -> Result<(), InputError> {
         let source = self.source;
         self.point_count = attribute_count(source, tag, "NumberOfPoints")?;
         if !self.has_polygons {
