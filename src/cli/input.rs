@@ -53,15 +53,9 @@ impl Loaded {
         self.source_index.as_ref().map_or(point, |rows| rows[point] as usize)
     }
 
-    /// Returns the points of a file, or of the files of a list. `input` names them.
-    fn of(
-        file: PointFile,
-        (input, files): (&str, Vec<ListedFile>),
-        start: Instant,
-        talk: &Talk,
-    ) -> Result<Self, Failure> {
+    /// Returns the points of a file, or of the files of a list.
+    fn of(file: PointFile, files: Vec<ListedFile>, start: Instant, talk: &Talk) -> Self {
         talk.check();
-        refuse_empty(input, file.points.len() as u64, file.skipped as u64)?;
         for note in &file.notes {
             talk.note(format!("note: {note}"));
         }
@@ -73,7 +67,7 @@ impl Loaded {
         if file.skipped > 0 {
             talk.note(format!("note: {} skipped", counted(file.skipped as u64, "invalid point")));
         }
-        Ok(Loaded {
+        Loaded {
             points: file.points,
             heights: file.heights,
             spacing: None,
@@ -84,7 +78,7 @@ impl Loaded {
             files,
             reading: Some(file.reading),
             seconds: start.elapsed().as_secs_f64(),
-        })
+        }
     }
 }
 
@@ -109,23 +103,6 @@ fn describe_far(far: &FarPoints, files: &[ListedFile], row: impl Fn(usize) -> u6
     };
     let place = if files.len() > 1 { place_of(files, first).unwrap_or_default() } else { String::new() };
     format!("note: {} {are} {distance}; {which} point {first} (from 0{place})", counted(n, "point"))
-}
-
-/// Refuses an input without points, whatever its format is. The number of points that were kept, and of invalid points that
-/// were dropped, are given.
-pub fn refuse_empty(input: &str, kept: u64, skipped: u64) -> Result<(), Failure> {
-    if kept > 0 {
-        return Ok(());
-    }
-    let name = name(Path::new(input));
-    if skipped > 0 {
-        let message =
-            format!("{name}: no point is left after dropping {}", counted(skipped, "invalid point"));
-        return Err(Failure::new(Code::Input, message)
-            .help("check the coordinates: each point has one that is not finite"));
-    }
-    let help = "check that the file is complete, and that its extension is that of its format";
-    Err(Failure::new(Code::Input, format!("{name}: there are no points")).help(help))
 }
 
 /// Returns a clause with the file of a row of a list, and with the row in this file.
@@ -311,7 +288,7 @@ pub fn open(path: &str, options: &ReadOptions, talk: &Talk) -> Result<Loaded, Fa
     let (owned, chosen) = (PathBuf::from(path), options.clone());
     let read = watched(talk, move |progress| read(&owned, &chosen, progress))?;
     let file = read.map_err(|error| with_sample(error, path))?;
-    Loaded::of(file, (path, Vec::new()), start, talk)
+    Ok(Loaded::of(file, Vec::new(), start, talk))
 }
 
 /// Reads the points and the cells of a file.
@@ -326,15 +303,6 @@ pub fn open_mesh(path: &Path, options: &ReadOptions, talk: &Talk) -> Result<(Poi
     Ok((points, cells))
 }
 
-/// Returns the name of a list in messages.
-fn name_of(list: &FileList) -> String {
-    match (list.source(), list.files()) {
-        (Some(source), _) => name(source),
-        (None, [only]) => name(only),
-        (None, files) => counted(files.len() as u64, "file"),
-    }
-}
-
 /// Reads the points of all files of a list.
 fn open_list(list: &FileList, options: &ReadOptions, talk: &Talk) -> Result<Loaded, Failure> {
     let start = Instant::now();
@@ -344,7 +312,7 @@ fn open_list(list: &FileList, options: &ReadOptions, talk: &Talk) -> Result<Load
     let [points, of] =
         [(content.points.len(), "point"), (files.len(), "file")].map(|(n, noun)| counted(n as u64, noun));
     content.notes.insert(0, format!("read {points} from {of}"));
-    Loaded::of(content, (&name_of(list), files), start, talk)
+    Ok(Loaded::of(content, files, start, talk))
 }
 
 /// Returns the text of a file that may be compressed.

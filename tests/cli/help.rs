@@ -193,40 +193,15 @@ fn the_help_opens_with_the_uses_for_data() {
 
 /// An input without points ends with exit code 3, whatever its format is.
 #[test]
-fn an_input_without_points_is_refused() {
+fn a_surface_without_points_is_refused() {
     let place = Place::new();
-    let array = |shape: &str| {
-        let head = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({shape}), }}\n");
-        [b"\x93NUMPY\x01\x00".as_slice(), &(head.len() as u16).to_le_bytes(), head.as_bytes()].concat()
-    };
-    let grid = "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"0\" NumberOfCells=\"0\">\
-                </Piece></UnstructuredGrid></VTKFile>";
-    for (name, content) in [
-        ("a.xyz", b"".as_slice()),
-        ("a.txt", b"# nothing\n"),
-        ("a.csv", b"x,y,z\n"),
-        ("a.node", b"0 3 0 0\n"),
-        ("a.npy", &array("0, 3")),
-        ("a.off", b"OFF\n0 0 0\n"),
-        ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\nend_header\n"),
-        ("a.obj", b"# nothing\n"),
-        ("a.stl", b"solid a\nendsolid a\n"),
-        ("a.vtu", grid.as_bytes()),
-        ("a.vtk", b"# vtk DataFile Version 3.0\nnone\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 0 double\n"),
-        ("a.msh", b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n0\n$EndNodes\n$Elements\n0\n$EndElements\n"),
-        ("a.mesh", b"MeshVersionFormatted 2\nDimension 3\nVertices\n0\nEnd\n"),
-    ] {
+    for (name, content) in [("a.obj", "# nothing\n"), ("a.stl", "solid a\nendsolid a\n")] {
         place.file(name, content);
         for options in ["", " --transport processes --processes 2"] {
             place.fails(&format!("triangulate {name}{options}"), 3, &[name]);
         }
         place.fails(&format!("simulate {name}"), 3, &[name]);
     }
-    place.file("raw.bin", "");
-    place.fails("triangulate raw.bin --raw f64,3", 3, &["raw.bin: there are no points"]);
-    place.file("nan.csv", "nan,1,2\n");
-    place.fails("triangulate nan.csv --skip-invalid", 3, &["nan.csv", "1 invalid point"]);
-    assert_eq!(code(&place.feed("triangulate -", b"")), 3);
 }
 
 #[test]

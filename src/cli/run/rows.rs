@@ -16,7 +16,7 @@ use septet_io::write::check_gathered;
 use super::plan::Plan;
 use super::team::Team;
 use crate::errors::Failure;
-use crate::input::{Input, Loaded, make, placed, refuse_empty};
+use crate::input::{Input, Loaded, make, placed};
 use crate::progress::Talk;
 
 /// The rows of this process.
@@ -57,9 +57,6 @@ impl Rows {
         }
         // A process that was interrupted while reading ends the command on all of them.
         team.agree(if talk.is_cancelled() { Err(Failure::interrupted()) } else { Ok(()) })?;
-        if !plan.input.is_sample() {
-            team.agree(refuse_empty(&plan.goal.args().input, held.rows, held.skipped))?;
-        }
         Ok(Rows { held, spacing, seconds: None })
     }
 
