@@ -4,7 +4,7 @@
 //! counts, extremes and an exact sum. Histograms of parts of a set can therefore be made anywhere and merged.
 //!
 //! A percentile `p` is the smallest value that at least `p` percent of the values do not exceed. It comes from counts by the
-//! leading [`DIGITS`] binary digits of the values, so it is too small by at most one part in 2048.
+//! leading `DIGITS` binary digits of the values, so it is too small by at most one part in 2048.
 
 use std::collections::BTreeMap;
 

@@ -1,6 +1,6 @@
 //! A wire between processes of one computer, over Unix sockets without names.
 //!
-//! The first process makes all connections and hands them out ([`handout`]). A thread for each connection reads parcels, so
+//! The first process makes all connections and hands them out (file `handout.rs`). A thread for each connection reads parcels, so
 //! that writing never waits for the other side to write. A process can be at most one exchange ahead of another. A
 //! connection that ends before an awaited parcel means that the process is gone.
 //!
@@ -14,7 +14,7 @@
 //! | from 6 | the bytes of the part |
 //!
 //! The receiver does not know the length of a parcel in advance, so its memory grows with the bytes that arrive. It refuses a
-//! head that no process writes before it reads the content. It holds at most [`AHEAD`] parcels of a process that were not
+//! head that no process writes before it reads the content. It holds at most `AHEAD` parcels of a process that were not
 //! taken.
 //!
 //! [`Processes`](septet_protocol::wire::Processes) adds the checksum of the content.
