@@ -55,7 +55,7 @@ fn law(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let seed = lab.seed();
     let mut figures = Vec::new();
     for sweep in recursions(lab)? {
-        figures.push(bend(&sweep, Depth { what: "all phases but the probe", most: SHARE }, seed, sum));
+        figures.push(bend(&sweep, "all phases but the probe", seed, sum));
         figures.extend(sweep.phases.iter().map(|phase| of_phase(&sweep, phase, seed)));
     }
     for sweep in lists(lab)? {
@@ -66,25 +66,7 @@ fn law(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
 
 /// Returns the figure of a phase that every run must charge. It has no value if a run does not charge the phase.
 pub(super) fn of_phase(sweep: &Sweep, phase: &str, seed: u64) -> Figure {
-    of_phase_within(
-        sweep,
-        Depth { what: phase, most: if phase == "hulls" { SHARE_OF_HULLS } else { SHARE } },
-        seed,
-    )
-}
-
-/// Returns the figure of [`of_phase`] with a bound of its own.
-pub(super) fn of_phase_within(sweep: &Sweep, fitted: Depth, seed: u64) -> Figure {
-    bend(sweep, fitted, seed, |run| sweep.count(run, fitted.what, |total| total.depth))
-}
-
-/// A depth that is fitted.
-#[derive(Clone, Copy)]
-pub(super) struct Depth<'a> {
-    /// The phase, or the phases in words.
-    pub(super) what: &'a str,
-    /// The largest quadratic term or growth, as a share of the depth at the largest size.
-    pub(super) most: f64,
+    bend(sweep, phase, seed, |run| sweep.count(run, phase, |total| total.depth))
 }
 
 /// Returns the depth of all groups of phases, without the steps of the probe on the longest chain.
@@ -95,8 +77,7 @@ fn sum(run: &Counted) -> f64 {
 }
 
 /// Returns the figure of a phase. It has no value if the depth of a run is undefined.
-fn bend(sweep: &Sweep, fitted: Depth, seed: u64, depth: impl Fn(&Counted) -> f64) -> Figure {
-    let Depth { what: phase, most: bound } = fitted;
+fn bend(sweep: &Sweep, phase: &str, seed: u64, depth: impl Fn(&Counted) -> f64) -> Figure {
     let local = LOCAL.contains(&phase);
     let runs: Vec<(&Counted, f64)> = sweep.runs.iter().map(|run| (run, depth(run))).collect();
     let asked = || runs.iter().map(|(run, _)| run.line.asked);
@@ -120,6 +101,7 @@ fn bend(sweep: &Sweep, fitted: Depth, seed: u64, depth: impl Fn(&Counted) -> f64
         "{what} of the depth of {phase}, {mean:.0} at the largest n, estimated {:.2} %",
         100.0 * estimate
     );
+    let bound = if phase == "hulls" { SHARE_OF_HULLS } else { SHARE };
     let figure =
         Figure::at_most(what, &sweep.name, seed, share.map_or(f64::NAN, |share| share.upper()), bound);
     figure.with_p(share.map_or(f64::NAN, |share| share.p_below(bound)))
