@@ -259,7 +259,8 @@ fn with_sample(error: InputError, path: &str) -> Failure {
     if is_sample { failure.help(format!("for a generated sample, use sample:{path}")) } else { failure }
 }
 
-/// Reads on a thread of its own, shows the progress, and ends the command as soon as Ctrl-C is pressed.
+/// Reads on a thread of its own, and shows the progress. Fails as soon as Ctrl-C is pressed, so that several processes
+/// can agree on this failure.
 pub fn watched<T: Send + 'static>(
     talk: &Talk,
     read: impl FnOnce(&mut ReadProgress<'_>) -> T + Send + 'static,
@@ -269,10 +270,10 @@ pub fn watched<T: Send + 'static>(
     let work = move || {
         read(&mut |done, total| *reported.lock().unwrap_or_else(PoisonError::into_inner) = (done, total))
     };
-    talk.stage("reading", 0, None);
+    talk.show("reading", 0, None);
     let look = &mut || {
         let (done, total) = *at.lock().unwrap_or_else(PoisonError::into_inner);
-        talk.stage("reading", done, total);
+        talk.show("reading", done, total);
         talk.is_cancelled()
     };
     let done = apart(work, look).map_err(|error| {

@@ -53,7 +53,7 @@ use septet_protocol::wire::Wire;
 use tracing_subscriber::layer::Identity;
 
 use errors::{Code, Failure};
-use progress::{Cancelled, Talk, TalkArgs};
+use progress::{Talk, TalkArgs};
 use run::Goal;
 use text::{near, nearest, printable};
 
@@ -206,8 +206,7 @@ fn ended(
     let failure = match outcome {
         Ok(Ok(())) => return Ok(ExitCode::SUCCESS),
         Ok(Err(failure)) => failure,
-        Err(payload) if payload.is::<Cancelled>() => Failure::interrupted(),
-        Err(payload) => *payload.downcast::<Failure>()?,
+        Err(payload) => progress::failure(payload)?,
     };
     Ok(report(&failure, talk))
 }

@@ -1,6 +1,5 @@
 //! `septet scale`.
 
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -14,7 +13,7 @@ use septet_lab::experiment::{
 use super::errors::{Code, Failure};
 use super::given::{Given, words};
 use super::options::{dimension, kind};
-use super::progress::{Cancelled, Talk};
+use super::progress::{Talk, caught};
 use super::summary::row;
 use super::text::counted;
 
@@ -138,7 +137,7 @@ fn all(sweep: &Sweep, jobs: &[&Job], journal: &mut Journal, talk: &Talk) -> Resu
         let title =
             format!("run {} of {}: {} {}{left}", number + 1, jobs.len(), request.kind.name(), request.n);
         let position = (1000.0 * spent / total) as u64;
-        let line = stoppable(|| {
+        let line = caught(|| {
             talk.stage(&title, position, Some(1000));
             Ok(runner.run(sweep, job, &mut |_, _, _| talk.check())?)
         })?;
@@ -146,15 +145,6 @@ fn all(sweep: &Sweep, jobs: &[&Job], journal: &mut Journal, talk: &Talk) -> Resu
         spent += cost(job);
     }
     Ok(())
-}
-
-/// Runs `f`, and converts the unwinding after Ctrl-C into a failure.
-fn stoppable(f: impl FnOnce() -> Result<Line, Failure>) -> Result<Line, Failure> {
-    match catch_unwind(AssertUnwindSafe(f)) {
-        Ok(result) => result,
-        Err(payload) if payload.is::<Cancelled>() => Err(Failure::interrupted()),
-        Err(payload) => resume_unwind(payload),
-    }
 }
 
 /// Returns the expected cost of a run, in an arbitrary unit.

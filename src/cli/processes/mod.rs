@@ -12,8 +12,6 @@ mod loss;
 #[cfg(unix)]
 use std::io::ErrorKind;
 #[cfg(unix)]
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-#[cfg(unix)]
 use std::sync::Arc;
 
 use septet_core::Spec;
@@ -21,9 +19,9 @@ use septet_core::spec::{Transport, Workers, cores};
 use septet_protocol::wire::Wire;
 
 use crate::errors::{Code, Failure};
-#[cfg(unix)]
-use crate::progress::Cancelled;
 use crate::progress::Talk;
+#[cfg(unix)]
+use crate::progress::caught;
 use crate::run::{Goal, Team, run};
 
 /// Runs a goal on a process of a team. By default, there is one worker for each process.
@@ -104,14 +102,6 @@ pub fn local(goal: Goal<'_>, requested: &Spec, talk: &Talk) -> Result<(), Failur
         Some(killed) => Err(Failure::new(Code::Machine, killed).help("see whether memory ran out")),
         None => result,
     }
-}
-
-/// Returns the failure of a run that a progress callback ended.
-#[cfg(unix)]
-fn caught(run: impl FnOnce() -> Result<(), Failure>) -> Result<(), Failure> {
-    catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|payload| {
-        if payload.is::<Cancelled>() { Err(Failure::interrupted()) } else { resume_unwind(payload) }
-    })
 }
 
 /// Refuses `--transport processes` on a system without Unix sockets.

@@ -8,6 +8,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::errors::{Code, Failure};
+use crate::progress::caught;
 
 /// The processes of a command.
 pub struct Team<'a> {
@@ -46,9 +47,9 @@ impl<'a> Team<'a> {
         Ok(self.processes.agree(own, Failure::described)?)
     }
 
-    /// Runs a step on the first process only. All processes return its failure.
+    /// Runs a step on the first process only. All processes return its failure, or that it was interrupted.
     pub fn first_only<T>(&mut self, step: impl FnOnce() -> Result<T, Failure>) -> Result<Option<T>, Failure> {
-        let own = if self.is_first() { step().map(Some) } else { Ok(None) };
+        let own = if self.is_first() { caught(step).map(Some) } else { Ok(None) };
         self.agree(own)
     }
 
