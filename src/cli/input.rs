@@ -8,7 +8,6 @@ use std::time::Instant;
 use septet_core::generate::{Request, generate, parse_sample};
 use septet_core::model::Points;
 use septet_core::{Error, Spec};
-use septet_geometry::incremental::FarPoints;
 use septet_geometry::range::RangeError;
 use septet_io::read::{
     CellFile, Column, FileList, FileReading, InputError, ListedFile, PointFile, PointList, ReadOptions,
@@ -16,6 +15,7 @@ use septet_io::read::{
 };
 
 use super::errors::{Code, Failure};
+use super::far::Far;
 use super::files;
 use super::formats::{check_reading, read_options};
 use super::given::Options;
@@ -59,10 +59,8 @@ impl Loaded {
         for note in &file.notes {
             talk.note(format!("note: {note}"));
         }
-        if let Some(far) = far_points(&file.points) {
-            let row =
-                |position: usize| file.source_index.as_ref().map_or(position as u64, |rows| rows[position]);
-            talk.note(describe_far(&far, &files, row));
+        if let Some(far) = Far::of(&file.points, file.source_index.as_deref()) {
+            talk.note(far.describe(&files));
         }
         if file.skipped > 0 {
             talk.note(format!("note: {} skipped", counted(file.skipped as u64, "invalid point")));
@@ -80,29 +78,6 @@ impl Loaded {
             seconds: start.elapsed().as_secs_f64(),
         }
     }
-}
-
-/// Returns the points that are far from all others, which are often values for missing data.
-fn far_points(points: &Points) -> Option<FarPoints> {
-    match points {
-        Points::Plane(points) => FarPoints::of(points),
-        Points::Space(points) => FarPoints::of(points),
-    }
-}
-
-/// Returns the note on far points. `row` returns the row of the input of a point, and `files` are the files of a list.
-fn describe_far(far: &FarPoints, files: &[ListedFile], row: impl Fn(usize) -> u64) -> String {
-    let n = far.positions.len() as u64;
-    let first = row(far.positions[0] as usize);
-    let (are, which) = if n == 1 { ("is", "it is") } else { ("are", "the first is") };
-    // Without a distance to compare with, there is only infinity.
-    let distance = if far.ratio.is_finite() {
-        format!("up to {:.0e} times as far as the median point", far.ratio)
-    } else {
-        "far from all others".to_owned()
-    };
-    let place = if files.len() > 1 { place_of(files, first).unwrap_or_default() } else { String::new() };
-    format!("note: {} {are} {distance}; {which} point {first} (from 0{place})", counted(n, "point"))
 }
 
 /// Returns a clause with the file of a row of a list, and with the row in this file.
@@ -343,27 +318,5 @@ pub fn unreadable(path: &Path, error: &std::io::Error) -> Failure {
         }
         _ => Failure::new(Code::Input, format!("{name}: cannot be read: {error}"))
             .help("check the permissions of the file"),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn far_points_are_described_without_infinity() {
-        let far = |ratio| FarPoints { positions: vec![7], ratio };
-        let listed = |path: &str, first_row, rows| ListedFile { path: path.into(), first_row, rows };
-        let files = [listed("a.xyz", 0, 5), listed("b.xyz", 5, 5)];
-        let note = describe_far(&far(f64::INFINITY), &files, |point| point as u64);
-        assert_eq!(
-            note,
-            "note: 1 point is far from all others; it is point 7 (from 0; point 7 is row 2 of b.xyz)"
-        );
-        let note = describe_far(&far(3e6), &[], |point| point as u64);
-        assert_eq!(
-            note,
-            "note: 1 point is up to 3e6 times as far as the median point; it is point 7 (from 0)"
-        );
     }
 }

@@ -5,6 +5,7 @@ mod door;
 mod effects;
 mod errors;
 mod excerpt;
+mod far;
 mod faults;
 mod files;
 mod fit;

@@ -6,9 +6,7 @@ use std::time::Instant;
 use clap::Args;
 use septet_core::generate::Kind;
 use septet_core::spec::{Commands, DEFAULT_SEED, Until, Value, Workers};
-use septet_lab::experiment::{
-    Job, Journal, JournalError, Line, RunError, Runner, Sweep, SweepError, parse_sizes,
-};
+use septet_lab::experiment::{Job, Journal, JournalError, RunError, Runner, Sweep, SweepError, parse_sizes};
 
 use super::errors::{Code, Failure};
 use super::given::{Given, words};

@@ -174,9 +174,11 @@ fn far_points_are_named() {
     let output = place.good("triangulate scan.csv");
     assert!(!stderr(&output).contains("as far as"), "{}", stderr(&output));
     place.file("scan.csv", table + "1e20,3\n");
-    let output = place.good("triangulate scan.csv");
     let note = "times as far as the median point; it is point 200 (from 0)";
-    assert!(stderr(&output).contains(note), "{}", stderr(&output));
+    for processes in ["", " --transport processes --processes 3"] {
+        let output = place.good(&format!("triangulate scan.csv{processes}"));
+        assert!(stderr(&output).contains(note), "{}", stderr(&output));
+    }
 }
 
 /// Duplicates have rows, which are counted in the input.

@@ -16,7 +16,7 @@ use crate::common::sets::{Draw, plane, space};
 use crate::common::transports::each_transport;
 use crate::common::{simulated, task, with_graph};
 use septet_core::generate::Kind;
-use septet_core::spec::{Alpha, Fault, GraphKind, Neighbours, SeparatorSets, Workers};
+use septet_core::spec::{Alpha, Correction, Fault, GraphKind, Neighbours, SeparatorSets, Workers};
 use septet_core::{Error, Outcome, Spec, independent, run_on};
 use septet_geometry::point::Point;
 use septet_protocol::ids::Rank;
@@ -170,6 +170,7 @@ fn configurations() -> [(Spec, bool); 7] {
     let in_sets = with_graph(&base, (GraphKind::Density, Both, Alpha::Value(2.5), Neighbours::Auto));
     let in_sets = in_sets.with(|c| c.keep.sets = true);
     let with_ghosts = with_graph(&base, (GraphKind::Density, Ghost, Alpha::Value(2.5), Neighbours::Auto));
+    let with_ghosts = with_ghosts.with(|c| c.recursion.neighbours = Correction::Stages);
     let few = with_graph(&base, (GraphKind::Knn, Ghost, Alpha::Auto, Neighbours::Count(6)));
     let capped = few.clone().with(|c| c.planted.exchange_cap = Some(1));
     let large = base.with(|c| c.machine.workers = Workers::Count(40));

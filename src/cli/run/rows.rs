@@ -16,6 +16,7 @@ use septet_io::write::check_gathered;
 use super::plan::Plan;
 use super::team::Team;
 use crate::errors::Failure;
+use crate::far::Far;
 use crate::input::{Input, Loaded, make, placed};
 use crate::progress::Talk;
 
@@ -50,9 +51,13 @@ impl Rows {
                 (read_shared(&mut team.processes, list.files(), &plan.reading, &block, stop)?, None)
             }
         };
+        let far = if plan.input.is_sample() { None } else { Far::of_blocks(&held, team)? };
         if team.is_first() {
             for note in &held.notes {
                 talk.note(format!("note: {note}"));
+            }
+            if let Some(far) = far {
+                talk.note(far.describe(&held.files));
             }
         }
         // A process that was interrupted while reading ends the command on all of them.

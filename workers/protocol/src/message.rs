@@ -20,7 +20,7 @@ pub use input::{RefusedRow, Survey};
 pub use merged::{Merged, PointSum, Totals};
 pub use queries::{QueryBatch, ReplyBatch};
 pub use split::{Child, Decision, Route, RouteBatch, SplitBatch};
-pub use typed::{AlphaCounts, ChosenSupergraph, Fingerprint, SampleStars, SetCounts, SetDecision};
+pub use typed::{AlphaCounts, ChosenSupergraph, Crossings, Fingerprint, SampleStars, SetCounts, SetDecision};
 
 /// The version of the protocol. It increases when the meaning or layout of a message changes.
 pub const PROTOCOL_VERSION: u16 = 14;
@@ -365,6 +365,9 @@ pub enum Body<P> {
     SetCounts(SetCounts),
     /// Leader to member, through the tree of the group: the decision on the set.
     SetDecision(SetDecision),
+    /// Member to leader, through the tree of the group: what its branch knows of a node whose balls are corrected. Then from
+    /// the leader to all members: what the group knows.
+    Crossings(Crossings),
     /// Neighbours that another rank found.
     Lists(ListBatch<P>),
     /// The order-free fingerprint of the cells that two workers share.

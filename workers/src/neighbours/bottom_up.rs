@@ -20,6 +20,7 @@ use std::ops::Range;
 use septet_geometry::point::Point;
 use septet_geometry::selection::NeighbourList;
 use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::message::Crossings;
 use septet_protocol::transport::TransportError;
 
 use crate::config::WorkerConfig;
@@ -51,13 +52,18 @@ pub(crate) async fn correct_bottom_up<P: Point>(
     table: &mut Table<P>,
 ) -> Result<(), TransportError> {
     let first = first_level(cx.config());
+    let mut own_height = 0;
     for level in (0..=first).rev() {
         cx.enter(Phase::Neighbours)?;
         if let Some(tree) = subdomain.tree().filter(|_| level == first) {
-            correct(cx, subdomain, table, tree);
+            own_height = correct(cx, subdomain, table, tree).height;
         }
         let at = subdomain.path().iter().position(|shared| shared.id().level() == level);
-        let crossed = at.map(|at| (*subdomain.path()[at].group(), crossing(subdomain, table, at)));
+        let crossed = at.map(|at| {
+            let height = own_height + (subdomain.path().len() - at) as u64;
+            let balls = crossing(subdomain, table, at);
+            (*subdomain.path()[at].group(), Crossings { balls, height })
+        });
         let march = decide(cx, subdomain, crossed).await?;
         let mut descent = Descent::new(subdomain, SEARCH, &[]);
         if let Some(at) = at.filter(|_| subdomain.tree().is_some()) {
@@ -105,41 +111,51 @@ fn cross<P: Point>(
     router.send(cx);
 }
 
-/// Corrects the balls at the nodes of a subtree, children first. Returns the owned points of the subtree.
+/// A subtree whose balls are corrected.
+struct Corrected {
+    /// Its owned points.
+    owned: Range<u32>,
+    /// The number of levels below its root.
+    height: u64,
+}
+
+/// Corrects the balls at the nodes of a subtree, children first.
 fn correct<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
     tree: &Tree<P>,
-) -> Range<u32> {
+) -> Corrected {
     let inner = match tree {
-        Tree::Leaf(at) => return subdomain.leaves()[*at].owned(),
+        Tree::Leaf(at) => return Corrected { owned: subdomain.leaves()[*at].owned(), height: 0 },
         Tree::Node(inner) => inner,
     };
-    let owned = [0, 1].map(|side| correct(cx, subdomain, table, &inner.children()[side]));
-    correct_node(cx, subdomain, table, inner, &owned);
-    owned[0].start..owned[1].end
+    let children = [0, 1].map(|side| correct(cx, subdomain, table, &inner.children()[side]));
+    correct_node(cx, subdomain, table, inner, &children);
+    let [inside, outside] = children;
+    Corrected { owned: inside.owned.start..outside.owned.end, height: 1 + inside.height.max(outside.height) }
 }
 
-/// Corrects the balls at a node whose children have the owned points `owned`.
+/// Corrects the balls at a node whose children are corrected.
 fn correct_node<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
     inner: &Inner<P>,
-    owned: &[Range<u32>; 2],
+    children: &[Corrected; 2],
 ) {
     let mut walk = SearchSpace { subdomain, table, blocks: &[] }.walk(SEARCH);
-    let (mut nearer, mut crossing) = (Vec::new(), 0);
+    let mut nearer = Vec::new();
+    let mut crossings = Crossings { balls: 0, height: 1 + children[0].height.max(children[1].height) };
     let mut found = NeighbourList::default();
-    let population = u64::from(owned[1].end - owned[0].start);
-    for (side, range) in owned.iter().enumerate() {
-        for point in range.clone() {
+    let population = u64::from(children[1].owned.end - children[0].owned.start);
+    for (side, child) in children.iter().enumerate() {
+        for point in child.owned.clone() {
             let (centre, radius2) = (table.positions()[point as usize], table.radii2()[point as usize]);
             let crosses = inner.split().reaches(centre, radius2, 1 - side);
             walk.visit_local(inner.number(), crosses);
             if crosses {
-                crossing += 1;
+                crossings.balls += 1;
                 found.clear();
                 let ball = MovingBall { centre, radius2, own_leaf: None };
                 walk.down(&inner.children()[1 - side], &ball, &mut found);
@@ -149,7 +165,7 @@ fn correct_node<P: Point>(
     }
     let mut tallies = Tallies::default();
     tallies.add(cx, Phase::Neighbours, &walk.into_counts());
-    let march = March::of::<P>(cx.config(), Crossed { population, crossing });
+    let march = March::of::<P>(cx.config(), Crossed { population, crossings });
     cx.facts(inner.id()).punts += u64::from(march == March::Punt);
     tallies.charge_pass(cx, inner.id().level(), march);
     for (point, d2) in nearer {

@@ -3,7 +3,8 @@
 //! **Statement.** Balls are corrected node by node from the leaves up ([`crate::neighbours::bottom_up`]). At a node of `m`
 //! points with `c` crossing balls, one of two corrections takes place:
 //! 1. If `c <= m^(1-1/d) log m`, the balls march down the tree beyond the separator in *stages*. One stage covers a
-//!    *block* of `J` levels at once, for `J = ceil(log2(m / leaf) / d)`. So a balanced tree has `d` stages, whatever `m` is.
+//!    *block* of `J` levels at once. If the node has `h` levels below it, then `J = ceil((h - 1) / d)`. So a node has at
+//!    most `d` stages, whatever its size and its shape are.
 //! 2. Otherwise the node *punts*: the balls descend level by level.
 //!
 //! **A stage.** A ball that arrives at the root of a block has `2^J - 1` places, one for each node that the block may have.
@@ -19,12 +20,13 @@
 //! **Source.** Frieze, Miller and Teng (1993): fast correction, and punting. Rootfix by a scan over the Euler tour: Blelloch
 //! (1990).
 //!
-//! **Work and depth.** If the separators cut `O(m^(1-1/d))` balls, a stage has `O(m^(1-1/d) (m / leaf)^(1/d)) = O(m)` places.
-//! A node without a punt takes O(1) depth and O(m) work, so all nodes take O(log n) depth and O(n log n) work. A node that
+//! **Work and depth.** If the separators cut `O(m^(1-1/d))` balls, a stage has `O(m^(1-1/d) 2^(h/d))` places, which is
+//! `O(m)` for a tree that is `h = log2 m + O(1)` high. A node without a punt takes O(1) depth, so all nodes take O(log n)
+//! depth, and O(n log n) work in such a tree. If `h = c log2 m`, the work of a node is `O(m^(1 + (c - 1)/d))`. A node that
 //! punts takes O(log m) depth.
 //!
-//! **Rounds.** Before the pass of a shared level, the members of each group add up their crossing balls. Their sum goes up and
-//! the decision down the tree of the group.
+//! **Rounds.** Before the pass of a shared level, the members of each group add up their crossing balls and find the height
+//! of the node. Both go up and, as sums of the group, down its tree. Then each member decides in the same way.
 //!
 //! **Departures.**
 //! 1. Frieze, Miller and Teng bound the number of crossing balls by `m^mu` for a constant `mu` above `1 - 1/d`. The bound here
@@ -36,7 +38,7 @@
 use septet_geometry::cost::{Cost, ceil_log2};
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase};
-use septet_protocol::message::{Body, Message, SetCounts, SetDecision};
+use septet_protocol::message::{Body, Crossings, Message};
 use septet_protocol::transport::TransportError;
 
 use crate::config::{Correction, Fault, WorkerConfig};
@@ -61,8 +63,8 @@ pub(crate) enum March {
 pub(crate) struct Crossed {
     /// Number of its points.
     pub(crate) population: u64,
-    /// Number of its balls that cross its separator.
-    pub(crate) crossing: u64,
+    /// Its balls that cross its separator, and its height.
+    pub(crate) crossings: Crossings,
 }
 
 impl March {
@@ -70,7 +72,7 @@ impl March {
     pub(crate) fn of<P: Point>(config: &WorkerConfig, node: Crossed) -> March {
         match config.graph.correction {
             Correction::Stages if node.punts(P::DIM, config.fault) => March::Punt,
-            Correction::Stages => March::Stages(block(node.population, config.tree.leaf, P::DIM)),
+            Correction::Stages => March::Stages(block(node.crossings.height, P::DIM)),
             Correction::BottomUp | Correction::Descent | Correction::Pairs => March::Levels,
         }
     }
@@ -106,86 +108,77 @@ impl Crossed {
         let (m, log) = (self.population as f64, ceil_log2(self.population) as f64);
         let power = |x: f64, exponent: usize| (0..exponent).fold(1.0, |product, _| product * x);
         let most = power(m, dimension - 1) * power(log, dimension);
-        fault == Some(Fault::AlwaysPunt) || power(self.crossing as f64, dimension) > most
+        fault == Some(Fault::AlwaysPunt) || power(self.crossings.balls as f64, dimension) > most
     }
 }
 
-/// Returns the number of levels of a block.
-fn block(population: u64, leaf: u64, dimension: usize) -> u32 {
-    let levels = ceil_log2(population.div_ceil(leaf.max(1))) as u32;
-    levels.div_ceil(dimension as u32).max(1)
+/// Returns the number of levels of a block below a node of a height. The last level has leaves only.
+fn block(height: u64, dimension: usize) -> u32 {
+    let inner = height.saturating_sub(1).min(u64::from(NodeId::DEEPEST)) as u32;
+    inner.div_ceil(dimension as u32).max(1)
 }
 
-/// The decisions of the shared nodes of one level.
+/// What the members of the shared nodes of one level know.
 #[derive(Default)]
-struct Votes {
-    crossing: Ascent<u64>,
-    decisions: Descent<bool>,
+struct Sums {
+    up: Ascent<Crossings>,
+    down: Descent<Crossings>,
 }
 
-impl Votes {
-    /// Adds the crossing balls of this rank, or of the members below it. The leader decides.
-    fn add<P: Point>(&mut self, cx: &mut Context<P>, group: &Group, own: u64) {
-        let body = |sum| Body::SetCounts(SetCounts { crossing_inside: sum, ..SetCounts::default() });
-        if let Some(crossing) = self.crossing.add(cx, group, |sum: u64| sum + own, body) {
-            let punts = March::of::<P>(cx.config(), Crossed { population: group.child.population, crossing })
-                == March::Punt;
-            cx.facts(group.node).punts += u64::from(punts);
-            self.pass_down(cx, group, punts);
+impl Sums {
+    /// Adds what this rank knows, or the members below it. The leader passes the sum down.
+    fn add<P: Point>(&mut self, cx: &mut Context<P>, group: &Group, own: Crossings) {
+        if let Some(sum) = self.up.add(cx, group, |sum: Crossings| sum.join(own), Body::Crossings) {
+            let node = Crossed { population: group.child.population, crossings: sum };
+            cx.facts(group.node).punts += u64::from(March::of::<P>(cx.config(), node) == March::Punt);
+            self.pass_down(cx, group, sum);
         }
     }
 
-    fn pass_down<P: Point>(&mut self, cx: &mut Context<P>, group: &Group, punts: bool) {
-        let body = |punts| Body::SetDecision(if punts { SetDecision::Stop } else { SetDecision::Both });
-        self.decisions.pass_down(cx, group, 0, punts, body);
+    fn pass_down<P: Point>(&mut self, cx: &mut Context<P>, group: &Group, sum: Crossings) {
+        self.down.pass_down(cx, group, 0, sum, Body::Crossings);
     }
 
-    /// Receives the sums and the decisions of a round.
+    /// Receives the sums of branches and of groups of a round.
     fn receive<P: Point>(&mut self, cx: &mut Context<P>, subdomain: &Subdomain<P>) {
         let sums = cx.take(|m: &mut Message<P>| match m.body {
-            Body::SetCounts(counts) => Some((m.node, counts.crossing_inside)),
+            Body::Crossings(sum) => Some((m.node, m.from, sum)),
             _ => None,
         });
-        for (node, sum) in sums {
-            if let Some(shared) = subdomain.shared(node) {
+        for (node, from, sum) in sums {
+            let Some(shared) = subdomain.shared(node) else { continue };
+            if shared.group().place(cx.rank()).above() == Some(from) {
+                self.pass_down(cx, shared.group(), sum);
+            } else {
                 self.add(cx, shared.group(), sum);
-            }
-        }
-        let decided = cx.take(|m: &mut Message<P>| match m.body {
-            Body::SetDecision(decision) => Some((m.node, decision == SetDecision::Stop)),
-            _ => None,
-        });
-        for (node, punts) in decided {
-            if let Some(shared) = subdomain.shared(node) {
-                self.pass_down(cx, shared.group(), punts);
             }
         }
     }
 }
 
 /// Decides together with the members of a shared node how its balls march. `crossed` is the group of the node, if this rank
-/// shares one at the current level, and the number of this rank's balls that cross its separator. All ranks call this function
-/// in the same round, in the phase of the correction, and are then at the start of a pass.
+/// shares one at the current level, and what this rank knows of it. All ranks call this function in the same round, in the
+/// phase of the correction, and are then at the start of a pass.
 pub(crate) async fn decide<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
-    crossed: Option<(Group, u64)>,
+    crossed: Option<(Group, Crossings)>,
 ) -> Result<March, TransportError> {
     if cx.config().graph.correction != Correction::Stages {
         return Ok(March::Levels);
     }
-    let mut votes = Votes::default();
+    let mut sums = Sums::default();
     if let Some((group, own)) = &crossed {
-        votes.add(cx, group, *own);
+        sums.add(cx, group, *own);
     }
     while cx.exchange().await? {
-        votes.receive(cx, subdomain);
+        sums.receive(cx, subdomain);
     }
     cx.enter(Phase::Neighbours)?;
-    let punts = votes.decisions.take(u32::MAX).into_iter().any(|(_, punts)| punts);
     let population = crossed.map_or(0, |(group, _)| group.child.population);
-    let stages = March::Stages(block(population, cx.config().tree.leaf, P::DIM));
-    Ok(if punts { March::Punt } else { stages })
+    let crossings =
+        sums.down.take(u32::MAX).into_iter().next().map_or_else(Crossings::default, |(_, sum)| sum);
+    Ok(March::of::<P>(cx.config(), Crossed { population, crossings }))
 }
 
 #[cfg(test)]
@@ -196,17 +189,21 @@ mod tests {
 
     #[test]
     fn blocks_have_a_share_of_the_levels() {
-        assert_eq!([60, 120, 480, 481].map(|m| block(m, 60, 3)), [1, 1, 1, 2]);
-        assert_eq!([60 << 6, 60 << 7, 60 << 12].map(|m| block(m, 60, 3)), [2, 3, 4]);
-        assert_eq!([60 << 6, 60 << 12].map(|m| block(m, 60, 2)), [3, 6]);
-        assert_eq!(block(0, 0, 2), 1);
+        assert_eq!([0, 1, 2, 4, 5, 7, 8].map(|height| block(height, 3)), [1, 1, 1, 1, 2, 2, 3]);
+        assert_eq!([1, 3, 4, 13].map(|height| block(height, 2)), [1, 1, 2, 6]);
+        // No height has more than d stages.
+        for height in 1..=u64::from(NodeId::DEEPEST) {
+            assert!([2, 3].iter().all(|&d| block(height, d) as usize * d >= height as usize - 1));
+        }
     }
 
     #[test]
     fn a_node_punts_above_the_bound() {
         // In the plane, 32 * 10 balls of 1,024 points; in space, 256 * 12 balls of 4,096 points.
         for (population, most, d) in [(1024, 320, 2), (4096, 3072, 3)] {
-            let punts = |crossing, fault| Crossed { population, crossing }.punts(d, fault);
+            let punts = |balls, fault| {
+                Crossed { population, crossings: Crossings { balls, height: 9 } }.punts(d, fault)
+            };
             assert!(!punts(most, None) && punts(most + 1, None));
             assert!(punts(0, Some(Fault::AlwaysPunt)) && !punts(0, Some(Fault::FirstBall)));
         }

@@ -7,10 +7,10 @@ use septet_geometry::range::Digits;
 use septet_geometry::separator::SEPARATOR_WORDS;
 
 use super::{
-    Body, Child, Decision, Merged, PointBatch, Route, RouteBatch, SampleStars, SetCounts, SplitBatch,
-    Summary, Survey, Totals,
+    Body, Child, Crossings, Decision, Merged, PointBatch, Route, RouteBatch, SampleStars, SetCounts,
+    SplitBatch, Summary, Survey, Totals,
 };
-use crate::ids::Rank;
+use crate::ids::{NodeId, Rank};
 
 const COLUMNS: &str = "its arrays do not fit together";
 const RANK: &str = "it names a rank that does not exist";
@@ -157,6 +157,9 @@ impl<P: Point> Body<P> {
                 .or_else(|| of_counts(&[*inside, *outside])),
             Body::SetCounts(SetCounts { inside, outside, crossing_inside, crossing_outside }) => {
                 of_counts(&[*inside, *outside, *crossing_inside, *crossing_outside])
+            }
+            Body::Crossings(Crossings { balls, height }) => {
+                of_counts(&[*balls]).or_else(|| unless(*height <= u64::from(NodeId::DEEPEST) + 1, COUNT))
             }
             Body::SampleStars(SampleStars { sampled, of_alpha }) => of_counts(&[*sampled])
                 .or_else(|| of_alpha.iter().find_map(|of| of_counts(&[of.certified, of.edges, of.missing]))),

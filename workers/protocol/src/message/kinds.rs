@@ -3,7 +3,7 @@
 use super::Body;
 
 /// The names of all kinds, in the order of [`Body`].
-pub const KINDS: [&str; 44] = [
+pub const KINDS: [&str; 45] = [
     "survey",
     "keys",
     "alike",
@@ -30,6 +30,7 @@ pub const KINDS: [&str; 44] = [
     "items",
     "set-counts",
     "set-decision",
+    "crossings",
     "lists",
     "fingerprint",
     "fingerprint-list",
@@ -80,6 +81,7 @@ impl<P> Body<P> {
             Body::Items { .. } => "items",
             Body::SetCounts(_) => "set-counts",
             Body::SetDecision(_) => "set-decision",
+            Body::Crossings(_) => "crossings",
             Body::Lists(_) => "lists",
             Body::Fingerprint(_) => "fingerprint",
             Body::FingerprintList(_) => "fingerprint-list",

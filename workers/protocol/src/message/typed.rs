@@ -36,6 +36,23 @@ pub struct SetCounts {
     pub crossing_outside: u64,
 }
 
+/// What members of a group know of a node whose balls are corrected.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Crossings {
+    /// Their balls that cross its separator.
+    pub balls: u64,
+    /// The largest number of levels below it.
+    pub height: u64,
+}
+
+impl Crossings {
+    /// Joins what two sets of members know.
+    #[must_use]
+    pub fn join(self, other: Crossings) -> Crossings {
+        Crossings { balls: self.balls.saturating_add(other.balls), height: self.height.max(other.height) }
+    }
+}
+
 /// The supergraph that the coordinator chose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChosenSupergraph(pub Supergraph);
@@ -157,6 +174,21 @@ impl TryFrom<Bulk<u64>> for SetCounts {
     }
 }
 
+impl From<Crossings> for Bulk<u64> {
+    fn from(Crossings { balls, height }: Crossings) -> Self {
+        Bulk(vec![balls, height])
+    }
+}
+
+impl TryFrom<Bulk<u64>> for Crossings {
+    type Error = ();
+
+    fn try_from(words: Bulk<u64>) -> Result<Self, ()> {
+        let &[balls, height] = words.0.as_slice() else { return Err(()) };
+        Ok(Crossings { balls, height })
+    }
+}
+
 impl From<SampleStars> for Bulk<u64> {
     fn from(SampleStars { sampled, of_alpha }: SampleStars) -> Self {
         let words = |AlphaCounts { certified, edges, missing }| [certified, edges, missing];
@@ -222,6 +254,7 @@ encoded_as!(Phase, u8);
 encoded_as!(SetDecision, u8);
 encoded_as!(ChosenSupergraph, (u8, f64));
 encoded_as!(SetCounts, Bulk<u64>);
+encoded_as!(Crossings, Bulk<u64>);
 encoded_as!(SampleStars, Bulk<u64>);
 encoded_as!(Fingerprint, Bulk<u64>);
 
@@ -250,6 +283,7 @@ mod tests {
         travels_as(ChosenSupergraph(Supergraph::Knn { k: 9 }), &(2u8, 9.0));
         let counts = SetCounts { inside: 1, outside: 2, crossing_inside: 3, crossing_outside: 4 };
         travels_as(counts, &Bulk(vec![1u64, 2, 3, 4]));
+        travels_as(Crossings { balls: 5, height: 6 }, &Bulk(vec![5u64, 6]));
         let of_alpha = [1, 2, 3, 4].map(|n| AlphaCounts { certified: n, edges: 10 * n, missing: 100 * n });
         let words = vec![5u64, 1, 10, 100, 2, 20, 200, 3, 30, 300, 4, 40, 400];
         travels_as(SampleStars { sampled: 5, of_alpha }, &Bulk(words));
@@ -263,5 +297,6 @@ mod tests {
         assert!(decode::<SetDecision>(&[4]).is_err());
         assert!(decode::<ChosenSupergraph>(&encode(&(3u8, 1.0)).unwrap()).is_err());
         assert!(decode::<SetCounts>(&encode(&Bulk(vec![1u64; 3])).unwrap()).is_err());
+        assert!(decode::<Crossings>(&encode(&Bulk(vec![1u64; 3])).unwrap()).is_err());
     }
 }

@@ -12,7 +12,7 @@ use super::ROUNDS;
 use crate::point::Point;
 
 /// The smallest number of points of which some can be far.
-const FEWEST: usize = 64;
+const FEWEST: u64 = 64;
 
 /// The distance of a far point from the centre of the box, in sides of the box.
 const FAR: f64 = 1024.0;
@@ -32,14 +32,32 @@ pub struct FarPoints {
 impl FarPoints {
     /// Returns the far points of a set, judged by a sample of evenly spaced positions.
     pub fn of<P: Point>(points: &[P]) -> Option<Self> {
-        let step = points.len().div_ceil(4 * SAMPLE).max(1);
-        let sample: Vec<P> = points.iter().step_by(step).copied().collect();
-        let positions = beyond(points, &sample);
-        let middle = Middle::of(&sample).filter(|_| !positions.is_empty())?;
+        let n = points.len() as u64;
+        FarPoints::judged(points, &FarPoints::sample(points, 0, n), n)
+            .filter(|far| far.positions.len() as u64 <= FarPoints::most(n))
+    }
+
+    /// Returns the part of the sample of a set of `n` points that is in the block which starts at position `first`.
+    pub fn sample<P: Point>(block: &[P], first: u64, n: u64) -> Vec<P> {
+        let step = n.div_ceil(4 * SAMPLE as u64).max(1);
+        let skipped = (step - first % step) % step;
+        block.iter().skip(skipped as usize).step_by(step as usize).copied().collect()
+    }
+
+    /// Returns the far points of a block of a set of `n` points, judged by the sample of the set, and at most one more than
+    /// [`FarPoints::most`]. If the blocks together have more than that, none counts as far.
+    pub fn judged<P: Point>(block: &[P], sample: &[P], n: u64) -> Option<Self> {
+        let positions = beyond((block, n), sample);
+        let middle = Middle::of(sample).filter(|_| !positions.is_empty())?;
         let mut distances: Vec<f64> = sample.iter().map(|p| middle.distance(p)).collect();
         let (_, &mut median, _) = distances.select_nth_unstable_by(sample.len() / 2, f64::total_cmp);
-        let largest = positions.iter().map(|&i| middle.distance(&points[i as usize])).fold(0.0, f64::max);
+        let largest = positions.iter().map(|&i| middle.distance(&block[i as usize])).fold(0.0, f64::max);
         Some(FarPoints { positions, ratio: largest / median })
+    }
+
+    /// Returns the largest number of far points of a set of `n` points.
+    pub fn most(n: u64) -> u64 {
+        n / 64 + 16
     }
 }
 
@@ -50,17 +68,19 @@ pub(super) fn far_points<P: Point>(points: &[P], round: impl Fn(usize) -> u64) -
     let skipped = (points.len() / SAMPLE).max(1).ilog2() / 3;
     let last = ROUNDS - 1 - u64::from(skipped);
     let sample = points.iter().enumerate().filter(|(i, _)| round(*i) <= last).map(|(_, p)| *p);
-    beyond(points, &sample.collect::<Vec<P>>())
+    let n = points.len() as u64;
+    let far = beyond((points, n), &sample.collect::<Vec<P>>());
+    if far.len() as u64 > FarPoints::most(n) { Vec::new() } else { far }
 }
 
-/// Returns the positions of the points that are far from the middle of the sample, or none if there are many.
-fn beyond<P: Point>(points: &[P], sample: &[P]) -> Vec<u32> {
-    let middle = Middle::of(sample).filter(|_| points.len() >= FEWEST);
+/// Returns the positions of the points of a block that are far from the middle of the sample, and at most one more than a
+/// set of `n` points may have.
+fn beyond<P: Point>((block, n): (&[P], u64), sample: &[P]) -> Vec<u32> {
+    let middle = Middle::of(sample).filter(|_| n >= FEWEST);
     let Some(middle) = middle else { return Vec::new() };
-    let most = points.len() / 64 + 16;
-    let far = (0u32..).zip(points).filter(|(_, p)| middle.is_far(p)).map(|(i, _)| i);
-    let far: Vec<u32> = far.take(most + 1).collect();
-    if far.len() > most { Vec::new() } else { far }
+    let most = FarPoints::most(n) as usize;
+    let far = (0u32..).zip(block).filter(|(_, p)| middle.is_far(p)).map(|(i, _)| i);
+    far.take(most + 1).collect()
 }
 
 /// The box that holds the middle of a sample.
@@ -72,7 +92,7 @@ struct Middle<P> {
 impl<P: Point> Middle<P> {
     /// Returns `None` if the sample is small, or if the box is a point.
     fn of(sample: &[P]) -> Option<Self> {
-        if sample.len() < FEWEST / 2 {
+        if (sample.len() as u64) < FEWEST / 2 {
             return None;
         }
         let (mut centre, mut side) = (P::default(), 0.0f64);
@@ -125,6 +145,30 @@ mod tests {
         }
         assert!(found(&[DVec2::ZERO; 100]).is_empty());
         assert!(found(&[]).is_empty());
+    }
+
+    /// Blocks of a set find what the set finds.
+    #[test]
+    fn blocks_find_the_same_far_points() {
+        let mut points = unit_square(9_000);
+        points.insert(100, DVec2::splat(1e20));
+        points.push(DVec2::splat(-1e30));
+        let n = points.len() as u64;
+        let whole = FarPoints::of(&points).unwrap();
+        for size in [1, 7, 1_000, 5_000] {
+            let blocks: Vec<&[DVec2]> = points.chunks(size).collect();
+            let at = |block: usize| (block * size) as u64;
+            let parts = blocks.iter().enumerate().flat_map(|(k, block)| FarPoints::sample(block, at(k), n));
+            let sample: Vec<DVec2> = parts.collect();
+            assert_eq!(sample, FarPoints::sample(&points, 0, n));
+            let found = blocks.iter().enumerate().filter_map(|(k, block)| {
+                let far = FarPoints::judged(block, &sample, n)?;
+                Some((far.positions.into_iter().map(move |i| i + at(k) as u32), far.ratio))
+            });
+            let (positions, ratios): (Vec<_>, Vec<f64>) = found.unzip();
+            assert!(positions.into_iter().flatten().eq(whole.positions.iter().copied()));
+            assert_eq!(ratios.into_iter().fold(0.0, f64::max), whole.ratio);
+        }
     }
 
     #[test]
