@@ -3,11 +3,13 @@
 //! **Statement.** Balls are corrected node by node from the leaves up ([`crate::neighbours::bottom_up`]). At a node of `m`
 //! points with `c` crossing balls, one of two corrections takes place:
 //! 1. If `c <= m^(1-1/d) log m`, the balls march down the tree beyond the separator in *stages*. One stage covers a
-//!    *block* of `J` levels at once. If the node has `h` levels below it, then `J = ceil((h - 1) / d)`. So a node has at
-//!    most `d` stages, whatever its size and its shape are.
+//!    *block* of levels at once. If the node has `h` levels below it, the `h - 1` of them that have inner nodes form `d`
+//!    blocks, whose numbers of levels differ by at most 1. So a node has `d` stages, whatever its size and its shape are,
+//!    and fewer only if `h <= d`.
 //! 2. Otherwise the node *punts*: the balls descend level by level.
 //!
-//! **A stage.** A ball that arrives at the root of a block has `2^J - 1` places, one for each node that the block may have.
+//! **A stage.** A ball that arrives at the root of a block has `2^J - 1` places, one for each node that its `J` levels may
+//!    have.
 //! 1. A copy-scan copies the ball to its places. In a vector step, each place tests its node. A scan over the Euler tour of
 //!    the block then counts the nodes above each place that the ball misses.
 //! 2. A scan computes the positions of the replicas below the block: those with no missed node above. A vector step moves
@@ -54,8 +56,17 @@ pub(crate) enum March {
     Levels,
     /// Level by level, because too many balls cross the separator.
     Punt,
-    /// In stages of this many levels.
-    Stages(u32),
+    /// In stages, one for each block.
+    Stages(Blocks),
+}
+
+/// The blocks below a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Blocks {
+    /// The number of levels of inner nodes below the node.
+    levels: u32,
+    /// The largest number of blocks.
+    most: u32,
 }
 
 /// A node whose balls are corrected.
@@ -72,7 +83,7 @@ impl March {
     pub(crate) fn of<P: Point>(config: &WorkerConfig, node: Crossed) -> March {
         match config.graph.correction {
             Correction::Stages if node.punts(P::DIM, config.fault) => March::Punt,
-            Correction::Stages => March::Stages(block(node.crossings.height, P::DIM)),
+            Correction::Stages => March::Stages(Blocks::below(node.crossings.height, P::DIM)),
             Correction::BottomUp | Correction::Descent | Correction::Pairs => March::Levels,
         }
     }
@@ -83,8 +94,8 @@ impl March {
         let Visits { down, both } = visits;
         let mut cost = meter.fresh();
         match self {
-            March::Stages(levels) if node.level() > level => {
-                if (node.level() - level - 1).is_multiple_of(levels) {
+            March::Stages(blocks) if node.level() > level => {
+                if let Some(levels) = blocks.at(node.level() - level - 1) {
                     let places = down.of_parts((1 << levels) - 1);
                     (0..3).for_each(|_| cost.charge_pairs(places));
                 }
@@ -112,10 +123,20 @@ impl Crossed {
     }
 }
 
-/// Returns the number of levels of a block below a node of a height. The last level has leaves only.
-fn block(height: u64, dimension: usize) -> u32 {
-    let inner = height.saturating_sub(1).min(u64::from(NodeId::DEEPEST)) as u32;
-    inner.div_ceil(dimension as u32).max(1)
+impl Blocks {
+    /// Returns the blocks below a node of a height. The last level has leaves only.
+    fn below(height: u64, dimension: usize) -> Self {
+        let levels = height.saturating_sub(1).min(u64::from(NodeId::DEEPEST)) as u32;
+        Blocks { levels, most: dimension as u32 }
+    }
+
+    /// Returns the number of levels of the block that starts at a level, where 0 is the level of the children. Returns
+    /// `None` if no block starts there.
+    fn at(self, level: u32) -> Option<u32> {
+        let start = |block: u32| block * self.levels / self.most;
+        let of_block = |block| (start(block) == level).then(|| start(block + 1) - level);
+        (0..self.most).filter_map(of_block).find(|&levels| levels > 0)
+    }
 }
 
 /// What the members of the shared nodes of one level know.
@@ -188,12 +209,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn blocks_have_a_share_of_the_levels() {
-        assert_eq!([0, 1, 2, 4, 5, 7, 8].map(|height| block(height, 3)), [1, 1, 1, 1, 2, 2, 3]);
-        assert_eq!([1, 3, 4, 13].map(|height| block(height, 2)), [1, 1, 2, 6]);
-        // No height has more than d stages.
-        for height in 1..=u64::from(NodeId::DEEPEST) {
-            assert!([2, 3].iter().all(|&d| block(height, d) as usize * d >= height as usize - 1));
+    fn blocks_share_the_levels_evenly() {
+        let of = |height, d| {
+            let blocks = Blocks::below(height, d);
+            (0..=height as u32).filter_map(|level| blocks.at(level)).collect::<Vec<u32>>()
+        };
+        let expected: [&[u32]; 6] = [&[], &[], &[1], &[1, 1], &[1, 1, 1], &[1, 1, 2]];
+        for (height, expected) in (0..).zip(expected) {
+            assert_eq!(of(height, 3), expected);
+        }
+        assert_eq!(of(8, 2), [3, 4]);
+        for (height, d) in (4..=u64::from(NodeId::DEEPEST)).flat_map(|height| [(height, 2), (height, 3)]) {
+            let blocks = of(height, d);
+            assert_eq!((blocks.len(), u64::from(blocks.iter().sum::<u32>())), (d, height - 1));
+            assert!(blocks.iter().max().unwrap() - blocks.iter().min().unwrap() <= 1);
         }
     }
 
@@ -219,11 +248,12 @@ mod tests {
             let cost = march.charge(&meter, (1, NodeId(node)), visits);
             (cost.work(), cost.depth())
         };
-        // The node at level 1, its child, and the levels below.
-        assert_eq!(of(March::Stages(2), 2), (5 * 8, 8));
-        assert_eq!(of(March::Stages(2), 4), (3 * 3 * 5 * 3, 9));
-        assert_eq!(of(March::Stages(2), 8), (0, 0));
-        assert_eq!(of(March::Stages(2), 16), (3 * 3 * 5 * 3, 9));
+        // The node at level 1, its child, and the levels below: two blocks of two levels.
+        let stages = March::Stages(Blocks::below(5, 2));
+        assert_eq!(of(stages, 2), (5 * 8, 8));
+        assert_eq!(of(stages, 4), (3 * 3 * 5 * 3, 9));
+        assert_eq!(of(stages, 8), (0, 0));
+        assert_eq!(of(stages, 16), (3 * 3 * 5 * 3, 9));
         assert_eq!((of(March::Punt, 2), of(March::Punt, 8)), ((5 * 8, 8), (5 * 6, 6)));
         assert_eq!(of(March::Levels, 2), (5 * 6, 6));
     }
