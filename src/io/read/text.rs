@@ -152,6 +152,12 @@ pub(super) fn number(word: &[u8]) -> Option<f64> {
 
 /// Parses an integer.
 pub(super) fn integer(word: &[u8]) -> Option<i64> {
+    // So few digits do not overflow.
+    const SHORT: usize = 18;
+    if !word.is_empty() && word.len() <= SHORT && word.iter().all(u8::is_ascii_digit) {
+        let digits = word.iter().map(|digit| i64::from(digit.wrapping_sub(b'0')));
+        return Some(digits.fold(0_i64, |value, digit| value.wrapping_mul(10).wrapping_add(digit)));
+    }
     std::str::from_utf8(word).ok()?.parse().ok()
 }
 
@@ -271,6 +277,16 @@ mod tests {
                 assert_eq!(found, wanted, "{length} {end:?}");
             }
         }
+    }
+
+    #[test]
+    fn integers_are_those_of_rust() {
+        let long = "9223372036854775807,9223372036854775808,-9223372036854775808,1000000000000000000";
+        let words = "0,-0,+7,007,,-,1.,1 ,12a,/,:,999999999999999999,0000000000000000000042,\u{661}";
+        for word in words.split(',').chain(long.split(',')) {
+            assert_eq!(integer(word.as_bytes()), word.parse().ok(), "{word}");
+        }
+        assert_eq!(integer(b"\xff"), None);
     }
 
     #[test]
