@@ -175,7 +175,11 @@ impl<'a> Array<'a> {
 
     /// Returns the bytes of an element of a column.
     fn element(&self, row: usize, column: Field) -> &[u8] {
-        let at = row * self.step() + column.offset;
+        self.bytes(row * self.step() + column.offset, column)
+    }
+
+    /// Returns the bytes of the element of a column at a position in the data.
+    fn bytes(&self, at: usize, column: Field) -> &[u8] {
         &self.data[at..at + column.scalar.size()]
     }
 
@@ -195,16 +199,18 @@ impl<'a> Array<'a> {
         let dimension = points.dimension();
         // The columns are the same for all rows.
         let columns: Vec<Field> = (0..dimension).map(|column| self.column(column)).collect();
+        let step = self.step();
         for row in 0..self.rows {
             let mut at = [0.0; 3];
             for (slot, column) in at.iter_mut().zip(&columns) {
-                let element = self.element(row, *column);
+                let element = self.bytes(row * step + column.offset, *column);
                 *slot = column.scalar.float(element, column.endian);
                 rounded += u64::from(column.scalar.rounds(element, column.endian));
             }
             // The first coordinate that is not finite, which the error names.
             let wrong = at.iter().position(|coordinate| !coordinate.is_finite());
-            points.push(self.place(row, wrong.unwrap_or(0)), &at)?;
+            let place = row * step + columns[wrong.unwrap_or(0)].offset;
+            points.push(Place::Byte(self.start + place as u64), &at)?;
         }
         Ok(rounded)
     }
