@@ -144,7 +144,7 @@ impl Head {
         if count == 0 || items.len() < 6 * count || lengths != self.length {
             return Err(wrong(at));
         }
-        Ok(record..end)
+        Ok(record..end.min(self.start))
     }
 
     /// Returns the position of the record of the compression.
