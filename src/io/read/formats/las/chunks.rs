@@ -56,7 +56,8 @@ pub fn check(source: Source<'_>, head: &Head) -> Result<(), InputError> {
 /// Returns the bytes of each chunk.
 fn table(source: Source<'_>, head: &Head, vlr: &LazVlr) -> Result<Vec<Range<usize>>, InputError> {
     let data = source.data;
-    let wrong = || source.malformed(head.start, "a damaged table of chunks", "the table of a .laz file");
+    let place = Place::Byte(head.start as u64);
+    let wrong = || source.unsupported(place, "a damaged table of chunks", ADVICE);
     let is_behind = |at: &usize| *at >= head.start + ChunkTable::OFFSET_SIZE;
     // A writer that cannot go back states the position at the end of the file.
     let positions = [head.start, data.len().saturating_sub(8)].map(|at| wide(data, at).unwrap_or(0));
@@ -72,8 +73,12 @@ fn table(source: Source<'_>, head: &Head, vlr: &LazVlr) -> Result<Vec<Range<usiz
     let (mut at, mut points) = (head.start + ChunkTable::OFFSET_SIZE, 0_u64);
     for entry in &entries {
         let own = if is_variable { entry.point_count } else { u64::from(vlr.chunk_size()) };
-        let size =
-            usize::try_from(entry.byte_count).ok().filter(|size| *size <= end - at).ok_or_else(wrong)?;
+        let (number, bytes, room) = (chunks.len() + 1, entry.byte_count, end - at);
+        let size = usize::try_from(bytes).ok().filter(|size| *size <= room).ok_or_else(|| {
+            let what =
+                format!("a damaged table of chunks, whose chunk {number} has {bytes} bytes in {room},");
+            source.unsupported(place, what, ADVICE)
+        })?;
         if own == 0 && points < head.points {
             return Err(wrong());
         }
@@ -97,8 +102,10 @@ fn check_layers(
     let bytes: u64 = announced.chunks_exact(4).map(|size| u64::from(long(size, 0))).sum();
     let room = chunk.end.saturating_sub(start) as u64;
     if start > chunk.end || bytes != room {
-        let what =
-            format!("a damaged laser scan, whose chunk {} has layers of {bytes} bytes in {room}", number + 1);
+        let what = format!(
+            "a damaged laser scan, whose chunk {} has layers of {bytes} bytes in {room},",
+            number + 1
+        );
         return Err(source.unsupported(Place::Byte(sizes as u64), what, ADVICE));
     }
     Ok(())
