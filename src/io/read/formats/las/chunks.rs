@@ -31,7 +31,7 @@ pub fn check(source: Source<'_>, head: &Head) -> Result<(), InputError> {
     let damaged =
         || source.malformed(head.record.start, "a damaged record of the compression", "a LASzip record");
     let vlr = LazVlr::from_buffer(record).map_err(|_| damaged())?;
-    if vlr.items().iter().any(|item| item.size() != size_of(item)) {
+    if vlr.items().iter().any(|item| item.size() != size_of(*item)) {
         return Err(damaged());
     }
     let is_layered = vlr.items().iter().any(|item| item.version() > 2);
@@ -46,7 +46,7 @@ pub fn check(source: Source<'_>, head: &Head) -> Result<(), InputError> {
     if !is_layered {
         return Ok(());
     }
-    let layers = vlr.items().iter().map(|item| layers_of(item)).sum();
+    let layers = vlr.items().iter().copied().map(layers_of).sum();
     for (at, chunk) in chunks.into_iter().enumerate() {
         check_layers(source, (at, chunk), head.length, layers)?;
     }
@@ -112,7 +112,7 @@ fn check_layers(
 }
 
 /// Returns the number of bytes of an item.
-fn size_of(item: &LazItem) -> u16 {
+fn size_of(item: LazItem) -> u16 {
     match item.item_type() {
         LazItemType::Byte(size) | LazItemType::Byte14(size) => size,
         LazItemType::Point10 => 20,
@@ -124,7 +124,7 @@ fn size_of(item: &LazItem) -> u16 {
 }
 
 /// Returns the number of layers of an item.
-fn layers_of(item: &LazItem) -> usize {
+fn layers_of(item: LazItem) -> usize {
     match item.item_type() {
         LazItemType::Point14 => 9,
         LazItemType::RGBNIR14 => 2,
