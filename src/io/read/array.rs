@@ -106,14 +106,6 @@ impl Layout {
         source.unsupported(place, what, shape_advice(self.rows))
     }
 
-    /// Returns the type and byte order of a column, and its offset in a row in C order.
-    fn field(&self, column: usize) -> Field {
-        match self.fields {
-            Some(fields) => fields.of[column],
-            None => Field { offset: column * self.scalar.size(), scalar: self.scalar, endian: self.endian },
-        }
-    }
-
     /// Adds the points of whole rows in C order, which begin at offset `start` of the file. Returns the number of
     /// integers that were rounded.
     pub fn rows_at(&self, start: u64, data: &[u8], points: &mut Collector<'_>) -> Result<u64, InputError> {
@@ -149,38 +141,51 @@ impl<'a> Array<'a> {
         Array { rows: layout.rows as usize, start: layout.start, data, layout }
     }
 
-    /// Returns the position of an element in the data.
-    fn position(&self, row: usize, column: usize) -> usize {
+    /// Returns the number of bytes from an element to the next one of its column.
+    fn step(&self) -> usize {
         let Layout { scalar, columns, fortran, fields, .. } = self.layout;
         match fields {
-            Some(fields) => row * fields.stride + fields.of[column].offset,
-            None if fortran => (column * self.rows + row) * scalar.size(),
-            None => (row * columns + column) * scalar.size(),
+            Some(fields) => fields.stride,
+            None if fortran => scalar.size(),
+            None => columns * scalar.size(),
+        }
+    }
+
+    /// Returns the type, the byte order and the offset of the first element of a column.
+    fn column(&self, column: usize) -> Field {
+        let Layout { scalar, endian, fortran, fields, .. } = self.layout;
+        match fields {
+            Some(fields) => fields.of[column],
+            None if fortran => Field { offset: column * self.rows * scalar.size(), scalar, endian },
+            None => Field { offset: column * scalar.size(), scalar, endian },
         }
     }
 
     /// Returns an element as a double.
     pub fn float(&self, row: usize, column: usize) -> f64 {
-        let field = self.layout.field(column);
-        field.scalar.float(self.element(row, column), field.endian)
+        let field = self.column(column);
+        field.scalar.float(self.element(row, field), field.endian)
     }
 
     /// Returns an element as an integer.
     pub fn integer(&self, row: usize, column: usize) -> i128 {
-        let field = self.layout.field(column);
-        field.scalar.integer(self.element(row, column), field.endian)
+        let field = self.column(column);
+        field.scalar.integer(self.element(row, field), field.endian)
     }
 
-    /// Returns the bytes of an element.
-    fn element(&self, row: usize, column: usize) -> &[u8] {
-        let size = self.layout.field(column).scalar.size();
-        let at = self.position(row, column);
-        &self.data[at..at + size]
+    /// Returns the bytes of an element of a column.
+    fn element(&self, row: usize, column: Field) -> &[u8] {
+        self.bytes(row * self.step() + column.offset, column)
+    }
+
+    /// Returns the bytes of the element of a column at a position in the data.
+    fn bytes(&self, at: usize, column: Field) -> &[u8] {
+        &self.data[at..at + column.scalar.size()]
     }
 
     /// Returns the byte offset of an element in the file.
     pub fn offset(&self, row: usize, column: usize) -> u64 {
-        self.start + self.position(row, column) as u64
+        self.start + (row * self.step() + self.column(column).offset) as u64
     }
 
     /// Returns the place of an element.
@@ -191,20 +196,21 @@ impl<'a> Array<'a> {
     /// Adds all rows as points. Returns the number of integers that were rounded.
     fn add_to(&self, points: &mut Collector<'_>) -> Result<u64, InputError> {
         let mut rounded = 0_u64;
+        let dimension = points.dimension();
+        // The columns are the same for all rows.
+        let columns: Vec<Field> = (0..dimension).map(|column| self.column(column)).collect();
+        let step = self.step();
         for row in 0..self.rows {
             let mut at = [0.0; 3];
-            // The first coordinate that is not finite, which the error names.
-            let mut wrong = None;
-            for (column, slot) in at[..points.dimension()].iter_mut().enumerate() {
-                let element = self.element(row, column);
-                let Field { scalar, endian, .. } = self.layout.field(column);
-                *slot = scalar.float(element, endian);
-                rounded += u64::from(scalar.rounds(element, endian));
-                if !slot.is_finite() {
-                    wrong = wrong.or(Some(column));
-                }
+            for (slot, column) in at.iter_mut().zip(&columns) {
+                let element = self.bytes(row * step + column.offset, *column);
+                *slot = column.scalar.float(element, column.endian);
+                rounded += u64::from(column.scalar.rounds(element, column.endian));
             }
-            points.push(self.place(row, wrong.unwrap_or(0)), &at)?;
+            // The first coordinate that is not finite, which the error names.
+            let wrong = at.iter().position(|coordinate| !coordinate.is_finite());
+            let place = row * step + columns[wrong.unwrap_or(0)].offset;
+            points.push(Place::Byte(self.start + place as u64), &at)?;
         }
         Ok(rounded)
     }

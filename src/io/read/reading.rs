@@ -1,5 +1,6 @@
 //! The record of a reading: the rows, the columns, and the other lines of a file.
 
+use glam::{DVec2, DVec3};
 use septet_core::model::Points;
 
 use super::text::Line;
@@ -87,17 +88,20 @@ impl FileReading {
 impl Extent {
     /// Returns the extent of points, or `None` if there are none.
     pub fn of(points: &Points) -> Option<Self> {
-        let width = points.dimension();
-        let mut rows = points.coordinates().chunks_exact(width);
-        let first = rows.next()?.to_vec();
-        let mut extent = Extent { low: first.clone(), high: first };
-        for row in rows {
-            for (axis, value) in row.iter().enumerate() {
-                extent.low[axis] = extent.low[axis].min(*value);
-                extent.high[axis] = extent.high[axis].max(*value);
-            }
+        match points {
+            Points::Plane(points) => Extent::of_rows(points.iter().map(DVec2::to_array)),
+            Points::Space(points) => Extent::of_rows(points.iter().map(DVec3::to_array)),
         }
-        Some(extent)
+    }
+
+    fn of_rows<const D: usize>(mut rows: impl Iterator<Item = [f64; D]>) -> Option<Self> {
+        let first = rows.next()?;
+        let (mut low, mut high) = (first, first);
+        for row in rows {
+            low = std::array::from_fn(|axis| low[axis].min(row[axis]));
+            high = std::array::from_fn(|axis| high[axis].max(row[axis]));
+        }
+        Some(Extent { low: low.to_vec(), high: high.to_vec() })
     }
 
     /// Returns the extent with a further axis of these values, such as heights.
@@ -119,8 +123,6 @@ impl Extent {
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec2;
-
     use super::*;
 
     #[test]

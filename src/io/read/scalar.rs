@@ -141,6 +141,12 @@ impl Scalar {
 
     /// Returns the bits of a number: the first bytes of `bytes`. Missing bytes are zero.
     fn bits(self, bytes: &[u8], endian: Endian) -> u64 {
+        if let (8, Some(all)) = (self.size(), bytes.first_chunk()) {
+            return match endian {
+                Endian::Little => u64::from_le_bytes(*all),
+                Endian::Big => u64::from_be_bytes(*all),
+            };
+        }
         let size = self.size().min(bytes.len());
         let mut all = [0; 8];
         all[..size].copy_from_slice(&bytes[..size]);

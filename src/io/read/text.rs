@@ -50,12 +50,18 @@ impl<'a> Iterator for Words<'a> {
     type Item = &'a [u8];
 
     fn next(&mut self) -> Option<&'a [u8]> {
-        let start = self.rest.iter().position(|b| !is_blank(*b))?;
-        let rest = &self.rest[start..];
-        let end = rest.iter().position(|b| is_blank(*b)).unwrap_or(rest.len());
-        let (word, rest) = rest.split_at(end);
-        self.rest = rest;
-        Some(word)
+        // Iterators without counters, because the checks of counters for overflow take most of the time.
+        let mut bytes = self.rest.iter();
+        while bytes.as_slice().first().is_some_and(|b| is_blank(*b)) {
+            bytes.next();
+        }
+        let from = bytes.as_slice();
+        while bytes.as_slice().first().is_some_and(|b| !is_blank(*b)) {
+            bytes.next();
+        }
+        self.rest = bytes.as_slice();
+        let word = &from[..from.len() - self.rest.len()];
+        (!word.is_empty()).then_some(word)
     }
 }
 
@@ -96,8 +102,8 @@ impl<'a> Lines<'a> {
     pub fn next_data(&mut self) -> Option<Line<'a>> {
         loop {
             let mut line = self.next()?;
-            if let Some(end) = line.text.iter().position(|b| *b == b'#') {
-                line.text = &line.text[..end];
+            if line.text.contains(&b'#') {
+                line.text = line.text.split(|b| *b == b'#').next().unwrap_or_default();
             }
             if line.text.iter().any(|b| !is_blank(*b)) {
                 return Some(line);
@@ -113,14 +119,25 @@ impl<'a> Iterator for Lines<'a> {
         if self.rest.is_empty() {
             return None;
         }
-        let end = self.rest.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(self.rest.len());
-        let (text, rest) = self.rest.split_at(end);
+        let (text, rest) = self.rest.split_at(line_length(self.rest));
         self.rest = match rest {
             [b'\r', b'\n', rest @ ..] | [b'\r' | b'\n', rest @ ..] | rest => rest,
         };
         self.number += 1;
         Some(Line { number: self.number, text })
     }
+}
+
+/// Returns the number of bytes before the end of the first line. Blocks without an end are passed whole.
+fn line_length(data: &[u8]) -> usize {
+    const BLOCK: usize = 16;
+    let is_end = |b: &u8| matches!(b, b'\n' | b'\r');
+    let (blocks, _) = data.as_chunks::<BLOCK>();
+    // No branch per byte, so that a block is compared at once.
+    let has_end = |block: &&[u8; BLOCK]| block.iter().fold(false, |found, b| found | is_end(b));
+    let passed = BLOCK * blocks.iter().take_while(|block| !has_end(block)).count();
+    let rest = &data[passed..];
+    passed + rest.iter().position(is_end).unwrap_or(rest.len())
 }
 
 /// Returns the number of line feeds.
@@ -135,6 +152,12 @@ pub(super) fn number(word: &[u8]) -> Option<f64> {
 
 /// Parses an integer.
 pub(super) fn integer(word: &[u8]) -> Option<i64> {
+    // So few digits do not overflow.
+    const SHORT: usize = 18;
+    if !word.is_empty() && word.len() <= SHORT && word.iter().all(u8::is_ascii_digit) {
+        let digits = word.iter().map(|digit| i64::from(digit.wrapping_sub(b'0')));
+        return Some(digits.fold(0_i64, |value, digit| value.wrapping_mul(10).wrapping_add(digit)));
+    }
     std::str::from_utf8(word).ok()?.parse().ok()
 }
 
@@ -237,5 +260,42 @@ impl Source<'_> {
     pub fn count(&self, line: &Line<'_>, word: Option<&[u8]>, what: &str) -> Result<u64, InputError> {
         let word = word.ok_or_else(|| self.bad_line(line, what))?;
         integer(word).and_then(|n| u64::try_from(n).ok()).ok_or_else(|| self.bad_word(line, word, what))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_end_at_any_byte() {
+        for length in 0..70 {
+            for end in ["\n", "\r", "\r\n"] {
+                let text = format!("{0}{end}{end}7 {0}{end}8", "a".repeat(length));
+                let found: Vec<&[u8]> = Lines::new(text.as_bytes()).map(|line| line.text).collect();
+                let wanted: Vec<&[u8]> = text.split(end).map(str::as_bytes).collect();
+                assert_eq!(found, wanted, "{length} {end:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn integers_are_those_of_rust() {
+        let long = "9223372036854775807,9223372036854775808,-9223372036854775808,1000000000000000000";
+        let words = "0,-0,+7,007,,-,1.,1 ,12a,/,:,999999999999999999,0000000000000000000042,\u{661}";
+        for word in words.split(',').chain(long.split(',')) {
+            assert_eq!(integer(word.as_bytes()), word.parse().ok(), "{word}");
+        }
+        assert_eq!(integer(b"\xff"), None);
+    }
+
+    #[test]
+    fn words_and_comments_are_divided() {
+        let words = |text: &'static str| -> Vec<&[u8]> {
+            Lines::new(text.as_bytes()).next_data().map_or_else(Vec::new, |line| line.words().collect())
+        };
+        assert_eq!(words("  1\t2 \x0b\x0c3 "), [b"1", b"2", b"3"]);
+        assert_eq!(words(" \t\n\n#1\n 4#5 # 6"), [b"4"]);
+        assert_eq!(words("  \x0b \n#"), Vec::<&[u8]>::new());
     }
 }

@@ -22,6 +22,8 @@ pub fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, Inpu
 }
 
 #[cfg(feature = "las")]
+mod chunks;
+#[cfg(feature = "las")]
 mod head;
 
 #[cfg(feature = "las")]
@@ -31,6 +33,7 @@ mod scan {
 
     use las::Reader;
 
+    use super::chunks;
     use super::head::Head;
     use crate::read::collect::Collector;
     use crate::read::error::{InputError, Place};
@@ -58,6 +61,9 @@ mod scan {
             let what = format!("a damaged or unknown laser scan, from point {met} on ({error}),");
             source.unsupported(Place::Whole, what, ADVICE)
         };
+        if head.is_compressed {
+            chunks::check(source, head)?;
+        }
         let data = head.without_extended_records(source.data);
         let mut reader = Reader::new(Cursor::new(data)).map_err(|error| damaged(0, error))?;
         let announced = reader.header().number_of_points();
@@ -88,10 +94,13 @@ mod tests {
 
     use super::*;
 
+    fn folder() -> &'static Path {
+        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/reports/made"))
+    }
+
     /// Reads a scan of the reports with some bytes replaced.
     fn altered(name: &str, at: usize, bytes: &[u8]) -> Result<PointFile, InputError> {
-        let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/reports/made"));
-        let mut data = std::fs::read(folder.join(name)).unwrap();
+        let mut data = std::fs::read(folder().join(name)).unwrap();
         data[at..at + bytes.len()].copy_from_slice(bytes);
         read(Source { path: Path::new(name), data: &data }, &ReadOptions::default())
     }
@@ -113,5 +122,33 @@ mod tests {
         assert_eq!(altered("laspy-14.las", 235, &[0xff; 12]).unwrap().points.len(), all);
         assert!(altered("laspy-14.laz", 100, &[0xff; 4]).is_err());
         assert!(altered("laspy-14.laz", 105, &[0xff; 2]).is_err());
+    }
+
+    #[test]
+    fn layers_fit_their_chunk() {
+        // The points begin at byte 469: the position of the table, a point of 30 bytes, the number of points, nine sizes.
+        let sizes = 469 + 8 + 30 + 4;
+        for layer in 0..9 {
+            let found = altered("laspy-14.laz", sizes + 4 * layer, &[0xff; 4]).unwrap_err().to_string();
+            assert!(found.contains("chunk 1 has layers of 42949"), "{found}");
+        }
+        let longer = altered("laspy-14.laz", sizes, &[0x40]).unwrap_err().to_string();
+        assert!(longer.contains("chunk 1 has layers"), "{longer}");
+    }
+
+    #[test]
+    fn chunks_fit_their_file() {
+        let table = |position: u64| altered("laspy-14.laz", 469, &position.to_le_bytes());
+        for position in [0, 469, 470, 476, 620, 627, u64::MAX / 2, u64::MAX] {
+            let found = table(position).unwrap_err().to_string();
+            assert!(found.contains("a damaged table of chunks"), "{position}: {found}");
+        }
+        let stated = std::fs::read(folder().join("laspy-14.laz")).unwrap();
+        let at = usize::from(stated[469]) + 256 * usize::from(stated[470]);
+        // The number of chunks, and the compressed size of the first one.
+        for (at, bytes) in [(at + 4, [0xff; 4]), (at + 4, [0; 4]), (at + 8, [0xff; 4])] {
+            let found = altered("laspy-14.laz", at, &bytes).unwrap_err().to_string();
+            assert!(found.contains("a damaged table of chunks"), "{at}: {found}");
+        }
     }
 }

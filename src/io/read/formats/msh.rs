@@ -32,6 +32,7 @@ impl Tags {
         self.map.as_ref().is_some_and(|map| (map.len() as u64) < self.count)
     }
 
+    #[inline]
     fn index(&self, tag: i64) -> Option<u64> {
         match &self.map {
             Some(map) => map.get(&tag).copied(),

@@ -45,7 +45,8 @@ pub fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, Inpu
             };
             return Err(source.bad_word(&line, word, expected).in_row(points.met));
         }
-        if line.words().count() <= dimension {
+        // Of all coordinates of the file, `push_words` finds a missing one itself.
+        if points.dimension() < dimension && line.words().count() <= dimension {
             let found = line.words().count() - 1;
             return Err(points.mixed(line.place(), found));
         }

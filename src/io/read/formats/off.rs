@@ -96,40 +96,79 @@ impl<'a> Iterator for Stream<'a> {
     }
 }
 
+/// The vertices on lines of their own.
+struct Vertices<'a> {
+    points: Collector<'a>,
+    /// The lines after the vertices.
+    lines: Lines<'a>,
+    /// Whether the file has a line for each vertex, with at least three words.
+    is_complete: bool,
+    /// Whether a line has more words than coordinates.
+    has_more: bool,
+}
+
+impl<'a> Vertices<'a> {
+    /// Reads one vertex per line, as far as there are lines.
+    fn read(mut points: Collector<'a>, mut lines: Lines<'a>, count: u64) -> Result<Self, InputError> {
+        let (mut is_complete, mut has_more) = (true, false);
+        let in_space = points.dimension() == 3;
+        while points.met < count {
+            let Some(line) = lines.next_data() else {
+                is_complete = false;
+                break;
+            };
+            let mut words = line.words();
+            points.push_words(&line, &mut words)?;
+            let more = words.next().is_some();
+            is_complete &= more || in_space;
+            has_more |= more && in_space;
+        }
+        Ok(Vertices { points, lines, is_complete, has_more })
+    }
+
+    /// Reads the vertices from a stream.
+    fn of_stream(mut points: Collector<'a>, mut stream: Stream<'a>, count: u64) -> Result<Self, InputError> {
+        while points.met < count {
+            let Some((line, words)) = stream.several(3) else { break };
+            points.push_words(&line, &mut words.into_iter())?;
+        }
+        let note = "read as a stream of numbers, because vertices have no lines of their own";
+        points.notes.push(note.to_owned());
+        Vertices::read(points, stream.lines, count)
+    }
+}
+
 /// Reads the vertices.
 pub fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
     let mut lines = Lines::new(source.data);
     let header = header(source, &mut lines)?;
     let size = (header.vertices, lines.rest().len(), 6);
-    let mut points = Collector::new(source, options, (header.line.place(), 3), size)?;
-    if let Some(mut stream) = Stream::of(&header, &lines) {
-        while points.met < header.vertices {
-            let Some((line, words)) = stream.several(3) else { break };
-            points.push_words(&line, &mut words.into_iter())?;
-        }
-        points
-            .notes
-            .push("read as a stream of numbers, because vertices have no lines of their own".to_owned());
-        lines = stream.lines;
+    let points = || Collector::new(source, options, (header.line.place(), 3), size);
+    let mut read = Vertices::read(points()?, lines.clone(), header.vertices);
+    // Only a file without a line for each vertex and each face can be a stream.
+    let is_by_lines = |of: &Vertices<'_>| of.is_complete && has_lines(of.lines.clone(), header.faces);
+    if !read.as_ref().is_ok_and(is_by_lines)
+        && let Some(stream) = Stream::of(&header, &lines)
+    {
+        read = Vertices::of_stream(points()?, stream, header.vertices);
     }
-    let mut extra = false;
-    while points.met < header.vertices {
-        let Some(line) = lines.next_data() else { break };
-        let mut words = line.words();
-        points.push_words(&line, &mut words)?;
-        extra |= words.next().is_some() && points.dimension() == 3;
-    }
+    let Vertices { mut points, mut lines, has_more, .. } = read?;
     points.complete(Place::Line(lines.number()), header.vertices)?;
     if header.faces == 0
         && let Some(line) = lines.next_data()
     {
         return Err(source.surplus(line.place(), "points", header.vertices));
     }
-    if extra {
+    if has_more {
         points.notes.push("colours or normals after the coordinates are ignored".to_owned());
     }
     points.note_if_flat();
     Ok(points.finish())
+}
+
+/// Returns `true` if there are at least `count` lines with data.
+fn has_lines(mut lines: Lines<'_>, count: u64) -> bool {
+    (0..count).all(|_| lines.next_data().is_some())
 }
 
 /// A face: the line on which it begins, and its words: a count, the ids of its corners, and colours.

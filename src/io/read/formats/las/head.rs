@@ -3,6 +3,8 @@
 //!
 //! **Source.** ASPRS, *LAS Specification 1.4 - R15* (2019), tables 3 and 6; Isenburg, *`LASzip`* (2013), the record 22204.
 
+use std::ops::Range;
+
 use crate::read::error::{InputError, Place};
 use crate::read::text::Source;
 
@@ -29,8 +31,10 @@ pub struct Head {
     pub length: usize,
     /// Whether the points are compressed.
     pub is_compressed: bool,
-    /// The position of the first point.
-    start: usize,
+    /// The record that describes the compression. Empty if the points are not compressed.
+    pub record: Range<usize>,
+    /// The position of the points, or of the position of the table of chunks before compressed points.
+    pub start: usize,
     /// The minor version of the format.
     minor: u8,
 }
@@ -52,10 +56,11 @@ impl Head {
         }
         let minor = data[25];
         let recent = if minor >= 4 { wide(data, 247).unwrap_or(0) } else { 0 };
-        let head = Head {
+        let mut head = Head {
             points: if recent > 0 { recent } else { u64::from(long(data, 107)) },
             length: usize::from(short(data, 105)),
             is_compressed: data[104] & COMPRESSED != 0,
+            record: 0..0,
             start: long(data, 96) as usize,
             minor,
         };
@@ -76,7 +81,7 @@ impl Head {
             ));
         }
         if head.is_compressed {
-            head.check_chunks(source)?;
+            head.record = head.compression(source)?;
         } else {
             head.check_points(source)?;
         }
@@ -118,11 +123,19 @@ impl Head {
         behind.fold(data.len() as u64, u64::min)
     }
 
-    /// Checks the record of the compression, and the number of chunks.
-    fn check_chunks(&self, source: Source<'_>) -> Result<(), InputError> {
+    /// Returns the record of the compression, whose items must have the length of a point. The crate allocates models for
+    /// each byte of a point.
+    fn compression(&self, source: Source<'_>) -> Result<Range<usize>, InputError> {
         let data = source.data;
         let wrong =
             |at: usize| source.malformed(at, "a damaged record of the compression", "a LASzip record");
+        if self.length > data.len() {
+            return Err(source.malformed(
+                105,
+                format!("points of {} bytes", self.length),
+                "points of the file",
+            ));
+        }
         let at = self.laszip(data).ok_or_else(|| wrong(usize::from(short(data, 94))))?;
         let (record, end) = (at + RECORD, at + RECORD + usize::from(short(data, at + 20)));
         let items = data.get(record + 34..end.min(self.start)).ok_or_else(|| wrong(at))?;
@@ -131,18 +144,7 @@ impl Head {
         if count == 0 || items.len() < 6 * count || lengths != self.length {
             return Err(wrong(at));
         }
-        let wrong = |at: usize| source.malformed(at, "a damaged table of chunks", "the table of a .laz file");
-        let mut table = wide(data, self.start).ok_or_else(|| wrong(self.start))?;
-        if table == u64::MAX {
-            table = wide(data, data.len() - 8).unwrap_or(0);
-        }
-        let chunks = usize::try_from(table).ok().filter(|at| *at >= self.start);
-        let chunks = chunks.and_then(|at| data.get(at + 4..at.checked_add(8)?)).map(|count| long(count, 0));
-        let most = data.len() as u64 / SHORTEST_POINT;
-        if chunks.is_none_or(|chunks| u64::from(chunks) > most) {
-            return Err(wrong(self.start));
-        }
-        Ok(())
+        Ok(record..end.min(self.start))
     }
 
     /// Returns the position of the record of the compression.
@@ -153,7 +155,7 @@ impl Head {
                 return None;
             }
             if short(data, at + 18) == LASZIP && data[at + 2..].starts_with(b"laszip encoded") {
-                return Some(at);
+                return data[at + 16..].starts_with(&[0; 2]).then_some(at);
             }
             at += RECORD + usize::from(short(data, at + 20));
         }
@@ -161,15 +163,18 @@ impl Head {
     }
 }
 
-fn short(data: &[u8], at: usize) -> u16 {
+/// Returns the number in two bytes.
+pub fn short(data: &[u8], at: usize) -> u16 {
     u16::from_le_bytes([data[at], data[at + 1]])
 }
 
-fn long(data: &[u8], at: usize) -> u32 {
+/// Returns the number in four bytes.
+pub fn long(data: &[u8], at: usize) -> u32 {
     u32::from(short(data, at)) | u32::from(short(data, at + 2)) << 16
 }
 
-fn wide(data: &[u8], at: usize) -> Option<u64> {
+/// Returns the number in eight bytes, if the data have them.
+pub fn wide(data: &[u8], at: usize) -> Option<u64> {
     let bytes = data.get(at..at.checked_add(8)?)?;
     Some(u64::from(long(bytes, 0)) | u64::from(long(bytes, 4)) << 32)
 }
