@@ -1,8 +1,9 @@
 //! Failures of the program: a message, help, the offending input line, and an exit code.
 
+use std::any::Any;
 use std::fmt::{Display, Write as _};
 use std::io::{ErrorKind, Write as _};
-use std::panic::resume_unwind;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 use septet_core::generate::{GenerateError, Kind};
 use septet_core::spec::SpecError;
@@ -12,7 +13,7 @@ use septet_io::write::OutputError;
 use septet_protocol::transport::TransportError;
 
 use super::excerpt::Excerpt;
-use super::progress::Talk;
+use super::progress::{Cancelled, Talk};
 use super::text::{bytes, printable, suggestion};
 
 /// Exit codes.
@@ -217,4 +218,18 @@ impl From<Error> for Failure {
             _ => of(Code::Failed),
         }
     }
+}
+
+/// Runs a step. Returns the failure of a progress callback that ended it.
+///
+/// # Panics
+/// Panics if the step does.
+pub fn caught<T>(step: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
+    catch_unwind(AssertUnwindSafe(step))
+        .unwrap_or_else(|payload| Err(failure_of(payload).unwrap_or_else(|other| resume_unwind(other))))
+}
+
+/// Returns the failure that ended a progress callback, or the payload of a panic.
+pub fn failure_of(payload: Box<dyn Any + Send>) -> Result<Failure, Box<dyn Any + Send>> {
+    if payload.is::<Cancelled>() { Ok(Failure::interrupted()) } else { Ok(*payload.downcast()?) }
 }

@@ -4,10 +4,10 @@ use septet_core::model::Points;
 use septet_geometry::incremental::FarPoints;
 use septet_geometry::point::Point;
 use septet_io::read::{ListedFile, SharedPoints};
+use septet_protocol::wire::Processes;
 
 use super::errors::Failure;
-use super::input::place_of;
-use super::run::Team;
+use super::files::place_of;
 use super::text::counted;
 
 /// The far points of an input.
@@ -35,13 +35,13 @@ impl Far {
     ///
     /// # Errors
     /// Fails if the processes lose each other.
-    pub fn of_blocks(held: &SharedPoints, team: &mut Team<'_>) -> Result<Option<Self>, Failure> {
+    pub fn of_blocks(held: &SharedPoints, processes: &mut Processes<'_>) -> Result<Option<Self>, Failure> {
         let own = match &held.points {
-            Points::Plane(points) => of_block(points, held, team)?,
-            Points::Space(points) => of_block(points, held, team)?,
+            Points::Plane(points) => of_block(points, held, processes)?,
+            Points::Space(points) => of_block(points, held, processes)?,
         };
         let own = own.map_or((0, 0, 0.0), |far| (far.count, far.first, far.ratio));
-        let found = team.processes.all_gather(&own)?.into_iter().filter(|(count, ..)| *count > 0);
+        let found = processes.all_gather(&own)?.into_iter().filter(|(count, ..)| *count > 0);
         let far = found.map(|(count, first, ratio)| Far { count, first, ratio }).reduce(|a, b| Far {
             count: a.count + b.count,
             first: a.first.min(b.first),
@@ -71,10 +71,14 @@ impl Far {
 }
 
 /// Finds the far points of the block of this process.
-fn of_block<P: Point>(block: &[P], held: &SharedPoints, team: &mut Team<'_>) -> Result<Option<Far>, Failure> {
+fn of_block<P: Point>(
+    block: &[P],
+    held: &SharedPoints,
+    processes: &mut Processes<'_>,
+) -> Result<Option<Far>, Failure> {
     let own = FarPoints::sample(block, held.first, held.rows);
     let own: Vec<f64> = own.iter().flat_map(|p| (0..P::DIM).map(|axis| p.coord(axis))).collect();
-    let all = team.processes.all_gather(&own)?.concat();
+    let all = processes.all_gather(&own)?.concat();
     let sample: Vec<P> = all.chunks_exact(P::DIM).map(P::from_coords).collect();
     let row = |position: u64| {
         held.source_index.as_ref().map_or(held.first + position, |rows| rows[position as usize])

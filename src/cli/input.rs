@@ -16,7 +16,7 @@ use septet_io::read::{
 
 use super::errors::{Code, Failure};
 use super::far::Far;
-use super::files;
+use super::files::{self, place_of};
 use super::formats::{check_reading, read_options};
 use super::given::Options;
 use super::gzip;
@@ -78,12 +78,6 @@ impl Loaded {
             seconds: start.elapsed().as_secs_f64(),
         }
     }
-}
-
-/// Returns a clause with the file of a row of a list, and with the row in this file.
-pub fn place_of(files: &[ListedFile], row: u64) -> Option<String> {
-    let file = ListedFile::of_row(files, row)?;
-    Some(format!("; point {row} is row {} of {}", row - file.first_row, file.path.display()))
 }
 
 /// Converts an error of a run. An error about points gives the file and the positions of the points in it. `files` are the

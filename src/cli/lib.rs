@@ -207,7 +207,7 @@ fn ended(
     let failure = match outcome {
         Ok(Ok(())) => return Ok(ExitCode::SUCCESS),
         Ok(Err(failure)) => failure,
-        Err(payload) => progress::failure(payload)?,
+        Err(payload) => errors::failure_of(payload)?,
     };
     Ok(report(&failure, talk))
 }

@@ -1,8 +1,7 @@
 //! The progress bar, notes and log lines of a running command, and the handling of Ctrl-C.
 
-use std::any::Any;
 use std::io::{IsTerminal, Write, stderr};
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::panic::resume_unwind;
 use std::sync::Arc;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,7 +15,6 @@ use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 use tracing_subscriber::{Layer, Registry};
 
-use super::errors::Failure;
 use super::text::printable;
 
 /// The options for messages, which every subcommand has.
@@ -50,21 +48,7 @@ enum When {
 }
 
 /// The panic payload that ends a command from within a progress callback. Unwinding removes partial files.
-struct Cancelled;
-
-/// Runs a step. Returns the failure of a progress callback that ended it.
-///
-/// # Panics
-/// Panics if the step does.
-pub fn caught<T>(step: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
-    catch_unwind(AssertUnwindSafe(step))
-        .unwrap_or_else(|payload| Err(failure(payload).unwrap_or_else(|other| resume_unwind(other))))
-}
-
-/// Returns the failure that ended a progress callback, or the payload of a panic.
-pub fn failure(payload: Box<dyn Any + Send>) -> Result<Failure, Box<dyn Any + Send>> {
-    if payload.is::<Cancelled>() { Ok(Failure::interrupted()) } else { Ok(*payload.downcast()?) }
-}
+pub struct Cancelled;
 
 /// The messages of the program.
 pub struct Talk {

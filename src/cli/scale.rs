@@ -8,10 +8,10 @@ use septet_core::generate::Kind;
 use septet_core::spec::{Commands, DEFAULT_SEED, Until, Value, Workers};
 use septet_lab::experiment::{Job, Journal, JournalError, RunError, Runner, Sweep, SweepError, parse_sizes};
 
-use super::errors::{Code, Failure};
+use super::errors::{Code, Failure, caught};
 use super::given::{Given, words};
 use super::options::{dimension, kind};
-use super::progress::{Talk, caught};
+use super::progress::Talk;
 use super::summary::row;
 use super::text::counted;
 

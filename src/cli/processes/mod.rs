@@ -18,10 +18,10 @@ use septet_core::Spec;
 use septet_core::spec::{Transport, Workers, cores};
 use septet_protocol::wire::Wire;
 
+#[cfg(unix)]
+use crate::errors::caught;
 use crate::errors::{Code, Failure};
 use crate::progress::Talk;
-#[cfg(unix)]
-use crate::progress::caught;
 use crate::run::{Goal, Team, run};
 
 /// Runs a goal on a process of a team. By default, there is one worker for each process.

@@ -51,7 +51,7 @@ impl Rows {
                 (read_shared(&mut team.processes, list.files(), &plan.reading, &block, stop)?, None)
             }
         };
-        let far = if plan.input.is_sample() { None } else { Far::of_blocks(&held, team)? };
+        let far = if plan.input.is_sample() { None } else { Far::of_blocks(&held, &mut team.processes)? };
         if team.is_first() {
             for note in &held.notes {
                 talk.note(format!("note: {note}"));

@@ -7,8 +7,7 @@ use septet_protocol::wire::{Alone, Ended, Processes, Wire, WireError};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::errors::{Code, Failure};
-use crate::progress::caught;
+use crate::errors::{Code, Failure, caught};
 
 /// The processes of a command.
 pub struct Team<'a> {

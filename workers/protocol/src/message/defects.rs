@@ -203,14 +203,6 @@ impl<P: Point> Body<P> {
                 })
                 .or_else(|| of_positions(cells, points.len()))
                 .or_else(|| of_positions(conflicts, points.len())),
-            Body::Facets { vertices, entries } => unless(vertices.len() == P::DIM * entries.len(), COLUMNS),
-            Body::Across { entries, ranks: across, cells } => {
-                unless([across.len(), cells.len()] == [entries.len(); 2], COLUMNS)
-                    .or_else(|| of_ranks(ranks, across))
-            }
-            Body::Region { vertices, counts, points } => points.defect(ranks).or_else(|| {
-                unless(vertices.len() == counts.len() && add_up_to(counts, points.len()), COLUMNS)
-            }),
             Body::WorkItems { lengths, words } => unless(add_up_to(lengths, words.len()), COLUMNS),
             Body::WorkCounts(counts) => {
                 unless(counts.len() == 2 * ranks as usize, COLUMNS).or_else(|| of_counts(counts))
@@ -228,6 +220,21 @@ impl<P: Point> Body<P> {
             Body::Start { population, frame } => of_counts(&[population.count])
                 .or_else(|| unless(frame.len() <= P::DIM + 1, COUNT))
                 .or_else(|| frame.defect_in_transit(ranks)),
+            _ => self.defect_of_result(ranks),
+        }
+    }
+
+    /// Returns the defect of a body about open regions or facets between workers.
+    fn defect_of_result(&self, ranks: u32) -> Option<&'static str> {
+        match self {
+            Body::Facets { vertices, entries } => unless(vertices.len() == P::DIM * entries.len(), COLUMNS),
+            Body::Across { entries, ranks: across, cells } => {
+                unless([across.len(), cells.len()] == [entries.len(); 2], COLUMNS)
+                    .or_else(|| of_ranks(ranks, across))
+            }
+            Body::Region { vertices, counts, points } => points.defect(ranks).or_else(|| {
+                unless(vertices.len() == counts.len() && add_up_to(counts, points.len()), COLUMNS)
+            }),
             _ => None,
         }
     }
