@@ -23,8 +23,8 @@ const LEAF_OF_PAIRS: u64 = 1000;
 /// The bounds on the number of well-separated pairs a point, in the plane and in space.
 const PAIRS: [(usize, f64); 2] = [(2, 15.0), (3, 30.0)];
 
-/// The sets whose depths are fitted.
-const SETS: [(Kind, usize); 3] = [(Kind::Uniform, 2), (Kind::Uniform, 3), (Kind::Line, 3)];
+/// The sets whose depths are fitted, and the runs of each size. The heights of subtrees vary most on a line.
+const SETS: [(Kind, usize, u64); 3] = [(Kind::Uniform, 2, 1), (Kind::Uniform, 3, 1), (Kind::Line, 3, 2)];
 
 /// The smallest number of points of a fit. A tree with fewer levels than about 2 d has fewer than d stages at most nodes.
 const SMALLEST: u64 = 2048;
@@ -47,7 +47,7 @@ pub(super) const CLAIMS: &[Claim] = &[Claim {
     },
     experiment: "Radii of `fmt` and `pairs` that differ from those of `descent` in a bit, on uniform sets, clusters, a line, \
                  a graded set and a lattice. Fit of the depth of phase neighbours with `fmt` as in depth-law, over seven \
-                 octaves from 2,048 points. Well-separated pairs a point in leaves of 1,000 points, s = 2",
+                 octaves from 2,048 points, on a line with two runs of each size. Well-separated pairs a point in leaves of 1,000 points, s = 2",
     bound: "0 radii, by definition; 10 % for the quadratic share, as in depth-law; 15 pairs in the plane and 30 in space: \
             all pairs of a leaf are up to 500 a point",
     check: |lab| Ok([radii(lab)?, depths(lab)?, pairs(lab)?].concat()),
@@ -94,9 +94,9 @@ fn radii2(lab: &mut Lab, sample: Sample, correction: Correction) -> Result<Vec<(
 fn depths(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let octaves = if lab.options.extent == Extent::Brief { 4 } else { 7 };
     let mut figures = Vec::new();
-    for (kind, d) in SETS {
+    for (kind, d, seeds) in SETS {
         let samples = sizes(SMALLEST, octaves, kind, d);
-        let runs = of_stages(lab, &samples)?;
+        let runs = of_stages(lab, &samples, seeds)?;
         let name = format!("{} {d}D n={SMALLEST}..{}, {} runs", kind.name(), SMALLEST << octaves, runs.len());
         let punts: u64 = runs.iter().map(|run| run.line.tree.punts).sum();
         let sweep = Sweep { name, phases: &["neighbours"], runs };
@@ -107,10 +107,10 @@ fn depths(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Returns the runs with the correction in stages.
-fn of_stages(lab: &mut Lab, samples: &[Sample]) -> Result<Rc<Vec<Counted>>, ClaimError> {
+/// Returns the runs with the correction in stages, of as many seeds for each set.
+fn of_stages(lab: &mut Lab, samples: &[Sample], seeds: u64) -> Result<Rc<Vec<Counted>>, ClaimError> {
     let name = format!("stages {}", samples.first().map(Sample::name).unwrap_or_default());
-    let runs = Runs { name: &name, samples, seeds: 1, until: Some(Until::Neighbours) };
+    let runs = Runs { name: &name, samples, seeds, until: Some(Until::Neighbours) };
     lab.counted(&runs, |spec| with_correction(spec, Correction::Stages, LEAF))
 }
 
