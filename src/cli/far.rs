@@ -7,8 +7,7 @@ use septet_io::read::{ListedFile, SharedPoints};
 use septet_protocol::wire::Processes;
 
 use super::errors::Failure;
-use super::files::place_of;
-use super::text::counted;
+use super::text::{counted, place_of};
 
 /// The far points of an input.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,7 +5,6 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use septet_io::Files;
-use septet_io::read::ListedFile;
 use septet_io::write::stage::is_special;
 use septet_io::write::{OutputError, WriteOptions, check_output, check_text_output};
 
@@ -175,12 +174,6 @@ impl Drop for Fresh {
 /// Prints text to standard output.
 pub fn print(text: &str) -> Result<(), OutputError> {
     write_text(Path::new("-"), text)
-}
-
-/// Returns a clause with the file of a row of a list, and with the row in this file.
-pub fn place_of(files: &[ListedFile], row: u64) -> Option<String> {
-    let file = ListedFile::of_row(files, row)?;
-    Some(format!("; point {row} is row {} of {}", row - file.first_row, file.path.display()))
 }
 
 #[cfg(test)]

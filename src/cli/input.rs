@@ -16,12 +16,12 @@ use septet_io::read::{
 
 use super::errors::{Code, Failure};
 use super::far::Far;
-use super::files::{self, place_of};
+use super::files;
 use super::formats::{check_reading, read_options};
 use super::given::Options;
 use super::gzip;
 use super::progress::Talk;
-use super::text::counted;
+use super::text::{counted, place_of};
 
 /// The points of a run.
 pub struct Loaded {

@@ -3,6 +3,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use septet_io::read::ListedFile;
+
 /// Formats a number with a noun in the singular or plural, such as `1 cell` and `2 cells`.
 pub fn counted(number: impl TryInto<u64>, noun: &str) -> String {
     let number = number.try_into().unwrap_or(u64::MAX);
@@ -127,6 +129,12 @@ fn distance(a: &str, b: &str) -> usize {
         }
     }
     rows[a.len()][b.len()]
+}
+
+/// Returns a clause with the file of a row of a list, and with the row in this file.
+pub fn place_of(files: &[ListedFile], row: u64) -> Option<String> {
+    let file = ListedFile::of_row(files, row)?;
+    Some(format!("; point {row} is row {} of {}", row - file.first_row, file.path.display()))
 }
 
 #[cfg(test)]

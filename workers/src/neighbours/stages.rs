@@ -8,8 +8,7 @@
 //!    and fewer only if `h <= d`.
 //! 2. Otherwise the node *punts*: the balls descend level by level.
 //!
-//! **A stage.** A ball that arrives at the root of a block has `2^J - 1` places, one for each node that its `J` levels may
-//!    have.
+//! **A stage.** A ball that arrives at the root of a block of `J` levels has `2^J - 1` places, one for each possible node.
 //! 1. A copy-scan copies the ball to its places. In a vector step, each place tests its node. A scan over the Euler tour of
 //!    the block then counts the nodes above each place that the ball misses.
 //! 2. A scan computes the positions of the replicas below the block: those with no missed node above. A vector step moves
