@@ -53,7 +53,8 @@ pub(super) fn step<P: Point>(
     for (vertex, cost) in splayed.iter_mut().flat_map(Splayed::take_costs) {
         charges.add_star(leaf_number(leaves, vertex), cost);
     }
-    let (mut proposals, mut objections) = (Vec::new(), Objections::default());
+    let count = splayed.iter().map(|group| group.proposals.len()).sum();
+    let (mut proposals, mut objections) = (Vec::with_capacity(count), Objections::default());
     for group in splayed {
         group.each_change(|vertex, change| stars.splay(table, vertex, change));
         proposals.extend(group.proposals);

@@ -138,7 +138,10 @@ impl<P: Point> Default for StepOutput<P> {
 
 impl<P: Point> StepOutput<P> {
     /// Appends other messages.
-    pub(super) fn append(&mut self, other: Self) {
+    pub(super) fn append(&mut self, mut other: Self) {
+        if self.proposals.is_empty() {
+            std::mem::swap(&mut self.proposals, &mut other.proposals);
+        }
         self.proposals.extend(other.proposals);
         self.objections.append(other.objections);
     }

@@ -18,7 +18,7 @@
 //!
 //! **Rounds.** Replies and answers take at most twice as many rounds as there are shared levels, and one more.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use septet_geometry::cost::Sweep;
 use septet_geometry::measure::circumcentre;
@@ -48,10 +48,10 @@ const OF_ONE_LEAF: u32 = 8;
 pub(super) struct Probes<'a, P: Point> {
     leaves: &'a [Leaf<P>],
     descent: Descent<'a, P>,
-    /// The cells that asked, by the positions of their balls.
+    /// The cells that asked, by the positions of their balls. Sorted.
     asked: Vec<Question<P::Cell>>,
-    /// The cells of this rank that got an answer.
-    answered: BTreeSet<P::Cell>,
+    /// Whether each of them got an answer.
+    answered: Vec<bool>,
     /// The exact tests of answers, by leaf.
     exact_tests: BTreeMap<u32, ExactTests>,
 }
@@ -81,8 +81,8 @@ impl<'a, P: Point> Probes<'a, P> {
         let mut probes = Probes {
             leaves,
             descent: Descent::new(subdomain, search, &[]),
+            answered: vec![false; asked.len()],
             asked,
-            answered: BTreeSet::new(),
             exact_tests: BTreeMap::new(),
         };
         probes.descent.launch_centres(cx, table, &balls);
@@ -115,9 +115,7 @@ impl<'a, P: Point> Probes<'a, P> {
             let inside = nearest.list.iter().copied().filter(|&point| is_inside(table, &cell, point));
             let inside: Vec<u32> = inside.collect();
             *self.exact_tests.entry(leaf_number(self.leaves, asking)).or_default() += exact.since();
-            if !inside.is_empty() {
-                self.answered.insert(cell);
-            }
+            self.answered[nearest.point as usize] |= !inside.is_empty();
             let inside = inside.into_iter();
             for (point, &star) in inside.flat_map(|point| cell.as_ref().iter().map(move |star| (point, star)))
             {
@@ -132,8 +130,8 @@ impl<'a, P: Point> Probes<'a, P> {
         send_points(cx, table, away);
     }
 
-    /// Charges the questions of step number `step`. Returns the cells of this rank that got an answer.
-    pub(super) fn finish(self, cx: &mut Context<P>, step: u32) -> BTreeSet<P::Cell> {
+    /// Charges the questions of step number `step`. Returns the questions of this rank that got an answer, sorted.
+    pub(super) fn finish(self, cx: &mut Context<P>, step: u32) -> Vec<Question<P::Cell>> {
         let first = step * STEPS;
         let mut sweeps: BTreeMap<u32, Sweep> = BTreeMap::new();
         for question in &self.asked {
@@ -150,7 +148,8 @@ impl<'a, P: Point> Probes<'a, P> {
             }
         }
         self.descent.finish_cells(cx, first + 1);
-        self.answered
+        let all = self.asked.into_iter().zip(self.answered);
+        all.filter_map(|(question, answered)| answered.then_some(question)).collect()
     }
 }
 

@@ -13,10 +13,11 @@
 //! **Source.** None. Shewchuk's stars send each cell to its vertices, and do not know who has it.
 //!
 //! **Work and depth.** The reports to the smallest vertices in a leaf are delivered. A report has at most one witness, so it is one
-//! item. This brings the reports about a cell together: O(m log m) work and O(log m) depth for `m` reports.
+//! item. This brings the reports about a cell together: O(m log m) work and O(log m) depth for `m` reports. The registers are sorted
+//! as the reports are, so that one pass merges them.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry as Place;
 
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::point::Point;
@@ -30,28 +31,33 @@ use crate::state::tree::{Leaf, leaf_number};
 
 /// The register of an open cell.
 #[derive(Clone, Copy, Debug)]
-struct Entry {
-    /// The owned smallest vertex.
-    smallest: u32,
+struct Entry<C> {
+    /// The smallest vertex, which is owned.
+    star: u32,
+    cell: C,
     /// A bit for each vertex in the order of the cell: whether it is a holder.
     holders: u8,
     /// Whether the cell has asked.
     asked: bool,
-    /// Whether no star has reported the cell since the check.
-    is_fresh: bool,
+}
+
+impl<C: Copy + Ord> Entry<C> {
+    /// Compares the place of the register with that of another cell.
+    fn cmp(&self, star: u32, cell: &C) -> Ordering {
+        (self.star, self.cell).cmp(&(star, *cell))
+    }
 }
 
 /// An open cell whose register sends messages.
 struct Notice<C> {
-    cell: C,
-    entry: Entry,
+    entry: Entry<C>,
     /// Sorted, without repetitions. If there are none, the cell is told to the other vertices.
     witnesses: Vec<u32>,
     /// Whether the cell asks now.
     asks: bool,
 }
 
-/// The reports about one cell.
+/// The reports about one cell to its smallest vertex.
 struct Reports<'a, P: Point> {
     cell: P::Cell,
     gains: &'a [Proposal<P::Cell>],
@@ -61,15 +67,17 @@ struct Reports<'a, P: Point> {
 /// The registers of the open cells whose smallest vertex is on this rank.
 #[derive(Debug)]
 pub(super) struct Registers<P: Point> {
-    open: BTreeMap<P::Cell, Entry>,
-    /// The cells that the check opened since the last step, with repetitions.
-    fresh: Vec<P::Cell>,
+    /// By smallest vertex, then by cell.
+    open: Vec<Entry<P::Cell>>,
+    /// Whether the check opened all of them.
+    is_new: bool,
 }
 
 /// The messages of the registers.
 pub(super) struct Notices<P: Point> {
+    /// The proposals are sorted by sender, then by cell.
     pub(super) messages: StepOutput<P>,
-    /// The cells that ask.
+    /// The cells that ask, sorted.
     pub(super) questions: Vec<Question<P::Cell>>,
 }
 
@@ -80,23 +88,20 @@ impl<P: Point> Default for Notices<P> {
 }
 
 impl<P: Point> Registers<P> {
-    /// Creates the registers of no cells.
-    pub(super) fn new() -> Self {
-        Registers { open: BTreeMap::new(), fresh: Vec::new() }
+    /// Opens the cells that the check found. The smallest vertex `from` has the cell, and the star of `to` lacks it.
+    pub(super) fn new(mut found: Vec<Proposal<P::Cell>>) -> Self {
+        found.sort_unstable_by_key(|found| (found.from, found.cell));
+        let open = found.chunk_by(|a, b| a.from == b.from && a.cell == b.cell).map(|own| {
+            let Proposal { from: star, cell, .. } = own[0];
+            let lacking = own.iter().fold(0, |bits, found| bits | bit(&cell, found.to));
+            Entry { star, cell, holders: all::<P>() & !lacking, asked: false }
+        });
+        Registers { open: open.collect(), is_new: true }
     }
 
     /// Returns `true` if cells are open that no star has reported since the check.
     pub(super) fn has_fresh(&self) -> bool {
-        !self.fresh.is_empty()
-    }
-
-    /// Opens the cell of the smallest vertex `found.from`, whose star has it, because the star of `found.to` lacks it.
-    pub(super) fn open(&mut self, found: &Proposal<P::Cell>) {
-        let entry = Entry { smallest: found.from, holders: all::<P>(), asked: false, is_fresh: true };
-        let entry = self.open.entry(found.cell).or_insert(entry);
-        entry.is_fresh = true;
-        entry.holders &= !bit(&found.cell, found.to);
-        self.fresh.push(found.cell);
+        self.is_new && !self.open.is_empty()
     }
 
     /// Enters the reports of all stars. Returns the messages of the registers. `reports` must be sorted.
@@ -107,92 +112,96 @@ impl<P: Point> Registers<P> {
         reports: &Pending<P>,
         step: u32,
     ) -> Notices<P> {
-        let mut fresh = std::mem::take(&mut self.fresh);
-        fresh.sort_unstable();
-        fresh.dedup();
+        let inboxes = reports.by_star();
         let mut delivered: BTreeMap<u32, Sweep> = BTreeMap::new();
-        for cell in &fresh {
-            delivered.entry(leaf_number(leaves, self.open[cell].smallest)).or_default().visit();
+        for entry in self.open.iter().filter(|_| self.is_new) {
+            delivered.entry(leaf_number(leaves, entry.star)).or_default().visit();
         }
-        let mut notices = Vec::new();
-        for inbox in reports.by_star() {
+        for inbox in &inboxes {
             let sweep = delivered.entry(leaf_number(leaves, inbox.vertex)).or_default();
-            self.enter(&inbox, sweep, &mut notices);
+            sweep.visit_all(inbox.proposals);
+            sweep.visit_all(inbox.objections);
         }
         for (leaf, sweep) in delivered {
             let mut cost: Cost = cx.own_cost();
             cost.charge_delivery(sweep);
             cx.charge(Account::step(Phase::Repair, step, leaves[leaf as usize].id()), cost, sweep.items());
         }
-        self.enter_fresh(&fresh, &mut notices);
-        messages_of::<P>(notices)
+        messages_of::<P>(self.merge(&inboxes))
     }
 
-    /// Enters the reports to one smallest vertex.
-    fn enter(&mut self, inbox: &StarInbox<'_, P>, sweep: &mut Sweep, notices: &mut Vec<Notice<P::Cell>>) {
-        sweep.visit_all(inbox.proposals);
-        sweep.visit_all(inbox.objections);
-        for Reports { cell, gains, losses } in by_cell(inbox) {
-            let first = if gains.is_empty() { all::<P>() } else { 0 };
-            let entry = Entry { smallest: inbox.vertex, holders: first, asked: false, is_fresh: false };
-            let place = self.open.entry(cell);
-            let mut entry = if let Place::Occupied(open) = &place { *open.get() } else { entry };
-            entry.is_fresh = false;
-            entry.holders = gains.iter().fold(entry.holders, |held, gain| held | bit(&cell, gain.from));
-            entry.holders = losses.iter().fold(entry.holders, |held, loss| held & !bit(&cell, loss.from));
-            if entry.holders == 0 || entry.holders == all::<P>() {
-                if let Place::Occupied(open) = place {
-                    open.remove();
+    /// Merges the reports to all smallest vertices into the registers.
+    fn merge(&mut self, inboxes: &[StarInbox<'_, P>]) -> Vec<Notice<P::Cell>> {
+        let mut notices = Vec::new();
+        let mut known = std::mem::take(&mut self.open).into_iter().peekable();
+        for inbox in inboxes {
+            for reports in by_cell(inbox) {
+                while let Some(other) = known.next_if(|open| open.cmp(inbox.vertex, &reports.cell).is_lt()) {
+                    self.keep(other, &mut notices);
                 }
-                continue;
+                let open = known.next_if(|open| open.cmp(inbox.vertex, &reports.cell).is_eq());
+                self.enter(inbox, &reports, open, &mut notices);
             }
-            let mut witnesses: Vec<u32> =
-                losses.iter().flat_map(|loss| inbox.witnesses(loss).iter().copied()).collect();
-            witnesses.sort_unstable();
-            witnesses.dedup();
-            notices.push(notice(cell, &mut entry, witnesses));
-            *place.or_insert(entry) = entry;
         }
+        for other in known {
+            self.keep(other, &mut notices);
+        }
+        self.is_new = false;
+        notices
     }
 
-    /// Enters the cells that the check opened and no star reported.
-    fn enter_fresh(&mut self, fresh: &[P::Cell], notices: &mut Vec<Notice<P::Cell>>) {
-        for &cell in fresh {
-            let Place::Occupied(mut open) = self.open.entry(cell) else { continue };
-            let entry = open.get_mut();
-            if !std::mem::replace(&mut entry.is_fresh, false) {
-                continue;
-            }
-            if entry.holders == 0 || entry.holders == all::<P>() {
-                open.remove();
-            } else {
-                notices.push(notice(cell, entry, Vec::new()));
-            }
+    /// Keeps the register of a cell that no star has reported.
+    fn keep(&mut self, mut entry: Entry<P::Cell>, notices: &mut Vec<Notice<P::Cell>>) {
+        if self.is_new {
+            notices.push(notice(&mut entry, Vec::new()));
         }
+        self.open.push(entry);
+    }
+
+    /// Enters the reports about a cell. `open` is its register, if there is one.
+    fn enter(
+        &mut self,
+        inbox: &StarInbox<'_, P>,
+        &Reports { cell, gains, losses }: &Reports<'_, P>,
+        open: Option<Entry<P::Cell>>,
+        notices: &mut Vec<Notice<P::Cell>>,
+    ) {
+        let first = if gains.is_empty() { all::<P>() } else { 0 };
+        let mut entry = open.unwrap_or(Entry { star: inbox.vertex, cell, holders: first, asked: false });
+        entry.holders = gains.iter().fold(entry.holders, |held, gain| held | bit(&cell, gain.from));
+        entry.holders = losses.iter().fold(entry.holders, |held, loss| held & !bit(&cell, loss.from));
+        if entry.holders == 0 || entry.holders == all::<P>() {
+            return;
+        }
+        let mut witnesses: Vec<u32> =
+            losses.iter().flat_map(|loss| inbox.witnesses(loss).iter().copied()).collect();
+        witnesses.sort_unstable();
+        witnesses.dedup();
+        notices.push(notice(&mut entry, witnesses));
+        self.open.push(entry);
     }
 }
 
 /// Returns the notice of an open cell. A cell without witnesses asks, once.
-fn notice<C>(cell: C, entry: &mut Entry, witnesses: Vec<u32>) -> Notice<C> {
+fn notice<C: Copy>(entry: &mut Entry<C>, witnesses: Vec<u32>) -> Notice<C> {
     let asks = witnesses.is_empty() && !std::mem::replace(&mut entry.asked, true);
-    Notice { cell, entry: *entry, witnesses, asks }
+    Notice { entry: *entry, witnesses, asks }
 }
 
 /// Returns the messages of some open cells.
-fn messages_of<P: Point>(mut notices: Vec<Notice<P::Cell>>) -> Notices<P> {
+fn messages_of<P: Point>(notices: Vec<Notice<P::Cell>>) -> Notices<P> {
     let (mut proposals, mut objections, mut questions) = (Vec::new(), Objections::default(), Vec::new());
-    notices.sort_unstable_by_key(|notice| notice.cell);
-    for Notice { cell, entry: Entry { smallest, holders, .. }, witnesses, asks } in notices {
+    for Notice { entry: Entry { star, cell, holders, .. }, witnesses, asks } in notices {
         let vertices = || cell.as_ref().iter().copied();
         if witnesses.is_empty() {
             let others = vertices().filter(|&v| holders & bit(&cell, v) == 0);
-            proposals.extend(others.map(|to| Proposal { to, cell, from: smallest }));
+            proposals.extend(others.map(|to| Proposal { to, cell, from: star }));
         } else {
             let held = vertices().filter(|&v| holders & bit(&cell, v) != 0);
-            objections.add(held, cell, smallest, &witnesses);
+            objections.add(held, cell, star, &witnesses);
         }
         if asks {
-            questions.push(Question { star: smallest, cell });
+            questions.push(Question { star, cell });
         }
     }
     Notices { messages: StepOutput { proposals, objections }, questions }
@@ -245,12 +254,7 @@ mod tests {
 
     /// Settles the registers after these reports.
     fn settle(registers: &mut Registers<DVec2>, reports: &Pending<DVec2>) -> Settled {
-        let (fresh, mut notices) = (std::mem::take(&mut registers.fresh), Vec::new());
-        for inbox in reports.by_star() {
-            registers.enter(&inbox, &mut Sweep::default(), &mut notices);
-        }
-        registers.enter_fresh(&fresh, &mut notices);
-        let Notices { messages, questions } = messages_of::<DVec2>(notices);
+        let Notices { messages, questions } = messages_of::<DVec2>(registers.merge(&reports.by_star()));
         let witnesses = messages.objections.witnesses();
         let list = messages.objections.list().iter().map(|o| (o.to, witnesses[o.witnesses.clone()].to_vec()));
         (messages.proposals.iter().map(|p| p.to).collect(), list.collect(), questions.len())
@@ -258,7 +262,7 @@ mod tests {
 
     #[test]
     fn a_cell_that_few_gain_is_told_and_asks_once() {
-        let mut registers = Registers::new();
+        let mut registers = Registers::new(Vec::new());
         assert_eq!(settle(&mut registers, &reports(&[7], &[])), (vec![1, 5], vec![], 1));
         assert_eq!(settle(&mut registers, &reports(&[1], &[])), (vec![5], vec![], 0));
         assert_eq!(settle(&mut registers, &reports(&[5], &[])), (vec![], vec![], 0));
@@ -269,7 +273,7 @@ mod tests {
 
     #[test]
     fn holders_of_a_refuted_cell_receive_the_witnesses() {
-        let mut registers = Registers::new();
+        let mut registers = Registers::new(Vec::new());
         let lost = reports(&[], &[(1, 30)]);
         assert_eq!(settle(&mut registers, &lost), (vec![], vec![(5, vec![30]), (7, vec![30])], 0));
         assert_eq!(settle(&mut registers, &reports(&[], &[(5, 30), (7, 30)])), (vec![], vec![], 0));
@@ -282,8 +286,7 @@ mod tests {
 
     #[test]
     fn the_check_opens_cells() {
-        let mut registers = Registers::<DVec2>::new();
-        registers.open(&Proposal { to: 7, cell: [1, 5, 7], from: 5 });
+        let mut registers = Registers::<DVec2>::new(vec![Proposal { to: 7, cell: [1, 5, 7], from: 5 }]);
         assert!(registers.has_fresh());
         assert_eq!(settle(&mut registers, &reports(&[], &[])), (vec![7], vec![], 1));
         assert!(!registers.has_fresh());

@@ -20,8 +20,6 @@
 //!
 //! **Departure.** As for splaying, the messages of a step do not depend on the owners of the stars.
 
-use std::collections::BTreeSet;
-
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 use septet_protocol::transport::TransportError;
@@ -84,7 +82,12 @@ pub(crate) async fn tell<P: Point>(
             rounds = round;
         }
         let answered = ask(cx, subdomain, table, &mut pending, (notices.questions, round), steps).await?;
-        notices.messages.proposals.retain(|told| !answered.contains(&told.cell));
+        let mut answered = answered.into_iter().peekable();
+        notices.messages.proposals.retain(|told| {
+            let told = Question { star: told.from, cell: told.cell };
+            while answered.next_if(|other| *other < told).is_some() {}
+            answered.peek() != Some(&told)
+        });
         notices.messages.send(cx, table, &mut pending, round);
         // If the registers have no messages for other ranks, no rank may have sent a message.
         cx.exchange_if(true).await?;
@@ -99,19 +102,13 @@ fn open<P: Point>(
     stars: &Stars<P>,
     agreement: &Agreement,
 ) -> (Registers<P>, StepOutput<P>) {
-    let (mut registers, mut proposals) = (Registers::new(), Vec::new());
     let view = StarsView::new(table, stars);
-    for found in agreement.disagreements().iter().filter_map(|d| proposal(stars, d)) {
-        if view.smallest(&found.cell) == found.from {
-            registers.open(&found);
-        } else {
-            proposals.push(found);
-        }
-    }
-    (registers, StepOutput { proposals, objections: Objections::default() })
+    let found = agreement.disagreements().iter().filter_map(|d| proposal(stars, d));
+    let (own, proposals) = found.partition(|found| view.smallest(&found.cell) == found.from);
+    (Registers::new(own), StepOutput { proposals, objections: Objections::default() })
 }
 
-/// Sends the questions of a step in a round of repair, and waits for the answers. Returns the cells of this rank that got one.
+/// Sends the questions of a step in a round of repair, and waits for the answers. Returns the questions of this rank that got one, sorted.
 /// All ranks call this in the same steps.
 async fn ask<P: Point>(
     cx: &mut Context<P>,
@@ -120,7 +117,7 @@ async fn ask<P: Point>(
     pending: &mut Pending<P>,
     questions: (Vec<Question<P::Cell>>, u32),
     step: u32,
-) -> Result<BTreeSet<P::Cell>, TransportError> {
+) -> Result<Vec<Question<P::Cell>>, TransportError> {
     cx.switch(Phase::ProbeCells)?;
     let mut probes = Probes::launch(cx, subdomain, table, questions);
     loop {
