@@ -213,8 +213,8 @@ fn running(folder: &Path) -> Vec<u32> {
     found
 }
 
-/// Waits for `mpirun`, whose processes have ended. Some versions hang when a process dies while it starts: after a
-/// while the launcher is killed, and has no status.
+/// Returns the status of `mpirun`, whose processes have ended. Open MPI's launcher can hang after a process was killed. After
+/// 10 seconds, this function kills the launcher and returns `None`.
 fn end_of(launcher: &mut Child) -> Option<ExitStatus> {
     let start = Instant::now();
     while start.elapsed() < Duration::from_secs(10) {

@@ -108,8 +108,8 @@ fn open<P: Point>(
     (Registers::new(own), StepOutput { proposals, objections: Objections::default() })
 }
 
-/// Sends the questions of a step in a round of repair, and waits for the answers. Returns the questions of this rank that got one, sorted.
-/// All ranks call this in the same steps.
+/// Sends the questions of a step in a round of repair, and waits for the answers. Returns the questions of this rank that got
+/// an answer, sorted. All ranks call this in the same steps.
 async fn ask<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
