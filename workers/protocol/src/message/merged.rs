@@ -7,7 +7,7 @@ use septet_geometry::point::Point;
 /// The merged result of a subproblem: the union of the results of its children.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Encode, Decode)]
 pub struct Merged {
-    /// Stars with a finite cell, built by the exact kernel.
+    /// Stars with a finite cell, and hidden sites, both by the exact kernel.
     pub stars: u64,
     /// Finite cells whose lexicographically smallest vertex the subproblem owns.
     pub cells: u64,

@@ -139,7 +139,7 @@ fn regions_contain_all_conflicts<P: Position>() {
     let (mut met, mut balls) = (0, 0);
     for kind in KINDS {
         for way in WAYS {
-            let sites = sites(&set::<P>(kind, 90, 2), way, 11);
+            let sites = sites(&set::<P>(kind, 140, 2), way, 11);
             if !Digits::of(&sites).unwrap().fits() {
                 continue;
             }
