@@ -29,7 +29,11 @@ pub fn hash_of_place<P: Point>(x: P) -> u64 {
 #[inline]
 pub fn hash_of_site<P: Point>(x: P) -> u64 {
     let hash = hash_of_place(x);
-    if P::IS_WEIGHTED { finalise(hash ^ x.weight().to_bits()) } else { hash }
+    if !P::IS_WEIGHTED {
+        return hash;
+    }
+    let low_parts = (0..P::DIM).map(|i| x.low(i));
+    low_parts.chain([x.weight()]).fold(hash, |hash, part| finalise(hash ^ part.to_bits()))
 }
 
 /// The random generator of the tests: xorshift64* (Vigna 2016).

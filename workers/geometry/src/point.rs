@@ -208,6 +208,17 @@ pub trait Point: Vector + Pod + Default + sealed::Sealed {
     /// Replaces the weight of a point that has one.
     #[inline]
     fn set_weight(&mut self, _weight: f64) {}
+    /// Returns the low part of the `i`-th coordinate: what its rounding lost, if the point is an image
+    /// ([`crate::site`]); otherwise 0.
+    #[inline]
+    fn low(&self, _i: usize) -> f64 {
+        0.0
+    }
+    /// Returns the largest absolute low part.
+    #[inline]
+    fn largest_low(&self) -> f64 {
+        0.0
+    }
 }
 
 /// A point without a weight: [`DVec2`] or [`DVec3`]. Its determinants take lifts from the caller.
@@ -329,6 +340,10 @@ pub fn lex_cmp<P: Point>(a: &P, b: &P) -> Ordering {
         match a.coord(i).total_cmp(&b.coord(i)) {
             Ordering::Equal => {}
             other => return other,
+        }
+        // Rounding preserves the order except for ties, which the low parts decide.
+        if P::IS_WEIGHTED && a.low(i) != b.low(i) {
+            return a.low(i).total_cmp(&b.low(i));
         }
     }
     Ordering::Equal

@@ -70,11 +70,13 @@ fn half_range(weight: f64) -> (i32, i32) {
     (low.div_euclid(2), (high + 1).div_euclid(2))
 }
 
-/// Returns the digits of each number of a point that is not zero.
+/// Returns the digits of each number of a point that is not zero: coordinates, their low parts, and the weight.
 fn ranges<P: Point>(p: &P) -> impl Iterator<Item = (i32, i32)> {
     let weight = p.weight();
     let coordinates = (0..P::DIM).map(|i| p.coord(i)).filter(|&x| x != 0.0).map(bit_range);
-    coordinates.chain((P::IS_WEIGHTED && weight != 0.0).then(|| half_range(weight)))
+    let low_parts = (0..if P::IS_WEIGHTED { P::DIM } else { 0 }).map(|i| p.low(i));
+    let low_parts = low_parts.filter(|&x| x != 0.0).map(bit_range);
+    coordinates.chain(low_parts).chain((P::IS_WEIGHTED && weight != 0.0).then(|| half_range(weight)))
 }
 
 /// Returns the first coordinate of a point, or its weight, if it is infinite or not a number.
@@ -123,6 +125,9 @@ impl Digits {
         let coordinates = Sizes::of(points, |p, sizes| {
             for i in 0..P::DIM {
                 sizes.add(p.coord(i));
+                if P::IS_WEIGHTED {
+                    sizes.add(p.low(i));
+                }
             }
         });
         let (low, high) = coordinates.digits()?;

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::hash::{BuildHasherDefault, Hasher};
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use septet_geometry::hash::hash_of_site;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Rank;
 
@@ -242,7 +243,7 @@ pub(super) fn point_hash<P: Point>(id: u64, x: P) -> u128 {
         h = mix(h ^ u128::from(x.coord(i).to_bits()) << (i * 29));
     }
     if P::IS_WEIGHTED {
-        h = mix(h ^ u128::from(x.weight().to_bits()));
+        h = mix(h ^ u128::from(hash_of_site(x)));
     }
     mix(h)
 }

@@ -38,13 +38,17 @@
 //! `s = sqrt(m - w)` above `x`, in one more dimension. Spheres have their centres at height 0, and all the above holds for
 //! `(x, s)` in place of `x`, with these changes:
 //! - The inverse image of a vertex at `r` from the site is `r / l`, where `l = |r|^2 - d` and `d` is the difference of the
-//!   weights. It is used only if `|r|^2 + |d| <= 64 |l|`. Its relative errors are then at most `9 u` times 64, so the
-//!   constants of steps 1 and 2 grow by `72`, and step 3 asks for `|g| > 2^-11 L^3`.
+//!   weights. It is used only if `|r|^2 + |d| <= 64 |l|`, and if no coordinate of `r` is less than half the difference of
+//!   high parts, so that images have differences with errors of `6 u`. Then `l` has an error of at most `15 u` times 64, and
+//!   the inverse image `24 u` times 64. So the constants of steps 1 and 2 grow by `192`, and step 3 asks for
+//!   `|g| > 2^-10 L^3`.
 //! - The radius is the length of `n / 2g` and `s`.
 //! - Squared heights are added after rounding. The errors of step 6 grow by `h d'^2 + h r^2`, to at most `9.02 h r^2` and
 //!   `13 h` times the bound, which step 7 covers.
 //!
-//! A ball contains the sites of weight at most `m` that conflict with its cell.
+//! A ball contains the sites of weight at most `m` that conflict with its cell. The high part of an image at `x` is within
+//! `u |x|` of it. The bound on radii includes this for points in the extent of the frame, and the margin of `32 h` for those
+//! beyond.
 //!
 //! **Work.** O(1) for each sphere and each test.
 //!
@@ -72,7 +76,9 @@ const TINY: f64 = power_of_two(-140);
 /// The square of the smallest `|g|` of a stored sphere, relative to `L^3` (in the plane, `L^2`).
 const FLATTEST: f64 = power_of_two(-36);
 /// The same for points with weights.
-const FLATTEST_WEIGHTED: f64 = power_of_two(-22);
+const FLATTEST_WEIGHTED: f64 = power_of_two(-20);
+/// The largest distance of an image from its high part, relative to the largest coordinate, with a margin.
+const LOW: f64 = 4.0 * f64::EPSILON;
 /// The largest ratio of `|r|^2 + |d|` to `|l|` for which an inverse image is used.
 const CANCELLATION: f64 = 64.0;
 /// The square of the smallest `|g|` of a stored sphere.
@@ -103,6 +109,8 @@ pub(super) struct Frame<P> {
     farthest: f64,
     /// The largest weight; 0 without weights.
     heaviest: f64,
+    /// Bound on the distance of an image from its high part; 0 without weights.
+    low: f64,
 }
 
 /// A point in the form that is compared with spheres.
@@ -167,10 +175,13 @@ impl<P: Point> Frame<P> {
                 typical = typical.max(distance(&sample[most]));
             }
         }
-        let mut extent = 0.0f64;
+        let (mut extent, mut largest) = (0.0f64, 0.0f64);
         for p in points {
             for i in 0..P::DIM {
                 extent = extent.max((p.coord(i) - origin.coord(i)).abs());
+                if P::IS_WEIGHTED {
+                    largest = largest.max(p.coord(i).abs());
+                }
             }
         }
         let unit = if extent > typical * FAR_POINTS { typical } else { extent };
@@ -178,7 +189,7 @@ impl<P: Point> Frame<P> {
         let scale = f64::from_bits((2046 - exponent) << 52);
         // This is half the diagonal of the cube that contains the points, with a margin for rounding.
         let farthest = extent * scale * (P::DIM as f64).sqrt() * (1.0 + 1e-9);
-        Frame { origin, scale, farthest: farthest.min(FARTHEST), heaviest }
+        Frame { origin, scale, farthest: farthest.min(FARTHEST), heaviest, low: LOW * largest }
     }
 
     /// Extends the system to contain one more point.
@@ -198,7 +209,8 @@ impl<P: Point> Frame<P> {
     #[inline]
     pub(super) fn radius_bound(&self, sphere: &P::Cell) -> f64 {
         let radius = f64::from(Self::rounded_radius(sphere));
-        (radius * (1.0 + 32.0 * SINGLE) + 2.0 * FAR * self.farthest + 2.0 * TINY) / self.scale
+        let bound = (radius * (1.0 + 32.0 * SINGLE) + 2.0 * FAR * self.farthest + 2.0 * TINY) / self.scale;
+        if P::IS_WEIGHTED { bound + self.low } else { bound }
     }
 
     /// Returns the rounded radius of a sphere without its marks; NaN for a cell without a sphere.
@@ -211,6 +223,7 @@ impl<P: Point> Frame<P> {
     /// is no such radius. No stored radius is 0. The margin covers the roundings of both.
     pub(super) fn radius_within(&self, across: f64) -> f32 {
         let margin = (2.0 * FAR * self.farthest + 2.0 * TINY) * (1.0 + SINGLE);
+        let across = if P::IS_WEIGHTED { across - 2.0 * self.low } else { across };
         let most = (0.5 * across * self.scale - margin) / (1.0 + 32.0 * SINGLE);
         ((most * (1.0 - 2.0 * SINGLE)) as f32).max(0.0)
     }
@@ -236,7 +249,11 @@ impl<P: Point> Frame<P> {
     pub(super) fn inverse(&self, from: P, to: P) -> Inverse<P> {
         let rel = (to - from) * self.scale;
         if P::IS_WEIGHTED {
-            return self.weighted_inverse(rel, to.weight() - from.weight());
+            let cancels =
+                |i: usize| (to.coord(i) - from.coord(i)).abs() * self.scale > 2.0 * rel.coord(i).abs();
+            let is_accurate = from.largest_low().max(to.largest_low()) == 0.0 || !(0..P::DIM).any(cancels);
+            let drop = if is_accurate { to.weight() - from.weight() } else { f64::NAN };
+            return self.weighted_inverse(rel, drop);
         }
         let length2 = 1.0 / rel.norm2();
         Inverse { at: rel * length2, length2 }

@@ -52,9 +52,13 @@ pub(super) fn rows<P: Point, const D: usize>(
 ) -> [Row<D>; 4] {
     let mut rows = [[Int([0; D]); 3]; 4];
     for axis in 0..P::DIM {
-        let base = integer(q.coord(axis));
+        let place = |p: &P| {
+            let high = integer(p.coord(axis));
+            if P::IS_WEIGHTED { high.plus(integer(p.low(axis))) } else { high }
+        };
+        let base = place(&q);
         for (row, p) in rows.iter_mut().zip(points) {
-            row[axis] = integer(p.coord(axis)).minus(base);
+            row[axis] = place(p).minus(base);
         }
     }
     rows

@@ -47,6 +47,9 @@ fn lowest<P: Point>(points: &[P], of: impl Fn(f64) -> i32) -> i32 {
     for p in points {
         for i in 0..P::DIM {
             lowest = lowest.min(of(p.coord(i)));
+            if P::IS_WEIGHTED {
+                lowest = lowest.min(of(p.low(i)));
+            }
         }
     }
     lowest

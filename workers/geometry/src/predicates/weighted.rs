@@ -1,4 +1,4 @@
-//! The exact stage of in-sphere signs of points with weights.
+//! The exact stage of points with weights and of images.
 //!
 //! **Statement.** The determinant is `sum_i (|p_i - q|^2 - (w_i - w_q)) o_i` ([`super::tie`]): each weight lowers the lift
 //! of its corner by a *drop*. The cofactors are those without weights. Let `2^g` divide all coordinates, and let
@@ -9,10 +9,12 @@
 //!
 //! **Work.** As in [`super::integer`]; microseconds for a call in the widest integers.
 
-use super::integer::{Drops, Row, Signs, in_circle, in_sphere, rows};
+use super::integer::{Drops, Row, Signs, in_circle, in_sphere, orient, rows};
 use super::lattice::{integer, largest_unit, unit_of, width};
+use super::sign::Sign;
 use super::wide::Int;
 use crate::point::Point;
+use crate::site::largest_low;
 
 /// The cell and the query of a call, in units of the lattice.
 struct Call<'a, P> {
@@ -40,6 +42,24 @@ impl<P: Point> Call<'_, P> {
     }
 }
 
+/// Returns the width of differences of up to `reach`. Rounded differences of images have errors of up to four roundings, so
+/// an exact difference may be the next power of two.
+fn width_of<P: Point>(points: &[P], reach: f64, unit: i32) -> i32 {
+    let low = largest_low(points);
+    if low == 0.0 { width(reach, unit) } else { width(reach + 4.0 * low, unit) + 1 }
+}
+
+/// Computes the exact orientation of a cell whose differences are at most `reach`.
+pub(super) fn orientation<P: Point>(cell: &[P], reach: f64) -> Sign {
+    let (others, base) = (&cell[..P::DIM], cell[P::DIM]);
+    let unit = largest_unit(cell);
+    match width_of(cell, reach, unit) {
+        ..=62 => orient::<1, 2, 3>(&rows(others, base, |x| integer(x, unit)), P::DIM),
+        63..=126 => orient::<2, 4, 6>(&rows(others, base, |x| integer(x, unit)), P::DIM),
+        _ => orient::<7, 14, 21>(&rows(others, base, |x| integer(x, unit)), P::DIM),
+    }
+}
+
 /// Computes the exact signs for a cell and a query whose differences are at most `reach`.
 pub(super) fn conflict<P: Point>(cell: &[P], q: P, reach: f64) -> Signs {
     let cell = &cell[..=P::DIM];
@@ -49,7 +69,7 @@ pub(super) fn conflict<P: Point>(cell: &[P], q: P, reach: f64) -> Signs {
     // A drop below `2^k` is at most `2^(2b)` if `2b >= k`.
     let of_drops = (width(drop, 2 * unit) + 1).div_euclid(2);
     let call = Call { cell, q, unit };
-    match width(reach, unit).max(of_drops) {
+    match width_of(cell, reach, unit).max(width_of(&[q], reach, unit)).max(of_drops) {
         ..=62 => call.signs::<1, 2, 3, 4, 5>(),
         63..=126 => call.signs::<2, 4, 6, 8, 10>(),
         _ => call.signs::<7, 14, 21, 28, 35>(),

@@ -1,7 +1,7 @@
 //! The merged result of a subproblem, and the sums by which the certificate identifies points and cells.
 
 use bincode::{Decode, Encode};
-use septet_geometry::hash::mix;
+use septet_geometry::hash::{hash_of_site, mix};
 use septet_geometry::point::Point;
 
 /// The merged result of a subproblem: the union of the results of its children.
@@ -35,7 +35,7 @@ pub struct Merged {
 pub struct PointSum {
     /// Number of points.
     pub count: u64,
-    /// The sum of the hashes of input index, coordinates, and weight if points have weights.
+    /// The sum of the hashes of input index and coordinates, and those of weights and low parts.
     pub hash: u64,
 }
 
@@ -44,7 +44,7 @@ impl PointSum {
     pub fn of<P: Point>(points: impl Iterator<Item = (u64, P)>) -> Self {
         let hash = |(id, x): (u64, P)| {
             let place = (0..P::DIM).fold(mix(0, id), |h, i| mix(h, x.coord(i).to_bits()));
-            if P::IS_WEIGHTED { mix(place, x.weight().to_bits()) } else { place }
+            if P::IS_WEIGHTED { mix(place, hash_of_site(x)) } else { place }
         };
         points.fold(PointSum::default(), |sum, point| sum.join(PointSum { count: 1, hash: hash(point) }))
     }

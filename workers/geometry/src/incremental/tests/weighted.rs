@@ -134,12 +134,60 @@ fn late_sites_are_inserted_in_the_plane() {
     late_sites_are_inserted::<DVec2>();
 }
 
-/// Regions and balls contain every conflicting site of weight at most the largest.
+/// All translations of a box of unit length by at most one box along each axis.
+fn images<P: Position>(sites: &[Weighted<P>], length: f64) -> Vec<Weighted<P>> {
+    let mut all = Vec::new();
+    for code in 0..3usize.pow(P::DIM as u32) {
+        let mut by = P::default();
+        for i in 0..P::DIM {
+            by.set_coord(i, length * ((code / 3usize.pow(i as u32) % 3) as f64 - 1.0));
+        }
+        all.extend(sites.iter().map(|site| site.translated(by)));
+    }
+    all
+}
+
+/// Sites with all their images agree with the oracle, and images conflict alike.
+fn images_agree_with_the_oracle<P: Position>(n: usize) {
+    for kind in ["random", "grid", "decimal", "clusters", "single", "shaken grid"] {
+        for way in ["equal", "small", "large", "steps"] {
+            let sites = sites(&set::<P>(kind, n, 5), way, 7);
+            for length in [9.1, 7.0, 1.0 / 3.0] {
+                let images = images(&sites, length);
+                let mut all: Vec<Weighted<P>> = images;
+                all.sort_by(lex_cmp);
+                all.dedup_by(|a, b| lex_cmp(a, b).is_eq());
+                Draw::new(3).shuffle(&mut all);
+                if !Digits::of(&all).unwrap().fits() {
+                    continue;
+                }
+                let dt = Incremental::new(all.clone()).unwrap();
+                check(&dt);
+                assert_eq!(as_rows(&dt), oracle::cells(&all), "{kind}, {way}, {length}");
+            }
+        }
+    }
+}
+
+#[test]
+fn images_agree_with_the_oracle_in_both_dimensions() {
+    images_agree_with_the_oracle::<DVec3>(8);
+    images_agree_with_the_oracle::<DVec2>(20);
+}
+
+/// Regions and balls contain every conflicting site of weight at most the largest. Some sites are images.
 fn regions_contain_all_conflicts<P: Position>() {
     let (mut met, mut balls) = (0, 0);
     for kind in KINDS {
-        for way in WAYS {
+        for (number, way) in WAYS.into_iter().enumerate() {
             let sites = sites(&set::<P>(kind, 140, 2), way, 11);
+            let by = [P::splat(0.0), P::splat(1.0 / 3.0), P::splat(1e8 / 3.0)][number % 3];
+            let moved =
+                |(i, &site): (usize, &Weighted<P>)| if i % 3 == 0 { site } else { site.translated(by) };
+            let mut sites: Vec<Weighted<P>> = sites.iter().enumerate().map(moved).collect();
+            sites.sort_by(lex_cmp);
+            sites.dedup_by(|a, b| lex_cmp(a, b).is_eq());
+            Draw::new(3).shuffle(&mut sites);
             if !Digits::of(&sites).unwrap().fits() {
                 continue;
             }
