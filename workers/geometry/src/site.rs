@@ -78,6 +78,7 @@ impl<P: Position> Weighted<P> {
     }
 
     /// Creates the image of a site under a translation, without rounding. The sums must not overflow.
+    #[must_use]
     pub fn translated(self, by: P) -> Self {
         let mut image = Weighted::new(P::default(), self.weight());
         let mut largest = 0.0f64;
