@@ -12,6 +12,7 @@ use septet_protocol::ledger::{CondensedLedger, Ledger, PhaseTotal};
 use septet_protocol::transport::Placement;
 use septet_workers::share::distort;
 
+use crate::periodic::PeriodicCells;
 use crate::result::canonical::{LabelledCells, canonicalise, rows_of_shares};
 use crate::result::cost_trace::CostTrace;
 use crate::result::own_counts::OwnCounts;
@@ -191,6 +192,8 @@ pub struct Kept {
     pub costs: Option<CostTrace>,
     /// The independent set, if the run selects one.
     pub selected: Option<Selection>,
+    /// The offsets of vertices and other facts, if the points lie in a periodic box.
+    pub periodic: Option<PeriodicCells>,
 }
 
 /// Measured wall-clock seconds of a run.
