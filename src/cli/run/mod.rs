@@ -24,8 +24,9 @@ use septet_protocol::wire::Alone;
 use crate::errors::{Code, Failure};
 use crate::files::remove;
 use crate::progress::Talk;
+use crate::weights::GivenWeights;
 pub use goal::Goal;
-use output::{write_costs, write_duplicates, write_mesh_files};
+use output::{write_costs, write_duplicates, write_hidden, write_mesh_files};
 use plan::Plan;
 use report::{gather, publish, unite_counts};
 use rows::Rows;
@@ -73,15 +74,19 @@ pub fn run(
         files.extend(write_mesh_files((&plan, &spec), &run, &rows, team, talk)?);
     }
     files.extend(write_duplicates(goal, &run, &rows, team)?);
+    files.extend(write_hidden(&plan, &run, &rows, team)?);
     let stats = numbers((goal, &run), &rows, team)?;
     unite_counts(team, &mut run, (goal, spec.keep.nodes))?;
     files.extend(write_costs(goal, &spec, &run)?);
     talk.clear();
+    let weights = goal.weights();
     let height_difference = rows.height_difference(&run, &plan, team)?;
     let context = RunContext {
         command: goal.name(),
         input: &args.input,
         outputs: &args.output,
+        weights: weights.as_ref().and_then(GivenWeights::weights),
+        radii: weights.as_ref().and_then(GivenWeights::radii),
         threads: spec.machine.thread_count(),
         skipped: rows.held.skipped,
         reading: rows.held.reading.as_ref(),
@@ -139,6 +144,9 @@ fn numbers(
 
 /// Runs the ranks of this process. A process without ranks gets the facts from the first one.
 fn run_ranks(plan: &Plan<'_>, spec: &Spec, rows: &Rows, team: &mut Team<'_>) -> Result<Outcome, Failure> {
+    if rows.held.weights.is_some() {
+        return Err(Failure::new(Code::Failed, "weights are not used yet"));
+    }
     let order = (spec, plan.goal.task());
     let Some(placement) = plan.placement else {
         return perform(rows.held.points.slice(), order).map_err(|error| rows.failure(error, plan));

@@ -102,6 +102,33 @@ pub(super) fn write_duplicates(
     Ok((path.as_os_str() != "-").then(|| path.to_owned()))
 }
 
+/// Writes the rows of hidden points, if the run is asked for them. Returns the file. The first process writes for all.
+pub(super) fn write_hidden(
+    plan: &Plan<'_>,
+    run: &Outcome,
+    rows: &Rows,
+    team: &mut Team<'_>,
+) -> Result<Option<PathBuf>, Failure> {
+    let Some(path) = plan.goal.hidden() else { return Ok(None) };
+    let mut hidden = gathered(&Vec::new(), team)?;
+    if rows.held.skipped > 0 {
+        // A process knows the numbers of its own rows only.
+        let first = plan.first_row() + rows.held.first;
+        let source = rows.held.source_index.as_deref().unwrap_or_default();
+        let of_input = |row: &u64| source.get(usize::try_from(row.checked_sub(first)?).ok()?).copied();
+        let own: Vec<u64> = hidden.iter().filter_map(of_input).collect();
+        hidden = gathered(&own, team)?;
+    }
+    hidden.sort_unstable();
+    team.first_only(|| Ok(files::write_rows(path, &hidden)?))?;
+    Ok((path.as_os_str() != "-").then(|| path.to_owned()))
+}
+
+/// Returns the rows of all processes.
+fn gathered(own: &Vec<u64>, team: &mut Team<'_>) -> Result<Vec<u64>, Failure> {
+    if team.is_alone() { Ok(own.clone()) } else { Ok(team.processes.all_gather(own)?.concat()) }
+}
+
 /// Writes the cost trace, if the run keeps it. Returns its file.
 pub(super) fn write_costs(goal: Goal<'_>, spec: &Spec, run: &Outcome) -> Result<Option<PathBuf>, Failure> {
     let (Some(path), Some(trace)) = (goal.cost_trace(), &run.kept.costs) else { return Ok(None) };

@@ -70,6 +70,7 @@ impl Rows {
         let Loaded {
             points,
             heights,
+            weights,
             spacing,
             skipped,
             source_index,
@@ -87,6 +88,7 @@ impl Rows {
         let rows = points.len() as u64;
         let held = SharedPoints {
             heights,
+            weights,
             skipped,
             source_index,
             first_id,
