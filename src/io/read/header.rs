@@ -203,7 +203,7 @@ impl Selection {
         };
         let others = others.into_iter().filter(|_| options.keep_columns);
         let (kept, weight) = (others.map(keeping).collect(), chooser.weight);
-        Ok(Selection { kept, axes, weight, width, names, ignored, note, positional })
+        Ok(Selection { axes, weight, width, names, ignored, note, positional, kept })
     }
 
     /// Returns `true` if the coordinates are the first columns of a table without names.
