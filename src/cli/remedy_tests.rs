@@ -61,6 +61,7 @@ fn of_specs() -> Described {
         TooFewWorkers { workers: 1, processes: 2 },
         NotDistributed { output: "a picture", option: "view" },
         EmptyLeaf,
+        Weighted,
     ]
 }
 

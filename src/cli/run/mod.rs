@@ -152,7 +152,8 @@ fn run_ranks(plan: &Plan<'_>, spec: &Spec, rows: &Rows, team: &mut Team<'_>) -> 
         return perform(rows.held.points.slice(), order).map_err(|error| rows.failure(error, plan));
     };
     let held = &rows.held;
-    let own = HeldRows { points: &held.points, first: held.first, rows: held.rows, base: plan.first_row() };
+    let own =
+        HeldRows { points: held.points.slice(), first: held.first, rows: held.rows, base: plan.first_row() };
     let run = run_held(&mut team.processes, own, order);
     let run = team.agree(run.map_err(|error| rows.failure(error, plan)))?;
     let facts = team.all_gather(&run.as_ref().map(|run| run.facts.clone()))?.swap_remove(0);

@@ -12,6 +12,9 @@ use crate::spec::{Spec, Task, Until};
 /// Computes the Delaunay triangulation of `points`. The result is exact and certified. It is the same for every
 /// number of workers and threads and every transport.
 ///
+/// Points with weights ([`septet_geometry::site::Weighted`]) have a regular triangulation. Sites above its lower hull are
+/// hidden ([`crate::result::outcome::LeftOut::hidden`]).
+///
 /// Coincident points count once ([`crate::result::outcome::Facts::points`]). If the points do not span the space, there are
 /// no cells. This function does not count work and depth; [`simulate`] does.
 ///
@@ -90,6 +93,12 @@ fn sized(points: PointSlice<'_>, sizes: &[f64], order: (&Spec, Task)) -> Result<
             run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
         }
         PointSlice::Space(positions) => {
+            run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
+        }
+        PointSlice::WeightedPlane(positions) => {
+            run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
+        }
+        PointSlice::WeightedSpace(positions) => {
             run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
         }
     }

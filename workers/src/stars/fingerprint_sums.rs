@@ -235,11 +235,14 @@ impl Hasher for KeyHasher {
     }
 }
 
-/// Returns the hash of a point's id and coordinate bits.
+/// Returns the hash of a point's id and coordinate bits, and those of its weight if it has one.
 pub(super) fn point_hash<P: Point>(id: u64, x: P) -> u128 {
     let mut h = u128::from(id) | 1 << 64;
     for i in 0..P::DIM {
         h = mix(h ^ u128::from(x.coord(i).to_bits()) << (i * 29));
+    }
+    if P::IS_WEIGHTED {
+        h = mix(h ^ u128::from(x.weight().to_bits()));
     }
     mix(h)
 }

@@ -24,6 +24,9 @@
 //!    (grids). Otherwise `integer`: integers of 128 to 640 bits, as the digits of the call require.
 //! 3. `expansion`: expansions of doubles, within the range that [`crate::range`] admits.
 //! 4. `tie`: the perturbation, from the cofactors of the stage that found a zero.
+//!
+//! With weights ([`crate::site`]), the height of a point is `|p|^2 - w`. The filter knows weights, and integers
+//! (`weighted`) replace stages 2 and 3 of in-sphere signs.
 
 mod count;
 mod expansion;
@@ -31,6 +34,7 @@ mod integer;
 mod lattice;
 mod sign;
 mod tie;
+mod weighted;
 mod wide;
 
 use std::cmp::Ordering;
@@ -76,8 +80,9 @@ fn exact_orientation<P: Point>(cell: &[P]) -> Sign {
     expansion::orientation(cell)
 }
 
-/// Returns `true` if `q` lies inside the perturbed circumsphere of the positively oriented `cell`. The points must be
-/// distinct; then the perturbation breaks every tie.
+/// Returns `true` if `q` lies inside the perturbed circumsphere of the positively oriented `cell`; with weights, if `q`
+/// lies below the perturbed hyperplane through the lifted corners. The positions must be distinct; then the perturbation
+/// breaks every tie.
 ///
 /// Not inlined, because the filter would run out of registers among the variables of a caller.
 #[inline(never)]
@@ -103,6 +108,9 @@ fn exact_in_sphere<P: Point>(cell: &[P], q: P, rounded: &Rounded) -> bool {
 }
 
 fn in_sphere_signs<P: Point>(cell: &[P], q: P, rounded: &Rounded) -> Signs {
+    if P::IS_WEIGHTED {
+        return weighted::conflict(cell, q, rounded.reach);
+    }
     let digits = EXACT_IN_SPHERE[P::DIM - 2];
     if lattice::is_exact(&[q], rounded.reach, digits) && lattice::is_exact(cell, rounded.reach, digits) {
         return Signs { det: Sign::of(rounded.det), cofactors: rounded.cofactors.map(Sign::of) };
