@@ -144,16 +144,12 @@ fn numbers(
 
 /// Runs the ranks of this process. A process without ranks gets the facts from the first one.
 fn run_ranks(plan: &Plan<'_>, spec: &Spec, rows: &Rows, team: &mut Team<'_>) -> Result<Outcome, Failure> {
-    if rows.held.weights.is_some() {
-        return Err(Failure::new(Code::Failed, "weights are not used yet"));
-    }
     let order = (spec, plan.goal.task());
     let Some(placement) = plan.placement else {
-        return perform(rows.held.points.slice(), order).map_err(|error| rows.failure(error, plan));
+        return perform(rows.sites(), order).map_err(|error| rows.failure(error, plan));
     };
     let held = &rows.held;
-    let own =
-        HeldRows { points: held.points.slice(), first: held.first, rows: held.rows, base: plan.first_row() };
+    let own = HeldRows { points: rows.sites(), first: held.first, rows: held.rows, base: plan.first_row() };
     let run = run_held(&mut team.processes, own, order);
     let run = team.agree(run.map_err(|error| rows.failure(error, plan)))?;
     let facts = team.all_gather(&run.as_ref().map(|run| run.facts.clone()))?.swap_remove(0);

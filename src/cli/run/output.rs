@@ -110,7 +110,7 @@ pub(super) fn write_hidden(
     team: &mut Team<'_>,
 ) -> Result<Option<PathBuf>, Failure> {
     let Some(path) = plan.goal.hidden() else { return Ok(None) };
-    let mut hidden = gathered(&Vec::new(), team)?;
+    let mut hidden = gathered(&run.left_out.hidden, team)?;
     if rows.held.skipped > 0 {
         // A process knows the numbers of its own rows only.
         let first = plan.first_row() + rows.held.first;

@@ -38,7 +38,7 @@ impl RunReport {
                 used: points.used,
                 duplicate: points.duplicate,
                 refused: points.refused + context.skipped,
-                hidden: context.has_weights().then_some(0),
+                hidden: points.hidden,
             },
             input: InputReport::of(context, points.duplicate),
             space: run.space,

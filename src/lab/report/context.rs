@@ -43,10 +43,3 @@ pub struct RunContext<'a> {
     /// Measured peak of resident memory, in bytes.
     pub peak_rss_bytes: Option<u64>,
 }
-
-impl RunContext<'_> {
-    /// Whether the points have weights.
-    pub(super) fn has_weights(&self) -> bool {
-        self.weights.is_some() || self.radii.is_some()
-    }
-}
