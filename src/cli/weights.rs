@@ -44,35 +44,35 @@ impl WeightArgs {
     }
 }
 
-impl GivenWeights<'_> {
+impl<'a> GivenWeights<'a> {
     /// Returns the spelling of the option.
-    fn option(&self) -> &'static str {
+    fn option(self) -> &'static str {
         if self.are_radii { "--radii" } else { "--weights" }
     }
 
     /// Returns the argument, if the numbers are weights.
-    pub fn weights(&self) -> Option<&str> {
+    pub fn weights(self) -> Option<&'a str> {
         (!self.are_radii).then_some(self.argument)
     }
 
     /// Returns the argument, if the numbers are radii.
-    pub fn radii(&self) -> Option<&str> {
+    pub fn radii(self) -> Option<&'a str> {
         self.are_radii.then_some(self.argument)
     }
 
     /// Returns the option of the reader.
-    pub fn reading(&self) -> WeightOption {
+    pub fn reading(self) -> WeightOption {
         WeightOption { source: WeightSource::of_argument(self.argument), are_radii: self.are_radii }
     }
 
     /// Returns the file of the weights, if they are not in a column.
-    pub fn file(&self) -> Option<&Path> {
+    pub fn file(self) -> Option<&'a Path> {
         let path = Path::new(self.argument);
         matches!(WeightSource::of_argument(self.argument), WeightSource::File(_)).then_some(path)
     }
 
     /// Refuses weights of a generated sample or of a terrain.
-    pub fn check(&self, given: &Options<Spec>, is_sample: bool) -> Result<(), Failure> {
+    pub fn check(self, given: &Options<Spec>, is_sample: bool) -> Result<(), Failure> {
         let option = self.option();
         if is_sample {
             let message = format!("{option} applies to files, not to a generated sample");

@@ -194,7 +194,6 @@ fn calls_that_cannot_be_meant_are_exit_2() {
         ("p.csv --weights w --hidden p.csv", &["would overwrite the input file p.csv"]),
         ("p.csv --weights w --hidden h.vtu", &["h.vtu: unknown output format", ".npy"]),
         ("p.csv --weights w --hidden h.txt --json h.txt", &["would write the same file"]),
-        ("p.csv --weights w --hidden - --json -", &["two outputs go to standard output"]),
     ] {
         let line = format!("triangulate {line}");
         let before = place.names();
@@ -221,7 +220,7 @@ fn bad_weights_are_exit_3() {
             "p.csv --weights w",
             &["p.csv, line 3: weight of point 1 (from 0) is NaN, not a finite number", "--skip-invalid"][..],
         ),
-        ("p.csv --radii w --skip-invalid -d 3", &["dimension"]),
+        ("p.csv --radii w --skip-invalid -d 3", &["does not name the columns x, y and z"]),
         ("p.csv --radii 3 --columns 2,1", &["radius of point 1 (from 0) is NaN"]),
         ("p.csv --weights w.txt", &["w.txt, line 3, column 1: found \"x\", expected"]),
         ("p.csv --radii few.txt", &["few.txt: 2 radii for 3 rows of points"]),

@@ -26,7 +26,7 @@ use crate::files::remove;
 use crate::progress::Talk;
 use crate::weights::GivenWeights;
 pub use goal::Goal;
-use output::{write_costs, write_duplicates, write_hidden, write_mesh_files};
+use output::{write_costs, write_lists, write_mesh_files};
 use plan::Plan;
 use report::{gather, publish, unite_counts};
 use rows::Rows;
@@ -73,20 +73,18 @@ pub fn run(
     if failure.is_none() {
         files.extend(write_mesh_files((&plan, &spec), &run, &rows, team, talk)?);
     }
-    files.extend(write_duplicates(goal, &run, &rows, team)?);
-    files.extend(write_hidden(&plan, &run, &rows, team)?);
+    write_lists(&plan, &run, (&rows, team), &mut files)?;
     let stats = numbers((goal, &run), &rows, team)?;
     unite_counts(team, &mut run, (goal, spec.keep.nodes))?;
     files.extend(write_costs(goal, &spec, &run)?);
     talk.clear();
-    let weights = goal.weights();
     let height_difference = rows.height_difference(&run, &plan, team)?;
     let context = RunContext {
         command: goal.name(),
         input: &args.input,
         outputs: &args.output,
-        weights: weights.as_ref().and_then(GivenWeights::weights),
-        radii: weights.as_ref().and_then(GivenWeights::radii),
+        weights: goal.weights().and_then(GivenWeights::weights),
+        radii: goal.weights().and_then(GivenWeights::radii),
         threads: spec.machine.thread_count(),
         skipped: rows.held.skipped,
         reading: rows.held.reading.as_ref(),

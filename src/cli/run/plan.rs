@@ -73,9 +73,8 @@ impl<'a> Plan<'a> {
                 .chain(tables.paths());
             let texts: Vec<&Path> = texts.chain(goal.cost_trace()).chain(goal.hidden()).collect();
             goal.hidden().map_or(Ok(()), check_rows_output)?;
-            let weights = goal.weights();
-            let inputs = input.files().into_iter().chain(weights.as_ref().and_then(GivenWeights::file));
-            let inputs: Vec<&Path> = inputs.collect();
+            let weights = goal.weights().and_then(GivenWeights::file);
+            let inputs: Vec<&Path> = input.files().into_iter().chain(weights).collect();
             files::check_as(&inputs, &args.output, &args.writing.options(), &texts)?;
         }
         check_effects(args, goal.given())?;
@@ -83,7 +82,7 @@ impl<'a> Plan<'a> {
             // A sample that is too large is refused before it is generated.
             admit_rows(spec, request.n, request.dimension)?;
         }
-        let weights = goal.weights().map(|weights| weights.reading());
+        let weights = goal.weights().map(GivenWeights::reading);
         let reading = ReadOptions { weights, ..read_options(&spec.input)? };
         Ok(Plan { goal, input, tables, reading, placement })
     }
