@@ -21,6 +21,8 @@
 //!
 //! **Source.** Edelsbrunner and Shah, "Incremental topological flipping works for regular triangulations" (1996).
 
+#![expect(clippy::multiple_bound_locations, reason = "the derived implementation of `Pod` repeats a bound")]
+
 use std::ops::{Add, Div, Mul, Sub};
 
 use bytemuck::{Pod, Zeroable};
