@@ -7,7 +7,7 @@ use septet_core::run::admit_team;
 use septet_core::run::memory::admit_rows;
 use septet_core::run::processes::placement;
 use septet_io::Role;
-use septet_io::read::ReadOptions;
+use septet_io::read::{InputError, ReadOptions};
 use septet_io::write::{check_dimension, check_offsets_output, check_rows_output, check_shared};
 use septet_protocol::transport::Placement;
 
@@ -87,6 +87,10 @@ impl<'a> Plan<'a> {
         if let (Input::Sample(request), None) = (&input, placement) {
             // A sample that is too large is refused before it is generated.
             admit_rows(spec, request.n, request.dimension)?;
+        }
+        if let Some(path) = goal.weights().and_then(GivenWeights::file).filter(|path| !path.exists()) {
+            // The points are read first, which may take long.
+            return Err(InputError::Missing { path: path.to_owned() }.into());
         }
         let weights = goal.weights().map(GivenWeights::reading);
         let reading = ReadOptions { weights, ..read_options(&spec.input)? };
