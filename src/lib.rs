@@ -174,7 +174,7 @@ pub mod io {
     }
 }
 
-/// An independent verifier of Delaunay triangulations from any source. It shares no code with the builder.
+/// An independent verifier of Delaunay and regular triangulations from any source. It shares no code with the builder.
 pub mod verify {
     #[doc(inline)]
     pub use septet_verify::{Fault, LEVELS, LevelReport, Report, Triangulation, VerifyOptions, verify};
