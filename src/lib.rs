@@ -157,8 +157,8 @@ pub mod io {
         pub use septet_io::read::{
             AnyInput, CellFile, CellOptions, Column, CoordinateType, DomainFile, EntryFault, Extent,
             FileList, FileReading, InputError, ListError, ListedFile, Place, PointFile, PointList, RawRows,
-            ReadOptions, ReadProgress, UnknownRawRows, read, read_cells, read_cells_from, read_domain,
-            read_from, read_list, read_mesh, read_sizes,
+            ReadOptions, ReadProgress, UnknownRawRows, WeightOption, WeightSource, read, read_cells,
+            read_cells_from, read_domain, read_from, read_list, read_mesh, read_sizes,
         };
     }
 

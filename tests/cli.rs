@@ -83,6 +83,8 @@ mod schema;
 mod stats;
 #[path = "cli/terrain.rs"]
 mod terrain;
+#[path = "cli/weights.rs"]
+mod weights;
 
 /// A directory of one test and the program run in it.
 struct Place(TempDir);

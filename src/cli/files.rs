@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use septet_io::Files;
 use septet_io::write::stage::is_special;
-use septet_io::write::{OutputError, WriteOptions, check_output, check_text_output};
+use septet_io::write::{OutputError, WriteOptions, check_output, check_text_output, write_rows_to};
 
 use super::errors::{Code, Failure};
 
@@ -139,6 +139,18 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
         };
     }
     septet_io::write::write_text(path, text)
+}
+
+/// Writes numbers of rows to a file atomically, or as text to standard output for `-`. A closed pipe at standard output is not an
+/// error.
+pub fn write_rows(path: &Path, rows: &[u64]) -> Result<(), OutputError> {
+    if path.as_os_str() != "-" {
+        return septet_io::write::write_rows(path, rows);
+    }
+    match write_rows_to(&mut std::io::stdout().lock(), rows) {
+        Err(OutputError::Stream { source }) if source.kind() == ErrorKind::BrokenPipe => Ok(()),
+        written => written,
+    }
 }
 
 /// Removes files that a failing run has written. Devices, pipes, folders and names of open files stay.

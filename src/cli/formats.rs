@@ -34,6 +34,7 @@ pub fn read_options(input: &InputRules) -> Result<ReadOptions, Failure> {
         columns: input.columns.clone(),
         keep_columns: input.keep_columns,
         terrain: input.terrain,
+        weights: None,
     })
 }
 

@@ -29,6 +29,8 @@ pub struct Loaded {
     pub points: Points,
     /// The heights of the points, if they are a terrain.
     pub heights: Option<Vec<f64>>,
+    /// The weights of the points, if they have some.
+    pub weights: Option<Vec<f64>>,
     /// The Lipschitz constant of an f-spaced set.
     pub spacing: Option<f64>,
     /// Number of points that were dropped while reading.
@@ -68,6 +70,7 @@ impl Loaded {
         Loaded {
             points: file.points,
             heights: file.heights,
+            weights: file.weights,
             spacing: None,
             skipped: file.skipped as u64,
             source_index: file.source_index,
@@ -209,6 +212,7 @@ pub fn make(request: &Request, talk: &Talk) -> Result<Loaded, Failure> {
     Ok(Loaded {
         points: made.points,
         heights: None,
+        weights: None,
         spacing: made.spacing.map(|s| s.lipschitz),
         skipped: 0,
         source_index: None,

@@ -40,6 +40,7 @@ mod summary;
 mod text;
 mod threads;
 mod verify;
+mod weights;
 
 use std::any::Any;
 use std::io::Write;

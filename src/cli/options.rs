@@ -13,6 +13,7 @@ use super::given::{Given, words};
 use super::headings::{OUTPUT, REPORTS};
 use super::hidden::HiddenArgs;
 use super::text::suggestion;
+use super::weights::WeightArgs;
 
 /// Options of `septet triangulate`.
 #[derive(Debug, Args)]
@@ -39,6 +40,13 @@ pub struct TriangulateArgs {
     /// percentiles, and slivers. They do not depend on workers, threads and processes.
     #[arg(long, help_heading = REPORTS)]
     pub stats: bool,
+    #[command(flatten)]
+    pub weights: WeightArgs,
+    /// Write the rows of hidden points, which their weights exclude from the triangulation
+    ///
+    /// The file is text with a row on each line, or a .npy array. Rows of points are counted from 0.
+    #[arg(long, value_name = "FILE|-", help_heading = REPORTS, hide_short_help = true)]
+    pub hidden: Option<PathBuf>,
     #[command(flatten)]
     pub given: Given<{ Commands::TRIANGULATE.bits() }>,
 }

@@ -10,7 +10,7 @@ use septet_core::spec::{Neighbours, SpecError, Until};
 use septet_core::{Door, Error, Remedy};
 use septet_geometry::range::RangeError;
 use septet_io::Role;
-use septet_io::read::{EntryFault, InputError, ListError, Place};
+use septet_io::read::{EntryFault, InputError, ListError, Place, WeightError, WeightFault};
 use septet_io::write::OutputError;
 use septet_lab::accounts::{AccountError, ReportError};
 use septet_lab::claims::ClaimError;
@@ -61,6 +61,7 @@ fn of_specs() -> Described {
         TooFewWorkers { workers: 1, processes: 2 },
         NotDistributed { output: "a picture", option: "view" },
         EmptyLeaf,
+        Weighted,
     ]
 }
 
@@ -115,7 +116,7 @@ fn of_inputs() -> Described {
         row: None,
         columns,
     };
-    described![InputError:
+    let mut all = described![InputError:
         Missing { path: path() },
         Directory { path: path() },
         Unreadable { path: path(), source: broken() },
@@ -140,6 +141,23 @@ fn of_inputs() -> Described {
         UnsupportedDimension { path: path(), place, found: 4 },
         OutOfRangeIndex { path: path(), place, cell: 1, value: -1, first: 0, limit: Some(9) },
         OutOfMemory { path: path(), bytes: 9 },
+    ];
+    all.extend(of_weights().into_iter().map(|error| (error.to_string(), Some(error.remedy()))));
+    all
+}
+
+fn of_weights() -> Vec<WeightError> {
+    use WeightError::*;
+    let (path, place) = (|| "w.csv".into(), Place::Line(3));
+    let value = |value, fault| Value { path: path(), place, index: 2, value, are_radii: true, fault };
+    vec![
+        value(f64::NAN, WeightFault::NotFinite),
+        value(-1.0, WeightFault::Negative),
+        value(1e200, WeightFault::Overflow),
+        Count { path: path(), found: 1, expected: 2, are_radii: false },
+        Column { path: path(), place, problem: "there is no column w".into(), names: vec!["x".into()] },
+        NoColumns { path: path(), format: "ply" },
+        Terrain { path: path() },
     ]
 }
 

@@ -75,9 +75,11 @@ fn set_aside(report: &RunReport) -> Option<String> {
     let p = &report.points;
     let duplicate =
         (p.duplicate > 0).then(|| format!("{} of earlier points", counted(p.duplicate, "duplicate")));
+    let hidden = p.hidden.filter(|hidden| *hidden > 0);
+    let hidden = hidden.map(|hidden| format!("{} hidden by weights", counted(hidden, "point")));
     let refused = (p.refused > 0).then(|| format!("{} refused", counted(p.refused, "point")));
-    let both: Vec<String> = duplicate.into_iter().chain(refused).collect();
-    (!both.is_empty()).then(|| row("left out", both.join(", ")))
+    let all: Vec<String> = duplicate.into_iter().chain(hidden).chain(refused).collect();
+    (!all.is_empty()).then(|| row("left out", all.join(", ")))
 }
 
 /// Describes the graph, the repair and the traffic of the machine.

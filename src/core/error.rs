@@ -7,6 +7,7 @@ use septet_geometry::range::RangeError;
 use septet_protocol::ids::COORDINATOR;
 use septet_protocol::transport::TransportError;
 
+use crate::periodic::PeriodicError;
 use crate::remedy::Remedy;
 use crate::result::outcome::Outcome;
 pub use crate::result::refutation::Refutation;
@@ -25,6 +26,9 @@ pub enum Error {
     /// The sites have no conflict graph.
     #[error(transparent)]
     Sites(#[from] SiteError),
+    /// The periodic box cannot be used, or a point lies outside of it.
+    #[error(transparent)]
+    Periodic(#[from] PeriodicError),
     /// Points of different processes have the same input index.
     #[error("{rows} points have input indices between {first} and {last}, so some have the same index")]
     Indices {
@@ -91,6 +95,7 @@ impl Error {
         match self {
             Error::Spec(error) => error.remedy(),
             Error::Sites(error) => error.remedy(),
+            Error::Periodic(error) => error.remedy(),
             Error::Points(RangeError::NotFinite { .. }) => {
                 Some(Remedy::of("correct it, or drop such points with {skip-invalid}"))
             }

@@ -20,6 +20,8 @@ pub mod run;
 
 pub mod result;
 
+pub mod periodic;
+
 pub mod mesh;
 
 pub mod generate;

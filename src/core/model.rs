@@ -1,7 +1,8 @@
 //! The input and output of the library: point sets and triangulations, independent of files and machines.
 
 use glam::{DVec2, DVec3};
-use septet_geometry::point::PointSlice;
+use septet_geometry::point::{PointSlice, Position};
+use septet_geometry::site::Weighted;
 
 use crate::result::outcome::Outcome;
 
@@ -51,6 +52,37 @@ impl Points {
             Points::Space(p) => bytemuck::cast_slice(p),
         }
     }
+}
+
+/// A set of points with weights, which are squared lengths.
+#[derive(Clone, Debug, PartialEq)]
+pub enum WeightedPoints {
+    /// Sites of the plane.
+    Plane(Vec<Weighted<DVec2>>),
+    /// Sites of space.
+    Space(Vec<Weighted<DVec3>>),
+}
+
+impl WeightedPoints {
+    /// Joins points and their weights. Returns `None` if their numbers differ.
+    pub fn join(points: &Points, weights: &[f64]) -> Option<Self> {
+        (points.len() == weights.len()).then(|| match points {
+            Points::Plane(points) => WeightedPoints::Plane(joined(points, weights)),
+            Points::Space(points) => WeightedPoints::Space(joined(points, weights)),
+        })
+    }
+
+    /// Returns the sites.
+    pub fn slice(&self) -> PointSlice<'_> {
+        match self {
+            WeightedPoints::Plane(sites) => PointSlice::WeightedPlane(sites),
+            WeightedPoints::Space(sites) => PointSlice::WeightedSpace(sites),
+        }
+    }
+}
+
+fn joined<P: Position>(points: &[P], weights: &[f64]) -> Vec<Weighted<P>> {
+    points.iter().zip(weights).map(|(&point, &weight)| Weighted::new(point, weight)).collect()
 }
 
 /// A triangulation in the form that writers take.

@@ -4,6 +4,8 @@
 
 mod others;
 mod role;
+#[cfg(test)]
+mod tests;
 
 use std::path::Path;
 use std::str::FromStr;
@@ -112,7 +114,14 @@ formats! {
     Xyz {
         extensions: &["xyz", "txt"],
         ambiguous: &["dat", "pts", "asc", "data", "tsv", "xy"],
-        roles: &[(Role::Points, ""), (Role::Sizes, ""), (Role::PointSet, "")],
+        roles: &[
+            (Role::Points, ""),
+            (Role::Sizes, ""),
+            (Role::Weights, "one number a row, or a column"),
+            (Role::WeightColumn, ""),
+            (Role::PointSet, ""),
+            (Role::RowList, ""),
+        ],
         divided: &[Role::Points],
         is_table: true,
         instead: &[(Role::Triangulation, "write .npy for the cells alone, or .vtu"), (Role::Mesh, "write .npy for the cells alone, or .vtu")],
@@ -120,7 +129,14 @@ formats! {
     /// A text table of numbers, separated by commas in outputs.
     Csv {
         extensions: &["csv"],
-        roles: &[(Role::Points, ""), (Role::Sizes, ""), (Role::PointSet, "")],
+        roles: &[
+            (Role::Points, ""),
+            (Role::Sizes, ""),
+            (Role::Weights, "one number a row, or a column"),
+            (Role::WeightColumn, ""),
+            (Role::PointSet, ""),
+            (Role::RowList, ""),
+        ],
         divided: &[Role::Points],
         is_table: true,
         instead: &[(Role::Triangulation, "write .npy for the cells alone, or .vtu"), (Role::Mesh, "write .npy for the cells alone, or .vtu")],
@@ -132,9 +148,12 @@ formats! {
             (Role::Points, "numbers (n, 2) or (n, 3), or fields x, y, z"),
             (Role::Cells, "integer (m, 3) or (m, 4)"),
             (Role::Sizes, ""),
+            (Role::Weights, "(n,) or (n, 1), or a column"),
+            (Role::WeightColumn, ""),
             (Role::Triangulation, "cells, `<i8` (m, d+1), from 0"),
             (Role::Mesh, ""),
             (Role::PointSet, "`<f8` (n, d)"),
+            (Role::RowList, ""),
         ],
         divided: &[Role::Points, Role::Triangulation],
         has_input_rows: true,
@@ -142,8 +161,9 @@ formats! {
     /// An archive of `NumPy` arrays.
     Npz {
         extensions: &["npz"],
-        roles: &[(Role::Points, "its only array, or `points`")],
+        roles: &[(Role::Points, "its only array, or `points`"), (Role::WeightColumn, "")],
         instead: &[
+            (Role::Weights, "save the array with numpy.save as .npy"),
             (Role::Cells, "save the cells with numpy.save as .npy"),
             (Role::Sizes, "save the array with numpy.save as .npy"),
             (Role::Triangulation, "write .npy for NumPy"),
@@ -458,58 +478,5 @@ impl FromStr for Format {
             let names = Format::ALL.iter().flat_map(|format| format.row().extensions).copied();
             UnknownFormatName { known: names.collect::<Vec<_>>().join(" ") }
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::others::OTHERS;
-    use super::*;
-
-    #[test]
-    fn an_extension_belongs_to_one_format() {
-        let mut all: Vec<&str> = OTHERS.iter().flat_map(|other| other.extensions).copied().collect();
-        for format in Format::ALL {
-            let row = format.row();
-            all.extend(row.extensions.iter().chain(row.ambiguous));
-            for name in row.extensions {
-                assert_eq!(name.parse(), Ok(*format));
-                assert_eq!(
-                    Format::of_path(Path::new(&format!("a.{}.gz", name.to_uppercase()))),
-                    Some(*format)
-                );
-            }
-            assert!(row.roles.iter().all(|(role, _)| format.instead(*role).is_none()), "{format:?}");
-            assert!(row.divided.iter().all(|role| format.has(*role)), "{format:?}");
-        }
-        let count = all.len();
-        all.sort_unstable();
-        all.dedup();
-        assert_eq!(all.len(), count);
-    }
-
-    #[test]
-    fn advice_follows_the_extension() {
-        for (name, role, advice) in [
-            ("a.xdmf", Role::Triangulation, "write .vtu for ParaView"),
-            ("a.xdmf.gz", Role::Points, "this is a dataset of ParaView: write .vtu with ParaView or meshio"),
-            ("a.vut", Role::Triangulation, "the nearest is .vtu"),
-            ("a.cvs", Role::Points, "rename it if it is a .csv file"),
-            ("a.npz", Role::Mesh, "write .npy for NumPy"),
-            ("a.gltf", Role::Triangulation, "write .obj or .ply for a surface"),
-            ("a.tsv", Role::PointSet, "write .xyz or .csv for text"),
-            ("a.pvtu", Role::Points, "it only lists its pieces; give one of the .vtu files that it names"),
-        ] {
-            assert_eq!(role.advice(Path::new(name)).as_deref(), Some(advice), "{name}");
-        }
-        assert_eq!(Role::Points.advice(Path::new("a.zzzz")), None);
-    }
-
-    #[test]
-    fn names_are_those_of_the_use() {
-        let error = Format::named("ele", Role::Points).unwrap_err();
-        assert!(error.known.starts_with("node xyz txt csv") && !error.known.contains("ele"), "{error}");
-        assert_eq!(Format::named("MSH2", Role::Triangulation), Ok(Format::Msh22));
-        assert!(Format::named("xyz", Role::Triangulation).is_err());
     }
 }

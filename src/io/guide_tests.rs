@@ -25,10 +25,19 @@ fn remark(row: &Row, role: Role) -> String {
 
 /// The table of the uses of all formats.
 fn uses() -> String {
-    let roles = [Role::Points, Role::Cells, Role::Domain, Role::Sizes, Role::Triangulation, Role::PointSet];
+    let roles = [
+        Role::Points,
+        Role::Weights,
+        Role::Cells,
+        Role::Domain,
+        Role::Sizes,
+        Role::Triangulation,
+        Role::PointSet,
+    ];
     let heads = [
         "extension",
         "points in",
+        "weights in (`triangulate`)",
         "cells in (`verify`)",
         "domain in (`mesh`)",
         "sizes in (`mesh`)",

@@ -202,8 +202,9 @@ fn no_flip_escapes<P: Point>(points: &[P], wanted: usize) {
         }
         occurred.extend(quiet.kinds());
     }
-    // A plan occurs with a worker for each leaf only, and the others in independent sets and in evaluations only.
-    let absent = ["plan", "joined", "left", "work-items", "work-counts"];
+    // A plan occurs with a worker for each leaf only, and the others in independent sets, in evaluations and with weights
+    // only.
+    let absent = ["plan", "joined", "left", "work-items", "work-counts", "sites"];
     let expected: BTreeSet<&str> = KINDS.into_iter().filter(|kind| !absent.contains(kind)).collect();
     assert_eq!(occurred, expected);
 }

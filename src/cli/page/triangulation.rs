@@ -174,6 +174,11 @@ fn command(run: &RunData) -> String {
     for output in run.rows("/parameters/outputs") {
         words.extend(["-o".to_owned(), quoted(text(output))]);
     }
+    for option in ["weights", "radii"] {
+        if let Some(value) = parameters[option].as_str() {
+            words.extend([format!("--{option}"), quoted(value)]);
+        }
+    }
     let usual = Spec::default();
     for row in options_of(Commands::TRIANGULATE) {
         let is_settled = row.key == "leaf" && parameters["leaf_auto"] == Value::Bool(true);
@@ -216,7 +221,7 @@ mod tests {
     fn the_command_repeats_the_run() {
         let mut parameters = json!({
             "command": "triangulate", "input": "my points.csv", "outputs": ["a.vtu"], "workers": "8",
-            "leaf": 100, "leaf_auto": true, "dimension": 2, "skip_invalid": true,
+            "leaf": 100, "leaf_auto": true, "dimension": 2, "skip_invalid": true, "radii": "R [m]",
         });
         let usual = Spec::default();
         for row in options_of(Commands::TRIANGULATE) {
@@ -225,7 +230,7 @@ mod tests {
         }
         let line = command(&run(json!({ "parameters": parameters, "stats": {} })));
         assert!(line.starts_with("septet triangulate 'my points.csv' -o a.vtu "), "{line}");
-        for part in [" --skip-invalid", " --dimension 2", " --workers 8", " --stats"] {
+        for part in [" --skip-invalid", " --dimension 2", " --workers 8", " --stats", " --radii 'R [m]'"] {
             assert!(line.contains(part), "no {part} in {line}");
         }
         assert!(!line.contains("leaf") && !line.contains("seed"), "{line}");

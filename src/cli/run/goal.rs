@@ -9,6 +9,7 @@ use crate::effects::needs;
 use crate::errors::Failure;
 use crate::given::Options;
 use crate::options::{RunArgs, SimulateArgs, TriangulateArgs};
+use crate::weights::GivenWeights;
 
 /// The subcommand with its options.
 #[derive(Clone, Copy, Debug)]
@@ -52,6 +53,22 @@ impl<'a> Goal<'a> {
         }
     }
 
+    /// Returns the weights of the points, if they are given.
+    pub(super) fn weights(self) -> Option<GivenWeights<'a>> {
+        match self {
+            Goal::Triangulate(args) => args.weights.given(),
+            Goal::Simulate(_) => None,
+        }
+    }
+
+    /// Returns the file of the rows of hidden points.
+    pub(super) fn hidden(self) -> Option<&'a Path> {
+        match self {
+            Goal::Triangulate(args) => args.hidden.as_deref(),
+            Goal::Simulate(_) => None,
+        }
+    }
+
     /// Whether the numbers of the triangulation are printed and reported.
     pub(super) fn has_stats(self) -> bool {
         match self {
@@ -72,6 +89,7 @@ impl<'a> Goal<'a> {
     pub fn requested(self) -> Result<Spec, Failure> {
         let (given, args) = (self.given(), self.args());
         needs("--nodes", given.has("nodes"), "--json", args.json.is_some())?;
+        needs("--hidden", self.hidden().is_some(), "--weights or --radii", self.weights().is_some())?;
         let spec = given.spec()?.with(|c| {
             c.keep.costs = self.cost_trace().is_some();
             c.planted.fault = args.fault;

@@ -24,8 +24,9 @@ use septet_protocol::wire::Alone;
 use crate::errors::{Code, Failure};
 use crate::files::remove;
 use crate::progress::Talk;
+use crate::weights::GivenWeights;
 pub use goal::Goal;
-use output::{write_costs, write_duplicates, write_mesh_files};
+use output::{write_costs, write_lists, write_mesh_files};
 use plan::Plan;
 use report::{gather, publish, unite_counts};
 use rows::Rows;
@@ -72,7 +73,7 @@ pub fn run(
     if failure.is_none() {
         files.extend(write_mesh_files((&plan, &spec), &run, &rows, team, talk)?);
     }
-    files.extend(write_duplicates(goal, &run, &rows, team)?);
+    write_lists(&plan, &run, (&rows, team), &mut files)?;
     let stats = numbers((goal, &run), &rows, team)?;
     unite_counts(team, &mut run, (goal, spec.keep.nodes))?;
     files.extend(write_costs(goal, &spec, &run)?);
@@ -82,6 +83,8 @@ pub fn run(
         command: goal.name(),
         input: &args.input,
         outputs: &args.output,
+        weights: goal.weights().and_then(GivenWeights::weights),
+        radii: goal.weights().and_then(GivenWeights::radii),
         threads: spec.machine.thread_count(),
         skipped: rows.held.skipped,
         reading: rows.held.reading.as_ref(),
@@ -141,10 +144,10 @@ fn numbers(
 fn run_ranks(plan: &Plan<'_>, spec: &Spec, rows: &Rows, team: &mut Team<'_>) -> Result<Outcome, Failure> {
     let order = (spec, plan.goal.task());
     let Some(placement) = plan.placement else {
-        return perform(rows.held.points.slice(), order).map_err(|error| rows.failure(error, plan));
+        return perform(rows.sites(), order).map_err(|error| rows.failure(error, plan));
     };
     let held = &rows.held;
-    let own = HeldRows { points: &held.points, first: held.first, rows: held.rows, base: plan.first_row() };
+    let own = HeldRows { points: rows.sites(), first: held.first, rows: held.rows, base: plan.first_row() };
     let run = run_held(&mut team.processes, own, order);
     let run = team.agree(run.map_err(|error| rows.failure(error, plan)))?;
     let facts = team.all_gather(&run.as_ref().map(|run| run.facts.clone()))?.swap_remove(0);

@@ -82,14 +82,29 @@ fn write_all(
     Ok(files.keep())
 }
 
-/// Writes the rows of duplicates, if the run is asked for them. Returns the file. The first process writes for all.
-pub(super) fn write_duplicates(
-    goal: Goal<'_>,
+/// Writes the lists of rows for which the run is asked, and adds their files to those written before. If one of them cannot be
+/// written, none of the files is left. The first process writes for all.
+pub(super) fn write_lists(
+    plan: &Plan<'_>,
+    run: &Outcome,
+    (rows, team): (&Rows, &mut Team<'_>),
+    files: &mut Vec<PathBuf>,
+) -> Result<(), Failure> {
+    for write in [write_duplicates, write_hidden] {
+        let written = write(plan, run, rows, team).inspect_err(|_| files::remove(files))?;
+        files.extend(written);
+    }
+    Ok(())
+}
+
+/// Writes the rows of duplicates, if the run is asked for them. Returns the file.
+fn write_duplicates(
+    plan: &Plan<'_>,
     run: &Outcome,
     rows: &Rows,
     team: &mut Team<'_>,
 ) -> Result<Option<PathBuf>, Failure> {
-    let Some(path) = &goal.args().duplicates else { return Ok(None) };
+    let Some(path) = &plan.goal.args().duplicates else { return Ok(None) };
     let row = |point: u64| rows.held.source_index.as_ref().map_or(point, |rows| rows[point as usize]);
     let own: Vec<(u64, u64)> =
         run.left_out.duplicates.iter().map(|&(own, first)| (row(own), row(first))).collect();
@@ -100,6 +115,33 @@ pub(super) fn write_duplicates(
     let text: String = std::iter::once("row,first\n".to_owned()).chain(lines).collect();
     team.first_only(|| Ok(files::write_text(path, &text)?))?;
     Ok((path.as_os_str() != "-").then(|| path.to_owned()))
+}
+
+/// Writes the rows of hidden points, if the run is asked for them. Returns the file.
+fn write_hidden(
+    plan: &Plan<'_>,
+    run: &Outcome,
+    rows: &Rows,
+    team: &mut Team<'_>,
+) -> Result<Option<PathBuf>, Failure> {
+    let Some(path) = plan.goal.hidden() else { return Ok(None) };
+    let mut hidden = gathered(&run.left_out.hidden, team)?;
+    if rows.held.skipped > 0 {
+        // A process knows the numbers of its own rows only.
+        let first = plan.first_row() + rows.held.first;
+        let source = rows.held.source_index.as_deref().unwrap_or_default();
+        let of_input = |row: &u64| source.get(usize::try_from(row.checked_sub(first)?).ok()?).copied();
+        let own: Vec<u64> = hidden.iter().filter_map(of_input).collect();
+        hidden = gathered(&own, team)?;
+    }
+    hidden.sort_unstable();
+    team.first_only(|| Ok(files::write_rows(path, &hidden)?))?;
+    Ok((path.as_os_str() != "-").then(|| path.to_owned()))
+}
+
+/// Returns the rows of all processes.
+fn gathered(own: &Vec<u64>, team: &mut Team<'_>) -> Result<Vec<u64>, Failure> {
+    if team.is_alone() { Ok(own.clone()) } else { Ok(team.processes.all_gather(own)?.concat()) }
 }
 
 /// Writes the cost trace, if the run keeps it. Returns its file.

@@ -7,7 +7,7 @@ use septet_core::run::admit_team;
 use septet_core::run::memory::admit_rows;
 use septet_core::run::processes::placement;
 use septet_io::read::ReadOptions;
-use septet_io::write::{check_dimension, check_shared};
+use septet_io::write::{check_dimension, check_rows_output, check_shared};
 use septet_protocol::transport::Placement;
 
 use super::goal::Goal;
@@ -23,6 +23,7 @@ use crate::instruments::{Tables, check_trace};
 use crate::names::with_data;
 use crate::options::RunArgs;
 use crate::progress::Talk;
+use crate::weights::GivenWeights;
 
 /// The tables of a run, as they appear in file names.
 const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
@@ -56,6 +57,9 @@ impl<'a> Plan<'a> {
         check_trace(&args.tracing)?;
         let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
         check_reading(goal.given(), input.is_sample())?;
+        if let Some(weights) = goal.weights() {
+            weights.check(goal.given(), input.is_sample())?;
+        }
         let processes = team.processes.processes();
         let placement = if team.is_alone() { None } else { Some(placement(spec, processes)?) };
         if team.is_first() {
@@ -67,15 +71,19 @@ impl<'a> Plan<'a> {
                 .chain(&traces)
                 .map(PathBuf::as_path)
                 .chain(tables.paths());
-            let texts: Vec<&Path> = texts.chain(goal.cost_trace()).collect();
-            files::check_as(&input.files(), &args.output, &args.writing.options(), &texts)?;
+            let texts: Vec<&Path> = texts.chain(goal.cost_trace()).chain(goal.hidden()).collect();
+            goal.hidden().map_or(Ok(()), check_rows_output)?;
+            let weights = goal.weights().and_then(GivenWeights::file);
+            let inputs: Vec<&Path> = input.files().into_iter().chain(weights).collect();
+            files::check_as(&inputs, &args.output, &args.writing.options(), &texts)?;
         }
         check_effects(args, goal.given())?;
         if let (Input::Sample(request), None) = (&input, placement) {
             // A sample that is too large is refused before it is generated.
             admit_rows(spec, request.n, request.dimension)?;
         }
-        let reading = read_options(&spec.input)?;
+        let weights = goal.weights().map(GivenWeights::reading);
+        let reading = ReadOptions { weights, ..read_options(&spec.input)? };
         Ok(Plan { goal, input, tables, reading, placement })
     }
 

@@ -4,18 +4,19 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use septet_core::generate::{Request, SeparateRows};
-use septet_core::model::Points;
+use septet_core::model::WeightedPoints;
 use septet_core::result::view::MOST_POINTS;
 use septet_core::run::memory::admit;
 use septet_core::run::processes::rows_of;
 use septet_core::spec::Task;
 use septet_core::{Error, Outcome, Spec};
+use septet_geometry::point::PointSlice;
 use septet_io::read::{Extent, SharedPoints, read_shared, share_points};
 use septet_io::write::check_gathered;
 
 use super::plan::Plan;
 use super::team::Team;
-use crate::errors::Failure;
+use crate::errors::{Code, Failure};
 use crate::far::Far;
 use crate::input::{Input, Loaded, make, placed};
 use crate::progress::Talk;
@@ -24,6 +25,8 @@ use crate::progress::Talk;
 pub(super) struct Rows {
     /// The points.
     pub held: SharedPoints,
+    /// The points with their weights, if they have some.
+    weighted: Option<WeightedPoints>,
     /// The Lipschitz constant of an f-spaced set.
     pub spacing: Option<f64>,
     /// Measured seconds, if this process reads alone.
@@ -37,7 +40,7 @@ impl Rows {
     /// Fails with the first failure of any process.
     pub(super) fn read(plan: &Plan<'_>, team: &mut Team<'_>, talk: &Talk) -> Result<Self, Failure> {
         let Some(placement) = plan.placement else {
-            return Ok(Rows::of_all(plan.input.load(&plan.reading, talk)?));
+            return Rows::of_all(plan.input.load(&plan.reading, talk)?);
         };
         let process = team.processes.process();
         let stop = &|| talk.is_cancelled();
@@ -62,14 +65,16 @@ impl Rows {
         }
         // A process that was interrupted while reading ends the command on all of them.
         team.agree(if talk.is_cancelled() { Err(Failure::interrupted()) } else { Ok(()) })?;
-        Ok(Rows { held, spacing, seconds: None })
+        let rows = Rows::of(held, spacing, None);
+        team.agree(rows)
     }
 
     /// Takes the points that one process loaded.
-    fn of_all(loaded: Loaded) -> Self {
+    fn of_all(loaded: Loaded) -> Result<Self, Failure> {
         let Loaded {
             points,
             heights,
+            weights,
             spacing,
             skipped,
             source_index,
@@ -87,6 +92,7 @@ impl Rows {
         let rows = points.len() as u64;
         let held = SharedPoints {
             heights,
+            weights,
             skipped,
             source_index,
             first_id,
@@ -96,7 +102,27 @@ impl Rows {
             extent,
             ..SharedPoints::of_block(points, 0, rows)
         };
-        Rows { held, spacing, seconds: Some(seconds) }
+        Rows::of(held, spacing, Some(seconds))
+    }
+
+    /// Joins the points and their weights.
+    fn of(mut held: SharedPoints, spacing: Option<f64>, seconds: Option<f64>) -> Result<Self, Failure> {
+        let join = |weights: Vec<f64>| {
+            let lacks = || {
+                Failure::new(
+                    Code::Failed,
+                    format!("{} weights for {} points", weights.len(), held.points.len()),
+                )
+            };
+            WeightedPoints::join(&held.points, &weights).ok_or_else(lacks)
+        };
+        let weighted = held.weights.take().map(join).transpose()?;
+        Ok(Rows { held, weighted, spacing, seconds })
+    }
+
+    /// Returns the points, with their weights if they have some.
+    pub(super) fn sites(&self) -> PointSlice<'_> {
+        self.weighted.as_ref().map_or_else(|| self.held.points.slice(), WeightedPoints::slice)
     }
 
     /// Completes the specification once the rows are known: the spacing, the picture, progress and cancellation. Each of
@@ -123,9 +149,11 @@ impl Rows {
         }
         if !team.is_alone() {
             let order = (&*spec, plan.goal.task());
-            let admitted = match points {
-                Points::Plane(points) => admit(order, points),
-                Points::Space(points) => admit(order, points),
+            let admitted = match self.sites() {
+                PointSlice::Plane(points) => admit(order, points),
+                PointSlice::Space(points) => admit(order, points),
+                PointSlice::WeightedPlane(points) => admit(order, points),
+                PointSlice::WeightedSpace(points) => admit(order, points),
             };
             team.agree(admitted.map_err(Failure::from))?;
         }

@@ -56,9 +56,16 @@ pub fn distinct<P: Point>(points: &[P], skip_invalid: bool) -> Result<Distinct<P
         used: rows.len() as u64,
         duplicate: duplicates.len() as u64,
         refused: refused.len() as u64,
+        hidden: None,
     };
     let dimension = affine_frame(&positions).0;
-    Ok(Distinct { positions, rows, points: accounting, left_out: LeftOut { duplicates, refused }, dimension })
+    Ok(Distinct {
+        positions,
+        rows,
+        points: accounting,
+        left_out: LeftOut { duplicates, refused, ..LeftOut::default() },
+        dimension,
+    })
 }
 
 #[cfg(test)]

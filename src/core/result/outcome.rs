@@ -12,6 +12,7 @@ use septet_protocol::ledger::{CondensedLedger, Ledger, PhaseTotal};
 use septet_protocol::transport::Placement;
 use septet_workers::share::distort;
 
+use crate::periodic::PeriodicCells;
 use crate::result::canonical::{LabelledCells, canonicalise, rows_of_shares};
 use crate::result::cost_trace::CostTrace;
 use crate::result::own_counts::OwnCounts;
@@ -20,18 +21,21 @@ use crate::result::share::WorkerShare;
 use crate::result::view::View;
 use crate::spec::Task;
 
-/// The input points by their use: vertices, duplicates and dropped points.
+/// The input points by their use: vertices, duplicates, dropped points and hidden sites.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Accounting {
     /// Number of input points.
     pub input: u64,
-    /// Number of distinct points, which are the vertices of a triangulation.
+    /// Number of points that are vertices of a triangulation: the distinct ones, without the hidden ones.
     pub used: u64,
-    /// Number of points that coincide with a point of a smaller index.
+    /// Number of points that coincide with a point of a smaller index; with weights, with one of the same weight.
     pub duplicate: u64,
     /// Number of points that were dropped because they were not finite.
     pub refused: u64,
+    /// Number of hidden sites. `None` without weights. A flat set hides only sites under a heavier one at the same position.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hidden: Option<u64>,
 }
 
 /// The input points of this process that are not vertices. The first point at the same coordinates may belong to another
@@ -43,6 +47,9 @@ pub struct LeftOut {
     pub duplicates: Vec<(u64, u64)>,
     /// Indices of points that were dropped because they were not finite. Ascending.
     pub refused: Vec<u64>,
+    /// Indices of hidden sites: strictly above the lower hull of the lifted sites, or under a heavier site at the same
+    /// position ([`septet_geometry::site`]). Ascending.
+    pub hidden: Vec<u64>,
 }
 
 impl LeftOut {
@@ -185,6 +192,8 @@ pub struct Kept {
     pub costs: Option<CostTrace>,
     /// The independent set, if the run selects one.
     pub selected: Option<Selection>,
+    /// The offsets of vertices and other facts, if the points lie in a periodic box.
+    pub periodic: Option<PeriodicCells>,
 }
 
 /// Measured wall-clock seconds of a run.

@@ -4,6 +4,7 @@ use septet_geometry::point::{Coordinates, Point, PointSlice};
 
 use crate::error::{Error, SiteError};
 use crate::input::Whole;
+use crate::periodic::run_periodic;
 use crate::result::outcome::Outcome;
 use crate::run::hosts::started;
 use crate::run::{Hosts, Start, certified, run};
@@ -11,6 +12,11 @@ use crate::spec::{Spec, Task, Until};
 
 /// Computes the Delaunay triangulation of `points`. The result is exact and certified. It is the same for every
 /// number of workers and threads and every transport.
+///
+/// Points with weights ([`septet_geometry::site::Weighted`]) have a regular triangulation. Sites above its lower hull are
+/// hidden ([`crate::result::outcome::LeftOut::hidden`]).
+///
+/// Points in a periodic box ([`crate::spec::InputRules::periodic`]) have a periodic triangulation ([`crate::periodic`]).
 ///
 /// Coincident points count once ([`crate::result::outcome::Facts::points`]). If the points do not span the space, there are
 /// no cells. This function does not count work and depth; [`simulate`] does.
@@ -85,11 +91,20 @@ pub fn perform(points: PointSlice<'_>, order: (&Spec, Task)) -> Result<Outcome, 
 /// Runs a task over points or sites in either dimension. It is compiled here, so that callers do not compile the machine.
 #[inline(never)]
 fn sized(points: PointSlice<'_>, sizes: &[f64], order: (&Spec, Task)) -> Result<Outcome, Error> {
+    if let Some(periodic) = &order.0.input.periodic {
+        return run_periodic(points, periodic, order);
+    }
     match points {
         PointSlice::Plane(positions) => {
             run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
         }
         PointSlice::Space(positions) => {
+            run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
+        }
+        PointSlice::WeightedPlane(positions) => {
+            run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
+        }
+        PointSlice::WeightedSpace(positions) => {
             run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
         }
     }

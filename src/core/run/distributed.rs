@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 use septet_geometry::point::{Coordinates, Point};
+use septet_geometry::site::Weighted;
 use septet_protocol::ids::Rank;
 use septet_protocol::transport::{Placement, ProcessTransport};
 use septet_workers::input::{Rows, Source};
@@ -19,10 +20,10 @@ use crate::run::hosts::end_all;
 use crate::run::{Hosts, certified, run};
 use crate::spec::{Spec, SpecError, Task, Workers};
 
-/// Point types of [`triangulate`] and [`simulate`]: `[f64; 2]`, `[f64; 3]`, [`DVec2`] and [`DVec3`]. The machine is compiled
-/// in this crate for each of them.
+/// Point types of [`triangulate`] and [`simulate`]: `[f64; 2]`, `[f64; 3]`, [`DVec2`], [`DVec3`], and [`Weighted`] for
+/// [`triangulate`]. The machine is compiled in this crate for each of them.
 pub trait ProcessPoint: Coordinates {
-    /// The type of the points in messages: [`DVec2`] or [`DVec3`].
+    /// The type of the points in messages: [`DVec2`], [`DVec3`] or [`Weighted`].
     type Point: Point;
 
     /// Runs a task for this type.
@@ -59,6 +60,8 @@ process_point!(DVec2, DVec2);
 process_point!(DVec3, DVec3);
 process_point!([f64; 2], DVec2);
 process_point!([f64; 3], DVec3);
+process_point!(Weighted<DVec2>, Weighted<DVec2>);
+process_point!(Weighted<DVec3>, Weighted<DVec3>);
 
 /// Computes the Delaunay triangulation of the points of all processes, and returns the shares of the workers of this process.
 /// The call is collective: every process calls it once, with equal `spec`, except for the threads, the limit of the memory,

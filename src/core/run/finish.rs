@@ -40,7 +40,7 @@ pub(super) fn finish<P: Point>(
     // One process also knows the messages of the totals.
     let balance = if is_team { 0 } else { ledger.balance };
     let (exponent, refutation) = End::of(&shares, balance)?.decide(settings, P::DIM)?;
-    let (facts, left_out) = facts(settings, &mut shares, P::DIM, refutation);
+    let (facts, left_out) = facts(settings, &mut shares, (P::DIM, P::IS_WEIGHTED), refutation);
     let is_empty = facts.is_flat() && !is_selection(machine);
     let points = facts.points.used;
     let mut outcome = Outcome { left_out, plan: settings.planning, ..Outcome::of_facts(facts, placement) };
@@ -84,8 +84,8 @@ impl<'a> End<'a> {
     /// Fails if the ranks contradict each other.
     fn of<P>(shares: &'a [Share<P>], balance: u64) -> Result<Self, Error> {
         let global = |share: &Share<P>| {
-            let Loaded { survey, population, dimension, .. } = share.loaded;
-            (survey, population, dimension, *share.certified.totals)
+            let Loaded { survey, population, dimension, sites, .. } = share.loaded;
+            (survey, population, dimension, [sites, share.sites], *share.certified.totals)
         };
         let Some(first) = shares.first() else {
             return Err(incomplete("the process returned no share".to_string()));
@@ -184,7 +184,7 @@ pub(super) fn unbalanced() -> Error {
 fn facts<P>(
     settings: &Settings<'_>,
     shares: &mut [Share<P>],
-    space: usize,
+    (space, has_weights): (usize, bool),
     refutation: Option<Refutation>,
 ) -> (Facts, LeftOut) {
     let mut left_out = LeftOut::default();
@@ -192,7 +192,10 @@ fn facts<P>(
         let repeated = std::mem::take(&mut share.loaded.repeated).into_iter();
         left_out.duplicates.extend(repeated.map(|[row, first]| (row, first)));
         left_out.refused.append(&mut share.loaded.refused);
+        left_out.hidden.append(&mut share.loaded.hidden);
+        left_out.hidden.append(&mut share.piece.hidden);
     }
+    left_out.hidden.sort_unstable();
     left_out.duplicates.sort_unstable();
     left_out.refused.sort_unstable();
     // The coordinator has the first share of its process.
@@ -200,11 +203,13 @@ fn facts<P>(
     let (certificate, choice) = (std::mem::take(&mut first.certified), std::mem::take(&mut first.choice));
     let Loaded { survey, population, dimension, .. } = first.loaded;
     let Totals { merged, cells, left_out: others, .. } = *certificate.totals;
+    let [stacked, covered] = [first.loaded.sites.hidden, first.sites.hidden];
     let points = Accounting {
         input: survey.rows,
-        used: population.count,
-        duplicate: others.saturating_sub(survey.refused),
+        used: population.count.saturating_sub(covered),
+        duplicate: others.saturating_sub(survey.refused + stacked),
         refused: survey.refused,
+        hidden: has_weights.then_some(stacked + covered),
     };
     let is_empty = dimension < space as isize && !is_selection(&settings.machine);
     let facts = Facts {

@@ -64,7 +64,9 @@ impl Forecast {
             Task::Independent { .. } => (SITES[at], false),
         };
         let star = match (has_cells, P::DIM) {
+            // Hidden sites have no cells, and there may be any number of them.
             (false, _) => 0.0,
+            (true, _) if P::IS_WEIGHTED => 0.0,
             (true, 2) => USUAL_STAR[0],
             (true, _) => mean_star(points).unwrap_or(USUAL_STAR[1]),
         };

@@ -22,11 +22,12 @@ use septet_geometry::point::Point;
 
 use crate::error::Error;
 use crate::input::Held;
+use crate::periodic::PeriodicError;
 pub use crate::result::cost_trace::{CostRow, CostTrace};
 use crate::result::outcome::Outcome;
 use crate::spec::{Spec, Task, Workers};
-pub(crate) use hosts::Hosts;
 pub use hosts::Start;
+pub(crate) use hosts::{Hosts, started};
 use leaves::plan_leaves;
 use perform::perform;
 pub use settings::admit_team;
@@ -38,6 +39,21 @@ use settings::{Settings, admit};
 /// # Errors
 /// See [`Error`]. All processes with ranks return an error.
 pub(crate) fn run<P: Point>(
+    (spec, task): (&Spec, Task),
+    input: Held<'_, P>,
+    hosts: &mut Hosts<'_, P>,
+) -> Result<Outcome, Error> {
+    if spec.input.periodic.is_some() {
+        return Err(hosts.end(PeriodicError::Task.into()));
+    }
+    run_once((spec, task), input, hosts)
+}
+
+/// Runs a task, without regard to a periodic box.
+///
+/// # Errors
+/// See [`run`].
+pub(crate) fn run_once<P: Point>(
     (spec, task): (&Spec, Task),
     input: Held<'_, P>,
     hosts: &mut Hosts<'_, P>,

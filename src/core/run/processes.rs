@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use septet_geometry::point::Point;
+use septet_geometry::point::{Point, PointSlice};
 use septet_protocol::transport::Placement;
 use septet_protocol::wire::Processes;
 use septet_workers::input::{Rows, Source, block_of};
@@ -13,7 +13,6 @@ use septet_workers::transport::over_wire::OverWire;
 
 use crate::error::Error;
 use crate::input::Held;
-use crate::model::Points;
 use crate::result::outcome::Outcome;
 use crate::run::distributed::workers_of;
 use crate::run::{Hosts, run};
@@ -22,8 +21,8 @@ use crate::spec::{Spec, SpecError, Task};
 /// The rows that a process holds.
 #[derive(Clone, Copy, Debug)]
 pub struct HeldRows<'a> {
-    /// The points.
-    pub points: &'a Points,
+    /// The points, with or without weights.
+    pub points: PointSlice<'a>,
     /// Position of the first of them among the rows of all processes.
     pub first: u64,
     /// Number of rows of all processes.
@@ -64,8 +63,10 @@ pub fn run_held(
         return Ok(None);
     }
     let outcome = match held.points {
-        Points::Plane(points) => run_rows(processes, (points, held), placement, order),
-        Points::Space(points) => run_rows(processes, (points, held), placement, order),
+        PointSlice::Plane(points) => run_rows(processes, (points, held), placement, order),
+        PointSlice::Space(points) => run_rows(processes, (points, held), placement, order),
+        PointSlice::WeightedPlane(points) => run_rows(processes, (points, held), placement, order),
+        PointSlice::WeightedSpace(points) => run_rows(processes, (points, held), placement, order),
     };
     outcome.map(Some)
 }

@@ -40,6 +40,9 @@ pub(crate) fn admit<P: Point>(
     if correction != Correction::Descent && task == Task::Triangulate {
         return Err(SpecError::Uncorrected { correction: correction.name() }.into());
     }
+    if P::IS_WEIGHTED && task != Task::Triangulate {
+        return Err(SpecError::Weighted.into());
+    }
     if is_team {
         admit_team(spec)?;
     }

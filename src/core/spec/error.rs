@@ -20,6 +20,9 @@ pub enum SpecError {
         /// The largest number of workers.
         most: u32,
     },
+    /// A task takes no weights.
+    #[error("points with weights can be triangulated (`triangulate`), but no other run takes them")]
+    Weighted,
     /// There are no threads.
     #[error("at least one thread is needed")]
     NoThreads,
@@ -181,7 +184,8 @@ impl SpecError {
             | Self::K { .. }
             | Self::LogFactor { .. }
             | Self::OverlapLog { .. }
-            | Self::Value { .. } => return None,
+            | Self::Value { .. }
+            | Self::Weighted => return None,
         })
     }
 }

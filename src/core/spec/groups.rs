@@ -9,6 +9,7 @@ use super::error::SpecError;
 use super::graph::{Alpha, Graph, GraphKind};
 use super::machine::{Machine, Workers};
 use super::value::Words;
+use crate::periodic::Periodic;
 
 /// Largest number of workers.
 pub const MOST_WORKERS: u32 = 1 << 20;
@@ -39,7 +40,7 @@ pub struct Spec {
 }
 
 /// The rules for the points of a run.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct InputRules {
     /// Dimension of the points; by default, that of the file. Only readers of files use it and the next five rules.
@@ -56,6 +57,32 @@ pub struct InputRules {
     pub terrain: bool,
     /// Whether points that are not finite are dropped and counted; otherwise they are an error.
     pub skip_invalid: bool,
+    /// The periodic box of the points, if there is one. [`crate::triangulate`] alone takes it.
+    pub periodic: Option<Periodic>,
+}
+
+impl InputRules {
+    /// Sets the lower corner of the periodic box.
+    pub(super) fn set_origin(&mut self, corner: Option<Vec<Option<f64>>>) -> Result<(), SpecError> {
+        let Some(corner) = corner else { return Ok(()) };
+        let needs = SpecError::Needs { option: "origin", needed: "periodic", word: "1,1,1" };
+        // An axis without a number is refused when the box is checked against the points.
+        let numbers = corner.into_iter().map(|number| number.unwrap_or(f64::NAN)).collect();
+        self.periodic.as_mut().ok_or(needs)?.origin = numbers;
+        Ok(())
+    }
+
+    /// Sets whether points outside of the periodic box are admitted.
+    pub(super) fn set_wrap(&mut self, is_set: bool) -> Result<(), SpecError> {
+        match &mut self.periodic {
+            Some(periodic) => periodic.wrap = is_set,
+            None if is_set => {
+                return Err(SpecError::Needs { option: "wrap", needed: "periodic", word: "1,1,1" });
+            }
+            None => {}
+        }
+        Ok(())
+    }
 }
 
 /// The rules of the partition tree.

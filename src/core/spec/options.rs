@@ -3,11 +3,12 @@
 use septet_workers::config::Neighbours;
 
 use super::row::{Commands, Heading, Matters, Row, Series, option};
-use super::value::{Auto, Between, Bytes, Seed, Whole};
+use super::value::{Auto, Between, Bytes, Reals, Seed, Whole};
 use super::{
     Alpha, Correction, GraphKind, MOST_POINTS, Nodes, Partition, Purpose, Registers, Repair, SeparatorSets,
     Spec, TransportName, Until, Workers,
 };
+use crate::periodic::Periodic;
 
 /// Returns the row of an option.
 ///
@@ -100,6 +101,32 @@ pub static OPTIONS: &[Row] = &[
         |s| s.input.terrain,
         |s, is_set| { s.input.terrain = is_set; Ok(()) },
         { is_flag: true, commands: Commands::TRIANGULATE.and(Commands::VERIFY), heading: Heading::Input, matters: Matters::Cells }
+    ),
+    option!(
+        Spec, "periodic", "periodic",
+        "Lengths of a periodic box, such as 1,1,1\n\nThe points lie in the box from {origin} on, and are repeated \
+         along its axes. The result has each class of repeated cells once. `none` is the length of an axis that is not \
+         periodic.",
+        Reals,
+        |s| Reals(s.input.periodic.as_ref().map(|periodic| periodic.lengths.clone())),
+        |s, Reals(lengths)| { s.input.periodic = lengths.map(Periodic::of); Ok(()) },
+        { form: "LX,LY[,LZ]", commands: Commands::TRIANGULATE, heading: Heading::Input, matters: Matters::Cells }
+    ),
+    option!(
+        Spec, "origin", "origin",
+        "Lower corner of the periodic box [default: 0]",
+        Reals,
+        |s| Reals(s.input.periodic.as_ref().and_then(Periodic::corner)),
+        |s, Reals(corner)| s.input.set_origin(corner),
+        { form: "OX,OY[,OZ]", commands: Commands::TRIANGULATE, heading: Heading::Input, matters: Matters::Cells }
+    ),
+    option!(
+        Spec, "wrap", "wrap",
+        "Admit points outside of the periodic box, as images of points in it",
+        bool,
+        |s| s.input.periodic.as_ref().is_some_and(|periodic| periodic.wrap),
+        |s, is_set| s.input.set_wrap(is_set),
+        { is_flag: true, commands: Commands::TRIANGULATE, heading: Heading::Input, matters: Matters::Cells }
     ),
     option!(
         Spec, "with-owner", "with_owner",

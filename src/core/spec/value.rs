@@ -244,6 +244,31 @@ impl Value for Option<Vec<String>> {
     }
 }
 
+/// Numbers, of which some may be absent: the word `none`. Or no list.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Reals(pub(super) Option<Vec<Option<f64>>>);
+
+impl Value for Reals {
+    const TYPES: &'static [&'static str] = &["array", "null"];
+
+    fn read(text: &str) -> Result<Self, String> {
+        let number = |word: &str| match word {
+            "none" => Ok(None),
+            _ => word
+                .parse()
+                .map(Some)
+                .map_err(|_| format!("expected numbers with commas between them, not {word}")),
+        };
+        text.split(',').map(number).collect::<Result<Vec<_>, _>>().map(|numbers| Reals(Some(numbers)))
+    }
+
+    fn setting(&self) -> Setting {
+        let word =
+            |number: &Option<f64>| number.map_or_else(|| "none".to_owned(), |number| number.to_string());
+        self.0.as_ref().map_or(Setting::None, |numbers| Setting::List(numbers.iter().map(word).collect()))
+    }
+}
+
 /// Reads a whole number, possibly with an exponent.
 ///
 /// # Errors

@@ -18,18 +18,24 @@ pub enum Role {
     Domain,
     /// Sizes at points are read.
     Sizes,
+    /// Weights of points are read from a file of one number a row.
+    Weights,
+    /// Weights of points are read from a column of the file of the points.
+    WeightColumn,
     /// A triangulation of points is written.
     Triangulation,
     /// A mesh of a domain is written.
     Mesh,
     /// A set of points is written.
     PointSet,
+    /// Numbers of rows of the input are written.
+    RowList,
 }
 
 impl Role {
     /// Whether the use is an output.
     pub const fn is_output(self) -> bool {
-        matches!(self, Role::Triangulation | Role::Mesh | Role::PointSet)
+        matches!(self, Role::Triangulation | Role::Mesh | Role::PointSet | Role::RowList)
     }
 
     /// Returns the content in messages.
@@ -39,8 +45,11 @@ impl Role {
             Role::Cells => "cells",
             Role::Domain => "a domain",
             Role::Sizes => "sizes",
+            Role::Weights => "weights",
+            Role::WeightColumn => "points with a column of weights",
             Role::Triangulation => "a triangulation",
             Role::Mesh => "a mesh",
+            Role::RowList => "a list of rows",
         }
     }
 

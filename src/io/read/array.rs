@@ -5,6 +5,7 @@ use super::error::{InputError, Place};
 use super::points::{CoordinateType, PointFile, ReadOptions};
 use super::scalar::{Endian, Scalar};
 use super::text::Source;
+use super::weight_rows::WeightRows;
 
 /// The place and the type of a two-dimensional array in a file.
 #[derive(Clone, Copy)]
@@ -17,23 +18,25 @@ pub(super) struct Layout {
     pub rows: u64,
     /// The number of columns.
     pub columns: usize,
+    /// The 0-based column of the weights, which are no coordinates, if the array has them.
+    pub weight: Option<usize>,
     /// Whether columns are contiguous (Fortran order).
     pub fortran: bool,
     /// The offset of the data in the file.
     pub start: u64,
     /// The number of bytes after the data.
     pub surplus: u64,
-    /// The coordinates in rows of fields of several types, or `None` if all columns have the type of the array.
+    /// The columns in rows of fields of several types, or `None` if all columns have the type of the array.
     pub fields: Option<Fields>,
 }
 
-/// The coordinates in rows of fields.
+/// The columns in rows of fields.
 #[derive(Clone, Copy)]
 pub(super) struct Fields {
     /// The number of bytes of a row.
     pub stride: usize,
-    /// The coordinates, as many as the layout has columns.
-    pub of: [Field; 3],
+    /// The coordinates and then the weights, as many as the layout has columns.
+    pub of: [Field; 4],
 }
 
 /// A number in a row.
@@ -71,9 +74,14 @@ impl Layout {
     /// Returns the type of the coordinates. Coordinates of several types are doubles.
     pub fn coordinate_type(&self) -> CoordinateType {
         let Some(fields) = self.fields else { return self.scalar.coordinate_type() };
-        let mut types = fields.of.iter().take(self.columns).map(|field| field.scalar.coordinate_type());
+        let mut types = fields.of.iter().take(self.coordinates()).map(|field| field.scalar.coordinate_type());
         let first = types.next().unwrap_or(CoordinateType::Float64);
         if types.all(|other| other == first) { first } else { CoordinateType::Float64 }
+    }
+
+    /// Returns the number of columns of coordinates.
+    fn coordinates(&self) -> usize {
+        self.columns - usize::from(self.weight.is_some())
     }
 
     /// Returns the number of bytes of a row.
@@ -81,7 +89,7 @@ impl Layout {
         self.fields.map_or(self.columns * self.scalar.size(), |fields| fields.stride) as u64
     }
 
-    /// Creates a collector for `rows` points, or refuses an array of other than two or three columns.
+    /// Creates a collector for `rows` points, or refuses an array of other than two or three columns of coordinates.
     pub fn collector<'a>(
         &self,
         source: Source<'a>,
@@ -89,20 +97,21 @@ impl Layout {
         rows: u64,
     ) -> Result<Collector<'a>, InputError> {
         let place = Place::Byte(self.start);
-        if !(2..=3).contains(&self.columns) {
+        if !(2..=3).contains(&self.coordinates()) {
             return Err(self.wrong_shape(source, place));
         }
         // No header announces more rows than the file has.
         let bytes = usize::try_from(rows.saturating_mul(self.row_size())).unwrap_or(usize::MAX);
         let size = (rows, bytes, self.row_size() as usize);
-        let mut points = Collector::new(source, options, (place, self.columns), size)?;
+        let mut points = Collector::new(source, options, (place, self.coordinates()), size)?;
         points.coordinate_type = Some(self.coordinate_type());
         Ok(points)
     }
 
-    /// Returns the error for an array of other than two or three columns.
+    /// Returns the error for an array of other than two or three columns of coordinates.
     fn wrong_shape(&self, source: Source<'_>, place: Place) -> InputError {
-        let what = format!("an array of shape ({}, {}) as points", self.rows, self.columns);
+        let weights = if self.weight.is_some() { " with weights" } else { "" };
+        let what = format!("an array of shape ({}, {}) as points{weights}", self.rows, self.columns);
         source.unsupported(place, what, shape_advice(self.rows))
     }
 
@@ -111,6 +120,13 @@ impl Layout {
     pub fn rows_at(&self, start: u64, data: &[u8], points: &mut Collector<'_>) -> Result<u64, InputError> {
         let rows = data.len() / (self.row_size() as usize).max(1);
         Array { layout: *self, rows, start, data }.add_to(points)
+    }
+
+    /// Adds the numbers of whole rows of one column, which begin at offset `start` of the file.
+    pub fn numbers_at(&self, start: u64, data: &[u8], rows: &mut WeightRows<'_>) -> Result<(), InputError> {
+        let count = data.len() / (self.row_size() as usize).max(1);
+        let array = Array { layout: *self, rows: count, start, data };
+        (0..count).try_for_each(|row| rows.push(array.place(row, 0), array.float(row, 0)))
     }
 
     /// Reads the points of all rows of a file.
@@ -139,6 +155,11 @@ impl<'a> Array<'a> {
     pub fn of(source: Source<'a>, layout: Layout) -> Self {
         let data = &source.data[layout.start as usize..source.data.len() - layout.surplus as usize];
         Array { rows: layout.rows as usize, start: layout.start, data, layout }
+    }
+
+    /// Returns the bytes of all rows.
+    pub fn bytes_of_rows(&self) -> &'a [u8] {
+        self.data
     }
 
     /// Returns the number of bytes from an element to the next one of its column.
@@ -198,7 +219,10 @@ impl<'a> Array<'a> {
         let mut rounded = 0_u64;
         let dimension = points.dimension();
         // The columns are the same for all rows.
-        let columns: Vec<Field> = (0..dimension).map(|column| self.column(column)).collect();
+        let weight = self.layout.weight;
+        let of_points = (0..self.layout.columns).filter(|column| weight != Some(*column)).take(dimension);
+        let columns: Vec<Field> = of_points.map(|column| self.column(column)).collect();
+        let weight = weight.map(|column| self.column(column));
         let step = self.step();
         for row in 0..self.rows {
             let mut at = [0.0; 3];
@@ -210,7 +234,13 @@ impl<'a> Array<'a> {
             // The first coordinate that is not finite, which the error names.
             let wrong = at.iter().position(|coordinate| !coordinate.is_finite());
             let place = row * step + columns[wrong.unwrap_or(0)].offset;
-            points.push(Place::Byte(self.start + place as u64), &at)?;
+            let weight = weight.map(|column| {
+                let (offset, field) = (row * step + column.offset, column);
+                let element = self.bytes(offset, field);
+                rounded += u64::from(field.scalar.rounds(element, field.endian));
+                (Place::Byte(self.start + offset as u64), field.scalar.float(element, field.endian))
+            });
+            points.push_weighted(Place::Byte(self.start + place as u64), &at, weight)?;
         }
         Ok(rounded)
     }

@@ -1,10 +1,11 @@
 //! Chemical files: a count, a comment, then rows of an element and three numbers.
 
 use super::collect::Collector;
-use super::error::{InputError, Place};
+use super::error::{InputError, Place, WeightError};
 use super::points::{PointFile, ReadOptions};
 use super::reading::OtherLines;
-use super::text::{Line, Lines, Source, Words, integer, number};
+use super::text::{Line, Lines, Source, Words, excerpt, integer, number};
+use super::weights::numbered;
 
 /// A chemical file.
 #[derive(Clone, Copy)]
@@ -13,6 +14,8 @@ pub(super) struct Chemistry {
     count: u64,
     /// The number of fields before the coordinates.
     before: usize,
+    /// The number of fields of the first atom.
+    width: usize,
 }
 
 impl Chemistry {
@@ -33,11 +36,12 @@ impl Chemistry {
         }
         let comment = lines.next();
         let before = comment.and_then(|line| before_coordinates(line.text));
-        let file = Chemistry { count, before: before.unwrap_or(1) };
-        let Some(atom) = lines.find(|line| line.words().next().is_some()) else {
+        let atom = lines.find(|line| line.words().next().is_some());
+        let width = atom.map_or(0, |atom| atom.words().count());
+        let file = Chemistry { count, before: before.unwrap_or(1), width };
+        let Some(atom) = atom else {
             return (count == 0).then_some(file);
         };
-        let width = atom.words().count();
         let is_point = comment.is_some_and(|line| {
             line.words().count() == width && line.words().all(|word| number(word).is_some())
         });
@@ -51,16 +55,34 @@ impl Chemistry {
         atom.words().skip(self.before).take(3)
     }
 
+    /// Returns the position of the column of weights, which is given by its number.
+    fn weight(&self, source: Source<'_>, name: &str) -> Result<usize, InputError> {
+        let is_coordinate = |position: &usize| (self.before..self.before + 3).contains(position);
+        let (width, shown) = (self.width, excerpt(name.as_bytes()));
+        let problem = match numbered(name, width) {
+            None if width == 0 => return Ok(0),
+            None => format!("column {shown} is not one of 1 to {width}"),
+            Some(position) if is_coordinate(&position) => {
+                format!("column {shown} is a coordinate, and cannot be the weights")
+            }
+            Some(position) => return Ok(position),
+        };
+        let (path, problem) = (source.path.to_owned(), problem.into());
+        Err(WeightError::Column { path, place: Place::Line(1), problem, names: Vec::new() }.into())
+    }
+
     /// Reads the atoms.
     pub fn read(&self, source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
         let size = (self.count, source.data.len(), 8);
         let mut points = Collector::new(source, options, (Place::Line(1), 3), size)?;
+        let weight = options.weight_column().map(|(name, _)| self.weight(source, name)).transpose()?;
         let mut lines = Lines::new(source.data);
         for line in lines.by_ref().skip(2).filter(|line| line.words().next().is_some()) {
             if points.met == self.count {
                 return Err(source.surplus(line.place(), "atoms", self.count));
             }
-            points.push_words(&line, &mut self.coordinates(&line))?;
+            let word = weight.map(|position| line.words().nth(position).unwrap_or_default());
+            points.push_parsed(&line, (&mut self.coordinates(&line), word), number)?;
         }
         if points.met < self.count {
             return Err(source.truncated(Place::Line(lines.number()), "atoms", self.count, points.met));

@@ -6,6 +6,7 @@ use super::error::{InputError, Place};
 use super::points::{CoordinateType, PointFile, ReadOptions};
 use super::reading::FileReading;
 use super::text::{Line, Source, number};
+use super::weights;
 use septet_core::model::Points;
 
 /// The points read so far.
@@ -14,6 +15,8 @@ pub(super) struct Collector<'a> {
     points: Points,
     skip_invalid: bool,
     is_terrain: bool,
+    /// The weights, if they are in a column.
+    weights: Option<Weights>,
     /// The number of points of the file before the first one that is collected.
     before: u64,
     /// The number of points of the file so far, including dropped ones.
@@ -26,6 +29,18 @@ pub(super) struct Collector<'a> {
     /// The type of the coordinates in a binary file.
     pub coordinate_type: Option<CoordinateType>,
 }
+
+/// The weights of a column.
+struct Weights {
+    values: Vec<f64>,
+    are_radii: bool,
+}
+
+/// The number that gives the weight of a point, and its place.
+pub(super) type WeightNumber = (Place, f64);
+
+/// The words of a point: its coordinates, and the one of its weight, if the weights are in a column.
+pub(super) type PointWords<'w, 'b> = (&'w mut dyn Iterator<Item = &'b [u8]>, Option<&'b [u8]>);
 
 impl<'a> Collector<'a> {
     /// Creates a collector of points with `dimension` coordinates, or fewer if the options request fewer.
@@ -68,6 +83,7 @@ impl<'a> Collector<'a> {
             points,
             skip_invalid: options.skip_invalid,
             is_terrain: options.terrain,
+            weights: options.weight_column().map(|(_, are_radii)| Weights { values: Vec::new(), are_radii }),
             before: 0,
             met: 0,
             skipped: 0,
@@ -95,6 +111,16 @@ impl<'a> Collector<'a> {
 
     /// Adds a point of at least `dimension` coordinates.
     pub fn push(&mut self, place: Place, at: &[f64]) -> Result<(), InputError> {
+        self.push_weighted(place, at, None)
+    }
+
+    /// Adds a point of at least `dimension` coordinates, with its weight if the weights are in a column.
+    pub fn push_weighted(
+        &mut self,
+        place: Place,
+        at: &[f64],
+        weight: Option<WeightNumber>,
+    ) -> Result<(), InputError> {
         let found = at.len();
         let at = at.get(..self.dimension()).ok_or_else(|| self.mixed(place, found))?;
         if let Some(value) = at.iter().find(|c| !c.is_finite()) {
@@ -104,6 +130,19 @@ impl<'a> Collector<'a> {
             }
             let (path, index) = (self.source.path.to_owned(), self.met);
             return Err(InputError::NotFinite { path, place, index, value: *value });
+        }
+        if let (Some(weights), Some((place, number))) = (&mut self.weights, weight) {
+            match weights::of_number(number, weights.are_radii) {
+                Ok(weight) => weights.values.push(weight),
+                Err(_) if self.skip_invalid => {
+                    self.drop_one();
+                    return Ok(());
+                }
+                Err(fault) => {
+                    let fault = (weights.are_radii, fault);
+                    return Err(weights::blame(self.source.path, (place, self.met), number, fault));
+                }
+            }
         }
         // Adding zero converts -0.0 to 0.0 and leaves other numbers unchanged.
         match &mut self.points {
@@ -123,14 +162,14 @@ impl<'a> Collector<'a> {
         line: &Line<'_>,
         words: &mut dyn Iterator<Item = &[u8]>,
     ) -> Result<(), InputError> {
-        self.push_parsed(line, words, number)
+        self.push_parsed(line, (words, None), number)
     }
 
-    /// Adds the point whose coordinates are the next words, as `parse` reads them.
+    /// Adds the point of these words, as `parse` reads them.
     pub fn push_parsed(
         &mut self,
         line: &Line<'_>,
-        words: &mut dyn Iterator<Item = &[u8]>,
+        (words, weight): PointWords<'_, '_>,
         parse: impl Fn(&[u8]) -> Option<f64>,
     ) -> Result<(), InputError> {
         let mut at = [0.0; 3];
@@ -145,8 +184,12 @@ impl<'a> Collector<'a> {
                 None => bad = bad.or(Some(word)),
             }
         }
+        let number = weight.and_then(&parse);
+        if number.is_none() {
+            bad = bad.or(weight);
+        }
         match bad {
-            None => self.push(line.place(), &at[..dimension]),
+            None => self.push_weighted(line.place(), &at[..dimension], number.map(|n| (line.place(), n))),
             Some(word) => self.malformed(line, word),
         }
     }
@@ -204,6 +247,7 @@ impl<'a> Collector<'a> {
         PointFile {
             points: self.points,
             heights: None,
+            weights: self.weights.map(|weights| weights.values),
             notes: self.notes,
             skipped: self.skipped,
             source_index: (self.skipped > 0).then_some(self.kept),

@@ -10,7 +10,7 @@
 //!
 //! **Columns.** A header row selects the columns of the coordinates ([`super::header`]). Without one, the first three
 //! columns are the coordinates, or the first two if there are only two. A table with more columns of numbers is refused, and
-//! so is one whose first column counts the rows.
+//! so is one whose first column counts the rows. A column of weights is no coordinate: these rules concern the other columns.
 //!
 //! **Counts.** The number of points may come first ([`super::before`]), as in `.pts`. Chemical files are read by
 //! [`super::chemistry`].

@@ -4,12 +4,13 @@ use std::io::Read;
 use std::path::Path;
 
 use super::cells::{CellFile, CellOptions};
-use super::error::{InputError, Place};
+use super::error::{InputError, Place, WeightError};
 use super::formats::{by_content, described, of_content, of_file, raw, read_by_name, reader};
 use super::load::{self, Packing};
 use super::points::{PointFile, ReadOptions, ReadProgress};
 use super::text::Source;
-use super::{columns, signature, terrain};
+use super::weights::check_format;
+use super::{columns, signature, terrain, weight_file};
 use crate::format::{Format, Role, may_be_table};
 
 /// Reads points from a file, or from standard input if `path` is `-`. From a mesh (`.vtu`, `.vtk`, `.msh`, `.mesh`) it
@@ -26,7 +27,7 @@ pub fn read(
     let wanted = &*terrain::in_space(path, options)?;
     check_options(path, wanted)?;
     let file = points(path, &load::load(path, Packing::of_points(path, wanted), progress)?, wanted)?;
-    Ok(terrain::lowered(file, options))
+    weight_file::joined(terrain::lowered(file, options), options, progress)
 }
 
 /// Reads points from any reader. `name` is the file in messages, and its extension determines the format and gzip as in
@@ -45,7 +46,7 @@ pub fn read_from<R: Read>(
     check_options(name, wanted)?;
     let packing = Packing::of_points(name, wanted);
     let file = points(name, &load::load_from(reader, name, total, packing, progress)?, wanted)?;
-    Ok(terrain::lowered(file, options))
+    weight_file::joined(terrain::lowered(file, options), options, progress)
 }
 
 /// Reads cells from a file, or from standard input if `path` is `-`.
@@ -95,7 +96,8 @@ pub fn read_mesh(
     check_options(path, wanted)?;
     let data = load::load(path, Packing::of(path), progress)?;
     let (points, cells) = whole_mesh(Source { path, data: &data }, wanted)?;
-    Ok((terrain::lowered(points, options), cells))
+    let points = weight_file::joined(terrain::lowered(points, options), options, progress)?;
+    Ok((points, cells))
 }
 
 /// Reads points and cells. The points of a terrain are in space.
@@ -105,7 +107,10 @@ fn whole_mesh(source: Source<'_>, options: &ReadOptions) -> Result<(PointFile, C
         Some((format, _)) if options.columns.is_some() || options.keep_columns => {
             Err(InputError::NotATable { path: source.path.to_owned(), format: format.name() })
         }
-        Some((_, read)) => read(source, options),
+        Some((format, read)) => {
+            check_weights(source.path, format, options)?;
+            read(source, options)
+        }
         None if is_domain(source.path, source.data) => Err(a_domain(source, "points and cells")),
         None => {
             let what = format.map_or_else(|| "this file".to_owned(), described);
@@ -120,7 +125,18 @@ pub(super) fn check_options(path: &Path, options: &ReadOptions) -> Result<(), In
     if let (Some(_), Some(known)) = (options.raw, read_by_name(path)) {
         return Err(InputError::NotRaw { path: path.to_owned(), format: known.name() });
     }
+    if options.terrain && options.weights.is_some() {
+        return Err(WeightError::Terrain { path: path.to_owned() }.into());
+    }
+    if options.raw.is_some() && options.weight_column().is_some() {
+        return Err(WeightError::NoColumns { path: path.to_owned(), format: "raw" }.into());
+    }
     check_dimension(path, options.dimension)
+}
+
+/// Refuses a column of weights in a file of a format without columns to choose.
+fn check_weights(path: &Path, format: Format, options: &ReadOptions) -> Result<(), InputError> {
+    options.weight_column().map_or(Ok(()), |_| check_format(path, format))
 }
 
 fn check_dimension(path: &Path, dimension: Option<usize>) -> Result<(), InputError> {
@@ -187,6 +203,7 @@ fn parsed_points(path: &Path, data: &[u8], options: &ReadOptions) -> Result<Poin
     if !format.row().is_table && chosen {
         return Err(not_a_table(format.name()));
     }
+    check_weights(path, format, options)?;
     match reader(format).points {
         Some(read) => read(source, options),
         None => Err(without_role(source, format, Role::Points)),

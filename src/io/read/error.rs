@@ -1,5 +1,8 @@
 //! Errors of the readers. Each message gives the file, the location and the problem.
 
+mod texts;
+mod weight;
+
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -7,6 +10,9 @@ use septet_core::Remedy;
 
 use crate::exit_code;
 use crate::format::{Role, may_be_table};
+pub(super) use texts::shown;
+use texts::{at_column, choose_columns, known_formats, listed, of_points};
+pub use weight::{WeightError, WeightFault};
 
 /// A location in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -277,6 +283,9 @@ pub enum InputError {
         /// The number of bytes requested.
         bytes: u64,
     },
+    /// The weights of the points cannot be read.
+    #[error(transparent)]
+    Weights(#[from] WeightError),
 }
 
 impl InputError {
@@ -314,6 +323,7 @@ impl InputError {
                 Remedy::of("write all pieces again, together with the file that lists them")
             }
             Self::OutOfMemory { .. } => Remedy::of("free memory or split the input"),
+            Self::Weights(error) => error.remedy(),
             Self::Malformed { .. } | Self::UnsupportedDimension { .. } => return None,
         })
     }
@@ -345,6 +355,7 @@ impl InputError {
             | Self::OutOfRangeIndex { path, .. }
             | Self::Pieces { path, .. }
             | Self::OutOfMemory { path, .. } => path,
+            Self::Weights(error) => error.path(),
         }
     }
 
@@ -376,6 +387,7 @@ impl InputError {
     pub fn row(&self) -> Option<u64> {
         match self {
             Self::NotFinite { index, .. } => Some(*index),
+            Self::Weights(error) => error.row(),
             Self::Syntax { row, .. } | Self::MixedDimension { row, .. } => *row,
             _ => None,
         }
@@ -408,6 +420,7 @@ impl InputError {
             | Self::MixedDimension { place, .. }
             | Self::UnsupportedDimension { place, .. }
             | Self::OutOfRangeIndex { place, .. } => *place,
+            Self::Weights(error) => error.place(),
         }
     }
 
@@ -445,52 +458,8 @@ impl InputError {
             | Self::NotATable { .. }
             | Self::NotRaw { .. } => true,
             Self::UnknownFormat { path, .. } => !may_be_table(path),
+            Self::Weights(error) => error.is_usage(),
             _ => false,
         }
-    }
-}
-
-/// Returns the advice to choose columns, with an example if there is one.
-fn choose_columns(example: &str) -> Remedy {
-    if example.is_empty() {
-        return Remedy::of(
-            "choose the columns of the coordinates with {columns}, by name or by number from 1",
-        );
-    }
-    Remedy::of("choose the columns of the coordinates, such as {columns} ").and(example)
-}
-
-/// Returns the remedy for a file of an unknown format.
-fn known_formats(advice: Option<&str>, role: Role) -> Remedy {
-    let near = advice.map_or_else(String::new, |advice| format!("{advice}, or "));
-    let remedy = Remedy::plain(near).and("use one of ").and(role.known());
-    if role == Role::Points {
-        remedy.then(", or state the format with {input-format} or {raw}")
-    } else {
-        remedy
-    }
-}
-
-/// Formats the name of the file for messages.
-pub(super) fn shown(path: &Path) -> String {
-    if path.as_os_str() == "-" { "standard input".to_owned() } else { path.display().to_string() }
-}
-
-fn at_column(column: Option<u32>) -> String {
-    column.map_or_else(String::new, |column| format!(", column {column}"))
-}
-
-fn of_points(limit: Option<u64>) -> String {
-    limit.map_or_else(String::new, |limit| format!(" and there are {limit} points"))
-}
-
-/// Formats the names of the columns for messages.
-fn listed(names: &[String]) -> String {
-    const MOST: usize = 20;
-    let shown = names[..names.len().min(MOST)].join(", ");
-    match names.len() {
-        0 => String::new(),
-        1..=MOST => format!(" (columns: {shown})"),
-        more => format!(" (columns: {shown} and {} more)", more - MOST),
     }
 }

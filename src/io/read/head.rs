@@ -56,9 +56,11 @@ impl Head {
         options: &ReadOptions,
     ) -> Self {
         let row = &rows[0];
-        let found = if selection.is_positional() { row.filled } else { selection.axes.len() };
+        let others = row.filled - usize::from(selection.weight.is_some_and(|weight| weight < row.filled));
+        let found = if selection.is_positional() { others } else { selection.axes.len() };
         // A table whose only two columns are coordinates has no id.
-        let has_others = row.filled > options.dimension.filter(|_| !options.terrain).unwrap_or(2);
+        let has_others = others > options.dimension.filter(|_| !options.terrain).unwrap_or(2);
+        let may_count = selection.is_positional() && has_others && selection.weight != Some(0);
         Head {
             style: row.style(),
             announced,
@@ -66,8 +68,8 @@ impl Head {
             line: row.line.number,
             length: row.line.text.len(),
             found,
-            counts_from: ids::counts_from(row).filter(|_| selection.is_positional() && has_others),
-            sure: ids::sure_columns(rows, options.dimension),
+            counts_from: ids::counts_from(row).filter(|_| may_count),
+            sure: ids::sure_columns(rows, options.dimension, selection.weight),
             selection,
         }
     }
@@ -197,9 +199,12 @@ impl Head {
         if self.style.commas {
             notes.push("commas are taken as decimal commas".to_owned());
         }
-        let used = self.selection.axes.len();
-        if self.selection.is_positional() && self.selection.width > used && !options.keep_columns {
-            notes.push(format!("columns after the first {used} are ignored"));
+        let (used, ignored) = (self.selection.axes.len(), &self.selection.ignored);
+        if self.selection.is_positional() && !ignored.is_empty() && !options.keep_columns {
+            notes.push(match self.selection.weight {
+                None => format!("columns after the first {used} are ignored"),
+                Some(_) => format!("these columns are ignored: {}", ignored.join(", ")),
+            });
         }
         notes
     }
@@ -221,7 +226,8 @@ impl Head {
         // The advice on columns helps only in the first row.
         let is_first = self.selection.is_positional() && points.met == 0 && !options.skip_invalid;
         if is_first
-            && let Some(word) = row.fields.iter().take(dimension).find(|field| row.number(field).is_none())
+            && let Some(word) =
+                axes.iter().filter_map(|&i| row.fields.get(i)).find(|field| row.number(field).is_none())
         {
             return Err(source.bad_number(line, word).with_columns(self.sure.clone()));
         }
@@ -229,7 +235,9 @@ impl Head {
         if let Some(empty) = row.fields.get(last).filter(|_| row.filled <= last) {
             points.malformed(line, empty)?;
         } else {
-            points.push_parsed(line, &mut axes.iter().map(|&i| row.fields[i]), |word| row.number(word))?;
+            let weight = self.selection.weight.map(|i| row.fields[i]);
+            let words = &mut axes.iter().map(|&i| row.fields[i]);
+            points.push_parsed(line, (words, weight), |word| row.number(word))?;
         }
         if points.len() > before {
             self.selection.keep(row);
@@ -247,7 +255,7 @@ impl Head {
     ) -> Result<(), InputError> {
         let (width, dimension, found) = (self.selection.width, points.dimension(), row.filled);
         let last = self.selection.last(dimension);
-        let is_positional = self.selection.is_positional();
+        let is_positional = self.selection.is_positional() && self.selection.weight.is_none();
         if found > width {
             refuse_decimal_commas(source, row)?;
             if is_positional && options.dimension.is_none() && found.min(3) != dimension {

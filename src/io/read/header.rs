@@ -10,14 +10,18 @@
 //!
 //! Otherwise the columns are ambiguous, and the reader returns an error that lists the names.
 //!
+//! **Weights.** A column of weights is chosen by name or number. It is no coordinate: a table without a header row has its
+//! coordinates in the first of the other columns. A column that the options or its name make a coordinate is refused as weights.
+//!
 //! **Row names.** A header that is one name short in every row, as R writes it, belongs to the columns after the first.
 
 use super::axes;
-use super::error::{InputError, Place};
+use super::error::{InputError, Place, WeightError};
 use super::ids;
 use super::points::{Column, ReadOptions};
 use super::row::Row;
 use super::text::{Source, excerpt, number, unquoted};
+use super::weights::numbered;
 
 /// The names of the columns of a table.
 pub(super) struct Header {
@@ -131,6 +135,8 @@ struct Keeping {
 pub(super) struct Selection {
     /// The 0-based positions of the coordinates.
     pub axes: Vec<usize>,
+    /// The 0-based position of the weights, if they are in a column.
+    pub weight: Option<usize>,
     /// The number of fields of each row.
     pub width: usize,
     /// The names of the coordinates, or their 1-based numbers.
@@ -168,7 +174,8 @@ impl Selection {
     ) -> Result<Self, InputError> {
         let header = stated.header;
         let row = &rows[0].fields[..rows[0].filled];
-        let chooser = Chooser { source, header, row, rows, options };
+        let mut chooser = Chooser { source, header, row, rows, options, weight: None };
+        chooser.weight = options.weight_column().map(|(name, _)| chooser.weight(name)).transpose()?;
         let (axes, note) = match (&options.columns, header) {
             (Some(wanted), _) => (chooser.wanted(wanted)?, None),
             (None, Some(header)) => {
@@ -177,6 +184,7 @@ impl Selection {
             }
             (None, None) => (chooser.first(stated.has_count)?, None),
         };
+        chooser.check_weight(&axes)?;
         let positional = options.columns.is_none() && header.is_none();
         let width = header.map_or(0, |header| header.names.len()).max(row.len());
         let shown = |i: &usize| {
@@ -184,7 +192,9 @@ impl Selection {
             name.filter(|name| !name.is_empty()).unwrap_or_else(|| (i + 1).to_string())
         };
         let others: Vec<usize> = (0..width).filter(|i| !axes.contains(i)).collect();
-        let (names, ignored) = (axes.iter().map(shown).collect(), others.iter().map(shown).collect());
+        let is_ignored = |i: &&usize| chooser.weight != Some(**i);
+        let (names, ignored) =
+            (axes.iter().map(shown).collect(), others.iter().filter(is_ignored).map(shown).collect());
         let name = |i: usize| header.map_or_else(|| format!("column_{}", i + 1), |h| h.name_of_data(i));
         let keeping = |i: usize| Keeping {
             position: i,
@@ -192,7 +202,8 @@ impl Selection {
             is_numeric: true,
         };
         let others = others.into_iter().filter(|_| options.keep_columns);
-        Ok(Selection { kept: others.map(keeping).collect(), axes, width, names, ignored, note, positional })
+        let (kept, weight) = (others.map(keeping).collect(), chooser.weight);
+        Ok(Selection { axes, weight, width, names, ignored, note, positional, kept })
     }
 
     /// Returns `true` if the coordinates are the first columns of a table without names.
@@ -200,9 +211,9 @@ impl Selection {
         self.positional
     }
 
-    /// Returns the largest position of the first `dimension` coordinates.
+    /// Returns the largest position of the first `dimension` coordinates and of the weights.
     pub fn last(&self, dimension: usize) -> usize {
-        self.axes[..dimension].iter().copied().max().unwrap_or(0)
+        self.axes[..dimension].iter().copied().chain(self.weight).max().unwrap_or(0)
     }
 
     /// Keeps the values of a row.
@@ -238,6 +249,8 @@ struct Chooser<'a> {
     /// The first rows.
     rows: &'a [Row<'a>],
     options: &'a ReadOptions,
+    /// The position of the weights.
+    weight: Option<usize>,
 }
 
 impl Chooser<'_> {
@@ -253,21 +266,56 @@ impl Chooser<'_> {
     }
 
     fn column(&self, name: &str) -> Result<usize, InputError> {
-        if let Some(number) = name.trim().parse::<usize>().ok().filter(|n| (1..=self.row.len()).contains(n)) {
-            return Ok(number - 1);
+        self.position(name).map_err(|problem| self.error(problem))
+    }
+
+    /// Returns the position of the column with this name or number, or the problem.
+    fn position(&self, name: &str) -> Result<usize, String> {
+        if let Some(position) = numbered(name, self.row.len()) {
+            return Ok(position);
         }
         let Some(header) = self.header else {
             let width = self.row.len();
-            let problem =
-                format!("column {} is not one of 1 to {width}, and no header row names it", shown(name));
-            return Err(self.error(problem));
+            return Err(format!(
+                "column {} is not one of 1 to {width}, and no header row names it",
+                shown(name)
+            ));
         };
         let exact = header.names.iter().position(|n| n.trim() == name.trim());
         match exact.map_or_else(|| header.position(&plain(name)), |i| Ok(Some(i))) {
             Ok(Some(position)) => Ok(position),
-            Ok(None) => Err(self.error(format!("there is no column {}", shown(name)))),
-            Err(()) => Err(self.error(format!("more than one column is named {}", shown(name)))),
+            Ok(None) => Err(format!("there is no column {}", shown(name))),
+            Err(()) => Err(format!("more than one column is named {}", shown(name))),
         }
+    }
+
+    /// Returns the position of the column of weights.
+    fn weight(&self, name: &str) -> Result<usize, InputError> {
+        self.position(name).map_err(|problem| self.weight_error(problem))
+    }
+
+    /// Refuses a column of weights that is one of the coordinates.
+    fn check_weight(&self, axes: &[usize]) -> Result<(), InputError> {
+        let Some(weight) = self.weight.filter(|weight| axes.contains(weight)) else { return Ok(()) };
+        let name = self.header.and_then(|header| header.names.get(weight)).map(|name| shown(name));
+        let name = name.unwrap_or_else(|| (weight + 1).to_string());
+        Err(self.weight_error(format!("column {name} is a coordinate, and cannot be the weights")))
+    }
+
+    /// Creates the error for the column of weights.
+    fn weight_error(&self, problem: String) -> InputError {
+        let (path, problem) = (self.source.path.to_owned(), problem.into());
+        WeightError::Column { path, place: self.place(), problem, names: self.names() }.into()
+    }
+
+    /// Returns the place of the header row, or of the first row of numbers.
+    fn place(&self) -> Place {
+        self.header.map_or(self.rows[0].line.place(), |header| Place::Line(header.line))
+    }
+
+    /// Returns the names of the header row, shortened.
+    fn names(&self) -> Vec<String> {
+        self.header.map(|header| header.names.iter().map(|n| shown(n)).collect()).unwrap_or_default()
     }
 
     /// Returns the columns that the header row selects, and a note on the choice.
@@ -278,14 +326,18 @@ impl Chooser<'_> {
         if let Some(mut axes) = axes.clone().filter(|axes| dimension.is_none_or(|d| d <= axes.len())) {
             axes.truncate(dimension.unwrap_or(3));
             let width = header.names.len().max(self.row.len());
-            let others: Vec<usize> = (0..width).filter(|i| !axes.contains(i)).collect();
+            let is_other = |i: &usize| !axes.contains(i) && self.weight != Some(*i);
+            let others: Vec<usize> = (0..width).filter(is_other).collect();
             let ignored = if others.is_empty() || self.options.keep_columns {
                 String::new()
             } else {
                 format!("; {}", ignored(header, &others))
             };
             let taken = list(header, &axes);
-            let note = format!("line {line} is taken as a header row: coordinates are {taken}{ignored}");
+            let weights =
+                self.weight.map_or_else(String::new, |i| format!(", weights are {}", list(header, &[i])));
+            let note =
+                format!("line {line} is taken as a header row: coordinates are {taken}{weights}{ignored}");
             return Ok((axes, note));
         }
         let problem = match axes {
@@ -298,25 +350,29 @@ impl Chooser<'_> {
 
     /// Returns the first columns, which have no names.
     fn first(&self, has_count: bool) -> Result<Vec<usize>, InputError> {
-        let numbers = self.row.iter().filter(|field| self.rows[0].number(field).is_some()).count();
+        let is_free = |i: &usize| self.weight != Some(*i);
+        let is_number = |i: &usize| self.rows[0].number(self.row[*i]).is_some();
+        let numbers = (0..self.row.len()).filter(|i| is_free(i) && is_number(i)).count();
         let is_chosen = self.options.dimension.is_some() && !self.options.terrain;
         if numbers > 3 && !is_chosen && !has_count {
-            return Err(self.error(format!("{numbers} columns of numbers without a header row")));
+            let besides = if self.weight.is_some() { " besides the weights" } else { "" };
+            return Err(self.error(format!("{numbers} columns of numbers{besides} without a header row")));
         }
-        Ok((0..self.options.dimension.unwrap_or(self.row.len().clamp(2, 3))).collect())
+        let width = self.row.len() - usize::from(self.weight.is_some());
+        let dimension = self.options.dimension.unwrap_or(width.clamp(2, 3));
+        Ok((0..).filter(is_free).take(dimension).collect())
     }
 
     /// Creates an error that lists the column names, and gives an example for `--columns` if it is sure.
     fn error(&self, problem: String) -> InputError {
-        let names = self.header.map(|header| header.names.iter().map(|n| shown(n)).collect::<Vec<_>>());
         let unnamed = self.header.is_none() && self.options.columns.is_none();
-        let example = unnamed.then(|| ids::sure_columns(self.rows, self.options.dimension)).flatten();
-        let place = self.header.map_or(self.rows[0].line.place(), |header| Place::Line(header.line));
+        let sure = || ids::sure_columns(self.rows, self.options.dimension, self.weight);
+        let example = unnamed.then(sure).flatten();
         InputError::Columns {
             path: self.source.path.to_owned(),
-            place,
+            place: self.place(),
             problem: problem.into(),
-            names: names.unwrap_or_default(),
+            names: self.names(),
             example: example.unwrap_or_default(),
         }
     }

@@ -41,12 +41,16 @@ fn is_fraction(value: f64) -> bool {
 }
 
 /// Returns the columns of the coordinates as 1-based numbers, if the first rows leave no doubt: all columns of numbers but
-/// a first one that counts the rows, if they are as many as the dimension.
-pub(super) fn sure_columns(rows: &[Row<'_>], dimension: Option<usize>) -> Option<String> {
+/// a first one that counts the rows, and the one of the weights, if they are as many as the dimension.
+pub(super) fn sure_columns(
+    rows: &[Row<'_>],
+    dimension: Option<usize>,
+    weight: Option<usize>,
+) -> Option<String> {
     let width = rows.iter().map(|row| row.filled).min()?;
     let is_numeric = |i: &usize| rows.iter().all(|row| row.number(row.fields[*i]).is_some());
     let counts = usize::from(counted_from(rows).is_some());
-    let columns: Vec<usize> = (counts..width).filter(is_numeric).collect();
+    let columns: Vec<usize> = (counts..width).filter(|i| weight != Some(*i)).filter(is_numeric).collect();
     let is_sure = match dimension {
         Some(dimension) => columns.len() == dimension,
         None => matches!(columns.len(), 2 | 3),

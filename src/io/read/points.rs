@@ -1,10 +1,13 @@
 //! The points of a file, and the options for reading them.
 
+use std::borrow::Cow;
+
 use septet_core::model::Points;
 
 use super::raw_rows::RawRows;
 use super::reading::FileReading;
 pub use super::scalar::CoordinateType;
+use super::weights::WeightOption;
 use crate::format::Format;
 
 /// Receives the number of bytes read so far, before decompression, and the size of the file if it is known.
@@ -40,6 +43,37 @@ pub struct ReadOptions {
     /// of heights (ESRI ASCII raster) are the centres of its cells with data, row by row from the top; without this option, a
     /// grid is refused.
     pub terrain: bool,
+    /// Where the weights of the points are. By default, points have no weights. A terrain has none.
+    ///
+    /// A point whose weight is NaN, infinite or unreadable is invalid, and so is one with a negative radius.
+    pub weights: Option<WeightOption>,
+}
+
+impl ReadOptions {
+    /// Returns the column of the weights, and whether they are radii, if the weights are in a column.
+    pub(super) fn weight_column(&self) -> Option<(&str, bool)> {
+        let option = self.weights.as_ref()?;
+        Some((option.column()?, option.are_radii))
+    }
+
+    /// Whether the weights are in a file of their own.
+    pub(super) fn has_weight_file(&self) -> bool {
+        self.weights.as_ref().is_some_and(|option| option.file().is_some())
+    }
+
+    /// Whether rows of the file of weights decide which points are dropped.
+    pub(super) fn drops_by_weight_file(&self) -> bool {
+        self.skip_invalid && self.has_weight_file()
+    }
+
+    /// Returns the options for one file of several, or for points without the file of their weights.
+    pub(super) fn without_weight_file(&self) -> Cow<'_, Self> {
+        if self.has_weight_file() {
+            Cow::Owned(ReadOptions { weights: None, ..self.clone() })
+        } else {
+            Cow::Borrowed(self)
+        }
+    }
 }
 
 /// A numeric column of a text table that is not a coordinate.
@@ -58,6 +92,9 @@ pub struct PointFile {
     pub points: Points,
     /// The height of each point of a terrain. `None` without [`ReadOptions::terrain`].
     pub heights: Option<Vec<f64>>,
+    /// The weight of each point, a squared length. Weights are finite and never -0.0. `None` without
+    /// [`ReadOptions::weights`].
+    pub weights: Option<Vec<f64>>,
     /// Notes for the user, one line each, for example on ignored columns, a header row or merged vertices.
     pub notes: Vec<String>,
     /// The number of invalid points that were dropped.
@@ -82,6 +119,7 @@ impl PointFile {
             reading,
             points,
             heights: None,
+            weights: None,
             notes: Vec::new(),
             skipped: 0,
             source_index: None,

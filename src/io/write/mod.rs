@@ -17,6 +17,7 @@ mod points;
 mod quality;
 mod records;
 mod row_table;
+mod rows;
 mod shared;
 #[doc(hidden)]
 pub mod stage;
@@ -33,6 +34,7 @@ pub use names::faces_path;
 pub use options::{MshVersion, WriteOptions};
 pub use points::{check_points_output, write_points, write_points_to};
 pub use quality::radius_edge_ratio;
+pub use rows::{check_rows_output, write_rows, write_rows_to};
 pub use shared::{GATHER_LIMIT, SharedMesh, check_gathered, check_shared, write_shared};
 
 use crate::format::{Files, Format};

@@ -38,6 +38,7 @@ impl RunReport {
                 used: points.used,
                 duplicate: points.duplicate,
                 refused: points.refused + context.skipped,
+                hidden: points.hidden,
             },
             input: InputReport::of(context, points.duplicate),
             space: run.space,
@@ -75,6 +76,11 @@ impl RunReport {
             peak_rss_bytes: context.peak_rss_bytes,
             processes: Vec::new(),
         }
+    }
+
+    /// Whether the points have weights.
+    pub fn has_weights(&self) -> bool {
+        self.points.hidden.is_some()
     }
 
     /// Adds the processes.

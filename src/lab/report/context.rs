@@ -14,6 +14,10 @@ pub struct RunContext<'a> {
     pub input: &'a str,
     /// The outputs as given on the command line.
     pub outputs: &'a [PathBuf],
+    /// The column or the file of the weights, as given on the command line.
+    pub weights: Option<&'a str>,
+    /// The column or the file of the radii, as given on the command line.
+    pub radii: Option<&'a str>,
     /// Number of threads of each process.
     pub threads: usize,
     /// Number of points that were dropped while reading.

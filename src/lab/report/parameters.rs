@@ -21,6 +21,12 @@ pub struct Parameters {
     pub input: String,
     /// The outputs as given on the command line.
     pub outputs: Vec<PathBuf>,
+    /// The column or the file of the weights, as given on the command line; absent without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weights: Option<String>,
+    /// The column or the file of the radii, as given on the command line; absent without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radii: Option<String>,
     /// All options, of which `leaf` follows.
     #[serde(flatten)]
     pub options: Requested,
@@ -99,6 +105,8 @@ impl Parameters {
             command: context.command,
             input: context.input.to_owned(),
             outputs: context.outputs.to_vec(),
+            weights: context.weights.map(str::to_owned),
+            radii: context.radii.map(str::to_owned),
             options: Requested::of(run_rows(), spec),
             leaf,
             leaf_auto: spec.tree.leaf.is_none(),

@@ -137,6 +137,9 @@ pub struct PointsReport {
     pub duplicate: u64,
     /// Number of invalid points, which were dropped.
     pub refused: u64,
+    /// Number of hidden points, which their weights exclude from the triangulation; absent if the points have no weights.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hidden: Option<u64>,
 }
 
 /// Splaying of stars.

@@ -20,6 +20,12 @@
 //!    sum with `p_0` add to this error.
 //! 4. With `64 u` instead of the last `20 u`, the bound grows by more than its own roundings.
 //!
+//! **Weights** ([`crate::site`]). The region contains every conflicting site of weight at most `m`. Its squared radius is
+//! `|p - c|^2 + m - w` for any corner. The squares `|e_i|^2` become `|e_i|^2 - (w_i - w_0)`. These have two more roundings,
+//! and `S` is the largest sum of a square and an absolute difference of weights. Differences of images have errors of
+//! `4 u` if no low part is more than half the largest difference on an axis; otherwise the region is all of space. So
+//! `20 u` becomes `40 u`. The high part of an image at `x` is within `u |x|` of it, so regions and boxes grow by that.
+//!
 //! If `|D| <= 64 u A(D)`, the region is all of space.
 //!
 //! **Work and depth.** O(1).
@@ -27,6 +33,7 @@
 use crate::neighbourhood::box_dist2;
 use crate::point::{Point, dist2};
 use crate::separator::{Separator, Side};
+use crate::site::largest_low;
 
 /// The unit roundoff.
 const U: f64 = f64::EPSILON / 2.0;
@@ -55,17 +62,19 @@ pub enum ConflictRegion<P> {
 }
 
 impl<P: Point> ConflictRegion<P> {
-    /// Computes the region of a finite, positively oriented cell of `DIM + 1` points.
-    pub fn of_cell(cell: &[P]) -> Self {
+    /// Computes the region of a finite, positively oriented cell of `DIM + 1` points, for points of weight at most
+    /// `heaviest`: 0 without weights.
+    pub fn of_cell(cell: &[P], heaviest: f64) -> Self {
         let (rel, largest) = differences(cell);
         let (det, numerator) = P::sphere_plane(&rel[..P::DIM]);
         let factorial = if P::DIM == 3 { 6.0 } else { 2.0 };
         let terms = factorial * (0..P::DIM).map(|k| largest.coord(k)).product::<f64>();
         let margin = det.abs() - 64.0 * U * terms;
-        if margin.is_nan() || margin <= 0.0 {
+        if margin.is_nan() || margin <= 0.0 || !is_wide(cell, largest) {
             return ConflictRegion::Everywhere;
         }
-        let square = rel.iter().fold(0.0, |largest: f64, e| largest.max(e.norm2()));
+        let square = rel.iter().fold(0.0, |largest: f64, e| largest.max(e.norm2() + e.weight().abs()));
+        let (roundings, of_size) = if P::IS_WEIGHTED { (40.0, 16.0) } else { (20.0, 4.0) };
         let offset = numerator * (0.5 / det);
         let centre = cell[0] + offset;
         let (mut error, mut size) = (0.0, 0.0);
@@ -74,10 +83,12 @@ impl<P: Point> ConflictRegion<P> {
             error += cofactor + 2.0 * along * terms;
             size += centre.coord(k).abs() + along;
         }
-        let slack = 20.0 * U * error / (2.0 * margin) + 4.0 * U * size;
+        let slack = roundings * U * error / (2.0 * margin) + of_size * U * size;
         // Every vertex is on the sphere. So the radius is at most the distance of the farthest vertex from the rounded
-        // centre, plus the error of the centre.
-        let farthest2 = cell[..=P::DIM].iter().fold(0.0, |largest: f64, &p| largest.max(dist2(p, centre)));
+        // centre, plus the error of the centre. With weights, a vertex has a height above the sphere's space.
+        let above2 = |p: P| if P::IS_WEIGHTED { heaviest - p.weight() } else { 0.0 };
+        let farthest2 =
+            cell[..=P::DIM].iter().fold(0.0, |largest: f64, &p| largest.max(dist2(p, centre) + above2(p)));
         let radius = (farthest2.sqrt() + 2.0 * slack) * (1.0 + 16.0 * U);
         if radius.is_finite() { ConflictRegion::Ball { centre, radius } } else { ConflictRegion::Everywhere }
     }
@@ -88,6 +99,9 @@ impl<P: Point> ConflictRegion<P> {
         let mut corners = [facet[0]; 4];
         corners[..P::DIM].copy_from_slice(&facet[..P::DIM]);
         let (rel, largest) = differences(&corners[..=P::DIM]);
+        if !is_wide(&facet[..P::DIM], largest) {
+            return ConflictRegion::Everywhere;
+        }
         let mut slack = P::default();
         for k in 0..P::DIM {
             slack.set_coord(k, 32.0 * U * product_without(largest, k));
@@ -108,7 +122,11 @@ impl<P: Point> ConflictRegion<P> {
                 let (mut largest, mut size) = (0.0, 0.0);
                 for i in 0..P::DIM {
                     let (n, a) = (normal.coord(i), anchor.coord(i));
-                    let ends = [low.coord(i) - a, high.coord(i) - a];
+                    let mut ends = [low.coord(i) - a, high.coord(i) - a];
+                    if P::IS_WEIGHTED {
+                        let wide = 8.0 * U * low.coord(i).abs().max(high.coord(i).abs()).max(a.abs());
+                        ends = [ends[0] - wide, ends[1] + wide];
+                    }
                     let side = |x: f64| n * x + slack.coord(i) * x.abs();
                     largest += side(ends[0]).max(side(ends[1]));
                     size += n.abs() * ends[0].abs().max(ends[1].abs());
@@ -129,6 +147,12 @@ impl<P: Point> ConflictRegion<P> {
             ConflictRegion::HalfSpace { .. } | ConflictRegion::Everywhere => true,
         }
     }
+}
+
+/// Returns `true` if the low parts of points are so small that the differences of the points are accurate on each axis.
+fn is_wide<P: Point>(points: &[P], largest: P) -> bool {
+    let low = largest_low(points);
+    low == 0.0 || (0..P::DIM).all(|i| 2.0 * low <= largest.coord(i))
 }
 
 /// Returns the vectors from the first corner to the others, and the largest absolute value of each of their
@@ -180,7 +204,7 @@ mod tests {
             }
             let q: P = draw(&mut rng, flat);
             if in_sphere(&cell, q) {
-                assert!(ConflictRegion::of_cell(&cell).meets_box(q, q), "{cell:?} {q:?}");
+                assert!(ConflictRegion::of_cell(&cell, 0.0).meets_box(q, q), "{cell:?} {q:?}");
                 met += 1;
             }
             let mut beyond = cell.clone();
@@ -202,7 +226,7 @@ mod tests {
     #[test]
     fn distant_boxes_do_not_meet() {
         let cell = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
-        let region = ConflictRegion::of_cell(&cell);
+        let region = ConflictRegion::of_cell(&cell, 0.0);
         assert!(!region.meets_box(DVec3::splat(1.1), DVec3::splat(2.0)));
         assert!(region.meets_box(DVec3::splat(1.0), DVec3::splat(2.0)), "the corner lies on the sphere");
         let below = ConflictRegion::of_facet(&[DVec3::ZERO, DVec3::Y, DVec3::X]);
@@ -210,7 +234,7 @@ mod tests {
         assert!(!below.meets_box(DVec3::new(0., 0., 0.5), DVec3::ONE));
         assert!(below.meets_box(DVec3::new(4., 4., 0.0), DVec3::new(4., 4., 1.0)), "coplanar counts");
         let flat = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::ONE - DVec3::Z];
-        assert_eq!(ConflictRegion::of_cell(&flat), ConflictRegion::Everywhere);
+        assert_eq!(ConflictRegion::of_cell(&flat, 0.0), ConflictRegion::Everywhere);
     }
 
     #[test]
@@ -218,7 +242,7 @@ mod tests {
         let cell = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
         let cut = Separator::plane(0, 3.0);
         let (low, high) = (DVec3::splat(-9.0), DVec3::splat(9.0));
-        let region = ConflictRegion::of_cell(&cell);
+        let region = ConflictRegion::of_cell(&cell, 0.0);
         assert!(
             region.meets(&cut, Side::Interior, low, high) && !region.meets(&cut, Side::Exterior, low, high)
         );

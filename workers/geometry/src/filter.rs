@@ -24,6 +24,10 @@
 //!
 //! For in-circle and in-sphere, the first of the two additions outside the cofactors counts; the last does not.
 //!
+//! **Weights.** A drop `w_i - w_q` lowers the lift of corner `i`. Let `w` be the largest absolute drop. Then `w` is added
+//! to the sum of squares in `P`. A drop has one rounding, and its subtraction another. A squared term of the lift also
+//! passes through that subtraction, so `k` grows by 1.
+//!
 //! **The factor 1.05.** The bound is computed from rounded differences, in at most 8 operations of relative error
 //! `u`. Moreover, `(1 + u)^k - 1 < 1.0001 k u`. The factor covers both errors.
 //!
@@ -68,6 +72,8 @@ const ORIENT_PLANE: f64 = 3.0 * SLACK;
 const ORIENT_SPACE: f64 = 7.0 * 6.0 * SLACK;
 const IN_CIRCLE: f64 = 10.0 * 6.0 * SLACK;
 const IN_SPHERE: f64 = 15.0 * 24.0 * SLACK;
+const POWER_PLANE: f64 = 11.0 * 6.0 * SLACK;
+const POWER_SPACE: f64 = 16.0 * 24.0 * SLACK;
 
 #[inline]
 fn cross(a: DVec2, b: DVec2) -> f64 {
@@ -110,23 +116,27 @@ pub fn orient_space(c: &[DVec3]) -> Rounded {
     }
 }
 
-/// Computes the in-circle determinant of a triangle and a point of the plane.
+/// Computes the in-circle determinant of a triangle and a point of the plane. If `W` is set, `drops` lowers the lifts of
+/// the corners.
 #[inline(always)]
-pub fn in_circle(c: &[DVec2], q: DVec2) -> Rounded {
+pub fn in_circle<const W: bool>(c: &[DVec2], q: DVec2, drops: [f64; 4]) -> Rounded {
     let (a, b, e) = (c[0] - q, c[1] - q, c[2] - q);
     let m = a.abs().max(b.abs()).max(e.abs());
     let cofactors = [cross(b, e), cross(e, a), cross(a, b), 0.0];
+    let lift = |p: DVec2, i: usize| if W { p.dot(p) - drops[i] } else { p.dot(p) };
+    let (factor, highest) = if W { (POWER_PLANE, m.dot(m) + largest(drops)) } else { (IN_CIRCLE, m.dot(m)) };
     Rounded {
-        det: (a.dot(a) * cofactors[0] + b.dot(b) * cofactors[1]) + e.dot(e) * cofactors[2],
-        bound: IN_CIRCLE * (m.x * m.y * m.dot(m)),
+        det: (lift(a, 0) * cofactors[0] + lift(b, 1) * cofactors[1]) + lift(e, 2) * cofactors[2],
+        bound: factor * (m.x * m.y * highest),
         cofactors,
         reach: m.max_element(),
     }
 }
 
-/// Computes the in-sphere determinant of a tetrahedron and a point of space.
+/// Computes the in-sphere determinant of a tetrahedron and a point of space. If `W` is set, `drops` lowers the lifts of
+/// the corners.
 #[inline(always)]
-pub fn in_sphere(c: &[DVec3], q: DVec3) -> Rounded {
+pub fn in_sphere<const W: bool>(c: &[DVec3], q: DVec3, drops: [f64; 4]) -> Rounded {
     let (a, b, e, d) = (c[0] - q, c[1] - q, c[2] - q, c[3] - q);
     let m = a.abs().max(b.abs()).max(e.abs()).max(d.abs());
     // Corners are processed in pairs: 0 with 2, and 1 with 3.
@@ -138,14 +148,26 @@ pub fn in_sphere(c: &[DVec3], q: DVec3) -> Rounded {
     let (ae, bd) = (a.x * e.y - e.x * a.y, b.x * d.y - d.x * b.y);
     let bed_dab = bz * swapped(ab_ed) + swapped(bz) * be_da - pair(e.z, -a.z) * bd;
     let eda_abe = ea_z * swapped(be_da) + az * swapped(ab_ed) + pair(d.z, -b.z) * ae;
-    let lift_ae = ax * ax + ay * ay + az * az;
-    let lift_bd = bx * bx + by * by + bz * bz;
+    let mut lift_ae = ax * ax + ay * ay + az * az;
+    let mut lift_bd = bx * bx + by * by + bz * bz;
+    let (mut factor, mut highest) = (IN_SPHERE, m.dot(m));
+    if W {
+        lift_ae -= pair(drops[0], drops[2]);
+        lift_bd -= pair(drops[1], drops[3]);
+        (factor, highest) = (POWER_SPACE, highest + largest(drops));
+    }
     let cofactors = [bed_dab.x, -eda_abe.x, bed_dab.y, -eda_abe.y];
     let det = lift_ae * bed_dab - lift_bd * eda_abe;
     Rounded {
         det: det.x + det.y,
-        bound: IN_SPHERE * (m.x * m.y * m.z * m.dot(m)),
+        bound: factor * (m.x * m.y * m.z * highest),
         cofactors,
         reach: m.max_element(),
     }
+}
+
+/// Returns the largest absolute value.
+#[inline(always)]
+fn largest(numbers: [f64; 4]) -> f64 {
+    numbers.into_iter().fold(0.0, |most: f64, x| most.max(x.abs()))
 }

@@ -25,6 +25,17 @@ pub fn hash_of_place<P: Point>(x: P) -> u64 {
     bits.fold(0x5E97_E75E_97E7_5E97, |hash, bits| finalise(hash ^ bits))
 }
 
+/// Returns the hash of a point's coordinates and its weight, if it has one.
+#[inline]
+pub fn hash_of_site<P: Point>(x: P) -> u64 {
+    let hash = hash_of_place(x);
+    if !P::IS_WEIGHTED {
+        return hash;
+    }
+    let low_parts = (0..P::DIM).map(|i| x.low(i));
+    low_parts.chain([x.weight()]).fold(hash, |hash, part| finalise(hash ^ part.to_bits()))
+}
+
 /// The random generator of the tests: xorshift64* (Vigna 2016).
 #[derive(Clone, Debug)]
 pub struct Draw(u64);

@@ -5,7 +5,7 @@
 //!
 //! | purpose | modules |
 //! | --- | --- |
-//! | points, boxes and measures | [`point`], [`bounds`], [`measure`], [`lists`] |
+//! | points, boxes and measures | [`point`], [`site`], [`bounds`], [`measure`], [`lists`] |
 //! | exact signs | [`range`], [`filter`], [`predicates`] |
 //! | work and depth of the counted machine | [`cost`] |
 //! | rules that ranks evaluate at items | [`evaluation`] |
@@ -50,3 +50,4 @@ pub mod range;
 pub mod selection;
 pub mod separator;
 pub mod simd;
+pub mod site;

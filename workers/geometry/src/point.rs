@@ -1,7 +1,8 @@
 //! Points, their coordinates and the total order on them.
 //!
 //! A dimension is one implementation of [`Point`] (for [`DVec2`] and [`DVec3`]). Every algorithm of the project is
-//! written once, over this trait. The lexicographic order of coordinates ([`lex_cmp`]) breaks ties of all kinds, so
+//! written once, over this trait. A point with a weight ([`crate::site::Weighted`]) is also a [`Point`]: its position
+//! decides everything but conflicts. The lexicographic order of coordinates ([`lex_cmp`]) breaks ties of all kinds, so
 //! no result depends on the numbering of the input.
 
 use std::cmp::Ordering;
@@ -12,6 +13,7 @@ use bytemuck::Pod;
 use glam::{DVec2, DVec3, DVec4};
 
 use crate::filter::{self, Rounded};
+use crate::site::Weighted;
 
 /// A vector of a small fixed dimension with `f64` coordinates.
 pub trait Vector:
@@ -93,36 +95,63 @@ where
 mod sealed {
     use glam::{DVec2, DVec3};
 
-    /// Prevents implementations of the point traits outside this module.
+    use super::Position;
+    use crate::site::Weighted;
+
+    /// Prevents implementations of the point traits outside this crate.
     pub trait Sealed {}
 
     impl Sealed for DVec2 {}
     impl Sealed for DVec3 {}
     impl Sealed for [f64; 2] {}
     impl Sealed for [f64; 3] {}
+    impl<P: Position> Sealed for Weighted<P> {}
 }
 
-/// Point types that callers use in slices: `[f64; 2]`, `[f64; 3]`, [`DVec2`] and [`DVec3`].
+/// Point types that callers use in slices: `[f64; 2]`, `[f64; 3]`, [`DVec2`], [`DVec3`], and [`Weighted`] for points
+/// with weights.
 pub trait Coordinates: Sized + sealed::Sealed {
     /// Reinterprets the same memory as points of the plane or of space.
     fn points(slice: &[Self]) -> PointSlice<'_>;
 }
 
-/// Borrowed points of either dimension.
+/// Borrowed points of either dimension, with or without weights.
 #[derive(Clone, Copy, Debug)]
 pub enum PointSlice<'a> {
     /// Points of the plane.
     Plane(&'a [DVec2]),
     /// Points of space.
     Space(&'a [DVec3]),
+    /// Points of the plane with weights.
+    WeightedPlane(&'a [Weighted<DVec2>]),
+    /// Points of space with weights.
+    WeightedSpace(&'a [Weighted<DVec3>]),
+}
+
+impl PointSlice<'_> {
+    /// Returns the number of points.
+    pub fn len(&self) -> usize {
+        match self {
+            PointSlice::Plane(points) => points.len(),
+            PointSlice::Space(points) => points.len(),
+            PointSlice::WeightedPlane(points) => points.len(),
+            PointSlice::WeightedSpace(points) => points.len(),
+        }
+    }
+
+    /// Returns `true` if there are no points.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
 }
 
 impl<P: Point> Coordinates for P {
     fn points(slice: &[P]) -> PointSlice<'_> {
-        if P::DIM == 2 {
-            PointSlice::Plane(bytemuck::cast_slice(slice))
-        } else {
-            PointSlice::Space(bytemuck::cast_slice(slice))
+        match (P::DIM, P::IS_WEIGHTED) {
+            (2, false) => PointSlice::Plane(bytemuck::cast_slice(slice)),
+            (_, false) => PointSlice::Space(bytemuck::cast_slice(slice)),
+            (2, true) => PointSlice::WeightedPlane(bytemuck::cast_slice(slice)),
+            (_, true) => PointSlice::WeightedSpace(bytemuck::cast_slice(slice)),
         }
     }
 }
@@ -139,15 +168,17 @@ impl Coordinates for [f64; 3] {
     }
 }
 
-/// A point of the plane or of space. Its implementations alone define the dimensions.
+/// A point of the plane or of space, with or without a weight. Its implementations alone define the dimensions.
 ///
 /// Predicates take slices because their arity depends on the dimension: a *cell* has `DIM + 1` points. The determinants
 /// of this trait are rounded; [`crate::predicates`] computes their exact signs.
 pub trait Point: Vector + Pod + Default + sealed::Sealed {
     /// The dimension: 2 or 3.
     const DIM: usize;
+    /// Whether points have weights.
+    const IS_WEIGHTED: bool = false;
     /// Vectors one dimension higher, for the stereographic lift.
-    type Lifted: Vector;
+    type Lifted: Vector + Pod + Default;
     /// `[u32; DIM]`: a facet of a cell, or of the link of a vertex.
     type Facet: Simplex;
     /// `[u32; DIM + 1]`: a cell (triangle or tetrahedron).
@@ -167,8 +198,35 @@ pub trait Point: Vector + Pod + Default + sealed::Sealed {
     /// Computes the normal `n` of the hyperplane through the origin and the `DIM - 1` vectors of `rel` in rounded
     /// arithmetic. The sign of `n . q` is the orientation of `(0, rel.., q)`.
     fn hull_normal(rel: &[Self]) -> Self;
-    /// Creates a point from the first `DIM` numbers of a slice.
+    /// Creates a point from the first `DIM` numbers of a slice. Its weight is 0.
     fn from_coords(coords: &[f64]) -> Self;
+    /// Returns the weight, a squared length; 0 for a point without a weight.
+    #[inline]
+    fn weight(&self) -> f64 {
+        0.0
+    }
+    /// Replaces the weight of a point that has one.
+    #[inline]
+    fn set_weight(&mut self, _weight: f64) {}
+    /// Returns the low part of the `i`-th coordinate: what its rounding lost, if the point is an image
+    /// ([`crate::site`]); otherwise 0.
+    #[inline]
+    fn low(&self, _i: usize) -> f64 {
+        0.0
+    }
+    /// Returns the largest absolute low part.
+    #[inline]
+    fn largest_low(&self) -> f64 {
+        0.0
+    }
+}
+
+/// A point without a weight: [`DVec2`] or [`DVec3`]. Its determinants take lifts from the caller.
+pub trait Position: Point {
+    /// Computes [`Point::rounded_in_sphere`], where `drops[i]` lowers the lift `|p_i - q|^2` of corner `i`.
+    fn rounded_power(cell: &[Self], q: Self, drops: [f64; 4]) -> Rounded;
+    /// Computes [`Point::sphere_plane`], where `lifts[i]` replaces the squared length of vector `i`.
+    fn lifted_plane(rel: &[Self], lifts: [f64; 3]) -> (f64, Self);
 }
 
 impl Point for DVec2 {
@@ -186,15 +244,13 @@ impl Point for DVec2 {
     #[expect(clippy::inline_always, reason = "see `filter`")]
     #[inline(always)]
     fn rounded_in_sphere(cell: &[Self], q: Self) -> Rounded {
-        filter::in_circle(cell, q)
+        filter::in_circle::<false>(cell, q, [0.0; 4])
     }
     #[expect(clippy::inline_always, reason = "see `filter`")]
     #[inline(always)]
     fn sphere_plane(rel: &[Self]) -> (f64, Self) {
         let (a, b) = (rel[0], rel[1]);
-        let (aa, bb) = (a.dot(a), b.dot(b));
-        let v = DVec2::new(b.y, -b.x) * aa + DVec2::new(-a.y, a.x) * bb;
-        (a.x * b.y - a.y * b.x, v)
+        Self::lifted_plane(rel, [a.dot(a), b.dot(b), 0.0])
     }
     #[inline]
     fn hull_normal(rel: &[Self]) -> Self {
@@ -202,6 +258,21 @@ impl Point for DVec2 {
     }
     fn from_coords(c: &[f64]) -> Self {
         DVec2::new(c[0], c[1])
+    }
+}
+
+impl Position for DVec2 {
+    #[expect(clippy::inline_always, reason = "see `filter`")]
+    #[inline(always)]
+    fn rounded_power(cell: &[Self], q: Self, drops: [f64; 4]) -> Rounded {
+        filter::in_circle::<true>(cell, q, drops)
+    }
+    #[expect(clippy::inline_always, reason = "see `filter`")]
+    #[inline(always)]
+    fn lifted_plane(rel: &[Self], [aa, bb, _]: [f64; 3]) -> (f64, Self) {
+        let (a, b) = (rel[0], rel[1]);
+        let v = DVec2::new(b.y, -b.x) * aa + DVec2::new(-a.y, a.x) * bb;
+        (a.x * b.y - a.y * b.x, v)
     }
 }
 
@@ -220,16 +291,13 @@ impl Point for DVec3 {
     #[expect(clippy::inline_always, reason = "see `filter`")]
     #[inline(always)]
     fn rounded_in_sphere(cell: &[Self], q: Self) -> Rounded {
-        filter::in_sphere(cell, q)
+        filter::in_sphere::<false>(cell, q, [0.0; 4])
     }
     #[expect(clippy::inline_always, reason = "see `filter`")]
     #[inline(always)]
     fn sphere_plane(rel: &[Self]) -> (f64, Self) {
         let (a, b, c) = (rel[0], rel[1], rel[2]);
-        let (aa, bb, cc) = (a.dot(a), b.dot(b), c.dot(c));
-        let bc = b.cross(c);
-        let v = bc * aa + c.cross(a) * bb + a.cross(b) * cc;
-        (a.dot(bc), v)
+        Self::lifted_plane(rel, [a.dot(a), b.dot(b), c.dot(c)])
     }
     #[inline]
     fn hull_normal(rel: &[Self]) -> Self {
@@ -237,6 +305,22 @@ impl Point for DVec3 {
     }
     fn from_coords(c: &[f64]) -> Self {
         DVec3::new(c[0], c[1], c[2])
+    }
+}
+
+impl Position for DVec3 {
+    #[expect(clippy::inline_always, reason = "see `filter`")]
+    #[inline(always)]
+    fn rounded_power(cell: &[Self], q: Self, drops: [f64; 4]) -> Rounded {
+        filter::in_sphere::<true>(cell, q, drops)
+    }
+    #[expect(clippy::inline_always, reason = "see `filter`")]
+    #[inline(always)]
+    fn lifted_plane(rel: &[Self], [aa, bb, cc]: [f64; 3]) -> (f64, Self) {
+        let (a, b, c) = (rel[0], rel[1], rel[2]);
+        let bc = b.cross(c);
+        let v = bc * aa + c.cross(a) * bb + a.cross(b) * cc;
+        (a.dot(bc), v)
     }
 }
 
@@ -256,6 +340,10 @@ pub fn lex_cmp<P: Point>(a: &P, b: &P) -> Ordering {
         match a.coord(i).total_cmp(&b.coord(i)) {
             Ordering::Equal => {}
             other => return other,
+        }
+        // Rounding preserves the order except for ties, which the low parts decide.
+        if P::IS_WEIGHTED && a.low(i) != b.low(i) {
+            return a.low(i).total_cmp(&b.low(i));
         }
     }
     Ordering::Equal

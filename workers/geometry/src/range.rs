@@ -9,6 +9,9 @@
 //! The guard therefore tests the *lowest set bit*, not magnitudes. Coordinates are multiplied by one power of two,
 //! which is exact and changes no sign. A set whose bits spread over more than 410 positions is rejected with an error.
 //!
+//! A weight is the square of a length, so it counts as the digits of its square root: a multiple of `2^(2g)` with an
+//! absolute value below `2^(2m)` uses the digits from `g` to `m`. It is multiplied by the square of the power of two.
+//!
 //! **Source.** Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates" (1997).
 //!
 //! **Work and depth.** O(1) for each coordinate, and a reduction over the points.
@@ -60,6 +63,27 @@ fn bit_range(x: f64) -> (i32, i32) {
     (low, high)
 }
 
+/// Returns the digits of a weight, as those of a length: `(g, m)` such that the weight is a multiple of `2^(2g)` and its
+/// absolute value is below `2^(2m)`.
+fn half_range(weight: f64) -> (i32, i32) {
+    let (low, high) = bit_range(weight);
+    (low.div_euclid(2), (high + 1).div_euclid(2))
+}
+
+/// Returns the digits of each number of a point that is not zero: coordinates, their low parts, and the weight.
+fn ranges<P: Point>(p: &P) -> impl Iterator<Item = (i32, i32)> {
+    let weight = p.weight();
+    let coordinates = (0..P::DIM).map(|i| p.coord(i)).filter(|&x| x != 0.0).map(bit_range);
+    let low_parts = (0..if P::IS_WEIGHTED { P::DIM } else { 0 }).map(|i| p.low(i));
+    let low_parts = low_parts.filter(|&x| x != 0.0).map(bit_range);
+    coordinates.chain(low_parts).chain((P::IS_WEIGHTED && weight != 0.0).then(|| half_range(weight)))
+}
+
+/// Returns the first coordinate of a point, or its weight, if it is infinite or not a number.
+pub fn not_finite<P: Point>(p: &P) -> Option<f64> {
+    (0..P::DIM).map(|i| p.coord(i)).chain([p.weight()]).find(|x| !x.is_finite())
+}
+
 /// The binary digits that a set of coordinates uses: from their lowest set bit to the position above their highest
 /// set bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,14 +110,10 @@ impl Digits {
     pub fn of<P: Point>(points: &[P]) -> Option<Self> {
         let (mut digits, mut finite) = (Digits::NONE, true);
         for p in points {
-            for i in 0..P::DIM {
-                let x = p.coord(i);
-                finite &= x.is_finite();
-                if x != 0.0 {
-                    let (low, high) = bit_range(x);
-                    digits.low = digits.low.min(low);
-                    digits.high = digits.high.max(high);
-                }
+            finite &= not_finite(p).is_none();
+            for (low, high) in ranges(p) {
+                digits.low = digits.low.min(low);
+                digits.high = digits.high.max(high);
             }
         }
         finite.then_some(digits)
@@ -102,23 +122,23 @@ impl Digits {
     /// Computes a superset of the digits of `points` with one comparison for each coordinate: all digits that a
     /// coordinate of its magnitude may use. Returns `None` if a coordinate is not finite.
     pub fn upper_bound<P: Point>(points: &[P]) -> Option<Self> {
-        let (mut least, mut most) = (u64::MAX, 0);
-        for p in points {
+        let coordinates = Sizes::of(points, |p, sizes| {
             for i in 0..P::DIM {
-                let size = p.coord(i).abs().to_bits();
-                most = most.max(size);
-                // Zero uses no digits. The subtraction turns it into the largest number.
-                least = least.min(size.wrapping_sub(1));
+                sizes.add(p.coord(i));
+                if P::IS_WEIGHTED {
+                    sizes.add(p.low(i));
+                }
             }
+        });
+        let (low, high) = coordinates.digits()?;
+        if !P::IS_WEIGHTED {
+            return Some(Digits { low, high });
         }
-        if most >= f64::INFINITY.to_bits() {
-            return None;
-        }
-        if most == 0 {
-            return Some(Digits::NONE);
-        }
-        let biased = |size: u64| (size >> 52).max(1) as i32;
-        Some(Digits { low: biased(least + 1) - 1075, high: biased(most) - 1022 })
+        let (weights_low, weights_high) = Sizes::of(points, |p, sizes| sizes.add(p.weight())).digits()?;
+        let is_zero = weights_low == i32::MAX;
+        let (half_low, half_high) = (weights_low.div_euclid(2), weights_high.saturating_add(1).div_euclid(2));
+        let weights = if is_zero { Digits::NONE } else { Digits { low: half_low, high: half_high } };
+        Some(Digits { low: low.min(weights.low), high: high.max(weights.high) })
     }
 
     /// Returns `true` if the digits lie in the exact range.
@@ -150,9 +170,7 @@ impl Digits {
     /// bit and the last point with the highest bit.
     pub fn exponent<P: Point>(self, points: &[P]) -> Result<i32, RangeError> {
         self.scaling().map_err(|bits| {
-            let has = |p: &P, end: &dyn Fn((i32, i32)) -> bool| {
-                (0..P::DIM).map(|i| p.coord(i)).any(|x| x != 0.0 && end(bit_range(x)))
-            };
+            let has = |p: &P, end: &dyn Fn((i32, i32)) -> bool| ranges(p).any(end);
             let low = points.iter().position(|p| has(p, &|r| r.0 == self.low)).unwrap_or(0);
             let high = points.iter().rposition(|p| has(p, &|r| r.1 == self.high)).unwrap_or(0);
             RangeError::Spread { bits, low, high }
@@ -160,13 +178,52 @@ impl Digits {
     }
 }
 
-/// Checks that all coordinates are finite.
+/// The smallest and the largest absolute value of some numbers, by their bits.
+struct Sizes {
+    /// The smallest of those that are not zero, less one.
+    least: u64,
+    most: u64,
+}
+
+impl Sizes {
+    #[inline]
+    fn of<P>(points: &[P], add: impl Fn(&P, &mut Sizes)) -> Self {
+        let mut sizes = Sizes { least: u64::MAX, most: 0 };
+        for p in points {
+            add(p, &mut sizes);
+        }
+        sizes
+    }
+
+    #[inline]
+    fn add(&mut self, x: f64) {
+        let size = x.abs().to_bits();
+        self.most = self.most.max(size);
+        // Zero uses no digits. The subtraction turns it into the largest number.
+        self.least = self.least.min(size.wrapping_sub(1));
+    }
+
+    /// Returns the ends of all digits that numbers of these sizes may use; those of [`Digits::NONE`] if all are zero.
+    /// Returns `None` if a number is not finite.
+    fn digits(&self) -> Option<(i32, i32)> {
+        if self.most >= f64::INFINITY.to_bits() {
+            return None;
+        }
+        if self.most == 0 {
+            return Some(Digits::NONE.ends());
+        }
+        let biased = |size: u64| (size >> 52).max(1) as i32;
+        Some((biased(self.least + 1) - 1075, biased(self.most) - 1022))
+    }
+}
+
+/// Checks that all coordinates and weights are finite.
 ///
 /// # Errors
 /// Returns the first coordinate that is not finite, with the position of its point.
 pub fn all_finite<P: Point>(points: &[P]) -> Result<(), RangeError> {
     for (index, p) in points.iter().enumerate() {
-        if let Some(value) = (0..P::DIM).map(|i| p.coord(i)).find(|x| !x.is_finite()) {
+        if let Some(value) = not_finite(p) {
             return Err(RangeError::NotFinite { index, value });
         }
     }
@@ -185,11 +242,18 @@ pub fn scale_exponent<P: Point>(points: &[P]) -> Result<i32, RangeError> {
     }
 }
 
-/// Multiplies by `2^exponent`. The product is exact if [`scale_exponent`] returned the exponent.
+/// Multiplies coordinates by `2^exponent`, and a weight by its square. The products are exact if [`scale_exponent`]
+/// returned the exponent.
 pub fn scale<P: Point>(p: P, exponent: i32) -> P {
     let half = exponent / 2;
     let two_to = |e: i32| f64::from_bits(((1023 + i64::from(e)) as u64) << 52);
-    p * two_to(half) * two_to(exponent - half)
+    let factors = [two_to(half), two_to(exponent - half)];
+    let mut scaled = p * factors[0] * factors[1];
+    if P::IS_WEIGHTED {
+        // In this order, no product leaves the range of floats before the last one.
+        scaled.set_weight(p.weight() * factors[0] * factors[0] * factors[1] * factors[1]);
+    }
+    scaled
 }
 
 #[cfg(test)]

@@ -16,14 +16,14 @@ use crate::codec::{self, Bulk, CodecError};
 use crate::ids::{NodeId, Rank};
 use crate::outcome::Outcome;
 
-pub use input::{RefusedRow, Survey};
+pub use input::{RefusedRow, SiteTotals, Survey};
 pub use merged::{Merged, PointSum, Totals};
 pub use queries::{QueryBatch, ReplyBatch};
 pub use split::{Child, Decision, Route, RouteBatch, SplitBatch};
 pub use typed::{AlphaCounts, ChosenSupergraph, Crossings, Fingerprint, SampleStars, SetCounts, SetDecision};
 
 /// The version of the protocol. It increases when the meaning or layout of a message changes.
-pub const PROTOCOL_VERSION: u16 = 14;
+pub const PROTOCOL_VERSION: u16 = 15;
 
 /// A message with its envelope.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
@@ -458,6 +458,8 @@ pub enum Body<P> {
     /// Up and down the tree of all ranks: for each rank below, then for each rank, the number of results of a level and the
     /// number of items of the next level.
     WorkCounts(Bulk<u64>),
+    /// Up and down the tree of all ranks, if points have weights: the sites of the ranks below, then of all ranks.
+    Sites(SiteTotals),
 }
 
 impl<P: Copy> Body<P> {

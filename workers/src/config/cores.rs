@@ -87,10 +87,10 @@ pub fn threads() -> usize {
     rayon::current_num_threads()
 }
 
-/// Sorts rows of `width` numbers, from 1 to 7, lexicographically. Numbers beyond the last whole row stay in place.
+/// Sorts rows of `width` numbers, from 1 to 8, lexicographically. Numbers beyond the last whole row stay in place.
 ///
 /// # Panics
-/// If the width is not between 1 and 7.
+/// If the width is not between 1 and 8.
 pub fn sort_rows(numbers: &mut [u64], width: usize) {
     match width {
         1 => numbers.par_sort_unstable(),
@@ -100,6 +100,7 @@ pub fn sort_rows(numbers: &mut [u64], width: usize) {
         5 => numbers.as_chunks_mut::<5>().0.par_sort_unstable(),
         6 => numbers.as_chunks_mut::<6>().0.par_sort_unstable(),
         7 => numbers.as_chunks_mut::<7>().0.par_sort_unstable(),
+        8 => numbers.as_chunks_mut::<8>().0.par_sort_unstable(),
         _ => panic!("rows of {width} numbers"),
     }
 }

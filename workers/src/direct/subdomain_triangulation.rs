@@ -27,8 +27,8 @@ use crate::state::rows::{AdjacencyRows, HULL, INTERFACE};
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 
-/// The Delaunay triangulation of a worker's owned points and ghosts. The owned points are its first vertices, in the
-/// order of their local indices.
+/// The Delaunay triangulation of a worker's owned points and ghosts; with weights, the regular triangulation. The owned
+/// points are its first vertices, in the order of their local indices.
 #[derive(Debug)]
 pub(crate) struct SubdomainTriangulation<P: Point> {
     delaunay: Incremental<P>,
@@ -36,6 +36,8 @@ pub(crate) struct SubdomainTriangulation<P: Point> {
     ghosts: Vec<u32>,
     /// Number of owned points.
     owned: u32,
+    /// The largest weight of all ranks; 0 without weights.
+    heaviest: f64,
     /// The cells that belong to this worker; empty before [`SubdomainTriangulation::scan`].
     kept: KeptCells,
     /// The counts of the owned stars; zero before the scan.
@@ -61,10 +63,16 @@ fn note_vertices(vertices: &[u32], smallest: u32, finite: u8, seen: &mut [u8]) {
 
 impl<P: Point> SubdomainTriangulation<P> {
     /// Triangulates the owned points and the ghosts among `others`. The owned points have the indices below `owned`,
-    /// in insertion order. `others` are distinct local indices, and `more` is the number of further points for which
-    /// memory is reserved. Returns `None` if all points lie in a plane, if there are too many, or if the run is
+    /// in insertion order. No point of any rank is heavier than `heaviest`. `others` are distinct local indices, and
+    /// `more` is the number of further points for which memory is reserved. Returns `None` if all points lie in a plane, if there are too many, or if the run is
     /// stopped.
-    pub(super) fn new(positions: &[P], owned: u32, others: &[u32], more: usize, stop: &Stop) -> Option<Self> {
+    pub(super) fn new(
+        positions: &[P],
+        (owned, heaviest): (u32, f64),
+        others: &[u32],
+        more: usize,
+        stop: &Stop,
+    ) -> Option<Self> {
         let unordered: Vec<u32> = others.iter().copied().filter(|&v| v >= owned).collect();
         let at: Vec<P> = unordered.iter().map(|&v| positions[v as usize]).collect();
         let ghosts: Vec<u32> = insertion_order(&at).into_iter().map(|i| unordered[i as usize]).collect();
@@ -74,9 +82,9 @@ impl<P: Point> SubdomainTriangulation<P> {
         let order = in_rounds(&points, owned as usize);
         let mut growth = stop.growth();
         let go_on = &mut |bytes| stop.admits(&mut growth, bytes);
-        let delaunay = Incremental::build_in_place(points, order, go_on).ok()?;
+        let delaunay = Incremental::build_below((points, heaviest), order, go_on).ok()?;
         let (kept, merged) = (KeptCells::default(), Merged::default());
-        Some(SubdomainTriangulation { delaunay, ghosts, owned, kept, merged, growth })
+        Some(SubdomainTriangulation { delaunay, ghosts, owned, heaviest, kept, merged, growth })
     }
 
     /// Inserts late ghosts, given as local indices. Skips a ghost that would have no owned neighbour, because later
@@ -172,7 +180,12 @@ impl<P: Point> SubdomainTriangulation<P> {
         {
             return ConflictRegion::Ball { centre, radius: radius2.sqrt() * (1.0 + f64::EPSILON) };
         }
-        conflict_region::<P>(cell, |v| positions[v as usize])
+        conflict_region::<P>(cell, self.heaviest, |v| positions[v as usize])
+    }
+
+    /// Returns the owned points that are hidden, as local indices.
+    pub(crate) fn hidden(&self) -> impl Iterator<Item = u32> + '_ {
+        (0..if P::IS_WEIGHTED { self.owned } else { 0 }).filter(|&v| self.delaunay.is_hidden(v))
     }
 
     /// Scans all cells once. Counts the contribution of the owned stars to the merged result. Finds the cells that
@@ -183,6 +196,10 @@ impl<P: Point> SubdomainTriangulation<P> {
         let mut kept = KeptCells::of(self.slots());
         // The last entry represents all vertices that are not owned. No bit is ever set in it.
         let mut seen = vec![0u8; self.owned as usize + 1];
+        // A hidden site needs no star, and is not the smallest vertex.
+        for v in self.hidden() {
+            seen[v as usize] = HAS_CELL | HAS_SMALLER;
+        }
         let mut cell_hash = 0;
         let others = self.scan_owned(&firsts, &mut seen, &mut kept, &mut cell_hash);
         seen.truncate(self.owned as usize);
@@ -342,7 +359,7 @@ pub(crate) async fn triangulate_subdomain<P: Point>(
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
     mut ghosts: Vec<u32>,
-    frame: &PointBatch<P>,
+    (frame, heaviest): (&PointBatch<P>, f64),
 ) -> Result<(Option<SubdomainTriangulation<P>>, Ghosts), TransportError> {
     cx.enter(Phase::Pieces)?;
     let owned = table.owned_len();
@@ -352,7 +369,7 @@ pub(crate) async fn triangulate_subdomain<P: Point>(
             cx.site().subproblem(Phase::Pieces, subdomain.root(), "triangulate piece", u64::from(owned));
         let more = if subdomain.path().is_empty() { 0 } else { late_ghosts::<P>(owned) };
         let triangulate = |positions: &[P], ghosts: &[u32]| {
-            SubdomainTriangulation::new(positions, owned, ghosts, more, &cx.config().stop)
+            SubdomainTriangulation::new(positions, (owned, heaviest), ghosts, more, &cx.config().stop)
         };
         triangulation = triangulate(table.positions(), &ghosts);
         if triangulation.is_none() {
@@ -385,7 +402,8 @@ fn charge_piece<P: Point>(
     let shown = cx.config().shown;
     let Some(own) = triangulation.filter(|_| shown.charges_direct()) else { return };
     let points = own.delaunay.vertices();
-    if !shown.with_prices {
+    // Dependences are those of Delaunay triangulations.
+    if !shown.with_prices || P::IS_WEIGHTED {
         let mut cost = cx.own_cost();
         own.delaunay.charge(&mut cost);
         cx.charge(Account::member(Phase::Pieces, root), cost, points.len() as u64);
@@ -455,9 +473,13 @@ impl<'a, P: Point> FirstCoordinates<'a, P> {
     }
 }
 
-/// Returns a region that contains every point in conflict with a cell. `corner` returns the position of a finite
-/// vertex.
-pub(super) fn conflict_region<P: Point>(cell: &P::Cell, corner: impl Fn(u32) -> P) -> ConflictRegion<P> {
+/// Returns a region that contains every point in conflict with a cell, of weight at most `heaviest`. `corner` returns a
+/// finite vertex.
+pub(super) fn conflict_region<P: Point>(
+    cell: &P::Cell,
+    heaviest: f64,
+    corner: impl Fn(u32) -> P,
+) -> ConflictRegion<P> {
     let mut corners = [P::default(); 4];
     let mut infinite = None;
     for (slot, &v) in cell.as_ref().iter().enumerate() {
@@ -468,7 +490,7 @@ pub(super) fn conflict_region<P: Point>(cell: &P::Cell, corner: impl Fn(u32) -> 
         }
     }
     let Some(slot) = infinite else {
-        return ConflictRegion::of_cell(&corners[..=P::DIM]);
+        return ConflictRegion::of_cell(&corners[..=P::DIM], heaviest);
     };
     // The cell would be positively oriented if a point beyond the hull facet replaced infinity. Moving that vertex to
     // the end needs an even permutation.

@@ -9,7 +9,8 @@
 //!
 //! **Rounds.** With `h` levels of the tree of all ranks (one level for at most 32 workers): `2 h` for the survey, again
 //! `2 h` if the digits may not fit, one for coincident points (four if there are any), and `2 h` for the frame. An
-//! exchange without messages follows the search for coincident points, and another one ends the phase.
+//! exchange without messages follows the search for coincident points, and another one ends the phase. With weights, `2 h`
+//! more for the largest weight.
 //!
 //! **Work and depth.** Vector steps over the rows (`super::rows`, `super::repeats`). No model of the paper has this
 //! phase, so the ledger counts its rounds and messages only.
@@ -17,12 +18,12 @@
 use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::predicates::{affine_frame, smallest_outside};
 use septet_protocol::ids::{COORDINATOR, Phase};
-use septet_protocol::message::{Body, PointBatch, PointSum, Survey, UNKNOWN_RADIUS2};
+use septet_protocol::message::{Body, PointBatch, PointSum, SiteTotals, Survey, UNKNOWN_RADIUS2};
 use septet_protocol::transport::TransportError;
 
 use crate::config::Task;
 use crate::input::loaded::Loaded;
-use crate::input::repeats::remove_repeats;
+use crate::input::repeats::{Removed, remove_repeats};
 use crate::input::source::{Rows, Source};
 use crate::machine::context::Context;
 use crate::machine::reduction::Reduced;
@@ -89,11 +90,17 @@ pub(crate) async fn load<P: Point>(
     };
     let (mut block, refused) = rows.prepare(&own, exponent);
     loaded.refused = refused;
-    loaded.repeated = remove_repeats(cx, &mut block, survey.rows).await?;
+    let Removed { repeated, hidden } = remove_repeats(cx, &mut block, survey.rows).await?;
+    (loaded.repeated, loaded.hidden) = (repeated, hidden);
     // The last exchange delivered no message, so the ranks begin a second pass of the phase.
     cx.enter(Phase::Load)?;
     let own = Spanned::of(cx, &block);
     let Spanned { population, frame } = cx.all_reduce(own).await?;
+    if P::IS_WEIGHTED {
+        let heaviest = block.positions.iter().map(P::weight).fold(f64::NEG_INFINITY, f64::max);
+        let own = SiteTotals { heaviest, hidden: loaded.hidden.len() as u64 };
+        loaded.sites = cx.all_reduce(own).await?;
+    }
     cx.end_phase().await?;
     loaded.population = population;
     loaded.dimension = frame.len() as isize - 1;
@@ -148,6 +155,23 @@ impl<P: Point> Reduced<P> for Spanned<P> {
             Body::Start { population, frame } => {
                 Some(Spanned { population: *population, frame: std::mem::take(frame) })
             }
+            _ => None,
+        }
+    }
+}
+
+impl<P: Point> Reduced<P> for SiteTotals {
+    fn join(self, other: Self) -> Self {
+        SiteTotals::join(self, other)
+    }
+
+    fn into_body(self) -> Body<P> {
+        Body::Sites(self)
+    }
+
+    fn take(body: &mut Body<P>) -> Option<Self> {
+        match body {
+            Body::Sites(sites) => Some(*sites),
             _ => None,
         }
     }

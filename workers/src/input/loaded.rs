@@ -1,6 +1,6 @@
 //! The description of an input after the ranks have prepared it.
 
-use septet_protocol::message::{PointSum, Survey};
+use septet_protocol::message::{PointSum, SiteTotals, Survey};
 
 /// The input as a rank knows it after it was prepared.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -11,8 +11,14 @@ pub struct Loaded {
     pub population: PointSum,
     /// Dimension of the affine hull of all points; -1 for no points.
     pub dimension: isize,
-    /// Rows of this rank with a coordinate that is not finite, ascending.
+    /// The largest weight of all ranks, and the number of rows that are hidden under a heavier site at the same position.
+    /// The default without weights.
+    pub sites: SiteTotals,
+    /// Rows of this rank with a coordinate or a weight that is not finite, ascending.
     pub refused: Vec<u64>,
-    /// Rows of this rank that repeat an earlier row, ascending, each with the first row that has its coordinates.
+    /// Rows of this rank that repeat a row, ascending, each with the row that stands for its coordinates: the first one, and
+    /// with weights the first of the heaviest ones.
     pub repeated: Vec<[u64; 2]>,
+    /// Rows of this rank that are hidden under a heavier site at the same position, ascending.
+    pub hidden: Vec<u64>,
 }

@@ -1,7 +1,8 @@
 //! Coincident points of all ranks.
 //!
 //! **Statement.** Points are coincident iff their coordinates are equal. The point of the smallest row stands for all
-//! points at its coordinates, and the others are removed. Equal coordinates have equal hashes. The leading bits of a hash
+//! points at its coordinates, and the others are removed. With weights, the first of the heaviest sites stands for them;
+//! sites of its weight repeat it, and lighter ones are hidden. Equal coordinates have equal hashes. The leading bits of a hash
 //! choose a *bin*, and each bin has a *home*, the rank that finds equal hashes in it.
 //!
 //! **Rounds.** One if no hashes are equal, otherwise four:
@@ -68,17 +69,26 @@ struct Sent {
     points: Vec<u32>,
 }
 
-/// Points that repeat an earlier row.
+/// Points that repeat another row or are hidden.
 #[derive(Debug, Default)]
 struct Removals {
     /// Positions of the points.
     points: Vec<u32>,
-    /// For each, the first row with the same coordinates.
+    /// For each, the row that it repeats; its own row if it is hidden under a heavier site.
     first: Vec<u64>,
 }
 
-/// Removes the points that repeat an earlier row from the points of this rank. Returns the row of each removed point, and
-/// the first row with the same coordinates, in the order of the rows. `rows` is the number of rows of all ranks.
+/// The rows of the points that were removed.
+#[derive(Debug, Default)]
+pub(super) struct Removed {
+    /// Rows that repeat a row, each with that row, in the order of the rows.
+    pub(super) repeated: Vec<[u64; 2]>,
+    /// Rows that are hidden under a heavier site, ascending.
+    pub(super) hidden: Vec<u64>,
+}
+
+/// Removes the points that do not stand for their coordinates from the points of this rank. Returns their rows. `rows` is
+/// the number of rows of all ranks.
 ///
 /// # Errors
 /// See [`Context::exchange`].
@@ -86,7 +96,7 @@ pub(super) async fn remove_repeats<P: Point>(
     cx: &mut Context<P>,
     points: &mut PointBatch<P>,
     rows: u64,
-) -> Result<Vec<[u64; 2]>, TransportError> {
+) -> Result<Removed, TransportError> {
     let bins = Bins::new(rows, cx.config().workers);
     let sent = send_keys(cx, points, bins);
     let (mut home, mut removals) = (Home::default(), Removals::default());
@@ -193,7 +203,7 @@ impl Home {
         cx.send_each(0, by_rank(&self.alike, |keys| Body::Alike(Bulk(keys))));
     }
 
-    /// Receives the points with equal hashes, and names those that repeat an earlier row.
+    /// Receives the points with equal hashes, and names those that do not stand for their coordinates.
     fn compare<P: Point>(&mut self, cx: &mut Context<P>) -> Result<(), TransportError> {
         let mut arrived = cx.take(|m| match &mut m.body {
             Body::Candidates(points) => Some((m.from, std::mem::take(points), 0)),
@@ -215,9 +225,16 @@ impl Home {
         }
         let mut repeated: Vec<(Key, u64)> = Vec::new();
         for alike in candidates.chunk_by_mut(|a, b| a.key.hash == b.key.hash) {
-            alike.sort_unstable_by(|a, b| lex_cmp(&a.at, &b.at).then(a.id.cmp(&b.id)));
+            let heavier = |a: &P, b: &P| b.weight().total_cmp(&a.weight());
+            alike.sort_unstable_by(|a, b| {
+                lex_cmp(&a.at, &b.at).then(heavier(&a.at, &b.at)).then(a.id.cmp(&b.id))
+            });
             for equal in alike.chunk_by(|a, b| lex_cmp(&a.at, &b.at).is_eq()) {
-                repeated.extend(equal[1..].iter().map(|other| (other.key, equal[0].id)));
+                let first = &equal[0];
+                let stands_for = |other: &Candidate<P>| {
+                    if heavier(&first.at, &other.at).is_eq() { first.id } else { other.id }
+                };
+                repeated.extend(equal[1..].iter().map(|other| (other.key, stands_for(other))));
             }
         }
         repeated.sort_unstable_by_key(|(key, _)| (key.from, key.position));
@@ -344,10 +361,10 @@ impl Removals {
         Ok(())
     }
 
-    /// Removes the points. Returns the row of each, and the first row with the same coordinates.
-    fn apply<P: Point>(self, points: &mut PointBatch<P>) -> Vec<[u64; 2]> {
+    /// Removes the points. Returns their rows.
+    fn apply<P: Point>(self, points: &mut PointBatch<P>) -> Removed {
         if self.points.is_empty() {
-            return Vec::new();
+            return Removed::default();
         }
         let mut keeps = vec![true; points.len()];
         self.points.iter().for_each(|&point| keeps[point as usize] = false);
@@ -355,6 +372,7 @@ impl Removals {
         let mut pairs: Vec<[u64; 2]> = rows.zip(self.first).map(|(row, first)| [row, first]).collect();
         pairs.sort_unstable();
         points.keep(&keeps);
-        pairs
+        let (hidden, repeated): (Vec<_>, Vec<_>) = pairs.into_iter().partition(|[row, first]| row == first);
+        Removed { repeated, hidden: hidden.into_iter().map(|[row, _]| row).collect() }
     }
 }

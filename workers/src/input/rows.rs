@@ -6,7 +6,7 @@
 //! **Work and depth.** Vector steps over the rows. They are not charged.
 
 use septet_geometry::point::Point;
-use septet_geometry::range::{Digits, scale};
+use septet_geometry::range::{Digits, not_finite, scale};
 use septet_protocol::codec::Bulk;
 use septet_protocol::message::{PointBatch, RefusedRow, Survey};
 
@@ -51,7 +51,7 @@ impl<P: Point> Rows<P> {
 }
 
 fn is_finite<P: Point>(x: &P) -> bool {
-    (0..P::DIM).all(|i| x.coord(i).is_finite())
+    not_finite(x).is_none()
 }
 
 /// Surveys some rows, whose first has the number `first`.
@@ -85,7 +85,7 @@ fn of_row<P: Point>(row: u64, x: &P) -> Survey {
     if let Some(digits) = Digits::of(std::slice::from_ref(x)) {
         survey.digits = digits.ends();
     } else {
-        let value = (0..P::DIM).map(|i| x.coord(i)).find(|c| !c.is_finite()).unwrap_or(f64::NAN);
+        let value = not_finite(x).unwrap_or(f64::NAN);
         survey.refused = 1;
         survey.first_refused = Some(RefusedRow { row, value });
     }

@@ -32,7 +32,7 @@ fn loaded<P: Point>(points: &[P], skips_invalid: bool, workers: u32) -> Loaded {
     let shares = machine::<P>(kind).run(&job, &mut Unwatched).expect("a machine without faults");
     let mut all = Loaded { refused: Vec::new(), repeated: Vec::new(), ..shares[0].loaded.clone() };
     for share in shares {
-        let Loaded { survey, population, dimension, mut refused, mut repeated } = share.loaded;
+        let Loaded { survey, population, dimension, mut refused, mut repeated, .. } = share.loaded;
         assert_eq!((survey, population, dimension), (all.survey, all.population, all.dimension));
         all.refused.append(&mut refused);
         all.repeated.append(&mut repeated);

@@ -13,7 +13,7 @@ use crate::splaying::fallback::gather;
 use crate::splaying::pass::{Passed, Start};
 use crate::splaying::splay::splay;
 use crate::splaying::tell::tell;
-use crate::stars::check::{certificate, check};
+use crate::stars::check::{Agreement, certificate, check};
 use crate::stars::owned::{Stars, StarsView};
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
@@ -32,9 +32,11 @@ pub(super) async fn certify<P: Point>(
     let mut number = 0;
     loop {
         let population = instance.population.count;
+        // Splaying has no weights: if stars of such sites disagree, the certificate fails.
+        let open = if P::IS_WEIGHTED { Agreement::default() } else { agreement };
         let Passed { rounds, steps } = match cx.config().graph.repair {
-            Repair::Probe => tell(cx, subdomain, table, stars, &agreement, start, population).await?,
-            Repair::Splay => splay(cx, subdomain, table, stars, &agreement, start, population).await?,
+            Repair::Probe => tell(cx, subdomain, table, stars, &open, start, population).await?,
+            Repair::Splay => splay(cx, subdomain, table, stars, &open, start, population).await?,
         };
         agreement = self::certificate(cx, subdomain, table, stars).await?;
         let pass = Pass { number, rounds, instance };

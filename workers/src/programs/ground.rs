@@ -15,6 +15,8 @@ pub(super) struct Ground<P> {
     frame: PointBatch<P>,
     /// The points of all ranks.
     population: PointSum,
+    /// The largest weight of all ranks; 0 without weights.
+    heaviest: f64,
 }
 
 impl<P> Ground<P> {
@@ -25,7 +27,17 @@ impl<P> Ground<P> {
         frame: PointBatch<P>,
         population: PointSum,
     ) -> Self {
-        Ground { subdomain, table, frame, population }
+        Ground { subdomain, table, frame, population, heaviest: 0.0 }
+    }
+
+    /// Sets the largest weight of all ranks.
+    pub(super) fn with_heaviest(self, heaviest: f64) -> Self {
+        Ground { heaviest, ..self }
+    }
+
+    /// Returns the largest weight of all ranks; 0 without weights.
+    pub(super) fn heaviest(&self) -> f64 {
+        self.heaviest
     }
 
     /// Returns the number of points of all ranks, and on the coordinator the sum of their hashes.

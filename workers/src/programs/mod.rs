@@ -61,15 +61,19 @@ pub async fn run<P: Point>(
     if cx.config().until == Some(Phase::Partition) {
         return collect_counts(cx, share).await;
     }
-    finish(cx, Ground::new(subdomain, table, frame, population), share).await
+    let heaviest = if P::IS_WEIGHTED { share.loaded.sites.heaviest } else { 0.0 };
+    finish(cx, Ground::new(subdomain, table, frame, population).with_heaviest(heaviest), share).await
 }
 
-/// The task of the run, after the partition.
+/// The task of the run, after the partition. Callers ask for no task but `triangulate` with weights.
 async fn finish<P: Point>(
     cx: &mut Context<P>,
     ground: Ground<P>,
     share: Share<P>,
 ) -> Result<Share<P>, TransportError> {
+    if P::IS_WEIGHTED {
+        return triangulate(cx, ground, share).await;
+    }
     match cx.config().task {
         Task::Independent { fixed } => independent_set(cx, ground, fixed, share).await,
         // Such a run has no points.

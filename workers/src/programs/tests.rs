@@ -1,6 +1,8 @@
 //! Machines in which rank 0 owns points, because the group of the root has every rank. The results must be those of other
 //! machines: no phase may assume that rank 0 owns no point.
 
+mod weighted;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

@@ -24,12 +24,12 @@ pub(super) async fn triangulate<P: Point>(
     ground: Ground<P>,
     mut share: Share<P>,
 ) -> Result<Share<P>, TransportError> {
-    let population = ground.population();
+    let (population, heaviest) = (ground.population(), ground.heaviest());
     let (subdomain, mut table, mut frame) = ground.into_parts();
     share.choice.supergraph = cx.config().graph.wanted.fixed(population.count);
     let mut layer = ghost_layer(cx, &subdomain, &mut table, &mut frame).await?;
     let (triangulation, mut ghosts) =
-        triangulate_subdomain(cx, &subdomain, &mut table, layer.take_ghosts(), &frame).await?;
+        triangulate_subdomain(cx, &subdomain, &mut table, layer.take_ghosts(), (&frame, heaviest)).await?;
     let arrived = interface(cx, &subdomain, &mut table, triangulation.as_ref(), layer).await?;
     let triangulation = insert(cx, &subdomain, &table, triangulation, &mut ghosts, arrived).await?;
     let mut stars = Stars::from_subdomain(triangulation);

@@ -74,7 +74,8 @@ async fn pair<P: Point>(cx: &mut Context<P>, piece: &mut PieceRows) -> Result<()
 
 /// Ends the run of a rank: adds the totals of all ranks and the ledger to the share, and files the record of charges.
 async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<Share<P>, TransportError> {
-    *share.certified.totals = totals(cx, &share).await?;
+    let (all, sites) = totals(cx, &share).await?;
+    (*share.certified.totals, share.sites) = (all, sites);
     if let Some(fault) = cx.config().fault {
         fault.distort_worker(cx.ledger_mut());
     }
@@ -118,6 +119,7 @@ fn piece<P: Point>(
     owned_cells: &OwnedCells,
 ) -> PieceRows {
     let has_neighbours = cx.config().has_neighbours();
+    let hidden = stars.triangulation().map(|own| own.hidden().map(|v| table.ids()[v as usize]).collect());
     let (cells, leaves) = if let Some(triangulation) = stars.take_triangulation() {
         let leaf = subdomain.leaves().first().map_or(NodeId::ROOT, Leaf::id);
         (triangulation.into_rows(), vec![(leaf, owned_cells.count())])
@@ -141,6 +143,7 @@ fn piece<P: Point>(
         rows,
         open,
         places,
+        hidden: hidden.unwrap_or_default(),
         ..PieceRows::default()
     }
 }

@@ -23,7 +23,7 @@ use septet_protocol::transport::TransportError;
 
 use crate::machine::collectives::{Reduction, Rising};
 use crate::machine::context::Context;
-use crate::result::decision::decide;
+use crate::result::decision::{LAST_PASS, decide};
 use crate::stars::check::Agreement;
 use crate::stars::owned::StarsView;
 use crate::state::cells::{first_coordinate, smallest_vertex, star_cell};
@@ -163,7 +163,9 @@ pub(crate) async fn merge<P: Point>(
             .join(subdomain.led(), arrived, |group, both, sent| join_results(cx, pass, group, both, sent));
         for (node, own) in root.map(|own| (NodeId::ROOT, own)).into_iter().chain(joined) {
             if node == NodeId::ROOT && cx.is_coordinator() {
-                let decision = decide(own, pass.instance.population, pass.number);
+                // Stars of sites with weights are not repaired.
+                let number = if P::IS_WEIGHTED { LAST_PASS } else { pass.number };
+                let decision = decide(own, pass.instance.population, number);
                 cx.send_to_all(|| Body::Outcome(decision));
                 whole = own;
             } else {

@@ -4,7 +4,7 @@ use septet_geometry::evaluation::Evaluated;
 use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::{NodeId, Rank};
 use septet_protocol::ledger::LedgerPart;
-use septet_protocol::message::{Merged, Totals, ViewPart};
+use septet_protocol::message::{Merged, SiteTotals, Totals, ViewPart};
 
 use crate::config::Fault;
 use crate::input::Loaded;
@@ -32,6 +32,9 @@ pub struct PieceRows {
     pub hull_facets: u64,
     /// The places of the points, if the run keeps them.
     pub places: Places,
+    /// Input indices of the points of the rank that are hidden: strictly above the lower hull, under no site at the same
+    /// position.
+    pub hidden: Vec<u64>,
 }
 
 impl PieceRows {
@@ -134,6 +137,8 @@ pub struct Share<P> {
     pub ledger: Box<RankLedger>,
     /// The certificate.
     pub certified: Certificate,
+    /// Hidden sites of all ranks that are under no site at the same position. The default without weights.
+    pub sites: SiteTotals,
     /// The supergraph.
     pub choice: Choice,
 }
@@ -153,6 +158,7 @@ impl<P> Share<P> {
             view: None,
             ledger: Box::default(),
             certified: Certificate::default(),
+            sites: SiteTotals::default(),
             choice: Choice::default(),
         }
     }

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::hash::{BuildHasherDefault, Hasher};
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use septet_geometry::hash::hash_of_site;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Rank;
 
@@ -235,11 +236,14 @@ impl Hasher for KeyHasher {
     }
 }
 
-/// Returns the hash of a point's id and coordinate bits.
+/// Returns the hash of a point's id and coordinate bits, and those of its weight if it has one.
 pub(super) fn point_hash<P: Point>(id: u64, x: P) -> u128 {
     let mut h = u128::from(id) | 1 << 64;
     for i in 0..P::DIM {
         h = mix(h ^ u128::from(x.coord(i).to_bits()) << (i * 29));
+    }
+    if P::IS_WEIGHTED {
+        h = mix(h ^ u128::from(hash_of_site(x)));
     }
     mix(h)
 }

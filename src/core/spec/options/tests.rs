@@ -14,6 +14,7 @@ fn fields() -> BTreeSet<&'static str> {
         skip_invalid: _,
         keep_columns: _,
         terrain: _,
+        periodic: _,
     } = input;
     // The name of a run is set by programs only.
     let Machine { workers: _, threads: _, registers: _, transport: _, seed: _, run: _, max_memory: _ } =
@@ -36,6 +37,7 @@ fn fields() -> BTreeSet<&'static str> {
     } = keep;
     [
         ["dimension", "columns", "input-format", "raw", "skip-invalid", "keep-columns", "terrain"].as_slice(),
+        &["periodic", "origin", "wrap"],
         &["workers", "threads", "registers", "transport", "delivery-seed", "processes", "seed", "max-memory"],
         &["partition", "leaf", "constants", "samples", "tries"],
         &["supergraph", "alpha", "k", "separator-sets", "neighbours", "repair"],

@@ -22,6 +22,7 @@ use super::error::{InputError, Place};
 use super::faces::{self, FileFaces};
 use super::points::{PointFile, ReadOptions, ReadProgress};
 use super::text::Source;
+use super::weight_rows::{self, WeightRows};
 use super::{columns, signature, size_rows};
 use crate::format::{Format, Role};
 use septet_core::mesh::field::SizeField;
@@ -34,6 +35,9 @@ type ReadCells = fn(Source<'_>, &CellOptions) -> Result<CellFile, InputError>;
 
 /// Reads points together with their cells.
 type ReadMesh = fn(Source<'_>, &ReadOptions) -> Result<(PointFile, CellFile), InputError>;
+
+/// Reads weights, one number a row.
+type ReadWeights = fn(Source<'_>, &mut WeightRows<'_>) -> Result<(), InputError>;
 
 /// Reads a domain.
 type ReadDomain = fn(Source<'_>, &mut ReadProgress<'_>) -> Result<DomainFile, InputError>;
@@ -49,6 +53,7 @@ pub struct Reader {
     /// Reads points together with their cells.
     pub mesh: Option<ReadMesh>,
     pub sizes: Option<fn(Source<'_>) -> Result<SizeField, InputError>>,
+    pub weights: Option<ReadWeights>,
     /// The rows of points that several processes divide.
     pub rows: Option<Rows>,
 }
@@ -70,6 +75,7 @@ const NONE: Reader = Reader {
     domain: None,
     mesh: None,
     sizes: None,
+    weights: None,
     rows: None,
 };
 
@@ -127,6 +133,7 @@ pub const fn reader(format: Format) -> Reader {
         Format::Xyz | Format::Csv => Reader {
             points: Some(columns::read),
             sizes: Some(size_rows::read),
+            weights: Some(weight_rows::read_text),
             rows: Some(Rows::Lines),
             ..NONE
         },
@@ -135,6 +142,7 @@ pub const fn reader(format: Format) -> Reader {
             points: Some(npy::read),
             cells: Some(npy::read_cells),
             sizes: Some(npy::read_sizes),
+            weights: Some(npy::read_weights),
             rows: Some(Rows::Array),
             ..NONE
         },
@@ -204,6 +212,7 @@ const _: () = {
         assert!(format.has(Role::Domain) == reader.domain.is_some());
         assert!(format.holds_mesh() == reader.mesh.is_some());
         assert!(format.has(Role::Sizes) == reader.sizes.is_some());
+        assert!(format.has(Role::Weights) == reader.weights.is_some());
         assert!(format.row().is_divided(Role::Points) == reader.rows.is_some());
         at += 1;
     }

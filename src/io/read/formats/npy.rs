@@ -7,24 +7,52 @@
 use crate::read::array::{Array, Field, Fields, Layout, shape_advice};
 use crate::read::axes;
 use crate::read::cells::{CellFile, CellOptions, Indices};
-use crate::read::error::{InputError, Place};
+use crate::read::error::{InputError, Place, WeightError};
 use crate::read::points::{PointFile, ReadOptions};
 use crate::read::scalar::{Endian, Scalar};
 use crate::read::size_rows;
 use crate::read::text::{Source, excerpt, integer};
+use crate::read::weight_rows::WeightRows;
+use crate::read::weights::numbered;
 use septet_core::mesh::field::SizeField;
 
-fn open(source: Source<'_>) -> Result<Array<'_>, InputError> {
-    Ok(Array::of(source, layout(source, source.data.len() as u64)?))
+/// What an array is read as.
+#[derive(Clone, Copy)]
+pub enum Content<'a> {
+    /// Points, with the name or number of the column of their weights.
+    Points(Option<&'a str>),
+    /// Rows of numbers.
+    Rows,
+    /// One number a row.
+    Numbers,
+}
+
+impl<'a> Content<'a> {
+    /// Returns the content of an array of points that is read with these options.
+    pub fn of_points(options: &'a ReadOptions) -> Self {
+        Content::Points(options.weight_column().map(|(name, _)| name))
+    }
+
+    /// Returns the column of the weights.
+    fn weight(self) -> Option<&'a str> {
+        match self {
+            Content::Points(weight) => weight,
+            Content::Rows | Content::Numbers => None,
+        }
+    }
+}
+
+fn open<'a>(source: Source<'a>, content: Content<'_>) -> Result<Array<'a>, InputError> {
+    Ok(Array::of(source, layout(source, source.data.len() as u64, content)?))
 }
 
 /// Parses a header. `source` contains the first bytes of a file of `size` bytes, with the whole header.
-pub fn layout(source: Source<'_>, size: u64) -> Result<Layout, InputError> {
+pub fn layout(source: Source<'_>, size: u64, content: Content<'_>) -> Result<Layout, InputError> {
     let (from, start) = header_range(source, size)?;
     let text = usize::try_from(start).ok().and_then(|start| source.data.get(from..start));
     let text = text
         .ok_or_else(|| source.truncated(Place::Byte(8), "header bytes", start, source.data.len() as u64))?;
-    let layout = header(source, text, from)?;
+    let layout = header(source, text, (from, content))?;
     let cells = u128::from(layout.rows) * layout.columns as u128;
     let bytes = u128::from(layout.rows) * u128::from(layout.row_size());
     let rest = size - start;
@@ -64,11 +92,16 @@ pub fn header_range(source: Source<'_>, size: u64) -> Result<(usize, u64), Input
 }
 
 /// Parses the header dictionary: `{'descr': '<f8', 'fortran_order': False, 'shape': (10, 3), }`.
-fn header(source: Source<'_>, text: &[u8], offset: usize) -> Result<Layout, InputError> {
+fn header(
+    source: Source<'_>,
+    text: &[u8],
+    (offset, content): (usize, Content<'_>),
+) -> Result<Layout, InputError> {
     let wrong =
         |what: &'static str| source.malformed(offset, format!("\"{}\"", excerpt(text.trim_ascii())), what);
     let descr = value(text, b"descr").ok_or_else(|| wrong("a header with the key 'descr'"))?;
-    let structured = descr.starts_with(b"[").then(|| structured(source, descr, offset)).transpose()?;
+    let structured =
+        descr.starts_with(b"[").then(|| structured(source, descr, (offset, content))).transpose()?;
     let (scalar, endian) = match (&structured, descr.first()) {
         (Some((fields, _)), _) => (fields.of[0].scalar, fields.of[0].endian),
         (None, Some(quote @ (b'\'' | b'"'))) => {
@@ -94,20 +127,44 @@ fn header(source: Source<'_>, text: &[u8], offset: usize) -> Result<Layout, Inpu
     let (rows, columns) = match (&sides[..], &structured) {
         ([rows] | [rows, 1], Some((_, columns))) => (*rows, *columns),
         ([rows, columns @ 0..=64], None) => (*rows, *columns as usize),
+        ([rows], None) if matches!(content, Content::Numbers) => (*rows, 1),
         (sides, _) => {
             let what = format!("an array of shape ({})", excerpt(shape[..end].trim_ascii()));
             let rows = if sides.len() == 2 { sides[0] } else { 0 };
             let place = Place::Byte(offset as u64);
-            return Err(source.unsupported(place, what, shape_advice(rows)));
+            let advice = match content {
+                Content::Numbers => "save one number a row: an array of shape (n,)",
+                Content::Points(_) | Content::Rows => shape_advice(rows),
+            };
+            return Err(source.unsupported(place, what, advice));
         }
+    };
+    let weight = match (content.weight(), &structured) {
+        (Some(name), None) => Some(numbered(name, columns).ok_or_else(|| {
+            let problem = format!("column {} is not one of 1 to {columns}", excerpt(name.as_bytes()));
+            weight_error(source, offset, (problem, &[]))
+        })?),
+        (Some(_), Some(_)) => Some(columns - 1),
+        (None, _) => None,
     };
     let fields = structured.map(|(fields, _)| fields);
     let fortran = fortran && fields.is_none();
-    Ok(Layout { scalar, endian, rows, columns, fortran, start: 0, surplus: 0, fields })
+    Ok(Layout { scalar, endian, rows, columns, weight, fortran, start: 0, surplus: 0, fields })
 }
 
-/// Parses the fields of a structured array: `[('x', '<f8'), ('id', '<i4')]`. Returns the coordinates and their number.
-fn structured(source: Source<'_>, descr: &[u8], offset: usize) -> Result<(Fields, usize), InputError> {
+/// Returns the error for the column of weights of an array with these fields.
+fn weight_error(source: Source<'_>, offset: usize, (problem, names): (String, &[String])) -> InputError {
+    let (path, place) = (source.path.to_owned(), Place::Byte(offset as u64));
+    WeightError::Column { path, place, problem: problem.into(), names: names.to_vec() }.into()
+}
+
+/// Parses the fields of a structured array: `[('x', '<f8'), ('id', '<i4')]`. Returns the coordinates, then the weights, and
+/// their number.
+fn structured(
+    source: Source<'_>,
+    descr: &[u8],
+    (offset, content): (usize, Content<'_>),
+) -> Result<(Fields, usize), InputError> {
     let mut names: Vec<String> = Vec::new();
     let mut all: Vec<Field> = Vec::new();
     let mut stride = 0_usize;
@@ -146,9 +203,25 @@ fn structured(source: Source<'_>, descr: &[u8], offset: usize) -> Result<(Fields
             names.join(", ")
         ));
     };
-    let mut of = [all[axes[0]]; 3];
-    of.iter_mut().zip(&axes).for_each(|(field, axis)| *field = all[*axis]);
-    Ok((Fields { stride, of }, axes.len()))
+    let weight = content.weight().map(|name| field_of_weights(name, &names, &axes)).transpose();
+    let weight = weight.map_err(|problem| weight_error(source, offset, (problem, &names)))?;
+    let mut of = [all[axes[0]]; 4];
+    let chosen = axes.iter().copied().chain(weight);
+    of.iter_mut().zip(chosen).for_each(|(field, axis)| *field = all[axis]);
+    Ok((Fields { stride, of }, axes.len() + usize::from(weight.is_some())))
+}
+
+/// Returns the position of the field of weights among numeric fields with these names in lower case, or the problem.
+fn field_of_weights(name: &str, names: &[String], axes: &[usize]) -> Result<usize, String> {
+    let shown = excerpt(name.as_bytes());
+    let plain = name.trim().to_lowercase();
+    let Some(position) = names.iter().position(|own| *own == plain) else {
+        return Err(format!("there is no field {shown} of numbers"));
+    };
+    if axes.contains(&position) {
+        return Err(format!("the field {shown} is a coordinate, and cannot be the weights"));
+    }
+    Ok(position)
 }
 
 /// Returns a text in quotes, and the text after it.
@@ -198,14 +271,31 @@ fn unsupported_type(source: Source<'_>, offset: usize, what: &str) -> InputError
     source.unsupported(Place::Byte(offset as u64), what, advice)
 }
 
-/// Reads points: shape (n, 2) or (n, 3).
+/// Reads points: shape (n, 2) or (n, 3), and one column more with a column of weights.
 pub fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
-    layout(source, source.data.len() as u64)?.points(source, options)
+    layout(source, source.data.len() as u64, Content::of_points(options))?.points(source, options)
+}
+
+/// Reads weights: shape (n,) or (n, 1).
+pub fn read_weights(source: Source<'_>, rows: &mut WeightRows<'_>) -> Result<(), InputError> {
+    let array = Array::of(source, layout_of_weights(source, source.data.len() as u64)?);
+    array.layout.numbers_at(array.start, array.bytes_of_rows(), rows)
+}
+
+/// Parses the header of an array of weights, as [`layout`] does.
+pub fn layout_of_weights(source: Source<'_>, size: u64) -> Result<Layout, InputError> {
+    let layout = layout(source, size, Content::Numbers)?;
+    if layout.fields.is_some() || layout.columns != 1 {
+        let what = format!("an array of weights with rows of {}", layout.columns);
+        let advice = "save one number a row: an array of shape (n,)";
+        return Err(source.unsupported(Place::Byte(layout.start), what, advice));
+    }
+    Ok(layout)
 }
 
 /// Reads cells: integers of shape (m, 3) or (m, 4).
 pub fn read_cells(source: Source<'_>, options: &CellOptions) -> Result<CellFile, InputError> {
-    let array = open(source)?;
+    let array = open(source, Content::Rows)?;
     let place = Place::Byte(array.start);
     if array.layout.fields.is_some() {
         return Err(source.unsupported(place, "a structured array as cells", "save integers (<i8)"));
@@ -228,7 +318,7 @@ pub fn read_cells(source: Source<'_>, options: &CellOptions) -> Result<CellFile,
 
 /// Reads sizes at points: shape (n, 3) in the plane, (n, 4) in space.
 pub fn read_sizes(source: Source<'_>) -> Result<SizeField, InputError> {
-    let array = open(source)?;
+    let array = open(source, Content::Rows)?;
     if array.layout.fields.is_some() || !(3..=4).contains(&array.layout.columns) {
         let what = format!("an array of sizes with rows of {}", array.layout.columns);
         let advice = "save rows of `x y size` or `x y z size`";

@@ -18,6 +18,7 @@ pub fn layout(source: Source<'_>, rows: RawRows, size: u64) -> Result<Layout, In
         endian,
         rows: size / row,
         columns: dimension,
+        weight: None,
         fortran: false,
         fields: None,
         start: 0,

@@ -95,6 +95,12 @@ pub enum ListError {
         /// The number of rows in the files before this one.
         before: u64,
     },
+    /// The file of the weights of all rows cannot be read.
+    #[error("{error}")]
+    Weights {
+        /// The error, which names the file of the weights.
+        error: Box<InputError>,
+    },
     /// Two files have points of different dimensions.
     #[error("{}: points of dimension {found}, but {} has points of dimension {expected}", .path.display(), .first.display())]
     MixedDimension {
@@ -151,7 +157,9 @@ impl ListError {
     /// Returns what to do.
     pub fn remedy(&self) -> Option<Remedy> {
         Some(Remedy::of(match self {
-            Self::File { error, .. } | Self::List { error } => return error.remedy(),
+            Self::File { error, .. } | Self::List { error } | Self::Weights { error } => {
+                return error.remedy();
+            }
             Self::Entry { fault, .. } => return fault.remedy(),
             Self::Pattern { .. } => "use *, ? and [...] only, in the file name",
             Self::Folder { .. } => "check the folder, which cannot be a pattern",
@@ -166,7 +174,7 @@ impl ListError {
     /// Returns the exit code of the program.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::File { error, .. } | Self::List { error } => error.exit_code(),
+            Self::File { error, .. } | Self::List { error } | Self::Weights { error } => error.exit_code(),
             Self::Pattern { .. } => exit_code::USAGE,
             _ => exit_code::INPUT,
         }
@@ -176,6 +184,7 @@ impl ListError {
     pub fn row(&self) -> Option<u64> {
         match self {
             Self::File { error, before } => error.row().map(|row| before + row),
+            Self::Weights { error } => error.row(),
             _ => None,
         }
     }

@@ -14,6 +14,7 @@ use super::super::error::InputError;
 use super::super::listed::ListedFile;
 use super::super::points::{CoordinateType, PointFile, ReadOptions, ReadProgress};
 use super::super::reading::FileReading;
+use super::super::weight_file;
 use super::columns;
 use super::error::ListError;
 use super::files::FileList;
@@ -83,9 +84,10 @@ pub fn read_list(
         notes: Notes::default(),
         reading: FileReading::default(),
     };
+    let of_file = &*options.without_weight_file();
     for (path, size) in list.files().iter().zip(&sizes) {
         let mut step = |read: u64, _| progress(extent.done + read, Some(extent.total));
-        let file = match read(path, options, &mut step) {
+        let file = match read(path, of_file, &mut step) {
             // A part of a table may have no rows.
             Err(InputError::NoRows { .. }) => empty(options),
             file => file.map_err(|error| ListError::File { error: Box::new(error), before: joined.rows })?,
@@ -93,14 +95,17 @@ pub fn read_list(
         extent.done += size;
         joined.add(path, file, extent)?;
     }
-    Ok(joined.finish())
+    let PointList { content, files } = joined.finish();
+    let content = weight_file::joined(content, options, progress);
+    Ok(PointList { content: content.map_err(|error| ListError::Weights { error: Box::new(error) })?, files })
 }
 
 /// Returns a file without points.
 pub(in super::super) fn empty(options: &ReadOptions) -> PointFile {
     let is_plane = options.dimension.map_or(options.terrain, |dimension| dimension == 2);
     let points = if is_plane { Points::Plane(Vec::new()) } else { Points::Space(Vec::new()) };
-    PointFile { heights: options.terrain.then(Vec::new), ..PointFile::of_points(points) }
+    let weights = options.weight_column().map(|_| Vec::new());
+    PointFile { heights: options.terrain.then(Vec::new), weights, ..PointFile::of_points(points) }
 }
 
 impl Joined<'_> {
@@ -176,6 +181,9 @@ fn append(
         ListError::File { error, before }
     })?;
     if let (Some(all), Some(more)) = (&mut all.heights, file.heights) {
+        all.extend(more);
+    }
+    if let (Some(all), Some(more)) = (&mut all.weights, file.weights) {
         all.extend(more);
     }
     columns::append(&mut all.columns, file.columns, (path, first))?;

@@ -63,6 +63,8 @@ pub(super) fn marks(
 pub(super) struct Rows {
     /// The points.
     pub points: Points,
+    /// The weight of each point. Empty if the points have no weights, or their file has not been read.
+    pub weights: Vec<f64>,
     /// The number of each row in its file, and later in the input. Empty if no row of the input was dropped.
     pub index: Vec<u64>,
 }
@@ -71,12 +73,13 @@ impl Rows {
     /// Creates an empty set.
     pub fn new(dimension: usize) -> Self {
         let points = if dimension == 2 { Points::Plane(Vec::new()) } else { Points::Space(Vec::new()) };
-        Rows { points, index: Vec::new() }
+        Rows { points, weights: Vec::new(), index: Vec::new() }
     }
 
     /// Appends rows of the same dimension.
     pub fn add(&mut self, mut more: Rows) {
         self.index.append(&mut more.index);
+        append(&mut self.weights, more.weights);
         match (&mut self.points, more.points) {
             (Points::Plane(all), Points::Plane(more)) => append(all, more),
             (Points::Space(all), Points::Space(more)) => append(all, more),
@@ -85,7 +88,7 @@ impl Rows {
     }
 }
 
-/// Appends points, without a copy if there are none before.
+/// Appends values, without a copy if there are none before.
 fn append<P>(all: &mut Vec<P>, mut more: Vec<P>) {
     if all.is_empty() { *all = more } else { all.append(&mut more) }
 }
@@ -180,6 +183,7 @@ impl Reading<'_> {
             Some(index) => index,
             None => (before..met).collect(),
         };
-        Ok((Rows { points: found.points, index }, facts))
+        let weights = found.weights.unwrap_or_default();
+        Ok((Rows { points: found.points, weights, index }, facts))
     }
 }

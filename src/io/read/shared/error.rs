@@ -94,6 +94,14 @@ impl SharedError {
         ListError::File { error: Box::new(error), before }.into()
     }
 
+    /// Returns the error for the weights of the rows of `files` files.
+    pub fn of_weights(error: InputError, files: usize) -> Self {
+        if files == 1 {
+            return error.into();
+        }
+        ListError::Weights { error: Box::new(error) }.into()
+    }
+
     /// Returns what to do.
     fn remedy(&self) -> Option<Remedy> {
         Some(match self {

@@ -10,10 +10,14 @@
 //! compressed files, arrays in Fortran order, chemical files, UTF-16 text, pipes, standard input and all other formats. Process 0 holds
 //! the points of all these files until they are sent. A file of more than [`WHOLE_LIMIT`] bytes is refused.
 //!
+//! **Weights.** A column of weights is read with the rows. Each process reads its part of a `.npy` file of weights; process 0 reads other
+//! files of weights and sends each process its part. With `skip_invalid` and a file of weights, process 0 reads all files, because rows
+//! without a weight are dropped.
+//!
 //! **Terrain.** Each process reads its own points with their heights. Then all processes get the heights of all points.
 //!
 //! **Errors.** The error of a bad row ends all processes. It has the message that one process gives for this row. In a list with several
-//! bad files, one process may find another file first.
+//! bad files, one process may find another file first. The number of rows of a `.npy` file of weights is checked before its numbers.
 
 mod block;
 mod chunks;
@@ -25,6 +29,7 @@ mod survey;
 mod tally;
 #[cfg(test)]
 mod tests;
+mod weights;
 mod whole;
 
 use std::collections::BTreeMap;
@@ -48,6 +53,7 @@ use facts::PartFacts;
 use rows::{AllRows, WholeFile};
 use survey::{Form, Plan};
 use tally::Tally;
+use whole::Dealing;
 
 /// The largest size in bytes of a file that process 0 reads for all processes. The size of a compressed file is the one
 /// before decompression.
@@ -60,6 +66,8 @@ pub struct SharedPoints {
     pub points: Points,
     /// The heights of the rows of all processes that are not dropped, as in [`PointFile::heights`]. All processes have the same.
     pub heights: Option<Vec<f64>>,
+    /// The weights of the rows of the block, as in [`PointFile::weights`].
+    pub weights: Option<Vec<f64>>,
     /// The number of the first row of the block. Dropped rows do not count.
     pub first: u64,
     /// The number of rows of all processes. Dropped rows do not count.
@@ -92,6 +100,7 @@ impl SharedPoints {
         SharedPoints {
             points,
             heights: None,
+            weights: None,
             first,
             rows,
             skipped: 0,
@@ -173,7 +182,8 @@ pub fn share_points(
         return Err(WireError::Corrupt { process: 0, reason }.into());
     };
     let blocks = blocks(processes, known.kept, block)?;
-    let rows = whole::deal(processes, content.as_ref(), &known, &blocks, (LIMITS.round, false))?;
+    let how = Dealing { round: LIMITS.round, has_index: false, has_weights: false };
+    let rows = whole::deal(processes, content.as_ref(), &known, &blocks, how)?;
     let first = blocks[processes.process() as usize].start;
     Ok(SharedPoints::of_block(rows.points, first, known.kept))
 }
@@ -221,10 +231,12 @@ impl Call<'_> {
         agree(processes, all.check_announced(&plans))?;
         let facts = processes.all_gather(&facts)?;
         agree(processes, all.check_ids(&plans, &facts))?;
+        let weights = self.weights(processes, rows.weights, (&blocks, all.kept))?;
         let extents = processes.all_gather(&Extent::of(&rows.points).map(|of| (of.low, of.high)))?;
         Ok(SharedPoints {
             points: rows.points,
             heights: None,
+            weights,
             first: own.start,
             rows: all.kept,
             skipped: all.skipped,
@@ -241,6 +253,33 @@ impl Call<'_> {
                 .map(|(low, high)| Extent { low, high })
                 .reduce(|a, b| a.and(&b)),
         })
+    }
+
+    /// Whether rows of points are read together with their weights.
+    fn have_weights(&self) -> bool {
+        self.options.weight_column().is_some() || self.options.drops_by_weight_file()
+    }
+
+    /// Returns the weights of the rows of this process, which are `own` if they were read with the points.
+    fn weights(
+        &self,
+        processes: &mut Processes<'_>,
+        own: Vec<f64>,
+        (blocks, rows): (&[Range<u64>], u64),
+    ) -> Result<Option<Vec<f64>>, Ended> {
+        match &self.options.weights {
+            None => Ok(None),
+            Some(_) if self.have_weights() => Ok(Some(own)),
+            Some(option) => {
+                let file = weights::WeightFile {
+                    option,
+                    limits: self.limits,
+                    stop: self.stop,
+                    files: self.files.len(),
+                };
+                Ok(Some(file.read(processes, blocks, rows)?))
+            }
+        }
     }
 
     /// Reads the files that cannot be cut, on process 0, and announces their rows.
@@ -293,7 +332,8 @@ impl Call<'_> {
         for (at, (known, (_, file))) in whole.known.iter().zip(files).enumerate() {
             let within = |row: u64| row.saturating_sub(file.first_kept).min(known.kept);
             let wanted: Vec<_> = blocks.iter().map(|block| within(block.start)..within(block.end)).collect();
-            let how = (self.limits.round, all.skipped > 0);
+            let (round, has_index) = (self.limits.round, all.skipped > 0);
+            let how = Dealing { round, has_index, has_weights: self.have_weights() };
             dealt.push(whole::deal(processes, whole.content.get(at), known, &wanted, how)?);
         }
         Ok(dealt)

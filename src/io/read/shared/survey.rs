@@ -85,7 +85,7 @@ pub(super) fn survey(
 }
 
 /// Compares the views of all processes. Details travel only if the checksums of the views differ.
-fn compare(
+pub(super) fn compare(
     processes: &mut Processes<'_>,
     files: &[PathBuf],
     seen: &[[u64; 2]],
@@ -131,8 +131,10 @@ fn of_file(path: &Path, options: &ReadOptions, step: usize) -> Result<Surveyed, 
         return Err(InputError::Directory { path: path.to_owned() }.into());
     }
     let packing = Packing::of_points(path, options);
-    // Only one process can read from a pipe, and values of other columns stay on the process that writes them.
-    if !found.is_file() || packing == Packing::Gzip || options.keep_columns {
+    // Only one process can read from a pipe. Values of other columns stay on the process that writes them, and the rows of a
+    // file of weights drop points.
+    if !found.is_file() || packing == Packing::Gzip || options.keep_columns || options.drops_by_weight_file()
+    {
         return Ok(whole(if found.is_file() { found.len() } else { 0 }));
     }
     let size = found.len();
@@ -173,16 +175,26 @@ fn array(
     (mut data, size): (Vec<u8>, u64),
     options: &ReadOptions,
 ) -> Result<Option<(Cut, u64)>, SharedError> {
-    let (_, start) = npy::header_range(Source { path, data: &data }, size)?;
-    let known = data.len() as u64;
-    if start > known {
-        file.read(known..start, &mut data)?;
-    }
-    data.truncate(start as usize);
+    complete_header(path, file, (&mut data, size))?;
     let source = Source { path, data: &data };
-    let layout = npy::layout(source, size)?;
+    let layout = npy::layout(source, size, npy::Content::of_points(options))?;
     let cut = of_layout(source, layout, options)?;
     Ok((!layout.fortran).then(|| (cut, checksum(&data))))
+}
+
+/// Makes the first bytes of a `.npy` file of `size` bytes its whole header.
+pub(super) fn complete_header(
+    path: &Path,
+    file: &mut OpenFile<'_>,
+    (data, size): (&mut Vec<u8>, u64),
+) -> Result<(), SharedError> {
+    let (_, start) = npy::header_range(Source { path, data }, size)?;
+    let known = data.len() as u64;
+    if start > known {
+        file.read(known..start, data)?;
+    }
+    data.truncate(start as usize);
+    Ok(())
 }
 
 /// Returns the plan of an array in C order.

@@ -1,6 +1,7 @@
 //! Tests of reading by several processes. The result is compared with the one of a single process.
 
 mod errors;
+mod weights;
 use std::fs;
 use std::io::Write;
 use std::ops::Range;
@@ -143,7 +144,7 @@ fn compare(
             return;
         }
     };
-    let (mut coordinates, mut index) = (Vec::new(), Vec::new());
+    let (mut coordinates, mut weights, mut index) = (Vec::new(), Vec::new(), Vec::new());
     for (process, part) in parts.into_iter().enumerate() {
         let part = part.unwrap_or_else(|error| panic!("{processes} processes: {error}"));
         let own = block(file.points.len() as u64, process as u32, processes);
@@ -156,10 +157,13 @@ fn compare(
         assert_eq!(part.extent, Extent::of(&file.points));
         assert!(listed.as_ref().is_none_or(|listed| *listed == part.files), "{:?}", part.files);
         assert_eq!(part.source_index.is_some(), file.source_index.is_some());
+        assert_eq!(part.weights.is_some(), file.weights.is_some());
         coordinates.extend(bits(&part.points));
+        weights.extend(part.weights.into_iter().flatten());
         index.extend(part.source_index.into_iter().flatten());
     }
     assert!(coordinates == bits(&file.points), "{processes} processes, {limits:?}: other coordinates");
+    assert_eq!(weights, file.weights.clone().unwrap_or_default(), "{processes} processes, {limits:?}");
     assert_eq!(index, file.source_index.clone().unwrap_or_default(), "{processes} processes, {limits:?}");
 }
 

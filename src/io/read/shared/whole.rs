@@ -15,6 +15,9 @@ use super::super::error::InputError;
 use super::super::list::empty;
 use super::super::load::{self, Packing};
 use super::super::points::{PointFile, ReadOptions};
+use super::super::text::Source;
+use super::super::weight_file::{attach, check_count, of_data};
+use super::super::weights::WeightOption;
 use super::block::Rows;
 use super::error::SharedError;
 use super::rows::{Part, WholeFile};
@@ -47,10 +50,46 @@ pub(super) fn read(
             Err(InputError::NoRows { .. }) if plans.len() > 1 => empty(options),
             file => file.map_err(|error| SharedError::of(error, plans.len(), before))?,
         };
-        before += (file.points.len() + file.skipped) as u64;
+        before += row_count(&file);
         all.push(file);
     }
+    if options.drops_by_weight_file()
+        && let Some((option, path)) = options.weights.as_ref().and_then(|of| Some((of, of.file()?)))
+    {
+        let rows = apart_weights((path, option), true, (limit, stop), plans.len())?;
+        let expected = all.iter().map(row_count).sum();
+        let checked = check_count(path, option, (rows.len() as u64, expected));
+        checked.map_err(|error| SharedError::of_weights(error, plans.len()))?;
+        let mut rest = &rows[..];
+        for file in &mut all {
+            let (own, after) = rest.split_at(row_count(file) as usize);
+            attach(file, own);
+            rest = after;
+        }
+    }
     Ok(all)
+}
+
+/// Returns the number of rows of a file, including dropped ones.
+fn row_count(file: &PointFile) -> u64 {
+    (file.points.len() + file.skipped) as u64
+}
+
+/// Returns the weights of all rows of a file of at most `limit` bytes, for points of `files` files. With `drops`, a row without a
+/// weight is NaN and no error. Ends when `stop` returns `true`.
+pub(super) fn apart_weights(
+    (path, option): (&Path, &WeightOption),
+    drops: bool,
+    (limit, stop): (u64, &dyn Fn() -> bool),
+    files: usize,
+) -> Result<Vec<f64>, SharedError> {
+    let (owned, chosen) = (path.to_owned(), option.clone());
+    let read = move || -> Result<Result<Vec<f64>, InputError>, SharedError> {
+        let data = bytes(&owned, Packing::of(&owned), limit)?;
+        Ok(data.and_then(|data| of_data(Source { path: &owned, data: &data }, &chosen, drops)))
+    };
+    let done = apart(read, &mut || stop()).map_err(|error| load::unreadable(path, error))?;
+    done.unwrap_or(Err(SharedError::Interrupted))?.map_err(|error| SharedError::of_weights(error, files))
 }
 
 /// Returns the points of a file of at most `limit` bytes.
@@ -87,7 +126,7 @@ fn bytes(path: &Path, packing: Packing, limit: u64) -> Result<Result<Vec<u8>, In
 /// Returns the facts of a file that the other processes need.
 pub(super) fn known(file: &PointFile) -> WholeFile {
     WholeFile {
-        rows: (file.points.len() + file.skipped) as u64,
+        rows: row_count(file),
         kept: file.points.len() as u64,
         dimension: file.points.dimension(),
         first_id: file.first_id,
@@ -97,48 +136,65 @@ pub(super) fn known(file: &PointFile) -> WholeFile {
     }
 }
 
+/// How process 0 sends rows.
+#[derive(Clone, Copy)]
+pub(super) struct Dealing {
+    /// The number of rows that are sent at a time.
+    pub round: u64,
+    /// Whether the rows have their numbers in the file.
+    pub has_index: bool,
+    /// Whether the points have weights.
+    pub has_weights: bool,
+}
+
 /// Sends the rows of a file to the processes in rounds. Process 0 has the `content`. `wanted` are the rows of each process
-/// among the rows that were not dropped. `round` is the number of rows that are sent at a time. Returns the rows of this
-/// process, with their numbers in the file if `has_index`.
+/// among the rows that were not dropped. Returns the rows of this process.
 pub(super) fn deal(
     processes: &mut Processes<'_>,
     content: Option<&PointFile>,
     known: &WholeFile,
     wanted: &[Range<u64>],
-    (round, has_index): (u64, bool),
+    how: Dealing,
 ) -> Result<Rows, Ended> {
     let mut own = Rows::new(known.dimension);
     let mut start = 0;
     while start < known.kept {
-        let end = known.kept.min(start + round.max(1));
+        let end = known.kept.min(start + how.round.max(1));
         let mut sent = Vec::new();
         for (process, wanted) in wanted.iter().enumerate() {
             let (from, to) = (wanted.start.max(start), wanted.end.min(end));
             if let Some(file) = content.filter(|_| from < to) {
-                sent.push(parcel(process as u32, file, from as usize..to as usize, has_index)?);
+                sent.push(parcel(process as u32, file, from as usize..to as usize, how)?);
             }
         }
         for arrived in processes.scatter(sent)? {
-            let (coordinates, index) = decode::<(Bulk<f64>, Bulk<u64>)>(&arrived.bytes).map_err(|error| {
+            let (numbers, index) = decode::<(Bulk<f64>, Bulk<u64>)>(&arrived.bytes).map_err(|error| {
                 WireError::Corrupt { process: arrived.process, reason: error.to_string() }
             })?;
-            own.add(Rows { points: points_of(known.dimension, &coordinates), index: index.0 });
+            // The weights follow the coordinates.
+            let width = known.dimension + usize::from(how.has_weights);
+            let (coordinates, weights) = numbers.split_at(numbers.len() / width * known.dimension);
+            let points = points_of(known.dimension, coordinates);
+            own.add(Rows { points, weights: weights.to_vec(), index: index.0 });
         }
         start = end;
     }
     Ok(own)
 }
 
-/// Returns the parcel with rows of a file, and with their numbers in the file if `has_index`.
-fn parcel(process: u32, file: &PointFile, rows: Range<usize>, has_index: bool) -> Result<Parcel, WireError> {
+/// Returns the parcel with rows of a file.
+fn parcel(process: u32, file: &PointFile, rows: Range<usize>, how: Dealing) -> Result<Parcel, WireError> {
     let width = file.points.dimension();
-    let coordinates = file.points.coordinates()[rows.start * width..rows.end * width].to_vec();
+    let mut numbers = file.points.coordinates()[rows.start * width..rows.end * width].to_vec();
+    if let Some(weights) = file.weights.as_ref().filter(|_| how.has_weights) {
+        numbers.extend_from_slice(&weights[rows.clone()]);
+    }
     let index = match &file.source_index {
-        _ if !has_index => Vec::new(),
+        _ if !how.has_index => Vec::new(),
         Some(index) => index[rows].to_vec(),
         None => (rows.start as u64..rows.end as u64).collect(),
     };
-    let bytes = encode(&(Bulk(coordinates), Bulk(index)))
+    let bytes = encode(&(Bulk(numbers), Bulk(index)))
         .map_err(|error| WireError::Corrupt { process, reason: error.to_string() })?;
     Ok(Parcel { process, bytes })
 }

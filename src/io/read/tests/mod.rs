@@ -13,6 +13,7 @@ mod surfaces;
 mod tables;
 mod terrain;
 mod vtk;
+mod weights;
 
 use std::path::Path;
 
@@ -38,6 +39,7 @@ const fn with(dimension: Option<usize>, skip_invalid: bool) -> ReadOptions {
         columns: None,
         keep_columns: false,
         terrain: false,
+        weights: None,
     }
 }
 

@@ -13,6 +13,7 @@ const TERRAIN: ReadOptions = ReadOptions {
     columns: None,
     keep_columns: false,
     terrain: true,
+    weights: None,
 };
 
 fn terrain(name: &str, data: &str, options: &ReadOptions) -> Result<PointFile, InputError> {

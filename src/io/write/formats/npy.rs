@@ -17,7 +17,7 @@ pub fn write_cells(
     progress: &mut WriteProgress<'_>,
 ) -> io::Result<()> {
     let mut head = Vec::new();
-    write_head(&mut head, "<i8", cells.total, cells.corners)?;
+    write_head(&mut head, "<i8", &format!("({}, {})", cells.total, cells.corners))?;
     let position = |cell: usize| head.len() + cell * 8 * cells.corners;
     if place.is_first {
         place.set_len(position(cells.total))?;
@@ -44,7 +44,7 @@ pub fn write_points(
     progress: &mut WriteProgress<'_>,
 ) -> Result<(), WriteFault> {
     let (coordinates, width) = (points.coordinates(), points.dimension());
-    write_head(out, "<f8", points.len(), width)?;
+    write_head(out, "<f8", &format!("({}, {width})", points.len()))?;
     write_records(out, points.len(), progress, |buffer, row| {
         for coordinate in &coordinates[row * width..(row + 1) * width] {
             buffer.extend_from_slice(&coordinate.to_le_bytes());
@@ -53,9 +53,15 @@ pub fn write_points(
     Ok(())
 }
 
-/// Writes the header. It is padded with spaces to a multiple of 64 bytes and ends with a line feed.
-fn write_head(out: &mut dyn Write, kind: &str, rows: usize, columns: usize) -> io::Result<()> {
-    let mut text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({rows}, {columns}), }}");
+/// Writes numbers of rows.
+pub fn write_rows(out: &mut dyn Write, rows: &[u64]) -> io::Result<()> {
+    write_head(out, "<u8", &format!("({},)", rows.len()))?;
+    rows.iter().try_for_each(|row| out.write_all(&row.to_le_bytes()))
+}
+
+/// Writes the header of an array of this type and shape. It is padded with spaces to a multiple of 64 bytes and ends with a line feed.
+fn write_head(out: &mut dyn Write, kind: &str, shape: &str) -> io::Result<()> {
+    let mut text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}");
     let blanks = 63 - (10 + text.len()) % 64;
     text.push_str(&" ".repeat(blanks));
     text.push('\n');

@@ -97,6 +97,9 @@ impl<P: Point> Incremental<P> {
         }
         self.allocate();
         self.index_boundary();
+        if P::IS_WEIGHTED {
+            self.hide_inner_vertices();
+        }
         self.invert_vertices(q);
         if Ridges::is_small(self.scratch.boundary_vertices.len) {
             self.fill_small(vertex, query);
@@ -221,6 +224,19 @@ impl<P: Point> Incremental<P> {
             *face = Face { vertices, indices, cell };
         }
         (faces.len, boundary_vertices.len) = (boundary.len(), known);
+    }
+
+    /// Hides the vertices of the cavity that are not on its boundary: the new vertex is so heavy that they lie above the
+    /// lower hull.
+    fn hide_inner_vertices(&mut self) {
+        for &cell in self.scratch.cavity.items() {
+            for &vertex in self.cells.slots[cell as usize].vertices().as_ref() {
+                let entry = &mut self.incident[vertex.wrapping_add(1) as usize];
+                if *entry & INDEXED == 0 {
+                    *entry = NONE;
+                }
+            }
+        }
     }
 
     /// Inverts the vertices of the boundary around the new vertex.

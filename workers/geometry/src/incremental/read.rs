@@ -99,7 +99,13 @@ impl<P: Point> Incremental<P> {
         (live, passing)
     }
 
-    /// Replaces `out` by the cells around `vertex`, including infinite ones.
+    /// Returns `true` if the vertex is hidden, so that no cell contains it. Only points with weights can be hidden.
+    #[inline]
+    pub fn is_hidden(&self, vertex: u32) -> bool {
+        self.incident[vertex as usize + 1] == NONE
+    }
+
+    /// Replaces `out` by the cells around `vertex`, including infinite ones. The vertex must not be hidden.
     pub fn star(&self, vertex: u32, out: &mut Vec<u32>) {
         out.clear();
         out.push(self.incident[vertex as usize + 1]);

@@ -34,6 +34,22 @@
 //! stored, and only points within `2^40` of the origin are compared. So nothing overflows except distances to centres
 //! that are farther than any radius. Values of `g` below `2^-300` are rejected, so underflow affects no stored sphere.
 //!
+//! **Weights** ([`crate::site`]). Let `m` be the largest weight. A site at `x` with the weight `w` is a point at the height
+//! `s = sqrt(m - w)` above `x`, in one more dimension. Spheres have their centres at height 0, and all the above holds for
+//! `(x, s)` in place of `x`, with these changes:
+//! - The inverse image of a vertex at `r` from the site is `r / l`, where `l = |r|^2 - d` and `d` is the difference of the
+//!   weights. It is used only if `|r|^2 + |d| <= 64 |l|`, and if no coordinate of `r` is less than half the difference of
+//!   high parts, so that images have differences with errors of `6 u`. Then `l` has an error of at most `15 u` times 64, and
+//!   the inverse image `24 u` times 64. So the constants of steps 1 and 2 grow by `192`, and step 3 asks for
+//!   `|g| > 2^-10 L^3`.
+//! - The radius is the length of `n / 2g` and `s`.
+//! - Squared heights are added after rounding. The errors of step 6 grow by `h d'^2 + h r^2`, to at most `9.02 h r^2` and
+//!   `13 h` times the bound, which step 7 covers.
+//!
+//! A ball contains the sites of weight at most `m` that conflict with its cell. The high part of an image at `x` is within
+//! `u |x|` of it. The bound on radii includes this for points in the extent of the frame, and the margin of `32 h` for those
+//! beyond.
+//!
 //! **Work.** O(1) for each sphere and each test.
 //!
 //! **Departures.** The origin is the median of a sample. Any origin would be correct. If the origin lies where points
@@ -59,6 +75,12 @@ const TINY: f64 = power_of_two(-140);
 
 /// The square of the smallest `|g|` of a stored sphere, relative to `L^3` (in the plane, `L^2`).
 const FLATTEST: f64 = power_of_two(-36);
+/// The same for points with weights.
+const FLATTEST_WEIGHTED: f64 = power_of_two(-20);
+/// The largest distance of an image from its high part, relative to the largest coordinate, with a margin.
+const LOW: f64 = 4.0 * f64::EPSILON;
+/// The largest ratio of `|r|^2 + |d|` to `|l|` for which an inverse image is used.
+const CANCELLATION: f64 = 64.0;
 /// The square of the smallest `|g|` of a stored sphere.
 const LEAST: f64 = power_of_two(-600);
 
@@ -85,6 +107,10 @@ pub(super) struct Frame<P> {
     scale: f64,
     /// Largest distance from the origin of a point that is compared with spheres, or a larger number.
     farthest: f64,
+    /// The largest weight; 0 without weights.
+    heaviest: f64,
+    /// Bound on the distance of an image from its high part; 0 without weights.
+    low: f64,
 }
 
 /// A point in the form that is compared with spheres.
@@ -94,8 +120,11 @@ pub(super) struct Query<P> {
     at: P,
     /// The point in single precision, padded with zeros.
     rounded: Vec4,
-    /// The part of the bound that is independent of the sphere; NaN if the point is too far from the origin.
+    /// The part of the bound that is independent of the sphere; NaN if the point is too far from the origin, or heavier
+    /// than the heaviest site of the frame.
     slack: f32,
+    /// The squared height that the weight gives to the point; 0 without weights.
+    height2: f64,
 }
 
 /// The inverse image of a vertex in the unit sphere around another vertex, and the squared length of the image. NaN for
@@ -129,8 +158,9 @@ impl Power {
 }
 
 impl<P: Point> Frame<P> {
-    /// Creates the coordinate system for a triangulation of `points`, which are finite.
-    pub(super) fn over(points: &[P]) -> Self {
+    /// Creates the coordinate system for a triangulation of `points`, which are finite. Balls contain conflicting points
+    /// of weight at most `heaviest`.
+    pub(super) fn over(points: &[P], heaviest: f64) -> Self {
         let (mut origin, mut typical) = (P::default(), 0.0f64);
         let step = points.len().div_ceil(SAMPLE).max(1);
         for i in 0..P::DIM {
@@ -145,10 +175,13 @@ impl<P: Point> Frame<P> {
                 typical = typical.max(distance(&sample[most]));
             }
         }
-        let mut extent = 0.0f64;
+        let (mut extent, mut largest) = (0.0f64, 0.0f64);
         for p in points {
             for i in 0..P::DIM {
                 extent = extent.max((p.coord(i) - origin.coord(i)).abs());
+                if P::IS_WEIGHTED {
+                    largest = largest.max(p.coord(i).abs());
+                }
             }
         }
         let unit = if extent > typical * FAR_POINTS { typical } else { extent };
@@ -156,7 +189,7 @@ impl<P: Point> Frame<P> {
         let scale = f64::from_bits((2046 - exponent) << 52);
         // This is half the diagonal of the cube that contains the points, with a margin for rounding.
         let farthest = extent * scale * (P::DIM as f64).sqrt() * (1.0 + 1e-9);
-        Frame { origin, scale, farthest: farthest.min(FARTHEST) }
+        Frame { origin, scale, farthest: farthest.min(FARTHEST), heaviest, low: LOW * largest }
     }
 
     /// Extends the system to contain one more point.
@@ -176,7 +209,8 @@ impl<P: Point> Frame<P> {
     #[inline]
     pub(super) fn radius_bound(&self, sphere: &P::Cell) -> f64 {
         let radius = f64::from(Self::rounded_radius(sphere));
-        (radius * (1.0 + 32.0 * SINGLE) + 2.0 * FAR * self.farthest + 2.0 * TINY) / self.scale
+        let bound = (radius * (1.0 + 32.0 * SINGLE) + 2.0 * FAR * self.farthest + 2.0 * TINY) / self.scale;
+        if P::IS_WEIGHTED { bound + self.low } else { bound }
     }
 
     /// Returns the rounded radius of a sphere without its marks; NaN for a cell without a sphere.
@@ -189,6 +223,7 @@ impl<P: Point> Frame<P> {
     /// is no such radius. No stored radius is 0. The margin covers the roundings of both.
     pub(super) fn radius_within(&self, across: f64) -> f32 {
         let margin = (2.0 * FAR * self.farthest + 2.0 * TINY) * (1.0 + SINGLE);
+        let across = if P::IS_WEIGHTED { across - 2.0 * self.low } else { across };
         let most = (0.5 * across * self.scale - margin) / (1.0 + 32.0 * SINGLE);
         ((most * (1.0 - 2.0 * SINGLE)) as f32).max(0.0)
     }
@@ -201,17 +236,37 @@ impl<P: Point> Frame<P> {
         for (i, x) in rounded[..P::DIM].iter_mut().enumerate() {
             *x = at.coord(i) as f32;
         }
-        let distance = at.norm2().sqrt();
-        let slack = if distance < FARTHEST { (FAR * distance + TINY) as f32 } else { f32::NAN };
-        Query { at, rounded: Vec4::from_array(rounded), slack }
+        let height2 =
+            if P::IS_WEIGHTED { (self.heaviest - q.weight()) * self.scale * self.scale } else { 0.0 };
+        let distance = if P::IS_WEIGHTED { (at.norm2() + height2).sqrt() } else { at.norm2().sqrt() };
+        let is_near = distance < FARTHEST && (!P::IS_WEIGHTED || height2 >= 0.0);
+        let slack = if is_near { (FAR * distance + TINY) as f32 } else { f32::NAN };
+        Query { at, rounded: Vec4::from_array(rounded), slack, height2 }
     }
 
     /// Returns the inverse image of `to` in the unit sphere around `from`, in the coordinates of the spheres.
     #[inline]
     pub(super) fn inverse(&self, from: P, to: P) -> Inverse<P> {
         let rel = (to - from) * self.scale;
+        if P::IS_WEIGHTED {
+            let cancels =
+                |i: usize| (to.coord(i) - from.coord(i)).abs() * self.scale > 2.0 * rel.coord(i).abs();
+            let is_accurate = from.largest_low().max(to.largest_low()) == 0.0 || !(0..P::DIM).any(cancels);
+            let drop = if is_accurate { to.weight() - from.weight() } else { f64::NAN };
+            return self.weighted_inverse(rel, drop);
+        }
         let length2 = 1.0 / rel.norm2();
         Inverse { at: rel * length2, length2 }
+    }
+
+    /// Returns the inverse image of a vertex at `rel`, in the coordinates of the spheres, whose weight is larger by `drop`.
+    #[inline]
+    fn weighted_inverse(&self, rel: P, drop: f64) -> Inverse<P> {
+        let (square, drop) = (rel.norm2(), drop * self.scale * self.scale);
+        let lift = square - drop;
+        let is_accurate = square + drop.abs() <= CANCELLATION * lift.abs();
+        let factor = if is_accurate { 1.0 / lift } else { f64::NAN };
+        Inverse { at: rel * factor, length2: square * factor * factor }
     }
 
     /// Returns the circumsphere of a cell in the coordinates of the points: the centre, and the square of a radius
@@ -243,7 +298,8 @@ impl<P: Point> Query<P> {
         let sphere = Vec4::from_array(sphere.map(f32::from_bits));
         let x = sphere - self.rounded;
         let [a, b, c, d] = (x * x).to_array();
-        let value = if P::DIM == 2 { (a + b) - c } else { (a + b) + (c - d) };
+        let planar = if P::IS_WEIGHTED { (a + b) + self.height2 as f32 } else { a + b };
+        let value = if P::DIM == 2 { planar - c } else { planar + (c - d) };
         let radius = sphere[P::DIM].abs();
         let t = radius * WIDE + self.slack;
         Power { value, bound: t * (radius + radius + t) }
@@ -262,8 +318,13 @@ impl<P: Point> Query<P> {
         }
         let half = 0.5 / height;
         let from = normal * half;
-        let radius = normal.norm2().sqrt() * half.abs();
-        let flat2 = if P::DIM == 2 { FLATTEST * longest2 } else { FLATTEST * longest2 * longest2 };
+        let radius = if P::IS_WEIGHTED {
+            (from.norm2() + self.height2).sqrt()
+        } else {
+            normal.norm2().sqrt() * half.abs()
+        };
+        let flattest = if P::IS_WEIGHTED { FLATTEST_WEIGHTED } else { FLATTEST };
+        let flat2 = if P::DIM == 2 { flattest * longest2 } else { flattest * longest2 * longest2 };
         let flat2 = flat2 * longest2;
         let height2 = height * height;
         let is_valid = (height2 > flat2) & (height2 > LEAST) & (radius > SMALLEST) & (radius < LARGEST);

@@ -1,5 +1,6 @@
 //! The incremental triangulation: construction, and insertion of points in a given order.
 
+use super::cavity::conflicts;
 use super::cells::Cells;
 use super::operations::Operations;
 use super::order::insertion_order;
@@ -9,8 +10,9 @@ use thiserror::Error;
 
 use crate::complex::{INFINITE, NONE};
 use crate::cost::Cost;
-use crate::point::{Point, Simplex};
+use crate::point::{Point, Simplex, lex_cmp};
 use crate::predicates::{ExactTests, Sign, orientation, raises_dimension};
+use crate::simd::larger;
 
 /// The reason why a triangulation failed.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
@@ -43,7 +45,8 @@ pub enum IncrementalError {
     TooMany,
 }
 
-/// A Delaunay triangulation to which points can be added. Vertices are indices of points.
+/// A Delaunay triangulation to which points can be added; of points with weights, a regular triangulation
+/// ([`crate::site`]). Vertices are indices of points. Hidden sites have an index, but no cells.
 #[derive(Clone, Debug)]
 pub struct Incremental<P: Point> {
     pub(super) points: Vec<P>,
@@ -112,13 +115,17 @@ impl<P: Point> Incremental<P> {
             return Self::build_in_place(points, vertices, go_on);
         };
         clean(&mut points)?;
-        let sorted = order.iter().map(|&i| points[i as usize]).collect();
-        let mut this = Self::in_place(sorted, 0..order.len() as u32, go_on).map_err(|error| match error {
-            IncrementalError::Coincident { point, vertex } => {
-                IncrementalError::Coincident { point: order[point as usize], vertex: order[vertex as usize] }
-            }
-            other => other,
-        })?;
+        let (sorted, heaviest) = (order.iter().map(|&i| points[i as usize]).collect(), heaviest(&points));
+        let mut this =
+            Self::in_place((sorted, heaviest), 0..order.len() as u32, go_on).map_err(
+                |error| match error {
+                    IncrementalError::Coincident { point, vertex } => IncrementalError::Coincident {
+                        point: order[point as usize],
+                        vertex: order[vertex as usize],
+                    },
+                    other => other,
+                },
+            )?;
         this.rename(points, order);
         Ok(this)
     }
@@ -136,12 +143,29 @@ impl<P: Point> Incremental<P> {
         go_on: &mut dyn FnMut(u64) -> bool,
     ) -> Result<Self, IncrementalError> {
         clean(&mut points)?;
-        Self::in_place(points, order, go_on)
+        let heaviest = heaviest(&points);
+        Self::in_place((points, heaviest), order, go_on)
     }
 
-    /// Triangulates points that [`clean`] has processed, without copying them.
+    /// Triangulates as [`Incremental::build_in_place`] does. Balls and radii then hold for later points of weight at most
+    /// `heaviest`, or the largest weight of `points` if that is larger.
+    ///
+    /// # Errors
+    ///
+    /// Returns the errors of [`Incremental::build_while`].
+    pub fn build_below(
+        (mut points, heaviest): (Vec<P>, f64),
+        order: impl IntoIterator<Item = u32>,
+        go_on: &mut dyn FnMut(u64) -> bool,
+    ) -> Result<Self, IncrementalError> {
+        clean(&mut points)?;
+        let heaviest = larger(heaviest, self::heaviest(&points));
+        Self::in_place((points, heaviest), order, go_on)
+    }
+
+    /// Triangulates points that [`clean`] has processed, without copying them. Their weights are at most `heaviest`.
     fn in_place(
-        points: Vec<P>,
+        (points, heaviest): (Vec<P>, f64),
         order: impl IntoIterator<Item = u32>,
         go_on: &mut dyn FnMut(u64) -> bool,
     ) -> Result<Self, IncrementalError> {
@@ -155,7 +179,7 @@ impl<P: Point> Incremental<P> {
         incident[0] = 0;
         let mut this = Incremental {
             incident,
-            frame: Frame::over(&points),
+            frame: Frame::over(&points, heaviest),
             cells: Cells::with_capacity(room * expected_cells(P::DIM)),
             last: 0,
             scratch: Scratch::default(),
@@ -225,7 +249,7 @@ impl<P: Point> Incremental<P> {
         self.points = points;
     }
 
-    /// Inserts a point and returns its vertex. The walk starts at the cell `hint` if it is live, and otherwise at the
+    /// Inserts a point and returns its vertex, which may be hidden ([`Incremental::is_hidden`]). The walk starts at the cell `hint` if it is live, and otherwise at the
     /// last cell created.
     ///
     /// # Errors
@@ -234,7 +258,7 @@ impl<P: Point> Incremental<P> {
     /// triangulation is then unchanged.
     pub fn insert(&mut self, p: P, hint: Option<u32>) -> Result<u32, IncrementalError> {
         let vertex = self.points.len() as u32;
-        self.insert_if_adjacent(p, hint, INFINITE).map(|_| vertex)
+        self.insert_or_skip(p, hint, INFINITE).map(|_| vertex)
     }
 
     /// Inserts a point as [`Incremental::insert`] does, if a neighbour of the new vertex is below `bound` or the
@@ -242,7 +266,8 @@ impl<P: Point> Incremental<P> {
     ///
     /// A point that is skipped never becomes a neighbour of a vertex below `bound`. A Delaunay edge persists if other
     /// points are removed, so the two would already be neighbours now. Points with a large cavity are inserted
-    /// because points in an empty region would otherwise all search the same large cells.
+    /// because points in an empty region would otherwise all search the same large cells. A hidden point is skipped,
+    /// because it stays hidden if points are added.
     ///
     /// # Errors
     ///
@@ -254,6 +279,14 @@ impl<P: Point> Incremental<P> {
         bound: u32,
     ) -> Result<Option<u32>, IncrementalError> {
         let vertex = self.points.len() as u32;
+        let is_inserted = self.insert_or_skip(p, hint, bound)?;
+        Ok(is_inserted.then_some(vertex))
+    }
+
+    /// Inserts a point. Returns `false` if it is hidden, or if [`Incremental::insert_if_adjacent`] skips it. A hidden point
+    /// keeps its index if `bound` is [`INFINITE`].
+    fn insert_or_skip(&mut self, p: P, hint: Option<u32>, bound: u32) -> Result<bool, IncrementalError> {
+        let vertex = self.points.len() as u32;
         if self.points.len() >= MOST_POINTS {
             return Err(IncrementalError::TooMany);
         }
@@ -262,15 +295,16 @@ impl<P: Point> Incremental<P> {
         self.points.push(p);
         self.incident.push(NONE);
         let done = self.insert_vertex(vertex, self.start_of(hint), bound);
-        if done != Ok(true) {
+        let keeps_index = done.is_ok_and(|is_inserted| is_inserted || bound == INFINITE);
+        if !keeps_index {
             self.points.pop();
             self.incident.pop();
         }
-        done.map(|is_adjacent| is_adjacent.then_some(vertex))
+        done
     }
 
     /// Inserts points in the order of [`insertion_order`] and returns the vertex of each: a new one, or the existing
-    /// one with the same coordinates. Each walk starts at the previous point. New vertices are numbered in the order of
+    /// one with the same coordinates, whatever its weight. Each walk starts at the previous point. New vertices are numbered in the order of
     /// insertion. `go_on` is called every [`STOP_CHECK_INTERVAL`] points.
     ///
     /// # Errors
@@ -315,8 +349,8 @@ impl<P: Point> Incremental<P> {
         std::mem::take(&mut self.operations)
     }
 
-    /// Inserts a vertex, if one of its neighbours will be below `bound` or its cavity is large. Returns `true` if it
-    /// was inserted.
+    /// Inserts a vertex, if it is not hidden, and one of its neighbours will be below `bound` or its cavity is large.
+    /// Returns `true` if it was inserted.
     fn insert_vertex(&mut self, vertex: u32, start: u32, bound: u32) -> Result<bool, IncrementalError> {
         if self.cells.slots() > MOST_CELLS {
             return Err(IncrementalError::TooMany);
@@ -333,13 +367,15 @@ impl<P: Point> Incremental<P> {
         if !certain {
             // Only the cell that contains a point can have it as a vertex.
             for &v in self.cells.cell(seed).as_ref() {
-                if v != INFINITE && self.points[v as usize] == q {
+                if v != INFINITE && lex_cmp(&self.points[v as usize], &q).is_eq() {
                     self.operations.exact += exact.since();
                     return Err(IncrementalError::Coincident { point: vertex, vertex: v });
                 }
             }
         }
-        let is_inserted = self.replace(vertex, &query, seed, bound);
+        // Without weights, the cell that contains a point is in conflict with it.
+        let is_hidden = P::IS_WEIGHTED && !certain && !conflicts(&self.cells.slots, &self.points, seed, q);
+        let is_inserted = !is_hidden && self.replace(vertex, &query, seed, bound);
         self.operations.exact += exact.since();
         Ok(is_inserted)
     }
@@ -349,6 +385,14 @@ impl<P: Point> Incremental<P> {
 /// Reserved memory that is never written is not used.
 fn expected_cells(dimension: usize) -> usize {
     if dimension == 2 { 2 } else { 7 }
+}
+
+/// Returns the largest weight; 0 without weights, or without points.
+fn heaviest<P: Point>(points: &[P]) -> f64 {
+    if !P::IS_WEIGHTED {
+        return 0.0;
+    }
+    points.iter().map(P::weight).reduce(f64::max).unwrap_or(0.0)
 }
 
 /// Replaces `-0.0` by `0.0` everywhere, and checks that all coordinates are finite.
@@ -367,5 +411,5 @@ fn cleaned<P: Point>(mut p: P) -> Option<P> {
         }
         p.set_coord(i, p.coord(i) + 0.0);
     }
-    Some(p)
+    p.weight().is_finite().then_some(p)
 }

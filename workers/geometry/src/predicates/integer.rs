@@ -19,6 +19,10 @@
 //! | single | `b <= 62`: 320 bits | `b <= 62`: 256 bits | `b <= 62`: 192 or 128 bits |
 //! | double | `b <= 126`: 640 bits | `b <= 126`: 512 bits | `b <= 126`: 384 or 256 bits |
 //!
+//! **Weights.** Drops ([`super::weighted`]) are integers of at most `2^(2b)` in units of the squared lattice. Then lifts lie
+//! below `2^(2b + 2)`, and determinants below `2^(5b + 6.6)` and `2^(4b + 4.2)`. These fit the same limbs. A third width
+//! of 7 limbs, for differences of up to 446 bits, covers the range that [`crate::range`] admits.
+//!
 //! **Work.** At most 72 products (in-sphere). A product takes 1, 2 to 6, or 4 to 24 multiplications of limbs in the
 //! three widths.
 //!
@@ -48,9 +52,13 @@ pub(super) fn rows<P: Point, const D: usize>(
 ) -> [Row<D>; 4] {
     let mut rows = [[Int([0; D]); 3]; 4];
     for axis in 0..P::DIM {
-        let base = integer(q.coord(axis));
+        let place = |p: &P| {
+            let high = integer(p.coord(axis));
+            if P::IS_WEIGHTED { high.plus(integer(p.low(axis))) } else { high }
+        };
+        let base = place(&q);
         for (row, p) in rows.iter_mut().zip(points) {
-            row[axis] = integer(p.coord(axis)).minus(base);
+            row[axis] = place(p).minus(base);
         }
     }
     rows
@@ -79,16 +87,38 @@ fn lift<const D: usize, const L: usize>(a: &Row<D>, dimension: usize) -> Int<L> 
     if dimension == 2 { planar } else { planar.plus(square(a[2])) }
 }
 
-fn in_circle<const D: usize, const M: usize, const N: usize>([a, b, c, _]: &[Row<D>; 4]) -> Signs {
+/// The amounts by which the lifts of the corners are lowered.
+pub(super) type Drops<const L: usize> = Option<[Int<L>; 4]>;
+
+/// Computes the product of a cofactor and the lift of corner `i`, which is lowered if there are drops.
+#[inline]
+fn term<const D: usize, const M: usize, const C: usize, const N: usize>(
+    cofactor: Int<C>,
+    (i, row): (usize, &Row<D>),
+    drops: &Drops<M>,
+    dimension: usize,
+) -> Int<N> {
+    let square = lift::<D, M>(row, dimension);
+    match drops {
+        None => cofactor.times_natural::<M, N>(square),
+        Some(drops) => cofactor.times::<M, N>(square.minus(drops[i])),
+    }
+}
+
+pub(super) fn in_circle<const D: usize, const M: usize, const N: usize>(
+    [a, b, c, _]: &[Row<D>; 4],
+    drops: &Drops<M>,
+) -> Signs {
     let cofactors = [minor::<D, M>(b, c), minor(c, a), minor(a, b)];
-    let term = |i: usize, row: &Row<D>| cofactors[i].times_natural::<M, N>(lift::<D, M>(row, 2));
+    let term = |i: usize, row: &Row<D>| term::<D, M, M, N>(cofactors[i], (i, row), drops, 2);
     let det = term(0, a).plus(term(1, b)).plus(term(2, c));
     let [first, second, third] = cofactors.map(Int::sign);
     Signs { det: det.sign(), cofactors: [first, second, third, Sign::Zero] }
 }
 
-fn in_sphere<const D: usize, const M: usize, const C: usize, const N: usize>(
+pub(super) fn in_sphere<const D: usize, const M: usize, const C: usize, const N: usize>(
     [a, b, c, d]: &[Row<D>; 4],
+    drops: &Drops<M>,
 ) -> Signs {
     let (ab, bc, cd) = (minor::<D, M>(a, b), minor(b, c), minor(c, d));
     let (da, ac, bd) = (minor(d, a), minor(a, c), minor(b, d));
@@ -98,9 +128,9 @@ fn in_sphere<const D: usize, const M: usize, const C: usize, const N: usize>(
     // Row (c, d, a): the minor of its first and last entry is ca = -ac. The others are analogous.
     let cda = det3::<D, M, C>((c, da), (d, zero.minus(ac)), (a, cd));
     let dab = det3::<D, M, C>((d, ab), (a, zero.minus(bd)), (b, da));
-    let term = |cofactor: Int<C>, row: &Row<D>| cofactor.times_natural::<M, N>(lift::<D, M>(row, 3));
-    let inside = term(bcd, a).plus(term(dab, c));
-    let outside = term(cda, b).plus(term(abc, d));
+    let term = |cofactor: Int<C>, i: usize, row: &Row<D>| term::<D, M, C, N>(cofactor, (i, row), drops, 3);
+    let inside = term(bcd, 0, a).plus(term(dab, 2, c));
+    let outside = term(cda, 1, b).plus(term(abc, 3, d));
     let det = inside.minus(outside).sign();
     Signs { det, cofactors: [bcd.sign(), cda.sign().opposite(), dab.sign(), abc.sign().opposite()] }
 }
@@ -142,15 +172,15 @@ pub(super) fn conflict<P: Point>(cell: &[P], q: P, reach: f64) -> Option<Signs> 
 }
 
 pub(super) fn conflict_narrow<P: Point>(rows: &[Row<1>; 4]) -> Signs {
-    if P::DIM == 2 { in_circle::<1, 1, 2>(rows) } else { in_sphere::<1, 1, 2, 2>(rows) }
+    if P::DIM == 2 { in_circle::<1, 1, 2>(rows, &None) } else { in_sphere::<1, 1, 2, 2>(rows, &None) }
 }
 
 pub(super) fn conflict_single<P: Point>(rows: &[Row<1>; 4]) -> Signs {
-    if P::DIM == 2 { in_circle::<1, 2, 4>(rows) } else { in_sphere::<1, 2, 3, 5>(rows) }
+    if P::DIM == 2 { in_circle::<1, 2, 4>(rows, &None) } else { in_sphere::<1, 2, 3, 5>(rows, &None) }
 }
 
 pub(super) fn conflict_double<P: Point>(rows: &[Row<2>; 4]) -> Signs {
-    if P::DIM == 2 { in_circle::<2, 4, 8>(rows) } else { in_sphere::<2, 4, 6, 10>(rows) }
+    if P::DIM == 2 { in_circle::<2, 4, 8>(rows, &None) } else { in_sphere::<2, 4, 6, 10>(rows, &None) }
 }
 
 pub(super) fn orient<const D: usize, const M: usize, const C: usize>(

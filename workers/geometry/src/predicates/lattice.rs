@@ -34,9 +34,9 @@ fn last_place(x: f64) -> i32 {
     if x == 0.0 { NONE } else { biased.max(1) - 1075 }
 }
 
-/// Returns the exponent of the lowest set bit of `x`; [`NONE`] if `x` is zero.
+/// Returns the exponent of the lowest set bit of `x`; a number above all exponents if `x` is zero.
 #[inline]
-fn lowest_bit(x: f64) -> i32 {
+pub(super) fn unit_of(x: f64) -> i32 {
     let (significand, exponent) = parts(x);
     if significand == 0 { NONE } else { exponent + significand.trailing_zeros() as i32 }
 }
@@ -47,6 +47,9 @@ fn lowest<P: Point>(points: &[P], of: impl Fn(f64) -> i32) -> i32 {
     for p in points {
         for i in 0..P::DIM {
             lowest = lowest.min(of(p.coord(i)));
+            if P::IS_WEIGHTED {
+                lowest = lowest.min(of(p.low(i)));
+            }
         }
     }
     lowest
@@ -61,7 +64,7 @@ pub(super) fn quick_unit<P: Point>(points: &[P]) -> i32 {
 /// Returns the exponent of the largest unit of `points`: the lowest set bit of all their coordinates.
 #[inline]
 pub(super) fn largest_unit<P: Point>(points: &[P]) -> i32 {
-    lowest(points, lowest_bit)
+    lowest(points, unit_of)
 }
 
 /// Returns the number of bits of differences up to `reach`, in units of `2^unit`: the differences lie below

@@ -24,6 +24,9 @@
 //!    (grids). Otherwise `integer`: integers of 128 to 640 bits, as the digits of the call require.
 //! 3. `expansion`: expansions of doubles, within the range that [`crate::range`] admits.
 //! 4. `tie`: the perturbation, from the cofactors of the stage that found a zero.
+//!
+//! With weights ([`crate::site`]), the height of a point is `|p|^2 - w`. The filter knows weights and images, and integers
+//! (`weighted`) replace stages 2 and 3.
 
 mod count;
 mod expansion;
@@ -31,6 +34,7 @@ mod integer;
 mod lattice;
 mod sign;
 mod tie;
+mod weighted;
 mod wide;
 
 use std::cmp::Ordering;
@@ -43,6 +47,7 @@ pub use sign::Sign;
 pub use crate::filter;
 use crate::filter::Rounded;
 use crate::point::{Point, lex_cmp};
+use crate::site::Weighted;
 
 /// Computes the orientation of `DIM + 1` points: positive for counter-clockwise triangles and for tetrahedra with
 /// `((p1-p0) x (p2-p0)) . (p3-p0) > 0`.
@@ -67,6 +72,9 @@ fn exact_orientation<P: Point>(cell: &[P]) -> Sign {
     count::exact_test();
     // The determinant is recomputed, because passing it would slow down the calls that the filter decides.
     let rounded = P::rounded_orientation(cell);
+    if P::IS_WEIGHTED {
+        return weighted::orientation(cell, rounded.reach);
+    }
     if lattice::is_exact(cell, rounded.reach, EXACT_ORIENTATION[P::DIM - 2]) {
         return Sign::of(rounded.det);
     }
@@ -76,8 +84,9 @@ fn exact_orientation<P: Point>(cell: &[P]) -> Sign {
     expansion::orientation(cell)
 }
 
-/// Returns `true` if `q` lies inside the perturbed circumsphere of the positively oriented `cell`. The points must be
-/// distinct; then the perturbation breaks every tie.
+/// Returns `true` if `q` lies inside the perturbed circumsphere of the positively oriented `cell`; with weights, if `q`
+/// lies below the perturbed hyperplane through the lifted corners. The positions must be distinct; then the perturbation
+/// breaks every tie.
 ///
 /// Not inlined, because the filter would run out of registers among the variables of a caller.
 #[inline(never)]
@@ -103,6 +112,9 @@ fn exact_in_sphere<P: Point>(cell: &[P], q: P, rounded: &Rounded) -> bool {
 }
 
 fn in_sphere_signs<P: Point>(cell: &[P], q: P, rounded: &Rounded) -> Signs {
+    if P::IS_WEIGHTED {
+        return weighted::conflict(cell, q, rounded.reach);
+    }
     let digits = EXACT_IN_SPHERE[P::DIM - 2];
     if lattice::is_exact(&[q], rounded.reach, digits) && lattice::is_exact(cell, rounded.reach, digits) {
         return Signs { det: Sign::of(rounded.det), cofactors: rounded.cofactors.map(Sign::of) };
@@ -181,6 +193,10 @@ pub fn raises_dimension<P: Point>(basis: &[P], q: P) -> bool {
             orientation(&cell[..=n]) != Sign::Zero
         }
         // A line in space: three points are collinear iff their three coordinate projections are.
+        _ if P::IS_WEIGHTED => [(0, 1), (1, 2), (2, 0)].iter().any(|&(i, j)| {
+            let at = |p: &P| Weighted::projected(p, [i, j]);
+            orientation(&[at(&basis[0]), at(&basis[1]), at(&q)]) != Sign::Zero
+        }),
         _ => [(0, 1), (1, 2), (2, 0)].iter().any(|&(i, j)| {
             let at = |p: &P| DVec2::new(p.coord(i), p.coord(j));
             orientation(&[at(&basis[0]), at(&basis[1]), at(&q)]) != Sign::Zero

@@ -15,6 +15,7 @@ use crate::ids::{NodeId, Rank};
 const COLUMNS: &str = "its arrays do not fit together";
 const RANK: &str = "it names a rank that does not exist";
 const PLACE: &str = "it has a coordinate outside the exact range";
+const WEIGHT: &str = "it has a weight that is not a number";
 const RADIUS: &str = "it has a radius that is not a number";
 const COUNT: &str = "it counts more than a run can contain";
 const POINT: &str = "it names a point that it does not contain";
@@ -215,6 +216,9 @@ impl<P: Point> Body<P> {
     fn defect_of_input(&self, ranks: u32) -> Option<&'static str> {
         match self {
             Body::Survey(survey) => survey.defect(),
+            Body::Sites(sites) => {
+                of_counts(&[sites.hidden]).or_else(|| unless(!sites.heaviest.is_nan(), WEIGHT))
+            }
             Body::Candidates(points) => points.defect_in_transit(ranks),
             Body::Repeated { keys, first } => unless(keys.len() == first.len(), COLUMNS),
             Body::Start { population, frame } => of_counts(&[population.count])
@@ -247,6 +251,7 @@ mod tests {
 
     use super::*;
     use crate::codec::Bulk;
+    use crate::message::SiteTotals;
 
     const RANKS: u32 = 4;
 
@@ -402,6 +407,13 @@ mod tests {
                 change!(Body::Totals(totals) => totals.cells = MOST),
                 change!(Body::Totals(totals) => totals.hull_facets = u64::MAX),
                 change!(Body::Totals(totals) => totals.left_out = MOST),
+            ],
+        );
+        refuses(
+            &Body::Sites(SiteTotals::default()),
+            &[
+                change!(Body::Sites(sites) => sites.hidden = MOST),
+                change!(Body::Sites(sites) => sites.heaviest = f64::NAN),
             ],
         );
         refuses(

@@ -117,6 +117,29 @@ impl Survey {
     }
 }
 
+/// The sites of some ranks: points with weights.
+#[derive(Clone, Copy, Debug, PartialEq, Encode, Decode)]
+pub struct SiteTotals {
+    /// The largest weight; negative infinity without sites.
+    pub heaviest: f64,
+    /// Number of hidden sites: of those under a heavier site at the same position, or of all others.
+    pub hidden: u64,
+}
+
+impl Default for SiteTotals {
+    fn default() -> Self {
+        SiteTotals { heaviest: f64::NEG_INFINITY, hidden: 0 }
+    }
+}
+
+impl SiteTotals {
+    /// Returns the totals of two disjoint sets of sites.
+    #[must_use]
+    pub fn join(self, other: SiteTotals) -> Self {
+        SiteTotals { heaviest: self.heaviest.max(other.heaviest), hidden: self.hidden + other.hidden }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,7 +3,7 @@
 use super::Body;
 
 /// The names of all kinds, in the order of [`Body`].
-pub const KINDS: [&str; 45] = [
+pub const KINDS: [&str; 46] = [
     "survey",
     "keys",
     "alike",
@@ -49,6 +49,7 @@ pub const KINDS: [&str; 45] = [
     "totals",
     "work-items",
     "work-counts",
+    "sites",
 ];
 
 impl<P> Body<P> {
@@ -100,6 +101,7 @@ impl<P> Body<P> {
             Body::Totals(_) => "totals",
             Body::WorkItems { .. } => "work-items",
             Body::WorkCounts(_) => "work-counts",
+            Body::Sites(_) => "sites",
         }
     }
 }

@@ -1,13 +1,13 @@
 //! The merged result of a subproblem, and the sums by which the certificate identifies points and cells.
 
 use bincode::{Decode, Encode};
-use septet_geometry::hash::mix;
+use septet_geometry::hash::{hash_of_site, mix};
 use septet_geometry::point::Point;
 
 /// The merged result of a subproblem: the union of the results of its children.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Encode, Decode)]
 pub struct Merged {
-    /// Stars with a finite cell, built by the exact kernel.
+    /// Stars with a finite cell, and hidden sites, both by the exact kernel.
     pub stars: u64,
     /// Finite cells whose lexicographically smallest vertex the subproblem owns.
     pub cells: u64,
@@ -35,14 +35,17 @@ pub struct Merged {
 pub struct PointSum {
     /// Number of points.
     pub count: u64,
-    /// The sum of the hashes of input index and coordinates.
+    /// The sum of the hashes of input index and coordinates, and those of weights and low parts.
     pub hash: u64,
 }
 
 impl PointSum {
     /// Returns the sum over points, given as pairs of input index and position.
     pub fn of<P: Point>(points: impl Iterator<Item = (u64, P)>) -> Self {
-        let hash = |(id, x): (u64, P)| (0..P::DIM).fold(mix(0, id), |h, i| mix(h, x.coord(i).to_bits()));
+        let hash = |(id, x): (u64, P)| {
+            let place = (0..P::DIM).fold(mix(0, id), |h, i| mix(h, x.coord(i).to_bits()));
+            if P::IS_WEIGHTED { mix(place, hash_of_site(x)) } else { place }
+        };
         points.fold(PointSum::default(), |sum, point| sum.join(PointSum { count: 1, hash: hash(point) }))
     }
 

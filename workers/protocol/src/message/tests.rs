@@ -38,6 +38,7 @@ fn encoded_len_is_exact_and_messages_round_trip() {
         },
         Body::Merged(Merged { cells: 4, ..Merged::default() }),
         Body::Totals(Box::new(Totals { cell_hash: 5, balance: u64::MAX, ..Totals::default() })),
+        Body::Sites(SiteTotals { heaviest: -0.5, hidden: 7 }),
         Body::Outcome(crate::outcome::Outcome::GatherUnresolved),
         Body::Joined(Bulk(vec![7, 1 << 40])),
         Body::Left(Bulk(Vec::new())),

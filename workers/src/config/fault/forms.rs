@@ -69,6 +69,6 @@ pub const FAULTS: [FaultForm; 29] = [
     form("panic:RANK:PHASE", "The worker panics when the phase begins."),
     form(
         "flip:KIND:SEED",
-        "One bit of one message of this kind is flipped before it is sent. KIND is survey, keys, alike, candidates, repeated, start, plan, samples, sphere, counts, decision, move, query, answer, summary, children, frame, sample-stars, choice, ghosts, splits, copies, reverse, items, set-counts, set-decision, crossings, lists, fingerprint, fingerprint-list, propose, object, joined, left, merged, outcome, gather, region, facets, across, branch-counts, branch-decision, totals, work-items or work-counts.",
+        "One bit of one message of this kind is flipped before it is sent. KIND is survey, keys, alike, candidates, repeated, start, plan, samples, sphere, counts, decision, move, query, answer, summary, children, frame, sample-stars, choice, ghosts, splits, copies, reverse, items, set-counts, set-decision, crossings, lists, fingerprint, fingerprint-list, propose, object, joined, left, merged, outcome, gather, region, facets, across, branch-counts, branch-decision, totals, work-items, work-counts or sites.",
     ),
 ];

@@ -75,7 +75,7 @@ fn compare<P: Point>(
     let mut number = 0;
     triangulation.each_cell(|_, cell| {
         let region =
-            crate::direct::subdomain_triangulation::conflict_region::<P>(cell, |v| points[v as usize]);
+            crate::direct::subdomain_triangulation::conflict_region::<P>(cell, 0.0, |v| points[v as usize]);
         let met = |s: &Shared<P>| reaches(s.split(), &region, 1 - s.mine());
         let levels = (0..path.len()).fold(0, |levels, i| levels | u64::from(met(&path[i])) << i);
         // The kernel's sphere may be slightly larger, never smaller.
@@ -114,7 +114,7 @@ fn all_are_found<P: Point>() {
         let others: Vec<u32> = (owned.len() as u32..all.len() as u32).collect();
         for others in [&[], &others[..]] {
             let Some(triangulation) =
-                SubdomainTriangulation::new(&all, owned.len() as u32, others, 0, &Stop::default())
+                SubdomainTriangulation::new(&all, (owned.len() as u32, 0.0), others, 0, &Stop::default())
             else {
                 continue;
             };

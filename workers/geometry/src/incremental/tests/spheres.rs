@@ -32,7 +32,7 @@ fn ask<P: Point>(random: &mut Draw, offset: f64, size: f64, off: f64, said: &mut
     }
     let mut around: Vec<P> = (0..7).map(|_| P::splat(0.0)).collect();
     around.push(P::splat(1.0));
-    let frame = Frame::over(&around);
+    let frame = Frame::over(&around, 0.0);
     let ends: Vec<_> = (1..4).map(|i| frame.inverse(corners[0], corners[i.min(P::DIM)])).collect();
     let sphere = frame.query(corners[0]).sphere([&ends[0], &ends[1], &ends[2]]);
     if sphere.as_ref()[P::DIM] == NO_SPHERE {

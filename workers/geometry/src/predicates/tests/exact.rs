@@ -45,10 +45,11 @@ pub fn sign_of(x: &BigInt) -> Sign {
 
 /// The differences between the points and `base`, row by row.
 fn differences<P: Point>(points: &[P], base: &P) -> Vec<Vec<BigInt>> {
-    let places = points.iter().chain([base]).flat_map(|p| (0..P::DIM).map(|i| p.coord(i)));
+    let places = points.iter().chain([base]).flat_map(|p| (0..P::DIM).flat_map(|i| [p.coord(i), p.low(i)]));
     let used = places.filter(|x| *x != 0.0).map(|x| i64::from((x.to_bits() >> 52) as u32 & 0x7ff));
     let below = used.map(|e| e.max(1) - 1).min().unwrap_or(0);
-    let row = |p: &P| (0..P::DIM).map(|i| big(p.coord(i), below) - big(base.coord(i), below)).collect();
+    let place = |p: &P, i: usize| big(p.coord(i), below) + big(p.low(i), below);
+    let row = |p: &P| (0..P::DIM).map(|i| place(p, i) - place(base, i)).collect();
     points.iter().map(row).collect()
 }
 
@@ -68,7 +69,22 @@ pub fn in_sphere_of(mut rows: Vec<Vec<BigInt>>) -> BigInt {
 }
 
 pub fn in_sphere<P: Point>(cell: &[P], q: P) -> Sign {
-    sign_of(&in_sphere_of(differences(cell, &q)))
+    if P::IS_WEIGHTED { weighted_in_sphere(cell, q) } else { sign_of(&in_sphere_of(differences(cell, &q))) }
+}
+
+/// The determinant of heights `|p|^2 - w`, in units of the smallest double.
+fn weighted_in_sphere<P: Point>(cell: &[P], q: P) -> Sign {
+    let place = |p: &P| (0..P::DIM).map(|i| big(p.coord(i), 0) + big(p.low(i), 0)).collect::<Vec<BigInt>>();
+    // Squares of lengths have the unit 2^-2148, and weights 2^-1074.
+    let height = |p: &P| place(p).iter().map(|x| x * x).sum::<BigInt>() - (big(p.weight(), 0) << 1074);
+    let mut rows: Vec<Vec<BigInt>> = Vec::new();
+    for p in cell.iter().chain([&q]) {
+        let mut row = place(p);
+        row.extend([height(p), BigInt::from(1)]);
+        rows.push(row);
+    }
+    let det = sign_of(&determinant(&rows));
+    if P::DIM == 2 { det } else { det.opposite() }
 }
 
 /// The cell with corner `i` replaced by `q`.

@@ -7,6 +7,7 @@ mod integers;
 mod samples;
 mod stages;
 mod ties;
+mod weighted;
 
 use glam::{DVec2, DVec3};
 

@@ -1,0 +1,177 @@
+//! Periodic boxes, as callers give them and for points of one dimension.
+
+use septet_geometry::point::Position;
+use septet_geometry::site::Weighted;
+
+use super::error::PeriodicError;
+
+/// A periodic box whose faces are perpendicular to the axes.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Periodic {
+    /// The length along each axis; `None` for an axis that is not periodic.
+    pub lengths: Vec<Option<f64>>,
+    /// The lower corner; empty for 0. Numbers of axes that are not periodic are not used.
+    pub origin: Vec<f64>,
+    /// Whether points outside of the box are admitted. They stand for their images in it.
+    pub wrap: bool,
+}
+
+impl Periodic {
+    /// Creates a box with these lengths, whose lower corner is 0.
+    pub fn of_lengths(lengths: &[f64]) -> Self {
+        Periodic::of(lengths.iter().map(|&length| Some(length)).collect())
+    }
+
+    /// Creates a box with these lengths, if the axes are periodic, whose lower corner is 0.
+    pub fn of(lengths: Vec<Option<f64>>) -> Self {
+        Periodic { lengths, ..Periodic::default() }
+    }
+
+    /// Returns the lower corner, if it was given.
+    pub(crate) fn corner(&self) -> Option<Vec<Option<f64>>> {
+        (!self.origin.is_empty()).then(|| self.origin.iter().map(|&number| Some(number)).collect())
+    }
+}
+
+/// A vector of whole numbers of lengths.
+pub(super) type Steps = [i32; 3];
+
+/// The largest number of lengths between a point and the box.
+const MOST_STEPS: f64 = (1u32 << 20) as f64;
+
+/// A periodic box for points of one dimension.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lattice {
+    /// The length along each axis; infinite for an axis that is not periodic, and for the third axis of the plane.
+    pub(super) lengths: [f64; 3],
+    pub(super) origin: [f64; 3],
+    wrap: bool,
+}
+
+impl Lattice {
+    /// Checks a box.
+    ///
+    /// # Errors
+    /// Fails if the box has another dimension, or if a number is not admitted.
+    pub(super) fn of(periodic: &Periodic, dimension: usize) -> Result<Self, PeriodicError> {
+        let Periodic { lengths: given, origin: corner, wrap } = periodic;
+        let check = |what, given: usize| {
+            let fits = given == dimension;
+            if fits { Ok(()) } else { Err(PeriodicError::Dimension { what, given, dimension }) }
+        };
+        check("periodic box", given.len())?;
+        if !corner.is_empty() {
+            check("origin of the periodic box", corner.len())?;
+        }
+        let (mut lengths, mut origin) = ([f64::INFINITY; 3], [0.0; 3]);
+        for (to, length) in lengths.iter_mut().zip(given).filter_map(|(to, length)| Some((to, (*length)?))) {
+            if !(length.is_normal() && length > 0.0) {
+                let (what, expected) = ("length of the periodic box", "a positive number");
+                return Err(PeriodicError::Number { what, value: length, expected });
+            }
+            *to = length;
+        }
+        for (to, &value) in origin.iter_mut().zip(corner) {
+            if !value.is_finite() {
+                let (what, expected) = ("origin of the periodic box", "a finite number");
+                return Err(PeriodicError::Number { what, value, expected });
+            }
+            *to = value + 0.0;
+        }
+        let lattice = Lattice { lengths, origin, wrap: *wrap };
+        if lattice.axes().next().is_none() { Err(PeriodicError::Open) } else { Ok(lattice) }
+    }
+
+    /// Returns the periodic axes.
+    pub(super) fn axes(&self) -> impl Iterator<Item = usize> + Clone + use<> {
+        let lengths = self.lengths;
+        (0..3).filter(move |&axis| lengths[axis].is_finite())
+    }
+
+    /// Returns `true` if all `dimension` axes are periodic.
+    pub(super) fn is_closed(&self, dimension: usize) -> bool {
+        self.axes().count() == dimension
+    }
+
+    /// Returns the translation by these numbers of lengths. Exact if the numbers are at most [`MOST_STEPS`] and
+    /// [`Lattice::base`] admitted them.
+    pub(super) fn translation<P: Position>(&self, steps: Steps) -> P {
+        let mut by = P::default();
+        for axis in self.axes() {
+            by.set_coord(axis, f64::from(steps[axis]) * self.lengths[axis]);
+        }
+        by
+    }
+
+    /// Returns the lengths from a point to its image in the half-open box. `index` is its position in the input.
+    ///
+    /// # Errors
+    /// Fails if the point lies outside of the closed box and the box does not wrap, or if the number of lengths is too large
+    /// for exact arithmetic.
+    pub(super) fn base<P: Position>(&self, site: Weighted<P>, index: usize) -> Result<Steps, PeriodicError> {
+        let mut steps = [0; 3];
+        for axis in self.axes() {
+            let (value, length) = (site.position().coord(axis), self.lengths[axis]);
+            let (low, high) = (self.origin[axis], self.origin[axis] + length);
+            let inner = |steps| self.place(value, steps, axis);
+            let is_admitted = self.wrap || inner(0) != Place::Outside || inner(-1) == Place::AtLow;
+            if !is_admitted {
+                return Err(PeriodicError::Outside { index, value, low, high, others: 0 });
+            }
+            let far = PeriodicError::Far { index, value, length };
+            let estimate = -((value - low) / length).floor();
+            if estimate.abs() >= MOST_STEPS {
+                return Err(far);
+            }
+            // The quotient is rounded, so the estimate may be wrong by one.
+            let around = [0, -1, 1].map(|more| estimate as i32 + more);
+            let found =
+                around.into_iter().find(|&steps| inner(steps) != Place::Outside).ok_or(far.clone())?;
+            // The images of the base site are one length farther.
+            if ![found - 1, found, found + 1].into_iter().all(|steps| is_exact_multiple(steps, length)) {
+                return Err(far);
+            }
+            steps[axis] = found;
+        }
+        Ok(steps)
+    }
+
+    /// Returns where the image of a coordinate lies. Exact if the translation is.
+    fn place(&self, value: f64, steps: i32, axis: usize) -> Place {
+        let (low, length) = (self.origin[axis], self.lengths[axis]);
+        let by = f64::from(steps) * length;
+        // The image is at least `low` iff `value + by >= low`, and below `low + length` iff `value + (by - length) < low`.
+        let above_low = compare_sum(value, by, low);
+        if above_low.is_lt() || compare_sum(value, f64::from(steps - 1) * length, low).is_ge() {
+            return Place::Outside;
+        }
+        if above_low.is_eq() { Place::AtLow } else { Place::Inside }
+    }
+}
+
+/// Compares `a + b` with `c`, exactly.
+fn compare_sum(a: f64, b: f64, c: f64) -> std::cmp::Ordering {
+    let sum = a + b;
+    let of_b = sum - a;
+    let low = (a - (sum - of_b)) + (b - of_b);
+    // Rounding preserves the order except for ties. Adding zero removes the sign of a zero.
+    (sum + 0.0).total_cmp(&(c + 0.0)).then((low + 0.0).total_cmp(&0.0))
+}
+
+/// Returns `true` if a number of lengths is a float.
+fn is_exact_multiple(steps: i32, length: f64) -> bool {
+    let significand = length.to_bits() & ((1 << 52) - 1) | 1 << 52;
+    let product = u128::from(significand) * u128::from(steps.unsigned_abs());
+    let digits = u128::BITS - product.leading_zeros();
+    steps == 0 || digits - product.trailing_zeros() <= f64::MANTISSA_DIGITS
+}
+
+/// The place of an image relative to the half-open box, along one axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Place {
+    Inside,
+    /// On the lower face, which belongs to the box.
+    AtLow,
+    Outside,
+}

@@ -1,0 +1,158 @@
+//! The run of a periodic triangulation, in one process.
+
+use std::sync::OnceLock;
+use std::time::Instant;
+
+use septet_geometry::point::{PointSlice, Position};
+use septet_geometry::range::RangeError;
+use septet_geometry::site::Weighted;
+use septet_workers::config::cores::map;
+
+use super::edges::Clashes;
+use super::error::PeriodicError;
+use super::images::{Images, Sites};
+use super::lattice::{Lattice, Periodic, Steps};
+use super::quotient::{Covered, PeriodicCells, Quotient, Vertex};
+use crate::error::{Error, incomplete};
+use crate::input::Whole;
+use crate::result::canonical::LabelledCells;
+use crate::result::outcome::{Accounting, LeftOut, Outcome};
+use crate::run::{Hosts, run_once, started};
+use crate::spec::{Spec, Task};
+
+/// The largest number of rows: images are counted in 32 bits.
+const MOST_ROWS: usize = (u32::MAX / 27) as usize;
+
+/// Triangulates points in a periodic box. A failed certificate is not an error.
+///
+/// # Errors
+/// See [`Error`].
+pub(crate) fn run_periodic(
+    points: PointSlice<'_>,
+    periodic: &Periodic,
+    order: (&Spec, Task),
+) -> Result<Outcome, Error> {
+    match points {
+        PointSlice::Plane(points) => run_sites(with_weights(points), (periodic, false), order),
+        PointSlice::Space(points) => run_sites(with_weights(points), (periodic, false), order),
+        PointSlice::WeightedPlane(sites) => run_sites(sites.to_vec(), (periodic, true), order),
+        PointSlice::WeightedSpace(sites) => run_sites(sites.to_vec(), (periodic, true), order),
+    }
+}
+
+fn with_weights<P: Position>(points: &[P]) -> Vec<Weighted<P>> {
+    map(points, |&point| Weighted::new(point, 0.0))
+}
+
+fn run_sites<P: Position>(
+    rows: Vec<Weighted<P>>,
+    (periodic, has_weights): (&Periodic, bool),
+    (spec, task): (&Spec, Task),
+) -> Result<Outcome, Error> {
+    let start = Instant::now();
+    check(spec, task)?;
+    let lattice = Lattice::of(periodic, P::DIM)?;
+    if rows.len() > MOST_ROWS {
+        return Err(PeriodicError::Many { points: rows.len(), most: MOST_ROWS }.into());
+    }
+    let sites = Sites::of(lattice, rows)?;
+    let mut width = sites.first_width();
+    loop {
+        let images = sites.images(width);
+        let whole = Whole::points(&images.sites);
+        let run = run_once((spec, task), whole.held(), &mut Hosts::Own(&mut started(spec)));
+        let run = run.map_err(|error| of_rows(error, &images))?;
+        let covered = Covered { sites: &sites, images: &images, shares: &run.shares, width };
+        if run.refutation.is_some() || covered.is_complete() {
+            let mut run = finished(covered, run.clone(), has_weights)?;
+            run.times.total = start.elapsed().as_secs_f64();
+            return Ok(run);
+        }
+        width *= 2.0;
+    }
+}
+
+/// Refuses what a periodic run does not have.
+fn check(spec: &Spec, task: Task) -> Result<(), PeriodicError> {
+    if task != Task::Triangulate {
+        return Err(PeriodicError::Task);
+    }
+    let outputs = [
+        (spec.keep.owner, "the owner of a cell"),
+        (spec.keep.view.is_some_and(|points| points > 0), "a picture"),
+        (spec.keep.costs, "a cost trace"),
+    ];
+    match outputs.iter().find(|(is_wanted, _)| *is_wanted) {
+        Some(&(_, output)) => Err(PeriodicError::Output { output }),
+        None => Ok(()),
+    }
+}
+
+/// Returns an error that names rows in the place of images.
+fn of_rows<P: Position>(error: Error, images: &Images<P>) -> Error {
+    let row = |index: usize| images.of(index as u64).0 as usize;
+    match error {
+        Error::Points(RangeError::NotFinite { index, value }) => {
+            RangeError::NotFinite { index: row(index), value }.into()
+        }
+        Error::Points(RangeError::Spread { bits, low, high }) => {
+            RangeError::Spread { bits, low: row(low), high: row(high) }.into()
+        }
+        other => other,
+    }
+}
+
+/// Replaces the triangulation of the images by that of the box.
+fn finished<P: Position>(
+    covered: Covered<'_, P>,
+    mut run: Outcome,
+    has_weights: bool,
+) -> Result<Outcome, Error> {
+    let Covered { sites, images, .. } = covered;
+    let Quotient { vertices, volume } =
+        if run.refutation.is_none() { covered.quotient() } else { Quotient::default() };
+    check_volume(&sites.lattice, P::DIM, &vertices, volume)?;
+    let clashes = Clashes::of(&vertices, P::DIM + 1, &|row| sites.steps(row));
+    let is_base = |row: &u64| images.is_base(*row);
+    let LeftOut { mut duplicates, mut refused, mut hidden } = std::mem::take(&mut run.left_out);
+    duplicates.retain(|(row, _)| is_base(row));
+    refused.retain(is_base);
+    hidden.retain(is_base);
+    let input = sites.count();
+    let left_out = [duplicates.len(), refused.len(), hidden.len()].map(|count| count as u64);
+    run.facts.points = Accounting {
+        input,
+        used: input.saturating_sub(left_out.iter().sum()),
+        duplicate: left_out[0],
+        refused: left_out[1],
+        hidden: has_weights.then_some(left_out[2]),
+    };
+    run.left_out = LeftOut { duplicates, refused, hidden };
+    run.facts.cells = (vertices.len() / (P::DIM + 1)) as u64;
+    run.facts.hull_facets = 0;
+    run.shares = Vec::new();
+    let rows = vertices.iter().map(|vertex| u64::from(vertex.row)).collect();
+    run.canonical = OnceLock::from(LabelledCells { rows, ..LabelledCells::default() });
+    let of_vertex = |vertex: &Vertex| -> Steps { vertex.offset };
+    let offsets = vertices.iter().flat_map(|vertex| of_vertex(vertex).into_iter().take(P::DIM)).collect();
+    let sheets = clashes.sheets(&sites.lattice, P::DIM);
+    run.kept.periodic =
+        Some(PeriodicCells { offsets, is_simplicial: clashes.is_empty(), sheets, images: images.count() });
+    Ok(run)
+}
+
+/// Checks that the cells cover the box once.
+///
+/// # Errors
+/// Fails if the sum of the volumes is not that of the box, up to rounding.
+fn check_volume(lattice: &Lattice, dimension: usize, vertices: &[Vertex], volume: f64) -> Result<(), Error> {
+    if vertices.is_empty() || !lattice.is_closed(dimension) {
+        return Ok(());
+    }
+    let of_box: f64 = lattice.lengths[..dimension].iter().product();
+    let boxes = volume / of_box;
+    if (boxes - 1.0).abs() < 0.5 || !boxes.is_finite() {
+        return Ok(());
+    }
+    Err(incomplete(format!("the cells cover the periodic box {boxes} times")))
+}
