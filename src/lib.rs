@@ -174,10 +174,12 @@ pub mod io {
     }
 }
 
-/// An independent verifier of Delaunay triangulations from any source. It shares no code with the builder.
+/// An independent verifier of Delaunay and regular triangulations from any source. It shares no code with the builder.
 pub mod verify {
     #[doc(inline)]
-    pub use septet_verify::{Fault, LEVELS, LevelReport, Report, Triangulation, VerifyOptions, verify};
+    pub use septet_verify::{
+        Fault, HIDDEN_SITES, LEVELS, LevelReport, Report, Sites, Triangulation, VerifyOptions, verify,
+    };
 }
 
 /// Meshes of domains.

@@ -6,10 +6,10 @@ use clap::Args;
 use glam::{DVec2, DVec3};
 use septet_core::model::Points;
 use septet_core::spec::Commands;
-use septet_io::read::{CellFile, CellOptions, ListedFile, ReadOptions, read_cells};
+use septet_io::read::{CellFile, CellOptions, ListedFile, PointFile, ReadOptions, read_cells};
 use septet_io::{Format, Role, extension};
 use septet_lab::report::VerifyReport;
-use septet_verify::{Fault, Report, Triangulation, VerifyOptions, verify};
+use septet_verify::{Fault, Report, Sites, Triangulation, VerifyOptions, verify};
 
 use super::errors::{Code, Failure};
 use super::files;
@@ -18,17 +18,20 @@ use super::given::Given;
 use super::input::{self, Loaded};
 use super::progress::Talk;
 use super::text::counted;
+use super::weights::{GivenWeights, WeightArgs};
 
 /// Options of `septet verify`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Levels: structure, orientation, manifold, hull, empty spheres, single cover. Together they prove that the cells are a \
-Delaunay triangulation of the points. The exit code is 4 if a level fails.
+Delaunay triangulation of the points. With weights, the level hidden sites follows, and they prove that the cells are the \
+regular triangulation. The exit code is 4 if a level fails.
 
 Examples:
   septet verify mesh.vtu
   septet verify mesh.pvtu
   septet verify points.node mesh.1.ele
+  septet verify atoms.csv cells.npy --weights w
   septet verify points.npy cells.npy --perturbed --json -")]
 pub struct VerifyArgs {
     #[arg(help = points_help(), value_name = "MESH|POINTS")]
@@ -37,6 +40,8 @@ pub struct VerifyArgs {
     cells: Option<PathBuf>,
     #[command(flatten)]
     given: Given<{ Commands::VERIFY.bits() }>,
+    #[command(flatten)]
+    weights: WeightArgs,
     /// Require that ties are broken by the symbolic perturbation of septet
     #[arg(long)]
     perturbed: bool,
@@ -65,6 +70,11 @@ impl VerifyArgs {
         self.cells.as_deref().unwrap_or(Path::new(&self.points))
     }
 
+    /// Returns the kind of the triangulation.
+    fn kind(&self) -> &'static str {
+        if self.weights.given().is_some() { "regular" } else { "Delaunay" }
+    }
+
     /// Returns a clause with the points, if they are in another file.
     fn of_points(&self) -> String {
         self.cells.as_ref().map_or_else(|| "its points".to_owned(), |_| self.points.clone())
@@ -78,9 +88,12 @@ pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
         input::refuse_list(input, "a triangulation has one file of points and one file of cells")?;
     }
     let json: Vec<&Path> = args.json.as_deref().into_iter().collect();
-    files::check(&inputs, &[], &json)?;
+    let weights = args.weights.given();
+    let read: Vec<&Path> = inputs.into_iter().chain(weights.and_then(GivenWeights::file)).collect();
+    files::check(&read, &[], &json)?;
     let is_sample = input::sample(&args.points, None)?.is_some();
     check_reading(args.given.options(), is_sample)?;
+    weights.map_or(Ok(()), |weights| weights.check(args.given.options(), is_sample))?;
     if is_sample && args.cells.is_none() {
         let message = format!("{} has points and no cells", args.points);
         return Err(Failure::new(Code::Usage, message).help("name the file of the cells after it"));
@@ -97,10 +110,15 @@ pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
         threads: args.threads.unwrap_or(0) as usize,
         any_order: true,
     };
-    let report = verify(&mesh, &options, &mut |stage, done, total| talk.stage(stage, done, Some(total)));
+    let sites = Sites { mesh, weights: subject.weights.as_deref() };
+    let report = verify(sites, &options, &mut |stage, done, total| talk.stage(stage, done, Some(total)));
     talk.clear();
     if let Some(path) = &args.json {
-        let json = VerifyReport::of(&report, &args.points, args.mesh());
+        let json = VerifyReport {
+            weights: weights.and_then(GivenWeights::weights),
+            radii: weights.and_then(GivenWeights::radii),
+            ..VerifyReport::of(&report, &args.points, args.mesh())
+        };
         let mut text = serde_json::to_string_pretty(&json)
             .map_err(|e| Failure::new(Code::Failed, format!("the report cannot be written: {e}")))?;
         text.push('\n');
@@ -111,8 +129,9 @@ pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
         return Ok(());
     }
     let message = format!(
-        "{} is not a Delaunay triangulation of {}{}",
+        "{} is not a {} triangulation of {}{}",
         args.mesh().display(),
+        args.kind(),
         args.of_points(),
         if args.perturbed { " with the symbolic perturbation of septet" } else { "" }
     );
@@ -121,7 +140,8 @@ pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
 
 /// Reads the points and the cells, and returns them in the dimension of the cells.
 fn subject(args: &VerifyArgs, talk: &Talk) -> Result<Subject, Failure> {
-    let reading = read_options(&args.given.options().spec()?.input)?;
+    let weights = args.weights.given().map(GivenWeights::reading);
+    let reading = ReadOptions { weights, ..read_options(&args.given.options().spec()?.input)? };
     let Some(cells) = &args.cells else {
         return Subject::of_mesh(Path::new(&args.points), &reading, talk);
     };
@@ -146,12 +166,15 @@ fn subject(args: &VerifyArgs, talk: &Talk) -> Result<Subject, Failure> {
     let path = cells.clone();
     let file = input::watched(talk, move |progress| read_cells(&path, &options, progress))??;
     talk.check();
-    Subject { points: loaded.points, cells: file, ids: None }.in_dimension(args, talk)
+    let Loaded { points, weights, .. } = loaded;
+    Subject { points, weights, cells: file, ids: None }.in_dimension(args, talk)
 }
 
 /// Points and cells to be verified.
 struct Subject {
     points: Points,
+    /// The weights of the points, if they have some.
+    weights: Option<Vec<f64>>,
     cells: CellFile,
     /// The ids of the points, if they are not 0, 1, 2 and so on.
     ids: Option<Vec<u64>>,
@@ -168,14 +191,15 @@ impl Subject {
             talk.note("note: there are no cells and every z is 0, so the points are verified in the plane");
             points.points = plane;
         }
-        let whole = Subject { points: points.points, cells, ids: points.source_index };
+        let PointFile { points, weights, source_index: ids, .. } = points;
+        let whole = Subject { points, weights, cells, ids };
         whole.in_dimension_of(&path.display().to_string(), path, talk)
     }
 
     /// Reads the cells of pieces, and compares the points of the pieces with the loaded points.
     fn of_pieces(args: &VerifyArgs, path: &Path, loaded: Loaded, talk: &Talk) -> Result<Self, Failure> {
         let (held, cells) = input::open_mesh(path, &ReadOptions::default(), talk)?;
-        let own = Subject { points: held.points, cells, ids: held.source_index };
+        let own = Subject { points: held.points, weights: None, cells, ids: held.source_index };
         let mut positions = Vec::with_capacity(own.points.len());
         for point in 0..own.points.len() {
             let id = own.id(point as u64);
@@ -199,7 +223,8 @@ impl Subject {
         for vertex in &mut cells.cells {
             *vertex = positions[*vertex as usize];
         }
-        Subject { points: loaded.points, cells, ids: None }.in_dimension(args, talk)
+        let Loaded { points, weights, .. } = loaded;
+        Subject { points, weights, cells, ids: None }.in_dimension(args, talk)
     }
 
     /// Returns the points in the dimension of the cells, after printing the notes on the cells.
@@ -296,15 +321,18 @@ fn print(report: &Report, args: &VerifyArgs, subject: &Subject, talk: &Talk) {
         }
     }
     if report.passed() {
+        let hidden = report.hidden.map(|hidden| format!(", {} hidden", counted(hidden, "point")));
         talk.note(format!(
-            "septet: {} is a Delaunay triangulation of {}: {}, {}, {}, {}, {}",
+            "septet: {} is a {} triangulation of {}: {}, {}, {}, {}, {}{}",
             args.mesh().display(),
+            args.kind(),
             args.of_points(),
             counted(report.cells, "cell"),
             counted(report.points, "point"),
             counted(report.duplicates, "duplicate"),
             counted(report.hull_facets, "hull facet"),
-            counted(report.ties, "tie")
+            counted(report.ties, "tie"),
+            hidden.unwrap_or_default()
         ));
     }
 }

@@ -4,11 +4,13 @@
 //! counter-clockwise triangles and for tetrahedra with `((p1-p0) x (p2-p0)) . (p3-p0) > 0`. For a
 //! positively oriented cell and a query `q`, the in-sphere form is the determinant of the rows
 //! `(p_i - q, |p_i - q|^2)`. Its sign is chosen so that it is positive if and only if `q` lies strictly
-//! inside the circumsphere.
+//! inside the circumsphere. With weights, the last column is `|p_i - q|^2 - w_i + w_q`. Subtracting from `|x|^2 - w` an
+//! affine function of `x` gives this column, with 0 for `q`. So the form is positive if and only if the lift of `q` is
+//! strictly below the hyperplane through the lifts of the cell.
 //!
 //! **Source.** The forms are classical (Guibas and Stolfi 1985). A finite `f64` is a dyadic number
 //! `m 2^e`. Multiplying all coordinates of one call by a common power of two makes them integers, and
-//! multiplies a homogeneous form by a positive number.
+//! multiplies a homogeneous form by a positive number. If the power is `2^k` for coordinates, it is `4^k` for weights.
 //!
 //! **Work.** O(1) ring operations. If all differences are below `2^b`, [`bits`] bounds every partial sum of a form. If the
 //! bound allows, `i64` or `i128` hold the sums without overflow. Otherwise [`BigInt`] holds them, for any spread of
@@ -18,6 +20,15 @@ use std::array::from_fn;
 use std::cmp::Ordering;
 
 use num_bigint::BigInt;
+
+/// A position and a weight.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Site<const D: usize> {
+    /// The coordinates.
+    pub place: [f64; D],
+    /// The weight, a squared length.
+    pub weight: f64,
+}
 
 /// The operations that the determinants use.
 pub(super) trait Ring: Clone {
@@ -91,8 +102,9 @@ fn det3<R: Ring>(a: &[R], b: &[R], c: &[R]) -> R {
     first.minus(&second).plus(&third)
 }
 
+/// Returns the squared length of a row.
 #[inline]
-fn norm<R: Ring, const D: usize>(a: &[R; D]) -> R {
+pub(super) fn norm<R: Ring, const D: usize>(a: &[R; D]) -> R {
     let planar = a[0].times(&a[0]).plus(&a[1].times(&a[1]));
     if D == 2 { planar } else { planar.plus(&a[2].times(&a[2])) }
 }
@@ -105,38 +117,46 @@ fn norm<R: Ring, const D: usize>(a: &[R; D]) -> R {
 pub(super) fn form<R: Ring, const D: usize, const K: usize>(rows: &[[R; D]; K]) -> R {
     match (D, K) {
         (2, 2) => det2(&rows[0], &rows[1], 0, 1),
-        (2, _) => {
-            let (a, b, c) = (&rows[0], &rows[1], &rows[2]);
-            let first = norm(a).times(&det2(b, c, 0, 1));
-            let second = norm(b).times(&det2(a, c, 0, 1));
-            let third = norm(c).times(&det2(a, b, 0, 1));
-            first.minus(&second).plus(&third)
-        }
-        (_, 3) => det3(&rows[0], &rows[1], &rows[2]),
-        _ => {
-            let (a, b, c, d) = (&rows[0], &rows[1], &rows[2], &rows[3]);
-            let first = norm(a).times(&det3(b, c, d));
-            let second = norm(b).times(&det3(a, c, d));
-            let third = norm(c).times(&det3(a, b, d));
-            let fourth = norm(d).times(&det3(a, b, c));
-            first.minus(&second).plus(&third).minus(&fourth)
-        }
+        (3, 3) => det3(&rows[0], &rows[1], &rows[2]),
+        _ => lifted(rows, &from_fn(|i| norm(&rows[i]))),
+    }
+}
+
+/// Returns the in-sphere form of `K = D + 1` rows of differences with these numbers in the last column.
+#[inline]
+pub(super) fn lifted<R: Ring, const D: usize, const K: usize>(rows: &[[R; D]; K], last: &[R; K]) -> R {
+    let (a, b, c) = (&rows[0], &rows[1], &rows[2]);
+    if D == 2 {
+        let first = last[0].times(&det2(b, c, 0, 1));
+        let second = last[1].times(&det2(a, c, 0, 1));
+        let third = last[2].times(&det2(a, b, 0, 1));
+        first.minus(&second).plus(&third)
+    } else {
+        let d = &rows[3];
+        let first = last[0].times(&det3(b, c, d));
+        let second = last[1].times(&det3(a, c, d));
+        let third = last[2].times(&det3(a, b, d));
+        let fourth = last[3].times(&det3(a, b, c));
+        first.minus(&second).plus(&third).minus(&fourth)
     }
 }
 
 /// Returns the degree of the form, and the binary logarithm, rounded up, of the number of its monomials.
 ///
 /// The numbers are 2, 6, 12 (three minors of two monomials, times two squares) and 72 (four minors of six, times three).
+/// With weights, the last two are 18 and 96, because a difference of weights counts as one more square. The logarithm
+/// holds for both.
 const fn size(d: usize, k: usize) -> (u32, u32) {
     match (d, k) {
         (2, 2) => (2, 1),
-        (2, _) => (4, 4),
+        (2, _) => (4, 5),
         (_, 3) => (3, 3),
         _ => (5, 7),
     }
 }
 
-/// Returns `bits` such that every partial sum of the form is below `2^bits` if all differences are below `2^b`.
+/// Returns `bits` such that every partial sum of the form is below `2^bits` if all differences are below `2^b`, and those
+/// of weights are below `4^b`.
 const fn bits(d: usize, k: usize, b: u32) -> u32 {
     let (degree, terms) = size(d, k);
     degree * b + terms
@@ -174,14 +194,16 @@ fn span(parts: impl Iterator<Item = (i64, i32)>) -> (i32, i32) {
     (low, high)
 }
 
+/// Returns `x / 2^low` for a finite `x` that this makes an integer.
+fn whole(x: f64, low: i32) -> BigInt {
+    let (m, e) = split(x);
+    if m == 0 { BigInt::ZERO } else { BigInt::from(m) << (e - low) }
+}
+
 /// Converts points to integers: multiplies all coordinates by one common power of two.
 pub(super) fn integers<const D: usize>(points: &[[f64; D]]) -> Vec<[BigInt; D]> {
     let (low, _) = span(points.iter().flatten().map(|&x| split(x)));
-    let big = |x: f64| {
-        let (m, e) = split(x);
-        if m == 0 { BigInt::ZERO } else { BigInt::from(m) << (e - low) }
-    };
-    points.iter().map(|p| from_fn(|k| big(p[k]))).collect()
+    points.iter().map(|p| from_fn(|k| whole(p[k], low))).collect()
 }
 
 /// Returns the sign of a big integer.
@@ -201,8 +223,8 @@ pub(super) fn exact_sign<const D: usize, const K: usize>(
     if i64::from(high) - i64::from(low) > 62 {
         return wide_sign(base, others);
     }
-    let whole = |(m, e): (i64, i32)| if m == 0 { 0 } else { m << (e - low) };
-    let rows: [[i64; D]; K] = from_fn(|i| from_fn(|k| whole(parts[i][k]) - whole(origin[k])));
+    let small = |(m, e): (i64, i32)| if m == 0 { 0 } else { m << (e - low) };
+    let rows: [[i64; D]; K] = from_fn(|i| from_fn(|k| small(parts[i][k]) - small(origin[k])));
     let largest = rows.iter().flatten().map(|x| x.unsigned_abs()).max().unwrap_or(0);
     let need = bits(D, K, 64 - largest.leading_zeros());
     if need <= 63 {
@@ -222,6 +244,44 @@ fn wide_sign<const D: usize, const K: usize>(base: &[f64; D], others: &[[f64; D]
     let whole = integers(&all);
     let rows: [[BigInt; D]; K] = from_fn(|i| from_fn(|k| &whole[i][k] - &whole[K][k]));
     sign_of(&form(&rows))
+}
+
+/// Computes the exact sign of the in-sphere form with weights, of `N = D + 1` sites and the query `q`.
+pub(super) fn exact_power<const D: usize, const N: usize>(cell: &[Site<D>; N], q: &Site<D>) -> Ordering {
+    let all = || cell.iter().chain([q]);
+    let places = span(all().flat_map(|site| site.place).map(split));
+    let weights = span(all().map(|site| split(site.weight)));
+    // All coordinates are multiples of `2^low`, and all weights of `4^low`. The sizes are below `2^high` and `4^high`.
+    let low = places.0.min(weights.0.div_euclid(2));
+    let high = places.1.max(weights.1.div_euclid(2).saturating_add(1));
+    if i64::from(high) - i64::from(low) > 62 {
+        return wide_power(cell, q, low);
+    }
+    let small = |x: f64, low: i32| {
+        let (m, e) = split(x);
+        if m == 0 { 0 } else { i128::from(m) << (e - low) }
+    };
+    let rows: [[i128; D]; N] =
+        from_fn(|i| from_fn(|k| small(cell[i].place[k], low) - small(q.place[k], low)));
+    let weights: [i128; N] = from_fn(|i| small(cell[i].weight, 2 * low) - small(q.weight, 2 * low));
+    let length = |x: &i128| 128 - x.unsigned_abs().leading_zeros();
+    let of_rows = rows.iter().flatten().map(length).max().unwrap_or(0);
+    let of_weights = weights.iter().map(length).max().unwrap_or(0);
+    if bits(D, N, of_rows.max(of_weights.div_ceil(2))) > 127 {
+        return wide_power(cell, q, low);
+    }
+    lifted(&rows, &from_fn(|i| norm(&rows[i]).minus(&weights[i]))).cmp(&0)
+}
+
+/// Returns the exact sign with weights, for any spread of exponents. All coordinates are multiples of `2^low`, and all
+/// weights are multiples of `4^low`.
+#[cold]
+fn wide_power<const D: usize, const N: usize>(cell: &[Site<D>; N], q: &Site<D>, low: i32) -> Ordering {
+    let row = |i: usize| from_fn(|k| whole(cell[i].place[k], low) - whole(q.place[k], low));
+    let rows: [[BigInt; D]; N] = from_fn(row);
+    let weight = |x: f64| whole(x, 2 * low);
+    let last: [BigInt; N] = from_fn(|i| norm(&rows[i]) - weight(cell[i].weight) + weight(q.weight));
+    sign_of(&lifted(&rows, &last))
 }
 
 #[cfg(test)]

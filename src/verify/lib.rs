@@ -1,27 +1,34 @@
-//! An independent verifier of Delaunay triangulations, for the files of septet and of any other program.
+//! An independent verifier of Delaunay and regular triangulations, for the files of septet and of any other program.
 //!
 //! The verifier shares no code with the construction of triangulations. It has its own arithmetic: dyadic big integers
-//! behind its own `f64` filter (modules `exact` and `predicates`). Its only inputs are the coordinates and the list of
-//! cells.
+//! behind its own `f64` filter (modules `exact` and `predicates`). Its only inputs are the coordinates, the weights and the
+//! list of cells.
 //!
 //! # Theorem
 //!
-//! Let `P` be a finite set of distinct points of `R^d`, `d` = 2 or 3, and `K` a list of `d`-simplices
-//! with vertices in `P` such that
+//! A *site* is a position `p` in `R^d`, `d` = 2 or 3, and a weight `w`. Plain points are sites of weight 0. The *lift*
+//! of a site is the point `(p, |p|^2 - w)` of `R^(d+1)`. The *lift of a cell* is the hyperplane through the lifts of its
+//! vertices. A site is *hidden* if its lift is strictly above the lower hull of all lifts. No plain point is.
 //!
-//! 1. (`structure`) every point of `P` is a vertex of a cell;
+//! Let `P` be a finite set of distinct sites, and `K` a list of `d`-simplices with vertices in `P` such that
+//!
+//! 1. (`structure`) distinct vertices have distinct positions, and every site is a vertex of a cell, or it has a weight and
+//!    satisfies 7;
 //! 2. (`orientation`) no cell is flat;
 //! 3. (`manifold`) a facet has one cell (a *boundary* facet) or two, which lie on opposite sides;
 //! 4. (`hull`) a ridge of a boundary facet lies in exactly two boundary facets, and the far vertex of
 //!    one is not strictly on the outer side of the other's hyperplane;
-//! 5. (`empty spheres`) for each interior facet, the far vertex of one cell is not strictly inside the
-//!    circumsphere of the other;
+//! 5. (`empty spheres`) for each interior facet, the lift of the far vertex of one cell is not strictly below the lift of
+//!    the other cell. Without weights, the far vertex is not strictly inside the circumsphere of the other cell;
 //! 6. (`single cover`) for one cell `t` and one interior point `x` of it: `x` is in no other closed
-//!    cell, and strictly on the inner side of the hyperplane of every boundary facet.
+//!    cell, and strictly on the inner side of the hyperplane of every boundary facet;
+//! 7. (`hidden sites`) if a site is not a vertex, a closed cell contains its position, and its lift is strictly above the
+//!    lift of this cell.
 //!
-//! Then `K` is a Delaunay triangulation of `P`. That is, `K` is a simplicial complex, it covers the convex hull of `P`
-//! once, and no circumsphere of a cell contains a point of `P` in its interior. Conversely, every Delaunay triangulation
-//! satisfies 1-6, with any `t`.
+//! Then `K` is a regular triangulation of `P`, and its vertices are all sites that are not hidden. That is, `K` is a
+//! simplicial complex, it covers the convex hull of all positions once, and no site has a lift strictly below that of a
+//! cell. Without weights, `K` is a Delaunay triangulation: no circumsphere of a cell contains a point of `P` in its
+//! interior. Conversely, every such triangulation satisfies 1-7, with any `t`.
 //!
 //! **Source.** Local conditions alone do not suffice: a pentagram is locally convex everywhere. One additional global
 //! query suffices. For convex hulls, this result is due to Mehlhorn et al., *Checking geometric programs* (1996), and
@@ -46,36 +53,53 @@
 //! `x`, because they would overlap otherwise. There, `U` is the wedge on the inner side of the two facets, which is
 //! convex by 4. Let `y` and `z` be generic points of the boundary. In space, the plane through `x`, `y` and `z` misses
 //! all vertices. For `d` = 2, take the plane itself. This plane cuts `U` in a star-shaped polygon without an angle
-//! above 180 degrees. Such a polygon is convex. So `U` contains the segment `yz`, and by closure `U` is convex. By 1,
-//! it is the convex hull of `P`.
+//! above 180 degrees. Such a polygon is convex. So `U` contains the segment `yz`, and by closure `U` is convex. By 1
+//! and 7, `U` contains all positions. So it is their convex hull.
 //!
-//! *Heights.* On each cell, let `h` be the affine interpolation of `|p|^2` at its vertices. It agrees on the two sides of
-//! an interior facet, and by 5 it is convex across the facet. All facets in the interior of `U` are interior facets. So `h`
-//! is convex along all segments except a set of measure zero. Hence it extends to a convex function on `U`, equal to
-//! `|p|^2` at every vertex. The affine function of a cell is at most `h`, so it is at most `|p|^2` at every point of `P`.
-//! The circumsphere of the cell is therefore empty.
+//! *Heights.* On each cell, let `h` be the affine interpolation of `|p|^2 - w` at its vertices. It agrees on the two sides
+//! of an interior facet, and by 5 it is convex across the facet. All facets in the interior of `U` are interior facets.
+//! So `h` is convex along all segments except a set of measure zero. Hence it extends to a convex function on `U`, equal
+//! to `|p|^2 - w` at every vertex. The affine function of a cell is at most `h`, so no lift of a vertex is below it. By 7,
+//! the lift of any other site is strictly above `h`. So no lift is below that of a cell, the graph of `h` is the lower hull
+//! of all lifts, and the vertices are the sites that are not hidden. In particular, a vertex that should be hidden
+//! contradicts 5. Without weights, a lift on or above that of a cell is on or outside the circumsphere of the cell.
 //!
-//! *Face to face.* Suppose that a closed cell contains a point of `P` that is not its vertex. By strict convexity, `h`
-//! would be above `|p|^2` there. Suppose that two edges cross at a point inside both. The cells around each edge form a
-//! closed fan, or a fan between two boundary facets, and fill `U` near that point. No simplex has two crossing edges, so
-//! `U` would be covered twice. Suppose that an edge crosses the inside of a facet. It runs through a cell of that facet,
-//! and that cell and the cells of the edge cover a part of `U` twice. QED.
+//! *Face to face.* Let `f` be a face of a cell `s`, and `p` a point in the relative interior of `f`. A facet of a cell
+//! around `f` contains `f`, or it misses a ball `B` around `p`. Walk straight from a generic point of `s` in `B` to any
+//! generic point of `U` in `B`. The walk stays in the interior of `U`, which is convex. So it crosses only interior
+//! facets that contain `f`, and it ends in a cell around `f`. So these cells fill `U` near `p`. Now let `p` also be in a
+//! cell `t`. Interior points of `t` are arbitrarily close to `p`, and the cells have disjoint interiors. So `t` is one of the
+//! cells around `f`. A face of `t` is thus the face of `s` that has `p` in its relative interior. So `s` and `t` meet in
+//! common faces, and in one face, because they meet in a convex set. QED.
+//!
+//! **Conversely**, let `K` be such a triangulation. In a convex region covered once, 2-4 and 6 hold. No lift is
+//! below that of a cell, which implies 5. A site that is not a vertex is hidden, and the lift of the cell around it is the
+//! lower hull there, which implies 7.
+//!
+//! **Coincident sites.** Of several sites at one position, a heaviest one is a vertex, or none is. Lighter ones are hidden
+//! if a heavier one is a vertex, or hidden by 7. So one heaviest site for each position without a vertex is checked by 7. Sites
+//! of equal weight are *duplicates* and count as one site.
 //!
 //! **Coplanar boundary facets** need no in-circle test in their plane. `h` is convex on `U`, so it is convex on the face of
-//! `U` in that plane. There, `h` is the planar interpolation, and the facets are a planar Delaunay triangulation.
+//! `U` in that plane. There, `h` is the planar interpolation, and the facets are a planar regular triangulation.
 //!
-//! **With the perturbation** ([`VerifyOptions::perturbed`]), the same proof holds for the heights `|p|^2 + e_p`. Ties are
+//! **With the perturbation** ([`VerifyOptions::perturbed`]), the same proof holds for the heights `|p|^2 - w + e_p`. Ties are
 //! impossible, so convexity across each interior facet is *strict*. Then `h` determines `K`, including the ties in coplanar
-//! boundary facets. So `K` is the one triangulation that the lexicographic perturbation selects.
+//! boundary facets. So `K` is the one triangulation that the lexicographic perturbation selects. Condition 7 needs no
+//! perturbation: the same sites are hidden with it and without it. A lift strictly above the lower hull remains so. Let the
+//! lift of a site at `q` be on the hull. If it is a convex combination of lifts of others, one of their positions is
+//! lexicographically larger than `q`, because `q` is a convex combination of them. Its infinitesimal exceeds that of `q` by
+//! orders of magnitude, so the perturbed lift of `q` is strictly below theirs.
 //!
-//! Conditions 1-6 imply the properties that the other checks test (links of vertices, folded facets). These checks
+//! Conditions 1-7 imply the properties that the other checks test (links of vertices, folded facets). These checks
 //! help to locate a fault.
 //!
-//! **Work.** O(n log n + m log m) for m cells, mostly O(1) filtered predicates per facet.
+//! **Work.** O(n log n + m log m) for m cells, mostly O(1) filtered predicates per facet; a short walk for each hidden site.
 
 mod cover;
 mod exact;
 mod facets;
+mod hidden;
 mod hull;
 mod predicates;
 mod report;
@@ -87,7 +111,7 @@ mod tests;
 mod triangulation;
 
 pub use report::{Fault, KEPT, LevelReport, Report};
-pub use triangulation::Triangulation;
+pub use triangulation::{Sites, Triangulation};
 
 use facets::Facets;
 use report::Tally;
@@ -98,11 +122,14 @@ use soup::Soup;
 pub const LEVELS: [&str; 6] =
     ["structure", "orientation", "manifold", "hull", "empty spheres", "single cover"];
 
+/// The level that follows [`LEVELS`] with weights.
+pub const HIDDEN_SITES: &str = "hidden sites";
+
 /// The requirements of a verification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct VerifyOptions {
     /// Whether the cells must be the cells of septet's canonical triangulation. The lexicographic perturbation then
-    /// breaks ties, and the smallest index represents coincident points.
+    /// breaks ties, and the smallest index represents coincident points of equal weight.
     pub perturbed: bool,
     /// Whether the vertices of a cell may be in any order. Otherwise, every cell must be positively oriented.
     pub any_order: bool,
@@ -118,16 +145,21 @@ impl Default for VerifyOptions {
 
 /// Decides whether the mesh is a Delaunay triangulation of its points, exactly and for any finite coordinates.
 ///
+/// [`Triangulation::weighted`] adds weights. The mesh must then be a regular triangulation whose vertices are all points
+/// that are not hidden.
+///
 /// If the level `structure` fails, the other levels have no meaning. They do not run, and their
-/// [`LevelReport::stopped_by`] names that level. Otherwise all levels run. `progress` receives the stage, the number of
-/// items done, and their total.
-pub fn verify(
-    mesh: &Triangulation<'_>,
+/// [`LevelReport::stopped_by`] names that level. Otherwise all of [`LEVELS`] run, and [`HIDDEN_SITES`] runs if they pass.
+/// `progress` receives the stage, the number of items done, and their total.
+pub fn verify<'a>(
+    sites: impl Into<Sites<'a>>,
     options: &VerifyOptions,
     progress: &mut dyn FnMut(&str, u64, u64),
 ) -> Report {
+    let sites = sites.into();
+    let mesh = &sites.mesh;
     let mut report = Report {
-        levels: Vec::with_capacity(LEVELS.len()),
+        levels: Vec::with_capacity(LEVELS.len() + 1),
         dimension: mesh.dimension,
         perturbed: options.perturbed,
         points: 0,
@@ -137,28 +169,30 @@ pub fn verify(
         ties: 0,
         vertices_used: 0,
         duplicates: 0,
+        hidden: sites.weights.map(|_| 0),
         dimension_of_points: -1,
     };
-    if let Some(reason) = misshapen(mesh) {
+    if let Some(reason) = misshapen(&sites) {
         let mut tally = Tally::default();
         tally.fault(Fault::Shape { reason });
         report.levels.push(tally.level(LEVELS[0]));
-        stop(&mut report);
+        stop(&mut report, LEVELS[0]);
         return report;
     }
     report.points = mesh.point_count() as u64;
     report.cells = mesh.cell_count() as u64;
     let mut runner = Runner::new(options.threads, progress);
     if mesh.dimension == 2 {
-        levels::<2, 3>(mesh, *options, &mut runner, &mut report);
+        levels::<2, 3>(&sites, *options, &mut runner, &mut report);
     } else {
-        levels::<3, 4>(mesh, *options, &mut runner, &mut report);
+        levels::<3, 4>(&sites, *options, &mut runner, &mut report);
     }
     report
 }
 
 /// Returns the reason why the arrays are not a mesh, or `None` if they are.
-fn misshapen(mesh: &Triangulation<'_>) -> Option<&'static str> {
+fn misshapen(sites: &Sites<'_>) -> Option<&'static str> {
+    let mesh = &sites.mesh;
     let d = mesh.dimension;
     // Facets have 32-bit numbers, and two of them are reserved.
     let most = (u32::MAX - 2) as usize;
@@ -168,6 +202,8 @@ fn misshapen(mesh: &Triangulation<'_>) -> Option<&'static str> {
         Some("the number of coordinates is not a multiple of the dimension")
     } else if !mesh.cells.len().is_multiple_of(d + 1) {
         Some("the number of indices is not a multiple of the cells' size")
+    } else if sites.weights.is_some_and(|weights| weights.len() != mesh.point_count()) {
+        Some("the number of weights is not the number of points")
     } else if mesh.cells.len() > most || mesh.coordinates.len() / d > most {
         Some("more than 4,294,967,293 points or indices: too large for this verifier")
     } else {
@@ -175,33 +211,35 @@ fn misshapen(mesh: &Triangulation<'_>) -> Option<&'static str> {
     }
 }
 
-/// Adds the levels that did not run.
-fn stop(report: &mut Report) {
-    for &name in &LEVELS[report.levels.len()..] {
+/// Adds the levels that did not run because the level `earlier` failed.
+fn stop(report: &mut Report, earlier: &'static str) {
+    let names = LEVELS.into_iter().chain(report.hidden.map(|_| HIDDEN_SITES));
+    for name in names.skip(report.levels.len()) {
         let mut level = Tally::default().level(name);
         level.passed = false;
-        level.stopped_by = Some(LEVELS[0]);
+        level.stopped_by = Some(earlier);
         report.levels.push(level);
     }
 }
 
 /// Runs all levels on arrays of consistent lengths.
 fn levels<const D: usize, const N: usize>(
-    mesh: &Triangulation<'_>,
+    sites: &Sites<'_>,
     options: VerifyOptions,
     runner: &mut Runner<'_>,
     report: &mut Report,
 ) {
-    let (mut soup, mut tally) = Soup::<D, N>::load(mesh, runner);
+    let (mut soup, mut tally) = Soup::<D, N>::load(sites, runner);
     if tally.count == 0 {
         tally.append(soup.structure(options.perturbed, runner));
         report.vertices_used = soup.used.iter().filter(|&&used| used).count() as u64;
         report.duplicates = soup.duplicates;
+        report.hidden = report.hidden.map(|_| soup.hidden);
         report.dimension_of_points = soup.dimension;
     }
     report.levels.push(tally.level(LEVELS[0]));
     if !report.passed() {
-        return stop(report);
+        return stop(report, LEVELS[0]);
     }
     report.levels.push(soup.orient(options.any_order, runner).level(LEVELS[1]));
     let (facets, tally) = Facets::new(&soup, runner);
@@ -214,4 +252,9 @@ fn levels<const D: usize, const N: usize>(
     report.ties = tally.ties;
     report.levels.push(tally.level(LEVELS[4]));
     report.levels.push(cover::check(&soup, &boundary, runner).level(LEVELS[5]));
+    if let Some(earlier) = report.levels.iter().find(|level| !level.passed).map(|level| level.name) {
+        stop(report, earlier);
+    } else if report.hidden.is_some() {
+        report.levels.push(hidden::check(&soup, &facets, runner).level(HIDDEN_SITES));
+    }
 }

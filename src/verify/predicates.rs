@@ -13,17 +13,21 @@
 //! | in-circle | 4 | 7: square, sum; product, sum; product; 2 sums | 6 of `Mx My L` | 66 |
 //! | orientation, space | 3 | 5: product, sum, product, 2 sums | 6 of `Mx My Mz` | 48 |
 //! | in-sphere | 5 | 12: square, 2 sums; 5 as above; product; 3 sums | 24 of `Mx My Mz L` | 408 |
+//! | in-circle, weights | 4 | 8: as without, and a sum | 6 of `Mx My (L + W)` | 72 |
+//! | in-sphere, weights | 5 | 13: as without, and a sum | 24 of `Mx My Mz (L + W)` | 432 |
 //!
-//! Here `L = sum M_k^2`, and the squares of one norm add up to at most `L`. The constants of [`bound`] are larger by at
-//! least 2 %. This margin covers the terms in `u^2` and the rounding of the bound.
+//! Here `L = sum M_k^2`, and the squares of one norm add up to at most `L`. Every rounded difference of weights is at most
+//! `W`. It counts as one difference, and it passes fewer roundings than a square. The constants of [`bound`] are larger
+//! by at least 2 %. This margin covers the terms in `u^2` and the rounding of the bound.
 //!
 //! **Underflow.** The filter requires all `M_k` to lie in `[2^-100, 2^100]`, so nothing overflows. A product of
 //! `j <= 5` differences that underflows has an error of at most `2^-1075` times the other factors of its monomials.
 //! Relative to the bound, this is at most `2^-1075 / (u 2^(-100 j)) <= 2^-522`, which the margin also covers.
-//! Differences outside this range use the exact form. An axis with `M_k = 0` has only equal coordinates, and the form
+//! A difference of weights may be small: a sum that underflows is exact, and its products are those of two differences.
+//! It must be at most `2^200`. Differences outside this range use the exact form. An axis with `M_k = 0` has only equal coordinates, and the form
 //! is exactly zero.
 //!
-//! **Tie rule** (Edelsbrunner and Muecke 1990; Devillers and Teillaud 2011). The heights `|p|^2` are raised by
+//! **Tie rule** (Edelsbrunner and Muecke 1990; Devillers and Teillaud 2011). The heights `|p|^2 - w` are raised by
 //! infinitesimals. A point of higher lexicographic rank has an infinitesimal that is larger by orders of magnitude.
 //! The in-sphere form is linear in the heights. So the highest-ranked point whose derivative is not zero decides. For
 //! the query, the derivative is minus the orientation of the cell. For a vertex of the cell, the derivative is the
@@ -32,10 +36,13 @@
 use std::array::from_fn;
 use std::cmp::Ordering;
 
-use super::exact::{exact_sign, form};
+use super::exact::{Ring, Site, exact_power, exact_sign, form, lifted, norm};
 
 /// The smallest and the largest difference that the filter admits: `2^-100` and `2^100`.
 const RANGE: (f64, f64) = (f64::from_bits((1023 - 100) << 52), f64::from_bits((1023 + 100) << 52));
+
+/// The largest difference of weights that the filter admits: `2^200`.
+const HEAVIEST: f64 = f64::from_bits((1023 + 200) << 52);
 
 /// Returns the constant of the bound, from the table above with its margin.
 const fn constant(d: usize, k: usize) -> f64 {
@@ -45,6 +52,12 @@ const fn constant(d: usize, k: usize) -> f64 {
         (_, 3) => 50.0,
         _ => 418.0,
     };
+    units * (f64::EPSILON / 2.0)
+}
+
+/// Returns the constant of the bound with weights.
+const fn constant_with_weights(d: usize) -> f64 {
+    let units = if d == 2 { 74.0 } else { 442.0 };
     units * (f64::EPSILON / 2.0)
 }
 
@@ -103,6 +116,28 @@ pub(super) fn replaced<const D: usize, const N: usize>(
 #[inline]
 pub(super) fn in_sphere<const D: usize, const N: usize>(cell: &[[f64; D]; N], q: &[f64; D]) -> Ordering {
     sign(q, cell)
+}
+
+/// Returns the in-sphere sign with weights: greater if the lift of `q` is strictly below the hyperplane through the lifts of
+/// the positive `cell`.
+#[inline]
+pub(super) fn power<const D: usize, const N: usize>(cell: &[Site<D>; N], q: &Site<D>) -> Ordering {
+    let rows: [[f64; D]; N] = from_fn(|i| from_fn(|k| cell[i].place[k] - q.place[k]));
+    let weights: [f64; N] = from_fn(|i| cell[i].weight - q.weight);
+    let largest: [f64; D] = from_fn(|k| rows.iter().fold(0.0, |m: f64, row| m.max(row[k].abs())));
+    let heaviest = weights.iter().fold(0.0, |m: f64, w| m.max(w.abs()));
+    if heaviest <= HEAVIEST && largest.iter().all(|m| (RANGE.0..=RANGE.1).contains(m)) {
+        let value = lifted(&rows, &from_fn(|i| norm(&rows[i]).minus(&weights[i])));
+        let squares: f64 = largest.iter().map(|m| m * m).sum();
+        let error = constant_with_weights(D) * largest.iter().product::<f64>() * (squares + heaviest);
+        if value > error {
+            return Ordering::Greater;
+        }
+        if value < -error {
+            return Ordering::Less;
+        }
+    }
+    exact_power(cell, q)
 }
 
 /// Returns the lexicographic order by coordinates, which are finite and never `-0.0`.

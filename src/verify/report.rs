@@ -23,6 +23,11 @@ pub enum Fault {
         /// The point.
         point: u64,
     },
+    /// A weight is infinite or NaN.
+    WeightNotFinite {
+        /// The point.
+        point: u64,
+    },
     /// A vertex index is not the index of a point.
     OutOfRange {
         /// The cell.
@@ -52,11 +57,18 @@ pub enum Fault {
         /// The two points.
         points: [u64; 2],
     },
+    /// A vertex coincides with a point of larger weight.
+    Lighter {
+        /// The vertex.
+        vertex: u64,
+        /// The smallest index of a heaviest point that coincides with it.
+        heavier: u64,
+    },
     /// A vertex coincides with a point of smaller index, which must be the vertex in the canonical triangulation.
     NotRepresentative {
         /// The vertex.
         vertex: u64,
-        /// The smallest index of a point that coincides with it.
+        /// The smallest index of a point that coincides with it, and has the same weight.
         smallest: u64,
     },
     /// There are no cells, although the points span the space.
@@ -124,14 +136,16 @@ pub enum Fault {
         /// The cells of the two facets.
         cells: [u64; 2],
     },
-    /// The far vertex of a neighbour lies strictly inside the circumsphere of a cell.
+    /// The far vertex of a neighbour lies strictly inside the circumsphere of a cell. With weights, its lift is strictly below
+    /// the hyperplane through the lifts of the cell.
     NotEmpty {
         /// The two cells.
         cells: [u64; 2],
         /// The vertex of the second cell that is inside the circumsphere of the first.
         vertex: u64,
     },
-    /// Two cospherical cells are not those that the lexicographic perturbation determines.
+    /// Two cospherical cells are not those that the lexicographic perturbation determines. With weights, their lifts have one
+    /// hyperplane.
     TieBrokenOtherwise {
         /// The two cells.
         cells: [u64; 2],
@@ -154,6 +168,20 @@ pub enum Fault {
         /// The vertices of the facet.
         facet: Vec<u64>,
     },
+    /// A point with a weight is not a vertex, but it is not hidden: its lift is not strictly above the cell around it.
+    NotHidden {
+        /// The point.
+        point: u64,
+        /// A closed cell that contains the point.
+        cell: u64,
+    },
+    /// A point with a weight is outside all cells.
+    Outside {
+        /// The point.
+        point: u64,
+        /// The cell of a boundary facet between the cells and the point.
+        cell: u64,
+    },
 }
 
 impl fmt::Display for Fault {
@@ -161,6 +189,7 @@ impl fmt::Display for Fault {
         match self {
             Fault::Shape { reason } => f.write_str(reason),
             Fault::NotFinite { point } => write!(f, "point {point} is not finite"),
+            Fault::WeightNotFinite { point } => write!(f, "the weight of point {point} is not finite"),
             Fault::OutOfRange { cell, index } => {
                 write!(f, "cell {cell} names point {index}, which does not exist")
             }
@@ -175,6 +204,9 @@ impl fmt::Display for Fault {
             }
             Fault::CoincidentVertices { points: [a, b] } => {
                 write!(f, "points {a} and {b} coincide, and both are vertices")
+            }
+            Fault::Lighter { vertex, heavier } => {
+                write!(f, "vertex {vertex} coincides with point {heavier}, which has a larger weight")
             }
             Fault::NotRepresentative { vertex, smallest } => {
                 write!(f, "vertex {vertex} coincides with point {smallest}, which should represent it")
@@ -192,7 +224,9 @@ impl Fault {
             Fault::OutOfRange { cell, .. }
             | Fault::RepeatedVertex { cell, .. }
             | Fault::Flat { cell }
-            | Fault::Negative { cell } => vec![*cell],
+            | Fault::Negative { cell }
+            | Fault::NotHidden { cell, .. }
+            | Fault::Outside { cell, .. } => vec![*cell],
             Fault::CellTwice { cells }
             | Fault::SameSide { cells, .. }
             | Fault::PinchedVertex { cells, .. }
@@ -206,8 +240,10 @@ impl Fault {
             }
             Fault::Shape { .. }
             | Fault::NotFinite { .. }
+            | Fault::WeightNotFinite { .. }
             | Fault::Unused { .. }
             | Fault::CoincidentVertices { .. }
+            | Fault::Lighter { .. }
             | Fault::NotRepresentative { .. }
             | Fault::NoCells
             | Fault::LinkNotADisc { .. }
@@ -218,7 +254,12 @@ impl Fault {
     /// Returns the points that the fault names.
     pub fn points(&self) -> Vec<u64> {
         match self {
-            Fault::NotFinite { point } | Fault::Unused { point } => vec![*point],
+            Fault::NotFinite { point }
+            | Fault::WeightNotFinite { point }
+            | Fault::Unused { point }
+            | Fault::NotHidden { point, .. }
+            | Fault::Outside { point, .. } => vec![*point],
+            Fault::Lighter { vertex, heavier } => vec![*vertex, *heavier],
             Fault::CoincidentVertices { points } => points.to_vec(),
             Fault::NotRepresentative { vertex, smallest } => vec![*vertex, *smallest],
             Fault::RepeatedVertex { vertex, .. }
@@ -290,6 +331,12 @@ impl Fault {
             Fault::BeyondBoundary { cell, other, facet } => {
                 write!(f, "cell {cell} crosses the boundary facet {facet:?} of cell {other}")
             }
+            Fault::NotHidden { point, cell } => {
+                write!(f, "point {point} is not a vertex, but its lift is not above that of cell {cell}")
+            }
+            Fault::Outside { point, cell } => {
+                write!(f, "point {point} is outside all cells, next to cell {cell}")
+            }
             other => write!(f, "{other:?}"),
         }
     }
@@ -299,12 +346,12 @@ impl Fault {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LevelReport {
-    /// `structure`, `orientation`, `manifold`, `hull`, `empty spheres` or `single cover`.
+    /// `structure`, `orientation`, `manifold`, `hull`, `empty spheres` or `single cover`; with weights, also `hidden sites`.
     pub name: &'static str,
     /// Whether the level ran and found no fault.
     pub passed: bool,
-    /// The number of items checked. The items of the six levels are, in order: points and cells; cells; facets and
-    /// vertices; boundary ridges; interior facets; cells and boundary facets.
+    /// The number of items checked. The items of the levels are, in order: points and cells; cells; facets and vertices;
+    /// boundary ridges; interior facets; cells and boundary facets; places of hidden points.
     pub checked: u64,
     /// The first faults, at most [`KEPT`].
     pub faults: Vec<Fault>,
@@ -336,8 +383,12 @@ pub struct Report {
     pub ties: u64,
     /// Number of points that are vertices.
     pub vertices_used: u64,
-    /// Number of points that coincide with a point of smaller index.
+    /// Number of points that coincide with a point of smaller index. With weights, both have the largest weight at that place.
     pub duplicates: u64,
+    /// Number of hidden points, or `None` without weights. They are neither vertices nor duplicates. Without cells, only
+    /// points that are lighter than another at their place count.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hidden: Option<u64>,
     /// The dimension of the affine hull of the points, or -1 without points.
     pub dimension_of_points: i32,
 }

@@ -1,8 +1,8 @@
 //! The mesh in the memory of the verifier, and the first two levels: structure and orientation.
 //!
 //! `-0.0` is copied as `0.0`. If the largest coordinate is outside `2^-60` to `2^60`, all coordinates are multiplied by
-//! a power of two that brings it near one, provided that this is exact for all of them. The scaling changes no sign of
-//! a determinant. The filter of [`super::predicates`] then stays in its range for any unit of length.
+//! a power of two that brings it near one, and weights by its square, provided that this is exact for all of them. The
+//! scaling changes no sign of a determinant. The filter of [`super::predicates`] then stays in its range for any unit of length.
 
 use std::array::from_fn;
 use std::cmp::Ordering;
@@ -10,31 +10,37 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::exact::power_of_two;
-use super::predicates::{lexicographic, orientation};
+use super::exact::{Site, power_of_two};
+use super::predicates::{in_sphere, lexicographic, orientation, power};
 use super::report::{Fault, Tally};
 use super::runner::Runner;
-use crate::triangulation::Triangulation;
+use crate::triangulation::Sites;
 
 /// Points and cells that need not form a complex. `N` is `D + 1`.
 pub(super) struct Soup<const D: usize, const N: usize> {
     /// All points.
     pub points: Vec<[f64; D]>,
+    /// The weights of all points. Empty without weights.
+    pub weights: Vec<f64>,
     /// The vertices of the cells. After the level `orientation`, cells are positively oriented unless they are flat.
     pub cells: Vec<[u32; N]>,
     /// The flat cells, in ascending order.
     pub flat: Vec<u32>,
     /// For each point, whether it is a vertex.
     pub used: Vec<bool>,
-    /// Number of points that coincide with one of smaller index.
+    /// Number of points that coincide with one of smaller index. With weights, both have the largest weight at that place.
     pub duplicates: u64,
+    /// Number of hidden points, provided that [`Self::concealed`] are hidden.
+    pub hidden: u64,
+    /// One heaviest point for each place without a vertex. Empty without weights, and without cells.
+    pub concealed: Vec<u32>,
     /// The dimension of the affine hull of the points.
     pub dimension: i32,
 }
 
-/// If the largest coordinate is outside `2^-60` to `2^60`, multiplies all coordinates by a power of two, provided that
-/// this is exact.
-fn normalise(coordinates: &mut [f64]) {
+/// If the largest coordinate is outside `2^-60` to `2^60`, multiplies all coordinates by a power of two, and all weights by
+/// its square, provided that this is exact.
+fn normalise(coordinates: &mut [f64], weights: &mut [f64]) {
     let largest = coordinates.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     let exponent = ((largest.to_bits() >> 52) & 0x7ff) as i32 - 1023;
     if largest == 0.0 || exponent.abs() <= 60 {
@@ -44,16 +50,23 @@ fn normalise(coordinates: &mut [f64]) {
     let (up, up_rest) = (power_of_two(half), power_of_two(rest));
     let (down, down_rest) = (power_of_two(-half), power_of_two(-rest));
     let scaled = |x: f64| x * up * up_rest;
-    if coordinates.iter().all(|&x| scaled(x) * down_rest * down == x) {
+    let back = |x: f64| x * down_rest * down;
+    let exact = coordinates.iter().all(|&x| back(scaled(x)) == x);
+    if exact && weights.iter().all(|&w| back(back(scaled(scaled(w)))) == w) {
         for x in coordinates {
             *x = scaled(*x);
+        }
+        for w in weights {
+            *w = scaled(scaled(*w));
         }
     }
 }
 
 impl<const D: usize, const N: usize> Soup<D, N> {
-    /// Copies the points, and the cells if their indices are valid. Returns the faults of coordinates and indices.
-    pub fn load(mesh: &Triangulation<'_>, runner: &mut Runner<'_>) -> (Self, Tally) {
+    /// Copies the points, and the cells if their indices are valid. Returns the faults of coordinates, weights and indices.
+    pub fn load(sites: &Sites<'_>, runner: &mut Runner<'_>) -> (Self, Tally) {
+        let mesh = &sites.mesh;
+        let mut weights = sites.weights.unwrap_or_default().to_vec();
         let mut coordinates: Vec<f64> = mesh.coordinates.iter().map(|x| x + 0.0).collect();
         let count = coordinates.len() / D;
         let mut tally = runner.each("points", count, |range, tally| {
@@ -61,6 +74,9 @@ impl<const D: usize, const N: usize> Soup<D, N> {
             for i in range {
                 if !mesh.coordinates[i * D..(i + 1) * D].iter().all(|x| x.is_finite()) {
                     tally.fault(Fault::NotFinite { point: i as u64 });
+                }
+                if weights.get(i).is_some_and(|w| !w.is_finite()) {
+                    tally.fault(Fault::WeightNotFinite { point: i as u64 });
                 }
             }
         });
@@ -73,12 +89,34 @@ impl<const D: usize, const N: usize> Soup<D, N> {
         }));
         let mut cells = Vec::new();
         if tally.count == 0 {
-            normalise(&mut coordinates);
+            normalise(&mut coordinates, &mut weights);
             cells = mesh.cells.chunks_exact(N).map(|row| from_fn(|i| row[i] as u32)).collect();
         }
         let points = coordinates.chunks_exact(D).map(|p| from_fn(|k| p[k])).collect();
         let used = vec![false; count];
-        (Self { points, cells, flat: Vec::new(), used, duplicates: 0, dimension: -1 }, tally)
+        let (flat, concealed) = (Vec::new(), Vec::new());
+        (
+            Self { points, weights, cells, flat, used, duplicates: 0, hidden: 0, concealed, dimension: -1 },
+            tally,
+        )
+    }
+
+    /// Returns a point with its weight, 0 without weights.
+    #[inline]
+    fn site(&self, point: u32) -> Site<D> {
+        let weight = self.weights.get(point as usize).copied().unwrap_or(0.0);
+        Site { place: self.points[point as usize], weight }
+    }
+
+    /// Returns the in-sphere sign of a point: greater if its lift is strictly below the hyperplane through the lifts of the
+    /// cell. `corners` are the coordinates of the cell.
+    #[inline]
+    pub fn in_sphere(&self, cell: u32, corners: &[[f64; D]; N], point: u32) -> Ordering {
+        if self.weights.is_empty() {
+            in_sphere(corners, &self.points[point as usize])
+        } else {
+            power(&self.cells[cell as usize].map(|v| self.site(v)), &self.site(point))
+        }
     }
 
     /// Returns the coordinates of the vertices of a cell.
@@ -119,11 +157,17 @@ impl<const D: usize, const N: usize> Soup<D, N> {
             tally.fault(Fault::NoCells);
         }
         for group in order.chunk_by(|&i, &j| points[i as usize] == points[j as usize]) {
-            self.duplicates += group.len() as u64 - 1;
+            let Some((first, equals)) = heaviest(group, &self.weights) else { continue };
+            self.duplicates += equals - 1;
+            self.hidden += group.len() as u64 - equals;
             if !empty {
-                check_group(group, &self.used, perturbed, &mut tally);
+                let place = Place { group, first, weights: &self.weights };
+                if place.check(&self.used, perturbed, &mut tally) {
+                    self.concealed.push(first);
+                }
             }
         }
+        self.hidden += self.concealed.len() as u64;
         tally
     }
 
@@ -179,17 +223,44 @@ fn check_row(cell: u64, row: &[u64], count: usize, tally: &mut Tally) {
     }
 }
 
-/// Checks that exactly one point of a group of coincident points is a vertex. `group` is in ascending order.
-fn check_group(group: &[u32], used: &[bool], perturbed: bool, tally: &mut Tally) {
-    let smallest = group[0] as u64;
-    let mut vertices = group.iter().filter(|&&i| used[i as usize]).map(|&i| i as u64);
-    match (vertices.next(), vertices.next()) {
-        (None, _) => tally.fault(Fault::Unused { point: smallest }),
-        (Some(a), Some(b)) => tally.fault(Fault::CoincidentVertices { points: [a, b] }),
-        (Some(vertex), None) if perturbed && vertex != smallest => {
-            tally.fault(Fault::NotRepresentative { vertex, smallest });
+/// Returns the first of the heaviest points of a group, and the number of points with its weight. Without weights, all have
+/// the same.
+fn heaviest(group: &[u32], weights: &[f64]) -> Option<(u32, u64)> {
+    let weight = |&i: &u32| weights.get(i as usize).copied().unwrap_or(0.0);
+    let largest = group.iter().map(weight).fold(f64::NEG_INFINITY, f64::max);
+    let mut equals = group.iter().filter(|i| weight(i) == largest);
+    equals.next().map(|&first| (first, 1 + equals.count() as u64))
+}
+
+/// The points at one place, in ascending order.
+struct Place<'a> {
+    group: &'a [u32],
+    /// The first of the heaviest points.
+    first: u32,
+    /// All weights. Empty without weights.
+    weights: &'a [f64],
+}
+
+impl Place<'_> {
+    /// Checks that exactly one point of the place is a vertex, a heaviest one. With weights, none need be. Returns `true` if
+    /// none is, and the place must be hidden.
+    fn check(&self, used: &[bool], perturbed: bool, tally: &mut Tally) -> bool {
+        let smallest = self.first as u64;
+        let weighs = |i: u64| self.weights.get(i as usize);
+        let mut vertices = self.group.iter().filter(|&&i| used[i as usize]).map(|&i| i as u64);
+        match (vertices.next(), vertices.next()) {
+            (None, _) if !self.weights.is_empty() => return true,
+            (None, _) => tally.fault(Fault::Unused { point: smallest }),
+            (Some(a), Some(b)) => tally.fault(Fault::CoincidentVertices { points: [a, b] }),
+            (Some(vertex), None) if weighs(vertex) != weighs(smallest) => {
+                tally.fault(Fault::Lighter { vertex, heavier: smallest });
+            }
+            (Some(vertex), None) if perturbed && vertex != smallest => {
+                tally.fault(Fault::NotRepresentative { vertex, smallest });
+            }
+            _ => {}
         }
-        _ => {}
+        false
     }
 }
 

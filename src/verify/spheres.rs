@@ -1,7 +1,8 @@
 //! The fifth level: every interior facet is locally Delaunay.
 //!
 //! **Statement.** For each cell and neighbour, the far vertex of the neighbour is not strictly inside the
-//! circumsphere of the cell. Interior facets correspond to the finite|finite ridges of the lifted hull ([`super`]).
+//! circumsphere of the cell. With weights, its lift is not strictly below the hyperplane through the lifts of the cell; that
+//! is, it is not in conflict with the orthosphere of the cell. Interior facets correspond to the finite|finite ridges of the lifted hull ([`super`]).
 //! Both cells of a facet give the same sign. If it is zero and the perturbation is required, the vertex must be
 //! outside the perturbed circumsphere.
 //!
@@ -10,7 +11,7 @@
 use std::cmp::Ordering;
 
 use super::facets::{BROKEN, Facets};
-use super::predicates::{in_sphere, tie_inside};
+use super::predicates::tie_inside;
 use super::report::{Fault, Tally};
 use super::runner::Runner;
 use super::soup::Soup;
@@ -33,14 +34,13 @@ pub(super) fn check<const D: usize, const N: usize>(
                 {
                     tally.checked += 1;
                     let far = soup.cells[next as usize][twin as usize % N];
-                    let q = &soup.points[far as usize];
                     let (cells, vertex) = ([cell as u64, next as u64], far as u64);
-                    match in_sphere(&corners, q) {
+                    match soup.in_sphere(cell as u32, &corners, far) {
                         Ordering::Less => {}
                         Ordering::Greater => tally.fault(Fault::NotEmpty { cells, vertex }),
                         Ordering::Equal => {
                             tally.ties += 1;
-                            if perturbed && tie_inside(&corners, q) {
+                            if perturbed && tie_inside(&corners, &soup.points[far as usize]) {
                                 tally.fault(Fault::TieBrokenOtherwise { cells, vertex });
                             }
                         }

@@ -250,3 +250,46 @@ fn bad_weights_are_exit_3() {
     }
     place.fails("triangulate p.csv --weights few.txt --hidden no/h.txt", 1, &["no/h.txt"]);
 }
+
+#[test]
+fn cells_and_hidden_points_are_verified() {
+    let place = Place::new();
+    let (table, weights) = (table(), last_column(&table()));
+    place.file("p.csv", &table).file("w.npy", vector(&weights));
+    place.good("triangulate p.csv --weights w -o p.npy -o p.vtu");
+    place.good("triangulate p.csv -o plain.npy");
+    let talk = stderr(&place.good("verify p.csv p.npy --weights w --perturbed --json v.json"));
+    assert!(talk.contains("p.npy is a regular triangulation of p.csv"), "{talk}");
+    assert!(talk.contains(", 2 points hidden"), "{talk}");
+    let report = place.json("v.json");
+    assert_eq!((&report["hidden"], &report["weights"]), (&2.into(), &"w".into()));
+    assert_eq!(report["levels"][6]["name"], "hidden sites");
+    place.good("verify p.csv p.npy --weights w.npy");
+    place.good("verify p.vtu --weights w.npy --perturbed");
+    place.fails("verify p.csv p.npy", 4, &["p.npy is not a Delaunay triangulation"]);
+    place.fails(
+        "verify p.csv plain.npy --weights w",
+        4,
+        &["plain.npy is not a regular triangulation", "empty spheres"],
+    );
+    // In the set without the point 30, the triangulation is regular, but the point is not hidden.
+    let without: String = table.lines().map(|line| line.to_owned() + "\n").collect();
+    let light = without.replacen("12,12,900,0\n", "12,12,900,-99\n", 1);
+    assert_ne!(light, without);
+    place.file("light.csv", light);
+    place.good("triangulate light.csv --weights w -o light.npy");
+    place.fails("verify p.csv light.npy --weights w", 4, &["point 30 is not a vertex"]);
+    place.good("triangulate p.csv --radii mass -o r.npy");
+    place.good("verify p.csv r.npy --radii mass");
+    place.fails("verify p.csv r.npy --weights mass", 4, &["not a regular triangulation"]);
+    for (line, words) in [
+        ("sample:uniform:100 p.npy --weights w", "--weights applies to files"),
+        ("p.csv p.npy --weights w --radii w", "--radii"),
+        ("p.csv p.npy --weights w.npy --json w.npy", "would overwrite the input file w.npy"),
+        ("p.csv p.npy --weights w --terrain", "--weights contradicts --terrain"),
+        ("p.vtu --weights w", "a .vtu file has no column of weights"),
+    ] {
+        let code = if words.contains("column") { 3 } else { 2 };
+        place.fails(&format!("verify {line}"), code, &[words]);
+    }
+}

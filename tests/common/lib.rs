@@ -16,7 +16,7 @@ use septet_core::spec::{Alpha, Graph, GraphKind, Neighbours, SeparatorSets, Task
 use septet_core::{Outcome, Spec, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_protocol::ledger::Ledger;
-use septet_verify::{Triangulation, VerifyOptions, verify};
+use septet_verify::{Sites, Triangulation, VerifyOptions, verify};
 use transports::TestTransport;
 
 /// Returns the configuration of `workers` in the simulator.
@@ -83,18 +83,19 @@ pub fn coordinates<P: Point>(points: &[P]) -> Vec<f64> {
     points.iter().flat_map(|p| (0..P::DIM).map(|i| p.coord(i)).collect::<Vec<_>>()).collect()
 }
 
-/// Panics unless the independent verifier finds that the cells are septet's canonical triangulation.
+/// Panics unless the independent verifier finds that the cells are septet's canonical triangulation, and the hidden points
+/// those that are hidden.
 pub fn assert_verified<P: Point>(points: &[P], run: &Outcome) {
     let coordinates = coordinates(points);
+    let weights: Vec<f64> = points.iter().map(Point::weight).collect();
     let options = VerifyOptions { perturbed: true, any_order: false, ..VerifyOptions::default() };
-    let report = verify(
-        &Triangulation { dimension: run.space, coordinates: &coordinates, cells: run.cells() },
-        &options,
-        &mut |_, _, _| {},
-    );
+    let mesh = Triangulation { dimension: run.space, coordinates: &coordinates, cells: run.cells() };
+    let sites = Sites { mesh, weights: P::IS_WEIGHTED.then_some(&weights) };
+    let report = verify(sites, &options, &mut |_, _, _| {});
     assert!(report.passed(), "{report:#?}");
     assert_eq!(report.hull_facets, run.hull_facets);
     assert_eq!(report.dimension_of_points, run.dimension as i32);
+    assert_eq!(report.hidden, run.points.hidden);
 }
 
 /// Returns the task of `simulate` (`counted`) or `triangulate`.

@@ -60,3 +60,5 @@ mod real;
 mod scaling;
 
 mod transports;
+
+mod weights;

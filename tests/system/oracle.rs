@@ -7,7 +7,7 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::OnceLock;
+use std::sync::{Mutex, PoisonError};
 
 use crate::common::sets::{plane, space};
 use crate::common::{base, check, coordinates};
@@ -29,33 +29,25 @@ pub fn python() -> OsString {
         .expect("SEPTET_PYTHON must name a Python interpreter with numpy and scipy: tests/run makes one")
 }
 
-/// CGAL's driver, compiled once.
-fn cgal() -> &'static Path {
-    static DRIVER: OnceLock<Result<PathBuf, String>> = OnceLock::new();
-    let driver = DRIVER.get_or_init(|| {
-        let text = fs::read(source("cgal_check.cpp")).unwrap();
-        let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("oracle");
-        fs::create_dir_all(&place).unwrap();
-        let (program, of) = (place.join("cgal_check"), place.join("cgal_check.cpp"));
-        if program.is_file() && fs::read(&of).is_ok_and(|old| old == text) {
-            return Ok(program);
-        }
-        let mut compiler = Command::new("c++");
-        compiler.args(["-std=c++17", "-O2", "-DNDEBUG", "-frounding-math", "-o"]).arg(&program);
-        compiler.arg(source("cgal_check.cpp")).args(["-lmpfr", "-lgmp"]);
-        match compiler.output() {
-            Ok(output) if output.status.success() => {
-                fs::write(of, text).unwrap();
-                Ok(program)
-            }
-            Ok(output) => Err(String::from_utf8_lossy(&output.stderr).chars().take(2000).collect()),
-            Err(error) => Err(error.to_string()),
-        }
-    });
-    match driver {
-        Ok(program) => program,
-        Err(reason) => panic!("CGAL's driver does not compile (libcgal-dev): {reason}"),
+/// A driver of CGAL, compiled once.
+pub fn cgal(name: &str) -> PathBuf {
+    static COMPILER: Mutex<()> = Mutex::new(());
+    let _one_at_a_time = COMPILER.lock().unwrap_or_else(PoisonError::into_inner);
+    let text = fs::read(source(&format!("{name}.cpp"))).unwrap();
+    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("oracle");
+    fs::create_dir_all(&place).unwrap();
+    let (program, of) = (place.join(name), place.join(format!("{name}.cpp")));
+    if program.is_file() && fs::read(&of).is_ok_and(|old| old == text) {
+        return program;
     }
+    let mut compiler = Command::new("c++");
+    compiler.args(["-std=c++17", "-O2", "-DNDEBUG", "-frounding-math", "-o"]).arg(&program);
+    compiler.arg(source(&format!("{name}.cpp"))).args(["-lmpfr", "-lgmp"]);
+    let output = compiler.output().unwrap_or_else(|e| panic!("{compiler:?}: {e}"));
+    let complaint: String = String::from_utf8_lossy(&output.stderr).chars().take(2000).collect();
+    assert!(output.status.success(), "{name} does not compile (libcgal-dev): {complaint}");
+    fs::write(of, text).unwrap();
+    program
 }
 
 /// Runs a checker on points and cells; it says what it found.
@@ -91,7 +83,7 @@ fn by_script<P: Point>(script: &str, points: &[P], what: &str) {
 }
 
 fn by_cgal<P: Point>(points: &[P], general: bool, what: &str) {
-    run_checker(Command::new(cgal()), points, &check(points, &five_workers()), general, what);
+    run_checker(Command::new(cgal("cgal_check")), points, &check(points, &five_workers()), general, what);
 }
 
 #[test]

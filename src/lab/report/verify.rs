@@ -20,7 +20,13 @@ pub struct VerifyReport<'a> {
     pub points_file: &'a str,
     /// The file of cells.
     pub cells_file: String,
-    /// Whether the cells are a Delaunay triangulation.
+    /// Column or file of the weights, if they are given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weights: Option<&'a str>,
+    /// Column or file of the radii, if they are given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radii: Option<&'a str>,
+    /// Whether the cells are a Delaunay triangulation, or a regular one of points with weights.
     pub passed: bool,
     /// The levels of verification, with the first faults of each.
     #[serde(flatten)]
@@ -28,13 +34,15 @@ pub struct VerifyReport<'a> {
 }
 
 impl<'a> VerifyReport<'a> {
-    /// Returns the report on these two files.
+    /// Returns the report on these two files, without weights.
     pub fn of(report: &'a septet_verify::Report, points: &'a str, cells: &Path) -> Self {
         VerifyReport {
             schema: VERIFY_SCHEMA,
             version: env!("CARGO_PKG_VERSION"),
             points_file: points,
             cells_file: cells.display().to_string(),
+            weights: None,
+            radii: None,
             passed: report.passed(),
             report,
         }

@@ -1,9 +1,10 @@
 //! Meshes for the tests.
 
+use std::cmp::Ordering;
+
 use num_bigint::BigInt;
 
-use crate::exact::integers;
-use crate::{Fault, Report, Triangulation, VerifyOptions, verify};
+use crate::{Fault, Report, Sites, Triangulation, VerifyOptions, verify};
 
 /// A mesh that owns its arrays.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,20 +12,23 @@ pub struct Mesh {
     pub dimension: usize,
     pub coordinates: Vec<f64>,
     pub cells: Vec<u64>,
+    pub weights: Option<Vec<f64>>,
 }
 
 impl Mesh {
     pub fn new<const D: usize, const N: usize>(points: &[[f64; D]], cells: &[[u64; N]]) -> Self {
         let (coordinates, cells) = (points.as_flattened().to_vec(), cells.as_flattened().to_vec());
-        Self { dimension: D, coordinates, cells }
+        Self { dimension: D, coordinates, cells, weights: None }
     }
 
-    pub fn view(&self) -> Triangulation<'_> {
-        Triangulation { dimension: self.dimension, coordinates: &self.coordinates, cells: &self.cells }
+    pub fn view(&self) -> Sites<'_> {
+        let (coordinates, cells) = (&self.coordinates, &self.cells);
+        let mesh = Triangulation { dimension: self.dimension, coordinates, cells };
+        self.weights.as_deref().map_or((&mesh).into(), |weights| mesh.weighted(weights))
     }
 
     pub fn verify(&self, options: VerifyOptions) -> Report {
-        verify(&self.view(), &options, &mut |_, _, _| {})
+        verify(self.view(), &options, &mut |_, _, _| {})
     }
 
     /// Returns the levels that ran and failed with default options.
@@ -55,6 +59,9 @@ impl Mesh {
         let shift = (self.coordinates.len() / self.dimension) as u64;
         self.coordinates.extend_from_slice(&other.coordinates);
         self.cells.extend(other.cells.iter().map(|v| v + shift));
+        if let (Some(weights), Some(more)) = (&mut self.weights, &other.weights) {
+            weights.extend(more);
+        }
     }
 }
 
@@ -85,7 +92,7 @@ fn determinant(rows: &[Vec<BigInt>]) -> BigInt {
 }
 
 /// Increasing `k`-subsets of `items`.
-fn subsets(items: &[usize], k: usize) -> Vec<Vec<usize>> {
+pub fn subsets(items: &[usize], k: usize) -> Vec<Vec<usize>> {
     if k == 0 {
         return vec![Vec::new()];
     }
@@ -98,48 +105,92 @@ fn subsets(items: &[usize], k: usize) -> Vec<Vec<usize>> {
     all
 }
 
-/// Returns the canonical Delaunay triangulation of a few points. It is the lower hull of the heights
-/// `|p|^2 B^(n+1) + B^rank` for a large `B`. All simplices are tested against all points.
-pub fn brute<const D: usize>(points: &[[f64; D]]) -> Mesh {
-    let whole = integers(points);
-    let n = points.len();
-    let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|&i, &j| whole[i].cmp(&whole[j]).then(i.cmp(&j)));
-    order.dedup_by(|i, j| whole[*i] == whole[*j]);
-    let width = 16 + 8 * whole.iter().flatten().map(BigInt::bits).max().unwrap_or(0);
-    let mut lifted: Vec<Vec<BigInt>> = whole.iter().map(|p| p.to_vec()).collect();
-    for p in &mut lifted {
-        let square: BigInt = p.iter().map(|x| x * x).sum();
-        p.push(square << (width * (n as u64 + 1)));
+/// Splits a finite `x` into `(m, e)` with `x = m 2^e`.
+fn parts(x: f64) -> (i64, i32) {
+    let (mut m, mut e) = (x, 0);
+    while m != m.trunc() {
+        (m, e) = (m * 2.0, e - 1);
     }
+    while m.abs() >= 2f64.powi(53) {
+        (m, e) = (m / 2.0, e + 1);
+    }
+    (m as i64, e)
+}
+
+/// Returns positions and heights `|p|^2 - w` as integers, in units of one power of two and of its square.
+pub fn integers<const D: usize>(points: &[[f64; D]], weights: &[f64]) -> Vec<Vec<BigInt>> {
+    let of_points = points.iter().flatten().filter(|&&x| x != 0.0).map(|&x| parts(x).1);
+    let of_weights = weights.iter().filter(|&&w| w != 0.0).map(|&w| parts(w).1.div_euclid(2));
+    let low = of_points.chain(of_weights).min().unwrap_or(0);
+    let whole = |x: f64, low: i32| {
+        let (m, e) = parts(x);
+        BigInt::from(m) << if m == 0 { 0 } else { e - low }
+    };
+    let lift = |(p, &w): (&[f64; D], &f64)| {
+        let mut row: Vec<BigInt> = p.iter().map(|&x| whole(x, low)).collect();
+        row.push(row.iter().map(|x| x * x).sum::<BigInt>() - whole(w, 2 * low));
+        row
+    };
+    points.iter().zip(weights).map(lift).collect()
+}
+
+/// Returns the first row of the heaviest sites at each position, in lexicographic order.
+pub fn representatives(lifted: &[Vec<BigInt>]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..lifted.len()).collect();
+    // The lowest lift is the heaviest.
+    order.sort_by(|&i, &j| lifted[i].cmp(&lifted[j]).then(i.cmp(&j)));
+    let place = |i: usize| lifted[i].split_last().map(|(_, place)| place);
+    order.dedup_by(|i, j| place(*i) == place(*j));
+    order
+}
+
+/// Returns the sign of the orientation of rows, of which the first `size` numbers count.
+pub fn turn(rows: &[&Vec<BigInt>], size: usize) -> Ordering {
+    let differences = |row: &&Vec<BigInt>| (0..size).map(|k| &row[k] - &rows[0][k]).collect();
+    let matrix: Vec<Vec<BigInt>> = rows[1..].iter().map(differences).collect();
+    determinant(&matrix).cmp(&BigInt::ZERO)
+}
+
+/// Returns the canonical Delaunay triangulation of a few points. See [`regular`].
+pub fn brute<const D: usize>(points: &[[f64; D]]) -> Mesh {
+    Mesh { weights: None, ..regular(points, &vec![0.0; points.len()]) }
+}
+
+/// Returns the canonical regular triangulation of a few sites. It is the lower hull of the heights
+/// `(|p|^2 - w) B^(n+1) + B^rank` for a large `B`. All simplices are tested against all sites.
+pub fn regular<const D: usize>(points: &[[f64; D]], weights: &[f64]) -> Mesh {
+    let mut lifted = integers(points, weights);
+    let order = representatives(&lifted);
+    let n = points.len() as u64;
+    let coordinates = lifted.iter().flat_map(|row| &row[..D]);
+    let width = 16 + 8 * coordinates.map(BigInt::bits).max().unwrap_or(0);
     for (rank, &i) in order.iter().enumerate() {
+        lifted[i][D] <<= width * (n + 1);
         lifted[i][D] += BigInt::from(1) << (width * (rank as u64 + 1));
     }
-    let row = |i: usize, j: usize, size: usize| -> Vec<BigInt> {
-        (0..size).map(|k| &lifted[i][k] - &lifted[j][k]).collect()
-    };
     let mut cells = Vec::new();
     for mut cell in subsets(&order, D + 1) {
-        let flat: Vec<_> = cell[1..].iter().map(|&i| row(i, cell[0], D)).collect();
-        let volume = determinant(&flat);
-        if volume == BigInt::ZERO {
-            continue;
+        let mut rows: Vec<&Vec<BigInt>> = cell.iter().map(|&i| &lifted[i]).collect();
+        match turn(&rows, D) {
+            Ordering::Equal => continue,
+            Ordering::Less => {
+                cell.swap(D - 1, D);
+                rows.swap(D - 1, D);
+            }
+            Ordering::Greater => {}
         }
-        if volume < BigInt::ZERO {
-            cell.swap(D - 1, D);
-        }
-        let mut rows: Vec<_> = cell[1..].iter().map(|&i| row(i, cell[0], D + 1)).collect();
         let empty = order.iter().filter(|i| !cell.contains(i)).all(|&q| {
-            rows.push(row(q, cell[0], D + 1));
-            let above = determinant(&rows);
+            rows.push(&lifted[q]);
+            let above = turn(&rows, D + 1);
             rows.pop();
-            above > BigInt::ZERO
+            above.is_gt()
         });
         if empty {
             cells.extend(cell.iter().map(|&i| i as u64));
         }
     }
-    Mesh { dimension: D, coordinates: points.as_flattened().to_vec(), cells }
+    let (coordinates, weights) = (points.as_flattened().to_vec(), Some(weights.to_vec()));
+    Mesh { dimension: D, coordinates, cells, weights }
 }
 
 /// A small random number generator (splitmix64).
@@ -172,7 +223,7 @@ pub fn cube() -> Vec<[f64; 3]> {
 /// Returns `side^3` cubes, each cut as `rows` cuts the unit cube. `place` moves the points.
 pub fn tiled(side: usize, rows: &[u64], mut place: impl FnMut([f64; 3]) -> [f64; 3]) -> Mesh {
     let triple = |i: usize, side: usize| [i / (side * side), i / side % side, i % side];
-    let mut mesh = Mesh { dimension: 3, coordinates: Vec::new(), cells: Vec::new() };
+    let mut mesh = Mesh { dimension: 3, coordinates: Vec::new(), cells: Vec::new(), weights: None };
     for i in 0..(side + 1).pow(3) {
         mesh.coordinates.extend(place(triple(i, side + 1).map(|x| x as f64)));
     }
