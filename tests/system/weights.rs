@@ -13,7 +13,7 @@ use std::process::Command;
 use glam::{DVec2, DVec3};
 use septet_core::spec::{Spec, Workers};
 use septet_core::{Outcome, triangulate};
-use septet_geometry::point::{Point, Position, Vector};
+use septet_geometry::point::{Point, Position};
 use septet_geometry::site::Weighted;
 
 use super::oracle::cgal;
@@ -221,7 +221,7 @@ fn set<const D: usize>(kind: usize, draw: &mut Draw) -> Vec<Site<D>> {
     let most = if D == 2 { 20 } else { 14 };
     let mut count = draw.below(most) + 1;
     let mut number = |from: i64, to: i64| from + draw.below((to - from + 1) as usize) as i64;
-    let mut place = |side: i64, number: &mut dyn FnMut(i64, i64) -> i64| {
+    let place = |side: i64, number: &mut dyn FnMut(i64, i64) -> i64| {
         std::array::from_fn::<i64, D, _>(|_| number(0, side))
     };
     let square = |place: &[i64; D]| place.iter().map(|x| x * x).sum::<i64>();
