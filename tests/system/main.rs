@@ -45,6 +45,8 @@ mod oracle;
 
 mod parts;
 
+mod periodic;
+
 mod pieces;
 
 mod planted;

@@ -25,7 +25,7 @@ use crate::common::{assert_verified, with_workers, within};
 const PATIENCE: u64 = 60;
 
 /// A site: coordinates of at most `2^20`, and a weight of at most `2^42`.
-type Site<const D: usize> = ([i64; D], i64);
+pub(super) type Site<const D: usize> = ([i64; D], i64);
 
 /// The regular triangulation of some sites, by definition.
 #[derive(Debug, PartialEq, Eq)]
@@ -38,7 +38,7 @@ struct Expected {
 }
 
 /// Returns twice the area or six times the volume of a simplex, with its sign.
-fn volume<const D: usize>(simplex: &[&Site<D>]) -> i128 {
+pub(super) fn volume<const D: usize>(simplex: &[&Site<D>]) -> i128 {
     let edge = |i: usize, k: usize| i128::from(simplex[i].0[k] - simplex[0].0[k]);
     let minor = |i: usize, j: usize, k: usize, l: usize| edge(i, k) * edge(j, l) - edge(i, l) * edge(j, k);
     match D {
@@ -54,7 +54,7 @@ fn volume<const D: usize>(simplex: &[&Site<D>]) -> i128 {
 /// The height of the site over the plane is a sum over the sites and the corners: height times volume of the simplex of
 /// all others, with alternating signs. An infinitesimal is added to each height, larger by orders of magnitude for larger
 /// positions. So the largest position with a volume decides.
-fn above<const D: usize>(simplex: &[&Site<D>], site: &Site<D>) -> [Ordering; 2] {
+pub(super) fn above<const D: usize>(simplex: &[&Site<D>], site: &Site<D>) -> [Ordering; 2] {
     let mut all = simplex.to_vec();
     all.push(site);
     let mut terms: Vec<([i64; D], i128, i128)> = Vec::new();
@@ -74,7 +74,7 @@ fn above<const D: usize>(simplex: &[&Site<D>], site: &Site<D>) -> [Ordering; 2] 
 }
 
 /// Returns `true` if the closed simplex, which is not flat, contains the position of the site.
-fn contains<const D: usize>(simplex: &[&Site<D>], site: &Site<D>) -> bool {
+pub(super) fn contains<const D: usize>(simplex: &[&Site<D>], site: &Site<D>) -> bool {
     let turned = volume(simplex).signum();
     (0..=D).all(|slot| {
         let mut corners = simplex.to_vec();
@@ -84,7 +84,7 @@ fn contains<const D: usize>(simplex: &[&Site<D>], site: &Site<D>) -> bool {
 }
 
 /// Increasing rows of `size` of the `count` first numbers.
-fn rows(count: usize, size: usize) -> Vec<Vec<usize>> {
+pub(super) fn rows(count: usize, size: usize) -> Vec<Vec<usize>> {
     let mut all = vec![Vec::new()];
     for _ in 0..size {
         let longer = |row: Vec<usize>| {
