@@ -128,7 +128,8 @@ fn search<const D: usize>(sites: &[Site<D>], lengths: [i64; D]) -> Expected {
 fn found(run: &Outcome) -> Expected {
     let d = run.space;
     let part = run.kept.periodic.as_ref().expect("a periodic run");
-    let offsets = part.offsets.chunks_exact(d).map(|offset| offset.iter().map(|&k| i64::from(k)).collect());
+    let offsets = part.offsets();
+    let offsets = offsets.chunks_exact(d).map(|offset| offset.iter().map(|&k| i64::from(k)).collect());
     let vertices: Vec<(u64, Vec<i64>)> = run.cells().iter().copied().zip(offsets).collect();
     let cells: BTreeSet<Class> = vertices.chunks_exact(d + 1).map(class).collect();
     assert_eq!((cells.len() as u64, run.cells().len()), (run.facts.cells, (d + 1) * cells.len()));

@@ -183,7 +183,7 @@ fn write_offsets_of(
     team: &mut Team<'_>,
 ) -> Result<Option<PathBuf>, Failure> {
     let (Some(path), Some(part)) = (plan.goal.offsets(), &run.kept.periodic) else { return Ok(None) };
-    team.first_only(|| Ok(write_offsets(path, &part.offsets, run.space)?))?;
+    team.first_only(|| Ok(write_offsets(path, &part.offsets(), run.space)?))?;
     Ok(Some(path.to_owned()))
 }
 

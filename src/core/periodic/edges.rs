@@ -7,10 +7,15 @@
 //!
 //! **Work.** A pass over the edges, and a sort of those between different boxes.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
+
+use septet_workers::config::cores::map_blocks;
 
 use super::lattice::{Lattice, Steps};
-use super::quotient::Vertex;
+use super::quotient::{Vertex, difference};
+
+/// Number of cells that one core handles in turn.
+const BLOCK: usize = 1 << 14;
 
 /// The differences of images that must not be multiples of the numbers of boxes.
 #[derive(Debug, Default)]
@@ -19,50 +24,99 @@ pub(super) struct Clashes(BTreeSet<Steps>);
 /// An edge from a site to an image of a site that is not smaller.
 type Edge = ((u32, u32), Steps);
 
-fn difference(a: Steps, b: Steps) -> Steps {
-    std::array::from_fn(|axis| a[axis] - b[axis])
-}
-
-/// Calls `f` with the edges of all cells. `own` returns the offset of the base site of a row.
-fn each_edge(vertices: &[Vertex], corners: usize, own: &dyn Fn(u32) -> Steps, f: &mut dyn FnMut(Edge)) {
-    for cell in vertices.chunks_exact(corners) {
-        for (i, a) in cell.iter().enumerate() {
-            for b in &cell[..i] {
-                let at = |v: &Vertex| difference(v.offset, own(v.row));
-                let (from, to) = if a.row <= b.row { (a, b) } else { (b, a) };
-                f(((from.row, to.row), difference(at(to), at(from))));
+/// Calls `f` with the edges of some packed cells of `corners` vertices.
+fn each_edge(packed: &[u64], corners: usize, mut f: impl FnMut(Edge)) {
+    for cell in packed.chunks_exact(corners) {
+        for (i, &a) in cell.iter().enumerate() {
+            for &b in &cell[..i] {
+                let (from, to) = (Vertex::unpack(a.min(b)), Vertex::unpack(a.max(b)));
+                f(((from.row, to.row), difference(to.steps, from.steps)));
             }
         }
     }
 }
 
+/// The edges to other boxes, sorted, and their sites.
+#[derive(Default)]
+struct Crossing {
+    edges: Vec<Edge>,
+    /// Bit `row % 64` of word `row / 64` is set if the row has such an edge.
+    rows: Vec<u64>,
+}
+
+impl Crossing {
+    fn of(packed: &[u64], corners: usize) -> Self {
+        let found = map_blocks(packed.len() / corners, BLOCK, |cells| {
+            let mut edges = Vec::new();
+            for cell in packed[cells.start * corners..cells.end * corners].chunks_exact(corners) {
+                // The first vertex of a cell has the offset 0. Most cells have no other.
+                let steps = |word: u64| word as u32;
+                if cell.iter().any(|&word| steps(word) != steps(cell[0])) {
+                    each_edge(cell, corners, |edge| edges.extend((edge.1 != [0; 3]).then_some(edge)));
+                }
+            }
+            edges.sort_unstable();
+            edges.dedup();
+            edges
+        });
+        let mut crossing = Crossing { edges: found.concat(), rows: Vec::new() };
+        crossing.edges.sort_unstable();
+        crossing.edges.dedup();
+        for row in crossing.edges.iter().flat_map(|((a, b), _)| [*a, *b]) {
+            let word = row as usize / 64;
+            crossing.rows.resize(crossing.rows.len().max(word + 1), 0);
+            crossing.rows[word] |= 1 << (row % 64);
+        }
+        crossing
+    }
+
+    fn has(&self, row: u32) -> bool {
+        self.rows.get(row as usize / 64).is_some_and(|word| word >> (row % 64) & 1 == 1)
+    }
+
+    /// Returns the edges within a box whose sites are also joined by an edge to another box.
+    fn doubled(&self, packed: &[u64], corners: usize) -> Vec<Edge> {
+        let found = map_blocks(packed.len() / corners, BLOCK, |cells| {
+            let mut edges = Vec::new();
+            for cell in packed[cells.start * corners..cells.end * corners].chunks_exact(corners) {
+                if cell.iter().filter(|&&word| self.has((word >> 32) as u32)).count() > 1 {
+                    each_edge(cell, corners, |edge| edges.extend((edge.1 == [0; 3]).then_some(edge)));
+                }
+            }
+            edges.retain(|(sites, _)| {
+                let at = self.edges.partition_point(|(other, _)| other < sites);
+                self.edges.get(at).is_some_and(|(other, _)| other == sites)
+            });
+            edges.sort_unstable();
+            edges.dedup();
+            edges
+        });
+        found.concat()
+    }
+}
+
 impl Clashes {
-    /// Finds the clashes of cells of `corners` vertices.
-    pub(super) fn of(vertices: &[Vertex], corners: usize, own: &dyn Fn(u32) -> Steps) -> Self {
-        let mut clashes = Clashes::default();
-        // Of two edges between the same sites, at least one leads to another box.
-        let mut between: BTreeMap<(u32, u32), BTreeSet<Steps>> = BTreeMap::new();
-        each_edge(vertices, corners, own, &mut |((a, b), steps)| {
+    /// Finds the clashes of packed cells of `corners` vertices.
+    pub(super) fn of(packed: &[u64], corners: usize) -> Self {
+        let crossing = Crossing::of(packed, corners);
+        let mut edges = crossing.doubled(packed, corners);
+        edges.extend(crossing.edges);
+        edges.sort_unstable();
+        edges.dedup();
+        let mut clashes = BTreeSet::new();
+        for between in edges.chunk_by(|a, b| a.0 == b.0) {
+            let (a, b) = between[0].0;
+            let mut steps: Vec<Steps> = between.iter().map(|(_, steps)| *steps).collect();
             if a == b {
-                clashes.0.insert(steps);
-            } else if steps != [0; 3] {
-                between.entry((a, b)).or_default().insert(steps);
+                // An edge from a site to its image is also one to the opposite image, and two ends must differ from the site.
+                steps.extend(between.iter().map(|(_, steps)| difference([0; 3], *steps)));
+                steps.push([0; 3]);
             }
-        });
-        each_edge(vertices, corners, own, &mut |(sites, steps)| {
-            if steps == [0; 3]
-                && let Some(of_sites) = between.get_mut(&sites)
-            {
-                of_sites.insert(steps);
-            }
-        });
-        for of_sites in between.into_values() {
-            let all: Vec<Steps> = of_sites.into_iter().collect();
-            for (i, a) in all.iter().enumerate() {
-                clashes.0.extend(all[..i].iter().map(|b| difference(*a, *b)));
+            for (i, one) in steps.iter().enumerate() {
+                clashes.extend(steps[..i].iter().map(|other| difference(*one, *other)));
             }
         }
-        clashes
+        Clashes(clashes)
     }
 
     /// Returns `true` if there are none.

@@ -70,6 +70,11 @@ impl<P: Position> Sites<P> {
         self.steps.get(row as usize).copied().unwrap_or_default()
     }
 
+    /// Returns the numbers of lengths from all rows to their base sites. Empty if they are 0.
+    pub(super) fn all_steps(&self) -> Vec<Steps> {
+        self.steps.clone()
+    }
+
     /// Returns the number of rows.
     pub(super) fn count(&self) -> u64 {
         self.rows.len() as u64

@@ -29,6 +29,7 @@
 //! **Departures.** Sites with weights and images are one type, so a periodic run without weights has weights of 0. Along an
 //! axis that is not periodic, the box does not end.
 
+mod cells;
 mod edges;
 mod error;
 mod images;
@@ -37,9 +38,9 @@ mod quotient;
 mod run;
 mod unfolded;
 
+pub use cells::PeriodicCells;
 pub use error::PeriodicError;
 pub use lattice::Periodic;
-pub use quotient::PeriodicCells;
 pub(crate) use run::run_periodic;
 pub use unfolded::Unfolded;
 

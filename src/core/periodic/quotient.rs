@@ -5,46 +5,60 @@
 //! vertices are least. Vertices are sorted by row and offset; the order of the last two keeps the orientation positive.
 //! Cells are sorted by their vertices. So the result depends on the triangulation only.
 
-use septet_geometry::point::{Point, Position, lex_cmp};
+use std::ops::Range;
+
+use septet_geometry::point::{Point, Position, is_lex_smaller};
 use septet_geometry::site::Weighted;
-use septet_workers::config::cores::sort_rows;
+use septet_workers::config::cores::map_blocks;
 
 use super::images::{Images, Sites};
 use super::lattice::Steps;
 use crate::result::share::{Neighbour, WorkerShare};
 
-/// The part of a result that only periodic runs have.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct PeriodicCells {
-    /// For each vertex of the cells in canonical order, its offset: `space` whole numbers of lengths. The vertex lies at the
-    /// point plus the offset times the box.
-    pub offsets: Vec<i32>,
-    /// Whether the triangulation is a simplicial complex: no site is joined to its own image, and no two sites are joined
-    /// twice.
-    pub is_simplicial: bool,
-    /// The smallest number of boxes along each axis whose triangulation is a simplicial complex: by their product, then in
-    /// lexicographic order. At most 3 along each axis; 1 along axes that are not periodic.
-    pub sheets: Vec<u32>,
-    /// Number of images of sites that the machine triangulated besides the sites.
-    pub images: u64,
-}
-
-/// A vertex of a cell.
+/// A vertex of a cell: a row, and the number of lengths from its base site.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Vertex {
     pub(super) row: u32,
-    pub(super) offset: Steps,
+    pub(super) steps: Steps,
+}
+
+/// Number of bits of the steps along one axis.
+const BITS: u32 = 8;
+
+impl Vertex {
+    /// Packs the vertex into a number with the same order. Steps are smaller than 128.
+    fn pack(self) -> u64 {
+        let steps =
+            self.steps.iter().fold(0, |word, &steps| word << BITS | (steps + (1 << (BITS - 1))) as u64);
+        u64::from(self.row) << 32 | steps
+    }
+
+    pub(super) fn unpack(word: u64) -> Self {
+        let mask = (1 << BITS) - 1;
+        let along = |axis: u32| ((word >> (BITS * (2 - axis))) & mask) as i32 - (1 << (BITS - 1));
+        Vertex { row: (word >> 32) as u32, steps: [along(0), along(1), along(2)] }
+    }
 }
 
 /// The cells of the result.
 #[derive(Debug, Default)]
 pub(super) struct Quotient {
-    /// The vertices of all cells, `space + 1` for each, in canonical order.
-    pub(super) vertices: Vec<Vertex>,
+    /// The packed vertices of all cells, `space + 1` for each. Each cell is in canonical order.
+    pub(super) packed: Vec<u64>,
     /// The sum of the volumes of the cells.
     pub(super) volume: f64,
 }
+
+impl Quotient {
+    fn join(mut self, other: Self) -> Self {
+        self.packed.extend(other.packed);
+        self.volume += other.volume;
+        self
+    }
+}
+
+/// Number of cells that one core handles in turn.
+const BLOCK: usize = 1 << 14;
 
 /// The triangulation of some images.
 #[derive(Clone, Copy)]
@@ -62,17 +76,22 @@ impl<P: Position> Covered<'_, P> {
     }
 
     fn is_complete_in(self, share: &WorkerShare) -> bool {
-        (0..share.cell_count()).all(|cell| {
-            let ids = sites_of(share, cell);
-            let is_base = ids.map(|id| self.images.is_base(id));
-            let has_base = |slots: &dyn Fn(usize) -> bool| (0..=P::DIM).any(|at| slots(at) && is_base[at]);
-            if !has_base(&|_| true) {
-                return true;
-            }
-            let on_hull = |slot: usize| share.neighbour(cell, slot) == Some(Neighbour::Hull);
-            let is_open = (0..=P::DIM).any(|slot| on_hull(slot) && has_base(&|at| at != slot));
-            !is_open && !self.sites.leaves_cover(&self.corners(ids)[..=P::DIM], self.width)
-        })
+        let blocks = map_blocks(share.cell_count(), BLOCK, |cells| {
+            cells.into_iter().all(|cell| self.is_complete_at(share, cell))
+        });
+        blocks.into_iter().all(|is_complete| is_complete)
+    }
+
+    fn is_complete_at(self, share: &WorkerShare, cell: usize) -> bool {
+        let ids = sites_of(share, cell);
+        let is_base = ids.map(|id| self.images.is_base(id));
+        let has_base = |except: usize| (0..=P::DIM).any(|at| at != except && is_base[at]);
+        if !has_base(usize::MAX) {
+            return true;
+        }
+        let on_hull = |slot: usize| share.neighbour(cell, slot) == Some(Neighbour::Hull);
+        let is_open = (0..=P::DIM).any(|slot| on_hull(slot) && has_base(slot));
+        !is_open && !self.sites.leaves_cover(&self.corners(ids)[..=P::DIM], self.width)
     }
 
     fn corners(self, ids: [u64; 4]) -> [Weighted<P>; 4] {
@@ -83,42 +102,41 @@ impl<P: Position> Covered<'_, P> {
         corners
     }
 
-    /// Returns the cells whose lexicographically smallest vertices are base sites, as rows and offsets.
+    /// Returns the cells whose lexicographically smallest vertices are base sites.
     pub(super) fn quotient(self) -> Quotient {
+        let of_share = |share: &WorkerShare| {
+            let blocks = map_blocks(share.cell_count(), BLOCK, |cells| self.quotient_of(share, cells));
+            blocks.into_iter().fold(Quotient::default(), Quotient::join)
+        };
+        self.shares.iter().map(of_share).fold(Quotient::default(), Quotient::join)
+    }
+
+    fn quotient_of(self, share: &WorkerShare, cells: Range<usize>) -> Quotient {
         let mut quotient = Quotient::default();
-        let mut packed: Vec<u64> = Vec::new();
-        for share in self.shares {
-            for cell in 0..share.cell_count() {
-                let ids = sites_of(share, cell);
-                let corners = self.corners(ids);
-                let smallest = (1..=P::DIM).fold(0, |least, at| {
-                    if lex_cmp(&corners[at], &corners[least]).is_lt() { at } else { least }
-                });
-                if !self.images.is_base(ids[smallest]) {
-                    continue;
-                }
-                quotient.volume += Weighted::rounded_orientation(&corners[..=P::DIM]).det.abs();
+        for cell in cells {
+            let ids = sites_of(share, cell);
+            if !ids.iter().any(|&id| self.images.is_base(id)) {
+                continue;
+            }
+            let corners = self.corners(ids);
+            let smallest = (1..=P::DIM)
+                .fold(0, |least, at| if is_lex_smaller(&corners[at], &corners[least]) { at } else { least });
+            if self.images.is_base(ids[smallest]) {
+                let six = Weighted::rounded_orientation(&corners[..=P::DIM]).det.abs();
+                quotient.volume += if P::DIM == 2 { six / 2.0 } else { six / 6.0 };
                 let vertices = canonical::<P>(ids.map(|id| self.vertex(id)));
-                for vertex in &vertices[..=P::DIM] {
-                    packed.extend([u64::from(vertex.row), pack(vertex.offset)]);
-                }
+                quotient.packed.extend(vertices[..=P::DIM].iter().map(|vertex| vertex.pack()));
             }
         }
-        quotient.volume /= if P::DIM == 2 { 2.0 } else { 6.0 };
-        sort_rows(&mut packed, 2 * (P::DIM + 1));
-        quotient.vertices =
-            packed.chunks_exact(2).map(|v| Vertex { row: v[0] as u32, offset: unpack(v[1]) }).collect();
         quotient
     }
 
-    /// Returns a site as a vertex, with the offset from the point of its row.
     fn vertex(self, id: u64) -> Vertex {
         if id == u64::MAX {
             return Vertex::default();
         }
         let (row, steps) = self.images.of(id);
-        let own = self.sites.steps(row);
-        Vertex { row, offset: std::array::from_fn(|axis| steps[axis] + own[axis]) }
+        Vertex { row, steps }
     }
 }
 
@@ -130,23 +148,29 @@ fn sites_of(share: &WorkerShare, cell: usize) -> [u64; 4] {
 }
 
 /// Brings the vertices of a positive cell into canonical order.
-fn canonical<P: Point>(vertices: [Vertex; 4]) -> [Vertex; 4] {
+fn canonical<P: Point>(mut vertices: [Vertex; 4]) -> [Vertex; 4] {
     let n = P::DIM + 1;
-    let least = vertices[..n].iter().map(|vertex| vertex.row).min().unwrap_or(0);
+    let is_odd = sort(&mut vertices[..n]);
+    let least = vertices[0].row;
     let moved = |at: Steps| {
         let mut moved = vertices;
         for vertex in &mut moved[..n] {
-            vertex.offset = std::array::from_fn(|axis| vertex.offset[axis] - at[axis]);
+            vertex.steps = difference(vertex.steps, at);
         }
-        let is_odd = sort(&mut moved[..n]);
-        (moved, is_odd)
+        moved
     };
-    let all = vertices[..n].iter().filter(|vertex| vertex.row == least).map(|vertex| moved(vertex.offset));
-    let Some((mut first, is_odd)) = all.min() else { return vertices };
+    // A translation does not change the order of vertices of the same row.
+    let all = vertices[..n].iter().take_while(|vertex| vertex.row == least).map(|vertex| moved(vertex.steps));
+    let mut first = all.min().unwrap_or(vertices);
     if is_odd {
         first.swap(n - 2, n - 1);
     }
     first
+}
+
+/// Subtracts numbers of lengths.
+pub(super) fn difference(a: Steps, b: Steps) -> Steps {
+    std::array::from_fn(|axis| a[axis] - b[axis])
 }
 
 /// Sorts vertices. Returns `true` if the permutation was odd.
@@ -162,17 +186,4 @@ fn sort(vertices: &mut [Vertex]) -> bool {
         }
     }
     is_odd
-}
-
-/// Number of bits of an offset along one axis.
-const BITS: u32 = 21;
-
-/// Packs an offset into a number with the same order. Offsets are smaller than `2^20`.
-fn pack(offset: Steps) -> u64 {
-    offset.iter().fold(0, |word, &steps| word << BITS | (steps + (1 << (BITS - 1))) as u64)
-}
-
-fn unpack(word: u64) -> Steps {
-    let mask = (1 << BITS) - 1;
-    std::array::from_fn(|axis| ((word >> (BITS * (2 - axis as u32))) & mask) as i32 - (1 << (BITS - 1)))
 }

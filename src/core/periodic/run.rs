@@ -1,6 +1,5 @@
 //! The run of a periodic triangulation, in one process.
 
-use std::sync::OnceLock;
 use std::time::Instant;
 
 use septet_geometry::point::{PointSlice, Position};
@@ -8,14 +7,14 @@ use septet_geometry::range::RangeError;
 use septet_geometry::site::Weighted;
 use septet_workers::config::cores::map;
 
+use super::cells::PeriodicCells;
 use super::edges::Clashes;
 use super::error::PeriodicError;
 use super::images::{Images, Sites};
-use super::lattice::{Lattice, Periodic, Steps};
-use super::quotient::{Covered, PeriodicCells, Quotient, Vertex};
+use super::lattice::{Lattice, Periodic};
+use super::quotient::{Covered, Quotient};
 use crate::error::{Error, incomplete};
 use crate::input::Whole;
-use crate::result::canonical::LabelledCells;
 use crate::result::outcome::{Accounting, LeftOut, Outcome};
 use crate::run::{Hosts, run_once, started};
 use crate::spec::{Spec, Task};
@@ -61,10 +60,11 @@ fn run_sites<P: Position>(
         let images = sites.images(width);
         let whole = Whole::points(&images.sites);
         let run = run_once((spec, task), whole.held(), &mut Hosts::Own(&mut started(spec)));
-        let run = run.map_err(|error| of_rows(error, &images))?;
-        let covered = Covered { sites: &sites, images: &images, shares: &run.shares, width };
+        let mut run = run.map_err(|error| of_rows(error, &images))?;
+        let shares = std::mem::take(&mut run.shares);
+        let covered = Covered { sites: &sites, images: &images, shares: &shares, width };
         if run.refutation.is_some() || covered.is_complete() {
-            let mut run = finished(covered, run.clone(), has_weights)?;
+            let mut run = finished(covered, run, has_weights)?;
             run.times.total = start.elapsed().as_secs_f64();
             return Ok(run);
         }
@@ -109,10 +109,13 @@ fn finished<P: Position>(
     has_weights: bool,
 ) -> Result<Outcome, Error> {
     let Covered { sites, images, .. } = covered;
-    let Quotient { vertices, volume } =
+    let Quotient { packed, volume } =
         if run.refutation.is_none() { covered.quotient() } else { Quotient::default() };
-    check_volume(&sites.lattice, P::DIM, &vertices, volume)?;
-    let clashes = Clashes::of(&vertices, P::DIM + 1, &|row| sites.steps(row));
+    check_volume(&sites.lattice, P::DIM, packed.is_empty(), volume)?;
+    let clashes = Clashes::of(&packed, P::DIM + 1);
+    let mut cells = PeriodicCells::new(packed, sites.all_steps(), P::DIM);
+    (cells.is_simplicial, cells.images) = (clashes.is_empty(), images.count());
+    cells.sheets = clashes.sheets(&sites.lattice, P::DIM);
     let is_base = |row: &u64| images.is_base(*row);
     let LeftOut { mut duplicates, mut refused, mut hidden } = std::mem::take(&mut run.left_out);
     duplicates.retain(|(row, _)| is_base(row));
@@ -128,16 +131,9 @@ fn finished<P: Position>(
         hidden: has_weights.then_some(left_out[2]),
     };
     run.left_out = LeftOut { duplicates, refused, hidden };
-    run.facts.cells = (vertices.len() / (P::DIM + 1)) as u64;
+    run.facts.cells = cells.count() as u64;
     run.facts.hull_facets = 0;
-    run.shares = Vec::new();
-    let rows = vertices.iter().map(|vertex| u64::from(vertex.row)).collect();
-    run.canonical = OnceLock::from(LabelledCells { rows, ..LabelledCells::default() });
-    let of_vertex = |vertex: &Vertex| -> Steps { vertex.offset };
-    let offsets = vertices.iter().flat_map(|vertex| of_vertex(vertex).into_iter().take(P::DIM)).collect();
-    let sheets = clashes.sheets(&sites.lattice, P::DIM);
-    run.kept.periodic =
-        Some(PeriodicCells { offsets, is_simplicial: clashes.is_empty(), sheets, images: images.count() });
+    run.kept.periodic = Some(cells);
     Ok(run)
 }
 
@@ -145,8 +141,8 @@ fn finished<P: Position>(
 ///
 /// # Errors
 /// Fails if the sum of the volumes is not that of the box, up to rounding.
-fn check_volume(lattice: &Lattice, dimension: usize, vertices: &[Vertex], volume: f64) -> Result<(), Error> {
-    if vertices.is_empty() || !lattice.is_closed(dimension) {
+fn check_volume(lattice: &Lattice, dimension: usize, is_empty: bool, volume: f64) -> Result<(), Error> {
+    if is_empty || !lattice.is_closed(dimension) {
         return Ok(());
     }
     let of_box: f64 = lattice.lengths[..dimension].iter().product();

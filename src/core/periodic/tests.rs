@@ -40,7 +40,8 @@ fn class(cell: &[(u64, Vec<i32>)]) -> Class {
 /// The classes of the cells of a run.
 fn classes(run: &Outcome, dimension: usize) -> BTreeSet<Class> {
     let corners = dimension + 1;
-    let offsets = part(run).offsets.chunks_exact(corners * dimension);
+    let offsets = part(run).offsets();
+    let offsets = offsets.chunks_exact(corners * dimension);
     let cells = run.cells().chunks_exact(corners).zip(offsets);
     cells
         .map(|(rows, offsets)| {
@@ -129,7 +130,7 @@ fn sums_that_are_rounded_are_exact() {
         let points: Vec<[f64; 3]> = (0..n).map(|_| lengths.map(|length| draw.unit() * length)).collect();
         let run = triangulate(&points, &spec(&lengths, 1)).unwrap();
         let again = triangulate(&points, &spec(&lengths, 4)).unwrap();
-        assert_eq!((run.cells(), part(&run)), (again.cells(), part(&again)));
+        assert_eq!((run.cells(), part(&run).offsets()), (again.cells(), part(&again).offsets()));
         let flat: Vec<[f64; 2]> = points.iter().map(|&[x, y, _]| [x, y]).collect();
         let plane = triangulate(&flat, &spec(&lengths[..2], 2)).unwrap();
         assert_eq!(plane.cell_count(), 2 * n);
@@ -151,10 +152,8 @@ fn the_origin_does_not_matter() {
     let periodic = other.input.periodic.as_mut().unwrap();
     (periodic.origin, periodic.wrap) = (vec![-17.25, 0.5], true);
     let second = triangulate(&points, &other).unwrap();
-    assert_eq!(
-        (first.cells(), part(&first)),
-        (second.cells(), &PeriodicCells { images: part(&first).images, ..part(&second).clone() })
-    );
+    assert_eq!(first.cells(), second.cells());
+    assert_eq!(part(&first).offsets(), part(&second).offsets());
     let refused = triangulate(
         &points,
         &other.with(|spec| {

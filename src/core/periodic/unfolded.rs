@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use super::cells::PeriodicCells;
 use super::lattice::Periodic;
-use super::quotient::PeriodicCells;
 
 /// The cells of a periodic triangulation, each once, with vertices outside of the box as points of their own.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -28,7 +28,8 @@ impl Unfolded {
     ) -> Self {
         let space = periodic_box.lengths.len();
         let points = (coordinates.len() / space) as u64;
-        let offsets = periodic.offsets.chunks_exact(space);
+        let offsets = periodic.offsets();
+        let offsets = offsets.chunks_exact(space);
         let is_image = |offset: &[i32]| offset.iter().any(|&steps| steps != 0);
         let mut images: BTreeMap<(u64, &[i32]), u64> = BTreeMap::new();
         for (&row, offset) in cells.iter().zip(offsets.clone()).filter(|(_, offset)| is_image(offset)) {

@@ -310,6 +310,9 @@ impl Outcome {
 
     fn canonical(&self) -> &LabelledCells {
         self.canonical.get_or_init(|| {
+            if let Some(cells) = &self.kept.periodic {
+                return LabelledCells { rows: cells.rows(), ..LabelledCells::default() };
+            }
             let cells = rows_of_shares(&self.shares, self.space + 1, self.has_owners);
             if self.space == 2 { canonicalise::<DVec2>(cells) } else { canonicalise::<DVec3>(cells) }
         })

@@ -1,0 +1,71 @@
+//! The part of a result that only periodic runs have.
+
+use std::sync::OnceLock;
+
+use septet_workers::config::cores::sort_rows;
+
+use super::lattice::Steps;
+use super::quotient::{Vertex, difference};
+
+/// The cells of a periodic triangulation, and what they form.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct PeriodicCells {
+    /// Whether the triangulation is a simplicial complex: no site is joined to its own image, and no two sites are joined
+    /// twice.
+    pub is_simplicial: bool,
+    /// The smallest number of boxes along each axis whose triangulation is a simplicial complex: by their product, then in
+    /// lexicographic order. At most 3 along each axis; 1 along axes that are not periodic.
+    pub sheets: Vec<u32>,
+    /// Number of images of sites that the machine triangulated besides the sites.
+    pub images: u64,
+    /// Number of coordinates.
+    space: usize,
+    /// The packed vertices of all cells.
+    packed: Vec<u64>,
+    /// The numbers of lengths from each row to its base site. Empty if they are 0.
+    steps: Vec<Steps>,
+    sorted: OnceLock<Vec<u64>>,
+}
+
+impl PeriodicCells {
+    /// Collects packed cells.
+    pub(super) fn new(packed: Vec<u64>, steps: Vec<Steps>, space: usize) -> Self {
+        let (sheets, sorted) = (Vec::new(), OnceLock::new());
+        PeriodicCells { is_simplicial: false, sheets, images: 0, space, packed, steps, sorted }
+    }
+
+    /// Returns the number of cells.
+    pub fn count(&self) -> usize {
+        self.packed.len() / (self.space + 1)
+    }
+
+    /// Returns the rows of the vertices of all cells, in canonical order.
+    pub fn rows(&self) -> Vec<u64> {
+        self.sorted().iter().map(|&word| u64::from(Vertex::unpack(word).row)).collect()
+    }
+
+    /// Returns the offset of each vertex of the cells in canonical order: `space` whole numbers of lengths. The vertex lies
+    /// at the point of its row plus the offset times the box. The first vertex of a cell has the offset 0.
+    pub fn offsets(&self) -> Vec<i32> {
+        let mut offsets = Vec::with_capacity(self.packed.len() * self.space);
+        let own = |row: u32| self.steps.get(row as usize).copied().unwrap_or_default();
+        for cell in self.sorted().chunks_exact(self.space + 1) {
+            let first = own(Vertex::unpack(cell[0]).row);
+            for &word in cell {
+                let Vertex { row, steps } = Vertex::unpack(word);
+                let more = difference(own(row), first);
+                offsets.extend((0..self.space).map(|axis| steps[axis] + more[axis]));
+            }
+        }
+        offsets
+    }
+
+    fn sorted(&self) -> &[u64] {
+        self.sorted.get_or_init(|| {
+            let mut sorted = self.packed.clone();
+            sort_rows(&mut sorted, self.space + 1);
+            sorted
+        })
+    }
+}
