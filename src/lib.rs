@@ -31,7 +31,7 @@ pub use septet_core::{
     Accounting, Door, Error, Outcome, Refutation, Remedy, Spec, independent, simulate, triangulate,
 };
 #[doc(inline)]
-pub use septet_geometry::point::Coordinates;
+pub use septet_geometry::coordinates::Coordinates;
 #[doc(inline)]
 pub use septet_geometry::site::Weighted;
 #[doc(inline)]
@@ -87,23 +87,23 @@ pub mod distributed {
 /// The groups of a [`Spec`], and the values of their fields.
 pub mod spec {
     #[doc(inline)]
-    pub use septet_core::periodic::Periodic;
-    #[doc(inline)]
     pub use septet_core::spec::{
         Alpha, Constants, Control, Correction, Graph, InputRules, Keep, Machine, Neighbours, Nodes,
-        Partition, Progress, ProgressFn, Purpose, Recursion, Registers, SeparatorSets, SpecError, Task,
-        Transport, Tree, Until, Workers,
+        Partition, Periodic, Progress, ProgressFn, Purpose, Recursion, Registers, SeparatorSets, SpecError,
+        Task, Transport, Tree, Until, Workers,
     };
 }
 
 /// The contents of an [`Outcome`]: facts, shares of workers with their cells, counts, and pictures.
 pub mod result {
     #[doc(inline)]
+    pub use septet_core::error::PeriodicError;
+    #[doc(inline)]
     pub use septet_core::error::SiteError;
     #[doc(inline)]
-    pub use septet_core::periodic::{PeriodicCells, PeriodicError};
-    #[doc(inline)]
     pub use septet_core::result::own_counts::OwnCounts;
+    #[doc(inline)]
+    pub use septet_core::result::periodic::PeriodicCells;
     #[doc(inline)]
     pub use septet_core::result::view::{SeparatorView, View};
     #[doc(inline)]

@@ -1,5 +1,8 @@
 //! The errors of a run.
 
+mod periodic;
+
+pub use periodic::PeriodicError;
 use thiserror::Error;
 
 use septet_geometry::incremental::IncrementalError;
@@ -7,7 +10,6 @@ use septet_geometry::range::RangeError;
 use septet_protocol::ids::COORDINATOR;
 use septet_protocol::transport::TransportError;
 
-use crate::periodic::PeriodicError;
 use crate::remedy::Remedy;
 use crate::result::outcome::Outcome;
 pub use crate::result::refutation::Refutation;

@@ -20,8 +20,6 @@ pub mod run;
 
 pub mod result;
 
-pub mod periodic;
-
 pub mod mesh;
 
 pub mod generate;

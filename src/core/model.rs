@@ -1,7 +1,8 @@
 //! The input and output of the library: point sets and triangulations, independent of files and machines.
 
 use glam::{DVec2, DVec3};
-use septet_geometry::point::{PointSlice, Position};
+use septet_geometry::coordinates::PointSlice;
+use septet_geometry::point::Position;
 use septet_geometry::site::Weighted;
 
 use crate::result::outcome::Outcome;

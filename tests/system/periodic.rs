@@ -13,8 +13,7 @@ use std::fs;
 use std::process::Command;
 
 use glam::{DVec2, DVec3};
-use septet_core::periodic::Periodic;
-use septet_core::spec::Workers;
+use septet_core::spec::{Periodic, Workers};
 use septet_core::{Outcome, triangulate};
 use septet_geometry::point::{Point, Position};
 use septet_geometry::site::Weighted;

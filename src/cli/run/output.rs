@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use septet_core::model::MeshView;
-use septet_core::periodic::{Periodic, Unfolded};
+use septet_core::result::unfolded::Unfolded;
 use septet_core::run::memory::check_peak;
+use septet_core::spec::Periodic;
 use septet_core::{Outcome, Spec};
 use septet_io::read::Column;
 use septet_io::write::{SharedMesh, WriteOptions, write_offsets, write_shared};

@@ -10,7 +10,7 @@ use septet_core::run::memory::admit;
 use septet_core::run::processes::rows_of;
 use septet_core::spec::Task;
 use septet_core::{Error, Outcome, Spec};
-use septet_geometry::point::PointSlice;
+use septet_geometry::coordinates::PointSlice;
 use septet_io::read::{Extent, SharedPoints, read_shared, share_points};
 use septet_io::write::check_gathered;
 

@@ -12,10 +12,10 @@ use septet_protocol::ledger::{CondensedLedger, Ledger, PhaseTotal};
 use septet_protocol::transport::Placement;
 use septet_workers::share::distort;
 
-use crate::periodic::PeriodicCells;
 use crate::result::canonical::{LabelledCells, canonicalise, rows_of_shares};
 use crate::result::cost_trace::CostTrace;
 use crate::result::own_counts::OwnCounts;
+use crate::result::periodic::PeriodicCells;
 use crate::result::refutation::Refutation;
 use crate::result::share::WorkerShare;
 use crate::result::view::View;

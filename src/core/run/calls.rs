@@ -1,12 +1,13 @@
 //! The calls of the library in one process.
 
-use septet_geometry::point::{Coordinates, Point, PointSlice};
+use septet_geometry::coordinates::{Coordinates, PointSlice};
+use septet_geometry::point::Point;
 
 use crate::error::{Error, SiteError};
 use crate::input::Whole;
-use crate::periodic::run_periodic;
 use crate::result::outcome::Outcome;
 use crate::run::hosts::started;
+use crate::run::periodic::run_periodic;
 use crate::run::{Hosts, Start, certified, run};
 use crate::spec::{Spec, Task, Until};
 
@@ -16,7 +17,7 @@ use crate::spec::{Spec, Task, Until};
 /// Points with weights ([`septet_geometry::site::Weighted`]) have a regular triangulation. Sites above its lower hull are
 /// hidden ([`crate::result::outcome::LeftOut::hidden`]).
 ///
-/// Points in a periodic box ([`crate::spec::InputRules::periodic`]) have a periodic triangulation ([`crate::periodic`]).
+/// Points in a periodic box ([`crate::spec::InputRules::periodic`]) have a periodic triangulation (the module `periodic` of `run` has the proofs).
 ///
 /// Coincident points count once ([`crate::result::outcome::Facts::points`]). If the points do not span the space, there are
 /// no cells. This function does not count work and depth; [`simulate`] does.

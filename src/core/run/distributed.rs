@@ -7,7 +7,8 @@
 use std::ops::Range;
 
 use glam::{DVec2, DVec3};
-use septet_geometry::point::{Coordinates, Point};
+use septet_geometry::coordinates::Coordinates;
+use septet_geometry::point::Point;
 use septet_geometry::site::Weighted;
 use septet_protocol::ids::Rank;
 use septet_protocol::transport::{Placement, ProcessTransport};

@@ -85,7 +85,7 @@ impl<'a> End<'a> {
     fn of<P>(shares: &'a [Share<P>], balance: u64) -> Result<Self, Error> {
         let global = |share: &Share<P>| {
             let Loaded { survey, population, dimension, sites, .. } = share.loaded;
-            (survey, population, dimension, [sites, share.sites], *share.certified.totals)
+            (survey, population, dimension, [sites, share.certified.sites], *share.certified.totals)
         };
         let Some(first) = shares.first() else {
             return Err(incomplete("the process returned no share".to_string()));
@@ -203,7 +203,7 @@ fn facts<P>(
     let (certificate, choice) = (std::mem::take(&mut first.certified), std::mem::take(&mut first.choice));
     let Loaded { survey, population, dimension, .. } = first.loaded;
     let Totals { merged, cells, left_out: others, .. } = *certificate.totals;
-    let [stacked, covered] = [first.loaded.sites.hidden, first.sites.hidden];
+    let [stacked, covered] = [first.loaded.sites.hidden, certificate.sites.hidden];
     let points = Accounting {
         input: survey.rows,
         used: population.count.saturating_sub(covered),

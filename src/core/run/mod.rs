@@ -12,6 +12,7 @@ mod hosts;
 mod leaves;
 pub mod memory;
 mod perform;
+mod periodic;
 pub mod processes;
 mod settings;
 pub mod stats;
@@ -20,9 +21,8 @@ use std::time::Instant;
 
 use septet_geometry::point::Point;
 
-use crate::error::Error;
+use crate::error::{Error, PeriodicError};
 use crate::input::Held;
-use crate::periodic::PeriodicError;
 pub use crate::result::cost_trace::{CostRow, CostTrace};
 use crate::result::outcome::Outcome;
 use crate::spec::{Spec, Task, Workers};

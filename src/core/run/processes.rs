@@ -5,7 +5,8 @@
 
 use std::ops::Range;
 
-use septet_geometry::point::{Point, PointSlice};
+use septet_geometry::coordinates::PointSlice;
+use septet_geometry::point::Point;
 use septet_protocol::transport::Placement;
 use septet_protocol::wire::Processes;
 use septet_workers::input::{Rows, Source, block_of};

@@ -8,8 +8,8 @@ use super::control::{Control, Keep, Planted};
 use super::error::SpecError;
 use super::graph::{Alpha, Graph, GraphKind};
 use super::machine::{Machine, Workers};
+use super::periodic::Periodic;
 use super::value::Words;
-use crate::periodic::Periodic;
 
 /// Largest number of workers.
 pub const MOST_WORKERS: u32 = 1 << 20;

@@ -10,6 +10,7 @@ mod graph;
 mod groups;
 mod machine;
 mod options;
+mod periodic;
 mod row;
 mod task;
 
@@ -21,6 +22,7 @@ pub use graph::{Alpha, DEFAULT_ALPHA, Graph, GraphKind, alpha_of_spacing};
 pub use groups::{InputRules, MOST_WORKERS, Recursion, Spec, Tree};
 pub use machine::{DEFAULT_SEED, Machine, Registers, Transport, TransportName, Workers, cores};
 pub use options::{OPTIONS, options_of, row, series_name};
+pub use periodic::Periodic;
 pub(crate) use row::option;
 pub use row::{Commands, Heading, Matters, Row, Series};
 pub use septet_workers::config::Neighbours;

@@ -2,13 +2,13 @@
 
 use septet_workers::config::Neighbours;
 
+use super::periodic::Periodic;
 use super::row::{Commands, Heading, Matters, Row, Series, option};
 use super::value::{Auto, Between, Bytes, Reals, Seed, Whole};
 use super::{
     Alpha, Correction, GraphKind, MOST_POINTS, Nodes, Partition, Purpose, Registers, Repair, SeparatorSets,
     Spec, TransportName, Until, Workers,
 };
-use crate::periodic::Periodic;
 
 /// Returns the row of an option.
 ///

@@ -5,7 +5,7 @@
 //!
 //! | purpose | modules |
 //! | --- | --- |
-//! | points, boxes and measures | [`point`], [`site`], [`bounds`], [`measure`], [`lists`] |
+//! | points, boxes and measures | [`point`], [`site`], [`coordinates`], [`bounds`], [`measure`], [`lists`] |
 //! | exact signs | [`range`], [`filter`], [`predicates`] |
 //! | work and depth of the counted machine | [`cost`] |
 //! | rules that ranks evaluate at items | [`evaluation`] |
@@ -29,6 +29,7 @@ pub mod bounds;
 pub mod complex;
 pub mod conflict_region;
 pub mod coordinate_arrays;
+pub mod coordinates;
 pub mod cost;
 mod curve;
 pub mod dependence;

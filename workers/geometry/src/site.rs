@@ -43,7 +43,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
 use crate::filter::Rounded;
-use crate::point::{Point, Position, Vector};
+use crate::point::{Point, Position, Vector, sealed};
 
 /// A position with a weight, which is a squared length.
 ///
@@ -51,6 +51,8 @@ use crate::point::{Point, Position, Vector};
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct Weighted<P: Position>([P::Lifted; 2]);
+
+impl<P: Position> sealed::Sealed for Weighted<P> {}
 
 impl<P: Position> Default for Weighted<P> {
     fn default() -> Self {

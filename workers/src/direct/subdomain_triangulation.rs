@@ -18,9 +18,9 @@ use septet_protocol::message::{Merged, PointBatch, UNKNOWN_RADIUS2};
 use septet_protocol::transport::TransportError;
 
 use crate::config::{Growth, STEP, Stop};
+use crate::direct::first_coordinates::FirstCoordinates;
 use crate::machine::context::Context;
 use crate::state::bits::ones;
-use crate::state::cells::smallest_vertex;
 use crate::state::ghosts::Ghosts;
 use crate::state::link_arena::LinkArena;
 use crate::state::rows::{AdjacencyRows, HULL, INTERFACE};
@@ -451,28 +451,6 @@ pub(super) fn round_len<P: Point>(points: &[P]) -> usize {
     points.iter().position(|p| insertion_round(p) > round).unwrap_or(points.len())
 }
 
-/// The first coordinates of points, relative to the first point and in single precision. Rounding preserves their
-/// order, and most of them fit into the caches of a core.
-struct FirstCoordinates<'a, P> {
-    positions: &'a [P],
-    rounded: Vec<f32>,
-}
-
-impl<'a, P: Point> FirstCoordinates<'a, P> {
-    fn new(positions: &'a [P]) -> Self {
-        let origin = positions.first().map_or(0.0, |x| x.coord(0));
-        let rounded = positions.iter().map(|x| (x.coord(0) - origin) as f32).collect();
-        FirstCoordinates { positions, rounded }
-    }
-
-    /// Returns the lexicographically smallest vertex of a cell, given as local indices.
-    #[inline]
-    fn smallest(&self, vertices: &[u32]) -> u32 {
-        let first = |v: u32| self.rounded.get(v as usize).copied().unwrap_or(f32::INFINITY);
-        smallest_vertex(self.positions, vertices, first)
-    }
-}
-
 /// Returns a region that contains every point in conflict with a cell, of weight at most `heaviest`. `corner` returns a
 /// finite vertex.
 pub(super) fn conflict_region<P: Point>(
@@ -499,42 +477,4 @@ pub(super) fn conflict_region<P: Point>(
         corners.swap(0, 1);
     }
     ConflictRegion::of_facet(&corners[..P::DIM])
-}
-
-#[cfg(test)]
-mod tests {
-    use glam::{DVec2, DVec3};
-    use septet_geometry::point::Simplex;
-
-    use super::*;
-    use crate::state::cells::{first_coordinate, smallest_vertex};
-
-    /// Checks that relative rounded coordinates give the same vertex as exact ones.
-    fn rounded_coordinates_find_the_smallest<P: Point>() {
-        let near = |k: u32| 1.0 + f64::from(k) * f64::EPSILON;
-        let firsts =
-            [near(0), near(1), near(2), 0.5, 0.0, -0.0, -3.0, 1e39, 1e300, -1e39, -1e300, 1e-50, 2e-50];
-        let point = |i: usize, rest: f64| P::from_coords(&[firsts[i], rest, -rest][..P::DIM]);
-        let positions: Vec<P> =
-            (0..firsts.len()).flat_map(|i| [i as f64 % 3.0, 7.0].map(|rest| point(i, rest))).collect();
-        let all = positions.len() as u32;
-        let rounded = FirstCoordinates::new(&positions);
-        let exact = |v: u32| first_coordinate(&positions, v);
-        let mut draw = septet_geometry::hash::Draw::new(5);
-        for _ in 0..20_000 {
-            let mut cell = P::Cell::splat(INFINITE);
-            for v in cell.as_mut() {
-                let drawn = draw.below(all as usize + 2) as u32;
-                *v = if drawn < all { drawn } else { INFINITE };
-            }
-            let expected = smallest_vertex(&positions, cell.as_ref(), exact);
-            assert_eq!(rounded.smallest(cell.as_ref()), expected, "{cell:?}");
-        }
-    }
-
-    #[test]
-    fn rounded_coordinates_find_the_smallest_vertex() {
-        rounded_coordinates_find_the_smallest::<DVec3>();
-        rounded_coordinates_find_the_smallest::<DVec2>();
-    }
 }

@@ -23,7 +23,7 @@ use septet_protocol::transport::TransportError;
 
 use crate::config::Task;
 use crate::input::loaded::Loaded;
-use crate::input::repeats::{Removed, remove_repeats};
+use crate::input::repeats::remove_repeats;
 use crate::input::source::{Rows, Source};
 use crate::machine::context::Context;
 use crate::machine::reduction::Reduced;
@@ -90,8 +90,7 @@ pub(crate) async fn load<P: Point>(
     };
     let (mut block, refused) = rows.prepare(&own, exponent);
     loaded.refused = refused;
-    let Removed { repeated, hidden } = remove_repeats(cx, &mut block, survey.rows).await?;
-    (loaded.repeated, loaded.hidden) = (repeated, hidden);
+    (loaded.repeated, loaded.hidden) = remove_repeats(cx, &mut block, survey.rows).await?.into_parts();
     // The last exchange delivered no message, so the ranks begin a second pass of the phase.
     cx.enter(Phase::Load)?;
     let own = Spanned::of(cx, &block);

@@ -82,9 +82,16 @@ struct Removals {
 #[derive(Debug, Default)]
 pub(super) struct Removed {
     /// Rows that repeat a row, each with that row, in the order of the rows.
-    pub(super) repeated: Vec<[u64; 2]>,
+    repeated: Vec<[u64; 2]>,
     /// Rows that are hidden under a heavier site, ascending.
-    pub(super) hidden: Vec<u64>,
+    hidden: Vec<u64>,
+}
+
+impl Removed {
+    /// Returns the rows that repeat a row, each with that row, and the hidden rows.
+    pub(super) fn into_parts(self) -> (Vec<[u64; 2]>, Vec<u64>) {
+        (self.repeated, self.hidden)
+    }
 }
 
 /// Removes the points that do not stand for their coordinates from the points of this rank. Returns their rows. `rows` is

@@ -75,7 +75,7 @@ async fn pair<P: Point>(cx: &mut Context<P>, piece: &mut PieceRows) -> Result<()
 /// Ends the run of a rank: adds the totals of all ranks and the ledger to the share, and files the record of charges.
 async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<Share<P>, TransportError> {
     let (all, sites) = totals(cx, &share).await?;
-    (*share.certified.totals, share.sites) = (all, sites);
+    (*share.certified.totals, share.certified.sites) = (all, sites);
     if let Some(fault) = cx.config().fault {
         fault.distort_worker(cx.ledger_mut());
     }

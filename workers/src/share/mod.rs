@@ -72,11 +72,14 @@ pub struct Selected {
 }
 
 /// The last certificate.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Certificate {
     /// The totals of all ranks. Rounds of exchange in the merged result are the sum over all passes. Before the end of a
     /// run, only the coordinator has the merged result, and the other totals are zero.
     pub totals: Box<Totals>,
+    /// Hidden sites of all ranks that are under no site at the same position, at the end of a run. The default without
+    /// weights.
+    pub sites: SiteTotals,
     /// The reason why stars were gathered, and the largest number of gathered points, if there was a gathering.
     pub fallback: Option<(String, u64)>,
 }
@@ -137,8 +140,6 @@ pub struct Share<P> {
     pub ledger: Box<RankLedger>,
     /// The certificate.
     pub certified: Certificate,
-    /// Hidden sites of all ranks that are under no site at the same position. The default without weights.
-    pub sites: SiteTotals,
     /// The supergraph.
     pub choice: Choice,
 }
@@ -158,7 +159,6 @@ impl<P> Share<P> {
             view: None,
             ledger: Box::default(),
             certified: Certificate::default(),
-            sites: SiteTotals::default(),
             choice: Choice::default(),
         }
     }

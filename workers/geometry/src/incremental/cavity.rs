@@ -84,6 +84,11 @@ fn conflicts_once<P: Point>(
 }
 
 impl<P: Point> Incremental<P> {
+    /// Returns `true` if `q` conflicts with a cell. Exact.
+    pub(super) fn conflicts_with(&self, cell: u32, q: P) -> bool {
+        conflicts(&self.cells.slots, &self.points, cell, q)
+    }
+
     /// Inserts the vertex `vertex`, which conflicts with the cell `seed`, if the cavity has a vertex below `bound` or
     /// more than [`MANY`] cells. Returns `true` if it was inserted.
     pub(super) fn replace(&mut self, vertex: u32, query: &Query<P>, seed: u32, bound: u32) -> bool {

@@ -1,6 +1,5 @@
 //! The incremental triangulation: construction, and insertion of points in a given order.
 
-use super::cavity::conflicts;
 use super::cells::Cells;
 use super::operations::Operations;
 use super::order::insertion_order;
@@ -374,7 +373,7 @@ impl<P: Point> Incremental<P> {
             }
         }
         // Without weights, the cell that contains a point is in conflict with it.
-        let is_hidden = P::IS_WEIGHTED && !certain && !conflicts(&self.cells.slots, &self.points, seed, q);
+        let is_hidden = P::IS_WEIGHTED && !certain && !self.conflicts_with(seed, q);
         let is_inserted = !is_hidden && self.replace(vertex, &query, seed, bound);
         self.operations.exact += exact.since();
         Ok(is_inserted)

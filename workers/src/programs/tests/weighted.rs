@@ -97,9 +97,9 @@ fn machines_agree_with_the_kernel<P: Position>(n: usize) {
                     shares.iter().flat_map(|share| share.loaded.hidden.iter().chain(&share.piece.hidden));
                 let found: BTreeSet<u64> = lists.copied().collect();
                 assert!(found == hidden, "{what}: {} of {} hidden", found.len(), hidden.len());
-                let counted = shares[0].loaded.sites.hidden + shares[0].sites.hidden;
+                let counted = shares[0].loaded.sites.hidden + shares[0].certified.sites.hidden;
                 assert_eq!(counted, hidden.len() as u64, "{what}");
-                covered += shares[0].sites.hidden;
+                covered += shares[0].certified.sites.hidden;
             }
         }
     }

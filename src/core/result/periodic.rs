@@ -1,11 +1,41 @@
-//! The part of a result that only periodic runs have.
+//! The part of a result that only runs in periodic boxes have.
 
 use std::sync::OnceLock;
 
 use septet_workers::config::cores::sort_rows;
 
-use super::lattice::Steps;
-use super::quotient::{Vertex, difference};
+/// A vector of whole numbers of lengths of a box; 0 in the third place in the plane.
+pub(crate) type Steps = [i32; 3];
+
+/// A vertex of a cell: a row, and the number of lengths from its base site.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Vertex {
+    pub(crate) row: u32,
+    pub(crate) steps: Steps,
+}
+
+/// Number of bits of the steps along one axis.
+const BITS: u32 = 8;
+
+impl Vertex {
+    /// Packs the vertex into a number with the same order. Steps are smaller than 128.
+    pub(crate) fn pack(self) -> u64 {
+        let steps =
+            self.steps.iter().fold(0, |word, &steps| word << BITS | (steps + (1 << (BITS - 1))) as u64);
+        u64::from(self.row) << 32 | steps
+    }
+
+    pub(crate) fn unpack(word: u64) -> Self {
+        let mask = (1 << BITS) - 1;
+        let along = |axis: u32| ((word >> (BITS * (2 - axis))) & mask) as i32 - (1 << (BITS - 1));
+        Vertex { row: (word >> 32) as u32, steps: [along(0), along(1), along(2)] }
+    }
+}
+
+/// Subtracts numbers of lengths.
+pub(crate) fn difference(a: Steps, b: Steps) -> Steps {
+    std::array::from_fn(|axis| a[axis] - b[axis])
+}
 
 /// The cells of a periodic triangulation, and what they form.
 #[derive(Clone, Debug)]
@@ -30,7 +60,7 @@ pub struct PeriodicCells {
 
 impl PeriodicCells {
     /// Collects packed cells.
-    pub(super) fn new(packed: Vec<u64>, steps: Vec<Steps>, space: usize) -> Self {
+    pub(crate) fn new(packed: Vec<u64>, steps: Vec<Steps>, space: usize) -> Self {
         let (sheets, sorted) = (Vec::new(), OnceLock::new());
         PeriodicCells { is_simplicial: false, sheets, images: 0, space, packed, steps, sorted }
     }

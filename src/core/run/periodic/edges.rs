@@ -11,8 +11,8 @@ use std::collections::BTreeSet;
 
 use septet_workers::config::cores::map_blocks;
 
-use super::lattice::{Lattice, Steps};
-use super::quotient::{Vertex, difference};
+use super::lattice::Lattice;
+use crate::result::periodic::{Steps, Vertex, difference};
 
 /// Number of cells that one core handles in turn.
 const BLOCK: usize = 1 << 14;

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::cells::PeriodicCells;
-use super::lattice::Periodic;
+use super::periodic::PeriodicCells;
+use crate::spec::Periodic;
 
 /// The cells of a periodic triangulation, each once, with vertices outside of the box as points of their own.
 #[derive(Clone, Debug, Default, PartialEq)]

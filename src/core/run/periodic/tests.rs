@@ -3,15 +3,16 @@
 use std::collections::BTreeSet;
 
 use glam::{DVec2, DVec3};
+use septet_geometry::coordinates::Coordinates;
 use septet_geometry::hash::Draw;
-use septet_geometry::point::{Coordinates, Point, Position, lex_cmp};
+use septet_geometry::point::{Point, Position, lex_cmp};
 use septet_geometry::site::Weighted;
 
-use super::{Periodic, PeriodicCells, PeriodicError};
-use crate::error::Error;
+use crate::error::{Error, PeriodicError};
 use crate::result::outcome::Outcome;
+use crate::result::periodic::PeriodicCells;
 use crate::run::calls::triangulate;
-use crate::spec::{Spec, Workers};
+use crate::spec::{Periodic, Spec, Workers};
 
 fn spec(lengths: &[f64], workers: u32) -> Spec {
     let mut spec = Spec::default();

@@ -29,20 +29,13 @@
 //! **Departures.** Sites with weights and images are one type, so a periodic run without weights has weights of 0. Along an
 //! axis that is not periodic, the box does not end.
 
-mod cells;
 mod edges;
-mod error;
 mod images;
 mod lattice;
 mod quotient;
 mod run;
-mod unfolded;
 
-pub use cells::PeriodicCells;
-pub use error::PeriodicError;
-pub use lattice::Periodic;
-pub(crate) use run::run_periodic;
-pub use unfolded::Unfolded;
+pub(super) use run::run_periodic;
 
 #[cfg(test)]
 mod tests;

@@ -12,33 +12,8 @@ use septet_geometry::site::Weighted;
 use septet_workers::config::cores::map_blocks;
 
 use super::images::{Images, Sites};
-use super::lattice::Steps;
+use crate::result::periodic::{Steps, Vertex, difference};
 use crate::result::share::{Neighbour, WorkerShare};
-
-/// A vertex of a cell: a row, and the number of lengths from its base site.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Vertex {
-    pub(super) row: u32,
-    pub(super) steps: Steps,
-}
-
-/// Number of bits of the steps along one axis.
-const BITS: u32 = 8;
-
-impl Vertex {
-    /// Packs the vertex into a number with the same order. Steps are smaller than 128.
-    fn pack(self) -> u64 {
-        let steps =
-            self.steps.iter().fold(0, |word, &steps| word << BITS | (steps + (1 << (BITS - 1))) as u64);
-        u64::from(self.row) << 32 | steps
-    }
-
-    pub(super) fn unpack(word: u64) -> Self {
-        let mask = (1 << BITS) - 1;
-        let along = |axis: u32| ((word >> (BITS * (2 - axis))) & mask) as i32 - (1 << (BITS - 1));
-        Vertex { row: (word >> 32) as u32, steps: [along(0), along(1), along(2)] }
-    }
-}
 
 /// The cells of the result.
 #[derive(Debug, Default)]
@@ -166,11 +141,6 @@ fn canonical<P: Point>(mut vertices: [Vertex; 4]) -> [Vertex; 4] {
         first.swap(n - 2, n - 1);
     }
     first
-}
-
-/// Subtracts numbers of lengths.
-pub(super) fn difference(a: Steps, b: Steps) -> Steps {
-    std::array::from_fn(|axis| a[axis] - b[axis])
 }
 
 /// Sorts vertices. Returns `true` if the permutation was odd.

@@ -5,8 +5,9 @@ use septet_geometry::point::{Point, Position, Vector};
 use septet_geometry::site::Weighted;
 use septet_workers::config::cores::map;
 
-use super::error::PeriodicError;
-use super::lattice::{Lattice, Steps};
+use super::lattice::Lattice;
+use crate::error::PeriodicError;
+use crate::result::periodic::Steps;
 
 /// The first width of the cover beyond the box, in distances of evenly spaced sites, in the plane and in space. The largest
 /// void of 1e6 random sites near a face has about half this diameter.

@@ -2,22 +2,22 @@
 
 use std::time::Instant;
 
-use septet_geometry::point::{PointSlice, Position};
+use septet_geometry::coordinates::PointSlice;
+use septet_geometry::point::Position;
 use septet_geometry::range::RangeError;
 use septet_geometry::site::Weighted;
 use septet_workers::config::cores::map;
 
-use super::cells::PeriodicCells;
 use super::edges::Clashes;
-use super::error::PeriodicError;
 use super::images::{Images, Sites};
-use super::lattice::{Lattice, Periodic};
+use super::lattice::Lattice;
 use super::quotient::{Covered, Quotient};
-use crate::error::{Error, incomplete};
+use crate::error::{Error, PeriodicError, incomplete};
 use crate::input::Whole;
 use crate::result::outcome::{Accounting, LeftOut, Outcome};
+use crate::result::periodic::PeriodicCells;
 use crate::run::{Hosts, run_once, started};
-use crate::spec::{Spec, Task};
+use crate::spec::{Periodic, Spec, Task};
 
 /// The largest number of rows: images are counted in 32 bits.
 const MOST_ROWS: usize = (u32::MAX / 27) as usize;
