@@ -160,7 +160,10 @@ fn argument<S: Default + 'static>(row: &'static Row<S>, command: Commands) -> Ar
     }
     if row.words.is_empty() {
         let parser = move |text: &str| checked(row, text).map(|()| text.to_owned());
-        return argument.value_name(row.form).allow_negative_numbers(true).value_parser(parser);
+        // A list of numbers may begin with a negative one.
+        let takes_lists = row.check("-1,0").is_ok() && row.check("a,b").is_err();
+        argument = argument.allow_negative_numbers(true).allow_hyphen_values(takes_lists);
+        return argument.value_name(row.form).value_parser(parser);
     }
     let words = row.words_of(command).map(|&(word, meaning)| PossibleValue::new(word).help(meaning));
     argument.value_name(row.key.to_uppercase()).value_parser(PossibleValuesParser::new(words))

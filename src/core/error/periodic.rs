@@ -33,7 +33,7 @@ pub enum PeriodicError {
     },
     /// A site lies outside of the box.
     #[error(
-        "point {index}: coordinate {value} lies outside of the periodic box from {low} to {high}, as {others} other points do"
+        "point {index}: coordinate {value} lies outside of the periodic box from {low} to {high} (rounded), as {others} other points do"
     )]
     Outside {
         /// Position of the first such point.
@@ -57,6 +57,15 @@ pub enum PeriodicError {
         /// The length of the box.
         length: f64,
     },
+    /// The digits of the points and of the box spread too far for exact signs.
+    #[error(
+        "the coordinates, weights and the periodic box spread over {bits} binary digits, but exact signs are available up to \
+         410"
+    )]
+    Spread {
+        /// Number of binary digits from the lowest set bit to the highest.
+        bits: i32,
+    },
     /// There are more points than a periodic run can number.
     #[error("{points} points in a periodic box are too many: at most {most}")]
     Many {
@@ -79,7 +88,7 @@ pub enum PeriodicError {
 impl PeriodicError {
     /// Returns `true` if a point of the input is the reason.
     pub fn is_of_point(&self) -> bool {
-        matches!(self, Self::Outside { .. } | Self::Far { .. } | Self::Many { .. })
+        matches!(self, Self::Outside { .. } | Self::Far { .. } | Self::Many { .. } | Self::Spread { .. })
     }
 
     /// Returns the position of the point that is the reason, to be replaced by its position in the input.
@@ -98,6 +107,9 @@ impl PeriodicError {
             }
             Self::Far { .. } => Some(Remedy::plain("move the point near the box")),
             Self::Dimension { .. } => Some(Remedy::plain("give one number for each coordinate")),
+            Self::Spread { .. } => {
+                Some(Remedy::plain("round the coordinates to a common grid, or drop the points far away"))
+            }
             Self::Open | Self::Number { .. } | Self::Many { .. } => None,
             Self::Task => Some(Remedy::of("omit {periodic}")),
             Self::Output { .. } => Some(Remedy::of("omit it, or omit {periodic}")),

@@ -318,8 +318,8 @@ impl Outcome {
         })
     }
 
-    /// Returns the rank of the worker that holds each input point, if one process has all of them. It is 0 for duplicates and
-    /// dropped points, which are not vertices. If the points do not span the space, they are not divided, and all vertices
+    /// Returns the rank of the worker that holds each input point, if one process has all of them. It is 0 for duplicates,
+    /// dropped points and hidden ones, which are not vertices. If the points do not span the space, they are not divided, and all vertices
     /// count for worker 1.
     pub fn point_owner(&self) -> Option<&[u32]> {
         self.is_whole().then(|| &self.point_owner.get_or_init(|| self.owners_of_points())[..])
@@ -337,6 +337,7 @@ impl Outcome {
         }
         self.left_out.duplicates.iter().for_each(|&(id, _)| set(id, 0));
         self.left_out.refused.iter().for_each(|&id| set(id, 0));
+        self.left_out.hidden.iter().for_each(|&id| set(id, 0));
         owners
     }
 

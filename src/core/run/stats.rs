@@ -111,7 +111,8 @@ fn gathered(
         let share = placed.share;
         for (at, (id, count)) in share.ids.iter().zip(placed.incidences()).enumerate() {
             // A vertex of this worker counts even if no cell of the worker has it.
-            if at >= share.owned && count == 0 {
+            let is_hidden = || run.left_out.hidden.binary_search(id).is_ok();
+            if count == 0 && (at >= share.owned || is_hidden()) {
                 continue;
             }
             let process = share.owners.get(at).map_or(own, |&rank| run.placement.process_of(rank));

@@ -141,6 +141,12 @@ impl Digits {
         Some(Digits { low: low.min(weights.low), high: high.max(weights.high) })
     }
 
+    /// Returns the digits of two sets.
+    #[must_use]
+    pub fn join(self, other: Digits) -> Self {
+        Digits { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
     /// Returns `true` if the digits lie in the exact range.
     pub fn fits(self) -> bool {
         self == Digits::NONE || (self.low >= LOWEST && self.high <= HIGHEST)

@@ -25,6 +25,10 @@
 //! twice. A ghost that arrives in this exchange is skipped if it would have no owned neighbour
 //! ([`SubdomainTriangulation::add`] has an exception for large cavities).
 //!
+//! **Weights.** With weights, `DT` is the regular triangulation, and the conflict region of a cell is that for sites of the
+//! largest weight of all ranks. A hidden owned site has no cell and is not sent: it lies above the lower hull of some sites,
+//! and the hull only sinks if sites are added, so it stays hidden. It therefore hides no site, and is no end of an edge `ab`.
+//!
 //! **Rounds.** One.
 //!
 //! **Work.** For each vertex at the interface, one clearance per level

@@ -232,7 +232,8 @@ impl Home {
         }
         let mut repeated: Vec<(Key, u64)> = Vec::new();
         for alike in candidates.chunk_by_mut(|a, b| a.key.hash == b.key.hash) {
-            let heavier = |a: &P, b: &P| b.weight().total_cmp(&a.weight());
+            // Adding zero removes the sign of a zero.
+            let heavier = |a: &P, b: &P| (b.weight() + 0.0).total_cmp(&(a.weight() + 0.0));
             alike.sort_unstable_by(|a, b| {
                 lex_cmp(&a.at, &b.at).then(heavier(&a.at, &b.at)).then(a.id.cmp(&b.id))
             });

@@ -2,8 +2,8 @@
 //!
 //! **Statement.** It is one iff no site is joined to its own image, and no two sites are joined twice: then the vertices of a
 //! simplex determine it. In a grid of `s_a` boxes along each axis, two edges from one site to images `k` and `k'` of another
-//! one lead to the same vertex iff `k - k'` is a multiple of `s`; an edge to an own image `k` is a loop iff `k` is. Components
-//! of edges are at most one length, so differences are at most 2, and three boxes suffice.
+//! one lead to the same vertex iff `k - k'` is a multiple of `s`. An edge to an own image `k` is also one to `-k`, and a loop
+//! iff `k` is a multiple. Components of edges are at most one length, so differences are at most 2, and three boxes suffice.
 //!
 //! **Work.** A pass over the edges, and a sort of those between different boxes.
 

@@ -44,6 +44,7 @@ impl<P: Position> Sites<P> {
     /// # Errors
     /// Fails with the first row outside of the box, and the number of others, or with a row that is too far away.
     pub(super) fn of(lattice: Lattice, rows: Vec<Weighted<P>>) -> Result<Self, PeriodicError> {
+        let (lattice, rows) = lattice.scaled(rows)?;
         let found = |&index: &u32| {
             let row = rows[index as usize];
             if is_finite(row) { lattice.base(row, index as usize) } else { Ok([0; 3]) }
@@ -91,7 +92,8 @@ impl<P: Position> Sites<P> {
         let volume: f64 = axes.map(|axis| self.lattice.lengths[axis]).product();
         let spacing = (volume / n).powf(1.0 / P::DIM as f64);
         let mean = self.rows.iter().map(Point::weight).sum::<f64>() / n;
-        WIDTH[P::DIM - 2] * (spacing * spacing + (self.heaviest - mean).max(0.0)).sqrt()
+        let width = WIDTH[P::DIM - 2] * (spacing * spacing + (self.heaviest - mean).max(0.0)).sqrt();
+        if width > 0.0 { width } else { f64::INFINITY }
     }
 
     /// Returns `true` if a cover of this width contains all images with numbers of lengths from -1 to 1.
@@ -150,7 +152,7 @@ impl<P: Position> Sites<P> {
         };
         let leaves = |axis: usize| {
             let (low, length) = (self.lattice.origin[axis], self.lattice.lengths[axis]);
-            let width = width.min(length) * SURE - 1e-9 * low.abs();
+            let width = width.min(length) * SURE - 1e-9 * low.abs() - 4.0 * f64::EPSILON * length;
             let (from, to) = (centre.coord(axis) - radius, centre.coord(axis) + radius);
             let is_inside = from > low - width && to < low + length + width;
             !is_inside

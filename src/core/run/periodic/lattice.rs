@@ -1,11 +1,16 @@
 //! Periodic boxes for points of one dimension.
 
-use septet_geometry::point::Position;
+use septet_geometry::point::{Point, Position, Vector};
+use septet_geometry::range::{Digits, not_finite, scale};
 use septet_geometry::site::Weighted;
+use septet_workers::config::cores::each_chunk_mut;
 
 use crate::error::PeriodicError;
 use crate::result::periodic::Steps;
 use crate::spec::Periodic;
+
+/// Number of rows that one core scales in turn.
+const CHUNK: usize = 1 << 14;
 
 /// The largest number of lengths between a point and the box.
 const MOST_STEPS: f64 = (1u32 << 20) as f64;
@@ -17,6 +22,8 @@ pub(super) struct Lattice {
     pub(super) lengths: [f64; 3],
     pub(super) origin: [f64; 3],
     wrap: bool,
+    /// The exponent of the power of two by which all numbers were multiplied.
+    exponent: i32,
 }
 
 impl Lattice {
@@ -49,8 +56,54 @@ impl Lattice {
             }
             *to = value + 0.0;
         }
-        let lattice = Lattice { lengths, origin, wrap: *wrap };
+        let lattice = Lattice { lengths, origin, wrap: *wrap, exponent: 0 };
         if lattice.axes().next().is_none() { Err(PeriodicError::Open) } else { Ok(lattice) }
+    }
+
+    /// Scales a box and its rows into the range of exact signs. Also removes the signs of zeros. Rows that are not finite stay
+    /// as they are.
+    ///
+    /// # Errors
+    /// Fails if the digits spread too far.
+    pub(super) fn scaled<P: Position>(
+        mut self,
+        mut rows: Vec<Weighted<P>>,
+    ) -> Result<(Self, Vec<Weighted<P>>), PeriodicError> {
+        let digits = |row: &Weighted<P>| Digits::of(std::slice::from_ref(row));
+        let own = [self.corner::<P>(false), self.corner(true)];
+        let all = rows.iter().chain(&own).filter_map(digits).fold(Digits::NONE, Digits::join);
+        let exponent = all.scaling().map_err(|bits| PeriodicError::Spread { bits })?;
+        each_chunk_mut(&mut rows, CHUNK, |_, rows| {
+            for row in rows.iter_mut().filter(|row| not_finite(*row).is_none()) {
+                for axis in 0..P::DIM {
+                    row.set_coord(axis, row.coord(axis) + 0.0);
+                }
+                row.set_weight(row.weight() + 0.0);
+                *row = scale(*row, exponent);
+            }
+        });
+        let [lengths, origin] = own.map(|corner| scale(corner, exponent));
+        for axis in self.axes() {
+            (self.lengths[axis], self.origin[axis]) = (lengths.coord(axis), origin.coord(axis));
+        }
+        self.exponent = exponent;
+        Ok((self, rows))
+    }
+
+    /// Returns the lengths or the origin as a point. Axes that are not periodic have 0.
+    fn corner<P: Position>(&self, is_origin: bool) -> Weighted<P> {
+        let mut corner = Weighted::default();
+        for axis in self.axes() {
+            corner.set_coord(axis, if is_origin { self.origin[axis] } else { self.lengths[axis] });
+        }
+        corner
+    }
+
+    /// Returns a number as the caller gave it.
+    fn given(&self, number: f64) -> f64 {
+        let half = self.exponent / 2;
+        let two_to = |exponent: i32| 2.0f64.powi(-exponent);
+        number * two_to(half) * two_to(self.exponent - half)
     }
 
     /// Returns the periodic axes.
@@ -83,13 +136,14 @@ impl Lattice {
         let mut steps = [0; 3];
         for axis in self.axes() {
             let (value, length) = (site.position().coord(axis), self.lengths[axis]);
-            let (low, high) = (self.origin[axis], self.origin[axis] + length);
+            let low = self.origin[axis];
             let inner = |steps| self.place(value, steps, axis);
             let is_admitted = self.wrap || inner(0) != Place::Outside || inner(-1) == Place::AtLow;
             if !is_admitted {
+                let [value, low, high] = [value, low, low + length].map(|number| self.given(number));
                 return Err(PeriodicError::Outside { index, value, low, high, others: 0 });
             }
-            let far = PeriodicError::Far { index, value, length };
+            let far = PeriodicError::Far { index, value: self.given(value), length: self.given(length) };
             let estimate = -((value - low) / length).floor();
             if estimate.abs() >= MOST_STEPS {
                 return Err(far);

@@ -16,7 +16,9 @@
 //!    with a base vertex lies in the cover. No base vertex may be on the hull. If a region does not, the run is repeated with
 //!    more images, up to those of 1.
 //! 3. A class of cells has exactly one cell whose lexicographically smallest vertex is a base site. These cells are the result
-//!    (`quotient`). The sum of their volumes is a whole number of boxes, because they cover the torus evenly, and it must be one.
+//!    (`quotient`). The sum of their volumes must be that of the box, and in the plane there must be twice as many as sites.
+//!
+//! One power of two scales the box and the sites into the range of exact signs first, in which no step below underflows.
 //!
 //! A position that rounding would change is the sum of two numbers ([`septet_geometry::site`]), so nothing is rounded.
 //!

@@ -208,3 +208,74 @@ fn some_axes_may_be_open() {
         .collect();
     assert!(classes(&run, 2) == classes_of_strip);
 }
+
+/// Points in a plane of the box, so sparse along one axis that the first images are flat.
+#[test]
+fn layers_have_cells() {
+    let mut draw = Draw::new(9);
+    let points: Vec<[f64; 3]> = (0..300).map(|_| [draw.unit(), draw.unit(), 0.5]).collect();
+    let run = triangulate(&points, &spec(&[1.0; 3], 2)).unwrap();
+    // The prism between a triangle and its image has three tetrahedra.
+    assert_eq!(run.cell_count(), 3 * 600);
+    let line: Vec<[f64; 2]> = points.iter().map(|&[x, _, y]| [x, y]).collect();
+    assert_eq!(triangulate(&line, &spec(&[1.0; 2], 1)).unwrap().cell_count(), 600);
+}
+
+/// Powers of two change nothing, wherever the exponents are.
+#[test]
+fn scales_do_not_matter() {
+    let mut draw = Draw::new(11);
+    let points: Vec<[f64; 2]> = (0..90).map(|_| [draw.unit(), draw.unit().powi(6)]).collect();
+    let first = triangulate(&points, &spec(&[1.0; 2], 1)).unwrap();
+    for exponent in [-900, -400, -200, 150, 400, 900] {
+        let factor = 2f64.powi(exponent);
+        let scaled: Vec<[f64; 2]> = points.iter().map(|point| point.map(|x| x * factor)).collect();
+        let run = triangulate(&scaled, &spec(&[factor; 2], 3)).unwrap();
+        assert_eq!(
+            (run.cells(), part(&run).offsets()),
+            (first.cells(), part(&first).offsets()),
+            "{exponent}"
+        );
+        assert_eq!(part(&run).images, part(&first).images);
+    }
+    let far = [[1e-200, 0.5], [0.25, 0.5]];
+    assert!(matches!(error(&far, &[1.0, 1.0]), PeriodicError::Spread { .. }));
+}
+
+#[test]
+fn negative_zeros_are_zeros() {
+    let signs = [-0.0, 0.0].map(|zero: f64| {
+        let points = [[zero, 0.05], [0.0, 0.97], [0.3, 0.4], [0.6, 0.7]];
+        let mut spec = spec(&[1.0; 2], 1);
+        spec.input.periodic.as_mut().unwrap().wrap = true;
+        let run = triangulate(&points, &spec).unwrap();
+        assert_eq!(run.cell_count(), 8);
+        (run.cells().to_vec(), part(&run).offsets())
+    });
+    assert_eq!(signs[0], signs[1]);
+}
+
+/// One site in a square or a cube is joined to its opposite images, so two boxes join it twice to the other.
+#[test]
+fn a_lattice_needs_three_boxes() {
+    let one = triangulate(&[[0.25, 0.75]], &spec(&[1.0; 2], 1)).unwrap();
+    assert_eq!(part(&one).sheets, [3, 3]);
+    let one = triangulate(&[[0.25, 0.75, 0.5]], &spec(&[1.0; 3], 1)).unwrap();
+    assert_eq!(part(&one).sheets, [3, 3, 3]);
+    let nodes: Vec<[f64; 2]> = (0..9).map(|i| [f64::from(i % 3), f64::from(i / 3)]).collect();
+    let whole = triangulate(&nodes, &spec(&[3.0; 2], 1)).unwrap();
+    assert!(part(&whole).is_simplicial && part(&whole).sheets == [1, 1]);
+}
+
+/// Sites many lengths away from the box, on both sides.
+#[test]
+fn offsets_may_be_large() {
+    let mut wrapped = spec(&[1.0; 2], 1);
+    wrapped.input.periodic.as_mut().unwrap().wrap = true;
+    let (near, far) = ([[0.5, 0.25], [0.75, 0.5]], [[600_000.5, 0.25], [-599_999.25, 0.5]]);
+    let [near, far] = [near, far].map(|points| triangulate(&points, &wrapped).unwrap());
+    assert_eq!(near.cells(), far.cells());
+    let moved = part(&near).offsets().into_iter().zip(part(&far).offsets());
+    let shifts: BTreeSet<i32> = moved.map(|(near, far)| far - near).collect();
+    assert_eq!(shifts, BTreeSet::from([0, 1_200_000]));
+}
