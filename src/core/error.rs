@@ -1,8 +1,5 @@
 //! The errors of a run.
 
-mod periodic;
-
-pub use periodic::PeriodicError;
 use thiserror::Error;
 
 use septet_geometry::incremental::IncrementalError;
@@ -10,6 +7,7 @@ use septet_geometry::range::RangeError;
 use septet_protocol::ids::COORDINATOR;
 use septet_protocol::transport::TransportError;
 
+pub use crate::periodic_error::PeriodicError;
 use crate::remedy::Remedy;
 use crate::result::outcome::Outcome;
 pub use crate::result::refutation::Refutation;

@@ -10,6 +10,8 @@ pub mod model;
 
 pub mod error;
 
+mod periodic_error;
+
 pub mod remedy;
 
 pub mod input;

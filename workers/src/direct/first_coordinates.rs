@@ -30,6 +30,7 @@ impl<'a, P: Point> FirstCoordinates<'a, P> {
 #[cfg(test)]
 mod tests {
     use glam::{DVec2, DVec3};
+    use septet_geometry::complex::INFINITE;
     use septet_geometry::point::Simplex;
 
     use super::*;
