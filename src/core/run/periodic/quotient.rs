@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use septet_geometry::point::{Point, Position, is_lex_smaller};
 use septet_geometry::site::Weighted;
-use septet_workers::config::cores::map_blocks;
+use septet_workers::config::cores::{map, map_blocks};
 
 use super::images::{Images, Sites};
 use crate::result::periodic::{Steps, Vertex, difference};
@@ -44,82 +44,87 @@ pub(super) struct Covered<'a, P: Position> {
     pub(super) width: f64,
 }
 
-impl<P: Position> Covered<'_, P> {
-    /// Returns `true` if the stars of all base sites are those of all images. A cover with all images needs no check.
-    pub(super) fn is_complete(self) -> bool {
-        self.sites.has_all(self.width) || self.shares.iter().all(|share| self.is_complete_in(share))
-    }
+/// The points of a share, in its order, which is that of a curve.
+struct Local<'a, P: Position> {
+    share: &'a WorkerShare,
+    sites: Vec<Weighted<P>>,
+    is_base: Vec<bool>,
+}
 
-    fn is_complete_in(self, share: &WorkerShare) -> bool {
-        let blocks = map_blocks(share.cell_count(), BLOCK, |cells| {
-            cells.into_iter().all(|cell| self.is_complete_at(share, cell))
-        });
-        blocks.into_iter().all(|is_complete| is_complete)
-    }
-
-    fn is_complete_at(self, share: &WorkerShare, cell: usize) -> bool {
-        let ids = sites_of(share, cell);
-        let is_base = ids.map(|id| self.images.is_base(id));
-        let has_base = |except: usize| (0..=P::DIM).any(|at| at != except && is_base[at]);
-        if !has_base(usize::MAX) {
-            return true;
+impl<P: Position> Local<'_, P> {
+    /// Returns the sites of a cell, and which of them are base sites.
+    fn corners(&self, cell: usize) -> ([Weighted<P>; 4], [bool; 4]) {
+        let (mut corners, mut is_base) = ([Weighted::default(); 4], [false; 4]);
+        for (slot, &vertex) in self.share.cell(cell).iter().enumerate() {
+            corners[slot] = self.sites[vertex as usize];
+            is_base[slot] = self.is_base[vertex as usize];
         }
-        let on_hull = |slot: usize| share.neighbour(cell, slot) == Some(Neighbour::Hull);
-        let is_open = (0..=P::DIM).any(|slot| on_hull(slot) && has_base(slot));
-        !is_open && !self.sites.leaves_cover(&self.corners(ids)[..=P::DIM], self.width)
-    }
-
-    fn corners(self, ids: [u64; 4]) -> [Weighted<P>; 4] {
-        let mut corners = [Weighted::default(); 4];
-        for (corner, id) in corners.iter_mut().zip(&ids[..=P::DIM]) {
-            *corner = self.images.sites[*id as usize];
-        }
-        corners
-    }
-
-    /// Returns the cells whose lexicographically smallest vertices are base sites.
-    pub(super) fn quotient(self) -> Quotient {
-        let of_share = |share: &WorkerShare| {
-            let blocks = map_blocks(share.cell_count(), BLOCK, |cells| self.quotient_of(share, cells));
-            blocks.into_iter().fold(Quotient::default(), Quotient::join)
-        };
-        self.shares.iter().map(of_share).fold(Quotient::default(), Quotient::join)
-    }
-
-    fn quotient_of(self, share: &WorkerShare, cells: Range<usize>) -> Quotient {
-        let mut quotient = Quotient::default();
-        for cell in cells {
-            let ids = sites_of(share, cell);
-            if !ids.iter().any(|&id| self.images.is_base(id)) {
-                continue;
-            }
-            let corners = self.corners(ids);
-            let smallest = (1..=P::DIM)
-                .fold(0, |least, at| if is_lex_smaller(&corners[at], &corners[least]) { at } else { least });
-            if self.images.is_base(ids[smallest]) {
-                let six = Weighted::rounded_orientation(&corners[..=P::DIM]).det.abs();
-                quotient.volume += if P::DIM == 2 { six / 2.0 } else { six / 6.0 };
-                let vertices = canonical::<P>(ids.map(|id| self.vertex(id)));
-                quotient.packed.extend(vertices[..=P::DIM].iter().map(|vertex| vertex.pack()));
-            }
-        }
-        quotient
-    }
-
-    fn vertex(self, id: u64) -> Vertex {
-        if id == u64::MAX {
-            return Vertex::default();
-        }
-        let (row, steps) = self.images.of(id);
-        Vertex { row, steps }
+        (corners, is_base)
     }
 }
 
-/// Returns the sites of a cell. In the plane, the last entry is not used.
-fn sites_of(share: &WorkerShare, cell: usize) -> [u64; 4] {
-    let mut ids = [u64::MAX; 4];
-    ids.iter_mut().zip(share.cell_ids(cell)).for_each(|(to, id)| *to = id);
-    ids
+impl<P: Position> Covered<'_, P> {
+    /// Returns the cells whose lexicographically smallest vertices are base sites. Returns `None` if the stars of base sites
+    /// may not be those of all images. A cover with all images needs no check.
+    pub(super) fn quotient(self) -> Option<Quotient> {
+        let mut all = Quotient::default();
+        for share in self.shares {
+            let sites = map(&share.ids, |&id| self.images.sites[id as usize]);
+            let is_base = map(&share.ids, |&id| self.images.is_base(id));
+            let local = &Local { share, sites, is_base };
+            for block in map_blocks(share.cell_count(), BLOCK, |cells| self.quotient_of(local, cells)) {
+                all = all.join(block?);
+            }
+        }
+        Some(all)
+    }
+
+    fn quotient_of(self, local: &Local<'_, P>, cells: Range<usize>) -> Option<Quotient> {
+        let mut quotient = Quotient::default();
+        let is_checked = !self.sites.has_all(self.width);
+        for cell in cells {
+            let (corners, is_base) = local.corners(cell);
+            if !is_base.contains(&true) {
+                continue;
+            }
+            if is_checked && self.is_open(local, cell, (&corners, is_base)) {
+                return None;
+            }
+            let smallest = (1..=P::DIM)
+                .fold(0, |least, at| if is_lex_smaller(&corners[at], &corners[least]) { at } else { least });
+            if is_base[smallest] {
+                let six = Weighted::rounded_orientation(&corners[..=P::DIM]).det.abs();
+                quotient.volume += if P::DIM == 2 { six / 2.0 } else { six / 6.0 };
+                let vertices = canonical::<P>(self.vertices(local.share, cell));
+                quotient.packed.extend(vertices[..=P::DIM].iter().map(|vertex| vertex.pack()));
+            }
+        }
+        Some(quotient)
+    }
+
+    /// Returns `true` if the star of a base site may lack an image: the cell has such a vertex on the hull, or its conflict
+    /// region may leave the cover.
+    fn is_open(
+        self,
+        local: &Local<'_, P>,
+        cell: usize,
+        (corners, is_base): (&[Weighted<P>; 4], [bool; 4]),
+    ) -> bool {
+        let on_hull = |slot: usize| local.share.neighbour(cell, slot) == Some(Neighbour::Hull);
+        let has_other = |slot: usize| (0..=P::DIM).any(|at| at != slot && is_base[at]);
+        (0..=P::DIM).any(|slot| on_hull(slot) && has_other(slot))
+            || self.sites.leaves_cover(&corners[..=P::DIM], self.width)
+    }
+
+    /// Returns the vertices of a cell. In the plane, the last one is not used.
+    fn vertices(self, share: &WorkerShare, cell: usize) -> [Vertex; 4] {
+        let mut vertices = [Vertex::default(); 4];
+        for (vertex, id) in vertices.iter_mut().zip(share.cell_ids(cell)) {
+            let (row, steps) = self.images.of(id);
+            *vertex = Vertex { row, steps };
+        }
+        vertices
+    }
 }
 
 /// Brings the vertices of a positive cell into canonical order.

@@ -62,9 +62,10 @@ fn run_sites<P: Position>(
         let mut run = run.map_err(|error| of_rows(error, &images))?;
         let shares = std::mem::take(&mut run.shares);
         let covered = Covered { sites: &sites, images: &images, shares: &shares, width };
-        let is_complete = covered.is_complete() && (!run.is_flat() || sites.has_all(width));
-        if run.refutation.is_some() || is_complete {
-            let mut run = finished(covered, run, has_weights)?;
+        // The images of a flat run may lie too far away.
+        let is_decided = run.refutation.is_some() || sites.has_all(width) || !run.is_flat();
+        if let Some(quotient) = covered.quotient().filter(|_| is_decided) {
+            let mut run = finished(covered, (run, quotient), has_weights)?;
             run.times.total = start.elapsed().as_secs_f64();
             return Ok(run);
         }
@@ -105,12 +106,10 @@ fn of_rows<P: Position>(error: Error, images: &Images<P>) -> Error {
 /// Replaces the triangulation of the images by that of the box.
 fn finished<P: Position>(
     covered: Covered<'_, P>,
-    mut run: Outcome,
+    (mut run, Quotient { packed, volume }): (Outcome, Quotient),
     has_weights: bool,
 ) -> Result<Outcome, Error> {
     let Covered { sites, images, .. } = covered;
-    let Quotient { packed, volume } =
-        if run.refutation.is_none() { covered.quotient() } else { Quotient::default() };
     let is_certified = run.refutation.is_none();
     let clashes = Clashes::of(&packed, P::DIM + 1);
     let mut cells = PeriodicCells::new(packed, sites.all_steps(), P::DIM);
