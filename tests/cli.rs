@@ -43,6 +43,8 @@ mod mesh;
 #[path = "cli/options.rs"]
 mod options;
 
+#[path = "cli/periodic.rs"]
+mod periodic;
 #[path = "cli/pieces.rs"]
 mod pieces;
 

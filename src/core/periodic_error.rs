@@ -9,7 +9,7 @@ use crate::remedy::Remedy;
 #[non_exhaustive]
 pub enum PeriodicError {
     /// The box has another dimension than the points.
-    #[error("the {what} has {given} numbers, but the points have {dimension} coordinates")]
+    #[error("numbers of the {what}: {given}, but the points have {dimension} coordinates")]
     Dimension {
         /// The box or its origin.
         what: &'static str,

@@ -16,7 +16,7 @@ const KEYS: [(&str, &str); 19] = [
     ),
     (
         "/parameters",
-        "command input outputs skip_invalid dimension columns input_format raw keep_columns terrain with_owner view nodes workers seed \
+        "command input outputs skip_invalid dimension columns input_format raw keep_columns terrain periodic origin wrap with_owner view nodes workers seed \
          threads registers supergraph alpha k separator_sets partition neighbours repair constants samples tries transport \
          delivery_seed processes max_memory leaf leaf_auto lipschitz exchange_cap",
     ),

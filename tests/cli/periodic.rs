@@ -1,0 +1,97 @@
+//! `--periodic`: points in boxes that repeat, their offsets, and outputs without a place for images.
+
+use super::*;
+
+/// 40 points in the box from (0, 0) to (10, 20); row 40 repeats row 0 on the upper face.
+fn table() -> String {
+    let row = |i: u64| format!("{},{}\n", (i * 7 % 40) as f64 / 4.0, i as f64 / 2.0);
+    (0..40).map(row).chain(["10,0\n".to_owned()]).fold("x,y\n".to_owned(), |text, row| text + &row)
+}
+
+/// The numbers of a `.npy` array of bytes, after its header.
+fn bytes_after_header(place: &Place, name: &str) -> (String, Vec<i8>) {
+    let bytes = fs::read(place.path(name)).unwrap();
+    let end = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+    let head = String::from_utf8_lossy(&bytes[10..end]).into_owned();
+    (head, bytes[end..].iter().map(|&byte| byte as i8).collect())
+}
+
+#[test]
+fn a_torus_has_twice_as_many_triangles_as_points() {
+    let place = Place::new();
+    place.file("p.csv", table());
+    let line = "triangulate p.csv --periodic 10,20 -o c.npy -o c.vtu --offsets o.npy --json r.json";
+    let talk = stderr(&place.good(line));
+    for words in
+        ["80 triangles", "periodic    10 x 20, a simplicial complex", "1 duplicate of earlier points"]
+    {
+        assert!(talk.contains(words), "{talk}");
+    }
+    assert!(!talk.contains("  next"), "{talk}");
+    let report = place.json("r.json");
+    assert_eq!(report["points"]["used"], 40);
+    assert_eq!(report["periodic"]["box"], serde_json::json!([10.0, 20.0]));
+    assert_eq!(report["periodic"]["origin"], serde_json::json!([0.0, 0.0]));
+    assert_eq!(report["periodic"]["sheets"], serde_json::json!([1, 1]));
+    assert_eq!(report["parameters"]["periodic"], serde_json::json!(["10", "20"]));
+    let (head, offsets) = bytes_after_header(&place, "o.npy");
+    assert!(head.contains("'descr': '|i1'") && head.contains("(80, 3, 2)"), "{head}");
+    assert!(offsets.iter().all(|steps| steps.abs() <= 1) && offsets.contains(&1), "{offsets:?}");
+    assert!(offsets.chunks(6).all(|cell| cell[..2] == [0, 0]));
+    let vtu = String::from_utf8_lossy(&fs::read(place.path("c.vtu")).unwrap()).into_owned();
+    for array in ["\"site\"", "\"image_x\"", "\"image_y\""] {
+        assert!(vtu.contains(array), "{array}");
+    }
+    place.good("report r.json -o r.html");
+    // Neither workers nor the origin of the box matter.
+    place.good(
+        "triangulate p.csv --periodic 10,20 --origin -3.5,1 --wrap --workers 7 -o d.npy --offsets e.npy",
+    );
+    let same = |a: &str, b: &str| fs::read(place.path(a)).unwrap() == fs::read(place.path(b)).unwrap();
+    assert!(same("c.npy", "d.npy"));
+}
+
+#[test]
+fn weights_and_boxes_combine() {
+    let place = Place::new();
+    let row = |i: u64| format!("{},{},{}\n", i * 7 % 40, i, if i == 9 { -400 } else { 0 });
+    place.file("p.csv", (0..40).map(row).fold("x,y,w\n".to_owned(), |text, row| text + &row));
+    let talk = stderr(&place.good("triangulate p.csv --weights w --periodic 40,40 --hidden h.rows -o c.npy"));
+    assert!(talk.contains("78 triangles") && talk.contains("1 point hidden by weights"), "{talk}");
+    assert_eq!(fs::read_to_string(place.path("h.rows")).unwrap(), "9\n");
+    let talk = stderr(&place.good("triangulate p.csv --columns x,y --periodic 40,none -o c.npy"));
+    assert!(talk.contains("periodic    40 x none"), "{talk}");
+}
+
+#[test]
+fn few_points_are_no_simplicial_complex() {
+    let place = Place::new();
+    place.file("p.xyz", "0.25 0.5 0.75\n");
+    let talk = stderr(&place.good("triangulate p.xyz --periodic 1,1,1 --json r.json -o c.npy"));
+    assert!(talk.contains("6 tetrahedra") && talk.contains("3 x 3 x 3 boxes are one"), "{talk}");
+    assert_eq!(place.json("r.json")["periodic"]["simplicial"], false);
+}
+
+#[test]
+fn boxes_that_cannot_be_used_are_refused() {
+    let place = Place::new();
+    place.file("p.csv", table());
+    for (line, code, words) in [
+        ("--periodic 10", 2, ["numbers of the periodic box: 1", "2 coordinates"]),
+        ("--periodic 10,0", 2, ["length", "positive"]),
+        ("--periodic 10,x", 2, ["x", "numbers"]),
+        ("--periodic none,none", 2, ["no axis", "periodic"]),
+        ("--origin 1,1", 2, ["--origin", "--periodic"]),
+        ("--wrap", 2, ["--wrap", "--periodic"]),
+        ("--offsets o.npy", 2, ["--offsets", "--periodic"]),
+        ("--periodic 10,5", 3, ["p.csv", "point 11"]),
+        ("--periodic 10,20 --stats", 2, ["--stats", "--periodic"]),
+        ("--periodic 10,20 -o c.off", 2, ["c.off", ".npy"]),
+        ("--periodic 10,20 --offsets o.csv", 2, ["o.csv", ".npy"]),
+        ("--periodic 10,20 --with-owner -o c.vtu", 2, ["owner", "--periodic"]),
+        ("--periodic 10,20 --transport processes --processes 2", 2, ["periodic", "one process"]),
+    ] {
+        place.fails(&format!("triangulate p.csv {line}"), code, &words);
+    }
+    place.fails("simulate p.csv --periodic 10,20", 2, &["--periodic"]);
+}
