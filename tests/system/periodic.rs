@@ -112,7 +112,7 @@ fn search<const D: usize>(sites: &[Site<D>], lengths: [i64; D]) -> Expected {
                 row.iter().map(|&i| (near[i].0, near[i].1.clone())).collect();
             expected.cells.insert(class(&vertices));
         }
-        for (i, _, site) in near[..kept.len()].iter().filter(|image| !is_corner(&image.2)) {
+        for (i, _, site) in near.iter().filter(|image| !is_corner(&image.2)) {
             if !concealed.contains(i) && contains(&simplex, site) && above(&simplex, site)[0].is_gt() {
                 concealed.insert(*i);
             }

@@ -151,7 +151,9 @@ fn check_mesh(mesh: &MeshView<'_>, options: &WriteOptions<'_>) -> Result<(), Out
     if !length.is_multiple_of(dimension) {
         return invalid(format!("{length} coordinates do not form whole points"));
     }
-    if let Err(error) = topology::check_cells(dimension, mesh.point_count(), mesh.cells) {
+    let is_periodic = mesh.run.is_some_and(|run| run.kept.periodic.is_some());
+    let check = if is_periodic { topology::check_periodic_cells } else { topology::check_cells };
+    if let Err(error) = check(dimension, mesh.point_count(), mesh.cells) {
         return invalid(error.to_string());
     }
     let cells = mesh.cell_count();

@@ -124,6 +124,19 @@ pub fn hull_edges(dimension: usize, hull: &[u64]) -> Vec<[u64; 2]> {
 
 /// Checks that all indices are in range and that the vertices of each cell are distinct.
 pub(super) fn check_cells(dimension: usize, point_count: usize, cells: &[u64]) -> Result<(), TopologyError> {
+    check(dimension, point_count, cells, false)
+}
+
+/// Checks that all indices of periodic cells are in range. Several vertices of a cell may be images of one point.
+pub(super) fn check_periodic_cells(
+    dimension: usize,
+    point_count: usize,
+    cells: &[u64],
+) -> Result<(), TopologyError> {
+    check(dimension, point_count, cells, true)
+}
+
+fn check(dimension: usize, point_count: usize, cells: &[u64], may_repeat: bool) -> Result<(), TopologyError> {
     if !(2..=3).contains(&dimension) {
         return Err(TopologyError::Dimension { dimension });
     }
@@ -137,7 +150,7 @@ pub(super) fn check_cells(dimension: usize, point_count: usize, cells: &[u64]) -
         if let Some(&vertex) = cell.iter().find(|&&vertex| vertex >= points) {
             return Some(TopologyError::VertexOutOfRange { cell: row as u64, vertex, points });
         }
-        let repeated = (1..corners).find(|&i| cell[..i].contains(&cell[i]));
+        let repeated = (1..corners).find(|&i| !may_repeat && cell[..i].contains(&cell[i]));
         repeated.map(|i| TopologyError::RepeatedVertex { cell: row as u64, vertex: cell[i] })
     };
     let faults = map_blocks(cells.len() / corners, BLOCK, |mut rows| rows.find_map(fault));
