@@ -5,7 +5,7 @@
 //!
 //! The search uses integers only, and no code of septet. It tests every simplex of sites against every site.
 
-use std::cmp::Ordering;
+use std::cmp::{Ordering, Reverse};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::process::Command;
@@ -61,13 +61,13 @@ fn above<const D: usize>(simplex: &[&Site<D>], site: &Site<D>) -> [Ordering; 2] 
     for (i, &&(place, weight)) in all.iter().enumerate() {
         let others: Vec<&Site<D>> =
             all.iter().enumerate().filter(|&(j, _)| j != i).map(|(_, s)| *s).collect();
-        let sign = if (i + D) % 2 == 0 { -1 } else { 1 };
+        let sign = if (i + D).is_multiple_of(2) { -1 } else { 1 };
         let height = place.iter().map(|&x| i128::from(x) * i128::from(x)).sum::<i128>() - i128::from(weight);
         terms.push((place, sign * volume(&others), height));
     }
     let turned = volume(simplex).signum();
     let unperturbed = terms.iter().map(|(_, volume, height)| volume * height).sum::<i128>() * turned;
-    terms.sort_unstable_by(|a, b| b.0.cmp(&a.0));
+    terms.sort_unstable_by_key(|term| Reverse(term.0));
     let decides = terms.iter().map(|&(_, volume, _)| volume * turned).find(|&volume| volume != 0);
     let exact = unperturbed.cmp(&0);
     [exact, exact.then(decides.unwrap_or(0).cmp(&0))]
