@@ -33,6 +33,8 @@ pub use septet_core::{
 #[doc(inline)]
 pub use septet_geometry::point::Coordinates;
 #[doc(inline)]
+pub use septet_geometry::site::Weighted;
+#[doc(inline)]
 pub use septet_lab::assert_counts;
 
 /// Triangulations by several processes, each of which holds a part of the points.
@@ -85,6 +87,8 @@ pub mod distributed {
 /// The groups of a [`Spec`], and the values of their fields.
 pub mod spec {
     #[doc(inline)]
+    pub use septet_core::periodic::Periodic;
+    #[doc(inline)]
     pub use septet_core::spec::{
         Alpha, Constants, Control, Correction, Graph, InputRules, Keep, Machine, Neighbours, Nodes,
         Partition, Progress, ProgressFn, Purpose, Recursion, Registers, SeparatorSets, SpecError, Task,
@@ -96,6 +100,8 @@ pub mod spec {
 pub mod result {
     #[doc(inline)]
     pub use septet_core::error::SiteError;
+    #[doc(inline)]
+    pub use septet_core::periodic::{PeriodicCells, PeriodicError};
     #[doc(inline)]
     pub use septet_core::result::own_counts::OwnCounts;
     #[doc(inline)]

@@ -194,6 +194,8 @@ impl From<Error> for Failure {
         match error {
             Error::Spec(error) => error.into(),
             Error::Points(_) | Error::Sites(_) | Error::Indices { .. } => of(Code::Input),
+            Error::Periodic(ref periodic) if periodic.is_of_point() => of(Code::Input),
+            Error::Periodic(_) => of(Code::Usage),
             Error::Memory { forecast, limit, points } => {
                 let message = format!(
                     "{points} points need about {} of memory ({forecast} bytes), but the limit is {} ({limit} bytes)",

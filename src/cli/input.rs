@@ -88,6 +88,17 @@ impl Loaded {
 pub fn placed(error: Error, files: &[ListedFile], input: &str, at: impl Fn(usize) -> usize) -> Failure {
     match error {
         Error::Points(error) => of_points(&renumbered(error, at), files, input),
+        Error::Periodic(mut error) if error.is_of_point() => {
+            let name = if input == "-" { "standard input" } else { input };
+            let mut place = String::new();
+            if let Some(index) = error.point() {
+                *index = at(*index);
+                place =
+                    if files.len() > 1 { place_of(files, *index as u64).unwrap_or_default() } else { place };
+            }
+            let message = format!("{name}: {error} (points counted from 0{place})");
+            Failure::of(Code::Input, &message, error.remedy())
+        }
         error => error.into(),
     }
 }

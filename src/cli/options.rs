@@ -47,6 +47,12 @@ pub struct TriangulateArgs {
     /// The file is text with a row on each line, or a .npy array. Rows of points are counted from 0.
     #[arg(long, value_name = "FILE|-", help_heading = REPORTS, hide_short_help = true)]
     pub hidden: Option<PathBuf>,
+    /// Write the offsets of the vertices of a periodic triangulation
+    ///
+    /// The file is a .npy array of whole numbers, of the shape (cells, d + 1, d). A vertex lies at its point plus the offset
+    /// times the box.
+    #[arg(long, value_name = "FILE", help_heading = REPORTS, hide_short_help = true)]
+    pub offsets: Option<PathBuf>,
     #[command(flatten)]
     pub given: Given<{ Commands::TRIANGULATE.bits() }>,
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use septet_core::spec::{Correction, Partition, Words};
 use septet_io::read::FileList;
 use septet_io::without_gz;
-use septet_lab::report::RunReport;
+use septet_lab::report::{PeriodicReport, RunReport};
 
 use super::text::{bytes, counted, grouped, name, seconds};
 
@@ -38,6 +38,7 @@ pub fn of_run(report: &RunReport, is_sample: bool) -> Vec<String> {
     let source = name(Path::new(if input == "-" { "standard input" } else { input }));
     lines.extend(report.input.as_ref().map(|input| row("read", input.line(&source))));
     lines.extend(set_aside(report));
+    lines.extend(report.periodic.as_ref().map(periodic));
     if report.machine.traffic.rounds > 0 {
         lines.extend(machine(report));
     }
@@ -66,8 +67,26 @@ fn faces(report: &RunReport) -> Option<String> {
     if report.space == 2 {
         return Some(counted(facets, "edge"));
     }
+    if let Some(periodic) = &report.periodic {
+        // The Euler characteristic of a torus is 0.
+        let edges = (points + facets).checked_sub(cells).filter(|_| periodic.is_closed())?;
+        return Some(format!("{}, {}", counted(edges, "edge"), counted(facets, "facet")));
+    }
     let edges = (points + facets).checked_sub(cells + 1)?;
     Some(format!("{}, {}", counted(edges, "edge"), counted(facets, "facet")))
+}
+
+/// Describes the periodic box.
+fn periodic(report: &PeriodicReport) -> String {
+    let lengths: Vec<String> =
+        report.lengths.iter().map(|length| length.map_or("none".to_owned(), |l| l.to_string())).collect();
+    let sheets: Vec<String> = report.sheets.iter().map(u32::to_string).collect();
+    let complex = if report.simplicial {
+        "a simplicial complex".to_owned()
+    } else {
+        format!("no simplicial complex, but {} boxes are one", sheets.join(" x "))
+    };
+    row("periodic", format!("{}, {complex}, {}", lengths.join(" x "), counted(report.images_sent, "image")))
 }
 
 /// Counts the points of the input that are not vertices.

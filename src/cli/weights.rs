@@ -89,8 +89,8 @@ impl<'a> GivenWeights<'a> {
 fn weights_help() -> String {
     format!(
         "{WEIGHTS}\n\n\
-         The triangulation is then the regular one: points with |x|^2 - weight above the lower hull are hidden, and are no \
-         vertices. A column is a name from the header row or a 1-based number, in {}. It is no coordinate. A name with the \
+         The triangulation is then the regular one: points whose height |x|^2 - weight lies above the lower hull are \
+         hidden, and are not vertices. A column is a name from the header row or a 1-based number, in {}. It is not a coordinate. A name with the \
          ending of a format is a file: {}. Its rows are those of the input, including rows that are dropped.",
         Role::WeightColumn.extensions(|_| true),
         Role::Weights.known()

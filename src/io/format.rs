@@ -49,6 +49,8 @@ pub struct Row {
     pub is_surface: bool,
     /// Whether only triangulations in the plane are written.
     pub is_plane: bool,
+    /// Whether triangulations of periodic boxes are written: without points, or with values at the images of points.
+    pub has_images: bool,
     /// Whether points are numbered by the rows of the input, including dropped ones, because the file lacks some points.
     pub has_input_rows: bool,
     /// Parts of a mesh of a domain that are written: cells, faces on facets, edges on segments, points.
@@ -69,6 +71,7 @@ const NONE: Row = Row {
     has_data: false,
     is_surface: false,
     is_plane: false,
+    has_images: false,
     has_input_rows: false,
     labels: None,
     instead: &[],
@@ -154,8 +157,10 @@ formats! {
             (Role::Mesh, ""),
             (Role::PointSet, "`<f8` (n, d)"),
             (Role::RowList, ""),
+            (Role::Offsets, "`<i1` or `<i4` (m, d+1, d)"),
         ],
         divided: &[Role::Points, Role::Triangulation],
+        has_images: true,
         has_input_rows: true,
     }
     /// An archive of `NumPy` arrays.
@@ -260,6 +265,7 @@ formats! {
         ],
         divided: &[Role::Triangulation],
         has_data: true,
+        has_images: true,
         labels: Some([
             "`region`, `attribute`, `radius_edge_ratio`, `least_angle`",
             "`NAME.faces.vtu`: `marker`, `facet`, regions on both sides",
@@ -306,6 +312,7 @@ formats! {
             (Role::PointSet, ""),
         ],
         has_data: true,
+        has_images: true,
     }
     /// Gmsh text, versions 2.2 and 4.1. An option decides the version of an output.
     Msh {

@@ -161,6 +161,17 @@ fn processes_have_the_weights_of_their_rows() {
     place.fails(&format!("{line} none.npy"), 3, &["none.npy", "no such file"]);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn no_output_is_left_if_the_rows_cannot_be_written() {
+    let place = Place::new();
+    place.file("p.csv", table());
+    for processes in ["", " --workers 4 --transport processes --processes 2"] {
+        let line = format!("triangulate p.csv --weights w -o a.npy -o a.vtu --hidden /dev/full{processes}");
+        place.fails(&line, 1, &["/dev/full"]);
+    }
+}
+
 #[test]
 fn plain_reports_do_not_mention_weights() {
     let place = Place::new();
@@ -199,7 +210,9 @@ fn calls_that_cannot_be_meant_are_exit_2() {
         let before = place.names();
         let output = place.run(&line);
         assert_eq!(code(&output), 2, "{line}: {}", stderr(&output));
-        words.iter().for_each(|word| assert!(stderr(&output).contains(word), "{line}: {}", stderr(&output)));
+        for word in words {
+            assert!(stderr(&output).contains(word), "{line}: {}", stderr(&output));
+        }
         assert_eq!(place.names(), before, "{line}");
     }
     place.fails("simulate p.csv --weights w", 2, &["--weights"]);
@@ -230,7 +243,9 @@ fn bad_weights_are_exit_3() {
         let output = place.run(&format!("triangulate {line} -o a.npy"));
         let expected = if line.contains("-d 3") { 2 } else { 3 };
         assert_eq!(code(&output), expected, "{line}: {}", stderr(&output));
-        words.iter().for_each(|word| assert!(stderr(&output).contains(word), "{line}: {}", stderr(&output)));
+        for word in words {
+            assert!(stderr(&output).contains(word), "{line}: {}", stderr(&output));
+        }
         assert!(!place.path("a.npy").exists(), "{line}");
     }
     place.fails("triangulate p.csv --weights few.txt --hidden no/h.txt", 1, &["no/h.txt"]);

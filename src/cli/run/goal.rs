@@ -5,7 +5,7 @@ use std::path::Path;
 use septet_core::Spec;
 use septet_core::spec::Task;
 
-use crate::effects::needs;
+use crate::effects::{excludes, needs};
 use crate::errors::Failure;
 use crate::given::Options;
 use crate::options::{RunArgs, SimulateArgs, TriangulateArgs};
@@ -69,6 +69,14 @@ impl<'a> Goal<'a> {
         }
     }
 
+    /// Returns the file of the offsets of vertices.
+    pub(super) fn offsets(self) -> Option<&'a Path> {
+        match self {
+            Goal::Triangulate(args) => args.offsets.as_deref(),
+            Goal::Simulate(_) => None,
+        }
+    }
+
     /// Whether the numbers of the triangulation are printed and reported.
     pub(super) fn has_stats(self) -> bool {
         match self {
@@ -90,6 +98,9 @@ impl<'a> Goal<'a> {
         let (given, args) = (self.given(), self.args());
         needs("--nodes", given.has("nodes"), "--json", args.json.is_some())?;
         needs("--hidden", self.hidden().is_some(), "--weights or --radii", self.weights().is_some())?;
+        needs("--offsets", self.offsets().is_some(), "--periodic", given.has("periodic"))?;
+        excludes("--stats", self.has_stats(), "--periodic", given.has("periodic"))?;
+        excludes("--terrain", given.has("terrain"), "--periodic", given.has("periodic"))?;
         let spec = given.spec()?.with(|c| {
             c.keep.costs = self.cost_trace().is_some();
             c.planted.fault = args.fault;

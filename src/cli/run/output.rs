@@ -1,11 +1,13 @@
 //! The files of a run.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use septet_core::model::MeshView;
+use septet_core::periodic::{Periodic, Unfolded};
 use septet_core::run::memory::check_peak;
 use septet_core::{Outcome, Spec};
-use septet_io::write::{SharedMesh, WriteOptions, write_shared};
+use septet_io::read::Column;
+use septet_io::write::{SharedMesh, WriteOptions, write_offsets, write_shared};
 use septet_lab::report::{CostHeader, write_cost_trace};
 
 use super::goal::Goal;
@@ -77,9 +79,43 @@ fn write_all(
         };
         let view = run.view(held.points.coordinates());
         let view = MeshView { heights: held.heights.as_deref(), ..view };
-        files.extend(write_mesh(output, &view, &options, &mut progress)?);
+        let has_points = !options.format_of(output)?.row().has_input_rows;
+        let written = match spec.input.periodic.as_ref().filter(|_| has_points) {
+            Some(periodic) => write_unfolded((output, periodic), run, &view, &options, &mut progress)?,
+            None => write_mesh(output, &view, &options, &mut progress)?,
+        };
+        files.extend(written);
     }
     Ok(files.keep())
+}
+
+/// Writes a periodic triangulation with the images of points that are vertices. Each point has the values of its row, the row
+/// and the offset.
+fn write_unfolded(
+    (output, periodic): (&Path, &Periodic),
+    run: &Outcome,
+    view: &MeshView<'_>,
+    options: &WriteOptions<'_>,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<Vec<PathBuf>, Failure> {
+    let Some(part) = &run.kept.periodic else { return Ok(write_mesh(output, view, options, progress)?) };
+    let unfolded = Unfolded::of((run.cells(), part), view.coordinates, periodic);
+    let source = |row: u64| options.source.map_or(row, |source| source[row as usize]);
+    let column = |name: String, values: Vec<f64>| Column { name, values };
+    let of_row = |own: &Column| {
+        let values = unfolded.rows.iter().map(|&row| own.values[row as usize]);
+        column(own.name.clone(), values.collect())
+    };
+    let mut columns: Vec<Column> = options.point_data.iter().map(of_row).collect();
+    columns.push(column("site".to_owned(), unfolded.rows.iter().map(|&row| source(row) as f64).collect()));
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate().take(view.dimension) {
+        let offsets = unfolded.offsets.chunks_exact(view.dimension);
+        columns
+            .push(column(format!("image_{name}"), offsets.map(|offset| f64::from(offset[axis])).collect()));
+    }
+    let view = MeshView { coordinates: &unfolded.coordinates, cells: &unfolded.cells, run: None, ..*view };
+    let options = WriteOptions { source: None, point_data: &columns, ..*options };
+    Ok(write_mesh(output, &view, &options, progress)?)
 }
 
 /// Writes the lists of rows for which the run is asked, and adds their files to those written before. If one of them cannot be
@@ -90,7 +126,7 @@ pub(super) fn write_lists(
     (rows, team): (&Rows, &mut Team<'_>),
     files: &mut Vec<PathBuf>,
 ) -> Result<(), Failure> {
-    for write in [write_duplicates, write_hidden] {
+    for write in [write_duplicates, write_hidden, write_offsets_of] {
         let written = write(plan, run, rows, team).inspect_err(|_| files::remove(files))?;
         files.extend(written);
     }
@@ -137,6 +173,18 @@ fn write_hidden(
     hidden.sort_unstable();
     team.first_only(|| Ok(files::write_rows(path, &hidden)?))?;
     Ok((path.as_os_str() != "-").then(|| path.to_owned()))
+}
+
+/// Writes the offsets of vertices, if the run is asked for them. Returns the file.
+fn write_offsets_of(
+    plan: &Plan<'_>,
+    run: &Outcome,
+    _: &Rows,
+    team: &mut Team<'_>,
+) -> Result<Option<PathBuf>, Failure> {
+    let (Some(path), Some(part)) = (plan.goal.offsets(), &run.kept.periodic) else { return Ok(None) };
+    team.first_only(|| Ok(write_offsets(path, &part.offsets, run.space)?))?;
+    Ok(Some(path.to_owned()))
 }
 
 /// Returns the rows of all processes.

@@ -6,8 +6,9 @@ use septet_core::Spec;
 use septet_core::run::admit_team;
 use septet_core::run::memory::admit_rows;
 use septet_core::run::processes::placement;
-use septet_io::read::ReadOptions;
-use septet_io::write::{check_dimension, check_rows_output, check_shared};
+use septet_io::Role;
+use septet_io::read::{InputError, ReadOptions};
+use septet_io::write::{check_dimension, check_offsets_output, check_rows_output, check_shared};
 use septet_protocol::transport::Placement;
 
 use super::goal::Goal;
@@ -71,16 +72,25 @@ impl<'a> Plan<'a> {
                 .chain(&traces)
                 .map(PathBuf::as_path)
                 .chain(tables.paths());
-            let texts: Vec<&Path> = texts.chain(goal.cost_trace()).chain(goal.hidden()).collect();
+            let lists = [goal.hidden(), goal.offsets()].into_iter().flatten();
+            let texts: Vec<&Path> = texts.chain(goal.cost_trace()).chain(lists).collect();
             goal.hidden().map_or(Ok(()), check_rows_output)?;
+            goal.offsets().map_or(Ok(()), check_offsets_output)?;
             let weights = goal.weights().and_then(GivenWeights::file);
             let inputs: Vec<&Path> = input.files().into_iter().chain(weights).collect();
             files::check_as(&inputs, &args.output, &args.writing.options(), &texts)?;
         }
         check_effects(args, goal.given())?;
+        if spec.input.periodic.is_some() {
+            check_images(args)?;
+        }
         if let (Input::Sample(request), None) = (&input, placement) {
             // A sample that is too large is refused before it is generated.
             admit_rows(spec, request.n, request.dimension)?;
+        }
+        if let Some(path) = goal.weights().and_then(GivenWeights::file).filter(|path| !path.exists()) {
+            // The points are read first, which may take long.
+            return Err(InputError::Missing { path: path.to_owned() }.into());
         }
         let weights = goal.weights().map(GivenWeights::reading);
         let reading = ReadOptions { weights, ..read_options(&spec.input)? };
@@ -130,6 +140,19 @@ fn refuse(goal: Goal<'_>, spec: &Spec) -> Result<(), Failure> {
         return Err(Failure::new(Code::Usage, message).help("run one process, or omit one of the options"));
     }
     Ok(admit_team(spec)?)
+}
+
+/// Refuses outputs without a place for images of points.
+fn check_images(args: &RunArgs) -> Result<(), Failure> {
+    let options = args.writing.options();
+    for output in &args.output {
+        if !options.format_of(output)?.row().has_images {
+            let message = format!("{}: the format has no place for images of points", output.display());
+            let known = Role::Triangulation.extensions(|row| row.has_images);
+            return Err(Failure::new(Code::Usage, message).help(format!("write one of {known}")));
+        }
+    }
+    Ok(())
 }
 
 /// Returns a failure if an option is set that no output or report uses.

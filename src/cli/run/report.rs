@@ -124,7 +124,7 @@ fn print_report(
     }
     if report.dimension < report.space as isize {
         talk.note(format!("note: {}", report.flat_note(Door::Shell)));
-    } else if report.certificate == "passed" && !report.has_weights() {
+    } else if report.certificate == "passed" && !report.has_weights() && report.periodic.is_none() {
         let raw = requested.input.raw.as_ref();
         let reading = raw.map_or_else(String::new, |rows| format!(" --raw {rows}"));
         let terrain = if requested.input.terrain { " --terrain" } else { "" };

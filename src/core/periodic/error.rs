@@ -77,6 +77,19 @@ pub enum PeriodicError {
 }
 
 impl PeriodicError {
+    /// Returns `true` if a point of the input is the reason.
+    pub fn is_of_point(&self) -> bool {
+        matches!(self, Self::Outside { .. } | Self::Far { .. } | Self::Many { .. })
+    }
+
+    /// Returns the position of the point that is the reason, to be replaced by its position in the input.
+    pub fn point(&mut self) -> Option<&mut usize> {
+        match self {
+            Self::Outside { index, .. } | Self::Far { index, .. } => Some(index),
+            _ => None,
+        }
+    }
+
     /// Returns what to do.
     pub fn remedy(&self) -> Option<Remedy> {
         match self {

@@ -35,11 +35,13 @@ mod images;
 mod lattice;
 mod quotient;
 mod run;
+mod unfolded;
 
 pub use error::PeriodicError;
 pub use lattice::Periodic;
 pub use quotient::PeriodicCells;
 pub(crate) use run::run_periodic;
+pub use unfolded::Unfolded;
 
 #[cfg(test)]
 mod tests;

@@ -63,7 +63,7 @@ impl<P: Position> Covered<'_, P> {
 
     fn is_complete_in(self, share: &WorkerShare) -> bool {
         (0..share.cell_count()).all(|cell| {
-            let ids = self.ids(share, cell);
+            let ids = sites_of(share, cell);
             let is_base = ids.map(|id| self.images.is_base(id));
             let has_base = |slots: &dyn Fn(usize) -> bool| (0..=P::DIM).any(|at| slots(at) && is_base[at]);
             if !has_base(&|_| true) {
@@ -73,13 +73,6 @@ impl<P: Position> Covered<'_, P> {
             let is_open = (0..=P::DIM).any(|slot| on_hull(slot) && has_base(&|at| at != slot));
             !is_open && !self.sites.leaves_cover(&self.corners(ids)[..=P::DIM], self.width)
         })
-    }
-
-    /// Returns the sites of a cell.
-    fn ids(self, share: &WorkerShare, cell: usize) -> [u64; 4] {
-        let mut ids = [u64::MAX; 4];
-        ids.iter_mut().zip(share.cell_ids(cell)).for_each(|(to, id)| *to = id);
-        ids
     }
 
     fn corners(self, ids: [u64; 4]) -> [Weighted<P>; 4] {
@@ -96,7 +89,7 @@ impl<P: Position> Covered<'_, P> {
         let mut packed: Vec<u64> = Vec::new();
         for share in self.shares {
             for cell in 0..share.cell_count() {
-                let ids = self.ids(share, cell);
+                let ids = sites_of(share, cell);
                 let corners = self.corners(ids);
                 let smallest = (1..=P::DIM).fold(0, |least, at| {
                     if lex_cmp(&corners[at], &corners[least]).is_lt() { at } else { least }
@@ -127,6 +120,13 @@ impl<P: Position> Covered<'_, P> {
         let own = self.sites.steps(row);
         Vertex { row, offset: std::array::from_fn(|axis| steps[axis] + own[axis]) }
     }
+}
+
+/// Returns the sites of a cell. In the plane, the last entry is not used.
+fn sites_of(share: &WorkerShare, cell: usize) -> [u64; 4] {
+    let mut ids = [u64::MAX; 4];
+    ids.iter_mut().zip(share.cell_ids(cell)).for_each(|(to, id)| *to = id);
+    ids
 }
 
 /// Brings the vertices of a positive cell into canonical order.

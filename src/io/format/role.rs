@@ -30,12 +30,14 @@ pub enum Role {
     PointSet,
     /// Numbers of rows of the input are written.
     RowList,
+    /// Offsets of the vertices of a periodic triangulation are written.
+    Offsets,
 }
 
 impl Role {
     /// Whether the use is an output.
     pub const fn is_output(self) -> bool {
-        matches!(self, Role::Triangulation | Role::Mesh | Role::PointSet | Role::RowList)
+        matches!(self, Role::Triangulation | Role::Mesh | Role::PointSet | Role::RowList | Role::Offsets)
     }
 
     /// Returns the content in messages.
@@ -50,6 +52,7 @@ impl Role {
             Role::Triangulation => "a triangulation",
             Role::Mesh => "a mesh",
             Role::RowList => "a list of rows",
+            Role::Offsets => "offsets of vertices",
         }
     }
 

@@ -10,6 +10,7 @@ mod folder;
 mod formats;
 mod labels;
 mod names;
+mod offsets;
 mod options;
 mod output;
 mod place;
@@ -31,6 +32,7 @@ use septet_core::model::MeshView;
 
 pub use error::OutputError;
 pub use names::faces_path;
+pub use offsets::{check_offsets_output, write_offsets};
 pub use options::{MshVersion, WriteOptions};
 pub use points::{check_points_output, write_points, write_points_to};
 pub use quality::radius_edge_ratio;

@@ -10,6 +10,7 @@ use septet_core::{Outcome, Settled, TrafficTotal};
 use super::context::RunContext;
 use super::input::InputReport;
 use super::parameters::SettledReport;
+use super::periodic::PeriodicReport;
 use super::processes::ProcessReport;
 use super::schema::{
     CoordinatorReport, Fallback, HowProved, MachineReport, PointsReport, RepairReport, RunReport, RunSeconds,
@@ -41,6 +42,7 @@ impl RunReport {
                 hidden: points.hidden,
             },
             input: InputReport::of(context, points.duplicate),
+            periodic: PeriodicReport::of(run, spec),
             space: run.space,
             dimension: run.dimension,
             simplices: run.facts.cells,

@@ -11,6 +11,7 @@ mod input;
 pub(crate) mod json;
 pub mod mesh;
 mod parameters;
+mod periodic;
 mod processes;
 mod schema;
 mod stats;
@@ -24,6 +25,7 @@ pub use context::RunContext;
 pub use cost_trace::{CostHeader, CostLine, ledger_counts, write_cost_trace};
 pub use input::InputReport;
 pub use parameters::{Parameters, Requested, SettledReport};
+pub use periodic::PeriodicReport;
 pub use processes::ProcessReport;
 pub use schema::{
     Fallback, GraphReport, HowProved, LevelDepths, MachineReport, PointsReport, RepairReport, RunReport,

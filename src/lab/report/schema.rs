@@ -10,6 +10,7 @@ use septet_protocol::ids::ByGroup;
 use septet_protocol::ledger::{PathStep, RoundRow};
 
 use super::input::InputReport;
+use super::periodic::PeriodicReport;
 use super::processes::ProcessReport;
 use super::stats::StatsReport;
 use super::traffic::{TimelineReport, TrafficReport};
@@ -43,6 +44,9 @@ pub struct RunReport {
     /// What was read of the files of the input; absent for a sample.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub input: Option<InputReport>,
+    /// The periodic box and the triangulation in it; absent without one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub periodic: Option<PeriodicReport>,
     /// Number of coordinates: 2 or 3.
     pub space: usize,
     /// Dimension of the affine hull of the points; -1 for no points. If it is below `space`, there are no simplices.

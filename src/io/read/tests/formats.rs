@@ -54,6 +54,8 @@ fn archives_of_arrays() {
         &[("arr_0.npy", &points, 8)],
         &[("cells.npy", &other, 8), ("points.npy", &points, 8)],
     ] {
+        let weighted = good_with("a.npz", archive(members), &weights::weights("3"));
+        assert_eq!((weighted.points.dimension(), weighted.weights.map(|all| all.len())), (2, Some(4)));
         for name in ["a.npz", "a.dat"] {
             assert_eq!(space(&good(name, archive(members))), WANT);
         }

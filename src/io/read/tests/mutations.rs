@@ -96,6 +96,9 @@ fn mutated_files_are_survived() {
             draws.mutate(&mut data);
         }
         let options = [PLAIN, SKIP, TWO, THREE][draws.below(4)].clone();
+        let column = [None, None, None, None, Some("1"), Some("4")][draws.below(6)];
+        let options =
+            ReadOptions { weights: column.and_then(|name| weights::weights(name).weights), ..options };
         let start = Instant::now();
         let found = std::panic::catch_unwind(|| {
             let found = points(path, &data, &options);
@@ -110,6 +113,8 @@ fn mutated_files_are_survived() {
                 "draw {draw} of {}",
                 path.display()
             );
+            let weights = file.weights.unwrap_or_else(|| vec![0.0; file.points.len()]);
+            assert!(weights.len() == file.points.len() && weights.iter().all(|weight| weight.is_finite()));
             read += 1;
         }
     }

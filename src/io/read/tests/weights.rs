@@ -6,7 +6,7 @@ use super::*;
 use crate::read::{FileList, ListError, Place, WeightOption, WeightSource, read, read_from, read_list};
 
 /// Options with weights of this argument.
-fn weights(argument: &str) -> ReadOptions {
+pub(super) fn weights(argument: &str) -> ReadOptions {
     let source = WeightSource::of_argument(argument);
     ReadOptions { weights: Some(WeightOption { source, are_radii: false }), ..PLAIN }
 }

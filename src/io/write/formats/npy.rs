@@ -60,7 +60,7 @@ pub fn write_rows(out: &mut dyn Write, rows: &[u64]) -> io::Result<()> {
 }
 
 /// Writes the header of an array of this type and shape. It is padded with spaces to a multiple of 64 bytes and ends with a line feed.
-fn write_head(out: &mut dyn Write, kind: &str, shape: &str) -> io::Result<()> {
+pub fn write_head(out: &mut dyn Write, kind: &str, shape: &str) -> io::Result<()> {
     let mut text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}");
     let blanks = 63 - (10 + text.len()) % 64;
     text.push_str(&" ".repeat(blanks));

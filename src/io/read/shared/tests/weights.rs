@@ -3,34 +3,33 @@
 use super::super::super::{ReadOptions, WeightOption, WeightSource};
 use super::{Folder, LIMITS, data, npy, plain, skipping};
 
-fn of(source: WeightSource) -> Option<WeightOption> {
-    Some(WeightOption { source, are_radii: false })
+fn of(source: WeightSource, rest: &ReadOptions) -> ReadOptions {
+    ReadOptions { weights: Some(WeightOption { source, are_radii: false }), ..rest.clone() }
 }
 
 /// Options with weights in a column.
 fn column(name: &str, rest: &ReadOptions) -> ReadOptions {
-    ReadOptions { weights: of(WeightSource::Column(name.to_owned())), ..rest.clone() }
+    of(WeightSource::Column(name.to_owned()), rest)
 }
 
 /// Options with weights in a file of the folder.
 fn file(folder: &Folder, name: &str, rest: &ReadOptions) -> ReadOptions {
-    ReadOptions { weights: of(WeightSource::File(folder.0.path().join(name))), ..rest.clone() }
+    of(WeightSource::File(folder.0.path().join(name)), rest)
 }
 
 /// A table of points in the plane with weights. Every seventh row has no weight if `is_damaged`.
 fn table(rows: usize, is_damaged: bool) -> String {
-    let weight = |i: usize| match is_damaged && i % 7 == 3 {
-        true => "nan".to_owned(),
-        false => (i as f64 / 3.0 - 2.0).to_string(),
+    let row = |i: usize| {
+        let weight = if is_damaged && i % 7 == 3 { f64::NAN } else { i as f64 / 3.0 - 2.0 };
+        format!("{} {} {weight}", i * 37 % 23, i * i % 31)
     };
-    (0..rows).map(|i| format!("{} {} {}\n", i * 37 % 23, i * i % 31, weight(i))).collect()
+    (0..rows).map(row).collect::<Vec<_>>().join("\n")
 }
 
 /// A text of weights.
 fn numbers(rows: usize, is_damaged: bool) -> String {
-    (0..rows)
-        .map(|i| if is_damaged && i == 4 { "x\n".to_owned() } else { format!("{}.5\n", i * 13 % 11) })
-        .collect()
+    let row = |i: usize| if is_damaged && i == 4 { "x".to_owned() } else { format!("{}.5", i * 13 % 11) };
+    (0..rows).map(row).collect::<Vec<_>>().join("\n")
 }
 
 #[test]
