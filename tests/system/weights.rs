@@ -5,7 +5,7 @@
 //!
 //! The search uses integers only, and no code of septet. It tests every simplex of sites against every site.
 
-use std::cmp::Ordering;
+use std::cmp::{Ordering, Reverse};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::process::Command;
@@ -67,7 +67,7 @@ pub(super) fn above<const D: usize>(simplex: &[&Site<D>], site: &Site<D>) -> [Or
     }
     let turned = volume(simplex).signum();
     let unperturbed = terms.iter().map(|(_, volume, height)| volume * height).sum::<i128>() * turned;
-    terms.sort_unstable_by_key(|term| std::cmp::Reverse(term.0));
+    terms.sort_unstable_by_key(|term| Reverse(term.0));
     let decides = terms.iter().map(|&(_, volume, _)| volume * turned).find(|&volume| volume != 0);
     let exact = unperturbed.cmp(&0);
     [exact, exact.then(decides.unwrap_or(0).cmp(&0))]
