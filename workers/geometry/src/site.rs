@@ -24,7 +24,7 @@
 //!   (Sterbenz). So the difference has an error of at most `3 u |d| + 2 u l`.
 //! - Let `m` be the largest absolute difference on an axis. If `2 l <= m` on each axis, every difference has an error of at
 //!   most `4 u m`, four times that of a rounded difference. The filter's bounds grow accordingly: 15 roundings more in space
-//!   and 12 in the plane, so they are multiplied by [`LOOSER`]. Otherwise nothing is certain.
+//!   and 12 in the plane, so they are multiplied by 2.5. Otherwise nothing is certain.
 //!
 //! Separators, boxes and curves use the high part, which differs by at most `u |x|` from the position. Balls and regions are
 //! larger by that.
