@@ -43,13 +43,28 @@ pub async fn run<P: Point>(
     if let Task::Evaluation { phase } = cx.config().task {
         return evaluation(cx, source, phase).await;
     }
+    let (share, ground) = begin(cx, source, plan).await?;
+    match ground {
+        Some(ground) => finish(cx, ground, share).await,
+        None => collect_counts(cx, share).await,
+    }
+}
+
+/// Loads the points and partitions them. There is no ground if the run ends here.
+///
+/// A function of its own, so that its values take no space in the phases that follow.
+async fn begin<P: Point>(
+    cx: &mut Context<P>,
+    source: &dyn Source<P>,
+    plan: &Plan,
+) -> Result<(Share<P>, Option<Ground<P>>), TransportError> {
     let input = load(cx, source).await?;
     let population = input.population();
     let runs = input.is_ready() && cx.config().refusal(population.count).is_none();
     let (loaded, frame, block) = input.into_parts();
     let mut share = Share { loaded, ..Share::new(cx.rank()) };
     if !runs {
-        return collect_counts(cx, share).await;
+        return Ok((share, None));
     }
     let group = root(cx.config(), population.count);
     let plan = if cx.rank() == group.leader { plan.clone() } else { Plan::new() };
@@ -59,10 +74,11 @@ pub async fn run<P: Point>(
     let is_alone = cx.config().graph.sets != SetRule::Own;
     share.ledger.root = subdomain.own_root().filter(|_| is_alone);
     if cx.config().until == Some(Phase::Partition) {
-        return collect_counts(cx, share).await;
+        return Ok((share, None));
     }
     let heaviest = if P::IS_WEIGHTED { share.loaded.sites.heaviest } else { 0.0 };
-    finish(cx, Ground::new(subdomain, table, frame, population).with_heaviest(heaviest), share).await
+    let ground = Ground::new(subdomain, table, frame, population).with_heaviest(heaviest);
+    Ok((share, Some(ground)))
 }
 
 /// The task of the run, after the partition. Callers ask for no task but `triangulate` with weights.
