@@ -160,13 +160,7 @@ where
         // A scale whose sums must be rounded is as good as integers.
         for scale in [1.0, 0.1] {
             let is_exact = scale == 1.0;
-            let place = |site: &Site<D>| {
-                // The box wraps points by exact numbers of lengths only.
-                let moved = |axis: usize| {
-                    if is_exact { site.0[axis] } else { site.0[axis].rem_euclid(lengths[axis]) }
-                };
-                std::array::from_fn::<f64, D, _>(|axis| moved(axis) as f64 * scale)
-            };
+            let place = |site: &Site<D>| std::array::from_fn::<f64, D, _>(|axis| site.0[axis] as f64 * scale);
             let given: Vec<Weighted<P>> = sites
                 .iter()
                 .map(|site| Weighted::new(P::from_coords(&place(site)), site.1 as f64 * scale * scale))

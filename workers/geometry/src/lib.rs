@@ -52,3 +52,4 @@ pub mod selection;
 pub mod separator;
 pub mod simd;
 pub mod site;
+pub mod two_parts;

@@ -16,8 +16,8 @@
 //! squared radius `r^2 + m`. A site conflicts with an infinite cell by its position, as without weights.
 //!
 //! **Images.** In a periodic box, the image of a site lies at `x + t` for a translation `t`. The sum is not rounded: its
-//! position is the sum of a *high* part, the rounded coordinates, and a *low* part, the error of that rounding (Knuth's
-//! two-sum). Exact stages add both. Let a rounded difference be `(high - high) + (low - low)`, let `u = 2^-53`, and let `l`
+//! position is the sum of a *high* part, the rounded coordinates, and a *low* part, the error of that rounding
+//! ([`crate::two_parts`]). Exact stages add both. Let a rounded difference be `(high - high) + (low - low)`, let `u = 2^-53`, and let `l`
 //! be the largest absolute low part.
 //! - If the high difference is at most twice the whole one, `d`, it has a relative error of `u`. Otherwise the low difference
 //!   is more than half of it, so the two high parts differ by a few units in the last place, and their difference is exact
@@ -44,6 +44,7 @@ use glam::{DVec2, DVec3};
 
 use crate::filter::Rounded;
 use crate::point::{Point, Position, Vector, sealed};
+use crate::two_parts::TwoParts;
 
 /// A position with a weight, which is a squared length.
 ///
@@ -79,19 +80,27 @@ impl<P: Position> Weighted<P> {
         Weighted([lifted, P::Lifted::default()])
     }
 
-    /// Creates the image of a site under a translation, without rounding. The sums must not overflow.
+    /// Creates the image of a site under a translation, without rounding. Returns `None` if a coordinate needs more than two
+    /// floats. The sums must not overflow.
     #[must_use]
-    pub fn translated(self, by: P) -> Self {
-        let mut image = Weighted::new(P::default(), self.weight());
-        let mut largest = 0.0f64;
+    pub fn translated(mut self, by: P) -> Option<Self> {
         for i in 0..P::DIM {
-            let (high, low) = two_sum(self.coord(i), by.coord(i));
-            image.0[0].set_coord(i, high);
-            image.0[1].set_coord(i, low);
-            largest = largest.max(low.abs());
+            self.set_parts(i, self.parts(i).plus(by.coord(i))?);
         }
-        image.0[1].set_coord(P::DIM, largest);
-        image
+        Some(self)
+    }
+
+    /// Returns a coordinate with its low part.
+    pub fn parts(&self, i: usize) -> TwoParts {
+        TwoParts { high: self.coord(i), low: self.low(i) }
+    }
+
+    /// Replaces a coordinate.
+    pub fn set_parts(&mut self, i: usize, parts: TwoParts) {
+        self.0[0].set_coord(i, parts.high);
+        self.0[1].set_coord(i, parts.low);
+        let largest = (0..P::DIM).map(|i| self.low(i).abs()).fold(0.0, f64::max);
+        self.0[1].set_coord(P::DIM, largest);
     }
 
     /// Returns the position, rounded for an image.
@@ -109,15 +118,6 @@ impl Weighted<DVec2> {
         let lows = DVec3::new(low_x, low_y, low_x.abs().max(low_y.abs()));
         Weighted([DVec3::new(x, y, 0.0), lows])
     }
-}
-
-/// Returns a sum as its rounded value and the error of that rounding (Knuth 1969).
-fn two_sum(a: f64, b: f64) -> (f64, f64) {
-    let sum = a + b;
-    let of_b = sum - a;
-    let of_a = sum - of_b;
-    // The last addition turns a negative zero into a positive one.
-    (sum + 0.0, (a - of_a) + (b - of_b) + 0.0)
 }
 
 /// Returns the first coordinates of a vector.

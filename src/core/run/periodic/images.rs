@@ -23,7 +23,8 @@ const SURE: f64 = 1.0 - 1e-9;
 #[derive(Debug)]
 pub(super) struct Sites<P: Position> {
     pub(super) lattice: Lattice,
-    rows: Vec<Weighted<P>>,
+    /// The base site of each row.
+    bases: Vec<Weighted<P>>,
     /// The numbers of lengths from each row to its base site. Empty if they are 0.
     steps: Vec<Steps>,
     heaviest: f64,
@@ -47,13 +48,14 @@ impl<P: Position> Sites<P> {
         let (lattice, rows) = lattice.scaled(rows)?;
         let found = |&index: &u32| {
             let row = rows[index as usize];
-            if is_finite(row) { lattice.base(row, index as usize) } else { Ok([0; 3]) }
+            if is_finite(row) { lattice.base(row, index as usize) } else { Ok((row, [0; 3])) }
         };
-        let steps = map(&numbers(rows.len()), found);
-        let is_outside = |found: &&Result<Steps, _>| matches!(found, Err(PeriodicError::Outside { .. }));
-        let outside = steps.iter().filter(is_outside).count();
-        let steps: Result<Vec<Steps>, PeriodicError> = steps.into_iter().collect();
-        let mut steps = steps.map_err(|error| match error {
+        let found = map(&numbers(rows.len()), found);
+        let is_outside =
+            |found: &&Result<(Weighted<P>, Steps), _>| matches!(found, Err(PeriodicError::Outside { .. }));
+        let outside = found.iter().filter(is_outside).count();
+        let found: Result<(Vec<_>, Vec<_>), PeriodicError> = found.into_iter().collect();
+        let (bases, mut steps) = found.map_err(|error| match error {
             PeriodicError::Outside { index, value, low, high, .. } => {
                 PeriodicError::Outside { index, value, low, high, others: outside - 1 }
             }
@@ -62,14 +64,9 @@ impl<P: Position> Sites<P> {
         if steps.iter().all(|steps| *steps == [0; 3]) {
             steps = Vec::new();
         }
-        let weights = rows.iter().map(Point::weight).filter(|weight| weight.is_finite());
+        let weights = bases.iter().map(Point::weight).filter(|weight| weight.is_finite());
         let heaviest = weights.fold(f64::NEG_INFINITY, f64::max);
-        Ok(Sites { lattice, rows, steps, heaviest })
-    }
-
-    /// Returns the numbers of lengths from a row to its base site.
-    pub(super) fn steps(&self, row: u32) -> Steps {
-        self.steps.get(row as usize).copied().unwrap_or_default()
+        Ok(Sites { lattice, bases, steps, heaviest })
     }
 
     /// Returns the numbers of lengths from all rows to their base sites. Empty if they are 0.
@@ -79,19 +76,19 @@ impl<P: Position> Sites<P> {
 
     /// Returns the number of rows.
     pub(super) fn count(&self) -> u64 {
-        self.rows.len() as u64
+        self.bases.len() as u64
     }
 
     /// Returns the first width of the cover: a few distances of evenly spaced sites, larger if some weights are.
     pub(super) fn first_width(&self) -> f64 {
-        let n = self.rows.len() as f64;
+        let n = self.bases.len() as f64;
         let axes = self.lattice.axes();
         if !self.lattice.is_closed(P::DIM) {
             return f64::INFINITY;
         }
         let volume: f64 = axes.map(|axis| self.lattice.lengths[axis]).product();
         let spacing = (volume / n).powf(1.0 / P::DIM as f64);
-        let mean = self.rows.iter().map(Point::weight).sum::<f64>() / n;
+        let mean = self.bases.iter().map(Point::weight).sum::<f64>() / n;
         let width = WIDTH[P::DIM - 2] * (spacing * spacing + (self.heaviest - mean).max(0.0)).sqrt();
         if width > 0.0 { width } else { f64::INFINITY }
     }
@@ -106,13 +103,12 @@ impl<P: Position> Sites<P> {
     /// Returns the base sites, and their images within `width` of the box; all images if the cover has all.
     pub(super) fn images(&self, width: f64) -> Images<P> {
         let width = if self.has_all(width) { None } else { Some(width) };
-        let all = numbers(self.rows.len());
-        let base = map(&all, |&row| self.image(row, [0; 3]));
+        let all = numbers(self.bases.len());
         let chunks: Vec<&[u32]> = all.chunks(CHUNK).collect();
         let of = map(&chunks, |rows| {
             let mut of = Vec::new();
             for &row in *rows {
-                let site = base[row as usize];
+                let site = self.bases[row as usize];
                 if is_finite(site) {
                     each_steps(self.ranges(site, width), |steps| of.push((row, steps)));
                 }
@@ -120,17 +116,10 @@ impl<P: Position> Sites<P> {
             of
         });
         let of: Vec<(u32, Steps)> = of.concat();
-        let rows = base.len();
-        let mut sites = base;
-        sites.extend(map(&of, |&(row, steps)| self.image(row, steps)));
-        Images { sites, of, base: rows }
-    }
-
-    /// Returns an image of a base site.
-    fn image(&self, row: u32, steps: Steps) -> Weighted<P> {
-        let (given, own) = (self.rows[row as usize], self.steps(row));
-        let all: Steps = std::array::from_fn(|axis| own[axis] + steps[axis]);
-        if all == [0; 3] { given } else { given.translated(self.lattice.translation(all)) }
+        let base = self.bases.len();
+        let mut sites = self.bases.clone();
+        sites.extend(map(&of, |&(row, steps)| self.lattice.image(self.bases[row as usize], steps)));
+        Images { sites, of, base }
     }
 
     /// Returns the numbers of lengths to the images of a base site within the width of the box, along each axis.

@@ -1,8 +1,11 @@
 //! Periodic boxes for points of one dimension.
 
+use std::cmp::Ordering;
+
 use septet_geometry::point::{Point, Position, Vector};
 use septet_geometry::range::{Digits, not_finite, scale};
 use septet_geometry::site::Weighted;
+use septet_geometry::two_parts::TwoParts;
 use septet_workers::config::cores::each_chunk_mut;
 
 use crate::error::PeriodicError;
@@ -117,85 +120,88 @@ impl Lattice {
         self.axes().count() == dimension
     }
 
-    /// Returns the translation by these numbers of lengths. Exact if the numbers are at most [`MOST_STEPS`] and
-    /// [`Lattice::base`] admitted them.
-    pub(super) fn translation<P: Position>(&self, steps: Steps) -> P {
+    /// Returns the image of a base site at these numbers of lengths, from -1 to 1, without rounding. [`Lattice::base`] admits
+    /// only sites that have these images.
+    pub(super) fn image<P: Position>(&self, base: Weighted<P>, steps: Steps) -> Weighted<P> {
         let mut by = P::default();
         for axis in self.axes() {
             by.set_coord(axis, f64::from(steps[axis]) * self.lengths[axis]);
         }
-        by
+        base.translated(by).unwrap_or(base)
     }
 
-    /// Returns the lengths from a point to its image in the half-open box. `index` is its position in the input.
+    /// Returns the base site of a row: its image in the half-open box, and the numbers of lengths from the row to it. `index`
+    /// is the position of the row in the input.
     ///
     /// # Errors
-    /// Fails if the point lies outside of the closed box and the box does not wrap, or if the number of lengths is too large
-    /// for exact arithmetic.
-    pub(super) fn base<P: Position>(&self, site: Weighted<P>, index: usize) -> Result<Steps, PeriodicError> {
-        let mut steps = [0; 3];
+    /// Fails if the row lies outside of the closed box and the box does not wrap, or if an image of it is no sum of two floats.
+    pub(super) fn base<P: Position>(
+        &self,
+        row: Weighted<P>,
+        index: usize,
+    ) -> Result<(Weighted<P>, Steps), PeriodicError> {
+        let (mut base, mut steps) = (row, [0; 3]);
         for axis in self.axes() {
-            let (value, length) = (site.position().coord(axis), self.lengths[axis]);
+            let (value, length) = (row.coord(axis), self.lengths[axis]);
             let low = self.origin[axis];
-            let inner = |steps| self.place(value, steps, axis);
-            let is_admitted = self.wrap || inner(0) != Place::Outside || inner(-1) == Place::AtLow;
-            if !is_admitted {
-                let [value, low, high] = [value, low, low + length].map(|number| self.given(number));
-                return Err(PeriodicError::Outside { index, value, low, high, others: 0 });
+            let (moved, found) = match self.place(row.parts(axis), axis) {
+                Place::Inside => (row.parts(axis), 0),
+                Place::Outside if self.wrap => {
+                    let far =
+                        PeriodicError::Far { index, value: self.given(value), length: self.given(length) };
+                    self.wrapped(value, axis).ok_or(far)?
+                }
+                Place::AtHigh => (low.into(), -1),
+                Place::Outside => {
+                    let [value, low, high] = [value, low, low + length].map(|number| self.given(number));
+                    return Err(PeriodicError::Outside { index, value, low, high, others: 0 });
+                }
+            };
+            if [-length, length].into_iter().any(|by| moved.plus(by).is_none()) {
+                return Err(PeriodicError::Far {
+                    index,
+                    value: self.given(value),
+                    length: self.given(length),
+                });
             }
-            let far = PeriodicError::Far { index, value: self.given(value), length: self.given(length) };
-            let estimate = -((value - low) / length).floor();
-            if estimate.abs() >= MOST_STEPS {
-                return Err(far);
-            }
-            // The quotient is rounded, so the estimate may be wrong by one.
-            let around = [0, -1, 1].map(|more| estimate as i32 + more);
-            let found =
-                around.into_iter().find(|&steps| inner(steps) != Place::Outside).ok_or(far.clone())?;
-            // The images of the base site are one length farther.
-            if ![found - 1, found, found + 1].into_iter().all(|steps| is_exact_multiple(steps, length)) {
-                return Err(far);
-            }
+            base.set_parts(axis, moved);
             steps[axis] = found;
         }
-        Ok(steps)
+        Ok((base, steps))
     }
 
-    /// Returns where the image of a coordinate lies. Exact if the translation is.
-    fn place(&self, value: f64, steps: i32, axis: usize) -> Place {
+    /// Returns the image of a coordinate in the half-open box, and the number of lengths to it, if they are exact.
+    fn wrapped(&self, value: f64, axis: usize) -> Option<(TwoParts, i32)> {
         let (low, length) = (self.origin[axis], self.lengths[axis]);
-        let by = f64::from(steps) * length;
-        // The image is at least `low` iff `value + by >= low`, and below `low + length` iff `value + (by - length) < low`.
-        let above_low = compare_sum(value, by, low);
-        if above_low.is_lt() || compare_sum(value, f64::from(steps - 1) * length, low).is_ge() {
+        let estimate = -((value - low) / length).floor();
+        if estimate.abs() >= MOST_STEPS {
+            return None;
+        }
+        // The quotient is rounded, so the estimate may be wrong by one.
+        let around = [0, -1, 1].map(|more| estimate as i32 + more);
+        let image = |steps| Some((TwoParts::from(value).plus_multiple(steps, length)?, steps));
+        around.into_iter().filter_map(image).find(|(image, _)| self.place(*image, axis) == Place::Inside)
+    }
+
+    /// Returns where a coordinate lies. A number that the length cannot be subtracted from is outside.
+    fn place(&self, value: TwoParts, axis: usize) -> Place {
+        let (low, length) = (self.origin[axis], self.lengths[axis]);
+        if value.compare(low).is_lt() {
             return Place::Outside;
         }
-        if above_low.is_eq() { Place::AtLow } else { Place::Inside }
+        match value.plus(-length).map(|value| value.compare(low)) {
+            Some(Ordering::Less) => Place::Inside,
+            Some(Ordering::Equal) => Place::AtHigh,
+            Some(Ordering::Greater) | None => Place::Outside,
+        }
     }
 }
 
-/// Compares `a + b` with `c`, exactly.
-fn compare_sum(a: f64, b: f64, c: f64) -> std::cmp::Ordering {
-    let sum = a + b;
-    let of_b = sum - a;
-    let low = (a - (sum - of_b)) + (b - of_b);
-    // Rounding preserves the order except for ties. Adding zero removes the sign of a zero.
-    (sum + 0.0).total_cmp(&(c + 0.0)).then((low + 0.0).total_cmp(&0.0))
-}
-
-/// Returns `true` if a number of lengths is a float.
-fn is_exact_multiple(steps: i32, length: f64) -> bool {
-    let significand = length.to_bits() & ((1 << 52) - 1) | 1 << 52;
-    let product = u128::from(significand) * u128::from(steps.unsigned_abs());
-    let digits = u128::BITS - product.leading_zeros();
-    steps == 0 || digits - product.trailing_zeros() <= f64::MANTISSA_DIGITS
-}
-
-/// The place of an image relative to the half-open box, along one axis.
+/// The place of a coordinate relative to the half-open box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Place {
     Inside,
-    /// On the lower face, which belongs to the box.
-    AtLow,
+    /// On the upper face, whose image is the lower one.
+    AtHigh,
     Outside,
 }

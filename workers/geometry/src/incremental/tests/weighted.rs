@@ -142,7 +142,7 @@ fn images<P: Position>(sites: &[Weighted<P>], length: f64) -> Vec<Weighted<P>> {
         for i in 0..P::DIM {
             by.set_coord(i, length * ((code / 3usize.pow(i as u32) % 3) as f64 - 1.0));
         }
-        all.extend(sites.iter().map(|site| site.translated(by)));
+        all.extend(sites.iter().map(|site| site.translated(by).unwrap()));
     }
     all
 }
@@ -182,8 +182,9 @@ fn regions_contain_all_conflicts<P: Position>() {
         for (number, way) in WAYS.into_iter().enumerate() {
             let sites = sites(&set::<P>(kind, 140, 2), way, 11);
             let by = [P::splat(0.0), P::splat(1.0 / 3.0), P::splat(1e8 / 3.0)][number % 3];
-            let moved =
-                |(i, &site): (usize, &Weighted<P>)| if i % 3 == 0 { site } else { site.translated(by) };
+            let moved = |(i, &site): (usize, &Weighted<P>)| {
+                if i % 3 == 0 { site } else { site.translated(by).unwrap() }
+            };
             let mut sites: Vec<Weighted<P>> = sites.iter().enumerate().map(moved).collect();
             sites.sort_by(lex_cmp);
             sites.dedup_by(|a, b| lex_cmp(a, b).is_eq());

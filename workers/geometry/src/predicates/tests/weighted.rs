@@ -95,7 +95,7 @@ fn signs_of_images_are_exact<P: Position>() {
                 .map(|site| {
                     let mut translation = P::default();
                     (0..P::DIM).for_each(|i| translation.set_coord(i, by * random.below(2) as f64));
-                    if round % 3 == 0 { site } else { site.translated(translation) }
+                    if round % 3 == 0 { site } else { site.translated(translation).unwrap() }
                 })
                 .collect();
             if !crate::range::Digits::of(&sites).unwrap().fits() {
