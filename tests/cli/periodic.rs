@@ -89,9 +89,54 @@ fn boxes_that_cannot_be_used_are_refused() {
         ("--periodic 10,20 -o c.off", 2, ["c.off", ".npy"]),
         ("--periodic 10,20 --offsets o.csv", 2, ["o.csv", ".npy"]),
         ("--periodic 10,20 --with-owner -o c.vtu", 2, ["owner", "--periodic"]),
-        ("--periodic 10,20 --transport processes --processes 2", 2, ["periodic", "one process"]),
     ] {
         place.fails(&format!("triangulate p.csv {line}"), code, &words);
     }
     place.fails("simulate p.csv --periodic 10,20", 2, &["--periodic"]);
+}
+
+/// Rows outside of the box, each with a weight and a column.
+fn scattered() -> String {
+    let row = |i: u64| {
+        let at = |factor: u64, places: u64| (i * factor % 97) as f64 / 9.7 * places as f64 - 5.0;
+        format!("{},{},{},{},{i}\n", at(31, 1), at(57, 3), at(11, 2), i % 5)
+    };
+    (0..90).map(row).fold("x,y,z,w,i\n".to_owned(), |text, row| text + &row)
+}
+
+#[cfg(unix)]
+#[test]
+fn processes_write_what_one_process_writes() {
+    let place = Place::new();
+    place.file("p.csv", scattered().replace("\n-0.", "\nnan,0,0,0,0\n-0."));
+    let names = ["npy", "vtu", "vtk", "offsets", "rows"];
+    let line = |to: &str, more: &str| {
+        format!(
+            "triangulate p.csv --weights w --periodic 3,3.3,0.7 --wrap --skip-invalid --keep-columns --workers 5 \
+             -o {to}.npy -o {to}.vtu -o {to}.vtk --offsets {to}.offsets.npy --hidden {to}.rows --json {to}.json {more}"
+        )
+    };
+    place.good(&line("p", ""));
+    let read = |to: &str| {
+        names.map(|name| {
+            let name = if name == "offsets" { format!("{to}.offsets.npy") } else { format!("{to}.{name}") };
+            fs::read(place.path(&name)).unwrap()
+        })
+    };
+    let (expected, report) = (read("p"), place.json("p.json"));
+    for processes in [2, 3, 5] {
+        place.good(&line("q", &format!("--transport processes --processes {processes}")));
+        let found = read("q");
+        for (at, name) in names.iter().enumerate() {
+            assert!(found[at] == expected[at], "{name}, {processes} processes");
+        }
+        processes::same_counts(&place.json("q.json"), &report, &format!("{processes} processes"));
+    }
+    // More processes than workers.
+    let talk =
+        "triangulate p.csv --weights w --periodic 3,3.3,0.7 --wrap --skip-invalid --workers 2 -o q.npy";
+    place.good(&format!("{talk} --transport processes --processes 4"));
+    assert!(fs::read(place.path("q.npy")).unwrap() == expected[0]);
+    let talk = "triangulate p.csv --skip-invalid --columns x,y,z --periodic 3,4,5 --transport processes --processes 3";
+    place.fails(talk, 3, &["p.csv", "--wrap"]);
 }

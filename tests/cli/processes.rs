@@ -35,7 +35,7 @@ const OF_THE_PROCESSES: [&str; 7] =
     ["parameters", "settled", "phases", "seconds", "rss_before_bytes", "peak_rss_bytes", "processes"];
 
 /// The reports of one process and of several have the same counts.
-fn same_counts(found: &Value, one: &Value, label: &str) {
+pub(super) fn same_counts(found: &Value, one: &Value, label: &str) {
     let fields = |report: &Value| -> BTreeMap<String, Value> {
         let fields = report.as_object().unwrap().clone().into_iter();
         fields.filter(|(field, _)| !OF_THE_PROCESSES.contains(&field.as_str())).collect()

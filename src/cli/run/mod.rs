@@ -14,8 +14,9 @@ mod trace;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use septet_core::run::calls::perform_held;
 use septet_core::run::memory::{check_peak, peak_rss, rss};
-use septet_core::run::processes::{HeldRows, run_held};
+use septet_core::run::processes::HeldRows;
 use septet_core::run::stats::shared_stats;
 use septet_core::{Outcome, Remedy, Spec, Stats, perform};
 use septet_lab::report::{RunContext, RunReport};
@@ -148,7 +149,7 @@ fn run_ranks(plan: &Plan<'_>, spec: &Spec, rows: &Rows, team: &mut Team<'_>) -> 
     };
     let held = &rows.held;
     let own = HeldRows { points: rows.sites(), first: held.first, rows: held.rows, base: plan.first_row() };
-    let run = run_held(&mut team.processes, own, order);
+    let run = perform_held(&mut team.processes, own, order);
     let run = team.agree(run.map_err(|error| rows.failure(error, plan)))?;
     let facts = team.all_gather(&run.as_ref().map(|run| run.facts.clone()))?.swap_remove(0);
     let facts = facts.ok_or_else(|| Failure::new(Code::Machine, "the first process has no workers"))?;

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use septet_core::model::MeshView;
+use septet_core::result::periodic::PeriodicCells;
 use septet_core::result::unfolded::Unfolded;
 use septet_core::run::memory::check_peak;
 use septet_core::spec::Periodic;
 use septet_core::{Outcome, Spec};
 use septet_io::read::Column;
-use septet_io::write::{SharedMesh, WriteOptions, write_offsets, write_shared};
+use septet_io::write::{SharedMesh, WriteOptions, numbers_on_first, to_first, write_offsets, write_shared};
 use septet_lab::report::{CostHeader, write_cost_trace};
 
 use super::goal::Goal;
@@ -28,10 +29,14 @@ pub(super) fn write_mesh_files(
     team: &mut Team<'_>,
     talk: &Talk,
 ) -> Result<Vec<PathBuf>, Failure> {
-    if team.is_alone() {
-        return write_all((plan, spec), run, rows, talk);
-    }
     let held = &rows.held;
+    if team.is_alone() {
+        let (coordinates, source) = (held.points.coordinates(), held.source_index.as_deref());
+        return write_all((plan, spec), run, (rows, coordinates, source), talk);
+    }
+    if spec.input.periodic.is_some() {
+        return write_gathered((plan, spec), run, (rows, team), talk);
+    }
     let mesh = SharedMesh {
         run,
         coordinates: held.points.coordinates(),
@@ -56,16 +61,31 @@ fn options<'a>((plan, with_owner): (&Plan<'_>, bool), rows: &'a Rows) -> WriteOp
     WriteOptions { with_owner, first_id: held.first_id, point_data: &held.columns, ..args.writing.options() }
 }
 
-/// Writes the triangulation of one process to all outputs, or to none of its files.
+/// Writes a periodic triangulation, whose cells the first process has, on that process. Returns the files written.
+fn write_gathered(
+    order: (&Plan<'_>, &Spec),
+    run: &Outcome,
+    (rows, team): (&Rows, &mut Team<'_>),
+    talk: &Talk,
+) -> Result<Vec<PathBuf>, Failure> {
+    let held = &rows.held;
+    let coordinates = numbers_on_first(&mut team.processes, held.points.coordinates())?;
+    let own = held.source_index.iter().flatten().copied();
+    let source = if held.skipped > 0 { Some(to_first(&mut team.processes, own)?) } else { None };
+    let all = (rows, &coordinates[..], source.as_deref());
+    Ok(team.first_only(|| write_all(order, run, all, talk))?.unwrap_or_default())
+}
+
+/// Writes a triangulation that this process has to all outputs, or to none of its files. `coordinates` are those of all points, and
+/// `source` is the row of the input of each of them, if rows were dropped.
 fn write_all(
     (plan, spec): (&Plan<'_>, &Spec),
     run: &Outcome,
-    rows: &Rows,
+    (rows, coordinates, source): (&Rows, &[f64], Option<&[u64]>),
     talk: &Talk,
 ) -> Result<Vec<PathBuf>, Failure> {
     let held = &rows.held;
     // In a file that has only cells, or only some of the points, indices count all rows of the input.
-    let source = held.source_index.as_deref();
     let options = WriteOptions { source, ..options((plan, spec.keep.owner), rows) };
     let mut files = Fresh::default();
     for output in &plan.goal.args().output {
@@ -78,7 +98,7 @@ fn write_all(
                 check_peak(spec).unwrap_or_else(|error| Failure::from(error).unwind());
             }
         };
-        let view = run.view(held.points.coordinates());
+        let view = run.view(coordinates);
         let view = MeshView { heights: held.heights.as_deref(), ..view };
         let has_points = !options.format_of(output)?.row().has_input_rows;
         let written = match spec.input.periodic.as_ref().filter(|_| has_points) {
@@ -183,8 +203,9 @@ fn write_offsets_of(
     _: &Rows,
     team: &mut Team<'_>,
 ) -> Result<Option<PathBuf>, Failure> {
-    let (Some(path), Some(part)) = (plan.goal.offsets(), &run.kept.periodic) else { return Ok(None) };
-    team.first_only(|| Ok(write_offsets(path, &part.offsets(), run.space)?))?;
+    let Some(path) = plan.goal.offsets() else { return Ok(None) };
+    let offsets = || run.kept.periodic.as_ref().map(PeriodicCells::offsets).unwrap_or_default();
+    team.first_only(|| Ok(write_offsets(path, &offsets(), run.space)?))?;
     Ok(Some(path.to_owned()))
 }
 

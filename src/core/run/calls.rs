@@ -2,12 +2,14 @@
 
 use septet_geometry::coordinates::{Coordinates, PointSlice};
 use septet_geometry::point::Point;
+use septet_protocol::wire::Processes;
 
 use crate::error::{Error, SiteError};
 use crate::input::Whole;
 use crate::result::outcome::Outcome;
 use crate::run::hosts::started;
-use crate::run::periodic::run_periodic;
+use crate::run::periodic::{run_periodic, run_shared};
+use crate::run::processes::{HeldRows, run_held};
 use crate::run::{Hosts, Start, certified, run};
 use crate::spec::{Spec, Task, Until};
 
@@ -87,6 +89,23 @@ pub fn independent<C: Coordinates>(
 /// See [`Error`].
 pub fn perform(points: PointSlice<'_>, order: (&Spec, Task)) -> Result<Outcome, Error> {
     sized(points, &[], order)
+}
+
+/// Runs a task over the rows of all processes. Returns `None` on a process without ranks. A failed certificate is not an error
+/// ([`crate::result::outcome::Facts::refutation`]), because the counts of the run are still reported. The cells in a periodic
+/// box are in the outcome of the first process.
+///
+/// # Errors
+/// See [`Error`]. All processes with ranks return an error, and the others do not.
+pub fn perform_held(
+    processes: &mut Processes<'_>,
+    held: HeldRows<'_>,
+    order: (&Spec, Task),
+) -> Result<Option<Outcome>, Error> {
+    match &order.0.input.periodic {
+        Some(periodic) => run_shared(processes, held, periodic, order),
+        None => run_held(processes, held, order),
+    }
 }
 
 /// Runs a task over points or sites in either dimension. It is compiled here, so that callers do not compile the machine.

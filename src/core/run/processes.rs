@@ -16,7 +16,7 @@ use crate::error::Error;
 use crate::input::Held;
 use crate::result::outcome::Outcome;
 use crate::run::distributed::workers_of;
-use crate::run::{Hosts, run};
+use crate::run::{Hosts, run_once};
 use crate::spec::{Spec, SpecError, Task};
 
 /// The rows that a process holds.
@@ -49,12 +49,11 @@ pub fn rows_of(placement: Placement, process: u32, rows: u64) -> Range<u64> {
     at(start)..at(end)
 }
 
-/// Runs a task over the rows of all processes. Returns `None` on a process without ranks. A failed certificate is not an error
-/// ([`crate::result::outcome::Facts::refutation`]), because the counts of the run are still reported.
+/// Runs a task over the rows of all processes, without regard to a periodic box. Returns `None` on a process without ranks.
 ///
 /// # Errors
-/// See [`Error`]. All processes with ranks return an error, and the others do not.
-pub fn run_held(
+/// See [`crate::run::calls::perform_held`].
+pub(super) fn run_held(
     processes: &mut Processes<'_>,
     held: HeldRows<'_>,
     order: (&Spec, Task),
@@ -72,7 +71,11 @@ pub fn run_held(
     outcome.map(Some)
 }
 
-fn run_rows<P: Point>(
+/// Runs the ranks of this process.
+///
+/// # Errors
+/// See [`Error`].
+pub(super) fn run_rows<P: Point>(
     processes: &mut Processes<'_>,
     (points, held): (&[P], HeldRows<'_>),
     placement: Placement,
@@ -81,7 +84,7 @@ fn run_rows<P: Point>(
     let source = &GlobalRows { points, held };
     let own = Held { source, points, first: held.base, rows: held.rows };
     let transport = &mut OverWire::new(processes, placement);
-    run(order, own, &mut Hosts::Team { transport, placement })
+    run_once(order, own, &mut Hosts::Team { transport, placement })
 }
 
 /// The points of a process, as the source of its workers.

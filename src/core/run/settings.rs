@@ -61,7 +61,6 @@ pub fn admit_team(spec: &Spec) -> Result<(), SpecError> {
     let outputs = [
         (spec.machine.workers == Workers::Leaves, "a worker for each leaf", "workers"),
         (spec.keep.costs, "a cost trace", "cost-trace"),
-        (spec.input.periodic.is_some(), "a periodic triangulation", "periodic"),
         (spec.keep.view.is_some_and(|points| points > 0), "a picture", "view"),
     ];
     match outputs.iter().find(|(is_wanted, ..)| *is_wanted) {

@@ -37,7 +37,9 @@ pub use options::{MshVersion, WriteOptions};
 pub use points::{check_points_output, write_points, write_points_to};
 pub use quality::radius_edge_ratio;
 pub use rows::{check_rows_output, write_rows, write_rows_to};
-pub use shared::{GATHER_LIMIT, SharedMesh, check_gathered, check_shared, write_shared};
+pub use shared::{
+    GATHER_LIMIT, SharedMesh, check_gathered, check_shared, numbers_on_first, to_first, write_shared,
+};
 
 use crate::format::{Files, Format};
 use error::WriteFault;

@@ -55,6 +55,7 @@ mod surfaces;
 mod sweeps;
 #[cfg(test)]
 mod tests;
+mod torus;
 mod tree;
 
 pub use claim::{Claim, Reading, Role, Statistics};
@@ -67,7 +68,7 @@ pub use report::{CheckedClaim, ClaimReport, SCHEMA};
 
 /// Returns all claims, in the paper's order.
 pub fn registry() -> impl Iterator<Item = &'static Claim> {
-    let groups: [&'static [Claim]; 24] = [
+    let groups: [&'static [Claim]; 25] = [
         separators::CLAIMS,
         exponent::CLAIMS,
         ball_order::CLAIMS,
@@ -79,6 +80,7 @@ pub fn registry() -> impl Iterator<Item = &'static Claim> {
         recursion::CLAIMS,
         own_spheres::CLAIMS,
         replication::CLAIMS,
+        torus::CLAIMS,
         tree::CLAIMS,
         level_depth::CLAIMS,
         depth_law::CLAIMS,

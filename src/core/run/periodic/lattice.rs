@@ -63,19 +63,19 @@ impl Lattice {
         if lattice.axes().next().is_none() { Err(PeriodicError::Open) } else { Ok(lattice) }
     }
 
-    /// Scales a box and its rows into the range of exact signs. Also removes the signs of zeros. Rows that are not finite stay
-    /// as they are.
-    ///
-    /// # Errors
-    /// Fails if the digits spread too far.
+    /// Returns the digits of the box and of the rows that are finite.
+    pub(super) fn digits<P: Position>(&self, rows: &[Weighted<P>]) -> Digits {
+        let digits = |row: &Weighted<P>| Digits::of(std::slice::from_ref(row));
+        let own = [self.corner::<P>(false), self.corner(true)];
+        rows.iter().chain(&own).filter_map(digits).fold(Digits::NONE, Digits::join)
+    }
+
+    /// Scales a box and its rows by a power of two. Also removes the signs of zeros. Rows that are not finite stay as they are.
     pub(super) fn scaled<P: Position>(
         mut self,
         mut rows: Vec<Weighted<P>>,
-    ) -> Result<(Self, Vec<Weighted<P>>), PeriodicError> {
-        let digits = |row: &Weighted<P>| Digits::of(std::slice::from_ref(row));
-        let own = [self.corner::<P>(false), self.corner(true)];
-        let all = rows.iter().chain(&own).filter_map(digits).fold(Digits::NONE, Digits::join);
-        let exponent = all.scaling().map_err(|bits| PeriodicError::Spread { bits })?;
+        exponent: i32,
+    ) -> (Self, Vec<Weighted<P>>) {
         each_chunk_mut(&mut rows, CHUNK, |_, rows| {
             for row in rows.iter_mut().filter(|row| not_finite(*row).is_none()) {
                 for axis in 0..P::DIM {
@@ -85,12 +85,13 @@ impl Lattice {
                 *row = scale(*row, exponent);
             }
         });
+        let own = [self.corner::<P>(false), self.corner(true)];
         let [lengths, origin] = own.map(|corner| scale(corner, exponent));
         for axis in self.axes() {
             (self.lengths[axis], self.origin[axis]) = (lengths.coord(axis), origin.coord(axis));
         }
         self.exponent = exponent;
-        Ok((self, rows))
+        (self, rows)
     }
 
     /// Returns the lengths or the origin as a point. Axes that are not periodic have 0.

@@ -13,8 +13,8 @@
 //!    none of these images, but a farther one, `x`. Then `|x_a - p_a| > L_a` for an axis. With `v = +- L_a e_a`, one of `p + v`
 //!    and `x - v` is inside; `p + v` is one of the images. So `x - v` is inside, and after some steps an image is.
 //! 2. *Fewer images suffice* if the machine has all of them within a box, the *cover*, and the conflict region of each cell
-//!    with a base vertex lies in the cover. No base vertex may be on the hull. If a region does not, the run is repeated with
-//!    more images, up to those of 1.
+//!    with a base vertex lies in the cover. No base vertex may be on the hull. Cells with base vertices and images decide this
+//!    (`quotient`). If a region does not lie in the cover, the run is repeated with more images, up to those of 1.
 //! 3. A class of cells has exactly one cell whose lexicographically smallest vertex is a base site. These cells are the result
 //!    (`quotient`). The sum of their volumes must be that of the box, and in the plane there must be twice as many as sites.
 //!
@@ -28,6 +28,10 @@
 //! **Work.** That of the triangulation of the box and its images: for well-spaced sites, `O(n^(1-1/d))` images. Few sites, or
 //! sites with large voids, have all `3^d`.
 //!
+//! **Processes.** Each process finds the base sites and the images of its rows, and sends them to the processes whose ranks
+//! read them, so the machine is that of one process. Every process finds the cells of the result among those of its ranks. The
+//! first one collects them.
+//!
 //! **Departures.** Sites with weights and images are one type, so a periodic run without weights has weights of 0. Along an
 //! axis that is not periodic, the box does not end.
 
@@ -36,8 +40,9 @@ mod images;
 mod lattice;
 mod quotient;
 mod run;
+mod team;
 
-pub(super) use run::run_periodic;
+pub(super) use run::{run_periodic, run_shared};
 
 #[cfg(test)]
 mod tests;

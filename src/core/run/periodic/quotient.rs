@@ -12,6 +12,8 @@ use septet_geometry::site::Weighted;
 use septet_workers::config::cores::{map, map_blocks};
 
 use super::images::{Images, Sites};
+use super::team::Team;
+use crate::error::Error;
 use crate::result::periodic::{Steps, Vertex, difference};
 use crate::result::share::{Neighbour, WorkerShare};
 
@@ -47,7 +49,7 @@ pub(super) struct Covered<'a, P: Position> {
 /// The points of a share, in its order, which is that of a curve.
 struct Local<'a, P: Position> {
     share: &'a WorkerShare,
-    sites: Vec<Weighted<P>>,
+    sites: &'a [Weighted<P>],
     is_base: Vec<bool>,
 }
 
@@ -64,19 +66,26 @@ impl<P: Position> Local<'_, P> {
 }
 
 impl<P: Position> Covered<'_, P> {
-    /// Returns the cells whose lexicographically smallest vertices are base sites. Returns `None` if the stars of base sites
-    /// may not be those of all images. A cover with all images needs no check.
-    pub(super) fn quotient(self) -> Option<Quotient> {
-        let mut all = Quotient::default();
+    /// Returns the cells of this process whose lexicographically smallest vertices are base sites. Returns `None` if the stars
+    /// of base sites may not be those of all images. A cover with all images needs no check.
+    ///
+    /// # Errors
+    /// Fails if a process is gone.
+    pub(super) fn quotient(self, team: &mut Team<'_, '_>) -> Result<Option<Quotient>, Error> {
+        let ids: Vec<u64> = self.shares.iter().flat_map(|share| &share.ids).copied().collect();
+        let sites = self.images.fetch(&ids, team)?;
+        let (mut all, mut rest) = (Quotient::default(), &sites[..]);
         for share in self.shares {
-            let sites = map(&share.ids, |&id| self.images.sites[id as usize]);
+            let (sites, others) = rest.split_at(share.ids.len());
+            rest = others;
             let is_base = map(&share.ids, |&id| self.images.is_base(id));
             let local = &Local { share, sites, is_base };
             for block in map_blocks(share.cell_count(), BLOCK, |cells| self.quotient_of(local, cells)) {
-                all = all.join(block?);
+                let Some(block) = block else { return Ok(None) };
+                all = all.join(block);
             }
         }
-        Some(all)
+        Ok(Some(all))
     }
 
     fn quotient_of(self, local: &Local<'_, P>, cells: Range<usize>) -> Option<Quotient> {
@@ -102,8 +111,13 @@ impl<P: Position> Covered<'_, P> {
         Some(quotient)
     }
 
-    /// Returns `true` if the star of a base site may lack an image: the cell has such a vertex on the hull, or its conflict
-    /// region may leave the cover.
+    /// Returns `true` if a cell shows that the star of a base site may lack an image: the cell has such a vertex on the hull, or
+    /// also has an image as a vertex, and its conflict region may leave the cover.
+    ///
+    /// The region of a cell of base sites alone needs no test. Let it contain a position `y` outside of the cover, and walk from
+    /// the cell straight to `y`. The power of `y` decreases from cell to cell, so `y` is in all their regions. The walk leaves
+    /// the hull, from a cell with a base site on the hull, or after the last cell with a base site. The facet to the cell after
+    /// that one has only images.
     fn is_open(
         self,
         local: &Local<'_, P>,
@@ -112,16 +126,16 @@ impl<P: Position> Covered<'_, P> {
     ) -> bool {
         let on_hull = |slot: usize| local.share.neighbour(cell, slot) == Some(Neighbour::Hull);
         let has_other = |slot: usize| (0..=P::DIM).any(|at| at != slot && is_base[at]);
+        let is_mixed = is_base[..=P::DIM].contains(&false);
         (0..=P::DIM).any(|slot| on_hull(slot) && has_other(slot))
-            || self.sites.leaves_cover(&corners[..=P::DIM], self.width)
+            || is_mixed && self.sites.leaves_cover(&corners[..=P::DIM], self.width)
     }
 
     /// Returns the vertices of a cell. In the plane, the last one is not used.
     fn vertices(self, share: &WorkerShare, cell: usize) -> [Vertex; 4] {
         let mut vertices = [Vertex::default(); 4];
         for (vertex, id) in vertices.iter_mut().zip(share.cell_ids(cell)) {
-            let (row, steps) = self.images.of(id);
-            *vertex = Vertex { row, steps };
+            *vertex = self.images.of(id);
         }
         vertices
     }

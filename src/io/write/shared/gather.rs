@@ -40,9 +40,7 @@ impl<'a> Whole<'a> {
         let bytes = bytes(counts.row_count() as u64, counts.cells, space).saturating_add(labels);
         processes.agree(fits(bytes), describe)?;
         let mut whole = Whole { dimension: space, heights: mesh.heights, ..Whole::default() };
-        let coordinates = mesh.coordinates.iter().map(|coordinate| coordinate.to_bits());
-        let arrived = to_first(processes, coordinates)?;
-        whole.coordinates = arrived.into_iter().map(f64::from_bits).collect();
+        whole.coordinates = numbers_on_first(processes, mesh.coordinates)?;
         let mut words = Vec::new();
         for share in &mesh.run.shares {
             ShareRows::of(mesh, share, layout).append(&mut words);
@@ -109,8 +107,20 @@ pub(super) fn bytes(rows: u64, cells: u64, space: usize) -> u64 {
     rows.saturating_add(cells.saturating_mul(8 * (space as u64 + 1)))
 }
 
+/// Sends numbers to the first process, which returns those of all processes in their order.
+///
+/// # Errors
+/// Fails if the processes lose each other.
+pub fn numbers_on_first(processes: &mut Processes<'_>, own: &[f64]) -> Result<Vec<f64>, Ended> {
+    let words = to_first(processes, own.iter().map(|number| number.to_bits()))?;
+    Ok(words.into_iter().map(f64::from_bits).collect())
+}
+
 /// Sends words to the first process, which returns those of all processes in their order.
-fn to_first(
+///
+/// # Errors
+/// Fails if the processes lose each other.
+pub fn to_first(
     processes: &mut Processes<'_>,
     words: impl IntoIterator<Item = u64>,
 ) -> Result<Vec<u64>, WireError> {

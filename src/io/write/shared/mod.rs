@@ -31,6 +31,7 @@ use std::path::{Path, PathBuf};
 use septet_protocol::wire::{Ended, Processes};
 
 pub use fault::GATHER_LIMIT;
+pub use gather::{numbers_on_first, to_first};
 pub use mesh::SharedMesh;
 
 use super::formats::{Way, writer};
