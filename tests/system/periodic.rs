@@ -261,3 +261,94 @@ fn cgal_agrees_in_general_position() {
     agrees_with_cgal::<DVec2>();
     agrees_with_cgal::<DVec3>();
 }
+
+type Vector = [f64; 3];
+
+fn minus(a: Vector, b: Vector) -> Vector {
+    [0, 1, 2].map(|i| a[i] - b[i])
+}
+
+fn cross(a: Vector, b: Vector) -> Vector {
+    [0, 1, 2].map(|i| a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3])
+}
+
+fn dot(a: Vector, b: Vector) -> f64 {
+    (0..3).map(|i| a[i] * b[i]).sum()
+}
+
+/// Adds the parts of a cell to the volumes of the Voronoi cells of its vertices. Each edge, triangle and cell at a vertex spans a
+/// signed tetrahedron with it and the centres of their spheres.
+fn add_parts(volumes: &mut [f64], rows: &[u64], corners: [Vector; 4]) {
+    const EVEN: [[usize; 4]; 12] = [
+        [0, 1, 2, 3],
+        [0, 2, 3, 1],
+        [0, 3, 1, 2],
+        [1, 0, 3, 2],
+        [1, 3, 2, 0],
+        [1, 2, 0, 3],
+        [2, 3, 0, 1],
+        [2, 0, 1, 3],
+        [2, 1, 3, 0],
+        [3, 2, 1, 0],
+        [3, 1, 0, 2],
+        [3, 0, 2, 1],
+    ];
+    for [v, i, j, k] in EVEN {
+        let [a, b, c] = [i, j, k].map(|at| minus(corners[at], corners[v]));
+        let (normal, [a2, b2, c2]) = (cross(a, b), [a, b, c].map(|x| dot(x, x)));
+        let of_triangle = cross([0, 1, 2].map(|i| a2 * b[i] - b2 * a[i]), normal);
+        let triangle = of_triangle.map(|x| x / (2.0 * dot(normal, normal)));
+        let six = dot(normal, c);
+        let (bc, ca) = (cross(b, c), cross(c, a));
+        let cell = [0, 1, 2].map(|i| (a2 * bc[i] + b2 * ca[i] + c2 * normal[i]) / (2.0 * six));
+        volumes[rows[v] as usize] += dot(cross(minus(a, b), triangle), cell) / 12.0;
+    }
+}
+
+/// The volumes that Voro++ prints, which have six digits.
+fn by_voro(points: &[DVec3], lengths: [f64; 3]) -> Vec<f64> {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("points");
+    let line = |(i, p): (usize, &DVec3)| format!("{i} {:.17e} {:.17e} {:.17e}\n", p.x, p.y, p.z);
+    fs::write(&file, points.iter().enumerate().map(line).collect::<String>()).unwrap();
+    let mut program = Command::new("voro++");
+    program.args(["-p", "-c", "%i %v"]);
+    for length in lengths {
+        program.args(["0".to_owned(), length.to_string()]);
+    }
+    let output = program.arg(&file).output().unwrap_or_else(|e| panic!("voro++: {e}"));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let mut volumes = vec![f64::NAN; points.len()];
+    for line in fs::read_to_string(directory.path().join("points.vol")).unwrap().lines() {
+        let (row, volume) = line.split_once(' ').unwrap();
+        volumes[row.parse::<usize>().unwrap()] = volume.parse().unwrap();
+    }
+    volumes
+}
+
+#[test]
+#[ignore = "needs Voro++"]
+fn voronoi_cells_have_the_volumes_of_voro() {
+    let count: usize = std::env::var("SEPTET_SITES").map_or(5000, |n| n.parse().expect("a number"));
+    let (mut draw, lengths) = (Draw::new(54), [1.0, 2.0, 0.5]);
+    let points: Vec<DVec3> = (0..count).map(|_| draw.point::<DVec3>() * DVec3::from(lengths)).collect();
+    let mut spec = with_workers(Workers::Count(3), 300);
+    spec.input.periodic = Some(Periodic::of_lengths(&lengths));
+    let run = triangulate(&points, &spec).unwrap();
+    let offsets = run.kept.periodic.as_ref().unwrap().offsets();
+    let mut volumes = vec![0.0; count];
+    for (rows, offsets) in run.cells().chunks_exact(4).zip(offsets.chunks_exact(12)) {
+        let corner = |at: usize| {
+            let point = points[rows[at] as usize].to_array();
+            [0, 1, 2].map(|axis| point[axis] + f64::from(offsets[3 * at + axis]) * lengths[axis])
+        };
+        add_parts(&mut volumes, rows, [0, 1, 2, 3].map(corner));
+    }
+    let sum: f64 = volumes.iter().sum();
+    assert!((sum - 1.0).abs() < 1e-12, "the volumes add up to {sum}");
+    let expected = by_voro(&points, lengths);
+    for (row, (found, expected)) in volumes.iter().zip(&expected).enumerate() {
+        assert!((found / expected - 1.0).abs() < 1e-5, "cell {row}: {found}, not {expected}");
+    }
+    println!("{count} volumes, sum - 1 = {:e}", sum - 1.0);
+}
