@@ -171,7 +171,7 @@ fn spoil_star<P: Point>(table: &mut Table<P>, stars: &mut Stars<P>) {
     let Some((vertex, at)) = table.owned().find_map(finite_facet) else { return };
     let mut link = stars.link(vertex).to_vec();
     let lost = link.remove(at);
-    stars.replace(table, vertex, &Change { link: &link, gained: &[], lost: &[lost] });
+    stars.replace(table, vertex, &Change { link: &link, gained: &[], lost: &[lost], cover: None });
 }
 
 /// Compares the sums within this rank and with other ranks. `vertex_sums` are the sums of each owned vertex, if known.
