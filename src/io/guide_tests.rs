@@ -37,7 +37,7 @@ fn uses() -> String {
     let heads = [
         "extension",
         "points in",
-        "weights in (`triangulate`)",
+        "weights in",
         "cells in (`verify`)",
         "domain in (`mesh`)",
         "sizes in (`mesh`)",

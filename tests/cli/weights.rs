@@ -215,7 +215,32 @@ fn calls_that_cannot_be_meant_are_exit_2() {
         }
         assert_eq!(place.names(), before, "{line}");
     }
-    place.fails("simulate p.csv --weights w", 2, &["--weights"]);
+    place.fails("simulate p.csv --weights w --hidden p.csv", 2, &["would overwrite the input file p.csv"]);
+}
+
+#[test]
+fn both_commands_have_the_same_cells_and_hidden_points() {
+    let place = Place::new();
+    place.file("p.csv", table()).file("w.npy", vector(&last_column(&table())));
+    place.good("triangulate p.csv --weights w -o p.npy --hidden p.rows --json p.json");
+    let expected = [read(&place, "p.npy"), read(&place, "p.rows")];
+    for given in [
+        "--weights w",
+        "--weights w.npy --workers 5",
+        "--weights 4 --supergraph knn --k 9",
+        "--weights w --repair splay --leaf 8",
+    ] {
+        let line = format!("simulate p.csv {given} -o q.npy --hidden q.rows --json q.json");
+        let talk = stderr(&place.good(&line));
+        assert!(talk.contains("2 points hidden by weights"), "{talk}");
+        assert_eq!([read(&place, "q.npy"), read(&place, "q.rows")], expected, "{given}");
+        assert_eq!(place.json("q.json")["points"], place.json("p.json")["points"], "{given}");
+    }
+    if cfg!(unix) {
+        let line = "simulate p.csv --weights w.npy --workers 4 --transport processes --processes 2";
+        place.good(&format!("{line} -o q.npy --hidden q.rows"));
+        assert_eq!([read(&place, "q.npy"), read(&place, "q.rows")], expected);
+    }
 }
 
 const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\n\

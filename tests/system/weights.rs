@@ -12,7 +12,7 @@ use std::process::Command;
 
 use glam::{DVec2, DVec3};
 use septet_core::spec::{Spec, Workers};
-use septet_core::{Outcome, triangulate};
+use septet_core::{Outcome, simulate, triangulate};
 use septet_geometry::point::{Point, Position};
 use septet_geometry::site::Weighted;
 
@@ -170,7 +170,7 @@ fn weighted<P: Position, const D: usize>(sites: &[Site<D>]) -> Vec<Weighted<P>> 
     sites.iter().map(site).collect()
 }
 
-/// Compares runs of 1, 3 and 8 workers, and of permuted rows, with the search; over all transports if `everywhere`.
+/// Compares runs of both commands with 1, 3 and 8 workers, and of permuted rows, with the search; over all transports if `everywhere`.
 fn compare<P: Position, const D: usize>(what: &str, sites: &[Site<D>], draw: &mut Draw, everywhere: bool)
 where
     Weighted<P>: Point,
@@ -185,17 +185,24 @@ where
             let spec = with_workers(Workers::Count(workers), 2);
             let label = format!("{what}, {workers} workers: {sites:?}");
             let (points, of, name) = (given.clone(), spec.clone(), label.clone());
-            let run = within(PATIENCE, &label, move || {
-                triangulate(&points, &of).unwrap_or_else(|e| panic!("{name}: {e}"))
+            let [run, counted] = within(PATIENCE, &label, move || {
+                let failed = |e| panic!("{name}: {e}");
+                [triangulate(&points, &of), simulate(&points, &of)].map(|run| run.unwrap_or_else(failed))
             });
             assert_eq!(found(&run), expected, "{label}");
             assert_verified(&given, &run);
+            assert_eq!(counted.cells(), run.cells(), "simulate, {label}");
+            assert_eq!(counted.left_out, run.left_out, "simulate, {label}");
+            assert_eq!(counted.points, run.points, "simulate, {label}");
             if everywhere && workers == 3 {
-                each_transport(|start| {
-                    let other = start.run(&given, &spec, false).unwrap_or_else(|e| panic!("{start:?}: {e}"));
-                    assert_eq!(other.cells(), run.cells(), "{start:?}, {label}");
-                    assert_eq!(other.left_out, run.left_out, "{start:?}, {label}");
-                });
+                for is_counted in [false, true] {
+                    each_transport(|start| {
+                        let other = start.run(&given, &spec, is_counted);
+                        let other = other.unwrap_or_else(|e| panic!("{start:?}: {e}"));
+                        assert_eq!(other.cells(), run.cells(), "{start:?}, {label}");
+                        assert_eq!(other.left_out, run.left_out, "{start:?}, {label}");
+                    });
+                }
             }
         }
     }

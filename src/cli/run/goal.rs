@@ -55,18 +55,12 @@ impl<'a> Goal<'a> {
 
     /// Returns the weights of the points, if they are given.
     pub(super) fn weights(self) -> Option<GivenWeights<'a>> {
-        match self {
-            Goal::Triangulate(args) => args.weights.given(),
-            Goal::Simulate(_) => None,
-        }
+        self.args().weights.given()
     }
 
     /// Returns the file of the rows of hidden points.
     pub(super) fn hidden(self) -> Option<&'a Path> {
-        match self {
-            Goal::Triangulate(args) => args.hidden.as_deref(),
-            Goal::Simulate(_) => None,
-        }
+        self.args().hidden_rows.as_deref()
     }
 
     /// Returns the file of the offsets of vertices.

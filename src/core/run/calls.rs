@@ -31,7 +31,7 @@ pub fn triangulate<C: Coordinates>(points: &[C], spec: &Spec) -> Result<Outcome,
 }
 
 /// Computes the Delaunay triangulation of `points` by the paper's recursion down to the leaf size, and counts work and
-/// depth.
+/// depth. Points with weights have a regular triangulation, as in [`triangulate`].
 ///
 /// # Errors
 /// See [`Error`].

@@ -40,7 +40,7 @@ pub(crate) fn admit<P: Point>(
     if correction != Correction::Descent && task == Task::Triangulate {
         return Err(SpecError::Uncorrected { correction: correction.name() }.into());
     }
-    if P::IS_WEIGHTED && task != Task::Triangulate {
+    if P::IS_WEIGHTED && task.is_independent() {
         return Err(SpecError::Weighted.into());
     }
     if is_team {

@@ -20,8 +20,8 @@ pub enum SpecError {
         /// The largest number of workers.
         most: u32,
     },
-    /// A task takes no weights.
-    #[error("points with weights can be triangulated (`triangulate`), but no other run takes them")]
+    /// A conflict graph takes no weights.
+    #[error("sites of an independent set have sizes, so they cannot have weights")]
     Weighted,
     /// There are no threads.
     #[error("at least one thread is needed")]

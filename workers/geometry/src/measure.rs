@@ -21,6 +21,20 @@ pub fn circumradius2<P: Point>(cell: &[P]) -> f64 {
     if r.is_nan() { f64::INFINITY } else { r }
 }
 
+/// Computes the squared distance from the first corner of a cell within which all conflicting points of weight at most
+/// `heaviest` lie. It is infinite for a flat cell.
+///
+/// Let `c` be the centre and `R` its distance. By [`crate::site`], these points lie in the ball of squared radius
+/// `R^2 + heaviest - w` around `c`, where `w` is the weight of the corner.
+pub fn conflict_reach2<P: Point>(cell: &[P], heaviest: f64) -> f64 {
+    let centre2 = circumradius2(cell);
+    if !P::IS_WEIGHTED {
+        return 4.0 * centre2;
+    }
+    let reach = centre2.sqrt() + (centre2 + heaviest - cell[0].weight()).max(0.0).sqrt();
+    reach * reach
+}
+
 /// Number of cells that are measured together. Few stars have more.
 const TOGETHER: usize = 32;
 

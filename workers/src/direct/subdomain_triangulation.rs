@@ -188,6 +188,11 @@ impl<P: Point> SubdomainTriangulation<P> {
         (0..if P::IS_WEIGHTED { self.owned } else { 0 }).filter(|&v| self.delaunay.is_hidden(v))
     }
 
+    /// Returns the hidden owned points with a cell below each of them, as local indices.
+    pub(crate) fn covers(&self) -> impl Iterator<Item = (u32, P::Cell)> + '_ {
+        self.hidden().map(|v| (v, self.to_local(&self.delaunay.cover_of(v))))
+    }
+
     /// Scans all cells once. Counts the contribution of the owned stars to the merged result. Finds the cells that
     /// belong to this worker, which are those whose smallest vertex is owned. Calls `mixed` with each finite cell that
     /// has both owned vertices and ghosts, and with its smallest vertex, all as local indices.

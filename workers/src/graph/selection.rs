@@ -49,12 +49,12 @@ const SAMPLED_STARS: u64 = 64;
 const BOUNDING: [usize; 2] = [10, 20];
 
 /// Chooses the supergraph. Each rank samples stars and reports how many of them each alpha certifies. The coordinator
-/// sums the reports and sends the supergraph to every rank. Only the coordinator's result contains the reason.
+/// sums the reports and sends the supergraph to every rank. `population` and `heaviest` are the number and the largest weight of all points. Only the coordinator's result contains the reason.
 pub(crate) async fn choice<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
-    population: u64,
+    (population, heaviest): (u64, f64),
 ) -> Result<Choice, TransportError> {
     cx.enter(Phase::Choice)?;
     let Wanted::Auto { family, purpose } = cx.config().graph.wanted else {
@@ -74,11 +74,12 @@ pub(crate) async fn choice<P: Point>(
     let mut descent = Descent::new(subdomain, search, &[]);
     descent.launch(cx, table, &balls, None);
     let leaves = subdomain.leaves();
-    let mut samples = report_samples(cx, (leaves, table, family), balls, &descent);
+    let of_sample = (family, heaviest);
+    let mut samples = report_samples(cx, (leaves, table, of_sample), balls, &descent);
     let (mut chosen, mut why, mut counts) = (None, None, SampleCounts::default());
     while cx.exchange().await? {
         descent.receive(cx, table)?;
-        samples = samples.and_then(|balls| report_samples(cx, (leaves, table, family), balls, &descent));
+        samples = samples.and_then(|balls| report_samples(cx, (leaves, table, of_sample), balls, &descent));
         if cx.is_coordinator() {
             why = counts.receive(cx, request).or(why);
         }
@@ -169,7 +170,7 @@ fn balls_of_sample<P: Point>(
 /// Sends the counts of the sample if the lists of all its balls are complete. Otherwise returns the balls.
 fn report_samples<P: Point>(
     cx: &mut Context<P>,
-    (leaves, table, family): (&[Leaf<P>], &Table<P>, Family),
+    (leaves, table, of_sample): (&[Leaf<P>], &Table<P>, (Family, f64)),
     balls: Vec<Ball>,
     descent: &Descent<P>,
 ) -> Option<Vec<Ball>> {
@@ -178,7 +179,7 @@ fn report_samples<P: Point>(
     }
     let mut charges: BTreeMap<u32, Lanes> = BTreeMap::new();
     let meter = cx.own_cost();
-    let (mut sampled, mut sum) = (Sampled::new(table, family), SampleStars::default());
+    let (mut sampled, mut sum) = (Sampled::new(table, of_sample), SampleStars::default());
     for nearest in descent.complete().iter() {
         let (point, mut cost) = (nearest.point, meter.nested());
         // Samples are in the order of their indices.

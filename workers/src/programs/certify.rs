@@ -10,10 +10,10 @@ use crate::result::certified::Certified;
 use crate::result::merge::{Instance, Pass, merge};
 use crate::share::Certificate;
 use crate::splaying::fallback::gather;
-use crate::splaying::pass::{Passed, Start};
+use crate::splaying::pass::{AllPoints, Passed, Start};
 use crate::splaying::splay::splay;
 use crate::splaying::tell::tell;
-use crate::stars::check::{Agreement, certificate, check};
+use crate::stars::check::{certificate, check};
 use crate::stars::owned::{Stars, StarsView};
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
@@ -31,12 +31,10 @@ pub(super) async fn certify<P: Point>(
     let (mut start, mut certificate) = (Start::default(), Certificate::default());
     let mut number = 0;
     loop {
-        let population = instance.population.count;
-        // Splaying has no weights: if stars of such sites disagree, the certificate fails.
-        let open = if P::IS_WEIGHTED { Agreement::default() } else { agreement };
+        let all = AllPoints { count: instance.population.count, heaviest: instance.heaviest };
         let Passed { rounds, steps } = match cx.config().graph.repair {
-            Repair::Probe => tell(cx, subdomain, table, stars, &open, start, population).await?,
-            Repair::Splay => splay(cx, subdomain, table, stars, &open, start, population).await?,
+            Repair::Probe => tell(cx, subdomain, table, stars, &agreement, start, all).await?,
+            Repair::Splay => splay(cx, subdomain, table, stars, &agreement, start, all).await?,
         };
         agreement = self::certificate(cx, subdomain, table, stars).await?;
         let pass = Pass { number, rounds, instance };

@@ -81,15 +81,12 @@ async fn begin<P: Point>(
     Ok((share, Some(ground)))
 }
 
-/// The task of the run, after the partition. Callers ask for no task but `triangulate` with weights.
+/// The task of the run, after the partition.
 async fn finish<P: Point>(
     cx: &mut Context<P>,
     ground: Ground<P>,
     share: Share<P>,
 ) -> Result<Share<P>, TransportError> {
-    if P::IS_WEIGHTED {
-        return triangulate(cx, ground, share).await;
-    }
     match cx.config().task {
         Task::Independent { fixed } => independent_set(cx, ground, fixed, share).await,
         // Such a run has no points.

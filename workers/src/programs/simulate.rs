@@ -27,7 +27,7 @@ pub(super) async fn simulate<P: Point>(
     ground: Ground<P>,
     mut share: Share<P>,
 ) -> Result<Share<P>, TransportError> {
-    let population = ground.population();
+    let (population, heaviest) = (ground.population(), ground.heaviest());
     let (mut subdomain, mut table, mut frame) = ground.into_parts();
     if cx.config().until == Some(Phase::Neighbours) {
         nearest_balls(cx, &subdomain, &mut table).await?;
@@ -39,7 +39,7 @@ pub(super) async fn simulate<P: Point>(
     }
     share.choice = match cx.config().graph.wanted.fixed(population.count) {
         Some(rule) => Choice { supergraph: Some(rule), why: None },
-        None => choice(cx, &subdomain, &mut table, population.count).await?,
+        None => choice(cx, &subdomain, &mut table, (population.count, heaviest)).await?,
     };
     let Some(rule) = share.choice.supergraph else {
         let reason = "phase choice ended without a choice".to_string();
@@ -60,7 +60,7 @@ pub(super) async fn simulate<P: Point>(
     }
     let (neighbours, ghosts) = graph.into_parts();
     let mut stars = local_hulls(cx, &subdomain, &mut table, neighbours, &ghosts, &frame).await?;
-    let instance = Instance { population, supergraph: rule };
+    let instance = Instance { population, heaviest, supergraph: rule };
     let certified = certify(cx, &subdomain, &mut table, &mut stars, instance).await?;
     collect_cells(cx, &subdomain, table, stars, &ghosts, certified, share).await
 }

@@ -33,7 +33,8 @@ pub(super) async fn triangulate<P: Point>(
     let arrived = interface(cx, &subdomain, &mut table, triangulation.as_ref(), layer).await?;
     let triangulation = insert(cx, &subdomain, &table, triangulation, &mut ghosts, arrived).await?;
     let mut stars = Stars::from_subdomain(triangulation);
-    let instance = Instance { population, supergraph: share.choice.supergraph.unwrap_or(SHOWN) };
+    let supergraph = share.choice.supergraph.unwrap_or(SHOWN);
+    let instance = Instance { population, heaviest, supergraph };
     let certified = certify(cx, &subdomain, &mut table, &mut stars, instance).await?;
     collect_cells(cx, &subdomain, table, stars, &ghosts, certified, share).await
 }

@@ -10,7 +10,7 @@ use septet_protocol::transport::TransportError;
 use crate::machine::context::Context;
 use crate::result::certified::Certified;
 use crate::result::facets::{count_hull, pair_facets, send_facets, store_neighbours};
-use crate::result::merge::{Instance, OwnedCells, Results, classify};
+use crate::result::merge::{OwnedCells, Results, classify};
 use crate::result::totals::totals;
 use crate::result::view::view_part;
 use crate::share::{PieceRows, Places, Share};
@@ -43,12 +43,12 @@ pub(crate) async fn collect_cells<P: Point>(
     mut share: Share<P>,
 ) -> Result<Share<P>, TransportError> {
     cx.enter(Phase::Collect)?;
-    let Instance { population, supergraph } = certified.instance();
+    let instance = certified.instance();
     if certified.has_passed() {
         if cx.config().shown.view > 0 {
             add_picture_data(&mut table, &mut stars);
-            let results = Results::new(subdomain, StarsView::new(&table, &stars), supergraph);
-            share.view = Some(view_part(cx, results, ghosts, population.count));
+            let results = Results::new(subdomain, StarsView::new(&table, &stars), instance);
+            share.view = Some(view_part(cx, results, ghosts, instance.population.count));
         }
         if table.owned_len() > 0 {
             share.piece = piece(cx, subdomain, table, stars, certified.owned_cells());
@@ -119,7 +119,7 @@ fn piece<P: Point>(
     owned_cells: &OwnedCells,
 ) -> PieceRows {
     let has_neighbours = cx.config().has_neighbours();
-    let hidden = stars.triangulation().map(|own| own.hidden().map(|v| table.ids()[v as usize]).collect());
+    let hidden = stars.hidden().into_iter().map(|v| table.ids()[v as usize]).collect();
     let (cells, leaves) = if let Some(triangulation) = stars.take_triangulation() {
         let leaf = subdomain.leaves().first().map_or(NodeId::ROOT, Leaf::id);
         (triangulation.into_rows(), vec![(leaf, owned_cells.count())])
@@ -143,7 +143,7 @@ fn piece<P: Point>(
         rows,
         open,
         places,
-        hidden: hidden.unwrap_or_default(),
+        hidden,
         ..PieceRows::default()
     }
 }

@@ -7,9 +7,6 @@
 use septet_protocol::message::{Merged, PointSum};
 use septet_protocol::outcome::Outcome;
 
-/// The last pass, after which nothing is gathered.
-pub(crate) const LAST_PASS: u32 = 2;
-
 /// Decides on the merged result of the points `population` after pass number `pass`.
 pub(crate) fn decide(merged: Merged, population: PointSum, pass: u32) -> Outcome {
     if merged.point_hash != population.hash {

@@ -12,7 +12,7 @@
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::graph::Supergraph;
-use septet_geometry::measure::Diameters;
+use septet_geometry::measure::{Diameters, conflict_reach2};
 use septet_geometry::point::Point;
 use septet_protocol::checksum::row_hash;
 use septet_protocol::ids::{NodeId, Phase};
@@ -23,7 +23,7 @@ use septet_protocol::transport::TransportError;
 
 use crate::machine::collectives::{Reduction, Rising};
 use crate::machine::context::Context;
-use crate::result::decision::{LAST_PASS, decide};
+use crate::result::decision::decide;
 use crate::stars::check::Agreement;
 use crate::stars::owned::StarsView;
 use crate::state::cells::{first_coordinate, smallest_vertex, star_cell};
@@ -36,13 +36,13 @@ use crate::state::tree::{Tree, owned_groups};
 pub(crate) struct Results<'a, P: Point> {
     subdomain: &'a Subdomain<P>,
     view: StarsView<'a, P>,
-    supergraph: Supergraph,
+    instance: Instance,
 }
 
 impl<'a, P: Point> Results<'a, P> {
     /// Views the results of a rank.
-    pub(crate) fn new(subdomain: &'a Subdomain<P>, view: StarsView<'a, P>, supergraph: Supergraph) -> Self {
-        Results { subdomain, view, supergraph }
+    pub(crate) fn new(subdomain: &'a Subdomain<P>, view: StarsView<'a, P>, instance: Instance) -> Self {
+        Results { subdomain, view, instance }
     }
 
     /// Returns the subdomain.
@@ -57,7 +57,7 @@ impl<'a, P: Point> Results<'a, P> {
 
     /// Returns the radius of the separator ball of an owned point.
     pub(super) fn separator_radius(&self, vertex: u32) -> f64 {
-        self.supergraph.separator_radius(self.view.table().radii2()[vertex as usize])
+        self.instance.supergraph.separator_radius(self.view.table().radii2()[vertex as usize])
     }
 }
 
@@ -66,6 +66,8 @@ impl<'a, P: Point> Results<'a, P> {
 pub(crate) struct Instance {
     /// The points of all ranks. Only the coordinator knows the sum of their hashes.
     pub(crate) population: PointSum,
+    /// The largest weight; 0 without weights.
+    pub(crate) heaviest: f64,
     /// The supergraph of the stars.
     pub(crate) supergraph: Supergraph,
 }
@@ -136,8 +138,7 @@ pub(crate) async fn merge<P: Point>(
     pass: Pass,
 ) -> Result<MergedResult, TransportError> {
     cx.enter(Phase::Merge)?;
-    let supergraph = pass.instance.supergraph;
-    let results = Results { subdomain, view, supergraph };
+    let results = Results { subdomain, view, instance: pass.instance };
     let mut owned_cells = OwnedCells::default();
     let leaves = match view.merged() {
         Some(own) => vec![own],
@@ -163,9 +164,7 @@ pub(crate) async fn merge<P: Point>(
             .join(subdomain.led(), arrived, |group, both, sent| join_results(cx, pass, group, both, sent));
         for (node, own) in root.map(|own| (NodeId::ROOT, own)).into_iter().chain(joined) {
             if node == NodeId::ROOT && cx.is_coordinator() {
-                // Stars of sites with weights are not repaired.
-                let number = if P::IS_WEIGHTED { LAST_PASS } else { pass.number };
-                let decision = decide(own, pass.instance.population, number);
+                let decision = decide(own, pass.instance.population, pass.number);
                 cx.send_to_all(|| Body::Outcome(decision));
                 whole = own;
             } else {
@@ -327,22 +326,40 @@ impl<P: Point> Results<'_, P> {
             bit <<= 1;
             hull_facets += u64::from(is_smallest && !is_finite);
         });
-        let repaired = self.view.stars().has_changed(vertex);
+        let stars = self.view.stars();
+        let (repaired, is_hidden) = (stars.has_changed(vertex), stars.cover(vertex).is_some());
         let radius = self.separator_radius(vertex);
         let provable = !repaired
             && finite == link.len() as u64
-            && diameters.are_at_most(positions, vertex, link, radius);
+            && if P::IS_WEIGHTED {
+                self.reaches_are_at_most(vertex, radius)
+            } else {
+                diameters.are_at_most(positions, vertex, link, radius)
+            };
         let merged = Merged {
             repaired: u64::from(repaired),
-            stars: u64::from(finite > 0),
+            stars: u64::from(finite > 0 || is_hidden),
             cells,
             cell_hash,
             hull_facets,
-            minima: u64::from(!has_smaller),
+            minima: u64::from(!(has_smaller || is_hidden)),
             local: u64::from(provable),
             ..Merged::default()
         };
         MergedStar { merged, owned_facets }
+    }
+
+    /// Returns `true` if no cell of an owned star, all of whose cells are finite, conflicts with a point farther from its vertex
+    /// than `length`. A hidden point has no cells.
+    fn reaches_are_at_most(&self, vertex: u32, length: f64) -> bool {
+        let (positions, heaviest) = (self.view.table().positions(), self.instance.heaviest);
+        self.view.link(vertex).iter().all(|facet| {
+            let mut cell = [positions[vertex as usize]; 4];
+            for (corner, &v) in cell[1..].iter_mut().zip(facet.as_ref()) {
+                *corner = positions[v as usize];
+            }
+            conflict_reach2(&cell[..=P::DIM], heaviest) <= length * length
+        })
     }
 }
 

@@ -3,6 +3,7 @@
 //! **Statement.** A vertex is *open* if its star has a cell that another star lacks. If gathering the open vertices
 //! did not suffice in an earlier pass, all vertices count as open. Rank 0 triangulates the *region*: the open
 //! vertices and the vertices of their links. It returns to each open vertex its neighbours in this triangulation.
+//! A vertex that is hidden in it gets the corners of a cell below it.
 //! Splaying then continues with these neighbours as candidates, and proposes the cells that other stars lack
 //! ([`crate::splaying::splay`]).
 //!

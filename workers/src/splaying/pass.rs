@@ -24,6 +24,15 @@ impl Start {
     }
 }
 
+/// What splaying knows of the points of all ranks.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AllPoints {
+    /// Their number.
+    pub(crate) count: u64,
+    /// Their largest weight; 0 without weights.
+    pub(crate) heaviest: f64,
+}
+
 /// The steps of one pass.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Passed {

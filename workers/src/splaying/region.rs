@@ -107,8 +107,13 @@ fn reply<P: Point>(cx: &mut Context<P>, region: &PointBatch<P>, members: &[Membe
     let mut batches: BTreeMap<Rank, Neighbourhoods<P>> = BTreeMap::new();
     let mut link: Vec<P::Facet> = Vec::new();
     for (vertex, member) in (0u32..).zip(members).filter(|(_, member)| member.unresolved) {
-        delaunay.link_of(vertex, &mut link);
-        let mut around: Vec<u32> = links.visit_all(&link).iter().flat_map(AsRef::as_ref).copied().collect();
+        let mut around: Vec<u32> = if P::IS_WEIGHTED && delaunay.is_hidden(vertex) {
+            links.visit();
+            delaunay.cover_of(vertex).as_ref().to_vec()
+        } else {
+            delaunay.link_of(vertex, &mut link);
+            links.visit_all(&link).iter().flat_map(AsRef::as_ref).copied().collect()
+        };
         ends.visit_all(&around);
         around.sort_unstable();
         around.dedup();

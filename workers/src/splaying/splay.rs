@@ -40,7 +40,7 @@ use crate::config::Repair;
 use crate::machine::context::Context;
 use crate::splaying::all_stars::{StepCharges, step};
 use crate::splaying::messages::Proposal;
-use crate::splaying::pass::{Passed, Start, most_rounds};
+use crate::splaying::pass::{AllPoints, Passed, Start, most_rounds};
 use crate::splaying::pending::Pending;
 use crate::stars::check::{Agreement, Disagreement};
 use crate::stars::look_up::LookUp;
@@ -58,7 +58,7 @@ pub(crate) async fn splay<P: Point>(
     stars: &mut Stars<P>,
     agreement: &Agreement,
     start: Start,
-    population: u64,
+    all: AllPoints,
 ) -> Result<Passed, TransportError> {
     cx.enter(Phase::Repair)?;
     let leaves = subdomain.leaves();
@@ -68,7 +68,7 @@ pub(crate) async fn splay<P: Point>(
         stars.extract_links(table);
     }
     let mut found: Vec<_> = agreement.disagreements().iter().filter_map(|d| proposal(stars, d)).collect();
-    let last = most_rounds(cx.config(), population);
+    let last = most_rounds(cx.config(), all.count);
     let mut rounds = 0;
     // All ranks step together, so they agree on the number of the round.
     for round in 1.. {

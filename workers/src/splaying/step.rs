@@ -3,7 +3,8 @@
 //! **Statement.** See [`crate::splaying::splay`]. A star looks up each cell once, however many stars propose it or object to it.
 //! It adds the vertices of the proposed cells that it lacks, and the witnesses against the cells that it has. It extends its
 //! link by these points (`hull::change`). Then it sends the cells that it gained, and objections to those that it lost. It
-//! rejects a proposed cell that it still lacks, with witnesses: the points of its link in the circumsphere of the cell.
+//! rejects a proposed cell that it still lacks, with witnesses: the points of its link in the circumsphere of the cell. A hidden
+//! point has no link: it rejects every cell, with points of its cover.
 //!
 //! **Work and depth.** Let a star with `l` facets receive `m` cells, add `q` points and change by `c` facets. It
 //! sorts the cells and sweeps over the link for each cell and each point. For each cell that it rejects or lost, it
@@ -29,7 +30,7 @@ use crate::state::cells::{finite_cell, in_order};
 
 /// The results of the steps of several stars.
 pub(super) struct Splayed<P: Point> {
-    stars: Vec<SplayedStar>,
+    stars: Vec<SplayedStar<P::Cell>>,
     /// The new links of the stars that changed.
     links: Vec<P::Facet>,
     /// The facets gained.
@@ -41,10 +42,12 @@ pub(super) struct Splayed<P: Point> {
 }
 
 /// A star that received messages.
-struct SplayedStar {
+struct SplayedStar<C> {
     vertex: u32,
     /// The lengths of the lists after the step of the star.
     ends: Lengths,
+    /// The cover of the vertex, if the step hid it.
+    cover: Option<C>,
     cost: Cost,
 }
 
@@ -82,13 +85,14 @@ impl<P: Point> Splayed<P> {
     /// Calls `f` with the vertex and the change of every star that changed.
     pub(super) fn each_change(&self, mut f: impl FnMut(u32, &Change<'_, P>)) {
         let mut start = Lengths::default();
-        for SplayedStar { vertex, ends, .. } in &self.stars {
+        for SplayedStar { vertex, ends, cover, .. } in &self.stars {
             let change = Change {
                 link: &self.links[start.links..ends.links],
                 gained: &self.gained[start.gained..ends.gained],
                 lost: &self.lost[start.lost..ends.lost],
+                cover: *cover,
             };
-            if !(change.gained.is_empty() && change.lost.is_empty()) {
+            if !(change.gained.is_empty() && change.lost.is_empty() && cover.is_none()) {
                 f(*vertex, &change);
             }
             start = *ends;
@@ -139,6 +143,8 @@ pub(super) struct StarStep<'a, P: Point> {
     out: &'a mut Splayed<P>,
     /// The lengths of the lists of `out` before the step.
     start: Lengths,
+    /// The cover of the vertex, once it is hidden.
+    cover: Option<P::Cell>,
     cost: Cost,
 }
 
@@ -152,7 +158,7 @@ impl<'a, P: Point> StarStep<'a, P> {
     ) -> Self {
         let start = out.lengths();
         let cost = tools.meter.nested();
-        StarStep { view, inbox, tools, out, start, cost }
+        StarStep { view, inbox, tools, out, start, cover: view.stars().cover(inbox.vertex), cost }
     }
 
     /// Processes the messages of the star, and appends its new link and its own messages to the results.
@@ -179,8 +185,11 @@ impl<'a, P: Point> StarStep<'a, P> {
         self.end();
     }
 
-    /// Adds the collected points to the link.
+    /// Adds the collected points to the link. A hidden vertex stays hidden.
     fn add_points(&mut self) {
+        if self.cover.is_some() {
+            return;
+        }
         if self.inbox.gathered.is_empty() {
             self.extend_link();
         } else {
@@ -190,8 +199,9 @@ impl<'a, P: Point> StarStep<'a, P> {
 
     /// Records the end of the step.
     fn end(self) {
-        let ends = self.out.lengths();
-        self.out.stars.push(SplayedStar { vertex: self.inbox.vertex, ends, cost: self.cost });
+        let (vertex, ends) = (self.inbox.vertex, self.out.lengths());
+        let cover = self.cover.filter(|_| self.view.stars().cover(vertex).is_none());
+        self.out.stars.push(SplayedStar { vertex, ends, cover, cost: self.cost });
     }
 
     /// Returns the link before the step.
@@ -225,9 +235,10 @@ impl<'a, P: Point> StarStep<'a, P> {
     fn extend_link(&mut self) {
         let (vertex, old) = (self.inbox.vertex, self.old_link());
         let positions = self.view.table().positions();
-        let StarStep { tools, out, cost, start, .. } = self;
+        let StarStep { tools, out, cost, start, cover, .. } = self;
         match tools.builder.extend(positions, vertex, old, &tools.added, cost) {
             Extended::Changed => {
+                *cover = tools.builder.cover();
                 tools.builder.facets(&mut out.links);
                 tools.builder.created_facets(&mut out.gained);
                 out.lost.extend(tools.builder.removed_facets().iter().map(|&at| old[at as usize]));
@@ -249,12 +260,13 @@ impl<'a, P: Point> StarStep<'a, P> {
     fn rebuild_link(&mut self) {
         let (vertex, old) = (self.inbox.vertex, self.old_link());
         let positions = self.view.table().positions();
-        let StarStep { tools, out, cost, start, .. } = self;
+        let StarStep { tools, out, cost, start, cover, .. } = self;
         let mut candidates: Vec<u32> =
             old.iter().flat_map(AsRef::as_ref).copied().filter(|&v| v != INFINITE).collect();
         candidates.extend(&tools.added);
         cost.distinct_indices(&mut candidates, &mut tools.seen);
         if tools.builder.build(positions, vertex, &candidates, cost) {
+            *cover = tools.builder.cover();
             tools.builder.facets(&mut out.links);
             let change = difference::<P>(old, &out.links[start.links..], cost);
             if change.gained.is_empty() && change.lost.is_empty() {
@@ -289,7 +301,10 @@ impl<'a, P: Point> StarStep<'a, P> {
         let positions = view.table().positions();
         let has_changed = out.gained.len() > self.start.gained || out.lost.len() > self.start.lost;
         let link = if has_changed { &out.links[self.start.links..] } else { view.link(vertex) };
-        let points = link_points::<P>(link, &mut tools.seen, &mut self.cost);
+        let points = match self.cover {
+            Some(cover) => cover.as_ref().to_vec(),
+            None => link_points::<P>(link, &mut tools.seen, &mut self.cost),
+        };
         if points.is_empty() {
             return;
         }

@@ -28,9 +28,9 @@ use crate::config::Repair;
 use crate::machine::context::Context;
 use crate::splaying::all_stars::step;
 use crate::splaying::messages::{Objections, Question};
-use crate::splaying::pass::{Passed, Start, most_rounds};
+use crate::splaying::pass::{AllPoints, Passed, Start, most_rounds};
 use crate::splaying::pending::{Pending, StepOutput};
-use crate::splaying::probes::Probes;
+use crate::splaying::probes::{Probes, Questions};
 use crate::splaying::register::{Notices, Registers};
 use crate::splaying::splay::proposal;
 use crate::stars::check::Agreement;
@@ -46,7 +46,7 @@ pub(crate) async fn tell<P: Point>(
     stars: &mut Stars<P>,
     agreement: &Agreement,
     start: Start,
-    population: u64,
+    all: AllPoints,
 ) -> Result<Passed, TransportError> {
     cx.enter(Phase::Repair)?;
     let leaves = subdomain.leaves();
@@ -56,7 +56,7 @@ pub(crate) async fn tell<P: Point>(
         stars.extract_links(table);
     }
     let (mut registers, mut output) = open(table, stars, agreement);
-    let last = most_rounds(cx.config(), population);
+    let last = most_rounds(cx.config(), all.count);
     let mut rounds = 0;
     // All ranks step together, so they agree on the number of the round.
     for round in 1.. {
@@ -81,7 +81,8 @@ pub(crate) async fn tell<P: Point>(
         if !notices.messages.is_empty() {
             rounds = round;
         }
-        let answered = ask(cx, subdomain, table, &mut pending, (notices.questions, round), steps).await?;
+        let questions = Questions { cells: notices.questions, round, heaviest: all.heaviest };
+        let answered = ask(cx, subdomain, table, &mut pending, questions, steps).await?;
         let mut answered = answered.into_iter().peekable();
         notices.messages.proposals.retain(|told| {
             let told = Question { star: told.from, cell: told.cell };
@@ -115,7 +116,7 @@ async fn ask<P: Point>(
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
     pending: &mut Pending<P>,
-    questions: (Vec<Question<P::Cell>>, u32),
+    questions: Questions<P::Cell>,
     step: u32,
 ) -> Result<Vec<Question<P::Cell>>, TransportError> {
     cx.switch(Phase::ProbeCells)?;

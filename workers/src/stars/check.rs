@@ -2,7 +2,7 @@
 //!
 //! **Statement** ([`crate::stars`] has the proof). The finite cells of all stars are the Delaunay triangulation if four conditions
 //! hold:
-//! - (H1) The exact kernel built every star from input points, and every star has a finite cell.
+//! - (H1) The exact kernel built every star from input points, and every star has a finite cell, or is hidden by its candidates.
 //! - (H2) Every finite cell is in the stars of all its vertices.
 //! - (H3) Exactly one vertex has no lexicographically smaller neighbour.
 //! - (H4) All copies of a point have the same id and the same coordinates.
@@ -171,7 +171,7 @@ fn spoil_star<P: Point>(table: &mut Table<P>, stars: &mut Stars<P>) {
     let Some((vertex, at)) = table.owned().find_map(finite_facet) else { return };
     let mut link = stars.link(vertex).to_vec();
     let lost = link.remove(at);
-    stars.replace(table, vertex, &Change { link: &link, gained: &[], lost: &[lost] });
+    stars.replace(table, vertex, &Change { link: &link, gained: &[], lost: &[lost], cover: None });
 }
 
 /// Compares the sums within this rank and with other ranks. `vertex_sums` are the sums of each owned vertex, if known.

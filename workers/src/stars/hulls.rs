@@ -9,6 +9,8 @@
 //! point. For other points, it is the preceding point of the leaf. If the candidates of a star span no cell, the
 //! points of the frame are added, which span the space.
 //!
+//! **Weights.** The candidates of a point may hide it ([`StarBuilder::cover`]). It then has a cover in place of a link.
+//!
 //! **Rounds.** One, without messages. **Work and depth.** One vector step over the stars of each leaf.
 //!
 //! `triangulate` does not compute local hulls. There, a worker triangulates its subdomain as a whole
@@ -48,6 +50,8 @@ struct LeafHulls<P: Point> {
     facets: Vec<P::Facet>,
     /// The number of facets of each link.
     lengths: Vec<u32>,
+    /// The hidden points, with their covers.
+    covers: Vec<(u32, P::Cell)>,
     cost: Cost,
     /// The bytes of the links.
     growth: Growth,
@@ -90,6 +94,7 @@ fn hulls_of_leaves<P: Point>(
         for (&at, hulls) in group.iter().zip(hulled) {
             cx.charge(Account::member(Phase::Hulls, leaves[at].id()), hulls.cost, leaves[at].owned_len());
             stars.append(&hulls.facets, &hulls.lengths);
+            stars.add_covers(hulls.covers);
             drop(hulls.growth);
         }
         if !stars.admits_more(candidates.stop) {
@@ -144,7 +149,7 @@ impl<P: Point> Candidates<'_, P> {
         let mut facets = Vec::with_capacity(leaf.owned_len() as usize * usual_facets(P::DIM));
         let mut lengths = Vec::with_capacity(leaf.owned_len() as usize);
         let vertices: Vec<u32> = leaf.owned().collect();
-        let (mut candidates, mut growth) = (Vec::new(), self.stop.growth());
+        let (mut candidates, mut covers, mut growth) = (Vec::new(), Vec::new(), self.stop.growth());
         cost.map_nested(&vertices, |&vertex, own| {
             if !self.stop.admits(&mut growth, size_of_val(&facets[..]) as u64) {
                 return lengths.push(0);
@@ -162,8 +167,9 @@ impl<P: Point> Candidates<'_, P> {
             let before = facets.len();
             builder.facets(&mut facets);
             lengths.push((facets.len() - before) as u32);
+            covers.extend(builder.cover().map(|cover| (vertex, cover)));
         });
-        LeafHulls { facets, lengths, cost, growth }
+        LeafHulls { facets, lengths, covers, cost, growth }
     }
 
     /// Returns the nearest members of the leaf for each owned point with few graph neighbours.

@@ -1,7 +1,7 @@
-//! The stars of a rank's owned points: their links, or the subdomain triangulation that contains them. Sums of the cells
+//! The stars of a rank's owned points: their links or covers, or the subdomain triangulation that contains them. Sums of the cells
 //! follow every change ([`crate::stars::check`]).
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use septet_geometry::point::Point;
 use septet_protocol::message::Merged;
@@ -24,6 +24,8 @@ pub(crate) fn usual_facets(dimension: usize) -> usize {
 pub(crate) struct Stars<P: Point> {
     /// The links; empty while the triangulation contains them.
     links: LinkArena<P>,
+    /// The covers of the hidden points ([`StarBuilder::cover`](septet_geometry::hull::StarBuilder::cover)). Their links are empty.
+    covers: BTreeMap<u32, P::Cell>,
     triangulation: Option<SubdomainTriangulation<P>>,
     sums: Sums,
     hashes: VertexHashes,
@@ -37,6 +39,7 @@ impl<P: Point> Default for Stars<P> {
     fn default() -> Self {
         Stars {
             links: LinkArena::default(),
+            covers: BTreeMap::new(),
             triangulation: None,
             sums: Sums::default(),
             hashes: VertexHashes::default(),
@@ -56,6 +59,20 @@ impl<P: Point> Stars<P> {
     #[inline]
     pub(crate) fn link(&self, vertex: u32) -> &[P::Facet] {
         self.links.link(vertex)
+    }
+
+    /// Returns the cover of an owned point that its candidates hide, as local indices.
+    #[inline]
+    pub(crate) fn cover(&self, vertex: u32) -> Option<P::Cell> {
+        if P::IS_WEIGHTED { self.covers.get(&vertex).copied() } else { None }
+    }
+
+    /// Returns the hidden owned points, in order.
+    pub(crate) fn hidden(&self) -> Vec<u32> {
+        match &self.triangulation {
+            Some(triangulation) => triangulation.hidden().collect(),
+            None => self.covers.keys().copied().collect(),
+        }
     }
 
     /// Returns the position of the link's first facet among the facets of all links.
@@ -100,6 +117,11 @@ impl<P: Point> Stars<P> {
         self.links.append(facets, lengths);
     }
 
+    /// Adds the covers of hidden points, whose links are empty.
+    pub(crate) fn add_covers(&mut self, covers: impl IntoIterator<Item = (u32, P::Cell)>) {
+        self.covers.extend(covers);
+    }
+
     /// Counts the bytes of the links. Returns `true` if the run goes on.
     pub(super) fn admits_more(&mut self, stop: &Stop) -> bool {
         stop.admits(&mut self.growth, self.links.bytes())
@@ -136,6 +158,7 @@ impl<P: Point> Stars<P> {
         self.sums.add(gained);
         self.sums.subtract(lost);
         self.links.replace(vertex, change.link);
+        self.covers.extend(change.cover.map(|cover| (vertex, cover)));
     }
 
     /// Replaces the link of an owned point that splaying has changed.
@@ -165,6 +188,7 @@ impl<P: Point> Stars<P> {
     pub(crate) fn extract_links(&mut self, table: &mut Table<P>) {
         if let Some(triangulation) = self.triangulation.take() {
             self.links = triangulation.links();
+            self.covers = triangulation.covers().collect();
             table.with_radii();
             self.extend_hashes(table);
         }
@@ -179,6 +203,8 @@ pub(crate) struct Change<'a, P: Point> {
     pub(crate) gained: &'a [P::Facet],
     /// The facets that only the old link had.
     pub(crate) lost: &'a [P::Facet],
+    /// The cover of the point, if it became hidden.
+    pub(crate) cover: Option<P::Cell>,
 }
 
 /// The stars and the table of their vertices, for threads that read both.

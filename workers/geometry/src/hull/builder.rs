@@ -49,6 +49,8 @@ pub struct StarBuilder<P: Point> {
     /// Scratch storage for large stars.
     pub(super) conflicts: ConflictLists,
     pub(super) large: LargeStars,
+    /// The cover of the centre, if it is hidden ([`StarBuilder::cover`]).
+    pub(super) cover: Option<P::Cell>,
 }
 
 impl<P: Point> Default for StarBuilder<P> {
@@ -71,6 +73,7 @@ impl<P: Point> Default for StarBuilder<P> {
             positions: Positions::default(),
             conflicts: ConflictLists::default(),
             large: LargeStars::default(),
+            cover: None,
         }
     }
 }
@@ -81,7 +84,7 @@ const CHECK_INTERVAL: u32 = 4;
 impl<P: Point> StarBuilder<P> {
     /// Builds the star of `table[centre]` among the `candidates`. These are positions in `table` in any order;
     /// repetitions and the centre are ignored. Returns `false`, with an empty link, if the candidates and the centre
-    /// span no cell.
+    /// span no cell. The link is also empty if the centre is hidden ([`StarBuilder::cover`]).
     pub fn build(&mut self, table: &[P], centre: u32, candidates: &[u32], cost: &mut Cost) -> bool {
         let exact = ExactTests::so_far();
         self.centre = table[centre as usize];
@@ -89,6 +92,7 @@ impl<P: Point> StarBuilder<P> {
         self.points.push(Candidate::infinity());
         self.order.clear();
         self.taken = 0;
+        self.cover = None;
         self.loaded.clear();
         self.removed.clear();
         self.removers.clear();
@@ -103,7 +107,7 @@ impl<P: Point> StarBuilder<P> {
             if self.is_large(self.points.len() - 1) {
                 first = self.bring_forward(first);
             }
-            self.start(first);
+            self.start(table, first);
             let is_complete = widest(
                 #[inline(always)]
                 || self.sweep_all(first, &mut more, cost),
@@ -139,11 +143,18 @@ impl<P: Point> StarBuilder<P> {
         self.link.len()
     }
 
-    /// Sorts the candidates by distance from the centre, then lexicographically.
+    /// Sorts the candidates by distance from the centre, or by decreasing length of their images if they have weights, then
+    /// lexicographically.
     pub(super) fn sort_by_distance(&mut self, table: &[P], cost: &mut Cost) {
         let c = self.centre;
-        // The bit patterns of squared distances have the order of the distances.
-        let distance2 = |i: u32| dist2(table[i as usize], c).to_bits();
+        // The bit patterns of squared distances have the order of the distances. Those of numbers that are not numbers are the
+        // largest.
+        let distance2 = |i: u32| {
+            if P::IS_WEIGHTED {
+                return !Candidate::of(table, i, c).image.length.to_bits();
+            }
+            dist2(table[i as usize], c).to_bits()
+        };
         cost.sort_keyed(&mut self.order, &mut self.keys, distance2, |&a, &b| {
             let by_rank = || lex_cmp(&table[a as usize], &table[b as usize]);
             distance2(a).cmp(&distance2(b)).then_with(by_rank)
@@ -200,12 +211,20 @@ impl<P: Point> StarBuilder<P> {
         Some(facet)
     }
 
-    fn start(&mut self, first: P::Facet) {
+    fn start(&mut self, table: &[P], first: P::Facet) {
         self.link.start(first);
         self.sides.clear();
-        let longest = self.points[1].image.length;
+        let longest =
+            if P::IS_WEIGHTED { self.longest_image(table) } else { self.points[1].image.length };
         self.planes.clear(longest);
         self.enter_created(longest);
+    }
+
+    /// Returns the length of the longest image of all candidates; 0 if all images are unknown.
+    fn longest_image(&self, table: &[P]) -> f64 {
+        let taken = self.points.iter().map(|p| p.image.length);
+        let others = self.order.iter().map(|&id| Candidate::of(table, id, self.centre).image.length);
+        taken.chain(others).fold(0.0, f64::max)
     }
 
     /// Adds the candidates that are not in `first` one by one, until the remaining candidates are out of reach of every
@@ -233,6 +252,9 @@ impl<P: Point> StarBuilder<P> {
             if q > last || !first.as_ref().contains(&q) {
                 let checks_reach = q % CHECK_INTERVAL == 0;
                 self.insert(q, checks_reach, cost);
+                if P::IS_WEIGHTED && self.link.is_empty() {
+                    return true;
+                }
                 if checks_reach && self.planes.are_out_of_reach(self.reach_of(q)) {
                     return true;
                 }
@@ -242,10 +264,10 @@ impl<P: Point> StarBuilder<P> {
     }
 
     /// Returns the squared length of a candidate's image under inversion. Later candidates are not closer, so no later
-    /// image is longer.
+    /// image is longer. Later images may be longer than an unknown one.
     fn reach_of(&self, q: u32) -> f64 {
         let length = candidate(&self.points, q).image.length;
-        length * length
+        if P::IS_WEIGHTED && length.is_nan() { f64::INFINITY } else { length * length }
     }
 
     /// Sweeps over the facets, and replaces the cavity if there is one. If `checks_reach` is set, the sweep also
@@ -266,18 +288,24 @@ impl<P: Point> StarBuilder<P> {
         let conflicts = !cavity.is_empty();
         let (mut exact, mut removed) = (cost.sweep(), cost.sweep());
         let (mut planes, mut ridges) = (cost.sweep(), cost.sweep());
+        let hides = P::IS_WEIGHTED && cavity.len() == self.link.len();
         exact.visit_all(&self.uncertain);
         removed.visit_parts(cavity, P::DIM);
         if conflicts {
             note_removed(&mut self.loaded, &mut self.removed, cavity);
             self.removers.resize(self.removed.len(), candidate(&self.points, q).id);
-            self.link.replace(q, cavity, |facet| sides[facet as usize] == Side::Conflict);
-            for &facet in self.link.free() {
-                self.planes.remove(facet);
+            if !hides {
+                self.link.replace(q, cavity, |facet| sides[facet as usize] == Side::Conflict);
+                for &facet in self.link.free() {
+                    self.planes.remove(facet);
+                }
             }
         }
         self.clear_sides();
-        if conflicts {
+        if hides {
+            ridges.visit_lanes(self.link.len());
+            self.hide(q);
+        } else if conflicts {
             self.enter_created(image.length);
             ridges.visit_parts(planes.visit_all(self.link.created()), P::DIM);
         }

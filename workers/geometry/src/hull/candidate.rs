@@ -3,6 +3,7 @@
 use super::planes::Image;
 use crate::complex::INFINITE;
 use crate::point::Point;
+use crate::site::largest_low;
 
 /// A point that may belong to the star.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +19,12 @@ impl<P: Point> Candidate<P> {
     pub(super) fn of(table: &[P], id: u32, centre: P) -> Self {
         let at = table[id as usize];
         let rel = at - centre;
-        Candidate { image: Image::of(rel, rel.norm2()), at, id }
+        let image = if P::IS_WEIGHTED {
+            Image::of_site(rel, largest_low(&[at, centre]))
+        } else {
+            Image::of(rel, rel.norm2())
+        };
+        Candidate { image, at, id }
     }
 
     /// Creates the candidate for the vertex at infinity.

@@ -17,6 +17,14 @@ impl<P: Point> StarBuilder<P> {
     #[inline(always)]
     pub(super) fn find_cavity(&mut self, q: u32) -> bool {
         self.uncertain.clear();
+        if P::IS_WEIGHTED && candidate(&self.points, q).image.length.is_nan() {
+            self.uncertain.extend(self.link.live_cells());
+            for &facet in &self.uncertain {
+                self.sides[facet as usize] = Side::Undecided;
+            }
+            self.decide(q, None);
+            return true;
+        }
         let (mut seed, mut undecided) = (None, false);
         self.planes.each_uncertain(&candidate(&self.points, q).image.at, |facet, side| {
             self.uncertain.push(facet);

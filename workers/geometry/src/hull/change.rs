@@ -31,7 +31,8 @@ pub enum Extended {
 impl<P: Point> StarBuilder<P> {
     /// Builds the star of `table[centre]` from `link`, its link among earlier candidates, and from the new candidates
     /// `added`. Candidates are positions in `table` in any order; repetitions and the centre are ignored. If the link
-    /// changes, [`StarBuilder::facets`] then returns the facets that [`StarBuilder::build`] would produce.
+    /// changes, [`StarBuilder::facets`] then returns the facets that [`StarBuilder::build`] would produce: none if the centre
+    /// is hidden.
     pub fn extend(
         &mut self,
         table: &[P],
@@ -41,6 +42,7 @@ impl<P: Point> StarBuilder<P> {
         cost: &mut Cost,
     ) -> Extended {
         self.centre = table[centre as usize];
+        self.cover = None;
         self.positions.make_room(table.len());
         let mut numbers = Vec::with_capacity(1 + P::DIM * link.len() + added.len());
         numbers.push(INFINITE);
@@ -90,6 +92,9 @@ impl<P: Point> StarBuilder<P> {
             || {
                 for q in from..self.points.len() as u32 - 1 {
                     self.insert(q, false, cost);
+                    if P::IS_WEIGHTED && self.link.is_empty() {
+                        break;
+                    }
                 }
             },
         );

@@ -63,6 +63,20 @@ impl<P: Point> Corners<'_, P> {
         Cone::Inside
     }
 
+    /// Returns `true` if the facet is finite, and the ray from the centre away from a candidate lies in its closed cone. Exact.
+    pub(super) fn is_opposite(&self, link: &Complex<P::Facet>, cell: u32, q: u32) -> bool {
+        let q = candidate(self.points, q).at;
+        let (mut points, infinite) = self.of(link, cell);
+        let n = P::DIM + 1;
+        infinite.is_none()
+            && (1..n).all(|slot| {
+                let corner = std::mem::replace(&mut points[slot], q);
+                let sign = orientation(&points[..n]);
+                points[slot] = corner;
+                sign != Sign::Positive
+            })
+    }
+
     /// Returns the points of `(centre, facet)`, and the slot of infinity in the facet.
     fn of(&self, link: &Complex<P::Facet>, cell: u32) -> ([P; 4], Option<usize>) {
         let mut points = [self.centre; 4];

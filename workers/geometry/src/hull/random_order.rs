@@ -151,6 +151,12 @@ impl<P: Point> StarBuilder<P> {
         let mut cavity = std::mem::take(&mut self.cavity);
         for q in from..all {
             lists.take_cavity(q, &mut cavity);
+            if P::IS_WEIGHTED && cavity.len() == self.link.len() {
+                note_removed(&mut self.loaded, &mut self.removed, &cavity);
+                self.removers.resize(self.removed.len(), candidate(&self.points, q).id);
+                self.hide(q);
+                break;
+            }
             if !cavity.is_empty() {
                 self.replace_cavity(q, &cavity, longest, &mut lists);
             }

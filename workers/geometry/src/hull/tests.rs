@@ -1,6 +1,7 @@
 //! Stars compared with brute force.
 
 mod large;
+mod weighted;
 
 use super::*;
 use crate::complex::INFINITE;

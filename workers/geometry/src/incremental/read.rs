@@ -105,6 +105,11 @@ impl<P: Point> Incremental<P> {
         self.incident[vertex as usize + 1] == NONE
     }
 
+    /// Returns a finite cell that contains the position of a hidden vertex. It lies strictly below the vertex.
+    pub fn cover_of(&self, vertex: u32) -> P::Cell {
+        *self.cells.cell(self.locate(self.points[vertex as usize], None))
+    }
+
     /// Replaces `out` by the cells around `vertex`, including infinite ones. The vertex must not be hidden.
     pub fn star(&self, vertex: u32, out: &mut Vec<u32>) {
         out.clear();

@@ -2,12 +2,13 @@
 //!
 //! The candidates of a sampled star are its nearest points, at most [`MOST_CANDIDATES`]. The radius of the ball of a
 //! candidate is its distance to the nearest other candidate or to the sampled point. It is exact near the sampled point and
-//! an upper bound elsewhere. Beyond the last candidate, the number of edges is extrapolated by volume.
+//! an upper bound elsewhere. An alpha certifies a hidden point if its graph joins the point to all corners of its cover, which take
+//! the place of the link. Beyond the last candidate, the number of edges is extrapolated by volume.
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::Cost;
 use septet_geometry::hull::StarBuilder;
-use septet_geometry::measure::circumradius2;
+use septet_geometry::measure::conflict_reach2;
 use septet_geometry::neighbourhood::nearest_direct;
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::message::AlphaCounts;
@@ -25,6 +26,8 @@ pub(super) const MOST_CANDIDATES: [u32; 2] = [30, 60];
 pub(super) struct Sampled<'a, P: Point> {
     table: &'a Table<P>,
     family: Family,
+    /// The largest weight of all points; 0 without weights.
+    heaviest: f64,
     builder: StarBuilder<P>,
     facets: Vec<P::Facet>,
 }
@@ -36,8 +39,8 @@ struct Candidate {
 }
 
 impl<'a, P: Point> Sampled<'a, P> {
-    pub(super) fn new(table: &'a Table<P>, family: Family) -> Self {
-        Sampled { table, family, builder: StarBuilder::default(), facets: Vec::new() }
+    pub(super) fn new(table: &'a Table<P>, (family, heaviest): (Family, f64)) -> Self {
+        Sampled { table, family, heaviest, builder: StarBuilder::default(), facets: Vec::new() }
     }
 
     /// Returns the counts of a star. `radius2` is the squared radius that was searched.
@@ -55,8 +58,14 @@ impl<'a, P: Point> Sampled<'a, P> {
         if spans {
             self.builder.facets(&mut self.facets);
         }
-        let needed = self.certifying_alpha(nearest.point, known2).map(|most2| (most2 / nearest2).sqrt());
-        let link = self.link();
+        let cover = self.builder.cover();
+        let link = cover.map_or_else(|| self.link(), |cover| cover.as_ref().to_vec());
+        let needed = if cover.is_some() {
+            let of_cover = candidates.iter().filter(|candidate| link.contains(&candidate.point));
+            Some(of_cover.fold(0.0, |most: f64, candidate| most.max(candidate.alpha)))
+        } else {
+            self.certifying_alpha(nearest.point, known2).map(|most2| (most2 / nearest2).sqrt())
+        };
         let of_alpha = |alpha: f64| {
             let is_edge = |candidate: &&Candidate| candidate.alpha <= alpha;
             let edges = candidates.iter().filter(is_edge).count() as f64;
@@ -92,7 +101,7 @@ impl<'a, P: Point> Sampled<'a, P> {
         })
     }
 
-    /// Returns the square of the largest diameter of a cell of the star, if the star is bounded and proved by the ball of
+    /// Returns the square of the largest distance at which a point may conflict with the star, if the star is bounded and proved by the ball of
     /// squared radius `known2`.
     fn certifying_alpha(&self, point: u32, known2: f64) -> Option<f64> {
         let mut most2: f64 = 0.0;
@@ -102,9 +111,9 @@ impl<'a, P: Point> Sampled<'a, P> {
             }
             let cell = finite_cell::<P>(point, facet)?;
             let corners: Vec<P> = cell.as_ref().iter().map(|&v| self.table.positions()[v as usize]).collect();
-            most2 = most2.max(circumradius2(&corners));
+            most2 = most2.max(conflict_reach2(&corners, self.heaviest));
         }
-        (!self.facets.is_empty() && 4.0 * most2 <= known2).then_some(4.0 * most2)
+        (!self.facets.is_empty() && most2 <= known2).then_some(most2)
     }
 
     /// Returns the finite vertices of the link, in order.

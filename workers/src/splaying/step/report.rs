@@ -4,7 +4,8 @@
 //! ([`crate::splaying::register`]). The star adds the vertices of these cells, the witnesses and the answers to its candidates. Then it
 //! reports each cell that it gained. It *refutes* each cell that it lost, and each proposed cell that it still lacks, with one
 //! witness. Against a lost cell, this is the candidate that removed it. Against another cell, it is the point of its link in the
-//! circumsphere of the cell that is nearest to the circumcentre.
+//! circumsphere of the cell that is nearest to the circumcentre. With weights, it is the point of the link or of the cover with
+//! the least power.
 //!
 //! **Work and depth.** Let a star with `l` facets receive `m` cells, add `q` points and change by `c` facets. It sorts the cells
 //! with its gained facets, and sweeps over its points for each proposed cell that it refutes. This takes O(m l + (m + c) log (m + c))
@@ -106,7 +107,10 @@ impl<P: Point> StarStep<'_, P> {
         } else {
             &out.links[self.start.links..]
         };
-        let points = kept_points::<P>(link, lost, &mut tools.seen, &mut self.cost);
+        let points = match self.cover {
+            Some(cover) => cover.as_ref().to_vec(),
+            None => kept_points::<P>(link, lost, &mut tools.seen, &mut self.cost),
+        };
         if points.is_empty() {
             return;
         }
@@ -119,9 +123,10 @@ impl<P: Point> StarStep<'_, P> {
             sweep.visit();
             let at = circumcentre(&corners(table, cell)[..=P::DIM]);
             let place = |v: u32| &positions[v as usize];
+            let power = |v: u32| dist2(*place(v), at) - place(v).weight();
             let deepest = against.iter().copied().min_by(|&a, &b| {
-                let by_distance = dist2(*place(a), at).total_cmp(&dist2(*place(b), at));
-                by_distance.then_with(|| lex_cmp(place(a), place(b)))
+                let by_power = power(a).total_cmp(&power(b));
+                by_power.then_with(|| lex_cmp(place(a), place(b)))
             });
             if let Some(deepest) = deepest {
                 out.objections.add([view.smallest(cell)].into_iter(), *cell, vertex, &[deepest]);

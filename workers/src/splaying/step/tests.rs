@@ -280,7 +280,7 @@ fn stars_without_a_link_or_with_a_hole_are_rebuilt() {
     let place = whole.iter().position(|facet| finite_cell::<DVec3>(5, facet).is_some()).unwrap();
     let mut link = whole.clone();
     link.remove(place);
-    holed.stars.splay(&holed.table, 5, &Change { link: &link, gained: &[], lost: &[] });
+    holed.stars.splay(&holed.table, 5, &Change { link: &link, gained: &[], lost: &[], cover: None });
     let gathered: Vec<GatheredPoint> =
         link_points::<DVec3>(&whole, &mut Marks::new(50), &mut Cost::default())
             .into_iter()

@@ -4,7 +4,7 @@ use crate::point::Simplex;
 pub(crate) mod nasty;
 mod oracle;
 mod spheres;
-mod weighted;
+pub(crate) mod weighted;
 
 use crate::complex::INFINITE;
 use crate::hash::Draw;

@@ -10,10 +10,10 @@ use crate::range::Digits;
 use crate::site::Weighted;
 
 /// Ways to choose weights.
-const WAYS: [&str; 8] = ["equal", "small", "large", "flat", "concave", "one heavy", "negative", "steps"];
+pub(crate) const WAYS: [&str; 8] = ["equal", "small", "large", "flat", "concave", "one heavy", "negative", "steps"];
 
 /// Adds weights to points.
-pub(super) fn sites<P: Position>(points: &[P], way: &str, seed: u64) -> Vec<Weighted<P>> {
+pub(crate) fn sites<P: Position>(points: &[P], way: &str, seed: u64) -> Vec<Weighted<P>> {
     let mut random = Draw::new(seed);
     let extent2 = points.iter().map(|&p| dist2(p, points[0])).fold(0.0, f64::max);
     let spacing2 = extent2 / (points.len() as f64).powf(2.0 / P::DIM as f64);
