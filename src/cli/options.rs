@@ -40,12 +40,6 @@ pub struct TriangulateArgs {
     /// percentiles, and slivers. They do not depend on workers, threads and processes.
     #[arg(long, help_heading = REPORTS)]
     pub stats: bool,
-    /// Write the offsets of the vertices of a periodic triangulation
-    ///
-    /// The file is a .npy array of whole numbers, of the shape (cells, d + 1, d). A vertex lies at its point plus the offset
-    /// times the box.
-    #[arg(long, value_name = "FILE", help_heading = REPORTS, hide_short_help = true)]
-    pub offsets: Option<PathBuf>,
     #[command(flatten)]
     pub given: Given<{ Commands::TRIANGULATE.bits() }>,
 }
@@ -110,6 +104,12 @@ pub struct RunArgs {
     /// The file is text with a row on each line, or a .npy array. Rows of points are counted from 0.
     #[arg(long = "hidden", value_name = "FILE|-", help_heading = REPORTS, hide_short_help = true)]
     pub hidden_rows: Option<PathBuf>,
+    /// Write the offsets of the vertices of a periodic triangulation
+    ///
+    /// The file is a .npy array of whole numbers, of the shape (cells, d + 1, d). A vertex lies at its point plus the offset
+    /// times the box.
+    #[arg(long, value_name = "FILE", help_heading = REPORTS, hide_short_help = true)]
+    pub offsets: Option<PathBuf>,
     #[command(flatten)]
     pub hidden: HiddenArgs,
     /// Plant a fault in the machine, for tests; `septet reproduce --fault list` lists the faults

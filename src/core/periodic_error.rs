@@ -75,7 +75,7 @@ pub enum PeriodicError {
         most: usize,
     },
     /// The task has no periodic boxes.
-    #[error("only `triangulate` takes a periodic box, and not over a transport of the caller")]
+    #[error("only `triangulate` and `simulate` take a periodic box, and not on a machine of the caller")]
     Task,
     /// An output of the run has no place for images of points.
     #[error("{output} has no place for images of points")]

@@ -92,7 +92,7 @@ fn boxes_that_cannot_be_used_are_refused() {
     ] {
         place.fails(&format!("triangulate p.csv {line}"), code, &words);
     }
-    place.fails("simulate p.csv --periodic 10,20", 2, &["--periodic"]);
+    place.fails("simulate p.csv --periodic 10,20 --cost-trace t.jsonl", 2, &["cost trace", "periodic"]);
 }
 
 /// Rows outside of the box, each with a weight and a column.
@@ -139,4 +139,30 @@ fn processes_write_what_one_process_writes() {
     assert!(fs::read(place.path("q.npy")).unwrap() == expected[0]);
     let talk = "triangulate p.csv --skip-invalid --columns x,y,z --periodic 3,4,5 --transport processes --processes 3";
     place.fails(talk, 3, &["p.csv", "--wrap"]);
+}
+
+/// The stars of the paper's recursion are those of the direct path.
+#[test]
+fn simulate_finds_the_same_cells() {
+    let place = Place::new();
+    place.file("p.csv", scattered());
+    for given in ["--columns x,y,z", "--weights w"] {
+        let line = format!("p.csv {given} --periodic 3,3.3,0.7 --wrap -o");
+        place.good(&format!("triangulate {line} a.npy --offsets a.offsets.npy --json a.json"));
+        for workers in [1, 3, 8] {
+            let to = "b.npy --offsets b.offsets.npy --json b.json";
+            place.good(&format!("simulate {line} {to} --workers {workers}"));
+            for name in ["npy", "offsets.npy"] {
+                let read = |of: &str| fs::read(place.path(&format!("{of}.{name}"))).unwrap();
+                assert!(read("a") == read("b"), "{given}, {workers} workers: {name}");
+            }
+            let (found, expected) = (place.json("b.json"), place.json("a.json"));
+            for key in ["points", "periodic", "cells"] {
+                assert_eq!(found[key], expected[key], "{given}, {workers} workers: {key}");
+            }
+            assert!(found["machine"]["total"]["work"].as_u64() > Some(0), "{given}, {workers} workers");
+            assert!(found["graph"]["mean_degree"].as_f64() < Some(200.0), "{}", found["graph"]);
+        }
+    }
+    place.good("report b.json -o r.html");
 }

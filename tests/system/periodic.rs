@@ -14,7 +14,7 @@ use std::process::Command;
 
 use glam::{DVec2, DVec3};
 use septet_core::spec::{Periodic, Workers};
-use septet_core::{Outcome, triangulate};
+use septet_core::{Outcome, simulate, triangulate};
 use septet_geometry::point::{Point, Position};
 use septet_geometry::site::Weighted;
 
@@ -173,7 +173,11 @@ where
                 let label = format!("{what}, {workers} workers: {sites:?} in {lengths:?}, scale {scale}");
                 let (points, name) = (given.clone(), label.clone());
                 let run = within(PATIENCE, &label, move || {
-                    triangulate(&points, &spec).unwrap_or_else(|e| panic!("{name}: {e}"))
+                    let both = [triangulate(&points, &spec), simulate(&points, &spec)];
+                    let both = both.map(|run| run.unwrap_or_else(|e| panic!("{name}: {e}")));
+                    assert_eq!(found(&both[0]), found(&both[1]), "{name}: other cells by simulate");
+                    let [run, _] = both;
+                    run
                 });
                 if is_exact {
                     assert_eq!(found(&run), expected, "{label}");

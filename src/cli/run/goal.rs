@@ -65,10 +65,7 @@ impl<'a> Goal<'a> {
 
     /// Returns the file of the offsets of vertices.
     pub(super) fn offsets(self) -> Option<&'a Path> {
-        match self {
-            Goal::Triangulate(args) => args.offsets.as_deref(),
-            Goal::Simulate(_) => None,
-        }
+        self.args().offsets.as_deref()
     }
 
     /// Whether the numbers of the triangulation are printed and reported.

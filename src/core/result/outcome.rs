@@ -272,8 +272,13 @@ impl Outcome {
     pub fn unite(&mut self, mut counts: CondensedLedger) {
         if !self.is_flat() {
             distort(&mut counts.part, self.own_counts.as_ref().and_then(|own| own.fault));
-            self.ledger = Ledger::of_condensed(counts, self.points.used, self.space);
+            self.ledger = Ledger::of_condensed(counts, self.machine_vertices(), self.space);
         }
+    }
+
+    /// Returns the number of vertices on the machine: those of the result, and images of them in a periodic box.
+    pub fn machine_vertices(&self) -> u64 {
+        self.kept.periodic.as_ref().map_or(self.points.used, |part| part.vertices)
     }
 
     /// Returns `true` if this process has all shares.

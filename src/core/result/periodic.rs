@@ -49,6 +49,8 @@ pub struct PeriodicCells {
     pub sheets: Vec<u32>,
     /// Number of images of sites that the machine triangulated besides the sites.
     pub images: u64,
+    /// Number of vertices of the triangulation of the sites and their images.
+    pub(crate) vertices: u64,
     /// Number of coordinates.
     space: usize,
     /// The packed vertices of all cells.
@@ -62,7 +64,7 @@ impl PeriodicCells {
     /// Collects packed cells.
     pub(crate) fn new(packed: Vec<u64>, steps: Vec<Steps>, space: usize) -> Self {
         let (sheets, sorted) = (Vec::new(), OnceLock::new());
-        PeriodicCells { is_simplicial: false, sheets, images: 0, space, packed, steps, sorted }
+        PeriodicCells { is_simplicial: false, sheets, images: 0, vertices: 0, space, packed, steps, sorted }
     }
 
     /// Returns the number of cells.

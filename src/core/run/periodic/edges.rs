@@ -80,15 +80,18 @@ impl Crossing {
             let mut edges = Vec::new();
             for cell in packed[cells.start * corners..cells.end * corners].chunks_exact(corners) {
                 if cell.iter().filter(|&&word| self.has((word >> 32) as u32)).count() > 1 {
-                    each_edge(cell, corners, |edge| edges.extend((edge.1 == [0; 3]).then_some(edge)));
+                    each_edge(cell, corners, |edge| {
+                        let ((a, b), steps) = edge;
+                        edges.extend((steps == [0; 3] && self.has(a) && self.has(b)).then_some(edge));
+                    });
                 }
             }
+            edges.sort_unstable();
+            edges.dedup();
             edges.retain(|(sites, _)| {
                 let at = self.edges.partition_point(|(other, _)| other < sites);
                 self.edges.get(at).is_some_and(|(other, _)| other == sites)
             });
-            edges.sort_unstable();
-            edges.dedup();
             edges
         });
         found.concat()

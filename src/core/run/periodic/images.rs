@@ -6,7 +6,7 @@ use septet_geometry::conflict_region::ConflictRegion;
 use septet_geometry::point::{Point, Position, Vector};
 use septet_geometry::range::Digits;
 use septet_geometry::site::Weighted;
-use septet_workers::config::cores::map;
+use septet_workers::config::cores::{map, map_blocks};
 
 use super::lattice::Lattice;
 use super::team::Team;
@@ -68,23 +68,7 @@ impl<P: Position> Sites<P> {
         let digits = digits.fold(Digits::NONE, Digits::join);
         let exponent = digits.scaling().map_err(|bits| PeriodicError::Spread { bits })?;
         let (lattice, rows) = lattice.scaled(rows, exponent);
-        let found = |&index: &u32| {
-            let row = rows[index as usize];
-            if is_finite(row) {
-                lattice.base(row, first as usize + index as usize)
-            } else {
-                Ok((row, [0; 3]))
-            }
-        };
-        let found = map(&numbers(rows.len()), found);
-        let is_outside =
-            |found: &&Result<_, PeriodicError>| matches!(found, Err(PeriodicError::Outside { .. }));
-        let outside = found.iter().filter(is_outside).count() as u64;
-        let found: Result<(Vec<_>, Vec<_>), PeriodicError> = found.into_iter().collect();
-        let (bases, mut steps) = agreed(found, outside, team)?;
-        if steps.iter().all(|steps| *steps == [0; 3]) {
-            steps = Vec::new();
-        }
+        let (bases, steps) = moved(&lattice, rows, first, team)?;
         let weights = Weights::of(&bases, team)?;
         Ok(Sites { lattice, bases, steps, first, count, weights })
     }
@@ -158,6 +142,7 @@ impl<P: Position> Sites<P> {
         let of = of.concat();
         let blocks = team.blocks(self.count + of.len() as u64);
         let mut held = team.moved(&self.bases, self.first, &blocks)?;
+        held.reserve_exact(sites.len());
         held.extend(team.moved(&sites, self.count + before as u64, &blocks)?);
         Ok(Images { sites: held, blocks, of, base: self.count })
     }
@@ -239,10 +224,57 @@ impl Weights {
     }
 }
 
-/// Returns the base sites of this process if no process has a row outside of the box. `outside` is the number of those of this
-/// process.
-fn agreed<T>(found: Result<T, PeriodicError>, outside: u64, team: &mut Team<'_, '_>) -> Result<T, Error> {
-    let words = match found.as_ref().err() {
+/// The rows of a block that are not their own base sites, and those that have none.
+struct Found<P: Position> {
+    moved: Vec<(u32, Weighted<P>, Steps)>,
+    error: Option<PeriodicError>,
+    outside: u64,
+}
+
+impl<P: Position> Found<P> {
+    fn of(lattice: &Lattice, rows: &[Weighted<P>], block: Range<usize>, first: u64) -> Self {
+        let mut found = Found { moved: Vec::new(), error: None, outside: 0 };
+        for at in block {
+            let row = rows[at];
+            match lattice.base(row, first as usize + at) {
+                _ if !is_finite(row) => {}
+                Ok((_, [0, 0, 0])) => {}
+                Ok((base, steps)) => found.moved.push((at as u32, base, steps)),
+                Err(error) => {
+                    found.outside += u64::from(matches!(error, PeriodicError::Outside { .. }));
+                    found.error.get_or_insert(error);
+                }
+            }
+        }
+        found
+    }
+}
+
+/// Moves rows to their base sites. Also returns the numbers of lengths to them, or nothing if they are 0.
+///
+/// # Errors
+/// Fails on all processes if one of them has a row without a base site.
+fn moved<P: Position>(
+    lattice: &Lattice,
+    mut rows: Vec<Weighted<P>>,
+    first: u64,
+    team: &mut Team<'_, '_>,
+) -> Result<(Vec<Weighted<P>>, Vec<Steps>), Error> {
+    let found = map_blocks(rows.len(), CHUNK, |block| Found::of(lattice, &rows, block, first));
+    let outside = found.iter().map(|found| found.outside).sum();
+    agree(found.iter().find_map(|found| found.error.as_ref()), outside, team)?;
+    let mut all = Vec::new();
+    for (at, base, steps) in found.into_iter().flat_map(|found| found.moved) {
+        all.resize(rows.len(), [0; 3]);
+        (rows[at as usize], all[at as usize]) = (base, steps);
+    }
+    Ok((rows, all))
+}
+
+/// Fails on all processes with the error of the first one that has one. `outside` is the number of rows of this process outside
+/// of the box.
+fn agree(own: Option<&PeriodicError>, outside: u64, team: &mut Team<'_, '_>) -> Result<(), Error> {
+    let words = match own {
         Some(&PeriodicError::Outside { index, value, low, high, .. }) => {
             vec![outside, index as u64, value.to_bits(), low.to_bits(), high.to_bits()]
         }
@@ -267,10 +299,7 @@ fn agreed<T>(found: Result<T, PeriodicError>, outside: u64, team: &mut Team<'_, 
         }
         _ => None,
     });
-    match first {
-        Some(error) => Err(error.into()),
-        None => Ok(found?),
-    }
+    first.map_or(Ok(()), |error| Err(error.into()))
 }
 
 impl<P: Position> Images<P> {

@@ -99,9 +99,7 @@ impl<P: Position> Covered<'_, P> {
             if is_checked && self.is_open(local, cell, (&corners, is_base)) {
                 return None;
             }
-            let smallest = (1..=P::DIM)
-                .fold(0, |least, at| if is_lex_smaller(&corners[at], &corners[least]) { at } else { least });
-            if is_base[smallest] {
+            if is_first_base::<P>(&corners, is_base) {
                 let six = Weighted::rounded_orientation(&corners[..=P::DIM]).det.abs();
                 quotient.volume += if P::DIM == 2 { six / 2.0 } else { six / 6.0 };
                 let vertices = canonical::<P>(self.vertices(local.share, cell));
@@ -141,11 +139,26 @@ impl<P: Position> Covered<'_, P> {
     }
 }
 
+/// Returns `true` if the lexicographically smallest vertex of a cell is a base site.
+fn is_first_base<P: Position>(corners: &[Weighted<P>; 4], is_base: [bool; 4]) -> bool {
+    if is_base[..=P::DIM] == [true; 4][..=P::DIM] {
+        return true;
+    }
+    let smaller = |least, at| if is_lex_smaller(&corners[at], &corners[least]) { at } else { least };
+    is_base[(1..=P::DIM).fold(0, smaller)]
+}
+
 /// Brings the vertices of a positive cell into canonical order.
 fn canonical<P: Point>(mut vertices: [Vertex; 4]) -> [Vertex; 4] {
     let n = P::DIM + 1;
     let is_odd = sort(&mut vertices[..n]);
     let least = vertices[0].row;
+    if vertices[1].row != least && vertices[0].steps == [0; 3] {
+        if is_odd {
+            vertices.swap(n - 2, n - 1);
+        }
+        return vertices;
+    }
     let moved = |at: Steps| {
         let mut moved = vertices;
         for vertex in &mut moved[..n] {

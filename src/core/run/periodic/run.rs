@@ -84,6 +84,8 @@ fn run_sites<P: Position>(
 ) -> Result<Option<Outcome>, Error> {
     let start = Instant::now();
     check(spec, task)?;
+    // Neighbours show the hull.
+    let spec = &spec.clone().with(|spec| spec.keep.neighbours = true);
     let sites = Sites::of(Lattice::of(periodic, P::DIM)?, (rows, first), team)?;
     if sites.count() > MOST_ROWS {
         return Err(PeriodicError::Many { points: sites.count() as usize, most: MOST_ROWS as usize }.into());
@@ -137,8 +139,9 @@ fn run_images<P: Position>(
 
 /// Refuses what a periodic run does not have.
 fn check(spec: &Spec, task: Task) -> Result<(), PeriodicError> {
-    if task != Task::Triangulate {
-        return Err(PeriodicError::Task);
+    match task {
+        Task::Triangulate | Task::Simulate => {}
+        Task::Count(_) | Task::Independent { .. } => return Err(PeriodicError::Task),
     }
     let outputs = [
         (spec.keep.owner, "the owner of a cell"),
@@ -193,6 +196,7 @@ fn finished<P: Position>(
     let clashes = Clashes::of(&packed, P::DIM + 1);
     let mut part = PeriodicCells::new(packed, steps, P::DIM);
     (part.is_simplicial, part.images) = (clashes.is_empty(), images.count());
+    part.vertices = run.facts.points.used;
     part.sheets = clashes.sheets(&sites.lattice, P::DIM);
     run.facts.points = Accounting { input, used, duplicate, refused, hidden: has_weights.then_some(hidden) };
     (run.facts.cells, run.facts.hull_facets) = (cells, 0);

@@ -96,6 +96,9 @@ impl Team<'_, '_> {
         first: u64,
         blocks: &[Range<u64>],
     ) -> Result<Vec<T>, Error> {
+        if self.placement.is_none() {
+            return Ok(items.to_vec());
+        }
         let at = |number: u64| (number.saturating_sub(first) as usize).min(items.len());
         let part = |block: &Range<u64>| items[at(block.start)..at(block.end).max(at(block.start))].to_vec();
         Ok(self.scatter(blocks.iter().map(part).collect())?.concat())

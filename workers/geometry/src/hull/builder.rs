@@ -214,8 +214,7 @@ impl<P: Point> StarBuilder<P> {
     fn start(&mut self, table: &[P], first: P::Facet) {
         self.link.start(first);
         self.sides.clear();
-        let longest =
-            if P::IS_WEIGHTED { self.longest_image(table) } else { self.points[1].image.length };
+        let longest = if P::IS_WEIGHTED { self.longest_image(table) } else { self.points[1].image.length };
         self.planes.clear(longest);
         self.enter_created(longest);
     }
