@@ -56,6 +56,7 @@ mod sweeps;
 #[cfg(test)]
 mod tests;
 mod tree;
+mod weights;
 
 pub use claim::{Claim, Reading, Role, Statistics};
 pub use error::ClaimError;
@@ -67,7 +68,7 @@ pub use report::{CheckedClaim, ClaimReport, SCHEMA};
 
 /// Returns all claims, in the paper's order.
 pub fn registry() -> impl Iterator<Item = &'static Claim> {
-    let groups: [&'static [Claim]; 24] = [
+    let groups: [&'static [Claim]; 25] = [
         separators::CLAIMS,
         exponent::CLAIMS,
         ball_order::CLAIMS,
@@ -76,6 +77,7 @@ pub fn registry() -> impl Iterator<Item = &'static Claim> {
         hulls::CLAIMS,
         hubs::CLAIMS,
         distance::CLAIMS,
+        weights::CLAIMS,
         recursion::CLAIMS,
         own_spheres::CLAIMS,
         replication::CLAIMS,

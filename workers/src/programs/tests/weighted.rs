@@ -108,10 +108,8 @@ fn machines_agree_with_the_kernel<P: Position>(n: usize) {
             let (rows, hidden) = expected(&sites);
             for workers in [1, 2, 3, 16] {
                 let way = WAYS[(workers as usize + usize::from(is_grid)) % WAYS.len()];
-                let what = format!(
-                    "{} dimensions, grid {is_grid}, {spread:?}, {workers} workers, {way:?}",
-                    P::DIM
-                );
+                let what =
+                    format!("{} dimensions, grid {is_grid}, {spread:?}, {workers} workers, {way:?}", P::DIM);
                 let shares = run(&sites, workers, way, None);
                 assert!(cells(&shares) == rows, "{what}");
                 let lists =

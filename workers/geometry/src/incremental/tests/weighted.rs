@@ -10,7 +10,8 @@ use crate::range::Digits;
 use crate::site::Weighted;
 
 /// Ways to choose weights.
-pub(crate) const WAYS: [&str; 8] = ["equal", "small", "large", "flat", "concave", "one heavy", "negative", "steps"];
+pub(crate) const WAYS: [&str; 8] =
+    ["equal", "small", "large", "flat", "concave", "one heavy", "negative", "steps"];
 
 /// Adds weights to points.
 pub(crate) fn sites<P: Position>(points: &[P], way: &str, seed: u64) -> Vec<Weighted<P>> {
