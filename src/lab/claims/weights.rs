@@ -1,8 +1,8 @@
 //! Weights: the theorem for regular triangulations, if weights are small.
 //!
-//! **Statement.** Let `P` be a maximal f-spaced set, where f is L-Lipschitz. So `N(p) >= f(p) / (1 + L)` for the distance
-//! `N(p)` from `p` to its nearest point, and every location `c` in the domain, outside of the balls that protect its
-//! boundary, has a point within `f(c)`. Let `0 <= w_p <= (omega N(p))^2` with `omega < 1`.
+//! **Statement.** Let `P` be a maximal f-spaced set, where f is L-Lipschitz. Let `N(p)` be the distance from `p` to its nearest
+//! point. So `N(p) >= f(p) / (1 + L)`. Every location `c` in the domain, outside of the balls that protect its boundary, has a
+//! point within `f(c)`. Let `0 <= w_p <= (omega N(p))^2` with `omega < 1`.
 //! 1. No point is hidden.
 //! 2. Let `A = 1 + L + L x`, where `x` is the larger solution of `x^2 = A^2 + omega^2`, and let `y` be the larger solution of
 //!    `y^2 = A^2 + omega^2 (x + y)^2`. Every edge at `p` of a cell whose orthogonal sphere has its centre in this part of the domain is
@@ -17,8 +17,7 @@
 //! `f(c) <= f(p) + L D <= 1 + L + L D` and `D^2 = r^2 + w_p <= (1 + L + L D)^2 + omega^2`, so `D <= x`. Let `q` be the other end of the
 //! edge and `E = |q - c|`. Then `N(q) <= |p - q| <= D + E` and `E^2 = r^2 + w_q <= A^2 + omega^2 (x + E)^2`, so `E <= y`. QED.
 //!
-//! **Source.** The hypothesis on the weights is that of Cheng, Dey, Edelsbrunner, Facello and Teng, "Sliver exudation", J. ACM 47
-//! (2000), who state for periodic sets that edges and degrees stay bounded. The proof above is for f-spaced sets.
+//! **Source.** None. The proof uses no published bound.
 
 use septet_core::generate::Kind;
 use septet_core::spec::{Alpha, Graph};
