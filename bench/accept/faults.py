@@ -37,7 +37,7 @@ def pairs():
     yield "far-ghosts:3", ["brent", "replication"], []
     yield "half-ghosts", ["graph-exact"], ["lower-bounds"]
     yield "half-separators", ["graph-exact"], []
-    yield "halve-alpha", ["graph-exact", "local-hulls", "supergraph"], []
+    yield "halve-alpha", ["graph-exact", "local-hulls", "supergraph", "weights"], []
     yield "blind-probes", ["distance"], []
     yield "first-ball", ["overlap-k"], []
     yield "worst-choice", ["choice-near-best"], []

@@ -30,7 +30,7 @@ static PAIRS: [Pair; 23] = [
     pair("far-ghosts:3", &["brent", "replication"]),
     pair("half-ghosts", &["graph-exact"]),
     pair("half-separators", &["graph-exact"]),
-    pair("halve-alpha", &["supergraph", "local-hulls", "graph-exact"]),
+    pair("halve-alpha", &["supergraph", "local-hulls", "graph-exact", "weights"]),
     pair("blind-probes", &["distance"]),
     pair("first-ball", &["overlap-k"]),
     // The choice itself is a larger share of smaller sets.

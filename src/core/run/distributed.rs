@@ -21,8 +21,7 @@ use crate::run::hosts::end_all;
 use crate::run::{Hosts, certified, run};
 use crate::spec::{Spec, SpecError, Task, Workers};
 
-/// Point types of [`triangulate`] and [`simulate`]: `[f64; 2]`, `[f64; 3]`, [`DVec2`], [`DVec3`], and [`Weighted`] for
-/// [`triangulate`]. The machine is compiled in this crate for each of them.
+/// Point types of [`triangulate`] and [`simulate`]: `[f64; 2]`, `[f64; 3]`, [`DVec2`], [`DVec3`] and [`Weighted`]. The machine is compiled in this crate for each of them.
 pub trait ProcessPoint: Coordinates {
     /// The type of the points in messages: [`DVec2`], [`DVec3`] or [`Weighted`].
     type Point: Point;

@@ -13,7 +13,8 @@ use septet_core::spec::{
     Alpha, Correction, DEFAULT_ALPHA, Fault, Graph, Spec, Until, Workers, alpha_of_spacing,
 };
 use septet_core::{Outcome, count, independent, simulate};
-use septet_geometry::point::Point;
+use septet_geometry::point::{Point, Position};
+use septet_geometry::site::Weighted;
 
 use super::counted::Counted;
 use super::measure::{X, kth_nearest2};
@@ -83,9 +84,14 @@ impl Specimen {
     /// that no ball that protects the boundary contains it. Here, f is the size at the location, and L is the Lipschitz
     /// constant. Returns `false` for a set without a spacing.
     pub(super) fn is_free(&self, x: &X) -> bool {
-        let gap = x[..self.d].iter().map(|x| x.min(1.0 - x)).fold(f64::INFINITY, f64::min);
-        self.spacing.is_some_and(|s| gap * (1.0 - s.lipschitz) > s.size(*x))
+        is_free(self.spacing.as_ref(), self.d, x)
     }
+}
+
+/// Returns [`Specimen::is_free`] for this spacing in `d` dimensions.
+pub(super) fn is_free(spacing: Option<&Spacing>, d: usize, x: &X) -> bool {
+    let gap = x[..d].iter().map(|x| x.min(1.0 - x)).fold(f64::INFINITY, f64::min);
+    spacing.is_some_and(|s| gap * (1.0 - s.lipschitz) > s.size(*x))
 }
 
 /// The laboratory, which generates sets, runs the machine, and keeps the results.
@@ -161,6 +167,11 @@ impl<'a> Lab<'a> {
         Ok(coordinates(&self.set(sample, seed)?.points))
     }
 
+    /// Returns the spacing of a set, if it has one.
+    pub(super) fn spacing(&mut self, sample: Sample, seed: u64) -> Result<Option<Spacing>, ClaimError> {
+        Ok(self.set(sample, seed)?.spacing)
+    }
+
     fn base(&self, set: &Generated, seed: u64) -> Spec {
         let spacing = set.spacing.map(|s| s.lipschitz);
         Spec::default().with(|c| {
@@ -190,6 +201,22 @@ impl<'a> Lab<'a> {
         Ok(match &set.points {
             Points::Plane(points) => simulate(points, &spec)?,
             Points::Space(points) => simulate(points, &spec)?,
+        })
+    }
+
+    /// Runs the paper's recursion on a set with these weights. `change` modifies the configuration.
+    pub(super) fn run_with_weights(
+        &mut self,
+        (sample, seed): (Sample, u64),
+        weights: &[f64],
+        change: impl FnOnce(Spec) -> Spec,
+    ) -> Result<Outcome, ClaimError> {
+        let set = self.set(sample, seed)?;
+        (self.report)(&format!("run over {} seed {seed} with weights", sample.name()));
+        let spec = change(self.base(&set, seed));
+        Ok(match &set.points {
+            Points::Plane(points) => simulate(&with_weights(points, weights), &spec)?,
+            Points::Space(points) => simulate(&with_weights(points, weights), &spec)?,
         })
     }
 
@@ -330,6 +357,10 @@ impl<'a> Lab<'a> {
 /// Returns the points and the centre of the unit cube or square.
 fn with_centre<P: Point>(points: &[P]) -> Vec<P> {
     [points, &[P::splat(0.5)]].concat()
+}
+
+fn with_weights<P: Position>(points: &[P], weights: &[f64]) -> Vec<Weighted<P>> {
+    points.iter().zip(weights).map(|(&point, &weight)| Weighted::new(point, weight)).collect()
 }
 
 fn counts_of(points: &Points, until: Option<Until>, spec: &Spec) -> Result<Outcome, ClaimError> {

@@ -99,23 +99,30 @@ pub(super) fn shape(corners: &[X]) -> CellShape {
             (shortest, longest) = (shortest.min(d2), longest.max(d2));
         }
     }
+    let to_centre = orthocentre(corners, &[0.0; 4]);
+    let centre = [0, 1, 2].map(|i| corners[0][i] + to_centre[i]);
+    let radius = dot(&to_centre, &to_centre).sqrt();
+    CellShape { centre, radius, shortest: shortest.sqrt(), longest: longest.sqrt() }
+}
+
+/// Returns the vector from the first corner of a cell to the centre of the sphere that is orthogonal to all corners, whose
+/// weights are squared lengths.
+pub(super) fn orthocentre(corners: &[X], weights: &[f64]) -> X {
     let side = |i: usize| minus(&corners[i], &corners[0]);
     let (u, v) = (side(1), side(2));
-    let (squares, offset) = ([dot(&u, &u), dot(&v, &v)], |x: X, by: f64| [x[0] / by, x[1] / by, x[2] / by]);
-    let to_centre = if corners.len() == 3 {
+    let square = |i: usize, x: &X| dot(x, x) - (weights[i] - weights[0]);
+    let (squares, offset) = ([square(1, &u), square(2, &v)], |x: X, by: f64| x.map(|x| x / by));
+    if corners.len() == 3 {
         let twice = 2.0 * (u[0] * v[1] - u[1] * v[0]);
         let x = squares[0] * v[1] - squares[1] * u[1];
         let y = squares[1] * u[0] - squares[0] * v[0];
         offset([x, y, 0.0], twice)
     } else {
         let w = side(3);
-        let (vw, wu, uv, w2) = (cross(&v, &w), cross(&w, &u), cross(&u, &v), dot(&w, &w));
+        let (vw, wu, uv, w2) = (cross(&v, &w), cross(&w, &u), cross(&u, &v), square(3, &w));
         let sum = |i: usize| squares[0] * vw[i] + squares[1] * wu[i] + w2 * uv[i];
         offset([sum(0), sum(1), sum(2)], 2.0 * dot(&u, &vw))
-    };
-    let centre = [0, 1, 2].map(|i| corners[0][i] + to_centre[i]);
-    let radius = dot(&to_centre, &to_centre).sqrt();
-    CellShape { centre, radius, shortest: shortest.sqrt(), longest: longest.sqrt() }
+    }
 }
 
 /// Returns the shapes of cells that are given as rows of `d + 1` point indices.

@@ -57,6 +57,7 @@ mod sweeps;
 mod tests;
 mod torus;
 mod tree;
+mod weights;
 
 pub use claim::{Claim, Reading, Role, Statistics};
 pub use error::ClaimError;
@@ -77,6 +78,7 @@ pub fn registry() -> impl Iterator<Item = &'static Claim> {
         hulls::CLAIMS,
         hubs::CLAIMS,
         distance::CLAIMS,
+        weights::CLAIMS,
         recursion::CLAIMS,
         own_spheres::CLAIMS,
         replication::CLAIMS,

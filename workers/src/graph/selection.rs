@@ -49,7 +49,8 @@ const SAMPLED_STARS: u64 = 64;
 const BOUNDING: [usize; 2] = [10, 20];
 
 /// Chooses the supergraph. Each rank samples stars and reports how many of them each alpha certifies. The coordinator
-/// sums the reports and sends the supergraph to every rank. `population` and `heaviest` are the number and the largest weight of all points. Only the coordinator's result contains the reason.
+/// sums the reports and sends the supergraph to every rank. `population` and `heaviest` are the number and the largest weight
+/// of all points. Only the coordinator's result contains the reason.
 pub(crate) async fn choice<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,

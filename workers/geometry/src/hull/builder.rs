@@ -147,7 +147,7 @@ impl<P: Point> StarBuilder<P> {
     /// lexicographically.
     pub(super) fn sort_by_distance(&mut self, table: &[P], cost: &mut Cost) {
         let c = self.centre;
-        // The bit patterns of squared distances have the order of the distances. Those of numbers that are not numbers are the
+        // The bit patterns of squared distances have the order of the distances. That of an image that is not a number is the
         // largest.
         let distance2 = |i: u32| {
             if P::IS_WEIGHTED {
@@ -219,7 +219,7 @@ impl<P: Point> StarBuilder<P> {
         self.enter_created(longest);
     }
 
-    /// Returns the length of the longest image of all candidates; 0 if all images are unknown.
+    /// Returns the length of the longest image of all candidates; 0 if none is a number.
     fn longest_image(&self, table: &[P]) -> f64 {
         let taken = self.points.iter().map(|p| p.image.length);
         let others = self.order.iter().map(|&id| Candidate::of(table, id, self.centre).image.length);
@@ -263,7 +263,7 @@ impl<P: Point> StarBuilder<P> {
     }
 
     /// Returns the squared length of a candidate's image under inversion. Later candidates are not closer, so no later
-    /// image is longer. Later images may be longer than an unknown one.
+    /// image is longer. Infinite for an image that is not a number.
     fn reach_of(&self, q: u32) -> f64 {
         let length = candidate(&self.points, q).image.length;
         if P::IS_WEIGHTED && length.is_nan() { f64::INFINITY } else { length * length }

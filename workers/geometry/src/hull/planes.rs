@@ -41,11 +41,11 @@
 //! `2^-140`. If a product is NaN, the facet is tested in double precision.
 //!
 //! **Weights** ([`crate::site`]). Let `s = |q - p|^2 - w_q + w_p` be the *power* of `q`. A conflict is a linear inequality
-//! in `q - p` and `s`. If `s` is positive, the image of `q` is `(q - p) / s`, and all of the above holds. An image has no
-//! number if `s` is less than a quarter of the sum of its terms `|q - p|^2` and `|w_q - w_p|`. Then every test of `q`, and of
-//! a facet with the vertex `q`, is undecided. Otherwise `s` has a relative error of at most `21 u`: 5 roundings of the
-//! square, one of the difference of weights, four times, and one of the sum. So images have relative errors of at most `24 u`, and the bounds
-//! are multiplied by 4. Candidates are added by decreasing lengths of their images, those without a number first.
+//! in `q - p` and `s`. If `s` is positive, the image of `q` is `(q - p) / s`, and all of the above holds. The image is not a
+//! number if `s` is less than a quarter of the sum of `|q - p|^2` and `|w_q - w_p|`, or if `q` or `p` is an image of a periodic
+//! box. Then every test of `q`, and of a facet with the vertex `q`, is undecided. Otherwise `s` has a relative error of at most
+//! `21 u`: four times the 5 roundings of the sum, and one of its own. So images have relative errors of at most `24 u`, and the
+//! bounds are multiplied by 4. Candidates are added by decreasing lengths of their images, those that are not numbers first.
 //!
 //! **Departures.** Eight facets are tested at a time, as arrays. The loop has no branches and uses vector registers.
 
@@ -245,8 +245,8 @@ impl Planes {
         self.reach2.iter().fold(f64::INFINITY, |least, &reach2| least.min(reach2))
     }
 
-    /// Calls `f` for every facet that is not certainly clear of a candidate, whose image is a number, with the candidate's side as far as it is
-    /// known.
+    /// Calls `f` for every facet that is not certainly clear of a candidate, whose image is a number, with the candidate's
+    /// side as far as it is known.
     #[inline(always)]
     pub(super) fn each_uncertain<P: Point>(&self, image: &P, mut f: impl FnMut(u32, Side)) {
         let mut at = [0.0; 3];

@@ -101,8 +101,8 @@ impl<'a, P: Point> Sampled<'a, P> {
         })
     }
 
-    /// Returns the square of the largest distance at which a point may conflict with the star, if the star is bounded and proved by the ball of
-    /// squared radius `known2`.
+    /// Returns the square of the largest distance at which a point may conflict with the star, if the star is bounded and
+    /// proved by the ball of squared radius `known2`.
     fn certifying_alpha(&self, point: u32, known2: f64) -> Option<f64> {
         let mut most2: f64 = 0.0;
         for facet in &self.facets {

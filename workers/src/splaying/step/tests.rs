@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use septet_geometry::hash::Draw;
-use septet_geometry::point::dist2;
+use septet_geometry::point::{Position, dist2};
 use septet_geometry::predicates::in_sphere;
+use septet_geometry::site::Weighted;
 use septet_protocol::ids::NodeId;
 use septet_protocol::transport::TransportError;
 
@@ -14,7 +15,7 @@ use super::*;
 use crate::config::WorkerConfig;
 use crate::machine::context::{Context, Running};
 use crate::splaying::messages::GatheredPoint;
-use crate::splaying::pass::{Passed, Start};
+use crate::splaying::pass::{AllPoints, Passed, Start};
 use crate::splaying::pending::Pending;
 use crate::splaying::splay::splay;
 use crate::splaying::tell::tell;
@@ -29,13 +30,25 @@ fn cloud<P: Point>(count: usize, seed: u64) -> Vec<P> {
     (0..count).map(|_| draw.point()).collect()
 }
 
-/// Returns the star of a point among candidates.
-fn star<P: Point>(points: &[P], vertex: u32, candidates: &[u32]) -> Vec<P::Facet> {
+/// Returns points with weights of up to `spread` mean squared distances of neighbours.
+fn weighted_cloud<P: Position>(count: usize, spread: f64, seed: u64) -> Vec<Weighted<P>> {
+    let mut draw = Draw::new(seed);
+    let unit = (count as f64).powf(-2.0 / P::DIM as f64);
+    (0..count).map(|_| Weighted::new(draw.point(), spread * unit * draw.unit())).collect()
+}
+
+/// Returns the link of a point among candidates, or its cover if they hide it.
+fn hull<P: Point>(points: &[P], vertex: u32, candidates: &[u32]) -> (Vec<P::Facet>, Option<P::Cell>) {
     let (mut builder, mut link) = (StarBuilder::default(), Vec::new());
     if builder.build(points, vertex, candidates, &mut Cost::default()) {
         builder.facets(&mut link);
     }
-    link
+    (link, builder.cover())
+}
+
+/// Returns the star of a point among candidates.
+fn star<P: Point>(points: &[P], vertex: u32, candidates: &[u32]) -> Vec<P::Facet> {
+    hull(points, vertex, candidates).0
 }
 
 /// A rank with one leaf.
@@ -54,8 +67,9 @@ impl<P: Point> Rank<P> {
         let subdomain = Subdomain::new(Vec::new(), None, Some(Subtree::of_leaf(leaf)), Vec::new());
         let mut stars = Stars::default();
         for vertex in 0..n {
-            let link = star(points, vertex, &candidates(vertex));
+            let (link, cover) = hull(points, vertex, &candidates(vertex));
             stars.append(&link, &[link.len() as u32]);
+            stars.add_covers(cover.map(|cover| (vertex, cover)));
         }
         stars.extend_hashes(&table);
         Rank { subdomain, table, stars }
@@ -73,11 +87,12 @@ impl<P: Point> Rank<P> {
     ) -> Result<(Self, u32, Agreement), TransportError> {
         let Rank { subdomain, table, stars } = &mut self;
         let before = check(&mut cx, subdomain, table, stars).await?;
-        let population = u64::from(table.owned_len());
+        let heaviest = table.positions().iter().map(P::weight).fold(0.0, f64::max);
+        let all = AllPoints { count: u64::from(table.owned_len()), heaviest };
         let start = Start::default();
         let Passed { rounds, .. } = match repair {
-            Repair::Probe => tell(&mut cx, subdomain, table, stars, &before, start, population).await?,
-            Repair::Splay => splay(&mut cx, subdomain, table, stars, &before, start, population).await?,
+            Repair::Probe => tell(&mut cx, subdomain, table, stars, &before, start, all).await?,
+            Repair::Splay => splay(&mut cx, subdomain, table, stars, &before, start, all).await?,
         };
         let after = certificate(&mut cx, subdomain, table, stars).await?;
         Ok((self, rounds, after))
@@ -143,6 +158,8 @@ fn repair_ends_in_the_stars_of_all<P: Point>(points: &[P], few: usize, repair: R
     let (rank, rounds, after) = running.into_result().unwrap();
     assert!(rounds > 1 && rounds < 48);
     assert!(everyone.iter().all(|&vertex| is_right(&rank, vertex)), "{few} nearest: a star is wrong");
+    let is_decided = |&v: &u32| rank.stars.link(v).is_empty() == rank.stars.cover(v).is_some();
+    assert!(everyone.iter().all(is_decided), "a point is hidden iff it has a cover");
     assert_eq!(after.differing(), 0, "the sums follow the stars");
     assert!(after.disagreements().is_empty());
 }
@@ -152,6 +169,9 @@ fn the_repair_ends_in_the_stars_of_all() {
     for (seed, repair) in (1..6).flat_map(|seed| [(seed, Repair::Probe), (seed, Repair::Splay)]) {
         repair_ends_in_the_stars_of_all::<DVec2>(&cloud(150, seed), 5, repair);
         repair_ends_in_the_stars_of_all::<DVec3>(&cloud(150, seed), 9, repair);
+        let spread = seed as f64 - 1.0;
+        repair_ends_in_the_stars_of_all(&weighted_cloud::<DVec2>(150, spread, seed), 5, repair);
+        repair_ends_in_the_stars_of_all(&weighted_cloud::<DVec3>(150, spread, seed), 9, repair);
     }
 }
 
