@@ -21,11 +21,13 @@ use std::cmp::Ordering;
 
 use num_bigint::BigInt;
 
+use super::place::Place;
+
 /// A position and a weight.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Site<const D: usize> {
-    /// The coordinates.
-    pub place: [f64; D],
+pub(super) struct Site<P> {
+    /// The position.
+    pub place: P,
     /// The weight, a squared length.
     pub weight: f64,
 }
@@ -164,7 +166,7 @@ const fn bits(d: usize, k: usize, b: u32) -> u32 {
 
 /// Splits a finite `x` into `(m, e)` with `x = m 2^e` and `m` odd. Zero is `(0, 0)`.
 #[inline]
-fn split(x: f64) -> (i64, i32) {
+pub(super) fn split(x: f64) -> (i64, i32) {
     if x == 0.0 {
         return (0, 0);
     }
@@ -180,6 +182,17 @@ fn split(x: f64) -> (i64, i32) {
 /// Returns `2^k` for `k` in `-1022..=1023`.
 pub(super) fn power_of_two(k: i32) -> f64 {
     f64::from_bits(((1023 + k) as u64) << 52)
+}
+
+/// Returns `2^k` for `k` in `-1074..=1023`.
+pub(super) fn two_to(k: i32) -> f64 {
+    if k < -1022 { f64::from_bits(1 << (k + 1074)) } else { power_of_two(k) }
+}
+
+/// Returns the exact sign of a sum.
+pub(super) fn sum_sign(parts: &[f64]) -> Ordering {
+    let (low, _) = span(parts.iter().map(|&x| split(x)));
+    sign_of(&parts.iter().map(|&x| whole(x, low)).sum())
 }
 
 /// Returns the lowest exponent, and the position after the highest bit, of all nonzero coordinates.
@@ -200,10 +213,12 @@ fn whole(x: f64, low: i32) -> BigInt {
     if m == 0 { BigInt::ZERO } else { BigInt::from(m) << (e - low) }
 }
 
-/// Converts points to integers: multiplies all coordinates by one common power of two.
-pub(super) fn integers<const D: usize>(points: &[[f64; D]]) -> Vec<[BigInt; D]> {
-    let (low, _) = span(points.iter().flatten().map(|&x| split(x)));
-    points.iter().map(|p| from_fn(|k| whole(p[k], low))).collect()
+/// Converts places to integers: multiplies all coordinates by one common power of two.
+pub(super) fn integers<P: Place<D>, const D: usize>(places: &[P]) -> Vec<[BigInt; D]> {
+    let parts = || places.iter().flat_map(|place| (0..D).flat_map(|k| place.parts(k)));
+    let (low, _) = span(parts().map(split));
+    let coordinate = |place: &P, k: usize| place.parts(k).iter().map(|&part| whole(part, low)).sum();
+    places.iter().map(|place| from_fn(|k| coordinate(place, k))).collect()
 }
 
 /// Returns the sign of a big integer.
@@ -211,13 +226,19 @@ pub(super) fn sign_of(x: &BigInt) -> Ordering {
     x.cmp(&BigInt::ZERO)
 }
 
+/// Returns `true` if the rounded coordinates are exact.
+#[inline]
+fn is_exact<P: Place<D>, const D: usize>(place: &P) -> bool {
+    !P::IS_PERIODIC || (0..D).all(|axis| place.slack(axis) == 0.0)
+}
+
 /// Computes the exact sign of the form of `others - base`.
-pub(super) fn exact_sign<const D: usize, const K: usize>(
-    base: &[f64; D],
-    others: &[[f64; D]; K],
-) -> Ordering {
-    let origin: [(i64, i32); D] = from_fn(|k| split(base[k]));
-    let parts: [[(i64, i32); D]; K] = from_fn(|i| from_fn(|k| split(others[i][k])));
+pub(super) fn exact_sign<P: Place<D>, const D: usize, const K: usize>(base: &P, others: &[P; K]) -> Ordering {
+    if !is_exact(base) || !others.iter().all(is_exact) {
+        return wide_sign(base, others);
+    }
+    let origin: [(i64, i32); D] = from_fn(|k| split(base.near()[k]));
+    let parts: [[(i64, i32); D]; K] = from_fn(|i| from_fn(|k| split(others[i].near()[k])));
     let (low, high) = span(origin.iter().chain(parts.iter().flatten()).copied());
     // The span is computed in `i64`, so that no spread of exponents overflows it.
     if i64::from(high) - i64::from(low) > 62 {
@@ -238,7 +259,7 @@ pub(super) fn exact_sign<const D: usize, const K: usize>(
 
 /// Returns the exact sign for any spread of exponents.
 #[cold]
-fn wide_sign<const D: usize, const K: usize>(base: &[f64; D], others: &[[f64; D]; K]) -> Ordering {
+fn wide_sign<P: Place<D>, const D: usize, const K: usize>(base: &P, others: &[P; K]) -> Ordering {
     let mut all = others.to_vec();
     all.push(*base);
     let whole = integers(&all);
@@ -247,22 +268,26 @@ fn wide_sign<const D: usize, const K: usize>(base: &[f64; D], others: &[[f64; D]
 }
 
 /// Computes the exact sign of the in-sphere form with weights, of `N = D + 1` sites and the query `q`.
-pub(super) fn exact_power<const D: usize, const N: usize>(cell: &[Site<D>; N], q: &Site<D>) -> Ordering {
+pub(super) fn exact_power<P: Place<D>, const D: usize, const N: usize>(
+    cell: &[Site<P>; N],
+    q: &Site<P>,
+) -> Ordering {
     let all = || cell.iter().chain([q]);
-    let places = span(all().flat_map(|site| site.place).map(split));
+    let parts = |site: &Site<P>| from_fn::<_, D, _>(|k| site.place.parts(k)).into_iter().flatten();
+    let places = span(all().flat_map(parts).map(split));
     let weights = span(all().map(|site| split(site.weight)));
     // All coordinates are multiples of `2^low`, and all weights of `4^low`. The sizes are below `2^high` and `4^high`.
     let low = places.0.min(weights.0.div_euclid(2));
     let high = places.1.max(weights.1.div_euclid(2).saturating_add(1));
-    if i64::from(high) - i64::from(low) > 62 {
+    if i64::from(high) - i64::from(low) > 62 || !all().all(|site| is_exact(&site.place)) {
         return wide_power(cell, q, low);
     }
     let small = |x: f64, low: i32| {
         let (m, e) = split(x);
         if m == 0 { 0 } else { i128::from(m) << (e - low) }
     };
-    let rows: [[i128; D]; N] =
-        from_fn(|i| from_fn(|k| small(cell[i].place[k], low) - small(q.place[k], low)));
+    let coordinate = |site: &Site<P>, k: usize| small(site.place.near()[k], low);
+    let rows: [[i128; D]; N] = from_fn(|i| from_fn(|k| coordinate(&cell[i], k) - coordinate(q, k)));
     let weights: [i128; N] = from_fn(|i| small(cell[i].weight, 2 * low) - small(q.weight, 2 * low));
     let length = |x: &i128| 128 - x.unsigned_abs().leading_zeros();
     let of_rows = rows.iter().flatten().map(length).max().unwrap_or(0);
@@ -273,11 +298,17 @@ pub(super) fn exact_power<const D: usize, const N: usize>(cell: &[Site<D>; N], q
     lifted(&rows, &from_fn(|i| norm(&rows[i]).minus(&weights[i]))).cmp(&0)
 }
 
-/// Returns the exact sign with weights, for any spread of exponents. All coordinates are multiples of `2^low`, and all
-/// weights are multiples of `4^low`.
+/// Returns the exact sign with weights, for any spread of exponents. All parts of coordinates are multiples of `2^low`, and
+/// all weights are multiples of `4^low`.
 #[cold]
-fn wide_power<const D: usize, const N: usize>(cell: &[Site<D>; N], q: &Site<D>, low: i32) -> Ordering {
-    let row = |i: usize| from_fn(|k| whole(cell[i].place[k], low) - whole(q.place[k], low));
+fn wide_power<P: Place<D>, const D: usize, const N: usize>(
+    cell: &[Site<P>; N],
+    q: &Site<P>,
+    low: i32,
+) -> Ordering {
+    let coordinate =
+        |site: &Site<P>, k: usize| -> BigInt { site.place.parts(k).iter().map(|&x| whole(x, low)).sum() };
+    let row = |i: usize| from_fn(|k| coordinate(&cell[i], k) - coordinate(q, k));
     let rows: [[BigInt; D]; N] = from_fn(row);
     let weight = |x: f64| whole(x, 2 * low);
     let last: [BigInt; N] = from_fn(|i| norm(&rows[i]) - weight(cell[i].weight) + weight(q.weight));

@@ -99,21 +99,27 @@
 mod cover;
 mod exact;
 mod facets;
+mod fault;
 mod hidden;
 mod hull;
+mod place;
 mod predicates;
+mod rank;
 mod report;
 mod runner;
 mod soup;
 mod spheres;
 #[cfg(test)]
 mod tests;
+mod translations;
 mod triangulation;
 
-pub use report::{Fault, KEPT, LevelReport, Report};
-pub use triangulation::{Sites, Triangulation};
+pub use fault::Fault;
+pub use report::{KEPT, LevelReport, Report};
+pub use triangulation::{PeriodicBox, Sites, Triangulation};
 
 use facets::Facets;
+use place::{Image, Place};
 use report::Tally;
 use runner::Runner;
 use soup::Soup;
@@ -182,11 +188,13 @@ pub fn verify<'a>(
     report.points = mesh.point_count() as u64;
     report.cells = mesh.cell_count() as u64;
     let mut runner = Runner::new(options.threads, progress);
-    if mesh.dimension == 2 {
-        levels::<2, 3>(&sites, *options, &mut runner, &mut report);
-    } else {
-        levels::<3, 4>(&sites, *options, &mut runner, &mut report);
-    }
+    let check = match (mesh.dimension, sites.periodic) {
+        (2, None) => levels::<[f64; 2], 2, 3>,
+        (2, Some(_)) => levels::<Image<2>, 2, 3>,
+        (_, None) => levels::<[f64; 3], 3, 4>,
+        (_, Some(_)) => levels::<Image<3>, 3, 4>,
+    };
+    check(&sites, *options, &mut runner, &mut report);
     report
 }
 
@@ -207,6 +215,22 @@ fn misshapen(sites: &Sites<'_>) -> Option<&'static str> {
     } else if mesh.cells.len() > most || mesh.coordinates.len() / d > most {
         Some("more than 4,294,967,293 points or indices: too large for this verifier")
     } else {
+        sites.periodic.as_ref().and_then(|periodic| misshapen_box(periodic, mesh))
+    }
+}
+
+/// Returns the reason why the arrays are not a periodic box with offsets, or `None` if they are.
+fn misshapen_box(periodic: &PeriodicBox<'_>, mesh: &Triangulation<'_>) -> Option<&'static str> {
+    let lengths = || periodic.lengths.iter().flatten();
+    if periodic.lengths.len() != mesh.dimension {
+        Some("the number of lengths of the box is not the dimension")
+    } else if lengths().next().is_none() {
+        Some("no axis of the box is periodic")
+    } else if !lengths().all(|length| length.is_finite() && *length > 0.0) {
+        Some("a length of the box is not a positive number")
+    } else if periodic.offsets.len() != mesh.cells.len() * mesh.dimension {
+        Some("the number of offsets is not the number of indices times the dimension")
+    } else {
         None
     }
 }
@@ -223,13 +247,13 @@ fn stop(report: &mut Report, earlier: &'static str) {
 }
 
 /// Runs all levels on arrays of consistent lengths.
-fn levels<const D: usize, const N: usize>(
+fn levels<P: Place<D>, const D: usize, const N: usize>(
     sites: &Sites<'_>,
     options: VerifyOptions,
     runner: &mut Runner<'_>,
     report: &mut Report,
 ) {
-    let (mut soup, mut tally) = Soup::<D, N>::load(sites, runner);
+    let (mut soup, mut tally) = Soup::<P, D, N>::load(sites, runner);
     if tally.count == 0 {
         tally.append(soup.structure(options.perturbed, runner));
         report.vertices_used = soup.used.iter().filter(|&&used| used).count() as u64;

@@ -5,6 +5,7 @@
 
 mod faults;
 mod fixtures;
+mod periodic;
 mod random;
 mod valid;
 mod weights;
