@@ -1,8 +1,8 @@
 //! An independent verifier of Delaunay and regular triangulations, for the files of septet and of any other program.
 //!
 //! The verifier shares no code with the construction of triangulations. It has its own arithmetic: dyadic big integers
-//! behind its own `f64` filter (modules `exact` and `predicates`). Its only inputs are the coordinates, the weights and the
-//! list of cells.
+//! behind its own `f64` filter (modules `exact` and `predicates`). Its only inputs are the coordinates, the weights, the
+//! list of cells, and the offsets of their vertices in a periodic box.
 //!
 //! # Theorem
 //!
@@ -51,10 +51,12 @@
 //!
 //! *Convexity.* Take a generic point of a boundary ridge. Its two facets lie on either side of the ridge, seen from
 //! `x`, because they would overlap otherwise. There, `U` is the wedge on the inner side of the two facets, which is
-//! convex by 4. Let `y` and `z` be generic points of the boundary. In space, the plane through `x`, `y` and `z` misses
-//! all vertices. For `d` = 2, take the plane itself. This plane cuts `U` in a star-shaped polygon without an angle
-//! above 180 degrees. Such a polygon is convex. So `U` contains the segment `yz`, and by closure `U` is convex. By 1
-//! and 7, `U` contains all positions. So it is their convex hull.
+//! convex by 4. Let `y` and `z` be generic points of `U`. A plane through `x`, `y` and `z` misses all faces of dimension `d - 3`.
+//! For `d` = 2, take the plane itself. The triangle `xyz` cuts `U` in a polygon that is star-shaped from `x` and contains the
+//! edges `xy` and `xz`. If the polygon is not the triangle, a chain of its boundary leaves the edge `yz`, lies inside the
+//! triangle, and returns to `yz`. At the last of the points of the chain that are farthest from `yz`, the angle of `U` exceeds
+//! 180 degrees, which contradicts the wedges. So `U` contains the segment `yz`, and by closure `U` is convex. By 1 and 7, `U`
+//! contains all positions. So it is their convex hull.
 //!
 //! *Heights.* On each cell, let `h` be the affine interpolation of `|p|^2 - w` at its vertices. It agrees on the two sides
 //! of an interior facet, and by 5 it is convex across the facet. All facets in the interior of `U` are interior facets.
@@ -90,6 +92,53 @@
 //! lift of a site at `q` be on the hull. If it is a convex combination of lifts of others, one of their positions is
 //! lexicographically larger than `q`, because `q` is a convex combination of them. Its infinitesimal exceeds that of `q` by
 //! orders of magnitude, so the perturbed lift of `q` is strictly below theirs.
+//!
+//! # Periodic boxes
+//!
+//! A box has a length `L_a > 0` along each *periodic* axis `a`. All axes may be periodic, or some. A row of the input at `x`
+//! stands for its images `x + k L`, for all vectors `k` of whole numbers that are 0 on the other axes. A vertex of `K` is a row
+//! and such a `k`, its *offset*. `K` stands for the list `K*` of all translations of its cells by vectors `k L`. Two vertices,
+//! facets or cells are in one *class* if they are translations of each other. Let `P*` be the set of all images of sites.
+//! Conditions 1-5 and 7 are those above, for `P*` and `K*`. By periodicity, it suffices to check one member of each class:
+//!
+//! 1. distinct rows of vertices have no equal images, a cell has distinct vertices, and no two cells are in one class; each row
+//!    is a vertex, coincides with one modulo the lattice, or satisfies 7;
+//! 3. a class of facets has one cell or two, which lie on opposite sides. If all axes are periodic, it has two;
+//! 4. a class of ridges of boundary facets has two of these facets, or none;
+//! 5. the far vertex of a neighbour is that of the translation of the neighbour that has the facet of the cell;
+//! 6. (`single cover`) no edge of a cell is longer than `L_a` along a periodic axis `a`. For one cell `t` of `K` and one interior
+//!    point `x` of it: `x` is in no other closed cell of `K*`, and strictly on the inner side of the hyperplane of every
+//!    boundary facet of `K`. These hyperplanes are parallel to all periodic axes;
+//! 7. the image in the box of a hidden site is in a closed cell of `K*`, and strictly above its lift.
+//!
+//! Then `K*` is the regular (Delaunay) triangulation of `P*` with the ties of `K`, its vertices are the images that are not
+//! hidden, and `K` has exactly one member of each class of its cells. Conversely, every such `K` satisfies 1-7, with any `t`.
+//! It need not be a simplicial complex modulo the lattice: a cell may have several images of one site.
+//!
+//! **Proof.** A nonzero translation moves every facet, ridge and cell to another one, because their vertices are finitely many.
+//! So a facet of `K*` has as many cells as its class has in `K`, and likewise for ridges. The hyperplane of a boundary facet and
+//! those of its translations are equal up to translations along periodic axes, to which they are parallel. So `x` is on the
+//! inner side of all of them. So 1-7 hold for `P*` and `K*`. `K*` has finitely many classes, and a bounded region meets finitely
+//! many of its cells. The proof above uses no more than that: a walk along a segment crosses finitely many cells, and countably
+//! many exceptional sets of measure zero have measure zero. Without boundary facets, a ray from `x` meets no boundary, and `U`
+//! is the whole space. Translating a cell adds an affine function to `|p|^2 - w`, so 5 does not depend on the member.
+//!
+//! *Single cover.* For a box periodic along all axes, conditions 1-5 make `K` a closed manifold that covers the torus some
+//! number of times. The second clause of 6 says that this number is one. It is equivalent to a sum of volumes of one box, but it
+//! needs exact arithmetic for few cells only, and it is the same condition for all boxes. Its first clause bounds the number of
+//! translations of a cell that come near `x`.
+//!
+//! *Conversely,* let `p` and `q` be joined in the triangulation, and let `f(y) = |y - c|^2 - w_y - r` be the power of sites with respect to the
+//! ball of a cell of both. Then `f(p) = f(q) = 0`, and `f >= 0` for all images. For a vector `v` of the lattice,
+//! `f(q - v) + f(p + v) = 2 |v|^2 - 2 v . (q - p)`, so `v . (q - p) <= |v|^2`. With `v = +- L_a e_a`, no edge is longer than `L_a`
+//! along `a`. The convex hull of `P*` is the product of the periodic axes and the hull of the projection to the others. So the
+//! hyperplanes of its facets are parallel to the periodic axes. QED.
+//!
+//! **Source.** Dolbilin and Huson, "Periodic Delone tilings" (1997), for the definition and the bound of edges.
+//!
+//! **Departure.** Links of vertices are not checked in a periodic box: the other conditions imply their form.
+//!
+//! # Implementation
 //!
 //! Conditions 1-7 imply the properties that the other checks test (links of vertices, folded facets). These checks
 //! help to locate a fault.
@@ -152,7 +201,8 @@ impl Default for VerifyOptions {
 /// Decides whether the mesh is a Delaunay triangulation of its points, exactly and for any finite coordinates.
 ///
 /// [`Triangulation::weighted`] adds weights. The mesh must then be a regular triangulation whose vertices are all points
-/// that are not hidden.
+/// that are not hidden. With [`Sites::periodic`], the mesh must be the triangulation of all images of the points, of which it
+/// has one cell of each class of translated cells.
 ///
 /// If the level `structure` fails, the other levels have no meaning. They do not run, and their
 /// [`LevelReport::stopped_by`] names that level. Otherwise all of [`LEVELS`] run, and [`HIDDEN_SITES`] runs if they pass.

@@ -57,7 +57,7 @@ pub struct InputRules {
     pub terrain: bool,
     /// Whether points that are not finite are dropped and counted; otherwise they are an error.
     pub skip_invalid: bool,
-    /// The periodic box of the points, if there is one. [`crate::triangulate`] alone takes it.
+    /// The periodic box of the points, if there is one. Of all runs, [`crate::triangulate`] alone takes it.
     pub periodic: Option<Periodic>,
 }
 

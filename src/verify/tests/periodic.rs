@@ -371,7 +371,9 @@ fn faults_have_their_levels() {
     let open = with(&|torus| torus.lengths[0] = None);
     assert!(matches!(open.fault("structure"), Fault::OffsetNotAdmitted { .. }));
     let twice = with(&|torus| {
-        torus.cells.push(torus.cells[2].iter().map(|v| (v.0, vec![v.1[0] - 5, v.1[1]])).collect())
+        let moved = |v: &Vertex| (v.0, vec![v.1[0] - 5, v.1[1]]);
+        let again = torus.cells[2].iter().map(moved).collect();
+        torus.cells.push(again);
     });
     assert_eq!(twice.fault("structure"), Fault::CellTwice { cells: [2, 18] });
     let unused = with(&|torus| torus.points.push([0.5; 2]));

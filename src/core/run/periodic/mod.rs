@@ -37,6 +37,7 @@ mod lattice;
 mod quotient;
 mod run;
 
+pub use run::check_box;
 pub(super) use run::run_periodic;
 
 #[cfg(test)]
