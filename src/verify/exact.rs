@@ -21,6 +21,7 @@ use std::cmp::Ordering;
 
 use num_bigint::BigInt;
 
+use super::minors::Minors;
 use super::place::Place;
 
 /// A position and a weight.
@@ -108,10 +109,10 @@ fn det3<R: Ring>(a: &[R], b: &[R], c: &[R]) -> R {
 #[inline]
 pub(super) fn norm<R: Ring, const D: usize>(a: &[R; D]) -> R {
     let planar = a[0].times(&a[0]).plus(&a[1].times(&a[1]));
-    if D == 2 { planar } else { planar.plus(&a[2].times(&a[2])) }
+    a[2..].iter().fold(planar, |sum, x| sum.plus(&x.times(x)))
 }
 
-/// Returns the form of `K` rows of differences from a base point. `D` is 2 or 3.
+/// Returns the form of `K` rows of differences from a base point. `D` is at least 2. Above 3, minors compute it.
 ///
 /// For `K = D`, it is the orientation of the base point and the points of the rows. For `K = D + 1`, it is the in-sphere
 /// form of the cell of the rows and the base point.
@@ -120,6 +121,7 @@ pub(super) fn form<R: Ring, const D: usize, const K: usize>(rows: &[[R; D]; K]) 
     match (D, K) {
         (2, 2) => det2(&rows[0], &rows[1], 0, 1),
         (3, 3) => det3(&rows[0], &rows[1], &rows[2]),
+        _ if K == D => Minors::of(rows).determinant().unwrap_or_else(|| rows[0][0].clone()),
         _ => lifted(rows, &from_fn(|i| norm(&rows[i]))),
     }
 }
@@ -127,6 +129,12 @@ pub(super) fn form<R: Ring, const D: usize, const K: usize>(rows: &[[R; D]; K]) 
 /// Returns the in-sphere form of `K = D + 1` rows of differences with these numbers in the last column.
 #[inline]
 pub(super) fn lifted<R: Ring, const D: usize, const K: usize>(rows: &[[R; D]; K], last: &[R; K]) -> R {
+    if D > 3 {
+        let minors = Minors::of(rows);
+        let term = |i: usize| last[i].times(minors.without(i, K));
+        let odd = |sum: R, i: usize| if i % 2 == 1 { sum.minus(&term(i)) } else { sum.plus(&term(i)) };
+        return (1..K).fold(term(0), odd);
+    }
     let (a, b, c) = (&rows[0], &rows[1], &rows[2]);
     if D == 2 {
         let first = last[0].times(&det2(b, c, 0, 1));
@@ -147,14 +155,26 @@ pub(super) fn lifted<R: Ring, const D: usize, const K: usize>(rows: &[[R; D]; K]
 ///
 /// The numbers are 2, 6, 12 (three minors of two monomials, times two squares) and 72 (four minors of six, times three).
 /// With weights, the last two are 18 and 96, because a difference of weights counts as one more square. The logarithm
-/// holds for both.
+/// holds for both. Above `d = 3`, the numbers are `d!` and `(d + 1)! (d + 1)`.
 const fn size(d: usize, k: usize) -> (u32, u32) {
     match (d, k) {
         (2, 2) => (2, 1),
         (2, _) => (4, 5),
-        (_, 3) => (3, 3),
-        _ => (5, 7),
+        (3, 3) => (3, 3),
+        (3, _) => (5, 7),
+        _ if k == d => (d as u32, logarithm(factorial(d))),
+        _ => (d as u32 + 2, logarithm(factorial(k) * k as u64)),
     }
+}
+
+/// Returns `n!`.
+pub(super) const fn factorial(n: usize) -> u64 {
+    if n == 0 { 1 } else { n as u64 * factorial(n - 1) }
+}
+
+/// Returns the binary logarithm, rounded up to one that is larger.
+const fn logarithm(n: u64) -> u32 {
+    u64::BITS - n.leading_zeros()
 }
 
 /// Returns `bits` such that every partial sum of the form is below `2^bits` if all differences are below `2^b`, and those

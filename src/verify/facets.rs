@@ -1,7 +1,7 @@
 //! The third level, manifold: facets are matched by their vertices.
 //!
 //! **Statement.** 1. A facet has one cell, or two on opposite sides. 2. The cells at a vertex are connected through
-//! facets at that vertex. 3. In space, the link of every vertex is a disc or a sphere.
+//! facets at that vertex. 3. For `d` = 3, the link of every vertex is a disc or a sphere.
 //!
 //! In a periodic box, vertices, facets and cells are classes of translated ones, and only 1 is checked: the theorem of [`super`]
 //! needs no more. Facets are matched by their vertices up to a translation. If all axes are periodic, no facet has one cell.

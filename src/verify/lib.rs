@@ -6,7 +6,7 @@
 //!
 //! # Theorem
 //!
-//! A *site* is a position `p` in `R^d`, `d` = 2 or 3, and a weight `w`. Plain points are sites of weight 0. The *lift*
+//! A *site* is a position `p` in `R^d`, `d >= 2`, and a weight `w`. Plain points are sites of weight 0. The *lift*
 //! of a site is the point `(p, |p|^2 - w)` of `R^(d+1)`. The *lift of a cell* is the hyperplane through the lifts of its
 //! vertices. A site is *hidden* if its lift is strictly above the lower hull of all lifts. No plain point is.
 //!
@@ -151,6 +151,7 @@ mod facets;
 mod fault;
 mod hidden;
 mod hull;
+mod minors;
 mod place;
 mod predicates;
 mod rank;
@@ -176,6 +177,9 @@ use soup::Soup;
 /// The levels, in order.
 pub const LEVELS: [&str; 6] =
     ["structure", "orientation", "manifold", "hull", "empty spheres", "single cover"];
+
+/// The largest dimension that the verifier takes.
+const MOST_DIMENSION: usize = 6;
 
 /// The level that follows [`LEVELS`] with weights.
 pub const HIDDEN_SITES: &str = "hidden sites";
@@ -241,8 +245,11 @@ pub fn verify<'a>(
     let check = match (mesh.dimension, sites.periodic) {
         (2, None) => levels::<[f64; 2], 2, 3>,
         (2, Some(_)) => levels::<Image<2>, 2, 3>,
-        (_, None) => levels::<[f64; 3], 3, 4>,
-        (_, Some(_)) => levels::<Image<3>, 3, 4>,
+        (3, Some(_)) => levels::<Image<3>, 3, 4>,
+        (4, _) => levels::<[f64; 4], 4, 5>,
+        (5, _) => levels::<[f64; 5], 5, 6>,
+        (6, _) => levels::<[f64; 6], 6, 7>,
+        _ => levels::<[f64; 3], 3, 4>,
     };
     check(&sites, *options, &mut runner, &mut report);
     report
@@ -254,8 +261,10 @@ fn misshapen(sites: &Sites<'_>) -> Option<&'static str> {
     let d = mesh.dimension;
     // Facets have 32-bit numbers, and two of them are reserved.
     let most = (u32::MAX - 2) as usize;
-    if d != 2 && d != 3 {
-        Some("the dimension is neither 2 nor 3")
+    if !(2..=MOST_DIMENSION).contains(&d) {
+        Some("the dimension is not one of 2 to 6")
+    } else if d > 3 && (sites.weights.is_some() || sites.periodic.is_some()) {
+        Some("weights and periodic boxes have two or three dimensions")
     } else if !mesh.coordinates.len().is_multiple_of(d) {
         Some("the number of coordinates is not a multiple of the dimension")
     } else if !mesh.cells.len().is_multiple_of(d + 1) {

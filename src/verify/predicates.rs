@@ -15,22 +15,24 @@
 //! | in-sphere | 5 | 12: square, 2 sums; 5 as above; product; 3 sums | 24 of `Mx My Mz L` | 408 |
 //! | in-circle, weights | 4 | 8: as without, and a sum | 6 of `Mx My (L + W)` | 72 |
 //! | in-sphere, weights | 5 | 13: as without, and a sum | 24 of `Mx My Mz (L + W)` | 432 |
+//! | orientation, `d > 3` | `d` | `r = d (d + 1) / 2 - 1` | `d!` of `P` | `d! (d + r)` |
+//! | in-sphere, `d > 3` | `d + 2` | `r' = r + 2 d + 1` | `(d + 1)!` of `P L` | `(d + 1)! (d + 2 + r')` |
 //!
-//! Here `L = sum M_k^2`, and the squares of one norm add up to at most `L`. Every rounded difference of weights is at most
+//! Here `L = sum M_k^2`, `P` is the product of all `M_k`, and the squares of one norm add up to at most `L`. Every rounded difference of weights is at most
 //! `W`. It counts as one difference, and it passes fewer roundings than a square. The constants of [`bound`] are larger
 //! by at least 2 %. This margin covers the terms in `u^2` and the rounding of the bound.
 //!
 //! **Images** in a periodic box are rounded ([`super::place`]). Let the coordinates along axis `k` differ from the exact ones by
 //! at most `s_k`, and let `S` be the largest of all `2 s_k / M_k`. Then a rounded difference is off by at most
 //! `u M_k + 2 s_k <= (u + S) M_k`. A monomial of `g` differences and `r` roundings is off by at most
-//! `(1 + u + S)^g (1 + u)^r - 1` times its bound. For `S <= 2^-20`, `g <= 5` and `r <= 13`, this is at most
+//! `(1 + u + S)^g (1 + u)^r - 1` times its bound. For `S <= 2^-20`, `g <= 8` and `r <= 34`, this is at most
 //! `(g + r) u + g S`, and 0.1 % of it more. So the bound has `g S` times the number of monomials more, with a margin of 2 %
 //! ([`differences`]). If `S` is larger, or if an axis has `M_k = 0` and `s_k > 0`, the exact form decides. Without rounding,
 //! `S` is 0 and the bound is that of the table.
 //!
 //! **Underflow.** The filter requires all `M_k` to lie in `[2^-100, 2^100]`, so nothing overflows. A product of
-//! `j <= 5` differences that underflows has an error of at most `2^-1075` times the other factors of its monomials.
-//! Relative to the bound, this is at most `2^-1075 / (u 2^(-100 j)) <= 2^-522`, which the margin also covers.
+//! `j <= 8` differences that underflows has an error of at most `2^-1075` times the other factors of its monomials.
+//! Relative to the bound, this is at most `2^-1075 / (u 2^(-100 j)) <= 2^-222`, which the margin also covers.
 //! A difference of weights may be small: a sum that underflows is exact, and its products are those of two differences.
 //! It must be at most `2^200`. Differences outside this range use the exact form. An axis with `M_k = 0` has only equal coordinates, and the form
 //! is exactly zero.
@@ -44,7 +46,7 @@
 use std::array::from_fn;
 use std::cmp::Ordering;
 
-use super::exact::{Ring, Site, exact_power, exact_sign, form, lifted, norm};
+use super::exact::{Ring, Site, exact_power, exact_sign, factorial, form, lifted, norm};
 use super::place::Place;
 
 /// The smallest and the largest difference that the filter admits: `2^-100` and `2^100`.
@@ -61,27 +63,43 @@ const fn constant(d: usize, k: usize) -> f64 {
     let units = match (d, k) {
         (2, 2) => 9.0,
         (2, _) => 68.0,
-        (_, 3) => 50.0,
-        _ => 418.0,
+        (3, 3) => 50.0,
+        (3, _) => 418.0,
+        _ => monomials(k) * (degree(d, k) + roundings(d, k)) * 1.02,
     };
     units * (f64::EPSILON / 2.0)
 }
 
 /// Returns the constant of the bound with weights.
 const fn constant_with_weights(d: usize) -> f64 {
-    let units = if d == 2 { 74.0 } else { 442.0 };
+    let units = match d {
+        2 => 74.0,
+        3 => 442.0,
+        _ => monomials(d + 1) * (degree(d, d + 1) + roundings(d, d + 1) + 1.0) * 1.02,
+    };
     units * (f64::EPSILON / 2.0)
 }
 
-/// Returns the number of monomials of the form, times the number of differences in each of them, with a margin of 2 %.
+/// Returns the number of monomials of the form of `k` rows, where squares of one norm count as one.
+const fn monomials(k: usize) -> f64 {
+    factorial(k) as f64
+}
+
+/// Returns the number of differences in a monomial.
+const fn degree(d: usize, k: usize) -> f64 {
+    (if k == d { d } else { d + 2 }) as f64
+}
+
+/// Returns the number of roundings of a monomial above `d = 3`: those of [`super::minors`]; a square, `d - 1` sums, a product and
+/// `d` sums.
+const fn roundings(d: usize, k: usize) -> f64 {
+    let minors = d * (d + 1) / 2 - 1;
+    (if k == d { minors } else { minors + 2 * d + 1 }) as f64
+}
+
+/// Returns the number of monomials times the number of differences in each of them, with a margin of 2 %.
 const fn differences(d: usize, k: usize) -> f64 {
-    let count = match (d, k) {
-        (2, 2) => 4.0,
-        (2, _) => 24.0,
-        (_, 3) => 18.0,
-        _ => 120.0,
-    };
-    count * 1.02
+    monomials(k) * degree(d, k) * 1.02
 }
 
 /// The coordinates of places relative to a base, rounded.

@@ -39,6 +39,9 @@ fn spans<const D: usize>(frame: &[&[f64; D]], axes: &[usize]) -> bool {
         1 => frame[0][axes[0]] != frame[1][axes[0]],
         2 => of_size::<D, 2>(frame, axes),
         3 => of_size::<D, 3>(frame, axes),
+        4 => of_size::<D, 4>(frame, axes),
+        5 => of_size::<D, 5>(frame, axes),
+        6 => of_size::<D, 6>(frame, axes),
         _ => false,
     }
 }

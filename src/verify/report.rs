@@ -32,7 +32,7 @@ pub struct LevelReport {
 pub struct Report {
     /// The levels, in order.
     pub levels: Vec<LevelReport>,
-    /// 2 or 3.
+    /// 2 to 6.
     pub dimension: usize,
     /// Whether the lexicographic perturbation was required.
     pub perturbed: bool,

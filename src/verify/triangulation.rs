@@ -3,7 +3,7 @@
 /// Points and cells to be verified.
 #[derive(Clone, Copy, Debug)]
 pub struct Triangulation<'a> {
-    /// 2 or 3.
+    /// 2 to 6. Weights and periodic boxes have 2 or 3.
     pub dimension: usize,
     /// All points, `dimension` coordinates each.
     pub coordinates: &'a [f64],
