@@ -20,7 +20,8 @@ use std::array::from_fn;
 
 use num_bigint::BigInt;
 
-use super::exact::{form, integers, sign_of};
+use super::dyadic::sign_of;
+use super::exact::{form, integers};
 use super::fault::Fault;
 use super::place::{Place, Steps};
 use super::predicates::replaced;

@@ -21,8 +21,10 @@ use std::cmp::Ordering;
 
 use num_bigint::BigInt;
 
+use super::dyadic::{sign_of, span, split, whole};
 use super::minors::Minors;
 use super::place::Place;
+use super::ring::Ring;
 
 /// A position and a weight.
 #[derive(Clone, Copy, Debug)]
@@ -31,65 +33,6 @@ pub(super) struct Site<P> {
     pub place: P,
     /// The weight, a squared length.
     pub weight: f64,
-}
-
-/// The operations that the determinants use.
-pub(super) trait Ring: Clone {
-    /// Computes `self + other`.
-    fn plus(&self, other: &Self) -> Self;
-    /// Computes `self - other`.
-    fn minus(&self, other: &Self) -> Self;
-    /// Computes `self * other`.
-    fn times(&self, other: &Self) -> Self;
-}
-
-impl Ring for f64 {
-    #[inline]
-    fn plus(&self, other: &Self) -> Self {
-        self + other
-    }
-    #[inline]
-    fn minus(&self, other: &Self) -> Self {
-        self - other
-    }
-    #[inline]
-    fn times(&self, other: &Self) -> Self {
-        self * other
-    }
-}
-
-/// Machine integers. The caller bounds every partial sum by [`bits`], so no operation overflows. Wrapping operations
-/// are used only because they need no overflow check.
-macro_rules! machine_ring {
-    ($($int:ty),*) => {$(
-        impl Ring for $int {
-            #[inline]
-            fn plus(&self, other: &Self) -> Self {
-                self.wrapping_add(*other)
-            }
-            #[inline]
-            fn minus(&self, other: &Self) -> Self {
-                self.wrapping_sub(*other)
-            }
-            #[inline]
-            fn times(&self, other: &Self) -> Self {
-                self.wrapping_mul(*other)
-            }
-        }
-    )*};
-}
-machine_ring!(i64, i128);
-
-impl Ring for BigInt {
-    fn plus(&self, other: &Self) -> Self {
-        self + other
-    }
-    fn minus(&self, other: &Self) -> Self {
-        self - other
-    }
-    fn times(&self, other: &Self) -> Self {
-        self * other
-    }
 }
 
 #[inline]
@@ -184,66 +127,12 @@ const fn bits(d: usize, k: usize, b: u32) -> u32 {
     degree * b + terms
 }
 
-/// Splits a finite `x` into `(m, e)` with `x = m 2^e` and `m` odd. Zero is `(0, 0)`.
-#[inline]
-pub(super) fn split(x: f64) -> (i64, i32) {
-    if x == 0.0 {
-        return (0, 0);
-    }
-    let raw = x.to_bits();
-    let biased = ((raw >> 52) & 0x7ff) as i32;
-    let fraction = (raw & ((1 << 52) - 1)) as i64;
-    let (m, e) = if biased == 0 { (fraction, -1074) } else { (fraction | (1 << 52), biased - 1075) };
-    let shift = m.trailing_zeros();
-    let m = m >> shift;
-    (if raw >> 63 == 1 { -m } else { m }, e + shift as i32)
-}
-
-/// Returns `2^k` for `k` in `-1022..=1023`.
-pub(super) fn power_of_two(k: i32) -> f64 {
-    f64::from_bits(((1023 + k) as u64) << 52)
-}
-
-/// Returns `2^k` for `k` in `-1074..=1023`.
-pub(super) fn two_to(k: i32) -> f64 {
-    if k < -1022 { f64::from_bits(1 << (k + 1074)) } else { power_of_two(k) }
-}
-
-/// Returns the exact sign of a sum.
-pub(super) fn sum_sign(parts: &[f64]) -> Ordering {
-    let (low, _) = span(parts.iter().map(|&x| split(x)));
-    sign_of(&parts.iter().map(|&x| whole(x, low)).sum())
-}
-
-/// Returns the lowest exponent, and the position after the highest bit, of all nonzero coordinates.
-#[inline]
-fn span(parts: impl Iterator<Item = (i64, i32)>) -> (i32, i32) {
-    let mut low = i32::MAX;
-    let mut high = i32::MIN;
-    for (m, e) in parts.filter(|&(m, _)| m != 0) {
-        low = low.min(e);
-        high = high.max(e + (64 - m.unsigned_abs().leading_zeros()) as i32);
-    }
-    (low, high)
-}
-
-/// Returns `x / 2^low` for a finite `x` that this makes an integer.
-fn whole(x: f64, low: i32) -> BigInt {
-    let (m, e) = split(x);
-    if m == 0 { BigInt::ZERO } else { BigInt::from(m) << (e - low) }
-}
-
 /// Converts places to integers: multiplies all coordinates by one common power of two.
 pub(super) fn integers<P: Place<D>, const D: usize>(places: &[P]) -> Vec<[BigInt; D]> {
     let parts = || places.iter().flat_map(|place| (0..D).flat_map(|k| place.parts(k)));
     let (low, _) = span(parts().map(split));
     let coordinate = |place: &P, k: usize| place.parts(k).iter().map(|&part| whole(part, low)).sum();
     places.iter().map(|place| from_fn(|k| coordinate(place, k))).collect()
-}
-
-/// Returns the sign of a big integer.
-pub(super) fn sign_of(x: &BigInt) -> Ordering {
-    x.cmp(&BigInt::ZERO)
 }
 
 /// Returns `true` if the rounded coordinates are exact.
@@ -338,17 +227,6 @@ fn wide_power<P: Place<D>, const D: usize, const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn splits_every_kind_of_float() {
-        for x in [1.0, -3.5, 0.1, f64::MIN_POSITIVE, 5e-324, -f64::MAX, 1e300, 6.0] {
-            let (m, e) = split(x);
-            assert_eq!(m & 1, 1);
-            let half = (e / 2, e - e / 2);
-            assert_eq!(m as f64 * 2f64.powi(half.0) * 2f64.powi(half.1), x);
-        }
-        assert_eq!(split(0.0), (0, 0));
-    }
 
     #[test]
     fn the_widths_agree() {

@@ -146,6 +146,7 @@
 //! **Work.** O(n log n + m log m) for m cells, mostly O(1) filtered predicates per facet; a short walk for each hidden site.
 
 mod cover;
+mod dyadic;
 mod exact;
 mod facets;
 mod fault;
@@ -156,6 +157,7 @@ mod place;
 mod predicates;
 mod rank;
 mod report;
+mod ring;
 mod runner;
 mod soup;
 mod spheres;

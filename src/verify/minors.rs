@@ -11,7 +11,7 @@
 //! **Roundings.** With floats, a monomial passes one product and at most `c - 1` sums at each `c >= 2`: at most
 //! `2 + 3 + .. + d = d (d + 1) / 2 - 1` roundings.
 
-use super::exact::Ring;
+use super::ring::Ring;
 
 /// The minors of sets of rows. Bit `i` of the position of a minor is set if row `i` is in its set.
 pub(super) struct Minors<R>(Vec<R>);

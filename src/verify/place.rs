@@ -17,7 +17,7 @@
 use std::array::from_fn;
 use std::cmp::Ordering;
 
-use super::exact::{split, sum_sign, two_to};
+use super::dyadic::{split, sum_sign, two_to};
 
 /// The largest number in a file of offsets, and the largest number of lengths between a point and the box at 0. Translations are
 /// sums of at most 15 of them, and smaller than `2^30`.

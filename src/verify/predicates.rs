@@ -46,8 +46,9 @@
 use std::array::from_fn;
 use std::cmp::Ordering;
 
-use super::exact::{Ring, Site, exact_power, exact_sign, factorial, form, lifted, norm};
+use super::exact::{Site, exact_power, exact_sign, factorial, form, lifted, norm};
 use super::place::Place;
+use super::ring::Ring;
 
 /// The smallest and the largest difference that the filter admits: `2^-100` and `2^100`.
 const RANGE: (f64, f64) = (f64::from_bits((1023 - 100) << 52), f64::from_bits((1023 + 100) << 52));

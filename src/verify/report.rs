@@ -15,8 +15,8 @@ pub struct LevelReport {
     pub name: &'static str,
     /// Whether the level ran and found no fault.
     pub passed: bool,
-    /// The number of items checked. The items of the levels are, in order: points and cells; cells; facets and vertices;
-    /// boundary ridges; interior facets; cells and boundary facets; places of hidden points.
+    /// The number of items checked. The items of the levels are, in order: points and cells; cells; facets and, without a
+    /// periodic box, vertices; boundary ridges; interior facets; cells and boundary facets; places of hidden points.
     pub checked: u64,
     /// The first faults, at most [`KEPT`].
     pub faults: Vec<Fault>,

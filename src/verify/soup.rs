@@ -10,7 +10,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::exact::{Site, power_of_two, sum_sign};
+use super::dyadic::{power_of_two, sum_sign};
+use super::exact::Site;
 use super::fault::Fault;
 use super::place::{FARTHEST, Place, Steps, Vertex};
 use super::predicates::{in_sphere, orientation, power};

@@ -11,6 +11,9 @@ use num_bigint::BigInt;
 
 use super::fixtures::{Numbers, failed, integers, turn};
 use super::weights::ANY_ORDER;
+use crate::exact::Site;
+use crate::place::{Image as Moved, Place};
+use crate::predicates::{orientation, power};
 use crate::{Fault, PeriodicBox, Report, Sites, Triangulation, VerifyOptions, verify};
 
 /// A vertex: a row and its offset.
@@ -224,6 +227,18 @@ fn set<const D: usize>(kind: u64, numbers: &mut Numbers) -> Torus<D> {
     Torus { points, weights, lengths, cells: Vec::new() }.correct()
 }
 
+/// Returns the cells of all sites but one.
+fn without<const D: usize>(torus: &Torus<D>, site: usize, weights: &[f64]) -> Vec<Vec<Vertex>> {
+    let rest = |i: usize| i + usize::from(i >= site);
+    let others: Vec<[f64; D]> = (1..torus.points.len()).map(|i| torus.points[rest(i - 1)]).collect();
+    let of_others: Vec<f64> = (1..torus.points.len()).map(|i| weights[rest(i - 1)]).collect();
+    let mut cells = search(&others, Some(&of_others), torus.lengths).cells;
+    for vertex in cells.iter_mut().flatten() {
+        vertex.0 = rest(vertex.0 as usize) as u64;
+    }
+    cells
+}
+
 /// Returns one alteration of a triangulation, and its name.
 fn altered<const D: usize>(torus: &Torus<D>, numbers: &mut Numbers) -> (&'static str, Torus<D>) {
     let mut other = torus.clone();
@@ -243,13 +258,7 @@ fn altered<const D: usize>(torus: &Torus<D>, numbers: &mut Numbers) -> (&'static
             "shown"
         }
         2 => {
-            let rest = |i: usize| i + usize::from(i >= site);
-            let others: Vec<[f64; D]> = (1..torus.points.len()).map(|i| torus.points[rest(i - 1)]).collect();
-            let of_others: Vec<f64> = (1..torus.points.len()).map(|i| weights[rest(i - 1)]).collect();
-            other.cells = search(&others, Some(&of_others), torus.lengths).cells;
-            for vertex in other.cells.iter_mut().flatten() {
-                vertex.0 = rest(vertex.0 as usize) as u64;
-            }
+            other.cells = without(torus, site, &weights);
             "hidden"
         }
         3 => {
@@ -420,4 +429,66 @@ fn arrays_of_other_lengths_are_refused() {
     }
     refuse(&[None, None], &offsets);
     refuse(&[Some(1e300), Some(1e-300)], &offsets);
+}
+
+/// Compares signs of images, most of whose positions are rounded, with those of integers.
+fn signs<const D: usize, const N: usize>(counts: &mut [u32; 3]) {
+    let mut numbers = Numbers(7400 + D as u64);
+    for _ in 0..6000 {
+        let length = [1.0, 0.1, 1.0 / 3.0, 3.0, 1e-3][numbers.below(5) as usize];
+        let far = if numbers.below(4) == 0 { 1 << 20 } else { 1 };
+        let mut image = || -> ([f64; D], [i32; D], f64) {
+            let point = from_fn(|_| {
+                let x = (numbers.below(4) as f64 - 1.0) * length / 2.0;
+                [x.next_up(), x + 1e-9 * length, x, x, x, x][numbers.below(6) as usize]
+            });
+            let steps = from_fn(|_| far * (numbers.below(4) as i32 - 2) + numbers.below(2) as i32);
+            (point, steps, numbers.below(3) as f64 * length * length)
+        };
+        let all: [_; N] = from_fn(|_| image());
+        let query = image();
+        let rows: Vec<_> = all.into_iter().chain([query]).collect();
+        let mut given: Vec<[f64; D]> = rows.iter().map(|row| row.0).collect();
+        given.push([length; D]);
+        let mut weights: Vec<f64> = rows.iter().map(|row| row.2).collect();
+        weights.push(0.0);
+        let mut whole = integers(&given, &weights);
+        let unit = whole.pop().unwrap()[0].clone();
+        let squares = |row: &[BigInt]| row.iter().map(|x| x * x).sum::<BigInt>();
+        for (row, (_, steps, _)) in whole.iter_mut().zip(&rows) {
+            let before = squares(&row[..D]);
+            for axis in 0..D {
+                row[axis] += &unit * steps[axis];
+            }
+            let change = squares(&row[..D]) - before;
+            row[D] += change;
+        }
+        let places: Vec<Moved<D>> = rows.iter().map(|r| Moved::of(&r.0, r.1, &[length; D])).collect();
+        let cell: [Moved<D>; N] = from_fn(|i| places[i]);
+        let lifted: Vec<_> = whole.iter().collect();
+        let label = || format!("{rows:?} {length}");
+        assert_eq!(orientation(&cell), turn(&lifted[..N], D), "{}", label());
+        assert_eq!(cell[0].lexicographic(&cell[1]), whole[0][..D].cmp(&whole[1][..D]), "{}", label());
+        let is_long = |axis: usize| {
+            let difference = &whole[0][axis] - &whole[1][axis];
+            difference > unit || -difference > unit
+        };
+        assert!(
+            (0..D).all(|axis| cell[0].is_farther(&cell[1], axis, length) == is_long(axis)),
+            "{}",
+            label()
+        );
+        let sites: [Site<Moved<D>>; N] = from_fn(|i| Site { place: places[i], weight: rows[i].2 });
+        let sign = power(&sites, &Site { place: places[N], weight: rows[N].2 });
+        assert_eq!(sign, turn(&lifted, D + 1).reverse(), "{}", label());
+        counts[(sign as i8 + 1) as usize] += 1;
+    }
+}
+
+#[test]
+fn signs_of_images_are_exact() {
+    let mut counts = [0; 3];
+    signs::<2, 3>(&mut counts);
+    signs::<3, 4>(&mut counts);
+    assert!(counts.iter().all(|&count| count > 100), "{counts:?}");
 }
